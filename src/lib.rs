@@ -1,0 +1,12 @@
+//! Sindyscope finds the equation of motion of a vibrating thing from its measurements.
+//!
+//! The rooms, in the order in which a measurement passes through them:
+//! [`record`] (measured samples) → [`signal`] (smoothed and differentiated) → [`term`] (candidate terms) →
+//! [`sparse`] (sparse regression) → [`model`] (equations of motion) → [`simulate`] (the model's response) →
+//! [`study`] (settings and records in, outcome out). [`rig`] is the virtual test rig that makes records with a known truth.
+
+pub mod model;
+pub mod record;
+pub mod signal;
+pub mod study;
+pub mod term;

@@ -1,0 +1,169 @@
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::Settings;
+use crate::model::Model;
+use crate::record::{Record, Usage};
+use crate::signal::Signals;
+use crate::term::{Symbol, Term};
+
+/// Why a study has no outcome; each says what to do.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum StudyError {
+    /// No record is marked fit.
+    #[error("there is nothing to fit: mark at least one record as fit")]
+    NothingToFit,
+    /// Two records measure different things.
+    #[error("{0}")]
+    RecordsDiffer(String),
+    /// A setting does not fit the records.
+    #[error("{0}")]
+    Setting(String),
+    /// Stopped from outside.
+    #[error("cancelled")]
+    Cancelled,
+}
+
+/// A simulated response held against a measurement, in the record's unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Score {
+    /// Root mean square of the error E(t).
+    pub rmse: f64,
+    /// `rmse` over the record's standard deviation.
+    pub nrmse: f64,
+    /// Largest error.
+    pub max_error: f64,
+    /// Best fit, %: 100 (1 − ‖y−ŷ‖/‖y−ȳ‖).
+    pub best_fit: f64,
+    /// Samples compared.
+    pub samples: usize,
+}
+
+/// One displacement (or state) of a record: measured, simulated, error.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Which state.
+    pub symbol: Symbol,
+    /// The simulated response, one value a sample until it diverged.
+    pub response: Vec<f64>,
+    /// E(t) = |measured − simulated|, as long as `response`.
+    pub error: Vec<f64>,
+    /// The errors in figures; none if the response diverged at once.
+    pub score: Option<Score>,
+}
+
+/// What a study says of one record.
+#[derive(Clone, Debug)]
+pub struct RecordOutcome {
+    /// The record.
+    pub record: Arc<Record>,
+    /// Fitted or held out.
+    pub usage: Usage,
+    /// The record smoothed and differentiated.
+    pub signals: Arc<Signals>,
+    /// Simulated state vector, one series a state (displacements, then velocities), each as long as the response lasted.
+    pub states: Vec<Vec<f64>>,
+    /// Each displacement (or state) held against its measurement.
+    pub channels: Vec<Channel>,
+    /// Time at which the response left the data's range, s.
+    pub diverged_at: Option<f64>,
+}
+
+/// A term that was tried and dropped.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DroppedTerm {
+    /// The term.
+    pub term: Term,
+    /// The threshold at which it fell, as the settings compare it; none if locked out.
+    pub fell_at: Option<f64>,
+}
+
+/// How the regression of one equation went.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EquationFit {
+    /// The state whose rate was fitted.
+    pub state: Symbol,
+    /// The terms tried and dropped.
+    pub dropped: Vec<DroppedTerm>,
+    /// Thresholds at which a term drops out while the slider rises, ascending, with the term.
+    pub drop_marks: Vec<(f64, Term)>,
+    /// Condition number of the kept columns, each scaled to RMS 1.
+    pub condition: f64,
+    /// RMS of what the equation leaves unexplained of the rate.
+    pub residual_rms: f64,
+    /// RMS of the rate itself.
+    pub rate_rms: f64,
+}
+
+/// How much a warning matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// Good to know.
+    Note,
+    /// The result may mislead.
+    Caution,
+    /// The result cannot be used.
+    Wrong,
+}
+
+/// What would help, as settings or a usage to take over.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Remedy {
+    /// What the button says.
+    pub label: String,
+    /// Settings to take over.
+    pub settings: Option<Settings>,
+    /// A record (by index in the set) to use differently.
+    pub usage: Option<(usize, Usage)>,
+}
+
+/// What is wrong or doubtful, in words.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Warning {
+    /// How much it matters.
+    pub severity: Severity,
+    /// One sentence.
+    pub text: String,
+    /// What would help.
+    pub remedy: Option<Remedy>,
+}
+
+/// Time spent, ms.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Elapsed {
+    /// Smoothing, library and regression.
+    pub fit: f64,
+    /// Simulation of every record.
+    pub simulate: f64,
+}
+
+/// Everything that a view shows.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The settings it came from.
+    pub settings: Settings,
+    /// The identified equations.
+    pub model: Model,
+    /// The regression of each fitted equation.
+    pub fits: Vec<EquationFit>,
+    /// Each record that is not off, in the set's order.
+    pub records: Vec<RecordOutcome>,
+    /// First displacement, fitted records pooled.
+    pub train: Option<Score>,
+    /// First displacement, held-out records pooled.
+    pub test: Option<Score>,
+    /// Standard deviation of the first displacement's measurement noise, estimated without a model.
+    pub noise_floor: Option<f64>,
+    /// What is wrong, worst first.
+    pub warnings: Vec<Warning>,
+    /// Time spent.
+    pub elapsed: Elapsed,
+}
+
+impl Outcome {
+    /// True if some record's response left the data's range.
+    pub fn diverged(&self) -> bool {
+        self.records.iter().any(|r| r.diverged_at.is_some())
+    }
+}

@@ -1,0 +1,94 @@
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::term::{Kind, Term};
+
+/// How velocities and accelerations are made from displacements.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Differentiation {
+    /// The derivative of the Savitzky–Golay filter's own polynomial.
+    #[default]
+    Filter,
+    /// Savitzky–Golay smoothing, then central differences: the report's way.
+    SmoothThenDifference,
+    /// Central differences of the measured samples, no smoothing.
+    Difference,
+}
+
+/// Smoothing and differentiation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Smoothing {
+    /// The way of differentiating.
+    pub method: Differentiation,
+    /// Segment length, samples; odd and larger than `order`.
+    pub window: usize,
+    /// Order of the segment's polynomial.
+    pub order: usize,
+    /// Whether every library column is passed through the filter that the displacement went through; without it the
+    /// smoothing biases the coefficients.
+    pub filter_library: bool,
+}
+
+impl Default for Smoothing {
+    fn default() -> Self {
+        Self { method: Differentiation::Filter, window: 31, order: 5, filter_library: true }
+    }
+}
+
+/// What a coefficient's size is compared with the threshold as.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scaling {
+    /// Columns and target divided by their RMS: the threshold is a share of the RMS acceleration, and units do not matter.
+    #[default]
+    Scaled,
+    /// Coefficients as they stand, as the Python package does: units decide.
+    Raw,
+}
+
+/// Whether `dx/dt = v` is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kinematics {
+    /// Known, not fitted.
+    #[default]
+    Known,
+    /// Fitted from the library, as in the report.
+    Fitted,
+}
+
+/// What a person has decided about a term.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Lock {
+    /// Kept whatever the threshold.
+    In,
+    /// Never used.
+    Out,
+    /// Kept at this coefficient.
+    Fixed(f64),
+}
+
+/// Everything that decides an outcome, beside the records.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Settings {
+    /// Order of the equations.
+    pub kind: Kind,
+    /// Smoothing and differentiation.
+    pub smoothing: Smoothing,
+    /// The candidate library of each acceleration (second order) or state (first order).
+    pub terms: Vec<Term>,
+    /// Decisions about single terms; a term not in `terms` counts only if it is `In` or `Fixed`.
+    pub locks: BTreeMap<Term, Lock>,
+    /// Coefficients smaller than this are dropped; see [`Scaling`].
+    pub threshold: f64,
+    /// Weight α of the ridge penalty α‖c‖².
+    pub ridge: f64,
+    /// What the threshold compares.
+    pub scaling: Scaling,
+    /// Whether `dx/dt = v` is known.
+    pub kinematics: Kinematics,
+}
