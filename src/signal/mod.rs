@@ -1,5 +1,14 @@
 //! Smoothing, differentiation, spectra and noise of sampled signals.
 
+mod difference;
+mod noise;
+mod savgol;
+
+pub use difference::central;
+pub use noise::standard_deviation;
+pub use savgol::SavitzkyGolay;
+pub(crate) use savgol::dot;
+
 /// A record smoothed and differentiated: what the library's columns are computed from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Signals {
