@@ -7,6 +7,7 @@
 
 pub mod model;
 pub mod record;
+pub mod rig;
 pub mod signal;
 pub mod sparse;
 pub mod study;
