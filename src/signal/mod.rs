@@ -1,5 +1,7 @@
 //! Smoothing, differentiation, spectra and noise of sampled signals.
 
+pub mod spectrum;
+
 /// A record smoothed and differentiated: what the library's columns are computed from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Signals {
