@@ -4,7 +4,7 @@ mod difference;
 mod noise;
 mod savgol;
 mod smoothing;
-mod spectrum;
+pub mod spectrum;
 
 pub use difference::central;
 pub use noise::standard_deviation;

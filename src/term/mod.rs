@@ -19,6 +19,7 @@ pub use calculus::derivative;
 pub use expression::{Expression, Function, Symbol};
 pub use library::{Family, list, polynomials};
 pub use parse::TermError;
+pub(crate) use print::latex_number;
 pub use program::{Program, SampleBlock, Slots};
 
 use serde::{Deserialize, Serialize};
