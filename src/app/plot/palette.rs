@@ -5,9 +5,11 @@
 
 use egui::{Color32, Stroke};
 use egui_plot::LineStyle;
+use serde::{Deserialize, Serialize};
 
 /// One thing that plots draw.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Ink {
     /// The measurement: wide and mid-toned, so that what lies on it shows.
     Measured,
