@@ -2,7 +2,7 @@
 
 use egui::Ui;
 
-use super::panel::{self, Curve, Panel};
+use super::panel::{self, Curve, Panel, Part};
 use super::scene::Scene;
 use super::{Request, View, ViewState, legend};
 use crate::app::plot::palette::Ink;
@@ -21,7 +21,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
     let rates = signals.input_rates.get(index).map_or(&[][..], Vec::as_slice);
     let unit = scene.unit_of(Role::Input(index));
     let name = |symbol| scene.layout.name(symbol);
-    let curve = |name, values| Curve { ink: Ink::Input, name, samples: scene.samples(values), leads: true };
+    let curve = |name, values| Curve { ink: Ink::Input, name, samples: scene.samples(values), part: Part::Leads };
     // The input is part of a plot's name, so that each keeps curves of its own.
     const PLOTS: [(&str, &str); 4] = [
         ("input", "input rate"),

@@ -99,7 +99,8 @@ pub(super) fn tag(
     color: egui::Color32,
     ground: egui::Color32,
 ) {
-    let font = TextStyle::Small.resolve(ui.style());
+    let mut font = TextStyle::Body.resolve(ui.style());
+    font.size *= 0.85;
     let galley = painter.layout_no_wrap(text.to_owned(), font, color);
     let rect = anchor.anchor_size(at, galley.size() + Vec2::new(6.0, 2.0));
     painter.rect_filled(rect, 2.0, ground.gamma_multiply(0.8));

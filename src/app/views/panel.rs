@@ -18,7 +18,7 @@ use crate::app::plot::{axis, export, number};
 use crate::record::Usage;
 
 /// Room left of every plot for its ticks and label, so that plots above each other are aligned, points.
-pub(super) const AXIS_WIDTH: f32 = 62.0;
+pub(super) const AXIS_WIDTH: f32 = 72.0;
 
 /// Height of the time axis' ticks and label, points.
 const TIME_AXIS_HEIGHT: f32 = 34.0;
@@ -33,13 +33,24 @@ const WIDENED: f64 = 0.5;
 /// Decades shown beneath the largest value of a logarithmic plot.
 const DECADES: f64 = 4.0;
 
+/// The part that a curve plays in its plot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    /// The view is fitted to it.
+    Leads,
+    /// It widens the view only so far.
+    Follows,
+    /// As `Follows`, and it is neither read out at the pointer nor copied.
+    Ghost,
+}
+
 /// One curve.
 pub(super) struct Curve<'a> {
     pub(super) ink: Ink,
     pub(super) name: &'a str,
     pub(super) samples: Samples<'a>,
-    /// Whether the view is fitted to it; others widen the view only so far.
-    pub(super) leads: bool,
+    /// How it counts.
+    pub(super) part: Part,
 }
 
 /// A plot over time.
@@ -54,8 +65,8 @@ pub(super) struct Panel<'a> {
     pub(super) level: Option<(String, f64)>,
     /// Logarithmic values.
     pub(super) log: bool,
-    /// Whether zero is the least value.
-    pub(super) from_zero: bool,
+    /// Values are magnitudes: zero is the least, and the view ends at this one, however large they are.
+    pub(super) magnitude_up_to: Option<f64>,
     /// A stretch of time to mark: a click on it goes there.
     pub(super) mark: Option<Mark>,
     /// What to say where nothing is drawn.
@@ -73,7 +84,7 @@ impl Panel<'_> {
             curves: Vec::new(),
             level: None,
             log: false,
-            from_zero: false,
+            magnitude_up_to: None,
             mark: None,
             empty: None,
             share: 1.0,
@@ -181,7 +192,7 @@ fn fit(cache: &Cache, panel: &Panel<'_>, hidden: &BTreeSet<Ink>) -> Fit {
         panel
             .curves
             .iter()
-            .filter(move |c| c.leads == leads && !hidden.contains(&c.ink))
+            .filter(move |c| (c.part == Part::Leads) == leads && !hidden.contains(&c.ink))
             .filter_map(|c| cache.ready((panel.id, c.ink))?.range())
             .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
     };
@@ -198,21 +209,22 @@ fn fit(cache: &Cache, panel: &Panel<'_>, hidden: &BTreeSet<Ink>) -> Fit {
     if let Some(level) = level.filter(|l| *l <= 4.0 * high) {
         high = high.max(1.15 * level);
     }
+    if let Some(most) = panel.magnitude_up_to {
+        low = 0.0;
+        high = high.min(most);
+    }
     let scale = Scale::suited(low.abs().max(high.abs()), &panel.unit);
     if panel.log {
         let top = if high > 0.0 { high.log10() } else { 0.0 };
         return Fit { low: top - DECADES, high: top + 0.1, scale };
     }
-    if panel.from_zero {
-        low = 0.0;
-    }
     let span = high - low;
     if !(span > 1e-12 * high.abs().max(low.abs())) {
         let half = if high == 0.0 { 1.0 } else { 0.2 * high.abs() };
-        return Fit { low: low - half, high: high + half, scale };
+        return Fit { low: low - if panel.magnitude_up_to.is_some() { 0.0 } else { half }, high: high + half, scale };
     }
     let margin = 0.06 * span;
-    Fit { low: if panel.from_zero { 0.0 } else { low - margin }, high: high + margin, scale }
+    Fit { low: if panel.magnitude_up_to.is_some() { 0.0 } else { low - margin }, high: high + margin, scale }
 }
 
 /// The coordinate of a value.
@@ -260,7 +272,7 @@ fn plot<'a>(
     plot = if panel.log {
         plot.y_grid_spacer(axis::decade_marks).y_axis_formatter(|mark, _| axis::decade_label(mark, &panel.unit))
     } else {
-        plot.y_grid_spacer(axis::round_marks(4.5)).y_axis_formatter(|mark, _| axis::linear_label(mark, &fit.scale))
+        plot.y_grid_spacer(axis::round_marks(3.75)).y_axis_formatter(|mark, _| axis::linear_label(mark, &fit.scale))
     };
     let (dark, held_out) = (scene.dark, scene.record.usage == Usage::HeldOut);
     let start = scene.record.record.start;
@@ -297,15 +309,11 @@ fn plot<'a>(
                 }
             };
             let stroke = Stroke::new(curve.ink.width(), color);
-            plot.line(
-                Line::new("", points())
-                    .id((panel.id, curve.ink))
-                    .stroke(stroke)
-                    .style(curve.ink.style())
-                    .allow_hover(false),
-            );
+            // Bands are drawn upright, so that a wide line loses its width on steep flanks; few enough points need none.
+            let line = Line::new("", points()).stroke(stroke).style(curve.ink.style()).allow_band(false);
+            plot.line(line.allow_hover(false));
             let apart = curve.samples.interval * plot.transform().dpos_dvalue_x();
-            if curve.leads && apart > SAMPLES_MARKED {
+            if curve.part != Part::Ghost && apart > SAMPLES_MARKED {
                 let radius = if curve.ink == Ink::Measured { 2.6 } else { 1.8 };
                 plot.points(Points::new("", points()).radius(radius).color(color).allow_hover(false));
             }
@@ -416,7 +424,7 @@ fn mark_values(
     let painter = ui.painter().with_clip_rect(frame);
     let x = transform.position_from_point_x(t);
     painter.vline(x, frame.y_range(), Stroke::new(1.0, palette::cursor(scene.dark)));
-    for curve in panel.curves.iter().filter(|c| c.leads && !state.hidden.contains(&c.ink)) {
+    for curve in panel.curves.iter().filter(|c| c.part != Part::Ghost && !state.hidden.contains(&c.ink)) {
         if let Some(value) = curve.samples.values.get(index).filter(|v| v.is_finite()) {
             let at = pos2(x, transform.position_from_point_y(ordinate(panel, fit, *value)));
             painter.circle(at, 3.5, scene.color(curve.ink), Stroke::new(1.2, palette::ground(scene.dark)));
@@ -449,10 +457,16 @@ fn read_out(
             let at = format!("{} {}", number::plain(t * time.factor, decimals), time.unit);
             row(ui, "t", at, text);
             for (panel, (_, fit)) in panels.iter().zip(shown) {
-                for curve in panel.curves.iter().filter(|c| c.leads && !state.hidden.contains(&c.ink)) {
+                let alone = panel.curves.iter().filter(|c| c.part != Part::Ghost).count() == 1;
+                for curve in panel.curves.iter().filter(|c| c.part != Part::Ghost && !state.hidden.contains(&c.ink)) {
                     if let Some(value) = curve.samples.values.get(index) {
                         let name = format!("{} {}", panel.symbol, curve.name);
-                        row(ui, name.trim(), fit.scale.format(*value, 4), scene.color(curve.ink));
+                        row(
+                            ui,
+                            if alone { &panel.symbol } else { &name },
+                            fit.scale.format(*value, 4),
+                            scene.color(curve.ink),
+                        );
                     }
                 }
             }
@@ -524,8 +538,11 @@ pub(super) fn menu(
 
 /// The samples in a range of time, in the record's units.
 fn table(scene: &Scene<'_>, panels: &[Panel<'_>], visible: std::ops::RangeInclusive<f64>) -> String {
-    let curves: Vec<(&Panel<'_>, &Curve<'_>)> =
-        panels.iter().flat_map(|p| p.curves.iter().map(move |c| (p, c))).filter(|(_, c)| c.leads).collect();
+    let curves: Vec<(&Panel<'_>, &Curve<'_>)> = panels
+        .iter()
+        .flat_map(|p| p.curves.iter().map(move |c| (p, c)))
+        .filter(|(_, c)| c.part != Part::Ghost)
+        .collect();
     let time = scene.samples(&[]);
     let most = curves.iter().map(|(_, c)| c.samples.values.len()).max().unwrap_or(0);
     let first = ((visible.start() - time.start) / time.interval).ceil().clamp(0.0, most as f64) as usize;

@@ -94,8 +94,10 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
             for (ink, xs, ys) in paths.iter().filter(|p| !hidden.contains(&p.0)) {
                 if let Some(drawn) = cache.drawn.get(&(ID, *ink)) {
                     let stroke = Stroke::new(ink.width(), scene.color(*ink));
-                    let points = PlotPoints::Borrowed(&drawn.points);
-                    plot.line(Line::new("", points).id(*ink).stroke(stroke).allow_hover(false).allow_band(false));
+                    for run in drawn.points.split(|p| p.x.is_nan()) {
+                        let line = Line::new("", PlotPoints::Borrowed(run)).stroke(stroke);
+                        plot.line(line.allow_hover(false).allow_band(false));
+                    }
                 }
                 if let (Some(x), Some(y)) = (xs.first(), ys.first()) {
                     let start = Points::new("", vec![[*x, *y]]).color(scene.color(*ink)).allow_hover(false);

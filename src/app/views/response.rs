@@ -3,7 +3,7 @@
 use egui::Ui;
 
 use super::cache::Stretch;
-use super::panel::{self, Curve, Mark, Panel};
+use super::panel::{self, Curve, Mark, Panel, Part};
 use super::scene::Scene;
 use super::{Request, View, ViewState};
 use crate::app::plot::palette::Ink;
@@ -18,23 +18,26 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
     let unit = scene.unit();
     let (response, error) = scene.channel().map_or((&[][..], &[][..]), |c| (&c.response, &c.error));
     let ghost = scene.channel_before();
-    let curve = |ink, name, values, leads| Curve { ink, name, samples: scene.samples(values), leads };
+    let curve = |ink, name, values, part| Curve { ink, name, samples: scene.samples(values), part };
 
     let mut upper = Panel::new("response", scene.layout.name(Symbol::State(scene.freedom)), unit.clone());
     upper.share = 1.6;
-    upper.curves.push(curve(Ink::Measured, "measured", scene.measured(), true));
+    upper.curves.push(curve(Ink::Measured, "measured", scene.measured(), Part::Leads));
     if let Some(ghost) = ghost {
-        upper.curves.push(curve(Ink::Ghost, "before", &ghost.response, false));
+        upper.curves.push(curve(Ink::Ghost, "before", &ghost.response, Part::Ghost));
     }
-    upper.curves.push(curve(Ink::Identified, "identified", response, true));
+    upper.curves.push(curve(Ink::Identified, "identified", response, Part::Follows));
 
     let mut lower = Panel::new("error", "E".into(), unit.clone());
     lower.log = state.log_error;
-    lower.from_zero = true;
+    // An error beyond the measurement's whole range says no more than that the response is lost.
+    let measured = scene.samples(scene.measured());
+    let range = state.cache.curve(("response", Ink::Measured), &measured).range();
+    lower.magnitude_up_to = Some(range.map_or(f64::INFINITY, |(low, high)| high - low));
     if let Some(ghost) = ghost {
-        lower.curves.push(curve(Ink::ErrorGhost, "before", &ghost.error, false));
+        lower.curves.push(curve(Ink::ErrorGhost, "before", &ghost.error, Part::Ghost));
     }
-    lower.curves.push(curve(Ink::Error, "error |x − x identified|", error, true));
+    lower.curves.push(curve(Ink::Error, "error", error, Part::Leads));
     lower.level = scene.noise().map(|n| (format!("noise floor {}", units::format_si(n, &unit, 2)), n));
     let worst = *state.cache.worst.get_or_insert_with(|| worst_stretch(scene, error));
     lower.mark = worst.map(|Stretch { from, to, rms }| Mark {

@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use egui::{Align, Align2, Id, Layout, PopupAnchor, Stroke, Ui, pos2, vec2};
-use egui_plot::{HLine, Line, Plot, PlotMemory, PlotPoint, PlotPoints, VLine};
+use egui_plot::{HLine, Line, LineStyle, Plot, PlotMemory, PlotPoint, PlotPoints, VLine};
 
 use super::cache::Spectra;
 use super::legend::{self, Entry};
@@ -128,7 +128,8 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
         }
         if let Some(peak) = peak {
             let stroke = Stroke::new(1.0, palette::cursor(scene.dark));
-            plot.vline(VLine::new("", place(peak.frequency)).stroke(stroke).allow_hover(false));
+            let line = VLine::new("", place(peak.frequency)).stroke(stroke);
+            plot.vline(line.style(LineStyle::Dotted { spacing: 4.0 }).allow_hover(false));
         }
     });
 
@@ -200,7 +201,8 @@ fn spectra(ui: &Ui, scene: &Scene<'_>, state: &mut ViewState) -> Arc<OnceLock<Sp
 /// From a little below the quiet half of the lines to the highest.
 fn value_range(curves: &[(Ink, &str, Option<&Spectrum>); 3], level: Option<f64>) -> (f64, f64) {
     let (mut low, mut high) = (level.unwrap_or(f64::INFINITY), 0.0f64);
-    for spectrum in curves.iter().filter_map(|c| c.2) {
+    // A model's response has no noise, and would draw the view out far beneath what was measured.
+    for spectrum in curves.iter().filter(|c| c.0 != Ink::Identified).filter_map(|c| c.2) {
         let mut sorted: Vec<f64> = spectrum.amplitudes[1..].to_vec();
         let middle = sorted.len() / 2;
         let (_, median, above) = sorted.select_nth_unstable_by(middle, f64::total_cmp);
