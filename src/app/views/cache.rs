@@ -37,14 +37,14 @@ pub(super) struct Drawn {
     pub(super) points: Vec<PlotPoint>,
 }
 
-/// Everything here belongs to one outcome, one record and one degree of freedom, and is dropped with them.
+/// Everything here belongs to one outcome, one record, one degree of freedom and one input, and is dropped with them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cache {
     // Weak references, so that the addresses compared are not given to newer outcomes meanwhile.
     outcome: Weak<Outcome>,
     previous: Weak<Outcome>,
-    record: usize,
-    freedom: usize,
+    /// Record, degree of freedom, input.
+    chosen: [usize; 3],
     curves: HashMap<CurveKey, Decimated>,
     pub(super) drawn: HashMap<CurveKey, Drawn>,
     pub(super) series: HashMap<CurveKey, Arc<[f64]>>,
@@ -59,17 +59,16 @@ pub(super) struct Cache {
 
 impl Cache {
     /// Forgets what belongs to another outcome.
-    pub(super) fn attend_to(&mut self, picture: &Picture<'_>, record: usize, freedom: usize) {
+    pub(super) fn attend_to(&mut self, picture: &Picture<'_>, chosen: [usize; 3]) {
         let same = self.outcome.as_ptr() == Arc::as_ptr(picture.outcome)
             && self.previous.as_ptr() == picture.previous.map_or(Weak::new().as_ptr(), Arc::as_ptr)
-            && self.record == record
-            && self.freedom == freedom;
+            && self.chosen == chosen;
         if same {
             return;
         }
-        let data = &picture.outcome.records[record].record;
+        let data = &picture.outcome.records[chosen[0]].record;
         let shown = (Arc::from(data.name.as_str()), data.len(), data.start.to_bits(), data.interval.to_bits());
-        let fitted = if self.shown.as_ref() == Some(&shown) && self.freedom == freedom {
+        let fitted = if self.shown.as_ref() == Some(&shown) && self.chosen == chosen {
             std::mem::take(&mut self.fitted)
         } else {
             HashSet::new()
@@ -77,8 +76,7 @@ impl Cache {
         *self = Self {
             outcome: Arc::downgrade(picture.outcome),
             previous: picture.previous.map_or_else(Weak::new, Arc::downgrade),
-            record,
-            freedom,
+            chosen,
             shown: Some(shown),
             fitted,
             ..Self::default()

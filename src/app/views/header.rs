@@ -62,16 +62,15 @@ pub(super) fn show(ui: &mut Ui, view: View, scene: &Scene<'_>, state: &mut ViewS
                 }
                 _ => {}
             }
-            let (several, name): (usize, fn(usize) -> Symbol) = match view {
-                View::Input => (scene.layout.inputs, Symbol::Input),
-                _ => (scene.layout.freedoms, Symbol::State),
+            let (several, name, shown, chosen): (usize, fn(usize) -> Symbol, usize, &mut usize) = match view {
+                View::Input => (scene.layout.inputs, Symbol::Input, scene.input, &mut state.input),
+                _ => (scene.layout.freedoms, Symbol::State, scene.freedom, &mut state.freedom),
             };
             if several > 1 {
                 ui.separator();
-                let chosen = if view == View::Input { &mut state.input } else { &mut state.freedom };
                 // Right to left, so that the first stands on the left.
                 for i in (0..several).rev() {
-                    if ui.selectable_label(*chosen == i, scene.layout.name(name(i))).clicked() {
+                    if ui.selectable_label(shown == i, scene.layout.name(name(i))).clicked() {
                         *chosen = i;
                     }
                 }

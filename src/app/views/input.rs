@@ -15,24 +15,16 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
         legend::note(ui, "No input was measured: the record is a free response");
         return None;
     }
-    let index = state.input.min(scene.layout.inputs - 1);
+    let index = scene.input;
     let signals = &scene.record.signals;
     let values = scene.record.record.channel(Role::Input(index)).map_or(&[][..], |c| &c.values);
     let rates = signals.input_rates.get(index).map_or(&[][..], Vec::as_slice);
     let unit = scene.unit_of(Role::Input(index));
     let name = |symbol| scene.layout.name(symbol);
     let curve = |name, values| Curve { ink: Ink::Input, name, samples: scene.samples(values), part: Part::Leads };
-    // The input is part of a plot's name, so that each keeps curves of its own.
-    const PLOTS: [(&str, &str); 4] = [
-        ("input", "input rate"),
-        ("input 2", "input rate 2"),
-        ("input 3", "input rate 3"),
-        ("input 4", "input rate 4"),
-    ];
-    let (upper_id, lower_id) = PLOTS[index % PLOTS.len()];
-    let mut upper = Panel::new(upper_id, name(Symbol::Input(index)), unit.clone());
+    let mut upper = Panel::new("input", name(Symbol::Input(index)), unit.clone());
     upper.curves.push(curve("measured", values));
-    let mut lower = Panel::new(lower_id, name(Symbol::InputRate(index)), per_second(&unit));
+    let mut lower = Panel::new("input rate", name(Symbol::InputRate(index)), per_second(&unit));
     lower.curves.push(curve("rate, smoothed", rates));
     panel::stack(ui, View::Input, scene, state, &[upper, lower])
 }

@@ -21,7 +21,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::plot::export::{self, Sheet};
-use super::plot::palette::Ink;
+use super::plot::palette::{self, Ink};
 use crate::study::Outcome;
 use cache::Cache;
 use scene::Scene;
@@ -127,16 +127,20 @@ pub(crate) fn show(ui: &mut egui::Ui, view: View, picture: &Picture<'_>, state: 
         legend::note(ui, "No record is marked fit or held out, so there is nothing to show");
         return None;
     };
-    ui.spacing_mut().item_spacing.y = 2.0;
-    let asked = header::show(ui, view, &scene, state);
-    let also = match view {
-        View::Response => response::show(ui, &scene, state),
-        View::Velocity => velocity::show(ui, &scene, state),
-        View::Phase => phase::show(ui, &scene, state),
-        View::Input => input::show(ui, &scene, state),
-        View::Spectrum => spectrum::show(ui, &scene, state),
-    };
-    asked.or(also)
+    ui.scope(|ui| {
+        ui.visuals_mut().extreme_bg_color = palette::ground(scene.dark);
+        ui.spacing_mut().item_spacing.y = 2.0;
+        let asked = header::show(ui, view, &scene, state);
+        let also = match view {
+            View::Response => response::show(ui, &scene, state),
+            View::Velocity => velocity::show(ui, &scene, state),
+            View::Phase => phase::show(ui, &scene, state),
+            View::Input => input::show(ui, &scene, state),
+            View::Spectrum => spectrum::show(ui, &scene, state),
+        };
+        asked.or(also)
+    })
+    .inner
 }
 
 /// Draws a view as a picture for print: as zoomed in the window (`like`, the window's context), without its buttons.

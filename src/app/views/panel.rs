@@ -141,7 +141,7 @@ pub(super) fn stack(
     }
     state.cache.go_to = None;
     overlay(ui, scene, state, panels, &shown, &time);
-    interact(ui, view, scene, state, panels, &shown)
+    interact(ui, scene, state, panels, &shown)
 }
 
 fn legend_row(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState, panel: &Panel<'_>) {
@@ -169,7 +169,7 @@ fn legend_row(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState, panel: &Pan
 }
 
 fn plot_id(view: View, panel: &Panel<'_>) -> Id {
-    Id::new(("view", view, panel.id))
+    Id::unique(("view", view, panel.id))
 }
 
 /// Computes the points of what will be drawn.
@@ -262,7 +262,7 @@ fn plot<'a>(
         .grid_color(palette::grid(scene.dark))
         .grid_fade(0.0)
         .show_background(true)
-        .link_axis(Id::new("time axis"), [true, false])
+        .link_axis(Id::unique("time axis"), [true, false])
         .default_x_bounds(whole.0, whole.1)
         .default_y_bounds(fit.low, fit.high)
         .show_x(false)
@@ -313,7 +313,7 @@ fn plot<'a>(
             let line = Line::new("", points()).stroke(stroke).style(curve.ink.style()).allow_band(false);
             plot.line(line.allow_hover(false));
             let apart = curve.samples.interval * plot.transform().dpos_dvalue_x();
-            if curve.part != Part::Ghost && apart > SAMPLES_MARKED {
+            if curve.part != Part::Ghost && (apart > SAMPLES_MARKED || curve.samples.values.len() == 1) {
                 let radius = if curve.ink == Ink::Measured { 2.6 } else { 1.8 };
                 plot.points(Points::new("", points()).radius(radius).color(color).allow_hover(false));
             }
@@ -446,38 +446,38 @@ fn read_out(
     let tooltip =
         egui::Tooltip::always_open(response.ctx.clone(), response.layer_id, response.id, PopupAnchor::Pointer);
     tooltip.gap(14.0).show(|ui| {
-        egui::Grid::new("values at the pointer").num_columns(2).spacing([14.0, 2.0]).show(ui, |ui| {
-            let mut row = |ui: &mut Ui, name: &str, value: String, color: Color32| {
-                ui.colored_label(color, name);
-                ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.monospace(value));
-                ui.end_row();
-            };
-            let text = ui.visuals().text_color();
-            let decimals = (-(scene.interval() * time.factor).log10()).ceil().clamp(0.0, 9.0) as usize;
-            let at = format!("{} {}", number::plain(t * time.factor, decimals), time.unit);
-            row(ui, "t", at, text);
-            for (panel, (_, fit)) in panels.iter().zip(shown) {
-                let alone = panel.curves.iter().filter(|c| c.part != Part::Ghost).count() == 1;
-                for curve in panel.curves.iter().filter(|c| c.part != Part::Ghost && !state.hidden.contains(&c.ink)) {
-                    if let Some(value) = curve.samples.values.get(index) {
-                        let name = format!("{} {}", panel.symbol, curve.name);
-                        row(
-                            ui,
-                            if alone { &panel.symbol } else { &name },
-                            fit.scale.format(*value, 4),
-                            scene.color(curve.ink),
-                        );
-                    }
+        let decimals = (-(scene.interval() * time.factor).log10()).ceil().clamp(0.0, 9.0) as usize;
+        let at = format!("{} {}", number::plain(t * time.factor, decimals), time.unit);
+        let mut rows = vec![("t".to_owned(), at, ui.visuals().text_color())];
+        for (panel, (_, fit)) in panels.iter().zip(shown) {
+            let alone = panel.curves.iter().filter(|c| c.part != Part::Ghost).count() == 1;
+            for curve in panel.curves.iter().filter(|c| c.part != Part::Ghost && !state.hidden.contains(&c.ink)) {
+                if let Some(value) = curve.samples.values.get(index) {
+                    let name = if alone { panel.symbol.clone() } else { format!("{} {}", panel.symbol, curve.name) };
+                    rows.push((name, fit.scale.format(*value, 4), scene.color(curve.ink)));
                 }
             }
-        });
+        }
+        table_of(ui, &rows);
+    });
+}
+
+/// Names and values below each other, decimal points aligned.
+pub(super) fn table_of(ui: &mut Ui, rows: &[(String, String, Color32)]) {
+    let values: Vec<&str> = rows.iter().map(|r| r.1.as_str()).collect();
+    let values = number::align_at_point(&values);
+    egui::Grid::new("values at the pointer").num_columns(2).spacing([12.0, 2.0]).show(ui, |ui| {
+        for ((name, _, color), value) in rows.iter().zip(values) {
+            ui.colored_label(*color, name);
+            ui.monospace(value);
+            ui.end_row();
+        }
     });
 }
 
 /// Clicks, double clicks and menus.
 fn interact(
     ui: &Ui,
-    view: View,
     scene: &Scene<'_>,
     state: &mut ViewState,
     panels: &[Panel<'_>],
@@ -508,7 +508,6 @@ fn interact(
     if shown.windows(2).any(|w| range(&w[0]) != range(&w[1])) || state.cache.go_to.is_some() {
         ui.ctx().request_repaint();
     }
-    let _ = view;
     asked
 }
 

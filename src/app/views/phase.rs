@@ -47,7 +47,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
     let largest = |(a, b): (f64, f64)| a.abs().max(b.abs());
     let x_scale = Scale::suited(largest(x_range), &scene.unit());
     let y_scale = Scale::suited(largest(y_range), &y_unit);
-    let id = Id::new(("view", View::Phase, ID));
+    let id = Id::unique(("view", View::Phase, ID));
     let must_fit = state.cache.must_fit(View::Phase, ID);
     let memory = PlotMemory::load(ui.ctx(), id);
     let (min, max) = memory

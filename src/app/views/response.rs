@@ -10,6 +10,9 @@ use crate::app::plot::palette::Ink;
 use crate::app::plot::units;
 use crate::term::Symbol;
 
+/// A stretch is worth marking if its error exceeds the noise that stands in every comparison by this factor.
+const ABOVE_NOISE: f64 = 1.25;
+
 /// Length of the worst stretch in main periods of the response, and as a share of the record where it has none.
 const PERIODS: f64 = 3.0;
 const SHARE: f64 = 0.04;
@@ -33,7 +36,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
     // An error beyond the measurement's whole range says no more than that the response is lost.
     let measured = scene.samples(scene.measured());
     let range = state.cache.curve(("response", Ink::Measured), &measured).range();
-    lower.magnitude_up_to = Some(range.map_or(f64::INFINITY, |(low, high)| high - low));
+    lower.magnitude_up_to = Some(range.map(|(low, high)| high - low).filter(|r| *r > 0.0).unwrap_or(f64::INFINITY));
     if let Some(ghost) = ghost {
         lower.curves.push(curve(Ink::ErrorGhost, "before", &ghost.error, Part::Ghost));
     }
@@ -56,7 +59,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
 }
 
 /// The stretch of a few periods on which the error's root mean square is largest; none if the record is hardly longer, or
-/// if the error is zero.
+/// if the error there is but noise.
 fn worst_stretch(scene: &Scene<'_>, error: &[f64]) -> Option<Stretch> {
     let interval = scene.interval();
     let n = error.len();
@@ -76,5 +79,9 @@ fn worst_stretch(scene: &Scene<'_>, error: &[f64]) -> Option<Stretch> {
     }
     let samples = scene.samples(error);
     let rms = (worst.0 / length as f64).sqrt();
-    (rms > 0.0).then(|| Stretch { from: samples.at(worst.1), to: samples.at(worst.1 + length - 1), rms })
+    (rms > ABOVE_NOISE * scene.noise().unwrap_or(0.0)).then(|| Stretch {
+        from: samples.at(worst.1),
+        to: samples.at(worst.1 + length - 1),
+        rms,
+    })
 }

@@ -25,6 +25,8 @@ pub(super) struct Scene<'a> {
     pub(super) layout: Layout,
     /// The degree of freedom or state shown.
     pub(super) freedom: usize,
+    /// The input shown.
+    pub(super) input: usize,
     pub(super) dark: bool,
     strength: f32,
 }
@@ -40,8 +42,9 @@ impl<'a> Scene<'a> {
             .and_then(|outcome| outcome.records.iter().find(|r| Arc::ptr_eq(&r.record, &record.record)));
         let layout = picture.outcome.model.layout;
         let freedom = state.freedom.min(layout.freedoms.saturating_sub(1));
-        state.cache.attend_to(picture, index, freedom);
-        let fade = ui.ctx().animate_bool_with_time(egui::Id::new("stale views"), picture.stale, FADE_TIME);
+        let input = state.input.min(layout.inputs.saturating_sub(1));
+        state.cache.attend_to(picture, [index, freedom, input]);
+        let fade = ui.ctx().animate_bool_with_time(egui::Id::unique("stale views"), picture.stale, FADE_TIME);
         Some(Self {
             outcome: picture.outcome,
             record,
@@ -49,6 +52,7 @@ impl<'a> Scene<'a> {
             index,
             layout,
             freedom,
+            input,
             dark: ui.visuals().dark_mode,
             strength: 1.0 - STALE_FADE * fade,
         })

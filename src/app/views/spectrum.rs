@@ -62,7 +62,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
         (0.0, peak.map_or(highest, |p| (HARMONICS * p.frequency).min(highest)))
     };
     let y_range = value_range(&curves, level);
-    let id = Id::new(("view", View::Spectrum, ID, log));
+    let id = Id::unique(("view", View::Spectrum, ID, log));
     let must_fit = state.cache.must_fit(View::Spectrum, if log { "log" } else { "linear" });
     let memory = PlotMemory::load(ui.ctx(), id);
     let visible =
@@ -226,18 +226,14 @@ fn read_out(
     let tooltip =
         egui::Tooltip::always_open(response.ctx.clone(), response.layer_id, response.id, PopupAnchor::Pointer);
     tooltip.gap(14.0).show(|ui| {
-        egui::Grid::new("values at the pointer").num_columns(2).spacing([14.0, 2.0]).show(ui, |ui| {
-            ui.label("f");
-            ui.monospace(Scale::plain("Hz").format(frequency, 4));
-            ui.end_row();
-            for (ink, name, spectrum) in curves.iter().filter(|c| !state.hidden.contains(&c.0)) {
-                let line = |s: &&Spectrum| s.amplitudes.get((frequency / s.step).round().max(0.0) as usize).copied();
-                if let Some(amplitude) = spectrum.as_ref().and_then(line) {
-                    ui.colored_label(scene.color(*ink), *name);
-                    ui.monospace(units::format_si(amplitude, unit, 3));
-                    ui.end_row();
-                }
+        let text = ui.visuals().text_color();
+        let mut rows = vec![("f".to_owned(), Scale::plain("Hz").format(frequency, 4), text)];
+        for (ink, name, spectrum) in curves.iter().filter(|c| !state.hidden.contains(&c.0)) {
+            let line = |s: &&Spectrum| s.amplitudes.get((frequency / s.step).round().max(0.0) as usize).copied();
+            if let Some(amplitude) = spectrum.as_ref().and_then(line) {
+                rows.push(((*name).to_owned(), units::format_si(amplitude, unit, 3), scene.color(*ink)));
             }
-        });
+        }
+        panel::table_of(ui, &rows);
     });
 }

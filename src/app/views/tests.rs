@@ -220,42 +220,260 @@ fn cases() -> Vec<(&'static str, Case)> {
 }
 
 #[test]
-fn look() {
-    let Ok(folder) = std::env::var("LOOK") else { return };
-    let folder = PathBuf::from(folder);
-    for (size, suffix) in [(SIZE, ""), (vec2(1400.0, 900.0), "-wide")] {
-        for theme in [Theme::Light, Theme::Dark] {
-            for view in View::ALL {
-                let mut stage = Stage::new(view, &[Case { usage: Usage::HeldOut, ..Case::default() }, Case::default()]);
+fn every_view_shows_every_outcome() {
+    for view in View::ALL {
+        for (name, case) in cases() {
+            for theme in [Theme::Light, Theme::Dark] {
+                let mut stage = Stage::new(view, &[case, case]);
                 stage.state.acceleration = true;
-                if view == View::Response {
-                    stage.previous = Some(Arc::new(Outcome {
-                        records: vec![RecordOutcome {
-                            record: stage.outcome.records[0].record.clone(),
-                            ..record_of(0, &Case { detuned: 4e-3, ..Case::default() })
-                        }],
-                        ..(*stage.outcome).clone()
-                    }));
-                }
-                let mut harness = stage.harness(size, theme);
-                let image = harness.render().unwrap();
-                image.save(folder.join(format!("{}-{theme:?}{suffix}.png", view.label()))).unwrap();
+                stage.state.log_error = theme == Theme::Dark;
+                stage.state.log_frequency = theme == Theme::Dark;
+                stage.previous = Some(outcome_of(&[case, case]));
+                let mut harness = stage.harness(SIZE, theme);
+                harness.hover_at(pos2(400.0, 200.0));
+                harness.run();
+                assert!(harness.state().asked.is_none(), "{view:?}, {name}");
             }
         }
     }
-    for (name, case) in cases() {
-        let mut stage = Stage::new(View::Response, &[case]);
-        stage.state.log_error = name == "usual";
-        let mut harness = stage.harness(SIZE, Theme::Light);
-        harness.hover_at(pos2(400.0, 200.0));
-        harness.run();
-        harness.render().unwrap().save(folder.join(format!("case {name}.png"))).unwrap();
+}
+
+#[test]
+fn outcomes_without_records_and_records_without_samples_say_so() {
+    let mut empty = Stage::new(View::Response, &[Case::default()]);
+    empty.outcome = Arc::new(Outcome { records: Vec::new(), ..(*empty.outcome).clone() });
+    let harness = empty.harness(SIZE, Theme::Light);
+    harness.get_by_label_contains("No record is marked fit");
+    for view in View::ALL {
+        Stage::new(view, &[Case { samples: 0, ..Case::default() }]).harness(SIZE, Theme::Light);
     }
-    let stage = Stage::new(View::Response, &[Case::default()]);
-    let picture = Picture { outcome: &stage.outcome, previous: None, record: 0, stale: false };
-    for view in [View::Response, View::Phase] {
-        render(None, view, &picture, &stage.state, &Sheet::default())
-            .save(folder.join(format!("print {view:?}.png")))
-            .unwrap();
+    // A record index and choices left over from other data.
+    let mut stage = Stage::new(View::Response, &[Case::default()]);
+    stage.record = 7;
+    stage.state = ViewState { freedom: 9, input: 9, ..ViewState::default() };
+    stage.harness(SIZE, Theme::Light).get_by_label("run 1");
+}
+
+#[test]
+fn first_order_states_are_shown() {
+    for view in View::ALL {
+        let mut stage = Stage::new(view, &[Case { freedoms: 3, inputs: 0, ..Case::default() }]);
+        let mut outcome = (*stage.outcome).clone();
+        outcome.model = Model::first_order(0, vec![Equation { terms: Vec::new() }; 3]);
+        outcome.records.iter_mut().for_each(|r| r.states.truncate(3));
+        stage.outcome = Arc::new(outcome);
+        let harness = stage.harness(SIZE, Theme::Light);
+        if view == View::Response {
+            harness.get_by_label("x3");
+        }
+    }
+}
+
+#[test]
+fn the_pointer_reads_values() {
+    let mut harness = Stage::new(View::Response, &[Case::default()]).harness(SIZE, Theme::Light);
+    harness.hover_at(pos2(400.0, 200.0));
+    harness.run();
+    for name in ["t", "x measured", "x identified", "E"] {
+        harness.get_by_label(name);
+    }
+    let id = egui::Id::unique(("view", View::Response, "response"));
+    let transform = egui_plot::PlotMemory::load(&harness.ctx, id).unwrap().transform();
+    let t = transform.value_from_position(pos2(400.0, 200.0)).x;
+    let measured = harness.state().outcome.records[0].record.channels[0].values[(t / 5e-3).round() as usize];
+    let shown = crate::app::plot::number::significant(measured * 1e3, 4);
+    harness.get_by_label_contains(&format!("{shown} mm"));
+
+    // In the plot beneath the same instant is read.
+    harness.hover_at(pos2(400.0, 500.0));
+    harness.run();
+    harness.get_by_label_contains(&format!("{shown} mm"));
+
+    harness.remove_cursor();
+    harness.run();
+    assert!(harness.query_by_label("x measured").is_none());
+}
+
+#[test]
+fn legends_switch_curves() {
+    let mut harness = Stage::new(View::Response, &[Case::default()]).harness(SIZE, Theme::Light);
+    let all = harness.render().unwrap();
+    harness.get_by_label("identified").click();
+    harness.run();
+    assert_eq!(harness.state().state.hidden, BTreeSet::from([Ink::Identified]));
+    harness.remove_cursor();
+    harness.run();
+    assert_ne!(harness.render().unwrap(), all);
+    harness.get_by_label("identified").click();
+    harness.run();
+    assert!(harness.state().state.hidden.is_empty());
+
+    // Alt-click shows one alone, and all again.
+    for hidden in [vec![Ink::Identified], vec![]] {
+        harness.get_by_label("measured").click_modifiers(egui::Modifiers::ALT);
+        harness.run();
+        assert_eq!(harness.state().state.hidden, hidden.into_iter().collect());
+    }
+}
+
+/// The range of time that a plot shows.
+fn time_shown(harness: &Harness<'_, Stage>, plot: &str) -> (f64, f64) {
+    let id = egui::Id::unique(("view", harness.state().view, plot));
+    let memory = egui_plot::PlotMemory::load(&harness.ctx, id).unwrap();
+    (memory.bounds().min()[0], memory.bounds().max()[0])
+}
+
+#[test]
+fn the_worst_stretch_is_one_click_away_and_a_double_click_shows_all() {
+    let mut harness = Stage::new(View::Response, &[Case::default()]).harness(SIZE, Theme::Light);
+    let whole = time_shown(&harness, "response");
+    assert!(whole.0 < 0.0 && whole.1 > 29.9 && whole.1 < 31.0, "{whole:?}");
+    harness.get_by_label_contains("worst ").click();
+    harness.run();
+    let near = time_shown(&harness, "response");
+    assert!(near.1 - near.0 < 8.0, "{near:?}");
+    assert_eq!(near, time_shown(&harness, "error"), "plots above each other show the same time");
+
+    // The other views over time show it too.
+    harness.state_mut().view = View::Input;
+    harness.run();
+    harness.run();
+
+    harness.state_mut().view = View::Response;
+    harness.run();
+    let at = pos2(400.0, 500.0);
+    for pressed in [true, false, true, false] {
+        harness.event(egui::Event::PointerMoved(at));
+        harness.event(egui::Event::PointerButton {
+            pos: at,
+            button: egui::PointerButton::Primary,
+            pressed,
+            modifiers: egui::Modifiers::NONE,
+        });
+    }
+    harness.run();
+    assert_eq!(time_shown(&harness, "response"), whole);
+}
+
+#[test]
+fn the_wheel_zooms_time_and_a_new_outcome_of_the_same_record_keeps_the_zoom() {
+    let mut harness = Stage::new(View::Response, &[Case::default(), Case { samples: 900, ..Case::default() }])
+        .harness(SIZE, Theme::Light);
+    let whole = time_shown(&harness, "response");
+    harness.hover_at(pos2(400.0, 200.0));
+    harness.event(egui::Event::MouseWheel {
+        unit: egui::MouseWheelUnit::Point,
+        delta: vec2(0.0, 120.0),
+        phase: egui::TouchPhase::Move,
+        source: egui::MouseWheelSource::Unknown,
+        modifiers: egui::Modifiers::NONE,
+    });
+    harness.run();
+    let near = time_shown(&harness, "response");
+    assert!(near.1 - near.0 < 0.8 * (whole.1 - whole.0), "{near:?}");
+    assert_eq!(time_shown(&harness, "error"), near);
+
+    let mut changed = (*harness.state().outcome).clone();
+    changed.records[0].channels[0].response.iter_mut().for_each(|x| *x *= 1.1);
+    let stage = harness.state_mut();
+    stage.previous = Some(std::mem::replace(&mut stage.outcome, Arc::new(changed)));
+    harness.run();
+    assert_eq!(time_shown(&harness, "response"), near);
+    harness.get_all_by_label("before").next().unwrap();
+
+    harness.state_mut().record = 1;
+    harness.run();
+    let other = time_shown(&harness, "response");
+    assert!(other.1 < 5.0, "another record is shown whole: {other:?}");
+}
+
+#[test]
+fn the_menu_copies_what_is_shown_and_asks_for_a_picture() {
+    let mut harness =
+        Stage::new(View::Response, &[Case { samples: 50, ..Case::default() }]).harness(SIZE, Theme::Light);
+    let open = |harness: &mut Harness<'_, Stage>| {
+        let at = pos2(400.0, 200.0);
+        harness.event(egui::Event::PointerMoved(at));
+        for pressed in [true, false] {
+            harness.event(egui::Event::PointerButton {
+                pos: at,
+                button: egui::PointerButton::Secondary,
+                pressed,
+                modifiers: egui::Modifiers::NONE,
+            });
+        }
+        harness.run();
+    };
+    open(&mut harness);
+    harness.get_by_label("Copy what is shown as CSV").click();
+    harness.step();
+    let copied = harness.output().platform_output.commands.iter().find_map(|c| match c {
+        egui::OutputCommand::CopyText(text) => Some(text.clone()),
+        _ => None,
+    });
+    let text = copied.unwrap();
+    assert!(text.starts_with("t (s),x measured (m),x identified (m),E error (m)\n0,"), "{text}");
+    assert_eq!(text.lines().count(), 51);
+
+    harness.run();
+    open(&mut harness);
+    harness.get_by_label("Save picture…").click();
+    harness.run();
+    assert_eq!(harness.state().asked, Some(Request::SavePicture));
+}
+
+#[test]
+fn the_header_steps_through_records_and_chooses_degrees_of_freedom() {
+    let case = Case { freedoms: 2, ..Case::default() };
+    let mut harness = Stage::new(View::Response, &[case, case]).harness(SIZE, Theme::Light);
+    harness.get_by_label("Next record").click();
+    harness.run();
+    assert_eq!(harness.state().asked, Some(Request::ShowRecord(1)));
+    harness.get_by_label("x2").click();
+    harness.run();
+    assert_eq!(harness.state().state.freedom, 1);
+}
+
+#[test]
+fn what_is_chosen_survives_a_restart() {
+    let state =
+        ViewState { hidden: BTreeSet::from([Ink::Measured]), freedom: 1, log_frequency: true, ..ViewState::default() };
+    let text = serde_json::to_string(&state).unwrap();
+    let read: ViewState = serde_json::from_str(&text).unwrap();
+    assert_eq!((read.hidden, read.freedom, read.log_frequency), (state.hidden, 1, true));
+    assert!(serde_json::from_str::<ViewState>("{}").unwrap().hidden.is_empty());
+}
+
+#[test]
+fn pictures_for_print_are_twice_as_fine_and_show_what_the_window_shows() {
+    let mut harness = Stage::new(View::Response, &[Case::default()]).harness(SIZE, Theme::Dark);
+    let draw = |harness: &Harness<'_, Stage>| {
+        let stage = harness.state();
+        let picture = Picture { outcome: &stage.outcome, previous: None, record: 0, stale: false };
+        render(Some(&harness.ctx), View::Response, &picture, &stage.state, &Sheet::default())
+    };
+    let whole = draw(&harness);
+    assert_eq!(whole.dimensions(), (1520, 1120));
+    assert_eq!(whole.get_pixel(3, 1117).0, [255; 4], "paper is white, whatever the window's theme");
+    harness.get_by_label_contains("worst ").click();
+    harness.run();
+    assert_ne!(draw(&harness), whole, "a zoomed plot is printed zoomed");
+}
+
+#[test]
+fn pictures() {
+    let mut results = egui_kittest::SnapshotResults::new();
+    let held_out = Case { usage: Usage::HeldOut, ..Case::default() };
+    for (view, theme, case, name) in [
+        (View::Response, Theme::Light, held_out, "view_response"),
+        (View::Response, Theme::Light, Case { diverges: Some(0.4), ..held_out }, "view_response_diverged"),
+        (View::Velocity, Theme::Dark, held_out, "view_velocity_dark"),
+        (View::Phase, Theme::Light, held_out, "view_phase"),
+        (View::Spectrum, Theme::Dark, held_out, "view_spectrum_dark"),
+    ] {
+        let stage = Stage::new(view, &[case, case]);
+        let mut harness = stage.harness(vec2(640.0, 480.0), theme);
+        harness.snapshot(name);
+        results.extend_harness(&mut harness);
     }
 }
