@@ -8,5 +8,6 @@
 pub mod model;
 pub mod record;
 pub mod signal;
+pub mod simulate;
 pub mod study;
 pub mod term;
