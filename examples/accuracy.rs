@@ -84,12 +84,7 @@ fn main() -> Result<()> {
     println!("| system | identified | RMSE of x (m) | report |");
     println!("| --- | --- | --- | --- |");
     let duffing_terms = "x, v, u, x^2, x^3, v*|v|, sgn(v)";
-    let duffing = identify(
-        records("duffing", &seeded(1))?,
-        records("duffing", &other_force())?,
-        duffing_terms,
-        "",
-    )?;
+    let duffing = identify(records("duffing", &seeded(1))?, records("duffing", &other_force())?, duffing_terms, "")?;
     row("Duffing, clean", &duffing, held_out(&duffing), "0.0024");
     let truth = ["x", "v", "u", "x^3"];
     let mut outcomes = Vec::new();
@@ -127,12 +122,8 @@ fn main() -> Result<()> {
         .map(|f| (f / -0.0856 - 1.0).abs())
         .fold(0.0, f64::max);
     println!("\nLargest error of the friction force over the seeds: {:.1} %", 100.0 * worst);
-    let unlocked = identify(
-        records("friction", &seeded(1))?,
-        records("friction", &held_out_tone(0.0))?,
-        FRICTION_TERMS,
-        "",
-    )?;
+    let unlocked =
+        identify(records("friction", &seeded(1))?, records("friction", &held_out_tone(0.0))?, FRICTION_TERMS, "")?;
     println!("\nFriction, clean, nothing locked: {} (RMSE {:.2e})", equation(&unlocked.model), held_out(&unlocked));
     Ok(())
 }
@@ -153,7 +144,14 @@ fn summary(system: &str, outcomes: &[Outcome], truth: &[&str], report: &str) {
     let errors = outcomes.iter().map(held_out).collect::<Vec<_>>();
     for o in outcomes {
         let s = &o.settings;
-        eprintln!("{system}: {} {:.2e} w{} o{} thr {}", equation(&o.model), held_out(o), s.smoothing.window, s.smoothing.order, s.threshold);
+        eprintln!(
+            "{system}: {} {:.2e} w{} o{} thr {}",
+            equation(&o.model),
+            held_out(o),
+            s.smoothing.window,
+            s.smoothing.order,
+            s.threshold
+        );
     }
     if let Some(first) = outcomes.first() {
         row(&format!("{system} ({} seeds, {wrong} with a wrong term)", outcomes.len()), first, median(errors), report);

@@ -12,6 +12,7 @@ pub mod model;
 pub mod record;
 pub mod rig;
 pub mod signal;
+pub mod simulate;
 pub mod sparse;
 pub mod study;
 pub mod term;
