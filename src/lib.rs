@@ -10,6 +10,7 @@ pub mod app;
 pub mod format;
 pub mod model;
 pub mod record;
+pub mod report;
 pub mod signal;
 pub mod study;
 pub mod term;
