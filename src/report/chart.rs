@@ -82,14 +82,13 @@ impl Axis {
             return Vec::new();
         }
         let stride = ((high - low) * spacing / length).ceil().max(1.0) as i32;
-        let label = |power: i32| match power {
-            -2..=4 => significant_trimmed(10f64.powi(power), 1),
-            _ => format!("10{}", superscript(power)),
+        let powers: Vec<i32> =
+            ((low - 1e-9).ceil() as i32..=(high + 1e-9).floor() as i32).filter(|p| p.rem_euclid(stride) == 0).collect();
+        let plain = powers.iter().all(|p| (-2..=4).contains(p));
+        let label = |power: i32| {
+            if plain { significant_trimmed(10f64.powi(power), 1) } else { format!("10{}", superscript(power)) }
         };
-        ((low - 1e-9).ceil() as i32..=(high + 1e-9).floor() as i32)
-            .filter(|p| p.rem_euclid(stride) == 0)
-            .map(|p| (10f64.powi(p), label(p)))
-            .collect()
+        powers.into_iter().map(|p| (10f64.powi(p), label(p))).collect()
     }
 }
 
@@ -193,15 +192,14 @@ impl Panel {
     }
 }
 
-/// Keys of lines side by side, the last one ending at `right`.
-pub(super) fn legend(svg: &mut Svg, entries: &[(Ink, &str)], right: f64, base: f64) {
-    let mut x = right;
-    for (ink, label) in entries.iter().rev() {
-        // Labels are short words; half a size a letter leaves room in any proportional font.
-        let width = 5.4 * label.chars().count() as f64;
-        svg.text("key", (x, base), Anchor::End, label);
-        svg.line(class(*ink), (x - width - 26.0, base - 3.5), (x - width - 5.0, base - 3.5));
-        x -= width + 44.0;
+/// Keys of lines side by side, the first one beginning at `left`.
+pub(super) fn legend(svg: &mut Svg, entries: &[(Ink, &str)], left: f64, base: f64) {
+    let mut x = left;
+    for (ink, label) in entries {
+        svg.line(class(*ink), (x, base - 3.5), (x + 22.0, base - 3.5));
+        svg.text("key", (x + 28.0, base), Anchor::Start, label);
+        // Room for the label in any proportional font.
+        x += 48.0 + 5.6 * label.chars().count() as f64;
     }
 }
 

@@ -193,7 +193,7 @@ fn response(outcome: &Outcome, record: &RecordOutcome, name: &str) -> Option<Fig
     if record.diverged_at.is_some() {
         keys.push((Ink::Diverged, "diverged"));
     }
-    legend(&mut drawing, &keys, WIDTH - RIGHT, TOP - 8.0);
+    legend(&mut drawing, &keys, LEFT, TOP - 8.0);
     Some(Figure { drawing, size: (WIDTH, top - GAP + BELOW), caption: response_caption(outcome, record, detailed) })
 }
 
@@ -293,7 +293,7 @@ fn portrait_and_spectrum(outcome: &Outcome, record: &RecordOutcome) -> Option<Fi
         return None;
     }
     let keys = [(Ink::Measured, "measured"), (Ink::Identified, "identified"), (Ink::Error, "error E")];
-    legend(&mut drawing, &keys, WIDTH - RIGHT, TOP - 8.0);
+    legend(&mut drawing, &keys, LEFT, TOP - 8.0);
     let caption = match sentences.as_slice() {
         [left, right] => format!("Record {}. Left, {left}; right, {right}.", record.record.name),
         _ => format!("Record {}: {}.", record.record.name, sentences.join("; ")),

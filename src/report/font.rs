@@ -22,7 +22,7 @@ impl Face {
     /// Family name, as the font file gives it.
     pub(super) fn family(self) -> &'static str {
         match self {
-            Self::Text => "Ubuntu Light",
+            Self::Text => "Ubuntu",
             Self::Mono => "Hack",
         }
     }

@@ -1,9 +1,9 @@
 //! Equations typeset: as MathML for a browser, and laid out for a picture.
 
 use super::font::{Face, Fonts};
-use super::svg::{Svg, escape};
+use super::svg::{Svg, digit_of_superscript, escape};
 use crate::format::equations::{by_share, digits, is_kinematic};
-use crate::format::number::significant_trimmed;
+use crate::format::number::{significant, significant_trimmed};
 use crate::model::Model;
 use crate::term::{Expression, Function, Kind, Layout, Symbol, Term};
 
@@ -69,7 +69,10 @@ pub(super) fn equations(model: &Model) -> Vec<EquationRows> {
                             (false, _) => parts.push(Math::Operator(" + ")),
                         }
                         let size = term.coefficient.abs();
-                        let number = number(&significant_trimmed(size, digits(size, term.std_error)));
+                        let number = number(&match term.std_error {
+                            Some(_) => significant(size, digits(size, term.std_error)),
+                            None => significant_trimmed(size, digits(size, None)),
+                        });
                         match self::term(&term.term, &model.layout, true) {
                             Math::Upright(one) if one == "1" => parts.push(number),
                             factor => parts.extend([number, Math::Operator("\u{2009}"), factor]),
@@ -116,16 +119,7 @@ pub(super) fn number(text: &str) -> Math {
     match text.split_once("×10") {
         None => Math::Upright(text.into()),
         Some((digits, power)) => {
-            let power = power
-                .chars()
-                .map(|c| match c {
-                    '⁻' => '−',
-                    '¹' => '1',
-                    '²' => '2',
-                    '³' => '3',
-                    c => char::from_digit((c as u32).wrapping_sub('⁰' as u32), 10).unwrap_or(c),
-                })
-                .collect();
+            let power = power.chars().filter_map(digit_of_superscript).collect();
             let ten = Math::Superscript(Math::Upright("10".into()).into(), Math::Upright(power).into());
             Math::Row(vec![Math::Upright(digits.into()), Math::Operator("×"), ten])
         }
@@ -220,11 +214,12 @@ fn product(e: &Expression, layout: &Layout) -> Math {
         other => std::slice::from_ref(other),
     };
     let (mut above, mut below) = (Vec::new(), Vec::new());
+    let divisors = parts.iter().filter(|p| matches!(p, Expression::Power(_, exponent) if *exponent < 0.0)).count();
+    // A lone sum needs no brackets beneath a bar.
+    let beneath = if divisors == 1 { Binding::Sum } else { Binding::Product };
     for part in parts {
         let (side, factor) = match part {
-            Expression::Power(base, exponent) if *exponent == -1.0 => {
-                (&mut below, bracketed(base, Binding::Product, layout))
-            }
+            Expression::Power(base, exponent) if *exponent == -1.0 => (&mut below, bracketed(base, beneath, layout)),
             Expression::Power(base, exponent) if *exponent < 0.0 => {
                 (&mut below, bracketed(&Expression::Power(base.clone(), -exponent), Binding::Product, layout))
             }

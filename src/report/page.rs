@@ -20,6 +20,8 @@ const MONO: f64 = 10.5;
 const QUIET: f64 = 11.0;
 const LINE: f64 = 17.0;
 const EQUATION: f64 = 17.0;
+/// Size of formulas in tables.
+const FORMULA: f64 = 13.0;
 /// Length of the bar of a term that is the whole rate.
 const BAR: f64 = 80.0;
 
@@ -181,9 +183,18 @@ impl Page<'_> {
             self.svg.line("headrow", (MARGIN, self.y), (right, self.y));
         }
         for row in &table.rows {
+            let (ascent, descent) = row
+                .iter()
+                .filter_map(|c| match c {
+                    Cell::Formula(math) => Some(math.layout(self.fonts, FORMULA)),
+                    _ => None,
+                })
+                .fold((LINE - 5.0, 5.0), |(a, d), laid| {
+                    (f64::max(a, laid.ascent + 1.0), f64::max(d, laid.descent + 3.0))
+                });
             let mut lower = self.y;
             for (column, (cell, x)) in row.iter().zip(&starts).enumerate() {
-                let base = self.y + LINE - 2.0;
+                let base = self.y + 3.0 + ascent;
                 lower = lower.max(match cell {
                     Cell::Text(text) if column + 1 == columns => {
                         let lines = self.fonts.lines(text, BODY, Face::Text, last_room);
@@ -201,7 +212,7 @@ impl Page<'_> {
                         base
                     }
                     Cell::Formula(math) => {
-                        math.layout(self.fonts, BODY + 1.0).draw(&mut self.svg, (*x, base));
+                        math.layout(self.fonts, FORMULA).draw(&mut self.svg, (*x, base));
                         base
                     }
                     Cell::Share(share) => {
@@ -212,7 +223,7 @@ impl Page<'_> {
                     }
                 });
             }
-            self.y = lower + 5.0;
+            self.y = lower + descent;
             self.svg.line("row", (MARGIN, self.y), (right, self.y));
         }
         self.y += 6.0;
@@ -222,7 +233,7 @@ impl Page<'_> {
         match cell {
             Cell::Text(text) => self.fonts.width(text, BODY, Face::Text),
             Cell::Number(text) => self.fonts.width(text, MONO, Face::Mono),
-            Cell::Formula(math) => math.layout(self.fonts, BODY + 1.0).width,
+            Cell::Formula(math) => math.layout(self.fonts, FORMULA).width,
             Cell::Share(_) => BAR + 50.0,
         }
     }

@@ -20,6 +20,33 @@ pub(super) fn escape(text: &str) -> String {
     out
 }
 
+/// Text made safe, its superscript digits set as smaller raised ones: few fonts have them all.
+fn raised(text: &str) -> String {
+    let Some(start) = text.find(|c| digit_of_superscript(c).is_some()) else { return escape(text) };
+    let (before, from) = text.split_at(start);
+    let end = from.find(|c| digit_of_superscript(c).is_none()).unwrap_or(from.len());
+    let (digits, after) = from.split_at(end);
+    let digits: String = digits.chars().filter_map(digit_of_superscript).collect();
+    let mut out = format!("{}<tspan font-size=\"0.75em\" dy=\"-0.42em\">{digits}</tspan>", escape(before));
+    if !after.is_empty() {
+        // Back to the line: 0.42 em of the smaller size.
+        let _ = write!(out, "<tspan dy=\"0.315em\">{}</tspan>", raised(after));
+    }
+    out
+}
+
+/// The digit or minus that a superscript stands for.
+pub(super) fn digit_of_superscript(c: char) -> Option<char> {
+    match c {
+        '⁻' => Some('−'),
+        '¹' => Some('1'),
+        '²' => Some('2'),
+        '³' => Some('3'),
+        '⁰' | '⁴'..='⁹' => char::from_digit(c as u32 - '⁰' as u32, 10),
+        _ => None,
+    }
+}
+
 /// Coordinates with as many decimals as a print at 300 dpi can show.
 pub(super) struct Place(pub(super) f64);
 
@@ -77,7 +104,7 @@ impl Svg {
             "<text class=\"{class}\" xml:space=\"preserve\" x=\"{}\" y=\"{}\"{anchor}>{}</text>",
             Place(at.0),
             Place(at.1),
-            escape(text)
+            raised(text)
         );
     }
 
@@ -88,7 +115,7 @@ impl Svg {
             "<text class=\"{class}\" text-anchor=\"middle\" transform=\"translate({} {}) rotate(-90)\">{}</text>",
             Place(at.0),
             Place(at.1),
-            escape(text)
+            raised(text)
         );
     }
 
