@@ -11,6 +11,8 @@ pub mod format;
 pub mod model;
 pub mod record;
 pub mod report;
+pub mod rig;
 pub mod signal;
+pub mod sparse;
 pub mod study;
 pub mod term;

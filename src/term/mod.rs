@@ -264,7 +264,7 @@ mod tests {
             "clip(x-u,0.5)",
             "(x-u)^3",
             "1e-5*x",
-            "sgn(v)*(1+x)",
+            "(x+1)*sgn(v)",
             "exp(-x)",
             "x-u-1",
         ] {
