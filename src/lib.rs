@@ -7,6 +7,7 @@
 
 #[cfg(feature = "desktop")]
 pub mod app;
+pub mod command;
 pub mod format;
 pub mod model;
 pub mod record;

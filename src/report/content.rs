@@ -76,6 +76,42 @@ pub(super) fn blocks(report: &Report<'_>, room: &Room) -> Vec<Block> {
     blocks
 }
 
+/// What a terminal says beside the equations.
+pub(super) fn summary(report: &Report<'_>) -> Vec<Block> {
+    let outcome = report.outcome;
+    let unit = displacement_unit(outcome);
+    let mut blocks = vec![Block::Table(errors(outcome, unit))];
+    if let Some(noise) = outcome.noise_floor {
+        blocks.push(Block::Paragraph(format!(
+            "noise floor {} (standard deviation, estimated)",
+            format_si(noise, unit, 2)
+        )));
+    }
+    for record in &outcome.records {
+        if let Some(t) = record.diverged_at {
+            let text = format!(
+                "record {}: the response left the data's range at t = {} s",
+                record.record.name,
+                significant(t, 4)
+            );
+            blocks.push(Block::Paragraph(text));
+        }
+    }
+    blocks.push(Block::Heading("Settings"));
+    blocks.push(Block::Table(settings(outcome)));
+    blocks.extend(report.choice.map(|reason| Block::Paragraph(reason.to_owned())));
+    let notices = notices(report);
+    if !notices.is_empty() {
+        blocks.push(Block::Heading("Data"));
+        blocks.extend(notices.into_iter().map(Block::Paragraph));
+    }
+    if !outcome.warnings.is_empty() {
+        blocks.push(Block::Heading("To know"));
+        blocks.push(Block::Warnings(outcome.warnings.iter().map(|w| (w.severity, w.text.clone())).collect()));
+    }
+    blocks
+}
+
 /// The unit of the first displacement; errors are in it.
 pub(super) fn displacement_unit(outcome: &Outcome) -> &str {
     outcome.records.first().and_then(|r| r.record.channel(Role::Displacement(0))).map_or("", |c| c.unit.as_str())

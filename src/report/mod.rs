@@ -11,6 +11,7 @@ mod math;
 mod page;
 mod style;
 mod svg;
+mod text;
 
 use std::ffi::OsStr;
 use std::path::Path;
@@ -78,6 +79,11 @@ impl Format {
 }
 
 impl Report<'_> {
+    /// Errors, doubts and settings in plain text, for a terminal.
+    pub fn summary(&self) -> String {
+        text::document(&content::summary(self))
+    }
+
     /// The web page.
     pub fn html(&self) -> String {
         html::document(self.title, &content::blocks(self, &figures::Room::WEB))
