@@ -7,9 +7,11 @@
 
 #[cfg(feature = "desktop")]
 pub mod app;
+pub mod command;
 pub mod format;
 pub mod model;
 pub mod record;
+pub mod report;
 pub mod rig;
 pub mod signal;
 pub mod simulate;
