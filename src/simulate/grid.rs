@@ -45,8 +45,8 @@ const POLES: [f64; 3] = [-0.535_280_430_796_438_2, -0.122_554_615_192_326_69, -0
 /// Measured: a higher degree follows coarse sines better at the very end but multiplies noise there.
 const END_DEGREE: usize = 5;
 
-/// Samples of that continuation: the largest pole to this power is below 1e-8.
-const MARGIN: usize = 32;
+/// Samples of that continuation: the largest pole to this power is below 1e-13.
+const MARGIN: usize = 48;
 
 /// B-spline of degree 7 and its first three derivatives at the whole numbers −3 … 3.
 const BASIS: [[f64; 7]; 4] = [

@@ -73,7 +73,7 @@ impl Side {
         }
         let (slope, next_slope) = (self.sign * self.slope, self.sign * self.next_slope);
         if slope < 0.0 && next_slope > 0.0 && value < -slope * length && next < next_slope * length {
-            return self.lowest(length).map(Change::Touch);
+            return self.lowest(length, 0.5 * value.min(next)).map(Change::Touch);
         }
         (value == 0.0 && next == 0.0).then_some(Change::Vanish)
     }
@@ -100,8 +100,8 @@ impl Side {
         0.5 * (low + high)
     }
 
-    /// Where the cubic is lowest, if it may be below zero there.
-    fn lowest(&self, length: f64) -> Option<f64> {
+    /// Where the cubic is lowest, if it is below `limit` there and may be below zero.
+    fn lowest(&self, length: f64, limit: f64) -> Option<f64> {
         let mut best = (f64::INFINITY, 0.5);
         for k in 1..32 {
             let share = f64::from(k) / 32.0;
@@ -110,9 +110,9 @@ impl Side {
                 best = (value, share);
             }
         }
-        // A thirty-second of the step beside the lowest point, the cubic is higher by less than this.
+        // The true lowest point lies between two of these, by less than this lower.
         let slack = 1e-3 * length * (self.slope.abs() + self.next_slope.abs());
-        (best.0 < slack).then_some(best.1)
+        (best.0 < limit && best.0 < slack).then_some(best.1)
     }
 }
 
@@ -283,9 +283,10 @@ impl<const N: usize> Machine<'_, N> {
     fn locate(&mut self, k: usize, change: Change, span: &Span, (done, end): (f64, f64), place: f64) -> f64 {
         let sign = self.work.sides[k].sign;
         let leaves = matches!(change, Change::Leave(_));
-        let distance = |value: f64| if leaves { 1.0 - value.abs() } else { sign * value };
+        // A stick is left just beyond its limit, so that the motion then starts to the side that it is left to.
+        let distance = |value: f64| if leaves { 1.0 + RESOLUTION - value.abs() } else { sign * value };
         let side = self.work.sides[k];
-        let resolution = if leaves { RESOLUTION } else { 1e-3 * RESOLUTION * side.largest };
+        let resolution = if leaves { 0.5 * RESOLUTION } else { 1e-3 * RESOLUTION * side.largest };
         let (mut low, mut high) = ((0.0, distance(side.value)), (1.0, distance(side.next)));
         if low.1 <= 0.0 && (leaves || sign * side.slope <= 0.0) {
             return done;

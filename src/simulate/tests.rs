@@ -47,7 +47,8 @@ fn dop853(acceleration: impl Fn(f64, &[f64; 2]) -> f64, initial: [f64; 2], inter
     let end = interval * (samples - 1) as f64;
     let solution = IVP::ode(&system, 0.0, end, initial)
         .even(interval)
-        .method(ExplicitRungeKutta::dop853().rtol(1e-13).atol(1e-13).max_steps(10_000_000))
+        // Short steps: the dense output that gives the samples is less accurate than the steps.
+        .method(ExplicitRungeKutta::dop853().rtol(1e-13).atol(1e-13).max_steps(10_000_000).h_max(0.01))
         .solve()
         .unwrap();
     let mut x: Vec<f64> = solution.y.iter().map(|y| y[0]).collect();
@@ -186,7 +187,7 @@ fn base_excited_friction_as_an_independent_integrator_has_it() {
             friction_reference(|t, x, v| k * (u(t) - x) + c * (du(t) - v), friction, [0.0, 0.0], interval, n);
         let error = worst(&response.states[0], &reference);
         // Displacements are some 1e-2 m; the reference itself is good to 1e-12.
-        assert!(error < 2e-9, "friction {friction}: {error:e}");
+        assert!(error < 2e-10, "friction {friction}: {error:e}");
         assert_eq!(response.sticks.len() > 5, sticks, "{}", response.sticks.len());
     }
 }
@@ -194,7 +195,7 @@ fn base_excited_friction_as_an_independent_integrator_has_it() {
 #[test]
 fn friction_against_a_moving_base_sticks_to_it() {
     let (k, c, friction) = (300.0, 0.5, 0.6);
-    let (a, w) = (0.004, TAU * 1.3);
+    let (a, w) = (0.02, TAU * 1.3);
     let u = |t: f64| a * (1.0 - (w * t).cos());
     let (interval, n) = (2e-3, 3000);
     let simulator = second(1, &[&[("x-u", -k), ("v-du", -c), ("sgn(v-du)", -friction)]]);
@@ -295,8 +296,11 @@ fn duffing_agrees_with_dop853() {
     let grid = InputGrid::new(0.0, interval, n, &[&sampled(interval, n, force)], None);
     let response = all(&simulator, &grid, &[0.1, 0.0]);
     let reference = dop853(|t, y| force(t) - 0.2 * y[1] - y[0] - 0.6 * y[0].powi(3), [0.1, 0.0], interval, n);
-    let error = worst(&response.states[0], &reference);
-    assert!(error < 1e-8, "{error:e}");
+    // The default tolerance, spent on each of the 1000 samples that the damping remembers.
+    assert!(worst(&response.states[0], &reference) < 5e-8, "{:e}", worst(&response.states[0], &reference));
+    let limits = Limits { tolerance: 1e-12, ..Limits::default() };
+    let response = simulator.run(&grid, &[0.1, 0.0], 0..n, &limits);
+    assert!(worst(&response.states[0], &reference) < 1e-10, "{:e}", worst(&response.states[0], &reference));
 }
 
 #[test]
@@ -516,7 +520,6 @@ fn the_spline_follows_coarse_sines_and_its_derivatives() {
                 errors[end][order] = errors[end][order].max(error);
             }
         }
-        println!("{per_period}: {errors:?}");
         assert!(errors[0][0] < inside && errors[0][1] < 10.0 * inside, "{per_period}: {errors:?}");
         assert!(errors[1][0] < ends, "{per_period}: {errors:?}");
     }
