@@ -5,13 +5,14 @@ mod noise;
 mod savgol;
 mod smoothing;
 pub mod spectrum;
+mod sums;
 
 pub use difference::central;
 pub use noise::standard_deviation;
 pub use savgol::SavitzkyGolay;
-pub(crate) use savgol::dot;
 pub use smoothing::{Differentiation, Smoothing};
 pub use spectrum::{Peak, Spectrum};
+pub(crate) use sums::{dot, mean_and_variance, rms};
 
 use crate::record::{Record, Role};
 use crate::term::{Kind, Layout};

@@ -1,6 +1,6 @@
 use nalgebra::{DMatrix, DVector};
 
-use crate::signal::dot;
+use crate::signal::{dot, rms};
 
 /// Columns and one target reduced to a small triangle that every least-squares problem on a subset of them can be
 /// solved from: `RᵀR = [Θ y]ᵀ[Θ y]`.
@@ -159,11 +159,6 @@ impl Reduced {
     }
 }
 
-/// Root mean square; 0 of nothing.
-pub(crate) fn rms(values: &[f64]) -> f64 {
-    if values.is_empty() { 0.0 } else { (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt() }
-}
-
 /// Least squares by column-pivoted Householder QR; columns that add nothing get zero.
 fn least_squares(a: DMatrix<f64>, rhs: DVector<f64>) -> Vec<f64> {
     let p = a.ncols();
@@ -262,7 +257,10 @@ mod tests {
         let stacked = Reduced::stack(&[&part(0..300), &part(300..1000)]);
         let (a, ra) = whole.solve(&[0, 1, 2], &[], |_| 0.0);
         let (b, rb) = stacked.solve(&[0, 1, 2], &[], |_| 0.0);
-        assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-12) && (ra - rb).abs() < 1e-12, "{a:?} {b:?} {ra} {rb}");
+        assert!(
+            a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-12) && (ra - rb).abs() < 1e-12,
+            "{a:?} {b:?} {ra} {rb}"
+        );
         assert!((whole.target_scale() - stacked.target_scale()).abs() < 1e-9 * whole.target_scale());
     }
 

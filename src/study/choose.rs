@@ -7,12 +7,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use super::regression::{Regression, candidate_terms, fitted_states};
-use super::response::{Drive, stretch};
+use super::response::Drive;
 use super::suggest::odd;
-use super::{Cancel, Prepared, Settings, Smoothing, StudyError, check};
+use super::{Cancel, Settings, Smoothing, StudyError, check};
 use crate::record::{Record, RecordSet, Role, Usage};
-use crate::signal::{Differentiation, Facts};
-use crate::simulate::Simulator;
+use crate::signal::{Differentiation, Facts, Signals, mean_and_variance};
+use crate::simulate::{Simulator, Workspace};
 use crate::term::Layout;
 
 /// Which settings [`choose`] may change.
@@ -66,6 +66,8 @@ struct Plan {
     /// What is simulated.
     records: Vec<(Arc<Record>, Arc<Facts>)>,
     folds: Vec<Fold>,
+    /// Variance of each record's displacements, summed.
+    variance: Vec<f64>,
 }
 
 /// One setting with its errors.
@@ -108,10 +110,8 @@ pub fn choose(
     if let Some(best) = best(&tried)
         && rounds > 1.0
     {
-        let next: Vec<Smoothing> = nearby_smoothings(&plan, best.smoothing, free)
-            .into_iter()
-            .filter(|s| !first.contains(s))
-            .collect();
+        let next: Vec<Smoothing> =
+            nearby_smoothings(&plan, best.smoothing, free).into_iter().filter(|s| !first.contains(s)).collect();
         tried.extend(plan.judge_all(start, &next, free, cancel, &|share| progress((1.0 + share) / rounds))?);
     }
     progress(1.0);
@@ -140,6 +140,10 @@ fn best(tried: &[Candidate]) -> Option<&Candidate> {
     tried.iter().filter(|c| c.mean().is_finite()).min_by(|a, b| a.mean().total_cmp(&b.mean()))
 }
 
+/// Errors of the motion closer to each other than this share of it are as good as equal: no measurement supports a
+/// term that betters less.
+const EQUAL: f64 = 3e-4;
+
 /// The candidate with the fewest terms whose error is within one standard error (of the difference) of the best.
 fn parsimonious(tried: &[Candidate]) -> Option<&Candidate> {
     let best = best(tried)?;
@@ -148,7 +152,7 @@ fn parsimonious(tried: &[Candidate]) -> Option<&Candidate> {
         let n = differences.len() as f64;
         let mean = differences.iter().sum::<f64>() / n;
         let variance = differences.iter().map(|d| (d - mean) * (d - mean)).sum::<f64>() / (n - 1.0).max(1.0);
-        mean <= (variance / n).sqrt() + 0.02 * best.mean()
+        mean <= (variance / n).sqrt() + 0.02 * best.mean() + EQUAL * EQUAL
     };
     let close = || tried.iter().filter(within);
     let fewest = close().map(|c| c.terms).min()?;
@@ -198,7 +202,14 @@ impl Plan {
             }
             folds
         };
-        Self { layout, pieces, records, folds }
+        let variance = records
+            .iter()
+            .map(|(record, _)| {
+                let displacements = record.channels.iter().filter(|c| matches!(c.role, Role::Displacement(_)));
+                displacements.map(|c| mean_and_variance(&c.values).1).sum()
+            })
+            .collect();
+        Self { layout, pieces, records, folds, variance }
     }
 
     /// Judges every threshold of every smoothing, on the cores there are.
@@ -233,12 +244,22 @@ impl Plan {
         let settings = Settings { smoothing: *smoothing, ..start.clone() };
         let Some(pieces) = self.regressions(&settings, cancel)? else { return Ok(Vec::new()) };
         let all = Regression::joined(&pieces.iter().collect::<Vec<_>>());
-        let thresholds = if free.threshold { all.thresholds(&settings, MOST_THRESHOLDS) } else { vec![start.threshold] };
-        let drives: Vec<Arc<Drive>> = self
-            .records
+        let thresholds =
+            if free.threshold { all.thresholds(&settings, MOST_THRESHOLDS) } else { vec![start.threshold] };
+        let signals: Vec<Signals> =
+            self.records.iter().map(|(record, facts)| Signals::new(record, &self.layout, smoothing, facts)).collect();
+        let drives: Vec<Vec<Drive>> = self
+            .folds
             .iter()
-            .map(|(record, facts)| Prepared::with_facts(record, &self.layout, smoothing, Arc::clone(facts)).drive)
+            .map(|fold| {
+                let drive = |judge: &Stretch| {
+                    let (record, facts) = &self.records[judge.record];
+                    Drive::new(record, &self.layout, facts, &signals[judge.record], judge.range.clone())
+                };
+                fold.judges.iter().map(drive).collect()
+            })
             .collect();
+        let mut workspace = Workspace::default();
         let folds: Vec<Regression> = self
             .folds
             .iter()
@@ -248,12 +269,15 @@ impl Plan {
         for threshold in thresholds {
             let settings = Settings { threshold, ..settings.clone() };
             let mut errors = Vec::new();
-            for (fold, regression) in self.folds.iter().zip(&folds) {
-                let model = regression.model(&settings);
-                let simulator = Simulator::new(&model);
-                for judge in &fold.judges {
+            for ((fold, regression), drives) in self.folds.iter().zip(&folds).zip(&drives) {
+                let simulator =
+                    Simulator::new(&regression.model(&settings)).map_err(|e| StudyError::Setting(e.to_string()))?;
+                for (judge, drive) in fold.judges.iter().zip(drives) {
                     cancel.check()?;
-                    errors.push(self.error(&simulator, &drives[judge.record], judge));
+                    let response = drive.respond(&simulator, &mut workspace, &|| cancel.is_cancelled());
+                    let error = squared_error(&drive.measured, &response.states);
+                    let failed = response.diverged_at.is_some();
+                    errors.push(if failed { f64::INFINITY } else { error / self.variance[judge.record] });
                 }
             }
             let terms = all.model(&settings).equations.iter().map(|e| e.terms.len()).sum();
@@ -272,32 +296,13 @@ impl Plan {
             if piece.len() < settings.smoothing.window {
                 return Ok(None);
             }
-            let prepared = Prepared::with_facts(piece, &self.layout, &settings.smoothing, Arc::clone(facts));
-            match Regression::new(&self.layout, &terms, &[prepared.signals], &settings.smoothing, &fitted) {
+            let signals = Arc::new(Signals::new(piece, &self.layout, &settings.smoothing, facts));
+            match Regression::new(&self.layout, &terms, &[signals], &settings.smoothing, &fitted) {
                 Ok(regression) => regressions.push(regression),
                 Err(_) => return Ok(None),
             }
         }
         Ok(Some(regressions))
-    }
-
-    /// Mean squared error over a stretch as a share of its record's variance; infinite if the response diverged.
-    fn error(&self, simulator: &Simulator, drive: &Drive, judge: &Stretch) -> f64 {
-        let (record, _) = &self.records[judge.record];
-        let response = stretch(simulator, drive, judge.range.clone());
-        if response.diverged_at.is_some() {
-            return f64::INFINITY;
-        }
-        let (mut squares, mut spread) = (0.0, 0.0);
-        for i in 0..self.layout.freedoms {
-            let Some(channel) = record.channel(Role::Displacement(i)) else { continue };
-            let mean = channel.values.iter().sum::<f64>() / channel.values.len() as f64;
-            spread += channel.values.iter().map(|y| (y - mean) * (y - mean)).sum::<f64>() / channel.values.len() as f64;
-            let measured = &channel.values[judge.range.clone()];
-            squares += measured.iter().zip(&response.states[i]).map(|(y, x)| (y - x) * (y - x)).sum::<f64>()
-                / measured.len() as f64;
-        }
-        if spread > 0.0 { squares / spread } else { f64::INFINITY }
     }
 
     /// The threshold in the middle of those that leave the chosen terms, fitted on everything.
@@ -314,6 +319,14 @@ impl Plan {
     }
 }
 
+/// Mean squared error, summed over displacements.
+fn squared_error(measured: &[Arc<[f64]>], states: &[Vec<f64>]) -> f64 {
+    let channel = |(y, x): (&Arc<[f64]>, &Vec<f64>)| {
+        y.iter().zip(x).map(|(y, x)| (y - x) * (y - x)).sum::<f64>() / y.len().max(1) as f64
+    };
+    measured.iter().zip(states).map(channel).sum()
+}
+
 /// A threshold well inside an interval between two marks.
 pub(super) fn between(below: f64, above: f64) -> f64 {
     match (below > 0.0, above.is_finite()) {
@@ -327,7 +340,11 @@ pub(super) fn between(below: f64, above: f64) -> f64 {
 fn period_samples(plan: &Plan) -> f64 {
     let periods = plan.records.iter().filter_map(|(r, f)| Some(f.main_period? / r.interval));
     let shortest = periods.fold(f64::INFINITY, f64::min);
-    if shortest.is_finite() { shortest } else { 0.1 * plan.pieces.iter().map(|(r, _)| r.len()).min().unwrap_or(0) as f64 }
+    if shortest.is_finite() {
+        shortest
+    } else {
+        0.1 * plan.pieces.iter().map(|(r, _)| r.len()).min().unwrap_or(0) as f64
+    }
 }
 
 /// Segment lengths that a piece can bear.

@@ -82,7 +82,7 @@ impl Prepared {
 
     fn with_facts(record: &Arc<Record>, layout: &Layout, smoothing: &Smoothing, facts: Arc<Facts>) -> Self {
         let signals = Arc::new(Signals::new(record, layout, smoothing, &facts));
-        let drive = Arc::new(Drive::new(record, layout, &facts, &signals));
+        let drive = Arc::new(Drive::new(record, layout, &facts, &signals, 0..record.len()));
         Self { record: Arc::clone(record), facts, smoothing: *smoothing, signals, drive }
     }
 }
@@ -158,6 +158,7 @@ impl Study {
                 None => Prepared::new(record, layout, smoothing),
             });
         }
+        self.responses.keep(&prepared);
         self.records = prepared;
         Ok(())
     }
@@ -196,7 +197,7 @@ impl Study {
         model: &Model,
         cancel: &Cancel,
     ) -> Result<(Vec<RecordOutcome>, Option<Score>, Option<Score>), StudyError> {
-        let simulator = Simulator::new(model);
+        let simulator = Simulator::new(model).map_err(|e| StudyError::Setting(e.to_string()))?;
         let mut pooled = [Some(score::Tally::default()); 2];
         let mut outcomes = Vec::with_capacity(records.entries.len());
         for (prepared, (record, usage)) in self.records.iter().zip(&records.entries) {

@@ -214,8 +214,14 @@ impl Regression {
 
     fn equation(&self, target: &Target, solution: &Solution, constraints: &[Constraint]) -> Equation {
         let residual = self.residual(target, solution);
-        let covariance =
-            clustered_covariance(&target.reduced, &solution.support, &self.columns, &residual, &self.starts, self.block);
+        let covariance = clustered_covariance(
+            &target.reduced,
+            &solution.support,
+            &self.columns,
+            &residual,
+            &self.starts,
+            self.block,
+        );
         let scale = target.reduced.scale();
         let force: f64 = solution.coefficients.iter().zip(scale).map(|(c, s)| (c * s).abs()).sum();
         let terms = self
@@ -249,7 +255,13 @@ impl Regression {
         residual
     }
 
-    fn fit(&self, target: &Target, solution: &Solution, constraints: &[Constraint], path: &[(f64, usize)]) -> EquationFit {
+    fn fit(
+        &self,
+        target: &Target,
+        solution: &Solution,
+        constraints: &[Constraint],
+        path: &[(f64, usize)],
+    ) -> EquationFit {
         let dropped = (0..self.terms.len())
             .filter(|k| !solution.support.contains(k) && !matches!(constraints[*k], Constraint::Fixed(_)))
             .map(|k| DroppedTerm {

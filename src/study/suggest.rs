@@ -1,7 +1,6 @@
 use super::{Settings, Smoothing, StudyError, base_excited};
 use crate::record::{RecordSet, Role, Usage};
-use crate::signal::Facts;
-use crate::sparse::rms;
+use crate::signal::{Facts, mean_and_variance};
 use crate::term::{Family, Function, Kind, Layout, Symbol, Term, polynomials};
 
 /// Settings to start from: a library by the kind of data, smoothing from the signals' noise and period; nothing is simulated.
@@ -16,8 +15,7 @@ pub fn suggest(records: &RecordSet, kind: Kind) -> Result<Settings, StudyError> 
         .iter()
         .filter_map(|(record, facts)| {
             let x = &record.channel(Role::Displacement(0))?.values;
-            let mean = x.iter().sum::<f64>() / x.len().max(1) as f64;
-            let spread = rms(&x.iter().map(|x| x - mean).collect::<Vec<f64>>());
+            let spread = mean_and_variance(x).1.sqrt();
             let noise = facts.noise.first().copied().unwrap_or(0.0) / spread;
             Some(segment(facts.main_period? / record.interval, noise))
         })
@@ -60,12 +58,10 @@ fn library(layout: &Layout, base: bool) -> Vec<Term> {
             let displacements: Vec<Symbol> = (0..layout.freedoms).map(Symbol::State).collect();
             terms.extend(polynomials(&displacements, 3, false).into_iter().skip(displacements.len()));
             terms.extend(Family::QuadraticDamping.terms(layout));
-            terms.extend(
-                (0..layout.freedoms).map(|i| {
-                    let v = crate::term::Expression::Symbol(Symbol::Rate(i));
-                    Term::new(crate::term::Expression::call(Function::Sgn, v))
-                }),
-            );
+            terms.extend((0..layout.freedoms).map(|i| {
+                let v = crate::term::Expression::Symbol(Symbol::Rate(i));
+                Term::new(crate::term::Expression::call(Function::Sgn, v))
+            }));
             terms
         }
     };

@@ -27,7 +27,8 @@ fn warning(severity: Severity, text: String) -> Warning {
 fn nothing_kept(outcome: &Outcome) -> Option<Warning> {
     let empty = outcome.model.equations.iter().any(|e: &Equation| e.terms.is_empty());
     empty.then(|| {
-        let lowest = outcome.fits.iter().flat_map(|f| f.drop_marks.last()).map(|(at, _)| *at).fold(f64::INFINITY, f64::min);
+        let lowest =
+            outcome.fits.iter().flat_map(|f| f.drop_marks.last()).map(|(at, _)| *at).fold(f64::INFINITY, f64::min);
         let remedy = (lowest.is_finite() && lowest > 0.0).then(|| {
             let mut settings = outcome.settings.clone();
             settings.threshold = 0.5 * lowest;
@@ -111,9 +112,10 @@ fn segment(outcome: &Outcome) -> Option<Warning> {
     if smoothing.method == Differentiation::Difference {
         return None;
     }
-    let shares = outcome.records.iter().filter_map(|r| {
-        Some(smoothing.window as f64 * r.signals.interval / r.signals.main_period?)
-    });
+    let shares = outcome
+        .records
+        .iter()
+        .filter_map(|r| Some(smoothing.window as f64 * r.signals.interval / r.signals.main_period?));
     let share = shares.fold(0.0, f64::max);
     let most = 0.2 * (smoothing.order as f64 + 1.0) / 2.0;
     (share > most).then(|| {
@@ -122,7 +124,9 @@ fn segment(outcome: &Outcome) -> Option<Warning> {
         settings.smoothing.window = super::suggest::odd(window.max(smoothing.order + 2));
         Warning {
             severity: Severity::Caution,
-            text: format!("The segment is {share:.2} of the main period: smoothing bends the motion and biases the coefficients"),
+            text: format!(
+                "The segment is {share:.2} of the main period: smoothing bends the motion and biases the coefficients"
+            ),
             remedy: Some(Remedy { label: "Shorten the segment".into(), settings: Some(settings), usage: None }),
         }
     })
