@@ -128,10 +128,6 @@ impl<'a> Dynamics<'a> {
         self.layout.states()
     }
 
-    pub(super) fn inputs(&self) -> usize {
-        self.layout.inputs
-    }
-
     pub(super) fn surfaces(&self) -> usize {
         self.surfaces
     }
