@@ -52,7 +52,7 @@ pub(super) static DUFFING: PlantKind = PlantKind {
 };
 
 /// A mass on a spring and a damper whose other ends move with the base, rubbing on the ground:
-/// ẍ = −(k/m)(x − u) − (c/m)(ẋ − u̇) − (F/m) sgn ẋ, stuck while the rest cannot overcome F_s.
+/// ẍ = −(k/m)(x − u) − (c/m)(ẋ − u̇) − (F/m) sgn ẋ, stuck while the rest cannot overcome `F_s`.
 pub(super) static FRICTION: PlantKind = PlantKind {
     parameters: &[
         parameter("k", 358.706, "1/s^2", "stiffness over mass"),
