@@ -10,7 +10,7 @@ use super::options::{finite, not_negative, positive};
 use super::{Output, usage};
 use crate::format::number::significant_trimmed;
 use crate::record::write_csv;
-use crate::rig::{Noise, RigError, Scenario, ScenarioOptions, Shaking, generate, scenarios};
+use crate::rig::{Noise, Parameter, RigError, Scenario, ScenarioOptions, Shaking, generate, scenarios};
 
 /// The name under which the scenarios are listed.
 const LIST: &str = "list";
@@ -130,19 +130,24 @@ pub(super) fn run(options: &Options) -> Output {
 /// Every scenario with what it does unless told otherwise.
 fn list() -> String {
     let mut text = String::new();
+    let mut meanings: Vec<Parameter> = Vec::new();
     let width = scenarios().iter().map(|s| s.name.len()).max().unwrap_or(0);
     for scenario in scenarios() {
         let _ = writeln!(text, "{:<width$}  {}", scenario.name, scenario.summary);
         let _ = writeln!(text, "{:<width$}    {}", "", defaults(scenario));
-        let parameters: Vec<String> = scenario
-            .parameters()
-            .iter()
-            .map(|p| {
-                let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
-                format!("{}={}{unit}", p.name, ascii(p.value))
-            })
-            .collect();
-        let _ = writeln!(text, "{:<width$}    --set {}", "", parameters.join(", "));
+        let parameters = scenario.parameters();
+        let values: Vec<String> = parameters.iter().map(|p| format!("--set {}={}", p.name, ascii(p.value))).collect();
+        let _ = writeln!(text, "{:<width$}    {}", "", values.join(" "));
+        for parameter in parameters {
+            if !meanings.iter().any(|m| m.name == parameter.name && m.meaning == parameter.meaning) {
+                meanings.push(parameter);
+            }
+        }
+    }
+    text.push_str("\nParameters:\n");
+    for Parameter { name, meaning, unit, .. } in meanings {
+        let unit = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
+        let _ = writeln!(text, "  {name:<8}{meaning}{unit}");
     }
     text.push_str("\nEvery value can be changed: see `sindyscope generate --help`.\n");
     text

@@ -54,7 +54,7 @@ pub(super) fn blocks(report: &Report<'_>, room: &Room) -> Vec<Block> {
         Block::Tiles(tiles(outcome, unit)),
     ];
     if !outcome.warnings.is_empty() {
-        blocks.push(Block::Warnings(outcome.warnings.iter().map(|w| (w.severity, w.text.clone())).collect()));
+        blocks.push(Block::Warnings(outcome.warnings.iter().map(|w| (w.severity, sentence(&w.text))).collect()));
     }
     blocks.push(Block::Heading("Equation of motion"));
     blocks.push(Block::Equations(math::equations(&outcome.model)));
@@ -71,7 +71,7 @@ pub(super) fn blocks(report: &Report<'_>, room: &Room) -> Vec<Block> {
     blocks.extend(notices(report).into_iter().map(Block::Paragraph));
     blocks.push(Block::Heading("Settings"));
     blocks.push(Block::Table(settings(outcome)));
-    blocks.extend(report.choice.map(|reason| Block::Paragraph(reason.to_owned())));
+    blocks.extend(report.choice.map(|reason| Block::Paragraph(sentence(reason))));
     blocks.extend(report.command.map(|command| Block::Command(command.to_owned())));
     blocks
 }
@@ -99,7 +99,7 @@ pub(super) fn summary(report: &Report<'_>) -> Vec<Block> {
     }
     blocks.push(Block::Heading("Settings"));
     blocks.push(Block::Table(settings(outcome)));
-    blocks.extend(report.choice.map(|reason| Block::Paragraph(reason.to_owned())));
+    blocks.extend(report.choice.map(|reason| Block::Paragraph(sentence(reason))));
     let notices = notices(report);
     if !notices.is_empty() {
         blocks.push(Block::Heading("Data"));
@@ -107,7 +107,7 @@ pub(super) fn summary(report: &Report<'_>) -> Vec<Block> {
     }
     if !outcome.warnings.is_empty() {
         blocks.push(Block::Heading("To know"));
-        blocks.push(Block::Warnings(outcome.warnings.iter().map(|w| (w.severity, w.text.clone())).collect()));
+        blocks.push(Block::Warnings(outcome.warnings.iter().map(|w| (w.severity, sentence(&w.text))).collect()));
     }
     blocks
 }
@@ -301,6 +301,18 @@ fn data(report: &Report<'_>) -> Table {
     Table { head: vec!["record", "file", "used", "samples", "rate", "duration", "channels"], rows }
 }
 
+/// A text with a capital in front and a full stop behind.
+fn sentence(text: &str) -> String {
+    let text = text.trim();
+    let mut letters = text.chars();
+    let mut out: String = letters.next().into_iter().flat_map(char::to_uppercase).collect();
+    out.push_str(letters.as_str());
+    if !text.ends_with(['.', '!', '?']) {
+        out.push('.');
+    }
+    out
+}
+
 /// What was found and done while reading; a sentence that holds for several records is said once.
 fn notices(report: &Report<'_>) -> Vec<String> {
     let mut seen: Vec<(&str, Vec<&str>)> = Vec::new();
@@ -315,9 +327,9 @@ fn notices(report: &Report<'_>) -> Vec<String> {
     let every = report.records.entries.len();
     seen.into_iter()
         .map(|(text, names)| match names.len() {
-            n if n == every => text.to_owned(),
-            n if n > 4 => format!("{text} ({n} records)"),
-            _ => format!("{text} ({})", names.join(", ")),
+            n if n == every => sentence(text),
+            n if n > 4 => format!("{n} records: {}", sentence(text)),
+            _ => format!("{}: {}", names.join(", "), sentence(text)),
         })
         .collect()
 }

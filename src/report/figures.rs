@@ -194,20 +194,31 @@ fn response(outcome: &Outcome, record: &RecordOutcome, name: &str) -> Option<Fig
         keys.push((Ink::Diverged, "diverged"));
     }
     legend(&mut drawing, &keys, LEFT, TOP - 8.0);
-    Some(Figure { drawing, size: (WIDTH, top - GAP + BELOW), caption: response_caption(outcome, record, detailed) })
+    Some(Figure {
+        drawing,
+        size: (WIDTH, top - GAP + BELOW),
+        caption: response_caption(outcome, record, channels.len(), detailed),
+    })
 }
 
-fn response_caption(outcome: &Outcome, record: &RecordOutcome, detailed: bool) -> String {
+fn response_caption(outcome: &Outcome, record: &RecordOutcome, channels: usize, detailed: bool) -> String {
     let usage = match record.usage {
         Usage::HeldOut => "held out: never fitted",
         Usage::Fit | Usage::Off => "fitted",
     };
-    let symbol = outcome.model.layout.name(Symbol::State(0));
-    let mut caption = format!(
-        "Record {} ({usage}). Above, the measured and the identified response; beneath, the error E(t) = |{symbol} measured − \
-         {symbol} identified|",
-        record.record.name
-    );
+    let name = &record.record.name;
+    let mut caption = match channels {
+        1 => {
+            let symbol = outcome.model.layout.name(Symbol::State(0));
+            format!(
+                "Record {name} ({usage}). Above, the measured and the identified response; beneath, the error \
+                 E(t) = |{symbol} measured − {symbol} identified|"
+            )
+        }
+        _ => format!(
+            "Record {name} ({usage}). Measured and identified responses, each with its error E(t) = |measured − identified| beneath"
+        ),
+    };
     if outcome.noise_floor.is_some() {
         caption.push_str("; dashed, the standard deviation of the measurement noise");
     }

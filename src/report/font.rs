@@ -28,10 +28,10 @@ impl Face {
     }
 }
 
-/// Fonts of a page, with the widths measured so far.
+/// Fonts of a page, with the letters measured so far.
 pub(super) struct Fonts {
     options: usvg::Options<'static>,
-    widths: RefCell<HashMap<(Face, String), f64>>,
+    advances: RefCell<HashMap<(Face, char), f64>>,
 }
 
 /// Size at which widths are measured; others are in proportion.
@@ -49,25 +49,20 @@ impl Fonts {
             font_family: Face::Text.family().to_owned(),
             ..usvg::Options::default()
         };
-        Self { options, widths: RefCell::default() }
+        Self { options, advances: RefCell::default() }
     }
 
-    /// Advance width of a text in one line.
+    /// Advance width of a text in one line: the sum over its letters, kerning left out.
     pub(super) fn width(&self, text: &str, size: f64, face: Face) -> f64 {
-        if text.is_empty() {
-            return 0.0;
-        }
-        let key = (face, text.to_owned());
-        if let Some(width) = self.widths.borrow().get(&key) {
-            return width * size / MEASURED_SIZE;
-        }
-        let width = self.measure(text, face);
-        self.widths.borrow_mut().insert(key, width);
-        width * size / MEASURED_SIZE
+        let widths: f64 = text.chars().map(|c| self.advance(c, face)).sum();
+        widths * size / MEASURED_SIZE
     }
 
-    fn measure(&self, text: &str, face: Face) -> f64 {
-        // Blanks at the ends have no box of their own, so the text is measured between two bars.
+    fn advance(&self, letter: char, face: Face) -> f64 {
+        if let Some(width) = self.advances.borrow().get(&(face, letter)) {
+            return *width;
+        }
+        // A blank alone has no box, so letters are measured between two bars.
         let wide = |text: &str| {
             let svg = format!(
                 "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"9\" height=\"9\"><text xml:space=\"preserve\" y=\"{MEASURED_SIZE}\" \
@@ -78,7 +73,9 @@ impl Fonts {
             usvg::Tree::from_str(&svg, &self.options)
                 .map_or(0.0, |tree| f64::from(tree.root().abs_bounding_box().width()))
         };
-        (wide(text) - wide("")).max(0.0)
+        let width = (wide(letter.encode_utf8(&mut [0; 4])) - wide("")).max(0.0);
+        self.advances.borrow_mut().insert((face, letter), width);
+        width
     }
 
     /// Breaks a text into lines no wider than `room`; a word wider than that stands alone.
