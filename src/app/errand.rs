@@ -35,7 +35,7 @@ pub(crate) enum Delivery {
     /// Records to put on the bench.
     Opened(Box<Opened>),
     /// They cannot be opened.
-    NotOpened { opening: Opening, problem: Problem },
+    NotOpened(Refused),
     /// Settings were chosen.
     Chosen { generation: u64, choice: Result<Choice, StudyError> },
     /// The work itself failed.
@@ -54,6 +54,13 @@ pub(crate) struct Opened {
     pub(crate) project: Option<(PathBuf, Project)>,
 }
 
+/// What cannot be opened, and why.
+#[derive(Clone, Debug)]
+pub(crate) struct Refused {
+    pub(crate) opening: Opening,
+    pub(crate) problem: Problem,
+}
+
 /// Why something cannot be opened, and what to try.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Problem {
@@ -68,7 +75,7 @@ pub(crate) fn run(errand: Errand, cancel: &Cancel, progress: &(dyn Fn(f64) + Syn
     let delivery = match errand {
         Errand::Open(opening) => match open(&opening) {
             Ok(opened) => Delivery::Opened(Box::new(opened)),
-            Err(problem) => Delivery::NotOpened { opening, problem },
+            Err(problem) => Delivery::NotOpened(Refused { opening, problem }),
         },
         Errand::Choose { generation, records, settings } => {
             let free = Free { window: true, order: true, threshold: true };

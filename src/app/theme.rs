@@ -125,6 +125,7 @@ fn visuals(dark: bool) -> egui::Visuals {
         color: Color32::from_black_alpha(if dark { 96 } else { 40 }),
     };
     v.popup_shadow = v.window_shadow;
+    let edge = if dark { rgb(0x3A_40_47) } else { rgb(0xD3_D8_DE) };
     let corner_radius = CornerRadius::same(4);
     let widget = |fill: Color32, line: Stroke, text: Color32| WidgetVisuals {
         bg_fill: fill,
@@ -136,7 +137,7 @@ fn visuals(dark: bool) -> egui::Visuals {
     };
     v.widgets = Widgets {
         noninteractive: widget(panel, Stroke::new(1.0, accents.line), text),
-        inactive: widget(rest, Stroke::NONE, text),
+        inactive: widget(rest, Stroke::new(1.0, edge), text),
         hovered: widget(hover, Stroke::new(1.0, accents.line), strong),
         active: widget(press, Stroke::new(1.0, accents.accent), strong),
         open: widget(hover, Stroke::new(1.0, accents.line), strong),
