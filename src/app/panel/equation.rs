@@ -1,7 +1,9 @@
 //! EQUATION: what was identified, as mathematics.
 
 use egui::text::{LayoutJob, TextFormat};
-use egui::{Align, Color32, FontId, Layout as Flow, Popup, PopupCloseBehavior, RichText, Sense, Ui, WidgetInfo, pos2, vec2};
+use egui::{
+    Align, Color32, FontId, Layout as Flow, Popup, PopupCloseBehavior, RichText, Sense, Ui, WidgetInfo, pos2, vec2,
+};
 
 use super::{Ask, Desk};
 use crate::app::commands::Command;
