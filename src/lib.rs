@@ -5,9 +5,16 @@
 //! [`sparse`] (sparse regression) → [`model`] (equations of motion) → [`simulate`] (the model's response) →
 //! [`study`] (settings and records in, outcome out). [`rig`] is the virtual test rig that makes records with a known truth.
 
+#[cfg(feature = "desktop")]
+pub mod app;
+pub mod command;
+pub mod format;
 pub mod model;
 pub mod record;
+pub mod report;
+pub mod rig;
 pub mod signal;
 pub mod simulate;
+pub mod sparse;
 pub mod study;
 pub mod term;

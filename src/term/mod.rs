@@ -20,6 +20,7 @@ pub(crate) use expression::sign;
 pub use expression::{Expression, Function, Symbol};
 pub use library::{Family, list, polynomials};
 pub use parse::TermError;
+pub(crate) use print::latex_number;
 pub(crate) use program::LANES;
 pub use program::{Program, SampleBlock, Slots};
 
@@ -265,7 +266,7 @@ mod tests {
             "clip(x-u,0.5)",
             "(x-u)^3",
             "1e-5*x",
-            "sgn(v)*(1+x)",
+            "(x+1)*sgn(v)",
             "exp(-x)",
             "x-u-1",
         ] {

@@ -1,0 +1,4 @@
+//! The window.
+
+pub mod plot;
+pub(crate) mod views;

@@ -1,0 +1,391 @@
+//! Few points for many samples, without losing an extreme.
+//!
+//! A line of a million samples covers a thousand columns of pixels; in each column only the smallest and the largest sample
+//! show. [`Envelope`] knows these for every aligned block of 2ᵏ samples, so that a view costs what its width costs.
+
+use std::ops::RangeInclusive;
+
+use egui_plot::PlotPoint;
+
+/// Samples in a block of the lowest level; smaller blocks are searched as they are asked for.
+const LOWEST: usize = 16;
+
+/// Samples at even distances.
+#[derive(Clone, Copy, Debug)]
+pub struct Samples<'a> {
+    /// One value a sample; those that are not finite are not drawn.
+    pub values: &'a [f64],
+    /// Abscissa of the first sample.
+    pub start: f64,
+    /// Distance of the samples, > 0.
+    pub interval: f64,
+}
+
+impl Samples<'_> {
+    /// Abscissa of a sample.
+    pub fn at(&self, index: usize) -> f64 {
+        self.start + self.interval * index as f64
+    }
+
+    /// The sample nearest to an abscissa, if any lies within half an interval.
+    pub fn nearest(&self, abscissa: f64) -> Option<usize> {
+        let position = ((abscissa - self.start) / self.interval).round();
+        (position >= 0.0 && position < self.values.len() as f64).then_some(position as usize)
+    }
+
+    fn point(&self, index: usize) -> PlotPoint {
+        PlotPoint::new(self.at(index), self.values[index])
+    }
+}
+
+/// Where the smallest and the largest finite sample of a block are; the same index if it has but one.
+#[derive(Clone, Copy, Debug)]
+struct Extremes {
+    least: u32,
+    most: u32,
+}
+
+/// The smallest and largest sample of every aligned block of 2ᵏ samples.
+#[derive(Clone, Debug, Default)]
+pub struct Envelope {
+    /// `levels[k]`: blocks of `LOWEST << k` samples; none where a block has no finite sample.
+    levels: Vec<Vec<Option<Extremes>>>,
+    range: Option<(f64, f64)>,
+}
+
+impl Envelope {
+    /// The envelope of a series of at most 2³² samples.
+    pub fn new(values: &[f64]) -> Self {
+        let mut levels = Vec::new();
+        let mut level: Vec<_> =
+            values.chunks(LOWEST).enumerate().map(|(b, block)| extremes(block, b * LOWEST)).collect();
+        while level.len() > 1 {
+            let next = level
+                .chunks(2)
+                .map(|pair| match *pair {
+                    [Some(a), Some(b)] => Some(join(values, a, b)),
+                    [a, b] => a.or(b),
+                    [a] => a,
+                    _ => None,
+                })
+                .collect();
+            levels.push(std::mem::replace(&mut level, next));
+        }
+        let range = level.first().copied().flatten().map(|e| (values[e.least as usize], values[e.most as usize]));
+        levels.push(level);
+        Self { levels, range }
+    }
+
+    /// Smallest and largest finite value of the series.
+    pub fn range(&self) -> Option<(f64, f64)> {
+        self.range
+    }
+
+    /// Fills `points` with what shows of the samples in `visible` on `columns` columns of pixels, in order of time: all of
+    /// them if they are few, else the smallest and largest of each of at least `columns` blocks, each where it lies. One
+    /// sample on either side is added, so that lines run on to the edges. Blocks are aligned to the series and not to the
+    /// view, so a drawn line keeps its shape while it is moved.
+    ///
+    /// `samples` are those that the envelope was made of.
+    pub fn points(
+        &self,
+        samples: &Samples<'_>,
+        visible: RangeInclusive<f64>,
+        columns: usize,
+        points: &mut Vec<PlotPoint>,
+    ) {
+        points.clear();
+        let n = samples.values.len();
+        let position = |x: f64| (x - samples.start) / samples.interval;
+        let first = (position(*visible.start()).floor().max(0.0) as usize).min(n);
+        let last = (position(*visible.end()).ceil() + 1.0).clamp(0.0, n as f64) as usize;
+        if first >= last {
+            return;
+        }
+        let columns = columns.max(1);
+        let per_column = (last - first) / columns;
+        if per_column < 4 {
+            points.extend((first..last).map(|i| samples.point(i)).filter(|p| p.y.is_finite()));
+            return;
+        }
+        let size = 1 << per_column.ilog2();
+        let (from, to) = (first / size, last.div_ceil(size));
+        let mut push = |block: Option<Extremes>| {
+            if let Some(Extremes { least, most }) = block {
+                let (one, other) = (least.min(most) as usize, least.max(most) as usize);
+                points.push(samples.point(one));
+                if other != one {
+                    points.push(samples.point(other));
+                }
+            }
+        };
+        if size < LOWEST {
+            for b in from..to {
+                push(extremes(&samples.values[b * size..((b + 1) * size).min(n)], b * size));
+            }
+        } else {
+            let level = &self.levels[((size / LOWEST).ilog2() as usize).min(self.levels.len() - 1)];
+            level[from.min(level.len())..to.min(level.len())].iter().copied().for_each(push);
+        }
+    }
+}
+
+fn extremes(block: &[f64], offset: usize) -> Option<Extremes> {
+    let mut found: Option<(usize, usize)> = None;
+    for (i, value) in block.iter().enumerate().filter(|(_, v)| v.is_finite()) {
+        found = Some(found.map_or((i, i), |(least, most)| {
+            (if *value < block[least] { i } else { least }, if *value > block[most] { i } else { most })
+        }));
+    }
+    let index = |i: usize| u32::try_from(offset + i).ok();
+    let (least, most) = found?;
+    Some(Extremes { least: index(least)?, most: index(most)? })
+}
+
+fn join(values: &[f64], a: Extremes, b: Extremes) -> Extremes {
+    let value = |i: u32| values[i as usize];
+    Extremes {
+        least: if value(b.least) < value(a.least) { b.least } else { a.least },
+        most: if value(b.most) > value(a.most) { b.most } else { a.most },
+    }
+}
+
+/// The points of one series as they were last asked for: recomputed only if the view moves out of what they cover.
+#[derive(Clone, Debug, Default)]
+pub struct Decimated {
+    envelope: Envelope,
+    points: Vec<PlotPoint>,
+    covers: Option<(f64, f64)>,
+    columns_per_unit: f64,
+}
+
+impl Decimated {
+    /// Of a series that is asked for again with the same samples.
+    pub fn new(values: &[f64]) -> Self {
+        Self { envelope: Envelope::new(values), ..Self::default() }
+    }
+
+    /// Smallest and largest finite value of the series.
+    pub fn range(&self) -> Option<(f64, f64)> {
+        self.envelope.range()
+    }
+
+    /// The points to draw for a view of `columns` pixels; a margin on both sides lets a moved view find them ready.
+    pub fn view(&mut self, samples: &Samples<'_>, visible: RangeInclusive<f64>, columns: usize) -> &[PlotPoint] {
+        let (low, high) = visible.into_inner();
+        let width = high - low;
+        let columns_per_unit = columns as f64 / width;
+        let covered = self.covers.is_some_and(|(from, to)| from <= low && high <= to)
+            && (0.8..1.25).contains(&(columns_per_unit / self.columns_per_unit));
+        if !covered && width > 0.0 && width.is_finite() {
+            let margin = 0.25 * width;
+            let covers = (low - margin, high + margin);
+            self.envelope.points(samples, covers.0..=covers.1, columns + columns / 2, &mut self.points);
+            self.covers = Some(covers);
+            self.columns_per_unit = columns_per_unit;
+        }
+        &self.points
+    }
+
+    /// The points last computed.
+    pub fn points(&self) -> &[PlotPoint] {
+        &self.points
+    }
+}
+
+/// Thins points whose abscissae rise but are not evenly spaced (a spectrum over the logarithm of frequency): of those that
+/// fall into one of `columns` columns over `visible`, the smallest and the largest.
+pub fn columns(
+    points: impl Iterator<Item = PlotPoint>,
+    visible: RangeInclusive<f64>,
+    columns: usize,
+    out: &mut Vec<PlotPoint>,
+) {
+    out.clear();
+    let (low, high) = visible.into_inner();
+    let scale = columns as f64 / (high - low);
+    let mut current: Option<(f64, PlotPoint, PlotPoint)> = None;
+    let mut flush = |least: PlotPoint, most: PlotPoint| {
+        let (one, other) = if least.x <= most.x { (least, most) } else { (most, least) };
+        out.push(one);
+        if other.x > one.x {
+            out.push(other);
+        }
+    };
+    for point in points.filter(|p| p.x.is_finite() && p.y.is_finite()) {
+        let column = ((point.x - low) * scale).floor().clamp(-1.0, columns as f64);
+        current = Some(match current {
+            Some((c, least, most)) if c == column => {
+                (c, if point.y < least.y { point } else { least }, if point.y > most.y { point } else { most })
+            }
+            Some((_, least, most)) => {
+                flush(least, most);
+                (column, point, point)
+            }
+            None => (column, point, point),
+        });
+    }
+    if let Some((_, least, most)) = current {
+        flush(least, most);
+    }
+}
+
+/// Thins a curve that may run in loops (a phase portrait) to what shows at `scale` pixels per unit along each axis: points
+/// nearer than half a pixel to the last one kept are left out, and so are short steps between pixels that the curve has
+/// been to before, which leaves a pause in the line (a point that is not finite).
+pub fn loops(
+    points: impl Iterator<Item = PlotPoint>,
+    bounds: ([f64; 2], [f64; 2]),
+    scale: [f64; 2],
+    out: &mut Vec<PlotPoint>,
+) {
+    const STEP: f64 = 0.7;
+    const PAUSE: PlotPoint = PlotPoint { x: f64::NAN, y: f64::NAN };
+    out.clear();
+    let (min, max) = bounds;
+    let cells = |k: usize| ((max[k] - min[k]) * scale[k]).ceil().clamp(0.0, 8192.0) as usize + 1;
+    let (width, height) = (cells(0), cells(1));
+    let mut visited = vec![false; width * height];
+    let mut last: Option<(PlotPoint, [f64; 2], bool)> = None;
+    let mut paused = true;
+    for point in points.filter(|p| p.x.is_finite() && p.y.is_finite()) {
+        let place = [(point.x - min[0]) * scale[0], (point.y - min[1]) * scale[1]];
+        let distance = last.map_or(f64::INFINITY, |(_, at, _)| (place[0] - at[0]).hypot(place[1] - at[1]));
+        if distance < STEP {
+            continue;
+        }
+        let inside = place[0] >= 0.0 && place[1] >= 0.0 && place[0] < width as f64 && place[1] < height as f64;
+        let cell = inside.then(|| place[1] as usize * width + place[0] as usize);
+        // Outside the view nothing shows but the line that leads in, which the next point inside draws from here.
+        let known = cell.is_none_or(|c| std::mem::replace(&mut visited[c], true));
+        if let Some((before, _, before_known)) = last {
+            if known && before_known && (distance < 2.0 || cell.is_none()) {
+                if !paused {
+                    out.push(PAUSE);
+                    paused = true;
+                }
+            } else {
+                if paused {
+                    out.push(before);
+                    paused = false;
+                }
+                out.push(point);
+            }
+        }
+        last = Some((point, place, known));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn samples(values: &[f64]) -> Samples<'_> {
+        Samples { values, start: -3.0, interval: 0.5 }
+    }
+
+    proptest! {
+        #[test]
+        fn no_extreme_of_a_block_is_lost(
+            values in prop::collection::vec(-1e3..1e3f64, 1..5000),
+            from in -0.2..1.1f64,
+            width in 0.001..1.3f64,
+            columns in 1usize..300,
+        ) {
+            let s = samples(&values);
+            let length = s.at(values.len()) - s.start;
+            let visible = s.start + from * length..=s.start + (from + width) * length;
+            let mut points = Vec::new();
+            Envelope::new(&values).points(&s, visible.clone(), columns, &mut points);
+            let shown: Vec<usize> = (0..values.len()).filter(|&i| visible.contains(&s.at(i))).collect();
+            let inside = |p: &&PlotPoint| shown.iter().any(|&i| s.at(i) == p.x);
+
+            // Every point is a sample, in order of time, and there are not many more than the columns need.
+            prop_assert!(points.iter().all(|p| values[s.nearest(p.x).unwrap()] == p.y));
+            prop_assert!(points.windows(2).all(|w| w[0].x < w[1].x));
+            prop_assert!(points.len() <= 5 * columns + 6, "{} points on {columns} columns", points.len());
+
+            // The largest and smallest visible sample are there, or something beyond them at the view's edge.
+            if let Some(most) = shown.iter().map(|&i| values[i]).reduce(f64::max) {
+                let least = shown.iter().map(|&i| values[i]).fold(f64::INFINITY, f64::min);
+                prop_assert!(points.iter().any(|p| p.y >= most));
+                prop_assert!(points.iter().any(|p| p.y <= least));
+            }
+            // And so in each column: within two columns of any sample there is a point as high, and one as low.
+            let reach = 2.0 * (shown.len() as f64 / columns as f64).max(1.0) * s.interval;
+            for &i in shown.iter().step_by(1 + shown.len() / 40) {
+                let near = |p: &&PlotPoint| (p.x - s.at(i)).abs() <= reach;
+                prop_assert!(points.iter().filter(near).any(|p| p.y >= values[i]));
+                prop_assert!(points.iter().filter(near).any(|p| p.y <= values[i]));
+            }
+            prop_assert!(shown.is_empty() || points.iter().filter(inside).count() > 0);
+        }
+
+        #[test]
+        fn columns_keep_their_extremes(values in prop::collection::vec(-1.0..1.0f64, 1..2000), count in 1usize..200) {
+            let point = |i: usize| PlotPoint::new(((i + 1) as f64).log10(), values[i]);
+            let high = ((values.len() + 1) as f64).log10();
+            let mut out = Vec::new();
+            columns((0..values.len()).map(point), 0.0..=high, count, &mut out);
+            prop_assert!(out.len() <= 2 * count + 4);
+            prop_assert!(out.windows(2).all(|w| w[0].x < w[1].x));
+            let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            prop_assert!(out.iter().any(|p| p.y == most));
+        }
+    }
+
+    #[test]
+    fn samples_that_are_no_numbers_are_left_out() {
+        let mut values: Vec<f64> = (0..1000).map(f64::from).collect();
+        values[400..600].fill(f64::NAN);
+        values[700] = f64::INFINITY;
+        let envelope = Envelope::new(&values);
+        assert_eq!(envelope.range(), Some((0.0, 999.0)));
+        let mut points = Vec::new();
+        for columns in [3, 20, 1000] {
+            envelope.points(&samples(&values), -10.0..=1e4, columns, &mut points);
+            assert!(points.iter().all(|p| p.y.is_finite()));
+            assert_eq!(points.last().map(|p| p.y), Some(999.0));
+        }
+        assert_eq!(Envelope::new(&[f64::NAN; 40]).range(), None);
+        assert_eq!(Envelope::new(&[]).range(), None);
+        Envelope::new(&[]).points(&samples(&[]), 0.0..=1.0, 10, &mut points);
+        assert!(points.is_empty());
+    }
+
+    #[test]
+    fn a_moved_view_finds_its_points_ready() {
+        let values: Vec<f64> = (0..100_000).map(|k| (0.01 * f64::from(k)).sin()).collect();
+        let s = Samples { values: &values, start: 0.0, interval: 1e-3 };
+        let mut series = Decimated::new(&values);
+        let before = series.view(&s, 40.0..=50.0, 800).to_vec();
+        assert_eq!(series.view(&s, 41.0..=51.0, 800), before);
+        assert_ne!(series.view(&s, 45.0..=55.0, 800), before);
+        assert_ne!(series.view(&s, 45.0..=47.0, 800), before);
+    }
+
+    #[test]
+    fn a_loop_run_through_again_adds_nothing() {
+        let turn = |turns: u32| {
+            let mut out = Vec::new();
+            let points = (0..turns * 2000).map(|k| {
+                let phase = std::f64::consts::TAU * f64::from(k) / 2000.0;
+                PlotPoint::new(phase.cos(), phase.sin())
+            });
+            loops(points, ([-1.1; 2], [1.1; 2]), [200.0; 2], &mut out);
+            out.len()
+        };
+        assert!(turn(1) > 500);
+        assert!(turn(50) < turn(1) + 20, "{} {}", turn(1), turn(50));
+    }
+
+    #[test]
+    fn a_coarse_loop_keeps_every_sample() {
+        let corner = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+        let mut out = Vec::new();
+        let points = (0..12).map(|k| PlotPoint::new(corner[k % 4].0, corner[k % 4].1));
+        loops(points, ([0.0; 2], [1.0; 2]), [100.0; 2], &mut out);
+        assert_eq!(out.len(), 12);
+    }
+}

@@ -1,0 +1,9 @@
+//! What every plot of the window shares: colours, units and numbers, decimation, pictures.
+
+pub mod axis;
+pub mod decimate;
+pub mod export;
+pub mod palette;
+pub mod raster;
+
+pub use crate::format::{number, units};
