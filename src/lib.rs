@@ -7,8 +7,14 @@
 
 #[cfg(feature = "desktop")]
 pub mod app;
+pub mod command;
+pub mod format;
 pub mod model;
 pub mod record;
+pub mod report;
+pub mod rig;
 pub mod signal;
+pub mod simulate;
+pub mod sparse;
 pub mod study;
 pub mod term;

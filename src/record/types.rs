@@ -1,3 +1,4 @@
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -16,6 +17,35 @@ pub enum Role {
     Acceleration(usize),
     /// Force or base displacement.
     Input(usize),
+}
+
+impl Role {
+    /// The quantity in words.
+    pub fn noun(self) -> &'static str {
+        match self {
+            Self::Displacement(_) => "displacement",
+            Self::Velocity(_) => "velocity",
+            Self::Acceleration(_) => "acceleration",
+            Self::Input(_) => "input",
+        }
+    }
+
+    /// The quantity's letter, without a number.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Self::Displacement(_) => "x",
+            Self::Velocity(_) => "v",
+            Self::Acceleration(_) => "a",
+            Self::Input(_) => "u",
+        }
+    }
+
+    /// Which of several, from zero.
+    pub fn index(self) -> usize {
+        match self {
+            Self::Displacement(i) | Self::Velocity(i) | Self::Acceleration(i) | Self::Input(i) => i,
+        }
+    }
 }
 
 /// One measured quantity of a record.
@@ -74,6 +104,32 @@ impl Record {
         self.channels.iter().find(|c| c.role == role)
     }
 
+    /// The samples of a range of indices, cut to those that there are; the name stays.
+    pub fn slice(&self, range: Range<usize>) -> Self {
+        let end = range.end.min(self.len());
+        let range = range.start.min(end)..end;
+        let cut = |c: &Channel| Channel { values: c.values[range.clone()].into(), ..c.clone() };
+        Self { start: self.time(range.start), channels: self.channels.iter().map(cut).collect(), ..self.clone() }
+    }
+
+    /// The samples from one time up to, and without, another, s.
+    pub fn between(&self, from: f64, to: f64) -> Self {
+        self.slice(self.index_at(from)..self.index_at(to))
+    }
+
+    /// The first sample at a time or after it; the number of samples if there is none.
+    pub fn index_at(&self, time: f64) -> usize {
+        // A time that came from an index must lead back to it, whatever the last digit.
+        let position = ((time - self.start) / self.interval - 1e-6).ceil();
+        (position.max(0.0) as usize).min(self.len())
+    }
+
+    /// The samples before a time, and those from it on.
+    pub fn split_at(&self, time: f64) -> (Self, Self) {
+        let index = self.index_at(time);
+        (self.slice(0..index), self.slice(index..self.len()))
+    }
+
     /// Number of measured displacements (or states) and inputs, as equations of the given order.
     pub fn layout(&self, kind: Kind) -> Layout {
         let count = |pick: fn(&Role) -> bool| self.channels.iter().filter(|c| pick(&c.role)).count();
@@ -114,5 +170,68 @@ impl RecordSet {
     /// The records of a usage.
     pub fn with(&self, usage: Usage) -> impl Iterator<Item = &Arc<Record>> {
         self.entries.iter().filter(move |(_, u)| *u == usage).map(|(r, _)| r)
+    }
+
+    /// Adds records, whose names are changed where the set has them already.
+    pub fn add(&mut self, records: impl IntoIterator<Item = Record>, usage: Usage) {
+        for mut record in records {
+            record.name = self.free_name(&record);
+            self.entries.push((Arc::new(record), usage));
+        }
+    }
+
+    /// A record's name; where another has it, with its file's before or a number behind.
+    fn free_name(&self, record: &Record) -> String {
+        let is_free = |name: &String| !self.entries.iter().any(|(r, _)| r.name == *name);
+        let stem = record.source.as_ref().and_then(|s| s.file_stem()).map(|s| s.to_string_lossy().into_owned());
+        let with_stem = stem.filter(|s| *s != record.name).map(|s| format!("{s} {}", record.name));
+        let plain = [Some(record.name.clone()), with_stem];
+        let counted = (2..).map(|n| format!("{} ({n})", record.name));
+        plain.into_iter().flatten().chain(counted).find(is_free).unwrap_or_default()
+    }
+
+    /// What all records that are not off measure: displacements (or states) and inputs, with their units.
+    ///
+    /// # Errors
+    /// No such record, or two that measure different things; the sentence says which and what.
+    pub fn layout(&self, kind: Kind) -> Result<Layout, String> {
+        let mut used = self.entries.iter().filter(|(_, usage)| *usage != Usage::Off).map(|(record, _)| record);
+        let first = used.next().ok_or("there is no record to use")?;
+        let layout = first.layout(kind);
+        for other in used {
+            if let Some(difference) = first.difference(other) {
+                return Err(difference);
+            }
+        }
+        Ok(layout)
+    }
+}
+
+impl Record {
+    /// What tells another record's displacements and inputs from this one's, in a sentence.
+    fn difference(&self, other: &Self) -> Option<String> {
+        let several = |role: Role| {
+            let like = |c: &&Channel| c.role.symbol() == role.symbol();
+            self.channels.iter().filter(like).count().max(other.channels.iter().filter(like).count()) > 1
+        };
+        let words = |role: Role| {
+            let number = if several(role) { (role.index() + 1).to_string() } else { String::new() };
+            format!("{} {}{number}", role.noun(), role.symbol())
+        };
+        let counts = |c: &&Channel| matches!(c.role, Role::Displacement(_) | Role::Input(_));
+        for (one, two) in [(self, other), (other, self)] {
+            for channel in one.channels.iter().filter(counts) {
+                let Some(same) = two.channel(channel.role) else {
+                    let (role, one, two) = (words(channel.role), &one.name, &two.name);
+                    return Some(format!("record `{two}` has no {role}, record `{one}` has"));
+                };
+                if !channel.unit.is_empty() && !same.unit.is_empty() && channel.unit != same.unit {
+                    let (role, one, two) = (words(channel.role), &one.name, &two.name);
+                    let (unit, other) = (&channel.unit, &same.unit);
+                    return Some(format!("{role} is in {unit} in record `{one}` and in {other} in record `{two}`"));
+                }
+            }
+        }
+        None
     }
 }

@@ -1,17 +1,34 @@
 //! A study is a value: settings and records in, [`Outcome`] out; the same in the window, on the command line and in tests.
 
+mod choose;
 mod outcome;
+mod regression;
+mod response;
+mod score;
 mod settings;
+mod suggest;
+mod warnings;
 
+pub use choose::{Choice, Free, choose};
 pub use outcome::{
     Channel, DroppedTerm, Elapsed, EquationFit, Outcome, RecordOutcome, Remedy, Score, Severity, StudyError, Warning,
 };
-pub use settings::{Differentiation, Kinematics, Lock, Scaling, Settings, Smoothing};
+pub use settings::{Kinematics, Lock, Scaling, Settings};
+pub use suggest::suggest;
+
+pub use crate::signal::{Differentiation, Smoothing};
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
-use crate::record::RecordSet;
+use crate::model::Model;
+use crate::record::{Record, RecordSet, Role, Usage};
+use crate::signal::{Facts, Signals};
+use crate::simulate::Simulator;
+use crate::term::{Kind, Layout, Term};
+use regression::{Regression, candidate_terms, fitted_states};
+use response::{Drive, Responses};
 
 /// A flag that stops a computation from outside; clones share it.
 #[derive(Clone, Debug, Default)]
@@ -27,11 +44,66 @@ impl Cancel {
     pub fn is_cancelled(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
+
+    /// The flag itself, for loops that only read it.
+    pub fn flag(&self) -> &AtomicBool {
+        &self.0
+    }
+
+    fn check(&self) -> Result<(), StudyError> {
+        if self.is_cancelled() { Err(StudyError::Cancelled) } else { Ok(()) }
+    }
 }
 
 /// Runs studies and keeps what the next one can use again: a moved threshold smooths nothing anew.
 #[derive(Debug, Default)]
-pub struct Study {}
+pub struct Study {
+    layout: Layout,
+    records: Vec<Prepared>,
+    regression: Option<(RegressionKey, Arc<Regression>)>,
+    responses: Responses,
+}
+
+/// A record with what was computed of it alone.
+#[derive(Clone, Debug)]
+struct Prepared {
+    record: Arc<Record>,
+    facts: Arc<Facts>,
+    smoothing: Smoothing,
+    signals: Arc<Signals>,
+    drive: Arc<Drive>,
+}
+
+impl Prepared {
+    fn new(record: &Arc<Record>, layout: &Layout, smoothing: &Smoothing) -> Self {
+        let facts = Arc::new(Facts::new(record, layout));
+        Self::with_facts(record, layout, smoothing, facts)
+    }
+
+    fn with_facts(record: &Arc<Record>, layout: &Layout, smoothing: &Smoothing, facts: Arc<Facts>) -> Self {
+        let signals = Arc::new(Signals::new(record, layout, smoothing, &facts));
+        let drive = Arc::new(Drive::new(record, layout, &facts, &signals, 0..record.len()));
+        Self { record: Arc::clone(record), facts, smoothing: *smoothing, signals, drive }
+    }
+}
+
+/// What a regression's columns depend on; signals by identity, which their `Arc`s keep alive.
+#[derive(Debug, PartialEq)]
+struct RegressionKey {
+    terms: Vec<Term>,
+    fitted: Vec<usize>,
+    smoothing: Smoothing,
+    signals: Vec<SameSignals>,
+}
+
+#[derive(Debug)]
+struct SameSignals(Arc<Signals>);
+
+impl PartialEq for SameSignals {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
 
 impl Study {
     /// Runs one study.
@@ -39,53 +111,205 @@ impl Study {
     /// # Errors
     /// Settings that do not fit the records, or nothing to fit; cancelled.
     pub fn run(&mut self, records: &RecordSet, settings: &Settings, cancel: &Cancel) -> Result<Outcome, StudyError> {
-        let _ = (records, settings);
-        if cancel.is_cancelled() { Err(StudyError::Cancelled) } else { Err(StudyError::NothingToFit) }
+        let started = Instant::now();
+        let layout = check(records, settings)?;
+        self.prepare(records, &layout, &settings.smoothing, cancel)?;
+        let regression = self.regression(records, settings)?;
+        cancel.check()?;
+        let (model, fits) = regression.identify(settings);
+        let fit = milliseconds(started);
+        let simulating = Instant::now();
+        let (outcomes, train, test) = self.simulate(records, &model, cancel)?;
+        let elapsed = Elapsed { fit, simulate: milliseconds(simulating) };
+        let noise_floor = noise_floor(self.records.iter().zip(&records.entries).map(|(p, (_, usage))| (p, *usage)));
+        let mut outcome = Outcome {
+            settings: settings.clone(),
+            model,
+            fits,
+            records: outcomes,
+            train,
+            test,
+            noise_floor,
+            warnings: Vec::new(),
+            elapsed,
+        };
+        outcome.warnings = warnings::warnings(&outcome, records);
+        Ok(outcome)
+    }
+
+    /// Signals of every record that is not off, keeping those that are still right.
+    fn prepare(
+        &mut self,
+        records: &RecordSet,
+        layout: &Layout,
+        smoothing: &Smoothing,
+        cancel: &Cancel,
+    ) -> Result<(), StudyError> {
+        if self.layout != *layout {
+            *self = Self { layout: *layout, ..Self::default() };
+        }
+        let mut prepared = Vec::with_capacity(records.entries.len());
+        for (record, _) in &records.entries {
+            cancel.check()?;
+            let known = self.records.iter().find(|p| Arc::ptr_eq(&p.record, record));
+            prepared.push(match known {
+                Some(known) if known.smoothing == *smoothing => known.clone(),
+                Some(known) => Prepared::with_facts(record, layout, smoothing, Arc::clone(&known.facts)),
+                None => Prepared::new(record, layout, smoothing),
+            });
+        }
+        self.responses.keep(&prepared);
+        self.records = prepared;
+        Ok(())
+    }
+
+    fn regression(&mut self, records: &RecordSet, settings: &Settings) -> Result<Arc<Regression>, StudyError> {
+        let signals = self
+            .records
+            .iter()
+            .zip(&records.entries)
+            .filter(|(_, (_, usage))| *usage == Usage::Fit)
+            .map(|(prepared, _)| SameSignals(Arc::clone(&prepared.signals)))
+            .collect();
+        let key = RegressionKey {
+            terms: candidate_terms(settings),
+            fitted: fitted_states(&self.layout, settings.kinematics),
+            smoothing: settings.smoothing,
+            signals,
+        };
+        if let Some((known, regression)) = &self.regression
+            && *known == key
+        {
+            return Ok(Arc::clone(regression));
+        }
+        let signals: Vec<Arc<Signals>> = key.signals.iter().map(|s| Arc::clone(&s.0)).collect();
+        let regression = Regression::new(&self.layout, &key.terms, &signals, &key.smoothing, &key.fitted)?;
+        let regression = Arc::new(regression);
+        self.regression = Some((key, Arc::clone(&regression)));
+        Ok(regression)
+    }
+
+    /// The model's response along every record that is not off, with the pooled scores of fitted and held-out ones.
+    #[expect(clippy::type_complexity, reason = "three results of one pass")]
+    fn simulate(
+        &mut self,
+        records: &RecordSet,
+        model: &Model,
+        cancel: &Cancel,
+    ) -> Result<(Vec<RecordOutcome>, Option<Score>, Option<Score>), StudyError> {
+        let simulator = Simulator::new(model).map_err(|e| StudyError::Setting(e.to_string()))?;
+        let mut pooled = [Some(score::Tally::default()); 2];
+        let mut outcomes = Vec::with_capacity(records.entries.len());
+        for (prepared, (record, usage)) in self.records.iter().zip(&records.entries) {
+            if *usage == Usage::Off {
+                continue;
+            }
+            let response = self.responses.get(model, &simulator, prepared, cancel)?;
+            let mut channels = Vec::with_capacity(self.layout.freedoms);
+            let pool = &mut pooled[usize::from(*usage == Usage::HeldOut)];
+            if response.diverged_at.is_some() {
+                *pool = None;
+            }
+            for (i, symbol) in self.layout.state_symbols().take(self.layout.freedoms).enumerate() {
+                let Some(channel) = record.channel(Role::Displacement(i)) else { continue };
+                let series = response.states[i].clone();
+                let mut error = Vec::with_capacity(series.len());
+                let tally = score::Tally::compare(&channel.values, &series, &mut error);
+                if i == 0 {
+                    *pool = pool.map(|p| p.plus(tally));
+                }
+                channels.push(Channel { symbol, response: series, error, score: tally.score() });
+            }
+            outcomes.push(RecordOutcome {
+                record: Arc::clone(record),
+                usage: *usage,
+                signals: Arc::clone(&prepared.signals),
+                states: response.states.clone(),
+                channels,
+                diverged_at: response.diverged_at,
+            });
+        }
+        let [train, test] = pooled.map(|p| p.and_then(|p| p.score()));
+        Ok((outcomes, train, test))
     }
 }
 
-/// Which settings [`choose`] may change.
-#[derive(Clone, Copy, Debug)]
-pub struct Free {
-    /// The smoothing segment length.
-    pub window: bool,
-    /// The smoothing polynomial's order.
-    pub order: bool,
-    /// The threshold.
-    pub threshold: bool,
+/// The records' common layout, after holding the settings against it.
+fn check(records: &RecordSet, settings: &Settings) -> Result<Layout, StudyError> {
+    let used: Vec<&Arc<Record>> = records.entries.iter().filter(|(_, u)| *u != Usage::Off).map(|(r, _)| r).collect();
+    if records.with(Usage::Fit).next().is_none() {
+        return Err(StudyError::NothingToFit);
+    }
+    let layout = used.first().map_or_else(Layout::default, |r| r.layout(settings.kind));
+    if let Some(other) = used.iter().find(|r| r.layout(settings.kind) != layout) {
+        return Err(StudyError::RecordsDiffer(format!(
+            "record {:?} measures other channels than {:?}: use only records with the same ones",
+            other.name, used[0].name
+        )));
+    }
+    if layout.freedoms == 0 {
+        return Err(StudyError::RecordsDiffer("the records hold no displacement: say which column it is".into()));
+    }
+    let terms = candidate_terms(settings);
+    if terms.is_empty() {
+        return Err(StudyError::Setting("the library is empty: add at least one term".into()));
+    }
+    if let Some((term, symbol)) = terms.iter().find_map(|t| t.foreign_symbol(&layout).map(|s| (t, s))) {
+        return Err(StudyError::Setting(format!(
+            "the term {term} needs {}, which the records do not have",
+            layout.name(symbol)
+        )));
+    }
+    let Smoothing { method, window, order, .. } = settings.smoothing;
+    if method != Differentiation::Difference {
+        if window % 2 == 0 || window < 3 {
+            return Err(StudyError::Setting(format!("the segment length must be odd and at least 3, not {window}")));
+        }
+        if order == 0 || order >= window {
+            return Err(StudyError::Setting(format!(
+                "a polynomial of order {order} needs a segment longer than {order} samples, not {window}"
+            )));
+        }
+        if let Some(short) = records.with(Usage::Fit).find(|r| r.len() < window) {
+            return Err(StudyError::Setting(format!(
+                "record {:?} has {} samples, fewer than the segment length {window}: shorten the segment",
+                short.name,
+                short.len()
+            )));
+        }
+    }
+    if !(settings.threshold >= 0.0 && settings.ridge >= 0.0) {
+        return Err(StudyError::Setting("threshold and ridge must be zero or more".into()));
+    }
+    Ok(layout)
 }
 
-/// What [`choose`] chose, and why.
-#[derive(Clone, Debug)]
-pub struct Choice {
-    /// The settings chosen.
-    pub settings: Settings,
-    /// One sentence: what was tried and what decided.
-    pub reason: String,
+/// RMS over records of the first displacement's noise: of the held-out ones where there are some, else of the fitted.
+fn noise_floor<'a>(records: impl Iterator<Item = (&'a Prepared, Usage)> + Clone) -> Option<f64> {
+    let of = |wanted: Usage| {
+        let (mut squares, mut samples) = (0.0, 0.0);
+        for (prepared, _) in records.clone().filter(|(_, usage)| *usage == wanted) {
+            let n = prepared.record.len() as f64;
+            squares += n * prepared.facts.noise.first().map_or(0.0, |s| s * s);
+            samples += n;
+        }
+        (samples > 0.0).then(|| f64::sqrt(squares / samples))
+    };
+    of(Usage::HeldOut).or_else(|| of(Usage::Fit))
 }
 
-/// Settings to start from: a library by the kind of data, smoothing from the signals' noise and period; nothing is simulated.
-///
-/// # Errors
-/// No record, or records whose channels differ.
-pub fn suggest(records: &RecordSet, kind: crate::term::Kind) -> Result<Settings, StudyError> {
-    let _ = (records, kind);
-    Err(StudyError::NothingToFit)
+fn milliseconds(since: Instant) -> f64 {
+    1e3 * since.elapsed().as_secs_f64()
 }
 
-/// Chooses the free settings by simulation error on stretches that were not fitted.
-///
-/// `progress` is told the share done, 0 to 1.
-///
-/// # Errors
-/// As [`Study::run`].
-pub fn choose(
-    records: &RecordSet,
-    start: &Settings,
-    free: Free,
-    cancel: &Cancel,
-    progress: &dyn Fn(f64),
-) -> Result<Choice, StudyError> {
-    let _ = (records, start, free, cancel, progress);
-    Err(StudyError::NothingToFit)
+/// True if the layout's inputs move the base: a length in the displacement's unit, or a name that says so.
+pub fn base_excited(record: &Record, kind: Kind) -> bool {
+    let displacement = record.channel(Role::Displacement(0));
+    let input = record.channel(Role::Input(0));
+    match (kind, displacement, input) {
+        (Kind::SecondOrder, Some(x), Some(u)) => {
+            u.name.to_lowercase().contains("base") || (!u.unit.is_empty() && u.unit == x.unit)
+        }
+        _ => false,
+    }
 }

@@ -2,40 +2,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::signal::Smoothing;
 use crate::term::{Kind, Term};
-
-/// How velocities and accelerations are made from displacements.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Differentiation {
-    /// The derivative of the Savitzky–Golay filter's own polynomial.
-    #[default]
-    Filter,
-    /// Savitzky–Golay smoothing, then central differences: the report's way.
-    SmoothThenDifference,
-    /// Central differences of the measured samples, no smoothing.
-    Difference,
-}
-
-/// Smoothing and differentiation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub struct Smoothing {
-    /// The way of differentiating.
-    pub method: Differentiation,
-    /// Segment length, samples; odd and larger than `order`.
-    pub window: usize,
-    /// Order of the segment's polynomial.
-    pub order: usize,
-    /// Whether every library column is passed through the filter that the displacement went through; without it the
-    /// smoothing biases the coefficients.
-    pub filter_library: bool,
-}
-
-impl Default for Smoothing {
-    fn default() -> Self {
-        Self { method: Differentiation::Filter, window: 31, order: 5, filter_library: true }
-    }
-}
 
 /// What a coefficient's size is compared with the threshold as.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]

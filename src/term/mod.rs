@@ -16,9 +16,12 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 pub use calculus::derivative;
+pub(crate) use expression::sign;
 pub use expression::{Expression, Function, Symbol};
 pub use library::{Family, list, polynomials};
 pub use parse::TermError;
+pub(crate) use print::latex_number;
+pub(crate) use program::LANES;
 pub use program::{Program, SampleBlock, Slots};
 
 use serde::{Deserialize, Serialize};
@@ -263,7 +266,7 @@ mod tests {
             "clip(x-u,0.5)",
             "(x-u)^3",
             "1e-5*x",
-            "sgn(v)*(1+x)",
+            "(x+1)*sgn(v)",
             "exp(-x)",
             "x-u-1",
         ] {

@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use super::calculus::without_bounds;
 use super::expression::{Expression, Function, Symbol, power, sign};
 use super::{Kind, Layout};
@@ -48,7 +50,7 @@ struct Instruction {
 }
 
 /// Samples that one pass of [`Program::columns`] works on: small enough for the first-level cache.
-const LANES: usize = 256;
+pub(crate) const LANES: usize = 256;
 
 impl Program {
     /// Compiles expressions whose signs are evaluated as they stand.
@@ -72,10 +74,16 @@ impl Program {
 
     /// Memory for [`Self::run`], constants in place.
     pub fn slots(&self) -> Slots {
-        let mut slots = vec![0.0; self.slot_count()];
+        let mut slots = Slots::new();
+        self.prepare_slots(&mut slots);
+        slots
+    }
+
+    /// Makes memory that served another program ready for [`Self::run`].
+    pub(crate) fn prepare_slots(&self, slots: &mut Slots) {
+        slots.resize(self.slot_count(), 0.0);
         let first = self.first_constant();
         slots[first..first + self.constants.len()].copy_from_slice(&self.constants);
-        slots
     }
 
     fn slot_count(&self) -> usize {
@@ -131,11 +139,8 @@ impl Program {
     pub fn columns(&self, samples: &SampleBlock<'_>, columns: &mut [Vec<f64>]) {
         assert_eq!(columns.len(), self.outputs.len(), "one column for each expression");
         let count = samples.states.first().or(samples.inputs.first()).map_or(0, |s| s.len());
-        let mut memory = vec![0.0; self.slot_count() * LANES];
-        let first = self.first_constant();
-        for (k, c) in self.constants.iter().enumerate() {
-            memory[(first + k) * LANES..(first + k + 1) * LANES].fill(*c);
-        }
+        let mut memory = Slots::new();
+        self.prepare_lanes(&mut memory);
         for column in columns.iter_mut() {
             column.reserve(count);
         }
@@ -148,18 +153,28 @@ impl Program {
             for (k, values) in symbols.enumerate() {
                 memory[(1 + k) * LANES..][..lanes].copy_from_slice(&values[from..from + lanes]);
             }
-            self.run_lanes(&mut memory, lanes);
+            self.run_lanes(&mut memory, 0..lanes);
             for (column, output) in columns.iter_mut().zip(&self.outputs) {
                 column.extend_from_slice(&memory[output * LANES..][..lanes]);
             }
         }
     }
 
-    fn run_lanes(&self, memory: &mut [f64], lanes: usize) {
+    /// Makes memory ready for [`Self::run_lanes`]: [`LANES`] values of each slot, one slot after the other.
+    pub(crate) fn prepare_lanes(&self, memory: &mut Slots) {
+        memory.resize(self.slot_count() * LANES, 0.0);
+        let first = self.first_constant();
+        for (k, c) in self.constants.iter().enumerate() {
+            memory[(first + k) * LANES..(first + k + 1) * LANES].fill(*c);
+        }
+    }
+
+    /// Evaluates every expression at several instants at once, from the symbols in `memory` (see [`Self::prepare_lanes`]).
+    pub(crate) fn run_lanes(&self, memory: &mut [f64], lanes: Range<usize>) {
         for Instruction { operation, target } in &self.instructions {
             let (known, rest) = memory.split_at_mut(target * LANES);
-            let out = &mut rest[..lanes];
-            let slot = |k: usize| &known[k * LANES..][..lanes];
+            let out = &mut rest[lanes.clone()];
+            let slot = |k: usize| &known[k * LANES..][lanes.clone()];
             let map = |out: &mut [f64], a: usize, f: &dyn Fn(f64) -> f64| {
                 for (o, a) in out.iter_mut().zip(slot(a)) {
                     *o = f(*a);

@@ -3,7 +3,7 @@
 pub mod axis;
 pub mod decimate;
 pub mod export;
-pub mod number;
 pub mod palette;
 pub mod raster;
-pub mod units;
+
+pub use crate::format::{number, units};

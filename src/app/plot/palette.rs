@@ -1,80 +1,20 @@
-//! The fixed colours and strokes of everything that is drawn, in the light and the dark theme.
-//!
-//! Hues are those of Okabe and Ito's set for colour-blind eyes (jfly.uni-koeln.de/color), made darker or lighter until each
-//! stands off its ground; what lies on top of each other differs in lightness and width too, so that a grey print still tells it.
+//! The shared palette as egui draws it, and the tints and grounds of the window's plots.
 
 use egui::{Color32, Stroke};
 use egui_plot::LineStyle;
-use serde::{Deserialize, Serialize};
 
-/// One thing that plots draw.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Ink {
-    /// The measurement: wide and mid-toned, so that what lies on it shows.
-    Measured,
-    /// The identified model's response: narrow and strong.
-    Identified,
-    /// The response before the last change.
-    Ghost,
-    /// The error between the two.
-    Error,
-    /// The error before the last change.
-    ErrorGhost,
-    /// The measurement noise's level.
-    NoiseFloor,
-    /// An input.
-    Input,
-    /// The place where a response left the data's range.
-    Diverged,
-}
+use crate::format::palette;
+pub use crate::format::palette::Ink;
 
 impl Ink {
-    /// Every ink.
-    pub const ALL: [Self; 8] = [
-        Self::Measured,
-        Self::Identified,
-        Self::Ghost,
-        Self::Error,
-        Self::ErrorGhost,
-        Self::NoiseFloor,
-        Self::Input,
-        Self::Diverged,
-    ];
-
     /// The colour on the dark or the light theme's plot ground.
     pub fn color(self, dark: bool) -> Color32 {
-        let (light_theme, dark_theme) = match self {
-            Self::Measured => (0x47_9B_D4, 0x2C_76_AE),
-            Self::Identified => (0xA8_32_00, 0xFF_B8_66),
-            Self::Ghost => (0xD3_A4_8E, 0x7A_5F_45),
-            Self::Error => (0x00_6B_4F, 0x3C_CF_A3),
-            Self::ErrorGhost => (0xC6_DD_D6, 0x22_42_39),
-            Self::NoiseFloor => (0x20_20_20, 0xF0_F0_F0),
-            Self::Input => (0x7B_3F_73, 0xDF_9B_C8),
-            Self::Diverged => (0xB0_00_20, 0xFF_6B_6B),
-        };
-        rgb(if dark { dark_theme } else { light_theme })
-    }
-
-    /// Width of the line, points.
-    pub fn width(self) -> f32 {
-        match self {
-            Self::Measured => 3.4,
-            Self::Identified => 1.3,
-            Self::Ghost | Self::ErrorGhost | Self::Error => 1.0,
-            Self::Input => 1.4,
-            Self::NoiseFloor | Self::Diverged => 1.2,
-        }
+        rgb(self.rgb(dark))
     }
 
     /// Solid or dashed.
     pub fn style(self) -> LineStyle {
-        match self {
-            Self::NoiseFloor => LineStyle::Dashed { length: 7.0 },
-            Self::Diverged => LineStyle::Dashed { length: 4.0 },
-            _ => LineStyle::Solid,
-        }
+        self.dash().map_or(LineStyle::Solid, |length| LineStyle::Dashed { length })
     }
 
     /// Colour and width.
@@ -94,7 +34,7 @@ pub fn effect(index: usize, dark: bool) -> Color32 {
 
 /// The ground of a plot.
 pub fn ground(dark: bool) -> Color32 {
-    rgb(if dark { 0x14_16_19 } else { 0xFF_FF_FF })
+    rgb(palette::ground(dark))
 }
 
 /// The tint over stretches that were held out of the fit.
@@ -117,7 +57,7 @@ pub fn worst(dark: bool) -> Color32 {
 
 /// Grid lines and the plot's frame.
 pub fn grid(dark: bool) -> Color32 {
-    rgb(if dark { 0x2E_32_37 } else { 0xE2_E4_E7 })
+    rgb(palette::grid(dark))
 }
 
 /// The line at the pointer.

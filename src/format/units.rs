@@ -54,7 +54,11 @@ impl Scale {
     /// A value with `digits` significant digits and its unit.
     pub fn format(&self, value: f64, digits: usize) -> String {
         let text = number::significant(value * self.factor, digits);
-        if self.unit.is_empty() { text } else { format!("{text} {}", self.unit) }
+        match self.unit.as_str() {
+            "" => text,
+            power if power.starts_with('×') => text + power,
+            unit => format!("{text} {unit}"),
+        }
     }
 }
 
@@ -147,6 +151,7 @@ mod tests {
         assert_eq!(Scale::plain("").axis("u"), "u");
         assert_eq!(format_si(2.5e-6, "m", 3), "2.50 µm");
         assert_eq!(format_si(0.0, "m", 3), "0 m");
+        assert_eq!(format_si(2.34e-8, "", 2), "23×10⁻⁹");
         assert_eq!(per_second("mm"), "mm/s");
         assert_eq!(per_second("mm/s"), "mm/s²");
         assert_eq!(per_second(""), "");

@@ -1,0 +1,88 @@
+use std::fmt;
+use std::path::Path;
+
+use crate::record::ReadError;
+use crate::report::ReportError;
+use crate::study::StudyError;
+
+/// Why the work could not be done, and what to try.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Failure {
+    reason: String,
+    advice: Option<String>,
+}
+
+/// Why a command has nothing to print.
+#[derive(Debug)]
+pub(super) enum Stop {
+    /// Wrong usage, or help that was asked for.
+    Usage(clap::Error),
+    /// The work could not be done.
+    Failure(Failure),
+}
+
+impl Failure {
+    pub(super) fn new(reason: impl Into<String>) -> Self {
+        Self { reason: reason.into(), advice: None }
+    }
+
+    #[must_use]
+    pub(super) fn try_this(mut self, advice: impl Into<String>) -> Self {
+        self.advice = Some(advice.into()).filter(|a: &String| !a.is_empty());
+        self
+    }
+
+    /// A file that could not be written.
+    pub(super) fn writing(path: &Path, error: &std::io::Error) -> Self {
+        Self::new(format!("cannot write {}: {error}", path.display()))
+            .try_this("check that the folder exists and may be written to")
+    }
+}
+
+impl fmt::Display for Failure {
+    /// The reason on one line, what to try on the next.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let line = |text: &str| text.lines().map(str::trim).filter(|l| !l.is_empty()).collect::<Vec<_>>().join("; ");
+        writeln!(f, "sindyscope: {}", line(&self.reason))?;
+        match &self.advice {
+            Some(advice) => writeln!(f, "  try: {}", line(advice)),
+            None => Ok(()),
+        }
+    }
+}
+
+impl From<Failure> for Stop {
+    fn from(failure: Failure) -> Self {
+        Self::Failure(failure)
+    }
+}
+
+impl From<ReadError> for Failure {
+    fn from(error: ReadError) -> Self {
+        Self::new(error.to_string()).try_this(error.advice())
+    }
+}
+
+impl From<StudyError> for Failure {
+    fn from(error: StudyError) -> Self {
+        let advice = match error {
+            StudyError::RecordsDiffer(_) => {
+                "give records with the same channels and units, or say with --columns which column is which"
+            }
+            StudyError::Setting(_) => "leave the option out to have it chosen from the data; `--help` describes each",
+            StudyError::NothingToFit | StudyError::Cancelled => "",
+        };
+        Self::new(error.to_string()).try_this(advice)
+    }
+}
+
+impl From<ReportError> for Failure {
+    fn from(error: ReportError) -> Self {
+        let advice = match error {
+            ReportError::Ending(_) => "give --out a name that ends in .html or .png",
+            ReportError::Write { .. } => "check that the folder exists and may be written to",
+            ReportError::Picture(_) => "write the report to .html",
+        };
+        Self::new(error.to_string()).try_this(advice)
+    }
+}

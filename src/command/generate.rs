@@ -1,0 +1,184 @@
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+use clap::error::ErrorKind;
+
+use super::failure::Failure;
+use super::options::{finite, not_negative, positive};
+use super::{Output, usage};
+use crate::format::number::significant_trimmed;
+use crate::record::write_csv;
+use crate::rig::{Noise, Parameter, RigError, Scenario, ScenarioOptions, Shaking, generate, scenarios};
+
+/// The name under which the scenarios are listed.
+const LIST: &str = "list";
+
+/// Options of `generate`.
+#[derive(Debug, Args)]
+pub(super) struct Options {
+    /// What is recorded; `list` describes each, with its parameters
+    #[arg(value_parser = names(), hide_possible_values = true)]
+    scenario: String,
+    /// The file to write (`-`: standard output)
+    #[arg(long, value_name = "FILE.csv")]
+    out: Option<PathBuf>,
+    /// Seed of the noise and of a multisine's phases
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Noise on every displacement or state: a standard deviation (1e-5) or a share of the peak (1%)
+    #[arg(long, value_name = "LEVEL")]
+    noise: Option<Noise>,
+    /// Noise on the input, likewise
+    #[arg(long, value_name = "LEVEL")]
+    input_noise: Option<Noise>,
+    /// Quantisation step of every channel, in its unit
+    #[arg(long, value_name = "STEP", value_parser = not_negative, allow_negative_numbers = true)]
+    resolution: Option<f64>,
+    /// Sampling rate, Hz
+    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true)]
+    rate: Option<f64>,
+    /// Duration of each record, s
+    #[arg(long, value_name = "S", value_parser = positive, allow_negative_numbers = true)]
+    duration: Option<f64>,
+    /// Time before each record in which the motion settles, s
+    #[arg(long, value_name = "S", value_parser = not_negative, allow_negative_numbers = true)]
+    settle: Option<f64>,
+    /// Amplitude of the input (of each tone), or the displacement that the plant is released from
+    #[arg(long, value_name = "A", value_parser = finite, allow_hyphen_values = true)]
+    amplitude: Option<f64>,
+    /// Frequencies of the tones, or the two ends of a sweep or band, Hz
+    #[arg(long, value_name = "HZ,…", value_delimiter = ',', value_parser = positive, allow_negative_numbers = true)]
+    frequencies: Option<Vec<f64>>,
+    /// All tones in one record, instead of one record each
+    #[arg(long)]
+    together: bool,
+    /// Number of harmonics of a multisine
+    #[arg(long, value_name = "N")]
+    lines: Option<usize>,
+    /// Time in which tones or a multisine fade in, s
+    #[arg(long, value_name = "S", value_parser = not_negative, allow_negative_numbers = true)]
+    ramp: Option<f64>,
+    /// State at the start: displacements, then velocities
+    #[arg(long, value_name = "X,V,…", value_delimiter = ',', value_parser = finite, allow_hyphen_values = true)]
+    initial: Option<Vec<f64>>,
+    /// A parameter of the plant
+    #[arg(long, value_name = "NAME=VALUE", value_parser = parameter)]
+    set: Vec<(String, f64)>,
+}
+
+fn names() -> PossibleValuesParser {
+    PossibleValuesParser::new(scenarios().iter().map(|s| s.name).chain([LIST]))
+}
+
+fn parameter(text: &str) -> Result<(String, f64), String> {
+    let (name, value) = text.split_once('=').ok_or("write a parameter and its value as `k=358.7`")?;
+    Ok((name.trim().to_owned(), finite(value.trim())?))
+}
+
+/// Makes the records of a scenario and writes them, or lists the scenarios.
+pub(super) fn run(options: &Options) -> Output {
+    if options.scenario == LIST {
+        return Ok(list().into_bytes());
+    }
+    let Some(out) = &options.out else {
+        return Err(usage(
+            "generate",
+            ErrorKind::MissingRequiredArgument,
+            "where to? give --out FILE.csv (or --out -)",
+        ));
+    };
+    let wanted = ScenarioOptions {
+        seed: options.seed,
+        noise: options.noise,
+        input_noise: options.input_noise,
+        resolution: options.resolution,
+        rate: options.rate,
+        duration: options.duration,
+        settle: options.settle,
+        amplitude: options.amplitude,
+        frequencies: options.frequencies.clone(),
+        together: options.together,
+        lines: options.lines,
+        ramp: options.ramp,
+        initial: options.initial.clone(),
+        parameters: options.set.clone(),
+    };
+    let generated = match generate(&options.scenario, &wanted) {
+        Ok(generated) => generated,
+        Err(error @ (RigError::BadOption { .. } | RigError::UnknownScenario { .. })) => {
+            return Err(usage("generate", ErrorKind::ValueValidation, error));
+        }
+        Err(error) => return Err(Failure::new(error.to_string()).into()),
+    };
+    let mut csv = Vec::new();
+    write_csv(&generated.records, &mut csv, &generated.comments)
+        .map_err(|e| Failure::new(format!("cannot write the records as CSV: {e}")))?;
+    if out == Path::new("-") {
+        return Ok(csv);
+    }
+    std::fs::write(out, csv).map_err(|e| Failure::writing(out, &e))?;
+    let samples: usize = generated.records.iter().map(crate::record::Record::len).sum();
+    let records = match generated.records.len() {
+        1 => "1 record".to_owned(),
+        n => format!("{n} records"),
+    };
+    Ok(format!("wrote {}: {records}, {samples} samples\n", out.display()).into_bytes())
+}
+
+/// Every scenario with what it does unless told otherwise.
+fn list() -> String {
+    let mut text = String::new();
+    let mut meanings: Vec<Parameter> = Vec::new();
+    let width = scenarios().iter().map(|s| s.name.len()).max().unwrap_or(0);
+    for scenario in scenarios() {
+        let _ = writeln!(text, "{:<width$}  {}", scenario.name, scenario.summary);
+        let _ = writeln!(text, "{:<width$}    {}", "", defaults(scenario));
+        let parameters = scenario.parameters();
+        let values: Vec<String> = parameters.iter().map(|p| format!("--set {}={}", p.name, ascii(p.value))).collect();
+        let _ = writeln!(text, "{:<width$}    {}", "", values.join(" "));
+        for parameter in parameters {
+            if !meanings.iter().any(|m| m.name == parameter.name && m.meaning == parameter.meaning) {
+                meanings.push(parameter);
+            }
+        }
+    }
+    text.push_str("\nParameters:\n");
+    for Parameter { name, meaning, unit, .. } in meanings {
+        let unit = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
+        let _ = writeln!(text, "  {name:<8}{meaning}{unit}");
+    }
+    text.push_str("\nEvery value can be changed: see `sindyscope generate --help`.\n");
+    text
+}
+
+fn defaults(scenario: &Scenario) -> String {
+    let frequencies: Vec<String> = scenario.frequencies.iter().map(|f| ascii(*f)).collect();
+    let frequencies = frequencies.join(",");
+    let amplitude = ascii(scenario.amplitude);
+    let mut text = match scenario.shaking {
+        Shaking::Tones => format!("--amplitude {amplitude} --frequencies {frequencies}"),
+        Shaking::Sweep => format!("--amplitude {amplitude} --frequencies {frequencies} (from, to)"),
+        Shaking::Multisine => {
+            format!("--amplitude {amplitude} --frequencies {frequencies} (from, to) --lines {}", scenario.lines)
+        }
+        Shaking::Release => format!("--amplitude {amplitude} (released from)"),
+        Shaking::None => String::new(),
+    };
+    let _ = write!(text, " --rate {} --duration {}", ascii(scenario.rate), ascii(scenario.duration));
+    if scenario.settle > 0.0 {
+        let _ = write!(text, " --settle {}", ascii(scenario.settle));
+    }
+    if scenario.sensor.noise != Noise::NONE {
+        let _ = write!(text, " --noise {}", scenario.sensor.noise);
+    }
+    text.trim_start().to_owned()
+}
+
+/// A number as it is typed.
+fn ascii(value: f64) -> String {
+    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
+    let text = significant_trimmed(rounded, 6);
+    if text.is_ascii() { text } else { format!("{rounded:?}") }
+}

@@ -1,0 +1,93 @@
+//! The command line: what the library finds, for terminals and scripts. None of it but the window needs a display.
+
+mod analysis;
+mod failure;
+mod generate;
+mod identify;
+mod json;
+mod options;
+mod report;
+mod window;
+
+use std::ffi::OsString;
+use std::io::{self, ErrorKind, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, Subcommand};
+
+use failure::{Failure, Stop};
+
+/// Finds the equation of motion of a vibrating thing from its measurements.
+///
+/// Without a command the window opens, with the given files in it.
+#[derive(Debug, Parser)]
+#[command(name = "sindyscope", version, args_conflicts_with_subcommands = true, max_term_width = 110)]
+struct Cli {
+    /// Measurements to open in the window (a file named like a command: by its path, `./identify`)
+    files: Vec<PathBuf>,
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Identify the equation of motion: smooth, differentiate, regress sparsely, simulate
+    Identify(identify::Options),
+    /// The same as a document: figures, equations, tables
+    Report(report::Options),
+    /// Make a record of the virtual test rig, whose equation of motion is known
+    Generate(generate::Options),
+}
+
+/// What a command leaves for standard output.
+type Output = Result<Vec<u8>, Stop>;
+
+/// Runs the program with the arguments that it was started with.
+///
+/// Exit status: 0 done, 1 the work could not be done, 2 wrong usage.
+pub fn main() -> ExitCode {
+    run(std::env::args_os(), &mut io::stdout().lock(), &mut io::stderr().lock())
+}
+
+fn run(arguments: impl IntoIterator<Item = OsString>, out: &mut impl Write, err: &mut impl Write) -> ExitCode {
+    let result = match Cli::try_parse_from(arguments) {
+        Err(error) => Err(Stop::Usage(error)),
+        Ok(cli) => match cli.command {
+            None => window::open(cli.files).map(|()| Vec::new()).map_err(Stop::from),
+            Some(Command::Identify(options)) => identify::run(&options),
+            Some(Command::Report(options)) => report::run(&options),
+            Some(Command::Generate(options)) => generate::run(&options),
+        },
+    };
+    match result {
+        Ok(text) => match out.write_all(&text).and_then(|()| out.flush()) {
+            Ok(()) => ExitCode::SUCCESS,
+            // The reader has seen enough, as `head` does.
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+            Err(error) => fail(&Failure::new(format!("cannot write to standard output: {error}")), err),
+        },
+        Err(Stop::Usage(error)) => error.exit(),
+        Err(Stop::Failure(failure)) => fail(&failure, err),
+    }
+}
+
+fn fail(failure: &Failure, err: &mut impl Write) -> ExitCode {
+    // Nobody is left to tell if standard error is gone too.
+    let _ = write!(err, "{failure}");
+    ExitCode::from(1)
+}
+
+/// Wrong usage that the argument parser cannot see by itself.
+fn usage(command: &str, kind: clap::error::ErrorKind, problem: impl std::fmt::Display) -> Stop {
+    let mut cli = Cli::command();
+    cli.build();
+    let error = match cli.find_subcommand_mut(command) {
+        Some(command) => command.error(kind, problem),
+        None => cli.error(kind, problem),
+    };
+    Stop::Usage(error)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,333 @@
+//! The options that every command which runs a study takes.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use clap::{Args, ValueEnum};
+
+use crate::record::{ColumnMap, ReadOptions};
+use crate::study::{Differentiation, Kinematics, Lock, Scaling, Settings};
+use crate::term::{self, Kind, Term, TermError};
+
+/// Data, and how it is identified.
+#[derive(Debug, Args)]
+pub(super) struct StudyOptions {
+    /// Measurements to fit: CSV files
+    #[arg(required = true, value_name = "DATA")]
+    pub(super) data: Vec<PathBuf>,
+    /// Held-out measurements: never fitted, only simulated and scored
+    #[arg(long, num_args = 1.., value_name = "FILE")]
+    pub(super) test: Vec<PathBuf>,
+    /// Which column is which, where the header does not say: t=NAME,x=NAME,u=NAME,…
+    #[arg(long, value_name = "t=NAME,x=NAME,…")]
+    columns: Option<ColumnMap>,
+    /// Sampling rate, Hz, for files without a time column
+    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true)]
+    rate: Option<f64>,
+    /// Displacements given and velocities derived, or every state given
+    #[arg(long, value_enum, default_value_t)]
+    pub(super) kind: KindName,
+
+    /// Candidate terms of the acceleration (first order: of every state): "x, v, u, x^3, sgn(v)" [default: by the kind of data]
+    #[arg(long, value_name = "LIST", help_heading = "Library")]
+    terms: Option<Terms>,
+    /// Terms kept whatever the threshold: known physics
+    #[arg(long, value_name = "LIST", help_heading = "Library")]
+    lock: Vec<Terms>,
+    /// Terms never used
+    #[arg(long, value_name = "LIST", help_heading = "Library")]
+    drop: Vec<Terms>,
+    /// A term kept at a coefficient that is known
+    #[arg(long, value_name = "TERM=VALUE", help_heading = "Library")]
+    fix: Vec<FixedTerm>,
+
+    /// Smoothing segment, samples: odd [default: chosen from the data]
+    #[arg(long, value_name = "N", value_parser = odd, help_heading = "Smoothing")]
+    pub(super) window: Option<usize>,
+    /// Order of the smoothing polynomial [default: chosen from the data]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=12), help_heading = "Smoothing")]
+    order: Option<u8>,
+    /// How velocities and accelerations are made [default: filter]
+    #[arg(long, value_enum, value_name = "WAY", help_heading = "Smoothing")]
+    method: Option<MethodName>,
+    /// Do not pass the library's columns through the filter that the displacement went through
+    #[arg(long, help_heading = "Smoothing")]
+    unfiltered_library: bool,
+
+    /// Terms below it are dropped (STLSQ) [default: chosen by held-out simulation error]
+    #[arg(long, value_name = "V", value_parser = not_negative, allow_negative_numbers = true, help_heading = "Regression")]
+    pub(super) threshold: Option<f64>,
+    /// Weight α of the ridge penalty [default: 0]
+    #[arg(long, value_name = "V", value_parser = not_negative, allow_negative_numbers = true, help_heading = "Regression")]
+    ridge: Option<f64>,
+    /// What the threshold is compared with: shares of the rate, or coefficients as they stand [default: scaled]
+    #[arg(long, value_enum, value_name = "WAY", help_heading = "Regression")]
+    scaling: Option<ScalingName>,
+    /// Fit dx/dt from the library too, instead of taking dx/dt = v as known
+    #[arg(long, help_heading = "Regression")]
+    fit_kinematics: bool,
+
+    /// Write the result as JSON (`-`: to standard output, and nothing else there)
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub(super) json: Option<PathBuf>,
+}
+
+impl StudyOptions {
+    /// How the files are read.
+    pub(super) fn reading(&self) -> ReadOptions {
+        ReadOptions {
+            columns: self.columns.clone().unwrap_or_default(),
+            rate: self.rate,
+            kind: self.kind.into(),
+            ..ReadOptions::default()
+        }
+    }
+
+    /// True if JSON is all that goes to standard output.
+    pub(super) fn json_only(&self) -> bool {
+        self.json.as_deref() == Some(Path::new("-"))
+    }
+
+    /// Whether smoothing uses a segment at all.
+    fn smooths(&self) -> bool {
+        self.method != Some(MethodName::Difference)
+    }
+
+    /// Whether the segment length is left to the data.
+    pub(super) fn window_is_free(&self) -> bool {
+        self.window.is_none() && self.smooths()
+    }
+
+    /// Whether the order is left to the data.
+    pub(super) fn order_is_free(&self) -> bool {
+        self.order.is_none() && self.smooths()
+    }
+
+    /// Puts what was asked for over what was suggested.
+    pub(super) fn apply(&self, settings: &mut Settings) {
+        settings.kind = self.kind.into();
+        if let Some(Terms(terms)) = &self.terms {
+            settings.terms.clone_from(terms);
+        }
+        let decided = |lists: &[Terms], lock: Lock| -> Vec<(Term, Lock)> {
+            lists.iter().flat_map(|l| &l.0).map(|t| (t.clone(), lock)).collect()
+        };
+        settings.locks.extend(decided(&self.lock, Lock::In));
+        settings.locks.extend(decided(&self.drop, Lock::Out));
+        settings.locks.extend(self.fix.iter().map(|f| (f.term.clone(), Lock::Fixed(f.value))));
+        if let Some(method) = self.method {
+            settings.smoothing.method = method.into();
+        }
+        if self.unfiltered_library {
+            settings.smoothing.filter_library = false;
+        }
+        let smoothing = &mut settings.smoothing;
+        match (self.window, self.order.map(usize::from)) {
+            (Some(window), Some(order)) => (smoothing.window, smoothing.order) = (window, order),
+            // The one that is free makes room for the one that is given.
+            (Some(window), None) => {
+                (smoothing.window, smoothing.order) = (window, smoothing.order.min(window.saturating_sub(1)));
+            }
+            (None, Some(order)) => (smoothing.window, smoothing.order) = (smoothing.window.max((order + 1) | 1), order),
+            (None, None) => {}
+        }
+        if let Some(threshold) = self.threshold {
+            settings.threshold = threshold;
+        }
+        if let Some(ridge) = self.ridge {
+            settings.ridge = ridge;
+        }
+        if let Some(scaling) = self.scaling {
+            settings.scaling = scaling.into();
+        }
+        if self.fit_kinematics {
+            settings.kinematics = Kinematics::Fitted;
+        }
+    }
+
+    /// The command that does the same with nothing left to choose.
+    pub(super) fn command(&self, name: &str, settings: &Settings, out: Option<&Path>) -> String {
+        let mut text = format!("sindyscope {name}");
+        let files = |text: &mut String, files: &[PathBuf]| {
+            for file in files {
+                let _ = write!(text, " {}", quoted(&file.to_string_lossy()));
+            }
+        };
+        files(&mut text, &self.data);
+        if !self.test.is_empty() {
+            text.push_str(" --test");
+            files(&mut text, &self.test);
+        }
+        let mut option = |name: &str, value: &str| {
+            let _ = write!(text, " --{name} {}", quoted(value));
+        };
+        if let Some(columns) = &self.columns {
+            option("columns", &columns.to_string());
+        }
+        if let Some(rate) = self.rate {
+            option("rate", &rate.to_string());
+        }
+        if settings.kind == Kind::FirstOrder {
+            option("kind", "first-order");
+        }
+        let list = |terms: &mut dyn Iterator<Item = &Term>| terms.map(Term::as_str).collect::<Vec<_>>().join(", ");
+        option("terms", &list(&mut settings.terms.iter()));
+        for (name, lock) in [("lock", Lock::In), ("drop", Lock::Out)] {
+            let terms = list(&mut settings.locks.iter().filter(|(_, l)| **l == lock).map(|(t, _)| t));
+            if !terms.is_empty() {
+                option(name, &terms);
+            }
+        }
+        for (term, lock) in &settings.locks {
+            if let Lock::Fixed(value) = lock {
+                option("fix", &format!("{term}={value}"));
+            }
+        }
+        let smoothing = &settings.smoothing;
+        match smoothing.method {
+            Differentiation::Filter => {}
+            Differentiation::SmoothThenDifference => option("method", "smooth-then-difference"),
+            Differentiation::Difference => option("method", "difference"),
+        }
+        if smoothing.method != Differentiation::Difference {
+            option("window", &smoothing.window.to_string());
+            option("order", &smoothing.order.to_string());
+        }
+        option("threshold", &settings.threshold.to_string());
+        if settings.ridge > 0.0 {
+            option("ridge", &settings.ridge.to_string());
+        }
+        if settings.scaling == Scaling::Raw {
+            option("scaling", "raw");
+        }
+        if let Some(out) = out {
+            option("out", &out.to_string_lossy());
+        }
+        if !smoothing.filter_library {
+            text.push_str(" --unfiltered-library");
+        }
+        if settings.kinematics == Kinematics::Fitted {
+            text.push_str(" --fit-kinematics");
+        }
+        text
+    }
+}
+
+/// An argument as a shell takes it.
+fn quoted(text: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./=,+:@%^".contains(c);
+    if !text.is_empty() && text.chars().all(plain) {
+        text.to_owned()
+    } else {
+        format!("'{}'", text.replace('\'', "'\\''"))
+    }
+}
+
+/// A list of terms.
+#[derive(Clone, Debug)]
+pub(super) struct Terms(Vec<Term>);
+
+impl FromStr for Terms {
+    type Err = TermError;
+
+    fn from_str(text: &str) -> Result<Self, TermError> {
+        term::list(text).map(Self)
+    }
+}
+
+/// A term at a coefficient.
+#[derive(Clone, Debug)]
+struct FixedTerm {
+    term: Term,
+    value: f64,
+}
+
+impl FromStr for FixedTerm {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (term, value) = text.rsplit_once('=').ok_or("write a term and its coefficient as `x=-358.7`")?;
+        let value = finite(value.trim())?;
+        Ok(Self { term: Term::parse(term.trim()).map_err(|e| e.to_string())?, value })
+    }
+}
+
+/// A number that is one.
+pub(super) fn finite(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| format!("`{text}` is not a number"))
+}
+
+/// A number above zero.
+pub(super) fn positive(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("it must be above zero".into()) })
+}
+
+/// A number that is zero or above.
+pub(super) fn not_negative(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("it cannot be negative".into()) })
+}
+
+fn odd(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(n) if n >= 3 && n % 2 == 1 => Ok(n),
+        Ok(n) => Err(format!(
+            "a segment is odd and at least 3 samples long, so that it has a middle: {}",
+            (n | 1usize).max(3)
+        )),
+        Err(_) => Err("it is a whole number of samples".into()),
+    }
+}
+
+macro_rules! named {
+    ($(#[$doc:meta])* $name:ident => $target:ty { $($(#[$variant_doc:meta])* $variant:ident),+ $(,)? }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+        pub(super) enum $name {
+            $($(#[$variant_doc])* $variant,)+
+        }
+
+        impl From<$name> for $target {
+            fn from(name: $name) -> Self {
+                match name {
+                    $($name::$variant => Self::$variant,)+
+                }
+            }
+        }
+    };
+}
+
+named! {
+    /// Order of the equations, by name.
+    KindName => Kind {
+        /// Displacements are given, velocities are derived
+        #[default]
+        SecondOrder,
+        /// Every state is given
+        FirstOrder,
+    }
+}
+
+named! {
+    /// Ways of differentiating, by name.
+    MethodName => Differentiation {
+        /// The derivative of the Savitzky–Golay filter's own polynomial
+        #[default]
+        Filter,
+        /// Savitzky–Golay smoothing, then central differences
+        SmoothThenDifference,
+        /// Central differences, no smoothing
+        Difference,
+    }
+}
+
+named! {
+    /// What the threshold compares, by name.
+    ScalingName => Scaling {
+        /// Columns and rate divided by their RMS: units do not matter
+        #[default]
+        Scaled,
+        /// Coefficients as they stand
+        Raw,
+    }
+}

@@ -1,0 +1,98 @@
+use clap::{CommandFactory, Parser};
+
+use super::{Cli, Command};
+
+#[test]
+fn the_options_are_sound() {
+    Cli::command().debug_assert();
+}
+
+#[test]
+fn files_open_whatever_they_are_called() {
+    for arguments in [&["./identify"][..], &["a.csv", "identify"], &["--", "identify"]] {
+        let cli = Cli::try_parse_from([&["sindyscope"], arguments].concat()).expect("files");
+        assert!(cli.command.is_none(), "{arguments:?}");
+        assert_eq!(cli.files.len(), arguments.iter().filter(|a| **a != "--").count());
+    }
+    let cli = Cli::try_parse_from(["sindyscope", "identify", "a.csv", "--test", "b.csv", "c.csv"]).expect("a command");
+    assert!(matches!(cli.command, Some(Command::Identify(_))));
+}
+
+#[test]
+fn wrong_values_are_said_with_the_option() {
+    for (arguments, said) in [
+        (&["--window", "30"][..], "31"),
+        (&["--threshold", "-1"], "--threshold"),
+        (&["--threshold", "nan"], "not a number"),
+        (&["--rate", "0"], "above zero"),
+        (&["--terms", "x, sin(v"], "--terms"),
+        (&["--columns", "q=3"], "q"),
+        (&["--fix", "x"], "x=-358.7"),
+        (&["--kind", "third-order"], "second-order"),
+        (&["--order", "0"], "--order"),
+    ] {
+        let error =
+            Cli::try_parse_from([&["sindyscope", "identify", "a.csv"], arguments].concat()).expect_err("refused");
+        assert_eq!(error.exit_code(), 2);
+        assert!(error.to_string().contains(said), "{arguments:?}: {error}");
+    }
+}
+
+#[test]
+fn what_was_given_goes_over_what_was_suggested() {
+    use crate::study::{Kinematics, Lock, Scaling, Settings};
+    use crate::term::Term;
+    let parse = |arguments: &[&str]| match Cli::try_parse_from(
+        [&["sindyscope", "report", "a b.csv", "--out", "r.png"], arguments].concat(),
+    )
+    .expect("options")
+    .command
+    {
+        Some(Command::Report(options)) => options,
+        _ => panic!("report was asked for"),
+    };
+    let term = |text: &str| Term::parse(text).expect("a term");
+    let options = parse(&[
+        "--terms",
+        "x, v, u",
+        "--lock",
+        "x,v",
+        "--drop",
+        "u",
+        "--fix",
+        "x^3=-0.6",
+        "--order",
+        "8",
+        "--threshold",
+        "0.2",
+        "--scaling",
+        "raw",
+        "--fit-kinematics",
+    ]);
+    let mut settings = Settings::default();
+    settings.smoothing.window = 5;
+    options.study().apply(&mut settings);
+    assert_eq!(settings.terms, ["x", "v", "u"].map(term));
+    assert_eq!(settings.locks[&term("v")], Lock::In);
+    assert_eq!(settings.locks[&term("u")], Lock::Out);
+    assert_eq!(settings.locks[&term("x^3")], Lock::Fixed(-0.6));
+    assert_eq!(
+        (settings.smoothing.window, settings.smoothing.order),
+        (9, 8),
+        "the free segment makes room for the order"
+    );
+    assert_eq!((settings.threshold, settings.scaling, settings.kinematics), (0.2, Scaling::Raw, Kinematics::Fitted));
+    assert!(options.study().window_is_free() && !options.study().order_is_free());
+
+    let command = options.study().command("report", &settings, None);
+    assert_eq!(
+        command,
+        "sindyscope report 'a b.csv' --terms 'x, v, u' --lock 'v, x' --drop u --fix x^3=-0.6 --window 9 --order 8 --threshold 0.2 \
+         --scaling raw --fit-kinematics"
+    );
+
+    let mut short = Settings::default();
+    parse(&["--window", "3"]).study().apply(&mut short);
+    assert_eq!((short.smoothing.window, short.smoothing.order), (3, 2));
+    assert!(!parse(&["--method", "difference"]).study().window_is_free(), "nothing to choose without a segment");
+}

@@ -1,0 +1,388 @@
+//! From a file's columns to records: trajectories, units, the even grid, and what is refused.
+
+use super::ReadOptions;
+use super::error::{ReadError, list};
+use super::heading::label;
+use super::sampling::{self, Irregular, LEAST_SAMPLES, Sampling};
+use super::table::Table;
+use super::types::{Channel, Record, Role};
+use super::units::{self, Unit};
+
+/// So many gaps are told one by one, more in one sentence.
+const GAPS_TOLD: usize = 3;
+
+/// The records of one file; names are not yet unique among files.
+pub(super) fn records(
+    file: &str,
+    stem: &str,
+    mut table: Table,
+    options: &ReadOptions,
+) -> Result<Vec<Record>, ReadError> {
+    let mut notices = std::mem::take(&mut table.notices);
+    notices.append(&mut table.selection.notices);
+    let second = time_unit(file, &table, &mut notices)?;
+    let units = convert(&mut table, &mut notices);
+    let groups = trajectories(&mut table, &mut notices);
+    let several = groups.len() > 1;
+    let only_numbers = table.labels.iter().all(|l| l.parse::<f64>().is_ok());
+
+    let mut records = Vec::new();
+    let mut shortest_fault: Option<ReadError> = None;
+    for (trajectory, rows) in groups {
+        let of_record = trajectory.as_ref().filter(|_| several).cloned();
+        let name = match &trajectory {
+            Some(text) if !only_numbers => text.clone(),
+            Some(text) if several => format!("{stem} {text}"),
+            _ => stem.to_owned(),
+        };
+        let source = Trajectory { file, table: &table, units: &units, second, label: of_record, name, rows };
+        match source.records(options, &mut notices) {
+            Ok(parts) => records.extend(parts),
+            // A run that was broken off is no reason to refuse the others.
+            Err(error @ ReadError::TooFewSamples { .. }) if several => {
+                notices.push(sentence(&error, file));
+                shortest_fault.get_or_insert(error);
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    if records.is_empty() {
+        return Err(shortest_fault.unwrap_or(ReadError::Empty { file: file.to_owned() }));
+    }
+    for record in &mut records {
+        record.notices = notices.iter().map(|n| format!("{file}: {n}")).collect();
+    }
+    Ok(records)
+}
+
+/// An error as a notice: what it says after the file's name.
+fn sentence(error: &ReadError, file: &str) -> String {
+    let text = error.to_string();
+    format!("{}: left out", text.strip_prefix(file).map_or(text.as_str(), |t| t.trim_start_matches([':', ','])).trim())
+}
+
+/// How a stamp becomes seconds: multiplied by the first, divided by the second, one of which is 1.
+#[derive(Clone, Copy)]
+struct Seconds(f64, f64);
+
+impl Seconds {
+    fn of(self, time: f64) -> f64 {
+        time * self.0 / self.1
+    }
+
+    /// The same, without the last digit that a conversion may have cost.
+    fn exactly(self, time: f64) -> f64 {
+        if self.0 == self.1 { time } else { sampling::significant(self.of(time), 15) }
+    }
+}
+
+fn time_unit(file: &str, table: &Table, notices: &mut Vec<String>) -> Result<Seconds, ReadError> {
+    let Some(column) = table.selection.time else { return Ok(Seconds(1.0, 1.0)) };
+    let unit = &table.headings[column].unit;
+    if unit.is_empty() {
+        return Ok(Seconds(1.0, 1.0));
+    }
+    let Some(known) = units::parse(unit).filter(Unit::is_time) else {
+        let (column, unit) = (label(&table.headings, column), unit.clone());
+        return Err(ReadError::TimeUnit { file: file.to_owned(), column, unit });
+    };
+    if known.factor == 1.0 {
+        return Ok(Seconds(1.0, 1.0));
+    }
+    notices.push(format!("time was converted from {unit} to s"));
+    // Thousands are exact, thousandths are not: 0.5 ms divided is 0.0005 s to the bit.
+    Ok(if known.factor < 1.0 { Seconds(1.0, (1.0 / known.factor).round()) } else { Seconds(known.factor, 1.0) })
+}
+
+/// Brings every length, and what is a length per time, to the unit of the first displacement; gives each channel's unit.
+fn convert(table: &mut Table, notices: &mut Vec<String>) -> Vec<String> {
+    let Table { headings, selection, channels, .. } = table;
+    let unit_of = |column: usize| headings[column].unit.clone();
+    let mut units: Vec<String> = selection.channels.iter().map(|(_, column)| unit_of(*column)).collect();
+    let Some(reference) = units.first().cloned() else { return units };
+    let Some(size) = units::parse(&reference).filter(Unit::is_length).map(|u| u.factor) else { return units };
+    for (((role, column), unit), values) in selection.channels.iter().zip(&mut units).zip(channels) {
+        let Some(known) = units::parse(unit).filter(|u| u.length == 1 && !u.other && (-2..=0).contains(&u.time)) else {
+            continue;
+        };
+        let target = match known.time {
+            0 => reference.clone(),
+            -1 => format!("{reference}/s"),
+            _ => format!("{reference}/s^2"),
+        };
+        let factor = known.factor / size;
+        // Two spellings of one unit differ by the rounding of their factors at most.
+        if (factor - 1.0).abs() < 1e-12 {
+            continue;
+        }
+        for value in values.iter_mut() {
+            *value *= factor;
+        }
+        let (noun, name) = (role.noun(), label(headings, *column));
+        notices.push(format!("{noun} `{name}` was converted from {unit} to {target}, the displacement's unit"));
+        *unit = target;
+    }
+    units
+}
+
+/// Which rows belong to each trajectory: a range where they stand together.
+enum RowSet {
+    All,
+    Some(Vec<usize>),
+}
+
+fn trajectories(table: &mut Table, notices: &mut Vec<String>) -> Vec<(Option<String>, RowSet)> {
+    let column = table.selection.trajectory;
+    match (table.labels.len(), column) {
+        (0, _) | (_, None) => vec![(None, RowSet::All)],
+        (1, _) => vec![(Some(table.labels[0].clone()), RowSet::All)],
+        (n, Some(column)) if n == table.lines.len() => {
+            let name = label(&table.headings, column);
+            notices.push(format!("column `{name}` differs in every row, so it was not taken to tell records apart"));
+            table.labels.clear();
+            vec![(None, RowSet::All)]
+        }
+        (n, _) => {
+            let mut rows: Vec<Vec<usize>> = vec![Vec::new(); n];
+            for (row, trajectory) in table.trajectories.iter().enumerate() {
+                rows[*trajectory as usize].push(row);
+            }
+            table.labels.iter().cloned().map(Some).zip(rows.into_iter().map(RowSet::Some)).collect()
+        }
+    }
+}
+
+/// One trajectory of a file, on its way to records.
+struct Trajectory<'a> {
+    file: &'a str,
+    table: &'a Table,
+    units: &'a [String],
+    second: Seconds,
+    /// The label, if the file has several trajectories.
+    label: Option<String>,
+    name: String,
+    rows: RowSet,
+}
+
+impl Trajectory<'_> {
+    fn len(&self) -> usize {
+        match &self.rows {
+            RowSet::All => self.table.lines.len(),
+            RowSet::Some(rows) => rows.len(),
+        }
+    }
+
+    fn line(&self, row: usize) -> usize {
+        let row = match &self.rows {
+            RowSet::All => row,
+            RowSet::Some(rows) => rows[row],
+        };
+        self.table.lines[row] as usize
+    }
+
+    fn values(&self, column: &[f64], range: std::ops::Range<usize>) -> Vec<f64> {
+        match &self.rows {
+            RowSet::All => column[range].to_vec(),
+            RowSet::Some(rows) => rows[range].iter().map(|r| column[*r]).collect(),
+        }
+    }
+
+    fn too_few(&self, samples: usize) -> ReadError {
+        ReadError::TooFewSamples { file: self.file.to_owned(), record: self.label.clone(), samples }
+    }
+
+    fn records(&self, options: &ReadOptions, notices: &mut Vec<String>) -> Result<Vec<Record>, ReadError> {
+        let (stamps, sampling) = match (self.table.selection.time, options.rate) {
+            (Some(column), _) => {
+                let mut stamps = self.values(&self.table.stamps, 0..self.len());
+                let sampling = sampling::analyse(&mut stamps).map_err(|e| self.irregular(e, &stamps, column))?;
+                self.tell(&sampling, &stamps, notices);
+                (stamps, sampling)
+            }
+            (None, rate) => (Vec::new(), Sampling::even(self.len(), 1.0 / rate.unwrap_or(1.0))),
+        };
+        let long = |rows: &std::ops::Range<usize>| rows.len() >= LEAST_SAMPLES;
+        let longest = sampling.stretches.iter().map(|s| s.rows.len()).max().unwrap_or(0);
+        if longest < LEAST_SAMPLES {
+            return Err(self.too_few(longest));
+        }
+        let split = sampling.stretches.iter().filter(|s| long(&s.rows)).count() > 1;
+        let interval = self.second.exactly(sampling.interval);
+        let mut records: Vec<Record> = Vec::new();
+        let mut short = 0;
+        for stretch in &sampling.stretches {
+            if !long(&stretch.rows) {
+                short += 1;
+                continue;
+            }
+            let columns = self.table.channels.iter();
+            let mut columns: Vec<Vec<f64>> = columns.map(|c| self.values(c, stretch.rows.clone())).collect();
+            if let Some(points) = stretch.resample {
+                let stamps = &stamps[stretch.rows.clone()];
+                sampling::resample(stamps, &mut columns, stretch.start, sampling.interval, points);
+            }
+            if let Some((column, value)) = self.still(&columns) {
+                if sampling.stretches.len() == 1 {
+                    return Err(self.constant(column, value));
+                }
+                notices.push(format!(
+                    "nothing moves in the {} samples from line {} on; they were left out",
+                    stretch.rows.len(),
+                    self.line(stretch.rows.start)
+                ));
+                continue;
+            }
+            let name = if split { format!("{} part {}", self.name, records.len() + 1) } else { self.name.clone() };
+            let start = self.second.of(stretch.start);
+            records.push(Record {
+                name,
+                source: None,
+                start,
+                interval,
+                channels: self.channels(columns),
+                notices: Vec::new(),
+            });
+        }
+        if short > 0 {
+            let (stretches, they) = if short == 1 { ("stretch", "it was") } else { ("stretches", "they were") };
+            let fewer = format!("{}fewer than {LEAST_SAMPLES} samples", if short == 1 { "has " } else { "have " });
+            notices.push(format!("{}{short} {stretches} between gaps {fewer}; {they} left out", self.prefix()));
+        }
+        match records.is_empty() {
+            true => Err(self.constant(0, self.table.channels[0][0])),
+            false => Ok(records),
+        }
+    }
+
+    /// The first displacement that is constant, with its value.
+    fn still(&self, columns: &[Vec<f64>]) -> Option<(usize, f64)> {
+        let roles = self.table.selection.channels.iter().map(|(role, _)| role);
+        roles
+            .zip(columns)
+            .position(|(role, values)| matches!(role, Role::Displacement(_)) && super::is_constant(values))
+            .map(|channel| (channel, columns[channel][0]))
+    }
+
+    fn constant(&self, channel: usize, value: f64) -> ReadError {
+        let column = label(&self.table.headings, self.table.selection.channels[channel].1);
+        ReadError::ConstantDisplacement { file: self.file.to_owned(), column, record: self.label.clone(), value }
+    }
+
+    fn channels(&self, columns: Vec<Vec<f64>>) -> Vec<Channel> {
+        let channels = self.table.selection.channels.iter().zip(self.units).zip(columns);
+        channels
+            .map(|(((role, column), unit), values)| {
+                let heading = &self.table.headings[*column];
+                let name = if heading.stem.is_empty() { role.symbol().to_owned() } else { heading.stem.clone() };
+                Channel { name, role: *role, unit: unit.clone(), values: values.into() }
+            })
+            .collect()
+    }
+
+    fn irregular(&self, error: Irregular, stamps: &[f64], time: usize) -> ReadError {
+        let (file, column) = (self.file.to_owned(), label(&self.table.headings, time));
+        match error {
+            Irregular::Repeated { row } => {
+                ReadError::RepeatedTime { file, line: self.line(row), column, time: stamps[row] }
+            }
+            Irregular::Falling { row } => {
+                let (before, time) = (stamps[row - 1], stamps[row]);
+                ReadError::FallingTime { file, line: self.line(row), column, before, time }
+            }
+            Irregular::Uneven { row, step, usual, jitter } => ReadError::UnevenTime {
+                file,
+                line: self.line(row),
+                column,
+                step: sampling::significant(self.second.of(step), 4),
+                usual: sampling::significant(self.second.of(usual), 4),
+                percent: sampling::significant(100.0 * jitter, 3),
+            },
+        }
+    }
+
+    /// `record `a`: `, or nothing if the file has one trajectory.
+    fn prefix(&self) -> String {
+        self.label.as_ref().map_or(String::new(), |l| format!("record `{l}`: "))
+    }
+
+    fn tell(&self, sampling: &Sampling, stamps: &[f64], notices: &mut Vec<String>) {
+        let prefix = self.prefix();
+        let interval = self.second.of(sampling.interval);
+        let percent = sampling::significant(100.0 * sampling.jitter, 2);
+        if let Some(given) = sampling.odd_first {
+            let taken = sampling::significant(stamps[0], 6);
+            notices.push(format!(
+                "{prefix}the first time stamp, {given}, does not fit the others and was taken as {taken}"
+            ));
+        }
+        if let Some(step) = sampling.rounded_to {
+            notices.push(format!(
+                "{prefix}the time stamps are rounded to {} s; the sampling was taken as even, one sample every {} s",
+                sampling::significant(self.second.of(step), 3),
+                sampling::significant(interval, 7)
+            ));
+        }
+        if sampling.stretches.iter().any(|s| s.resample.is_some()) {
+            notices.push(format!(
+                "{prefix}the time stamps are up to {percent} % of the interval of {} s off an even grid; the samples were interpolated onto it",
+                sampling::significant(interval, 4)
+            ));
+        }
+        let gaps: Vec<(usize, f64)> = sampling
+            .stretches
+            .windows(2)
+            .map(|pair| {
+                let row = pair[1].rows.start;
+                (row, self.second.of(stamps[row] - stamps[row - 1]))
+            })
+            .collect();
+        let at = |row: usize| {
+            format!("before line {} (t = {} s)", self.line(row), sampling::significant(self.second.of(stamps[row]), 6))
+        };
+        if gaps.len() <= GAPS_TOLD {
+            for (row, length) in gaps {
+                let length = sampling::significant(length, 4);
+                notices.push(format!("{prefix}a gap of {length} s {} splits the record", at(row)));
+            }
+        } else if let Some((row, length)) = gaps.iter().max_by(|a, b| a.1.total_cmp(&b.1)) {
+            let length = sampling::significant(*length, 4);
+            let count = gaps.len();
+            notices.push(format!("{prefix}{count} gaps, the longest of {length} s {}, split the record", at(*row)));
+        }
+    }
+}
+
+/// Leaves out inputs that are constant in every record: nothing can be identified from them.
+///
+/// `file` names a record's file for the notice.
+pub(super) fn drop_constant_inputs(records: &mut [Record], file: &dyn Fn(&Record) -> String) {
+    let Some(first) = records.first() else { return };
+    let constant = |role: Role| records.iter().all(|r| r.channel(role).is_none_or(|c| super::is_constant(&c.values)));
+    let dropped: Vec<Role> =
+        first.channels.iter().map(|c| c.role).filter(|r| matches!(r, Role::Input(_)) && constant(*r)).collect();
+    if dropped.is_empty() {
+        return;
+    }
+    for record in records {
+        let file = file(record);
+        let (gone, mut kept): (Vec<Channel>, Vec<Channel>) =
+            std::mem::take(&mut record.channels).into_iter().partition(|c| dropped.contains(&c.role));
+        let names: Vec<&str> = gone.iter().map(|c| c.name.as_str()).collect();
+        match names.len() {
+            0 => {}
+            1 => record.notices.push(format!("{file}: input {} is constant and was left out", list(&names))),
+            _ => record.notices.push(format!("{file}: inputs {} are constant and were left out", list(&names))),
+        }
+        let mut left = 0;
+        for channel in &mut kept {
+            if let Role::Input(index) = &mut channel.role {
+                if *index != left {
+                    *index = left;
+                    record.notices.push(format!("{file}: `{}` is now input u{}", channel.name, left + 1));
+                }
+                left += 1;
+            }
+        }
+        record.channels = kept;
+    }
+}

@@ -1,0 +1,356 @@
+//! The figures of a study: response and error over time, phase portrait, spectrum.
+
+use std::ops::RangeInclusive;
+
+use super::chart::{Axis, BELOW, Guide, LEFT, Line, Panel, legend, padded, thinned, thinned_logarithmic};
+use super::svg::Svg;
+use crate::format::number::significant;
+use crate::format::palette::Ink;
+use crate::format::units::{Scale, per_second};
+use crate::record::{Record, Role, Usage};
+use crate::signal::spectrum::Spectrum;
+use crate::study::{Channel, Outcome, RecordOutcome};
+use crate::term::{Kind, Layout, Symbol};
+
+/// A drawing with its words.
+pub(super) struct Figure {
+    pub(super) drawing: Svg,
+    /// Width and height.
+    pub(super) size: (f64, f64),
+    pub(super) caption: String,
+}
+
+/// How many figures a kind of document has room for.
+pub(super) struct Room {
+    /// Records whose response is drawn.
+    pub(super) records: usize,
+}
+
+impl Room {
+    pub(super) const WEB: Self = Self { records: 8 };
+    pub(super) const PICTURE: Self = Self { records: 2 };
+}
+
+/// Width of every figure.
+pub(super) const WIDTH: f64 = 700.0;
+
+/// Periods of the response beyond which single ones cannot be told apart over the width of a figure.
+const PERIODS_SHOWN: f64 = 25.0;
+/// Periods that a detail shows.
+const PERIODS_OF_DETAIL: f64 = 5.0;
+/// Channels of a record that are drawn.
+const CHANNELS_SHOWN: usize = 3;
+/// Samples of a phase portrait beyond which only the last periods are drawn.
+const PORTRAIT_SAMPLES: usize = 6000;
+/// Powers of ten that a spectrum shows below its highest line.
+const SPECTRUM_DECADES: f64 = 7.0;
+
+const TOP: f64 = 20.0;
+const GAP: f64 = 10.0;
+const RIGHT: f64 = 8.0;
+const RESPONSE_HEIGHT: f64 = 170.0;
+const ERROR_HEIGHT: f64 = 80.0;
+
+/// Every figure of an outcome.
+pub(super) fn all(outcome: &Outcome, room: &Room) -> Vec<Figure> {
+    let mut shown = select(outcome, room.records);
+    let mut figures: Vec<Figure> = Vec::new();
+    for record in &shown {
+        let name = format!("r{}", figures.len() + 1);
+        figures.extend(response(outcome, record, &name));
+    }
+    // Held-out records tell more.
+    shown.sort_by_key(|r| r.usage != Usage::HeldOut);
+    if let Some(record) = shown.first() {
+        figures.extend(portrait_and_spectrum(outcome, record));
+    }
+    figures
+}
+
+/// Records drawn if there are too many: fitted and held-out ones in turn, in the set's order.
+fn select(outcome: &Outcome, most: usize) -> Vec<&RecordOutcome> {
+    let held_out = || outcome.records.iter().filter(|r| r.usage == Usage::HeldOut);
+    let fitted = outcome.records.len() - held_out().count();
+    let room_for_held_out = held_out().count().min((most / 2).max(most.saturating_sub(fitted)));
+    let mut room = [most - room_for_held_out, room_for_held_out];
+    outcome
+        .records
+        .iter()
+        .filter(|r| {
+            let room = &mut room[usize::from(r.usage == Usage::HeldOut)];
+            let yes = *room > 0;
+            *room = room.saturating_sub(1);
+            yes
+        })
+        .collect()
+}
+
+/// What a state's channel measures, as the records call it.
+fn role(symbol: Symbol) -> Option<Role> {
+    match symbol {
+        Symbol::State(i) => Some(Role::Displacement(i)),
+        Symbol::Rate(i) => Some(Role::Velocity(i)),
+        _ => None,
+    }
+}
+
+/// The measurement that a channel is held against, and its unit.
+fn measured<'a>(record: &'a Record, channel: &Channel) -> Option<(&'a [f64], &'a str)> {
+    record.channel(role(channel.symbol)?).map(|c| (&*c.values, c.unit.as_str()))
+}
+
+/// The stretch around the largest error that a detail shows, if the record is too long to tell single periods apart.
+fn detail(record: &RecordOutcome, channel: &Channel) -> Option<RangeInclusive<f64>> {
+    let period = record.signals.main_period.filter(|p| *p > 0.0 && p.is_finite())?;
+    let (start, end) = (record.record.start, record.record.start + record.record.duration());
+    let length = PERIODS_OF_DETAIL * period;
+    if end - start < PERIODS_SHOWN * period {
+        return None;
+    }
+    let (worst, _) =
+        channel.error.iter().enumerate().filter(|(_, e)| e.is_finite()).max_by(|p, q| p.1.total_cmp(q.1))?;
+    let from = (record.record.time(worst) - 0.5 * length).clamp(start, end - length);
+    Some(from..=from + length)
+}
+
+/// Measured and identified response with the error beneath, on one time axis.
+fn response(outcome: &Outcome, record: &RecordOutcome, name: &str) -> Option<Figure> {
+    let layout = &outcome.model.layout;
+    let mut drawing = Svg::default();
+    let mut top = TOP;
+    let mut detailed = false;
+    let channels: Vec<_> =
+        record.channels.iter().filter(|c| measured(&record.record, c).is_some()).take(CHANNELS_SHOWN).collect();
+    let last = channels.len().checked_sub(1)?;
+    for (index, channel) in channels.iter().enumerate() {
+        let Some((values, unit)) = measured(&record.record, channel) else { continue };
+        let symbol = layout.name(channel.symbol);
+        let noise = outcome.noise_floor.filter(|_| index == 0);
+        let heights =
+            if last == 0 { (RESPONSE_HEIGHT, ERROR_HEIGHT) } else { (0.7 * RESPONSE_HEIGHT, 0.7 * ERROR_HEIGHT) };
+        // A response on its way out of the data's range would press the measurement flat.
+        let y_range = padded(values.iter().copied());
+        let most = channel.error.iter().copied().filter(|e| e.is_finite()).fold(0.0, f64::max);
+        let span = y_range.end() - y_range.start();
+        let error_range = 0.0..=(1.08 * most.max(noise.unwrap_or(0.0))).clamp(1e-12 * span, span);
+        let y = Axis::linear(&symbol, y_range, unit);
+        let error_symbol = if layout.freedoms > 1 { format!("E of {symbol}") } else { "E".into() };
+        let error = Axis::linear(&error_symbol, error_range, unit);
+
+        let whole = record.record.start..=record.record.start + record.record.duration();
+        let detail = detail(record, channels[0]);
+        detailed |= detail.is_some();
+        let frame = WIDTH - LEFT - RIGHT;
+        let columns = match detail.clone() {
+            None => vec![(LEFT, frame, whole)],
+            Some(detail) => vec![(LEFT, 0.6 * frame, whole), (LEFT + 0.6 * frame + GAP, 0.4 * frame - GAP, detail)],
+        };
+        for (column, (left, width, range)) in columns.into_iter().enumerate() {
+            let mut guides = Vec::new();
+            if let (0, Some(detail)) = (column, &detail) {
+                guides.push(Guide::Stretch(detail.clone()));
+            }
+            guides.extend(record.diverged_at.map(|t| Guide::At(Ink::Diverged, t)));
+            let mut error_guides = Vec::new();
+            if let (0, Some(detail)) = (column, &detail) {
+                error_guides.push(Guide::Stretch(detail.clone()));
+            }
+            error_guides.extend(noise.map(|level| Guide::Level(Ink::NoiseFloor, level)));
+            let mut upper = Panel {
+                at: (left, top),
+                size: (width, heights.0),
+                x: Axis::linear("t", range.clone(), "s"),
+                y: y.clone(),
+                x_labels: false,
+                y_labels: column == 0,
+                guides,
+                lines: Vec::new(),
+            };
+            upper.lines = [(Ink::Measured, values), (Ink::Identified, channel.response.as_slice())]
+                .map(|(ink, values)| Line { ink, points: visible(&record.record, values, &range, upper.columns()) })
+                .into();
+            upper.draw(&mut drawing, &format!("{name}c{index}u{column}"));
+            let mut lower = Panel {
+                at: (left, top + heights.0 + GAP),
+                size: (width, heights.1),
+                x: upper.x,
+                y: error.clone(),
+                x_labels: index == last,
+                y_labels: column == 0,
+                guides: error_guides,
+                lines: Vec::new(),
+            };
+            let points = visible(&record.record, &channel.error, &range, lower.columns());
+            lower.lines.push(Line { ink: Ink::Error, points });
+            lower.draw(&mut drawing, &format!("{name}c{index}l{column}"));
+        }
+        top += heights.0 + heights.1 + 2.0 * GAP;
+    }
+    let mut keys = vec![(Ink::Measured, "measured"), (Ink::Identified, "identified"), (Ink::Error, "error E")];
+    if outcome.noise_floor.is_some() {
+        keys.push((Ink::NoiseFloor, "noise floor"));
+    }
+    if record.diverged_at.is_some() {
+        keys.push((Ink::Diverged, "diverged"));
+    }
+    legend(&mut drawing, &keys, LEFT, TOP - 8.0);
+    Some(Figure {
+        drawing,
+        size: (WIDTH, top - GAP + BELOW),
+        caption: response_caption(outcome, record, channels.len(), detailed),
+    })
+}
+
+fn response_caption(outcome: &Outcome, record: &RecordOutcome, channels: usize, detailed: bool) -> String {
+    let usage = match record.usage {
+        Usage::HeldOut => "held out: never fitted",
+        Usage::Fit | Usage::Off => "fitted",
+    };
+    let name = &record.record.name;
+    let mut caption = match channels {
+        1 => {
+            let symbol = outcome.model.layout.name(Symbol::State(0));
+            format!(
+                "Record {name} ({usage}). Above, the measured and the identified response; beneath, the error \
+                 E(t) = |{symbol} measured − {symbol} identified|"
+            )
+        }
+        _ => format!(
+            "Record {name} ({usage}). Measured and identified responses, each with its error E(t) = |measured − identified| beneath"
+        ),
+    };
+    if outcome.noise_floor.is_some() {
+        caption.push_str("; dashed, the standard deviation of the measurement noise");
+    }
+    caption.push('.');
+    if detailed {
+        caption.push_str(" Right, the tinted stretch, where the error is largest.");
+    }
+    if let Some(t) = record.diverged_at {
+        caption.push_str(&format!(" The response leaves the data's range at t = {} s.", significant(t, 4)));
+    }
+    caption
+}
+
+/// The samples in a stretch of time, thinned to so many columns.
+fn visible(record: &Record, values: &[f64], range: &RangeInclusive<f64>, columns: usize) -> Vec<(f64, f64)> {
+    let position = |t: f64| (t - record.start) / record.interval;
+    let first = (position(*range.start()).floor().max(0.0) as usize).min(values.len());
+    let last = ((position(*range.end()).ceil() + 1.0).max(0.0) as usize).clamp(first, values.len());
+    thinned(&values[first..last], |i| record.time(first + i), columns)
+}
+
+/// The two states of the phase portrait.
+fn portrait_states(layout: &Layout) -> Option<(usize, usize)> {
+    match (layout.kind, layout.freedoms) {
+        (_, 0) | (Kind::FirstOrder, 1) => None,
+        (Kind::SecondOrder, n) => Some((0, n)),
+        (Kind::FirstOrder, n) => Some((0, n - 1)),
+    }
+}
+
+fn portrait_and_spectrum(outcome: &Outcome, record: &RecordOutcome) -> Option<Figure> {
+    let layout = &outcome.model.layout;
+    let unit = record.record.channel(Role::Displacement(0)).map_or("", |c| c.unit.as_str());
+    let size = (0.5 * WIDTH - LEFT - RIGHT, 240.0);
+    let mut drawing = Svg::default();
+    let mut sentences = Vec::new();
+    let mut left = LEFT;
+    if let Some((a, b)) = portrait_states(layout) {
+        let samples = record.record.len();
+        let shown = match record.signals.main_period {
+            Some(period) => {
+                ((20.0 * period / record.record.interval) as usize).clamp(PORTRAIT_SAMPLES / 4, PORTRAIT_SAMPLES)
+            }
+            None => PORTRAIT_SAMPLES,
+        };
+        let from = samples.saturating_sub(shown);
+        let curve = |states: &[Vec<f64>]| -> Vec<(f64, f64)> {
+            match (states.get(a), states.get(b)) {
+                (Some(x), Some(y)) => x.iter().copied().zip(y.iter().copied()).skip(from).collect(),
+                _ => Vec::new(),
+            }
+        };
+        let (measured, identified) = (curve(&record.signals.states), curve(&record.states));
+        let names: Vec<String> = layout.state_symbols().map(|s| layout.name(s)).collect();
+        let y_unit = if layout.kind == Kind::SecondOrder { per_second(unit) } else { unit.to_owned() };
+        let panel = Panel {
+            at: (left, TOP),
+            size,
+            x: Axis::linear(&names[a], padded(measured.iter().map(|p| p.0)), unit),
+            y: Axis::linear(&names[b], padded(measured.iter().map(|p| p.1)), &y_unit),
+            x_labels: true,
+            y_labels: true,
+            guides: Vec::new(),
+            lines: vec![
+                Line { ink: Ink::Measured, points: measured },
+                Line { ink: Ink::Identified, points: identified },
+            ],
+        };
+        panel.draw(&mut drawing, "portrait");
+        let which = if from > 0 {
+            format!(" (the last {} s)", significant(shown as f64 * record.record.interval, 3))
+        } else {
+            String::new()
+        };
+        sentences.push(format!("phase portrait{which}, measured states smoothed"));
+        left += 0.5 * WIDTH;
+    }
+    if let Some(panel) = spectrum(record, (left, TOP), size, unit) {
+        panel.draw(&mut drawing, "spectrum");
+        sentences.push(format!("amplitude spectrum of {} and of its error", layout.name(Symbol::State(0))));
+    }
+    if sentences.is_empty() {
+        return None;
+    }
+    let keys = [(Ink::Measured, "measured"), (Ink::Identified, "identified"), (Ink::Error, "error E")];
+    legend(&mut drawing, &keys, LEFT, TOP - 8.0);
+    let caption = match sentences.as_slice() {
+        [left, right] => format!("Record {}. Left, {left}; right, {right}.", record.record.name),
+        _ => format!("Record {}: {}.", record.record.name, sentences.join("; ")),
+    };
+    Some(Figure { drawing, size: (WIDTH, TOP + size.1 + BELOW), caption })
+}
+
+fn spectrum(record: &RecordOutcome, at: (f64, f64), size: (f64, f64), unit: &str) -> Option<Panel> {
+    let channel = record.channels.first()?;
+    let (values, _) = measured(&record.record, channel)?;
+    let compared = values.len().min(channel.response.len());
+    let difference: Vec<f64> = values.iter().zip(&channel.response).map(|(m, r)| m - r).collect();
+    let lines = |values: &[f64]| -> Vec<(f64, f64)> {
+        Spectrum::new(values, record.record.interval)
+            .map_or_else(Vec::new, |s| (1..s.amplitudes.len()).map(|k| (s.frequency(k), s.amplitudes[k])).collect())
+    };
+    let all = [
+        (Ink::Measured, lines(&values[..compared])),
+        (Ink::Identified, lines(&channel.response[..compared])),
+        (Ink::Error, lines(&difference)),
+    ];
+    let (first, last) = (all[0].1.first()?.0, all[0].1.last()?.0);
+    let highest = all[0].1.iter().map(|p| p.1).fold(0.0, f64::max);
+    if !(highest > 0.0 && last > first) {
+        return None;
+    }
+    let scale = Scale::suited(highest, unit);
+    let columns = size.0 as usize;
+    Some(Panel {
+        at,
+        size,
+        x: Axis::logarithmic("f", first..=last, "Hz"),
+        y: Axis::logarithmic(
+            "amplitude",
+            scale.factor * highest * 10f64.powf(-SPECTRUM_DECADES)..=scale.factor * highest * 2.0,
+            &scale.unit,
+        ),
+        x_labels: true,
+        y_labels: true,
+        guides: Vec::new(),
+        lines: all
+            .into_iter()
+            .map(|(ink, points)| {
+                let points = thinned_logarithmic(&points, columns).into_iter();
+                Line { ink, points: points.map(|(f, a)| (f, scale.factor * a)).collect() }
+            })
+            .collect(),
+    })
+}

@@ -1,0 +1,23 @@
+//! The virtual test rig: records whose equation of motion is known.
+//!
+//! A [`Plant`] is shaken by [`Excitation`]s and watched by [`Sensor`]s. [`respond`] integrates it, by another method than
+//! the identified model is simulated with, so that no test marks its own homework. A [`Scenario`] is a plant, an
+//! excitation and sensors with sensible values for everything; [`generate`] makes its records.
+
+mod error;
+mod excitation;
+mod phase;
+mod plant;
+mod plants;
+mod response;
+mod scenario;
+mod sensor;
+mod span;
+
+pub use error::RigError;
+pub use excitation::{Excitation, Jet, Tone, Wave};
+pub use plant::{Contact, Plant};
+pub use plants::Parameter;
+pub use response::{Response, Sampling, Stop, respond};
+pub use scenario::{Generated, Scenario, ScenarioOptions, Shaking, generate, scenarios};
+pub use sensor::{Noise, Sensor};

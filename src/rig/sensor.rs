@@ -1,0 +1,153 @@
+use std::fmt;
+use std::str::FromStr;
+
+use rand::SeedableRng;
+use rand_distr::{Distribution, Normal};
+use rand_pcg::Pcg64;
+
+/// How large a sensor's white Gaussian noise is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Noise {
+    /// Standard deviation, in the channel's unit.
+    Deviation(f64),
+    /// Standard deviation as a share of the clean channel's largest magnitude in its record.
+    ShareOfPeak(f64),
+}
+
+impl Noise {
+    /// No noise.
+    pub const NONE: Self = Self::Deviation(0.0);
+
+    /// The report's rule: a hundredth of the largest magnitude.
+    pub const REPORT: Self = Self::ShareOfPeak(0.01);
+
+    /// The standard deviation for a clean channel, in its unit.
+    pub fn deviation(self, clean: &[f64]) -> f64 {
+        match self {
+            Self::Deviation(deviation) => deviation,
+            Self::ShareOfPeak(share) => share * clean.iter().fold(0.0, |peak, x| x.abs().max(peak)),
+        }
+    }
+
+    /// True if it is a finite number, zero or more.
+    pub(super) fn is_valid(self) -> bool {
+        let (Self::Deviation(size) | Self::ShareOfPeak(size)) = self;
+        size.is_finite() && size >= 0.0
+    }
+}
+
+impl From<f64> for Noise {
+    fn from(deviation: f64) -> Self {
+        Self::Deviation(deviation)
+    }
+}
+
+impl fmt::Display for Noise {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Deviation(deviation) => write!(f, "{deviation:?}"),
+            Self::ShareOfPeak(share) => write!(f, "{:?}%", 100.0 * share),
+        }
+    }
+}
+
+impl FromStr for Noise {
+    type Err = String;
+
+    /// Reads a standard deviation (`1e-5`) or a share of the largest magnitude (`1%`).
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (number, share) = match text.trim().strip_suffix('%') {
+            Some(number) => (number, true),
+            None => (text.trim(), false),
+        };
+        let noise =
+            number.trim().parse().ok().map(|n: f64| if share { Self::ShareOfPeak(n / 100.0) } else { n.into() });
+        noise.filter(|n| n.is_valid()).ok_or_else(|| {
+            format!("{text:?} is no noise level: give a standard deviation (1e-5) or a share of the peak (1%)")
+        })
+    }
+}
+
+/// What lies between a quantity and its recorded samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensor {
+    /// White Gaussian noise.
+    pub noise: Noise,
+    /// Quantisation step, in the channel's unit; zero is none.
+    pub resolution: f64,
+}
+
+impl Sensor {
+    /// A sensor that records what is there.
+    pub const PERFECT: Self = Self { noise: Noise::NONE, resolution: 0.0 };
+
+    /// Records a clean series. The noise is drawn from `seed` in a stream of the sensor's own, so that it does not
+    /// depend on what other sensors do.
+    pub fn measure(&self, clean: &[f64], seed: u64, stream: u64) -> Vec<f64> {
+        let mut samples = clean.to_vec();
+        let deviation = self.noise.deviation(clean);
+        if deviation > 0.0
+            && let Ok(normal) = Normal::new(0.0, deviation)
+        {
+            // A seed and a stream, each spread over the generator's state: neighbouring ones share nothing.
+            let mut random = Pcg64::seed_from_u64(seed ^ stream.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+            for x in &mut samples {
+                *x += normal.sample(&mut random);
+            }
+        }
+        if self.resolution > 0.0 {
+            for x in &mut samples {
+                *x = (*x / self.resolution).round() * self.resolution;
+            }
+        }
+        samples
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_has_the_deviation_asked_for_and_no_memory() {
+        let clean = vec![1.0; 40_000];
+        let sensor = Sensor { noise: 0.01.into(), resolution: 0.0 };
+        let noise: Vec<f64> = sensor.measure(&clean, 5, 0).iter().map(|x| x - 1.0).collect();
+        let n = noise.len() as f64;
+        let mean = noise.iter().sum::<f64>() / n;
+        let deviation = (noise.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / n).sqrt();
+        let lagged = noise.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / n / deviation.powi(2);
+        // Four standard errors: sd/√n, sd/√2n and 1/√n.
+        assert!(mean.abs() < 4.0 * 0.01 / n.sqrt(), "{mean}");
+        assert!((deviation / 0.01 - 1.0).abs() < 4.0 / (2.0 * n).sqrt(), "{deviation}");
+        assert!(lagged.abs() < 4.0 / n.sqrt(), "{lagged}");
+        // Kurtosis 3 of a Gaussian, its standard error √(24/n).
+        let kurtosis = noise.iter().map(|e| e.powi(4)).sum::<f64>() / n / deviation.powi(4);
+        assert!((kurtosis - 3.0).abs() < 4.0 * (24.0 / n).sqrt(), "{kurtosis}");
+    }
+
+    #[test]
+    fn noise_is_the_same_for_a_seed_and_apart_for_each_stream() {
+        let sensor = Sensor { noise: Noise::REPORT, resolution: 0.0 };
+        let clean: Vec<f64> = (0..500).map(|k| (0.1 * f64::from(k)).sin()).collect();
+        assert_eq!(sensor.measure(&clean, 1, 0), sensor.measure(&clean, 1, 0));
+        assert_ne!(sensor.measure(&clean, 1, 0), sensor.measure(&clean, 1, 1));
+        assert_ne!(sensor.measure(&clean, 1, 0), sensor.measure(&clean, 2, 0));
+    }
+
+    #[test]
+    fn quantised_samples_are_whole_steps() {
+        let sensor = Sensor { noise: Noise::NONE, resolution: 0.25 };
+        assert_eq!(sensor.measure(&[0.1, 0.2, -0.6, 1.0], 0, 0), [0.0, 0.25, -0.5, 1.0]);
+    }
+
+    #[test]
+    fn noise_levels_read_back_as_they_print() {
+        for noise in [Noise::Deviation(1e-5), Noise::REPORT, Noise::NONE] {
+            assert_eq!(noise.to_string().parse(), Ok(noise));
+        }
+        for text in ["", "-1", "nan", "inf", "1e-5m", "%"] {
+            assert!(text.parse::<Noise>().is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,330 @@
+use crate::term::LANES;
+
+/// Sampled inputs made continuous: a spline of degree 7 through the samples (its derivatives are those of the same
+/// curve), prepared once a record.
+///
+/// At nine samples a period the spline follows a sine to about 1e-7 of its amplitude, at four to about 1e-4. Beyond the
+/// ends the samples are continued by a polynomial of degree [`END_DEGREE`].
+///
+/// Source of the filter: M. Unser, A. Aldroubi, M. Eden, "B-spline signal processing", IEEE Trans. Signal Processing 41
+/// (1993) 821–848.
+#[derive(Clone, Debug)]
+pub struct InputGrid {
+    start: f64,
+    interval: f64,
+    samples: usize,
+    channels: Vec<Channel>,
+}
+
+#[derive(Clone, Debug)]
+struct Channel {
+    value: Jets,
+    /// A curve of its own for the first derivative, where the caller has one.
+    rate: Option<Jets>,
+}
+
+/// Value and first three derivatives at every sample; derivative `r` times the interval to the power of `r`.
+#[derive(Clone, Debug)]
+struct Jets {
+    orders: [Vec<f64>; 4],
+}
+
+/// Weights by which the jets at both ends of an interval give value, first and second derivative at one place inside.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Node {
+    /// Place in the interval, 0 to 1.
+    pub(super) place: f64,
+    weights: [[f64; 8]; 3],
+}
+
+/// Poles of the recursive filter that turns samples into coefficients of B-splines of degree 7.
+const POLES: [f64; 3] = [-0.535_280_430_796_438_2, -0.122_554_615_192_326_69, -0.009_148_694_809_608_277];
+
+/// Degree of the polynomial through the outermost samples that continues a series beyond its ends.
+///
+/// Measured: a higher degree follows coarse sines better at the very end but multiplies noise there.
+const END_DEGREE: usize = 5;
+
+/// Samples of that continuation: the largest pole to this power is below 1e-13.
+const MARGIN: usize = 48;
+
+/// B-spline of degree 7 and its first three derivatives at the whole numbers −3 … 3.
+const BASIS: [[f64; 7]; 4] = [
+    [1.0 / 5040.0, 120.0 / 5040.0, 1191.0 / 5040.0, 2416.0 / 5040.0, 1191.0 / 5040.0, 120.0 / 5040.0, 1.0 / 5040.0],
+    [-1.0 / 720.0, -56.0 / 720.0, -245.0 / 720.0, 0.0, 245.0 / 720.0, 56.0 / 720.0, 1.0 / 720.0],
+    [1.0 / 120.0, 24.0 / 120.0, 15.0 / 120.0, -80.0 / 120.0, 15.0 / 120.0, 24.0 / 120.0, 1.0 / 120.0],
+    [-1.0 / 24.0, -8.0 / 24.0, 19.0 / 24.0, 0.0, -19.0 / 24.0, 8.0 / 24.0, 1.0 / 24.0],
+];
+
+impl InputGrid {
+    /// Prepares sampled inputs.
+    ///
+    /// `start` and `interval` are the time of the first sample and the sampling interval, s; `samples` the length of the
+    /// record (a shorter input series shortens it). With `rates` (one series an input) the first derivatives are taken
+    /// from there and the second from the spline through them; without, both belong to the spline through the inputs.
+    pub fn new(start: f64, interval: f64, samples: usize, inputs: &[&[f64]], rates: Option<&[&[f64]]>) -> Self {
+        let series = inputs.iter().chain(rates.unwrap_or_default());
+        let samples = series.map(|s| s.len()).fold(samples, usize::min);
+        let channels = inputs
+            .iter()
+            .enumerate()
+            .map(|(k, input)| Channel {
+                value: Jets::new(&input[..samples]),
+                rate: rates.and_then(|r| r.get(k)).map(|r| Jets::new(&r[..samples])),
+            })
+            .collect();
+        Self { start, interval, samples, channels }
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.samples
+    }
+
+    /// True if there is no sample.
+    pub fn is_empty(&self) -> bool {
+        self.samples == 0
+    }
+
+    /// Number of inputs.
+    pub fn inputs(&self) -> usize {
+        self.channels.len()
+    }
+
+    /// Sampling interval, s.
+    pub fn interval(&self) -> f64 {
+        self.interval
+    }
+
+    /// Time of sample `index`, s.
+    pub fn time(&self, index: usize) -> f64 {
+        self.start + self.interval * index as f64
+    }
+
+    /// An input's value, first and second derivative at a time, s; times outside the record are moved to its ends.
+    pub fn at(&self, input: usize, time: f64) -> [f64; 3] {
+        let last = self.samples.saturating_sub(2);
+        let position = ((time - self.start) / self.interval).clamp(0.0, self.samples.saturating_sub(1) as f64);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the record")]
+        let sample = (position as usize).min(last);
+        let node = Node::new(position - sample as f64);
+        let mut value = [0.0; 3];
+        for (order, value) in value.iter_mut().enumerate() {
+            *value = self.one(input, order, sample, &node);
+        }
+        value
+    }
+
+    /// Derivative `order` (0 to 2) of an input at a node of the interval after `sample`.
+    fn one(&self, input: usize, order: usize, sample: usize, node: &Node) -> f64 {
+        let mut out = [0.0];
+        self.series((input, order), (sample, 1), node, &mut out, 1);
+        out[0]
+    }
+
+    /// Writes derivative `order` (0 to 2) of an input at one node of `count` intervals to every `stride`-th of `out`.
+    fn series(
+        &self,
+        (input, order): (usize, usize),
+        (sample, count): (usize, usize),
+        node: &Node,
+        out: &mut [f64],
+        stride: usize,
+    ) {
+        let Some(channel) = self.channels.get(input) else {
+            out.iter_mut().step_by(stride).take(count).for_each(|o| *o = 0.0);
+            return;
+        };
+        let (jets, derivative) = match (&channel.rate, order) {
+            (Some(rate), 1..) => (rate, order - 1),
+            _ => (&channel.value, order),
+        };
+        let scale = [1.0, self.interval.recip(), self.interval.powi(-2)][derivative.min(2)];
+        let out = out.iter_mut().step_by(stride).take(count);
+        if node.place == 0.0 {
+            for (o, v) in out.zip(&jets.orders[derivative][sample..]) {
+                *o = v * scale;
+            }
+            return;
+        }
+        let w = node.weights[derivative].map(|w| w * scale);
+        let from = |order: usize, shift: usize| {
+            let first = (sample + shift).min(self.samples);
+            &jets.orders[order][first..]
+        };
+        let left = from(0, 0).iter().zip(from(1, 0)).zip(from(2, 0)).zip(from(3, 0));
+        let right = from(0, 1).iter().zip(from(1, 1)).zip(from(2, 1)).zip(from(3, 1));
+        for (o, ((((a0, a1), a2), a3), (((b0, b1), b2), b3))) in out.zip(left.zip(right)) {
+            *o = (w[0] * a0 + w[1] * a1 + w[2] * a2 + w[3] * a3) + (w[4] * b0 + w[5] * b1 + w[6] * b2 + w[7] * b3);
+        }
+    }
+
+    /// Writes the time at one node of `count` intervals to every `stride`-th of `out`.
+    fn times(&self, (sample, count): (usize, usize), node: &Node, out: &mut [f64], stride: usize) {
+        for (k, o) in out.iter_mut().step_by(stride).take(count).enumerate() {
+            *o = self.start + self.interval * ((sample + k) as f64 + node.place);
+        }
+    }
+}
+
+impl Node {
+    /// The node at a place in the interval, 0 to 1.
+    pub(super) fn new(place: f64) -> Self {
+        let left = hermite(place);
+        let right = hermite(1.0 - place);
+        let mut weights = [[0.0; 8]; 3];
+        for (derivative, row) in weights.iter_mut().enumerate() {
+            for order in 0..4 {
+                row[order] = left[order][derivative];
+                let mirrored = if (order + derivative) % 2 == 0 { 1.0 } else { -1.0 };
+                row[4 + order] = mirrored * right[order][derivative];
+            }
+        }
+        Self { place, weights }
+    }
+}
+
+/// The polynomials of degree 7 whose derivative `order` is 1 at 0 and whose other first four derivatives vanish at 0 and
+/// 1: value and two derivatives at `s`, one row an order.
+fn hermite(s: f64) -> [[f64; 3]; 4] {
+    // s^j/j! (1−s)^4 Σ_{i ≤ 3−j} C(3+i,i) s^i, multiplied out.
+    const POLYNOMIALS: [[f64; 8]; 4] = [
+        [1.0, 0.0, 0.0, 0.0, -35.0, 84.0, -70.0, 20.0],
+        [0.0, 1.0, 0.0, 0.0, -20.0, 45.0, -36.0, 10.0],
+        [0.0, 0.0, 0.5, 0.0, -5.0, 10.0, -7.5, 2.0],
+        [0.0, 0.0, 0.0, 1.0 / 6.0, -4.0 / 6.0, 1.0, -4.0 / 6.0, 1.0 / 6.0],
+    ];
+    POLYNOMIALS.map(|c| {
+        let mut value = [0.0; 3];
+        for (power, c) in c.iter().enumerate().rev() {
+            let p = power as f64;
+            value[0] = value[0] * s + c;
+            if power >= 1 {
+                value[1] = value[1] * s + p * c;
+            }
+            if power >= 2 {
+                value[2] = value[2] * s + p * (p - 1.0) * c;
+            }
+        }
+        value
+    })
+}
+
+impl Jets {
+    fn new(series: &[f64]) -> Self {
+        let n = series.len();
+        if n == 0 {
+            return Self { orders: Default::default() };
+        }
+        let mut c = extended(series);
+        let gain: f64 = POLES.iter().map(|z| (1.0 - z) * (1.0 - z.recip())).product();
+        c.iter_mut().for_each(|c| *c *= gain);
+        for z in POLES {
+            let mut before = c[0] / (1.0 - z);
+            for c in &mut c {
+                before = *c + z * before;
+                *c = before;
+            }
+            let last = c.len() - 1;
+            let mut after = z / (z * z - 1.0) * (c[last] + z * c[last - 1]);
+            c[last] = after;
+            for c in c[..last].iter_mut().rev() {
+                after = z * (after - *c);
+                *c = after;
+            }
+        }
+        let derivative = |order: usize| {
+            let b = &BASIS[order];
+            c[MARGIN - 3..MARGIN + n + 3].windows(7).map(|c| c.iter().zip(b).map(|(c, b)| c * b).sum()).collect()
+        };
+        // The samples themselves, so that an input which is zero is exactly zero.
+        Self { orders: [series.to_vec(), derivative(1), derivative(2), derivative(3)] }
+    }
+}
+
+/// A series with [`MARGIN`] more values on each side, on the polynomial through the outermost samples.
+fn extended(series: &[f64]) -> Vec<f64> {
+    let n = series.len();
+    let degree = END_DEGREE.min(n - 1);
+    let mut c = vec![0.0; n + 2 * MARGIN];
+    c[MARGIN..MARGIN + n].copy_from_slice(series);
+    // Backward differences of the last samples, advanced one sample at a time.
+    let mut grow = |place: &dyn Fn(usize) -> usize| {
+        let mut differences = [0.0; END_DEGREE + 1];
+        for (k, d) in differences[..=degree].iter_mut().enumerate() {
+            *d = c[place(degree - k)];
+        }
+        for order in 1..=degree {
+            for k in (order..=degree).rev() {
+                differences[k] = differences[k - 1] - differences[k];
+            }
+        }
+        for k in 1..=MARGIN {
+            for order in (0..degree).rev() {
+                differences[order] += differences[order + 1];
+            }
+            c[place(degree + k)] = differences[0];
+        }
+    };
+    grow(&|k| MARGIN + n - 1 - degree + k);
+    grow(&|k| MARGIN + degree - k);
+    c
+}
+
+/// Fills the lanes of `symbols` in `memory` with `count` intervals of `nodes.len()` instants each, and the instant that
+/// ends the last interval.
+pub(super) fn fill_lanes(
+    grid: &InputGrid,
+    symbols: &[(usize, External)],
+    memory: &mut [f64],
+    (sample, count): (usize, usize),
+    nodes: &[Node],
+) {
+    for (address, symbol) in symbols {
+        for (k, node) in nodes.iter().enumerate() {
+            let lanes = &mut memory[address * LANES..][k..LANES];
+            let count = if k == 0 { count + 1 } else { count };
+            fill(grid, *symbol, (sample, count), node, lanes, nodes.len());
+        }
+    }
+}
+
+/// Fills one lane a node, from `lane` on, with instants of the interval after `sample`.
+pub(super) fn fill_instants(
+    grid: &InputGrid,
+    symbols: &[(usize, External)],
+    memory: &mut [f64],
+    lane: usize,
+    sample: usize,
+    nodes: &[Node],
+) {
+    for (address, symbol) in symbols {
+        let lanes = &mut memory[address * LANES..][lane..LANES];
+        for (node, lane) in nodes.iter().zip(lanes.chunks_exact_mut(1)) {
+            fill(grid, *symbol, (sample, 1), node, lane, 1);
+        }
+    }
+}
+
+fn fill(
+    grid: &InputGrid,
+    symbol: External,
+    (sample, count): (usize, usize),
+    node: &Node,
+    lanes: &mut [f64],
+    stride: usize,
+) {
+    match symbol {
+        External::Time => grid.times((sample, count), node, lanes, stride),
+        External::Input(input, order) => grid.series((input, order), (sample, count), node, lanes, stride),
+    }
+}
+
+/// What a right side takes from outside the state: time, or a derivative (0 to 2) of an input.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum External {
+    /// Time.
+    Time,
+    /// Input, order of its derivative.
+    Input(usize, usize),
+}

@@ -1,0 +1,123 @@
+use nalgebra::{DMatrix, DVector};
+
+use super::{InputGrid, Limits, Response, Simulator, Workspace};
+
+/// An initial state fitted to the beginning of a record.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InitialState {
+    /// The state at the first sample.
+    pub state: Vec<f64>,
+    /// RMS of the differences to the measurement over the stretch, each displacement as a share of its RMS, with the guess.
+    pub before: f64,
+    /// The same with `state`; never larger than `before`.
+    pub after: f64,
+}
+
+/// Steps of the iteration.
+const STEPS: usize = 3;
+
+/// Finite difference of a state, as a share of its largest value.
+const DIFFERENCE: f64 = 1e-4;
+
+/// Fits the initial state to the first `window` samples, so that the noise of the first sample does not displace the
+/// whole response.
+///
+/// `measured` holds the displacements (or the states of first-order equations) as they were measured, one series each.
+/// Steps by Gauss and Newton with the damping of Levenberg and Marquardt; the guess is kept where no step betters it, as
+/// when the response diverges within the window. A chaotic system needs a window shorter than the time in which it
+/// forgets its initial state.
+pub fn fit_initial_state(
+    simulator: &Simulator,
+    grid: &InputGrid,
+    measured: &[&[f64]],
+    guess: &[f64],
+    window: usize,
+    limits: &Limits<'_>,
+    workspace: &mut Workspace,
+) -> InitialState {
+    let n = simulator.layout().states();
+    let mut state = guess.to_vec();
+    state.resize(n, 0.0);
+    let observed = measured.len().min(n);
+    let window = measured.iter().map(|m| m.len()).fold(window.min(grid.len()), usize::min);
+    let weights: Vec<f64> = measured[..observed]
+        .iter()
+        .map(|m| {
+            let square: f64 = m[..window].iter().map(|v| v * v).sum();
+            (square / window as f64).sqrt().recip()
+        })
+        .map(|w| if w.is_finite() { w } else { 1.0 })
+        .collect();
+    let rows = observed * window;
+    let mut response = Response::default();
+    let mut residual = vec![0.0; rows];
+    let mut run = |state: &[f64], residual: &mut [f64], response: &mut Response| -> Option<f64> {
+        simulator.run_into(grid, state, 0..window, limits, workspace, response);
+        if response.len() < window {
+            return None;
+        }
+        for (k, weight) in weights.iter().enumerate() {
+            let out = &mut residual[k * window..(k + 1) * window];
+            for ((r, m), s) in out.iter_mut().zip(measured[k]).zip(&response.states[k]) {
+                *r = weight * (m - s);
+            }
+        }
+        let cost: f64 = residual.iter().map(|r| r * r).sum();
+        cost.is_finite().then(|| (cost / rows as f64).sqrt())
+    };
+    let unfitted = |state: Vec<f64>, rms: f64| InitialState { state, before: rms, after: rms };
+    if rows <= n {
+        return unfitted(state, f64::NAN);
+    }
+    let Some(before) = run(&state, &mut residual, &mut response) else {
+        return unfitted(state, f64::INFINITY);
+    };
+    let mut after = before;
+    let mut damping = 1e-9;
+    let mut shifted = vec![0.0; rows];
+    let mut trial = vec![0.0; rows];
+    for _ in 0..STEPS {
+        let mut jacobian = DMatrix::zeros(rows, n);
+        for j in 0..n {
+            let largest = response.states[j].iter().fold(0.0_f64, |a, x| a.max(x.abs()));
+            let step = if largest > 0.0 { DIFFERENCE * largest } else { DIFFERENCE };
+            let mut moved = state.clone();
+            moved[j] += step;
+            let mut other = Response::default();
+            if run(&moved, &mut shifted, &mut other).is_none() {
+                return InitialState { state, before, after };
+            }
+            for (entry, (moved, here)) in jacobian.column_mut(j).iter_mut().zip(shifted.iter().zip(&residual)) {
+                *entry = (moved - here) / step;
+            }
+        }
+        let gradient = jacobian.tr_mul(&DVector::from_column_slice(&residual));
+        let normal = jacobian.tr_mul(&jacobian);
+        let mut bettered = false;
+        for _ in 0..3 {
+            let mut damped = normal.clone();
+            for j in 0..n {
+                damped[(j, j)] += damping * normal[(j, j)] + f64::MIN_POSITIVE;
+            }
+            let Some(step) = damped.cholesky().map(|c| c.solve(&gradient)) else {
+                damping = (damping * 1e3).max(1e-6);
+                continue;
+            };
+            let candidate: Vec<f64> = state.iter().zip(step.iter()).map(|(x, s)| x - s).collect();
+            match run(&candidate, &mut trial, &mut response) {
+                Some(rms) if rms < after => {
+                    bettered = after - rms > 1e-4 * after;
+                    (state, after) = (candidate, rms);
+                    residual.copy_from_slice(&trial);
+                    damping *= 0.1;
+                    break;
+                }
+                _ => damping = (damping * 1e3).max(1e-6),
+            }
+        }
+        if !bettered {
+            break;
+        }
+    }
+    InitialState { state, before, after }
+}

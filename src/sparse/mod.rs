@@ -1,0 +1,9 @@
+//! Sparse regression on reduced columns; knows numbers, not what a column means.
+
+mod reduce;
+mod stlsq;
+mod uncertainty;
+
+pub use reduce::Reduced;
+pub use stlsq::{Constraint, Options, Solution, drop_path, stlsq};
+pub use uncertainty::clustered_covariance;

@@ -1,0 +1,192 @@
+use super::Reduced;
+
+/// What is decided about a column before the regression.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Constraint {
+    /// The threshold decides.
+    #[default]
+    Free,
+    /// Kept whatever its coefficient.
+    In,
+    /// Not used.
+    Out,
+    /// Kept at this coefficient.
+    Fixed(f64),
+}
+
+/// How coefficients are compared with the threshold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Coefficients smaller than this are dropped.
+    pub threshold: f64,
+    /// Ridge weight α while terms are being dropped; the kept ones are refitted without it.
+    pub ridge: f64,
+    /// Compare coefficients of columns and target divided by their RMS; otherwise as they stand. The ridge penalises
+    /// the same coefficients: α‖c‖² beside the mean square residual if scaled, beside the sum of squares if not.
+    pub scaled: bool,
+}
+
+/// A sparse solution.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solution {
+    /// Coefficient of each column; 0 where it is not used.
+    pub coefficients: Vec<f64>,
+    /// Columns fitted (not those fixed), ascending.
+    pub support: Vec<usize>,
+    /// RMS of the residual.
+    pub residual_rms: f64,
+    /// Smallest threshold above the one given at which something changes; infinite if nothing will.
+    pub next_change: f64,
+}
+
+/// Sequentially thresholded least squares (Brunton, Proctor & Kutz 2016): fit, drop the small, again until nothing drops,
+/// then refit without ridge.
+///
+/// `constraints` holds one entry a column.
+pub fn stlsq(reduced: &Reduced, constraints: &[Constraint], options: &Options) -> Solution {
+    let fixed: Vec<(usize, f64)> = constraints
+        .iter()
+        .enumerate()
+        .filter_map(|(k, c)| if let Constraint::Fixed(value) = c { Some((k, *value)) } else { None })
+        .collect();
+    let size = |b: f64, k: usize| {
+        if options.scaled { b.abs() } else { (b * reduced.target_scale() / reduced.scale()[k]).abs() }
+    };
+    let rows = reduced.rows().max(1) as f64;
+    let ridge = |k: usize| {
+        let scale = reduced.scale()[k];
+        if options.scaled { options.ridge * rows } else { options.ridge / (scale * scale) }
+    };
+    let mut keep: Vec<usize> = (0..reduced.columns())
+        .filter(|k| matches!(constraints[*k], Constraint::Free | Constraint::In) && !reduced.unusable(*k))
+        .collect();
+    let mut next_change = f64::INFINITY;
+    loop {
+        let (b, _) = reduced.solve(&keep, &fixed, ridge);
+        let before = keep.len();
+        let mut sizes = b.iter().zip(keep.clone()).map(|(b, k)| size(*b, k));
+        keep.retain(|k| {
+            let size = sizes.next().unwrap_or(0.0);
+            if constraints[*k] == Constraint::In {
+                return true;
+            }
+            let stays = size >= options.threshold;
+            if stays {
+                next_change = next_change.min(size);
+            }
+            stays
+        });
+        if keep.len() == before {
+            break;
+        }
+    }
+    let (b, residual) = reduced.solve(&keep, &fixed, |_| 0.0);
+    let mut coefficients = vec![0.0; reduced.columns()];
+    for (k, value) in &fixed {
+        coefficients[*k] = *value;
+    }
+    for (b, k) in b.iter().zip(&keep) {
+        coefficients[*k] = b * reduced.target_scale() / reduced.scale()[*k];
+    }
+    Solution { coefficients, support: keep, residual_rms: residual * reduced.target_scale(), next_change }
+}
+
+/// The thresholds at which columns leave as the threshold rises from zero, ascending, each with the columns that leave.
+///
+/// Exact: between two changes the whole course of [`stlsq`] is the same. A column that comes back at a higher threshold
+/// (collinear columns can) is listed where it leaves for good.
+pub fn drop_path(reduced: &Reduced, constraints: &[Constraint], options: &Options) -> Vec<(f64, usize)> {
+    const MOST: usize = 400;
+    let mut leaves: Vec<Option<f64>> = vec![None; reduced.columns()];
+    let mut threshold = 0.0;
+    let mut before = stlsq(reduced, constraints, &Options { threshold, ..*options });
+    let mut present = before.support.clone();
+    for _ in 0..MOST {
+        if !before.next_change.is_finite() {
+            break;
+        }
+        let change = before.next_change;
+        threshold = change.next_up().max(change * (1.0 + 1e-12));
+        let after = stlsq(reduced, constraints, &Options { threshold, ..*options });
+        for k in &present {
+            if !after.support.contains(k) {
+                leaves[*k] = Some(change);
+            }
+        }
+        present.clone_from(&after.support);
+        before = after;
+    }
+    for k in &present {
+        leaves[*k] = None;
+    }
+    let mut path: Vec<(f64, usize)> = leaves.iter().enumerate().filter_map(|(k, at)| at.map(|at| (at, k))).collect();
+    path.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    path
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// y = 3a − 0.5b + 0.02c with units far apart.
+    fn problem(unit: f64) -> (Vec<Vec<f64>>, Vec<f64>) {
+        let n = 2000;
+        let wave = |a: f64| (0..n).map(|k| (a * f64::from(k)).sin()).collect::<Vec<f64>>();
+        let (a, b, c, d) = (wave(0.11), wave(0.07), wave(0.19), wave(0.29));
+        let y = (0..n as usize).map(|k| 3.0 * a[k] - 0.5 * b[k] + 0.02 * c[k]).collect();
+        let b = b.iter().map(|v| v * unit).collect();
+        (vec![a, b, c, d], y)
+    }
+
+    fn run(unit: f64, threshold: f64, scaled: bool) -> Solution {
+        let (columns, y) = problem(unit);
+        let free = vec![Constraint::Free; columns.len()];
+        stlsq(&Reduced::new(&columns, &y), &free, &Options { threshold, ridge: 0.0, scaled })
+    }
+
+    #[test]
+    fn scaled_thresholds_do_not_know_units() {
+        for unit in [1.0, 1e-3, 1e3] {
+            assert_eq!(run(unit, 0.05, true).support, [0, 1], "{unit}");
+        }
+        assert_eq!(run(1.0, 0.05, false).support, [0, 1]);
+        assert_eq!(run(1e3, 0.05, false).support, [0], "raw coefficients depend on units, as in the Python package");
+    }
+
+    #[test]
+    fn locks_hold() {
+        let (columns, y) = problem(1.0);
+        let reduced = Reduced::new(&columns, &y);
+        let options = Options { threshold: 0.5, ridge: 0.0, scaled: true };
+        let constraints = [Constraint::Free, Constraint::Out, Constraint::In, Constraint::Fixed(0.25)];
+        let solution = stlsq(&reduced, &constraints, &options);
+        assert_eq!(solution.support, [0, 2]);
+        assert_eq!(solution.coefficients[1], 0.0);
+        assert_eq!(solution.coefficients[3], 0.25);
+        let fixed =
+            stlsq(&reduced, &[Constraint::Fixed(3.0), Constraint::In, Constraint::In, Constraint::Free], &options);
+        assert!((fixed.coefficients[1] + 0.5).abs() < 1e-12 && fixed.residual_rms < 1e-12, "{fixed:?}");
+    }
+
+    #[test]
+    fn the_drop_path_is_where_terms_leave() {
+        let (columns, y) = problem(1.0);
+        let reduced = Reduced::new(&columns, &y);
+        let free = vec![Constraint::Free; columns.len()];
+        let options = Options { threshold: 0.0, ridge: 0.0, scaled: true };
+        let path = drop_path(&reduced, &free, &options);
+        assert_eq!(path.iter().map(|p| p.1).collect::<Vec<_>>(), [3, 2, 1, 0]);
+        for (at, k) in &path {
+            let below = stlsq(&reduced, &free, &Options { threshold: at * (1.0 - 1e-9), ..options });
+            let above = stlsq(&reduced, &free, &Options { threshold: at * (1.0 + 1e-9), ..options });
+            assert!(below.support.contains(k) && !above.support.contains(k), "{k} at {at}");
+        }
+    }
+
+    #[test]
+    fn everything_dropped_is_a_zero_model() {
+        let solution = run(1.0, 1e9, true);
+        assert!(solution.support.is_empty() && solution.coefficients.iter().all(|c| *c == 0.0));
+        assert_eq!(solution.next_change, f64::INFINITY);
+    }
+}

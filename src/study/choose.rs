@@ -1,0 +1,410 @@
+//! Chooses settings by simulation error on stretches that were not fitted.
+
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use super::regression::{Regression, candidate_terms, fitted_states};
+use super::response::Drive;
+use super::suggest::odd;
+use super::{Cancel, Settings, Smoothing, StudyError, check};
+use crate::record::{Record, RecordSet, Role, Usage};
+use crate::signal::{Differentiation, Facts, Signals, mean_and_variance};
+use crate::simulate::{Simulator, Workspace};
+use crate::term::Layout;
+
+/// Which settings [`choose`] may change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Free {
+    /// The smoothing segment length.
+    pub window: bool,
+    /// The smoothing polynomial's order.
+    pub order: bool,
+    /// The threshold.
+    pub threshold: bool,
+}
+
+/// What [`choose`] chose, and why.
+#[derive(Clone, Debug)]
+pub struct Choice {
+    /// The settings chosen.
+    pub settings: Settings,
+    /// One sentence: what was tried and what decided.
+    pub reason: String,
+}
+
+/// Share of a single record that is fitted; the rest judges.
+const FITTED_SHARE: f64 = 0.6;
+/// Most groups that several records are left out in.
+const MOST_FOLDS: usize = 4;
+/// Main periods after which a simulated stretch starts anew, so that a chaotic motion is judged too.
+const STRETCH_PERIODS: f64 = 10.0;
+/// Samples simulated for one candidate, at most.
+const MOST_SAMPLES: usize = 40_000;
+/// Rounds of smoothings around the best so far, at most.
+const MOST_ROUNDS: usize = 3;
+/// Thresholds tried for one smoothing, at most.
+const MOST_THRESHOLDS: usize = 10;
+
+/// A stretch of a record that judges.
+struct Stretch {
+    record: usize,
+    range: Range<usize>,
+}
+
+/// Data fitted together and the stretches that judge them.
+struct Fold {
+    /// Indices into the pieces.
+    fitted: Vec<usize>,
+    judges: Vec<Stretch>,
+}
+
+struct Plan {
+    layout: Layout,
+    /// What is fitted, by itself or together: whole records, or the first part of a single one.
+    pieces: Vec<(Arc<Record>, Arc<Facts>)>,
+    /// What is simulated.
+    records: Vec<(Arc<Record>, Arc<Facts>)>,
+    folds: Vec<Fold>,
+    /// Variance of each record's displacements, summed.
+    variance: Vec<f64>,
+}
+
+/// One setting with its errors.
+#[derive(Clone)]
+struct Candidate {
+    smoothing: Smoothing,
+    threshold: f64,
+    terms: usize,
+    /// Squared error of each stretch over the record's variance, in the plan's order.
+    errors: Vec<f64>,
+}
+
+impl Candidate {
+    fn mean(&self) -> f64 {
+        self.errors.iter().sum::<f64>() / self.errors.len().max(1) as f64
+    }
+}
+
+/// Chooses the free settings by simulation error on stretches that were not fitted: of several records each is left out
+/// in turn, of a single one the last part. Of the settings within one standard error of the best the one with the fewest
+/// terms is taken (Breiman et al. 1984). Records held out by the user are not looked at.
+///
+/// `progress` is told the share done, 0 to 1.
+///
+/// # Errors
+/// As [`Study::run`](super::Study::run).
+pub fn choose(
+    records: &RecordSet,
+    start: &Settings,
+    free: Free,
+    cancel: &Cancel,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<Choice, StudyError> {
+    let layout = check(records, start)?;
+    let plan = Plan::new(records, layout);
+    let mut tried: Vec<Candidate> = Vec::new();
+    let mut next = first_smoothings(&plan, start, free);
+    let mut seen: Vec<Smoothing> = Vec::new();
+    for round in 0..MOST_ROUNDS {
+        let report = |share: f64| progress((round as f64 + share) / MOST_ROUNDS as f64);
+        tried.extend(plan.judge_all(start, &next, free, cancel, &report)?);
+        seen.append(&mut next);
+        let Some(best) = best(&tried) else { break };
+        next = nearby_smoothings(&plan, best.smoothing, free);
+        next.retain(|s| !seen.contains(s));
+        if next.is_empty() {
+            break;
+        }
+    }
+    progress(1.0);
+    let Some(chosen) = parsimonious(&tried) else {
+        return Err(StudyError::Setting("no setting gave a response that could be compared".into()));
+    };
+    let mut settings = start.clone();
+    settings.smoothing = chosen.smoothing;
+    settings.threshold = if free.threshold { plan.centred_threshold(start, chosen)? } else { start.threshold };
+    let judged = match plan.pieces.len() {
+        1 => "the last part of the record, which was not fitted".to_owned(),
+        n => format!("{n} records, each left out in turn"),
+    };
+    let reason = format!(
+        "segment {} of order {} and threshold {:.2e}: simulation error {:.2e} of the motion on {judged}; {} settings tried",
+        settings.smoothing.window,
+        settings.smoothing.order,
+        settings.threshold,
+        chosen.mean().sqrt(),
+        tried.len(),
+    );
+    Ok(Choice { settings, reason })
+}
+
+fn best(tried: &[Candidate]) -> Option<&Candidate> {
+    tried.iter().filter(|c| c.mean().is_finite()).min_by(|a, b| a.mean().total_cmp(&b.mean()))
+}
+
+/// Errors of the motion closer to each other than this share of it are as good as equal: no measurement supports a
+/// term that betters less.
+const EQUAL: f64 = 3e-4;
+
+/// The candidate with the fewest terms whose error is within one standard error (of the difference) of the best.
+fn parsimonious(tried: &[Candidate]) -> Option<&Candidate> {
+    let best = best(tried)?;
+    let within = |c: &&Candidate| {
+        let differences: Vec<f64> = c.errors.iter().zip(&best.errors).map(|(a, b)| a - b).collect();
+        let n = differences.len() as f64;
+        let mean = differences.iter().sum::<f64>() / n;
+        let variance = differences.iter().map(|d| (d - mean) * (d - mean)).sum::<f64>() / (n - 1.0).max(1.0);
+        mean <= (variance / n).sqrt() + 0.02 * best.mean() + EQUAL * EQUAL
+    };
+    let close = || tried.iter().filter(within);
+    let fewest = close().map(|c| c.terms).min()?;
+    close().filter(|c| c.terms == fewest).min_by(|a, b| a.mean().total_cmp(&b.mean()))
+}
+
+impl Plan {
+    fn new(records: &RecordSet, layout: Layout) -> Self {
+        let with_facts = |r: &Arc<Record>| (Arc::clone(r), Arc::new(Facts::new(r, &layout)));
+        let records: Vec<_> = records.with(Usage::Fit).map(with_facts).collect();
+        let (pieces, ranges): (Vec<_>, Vec<(usize, Range<usize>)>) = match records.as_slice() {
+            [(only, _)] => {
+                let cut = (FITTED_SHARE * only.len() as f64) as usize;
+                (vec![with_facts(&Arc::new(only.slice(0..cut)))], vec![(0, cut..only.len())])
+            }
+            several => (several.to_vec(), several.iter().enumerate().map(|(k, (r, _))| (k, 0..r.len())).collect()),
+        };
+        let mut stretches: Vec<Stretch> = Vec::new();
+        for (record, range) in ranges {
+            let (data, facts) = &records[record];
+            let period = facts.main_period.map_or(0.1 * range.len() as f64, |p| p / data.interval);
+            let length = ((STRETCH_PERIODS * period) as usize).clamp(100, range.len().max(100));
+            let count = (range.len() / length).max(1);
+            let length = range.len() / count;
+            stretches.extend((0..count).map(|k| {
+                let from = range.start + k * length;
+                Stretch { record, range: from..from + length }
+            }));
+        }
+        // Too many stretches are thinned evenly.
+        let total: usize = stretches.iter().map(|s| s.range.len()).sum();
+        let every = total.div_ceil(MOST_SAMPLES);
+        let mut index = 0;
+        stretches.retain(|_| {
+            index += 1;
+            (index - 1) % every == 0
+        });
+        let folds = if pieces.len() == 1 {
+            vec![Fold { fitted: vec![0], judges: stretches }]
+        } else {
+            let groups = pieces.len().min(MOST_FOLDS);
+            let mut folds: Vec<Fold> = (0..groups)
+                .map(|g| Fold { fitted: (0..pieces.len()).filter(|k| k % groups != g).collect(), judges: Vec::new() })
+                .collect();
+            for s in stretches {
+                folds[s.record % groups].judges.push(s);
+            }
+            folds
+        };
+        let variance = records
+            .iter()
+            .map(|(record, _)| {
+                let displacements = record.channels.iter().filter(|c| matches!(c.role, Role::Displacement(_)));
+                displacements.map(|c| mean_and_variance(&c.values).1).sum()
+            })
+            .collect();
+        Self { layout, pieces, records, folds, variance }
+    }
+
+    /// Judges every threshold of every smoothing, on the cores there are.
+    fn judge_all(
+        &self,
+        start: &Settings,
+        smoothings: &[Smoothing],
+        free: Free,
+        cancel: &Cancel,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<Vec<Candidate>, StudyError> {
+        let done = AtomicUsize::new(0);
+        let judged: Result<Vec<Vec<Candidate>>, StudyError> = smoothings
+            .par_iter()
+            .map(|smoothing| {
+                let candidates = self.judge(start, smoothing, free, cancel)?;
+                let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+                progress(done as f64 / smoothings.len() as f64);
+                Ok(candidates)
+            })
+            .collect();
+        Ok(judged?.into_iter().flatten().collect())
+    }
+
+    fn judge(
+        &self,
+        start: &Settings,
+        smoothing: &Smoothing,
+        free: Free,
+        cancel: &Cancel,
+    ) -> Result<Vec<Candidate>, StudyError> {
+        let settings = Settings { smoothing: *smoothing, ..start.clone() };
+        let Some(pieces) = self.regressions(&settings, cancel)? else { return Ok(Vec::new()) };
+        let all = Regression::joined(&pieces.iter().collect::<Vec<_>>());
+        let thresholds =
+            if free.threshold { all.thresholds(&settings, MOST_THRESHOLDS) } else { vec![start.threshold] };
+        let signals: Vec<Signals> =
+            self.records.iter().map(|(record, facts)| Signals::new(record, &self.layout, smoothing, facts)).collect();
+        let drives: Vec<Vec<Drive>> = self
+            .folds
+            .iter()
+            .map(|fold| {
+                let drive = |judge: &Stretch| {
+                    let (record, facts) = &self.records[judge.record];
+                    Drive::new(record, &self.layout, facts, &signals[judge.record], judge.range.clone())
+                };
+                fold.judges.iter().map(drive).collect()
+            })
+            .collect();
+        let mut workspace = Workspace::default();
+        let folds: Vec<Regression> = self
+            .folds
+            .iter()
+            .map(|fold| Regression::joined(&fold.fitted.iter().map(|k| &pieces[*k]).collect::<Vec<_>>()))
+            .collect();
+        let mut candidates: Vec<Candidate> = Vec::with_capacity(thresholds.len());
+        for threshold in thresholds {
+            let settings = Settings { threshold, ..settings.clone() };
+            let mut errors = Vec::new();
+            for ((fold, regression), drives) in self.folds.iter().zip(&folds).zip(&drives) {
+                let simulator =
+                    Simulator::new(&regression.model(&settings)).map_err(|e| StudyError::Setting(e.to_string()))?;
+                for (judge, drive) in fold.judges.iter().zip(drives) {
+                    cancel.check()?;
+                    let response = drive.respond(&simulator, &mut workspace, &|| cancel.is_cancelled());
+                    let error = squared_error(&drive.measured, &response.states);
+                    let failed = response.diverged_at.is_some();
+                    errors.push(if failed { f64::INFINITY } else { error / self.variance[judge.record] });
+                }
+            }
+            let terms = all.model(&settings).equations.iter().map(|e| e.terms.len()).sum();
+            candidates.push(Candidate { smoothing: *smoothing, threshold, terms, errors });
+        }
+        Ok(candidates)
+    }
+
+    /// The pieces' regressions; none if the smoothing leaves too few rows.
+    fn regressions(&self, settings: &Settings, cancel: &Cancel) -> Result<Option<Vec<Regression>>, StudyError> {
+        let terms = candidate_terms(settings);
+        let fitted = fitted_states(&self.layout, settings.kinematics);
+        let mut regressions = Vec::with_capacity(self.pieces.len());
+        for (piece, facts) in &self.pieces {
+            cancel.check()?;
+            if piece.len() < settings.smoothing.window {
+                return Ok(None);
+            }
+            let signals = Arc::new(Signals::new(piece, &self.layout, &settings.smoothing, facts));
+            match Regression::new(&self.layout, &terms, &[signals], &settings.smoothing, &fitted) {
+                Ok(regression) => regressions.push(regression),
+                Err(_) => return Ok(None),
+            }
+        }
+        Ok(Some(regressions))
+    }
+
+    /// The threshold in the middle of those that leave the chosen terms, fitted on everything.
+    fn centred_threshold(&self, start: &Settings, chosen: &Candidate) -> Result<f64, StudyError> {
+        let settings = Settings { smoothing: chosen.smoothing, ..start.clone() };
+        let Some(pieces) = self.regressions(&settings, &Cancel::default())? else { return Ok(chosen.threshold) };
+        let all = Regression::joined(&pieces.iter().collect::<Vec<_>>());
+        let marks = all.marks(&settings);
+        let below = marks.iter().copied().filter(|m| *m < chosen.threshold).fold(0.0, f64::max);
+        let above = marks.iter().copied().filter(|m| *m >= chosen.threshold).fold(f64::INFINITY, f64::min);
+        let middle = between(below, above);
+        let rounded: f64 = format!("{middle:.1e}").parse().unwrap_or(middle);
+        Ok(if rounded > below && rounded < above { rounded } else { middle })
+    }
+}
+
+/// Mean squared error, summed over displacements.
+fn squared_error(measured: &[Arc<[f64]>], states: &[Vec<f64>]) -> f64 {
+    let channel = |(y, x): (&Arc<[f64]>, &Vec<f64>)| {
+        y.iter().zip(x).map(|(y, x)| (y - x) * (y - x)).sum::<f64>() / y.len().max(1) as f64
+    };
+    measured.iter().zip(states).map(channel).sum()
+}
+
+/// A threshold well inside an interval between two marks.
+pub(super) fn between(below: f64, above: f64) -> f64 {
+    match (below > 0.0, above.is_finite()) {
+        (true, true) => (below * above).sqrt(),
+        (true, false) => 2.0 * below,
+        (false, true) => 0.3 * above,
+        (false, false) => 0.0,
+    }
+}
+
+fn period_samples(plan: &Plan) -> f64 {
+    let periods = plan.records.iter().filter_map(|(r, f)| Some(f.main_period? / r.interval));
+    let shortest = periods.fold(f64::INFINITY, f64::min);
+    if shortest.is_finite() {
+        shortest
+    } else {
+        0.1 * plan.pieces.iter().map(|(r, _)| r.len()).min().unwrap_or(0) as f64
+    }
+}
+
+/// Segment lengths that a piece can bear.
+fn bearable(plan: &Plan, order: usize) -> Range<usize> {
+    let shortest = plan.pieces.iter().map(|(r, _)| r.len()).min().unwrap_or(0);
+    order + 2..(shortest / 4).max(order + 3)
+}
+
+fn first_smoothings(plan: &Plan, start: &Settings, free: Free) -> Vec<Smoothing> {
+    const STEPS: usize = 9;
+    let base = start.smoothing;
+    if !free.window || base.method == Differentiation::Difference {
+        return vec![base];
+    }
+    let order = if free.order { 5 } else { base.order };
+    let (shortest, longest) = (0.02, 0.25 * (order as f64 + 1.0) / 2.0);
+    let period = period_samples(plan);
+    let mut smoothings: Vec<Smoothing> = (0..STEPS)
+        .map(|k| {
+            let share = shortest * f64::powf(longest / shortest, k as f64 / (STEPS - 1) as f64);
+            Smoothing { window: fit_window(plan, order, share * period), order, ..base }
+        })
+        .collect();
+    smoothings.dedup();
+    smoothings
+}
+
+fn fit_window(plan: &Plan, order: usize, samples: f64) -> usize {
+    let range = bearable(plan, order);
+    odd((samples as usize).clamp(range.start, range.end)).min(odd(range.end) | 1)
+}
+
+fn nearby_smoothings(plan: &Plan, best: Smoothing, free: Free) -> Vec<Smoothing> {
+    if best.method == Differentiation::Difference {
+        return vec![best];
+    }
+    let orders: Vec<usize> = match (free.order, best.order) {
+        (false, order) => vec![order],
+        // Data with few samples a period need the highest orders: their pass band is the widest.
+        (true, order) => {
+            [order.saturating_sub(2), order, order + 2].into_iter().filter(|o| (3..=11).contains(o)).collect()
+        }
+    };
+    let mut smoothings = Vec::new();
+    for order in &orders {
+        // A higher order passes higher frequencies: segments of equal pass band grow with it.
+        let equal = best.window as f64 * (*order as f64 + 1.0) / (best.order as f64 + 1.0);
+        let factors: &[f64] = if free.window { &[0.6, 0.8, 1.0, 1.25] } else { &[1.0] };
+        for factor in factors {
+            let window = if free.window { fit_window(plan, *order, factor * equal) } else { best.window };
+            let smoothing = Smoothing { window, order: *order, ..best };
+            if *order < window && !smoothings.contains(&smoothing) {
+                smoothings.push(smoothing);
+            }
+        }
+    }
+    smoothings
+}

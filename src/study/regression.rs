@@ -1,0 +1,306 @@
+//! The regression stage: library columns over every fitted record, reduced once, thresholded often.
+
+use std::sync::Arc;
+
+use super::{EquationFit, Kinematics, Lock, Scaling, Settings, StudyError};
+use crate::model::{Equation, Model, WeightedTerm, kinematic};
+use crate::signal::{Signals, Smoothing};
+use crate::sparse::{Constraint, Options, Reduced, Solution, clustered_covariance, drop_path, stlsq};
+use crate::study::outcome::DroppedTerm;
+use crate::term::{Expression, Kind, Layout, Program, SampleBlock, Symbol, Term};
+
+/// Library columns and the rates to explain, over every fitted record.
+#[derive(Debug)]
+pub(super) struct Regression {
+    layout: Layout,
+    terms: Vec<Term>,
+    columns: Vec<Vec<f64>>,
+    /// Each fitted state with its rate and the reduced problem.
+    targets: Vec<Target>,
+    /// First row of each record.
+    starts: Vec<usize>,
+    /// Rows over which residuals hang together.
+    block: usize,
+}
+
+#[derive(Debug)]
+struct Target {
+    state: Symbol,
+    index: usize,
+    rate: Vec<f64>,
+    reduced: Reduced,
+}
+
+/// Most rows that a regression uses; more say nothing new and cost time.
+const MOST_ROWS: usize = 120_000;
+
+impl Regression {
+    /// Computes, filters and reduces the columns of `terms` over `records`.
+    pub(super) fn new(
+        layout: &Layout,
+        terms: &[Term],
+        records: &[Arc<Signals>],
+        smoothing: &Smoothing,
+        fitted: &[usize],
+    ) -> Result<Self, StudyError> {
+        let expressions: Vec<Expression> = terms.iter().map(|t| t.expression().clone()).collect();
+        let program = Program::new(&expressions, layout);
+        let total: usize = records.iter().map(|r| r.states.first().map_or(0, Vec::len)).sum();
+        let stride = smoothing.stride().max(total.div_ceil(MOST_ROWS));
+        let filter = if smoothing.filter_library { smoothing.filter() } else { None };
+        let mut columns: Vec<Vec<f64>> = vec![Vec::new(); terms.len()];
+        let mut rates: Vec<Vec<f64>> = vec![Vec::new(); fitted.len()];
+        let mut starts = Vec::with_capacity(records.len());
+        let mut block = 1;
+        for signals in records {
+            let count = signals.states.first().map_or(0, Vec::len);
+            let rows = count.div_ceil(stride);
+            // A record of a few segments cannot spare both ends.
+            let margin = smoothing.margin().min(count / 8).div_ceil(stride);
+            let inside = margin..rows - margin;
+            starts.push(rates.first().map_or(0, Vec::len));
+            let states: Vec<&[f64]> = signals.states.iter().map(|s| &**s).collect();
+            let inputs: Vec<&[f64]> = signals.inputs.iter().map(|s| &**s).collect();
+            let input_rates: Vec<&[f64]> = signals.input_rates.iter().map(|s| &**s).collect();
+            let samples = SampleBlock {
+                start: signals.start,
+                interval: signals.interval,
+                states: &states,
+                inputs: &inputs,
+                input_rates: &input_rates,
+            };
+            let mut full: Vec<Vec<f64>> = vec![Vec::new(); terms.len()];
+            program.columns(&samples, &mut full);
+            let mut strided = vec![0.0; rows];
+            for (column, full) in columns.iter_mut().zip(&full) {
+                match &filter {
+                    Some(filter) => {
+                        filter.apply_strided(full, signals.interval, 0, stride, &mut strided);
+                        column.extend_from_slice(&strided[inside.clone()]);
+                    }
+                    None => column.extend(full.iter().step_by(stride).skip(inside.start).take(inside.len())),
+                }
+            }
+            for (rate, state) in rates.iter_mut().zip(fitted) {
+                rate.extend(signals.rates[*state].iter().step_by(stride).skip(inside.start).take(inside.len()));
+            }
+            let together = (2 * smoothing.window) as f64 * signals.interval;
+            let together = signals.main_period.unwrap_or(together).max(together);
+            block = block.max((together / (signals.interval * stride as f64)).ceil() as usize);
+        }
+        let rows = rates.first().map_or(0, Vec::len);
+        if rows < terms.len() + 2 {
+            return Err(StudyError::Setting(format!(
+                "{rows} samples are left to fit {} terms: shorten the segment or the library, or fit more records",
+                terms.len()
+            )));
+        }
+        let symbols: Vec<Symbol> = layout.state_symbols().collect();
+        let targets = fitted
+            .iter()
+            .zip(rates)
+            .map(|(index, rate)| {
+                let reduced = Reduced::new(&columns, &rate);
+                Target { state: symbols[*index], index: *index, rate, reduced }
+            })
+            .collect();
+        Ok(Self { layout: *layout, terms: terms.to_vec(), columns, targets, starts, block })
+    }
+
+    /// The reduced problem of several regressions on the same terms together; without their columns, so only for
+    /// [`Self::model`] and thresholds.
+    pub(super) fn joined(parts: &[&Self]) -> Self {
+        let first = parts[0];
+        let targets = (0..first.targets.len())
+            .map(|t| Target {
+                state: first.targets[t].state,
+                index: first.targets[t].index,
+                rate: Vec::new(),
+                reduced: Reduced::stack(&parts.iter().map(|p| &p.targets[t].reduced).collect::<Vec<_>>()),
+            })
+            .collect();
+        Self {
+            layout: first.layout,
+            terms: first.terms.clone(),
+            columns: Vec::new(),
+            targets,
+            starts: Vec::new(),
+            block: first.block,
+        }
+    }
+
+    /// The thresholds at which some term drops out, ascending.
+    pub(super) fn marks(&self, settings: &Settings) -> Vec<f64> {
+        let options = options(settings);
+        let mut marks: Vec<f64> = self
+            .targets
+            .iter()
+            .flat_map(|t| drop_path(&t.reduced, &self.constraints(settings, t), &options))
+            .map(|(at, _)| at)
+            .collect();
+        marks.sort_by(f64::total_cmp);
+        marks.dedup();
+        marks
+    }
+
+    /// One threshold for each set of terms that thresholding can leave, at most `most`: the sparsest first.
+    pub(super) fn thresholds(&self, settings: &Settings, most: usize) -> Vec<f64> {
+        let marks = self.marks(settings);
+        let mut edges = vec![0.0];
+        edges.extend(&marks);
+        // The last interval holds no free term at all; it is tried too, for locked terms may do.
+        let mut thresholds: Vec<f64> = edges
+            .iter()
+            .enumerate()
+            .map(|(k, below)| super::choose::between(*below, edges.get(k + 1).copied().unwrap_or(f64::INFINITY)))
+            .collect();
+        thresholds.reverse();
+        thresholds.truncate(most);
+        thresholds
+    }
+
+    /// The thresholded equations with coefficients alone.
+    pub(super) fn model(&self, settings: &Settings) -> Model {
+        let mut equations = self.unfitted_equations();
+        for target in &self.targets {
+            let solution = stlsq(&target.reduced, &self.constraints(settings, target), &options(settings));
+            equations[target.index] = Equation::known(
+                self.terms
+                    .iter()
+                    .zip(&solution.coefficients)
+                    .filter(|(_, c)| **c != 0.0)
+                    .map(|(term, c)| (term.clone(), *c)),
+            );
+        }
+        Model { layout: self.layout, equations }
+    }
+
+    fn constraints(&self, settings: &Settings, target: &Target) -> Vec<Constraint> {
+        // A decision about a term of the force says nothing about dx/dt.
+        if self.layout.kind == Kind::SecondOrder && target.index < self.layout.freedoms {
+            return vec![Constraint::Free; self.terms.len()];
+        }
+        self.terms
+            .iter()
+            .map(|term| match settings.locks.get(term) {
+                Some(Lock::In) => Constraint::In,
+                Some(Lock::Out) => Constraint::Out,
+                Some(Lock::Fixed(value)) => Constraint::Fixed(*value),
+                None => Constraint::Free,
+            })
+            .collect()
+    }
+
+    fn unfitted_equations(&self) -> Vec<Equation> {
+        let empty = Equation { terms: Vec::new() };
+        let kinematic = (0..self.layout.freedoms).map(kinematic).filter(|_| self.layout.kind == Kind::SecondOrder);
+        kinematic.chain(std::iter::repeat(empty)).take(self.layout.states()).collect()
+    }
+
+    /// Thresholds every equation.
+    pub(super) fn identify(&self, settings: &Settings) -> (Model, Vec<EquationFit>) {
+        let options = options(settings);
+        let mut equations = self.unfitted_equations();
+        let mut fits = Vec::with_capacity(self.targets.len());
+        for target in &self.targets {
+            let constraints = self.constraints(settings, target);
+            let solution = stlsq(&target.reduced, &constraints, &options);
+            let path = drop_path(&target.reduced, &constraints, &options);
+            equations[target.index] = self.equation(target, &solution, &constraints);
+            fits.push(self.fit(target, &solution, &constraints, &path));
+        }
+        (Model { layout: self.layout, equations }, fits)
+    }
+
+    fn equation(&self, target: &Target, solution: &Solution, constraints: &[Constraint]) -> Equation {
+        let residual = self.residual(target, solution);
+        let covariance = clustered_covariance(
+            &target.reduced,
+            &solution.support,
+            &self.columns,
+            &residual,
+            &self.starts,
+            self.block,
+        );
+        let scale = target.reduced.scale();
+        let force: f64 = solution.coefficients.iter().zip(scale).map(|(c, s)| (c * s).abs()).sum();
+        let terms = self
+            .terms
+            .iter()
+            .enumerate()
+            .filter(|(k, _)| solution.support.contains(k) || matches!(constraints[*k], Constraint::Fixed(_)))
+            .map(|(k, term)| {
+                let coefficient = solution.coefficients[k];
+                let place = solution.support.iter().position(|s| *s == k);
+                WeightedTerm {
+                    term: term.clone(),
+                    coefficient,
+                    std_error: place
+                        .and_then(|i| covariance.as_ref().map(|c| c[(i, i)].max(0.0).sqrt()))
+                        .filter(|e| e.is_finite()),
+                    share: if force > 0.0 { (coefficient * scale[k]).abs() / force } else { 0.0 },
+                }
+            })
+            .collect();
+        Equation { terms }
+    }
+
+    fn residual(&self, target: &Target, solution: &Solution) -> Vec<f64> {
+        let mut residual = target.rate.clone();
+        for (column, c) in self.columns.iter().zip(&solution.coefficients).filter(|(_, c)| **c != 0.0) {
+            for (r, value) in residual.iter_mut().zip(column) {
+                *r -= c * value;
+            }
+        }
+        residual
+    }
+
+    fn fit(
+        &self,
+        target: &Target,
+        solution: &Solution,
+        constraints: &[Constraint],
+        path: &[(f64, usize)],
+    ) -> EquationFit {
+        let dropped = (0..self.terms.len())
+            .filter(|k| !solution.support.contains(k) && !matches!(constraints[*k], Constraint::Fixed(_)))
+            .map(|k| DroppedTerm {
+                term: self.terms[k].clone(),
+                fell_at: path.iter().find(|(_, column)| *column == k).map(|(at, _)| *at),
+            })
+            .collect();
+        EquationFit {
+            state: target.state,
+            dropped,
+            drop_marks: path.iter().map(|(at, k)| (*at, self.terms[*k].clone())).collect(),
+            condition: target.reduced.condition(&solution.support),
+            residual_rms: solution.residual_rms,
+            rate_rms: target.reduced.target_scale(),
+        }
+    }
+}
+
+/// The states whose rates are fitted, as indices into the state vector.
+pub(super) fn fitted_states(layout: &Layout, kinematics: Kinematics) -> Vec<usize> {
+    let first = match (layout.kind, kinematics) {
+        (Kind::SecondOrder, Kinematics::Known) => layout.freedoms,
+        _ => 0,
+    };
+    (first..layout.states()).collect()
+}
+
+/// The library's terms together with those locked in or fixed, each once.
+pub(super) fn candidate_terms(settings: &Settings) -> Vec<Term> {
+    let mut terms: Vec<Term> = Vec::with_capacity(settings.terms.len());
+    let locked = settings.locks.iter().filter(|(_, lock)| **lock != Lock::Out).map(|(term, _)| term);
+    for term in settings.terms.iter().chain(locked) {
+        if !terms.contains(term) {
+            terms.push(term.clone());
+        }
+    }
+    terms
+}
+
+fn options(settings: &Settings) -> Options {
+    Options { threshold: settings.threshold, ridge: settings.ridge, scaled: settings.scaling == Scaling::Scaled }
+}

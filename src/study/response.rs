@@ -1,0 +1,118 @@
+//! The simulation stage: a model's response along a record, from the record's initial state.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::{Cancel, Prepared, StudyError};
+use crate::model::Model;
+use crate::record::{Record, Role};
+use crate::signal::{Facts, Signals, rms};
+use crate::simulate::{InputGrid, Limits, Response, Simulator, Workspace, fit_initial_state};
+use crate::term::Layout;
+
+/// What drives the simulation of a record, or of a stretch of it: its inputs, the measured motion that the initial state
+/// is fitted to, its limits.
+#[derive(Debug)]
+pub(super) struct Drive {
+    grid: InputGrid,
+    /// State vector at the first sample, from the signals.
+    guess: Vec<f64>,
+    /// Displacements (or states) as measured.
+    pub(super) measured: Vec<Arc<[f64]>>,
+    limits: Vec<f64>,
+    /// Samples that the initial state is fitted to.
+    opening: usize,
+}
+
+/// A response has left the data's range where a state exceeds its largest measured magnitude so many times.
+const RANGE: f64 = 10.0;
+/// Main periods that an initial state is fitted to.
+const OPENING_PERIODS: f64 = 4.0;
+
+impl Drive {
+    /// The drive of `samples` of a record.
+    ///
+    /// Inputs with little noise drive the simulation as measured, noisy ones as smoothed: a derivative of raw noise
+    /// would shake the model.
+    pub(super) fn new(
+        record: &Record,
+        layout: &Layout,
+        facts: &Facts,
+        signals: &Signals,
+        samples: Range<usize>,
+    ) -> Self {
+        let channel = |role: Role| record.channel(role).map(|c| &c.values[samples.clone()]);
+        let raw: Vec<&[f64]> = (0..layout.inputs).filter_map(|j| channel(Role::Input(j))).collect();
+        let quiet = (0..raw.len()).all(|j| {
+            let slope = rms(&signals.input_rates[j]);
+            facts.input_noise[j] <= 1e-3 * slope * record.interval
+        });
+        let start = record.time(samples.start);
+        let grid = if quiet {
+            InputGrid::new(start, record.interval, samples.len(), &raw, None)
+        } else {
+            let inputs: Vec<&[f64]> = signals.inputs.iter().map(|s| &s[samples.clone()]).collect();
+            let rates: Vec<&[f64]> = signals.input_rates.iter().map(|s| &s[samples.clone()]).collect();
+            InputGrid::new(start, record.interval, samples.len(), &inputs, Some(&rates))
+        };
+        let period = signals.main_period.map_or(0.1 * samples.len() as f64, |p| p / record.interval);
+        Self {
+            grid,
+            guess: signals.states.iter().map(|s| s[samples.start]).collect(),
+            measured: (0..layout.freedoms).filter_map(|i| channel(Role::Displacement(i))).map(Arc::from).collect(),
+            limits: signals.states.iter().map(|s| RANGE * s.iter().fold(0.0_f64, |m, v| m.max(v.abs()))).collect(),
+            opening: ((OPENING_PERIODS * period) as usize).max(20).min(samples.len()),
+        }
+    }
+
+    /// The model's response from the initial state that fits the opening best.
+    pub(super) fn respond(
+        &self,
+        simulator: &Simulator,
+        workspace: &mut Workspace,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Response {
+        let limits = Limits { states: &self.limits, cancelled, ..Limits::default() };
+        let measured: Vec<&[f64]> = self.measured.iter().map(|m| &**m).collect();
+        let initial =
+            fit_initial_state(simulator, &self.grid, &measured, &self.guess, self.opening, &limits, workspace);
+        let mut response = Response::default();
+        simulator.run_into(&self.grid, &initial.state, 0..self.grid.len(), &limits, workspace, &mut response);
+        response
+    }
+}
+
+/// Responses of the last run, kept for records whose model and drive have not changed.
+#[derive(Debug, Default)]
+pub(super) struct Responses {
+    known: Vec<(Model, Arc<Drive>, Arc<Response>)>,
+    workspace: Workspace,
+}
+
+impl Responses {
+    /// The model's response along the whole record.
+    pub(super) fn get(
+        &mut self,
+        model: &Model,
+        simulator: &Simulator,
+        prepared: &Prepared,
+        cancel: &Cancel,
+    ) -> Result<Arc<Response>, StudyError> {
+        if let Some((_, _, response)) =
+            self.known.iter().find(|(m, d, _)| Arc::ptr_eq(d, &prepared.drive) && m == model)
+        {
+            return Ok(Arc::clone(response));
+        }
+        let response = prepared.drive.respond(simulator, &mut self.workspace, &|| cancel.is_cancelled());
+        cancel.check()?;
+        let response = Arc::new(response);
+        self.known.retain(|(_, d, _)| !Arc::ptr_eq(d, &prepared.drive));
+        self.known.push((model.clone(), Arc::clone(&prepared.drive), Arc::clone(&response)));
+        Ok(response)
+    }
+
+    /// Keeps only responses to these records.
+    pub(super) fn keep(&mut self, records: &[Prepared]) {
+        self.known.retain(|(_, drive, _)| records.iter().any(|p| Arc::ptr_eq(&p.drive, drive)));
+    }
+}

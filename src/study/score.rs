@@ -1,0 +1,66 @@
+//! Errors as the report defines them: E(t) = √((x_actual − x_identified)²), RMSE over the record.
+
+use super::Score;
+
+/// Sums that scores are made of; sums of several records add up.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Tally {
+    squares: f64,
+    spread: f64,
+    largest: f64,
+    samples: usize,
+}
+
+impl Tally {
+    /// Compares a measurement with a response that may be shorter, appending E(t) to `error`.
+    pub(super) fn compare(measured: &[f64], response: &[f64], error: &mut Vec<f64>) -> Self {
+        let count = measured.len().min(response.len());
+        let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
+        let mut tally = Self { samples: count, ..Self::default() };
+        for (y, x) in measured.iter().zip(response) {
+            let e = (y - x).abs();
+            error.push(e);
+            tally.squares += e * e;
+            tally.spread += (y - mean) * (y - mean);
+            tally.largest = tally.largest.max(e);
+        }
+        tally
+    }
+
+    /// Both together.
+    pub(super) fn plus(self, other: Self) -> Self {
+        Self {
+            squares: self.squares + other.squares,
+            spread: self.spread + other.spread,
+            largest: self.largest.max(other.largest),
+            samples: self.samples + other.samples,
+        }
+    }
+
+    /// The figures; none of nothing.
+    pub(super) fn score(&self) -> Option<Score> {
+        (self.samples > 0).then(|| {
+            let n = self.samples as f64;
+            let rmse = (self.squares / n).sqrt();
+            let nrmse = rmse / (self.spread / n).sqrt();
+            Score { rmse, nrmse, max_error: self.largest, best_fit: 100.0 * (1.0 - nrmse), samples: self.samples }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_follow_their_definitions() {
+        let mut error = Vec::new();
+        let tally = Tally::compare(&[1.0, -1.0, 1.0, -1.0], &[1.0, -1.0, 0.0], &mut error);
+        assert_eq!(error, [0.0, 0.0, 1.0]);
+        let score = tally.score().unwrap();
+        assert!((score.rmse - (1.0_f64 / 3.0).sqrt()).abs() < 1e-15);
+        assert!((score.best_fit - 100.0 * (1.0 - score.nrmse)).abs() < 1e-12);
+        assert_eq!((score.max_error, score.samples), (1.0, 3));
+        assert!(Tally::default().score().is_none());
+    }
+}

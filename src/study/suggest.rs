@@ -1,0 +1,77 @@
+use super::{Settings, Smoothing, StudyError, base_excited};
+use crate::record::{RecordSet, Role, Usage};
+use crate::signal::{Facts, mean_and_variance};
+use crate::term::{Family, Function, Kind, Layout, Symbol, Term, polynomials};
+
+/// Settings to start from: a library by the kind of data, smoothing from the signals' noise and period; nothing is simulated.
+///
+/// # Errors
+/// No record is marked fit.
+pub fn suggest(records: &RecordSet, kind: Kind) -> Result<Settings, StudyError> {
+    let record = records.with(Usage::Fit).next().ok_or(StudyError::NothingToFit)?;
+    let layout = record.layout(kind);
+    let facts: Vec<_> = records.with(Usage::Fit).map(|r| (r, Facts::new(r, &layout))).collect();
+    let window = facts
+        .iter()
+        .filter_map(|(record, facts)| {
+            let x = &record.channel(Role::Displacement(0))?.values;
+            let spread = mean_and_variance(x).1.sqrt();
+            let noise = facts.noise.first().copied().unwrap_or(0.0) / spread;
+            Some(segment(facts.main_period? / record.interval, noise))
+        })
+        .fold(0.0, f64::max);
+    let shortest = facts.iter().map(|(r, _)| r.len()).min().unwrap_or(0);
+    let smoothing = Smoothing::default();
+    let window = odd(window.max(1.0) as usize).clamp(smoothing.order + 2, odd(shortest / 8).max(smoothing.order + 2));
+    Ok(Settings {
+        kind,
+        smoothing: Smoothing { window, ..smoothing },
+        terms: library(&layout, base_excited(record, kind)),
+        threshold: 0.02,
+        ..Settings::default()
+    })
+}
+
+/// A segment length in samples for a period of so many samples and noise as a share of the motion: a thirtieth of a
+/// period for clean data, a quarter at 1 % noise (where the bias of a fifth-order filter and the noise balance on the
+/// report's systems).
+fn segment(period: f64, noise: f64) -> f64 {
+    let noise = noise.clamp(1e-7, 0.1);
+    period * 0.03 * (1.0 + (noise / 1e-6).powf(0.2)).min(10.0)
+}
+
+pub(super) fn odd(n: usize) -> usize {
+    if n % 2 == 1 { n } else { n + 1 }
+}
+
+/// The library offered first: what vibrating things are usually made of.
+fn library(layout: &Layout, base: bool) -> Vec<Term> {
+    let states: Vec<Symbol> = layout.state_symbols().collect();
+    let mut terms = match layout.kind {
+        Kind::FirstOrder => {
+            let mut terms = Family::Constant.terms(layout);
+            terms.extend(polynomials(&states, 2, true));
+            terms
+        }
+        Kind::SecondOrder => {
+            let mut terms = Family::States.terms(layout);
+            let displacements: Vec<Symbol> = (0..layout.freedoms).map(Symbol::State).collect();
+            terms.extend(polynomials(&displacements, 3, false).into_iter().skip(displacements.len()));
+            terms.extend(Family::QuadraticDamping.terms(layout));
+            terms.extend((0..layout.freedoms).map(|i| {
+                let v = crate::term::Expression::Symbol(Symbol::Rate(i));
+                Term::new(crate::term::Expression::call(Function::Sgn, v))
+            }));
+            terms
+        }
+    };
+    terms.extend(Family::Inputs.terms(layout));
+    if base {
+        terms.extend(Family::InputRates.terms(layout));
+    }
+    if layout.kind == Kind::SecondOrder {
+        // Sensors have offsets.
+        terms.extend(Family::Constant.terms(layout));
+    }
+    terms
+}
