@@ -46,7 +46,7 @@ fn curves(criterion: &mut Criterion) {
     group.bench_function("phase portrait", |b| {
         b.iter(|| {
             let path = x.iter().zip(&y).map(|(x, y)| PlotPoint::new(*x, *y));
-            decimate::loops(path, ([-1.5; 2], [1.5; 2]), [400.0, 200.0], &mut points);
+            decimate::loops(path, ([-1.5; 2], [1.5; 2]), [400.0, 200.0], 20_000, &mut points);
         });
     });
     group.bench_function("spectrum over log f", |b| {
