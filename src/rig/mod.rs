@@ -12,6 +12,7 @@ mod plants;
 mod response;
 mod scenario;
 mod sensor;
+mod span;
 
 pub use error::RigError;
 pub use excitation::{Excitation, Jet, Tone, Wave};

@@ -1,14 +1,9 @@
 use std::cell::RefCell;
 
-use differential_equations::interpolate::Interpolation;
-use differential_equations::methods::{DormandPrince, ExplicitRungeKutta, Ordinary};
-use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
+use differential_equations::ode::ODE;
 
 use super::excitation::Excitation;
 use super::plant::{Dynamics, Grip, Mode, Plant};
-
-/// The eighth-order method of Dormand and Prince with dense output of order seven.
-pub(super) type Solver = ExplicitRungeKutta<Ordinary, DormandPrince, f64, Vec<f64>, 8, 12, 16>;
 
 /// A plant in one smooth phase, as the integrator wants it.
 pub(super) struct Phase<'a> {
@@ -51,14 +46,4 @@ impl Phase<'_> {
             };
         }
     }
-}
-
-/// The state at an instant of the solver's last step.
-pub(super) fn state_at(solver: &mut Solver, t: f64) -> Vec<f64> {
-    if t < solver.t()
-        && let Ok(state) = solver.interpolate(t)
-    {
-        return state;
-    }
-    solver.y().clone()
 }

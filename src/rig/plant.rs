@@ -128,10 +128,6 @@ impl<'a> Dynamics<'a> {
         self.layout.states()
     }
 
-    pub(super) fn inputs(&self) -> usize {
-        self.layout.inputs
-    }
-
     pub(super) fn surfaces(&self) -> usize {
         self.surfaces
     }
@@ -276,9 +272,10 @@ fn eliminate<const N: usize>(matrix: &mut [[f64; N]; N], right: &mut [f64; N], c
             continue;
         }
         for row in column + 1..count {
-            let factor = matrix[row][column] / matrix[column][column];
-            for k in column..count {
-                matrix[row][k] -= factor * matrix[column][k];
+            let pivot = matrix[column];
+            let factor = matrix[row][column] / pivot[column];
+            for (entry, above) in matrix[row].iter_mut().zip(&pivot) {
+                *entry -= factor * above;
             }
             right[row] -= factor * right[column];
         }

@@ -26,8 +26,6 @@ pub(super) struct PlantKind {
     pub build: fn(&[f64]) -> Plant,
     /// Units of the displacements (or states) and of the input.
     pub units: (&'static str, &'static str),
-    /// The state at t = 0, unless something else is asked for.
-    pub initial: &'static [f64],
 }
 
 const fn parameter(name: &'static str, value: f64, unit: &'static str, meaning: &'static str) -> Parameter {
@@ -51,11 +49,10 @@ pub(super) static DUFFING: PlantKind = PlantKind {
         Plant::smooth(Model::second_order(1, vec![Equation::known(acceleration)]))
     },
     units: ("m", "m/s^2"),
-    initial: &[0.0, 0.0],
 };
 
 /// A mass on a spring and a damper whose other ends move with the base, rubbing on the ground:
-/// ẍ = −(k/m)(x − u) − (c/m)(ẋ − u̇) − (F/m) sgn ẋ, stuck while the rest cannot overcome F_s.
+/// ẍ = −(k/m)(x − u) − (c/m)(ẋ − u̇) − (F/m) sgn ẋ, stuck while the rest cannot overcome `F_s`.
 pub(super) static FRICTION: PlantKind = PlantKind {
     parameters: &[
         parameter("k", 358.706, "1/s^2", "stiffness over mass"),
@@ -69,7 +66,6 @@ pub(super) static FRICTION: PlantKind = PlantKind {
         Plant { smooth: Model::second_order(1, vec![Equation::known(acceleration)]), contacts: vec![ground] }
     },
     units: ("m", "m"),
-    initial: &[0.0, 0.0],
 };
 
 /// Lorenz's convection cell, the schematic's example.
@@ -92,7 +88,6 @@ pub(super) static LORENZ: PlantKind = PlantKind {
         ))
     },
     units: ("", ""),
-    initial: &[-8.0, 8.0, 27.0],
 };
 
 const X: Symbol = Symbol::State(0);

@@ -1,24 +1,20 @@
 use std::cell::RefCell;
 
-use differential_equations::methods::ExplicitRungeKutta;
 use differential_equations::ode::OrdinaryNumericalMethod;
 use differential_equations::status::Status;
 
 use super::RigError;
 use super::excitation::Excitation;
-use super::phase::{Phase, Solver, state_at};
+use super::phase::Phase;
 use super::plant::{Dynamics, Grip, Mode, Plant};
+use super::span::{Span, solver};
 
-/// Relative tolerance of a step.
-const RELATIVE_TOLERANCE: f64 = 1e-11;
-/// Absolute tolerance of a step, in the unit of each state.
-const ABSOLUTE_TOLERANCE: f64 = 1e-13;
 /// Steps in a period of the highest excitation frequency, at least.
 const STEPS_A_PERIOD: f64 = 8.0;
 /// Instants of a step at which switching is looked for.
 const LOOKS_A_STEP: u32 = 16;
 /// Steps after which a response is given up.
-const MOST_STEPS: usize = 2_000_000;
+const MOST_STEPS: usize = 200_000;
 
 /// The instants at which a response is sampled.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,7 +55,7 @@ pub struct Response {
 }
 
 /// Integrates a plant from its state at t = 0 along its inputs, each smooth phase by itself with the eighth-order method
-/// of Dormand and Prince. Switching is located on its dense output to the last bit of time; while a contact sticks, its
+/// of Dormand and Prince. Switching is located to the last bit of time; while a contact sticks, its
 /// velocity is exactly zero until the force on it exceeds its strength.
 ///
 /// # Errors
@@ -108,6 +104,9 @@ struct Walk<'a> {
     /// Which guards have been positive since the phase began; one that begins at zero proves nothing by falling.
     armed: Vec<bool>,
     scratch: Vec<f64>,
+    /// The motion within the last step, and a state of it.
+    span: Span,
+    looked: Vec<f64>,
     /// When a kink that stood at zero was last given its other sign.
     turned: f64,
 }
@@ -131,6 +130,8 @@ impl<'a> Walk<'a> {
             guards: vec![0.0; guards],
             armed: vec![false; guards],
             scratch: vec![0.0; initial.len()],
+            span: Span::new(initial.len()),
+            looked: vec![0.0; initial.len()],
             turned: f64::NEG_INFINITY,
         }
     }
@@ -154,22 +155,23 @@ impl<'a> Walk<'a> {
         let resting: Vec<bool> = velocities.iter().map(|v| *v == 0.0).collect();
         self.settle(&resting);
         if self.sampling.start <= 0.0 && self.sampling.count > 0 {
-            self.emit(&self.state.clone());
+            self.looked.copy_from_slice(&self.state);
+            self.emit();
         }
     }
 
-    fn emit(&mut self, state: &[f64]) {
-        for (series, value) in self.response.states.iter_mut().zip(state) {
+    fn emit(&mut self) {
+        for (series, value) in self.response.states.iter_mut().zip(&self.looked) {
             series.push(*value);
         }
         self.emitted += 1;
     }
 
-    /// Takes the samples of the solver's last step up to `limit`.
-    fn emit_until(&mut self, solver: &mut Solver, limit: f64) {
+    /// Takes the samples of the span up to `limit`.
+    fn emit_until(&mut self, limit: f64) {
         while self.emitted < self.sampling.count && self.sampling.time(self.emitted) <= limit {
-            let state = state_at(solver, self.sampling.time(self.emitted));
-            self.emit(&state);
+            self.span.state(self.sampling.time(self.emitted), &mut self.looked);
+            self.emit();
         }
     }
 
@@ -225,11 +227,7 @@ impl<'a> Walk<'a> {
 
     /// Integrates one smooth phase: to `stop` or to its own end.
     fn follow(&mut self, stop: f64) -> Result<(), RigError> {
-        let mut solver: Solver = ExplicitRungeKutta::dop853()
-            .rtol(RELATIVE_TOLERANCE)
-            .atol(ABSOLUTE_TOLERANCE)
-            .h_max(self.longest_step)
-            .max_steps(MOST_STEPS);
+        let mut solver = solver(self.longest_step);
         self.phase.guard(self.t, &self.state, &mut self.scratch, &mut self.guards);
         for (armed, guard) in self.armed.iter_mut().zip(&self.guards) {
             *armed = *guard > 0.0;
@@ -248,30 +246,35 @@ impl<'a> Walk<'a> {
             if solver.y().iter().any(|y| !y.is_finite()) {
                 return Err(RigError::Unbounded { time });
             }
-            if self.switch(&mut solver) {
+            self.span.cover(&solver, &self.phase).map_err(|_| RigError::Unbounded { time })?;
+            if self.switch() {
                 return Ok(());
             }
-            let limit = if solver.t() < stop - rounding { solver.t() } else { stop };
-            self.emit_until(&mut solver, limit);
+            self.emit_until(if solver.t() < stop - rounding { solver.t() } else { stop });
         }
         self.t = stop;
         self.state.copy_from_slice(solver.y());
         Ok(())
     }
 
-    /// Looks for switching in the solver's last step; where there is some, goes there and enters the next phase.
-    fn switch(&mut self, solver: &mut Solver) -> bool {
+    /// Computes the guards at an instant of the span.
+    fn look(&mut self, t: f64) {
+        self.span.state(t, &mut self.looked);
+        self.phase.guard(t, &self.looked, &mut self.scratch, &mut self.guards);
+    }
+
+    /// Looks for switching in the span; where there is some, goes there and enters the next phase.
+    fn switch(&mut self) -> bool {
         if self.guards.is_empty() {
             return false;
         }
-        let (from, to) = (solver.t_prev(), solver.t());
+        let (from, to) = (self.span.from(), self.span.to());
         let mut before = from;
         for look in 1..=LOOKS_A_STEP {
             let at = from + (to - from) * f64::from(look) / f64::from(LOOKS_A_STEP);
-            let state = state_at(solver, at);
-            self.phase.guard(at, &state, &mut self.scratch, &mut self.guards);
+            self.look(at);
             if self.guards.iter().any(|g| *g < 0.0) {
-                self.enter_next(solver, before, at);
+                self.enter_next(before, at);
                 return true;
             }
             for (armed, guard) in self.armed.iter_mut().zip(&self.guards) {
@@ -283,30 +286,30 @@ impl<'a> Walk<'a> {
     }
 
     /// Ends the phase between two instants, at the later of which some guard is negative.
-    fn enter_next(&mut self, solver: &mut Solver, before: f64, after: f64) {
+    fn enter_next(&mut self, before: f64, after: f64) {
         let kinks = self.phase.mode.signs.len();
         let broken: Vec<usize> = (0..self.guards.len()).filter(|k| self.guards[*k] < 0.0).collect();
         let unsigned = broken.iter().copied().find(|k| *k < kinks && !self.armed[*k]);
         if let Some(k) = unsigned
-            && self.turned < solver.t_prev()
+            && self.turned < self.span.from()
         {
             // The kink stood at zero and its held sign was a guess: take the step again with the other.
-            self.turned = solver.t_prev();
             self.phase.mode.signs[k] = -self.phase.mode.signs[k];
-            self.t = solver.t_prev();
-            self.state.copy_from_slice(solver.y_prev());
+            self.t = self.span.from();
+            self.turned = self.t;
+            self.span.state(self.t, &mut self.state);
             return;
         }
         let mut end = after;
         for k in &broken {
             if self.armed[*k] {
-                end = self.locate(solver, *k, before, end);
+                end = self.locate(*k, before, end);
             }
         }
-        self.emit_until(solver, end);
+        self.emit_until(end);
+        self.look(end);
         self.t = end;
-        self.state = state_at(solver, end);
-        self.phase.guard(end, &self.state, &mut self.scratch, &mut self.guards);
+        self.state.copy_from_slice(&self.looked);
         let mut resting: Vec<bool> = self.phase.mode.grips.iter().map(|g| *g == Grip::Stick).collect();
         for k in broken.into_iter().filter(|k| self.guards[*k] <= 0.0) {
             if k < kinks {
@@ -319,13 +322,12 @@ impl<'a> Walk<'a> {
     }
 
     /// The first instant, to the last bit, at which guard `k` is no longer positive, or `after` if it still is.
-    fn locate(&mut self, solver: &mut Solver, k: usize, mut before: f64, mut after: f64) -> f64 {
-        let mut broken = |walk: &mut Self, t: f64| {
-            let state = state_at(solver, t);
-            walk.phase.guard(t, &state, &mut walk.scratch, &mut walk.guards);
-            walk.guards[k] <= 0.0
+    fn locate(&mut self, k: usize, mut before: f64, mut after: f64) -> f64 {
+        let mut broken = |t: f64| {
+            self.look(t);
+            self.guards[k] <= 0.0
         };
-        if !broken(self, after) {
+        if !broken(after) {
             return after;
         }
         loop {
@@ -333,7 +335,7 @@ impl<'a> Walk<'a> {
             if middle <= before || middle >= after {
                 return after;
             }
-            if broken(self, middle) {
+            if broken(middle) {
                 after = middle;
             } else {
                 before = middle;
@@ -341,3 +343,7 @@ impl<'a> Walk<'a> {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "response_tests.rs"]
+mod tests;

@@ -43,6 +43,8 @@ const MOST_FOLDS: usize = 4;
 const STRETCH_PERIODS: f64 = 10.0;
 /// Samples simulated for one candidate, at most.
 const MOST_SAMPLES: usize = 40_000;
+/// Rounds of smoothings around the best so far, at most.
+const MOST_ROUNDS: usize = 3;
 /// Thresholds tried for one smoothing, at most.
 const MOST_THRESHOLDS: usize = 10;
 
@@ -104,15 +106,18 @@ pub fn choose(
     let layout = check(records, start)?;
     let plan = Plan::new(records, layout);
     let mut tried: Vec<Candidate> = Vec::new();
-    let first = first_smoothings(&plan, start, free);
-    let rounds = if free.order || free.window { 2.0 } else { 1.0 };
-    tried.extend(plan.judge_all(start, &first, free, cancel, &|share| progress(share / rounds))?);
-    if let Some(best) = best(&tried)
-        && rounds > 1.0
-    {
-        let next: Vec<Smoothing> =
-            nearby_smoothings(&plan, best.smoothing, free).into_iter().filter(|s| !first.contains(s)).collect();
-        tried.extend(plan.judge_all(start, &next, free, cancel, &|share| progress((1.0 + share) / rounds))?);
+    let mut next = first_smoothings(&plan, start, free);
+    let mut seen: Vec<Smoothing> = Vec::new();
+    for round in 0..MOST_ROUNDS {
+        let report = |share: f64| progress((round as f64 + share) / MOST_ROUNDS as f64);
+        tried.extend(plan.judge_all(start, &next, free, cancel, &report)?);
+        seen.append(&mut next);
+        let Some(best) = best(&tried) else { break };
+        next = nearby_smoothings(&plan, best.smoothing, free);
+        next.retain(|s| !seen.contains(s));
+        if next.is_empty() {
+            break;
+        }
     }
     progress(1.0);
     let Some(chosen) = parsimonious(&tried) else {
@@ -381,9 +386,15 @@ fn nearby_smoothings(plan: &Plan, best: Smoothing, free: Free) -> Vec<Smoothing>
     if best.method == Differentiation::Difference {
         return vec![best];
     }
-    let orders: &[usize] = if free.order { &[3, 5, 7] } else { &[best.order] };
+    let orders: Vec<usize> = match (free.order, best.order) {
+        (false, order) => vec![order],
+        // Data with few samples a period need the highest orders: their pass band is the widest.
+        (true, order) => {
+            [order.saturating_sub(2), order, order + 2].into_iter().filter(|o| (3..=11).contains(o)).collect()
+        }
+    };
     let mut smoothings = Vec::new();
-    for order in orders {
+    for order in &orders {
         // A higher order passes higher frequencies: segments of equal pass band grow with it.
         let equal = best.window as f64 * (*order as f64 + 1.0) / (best.order as f64 + 1.0);
         let factors: &[f64] = if free.window { &[0.6, 0.8, 1.0, 1.25] } else { &[1.0] };

@@ -69,5 +69,9 @@ fn library(layout: &Layout, base: bool) -> Vec<Term> {
     if base {
         terms.extend(Family::InputRates.terms(layout));
     }
+    if layout.kind == Kind::SecondOrder {
+        // Sensors have offsets.
+        terms.extend(Family::Constant.terms(layout));
+    }
     terms
 }

@@ -1,9 +1,9 @@
 //! What is wrong or doubtful about an outcome, in words, with what would help.
 
-use super::{Differentiation, Outcome, Remedy, Severity, Warning};
+use super::{Differentiation, Lock, Outcome, Remedy, Severity, Warning};
 use crate::model::Equation;
 use crate::record::{RecordSet, Usage};
-use crate::term::{Kind, Symbol, Term};
+use crate::term::{Expression, Function, Kind, Symbol, Term};
 
 /// Every warning that applies, worst first.
 pub(super) fn warnings(outcome: &Outcome, records: &RecordSet) -> Vec<Warning> {
@@ -12,6 +12,7 @@ pub(super) fn warnings(outcome: &Outcome, records: &RecordSet) -> Vec<Warning> {
     found.extend(diverged(outcome));
     found.extend(overfit(outcome));
     found.extend(conditioning(outcome));
+    found.extend(undamped(outcome));
     found.extend(damping_sign(outcome));
     found.extend(segment(outcome));
     found.extend(unmodelled(outcome));
@@ -82,6 +83,29 @@ fn conditioning(outcome: &Outcome) -> Option<Warning> {
     })
 }
 
+/// No term takes energy out: a threshold on shares easily drops light damping.
+fn undamped(outcome: &Outcome) -> Option<Warning> {
+    let layout = outcome.model.layout;
+    if layout.kind != Kind::SecondOrder {
+        return None;
+    }
+    let freedom = (0..layout.freedoms).find(|i| {
+        let equation = &outcome.model.equations[layout.freedoms + i];
+        !equation.terms.is_empty() && !equation.terms.iter().any(|t| t.term.symbols().contains(&Symbol::Rate(*i)))
+    })?;
+    let term = Term::new(Expression::Symbol(Symbol::Rate(freedom)));
+    let name = term.pretty(&layout);
+    let mut settings = outcome.settings.clone();
+    settings.locks.insert(term, Lock::In);
+    Some(Warning {
+        severity: Severity::Caution,
+        text: format!(
+            "No term with {name} is left, so nothing takes energy out: light damping is a small share of the force"
+        ),
+        remedy: Some(Remedy { label: format!("Lock {name} in"), settings: Some(settings), usage: None }),
+    })
+}
+
 fn damping_sign(outcome: &Outcome) -> Vec<Warning> {
     let layout = outcome.model.layout;
     if layout.kind != Kind::SecondOrder {
@@ -89,8 +113,8 @@ fn damping_sign(outcome: &Outcome) -> Vec<Warning> {
     }
     (0..layout.freedoms)
         .filter_map(|i| {
-            let velocity = crate::term::Expression::Symbol(Symbol::Rate(i));
-            let friction = crate::term::Expression::call(crate::term::Function::Sgn, velocity.clone());
+            let velocity = Expression::Symbol(Symbol::Rate(i));
+            let friction = Expression::call(Function::Sgn, velocity.clone());
             let equation = outcome.model.equations.get(layout.freedoms + i)?;
             [velocity, friction].into_iter().map(Term::new).find_map(|term| {
                 let weighted = equation.terms.iter().find(|t| t.term == term)?;

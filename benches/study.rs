@@ -1,0 +1,57 @@
+//! What a moved slider costs: smoothing, regression and simulation, on one core.
+
+use std::hint::black_box;
+use std::time::Duration;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use sindyscope::record::{RecordSet, Usage};
+use sindyscope::rig::{ScenarioOptions, generate};
+use sindyscope::study::{Cancel, Settings, Study, suggest};
+use sindyscope::term::{Kind, list};
+
+/// Twelve candidate terms.
+const LIBRARY: &str = "x, v, u, du, x^2, x^3, v*|v|, sgn(x), sgn(v), sgn(u), sgn(du), 1";
+
+fn friction(samples: usize) -> (RecordSet, Settings) {
+    let options = ScenarioOptions {
+        frequencies: Some(vec![2.583]),
+        duration: Some(samples as f64 / 1000.0),
+        ..ScenarioOptions::default()
+    };
+    let records = generate("friction-noisy", &options).expect("a scenario of the rig").records;
+    let records = RecordSet::new(records, Usage::Fit);
+    let mut settings = suggest(&records, Kind::SecondOrder).expect("a record to fit");
+    settings.terms = list(LIBRARY).expect("terms");
+    settings.smoothing.window = 31;
+    (records, settings)
+}
+
+/// Alternates between two settings, so that nothing is found in the study's memory.
+fn alternate(c: &mut Criterion, name: &str, samples: usize, change: impl Fn(&mut Settings, bool)) {
+    let (records, settings) = friction(samples);
+    let mut study = Study::default();
+    let cancel = Cancel::default();
+    study.run(&records, &settings, &cancel).expect("an outcome");
+    let mut other = false;
+    c.bench_function(&format!("{name}, {samples} samples"), |b| {
+        b.iter(|| {
+            other = !other;
+            let mut settings = settings.clone();
+            change(&mut settings, other);
+            black_box(study.run(&records, &settings, &cancel).expect("an outcome"))
+        });
+    });
+}
+
+fn studies(c: &mut Criterion) {
+    alternate(c, "threshold change", 20_000, |s, other| s.threshold = if other { 0.01 } else { 0.3 });
+    alternate(c, "segment change", 20_000, |s, other| s.smoothing.window = if other { 31 } else { 33 });
+    alternate(c, "segment change", 1_000_000, |s, other| s.smoothing.window = if other { 31 } else { 33 });
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default().sample_size(20).measurement_time(Duration::from_secs(4));
+    targets = studies
+}
+criterion_main!(benches);

@@ -1,0 +1,177 @@
+//! The report's systems, made by the virtual rig, identified and simulated on what was not fitted.
+
+use sindyscope::record::{Channel, Record, RecordSet, Usage};
+use sindyscope::rig::{Noise, ScenarioOptions, generate};
+use sindyscope::study::{Cancel, Free, Lock, Outcome, Settings, Study, choose, suggest};
+use sindyscope::term::{Kind, Term, list};
+
+const DUFFING: &str = "x, v, u, x^2, x^3, v*|v|, sgn(v)";
+const FRICTION: &str = "x, v, u, du, sgn(x), sgn(v), sgn(u), sgn(du)";
+
+fn rig(scenario: &str, options: &ScenarioOptions) -> Vec<Record> {
+    generate(scenario, options).unwrap().records
+}
+
+fn set(fit: Vec<Record>, held_out: Vec<Record>) -> RecordSet {
+    let mut set = RecordSet::new(fit, Usage::Fit);
+    set.entries.extend(RecordSet::new(held_out, Usage::HeldOut).entries);
+    set
+}
+
+fn start(set: &RecordSet, terms: &str, known: &str) -> Settings {
+    let mut settings = suggest(set, Kind::SecondOrder).unwrap();
+    settings.terms = list(terms).unwrap();
+    settings.locks = list(known).unwrap().into_iter().map(|term| (term, Lock::In)).collect();
+    settings
+}
+
+/// The outcome with the settings that the program chooses.
+fn chosen(set: &RecordSet, terms: &str, known: &str) -> Outcome {
+    let free = Free { window: true, order: true, threshold: true };
+    let choice = choose(set, &start(set, terms, known), free, &Cancel::default(), &|_| {}).unwrap();
+    run(set, &choice.settings)
+}
+
+fn run(set: &RecordSet, settings: &Settings) -> Outcome {
+    Study::default().run(set, settings, &Cancel::default()).unwrap()
+}
+
+fn terms(outcome: &Outcome) -> Vec<String> {
+    let mut terms: Vec<String> = outcome.model.leading().unwrap().terms.iter().map(|t| t.term.to_string()).collect();
+    terms.sort();
+    terms
+}
+
+fn coefficient(outcome: &Outcome, term: &str) -> f64 {
+    outcome.model.leading().unwrap().coefficient(&Term::parse(term).unwrap()).unwrap()
+}
+
+fn assert_close(outcome: &Outcome, truth: &[(&str, f64)], share: f64) {
+    for (term, value) in truth {
+        let found = coefficient(outcome, term);
+        assert!((found / value - 1.0).abs() <= share, "{term}: {found}, not {value}");
+    }
+}
+
+/// A force that no Duffing record was fitted on, measured without noise: two other tones at once.
+fn other_force() -> Vec<Record> {
+    rig(
+        "duffing",
+        &ScenarioOptions {
+            frequencies: Some(vec![0.13, 0.31]),
+            amplitude: Some(0.6),
+            together: true,
+            ..ScenarioOptions::default()
+        },
+    )
+}
+
+#[test]
+fn duffing_clean() {
+    let outcome = chosen(&set(rig("duffing", &ScenarioOptions::default()), other_force()), DUFFING, "");
+    assert_eq!(terms(&outcome), ["u", "v", "x", "x^3"]);
+    assert_close(&outcome, &[("x", -1.0), ("v", -0.2), ("u", 1.0), ("x^3", -0.6)], 1e-3);
+    let rmse = outcome.test.unwrap().rmse;
+    assert!(rmse <= 2e-4, "{rmse}");
+}
+
+#[test]
+fn duffing_with_the_reports_noise() {
+    // Three seeds here; `cargo run --release --example accuracy` prints ten.
+    let mut errors: Vec<f64> = (0..3)
+        .map(|seed| {
+            let noisy = rig("duffing-noisy", &ScenarioOptions { seed, ..ScenarioOptions::default() });
+            let outcome = chosen(&set(noisy, other_force()), DUFFING, "");
+            assert_eq!(terms(&outcome), ["u", "v", "x", "x^3"], "seed {seed}");
+            outcome.test.unwrap().rmse
+        })
+        .collect();
+    errors.sort_by(f64::total_cmp);
+    assert!(errors[1] <= 2.5e-3, "{errors:?}");
+}
+
+fn friction_records(noise: f64, seed: u64) -> RecordSet {
+    let fit = ScenarioOptions { noise: Some(Noise::Deviation(noise)), seed, ..ScenarioOptions::default() };
+    let held_out = ScenarioOptions { frequencies: Some(vec![5.843]), ..ScenarioOptions::default() };
+    set(rig("friction", &fit), rig("friction", &held_out))
+}
+
+#[test]
+fn friction_clean_and_noisy() {
+    for (noise, bound) in [(0.0, 5e-7), (1e-5, 2e-6)] {
+        let records = friction_records(noise, 3);
+        let outcome = chosen(&records, FRICTION, "x, v, u, du");
+        assert_eq!(terms(&outcome), ["du", "sgn(v)", "u", "v", "x"], "noise {noise}");
+        assert_close(&outcome, &[("sgn(v)", -0.0856)], 0.03);
+        assert_close(&outcome, &[("x", -358.706), ("u", 358.706)], 0.002);
+        let rmse = outcome.test.unwrap().rmse;
+        assert!(rmse <= bound, "noise {noise}: {rmse}");
+    }
+}
+
+/// The records with every displacement in a unit a thousand times smaller.
+fn in_millimetres(records: &RecordSet) -> RecordSet {
+    let scale = |record: &Record| {
+        let channels = record
+            .channels
+            .iter()
+            .map(|c| match c.role {
+                sindyscope::record::Role::Displacement(_) => {
+                    Channel { values: c.values.iter().map(|x| 1000.0 * x).collect(), ..c.clone() }
+                }
+                _ => c.clone(),
+            })
+            .collect();
+        Record { channels, ..record.clone() }
+    };
+    RecordSet { entries: records.entries.iter().map(|(r, u)| (scale(r).into(), *u)).collect() }
+}
+
+#[test]
+fn units_do_not_decide_the_terms() {
+    let short = ScenarioOptions { duration: Some(6.0), rate: Some(250.0), ..ScenarioOptions::default() };
+    let cases = [
+        ("duffing", ScenarioOptions::default(), DUFFING),
+        ("duffing-noisy", ScenarioOptions::default(), DUFFING),
+        ("friction", short.clone(), FRICTION),
+        ("friction-noisy", short.clone(), FRICTION),
+        ("friction-experiment", short, FRICTION),
+    ];
+    for (scenario, options, library) in cases {
+        let metres = RecordSet::new(rig(scenario, &options), Usage::Fit);
+        for threshold in [0.002, 0.02, 0.1] {
+            let settings = Settings { threshold, ..start(&metres, library, "") };
+            let one = terms(&run(&metres, &settings));
+            let other = terms(&run(&in_millimetres(&metres), &settings));
+            assert_eq!(one, other, "{scenario} at {threshold}");
+        }
+    }
+}
+
+#[test]
+fn lorenz_is_found_as_a_first_order_system() {
+    let records = RecordSet::new(rig("lorenz", &ScenarioOptions::default()), Usage::Fit);
+    let settings = suggest(&records, Kind::FirstOrder).unwrap();
+    let free = Free { window: true, order: true, threshold: true };
+    let choice = choose(&records, &settings, free, &Cancel::default(), &|_| {}).unwrap();
+    let outcome = run(&records, &choice.settings);
+    let equation = |state: usize| -> Vec<(String, f64)> {
+        let equation = &outcome.model.equations[state];
+        equation.terms.iter().map(|t| (t.term.text(&outcome.model.layout), t.coefficient)).collect()
+    };
+    for (state, truth) in [
+        vec![("x1", -10.0), ("x2", 10.0)],
+        vec![("x1", 28.0), ("x2", -1.0), ("x1*x3", -1.0)],
+        vec![("x3", -8.0 / 3.0), ("x1*x2", 1.0)],
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let found = equation(state);
+        assert_eq!(found.len(), truth.len(), "{found:?}");
+        for (term, value) in truth {
+            let coefficient = found.iter().find(|(t, _)| t == term).map(|(_, c)| *c);
+            assert!(coefficient.is_some_and(|c| (c / value - 1.0).abs() < 0.01), "{term}: {found:?}");
+        }
+    }
+}
