@@ -322,7 +322,6 @@ fn smooth_and_kinked_springs_agree_with_dop853() {
         let simulator = second(0, &[terms]);
         let response = all(&simulator, &free(interval, n), &[1.5, 0.0]);
         let error = worst(&response.states[0], &dop853(acceleration, [1.5, 0.0], interval, n));
-        println!("{terms:?}: {error:e}, {} steps", response.steps);
         // The tolerance on each of 2000 samples, errors of phase adding up where hardly anything damps.
         assert!(error < 2e-6, "{terms:?}: {error:e}, {} steps", response.steps);
     }
