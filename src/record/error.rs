@@ -183,6 +183,18 @@ pub enum ReadError {
         /// What stands there.
         cell: String,
     },
+    /// A number beyond all measurement, whose square would overflow soon.
+    #[error("{file}, line {line}, column `{column}`: `{cell}` is too large")]
+    TooLarge {
+        /// The file's name.
+        file: String,
+        /// The row's line.
+        line: usize,
+        /// The column.
+        column: String,
+        /// What stands there.
+        cell: String,
+    },
     /// Decimal points and decimal commas in one file.
     #[error("{file}, line {line}, column `{column}`: `{cell}`: decimal points and decimal commas are mixed")]
     MixedDecimals {
@@ -240,12 +252,12 @@ pub enum ReadError {
         percent: f64,
     },
     /// Not enough samples for anything.
-    #[error("{file}: {} samples are too few (at least {})", in_record(*.samples, .record), LEAST_SAMPLES)]
+    #[error("{file}: {}{samples} samples are too few (at least {})", longest(*.records), LEAST_SAMPLES)]
     TooFewSamples {
         /// The file's name.
         file: String,
-        /// The record's label, if the file has several.
-        record: Option<String>,
+        /// How many records the file has.
+        records: usize,
         /// Samples in the longest stretch without a gap.
         samples: usize,
     },
@@ -318,6 +330,7 @@ impl ReadError {
             Self::NotANumber { .. } => {
                 "correct the cell, or delete the row; text columns may stay if they are not used".into()
             }
+            Self::TooLarge { .. } => "correct the cell, or give the measurement in a larger unit".into(),
             Self::MixedDecimals { .. } => "write all numbers with a decimal point, without thousands separators".into(),
             Self::RepeatedTime { .. } => {
                 "delete the double row; if the time is only rounded too much, give the sampling rate: `--rate HZ`".into()
@@ -328,10 +341,10 @@ impl ReadError {
             Self::UnevenTime { .. } => {
                 "resample the measurement to even steps (up to 1 % is done here), or, if only the time stamps are bad, give the sampling rate: `--rate HZ`".into()
             }
-            Self::TooFewSamples { record, .. } => match record {
-                Some(_) => "check the column that tells the records apart, or join stretches that belong together".into(),
-                None => "use a longer measurement, or a higher sampling rate".into(),
-            },
+            Self::TooFewSamples { records: 1, .. } => "use a longer measurement, or a higher sampling rate".into(),
+            Self::TooFewSamples { .. } => {
+                "check the column that tells the records apart, or join runs that belong together".into()
+            }
             Self::ConstantDisplacement { .. } => {
                 "check the sensor and which column is the displacement: `--columns x=NAME`".into()
             }
@@ -372,8 +385,8 @@ fn doubts(doubtful: &[(String, String)]) -> String {
     doubtful.iter().map(|(name, why)| format!("; `{name}` is not taken for one: {why}")).collect()
 }
 
-fn in_record(samples: usize, record: &Option<String>) -> String {
-    record.as_ref().map_or(samples.to_string(), |r| format!("{samples} (in record `{r}`)"))
+fn longest(records: usize) -> String {
+    if records > 1 { format!("in the longest of {records} records, ") } else { String::new() }
 }
 
 fn of_record(record: &Option<String>) -> String {

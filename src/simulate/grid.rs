@@ -42,7 +42,8 @@ const POLES: [f64; 3] = [-0.535_280_430_796_438_2, -0.122_554_615_192_326_69, -0
 
 /// Degree of the polynomial through the outermost samples that continues a series beyond its ends.
 ///
-/// Measured: a higher degree follows coarse sines better at the very end but multiplies noise there.
+/// Measured in the first interval, for degrees 3, 5 and 7: a sine of nine samples a period is missed by 8e-3, 2e-3 and
+/// 8e-4 of its amplitude, and noise gains 4, 8 and 21 in the first derivative (1.4 inside).
 const END_DEGREE: usize = 5;
 
 /// Samples of that continuation: the largest pole to this power is below 1e-13.

@@ -14,7 +14,7 @@ pub struct InitialState {
 }
 
 /// Steps of the iteration.
-const STEPS: usize = 3;
+const STEPS: usize = 2;
 
 /// Finite difference of a state, as a share of its largest value.
 const DIFFERENCE: f64 = 1e-4;

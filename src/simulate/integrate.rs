@@ -48,8 +48,14 @@ const BLOCK: usize = LANES - 16;
 /// First lane for single steps.
 const SINGLE: usize = BLOCK + 1;
 
+/// Samples from one check of the level to the next.
+const CHECK_EVERY: usize = 128;
+
 /// Checks in a row that a coarser level must pass before it is taken.
 const PATIENCE: usize = 3;
+
+/// A coarser level that passes with this share of the tolerance is taken at once.
+const AMPLE: f64 = 1e-3;
 
 /// Instants at which a step is evaluated: the lanes of its first place and of its end.
 #[derive(Clone, Copy, Debug)]
@@ -82,6 +88,8 @@ pub(super) struct Machine<'a, const N: usize> {
     calm: usize,
     /// Largest magnitude of each state so far.
     scale: [f64; N],
+    /// Largest error of an interval at the finest level.
+    shortfall: [f64; N],
     /// A sign that stands in products has changed: the equations may have become stiffer.
     pub(super) stiffness_changed: bool,
 }
@@ -113,6 +121,7 @@ impl<'a, const N: usize> Machine<'a, N> {
             level: 0,
             calm: 0,
             scale: [0.0; N],
+            shortfall: [0.0; N],
             stiffness_changed: false,
         }
     }
@@ -126,12 +135,12 @@ impl<'a, const N: usize> Machine<'a, N> {
             *bound = limit.min(f64::MAX);
         }
         for (scale, limit) in self.scale.iter_mut().zip(limits.states) {
-            *scale = if limit.is_finite() { 1e-3 * limit } else { 0.0 };
+            *scale = if limit.is_finite() { 1e-2 * limit } else { 0.0 };
         }
         let mut sample = samples.start;
         let last = samples.end - 1;
         let mut length = usize::MAX;
-        let mut check = true;
+        let mut next_check = sample;
         if !self.within(&bounds) {
             response.diverged_at = Some(self.grid.time(sample));
             return;
@@ -147,10 +156,10 @@ impl<'a, const N: usize> Machine<'a, N> {
                 response.cancelled = true;
                 break;
             }
-            if check {
-                self.choose_level(sample, limits.tolerance, response);
+            if sample >= next_check {
+                self.choose_level(sample, limits.tolerance);
+                next_check = sample + CHECK_EVERY;
             }
-            check = !check;
             let (method, parts) = LEVELS[self.level];
             let stride = parts * method.places().len();
             let count = (BLOCK / stride).min(last - sample).min(length).max(1);
@@ -178,14 +187,17 @@ impl<'a, const N: usize> Machine<'a, N> {
                     return;
                 }
                 self.store(response);
+                response.steps += parts;
                 if self.stiffness_changed {
                     self.stiffness_changed = false;
-                    (check, length) = (true, 8);
+                    (next_check, length) = (sample, 8);
                     break;
                 }
             }
         }
         self.end_sticks(self.grid.time(sample), response);
+        response.coarse =
+            self.shortfall.iter().zip(&self.scale).any(|(error, scale)| *error > limits.tolerance * scale);
     }
 
     fn within(&self, bounds: &[f64; N]) -> bool {
@@ -258,9 +270,10 @@ impl<'a, const N: usize> Machine<'a, N> {
     /// The rates with every sign as it is held; that of a sliding surface counts as zero.
     #[inline]
     pub(super) fn rates_held(&mut self, x: &[f64; N], lane: usize) -> [f64; N] {
-        let mut rates = self.held;
+        let drive = &self.work.drive.as_chunks::<N>().0[lane];
+        let mut rates = [0.0; N];
         for (i, rate) in rates.iter_mut().enumerate() {
-            *rate += self.work.drive[lane * N + i];
+            *rate = self.held[i] + drive[i];
             for (a, x) in self.matrix[i].iter().zip(x) {
                 *rate += a * x;
             }
@@ -325,32 +338,36 @@ impl<'a, const N: usize> Machine<'a, N> {
 
     /// Compares one interval at this level, the next finer and the next coarser, signs held, and moves to the level that
     /// keeps the tolerance.
-    fn choose_level(&mut self, sample: usize, tolerance: f64, response: &mut Response) {
+    fn choose_level(&mut self, sample: usize, tolerance: f64) {
         let start = self.x;
         let mut present = self.interval(self.level, sample, &start);
-        for _ in 0..LEVELS.len() {
-            let finer = self.level + 1;
-            if finer == LEVELS.len() {
+        let risen_from = self.level;
+        while self.level + 1 < LEVELS.len() {
+            let finer = self.interval(self.level + 1, sample, &start);
+            if self.difference(&present, &finer) <= tolerance {
+                break;
+            }
+            (self.level, present, self.calm) = (self.level + 1, finer, 0);
+        }
+        if self.level > risen_from {
+            if self.level + 1 == LEVELS.len() {
                 // There is no finer one to compare with: the coarser one tells.
                 let coarser = self.interval(self.level - 1, sample, &start);
-                response.coarse |= self.difference(&coarser, &present) > 16.0 * tolerance;
-                break;
+                for ((shortfall, a), b) in self.shortfall.iter_mut().zip(coarser).zip(present) {
+                    *shortfall = shortfall.max((a - b).abs() / 8.0);
+                }
             }
-            let better = self.interval(finer, sample, &start);
-            if self.difference(&present, &better) <= tolerance {
-                break;
-            }
-            (self.level, present, self.calm) = (finer, better, 0);
+            return;
         }
-        if self.level > 0 {
+        while self.level > 0 {
             let coarser = self.interval(self.level - 1, sample, &start);
-            let enough = self.difference(&coarser, &present) <= 0.25 * tolerance;
-            self.calm = if enough { self.calm + 1 } else { 0 };
-            if self.calm > PATIENCE {
-                (self.level, self.calm) = (self.level - 1, 0);
+            let difference = self.difference(&coarser, &present);
+            self.calm = if difference <= 0.25 * tolerance { self.calm + 1 } else { 0 };
+            if difference > AMPLE * tolerance && self.calm <= PATIENCE {
+                break;
             }
+            (self.level, present, self.calm) = (self.level - 1, coarser, 0);
         }
-        response.parts = response.parts.max(LEVELS[self.level].1);
     }
 
     /// The state one interval later at a level, nothing switching.

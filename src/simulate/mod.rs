@@ -5,6 +5,10 @@
 //! a jump the rates on both sides decide between passing and sticking; while sticking, the sign takes the value between
 //! −1 and 1 that keeps the surface at zero (Filippov's equivalent control), until that value leaves the interval.
 //!
+//! Why not a library's events: DOP853 of the crate `differential-equations`, restarted at each of 112 reversals of the
+//! friction sample (20 s at 1 kHz), takes 2.5 ms without sticking or writing samples and ends 2e-5 m off, because its
+//! event states come from its dense output (33 ms and 2e-7 m with steps of one sample); this room takes 1.3 ms and is 2e-10 m off.
+//!
 //! Source: M. di Bernardo, C. Budd, A. Champneys, P. Kowalczyk, *Piecewise-smooth Dynamical Systems*, Springer 2008.
 
 mod equations;
@@ -57,7 +61,8 @@ pub const MAX_STATES: usize = 32;
 #[derive(Clone, Copy)]
 pub struct Limits<'a> {
     /// Largest magnitude of each state; the run ends where one is exceeded. States without an entry are bounded only by
-    /// being finite.
+    /// being finite. Some ten times the measured range: a hundredth of it is also the least range that `tolerance` is a
+    /// share of.
     pub states: &'a [f64],
     /// Largest error of one sampling interval, as a share of each state's range.
     pub tolerance: f64,
@@ -67,7 +72,7 @@ pub struct Limits<'a> {
 
 impl Default for Limits<'_> {
     fn default() -> Self {
-        Self { states: &[], tolerance: 2e-10, cancelled: &|| false }
+        Self { states: &[], tolerance: 1e-9, cancelled: &|| false }
     }
 }
 
@@ -93,8 +98,8 @@ pub struct Response {
     pub sticks: Vec<Stick>,
     /// Number of times that a held sign changed.
     pub switches: usize,
-    /// Most parts that an interval was divided into.
-    pub parts: usize,
+    /// Steps taken; one a sample where the sampling is fine enough.
+    pub steps: usize,
     /// True if even the finest division missed the tolerance somewhere.
     pub coarse: bool,
     /// True if the run was cancelled.
@@ -121,7 +126,7 @@ impl Response {
         self.sticks.clear();
         self.diverged_at = None;
         self.switches = 0;
-        self.parts = 1;
+        self.steps = 0;
         self.coarse = false;
         self.cancelled = false;
     }

@@ -479,6 +479,7 @@ impl<const N: usize> Machine<'_, N> {
 
     /// Adds to the rates what keeps every sliding surface at zero, and keeps the equivalent values.
     #[cold]
+    #[expect(clippy::needless_range_loop, reason = "one index runs through several lists")]
     pub(super) fn slide(&mut self, x: &[f64; N], lane: usize, rates: &mut [f64; N]) {
         let m = self.work.sliding.len();
         let base = *rates;
@@ -503,6 +504,7 @@ impl<const N: usize> Machine<'_, N> {
     }
 
     /// Solves B s = right for the sliding surfaces; an entry that B does not determine keeps its value.
+    #[expect(clippy::needless_range_loop, reason = "matrix algebra reads best by indices")]
     fn solve_sliding(&self, right: &[f64; MAX_SLIDING], signs: &mut [f64; MAX_SLIDING]) {
         let sliding = &self.work.sliding;
         let m = sliding.len();
@@ -528,7 +530,7 @@ impl<const N: usize> Machine<'_, N> {
         let mut free = [false; MAX_SLIDING];
         // The diagonal rules where friction dissipates, so no rows are exchanged.
         for i in 0..m {
-            if !(b[i][i].abs() > 1e-10 * scale[i]) {
+            if b[i][i].abs() <= 1e-10 * scale[i] {
                 free[i] = true;
                 continue;
             }
@@ -555,8 +557,8 @@ impl<const N: usize> Machine<'_, N> {
         let m = self.work.sliding.len();
         self.load_curved(&x, lane);
         let mut right = [0.0; MAX_SLIDING];
-        for j in 0..m {
-            right[j] = -self.value(self.work.sliding[j], &x, lane);
+        for (right, k) in right.iter_mut().zip(&self.work.sliding) {
+            *right = -self.value(*k, &x, lane);
         }
         if right.iter().all(|r| *r == 0.0) {
             return;

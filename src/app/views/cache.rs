@@ -30,11 +30,43 @@ pub(super) struct Stretch {
     pub(super) rms: f64,
 }
 
-/// Points drawn for a view of these bounds and this size.
+/// Points thinned for a view, and for what lies around it: a view that is moved finds them ready.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Drawn {
-    pub(super) view: Option<([f64; 2], [f64; 2], [f32; 2], bool)>,
+    covers: Option<([f64; 2], [f64; 2])>,
+    scale: [f64; 2],
+    log: bool,
     pub(super) points: Vec<PlotPoint>,
+}
+
+/// What is to be drawn: bounds, and pixels per unit.
+pub(super) struct Wanted {
+    pub(super) min: [f64; 2],
+    pub(super) max: [f64; 2],
+    pub(super) scale: [f64; 2],
+}
+
+impl Drawn {
+    /// What has to be drawn anew to show these bounds on as many pixels; none if the points do.
+    pub(super) fn wanted(&mut self, min: [f64; 2], max: [f64; 2], pixels: [f64; 2], log: bool) -> Option<Wanted> {
+        let scale: [f64; 2] = std::array::from_fn(|k| pixels[k] / (max[k] - min[k]));
+        let ready = self.log == log
+            && self.covers.is_some_and(|(from, to)| (0..2).all(|k| from[k] <= min[k] && max[k] <= to[k]))
+            && (0..2).all(|k| (0.8..1.25).contains(&(scale[k] / self.scale[k])));
+        if ready || !scale.iter().all(|s| s.is_finite() && *s > 0.0) {
+            return None;
+        }
+        let margin: [f64; 2] = std::array::from_fn(|k| 0.5 * (max[k] - min[k]));
+        let wanted = Wanted {
+            min: std::array::from_fn(|k| min[k] - margin[k]),
+            max: std::array::from_fn(|k| max[k] + margin[k]),
+            scale,
+        };
+        self.covers = Some((wanted.min, wanted.max));
+        self.scale = scale;
+        self.log = log;
+        Some(wanted)
+    }
 }
 
 /// Everything here belongs to one outcome, one record, one degree of freedom and one input, and is dropped with them.

@@ -84,6 +84,13 @@ fn one(ui: &mut Ui, scene: &Scene<'_>, entry: &Entry<'_>, on: bool) -> egui::Res
     response.on_hover_text("Click to hide or show, Alt-click to show alone")
 }
 
+/// The shade of a stretch of time, to be named beside it.
+pub(super) fn swatch(ui: &mut Ui, tint: egui::Color32) {
+    let (rect, _) = ui.allocate_exact_size(vec2(16.0, 11.0), Sense::hover());
+    let frame = Stroke::new(1.0, tint.gamma_multiply(4.0));
+    ui.painter().rect(rect, 1.0, tint, frame, egui::StrokeKind::Inside);
+}
+
 /// A sentence in the middle of an empty view.
 pub(super) fn note(ui: &mut Ui, text: &str) {
     ui.centered_and_justified(|ui| ui.weak(text));

@@ -96,10 +96,8 @@ impl Panel<'_> {
 pub(super) struct Mark {
     pub(super) from: f64,
     pub(super) to: f64,
-    /// On the plot.
-    pub(super) label: &'static str,
-    /// In the legend's line, as a link.
-    pub(super) link: String,
+    /// What it is, as a link in the legend's line.
+    pub(super) text: String,
 }
 
 impl Mark {
@@ -132,7 +130,7 @@ pub(super) fn stack(
     let mut shown: Vec<(PlotResponse<()>, Fit)> = Vec::new();
     for (i, panel) in panels.iter().enumerate() {
         let last = i + 1 == panels.len();
-        legend_row(ui, scene, state, panel);
+        legend_row(ui, scene, state, panel, i == 0);
         prepare(ui, view, scene, &mut state.cache, panel);
         let fit = fit(&state.cache, panel, &state.hidden);
         let height = room * panel.share / shares + if last { TIME_AXIS_HEIGHT } else { 0.0 };
@@ -144,7 +142,7 @@ pub(super) fn stack(
     interact(ui, scene, state, panels, &shown)
 }
 
-fn legend_row(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState, panel: &Panel<'_>) {
+fn legend_row(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState, panel: &Panel<'_>, first: bool) {
     let size = vec2(ui.available_width(), legend::HEIGHT);
     ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
         ui.add_space(AXIS_WIDTH);
@@ -158,13 +156,21 @@ fn legend_row(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState, panel: &Pan
             entries.push(Entry { ink: Ink::NoiseFloor, name });
         }
         legend::entries(ui, scene, &entries, &mut state.hidden, state.printing);
-        if let (Some(mark), false) = (&panel.mark, state.printing) {
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                if ui.link(&mark.link).on_hover_text("Go there").clicked() {
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if let Some(mark) = &panel.mark {
+                if state.printing {
+                    ui.label(&mark.text);
+                } else if ui.link(&mark.text).on_hover_text("Go there; so does a click on the shaded stretch").clicked()
+                {
                     state.cache.go_to = Some(mark.surroundings());
                 }
-            });
-        }
+                legend::swatch(ui, palette::worst(scene.dark));
+            }
+            if first && scene.record.usage == Usage::HeldOut {
+                ui.label("held out");
+                legend::swatch(ui, palette::held_out(scene.dark));
+            }
+        });
     });
 }
 
@@ -370,17 +376,6 @@ fn overlay(
         let frame = *response.transform.frame();
         let painter = ui.painter().with_clip_rect(frame);
         let text = ui.visuals().text_color();
-        if i == 0 && scene.record.usage == Usage::HeldOut {
-            legend::tag(&painter, ui, Align2::LEFT_TOP, frame.left_top() + vec2(4.0, 4.0), "held out", text, ground);
-        }
-        if let Some(mark) = &panel.mark {
-            let x = |t| response.transform.position_from_point_x(t).clamp(frame.left(), frame.right());
-            let (from, to) = (x(mark.from), x(mark.to));
-            if to > from {
-                let at = pos2(0.5 * (from + to), frame.top() + 4.0);
-                legend::tag(&painter, ui, Align2::CENTER_TOP, at, mark.label, text, ground);
-            }
-        }
         if let Some(at) = scene.record.diverged_at.filter(|_| i == 0) {
             let x = response.transform.position_from_point_x(at);
             let label = format!("diverged at t = {}", Scale::plain("s").format(at, 4));

@@ -14,6 +14,9 @@ use crate::term::Symbol;
 
 const ID: &str = "phase";
 
+/// Points of one curve that are drawn at sixty frames a second.
+const MOST_POINTS: usize = 20_000;
+
 /// One curve: abscissae and ordinates.
 type Path<'a> = (Ink, &'a [f64], &'a [f64]);
 
@@ -56,13 +59,11 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
     let room = ui.available_size();
     for (ink, xs, ys) in paths {
         let drawn = state.cache.drawn.entry((ID, ink)).or_default();
-        let view = Some((min, max, [room.x, room.y], false));
-        if drawn.view != view {
-            let pixels = ui.ctx().pixels_per_point();
-            let scale = [0, 1].map(|k| f64::from(room[k] * pixels) / (max[k] - min[k]));
+        let pixels = ui.ctx().pixels_per_point();
+        let pixels = [f64::from(room.x * pixels), f64::from(room.y * pixels)];
+        if let Some(wanted) = drawn.wanted(min, max, pixels, false) {
             let points = xs.iter().zip(ys).map(|(x, y)| PlotPoint::new(*x, *y));
-            decimate::loops(points, (min, max), scale, &mut drawn.points);
-            drawn.view = view;
+            decimate::loops(points, (wanted.min, wanted.max), wanted.scale, MOST_POINTS, &mut drawn.points);
         }
     }
     let (cache, hidden) = (&state.cache, &state.hidden);

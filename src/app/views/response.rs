@@ -46,8 +46,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
     lower.mark = worst.map(|Stretch { from, to, rms }| Mark {
         from,
         to,
-        label: "worst",
-        link: format!("worst {} at {}", units::format_si(rms, &unit, 2), scene.time_scale().format(from, 3)),
+        text: format!("worst {} at {}", units::format_si(rms, &unit, 2), scene.time_scale().format(from, 3)),
     });
     if error.is_empty() {
         lower.empty = Some(match scene.record.diverged_at {

@@ -70,9 +70,10 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
     let room = ui.available_size();
     for (ink, _, spectrum) in curves {
         let (Some(spectrum), drawn) = (spectrum, state.cache.drawn.entry((ID, ink)).or_default()) else { continue };
-        let view = Some(([*visible.start(), 0.0], [*visible.end(), 0.0], [room.x, room.y], log));
-        if drawn.view != view {
-            let columns = (room.x * ui.ctx().pixels_per_point()).max(100.0) as usize;
+        let columns = f64::from(room.x * ui.ctx().pixels_per_point()).max(100.0);
+        let (min, max) = ([*visible.start(), 0.0], [*visible.end(), 1.0]);
+        if let Some(wanted) = drawn.wanted(min, max, [columns, 1.0], log) {
+            let range = wanted.min[0]..=wanted.max[0];
             // The line at zero is the mean, and has no place on a logarithmic axis.
             let points = spectrum
                 .amplitudes
@@ -80,8 +81,8 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
                 .enumerate()
                 .skip(1)
                 .map(|(k, a)| PlotPoint::new(place(spectrum.frequency(k)), a.max(f64::MIN_POSITIVE).log10()));
-            decimate::columns(points, visible.clone(), columns, &mut drawn.points);
-            drawn.view = view;
+            let columns = (wanted.scale[0] * (range.end() - range.start())) as usize;
+            decimate::columns(points, range, columns, &mut drawn.points);
         }
     }
     let hertz = Scale::plain("Hz");

@@ -1,5 +1,4 @@
 use std::f64::consts::TAU;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use egui::{Theme, Vec2, pos2, vec2};

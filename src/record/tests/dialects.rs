@@ -137,8 +137,8 @@ fn first_order_states_are_read() {
 
 #[test]
 fn a_record_column_separates_trajectories() {
-    let contiguous = file("run,t,x", |i| format!("{},{},{}", if i < 12 { "a" } else { "b" }, i, x(i)));
-    // Twelve samples are too few.
+    let contiguous = file("run,t,x", |i| format!("{},{},{}", if i < 5 { "a" } else { "b" }, i, x(i)));
+    // Five samples are too few.
     assert_eq!(read_text("f.csv", contiguous, &ReadOptions::default()).unwrap().len(), 1);
     let mut contiguous = String::from("run,t,x\n");
     let mut interleaved = contiguous.clone();
