@@ -17,9 +17,9 @@ const RECENT: usize = 8;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sample {
-    /// A Duffing oscillator under harmonic force, with noise.
+    /// A Duffing oscillator under harmonic force, with noise; the last part held out.
     Duffing,
-    /// A base-excited mass with dry friction at five frequencies.
+    /// A base-excited mass with dry friction at four frequencies; a fifth held out.
     Friction,
     /// The Lorenz system.
     Lorenz,

@@ -86,7 +86,9 @@ fn shape(style: &mut Style, dark: bool) {
     spacing.window_margin = Margin::same(12);
     spacing.combo_width = 60.0;
     spacing.tooltip_width = 340.0;
-    spacing.scroll = egui::style::ScrollStyle::thin();
+    // Floating, in room that the columns keep for it: nothing moves when it comes.
+    spacing.scroll =
+        egui::style::ScrollStyle { floating: true, floating_allocated_width: 0.0, ..egui::style::ScrollStyle::thin() };
     style.interaction.tooltip_delay = 0.4;
     style.visuals = visuals(dark);
 }

@@ -85,7 +85,7 @@ fn record_row(ui: &mut Ui, index: usize, record: &Record, shown: bool, usage: &m
     );
     let label = |usage: Usage| USAGES.iter().find(|(u, ..)| *u == usage).map_or("", |(_, label, _)| label);
     let combo =
-        ComboBox::from_id_salt(("usage", index)).width(62.0).selected_text(label(*usage)).show_ui(&mut inner, |ui| {
+        ComboBox::from_id_salt(("usage", index)).width(82.0).selected_text(label(*usage)).show_ui(&mut inner, |ui| {
             for (choice, label, tooltip) in USAGES {
                 ui.selectable_value(usage, choice, label).on_hover_text(tooltip);
             }

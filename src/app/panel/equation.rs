@@ -13,7 +13,7 @@ use crate::format::equations::{by_share, is_kinematic};
 use crate::format::number::{align_at_point, format_measured, significant_trimmed};
 use crate::model::{Equation, WeightedTerm};
 use crate::study::{EquationFit, Lock, Settings};
-use crate::term::{Layout, Symbol, Term};
+use crate::term::{Expression, Layout, Symbol, Term};
 
 /// Seconds in which a changed coefficient's ground fades.
 const FLASH: f64 = 0.7;
@@ -45,7 +45,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, now: f64) {
     };
     let layout = outcome.model.layout;
     for (state, equation) in outcome.model.iter() {
-        let name = layout.name(state);
+        let name = symbol(state, &layout);
         if is_kinematic(&outcome.model, state, equation) {
             let text = format!("d{name}/dt = {}", equation.terms[0].term.pretty(&layout));
             let known = RichText::new("known").weak().size(11.0);
@@ -67,6 +67,11 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, now: f64) {
         }
         ui.add_space(4.0);
     }
+}
+
+/// A state's name as mathematics: `x₁`.
+pub(super) fn symbol(state: Symbol, layout: &Layout) -> String {
+    Term::new(Expression::Symbol(state)).pretty(layout)
 }
 
 fn row_of(ui: &mut Ui, body: impl FnOnce(&mut Ui)) {
