@@ -352,13 +352,33 @@ fn every_sample_opens() {
     }
 }
 
+fn picture(theme: Theme, name: &str) {
+    let mut window = Window::open(State::with_source(Source::Sample(Sample::Duffing), theme.into()));
+    // Times differ from run to run.
+    let times = window.0.get_by_label_contains("fitted in").rect();
+    window.0.mask(egui::Rect::from_min_max(times.min, egui::pos2(400.0, times.max.y)));
+    window.0.snapshot(name);
+}
+
 #[test]
-fn it_looks_as_it_did() {
-    for theme in [Theme::Light, Theme::Dark] {
-        let mut window = Window::open(State::with_source(Source::Sample(Sample::Duffing), theme.into()));
-        // Times differ from run to run.
-        let times = window.0.get_by_label_contains("fitted in").rect();
-        window.0.mask(times.expand(6.0));
-        window.0.snapshot(if theme == Theme::Light { "window_light" } else { "window_dark" });
+fn it_looks_as_it_did_in_the_light_theme() {
+    picture(Theme::Light, "window_light");
+}
+
+#[test]
+fn it_looks_as_it_did_in_the_dark_theme() {
+    picture(Theme::Dark, "window_dark");
+}
+
+#[test]
+fn nothing_moves_while_a_slider_is_dragged() {
+    let mut window = Window::sample();
+    let places = |window: &Window| {
+        ["Open…", "Choose for me", "Response", "noise floor"].map(|l| window.0.get_by_label(l).rect())
+    };
+    let before = places(&window);
+    for value in [0.02, 0.00267, 0.123, 0.0, 0.3] {
+        window.slide("Threshold", value);
+        assert_eq!(places(&window), before, "threshold {value}");
     }
 }

@@ -31,29 +31,38 @@ const MOUSE: &[(&str, &str)] = &[
 ];
 
 pub(crate) fn show(ctx: &Context, open: &mut bool) {
-    Window::new("Help").open(open).default_width(560.0).default_height(520.0).collapsible(false).show(ctx, |ui| {
-        ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-            pairs(ui, "How to read it", READING.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())));
-            pairs(ui, "Mouse", MOUSE.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())));
-            let mut group = "";
-            for command in Command::all() {
-                let spec = command.spec();
-                if spec.group == group {
-                    continue;
+    let middle = ctx.content_rect().center();
+    Window::new("Help")
+        .open(open)
+        .default_width(560.0)
+        .default_height(520.0)
+        .collapsible(false)
+        .pivot(egui::Align2::CENTER_CENTER)
+        .default_pos(middle)
+        .show(ctx, |ui| {
+            ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+                pairs(ui, "How to read it", READING.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())));
+                pairs(ui, "Mouse", MOUSE.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())));
+                let mut groups: Vec<&str> = Vec::new();
+                for spec in Command::all().into_iter().map(Command::spec) {
+                    if !groups.contains(&spec.group) {
+                        groups.push(spec.group);
+                    }
                 }
-                group = spec.group;
-                let of_group = Command::all().into_iter().map(Command::spec).filter(|s| s.group == group);
-                let keyed = of_group.filter_map(|s| {
-                    let key = ctx.format_shortcut(&s.key?);
-                    Some((key, format!("{}: {}", s.label.trim_end_matches('…'), s.tooltip)))
-                });
-                let keyed: Vec<_> = keyed.collect();
-                if !keyed.is_empty() {
-                    pairs(ui, group, keyed.into_iter());
+                for group in groups {
+                    let of_group = Command::all().into_iter().map(Command::spec).filter(|s| s.group == group);
+                    let keyed: Vec<_> = of_group
+                        .filter_map(|s| {
+                            let key = ctx.format_shortcut(&s.key?);
+                            Some((key, format!("{}: {}", s.label.trim_end_matches('…'), s.tooltip)))
+                        })
+                        .collect();
+                    if !keyed.is_empty() {
+                        pairs(ui, group, keyed.into_iter());
+                    }
                 }
-            }
+            });
         });
-    });
 }
 
 fn pairs(ui: &mut egui::Ui, title: &str, rows: impl Iterator<Item = (String, String)>) {

@@ -64,8 +64,9 @@ pub fn run(files: Vec<PathBuf>) -> Result<(), AppError> {
         Ok(Box::new(App::with_state(&cc.egui_ctx, state)?))
     };
     eframe::run_native("Sindyscope", options, Box::new(create)).map_err(|e| {
-        // What the system says may run over several lines; the first names the reason.
+        // What the system says begins with places in other programs' sources; its last words name the reason.
         let text = e.to_string();
-        AppError::Display(text.lines().next().unwrap_or("the display does not answer").to_owned())
+        let reason = text.lines().next().and_then(|line| line.rsplit(": ").next()).unwrap_or("no reason given");
+        AppError::Display(format!("the display does not answer ({reason})"))
     })
 }

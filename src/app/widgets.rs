@@ -13,7 +13,7 @@ use super::theme::{self, ROW};
 /// Width of the labels' column, points.
 const LABEL: f32 = 66.0;
 /// Width of the typed values' column, points.
-const VALUE: f32 = 56.0;
+const VALUE: f32 = 62.0;
 /// Width of the column of reset buttons, points.
 const RESET: f32 = 18.0;
 /// Radius of a slider's handle, points.
@@ -330,6 +330,7 @@ impl Setting<'_> {
             .range(low..=self.high().max(*value))
             .custom_formatter(format)
             .custom_parser(parse)
+            .clip_text(true)
             .update_while_editing(false);
         let size = vec2(VALUE, ROW - 2.0);
         let response = ui.add_sized(size, field).on_hover_text(self.tooltip);

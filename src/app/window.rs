@@ -185,6 +185,7 @@ impl App {
 
     fn opened(&mut self, opened: Opened) {
         let Opened { source, reading, title, records, edit, suggestion, project } = opened;
+        self.typing = Typing::default();
         if let Source::Files(paths) = &source {
             let remembered = project.as_ref().map(|(path, _)| std::slice::from_ref(path)).unwrap_or(paths);
             for path in remembered.iter().rev() {

@@ -66,6 +66,7 @@ fn headline(ui: &mut Ui, outcome: &Outcome, unit: &str) {
     let size = vec2(ui.available_width(), 50.0);
     ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Min), |ui| {
         ui.set_min_size(size);
+        ui.spacing_mut().item_spacing.x = 0.0;
         let half = 0.5 * ui.available_width();
         let cell = |ui: &mut Ui, text: &str, color, label: &str, tooltip: &str| {
             ui.allocate_ui_with_layout(vec2(half, 50.0), Layout::top_down(Align::Min), |ui| {

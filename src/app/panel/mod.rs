@@ -8,7 +8,7 @@ mod refusal;
 mod smoothing;
 mod threshold;
 
-use egui::{Margin, Panel, ScrollArea, Ui};
+use egui::{Margin, Panel, ScrollArea, Ui, UiBuilder};
 
 use super::bench::Bench;
 use super::commands::Command;
@@ -92,11 +92,16 @@ fn column(panel: Panel, ui: &mut Ui, body: impl FnOnce(&mut Ui)) {
     let fill = ui.visuals().panel_fill;
     let frame = egui::Frame::new().fill(fill).inner_margin(Margin { left: 12, right: 4, top: 2, bottom: 0 });
     panel.frame(frame).show(ui, |ui| {
-        ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+        // What is in the column never widens it: a number of one digit more would move the plots.
+        let room = ui.available_rect_before_wrap();
+        let mut inside = ui.new_child(UiBuilder::new().max_rect(room));
+        inside.shrink_clip_rect(room);
+        ScrollArea::vertical().auto_shrink([false, false]).show(&mut inside, |ui| {
             // Room for the scroll bar, kept also while there is none.
             let width = ui.available_width() - 8.0;
             ui.set_max_width(width);
             body(ui);
         });
+        ui.advance_cursor_after_rect(room);
     });
 }

@@ -36,7 +36,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     let suggestion = desk.suggestion.smoothing;
     row(ui, "Derivative", "How velocities and accelerations are made from displacements", |ui| {
         let shown = METHODS.iter().find(|(m, ..)| *m == smoothing.method).map_or("", |(_, label, _)| label);
-        let width = ui.available_width() - 4.0;
+        let width = ui.available_width();
         let combo = egui::ComboBox::from_id_salt("derivative").width(width).selected_text(shown).show_ui(ui, |ui| {
             for (method, label, tooltip) in METHODS {
                 ui.selectable_value(&mut smoothing.method, method, label).on_hover_text(tooltip);
