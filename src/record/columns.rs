@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use super::error::{ReadError, doubtful_notice, list, role_in_words};
+use super::error::{ReadError, doubtful_notice, list};
 use super::heading::{Heading, Key, Meaning, Quantity, label};
 use super::{ReadOptions, Role};
 use crate::term::Kind;
@@ -298,10 +298,10 @@ impl Assignment<'_> {
     fn conflict(&self, key: Key, first: usize, second: usize) -> ReadError {
         ReadError::TwoColumns {
             file: self.file.to_owned(),
-            role: role_in_words(key),
             key: key.to_string(),
             first: self.name(first),
             second: self.name(second),
+            numbers: (first + 1, second + 1),
         }
     }
 
