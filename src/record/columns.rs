@@ -60,7 +60,8 @@ impl ColumnMap {
 }
 
 fn pair(key: &str, column: &str) -> Result<(Key, String), ColumnMapError> {
-    let (key, column) = (key.trim(), column.trim().trim_matches('"').trim());
+    let bare = |c: char| c.is_whitespace() || c == '"' || c == ',';
+    let (key, column) = (key.trim(), column.trim_matches(bare));
     let known = Key::of_word(key).ok_or_else(|| ColumnMapError::UnknownKey(key.to_owned()))?;
     if known.number == Some(0) {
         return Err(ColumnMapError::Zero(key.to_owned()));
