@@ -1,4 +1,71 @@
-//! The window.
+//! The window: state, background work, one file a panel, one file a view. It holds no numerics.
 
+mod bench;
+mod command_palette;
+mod commands;
+mod dialogs;
+mod errand;
+mod help;
+mod history;
+mod notices;
+mod overlay;
+mod panel;
 pub mod plot;
+mod project;
+mod state;
+mod status;
+mod theme;
+mod toolbar;
 pub(crate) mod views;
+mod welcome;
+mod widgets;
+mod window;
+mod worker;
+
+use std::path::PathBuf;
+
+pub use state::{Edit, Sample, Source, State};
+pub use window::App;
+
+/// The window's name to the system: where its state is kept, and which icon it has in a task bar.
+const APP_ID: &str = "sindyscope";
+
+/// Why the window cannot be opened, in one sentence.
+#[derive(Debug, thiserror::Error)]
+pub enum AppError {
+    /// No display, or one that cannot draw.
+    #[error("{0}")]
+    Display(String),
+    /// No thread for the background work.
+    #[error("the system gives no thread for the computation ({0})")]
+    Thread(#[from] std::io::Error),
+}
+
+/// Opens the window, with files in it or else as it was left; returns once it is closed.
+///
+/// # Errors
+/// The window cannot be opened: there is no display, or none that can draw.
+pub fn run(files: Vec<PathBuf>) -> Result<(), AppError> {
+    let mut viewport = egui::ViewportBuilder::default()
+        .with_title("Sindyscope")
+        .with_app_id(APP_ID)
+        .with_inner_size([1280.0, 800.0])
+        .with_min_inner_size([960.0, 600.0])
+        .with_drag_and_drop(true);
+    if let Ok(icon) = eframe::icon_data::from_png_bytes(include_bytes!("../../assets/icon.png")) {
+        viewport = viewport.with_icon(icon);
+    }
+    let options = eframe::NativeOptions { viewport, ..Default::default() };
+    let create = move |cc: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, _> {
+        let mut state: State = cc.storage.and_then(|s| eframe::get_value(s, eframe::APP_KEY)).unwrap_or_default();
+        if !files.is_empty() {
+            state = State { source: Source::Files(files), edit: None, project: None, record: 0, ..state };
+        }
+        Ok(Box::new(App::with_state(&cc.egui_ctx, state)?))
+    };
+    eframe::run_native("Sindyscope", options, Box::new(create)).map_err(|e| {
+        // What the system says may run over several lines; the first names the reason.
+        let text = e.to_string();
+        AppError::Display(text.lines().next().unwrap_or("the display does not answer").to_owned())
+    })
+}

@@ -15,7 +15,7 @@ pub fn format_measured(value: f64, std_error: Option<f64>) -> String {
         if (error / 10f64.powi(place)).round() >= 10.0 { place + 1 } else { place }
     };
     let size = value.abs().max(error);
-    if (1e-4..1e6).contains(&size) && place(error) >= -9 {
+    if (1e-4..1e6).contains(&size) && place(error) >= -12 {
         let place = place(error);
         let unit = 10f64.powi(place.max(0));
         let decimals = (-place).max(0) as usize;
@@ -136,6 +136,7 @@ mod tests {
             (-2.5e8, 3e6, "(−2.50 ± 0.03)×10⁸"),
             (0.0, 0.5, "0.0 ± 0.5"),
             (0.0, 5e-9, "(0 ± 5)×10⁻⁹"),
+            (-2.666_666_663, 6e-10, "−2.6666666630 ± 0.0000000006"),
             (5.0, 1e-14, "(5.00000000000000 ± 0.00000000000001)×10⁰"),
         ] {
             assert_eq!(format_measured(value, Some(error)), text, "{value} {error}");

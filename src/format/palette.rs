@@ -3,8 +3,11 @@
 //! Hues are those of Okabe and Ito's set for colour-blind eyes (jfly.uni-koeln.de/color), made darker or lighter until each
 //! stands off its ground; what lies on top of each other differs in lightness and width too, so that a grey print still tells it.
 
+use serde::{Deserialize, Serialize};
+
 /// One thing that plots draw.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Ink {
     /// The measurement: wide and mid-toned, so that what lies on it shows.
     Measured,
@@ -44,7 +47,7 @@ impl Ink {
             Self::Identified => (0xA8_32_00, 0xFF_B8_66),
             Self::Ghost => (0xD3_A4_8E, 0x7A_5F_45),
             Self::Error => (0x00_6B_4F, 0x3C_CF_A3),
-            Self::ErrorGhost => (0x9C_BF_B4, 0x2F_63_54),
+            Self::ErrorGhost => (0xC6_DD_D6, 0x22_42_39),
             Self::NoiseFloor => (0x20_20_20, 0xF0_F0_F0),
             Self::Input => (0x7B_3F_73, 0xDF_9B_C8),
             Self::Diverged => (0xB0_00_20, 0xFF_6B_6B),
@@ -57,8 +60,8 @@ impl Ink {
         match self {
             Self::Measured => 3.4,
             Self::Identified => 1.3,
-            Self::Ghost | Self::ErrorGhost => 1.0,
-            Self::Error | Self::Input => 1.4,
+            Self::Ghost | Self::ErrorGhost | Self::Error => 1.0,
+            Self::Input => 1.4,
             Self::NoiseFloor | Self::Diverged => 1.2,
         }
     }

@@ -26,8 +26,9 @@ pub(super) fn records(
     let several = groups.len() > 1;
     let only_numbers = table.labels.iter().all(|l| l.parse::<f64>().is_ok());
 
-    let mut records = Vec::new();
-    let mut shortest_fault: Option<ReadError> = None;
+    let mut records: Vec<Record> = Vec::new();
+    let mut left_out: Vec<(String, usize)> = Vec::new();
+    let count = groups.len();
     for (trajectory, rows) in groups {
         let of_record = trajectory.as_ref().filter(|_| several).cloned();
         let name = match &trajectory {
@@ -36,29 +37,34 @@ pub(super) fn records(
             _ => stem.to_owned(),
         };
         let source = Trajectory { file, table: &table, units: &units, second, label: of_record, name, rows };
-        match source.records(options, &mut notices) {
+        match source.records(options) {
             Ok(parts) => records.extend(parts),
             // A run that was broken off is no reason to refuse the others.
-            Err(error @ ReadError::TooFewSamples { .. }) if several => {
-                notices.push(sentence(&error, file));
-                shortest_fault.get_or_insert(error);
+            Err(ReadError::TooFewSamples { samples, .. }) if several => {
+                left_out.push((trajectory.unwrap_or_default(), samples));
             }
             Err(error) => return Err(error),
         }
     }
     if records.is_empty() {
-        return Err(shortest_fault.unwrap_or(ReadError::Empty { file: file.to_owned() }));
+        let samples = left_out.iter().map(|(_, samples)| *samples).max().unwrap_or(0);
+        return Err(ReadError::TooFewSamples { file: file.to_owned(), records: count, samples });
+    }
+    match &left_out[..] {
+        [] => {}
+        [(label, samples)] => notices.push(format!(
+            "record `{label}` has {samples} samples where at least {LEAST_SAMPLES} are needed; it was left out"
+        )),
+        many => {
+            let count = many.len();
+            notices.push(format!("{count} records have fewer than {LEAST_SAMPLES} samples; they were left out"));
+        }
     }
     for record in &mut records {
-        record.notices = notices.iter().map(|n| format!("{file}: {n}")).collect();
+        let own = std::mem::take(&mut record.notices);
+        record.notices = notices.iter().chain(&own).map(|n| format!("{file}: {n}")).collect();
     }
     Ok(records)
-}
-
-/// An error as a notice: what it says after the file's name.
-fn sentence(error: &ReadError, file: &str) -> String {
-    let text = error.to_string();
-    format!("{}: left out", text.strip_prefix(file).map_or(text.as_str(), |t| t.trim_start_matches([':', ','])).trim())
 }
 
 /// How a stamp becomes seconds: multiplied by the first, divided by the second, one of which is 1.
@@ -188,15 +194,16 @@ impl Trajectory<'_> {
     }
 
     fn too_few(&self, samples: usize) -> ReadError {
-        ReadError::TooFewSamples { file: self.file.to_owned(), record: self.label.clone(), samples }
+        ReadError::TooFewSamples { file: self.file.to_owned(), records: 1, samples }
     }
 
-    fn records(&self, options: &ReadOptions, notices: &mut Vec<String>) -> Result<Vec<Record>, ReadError> {
+    fn records(&self, options: &ReadOptions) -> Result<Vec<Record>, ReadError> {
+        let mut notices = Vec::new();
         let (stamps, sampling) = match (self.table.selection.time, options.rate) {
             (Some(column), _) => {
                 let mut stamps = self.values(&self.table.stamps, 0..self.len());
                 let sampling = sampling::analyse(&mut stamps).map_err(|e| self.irregular(e, &stamps, column))?;
-                self.tell(&sampling, &stamps, notices);
+                self.tell(&sampling, &stamps, &mut notices);
                 (stamps, sampling)
             }
             (None, rate) => (Vec::new(), Sampling::even(self.len(), 1.0 / rate.unwrap_or(1.0))),
@@ -209,49 +216,41 @@ impl Trajectory<'_> {
         let split = sampling.stretches.iter().filter(|s| long(&s.rows)).count() > 1;
         let interval = self.second.exactly(sampling.interval);
         let mut records: Vec<Record> = Vec::new();
-        let mut short = 0;
-        for stretch in &sampling.stretches {
-            if !long(&stretch.rows) {
-                short += 1;
-                continue;
-            }
+        let mut still = 0;
+        for stretch in sampling.stretches.iter().filter(|s| long(&s.rows)) {
             let columns = self.table.channels.iter();
             let mut columns: Vec<Vec<f64>> = columns.map(|c| self.values(c, stretch.rows.clone())).collect();
             if let Some(points) = stretch.resample {
                 let stamps = &stamps[stretch.rows.clone()];
                 sampling::resample(stamps, &mut columns, stretch.start, sampling.interval, points);
             }
-            if let Some((column, value)) = self.still(&columns) {
-                if sampling.stretches.len() == 1 {
-                    return Err(self.constant(column, value));
+            if let Some((channel, value)) = self.still(&columns) {
+                still += 1;
+                if sampling.stretches.len() == still {
+                    return Err(self.constant(channel, value));
                 }
-                notices.push(format!(
-                    "nothing moves in the {} samples from line {} on; they were left out",
-                    stretch.rows.len(),
-                    self.line(stretch.rows.start)
-                ));
                 continue;
             }
             let name = if split { format!("{} part {}", self.name, records.len() + 1) } else { self.name.clone() };
-            let start = self.second.of(stretch.start);
-            records.push(Record {
-                name,
-                source: None,
-                start,
-                interval,
-                channels: self.channels(columns),
-                notices: Vec::new(),
+            let (start, channels) = (self.second.of(stretch.start), self.channels(columns));
+            records.push(Record { name, source: None, start, interval, channels, notices: Vec::new() });
+        }
+        if records.is_empty() {
+            return Err(self.constant(0, self.table.channels[0][0]));
+        }
+        let short = sampling.stretches.iter().filter(|s| !long(&s.rows)).count();
+        let fewer = format!("fewer than {LEAST_SAMPLES} samples");
+        for (count, what) in [(short, fewer.as_str()), (still, "no motion")] {
+            notices.extend(match count {
+                0 => None,
+                1 => Some(format!("{}a stretch between gaps has {what}; it was left out", self.prefix())),
+                _ => Some(format!("{}{count} stretches between gaps have {what}; they were left out", self.prefix())),
             });
         }
-        if short > 0 {
-            let (stretches, they) = if short == 1 { ("stretch", "it was") } else { ("stretches", "they were") };
-            let fewer = format!("{}fewer than {LEAST_SAMPLES} samples", if short == 1 { "has " } else { "have " });
-            notices.push(format!("{}{short} {stretches} between gaps {fewer}; {they} left out", self.prefix()));
+        for record in &mut records {
+            record.notices.clone_from(&notices);
         }
-        match records.is_empty() {
-            true => Err(self.constant(0, self.table.channels[0][0])),
-            false => Ok(records),
-        }
+        Ok(records)
     }
 
     /// The first displacement that is constant, with its value.

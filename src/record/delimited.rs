@@ -17,6 +17,9 @@ pub(super) const FORMAT: Format =
 /// The header is looked for in so many rows.
 const HEAD_ROWS: usize = 200;
 
+/// Numbers beyond this are no measurement, and sums of their squares overflow.
+const LARGEST: f64 = 1e100;
+
 /// What can stand between cells, the likeliest reading first: a comma may be part of a number, a blank part of a name.
 const SEPARATORS: [u8; 4] = [b';', b'\t', b',', b' '];
 
@@ -256,44 +259,23 @@ struct Candidate {
 
 fn find_header(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Header, ReadError> {
     let heads: Vec<(u8, Vec<HeadRow>)> = SEPARATORS.iter().map(|&s| (s, head(bytes, s))).collect();
-    let Some(first) = heads[0].1.first() else {
+    // Rows of nothing but separators are empty in the reading that has these.
+    if heads.iter().any(|(_, rows)| rows.is_empty()) {
         return Err(ReadError::Empty { file: file.to_owned() });
-    };
-    let first_line = first.line;
+    }
+    let first_line = heads[0].1[0].line;
 
-    let mut candidates: Vec<Candidate> = Vec::new();
+    // A lone column is a reading of last resort: every text is one column in some separator.
     for several in [true, false] {
-        for (separator, rows) in &heads {
-            candidates.extend((0..rows.len()).filter_map(|i| candidate(rows, i, *separator, several)));
+        let readings = heads.iter().map(|(separator, rows)| (*separator, rows.as_slice()));
+        if let Some(mut header) = best_candidate(readings.clone(), several, choose) {
+            header.notices.extend(skipped(first_line, header.line));
+            return Ok(header);
         }
-        // A lone column is a reading of last resort: every text is one column in some separator.
-        if !candidates.is_empty() {
-            break;
+        let mut readings = readings;
+        if let Some((separator, rows)) = readings.find(|(_, rows)| all_numbers(rows, several)) {
+            return without_names(file, bytes, separator, &rows[0], choose);
         }
-    }
-    let fits = |c: &Candidate| choose(&c.header.headings).is_ok();
-    let pick = candidates
-        .iter()
-        .position(fits)
-        .or_else(|| candidates.iter().position(|c| c.clean))
-        .or(if candidates.is_empty() { None } else { Some(0) });
-    if let Some(index) = pick {
-        let mut header = candidates.swap_remove(index).header;
-        if header.line > first_line {
-            header.notices.push(match header.line - 1 {
-                above if above == first_line => format!("line {first_line} above the header was skipped"),
-                above => format!("lines {first_line} to {above} above the header were skipped"),
-            });
-        }
-        return Ok(header);
-    }
-
-    if let Some((separator, rows)) = heads
-        .iter()
-        .find(|(_, rows)| all_numbers(rows, 2))
-        .or_else(|| heads.iter().find(|(_, rows)| all_numbers(rows, 1)))
-    {
-        return without_names(file, bytes, *separator, &rows[0], choose);
     }
     // No row of numbers follows the names: the rows below will tell what is wrong.
     let (separator, rows) =
@@ -307,6 +289,29 @@ fn find_header(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Header, 
     Ok(Header { separator: *separator, headings, line: rows[0].line, end, notices: Vec::new() })
 }
 
+/// The first row of names that gives all columns that are needed, or else the first that stands above plain numbers.
+fn best_candidate<'a>(
+    readings: impl Iterator<Item = (u8, &'a [HeadRow])>,
+    several: bool,
+    choose: &Choose<'_>,
+) -> Option<Header> {
+    let mut candidates: Vec<Candidate> = readings
+        .flat_map(|(separator, rows)| (0..rows.len()).filter_map(move |i| candidate(rows, i, separator, several)))
+        .collect();
+    let fits = candidates.iter().position(|c| choose(&c.header.headings).is_ok());
+    let best = fits.or_else(|| candidates.iter().position(|c| c.clean)).unwrap_or(0);
+    (best < candidates.len()).then(|| candidates.swap_remove(best).header)
+}
+
+/// What is said of lines above the header.
+fn skipped(first: usize, header: usize) -> Option<String> {
+    match header.saturating_sub(first) {
+        0 => None,
+        1 => Some(format!("line {first} above the header was skipped")),
+        _ => Some(format!("lines {first} to {} above the header were skipped", header - 1)),
+    }
+}
+
 fn head(bytes: &[u8], separator: u8) -> Vec<HeadRow> {
     let mut rows = Rows::new(bytes, 0, separator);
     let mut head = Vec::new();
@@ -316,10 +321,10 @@ fn head(bytes: &[u8], separator: u8) -> Vec<HeadRow> {
     head
 }
 
-/// True if the first rows are numbers alone, in at least so many columns.
-fn all_numbers(rows: &[HeadRow], columns: usize) -> bool {
+/// True if the first rows are numbers alone, in several columns or in one.
+fn all_numbers(rows: &[HeadRow], several: bool) -> bool {
     let width = rows.first().map_or(0, |r| r.cells.len());
-    width >= columns && rows.iter().take(2).all(|r| r.cells.len() == width && r.numbers() == width)
+    (width > 1) == several && rows.iter().take(2).all(|r| r.cells.len() == width && r.numbers() == width)
 }
 
 fn candidate(rows: &[HeadRow], index: usize, separator: u8, several: bool) -> Option<Candidate> {
@@ -442,7 +447,7 @@ impl<'a> Columns<'a> {
 
     fn number(&mut self, rows: &Rows<'_>, column: usize) -> Result<f64, ReadError> {
         let cell = rows.cell(column);
-        if let Some(value) = number(cell).filter(|v| v.is_finite()) {
+        if let Some(value) = number(cell).filter(|v| v.abs() <= LARGEST) {
             if !self.points && cell.contains(&b'.') {
                 self.points = true;
             } else if !self.commas && cell.contains(&b',') {
@@ -470,8 +475,9 @@ impl<'a> Columns<'a> {
         let (file, line, column) = self.place(rows, column);
         match number(bytes) {
             None => ReadError::NotANumber { file, line, column, cell },
-            Some(value) if value.is_finite() => ReadError::MixedDecimals { file, line, column, cell },
-            Some(_) => ReadError::NotFinite { file, line, column, cell },
+            Some(value) if !value.is_finite() => ReadError::NotFinite { file, line, column, cell },
+            Some(value) if value.abs() > LARGEST => ReadError::TooLarge { file, line, column, cell },
+            Some(_) => ReadError::MixedDecimals { file, line, column, cell },
         }
     }
 }

@@ -62,18 +62,18 @@ pub enum ReadError {
         doubtful: Vec<(String, String)>,
     },
     /// Two columns have a claim to one role.
-    #[error("{file}: `{first}` and `{second}` could both be the {role}")]
+    #[error("{file}: `{first}` and `{second}` could both be the {}", in_words(.key))]
     TwoColumns {
         /// The file's name.
         file: String,
-        /// What both could be, in words (`displacement x`).
-        role: String,
-        /// The short name of it, as `--columns` takes it.
+        /// The short name of what both could be, as `--columns` takes it.
         key: String,
         /// One column.
         first: String,
         /// The other.
         second: String,
+        /// The numbers of both, from 1.
+        numbers: (usize, usize),
     },
     /// Numbered columns with a number left out.
     #[error("{file}: `{column}` is there, but no {key}")]
@@ -183,6 +183,18 @@ pub enum ReadError {
         /// What stands there.
         cell: String,
     },
+    /// A number beyond all measurement, whose square would overflow soon.
+    #[error("{file}, line {line}, column `{column}`: `{cell}` is too large")]
+    TooLarge {
+        /// The file's name.
+        file: String,
+        /// The row's line.
+        line: usize,
+        /// The column.
+        column: String,
+        /// What stands there.
+        cell: String,
+    },
     /// Decimal points and decimal commas in one file.
     #[error("{file}, line {line}, column `{column}`: `{cell}`: decimal points and decimal commas are mixed")]
     MixedDecimals {
@@ -240,12 +252,12 @@ pub enum ReadError {
         percent: f64,
     },
     /// Not enough samples for anything.
-    #[error("{file}: {} samples are too few (at least {})", in_record(*.samples, .record), LEAST_SAMPLES)]
+    #[error("{file}: {}{samples} samples are too few (at least {})", longest(*.records), LEAST_SAMPLES)]
     TooFewSamples {
         /// The file's name.
         file: String,
-        /// The record's label, if the file has several.
-        record: Option<String>,
+        /// How many records the file has.
+        records: usize,
         /// Samples in the longest stretch without a gap.
         samples: usize,
     },
@@ -293,12 +305,13 @@ impl ReadError {
                     example.map_or("NAME", String::as_str)
                 )
             }
-            Self::TwoColumns { key, first, second, .. } => match Key::of_word(key) {
-                Some(Key { quantity, number: None }) if quantity.is_numbered() => {
-                    format!("choose one: `--columns {key}={first}`; or use both: `--columns {key}1={first},{key}2={second}`")
-                }
-                _ => format!("choose one: `--columns {key}={first}`"),
-            },
+            Self::TwoColumns { key, first, second, numbers, .. } => {
+                let (one, two) =
+                    if first == second { (numbers.0.to_string(), numbers.1.to_string()) } else { (first.clone(), second.clone()) };
+                let both = Key::of_word(key).is_some_and(|k| k.number.is_none() && k.quantity.is_numbered());
+                let both = if both { format!("; or use both: `--columns {key}1={one},{key}2={two}`") } else { String::new() };
+                format!("choose one: `--columns {key}={one}`{both}")
+            }
             Self::NumberMissing { column, key, .. } => {
                 format!("number the columns without a hole, or say which is which: `--columns {key}={column}`")
             }
@@ -318,6 +331,7 @@ impl ReadError {
             Self::NotANumber { .. } => {
                 "correct the cell, or delete the row; text columns may stay if they are not used".into()
             }
+            Self::TooLarge { .. } => "correct the cell, or give the measurement in a larger unit".into(),
             Self::MixedDecimals { .. } => "write all numbers with a decimal point, without thousands separators".into(),
             Self::RepeatedTime { .. } => {
                 "delete the double row; if the time is only rounded too much, give the sampling rate: `--rate HZ`".into()
@@ -328,10 +342,10 @@ impl ReadError {
             Self::UnevenTime { .. } => {
                 "resample the measurement to even steps (up to 1 % is done here), or, if only the time stamps are bad, give the sampling rate: `--rate HZ`".into()
             }
-            Self::TooFewSamples { record, .. } => match record {
-                Some(_) => "check the column that tells the records apart, or join stretches that belong together".into(),
-                None => "use a longer measurement, or a higher sampling rate".into(),
-            },
+            Self::TooFewSamples { records: 1, .. } => "use a longer measurement, or a higher sampling rate".into(),
+            Self::TooFewSamples { .. } => {
+                "check the column that tells the records apart, or join runs that belong together".into()
+            }
             Self::ConstantDisplacement { .. } => {
                 "check the sensor and which column is the displacement: `--columns x=NAME`".into()
             }
@@ -372,17 +386,21 @@ fn doubts(doubtful: &[(String, String)]) -> String {
     doubtful.iter().map(|(name, why)| format!("; `{name}` is not taken for one: {why}")).collect()
 }
 
-fn in_record(samples: usize, record: &Option<String>) -> String {
-    record.as_ref().map_or(samples.to_string(), |r| format!("{samples} (in record `{r}`)"))
+fn longest(records: usize) -> String {
+    if records > 1 { format!("in the longest of {records} records, ") } else { String::new() }
 }
 
 fn of_record(record: &Option<String>) -> String {
     record.as_ref().map_or(String::new(), |r| format!(", in record `{r}`"))
 }
 
-/// What a key stands for, in words: `displacement x2`.
-pub(super) fn role_in_words(key: Key) -> String {
-    if key.quantity.is_numbered() { format!("{} {key}", key.quantity.noun()) } else { key.quantity.noun().to_owned() }
+/// What a short name stands for, in words: `displacement x2`.
+fn in_words(key: &str) -> String {
+    match Key::of_word(key) {
+        Some(known) if known.quantity.is_numbered() => format!("{} {key}", known.quantity.noun()),
+        Some(known) => known.quantity.noun().to_owned(),
+        None => key.to_owned(),
+    }
 }
 
 /// The reason that a doubtful column is left out, as a notice.

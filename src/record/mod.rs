@@ -15,7 +15,9 @@ mod types;
 mod units;
 mod write;
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -45,6 +47,11 @@ pub struct ReadOptions {
     pub keep_constant_inputs: bool,
 }
 
+/// The records of a set, by themselves.
+fn out_of(set: RecordSet) -> Vec<Record> {
+    set.entries.into_iter().map(|(record, _)| Arc::unwrap_or_clone(record)).collect()
+}
+
 /// Reads files, each as one or several records, whose names are unique.
 ///
 /// An input that is constant in all of them is left out, with a notice.
@@ -52,8 +59,7 @@ pub struct ReadOptions {
 /// # Errors
 /// The first file that cannot be read, or whose samples cannot be used, with the place and the reason.
 pub fn read_files<P: AsRef<Path> + Sync>(paths: &[P], options: &ReadOptions) -> Result<Vec<Record>, ReadError> {
-    let set = read_set(paths, &[] as &[P], options)?;
-    Ok(set.entries.into_iter().map(|(record, _)| std::sync::Arc::unwrap_or_clone(record)).collect())
+    read_set(paths, &[] as &[P], options).map(out_of)
 }
 
 /// Reads files to fit and files to hold out as one set, whose names are unique.
@@ -82,8 +88,9 @@ pub fn read_set<P: AsRef<Path> + Sync>(
         assemble::drop_constant_inputs(&mut records, &|r| r.source.as_deref().map_or(String::new(), file_name));
     }
     let mut set = RecordSet::default();
-    for (record, usage) in records.into_iter().zip(usages) {
-        set.add([record], usage);
+    set.add(records, Usage::Fit);
+    for ((_, entry), usage) in set.entries.iter_mut().zip(usages) {
+        *entry = usage;
     }
     Ok(set)
 }
@@ -99,18 +106,13 @@ pub fn read_text(name: &str, text: impl AsRef<[u8]>, options: &ReadOptions) -> R
     }
     let mut set = RecordSet::default();
     set.add(records, Usage::Fit);
-    Ok(set.entries.into_iter().map(|(record, _)| std::sync::Arc::unwrap_or_clone(record)).collect())
+    Ok(out_of(set))
 }
 
 /// What was found and done while reading records, each sentence once.
 pub fn notices<'a>(records: impl IntoIterator<Item = &'a Record>) -> Vec<&'a str> {
-    let mut all: Vec<&str> = Vec::new();
-    for notice in records.into_iter().flat_map(|r| &r.notices) {
-        if !all.contains(&notice.as_str()) {
-            all.push(notice);
-        }
-    }
-    all
+    let mut told = HashSet::new();
+    records.into_iter().flat_map(|r| &r.notices).map(String::as_str).filter(|n| told.insert(*n)).collect()
 }
 
 fn read_file(path: &Path, options: &ReadOptions) -> Result<Vec<Record>, ReadError> {

@@ -8,6 +8,9 @@ pub(super) const LEAST_SAMPLES: usize = 20;
 /// Jitter up to this share of the interval is evened out, more is refused.
 const MOST_JITTER: f64 = 0.01;
 
+/// The even grid is fitted to the jittered stamps, so what is just within the limit may seem so much over it.
+const GRID_DOUBT: f64 = 1.05;
+
 /// Jitter below this share of the interval is arithmetic, not measurement: nothing is resampled.
 const NO_JITTER: f64 = 1e-6;
 
@@ -102,6 +105,9 @@ fn analyse_as_given(stamps: &[f64]) -> Result<Sampling, Irregular> {
         return Ok(Sampling::even(stamps.len(), 1.0));
     }
     let usual = median(&steps);
+    if !usual.is_normal() {
+        return Err(Irregular::Uneven { row: 1, step: steps[0], usual, jitter: 1.0 });
+    }
     let gaps: Vec<usize> = (0..steps.len()).filter(|&i| steps[i] > GAP * usual).collect();
     if gaps.len() as f64 > (MOST_GAPS * steps.len() as f64).max(1.0) {
         let worst = gaps.iter().copied().max_by(|a, b| steps[*a].total_cmp(&steps[*b])).unwrap_or(0);
@@ -116,11 +122,10 @@ fn analyse_as_given(stamps: &[f64]) -> Result<Sampling, Irregular> {
     }
 
     let fit = Line::through(stamps, &rows);
-    let interval = exact(fit.interval, fit.doubt(), stamps, &rows);
-    let size = |row: &Range<usize>| stamps[row.start].abs().max(stamps[row.end - 1].abs());
-    // Below this, a stamp's distance from the grid is the rounding of its own arithmetic.
-    let rounding = 8.0 * f64::EPSILON * rows.iter().map(size).fold(0.0, f64::max);
-    let jitter = ((fit.largest - rounding).max(0.0)) / interval;
+    let ulp = f64::EPSILON * stamps[0].abs().max(stamps[stamps.len() - 1].abs());
+    let interval = exact(fit.interval, fit.doubt(0.5 * ulp), stamps, &rows);
+    // Within this, a stamp's distance from the grid is the rounding of its own arithmetic.
+    let jitter = ((fit.largest - 8.0 * ulp).max(0.0)) / interval;
     let even = |rounded_to| Sampling {
         interval,
         stretches: rows.iter().map(|r| Stretch { rows: r.clone(), start: stamps[r.start], resample: None }).collect(),
@@ -136,17 +141,15 @@ fn analyse_as_given(stamps: &[f64]) -> Result<Sampling, Irregular> {
         return Ok(even(Some(rounded.coarsest(stamps)).filter(|_| jitter > MOST_JITTER)));
     }
     // A clock that wanders slowly strays far from any line while each step is good: that too can be evened out.
-    let worst_step = rows
-        .iter()
-        .flat_map(|r| r.start + 1..r.end)
-        .max_by(|a, b| (steps[a - 1] - interval).abs().total_cmp(&(steps[b - 1] - interval).abs()))
-        .unwrap_or(1);
-    let step = steps[worst_step - 1];
-    let jitter = jitter.min((step - interval).abs() / interval);
-    // The hair's breadth more is for the arithmetic: a jitter of exactly 1 % passes.
-    if jitter > MOST_JITTER * (1.0 + 1e-6) {
-        return Err(Irregular::Uneven { row: worst_step, step, usual: interval, jitter });
+    let off = |row: usize| (steps[row - 1] - usual).abs();
+    // Of two steps that one displaced stamp makes equally bad, the first is the one to name.
+    let worse = |worst: usize, row: usize| if off(row) > off(worst) * (1.0 + 1e-6) { row } else { worst };
+    let worst = rows.iter().flat_map(|r| r.start + 1..r.end).reduce(worse).unwrap_or(1);
+    let by_step = off(worst) / usual;
+    if (fit.half_range / interval).min(by_step) > MOST_JITTER * GRID_DOUBT {
+        return Err(Irregular::Uneven { row: worst, step: steps[worst - 1], usual, jitter: by_step });
     }
+    let jitter = jitter.min(by_step);
     let stretches = rows
         .into_iter()
         .map(|rows| {
@@ -172,6 +175,8 @@ struct Line {
     starts: Vec<f64>,
     /// Largest distance of a stamp from its grid.
     largest: f64,
+    /// The same for the grids moved to the middle of their stamps.
+    half_range: f64,
     /// Sum of the squared distances.
     squares: f64,
     /// Σ (i − ī)² over the stretches.
@@ -184,8 +189,15 @@ impl Line {
         let longest = rows.iter().max_by_key(|r| r.len()).cloned().unwrap_or(0..stamps.len());
         // Fitting what is left of a first guess keeps the sums small, so a million stamps lose no digit.
         let guess = (stamps[longest.end - 1] - stamps[longest.start]) / (longest.len().max(2) - 1) as f64;
-        let mut line =
-            Self { interval: guess, starts: Vec::new(), largest: 0.0, squares: 0.0, spread: 0.0, count: stamps.len() };
+        let mut line = Self {
+            interval: guess,
+            starts: Vec::new(),
+            largest: 0.0,
+            half_range: 0.0,
+            squares: 0.0,
+            spread: 0.0,
+            count: stamps.len(),
+        };
         let left = |row: &Range<usize>, i: usize| stamps[row.start + i] - stamps[row.start] - guess * i as f64;
         let middle = |row: &Range<usize>| 0.5 * (row.len() - 1) as f64;
         let mut slope = 0.0;
@@ -202,27 +214,32 @@ impl Line {
             let m = middle(row);
             let mean = (0..row.len()).map(|i| left(row, i)).sum::<f64>() / row.len() as f64;
             line.starts.push(stamps[row.start] + mean - slope * m);
+            let (mut least, mut most) = (0.0f64, 0.0f64);
             for i in 0..row.len() {
                 let distance = left(row, i) - mean - slope * (i as f64 - m);
-                line.largest = line.largest.max(distance.abs());
+                (least, most) = (least.min(distance), most.max(distance));
                 line.squares += distance * distance;
             }
+            line.largest = line.largest.max(most.max(-least));
+            line.half_range = line.half_range.max(0.5 * (most - least));
         }
         line
     }
 
-    /// Three standard errors of the interval, if distances from the grid are independent.
-    fn doubt(&self) -> f64 {
-        if self.spread > 0.0 { 3.0 * (self.squares / self.count as f64 / self.spread).sqrt() } else { 0.0 }
+    /// Three standard errors of the interval, if distances from the grid are independent; `rounding` is that of a stamp.
+    fn doubt(&self, rounding: f64) -> f64 {
+        let variance = (self.squares / self.count as f64).max(rounding * rounding);
+        if self.spread > 0.0 { 3.0 * (variance / self.spread).sqrt() } else { 0.0 }
     }
 
     /// True if every stamp is no farther from the grid than rounding puts it.
     fn is_rounded(&self, stamps: &[f64], rows: &[Range<usize>], rounding: &Rounding) -> bool {
+        // The grid is fitted to rounded stamps itself: at its ends its standard error is twice that of a mean.
+        let doubt = 6.0 * (self.squares / self.count as f64 / self.count as f64).sqrt();
         rows.iter().zip(&self.starts).all(|(row, start)| {
             stamps[row.clone()].iter().enumerate().all(|(i, stamp)| {
-                // Half a step, and as much again by half because the grid itself is fitted to rounded stamps.
                 let distance = (stamp - start - self.interval * i as f64).abs();
-                distance <= 0.75 * rounding.step_at(*stamp) + 4.0 * f64::EPSILON * stamp.abs()
+                distance <= 0.51 * rounding.step_at(*stamp) + doubt + 4.0 * f64::EPSILON * stamp.abs()
             })
         })
     }

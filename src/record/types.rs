@@ -1,3 +1,4 @@
+use std::collections::HashSet;
 use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -174,20 +175,19 @@ impl RecordSet {
 
     /// Adds records, whose names are changed where the set has them already.
     pub fn add(&mut self, records: impl IntoIterator<Item = Record>, usage: Usage) {
+        let mut taken: HashSet<String> = self.entries.iter().map(|(r, _)| r.name.clone()).collect();
         for mut record in records {
-            record.name = self.free_name(&record);
+            // Its file's name before it says more than a number behind it.
+            let stem = record.source.as_ref().and_then(|s| s.file_stem()).map(|s| s.to_string_lossy().into_owned());
+            let with_stem = stem.filter(|s| *s != record.name).map(|s| format!("{s} {}", record.name));
+            let counted = (2..).map(|n| format!("{} ({n})", record.name));
+            let mut names = [Some(record.name.clone()), with_stem].into_iter().flatten().chain(counted);
+            let name = names.find(|name| !taken.contains(name));
+            drop(names);
+            record.name = name.unwrap_or_default();
+            taken.insert(record.name.clone());
             self.entries.push((Arc::new(record), usage));
         }
-    }
-
-    /// A record's name; where another has it, with its file's before or a number behind.
-    fn free_name(&self, record: &Record) -> String {
-        let is_free = |name: &String| !self.entries.iter().any(|(r, _)| r.name == *name);
-        let stem = record.source.as_ref().and_then(|s| s.file_stem()).map(|s| s.to_string_lossy().into_owned());
-        let with_stem = stem.filter(|s| *s != record.name).map(|s| format!("{s} {}", record.name));
-        let plain = [Some(record.name.clone()), with_stem];
-        let counted = (2..).map(|n| format!("{} ({n})", record.name));
-        plain.into_iter().flatten().chain(counted).find(is_free).unwrap_or_default()
     }
 
     /// What all records that are not off measure: displacements (or states) and inputs, with their units.

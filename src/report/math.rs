@@ -1,4 +1,4 @@
-//! Equations typeset: as MathML for a browser, and laid out for a picture.
+//! Equations typeset: as `MathML` for a browser, and laid out for a picture.
 
 use super::font::{Face, Fonts};
 use super::svg::{Svg, digit_of_superscript, escape};
@@ -264,7 +264,7 @@ fn call(function: Function, parts: &[Expression], layout: &Layout) -> Math {
 }
 
 impl Math {
-    /// Presentation MathML, without the `math` element around it.
+    /// Presentation `MathML`, without the `math` element around it.
     pub(super) fn mathml(&self) -> String {
         match self {
             Self::Upright(text) if text.starts_with(|c: char| c.is_alphabetic()) => {

@@ -110,25 +110,150 @@ fn outcome() -> Outcome {
     }
 }
 
-#[test]
-fn look() {
-    let outcome = outcome();
+/// Calls `look` with a report on an outcome.
+fn with_report<T>(outcome: &Outcome, look: impl FnOnce(&Report<'_>) -> T) -> T {
     let records = RecordSet { entries: outcome.records.iter().map(|r| (r.record.clone(), r.usage)).collect() };
-    let report = Report {
+    look(&Report {
         title: "Friction rig <1> & its base",
         records: &records,
-        outcome: &outcome,
-        choice: Some(
-            "Segment 31, order 5 and threshold 0.01 were chosen: of 60 settings tried they gave the smallest error on blocks left out of the fit.",
-        ),
-        command: Some(
-            "sindyscope report long.csv --test short.csv --window 31 --order 5 --threshold 0.01 --out report.html",
-        ),
-    };
-    let t = std::time::Instant::now();
-    report.write(std::path::Path::new("/tmp/look.png")).expect("png");
-    eprintln!("png {:?}", t.elapsed());
-    let t = std::time::Instant::now();
-    report.write(std::path::Path::new("/tmp/look.html")).expect("html");
-    eprintln!("html {:?}", t.elapsed());
+        outcome,
+        choice: Some("segment 31 was chosen: it gave the smallest error"),
+        command: Some("sindyscope report long.csv --test short.csv --terms 'x, sgn(v)' --out report.html"),
+    })
+}
+
+/// Every element that is opened is closed, in order; enough of XML for what the report writes.
+fn assert_balanced(markup: &str) {
+    const VOID: [&str; 3] = ["meta", "!doctype", "br"];
+    let mut open: Vec<&str> = Vec::new();
+    for tag in markup.split('<').skip(1) {
+        let inside = tag.split('>').next().expect("a tag ends");
+        if let Some(name) = inside.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(name), "closed in order, in …{tag}");
+        } else {
+            let name = inside.split([' ', '\n', '/']).next().expect("a name");
+            if !inside.ends_with('/') && !VOID.contains(&name) {
+                open.push(name);
+            }
+        }
+    }
+    assert!(open.is_empty(), "{open:?} left open");
+}
+
+#[test]
+fn the_page_says_everything_and_is_well_formed() {
+    let page = with_report(&outcome(), |r| r.html());
+    assert_balanced(&page);
+    for part in [
+        "<title>Friction rig &lt;1&gt; &amp; its base</title>",
+        "17.2 µm",
+        "best fit 99.0 %",
+        "<mn>358.61</mn>",
+        "<msup><mi>x</mi><mn>3</mn></msup>",
+        "<msqrt>",
+        "sgn(v-du)",
+        "(1.23   ± 0.04)×10⁻⁷",
+        "47.0 %",
+        "du (at 0.0043)",
+        "<b>Caution.</b> One tone only",
+        "segment 31 samples = 0.300 s = 0.29 main periods",
+        "Every library column".to_lowercase().as_str(),
+        "x kept",
+        "The sampling intervals differed by up to 0.3 %: resampled.",
+        "&lt;rig&gt; &amp; co.csv",
+        "Segment 31 was chosen: it gave the smallest error.",
+        "--terms 'x, sgn(v)'",
+        "Figure 3.",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+    assert_eq!(page.matches("<figure>").count(), 3, "a response each, and the portrait with the spectrum");
+    assert!(page.matches("class=\"stretch\"").count() == 2, "only the long record has a detail");
+    assert!(!page.contains("NaN") && !page.contains('∞'), "numbers that do not exist are not written");
+}
+
+#[test]
+fn long_records_make_small_figures() {
+    let mut outcome = outcome();
+    outcome.records = vec![record_outcome("long", Usage::Fit, 200_000)];
+    let page = with_report(&outcome, |r| r.html());
+    assert!(page.len() < 400_000, "{} bytes", page.len());
+}
+
+#[test]
+fn the_picture_is_drawn_with_its_letters() {
+    let outcome = outcome();
+    let png = with_report(&outcome, |r| r.png()).expect("a picture");
+    let picture = image::load_from_memory(&png).expect("PNG").into_luma8();
+    let (width, height) = picture.dimensions();
+    assert!(width == 1576 && (3000..6000).contains(&height), "{width} × {height}");
+    // The title is the first thing on the page; without its font there would be nothing there.
+    let dark =
+        (0..140).flat_map(|y| (0..width).map(move |x| (x, y))).filter(|(x, y)| picture.get_pixel(*x, *y).0[0] < 128);
+    assert!(dark.count() > 1000, "the title is drawn");
+    let edge = (0..height).all(|y| picture.get_pixel(width - 1, y).0[0] > 250 && picture.get_pixel(0, y).0[0] > 250);
+    assert!(edge, "nothing runs over the edge");
+}
+
+#[test]
+fn a_response_that_diverged_is_told_and_drawn_as_far_as_it_went() {
+    let mut outcome = outcome();
+    outcome.train = None;
+    outcome.noise_floor = None;
+    let record = &mut outcome.records[0];
+    record.diverged_at = Some(0.4);
+    for series in
+        record.states.iter_mut().chain(record.channels.iter_mut().flat_map(|c| [&mut c.response, &mut c.error]))
+    {
+        series.truncate(40);
+    }
+    record.channels[0].response[39] = 1e30;
+    record.channels[0].error[39] = 1e30;
+    record.channels[0].score = None;
+    let page = with_report(&outcome, |r| r.html());
+    assert_balanced(&page);
+    assert!(page.contains("diverged") && page.contains("at t = 0.4000 s"));
+    // The error's axis is not stretched beyond the measurement's range.
+    assert!(page.contains(">E (mm)<"));
+    let summary = with_report(&outcome, |r| r.summary());
+    assert!(summary.contains("record long: the response left the data's range at t = 0.4000 s"), "{summary}");
+}
+
+#[test]
+fn a_report_on_nearly_nothing_is_written_too() {
+    let mut outcome = outcome();
+    outcome.model = Model::second_order(1, vec![Equation { terms: Vec::new() }]);
+    outcome.fits.clear();
+    for samples in [0, 1, 2] {
+        outcome.records = vec![record_outcome("tiny", Usage::Fit, samples)];
+        outcome.records[0].signals = Arc::new(Signals { main_period: None, ..(*outcome.records[0].signals).clone() });
+        assert_balanced(&with_report(&outcome, |r| r.html()));
+    }
+    outcome.records.clear();
+    assert_balanced(&with_report(&outcome, |r| r.html()));
+    with_report(&outcome, |r| r.png()).expect("a picture");
+}
+
+#[test]
+fn the_summary_lines_up() {
+    let said = with_report(&outcome(), |r| r.summary());
+    let expected = "\
+record            RMSE     NRMSE   largest error  best fit  samples
+long    fitted    17.2 µm  1.02 %  34.0 µm        99.0 %    6000
+short   held out  17.2 µm  1.02 %  34.0 µm        99.0 %     700
+noise floor 10 µm (standard deviation, estimated)
+";
+    assert!(said.starts_with(expected), "{said}");
+    assert!(said.contains("\nCaution. One tone only"), "{said}");
+}
+
+#[test]
+fn the_ending_decides() {
+    use std::path::Path;
+    assert_eq!(Format::of(Path::new("a.HTML")).expect("known"), Format::Html);
+    assert_eq!(Format::of(Path::new("b.png")).expect("known"), Format::Png);
+    for (path, said) in [("a.docx", ".docx"), ("report", "without an ending")] {
+        let error = Format::of(Path::new(path)).expect_err("unknown");
+        assert!(matches!(error, ReportError::Ending(_)) && error.to_string().contains(said), "{error}");
+    }
 }

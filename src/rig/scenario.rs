@@ -264,8 +264,8 @@ impl ScenarioOptions {
     /// The command line that makes the same records.
     pub fn command(&self, scenario: &str) -> String {
         let mut text = format!("sindyscope generate {scenario}");
-        let list = |values: &[f64]| values.iter().map(|v| format!("{v:?}")).collect::<Vec<_>>().join(",");
-        let number = |v: &Option<f64>| v.map(|v| format!("{v:?}"));
+        let list = |values: &[f64]| values.iter().copied().map(short).collect::<Vec<_>>().join(",");
+        let number = |v: &Option<f64>| v.map(short);
         let options = [
             ("seed", Some(self.seed.to_string())),
             ("noise", self.noise.map(|n| n.to_string())),
@@ -282,7 +282,7 @@ impl ScenarioOptions {
             ("initial", self.initial.as_deref().map(list)),
         ];
         let given = options.into_iter().filter_map(|(name, value)| value.map(|v| (name, v)));
-        let changed = self.parameters.iter().map(|(name, value)| ("set", format!("{name}={value:?}")));
+        let changed = self.parameters.iter().map(|(name, value)| ("set", format!("{name}={}", short(*value))));
         for (name, value) in given.chain(changed) {
             text += " --";
             text += name;
@@ -293,6 +293,12 @@ impl ScenarioOptions {
         }
         text
     }
+}
+
+/// A number as a person types it.
+pub(super) fn short(value: f64) -> String {
+    let plain = value == 0.0 || (1e-4..1e7).contains(&value.abs());
+    if plain { value.to_string() } else { format!("{value:e}") }
 }
 
 /// Records of the rig, and what made them.

@@ -62,9 +62,7 @@ fn a_seed_makes_the_same_records_for_ever() {
         assert_ne!(made(name, &brief(7)).records, made(name, &brief(8)).records);
     }
     let first = values(&made("duffing-noisy", &brief(1)).records[0], X)[..3].to_vec();
-    let expected = [0.0020619253723874564, 0.013009710269210268, 8.819153740878663e-5];
-    // The noise comes by multiplication and table from a generator of fixed definition; only the table's tails use exp.
-    assert!(first.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{first:?}");
+    assert_eq!(first, [0.00206, 0.01301, 0.00009]);
 }
 
 #[test]
@@ -124,7 +122,8 @@ fn several_tones_are_one_record_each_or_one_together() {
     assert_eq!(together.records.len(), 1);
     for k in 0..300 {
         let sum = values(&apart.records[0], U)[k] + values(&apart.records[1], U)[k];
-        assert!((values(&together.records[0], U)[k] - sum).abs() < 1e-15);
+        // Each is rounded to ten digits.
+        assert!((values(&together.records[0], U)[k] - sum).abs() < 2e-9);
     }
 }
 
@@ -159,8 +158,8 @@ fn the_command_in_the_comments_names_every_option() {
     };
     assert_eq!(
         made("friction", &options).comments.last().unwrap(),
-        "made by: sindyscope generate friction --seed 4 --noise 1.0% --input-noise 1e-6 --resolution 1e-7 --rate 500.0 \
-         --duration 2.5 --settle 1.0 --amplitude 0.002 --frequencies 2.0,3.5 --together --ramp 0.5 --initial 0.001,0.0 \
+        "made by: sindyscope generate friction --seed 4 --noise 1% --input-noise 1e-6 --resolution 1e-7 --rate 500 \
+         --duration 2.5 --settle 1 --amplitude 0.002 --frequencies 2,3.5 --together --ramp 0.5 --initial 0.001,0 \
          --set F=0.1"
     );
 }

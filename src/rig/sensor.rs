@@ -5,6 +5,11 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
 
+use super::scenario::short;
+
+/// Digits that a sample keeps of the largest magnitude of its channel, or of a thousandth of its noise if that is more.
+const DIGITS: i32 = 10;
+
 /// How large a sensor's white Gaussian noise is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Noise {
@@ -45,8 +50,8 @@ impl From<f64> for Noise {
 impl fmt::Display for Noise {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Deviation(deviation) => write!(f, "{deviation:?}"),
-            Self::ShareOfPeak(share) => write!(f, "{:?}%", 100.0 * share),
+            Self::Deviation(deviation) => f.write_str(&short(*deviation)),
+            Self::ShareOfPeak(share) => write!(f, "{}%", short(100.0 * share)),
         }
     }
 }
@@ -81,7 +86,8 @@ impl Sensor {
     /// A sensor that records what is there.
     pub const PERFECT: Self = Self { noise: Noise::NONE, resolution: 0.0 };
 
-    /// Records a clean series. The noise is drawn from `seed` in a stream of the sensor's own, so that it does not
+    /// Records a clean series, to ten digits of its largest magnitude (fewer where noise drowns them), so that a file of it
+    /// is short and the same on every machine. The noise is drawn from `seed` in a stream of the sensor's own, so that it does not
     /// depend on what other sensors do.
     pub fn measure(&self, clean: &[f64], seed: u64, stream: u64) -> Vec<f64> {
         let mut samples = clean.to_vec();
@@ -100,7 +106,26 @@ impl Sensor {
                 *x = (*x / self.resolution).round() * self.resolution;
             }
         }
+        to_digits(&mut samples, deviation);
         samples
+    }
+}
+
+/// Rounds to a power of ten that is lost in the noise, or in the tenth digit of the largest magnitude.
+fn to_digits(samples: &mut [f64], deviation: f64) {
+    let peak = samples.iter().fold(0.0_f64, |peak, x| x.abs().max(peak));
+    let least = f64::max(1e-3 * deviation, peak * 0.1_f64.powi(DIGITS));
+    // Beyond these a power of ten is no exact divisor, and nobody counts digits.
+    if !(1e-20..1e10).contains(&least) {
+        return;
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "an exponent between -20 and 10")]
+    let decimals = -least.log10().ceil() as i32;
+    let scale = 10_f64.powi(decimals.abs());
+    for x in samples {
+        let rounded = if decimals >= 0 { (*x * scale).round() / scale } else { (*x / scale).round() * scale };
+        // No negative zero.
+        *x = rounded + 0.0;
     }
 }
 
@@ -139,6 +164,16 @@ mod tests {
     fn quantised_samples_are_whole_steps() {
         let sensor = Sensor { noise: Noise::NONE, resolution: 0.25 };
         assert_eq!(sensor.measure(&[0.1, 0.2, -0.6, 1.0], 0, 0), [0.0, 0.25, -0.5, 1.0]);
+    }
+
+    #[test]
+    fn samples_keep_the_digits_that_matter() {
+        let clean = [0.004_123_456_789_012_3, -1e-17, 0.001];
+        assert_eq!(Sensor::PERFECT.measure(&clean, 0, 0), [0.004_123_456_789, 0.0, 0.001]);
+        let noisy = Sensor { noise: 1e-5.into(), resolution: 0.0 }.measure(&clean, 0, 0);
+        assert!(noisy.iter().all(|x| x.to_string().len() <= "-0.00412345".len()), "{noisy:?}");
+        let noisy = Sensor { noise: 1e-25.into(), resolution: 0.0 }.measure(&[0.0, 0.0], 0, 0);
+        assert!(noisy.iter().all(|x| *x != 0.0));
     }
 
     #[test]

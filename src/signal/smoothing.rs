@@ -66,12 +66,12 @@ impl Smoothing {
     /// Samples between rows that a regression on filtered columns needs: closer ones repeat each other.
     ///
     /// The filter passes frequencies up to about (order + 1) / (3.2 window) of the Nyquist frequency (Schafer 2011);
-    /// four rows for each order sample that several times over.
+    /// two rows for each order still sample that six times over.
     pub fn stride(&self) -> usize {
         match self.method {
             Differentiation::Difference => 1,
             _ if !self.filter_library => 1,
-            _ => (self.window / (4 * (self.order + 1))).max(1),
+            _ => (self.window / (2 * (self.order + 1))).max(1),
         }
     }
 }

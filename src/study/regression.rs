@@ -1,10 +1,11 @@
 //! The regression stage: library columns over every fitted record, reduced once, thresholded often.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::{EquationFit, Kinematics, Lock, Scaling, Settings, StudyError};
 use crate::model::{Equation, Model, WeightedTerm, kinematic};
-use crate::signal::{Signals, Smoothing};
+use crate::signal::{SavitzkyGolay, Signals, Smoothing, dot};
 use crate::sparse::{Constraint, Options, Reduced, Solution, clustered_covariance, drop_path, stlsq};
 use crate::study::outcome::DroppedTerm;
 use crate::term::{Expression, Kind, Layout, Program, SampleBlock, Symbol, Term};
@@ -69,16 +70,14 @@ impl Regression {
                 inputs: &inputs,
                 input_rates: &input_rates,
             };
-            let mut full: Vec<Vec<f64>> = vec![Vec::new(); terms.len()];
-            program.columns(&samples, &mut full);
-            let mut strided = vec![0.0; rows];
-            for (column, full) in columns.iter_mut().zip(&full) {
-                match &filter {
-                    Some(filter) => {
-                        filter.apply_strided(full, signals.interval, 0, stride, &mut strided);
-                        column.extend_from_slice(&strided[inside.clone()]);
+            match &filter {
+                Some(filter) => filtered(&program, &samples, filter, stride, &inside, &mut columns),
+                None => {
+                    let mut full: Vec<Vec<f64>> = vec![Vec::new(); terms.len()];
+                    program.columns(&samples, &mut full);
+                    for (column, full) in columns.iter_mut().zip(&full) {
+                        column.extend(full.iter().step_by(stride).skip(inside.start).take(inside.len()));
                     }
-                    None => column.extend(full.iter().step_by(stride).skip(inside.start).take(inside.len())),
                 }
             }
             for (rate, state) in rates.iter_mut().zip(fitted) {
@@ -277,6 +276,47 @@ impl Regression {
             residual_rms: solution.residual_rms,
             rate_rms: target.reduced.target_scale(),
         }
+    }
+}
+
+/// Samples of a record that are evaluated at once: their columns stay in the cache until they are filtered.
+const CHUNK: usize = 4096;
+
+/// Evaluates the columns, smooths them and appends the rows `inside`, each `stride` samples from the one before.
+fn filtered(
+    program: &Program,
+    samples: &SampleBlock<'_>,
+    filter: &SavitzkyGolay,
+    stride: usize,
+    inside: &Range<usize>,
+    columns: &mut [Vec<f64>],
+) {
+    let count = samples.states.first().map_or(0, |s| s.len());
+    let half = filter.window() / 2;
+    let clear_of_ends = inside.start * stride >= half && inside.end.saturating_sub(1) * stride + half < count;
+    let rows_at_once = if clear_of_ends { (CHUNK / stride).max(1) } else { inside.len().max(1) };
+    let kernel = filter.weights(0.0, 0);
+    let mut chunk: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
+    let mut from = inside.start;
+    while from < inside.end {
+        let to = inside.end.min(from + rows_at_once);
+        chunk.iter_mut().for_each(Vec::clear);
+        if clear_of_ends {
+            let first = from * stride - half;
+            let part = samples.slice(first..(to - 1) * stride + half + 1);
+            program.columns(&part.block(), &mut chunk);
+            for (column, chunk) in columns.iter_mut().zip(&chunk) {
+                column.extend((0..to - from).map(|row| dot(&kernel, &chunk[row * stride..][..kernel.len()])));
+            }
+        } else {
+            program.columns(samples, &mut chunk);
+            let mut smooth = vec![0.0; count.div_ceil(stride)];
+            for (column, chunk) in columns.iter_mut().zip(&chunk) {
+                filter.apply_strided(chunk, samples.interval, 0, stride, &mut smooth);
+                column.extend_from_slice(&smooth[from..to]);
+            }
+        }
+        from = to;
     }
 }
 

@@ -22,7 +22,7 @@ pub use library::{Family, list, polynomials};
 pub use parse::TermError;
 pub(crate) use print::latex_number;
 pub(crate) use program::LANES;
-pub use program::{Program, SampleBlock, Slots};
+pub use program::{Program, SampleBlock, SampleStretch, Slots};
 
 use serde::{Deserialize, Serialize};
 

@@ -35,6 +35,38 @@ pub struct SampleBlock<'a> {
     pub input_rates: &'a [&'a [f64]],
 }
 
+/// A stretch of a [`SampleBlock`].
+#[derive(Clone, Debug)]
+pub struct SampleStretch<'a> {
+    start: f64,
+    interval: f64,
+    states: Vec<&'a [f64]>,
+    inputs: Vec<&'a [f64]>,
+    input_rates: Vec<&'a [f64]>,
+}
+
+impl<'a> SampleBlock<'a> {
+    /// The samples of a range of indices.
+    pub fn slice(&self, range: Range<usize>) -> SampleStretch<'a> {
+        let cut = |series: &[&'a [f64]]| series.iter().map(|s| &s[range.clone()]).collect();
+        SampleStretch {
+            start: self.start + self.interval * range.start as f64,
+            interval: self.interval,
+            states: cut(self.states),
+            inputs: cut(self.inputs),
+            input_rates: cut(self.input_rates),
+        }
+    }
+}
+
+impl SampleStretch<'_> {
+    /// The stretch as a block.
+    pub fn block(&self) -> SampleBlock<'_> {
+        let Self { start, interval, states, inputs, input_rates } = self;
+        SampleBlock { start: *start, interval: *interval, states, inputs, input_rates }
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Operation {
     Add(usize, usize),

@@ -231,18 +231,36 @@ pub fn columns(
 }
 
 /// Thins a curve that may run in loops (a phase portrait) to what shows at `scale` pixels per unit along each axis: points
-/// nearer than half a pixel to the last one kept are left out, and so are short steps between pixels that the curve has
-/// been to before, which leaves a pause in the line (a point that is not finite).
-pub fn loops(
-    points: impl Iterator<Item = PlotPoint>,
+/// nearer than a pixel to the last one kept are left out, and so are short steps between pixels that the curve has been to
+/// before, which leaves a pause in the line (a point that is not finite). If more than `most` points remain (a portrait that
+/// fills an area), pixels of twice the size are taken, and so on.
+pub fn loops<P: Iterator<Item = PlotPoint> + Clone>(
+    points: P,
     bounds: ([f64; 2], [f64; 2]),
     scale: [f64; 2],
+    most: usize,
     out: &mut Vec<PlotPoint>,
 ) {
+    let mut size = 1.0;
+    while !loops_of(points.clone(), bounds, scale.map(|s| s / size), most, out) && size < COARSEST {
+        size *= 2.0;
+    }
+}
+
+/// Beyond this size of pixels a portrait is drawn with as many points as it takes.
+const COARSEST: f64 = 16.0;
+
+/// False if `most` points did not do.
+fn loops_of(
+    points: impl Iterator<Item = PlotPoint>,
+    (min, max): ([f64; 2], [f64; 2]),
+    scale: [f64; 2],
+    most: usize,
+    out: &mut Vec<PlotPoint>,
+) -> bool {
     const STEP: f64 = 0.7;
     const PAUSE: PlotPoint = PlotPoint { x: f64::NAN, y: f64::NAN };
     out.clear();
-    let (min, max) = bounds;
     let cells = |k: usize| ((max[k] - min[k]) * scale[k]).ceil().clamp(0.0, 8192.0) as usize + 1;
     let (width, height) = (cells(0), cells(1));
     let mut visited = vec![false; width * height];
@@ -250,8 +268,9 @@ pub fn loops(
     let mut paused = true;
     for point in points.filter(|p| p.x.is_finite() && p.y.is_finite()) {
         let place = [(point.x - min[0]) * scale[0], (point.y - min[1]) * scale[1]];
-        let distance = last.map_or(f64::INFINITY, |(_, at, _)| (place[0] - at[0]).hypot(place[1] - at[1]));
-        if distance < STEP {
+        let distance_squared =
+            last.map_or(f64::INFINITY, |(_, at, _)| (place[0] - at[0]).powi(2) + (place[1] - at[1]).powi(2));
+        if distance_squared < STEP * STEP {
             continue;
         }
         let inside = place[0] >= 0.0 && place[1] >= 0.0 && place[0] < width as f64 && place[1] < height as f64;
@@ -259,7 +278,7 @@ pub fn loops(
         // Outside the view nothing shows but the line that leads in, which the next point inside draws from here.
         let known = cell.is_none_or(|c| std::mem::replace(&mut visited[c], true));
         if let Some((before, _, before_known)) = last {
-            if known && before_known && (distance < 2.0 || cell.is_none()) {
+            if known && before_known && (distance_squared < 4.0 || cell.is_none()) {
                 if !paused {
                     out.push(PAUSE);
                     paused = true;
@@ -270,10 +289,14 @@ pub fn loops(
                     paused = false;
                 }
                 out.push(point);
+                if out.len() > most {
+                    return false;
+                }
             }
         }
         last = Some((point, place, known));
     }
+    true
 }
 
 #[cfg(test)]
@@ -373,7 +396,7 @@ mod tests {
                 let phase = std::f64::consts::TAU * f64::from(k) / 2000.0;
                 PlotPoint::new(phase.cos(), phase.sin())
             });
-            loops(points, ([-1.1; 2], [1.1; 2]), [200.0; 2], &mut out);
+            loops(points, ([-1.1; 2], [1.1; 2]), [200.0; 2], 100_000, &mut out);
             out.len()
         };
         assert!(turn(1) > 500);
@@ -385,7 +408,20 @@ mod tests {
         let corner = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
         let mut out = Vec::new();
         let points = (0..12).map(|k| PlotPoint::new(corner[k % 4].0, corner[k % 4].1));
-        loops(points, ([0.0; 2], [1.0; 2]), [100.0; 2], &mut out);
+        loops(points, ([0.0; 2], [1.0; 2]), [100.0; 2], 100, &mut out);
         assert_eq!(out.len(), 12);
+    }
+
+    #[test]
+    fn a_portrait_that_fills_an_area_is_drawn_with_few_points_from_edge_to_edge() {
+        let points = (0..400_000).map(|k| {
+            let t = 0.01 * f64::from(k);
+            PlotPoint::new((t * 1.618_034).sin(), t.sin())
+        });
+        let mut out = Vec::new();
+        loops(points, ([-1.1; 2], [1.1; 2]), [300.0; 2], 12_000, &mut out);
+        assert!((2000..=12_000).contains(&out.len()), "{}", out.len());
+        let widest = out.iter().filter(|p| p.x.is_finite()).map(|p| p.x).fold(0.0, f64::max);
+        assert!(widest > 0.95, "{widest}");
     }
 }

@@ -43,6 +43,8 @@ pub fn picture(sheet: &Sheet, like: Option<&Context>, mut draw: impl FnMut(&mut 
         }
     }
     ctx.set_theme(sheet.theme);
+    // Paper is white.
+    ctx.style_mut_of(Theme::Light, |style| style.visuals.panel_fill = egui::Color32::WHITE);
     let mut raster = Rasterizer::default();
     let mut shapes = Vec::new();
     for pass in 0..PASSES {

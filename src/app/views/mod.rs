@@ -1,1 +1,159 @@
-//! The centre of the window.
+//! The centre of the window: what was measured and what the identified model does, seen in five ways.
+//!
+//! A view is a function of a [`Picture`] (what is shown) and a [`ViewState`] (how); it computes nothing of the study.
+
+mod cache;
+mod header;
+mod input;
+mod legend;
+mod panel;
+mod phase;
+mod response;
+mod scene;
+mod spectrum;
+#[cfg(test)]
+mod tests;
+mod velocity;
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::plot::export::{self, Sheet};
+use super::plot::palette::{self, Ink};
+use crate::study::Outcome;
+use cache::Cache;
+use scene::Scene;
+
+/// One way of looking at an outcome.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum View {
+    /// Measured and identified displacement over time, with the error beneath.
+    #[default]
+    Response,
+    /// Velocity over time, and acceleration.
+    Velocity,
+    /// Velocity over displacement.
+    Phase,
+    /// The inputs and their rates over time.
+    Input,
+    /// Amplitude spectra.
+    Spectrum,
+}
+
+impl View {
+    /// Every view, in the order of the tabs.
+    pub(crate) const ALL: [Self; 5] = [Self::Response, Self::Velocity, Self::Phase, Self::Input, Self::Spectrum];
+
+    /// The tab's text.
+    pub(crate) fn label(self) -> &'static str {
+        match self {
+            Self::Response => "Response",
+            Self::Velocity => "Velocity",
+            Self::Phase => "Phase",
+            Self::Input => "Input",
+            Self::Spectrum => "Spectrum",
+        }
+    }
+
+    /// What the view shows, in one sentence.
+    pub(crate) fn tooltip(self) -> &'static str {
+        match self {
+            Self::Response => "Measured and identified displacement laid over each other, and the error E(t) beneath",
+            Self::Velocity => "Velocity from the smoothed measurement and from the identified model",
+            Self::Phase => "Velocity over displacement: loops, limit cycles and sticking show here",
+            Self::Input => "The force or base motion that the model was driven by, and its rate",
+            Self::Spectrum => "Amplitude spectra of measurement, model and error",
+        }
+    }
+}
+
+/// What a view shows.
+#[derive(Clone, Copy)]
+pub(crate) struct Picture<'a> {
+    /// The outcome.
+    pub(crate) outcome: &'a Arc<Outcome>,
+    /// The outcome before the last change of settings, drawn as a faint ghost.
+    pub(crate) previous: Option<&'a Arc<Outcome>>,
+    /// Which of the outcome's records.
+    pub(crate) record: usize,
+    /// True while a newer outcome is being computed: what is shown is dimmed, not removed.
+    pub(crate) stale: bool,
+}
+
+/// How views show it. What is serialized survives a restart; the rest is remembered from frame to frame.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub(crate) struct ViewState {
+    /// Curves switched off in the legends.
+    pub(crate) hidden: BTreeSet<Ink>,
+    /// The degree of freedom (or state) shown, from zero; the last one there is if there are fewer.
+    pub(crate) freedom: usize,
+    /// The input shown, likewise.
+    pub(crate) input: usize,
+    /// Whether the error is shown on a logarithmic axis.
+    pub(crate) log_error: bool,
+    /// Whether frequencies are shown on a logarithmic axis.
+    pub(crate) log_frequency: bool,
+    /// Whether the velocity's view shows the acceleration beneath.
+    pub(crate) acceleration: bool,
+    #[serde(skip)]
+    cache: Cache,
+    #[serde(skip)]
+    printing: bool,
+}
+
+impl ViewState {
+    /// Shows all of the data again, in every view, from the next frame on.
+    pub(crate) fn fit(&mut self) {
+        self.cache.fit_all();
+    }
+}
+
+/// What a person asked for in a view and the window has to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Request {
+    /// Show another of the outcome's records.
+    ShowRecord(usize),
+    /// Save a picture of this view: ask for a file, then [`render`] and [`export::save_png`].
+    SavePicture,
+}
+
+/// Draws a view into all the room there is.
+pub(crate) fn show(ui: &mut egui::Ui, view: View, picture: &Picture<'_>, state: &mut ViewState) -> Option<Request> {
+    let Some(scene) = Scene::new(ui, picture, state) else {
+        legend::note(ui, "No record is marked fit or held out, so there is nothing to show");
+        return None;
+    };
+    ui.scope(|ui| {
+        ui.visuals_mut().extreme_bg_color = palette::ground(scene.dark);
+        ui.spacing_mut().item_spacing.y = 2.0;
+        let asked = header::show(ui, view, &scene, state);
+        let also = match view {
+            View::Response => response::show(ui, &scene, state),
+            View::Velocity => velocity::show(ui, &scene, state),
+            View::Phase => phase::show(ui, &scene, state),
+            View::Input => input::show(ui, &scene, state),
+            View::Spectrum => spectrum::show(ui, &scene, state),
+        };
+        asked.or(also)
+    })
+    .inner
+}
+
+/// Draws a view as a picture for print: as zoomed in the window (`like`, the window's context), without its buttons.
+pub(crate) fn render(
+    like: Option<&egui::Context>,
+    view: View,
+    picture: &Picture<'_>,
+    state: &ViewState,
+    sheet: &Sheet,
+) -> image::RgbaImage {
+    let picture = Picture { stale: false, previous: None, ..*picture };
+    let mut state = ViewState { printing: true, ..state.clone() };
+    export::picture(sheet, like, |ui| {
+        show(ui, view, &picture, &mut state);
+    })
+}

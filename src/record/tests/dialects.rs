@@ -76,6 +76,22 @@ fn names_and_units_come_through() {
 }
 
 #[test]
+fn time_comes_in_many_units() {
+    for (header, interval) in [
+        ("t,x", 5.0),
+        ("t [ns],x", 5e-9),
+        ("TIME_US,x", 5e-6),
+        ("Time (ms),x", 0.005),
+        ("time [min],x", 300.0),
+        ("t / h,x", 18_000.0),
+        ("time_seconds,x", 5.0),
+    ] {
+        let record = only("a", &file(header, |i| format!("{},{}", 5 * i + 5, x(i))), &ReadOptions::default());
+        assert_eq!((record.start, record.interval), (interval, interval), "{header}");
+    }
+}
+
+#[test]
 fn latin_1_names_are_read() {
     let mut bytes = file("t,x [@m],na@ve", |i| format!("{i},{},0", x(i))).into_bytes();
     for (byte, latin) in bytes.iter_mut().filter(|b| **b == b'@').zip([0xb5, 0xef]) {
@@ -137,8 +153,8 @@ fn first_order_states_are_read() {
 
 #[test]
 fn a_record_column_separates_trajectories() {
-    let contiguous = file("run,t,x", |i| format!("{},{},{}", if i < 12 { "a" } else { "b" }, i, x(i)));
-    // Twelve samples are too few.
+    let contiguous = file("run,t,x", |i| format!("{},{},{}", if i < 5 { "a" } else { "b" }, i, x(i)));
+    // Five samples are too few.
     assert_eq!(read_text("f.csv", contiguous, &ReadOptions::default()).unwrap().len(), 1);
     let mut contiguous = String::from("run,t,x\n");
     let mut interleaved = contiguous.clone();

@@ -60,6 +60,12 @@ fn every_error_says_what_where_and_what_to_try() {
             "f.csv: `x_raw` and `x_filtered` could both be the displacement x",
             "choose one: `--columns x=x_raw`; or use both: `--columns x1=x_raw,x2=x_filtered`",
         ),
+        (
+            rows("t,x,x"),
+            none(),
+            "f.csv: `x` and `x` could both be the displacement x",
+            "choose one: `--columns x=2`; or use both: `--columns x1=2,x2=3`",
+        ),
         (rows("t,x1,x_1"), none(), "f.csv: `x1` and `x_1` could both be the displacement x1", "`--columns x1=x1`"),
         (rows("t,time,x"), none(), "f.csv: `t` and `time` could both be the time", "choose one: `--columns t=t`"),
         (rows("t,x1,x3"), none(), "f.csv: `x3` is there, but no x2", "number the columns without a hole"),
@@ -107,6 +113,7 @@ fn every_error_says_what_where_and_what_to_try() {
             "f.csv, line 6, column `x`: `1e999` is not a finite number",
             "delete",
         ),
+        (with_row("t,x", 4, "0.4,-1e200"), none(), "f.csv, line 6, column `x`: `-1e200` is too large", "larger unit"),
         (
             with_row("t,x", 4, "0.4,\"1,5\""),
             none(),
@@ -131,7 +138,7 @@ fn every_error_says_what_where_and_what_to_try() {
         (
             file("t,x,id", |i| format!("{i},{},{}", x(i), i % 3)),
             none(),
-            "f.csv: 10 (in record `0`) samples are too few (at least 20)",
+            "f.csv: in the longest of 3 records, 10 samples are too few (at least 20)",
             "the column that tells the records apart",
         ),
         (
@@ -232,7 +239,7 @@ fn every_notice_says_what_was_done() {
             file("t,x", |i| format!("{},{}", i as f64 + if i == 5 { 0.005 } else { 0.0 }, x(i))),
             none(),
             &[
-                "f.csv: the time stamps are up to 0.48 % of the interval of 1 s off an even grid; the samples were interpolated onto it",
+                "f.csv: the time stamps are up to 0.46 % of the interval of 1 s off an even grid; the samples were interpolated onto it",
             ],
         ),
         (
@@ -240,7 +247,7 @@ fn every_notice_says_what_was_done() {
             none(),
             &[
                 "f.csv: a gap of 5 s before line 27 (t = 29 s) splits the record",
-                "f.csv: 1 stretch between gaps has fewer than 20 samples; it was left out",
+                "f.csv: a stretch between gaps has fewer than 20 samples; it was left out",
             ],
         ),
         (
@@ -261,7 +268,7 @@ fn every_notice_says_what_was_done() {
             none(),
             &[
                 "f.csv: a gap of 11 s before line 32 (t = 40 s) splits the record",
-                "f.csv: nothing moves in the 30 samples from line 32 on; they were left out",
+                "f.csv: a stretch between gaps has no motion; it was left out",
             ],
         ),
         (
@@ -271,7 +278,16 @@ fn every_notice_says_what_was_done() {
                 text
             },
             none(),
-            &["f.csv: 5 (in record `short`) samples are too few (at least 20): left out"],
+            &["f.csv: record `short` has 5 samples where at least 20 are needed; it was left out"],
+        ),
+        (
+            {
+                let mut text = file("t,x,run", |i| format!("{i},{},long", x(i)));
+                (0..9).for_each(|i| text += &format!("{i},{},short {}\n", x(i), i % 3));
+                text
+            },
+            none(),
+            &["f.csv: 3 records have fewer than 20 samples; they were left out"],
         ),
     ];
     for (text, options, wanted) in cases {

@@ -1,0 +1,142 @@
+//! What lies on the bench: the records, and what the last study says of them.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use crate::record::{Record, RecordSet, Role, Usage};
+use crate::signal::Smoothing;
+use crate::study::Outcome;
+use crate::term::{Kind, Layout, Symbol, Term};
+
+/// How long after a change the response before it stays in view, s.
+const GHOST: f64 = 1.2;
+
+/// The records that are open and what is known of them.
+#[derive(Debug, Default)]
+pub(crate) struct Bench {
+    /// The records, in the order of reading.
+    pub(crate) records: Vec<Arc<Record>>,
+    /// A name for them all: a file's, or a sample's.
+    pub(crate) title: String,
+    /// Changes whenever other records are opened, so that a late answer is recognised.
+    pub(crate) generation: u64,
+    /// The last outcome, if there is one.
+    pub(crate) outcome: Option<Arc<Outcome>>,
+    /// Why the newest settings have no outcome.
+    pub(crate) failure: Option<String>,
+    /// The outcome before the change that is under way.
+    ghost: Option<Arc<Outcome>>,
+    ghost_until: f64,
+    /// Coefficients that the last outcome changed, with the time of the change.
+    flashes: HashMap<(Symbol, Term), f64>,
+}
+
+impl Bench {
+    /// Puts other records on the bench.
+    pub(crate) fn open(&mut self, title: String, records: Vec<Arc<Record>>) {
+        let generation = self.generation + 1;
+        *self = Self { records, title, generation, ..Self::default() };
+    }
+
+    /// The records with their usage.
+    pub(crate) fn set(&self, usage: &[Usage]) -> RecordSet {
+        let usage = |i: usize| usage.get(i).copied().unwrap_or_default();
+        RecordSet { entries: self.records.iter().enumerate().map(|(i, r)| (Arc::clone(r), usage(i))).collect() }
+    }
+
+    /// Numbers of states and inputs.
+    pub(crate) fn layout(&self, kind: Kind) -> Layout {
+        self.records.first().map_or_else(Layout::default, |r| r.layout(kind))
+    }
+
+    /// Takes an outcome; `held` tells whether the pointer still drags.
+    pub(crate) fn take(&mut self, outcome: Arc<Outcome>, held: bool, now: f64) {
+        self.failure = None;
+        if let Some(old) = self.outcome.take() {
+            self.note_changes(&old, &outcome, now);
+            if self.ghost.is_none() {
+                self.ghost = Some(old);
+            }
+            self.ghost_until = if held { f64::INFINITY } else { now + GHOST };
+        }
+        self.outcome = Some(outcome);
+    }
+
+    /// Lets the ghost go once the drag has ended and some time has passed; tells after how long to look again.
+    pub(crate) fn fade(&mut self, held: bool, now: f64) -> Option<f64> {
+        self.ghost.as_ref()?;
+        if held {
+            self.ghost_until = f64::INFINITY;
+            return None;
+        }
+        if self.ghost_until.is_infinite() {
+            self.ghost_until = now + GHOST;
+        }
+        if now >= self.ghost_until {
+            self.ghost = None;
+            return None;
+        }
+        Some(self.ghost_until - now)
+    }
+
+    /// The outcome before the change that is under way or just over.
+    pub(crate) fn ghost(&self) -> Option<&Arc<Outcome>> {
+        self.ghost.as_ref()
+    }
+
+    /// Seconds since the last change of a coefficient.
+    pub(crate) fn since_change(&self, state: Symbol, term: &Term, now: f64) -> Option<f64> {
+        self.flashes.get(&(state, term.clone())).map(|at| now - at)
+    }
+
+    fn note_changes(&mut self, old: &Outcome, new: &Outcome, now: f64) {
+        self.flashes.retain(|_, at| now - *at < 2.0);
+        if old.model.layout != new.model.layout {
+            return;
+        }
+        for ((state, before), (_, after)) in old.model.iter().zip(new.model.iter()) {
+            for term in &after.terms {
+                // A change that the digits shown do not tell is none.
+                let visible = term.std_error.unwrap_or(0.0).max(1e-4 * term.coefficient.abs());
+                let moved = before.coefficient(&term.term).is_none_or(|c| (c - term.coefficient).abs() > visible);
+                if moved {
+                    self.flashes.insert((state, term.term.clone()), now);
+                }
+            }
+        }
+    }
+
+    /// The shortest record that is fitted, samples.
+    pub(crate) fn shortest(&self, usage: &[Usage]) -> usize {
+        let fitted = |i: usize| usage.get(i).copied().unwrap_or_default() == Usage::Fit;
+        let lengths = self.records.iter().enumerate().filter(|(i, _)| fitted(*i)).map(|(_, r)| r.len());
+        lengths.min().unwrap_or_else(|| self.records.first().map_or(0, |r| r.len()))
+    }
+
+    /// The longest segment that the slider offers, samples: odd, two of the longest main periods if that is known, and
+    /// never more than a third of the shortest record.
+    pub(crate) fn longest_segment(&self, usage: &[Usage]) -> usize {
+        let third = (self.shortest(usage) / 3).max(5);
+        let periods = self.outcome.iter().flat_map(|o| &o.records).filter_map(|r| {
+            let period = r.signals.main_period?;
+            Some((2.0 * period / r.signals.interval) as usize)
+        });
+        let most = periods.max().unwrap_or(501).max(51).min(third);
+        most - usize::from(most % 2 == 0)
+    }
+
+    /// A segment's length in milliseconds and in main periods of the first fitted record.
+    pub(crate) fn segment_length(&self, smoothing: &Smoothing) -> (Option<f64>, Option<f64>) {
+        let record = self.outcome.as_ref().and_then(|o| o.records.iter().find(|r| r.usage == Usage::Fit));
+        let interval = record.map(|r| r.signals.interval).or_else(|| self.records.first().map(|r| r.interval));
+        let length = interval.map(|h| h * smoothing.window as f64);
+        let share = record.and_then(|r| r.signals.main_period).zip(length).map(|(period, length)| length / period);
+        (length, share)
+    }
+
+    /// The unit of the first displacement (or state).
+    pub(crate) fn unit(&self) -> &str {
+        let channel = self.records.first().and_then(|r| r.channel(Role::Displacement(0)));
+        channel.map_or("", |c| c.unit.as_str())
+    }
+}

@@ -1,0 +1,220 @@
+//! Everything that can be done: buttons, menus, keys, help and the palette all come from this one list.
+
+use egui::{Key, KeyboardShortcut, Modifiers, Ui};
+
+use super::state::Room;
+use super::state::Sample;
+use super::views::View;
+
+/// Something that a person can ask for by button, menu, key or name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Command {
+    Open,
+    OpenPath,
+    Sample(Sample),
+    Close,
+    SaveProject,
+    SaveProjectAs,
+    Undo,
+    Redo,
+    Choose,
+    Reset,
+    PlotPicture,
+    WindowPicture,
+    CopyText,
+    CopyLatex,
+    CopyPython,
+    CopyJson,
+    View(View),
+    Room(Room),
+    FitView,
+    Theme,
+    Messages,
+    Palette,
+    Help,
+    Quit,
+}
+
+/// How a command is shown.
+#[derive(Clone, Debug)]
+pub(crate) struct Spec {
+    /// What its button or menu entry says.
+    pub(crate) label: &'static str,
+    /// What it does, in one sentence.
+    pub(crate) tooltip: &'static str,
+    /// Its key.
+    pub(crate) key: Option<KeyboardShortcut>,
+    /// The heading that it stands under in the help.
+    pub(crate) group: &'static str,
+}
+
+const CTRL: Modifiers = Modifiers::COMMAND;
+const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
+
+impl Command {
+    /// Every command, in the order of the help.
+    pub(crate) fn all() -> Vec<Self> {
+        let mut all = vec![Self::Open, Self::OpenPath];
+        all.extend(Sample::ALL.map(Self::Sample));
+        all.extend([Self::Close, Self::SaveProject, Self::SaveProjectAs, Self::PlotPicture, Self::WindowPicture]);
+        all.extend([Self::Undo, Self::Redo, Self::Choose, Self::Reset]);
+        all.extend([Self::CopyText, Self::CopyLatex, Self::CopyPython, Self::CopyJson]);
+        if Room::ALL.len() > 1 {
+            all.extend(Room::ALL.map(Self::Room));
+        }
+        all.extend(View::ALL.map(Self::View));
+        all.extend([Self::FitView, Self::Theme, Self::Messages, Self::Palette, Self::Help, Self::Quit]);
+        all
+    }
+
+    /// How the command is shown.
+    pub(crate) fn spec(self) -> Spec {
+        let (group, label, tooltip, key) = match self {
+            Self::Open => (
+                "Files",
+                "Open…",
+                "Open measurements (CSV) or a saved project; several files become several records",
+                Some((CTRL, Key::O)),
+            ),
+            Self::OpenPath => ("Files", "Open a path…", "Type or paste the path of a file", Some((CTRL_SHIFT, Key::O))),
+            Self::Sample(sample) => ("Files", sample.label(), sample.tooltip(), None),
+            Self::Close => ("Files", "Close", "Take the records off the bench", Some((CTRL, Key::W))),
+            Self::SaveProject => (
+                "Files",
+                "Save project",
+                "Save which files are open, how they are used and all settings",
+                Some((CTRL, Key::S)),
+            ),
+            Self::SaveProjectAs => {
+                ("Files", "Save project as…", "Save the project under another name", Some((CTRL_SHIFT, Key::S)))
+            }
+            Self::PlotPicture => (
+                "Pictures",
+                "Save picture of the plot…",
+                "Save the view in the centre as a PNG for print: white ground, twice the resolution",
+                Some((CTRL, Key::E)),
+            ),
+            Self::WindowPicture => (
+                "Pictures",
+                "Save picture of the window…",
+                "Save the whole window as a PNG, as it is on the screen",
+                Some((CTRL_SHIFT, Key::E)),
+            ),
+            Self::Undo => ("Settings", "Undo", "Take back the last change of settings", Some((CTRL, Key::Z))),
+            Self::Redo => ("Settings", "Redo", "Take the change again", Some((CTRL_SHIFT, Key::Z))),
+            Self::Choose => (
+                "Settings",
+                "Choose for me",
+                "Find segment length, order and threshold by the simulation error on stretches that were not fitted",
+                Some((CTRL, Key::R)),
+            ),
+            Self::Reset => {
+                ("Settings", "Reset settings", "Go back to the settings that the program chose for these records", None)
+            }
+            Self::CopyText => {
+                ("Equation", "Copy as text", "Copy the equations as plain text", Some((CTRL_SHIFT, Key::C)))
+            }
+            Self::CopyLatex => ("Equation", "Copy as LaTeX", "Copy the equations as LaTeX, for a paper", None),
+            Self::CopyPython => {
+                ("Equation", "Copy as Python", "Copy the equations as a Python function that SciPy can integrate", None)
+            }
+            Self::CopyJson => {
+                ("Equation", "Copy as JSON", "Copy terms, coefficients and standard errors as JSON", None)
+            }
+            Self::View(view) => ("View", view.label(), view.tooltip(), Some((CTRL, number_key(view_index(view))))),
+            Self::Room(room) => {
+                let index = Room::ALL.iter().position(|r| *r == room).unwrap_or(0);
+                ("View", room.label(), "Switch the room of work", Some((Modifiers::NONE, number_key(index))))
+            }
+            Self::FitView => {
+                ("View", "Show all data", "Undo zoom and pan in every plot", Some((Modifiers::NONE, Key::Home)))
+            }
+            Self::Theme => {
+                ("View", "Light or dark", "Switch between the light and the dark theme", Some((CTRL, Key::L)))
+            }
+            Self::Messages => ("Help", "Messages", "Read again what the program said", None),
+            Self::Palette => ("Help", "All commands…", "Find a command by its name", Some((CTRL, Key::K))),
+            Self::Help => ("Help", "Help", "Keys, mouse and how to read the window", Some((Modifiers::NONE, Key::F1))),
+            Self::Quit => ("Files", "Quit", "Close the window; everything is remembered", Some((CTRL, Key::Q))),
+        };
+        let key = key.map(|(modifiers, key)| KeyboardShortcut::new(modifiers, key));
+        Spec { label, tooltip, key, group }
+    }
+
+    /// The tooltip with the key behind it.
+    pub(crate) fn hint(self, ctx: &egui::Context) -> String {
+        let spec = self.spec();
+        match spec.key {
+            Some(key) => format!("{} ({})", spec.tooltip, ctx.format_shortcut(&key)),
+            None => spec.tooltip.to_owned(),
+        }
+    }
+
+    /// True if the command's key belongs to a text field while one is being typed in.
+    fn yields_to_typing(self) -> bool {
+        match self {
+            Self::Undo | Self::Redo => true,
+            _ => self.spec().key.is_some_and(|k| k.modifiers.is_none() && k.logical_key != Key::F1),
+        }
+    }
+
+    /// The commands whose keys were pressed.
+    pub(crate) fn pressed(ctx: &egui::Context) -> Vec<Self> {
+        let typing = ctx.text_edit_focused();
+        let mut keyed: Vec<(Self, KeyboardShortcut)> =
+            Self::all().into_iter().filter_map(|c| c.spec().key.map(|key| (c, key))).collect();
+        // A shortcut matches with extra modifiers too: the ones with more go first.
+        keyed.sort_by_key(|(_, key)| !key.modifiers.shift);
+        let mut pressed = Vec::new();
+        for (command, key) in keyed {
+            if !(typing && command.yields_to_typing()) && ctx.input_mut(|i| i.consume_shortcut(&key)) {
+                pressed.push(command);
+            }
+        }
+        let redo = KeyboardShortcut::new(CTRL, Key::Y);
+        if !typing && ctx.input_mut(|i| i.consume_shortcut(&redo)) {
+            pressed.push(Self::Redo);
+        }
+        pressed
+    }
+
+    /// An entry of a menu; true if it was clicked.
+    pub(crate) fn menu(self, ui: &mut Ui, enabled: bool) -> bool {
+        let spec = self.spec();
+        let mut button = egui::Button::new(spec.label);
+        if let Some(key) = &spec.key {
+            button = button.shortcut_text(ui.ctx().format_shortcut(key));
+        }
+        ui.add_enabled(enabled, button).on_hover_text(spec.tooltip).clicked()
+    }
+}
+
+fn view_index(view: View) -> usize {
+    View::ALL.iter().position(|v| *v == view).unwrap_or(0)
+}
+
+fn number_key(index: usize) -> Key {
+    const KEYS: [Key; 9] =
+        [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
+    KEYS[index.min(KEYS.len() - 1)]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+
+    use super::*;
+
+    #[test]
+    fn no_two_commands_share_a_key_or_a_name() {
+        let (mut keys, mut labels) = (HashSet::new(), HashSet::new());
+        for command in Command::all() {
+            let spec = command.spec();
+            assert!(labels.insert(spec.label), "{command:?}: {}", spec.label);
+            if let Some(key) = spec.key {
+                assert!(keys.insert(format!("{key:?}")), "{command:?}: {key:?}");
+            }
+            assert!(!spec.tooltip.ends_with('.'), "{command:?}: one sentence without a full stop");
+        }
+    }
+}

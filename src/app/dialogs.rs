@@ -1,0 +1,185 @@
+//! Asking for a file: the system's dialog where there is one, a path to type where there is none.
+
+use std::future::Future;
+use std::path::PathBuf;
+use std::pin::pin;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::task::{Context as TaskContext, Poll, Wake, Waker};
+use std::thread::{self, Thread};
+use std::time::{Duration, Instant};
+
+use super::project;
+
+/// A dialog that vanishes faster than this was never seen by a person: the system has none.
+const UNSEEN: Duration = Duration::from_millis(400);
+
+/// What a file is wanted for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// To be read: measurements or a project.
+    Open,
+    /// To save the project to.
+    Project,
+    /// To save a picture of the plot to.
+    Plot,
+    /// To save a picture of the window to.
+    Window,
+}
+
+impl Purpose {
+    /// The dialog's title, and the label of the path field.
+    pub(crate) fn title(self) -> &'static str {
+        match self {
+            Self::Open => "Open measurements or a project",
+            Self::Project => "Save the project",
+            Self::Plot => "Save a picture of the plot",
+            Self::Window => "Save a picture of the window",
+        }
+    }
+
+    /// What the path field's button says.
+    pub(crate) fn verb(self) -> &'static str {
+        match self {
+            Self::Open => "Open",
+            _ => "Save",
+        }
+    }
+}
+
+/// A file that a person chose.
+#[derive(Debug)]
+pub(crate) struct Chosen {
+    pub(crate) purpose: Purpose,
+    pub(crate) paths: Vec<PathBuf>,
+}
+
+enum Reply {
+    Chosen(Chosen),
+    /// No dialog showed up.
+    NoDialog(Purpose, String),
+    Declined,
+}
+
+/// A path being typed.
+#[derive(Debug)]
+pub(crate) struct PathField {
+    pub(crate) purpose: Purpose,
+    pub(crate) text: String,
+    /// Why the field is here, where a dialog was expected.
+    pub(crate) reason: &'static str,
+    /// True until it was given the keyboard.
+    pub(crate) fresh: bool,
+}
+
+/// The dialogs of one window.
+pub(crate) struct Dialogs {
+    send: Sender<Reply>,
+    replies: Receiver<Reply>,
+    open: bool,
+    /// False in tests, and where the system turned out to have no dialog.
+    native: bool,
+    /// The path being typed, if any.
+    pub(crate) field: Option<PathField>,
+}
+
+impl Dialogs {
+    /// With the system's dialogs, or with the path field only.
+    pub(crate) fn new(native: bool) -> Self {
+        let (send, replies) = channel();
+        Self { send, replies, open: false, native, field: None }
+    }
+
+    /// Asks for a file; `name` is the one offered for saving.
+    pub(crate) fn ask(&mut self, purpose: Purpose, name: &str, frame: &eframe::Frame, ctx: &egui::Context) {
+        if self.open {
+            return;
+        }
+        if !self.native {
+            return self.type_path(purpose, name, "");
+        }
+        let mut dialog = rfd::AsyncFileDialog::new().set_title(purpose.title());
+        dialog = match purpose {
+            Purpose::Open => {
+                let mut endings: Vec<&str> =
+                    crate::record::FORMATS.iter().flat_map(|f| f.extensions).copied().collect();
+                endings.push(project::EXTENSION);
+                dialog.add_filter("Measurements and projects", &endings).add_filter("All files", &["*"])
+            }
+            Purpose::Project => dialog.add_filter("Project", &[project::EXTENSION]).set_file_name(name),
+            Purpose::Plot | Purpose::Window => dialog.add_filter("PNG picture", &["png"]).set_file_name(name),
+        };
+        // In tests there is no window to belong to.
+        if frame.winit_window().is_some() {
+            dialog = dialog.set_parent(frame);
+        }
+        let (send, ctx, name) = (self.send.clone(), ctx.clone(), name.to_owned());
+        let asked = Instant::now();
+        let one = |file: Option<rfd::FileHandle>| file.map(|f| vec![f.path().to_owned()]);
+        let answer = move |paths: Option<Vec<PathBuf>>| {
+            let reply = match paths {
+                Some(paths) => Reply::Chosen(Chosen { purpose, paths }),
+                None if asked.elapsed() < UNSEEN => Reply::NoDialog(purpose, name),
+                None => Reply::Declined,
+            };
+            // The window may be gone by now.
+            let _ = send.send(reply);
+            ctx.request_repaint();
+        };
+        // The dialog belongs to this thread, the waiting to another: frames go on meanwhile.
+        let waiting = if purpose == Purpose::Open {
+            let files = dialog.pick_files();
+            let wait = move || answer(block_on(files).map(|l| l.iter().map(|f| f.path().to_owned()).collect()));
+            thread::Builder::new().name("dialog".into()).spawn(wait)
+        } else {
+            let file = dialog.save_file();
+            thread::Builder::new().name("dialog".into()).spawn(move || answer(one(block_on(file))))
+        };
+        self.open = waiting.is_ok();
+    }
+
+    /// Offers a path field.
+    pub(crate) fn type_path(&mut self, purpose: Purpose, name: &str, reason: &'static str) {
+        let text = match purpose {
+            Purpose::Open => String::new(),
+            _ => std::env::current_dir().unwrap_or_default().join(name).display().to_string(),
+        };
+        self.field = Some(PathField { purpose, text, reason, fresh: true });
+    }
+
+    /// The file that was chosen since the last call.
+    pub(crate) fn chosen(&mut self) -> Option<Chosen> {
+        let reply = self.replies.try_recv().ok()?;
+        self.open = false;
+        match reply {
+            Reply::Chosen(chosen) => Some(chosen),
+            Reply::NoDialog(purpose, name) => {
+                self.native = false;
+                self.type_path(purpose, &name, "This system has no file dialog");
+                None
+            }
+            Reply::Declined => None,
+        }
+    }
+}
+
+struct Unpark(Thread);
+
+impl Wake for Unpark {
+    fn wake(self: Arc<Self>) {
+        self.0.unpark();
+    }
+}
+
+/// Waits for a future on this thread.
+fn block_on<T>(future: impl Future<Output = T>) -> T {
+    let waker = Waker::from(Arc::new(Unpark(thread::current())));
+    let mut context = TaskContext::from_waker(&waker);
+    let mut future = pin!(future);
+    loop {
+        match future.as_mut().poll(&mut context) {
+            Poll::Ready(value) => return value,
+            Poll::Pending => thread::park(),
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! Work that takes its time and is not a study: reading files, choosing settings.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::project::{self, Project};
+use super::state::{Edit, Sample, Source};
+use crate::record::{ReadOptions, Record, RecordSet, Usage, read_set, read_text};
+use crate::study::{Cancel, Choice, Free, Settings, StudyError, choose, suggest};
+use crate::term::Kind;
+
+/// What to do.
+#[derive(Debug)]
+pub(crate) enum Errand {
+    /// Read records and find settings to start from.
+    Open(Opening),
+    /// Choose settings by simulation error.
+    Choose { generation: u64, records: RecordSet, settings: Settings },
+}
+
+/// What to open, and what is known about it already.
+#[derive(Clone, Debug)]
+pub(crate) struct Opening {
+    pub(crate) source: Source,
+    pub(crate) reading: ReadOptions,
+    /// Settings and usages that belong to it, from the last time.
+    pub(crate) edit: Option<Edit>,
+    /// The usages to keep, if there are as many records as usages.
+    pub(crate) usage: Vec<Usage>,
+}
+
+/// What was brought back.
+#[derive(Debug)]
+pub(crate) enum Delivery {
+    /// Records to put on the bench.
+    Opened(Box<Opened>),
+    /// They cannot be opened.
+    NotOpened { opening: Opening, problem: Problem },
+    /// Settings were chosen.
+    Chosen { generation: u64, choice: Result<Choice, StudyError> },
+    /// The work itself failed.
+    Crashed,
+}
+
+/// What was opened.
+#[derive(Debug)]
+pub(crate) struct Opened {
+    pub(crate) source: Source,
+    pub(crate) reading: ReadOptions,
+    pub(crate) title: String,
+    pub(crate) records: Vec<Arc<Record>>,
+    pub(crate) edit: Edit,
+    pub(crate) suggestion: Settings,
+    pub(crate) project: Option<(PathBuf, Project)>,
+}
+
+/// Why something cannot be opened, and what to try.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Problem {
+    pub(crate) what: String,
+    pub(crate) advice: String,
+    /// The file's columns, where saying which is which would help.
+    pub(crate) columns: Vec<String>,
+}
+
+/// Does an errand; nothing comes back if it was cancelled.
+pub(crate) fn run(errand: Errand, cancel: &Cancel, progress: &(dyn Fn(f64) + Sync)) -> Option<Delivery> {
+    let delivery = match errand {
+        Errand::Open(opening) => match open(&opening) {
+            Ok(opened) => Delivery::Opened(Box::new(opened)),
+            Err(problem) => Delivery::NotOpened { opening, problem },
+        },
+        Errand::Choose { generation, records, settings } => {
+            let free = Free { window: true, order: true, threshold: true };
+            let choice = choose(&records, &settings, free, cancel, progress);
+            Delivery::Chosen { generation, choice }
+        }
+    };
+    (!cancel.is_cancelled()).then_some(delivery)
+}
+
+impl Sample {
+    /// Every sample, the one shown first in front.
+    pub(crate) const ALL: [Self; 3] = [Self::Duffing, Self::Friction, Self::Lorenz];
+
+    /// What it is, in two or three words.
+    pub(crate) fn label(self) -> &'static str {
+        match self {
+            Self::Duffing => "Duffing oscillator",
+            Self::Friction => "Dry friction",
+            Self::Lorenz => "Lorenz system",
+        }
+    }
+
+    /// What it is, in one sentence.
+    pub(crate) fn tooltip(self) -> &'static str {
+        match self {
+            Self::Duffing => "A mass on a hardening spring under a harmonic force, measured with noise",
+            Self::Friction => "A mass with dry friction on a shaken base, five frequencies, one of them held out",
+            Self::Lorenz => "Three states of a chaotic system, every one measured: equations of first order",
+        }
+    }
+
+    fn file(self) -> (&'static str, &'static [u8]) {
+        match self {
+            Self::Duffing => ("duffing.csv", include_bytes!("../../sample_data/duffing.csv")),
+            Self::Friction => ("friction.csv", include_bytes!("../../sample_data/friction.csv")),
+            Self::Lorenz => ("lorenz.csv", include_bytes!("../../sample_data/lorenz.csv")),
+        }
+    }
+
+    /// Order of its equations.
+    pub(crate) fn kind(self) -> Kind {
+        match self {
+            Self::Duffing | Self::Friction => Kind::SecondOrder,
+            Self::Lorenz => Kind::FirstOrder,
+        }
+    }
+}
+
+fn open(opening: &Opening) -> Result<Opened, Problem> {
+    let mut opening = opening.clone();
+    let mut read = None;
+    let project = match &opening.source {
+        Source::Files(paths) => paths.iter().find(|p| project::is_project(p)).cloned(),
+        _ => None,
+    };
+    if let Some(path) = project {
+        let project = Project::load(&path)?;
+        opening.source = project.source.clone();
+        opening.reading = project.reading.clone();
+        opening.edit = None;
+        read = Some((path, project));
+    }
+    let (title, set) = records(&opening)?;
+    let records: Vec<Arc<Record>> = set.entries.iter().map(|(record, _)| Arc::clone(record)).collect();
+    let edit = opening.edit.as_ref().filter(|e| e.usage.len() == records.len());
+    let mut usage: Vec<Usage> = match (edit, opening.usage.len() == records.len()) {
+        (Some(edit), _) => edit.usage.clone(),
+        (None, true) => opening.usage.clone(),
+        (None, false) => set.entries.iter().map(|(_, usage)| *usage).collect(),
+    };
+    if let Some((_, project)) = &read {
+        for (record, usage) in records.iter().zip(&mut usage) {
+            *usage = project.usage.get(&record.name).copied().unwrap_or(*usage);
+        }
+    }
+    // Settings are suggested from everything that may be fitted, also where nothing is.
+    let all = RecordSet { entries: records.iter().map(|r| (Arc::clone(r), Usage::Fit)).collect() };
+    let wanted = RecordSet { entries: records.iter().cloned().zip(usage.iter().copied()).collect() };
+    let suggestion = suggest(&wanted, opening.reading.kind)
+        .or_else(|_| suggest(&all, opening.reading.kind))
+        .map_err(|e| Problem { what: e.to_string(), advice: String::new(), columns: Vec::new() })?;
+    let settings = match (&read, edit) {
+        (Some((_, project)), _) => project.settings.clone(),
+        (None, Some(edit)) => edit.settings.clone(),
+        (None, None) => suggestion.clone(),
+    };
+    let edit = Edit { settings, usage };
+    let Opening { source, reading, .. } = opening;
+    let title = read.as_ref().map_or(title, |(path, _)| file_name(path));
+    Ok(Opened { source, reading, title, records, edit, suggestion, project: read })
+}
+
+/// Reads what a source names; a sample's last record is held out where there are several.
+fn records(opening: &Opening) -> Result<(String, RecordSet), Problem> {
+    let problem = |e: crate::record::ReadError| Problem {
+        what: e.to_string(),
+        advice: e.advice(),
+        columns: e.columns().unwrap_or_default().to_vec(),
+    };
+    match &opening.source {
+        Source::Nothing => {
+            Err(Problem { what: "there is nothing to open".into(), advice: String::new(), columns: Vec::new() })
+        }
+        Source::Sample(sample) => {
+            let (name, bytes) = sample.file();
+            let records = read_text(name, bytes, &opening.reading).map_err(problem)?;
+            let mut set = RecordSet::new(records, Usage::Fit);
+            if let [_, .., (_, last)] = set.entries.as_mut_slice() {
+                *last = Usage::HeldOut;
+            }
+            Ok((name.to_owned(), set))
+        }
+        Source::Files(paths) => {
+            let set = read_set(paths, &[], &opening.reading).map_err(problem)?;
+            let title = match paths.as_slice() {
+                [one] => file_name(one),
+                [one, rest @ ..] => format!("{} and {} more", file_name(one), rest.len()),
+                [] => String::new(),
+            };
+            Ok((title, set))
+        }
+    }
+}
+
+/// A path's last part.
+pub(crate) fn file_name(path: &Path) -> String {
+    path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned())
+}

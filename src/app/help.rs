@@ -1,0 +1,69 @@
+//! F1: keys, mouse, and how to read the window.
+
+use egui::{Context, Grid, RichText, ScrollArea, Window};
+
+use super::commands::Command;
+
+const READING: &[(&str, &str)] = &[
+    (
+        "Measured and identified",
+        "the wide line is the measurement, the narrow one on it the identified model's simulated response",
+    ),
+    ("E(t)", "what the response misses, with the measurement noise as a dashed line: a good model stays near it"),
+    (
+        "Held out",
+        "a record that is never fitted, only simulated: its error is the honest figure, and the one in large type",
+    ),
+    ("Threshold", "terms smaller than it are dropped; the marks under the slider show at which value each one falls"),
+    ("Shares", "the bars in the equation: how much of the forces' RMS a term carries"),
+];
+
+const MOUSE: &[(&str, &str)] = &[
+    ("Drag in a plot", "move along"),
+    ("Right drag", "zoom into a box"),
+    ("Ctrl + wheel", "zoom at the pointer"),
+    ("Double-click", "show all data"),
+    ("Legend entry", "hide or show a curve; Alt-click shows it alone"),
+    ("Slider, arrow keys", "one step; with Shift a fine one"),
+    ("Slider, Shift + drag", "follow slowly"),
+    ("Slider, double-click", "back to what the program chose"),
+    ("A term of the equation", "keep it, never use it, or fix its coefficient"),
+];
+
+pub(crate) fn show(ctx: &Context, open: &mut bool) {
+    Window::new("Help").open(open).default_width(560.0).default_height(520.0).collapsible(false).show(ctx, |ui| {
+        ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+            pairs(ui, "How to read it", READING.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())));
+            pairs(ui, "Mouse", MOUSE.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())));
+            let mut group = "";
+            for command in Command::all() {
+                let spec = command.spec();
+                if spec.group == group {
+                    continue;
+                }
+                group = spec.group;
+                let of_group = Command::all().into_iter().map(Command::spec).filter(|s| s.group == group);
+                let keyed = of_group.filter_map(|s| {
+                    let key = ctx.format_shortcut(&s.key?);
+                    Some((key, format!("{}: {}", s.label.trim_end_matches('…'), s.tooltip)))
+                });
+                let keyed: Vec<_> = keyed.collect();
+                if !keyed.is_empty() {
+                    pairs(ui, group, keyed.into_iter());
+                }
+            }
+        });
+    });
+}
+
+fn pairs(ui: &mut egui::Ui, title: &str, rows: impl Iterator<Item = (String, String)>) {
+    ui.add_space(6.0);
+    ui.label(RichText::new(title).strong());
+    Grid::new(title).num_columns(2).min_col_width(150.0).spacing([12.0, 4.0]).show(ui, |ui| {
+        for (name, text) in rows {
+            ui.label(name);
+            ui.add(egui::Label::new(RichText::new(text).weak()).wrap());
+            ui.end_row();
+        }
+    });
+}

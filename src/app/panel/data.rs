@@ -1,0 +1,123 @@
+//! DATA: the records, what each is used for, what was noticed while reading.
+
+use egui::{Align, ComboBox, Layout, RichText, Sense, Ui, WidgetInfo, vec2};
+
+use super::{Ask, Desk};
+use crate::app::commands::Command;
+use crate::app::theme::{self, ROW};
+use crate::app::widgets::{card, row, section, switch};
+use crate::format::number::significant_trimmed;
+use crate::record::{Record, Usage};
+use crate::term::Kind;
+
+const USAGES: [(Usage, &str, &str); 3] = [
+    (Usage::Fit, "fit", "Fitted and simulated"),
+    (Usage::HeldOut, "held out", "Never fitted, only simulated and scored: its error is the honest one"),
+    (Usage::Off, "off", "Left out"),
+];
+
+/// Records shown without scrolling.
+const MOST_ROWS: f32 = 9.0;
+
+pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
+    let mut asks = Vec::new();
+    section(
+        ui,
+        "DATA",
+        |ui| {
+            let open = ui.button("Open…").on_hover_text(Command::Open.hint(ui.ctx()));
+            if open.clicked() {
+                asks.push(Ask::Do(Command::Open));
+            }
+        },
+        |_| {},
+    );
+    desk.asks.append(&mut asks);
+    if let Some(problem) = desk.problem {
+        let wrong = theme::accents(ui.visuals().dark_mode).wrong;
+        card(ui, wrong, |ui| {
+            ui.add(egui::Label::new(&problem.what).wrap());
+            if !problem.advice.is_empty() {
+                ui.add(egui::Label::new(RichText::new(&problem.advice).weak()).wrap());
+            }
+        });
+        ui.add_space(2.0);
+    }
+    if desk.bench.records.is_empty() {
+        return;
+    }
+    ui.scope(|ui| {
+        ui.spacing_mut().item_spacing.y = 1.0;
+        egui::ScrollArea::vertical()
+            .id_salt("records")
+            .max_height(MOST_ROWS * (ROW + 1.0))
+            .auto_shrink([false, true])
+            .show(ui, |ui| {
+                for (index, record) in desk.bench.records.iter().enumerate() {
+                    let usage = &mut desk.edit.usage[index];
+                    if record_row(ui, index, record, desk.shown == index, usage) {
+                        desk.asks.push(Ask::ShowRecord(index));
+                    }
+                }
+            });
+    });
+    ui.add_space(2.0);
+    let mut kind = desk.edit.settings.kind;
+    row(ui, "Equations", "Order of the equations of motion that are looked for", |ui| {
+        let choices = [
+            (Kind::SecondOrder, "second order", "Displacements are measured; velocities are derived from them"),
+            (Kind::FirstOrder, "first order", "Every state is measured and has an equation of its own"),
+        ];
+        if switch(ui, &mut kind, &choices) {
+            desk.asks.push(Ask::Kind(kind));
+        }
+    });
+}
+
+/// One record; tells whether it was clicked.
+fn record_row(ui: &mut Ui, index: usize, record: &Record, shown: bool, usage: &mut Usage) -> bool {
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW), Sense::click());
+    let dark = ui.visuals().dark_mode;
+    let colors = theme::accents(dark);
+    if shown {
+        ui.painter().rect_filled(rect, 4.0, colors.accent_ground);
+    } else if response.hovered() || response.has_focus() {
+        ui.painter().rect_filled(rect, 4.0, ui.visuals().widgets.inactive.bg_fill);
+    }
+    let name = &record.name;
+    response.widget_info(|| WidgetInfo::selected(egui::Role::Button, true, shown, format!("Show record {name}")));
+    let mut inner = ui.new_child(
+        egui::UiBuilder::new().max_rect(rect.shrink2(vec2(6.0, 0.0))).layout(Layout::right_to_left(Align::Center)),
+    );
+    let label = |usage: Usage| USAGES.iter().find(|(u, ..)| *u == usage).map_or("", |(_, label, _)| label);
+    let combo =
+        ComboBox::from_id_salt(("usage", index)).width(62.0).selected_text(label(*usage)).show_ui(&mut inner, |ui| {
+            for (choice, label, tooltip) in USAGES {
+                ui.selectable_value(usage, choice, label).on_hover_text(tooltip);
+            }
+        });
+    let combo = combo.response.on_hover_text("What this record is used for");
+    combo.widget_info(|| WidgetInfo::labeled(egui::Role::ComboBox, true, format!("Use of record {name}")));
+    inner.label(RichText::new(format!("{} s", significant_trimmed(record.duration(), 3))).weak());
+    if !record.notices.is_empty() {
+        let note = egui::Button::new(RichText::new("ℹ").color(colors.accent)).frame(false);
+        let note = inner.add(note);
+        note.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, format!("Notices of record {name}")));
+        let list = |ui: &mut Ui| {
+            ui.set_max_width(320.0);
+            for notice in &record.notices {
+                ui.add(egui::Label::new(format!("• {notice}")).wrap());
+            }
+        };
+        egui::Popup::menu(&note).show(list);
+        note.on_hover_ui(list);
+    }
+    inner.with_layout(Layout::left_to_right(Align::Center), |ui| {
+        let mut text = RichText::new(name);
+        if *usage == Usage::Off {
+            text = text.weak();
+        }
+        ui.add(egui::Label::new(text).truncate().selectable(false));
+    });
+    response.clicked()
+}

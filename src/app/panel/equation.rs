@@ -1,0 +1,243 @@
+//! EQUATION: what was identified, as mathematics.
+
+use egui::text::{LayoutJob, TextFormat};
+use egui::{Align, Color32, FontId, Layout as Flow, Popup, RichText, Sense, Ui, WidgetInfo, pos2, vec2};
+
+use super::{Ask, Desk};
+use crate::app::commands::Command;
+use crate::app::theme::{self, ROW};
+use crate::app::widgets::{section, share_bar};
+use crate::format::equations::{by_share, is_kinematic};
+use crate::format::number::{align_at_point, format_measured, significant_trimmed};
+use crate::model::{Equation, WeightedTerm};
+use crate::study::{EquationFit, Lock, Settings};
+use crate::term::{Layout, Symbol, Term};
+
+/// Seconds in which a changed coefficient's ground fades.
+const FLASH: f64 = 0.7;
+/// Width of the column of the shares' bars, points.
+const BAR: f32 = 44.0;
+
+pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, now: f64) {
+    let mut asks = Vec::new();
+    let known = desk.bench.outcome.is_some();
+    section(
+        ui,
+        "EQUATION",
+        |ui| {
+            ui.add_enabled_ui(known, |ui| {
+                ui.menu_button("Copy ⏷", |ui| {
+                    for command in [Command::CopyText, Command::CopyLatex, Command::CopyPython, Command::CopyJson] {
+                        if command.menu(ui, true) {
+                            asks.push(Ask::Do(command));
+                        }
+                    }
+                });
+            });
+        },
+        |_| {},
+    );
+    desk.asks.append(&mut asks);
+    let Some(outcome) = desk.bench.outcome.clone() else {
+        return;
+    };
+    let layout = outcome.model.layout;
+    for (state, equation) in outcome.model.iter() {
+        let name = layout.name(state);
+        if is_kinematic(&outcome.model, state, equation) {
+            let text = format!("d{name}/dt = {}", equation.terms[0].term.pretty(&layout));
+            let known = RichText::new("known").weak().size(11.0);
+            row_of(ui, |ui| {
+                ui.label(RichText::new(text).size(14.0));
+                ui.label(known).on_hover_text("It is what velocity means; set it to fitted beside the threshold");
+            });
+            continue;
+        }
+        row_of(ui, |ui| {
+            ui.label(RichText::new(format!("d{name}/dt =")).size(14.0));
+            if equation.terms.is_empty() {
+                ui.weak("0");
+            }
+        });
+        rows(ui, desk, state, equation, &layout, now);
+        if let Some(fit) = outcome.fits.iter().find(|f| f.state == state) {
+            dropped(ui, desk, fit, &layout);
+        }
+        ui.add_space(4.0);
+    }
+}
+
+fn row_of(ui: &mut Ui, body: impl FnOnce(&mut Ui)) {
+    let size = vec2(ui.available_width(), ROW);
+    ui.allocate_ui_with_layout(size, Flow::left_to_right(Align::Center), body);
+}
+
+fn rows(ui: &mut Ui, desk: &mut Desk<'_>, state: Symbol, equation: &Equation, layout: &Layout, now: f64) {
+    let terms = by_share(equation);
+    let numbers: Vec<String> = terms.iter().map(|t| format_measured(t.coefficient, t.std_error)).collect();
+    let numbers = align_at_point(&numbers);
+    ui.scope(|ui| {
+        ui.spacing_mut().item_spacing.y = 1.0;
+        for (term, number) in terms.iter().zip(&numbers) {
+            term_row(ui, desk, state, term, number, layout, now);
+        }
+    });
+}
+
+/// One term: coefficient ± standard error, the term, its share of the rate; a click opens what can be done with it.
+fn term_row(
+    ui: &mut Ui,
+    desk: &mut Desk<'_>,
+    state: Symbol,
+    term: &WeightedTerm,
+    number: &str,
+    layout: &Layout,
+    now: f64,
+) {
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW), Sense::click());
+    let dark = ui.visuals().dark_mode;
+    let colors = theme::accents(dark);
+    let pretty = term.term.pretty(layout);
+    let said = format!("{} {pretty}", number.trim());
+    response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &said));
+    if let Some(since) = desk.bench.since_change(state, &term.term, now)
+        && since < FLASH
+    {
+        let strength = (1.0 - since / FLASH) as f32;
+        ui.painter().rect_filled(rect, 4.0, colors.accent.gamma_multiply(0.30 * strength));
+        ui.ctx().request_repaint();
+    }
+    if response.hovered() || response.has_focus() {
+        ui.painter().rect_filled(rect, 4.0, ui.visuals().widgets.inactive.bg_fill);
+    }
+    let lock = desk.edit.settings.locks.get(&term.term).copied();
+    let sign = match lock {
+        Some(Lock::In) => "🔒",
+        Some(Lock::Fixed(_)) => "📌",
+        _ => "",
+    };
+    let bar = egui::Rect::from_min_max(
+        pos2(rect.right() - BAR - 4.0, rect.center().y - 3.0),
+        pos2(rect.right() - 4.0, rect.center().y + 3.0),
+    );
+    share_bar(ui, bar, term.share, colors.accent);
+    let text = ui.visuals().text_color();
+    let painter = ui.painter().with_clip_rect(rect);
+    let mono = FontId::monospace(12.5);
+    let number_galley = painter.layout_job(number_job(number, &mono, text, ui.visuals().weak_text_color()));
+    let left = rect.left() + 4.0;
+    let middle = |height: f32| rect.center().y - height / 2.0;
+    let number_width = number_galley.size().x;
+    painter.galley(pos2(left, middle(number_galley.size().y)), number_galley, text);
+    let lock_galley = painter.layout_no_wrap(sign.to_owned(), FontId::proportional(11.0), colors.accent);
+    let lock_left = bar.left() - 6.0 - lock_galley.size().x;
+    painter.galley(pos2(lock_left, middle(lock_galley.size().y)), lock_galley, colors.accent);
+    let name_left = left + number_width + 10.0;
+    let name = painter.layout_no_wrap(pretty.clone(), FontId::proportional(14.0), ui.visuals().strong_text_color());
+    let cut = painter.with_clip_rect(egui::Rect::from_x_y_ranges(name_left..=lock_left - 2.0, rect.y_range()));
+    cut.galley(pos2(name_left, middle(name.size().y)), name, text);
+    Popup::menu(&response).show(|ui| menu(ui, desk, &term.term, Some(term.coefficient), layout));
+    response.on_hover_ui(|ui| {
+        ui.label(RichText::new(&said).strong());
+        ui.label(format!("{} % of the forces' RMS", significant_trimmed(100.0 * term.share, 3)));
+        match term.std_error {
+            Some(error) if error > 0.0 && term.coefficient != 0.0 => {
+                let percent = 100.0 * (error / term.coefficient).abs();
+                ui.label(format!("Standard error {} % of the coefficient", significant_trimmed(percent, 2)));
+            }
+            _ => {}
+        }
+        ui.weak("Click to keep, drop or fix it");
+    });
+}
+
+/// The coefficient in the text's colour, its error in a weaker one.
+fn number_job(number: &str, font: &FontId, strong: Color32, weak: Color32) -> LayoutJob {
+    let mut job = LayoutJob::default();
+    let cut = number.find('±').unwrap_or(number.len());
+    let (value, error) = number.split_at(cut);
+    job.append(value, 0.0, TextFormat::simple(font.clone(), strong));
+    job.append(error, 0.0, TextFormat::simple(font.clone(), weak));
+    job
+}
+
+/// What can be done with a term.
+fn menu(ui: &mut Ui, desk: &mut Desk<'_>, term: &Term, coefficient: Option<f64>, layout: &Layout) {
+    ui.set_min_width(210.0);
+    ui.label(RichText::new(term.pretty(layout)).strong());
+    ui.separator();
+    let settings = &mut desk.edit.settings;
+    let lock = settings.locks.get(term).copied();
+    let entry = |ui: &mut Ui, on: bool, label: &str, tooltip: &str| {
+        ui.selectable_label(on, label).on_hover_text(tooltip).clicked()
+    };
+    if entry(ui, lock.is_none(), "Let the threshold decide", "Kept while it is larger than the threshold") {
+        settings.locks.remove(term);
+    }
+    if entry(ui, lock == Some(Lock::In), "Always keep", "Known physics: kept whatever the threshold") {
+        set_lock(settings, term, Lock::In);
+    }
+    if entry(ui, lock == Some(Lock::Out), "Never use", "Locked out: tried no more until it is kept again") {
+        set_lock(settings, term, Lock::Out);
+    }
+    ui.separator();
+    let is_fixed = |lock: Option<Lock>| matches!(lock, Some(Lock::Fixed(_)));
+    let start = match lock {
+        Some(Lock::Fixed(value)) => value,
+        _ => significant_value(coefficient.unwrap_or(0.0)),
+    };
+    if !matches!(&desk.typing.fixed, Some((t, _)) if t == term) {
+        desk.typing.fixed = Some((term.clone(), start));
+    }
+    ui.horizontal(|ui| {
+        let Some((_, value)) = &mut desk.typing.fixed else { return };
+        ui.label("Fix at");
+        let speed = 0.002 * value.abs().max(1e-6);
+        let field = egui::DragValue::new(value).speed(speed).max_decimals(12);
+        ui.add_sized(vec2(90.0, ROW), field).accessible_name("Fixed coefficient");
+        let fixed = *value;
+        if ui.selectable_label(is_fixed(lock), "Fix").on_hover_text("Kept at this coefficient, not fitted").clicked() {
+            set_lock(settings, term, Lock::Fixed(fixed));
+            ui.close();
+        }
+    });
+}
+
+fn set_lock(settings: &mut Settings, term: &Term, lock: Lock) {
+    settings.locks.insert(term.clone(), lock);
+}
+
+/// A value to start typing from: as many digits as one reads.
+fn significant_value(value: f64) -> f64 {
+    format!("{value:.4e}").parse().unwrap_or(value)
+}
+
+/// The terms that were tried and dropped, in grey.
+fn dropped(ui: &mut Ui, desk: &mut Desk<'_>, fit: &EquationFit, layout: &Layout) {
+    if fit.dropped.is_empty() {
+        return;
+    }
+    ui.add_space(2.0);
+    row_of(ui, |ui| {
+        ui.label(RichText::new(format!("tried and dropped: {}", fit.dropped.len())).weak().size(12.0));
+    });
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing = vec2(4.0, 4.0);
+        for dropped in &fit.dropped {
+            let text = RichText::new(dropped.term.pretty(layout)).weak();
+            let locked_out = desk.edit.settings.locks.get(&dropped.term) == Some(&Lock::Out);
+            let text = if locked_out { text.strikethrough() } else { text };
+            let button = egui::Button::new(text).frame_when_inactive(true).min_size(vec2(0.0, ROW - 3.0));
+            let why = match dropped.fell_at {
+                Some(at) => format!("Fell at threshold {}", significant_trimmed(at, 3)),
+                None if locked_out => "Locked out".to_owned(),
+                None => "Dropped".to_owned(),
+            };
+            let response = ui.add(button);
+            let name = format!("Dropped {}", dropped.term.pretty(layout));
+            response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &name));
+            Popup::menu(&response).show(|ui| menu(ui, desk, &dropped.term, None, layout));
+            response.on_hover_text(format!("{why}. Click to keep it"));
+        }
+    });
+}

@@ -1,0 +1,179 @@
+//! FIT: how good it is, and what is wrong when something is.
+
+use egui::{Align, Layout, RichText, Ui, vec2};
+
+use super::{Ask, Desk};
+use crate::app::theme::{self, ROW};
+use crate::app::widgets::{card, section};
+use crate::format::number::plain;
+use crate::format::units::format_si;
+use crate::record::Usage;
+use crate::study::{Outcome, Score, Severity, Warning};
+
+pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
+    section(ui, "FIT", |_| {}, |_| {});
+    let Some(outcome) = desk.bench.outcome.clone() else {
+        ui.weak("Nothing was fitted yet");
+        return;
+    };
+    headline(ui, &outcome, desk.bench.unit());
+    table(ui, &outcome, desk.bench.unit());
+    several(ui, desk, &outcome);
+}
+
+/// What is wrong or doubtful, beneath everything else: it comes and goes.
+pub(super) fn warnings(ui: &mut Ui, desk: &mut Desk<'_>) {
+    let colors = theme::accents(ui.visuals().dark_mode);
+    let outcome = desk.bench.outcome.clone();
+    let found = outcome.as_ref().map_or(&[][..], |o| &o.warnings);
+    if found.is_empty() && desk.bench.failure.is_none() {
+        return;
+    }
+    section(ui, "WORTH KNOWING", |_| {}, |_| {});
+    if let Some(failure) = &desk.bench.failure {
+        card(ui, colors.wrong, |ui| {
+            ui.add(egui::Label::new(sentence(failure)).wrap());
+        });
+    }
+    for warning in found {
+        show_warning(ui, warning, desk.asks);
+    }
+}
+
+/// The one figure: the held-out error (else the fitted one) beside the noise floor.
+fn headline(ui: &mut Ui, outcome: &Outcome, unit: &str) {
+    let (score, what, tooltip) = match (outcome.test, outcome.train) {
+        (Some(score), _) => (
+            Some(score),
+            "held-out error",
+            "RMSE of the simulated response on the records that were never fitted: the honest figure",
+        ),
+        (None, score) => (
+            score,
+            "fitted error",
+            "RMSE of the simulated response on the fitted records; mark a record held out for an honest figure",
+        ),
+    };
+    let colors = theme::accents(ui.visuals().dark_mode);
+    let figure = score.map_or_else(|| "diverged".to_owned(), |s| format_si(s.rmse, unit, 3));
+    let floor = outcome.noise_floor.filter(|f| *f > 0.0);
+    let color = match (score, floor) {
+        (None, _) => colors.wrong,
+        (Some(s), Some(floor)) if s.rmse <= 1.3 * floor => colors.good,
+        (Some(s), _) if s.nrmse > 0.1 => colors.caution,
+        _ => ui.visuals().strong_text_color(),
+    };
+    let size = vec2(ui.available_width(), 50.0);
+    ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Min), |ui| {
+        ui.set_min_size(size);
+        let half = 0.5 * ui.available_width();
+        let cell = |ui: &mut Ui, text: &str, color, label: &str, tooltip: &str| {
+            ui.allocate_ui_with_layout(vec2(half, 50.0), Layout::top_down(Align::Min), |ui| {
+                ui.set_min_width(half);
+                ui.spacing_mut().item_spacing.y = 0.0;
+                ui.label(RichText::new(text).size(23.0).color(color)).on_hover_text(tooltip);
+                ui.label(RichText::new(label).weak().size(12.0)).on_hover_text(tooltip);
+            });
+        };
+        cell(ui, &figure, color, what, tooltip);
+        let floor = floor.map_or_else(|| "–".to_owned(), |f| format_si(f, unit, 3));
+        let weak = ui.visuals().weak_text_color();
+        let tooltip = "The measurement noise's standard deviation, estimated without a model: no model can do better";
+        cell(ui, &floor, weak, "noise floor", tooltip);
+    });
+}
+
+const COLUMNS: [(&str, &str); 4] = [
+    ("RMSE", "Root mean square of E(t)"),
+    ("NRMSE", "RMSE over the record's standard deviation"),
+    ("max E", "The largest error"),
+    ("best fit", "100 (1 − ‖y−ŷ‖ / ‖y−ȳ‖)"),
+];
+
+fn table(ui: &mut Ui, outcome: &Outcome, unit: &str) {
+    let first = 0.20 * ui.available_width();
+    let cell = (ui.available_width() - first) / COLUMNS.len() as f32;
+    let line = |ui: &mut Ui, label: &str, cells: &[String; 4], heading: bool| {
+        ui.allocate_ui_with_layout(vec2(ui.available_width(), ROW - 4.0), Layout::left_to_right(Align::Center), |ui| {
+            ui.spacing_mut().item_spacing.x = 0.0;
+            let sized = |ui: &mut Ui, width: f32, flow: Layout, text: RichText, tooltip: &str| {
+                ui.allocate_ui_with_layout(vec2(width, ROW - 4.0), flow, |ui| {
+                    ui.set_min_size(vec2(width, ROW - 4.0));
+                    let label = ui.add(egui::Label::new(text).truncate());
+                    if !tooltip.is_empty() {
+                        label.on_hover_text(tooltip);
+                    }
+                });
+            };
+            let left = Layout::left_to_right(Align::Center);
+            sized(ui, first, left, RichText::new(label).weak().size(12.0), "");
+            for (text, (_, tooltip)) in cells.iter().zip(COLUMNS) {
+                let text = RichText::new(text).size(12.0);
+                let text = if heading { text.weak() } else { text };
+                sized(ui, cell, Layout::right_to_left(Align::Center), text, tooltip);
+            }
+        });
+    };
+    let cells = |score: Option<Score>| match score {
+        Some(s) => [
+            format_si(s.rmse, unit, 3),
+            format!("{} %", plain(100.0 * s.nrmse, if s.nrmse < 0.1 { 2 } else { 1 })),
+            format_si(s.max_error, unit, 3),
+            format!("{} %", plain(s.best_fit, 2)),
+        ],
+        None => ["–", "–", "–", "–"].map(str::to_owned),
+    };
+    ui.scope(|ui| {
+        ui.spacing_mut().item_spacing.y = 1.0;
+        line(ui, "", &COLUMNS.map(|(name, _)| name.to_owned()), true);
+        line(ui, "held out", &cells(outcome.test), false);
+        line(ui, "fitted", &cells(outcome.train), false);
+    });
+}
+
+/// The channels of the record shown, where there are several.
+fn several(ui: &mut Ui, desk: &Desk<'_>, outcome: &Outcome) {
+    let Some(shown) = desk.bench.records.get(desk.shown) else { return };
+    let Some(record) = outcome.records.iter().find(|r| std::sync::Arc::ptr_eq(&r.record, shown)) else { return };
+    if record.channels.len() < 2 {
+        return;
+    }
+    let usage = if record.usage == Usage::HeldOut { "held out" } else { "fitted" };
+    ui.add_space(2.0);
+    ui.label(RichText::new(format!("{} ({usage}), by channel", record.record.name)).weak().size(12.0));
+    for channel in &record.channels {
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 10.0;
+            ui.label(RichText::new(outcome.model.layout.name(channel.symbol)).monospace());
+            let text = channel.score.map_or_else(
+                || "diverged at once".to_owned(),
+                |s| format!("RMSE {}, best fit {} %", format_si(s.rmse, desk.bench.unit(), 3), plain(s.best_fit, 2)),
+            );
+            ui.label(RichText::new(text).size(12.0));
+        });
+    }
+}
+
+fn show_warning(ui: &mut Ui, warning: &Warning, asks: &mut Vec<Ask>) {
+    let colors = theme::accents(ui.visuals().dark_mode);
+    let color = match warning.severity {
+        Severity::Note => colors.accent,
+        Severity::Caution => colors.caution,
+        Severity::Wrong => colors.wrong,
+    };
+    card(ui, color, |ui| {
+        ui.add(egui::Label::new(RichText::new(&warning.text).size(12.5)).wrap());
+        if let Some(remedy) = &warning.remedy
+            && ui.button(&remedy.label).clicked()
+        {
+            asks.push(Ask::Remedy(remedy.clone()));
+        }
+    });
+}
+
+/// A study's error as a sentence that stands by itself.
+fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(|c| c.to_uppercase().collect::<String>()).unwrap_or_default();
+    format!("{first}{}", letters.as_str())
+}

@@ -1,0 +1,94 @@
+//! The two columns beside the plots: data and settings on the left, what was found on the right.
+
+mod data;
+mod equation;
+mod fit;
+mod library;
+mod smoothing;
+mod threshold;
+
+use egui::{Margin, Panel, ScrollArea, Ui};
+
+use super::bench::Bench;
+use super::commands::Command;
+use super::errand::Problem;
+use super::state::Edit;
+use super::worker::Busy;
+use crate::study::{Remedy, Settings};
+use crate::term::{Kind, Term};
+
+/// What a panel asks the window to do, beside changing the settings.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Ask {
+    /// A command.
+    Do(Command),
+    /// Show another record.
+    ShowRecord(usize),
+    /// Read the records as data of this kind.
+    Kind(Kind),
+    /// Take a remedy over.
+    Remedy(Remedy),
+    /// Stop choosing settings.
+    StopChoosing,
+}
+
+/// What the panels show and change.
+pub(crate) struct Desk<'a> {
+    pub(crate) bench: &'a Bench,
+    pub(crate) edit: &'a mut Edit,
+    pub(crate) suggestion: &'a Settings,
+    /// The record that the views show.
+    pub(crate) shown: usize,
+    /// Whether settings are being chosen.
+    pub(crate) choosing: Option<Busy>,
+    /// Why the last file was not opened.
+    pub(crate) problem: Option<&'a Problem>,
+    pub(crate) typing: &'a mut Typing,
+    pub(crate) asks: &'a mut Vec<Ask>,
+}
+
+/// What is being typed and not yet taken over.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Typing {
+    /// Terms to add to the library.
+    pub(crate) terms: String,
+    /// The term whose coefficient is being typed, with the text.
+    pub(crate) fixed: Option<(Term, f64)>,
+}
+
+/// The left column: data and settings.
+pub(crate) fn left(ui: &mut Ui, desk: &mut Desk<'_>) {
+    column(Panel::left("settings").default_size(304.0).size_range(272.0..=420.0), ui, |ui| {
+        data::show(ui, desk);
+        if desk.bench.records.is_empty() {
+            return;
+        }
+        smoothing::show(ui, desk);
+        library::show(ui, desk);
+        threshold::show(ui, desk);
+        ui.add_space(8.0);
+    });
+}
+
+/// The right column: what was found.
+pub(crate) fn right(ui: &mut Ui, desk: &mut Desk<'_>, now: f64) {
+    column(Panel::right("findings").default_size(330.0).size_range(290.0..=460.0), ui, |ui| {
+        fit::show(ui, desk);
+        equation::show(ui, desk, now);
+        fit::warnings(ui, desk);
+        ui.add_space(8.0);
+    });
+}
+
+fn column(panel: Panel, ui: &mut Ui, body: impl FnOnce(&mut Ui)) {
+    let fill = ui.visuals().panel_fill;
+    let frame = egui::Frame::new().fill(fill).inner_margin(Margin { left: 12, right: 4, top: 2, bottom: 0 });
+    panel.frame(frame).show(ui, |ui| {
+        ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+            // Room for the scroll bar, kept also while there is none.
+            let width = ui.available_width() - 8.0;
+            ui.set_max_width(width);
+            body(ui);
+        });
+    });
+}

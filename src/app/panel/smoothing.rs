@@ -1,0 +1,118 @@
+//! SMOOTHING: how displacements become velocities and accelerations.
+
+use egui::{RichText, Ui};
+
+use super::{Ask, Desk};
+use crate::app::commands::Command;
+use crate::app::theme::ROW;
+use crate::app::widgets::{Setting, Spread, row, section};
+use crate::format::number::significant_trimmed;
+use crate::study::Differentiation;
+
+const METHODS: [(Differentiation, &str, &str); 3] = [
+    (
+        Differentiation::Filter,
+        "filter's derivative",
+        "Savitzky–Golay: a polynomial is laid through each segment and differentiated itself",
+    ),
+    (
+        Differentiation::SmoothThenDifference,
+        "smooth, then difference",
+        "Savitzky–Golay smoothing, then central differences of the smoothed samples",
+    ),
+    (
+        Differentiation::Difference,
+        "difference only",
+        "Central differences of the samples as measured: for data without noise",
+    ),
+];
+
+pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
+    let choosing = desk.choosing;
+    let mut asks = Vec::new();
+    section(ui, "SMOOTHING", |ui| choose(ui, choosing, &mut asks), |_| {});
+    desk.asks.append(&mut asks);
+    let smoothing = &mut desk.edit.settings.smoothing;
+    let suggestion = desk.suggestion.smoothing;
+    row(ui, "Derivative", "How velocities and accelerations are made from displacements", |ui| {
+        let shown = METHODS.iter().find(|(m, ..)| *m == smoothing.method).map_or("", |(_, label, _)| label);
+        let width = ui.available_width() - 4.0;
+        let combo = egui::ComboBox::from_id_salt("derivative").width(width).selected_text(shown).show_ui(ui, |ui| {
+            for (method, label, tooltip) in METHODS {
+                ui.selectable_value(&mut smoothing.method, method, label).on_hover_text(tooltip);
+            }
+        });
+        combo.response.accessible_name("Derivative");
+    });
+    let filtered = smoothing.method != Differentiation::Difference;
+    ui.add_enabled_ui(filtered, |ui| {
+        let shortest = (smoothing.order + 2) | 1;
+        let longest = desk.bench.longest_segment(&desk.edit.usage).max(shortest + 2);
+        let mut window = smoothing.window as f64;
+        let segment = Setting {
+            label: "Segment",
+            tooltip: "Samples that each polynomial is laid through: longer takes out more noise, too long flattens the motion",
+            unit: ", samples",
+            range: shortest as f64..=longest as f64,
+            spread: Spread::Logarithmic,
+            grid: 2.0,
+            suggestion: Some(suggestion.window as f64),
+            marks: &[],
+            format: &|v| format!("{v:.0}"),
+        };
+        if segment.show(ui, &mut window) {
+            smoothing.window = (window as usize) | 1;
+        }
+        let (seconds, periods) = desk.bench.segment_length(smoothing);
+        let mut words = Vec::new();
+        if let Some(seconds) = seconds {
+            words.push(format!("{} ms", significant_trimmed(1e3 * seconds, 3)));
+        }
+        if let Some(periods) = periods {
+            words.push(format!("{} main periods", significant_trimmed(periods, 2)));
+        }
+        row(ui, "", "", |ui| ui.label(RichText::new(words.join(" · ")).weak()));
+        let mut order = smoothing.order as f64;
+        let setting = Setting {
+            label: "Order",
+            tooltip: "Degree of each segment's polynomial: higher follows faster motion and lets more noise through",
+            unit: "",
+            range: 2.0..=9.0,
+            spread: Spread::Linear,
+            grid: 1.0,
+            suggestion: Some(suggestion.order as f64),
+            marks: &[],
+            format: &|v| format!("{v:.0}"),
+        };
+        if setting.show(ui, &mut order) {
+            smoothing.order = order as usize;
+            smoothing.window = smoothing.window.max((smoothing.order + 2) | 1);
+        }
+        row(ui, "", "", |ui| {
+            ui.checkbox(&mut smoothing.filter_library, "filter the library alike").on_hover_text(
+                "Passes every library column through the filter that the displacement went through; without it the \
+                 smoothing biases the coefficients",
+            );
+        });
+    });
+}
+
+/// The button that chooses, or while it works its progress and a way to stop it: of one height, so that nothing jumps.
+fn choose(ui: &mut Ui, choosing: Option<crate::app::worker::Busy>, asks: &mut Vec<Ask>) {
+    match choosing {
+        None => {
+            let button = ui.button(Command::Choose.spec().label).on_hover_text(Command::Choose.hint(ui.ctx()));
+            if button.clicked() {
+                asks.push(Ask::Do(Command::Choose));
+            }
+        }
+        Some(busy) => {
+            if ui.button("Cancel").on_hover_text("Stop and leave the settings as they are").clicked() {
+                asks.push(Ask::StopChoosing);
+            }
+            let share = busy.progress.unwrap_or(0.0) as f32;
+            let bar = egui::ProgressBar::new(share).desired_width(110.0).desired_height(ROW - 8.0);
+            ui.add(bar).on_hover_text(format!("{:.0} % of the settings tried", 100.0 * share));
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! What a person has decided: all that survives a restart, and nothing else.
+
+use std::path::PathBuf;
+
+use egui::ThemePreference;
+use serde::{Deserialize, Serialize};
+
+use super::views::{View, ViewState};
+use crate::record::{ReadOptions, Usage};
+use crate::study::Settings;
+
+/// Files kept in the list of recent ones.
+const RECENT: usize = 8;
+
+/// A record that comes with the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sample {
+    /// A Duffing oscillator under harmonic force, with noise.
+    Duffing,
+    /// A base-excited mass with dry friction at five frequencies.
+    Friction,
+    /// The Lorenz system.
+    Lorenz,
+}
+
+/// Where the records come from.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Source {
+    /// None is open.
+    #[default]
+    Nothing,
+    /// One that comes with the program.
+    Sample(Sample),
+    /// Files, read together.
+    Files(Vec<PathBuf>),
+}
+
+/// What undo takes back: everything that decides an outcome.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Edit {
+    /// The settings.
+    pub settings: Settings,
+    /// What each record is used for, in the order of reading.
+    pub usage: Vec<Usage>,
+}
+
+/// A room of work: what the centre of the window is for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Room {
+    /// From a measurement to its equation of motion.
+    #[default]
+    Identify,
+}
+
+impl Room {
+    /// Every room, in the order of their keys 1, 2, …; with one there is nothing to switch.
+    pub(crate) const ALL: [Self; 1] = [Self::Identify];
+
+    /// The switch's text.
+    pub(crate) fn label(self) -> &'static str {
+        match self {
+            Self::Identify => "Identify",
+        }
+    }
+}
+
+/// Everything that survives a restart.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(default)]
+pub struct State {
+    /// Where the records come from.
+    pub source: Source,
+    /// What a file's header does not say.
+    pub reading: ReadOptions,
+    /// The settings and usages that belong to the source; none until it was read for the first time.
+    pub edit: Option<Edit>,
+    /// The settings that the program chose itself: what reset goes back to.
+    pub suggestion: Option<Settings>,
+    /// The saved project that this is, if it is one.
+    pub project: Option<PathBuf>,
+    /// Files opened lately, the newest first.
+    pub recent: Vec<PathBuf>,
+    /// Light, dark or as the system is.
+    pub theme: ThemePreference,
+    /// Which record the views show.
+    pub record: usize,
+    pub(crate) room: Room,
+    pub(crate) view: View,
+    pub(crate) views: ViewState,
+}
+
+impl Default for State {
+    fn default() -> Self {
+        Self {
+            source: Source::Sample(Sample::Duffing),
+            reading: ReadOptions::default(),
+            edit: None,
+            suggestion: None,
+            project: None,
+            recent: Vec::new(),
+            theme: ThemePreference::System,
+            record: 0,
+            room: Room::default(),
+            view: View::default(),
+            views: ViewState::default(),
+        }
+    }
+}
+
+impl State {
+    /// Puts a file at the head of the recent ones.
+    pub fn remember(&mut self, path: &std::path::Path) {
+        let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        self.recent.retain(|p| *p != path);
+        self.recent.insert(0, path);
+        self.recent.truncate(RECENT);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_state_survives_a_restart() {
+        let mut state = State { source: Source::Files(vec!["a.csv".into()]), ..State::default() };
+        state.edit = Some(Edit { usage: vec![Usage::HeldOut, Usage::Off], ..Edit::default() });
+        state.remember("b.csv".as_ref());
+        state.remember("b.csv".as_ref());
+        let text = serde_json::to_string(&state).unwrap();
+        let again: State = serde_json::from_str(&text).unwrap();
+        assert_eq!((again.source, again.edit, again.recent.len()), (state.source, state.edit, 1));
+    }
+
+    #[test]
+    fn an_older_state_lacks_fields_and_is_read_all_the_same() {
+        let state: State = serde_json::from_str(r#"{"record": 2}"#).unwrap();
+        assert_eq!((state.record, state.source), (2, Source::Sample(Sample::Duffing)));
+    }
+}

@@ -1,0 +1,105 @@
+//! The bar at the top: the file, the rooms, what helps everywhere.
+
+use egui::{Align, Layout, Margin, Panel, RichText, Ui};
+
+use super::commands::Command;
+use super::errand::file_name;
+use super::state::{Room, Sample, State};
+use super::theme::ROW;
+use super::widgets::{icon, switch};
+use crate::app::bench::Bench;
+
+/// What the bar shows.
+pub(crate) struct Toolbar<'a> {
+    pub(crate) state: &'a mut State,
+    pub(crate) bench: &'a Bench,
+    pub(crate) can_undo: bool,
+    pub(crate) can_redo: bool,
+    pub(crate) opening: bool,
+}
+
+/// What a person asked for in the bar.
+pub(crate) enum Asked {
+    Do(Command),
+    Recent(std::path::PathBuf),
+}
+
+pub(crate) fn show(ui: &mut Ui, bar: &mut Toolbar<'_>) -> Vec<Asked> {
+    let mut asked = Vec::new();
+    let frame = egui::Frame::new().fill(ui.visuals().panel_fill).inner_margin(Margin::symmetric(12, 5));
+    Panel::top("toolbar").resizable(false).frame(frame).show(ui, |ui| {
+        ui.horizontal(|ui| {
+            ui.set_min_height(ROW + 2.0);
+            ui.label(RichText::new("Sindyscope").size(15.0).strong());
+            ui.add_space(6.0);
+            ui.menu_button(title(bar), |ui| file_menu(ui, bar, &mut asked));
+            if Room::ALL.len() > 1 {
+                ui.add_space(12.0);
+                switch(ui, &mut bar.state.room, &Room::ALL.map(|r| (r, r.label(), "")));
+            }
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                ui.spacing_mut().item_spacing.x = 2.0;
+                let dark = ui.visuals().dark_mode;
+                let ctx = ui.ctx().clone();
+                let mut button = |ui: &mut Ui, sign: &str, command: Command, enabled: bool| {
+                    if icon(ui, sign, command.spec().label, &command.hint(&ctx), enabled).clicked() {
+                        asked.push(Asked::Do(command));
+                    }
+                };
+                button(ui, "?", Command::Help, true);
+                button(ui, if dark { "☀" } else { "🌙" }, Command::Theme, true);
+                button(ui, "📷", Command::PlotPicture, bar.bench.outcome.is_some());
+                button(ui, "🔍", Command::Palette, true);
+                ui.add_space(8.0);
+                button(ui, "⟳", Command::Redo, bar.can_redo);
+                button(ui, "⟲", Command::Undo, bar.can_undo);
+            });
+        });
+    });
+    asked
+}
+
+fn title(bar: &Toolbar<'_>) -> String {
+    let name = match (&bar.state.project, bar.bench.records.is_empty()) {
+        (Some(project), _) => file_name(project),
+        (None, true) if bar.opening => "opening…".to_owned(),
+        (None, true) => "no file".to_owned(),
+        (None, false) => bar.bench.title.clone(),
+    };
+    format!("{name} ⏷")
+}
+
+fn file_menu(ui: &mut Ui, bar: &Toolbar<'_>, asked: &mut Vec<Asked>) {
+    ui.set_min_width(240.0);
+    let open = !bar.bench.records.is_empty();
+    let mut entry = |ui: &mut Ui, command: Command, enabled: bool| {
+        if command.menu(ui, enabled) {
+            asked.push(Asked::Do(command));
+        }
+    };
+    entry(ui, Command::Open, true);
+    entry(ui, Command::OpenPath, true);
+    ui.separator();
+    ui.weak("Samples");
+    for sample in Sample::ALL {
+        entry(ui, Command::Sample(sample), true);
+    }
+    ui.separator();
+    entry(ui, Command::SaveProject, open);
+    entry(ui, Command::SaveProjectAs, open);
+    entry(ui, Command::PlotPicture, bar.bench.outcome.is_some());
+    entry(ui, Command::WindowPicture, true);
+    ui.separator();
+    entry(ui, Command::Reset, open);
+    entry(ui, Command::Close, open);
+    entry(ui, Command::Quit, true);
+    if !bar.state.recent.is_empty() {
+        ui.separator();
+        ui.weak("Recent files");
+        for path in &bar.state.recent {
+            if ui.button(file_name(path)).on_hover_text(path.display().to_string()).clicked() {
+                asked.push(Asked::Recent(path.clone()));
+            }
+        }
+    }
+}

@@ -1,0 +1,478 @@
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use egui::{Theme, Vec2, pos2, vec2};
+use egui_kittest::kittest::Queryable as _;
+use egui_kittest::{Harness, TestRenderer};
+use rand::SeedableRng as _;
+use rand_distr::{Distribution as _, Normal};
+
+use super::*;
+use crate::app::plot::raster::Rasterizer;
+use crate::model::{Equation, Model};
+use crate::record::{Channel as RecordChannel, Record, Role, Usage};
+use crate::signal::Signals;
+use crate::study::{Channel, Elapsed, RecordOutcome, Score, Settings};
+use crate::term::{Kind, Layout, Symbol};
+
+/// What an outcome of these tests is like.
+#[derive(Clone, Copy)]
+struct Case {
+    samples: usize,
+    interval: f64,
+    freedoms: usize,
+    inputs: usize,
+    usage: Usage,
+    /// Share of the record after which the response left the data's range.
+    diverges: Option<f64>,
+    /// Relative error of the identified frequency.
+    detuned: f64,
+}
+
+impl Default for Case {
+    fn default() -> Self {
+        Self { samples: 6000, interval: 5e-3, freedoms: 1, inputs: 1, usage: Usage::Fit, diverges: None, detuned: 4e-4 }
+    }
+}
+
+const NOISE: f64 = 2e-5;
+
+/// Steady vibration at 1.3 Hz and a decaying one at 3 Hz, as a linear oscillator with a force has: displacement in metres,
+/// velocity, acceleration.
+fn motion(t: f64, freedom: usize, detuned: f64) -> [f64; 3] {
+    let scale = 1.0 / (1.0 + freedom as f64);
+    let (forced, own, decay) = (TAU * 1.3, TAU * 3.0 * (1.0 + detuned), 0.12);
+    let (a, b) = (1.1e-3 * scale, 1.4e-3 * scale);
+    let e = (-decay * t).exp();
+    let (s, c) = (own * t).sin_cos();
+    let (fs, fc) = (forced * t).sin_cos();
+    [
+        a * fs + b * e * c,
+        a * forced * fc - b * e * (decay * c + own * s),
+        -a * forced * forced * fs + b * e * ((decay * decay - own * own) * c + 2.0 * decay * own * s),
+    ]
+}
+
+fn outcome_of(cases: &[Case]) -> Arc<Outcome> {
+    let Case { freedoms, inputs, .. } = cases[0];
+    let layout = Layout { kind: Kind::SecondOrder, freedoms, inputs };
+    let records: Vec<RecordOutcome> = cases.iter().enumerate().map(|(i, case)| record_of(i, case)).collect();
+    Arc::new(Outcome {
+        settings: Settings::default(),
+        model: Model { layout, equations: vec![Equation { terms: Vec::new() }; layout.states()] },
+        fits: Vec::new(),
+        train: records[0].channels[0].score,
+        test: None,
+        records,
+        noise_floor: Some(NOISE),
+        warnings: Vec::new(),
+        elapsed: Elapsed::default(),
+    })
+}
+
+fn record_of(index: usize, case: &Case) -> RecordOutcome {
+    let Case { samples: n, interval, freedoms, inputs, .. } = *case;
+    let mut random = rand_pcg::Pcg64::seed_from_u64(7 + index as u64);
+    let normal = Normal::new(0.0, NOISE).unwrap();
+    let time = |k: usize| interval * k as f64;
+    let series = |freedom: usize, which: usize, detuned: f64, count: usize| -> Vec<f64> {
+        (0..count).map(|k| motion(time(k), freedom, detuned)[which]).collect()
+    };
+    let force = |k: usize| 0.4 * (TAU * 1.3 * time(k)).sin();
+    let lasts = case.diverges.map_or(n, |share| (share * n as f64) as usize);
+    let grows = |k: usize, x: f64| match case.diverges {
+        Some(_) => x + 1e-4 * (6.0 * (k as f64 / lasts as f64)).exp(),
+        None => x,
+    };
+    let mut channels = Vec::new();
+    let mut scored = Vec::new();
+    for freedom in 0..freedoms {
+        let values: Vec<f64> = series(freedom, 0, 0.0, n).iter().map(|x| x + normal.sample(&mut random)).collect();
+        let response: Vec<f64> =
+            series(freedom, 0, case.detuned, lasts).iter().enumerate().map(|(k, x)| grows(k, *x)).collect();
+        let error: Vec<f64> = values.iter().zip(&response).map(|(a, b)| (a - b).abs()).collect();
+        let rmse = (error.iter().map(|e| e * e).sum::<f64>() / lasts.max(1) as f64).sqrt();
+        let max_error = error.iter().copied().fold(0.0, f64::max);
+        let score = Score { rmse, nrmse: rmse / 1e-3, max_error, best_fit: 98.76, samples: lasts };
+        scored.push(Channel { symbol: Symbol::State(freedom), response, error, score: (lasts > 0).then_some(score) });
+        channels.push(RecordChannel {
+            name: format!("x{}", freedom + 1),
+            role: Role::Displacement(freedom),
+            unit: "m".into(),
+            values: values.into(),
+        });
+    }
+    for input in 0..inputs {
+        channels.push(RecordChannel {
+            name: "force".into(),
+            role: Role::Input(input),
+            unit: "N".into(),
+            values: (0..n).map(force).collect(),
+        });
+    }
+    let all = |which: usize| -> Vec<Vec<f64>> { (0..freedoms).map(|f| series(f, which, 0.0, n)).collect() };
+    let simulated = |which: usize| (0..freedoms).map(move |f| series(f, which, case.detuned, lasts));
+    RecordOutcome {
+        record: Arc::new(Record {
+            name: format!("run {}", index + 1),
+            source: None,
+            start: 0.0,
+            interval,
+            channels,
+            notices: Vec::new(),
+        }),
+        usage: case.usage,
+        signals: Arc::new(Signals {
+            start: 0.0,
+            interval,
+            states: [all(0), all(1)].concat(),
+            rates: [all(1), all(2)].concat(),
+            inputs: vec![(0..n).map(force).collect(); inputs],
+            input_rates: vec![(0..n).map(|k| 0.4 * TAU * 1.3 * (TAU * 1.3 * time(k)).cos()).collect(); inputs],
+            main_period: Some(1.0 / 1.3),
+            noise: vec![NOISE; freedoms],
+        }),
+        states: simulated(0).chain(simulated(1)).collect(),
+        channels: scored,
+        diverged_at: case.diverges.map(|_| time(lasts)),
+    }
+}
+
+/// A central panel with one view, as the window has it.
+struct Stage {
+    view: View,
+    outcome: Arc<Outcome>,
+    previous: Option<Arc<Outcome>>,
+    record: usize,
+    stale: bool,
+    state: ViewState,
+    asked: Option<Request>,
+}
+
+impl Stage {
+    fn new(view: View, cases: &[Case]) -> Self {
+        Self {
+            view,
+            outcome: outcome_of(cases),
+            previous: None,
+            record: 0,
+            stale: false,
+            state: ViewState::default(),
+            asked: None,
+        }
+    }
+
+    fn ui(&mut self, ui: &mut egui::Ui) {
+        let picture = Picture {
+            outcome: &self.outcome,
+            previous: self.previous.as_ref(),
+            record: self.record,
+            stale: self.stale,
+        };
+        let asked = show(ui, self.view, &picture, &mut self.state);
+        self.asked = asked.or(self.asked.take());
+    }
+
+    fn harness(self, size: Vec2, theme: Theme) -> Harness<'static, Self> {
+        let mut harness = Harness::builder()
+            .with_size(size)
+            .with_theme(theme)
+            .with_max_steps(12)
+            .renderer(Software::default())
+            .build_ui_state(|ui, stage: &mut Self| stage.ui(ui), self);
+        harness.run();
+        harness
+    }
+}
+
+/// Pictures without a graphics card, alike on every machine.
+#[derive(Default)]
+struct Software(Rasterizer);
+
+impl TestRenderer for Software {
+    fn handle_delta(&mut self, delta: &mut egui::TexturesDelta) {
+        self.0.update(delta);
+    }
+
+    fn render(&mut self, ctx: &egui::Context, output: &egui::FullOutput) -> Result<image::RgbaImage, String> {
+        let primitives = ctx.tessellate(output.shapes.clone(), output.pixels_per_point);
+        let size = ctx.content_rect().size() * output.pixels_per_point;
+        let ground = ctx.global_style().visuals.panel_fill;
+        Ok(self.0.draw(&primitives, [size.x as u32, size.y as u32], output.pixels_per_point, ground))
+    }
+}
+
+const SIZE: Vec2 = vec2(760.0, 640.0);
+
+fn cases() -> Vec<(&'static str, Case)> {
+    let usual = Case::default();
+    vec![
+        ("usual", usual),
+        ("diverged", Case { diverges: Some(0.4), ..usual }),
+        ("diverged at once", Case { diverges: Some(0.0), ..usual }),
+        ("one sample", Case { samples: 1, ..usual }),
+        ("two samples", Case { samples: 2, ..usual }),
+        ("no input", Case { inputs: 0, ..usual }),
+        ("two degrees of freedom", Case { freedoms: 2, inputs: 2, usage: Usage::HeldOut, ..usual }),
+        ("a perfect model", Case { detuned: 0.0, ..usual }),
+    ]
+}
+
+#[test]
+fn every_view_shows_every_outcome() {
+    for view in View::ALL {
+        for (name, case) in cases() {
+            for theme in [Theme::Light, Theme::Dark] {
+                let mut stage = Stage::new(view, &[case, case]);
+                stage.state.acceleration = true;
+                stage.state.log_error = theme == Theme::Dark;
+                stage.state.log_frequency = theme == Theme::Dark;
+                stage.previous = Some(outcome_of(&[case, case]));
+                let mut harness = stage.harness(SIZE, theme);
+                harness.hover_at(pos2(400.0, 200.0));
+                harness.run();
+                assert!(harness.state().asked.is_none(), "{view:?}, {name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn outcomes_without_records_and_records_without_samples_say_so() {
+    let mut empty = Stage::new(View::Response, &[Case::default()]);
+    empty.outcome = Arc::new(Outcome { records: Vec::new(), ..(*empty.outcome).clone() });
+    let harness = empty.harness(SIZE, Theme::Light);
+    harness.get_by_label_contains("No record is marked fit");
+    for view in View::ALL {
+        Stage::new(view, &[Case { samples: 0, ..Case::default() }]).harness(SIZE, Theme::Light);
+    }
+    // A record index and choices left over from other data.
+    let mut stage = Stage::new(View::Response, &[Case::default()]);
+    stage.record = 7;
+    stage.state = ViewState { freedom: 9, input: 9, ..ViewState::default() };
+    stage.harness(SIZE, Theme::Light).get_by_label("run 1");
+}
+
+#[test]
+fn first_order_states_are_shown() {
+    for view in View::ALL {
+        let mut stage = Stage::new(view, &[Case { freedoms: 3, inputs: 0, ..Case::default() }]);
+        let mut outcome = (*stage.outcome).clone();
+        outcome.model = Model::first_order(0, vec![Equation { terms: Vec::new() }; 3]);
+        outcome.records.iter_mut().for_each(|r| r.states.truncate(3));
+        stage.outcome = Arc::new(outcome);
+        let harness = stage.harness(SIZE, Theme::Light);
+        if view == View::Response {
+            harness.get_by_label("x3");
+        }
+    }
+}
+
+#[test]
+fn the_pointer_reads_values() {
+    let mut harness = Stage::new(View::Response, &[Case::default()]).harness(SIZE, Theme::Light);
+    harness.hover_at(pos2(400.0, 200.0));
+    harness.run();
+    for name in ["t", "x measured", "x identified", "E"] {
+        harness.get_by_label(name);
+    }
+    let id = egui::Id::unique(("view", View::Response, "response"));
+    let transform = egui_plot::PlotMemory::load(&harness.ctx, id).unwrap().transform();
+    let t = transform.value_from_position(pos2(400.0, 200.0)).x;
+    let measured = harness.state().outcome.records[0].record.channels[0].values[(t / 5e-3).round() as usize];
+    let shown = crate::app::plot::number::significant(measured * 1e3, 4);
+    harness.get_by_label_contains(&format!("{shown} mm"));
+
+    // In the plot beneath the same instant is read.
+    harness.hover_at(pos2(400.0, 500.0));
+    harness.run();
+    harness.get_by_label_contains(&format!("{shown} mm"));
+
+    harness.remove_cursor();
+    harness.run();
+    assert!(harness.query_by_label("x measured").is_none());
+}
+
+#[test]
+fn legends_switch_curves() {
+    let mut harness = Stage::new(View::Response, &[Case::default()]).harness(SIZE, Theme::Light);
+    let all = harness.render().unwrap();
+    harness.get_by_label("identified").click();
+    harness.run();
+    assert_eq!(harness.state().state.hidden, BTreeSet::from([Ink::Identified]));
+    harness.remove_cursor();
+    harness.run();
+    assert_ne!(harness.render().unwrap(), all);
+    harness.get_by_label("identified").click();
+    harness.run();
+    assert!(harness.state().state.hidden.is_empty());
+
+    // Alt-click shows one alone, and all again.
+    for hidden in [vec![Ink::Identified], vec![]] {
+        harness.get_by_label("measured").click_modifiers(egui::Modifiers::ALT);
+        harness.run();
+        assert_eq!(harness.state().state.hidden, hidden.into_iter().collect());
+    }
+}
+
+/// The range of time that a plot shows.
+fn time_shown(harness: &Harness<'_, Stage>, plot: &str) -> (f64, f64) {
+    let id = egui::Id::unique(("view", harness.state().view, plot));
+    let memory = egui_plot::PlotMemory::load(&harness.ctx, id).unwrap();
+    (memory.bounds().min()[0], memory.bounds().max()[0])
+}
+
+#[test]
+fn the_worst_stretch_is_one_click_away_and_a_double_click_shows_all() {
+    let mut harness = Stage::new(View::Response, &[Case::default()]).harness(SIZE, Theme::Light);
+    let whole = time_shown(&harness, "response");
+    assert!(whole.0 < 0.0 && whole.1 > 29.9 && whole.1 < 31.0, "{whole:?}");
+    harness.get_by_label_contains("worst ").click();
+    harness.run();
+    let near = time_shown(&harness, "response");
+    assert!(near.1 - near.0 < 8.0, "{near:?}");
+    assert_eq!(near, time_shown(&harness, "error"), "plots above each other show the same time");
+
+    // The other views over time show it too.
+    harness.state_mut().view = View::Input;
+    harness.run();
+    harness.run();
+
+    harness.state_mut().view = View::Response;
+    harness.run();
+    let at = pos2(400.0, 500.0);
+    for pressed in [true, false, true, false] {
+        harness.event(egui::Event::PointerMoved(at));
+        harness.event(egui::Event::PointerButton {
+            pos: at,
+            button: egui::PointerButton::Primary,
+            pressed,
+            modifiers: egui::Modifiers::NONE,
+        });
+    }
+    harness.run();
+    assert_eq!(time_shown(&harness, "response"), whole);
+}
+
+#[test]
+fn the_wheel_zooms_time_and_a_new_outcome_of_the_same_record_keeps_the_zoom() {
+    let mut harness = Stage::new(View::Response, &[Case::default(), Case { samples: 900, ..Case::default() }])
+        .harness(SIZE, Theme::Light);
+    let whole = time_shown(&harness, "response");
+    harness.hover_at(pos2(400.0, 200.0));
+    harness.event(egui::Event::MouseWheel {
+        unit: egui::MouseWheelUnit::Point,
+        delta: vec2(0.0, 120.0),
+        phase: egui::TouchPhase::Move,
+        source: egui::MouseWheelSource::Unknown,
+        modifiers: egui::Modifiers::NONE,
+    });
+    harness.run();
+    let near = time_shown(&harness, "response");
+    assert!(near.1 - near.0 < 0.8 * (whole.1 - whole.0), "{near:?}");
+    assert_eq!(time_shown(&harness, "error"), near);
+
+    let mut changed = (*harness.state().outcome).clone();
+    changed.records[0].channels[0].response.iter_mut().for_each(|x| *x *= 1.1);
+    let stage = harness.state_mut();
+    stage.previous = Some(std::mem::replace(&mut stage.outcome, Arc::new(changed)));
+    harness.run();
+    assert_eq!(time_shown(&harness, "response"), near);
+    harness.get_all_by_label("before").next().unwrap();
+
+    harness.state_mut().record = 1;
+    harness.run();
+    let other = time_shown(&harness, "response");
+    assert!(other.1 < 5.0, "another record is shown whole: {other:?}");
+}
+
+#[test]
+fn the_menu_copies_what_is_shown_and_asks_for_a_picture() {
+    let mut harness =
+        Stage::new(View::Response, &[Case { samples: 50, ..Case::default() }]).harness(SIZE, Theme::Light);
+    let open = |harness: &mut Harness<'_, Stage>| {
+        let at = pos2(400.0, 200.0);
+        harness.event(egui::Event::PointerMoved(at));
+        for pressed in [true, false] {
+            harness.event(egui::Event::PointerButton {
+                pos: at,
+                button: egui::PointerButton::Secondary,
+                pressed,
+                modifiers: egui::Modifiers::NONE,
+            });
+        }
+        harness.run();
+    };
+    open(&mut harness);
+    harness.get_by_label("Copy what is shown as CSV").click();
+    harness.step();
+    let copied = harness.output().platform_output.commands.iter().find_map(|c| match c {
+        egui::OutputCommand::CopyText(text) => Some(text.clone()),
+        _ => None,
+    });
+    let text = copied.unwrap();
+    assert!(text.starts_with("t (s),x measured (m),x identified (m),E error (m)\n0,"), "{text}");
+    assert_eq!(text.lines().count(), 51);
+
+    harness.run();
+    open(&mut harness);
+    harness.get_by_label("Save picture…").click();
+    harness.run();
+    assert_eq!(harness.state().asked, Some(Request::SavePicture));
+}
+
+#[test]
+fn the_header_steps_through_records_and_chooses_degrees_of_freedom() {
+    let case = Case { freedoms: 2, ..Case::default() };
+    let mut harness = Stage::new(View::Response, &[case, case]).harness(SIZE, Theme::Light);
+    harness.get_by_label("Next record").click();
+    harness.run();
+    assert_eq!(harness.state().asked, Some(Request::ShowRecord(1)));
+    harness.get_by_label("x2").click();
+    harness.run();
+    assert_eq!(harness.state().state.freedom, 1);
+}
+
+#[test]
+fn what_is_chosen_survives_a_restart() {
+    let state =
+        ViewState { hidden: BTreeSet::from([Ink::Measured]), freedom: 1, log_frequency: true, ..ViewState::default() };
+    let text = serde_json::to_string(&state).unwrap();
+    let read: ViewState = serde_json::from_str(&text).unwrap();
+    assert_eq!((read.hidden, read.freedom, read.log_frequency), (state.hidden, 1, true));
+    assert!(serde_json::from_str::<ViewState>("{}").unwrap().hidden.is_empty());
+}
+
+#[test]
+fn pictures_for_print_are_twice_as_fine_and_show_what_the_window_shows() {
+    let mut harness = Stage::new(View::Response, &[Case::default()]).harness(SIZE, Theme::Dark);
+    let draw = |harness: &Harness<'_, Stage>| {
+        let stage = harness.state();
+        let picture = Picture { outcome: &stage.outcome, previous: None, record: 0, stale: false };
+        render(Some(&harness.ctx), View::Response, &picture, &stage.state, &Sheet::default())
+    };
+    let whole = draw(&harness);
+    assert_eq!(whole.dimensions(), (1520, 1120));
+    assert_eq!(whole.get_pixel(3, 1117).0, [255; 4], "paper is white, whatever the window's theme");
+    harness.get_by_label_contains("worst ").click();
+    harness.run();
+    assert_ne!(draw(&harness), whole, "a zoomed plot is printed zoomed");
+}
+
+#[test]
+fn pictures() {
+    let mut results = egui_kittest::SnapshotResults::new();
+    let held_out = Case { usage: Usage::HeldOut, ..Case::default() };
+    for (view, theme, case, name) in [
+        (View::Response, Theme::Light, held_out, "view_response"),
+        (View::Response, Theme::Light, Case { diverges: Some(0.4), ..held_out }, "view_response_diverged"),
+        (View::Velocity, Theme::Dark, held_out, "view_velocity_dark"),
+        (View::Phase, Theme::Light, held_out, "view_phase"),
+        (View::Spectrum, Theme::Dark, held_out, "view_spectrum_dark"),
+    ] {
+        let stage = Stage::new(view, &[case, case]);
+        let mut harness = stage.harness(vec2(640.0, 480.0), theme);
+        harness.snapshot(name);
+        results.extend_harness(&mut harness);
+    }
+}

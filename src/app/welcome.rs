@@ -1,0 +1,73 @@
+//! The centre while no file is open: three samples, where to drop a file, what a file should look like.
+
+use egui::{Align, Layout, RichText, Sense, Stroke, StrokeKind, Ui, vec2};
+
+use super::commands::Command;
+use super::state::Sample;
+use super::theme;
+
+const EXAMPLE: &str = "t [s], x [mm], u [N]
+0.000,  0.012, 1.00
+0.001,  0.015, 0.99
+0.002,  0.021, 0.97";
+
+pub(crate) fn show(ui: &mut Ui, opening: bool) -> Option<Command> {
+    let mut asked = None;
+    let colors = theme::accents(ui.visuals().dark_mode);
+    let width = ui.available_width().min(620.0);
+    let side = 0.5 * (ui.available_width() - width);
+    ui.add_space((0.5 * (ui.available_height() - 430.0)).max(8.0));
+    ui.horizontal(|ui| {
+        ui.add_space(side);
+        ui.allocate_ui_with_layout(vec2(width, 430.0), Layout::top_down(Align::Min), |ui| {
+            ui.set_width(width);
+            if opening {
+                ui.label(RichText::new("Opening…").size(20.0));
+                return;
+            }
+            ui.label(RichText::new("Open a measurement").size(20.0).strong());
+            ui.weak("Sindyscope finds the equation of motion of a vibrating thing and simulates it over the measurement");
+            ui.add_space(12.0);
+            let (zone, response) = ui.allocate_exact_size(vec2(width, 92.0), Sense::click());
+            let fill = if response.hovered() { colors.accent_ground } else { ui.visuals().faint_bg_color };
+            ui.painter().rect(zone, 8.0, fill, Stroke::new(1.0, colors.accent), StrokeKind::Inside);
+            let font = egui::FontId::proportional(15.0);
+            let text = "Drop a CSV file or a project here, or click to open one";
+            let ink = ui.visuals().text_color();
+            ui.painter().text(zone.center(), egui::Align2::CENTER_CENTER, text, font, ink);
+            response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, text));
+            if response.on_hover_text(Command::Open.hint(ui.ctx())).clicked() {
+                asked = Some(Command::Open);
+            }
+            ui.add_space(14.0);
+            ui.label(RichText::new("Or try a sample").strong());
+            ui.horizontal(|ui| {
+                let each = (width - 2.0 * ui.spacing().item_spacing.x) / 3.0;
+                for sample in Sample::ALL {
+                    let button = egui::Button::new(sample.label()).min_size(vec2(each, 34.0));
+                    if ui.add(button).on_hover_text(sample.tooltip()).clicked() {
+                        asked = Some(Command::Sample(sample));
+                    }
+                }
+            });
+            ui.add_space(14.0);
+            ui.label(RichText::new("What a file should look like").strong());
+            egui::Frame::new().fill(ui.visuals().faint_bg_color).corner_radius(6).inner_margin(10).show(ui, |ui| {
+                ui.set_width(width - 20.0);
+                ui.label(RichText::new(EXAMPLE).monospace());
+            });
+            ui.add_space(2.0);
+            ui.add(
+                egui::Label::new(
+                    RichText::new(
+                        "Time, a displacement (x, several: x1, x2, …) and what drives it (u: a force or the base's motion), evenly \
+                         sampled, in a CSV with a header; several files, or a column `record`, make several records",
+                    )
+                    .weak(),
+                )
+                .wrap(),
+            );
+        });
+    });
+    asked
+}

@@ -1,0 +1,655 @@
+//! The app itself: state and background work brought together, frame by frame.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+
+use egui::{CentralPanel, ColorImage, Context, Margin, RichText, Stroke, Theme, ThemePreference, Ui};
+
+use super::bench::Bench;
+use super::command_palette::{self, Palette};
+use super::commands::Command;
+use super::dialogs::{Chosen, Dialogs, Purpose};
+use super::errand::{self, Delivery, Errand, Opened, Opening, Problem, file_name};
+use super::history::History;
+use super::notices::Notices;
+use super::panel::{self, Ask, Desk, Typing};
+use super::plot::export::{Sheet, save_png};
+use super::plot::palette;
+use super::project::Project;
+use super::state::{Edit, Sample, Source, State};
+use super::views::{self, Picture, Request, View, ViewState};
+use super::worker::Worker;
+use super::{AppError, help, overlay, status, theme, toolbar, welcome};
+use crate::format::equations;
+use crate::record::{ReadOptions, RecordSet};
+use crate::study::{Outcome, Settings, Study, StudyError};
+use crate::term::Kind;
+
+/// A study to be run.
+struct Question {
+    ticket: u64,
+    generation: u64,
+    records: RecordSet,
+    settings: Settings,
+}
+
+/// What came of it; it carries what it was asked with, so that a late one is recognised.
+struct Answer {
+    ticket: u64,
+    generation: u64,
+    result: Result<Arc<Outcome>, StudyError>,
+}
+
+/// A picture to be drawn and saved.
+enum PictureJob {
+    Plot { path: PathBuf, like: Context, view: View, outcome: Arc<Outcome>, record: usize, state: Box<ViewState> },
+    Window { path: PathBuf, image: Arc<ColorImage> },
+}
+
+/// The window.
+pub struct App {
+    state: State,
+    edit: Edit,
+    suggestion: Settings,
+    bench: Bench,
+    history: History<Edit>,
+    notices: Notices,
+    dialogs: Dialogs,
+    /// An answer that is missing tells of a crash.
+    fitting: Worker<Question, Option<Answer>>,
+    errands: Worker<Errand, Delivery>,
+    pictures: Worker<PictureJob, Result<PathBuf, String>>,
+    shots: (Sender<(PathBuf, Arc<ColorImage>)>, Receiver<(PathBuf, Arc<ColorImage>)>),
+    /// The last question asked, its number, and the number of the last one answered.
+    asked: Option<(u64, Edit)>,
+    ticket: u64,
+    answered: u64,
+    under_way: Option<UnderWay>,
+    problem: Option<Problem>,
+    typing: Typing,
+    palette: Option<Palette>,
+    help_open: bool,
+    log_open: bool,
+    title: String,
+}
+
+/// Which errand runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum UnderWay {
+    Opening,
+    Choosing,
+}
+
+impl App {
+    /// The window as a person left it; what it shows is read and fitted in the background.
+    ///
+    /// # Errors
+    /// The system gives no thread for the background work.
+    pub fn with_state(ctx: &Context, state: State) -> Result<Self, AppError> {
+        theme::install(ctx);
+        ctx.set_theme(state.theme);
+        let wake = || {
+            let ctx = ctx.clone();
+            move || ctx.request_repaint()
+        };
+        let mut app = Self {
+            edit: Edit::default(),
+            suggestion: Settings::default(),
+            bench: Bench::default(),
+            history: History::new(Edit::default()),
+            notices: Notices::default(),
+            dialogs: Dialogs::new(true),
+            fitting: fitting_worker(wake())?,
+            errands: Worker::spawn("errands", wake(), errand::run, || Delivery::Crashed)?,
+            pictures: Worker::spawn(
+                "pictures",
+                wake(),
+                |job, _, _| Some(draw(job)),
+                || Err("the picture was not drawn: an error of the program; please report it".into()),
+            )?,
+            shots: channel(),
+            asked: None,
+            ticket: 0,
+            answered: 0,
+            under_way: None,
+            problem: None,
+            typing: Typing::default(),
+            palette: None,
+            help_open: false,
+            log_open: false,
+            title: String::new(),
+            state,
+        };
+        if app.state.source != Source::Nothing {
+            let State { source, reading, edit, .. } = app.state.clone();
+            app.begin(Opening { source, reading, edit, usage: Vec::new() });
+        }
+        Ok(app)
+    }
+
+    /// Without the system's file dialogs: paths are typed. For tests, and where a dialog would be in the way.
+    pub fn without_dialogs(mut self) -> Self {
+        self.dialogs = Dialogs::new(false);
+        self
+    }
+
+    /// True while something is read, computed or drawn in the background.
+    pub fn busy(&self) -> bool {
+        let busy = [self.fitting.busy(), self.errands.busy(), self.pictures.busy()];
+        busy.iter().any(Option::is_some) || self.answered != self.ticket
+    }
+
+    /// The settings as they stand.
+    pub fn settings(&self) -> &Settings {
+        &self.edit.settings
+    }
+
+    /// The records, with what each is used for.
+    pub fn records(&self) -> RecordSet {
+        self.bench.set(&self.edit.usage)
+    }
+
+    /// What the last study found.
+    pub fn outcome(&self) -> Option<&Arc<Outcome>> {
+        self.bench.outcome.as_ref()
+    }
+
+    /// What survives a restart.
+    pub fn state(&self) -> State {
+        let open = !self.bench.records.is_empty();
+        let mut state = self.state.clone();
+        state.edit = open.then(|| self.edit.clone()).or(state.edit);
+        state.suggestion = open.then(|| self.suggestion.clone()).or(state.suggestion);
+        state
+    }
+
+    /// Opens files: measurements, or a project.
+    pub fn open(&mut self, paths: Vec<PathBuf>) {
+        let project = paths.iter().find(|p| super::project::is_project(p)).cloned();
+        let paths = project.map_or(paths, |p| vec![p]);
+        let reading = ReadOptions { kind: self.state.reading.kind, ..ReadOptions::default() };
+        self.begin(Opening { source: Source::Files(paths), reading, edit: None, usage: Vec::new() });
+    }
+
+    fn begin(&mut self, opening: Opening) {
+        self.problem = None;
+        self.under_way = Some(UnderWay::Opening);
+        self.errands.ask_instead(Errand::Open(opening));
+    }
+
+    fn open_sample(&mut self, sample: Sample) {
+        let reading = ReadOptions { kind: sample.kind(), ..ReadOptions::default() };
+        self.begin(Opening { source: Source::Sample(sample), reading, edit: None, usage: Vec::new() });
+    }
+
+    fn opened(&mut self, opened: Opened) {
+        let Opened { source, reading, title, records, edit, suggestion, project } = opened;
+        if let Source::Files(paths) = &source {
+            let remembered = project.as_ref().map(|(path, _)| std::slice::from_ref(path)).unwrap_or(paths);
+            for path in remembered.iter().rev() {
+                self.state.remember(path);
+            }
+        }
+        let same = self.state.source == source;
+        self.bench.open(title, records);
+        self.suggestion =
+            self.state.suggestion.take().filter(|s| same && s.kind == suggestion.kind).unwrap_or(suggestion);
+        self.history = History::new(edit.clone());
+        self.edit = edit;
+        self.state.project = project.map(|(path, _)| path).or(self.state.project.take().filter(|_| same));
+        self.state.record = if same { self.state.record.min(self.bench.records.len().saturating_sub(1)) } else { 0 };
+        self.state.source = source;
+        self.state.reading = reading;
+        self.state.views.fit();
+        self.asked = None;
+    }
+
+    /// Takes in what the background work brought.
+    fn collect(&mut self, ctx: &Context) {
+        let (now, held) = ctx.input(|i| (i.time, i.pointer.any_down()));
+        let idle = self.errands.busy().is_none();
+        while let Some(delivery) = self.errands.answer() {
+            self.under_way = None;
+            self.delivered(delivery);
+        }
+        if idle && self.errands.busy().is_none() {
+            self.under_way = None;
+        }
+        while let Some(answer) = self.fitting.answer() {
+            let Some(answer) = answer else {
+                self.answered = self.ticket;
+                self.bench.failure = Some("the computation failed by an error of the program itself".into());
+                continue;
+            };
+            self.answered = self.answered.max(answer.ticket);
+            if answer.generation != self.bench.generation {
+                continue;
+            }
+            match answer.result {
+                Ok(outcome) => self.bench.take(outcome, held, now),
+                Err(StudyError::Cancelled) => {}
+                Err(error) => self.bench.failure = Some(error.to_string()),
+            }
+        }
+        while let Ok((path, image)) = self.shots.1.try_recv() {
+            self.pictures.ask(PictureJob::Window { path, image });
+        }
+        while let Some(saved) = self.pictures.answer() {
+            match saved {
+                Ok(path) => self.notices.done(format!("Saved {}", path.display())),
+                Err(problem) => self.notices.error(problem),
+            }
+        }
+    }
+
+    fn delivered(&mut self, delivery: Delivery) {
+        match delivery {
+            Delivery::Opened(opened) => self.opened(*opened),
+            Delivery::NotOpened { opening, problem } => {
+                let advice = if problem.advice.is_empty() { String::new() } else { format!("; {}", problem.advice) };
+                self.notices.error(format!("{}{advice}", problem.what));
+                self.problem = Some(problem);
+                if let Source::Files(paths) = &opening.source {
+                    self.state.recent.retain(|p| !paths.contains(p) || p.exists());
+                }
+                if self.bench.records.is_empty() {
+                    self.state.source = Source::Nothing;
+                }
+            }
+            Delivery::Chosen { generation, .. } if generation != self.bench.generation => {}
+            Delivery::Chosen { choice: Ok(choice), .. } => {
+                // What was changed meanwhile stays; only what was chosen is taken over.
+                for settings in [&mut self.edit.settings, &mut self.suggestion] {
+                    settings.smoothing = choice.settings.smoothing;
+                    settings.threshold = choice.settings.threshold;
+                    settings.scaling = choice.settings.scaling;
+                }
+                self.notices.done(format!("Chosen: {}", choice.reason));
+            }
+            Delivery::Chosen { choice: Err(StudyError::Cancelled), .. } => {}
+            Delivery::Chosen { choice: Err(error), .. } => self.notices.error(format!("Nothing was chosen: {error}")),
+            Delivery::Crashed => {
+                self.notices.error("That failed by an error of the program itself; please report what you did");
+            }
+        }
+    }
+
+    /// Asks for a study if what was asked last is no longer what is wanted.
+    fn ask(&mut self) {
+        let wanted = (self.bench.generation, &self.edit);
+        if self.bench.records.is_empty() || self.asked.as_ref().is_some_and(|(g, e)| (*g, e) == wanted) {
+            return;
+        }
+        self.ticket += 1;
+        self.asked = Some((self.bench.generation, self.edit.clone()));
+        self.fitting.ask(Question {
+            ticket: self.ticket,
+            generation: self.bench.generation,
+            records: self.records(),
+            settings: self.edit.settings.clone(),
+        });
+    }
+
+    fn dropped(&mut self, ctx: &Context) {
+        let files: Vec<PathBuf> = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).collect());
+        if !files.is_empty() {
+            self.open(files);
+        }
+    }
+
+    fn chosen(&mut self, ctx: &Context, chosen: Chosen) {
+        let Chosen { purpose, paths } = chosen;
+        let Some(path) = paths.first().cloned() else { return };
+        match purpose {
+            Purpose::Open => self.open(paths),
+            Purpose::Project => self.save_project(&with_extension(path, super::project::EXTENSION)),
+            Purpose::Plot => self.draw_plot(ctx, with_extension(path, "png")),
+            Purpose::Window => {
+                let (send, ctx2) = (self.shots.0.clone(), ctx.clone());
+                let path = with_extension(path, "png");
+                ctx.request_screenshot(move |image| {
+                    // The window may be closing.
+                    let _ = send.send((path, image));
+                    ctx2.request_repaint();
+                });
+            }
+        }
+    }
+
+    fn save_project(&mut self, path: &Path) {
+        let usage = self.bench.records.iter().zip(&self.edit.usage).map(|(r, u)| (r.name.clone(), *u)).collect();
+        let reading = self.state.reading.clone();
+        let project = Project::new(self.state.source.clone(), reading, usage, self.edit.settings.clone());
+        match project.save(path) {
+            Ok(()) => {
+                self.state.remember(path);
+                self.state.project = Some(path.to_owned());
+                self.notices.done(format!("Saved {}", path.display()));
+            }
+            Err(problem) => self.notices.error(problem),
+        }
+    }
+
+    fn draw_plot(&mut self, ctx: &Context, path: PathBuf) {
+        let Some(outcome) = self.bench.outcome.clone() else { return };
+        let record = self.record_in(&outcome);
+        let (view, state) = (self.state.view, Box::new(self.state.views.clone()));
+        self.pictures.ask(PictureJob::Plot { path, like: ctx.clone(), view, outcome, record, state });
+    }
+
+    /// Where the record shown stands among the outcome's, which lacks those that are off.
+    fn record_in(&self, outcome: &Outcome) -> usize {
+        let shown = self.bench.records.get(self.state.record);
+        let is_shown = |r: &Arc<crate::record::Record>| shown.is_some_and(|s| Arc::ptr_eq(s, r));
+        outcome.records.iter().position(|r| is_shown(&r.record)).unwrap_or(0)
+    }
+
+    fn run(&mut self, command: Command, ctx: &Context, frame: &eframe::Frame) {
+        let stem = Path::new(&self.bench.title).file_stem().map_or("sindyscope".into(), |s| s.to_string_lossy());
+        let stem = stem.into_owned();
+        match command {
+            Command::Open => self.dialogs.ask(Purpose::Open, "", frame, ctx),
+            Command::OpenPath => self.dialogs.type_path(Purpose::Open, "", ""),
+            Command::Sample(sample) => self.open_sample(sample),
+            Command::Close => {
+                self.errands.cancel();
+                self.bench.open(String::new(), Vec::new());
+                self.edit = Edit::default();
+                self.history = History::new(Edit::default());
+                self.state.source = Source::Nothing;
+                self.state.project = None;
+                self.state.edit = None;
+                self.problem = None;
+            }
+            Command::SaveProject if self.bench.records.is_empty() => {}
+            Command::SaveProject => match self.state.project.clone() {
+                Some(path) => self.save_project(&path),
+                None => self.dialogs.ask(Purpose::Project, &format!("{stem}.json"), frame, ctx),
+            },
+            Command::SaveProjectAs => self.dialogs.ask(Purpose::Project, &format!("{stem}.json"), frame, ctx),
+            Command::Undo => {
+                if let Some(edit) = self.history.undo(&self.edit) {
+                    self.edit = edit;
+                }
+            }
+            Command::Redo => {
+                if let Some(edit) = self.history.redo(&self.edit) {
+                    self.edit = edit;
+                }
+            }
+            Command::Choose if self.bench.records.is_empty() => {}
+            Command::Choose => {
+                self.under_way = Some(UnderWay::Choosing);
+                let (generation, records) = (self.bench.generation, self.records());
+                self.errands.ask_instead(Errand::Choose { generation, records, settings: self.edit.settings.clone() });
+            }
+            Command::Reset => self.edit.settings = self.suggestion.clone(),
+            Command::PlotPicture if self.bench.outcome.is_none() => {}
+            Command::PlotPicture => {
+                let name = format!("{stem}-{}.png", self.state.view.label().to_lowercase());
+                self.dialogs.ask(Purpose::Plot, &name, frame, ctx);
+            }
+            Command::WindowPicture => self.dialogs.ask(Purpose::Window, &format!("{stem}-window.png"), frame, ctx),
+            Command::CopyText | Command::CopyLatex | Command::CopyPython | Command::CopyJson => self.copy(command, ctx),
+            Command::View(view) => self.state.view = view,
+            Command::Room(room) => self.state.room = room,
+            Command::FitView => self.state.views.fit(),
+            Command::Theme => {
+                let dark = ctx.theme() == Theme::Dark;
+                self.state.theme = if dark { ThemePreference::Light } else { ThemePreference::Dark };
+                ctx.set_theme(self.state.theme);
+            }
+            Command::Messages => self.log_open = !self.log_open,
+            Command::Palette => self.palette = if self.palette.is_some() { None } else { Some(Palette::default()) },
+            Command::Help => self.help_open = !self.help_open,
+            Command::Quit => ctx.send_viewport_cmd(egui::ViewportCommand::Close),
+        }
+    }
+
+    fn copy(&mut self, command: Command, ctx: &Context) {
+        let Some(outcome) = &self.bench.outcome else { return };
+        let model = &outcome.model;
+        let (text, form) = match command {
+            Command::CopyLatex => (equations::latex(model), "LaTeX"),
+            Command::CopyPython => (equations::python(model), "Python"),
+            Command::CopyJson => (serde_json::to_string_pretty(model).unwrap_or_default(), "JSON"),
+            _ => (equations::text(model), "text"),
+        };
+        ctx.copy_text(text);
+        self.notices.note(format!("The equations are on the clipboard, as {form}"));
+    }
+
+    fn answer(&mut self, ask: Ask, ctx: &Context, frame: &eframe::Frame) {
+        match ask {
+            Ask::Do(command) => self.run(command, ctx, frame),
+            Ask::ShowRecord(index) => self.state.record = index,
+            Ask::Kind(kind) => self.read_as(kind),
+            Ask::Remedy(remedy) => {
+                if let Some(settings) = remedy.settings {
+                    self.edit.settings = settings;
+                }
+                if let Some((index, usage)) = remedy.usage
+                    && let Some(old) = self.edit.usage.get_mut(index)
+                {
+                    *old = usage;
+                }
+            }
+            Ask::StopChoosing => self.errands.cancel(),
+        }
+    }
+
+    /// Reads the same source for equations of another order: which columns are states depends on it.
+    fn read_as(&mut self, kind: Kind) {
+        let reading = ReadOptions { kind, ..self.state.reading.clone() };
+        let (source, usage) = (self.state.source.clone(), self.edit.usage.clone());
+        self.begin(Opening { source, reading, edit: None, usage });
+    }
+
+    fn centre(&mut self, ui: &mut Ui, frame: &eframe::Frame) {
+        let dark = ui.visuals().dark_mode;
+        let opening = self.under_way == Some(UnderWay::Opening);
+        let outline = egui::Frame::new().fill(palette::ground(dark)).inner_margin(Margin::symmetric(10, 4));
+        CentralPanel::default().frame(outline).show(ui, |ui| {
+            let Some(outcome) = self.bench.outcome.clone() else {
+                if self.bench.records.is_empty() {
+                    if let Some(command) = welcome::show(ui, opening) {
+                        let ctx = ui.ctx().clone();
+                        self.run(command, &ctx, frame);
+                    }
+                } else {
+                    let text = self.bench.failure.as_deref().unwrap_or("fitting…");
+                    ui.centered_and_justified(|ui| ui.weak(text));
+                }
+                return;
+            };
+            tabs(ui, &mut self.state.view);
+            let picture = Picture {
+                outcome: &outcome,
+                previous: self.bench.ghost(),
+                record: self.record_in(&outcome),
+                stale: self.answered != self.ticket || self.bench.failure.is_some(),
+            };
+            match views::show(ui, self.state.view, &picture, &mut self.state.views) {
+                Some(Request::ShowRecord(index)) => {
+                    let record = outcome.records.get(index).map(|r| &r.record);
+                    let found = record.and_then(|r| self.bench.records.iter().position(|b| Arc::ptr_eq(b, r)));
+                    self.state.record = found.unwrap_or(self.state.record);
+                }
+                Some(Request::SavePicture) => {
+                    let ctx = ui.ctx().clone();
+                    self.run(Command::PlotPicture, &ctx, frame);
+                }
+                None => {}
+            }
+        });
+    }
+
+    fn set_title(&mut self, ctx: &Context) {
+        let title = match (&self.state.project, self.bench.records.is_empty()) {
+            (_, true) => "Sindyscope".to_owned(),
+            (Some(project), false) => format!("{} – Sindyscope", file_name(project)),
+            (None, false) => format!("{} – Sindyscope", self.bench.title),
+        };
+        if title != self.title {
+            ctx.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
+    }
+}
+
+impl eframe::App for App {
+    fn logic(&mut self, ctx: &Context, _frame: &mut eframe::Frame) {
+        self.collect(ctx);
+        self.dropped(ctx);
+        if let Some(chosen) = self.dialogs.chosen() {
+            self.chosen(ctx, chosen);
+        }
+        self.ask();
+        self.set_title(ctx);
+        let (now, held) = ctx.input(|i| (i.time, i.pointer.any_down()));
+        if let Some(wait) = self.bench.fade(held, now) {
+            ctx.request_repaint_after_secs(wait as f32);
+        }
+    }
+
+    fn ui(&mut self, ui: &mut Ui, frame: &mut eframe::Frame) {
+        let ctx = ui.ctx().clone();
+        for command in Command::pressed(&ctx) {
+            self.run(command, &ctx, frame);
+        }
+        let opening = self.under_way == Some(UnderWay::Opening);
+        let mut bar = toolbar::Toolbar {
+            can_undo: self.history.can_undo(&self.edit),
+            can_redo: self.history.can_redo(&self.edit),
+            opening,
+            state: &mut self.state,
+            bench: &self.bench,
+        };
+        for asked in toolbar::show(ui, &mut bar) {
+            match asked {
+                toolbar::Asked::Do(command) => self.run(command, &ctx, frame),
+                toolbar::Asked::Recent(path) => self.open(vec![path]),
+            }
+        }
+        let mut line = status::Status {
+            bench: &self.bench,
+            fitting: self.fitting.busy(),
+            errand: self.errands.busy(),
+            opening,
+            notices: &mut self.notices,
+            log_open: &mut self.log_open,
+        };
+        if status::show(ui, &mut line).is_some() {
+            self.errands.cancel();
+        }
+        let (now, held) = ctx.input(|i| (i.time, i.pointer.any_down()));
+        let mut asks = Vec::new();
+        if !self.bench.records.is_empty() || self.problem.is_some() {
+            let choosing = self.errands.busy().filter(|_| self.under_way == Some(UnderWay::Choosing));
+            let mut desk = Desk {
+                bench: &self.bench,
+                edit: &mut self.edit,
+                suggestion: &self.suggestion,
+                shown: self.state.record,
+                choosing,
+                problem: self.problem.as_ref(),
+                typing: &mut self.typing,
+                asks: &mut asks,
+            };
+            panel::left(ui, &mut desk);
+            if !self.bench.records.is_empty() {
+                panel::right(ui, &mut desk, now);
+            }
+        }
+        self.centre(ui, frame);
+        for ask in asks {
+            self.answer(ask, &ctx, frame);
+        }
+        self.history.watch(&self.edit, held, now);
+        if let Some(palette) = &mut self.palette {
+            match palette.show(&ctx) {
+                command_palette::Outcome::Open => {}
+                command_palette::Outcome::Closed => self.palette = None,
+                command_palette::Outcome::Chosen(command) => {
+                    self.palette = None;
+                    self.run(command, &ctx, frame);
+                }
+            }
+        }
+        help::show(&ctx, &mut self.help_open);
+        if let Some(chosen) = overlay::path_field(&ctx, &mut self.dialogs) {
+            self.chosen(&ctx, chosen);
+        }
+        overlay::drop_zone(&ctx);
+        self.notices.show_toasts(&ctx);
+        // What was just changed is asked for at once, not with the next event.
+        self.ask();
+    }
+
+    fn save(&mut self, storage: &mut dyn eframe::Storage) {
+        eframe::set_value(storage, eframe::APP_KEY, &self.state());
+    }
+}
+
+fn fitting_worker(wake: impl Fn() + Send + 'static) -> std::io::Result<Worker<Question, Option<Answer>>> {
+    let mut study = Study::default();
+    Worker::spawn(
+        "study",
+        wake,
+        move |question: Question, cancel, _| {
+            let Question { ticket, generation, records, settings } = question;
+            // Taken out, so that a crash leaves a fresh one behind.
+            let mut current = std::mem::take(&mut study);
+            let result = current.run(&records, &settings, cancel).map(Arc::new);
+            study = current;
+            Some(Some(Answer { ticket, generation, result }))
+        },
+        || None,
+    )
+}
+
+fn draw(job: PictureJob) -> Result<PathBuf, String> {
+    let (path, image) = match job {
+        PictureJob::Plot { path, like, view, outcome, record, state } => {
+            let picture = Picture { outcome: &outcome, previous: None, record, stale: false };
+            (path, views::render(Some(&like), view, &picture, &state, &Sheet::default()))
+        }
+        PictureJob::Window { path, image } => {
+            let [width, height] = image.size.map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+            let bytes: Vec<u8> = image.pixels.iter().flat_map(|p| p.to_srgba_unmultiplied()).collect();
+            let image = image::RgbaImage::from_raw(width, height, bytes);
+            (path, image.ok_or("the picture of the window came damaged; try again")?)
+        }
+    };
+    save_png(&path, &image)?;
+    Ok(path)
+}
+
+/// The path with an ending, if it has none.
+fn with_extension(path: PathBuf, extension: &str) -> PathBuf {
+    if path.extension().is_some() { path } else { path.with_extension(extension) }
+}
+
+/// The tabs above the plots.
+fn tabs(ui: &mut Ui, shown: &mut View) {
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 2.0;
+        let colors = theme::accents(ui.visuals().dark_mode);
+        for view in View::ALL {
+            let on = *shown == view;
+            let color = if on { ui.visuals().strong_text_color() } else { ui.visuals().weak_text_color() };
+            let text = RichText::new(view.label()).color(color);
+            let button = egui::Button::new(text).frame_when_inactive(false).stroke(Stroke::NONE);
+            let response = ui.add(button).on_hover_text(Command::View(view).hint(ui.ctx()));
+            response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Tab, true, on, view.label()));
+            if on {
+                let line = response.rect.bottom() + 1.0;
+                ui.painter().hline(response.rect.x_range().shrink(6.0), line, Stroke::new(2.0, colors.accent));
+            }
+            if response.clicked() {
+                *shown = view;
+            }
+        }
+    });
+}
