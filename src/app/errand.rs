@@ -35,7 +35,7 @@ pub(crate) enum Delivery {
     /// Records to put on the bench.
     Opened(Box<Opened>),
     /// They cannot be opened.
-    NotOpened { opening: Opening, problem: Problem },
+    NotOpened(Refused),
     /// Settings were chosen.
     Chosen { generation: u64, choice: Result<Choice, StudyError> },
     /// The work itself failed.
@@ -54,6 +54,13 @@ pub(crate) struct Opened {
     pub(crate) project: Option<(PathBuf, Project)>,
 }
 
+/// What cannot be opened, and why.
+#[derive(Clone, Debug)]
+pub(crate) struct Refused {
+    pub(crate) opening: Opening,
+    pub(crate) problem: Problem,
+}
+
 /// Why something cannot be opened, and what to try.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Problem {
@@ -68,7 +75,7 @@ pub(crate) fn run(errand: Errand, cancel: &Cancel, progress: &(dyn Fn(f64) + Syn
     let delivery = match errand {
         Errand::Open(opening) => match open(&opening) {
             Ok(opened) => Delivery::Opened(Box::new(opened)),
-            Err(problem) => Delivery::NotOpened { opening, problem },
+            Err(problem) => Delivery::NotOpened(Refused { opening, problem }),
         },
         Errand::Choose { generation, records, settings } => {
             let free = Free { window: true, order: true, threshold: true };
@@ -77,6 +84,23 @@ pub(crate) fn run(errand: Errand, cancel: &Cancel, progress: &(dyn Fn(f64) + Syn
         }
     };
     (!cancel.is_cancelled()).then_some(delivery)
+}
+
+/// A file of `sample_data/`, by its name.
+type Bundled = (&'static str, &'static [u8]);
+
+/// What of a sample is held out.
+enum HeldOut {
+    /// Another file.
+    File(Bundled),
+    /// The record from this time on, s.
+    From(f64),
+}
+
+macro_rules! bundled {
+    ($name:literal) => {
+        ($name, include_bytes!(concat!("../../sample_data/", $name)).as_slice())
+    };
 }
 
 impl Sample {
@@ -95,17 +119,22 @@ impl Sample {
     /// What it is, in one sentence.
     pub(crate) fn tooltip(self) -> &'static str {
         match self {
-            Self::Duffing => "A mass on a hardening spring under a harmonic force, measured with noise",
-            Self::Friction => "A mass with dry friction on a shaken base, five frequencies, one of them held out",
+            Self::Duffing => {
+                "A mass on a hardening spring under a harmonic force, measured with noise; the last part is held out"
+            }
+            Self::Friction => {
+                "A mass with dry friction on a shaken base, at four frequencies, and at a fifth that is held out"
+            }
             Self::Lorenz => "Three states of a chaotic system, every one measured: equations of first order",
         }
     }
 
-    fn file(self) -> (&'static str, &'static [u8]) {
+    /// The file to fit, and what is held out.
+    fn files(self) -> (Bundled, HeldOut) {
         match self {
-            Self::Duffing => ("duffing.csv", include_bytes!("../../sample_data/duffing.csv")),
-            Self::Friction => ("friction.csv", include_bytes!("../../sample_data/friction.csv")),
-            Self::Lorenz => ("lorenz.csv", include_bytes!("../../sample_data/lorenz.csv")),
+            Self::Duffing => (bundled!("duffing_noisy.csv"), HeldOut::From(50.0)),
+            Self::Friction => (bundled!("friction_noisy.csv"), HeldOut::File(bundled!("friction_noisy_test.csv"))),
+            Self::Lorenz => (bundled!("lorenz.csv"), HeldOut::From(7.0)),
         }
     }
 
@@ -162,7 +191,7 @@ fn open(opening: &Opening) -> Result<Opened, Problem> {
     Ok(Opened { source, reading, title, records, edit, suggestion, project: read })
 }
 
-/// Reads what a source names; a sample's last record is held out where there are several.
+/// Reads what a source names.
 fn records(opening: &Opening) -> Result<(String, RecordSet), Problem> {
     let problem = |e: crate::record::ReadError| Problem {
         what: e.to_string(),
@@ -174,13 +203,26 @@ fn records(opening: &Opening) -> Result<(String, RecordSet), Problem> {
             Err(Problem { what: "there is nothing to open".into(), advice: String::new(), columns: Vec::new() })
         }
         Source::Sample(sample) => {
-            let (name, bytes) = sample.file();
-            let records = read_text(name, bytes, &opening.reading).map_err(problem)?;
-            let mut set = RecordSet::new(records, Usage::Fit);
-            if let [_, .., (_, last)] = set.entries.as_mut_slice() {
-                *last = Usage::HeldOut;
+            let (fitted, held_out) = sample.files();
+            let mut set = RecordSet::default();
+            let read = |(name, bytes): Bundled| read_text(name, bytes, &opening.reading).map_err(problem);
+            let records = read(fitted)?;
+            match held_out {
+                HeldOut::File(file) => {
+                    set.add(records, Usage::Fit);
+                    set.add(read(file)?, Usage::HeldOut);
+                }
+                HeldOut::From(time) => {
+                    for record in records {
+                        let (mut first, mut last) = record.split_at(time);
+                        first.name = format!("up to {time} s");
+                        last.name = format!("from {time} s");
+                        set.add([first], Usage::Fit);
+                        set.add([last], Usage::HeldOut);
+                    }
+                }
             }
-            Ok((name.to_owned(), set))
+            Ok((fitted.0.to_owned(), set))
         }
         Source::Files(paths) => {
             let set = read_set(paths, &[], &opening.reading).map_err(problem)?;

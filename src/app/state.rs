@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::views::{View, ViewState};
 use crate::record::{ReadOptions, Usage};
 use crate::study::Settings;
+use crate::term::Kind;
 
 /// Files kept in the list of recent ones.
 const RECENT: usize = 8;
@@ -16,9 +17,9 @@ const RECENT: usize = 8;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sample {
-    /// A Duffing oscillator under harmonic force, with noise.
+    /// A Duffing oscillator under harmonic force, with noise; the last part held out.
     Duffing,
-    /// A base-excited mass with dry friction at five frequencies.
+    /// A base-excited mass with dry friction at four frequencies; a fifth held out.
     Friction,
     /// The Lorenz system.
     Lorenz,
@@ -112,6 +113,13 @@ impl Default for State {
 }
 
 impl State {
+    /// A first start with this source.
+    pub fn with_source(source: Source, theme: ThemePreference) -> Self {
+        let kind = if let Source::Sample(sample) = source { sample.kind() } else { Kind::default() };
+        let reading = ReadOptions { kind, ..ReadOptions::default() };
+        Self { source, reading, theme, ..Self::default() }
+    }
+
     /// Puts a file at the head of the recent ones.
     pub fn remember(&mut self, path: &std::path::Path) {
         let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());

@@ -86,7 +86,9 @@ fn shape(style: &mut Style, dark: bool) {
     spacing.window_margin = Margin::same(12);
     spacing.combo_width = 60.0;
     spacing.tooltip_width = 340.0;
-    spacing.scroll = egui::style::ScrollStyle::thin();
+    // Floating, in room that the columns keep for it: nothing moves when it comes.
+    spacing.scroll =
+        egui::style::ScrollStyle { floating: true, floating_allocated_width: 0.0, ..egui::style::ScrollStyle::thin() };
     style.interaction.tooltip_delay = 0.4;
     style.visuals = visuals(dark);
 }
@@ -125,6 +127,7 @@ fn visuals(dark: bool) -> egui::Visuals {
         color: Color32::from_black_alpha(if dark { 96 } else { 40 }),
     };
     v.popup_shadow = v.window_shadow;
+    let edge = if dark { rgb(0x3A_40_47) } else { rgb(0xD3_D8_DE) };
     let corner_radius = CornerRadius::same(4);
     let widget = |fill: Color32, line: Stroke, text: Color32| WidgetVisuals {
         bg_fill: fill,
@@ -136,7 +139,7 @@ fn visuals(dark: bool) -> egui::Visuals {
     };
     v.widgets = Widgets {
         noninteractive: widget(panel, Stroke::new(1.0, accents.line), text),
-        inactive: widget(rest, Stroke::NONE, text),
+        inactive: widget(rest, Stroke::new(1.0, edge), text),
         hovered: widget(hover, Stroke::new(1.0, accents.line), strong),
         active: widget(press, Stroke::new(1.0, accents.accent), strong),
         open: widget(hover, Stroke::new(1.0, accents.line), strong),

@@ -11,9 +11,9 @@ use egui::{
 use super::theme::{self, ROW};
 
 /// Width of the labels' column, points.
-const LABEL: f32 = 74.0;
+const LABEL: f32 = 66.0;
 /// Width of the typed values' column, points.
-const VALUE: f32 = 64.0;
+const VALUE: f32 = 56.0;
 /// Width of the column of reset buttons, points.
 const RESET: f32 = 18.0;
 /// Radius of a slider's handle, points.
@@ -324,10 +324,9 @@ impl Setting<'_> {
             let number = number.trim_end_matches(|c: char| c.is_alphabetic() && c != 'e' || c == '%').trim();
             number.parse::<f64>().ok().filter(|v| v.is_finite())
         };
-        // A drag of the number would change it by far too little or too much: the slider is for dragging.
         let mut typed = *value;
         let field = egui::DragValue::new(&mut typed)
-            .speed(0.0)
+            .speed(if self.grid > 0.0 { 0.2 * self.grid } else { 0.01 * value.abs() })
             .range(low..=self.high().max(*value))
             .custom_formatter(format)
             .custom_parser(parse)

@@ -10,7 +10,7 @@ use super::bench::Bench;
 use super::command_palette::{self, Palette};
 use super::commands::Command;
 use super::dialogs::{Chosen, Dialogs, Purpose};
-use super::errand::{self, Delivery, Errand, Opened, Opening, Problem, file_name};
+use super::errand::{self, Delivery, Errand, Opened, Opening, Refused, file_name};
 use super::history::History;
 use super::notices::Notices;
 use super::panel::{self, Ask, Desk, Typing};
@@ -66,7 +66,7 @@ pub struct App {
     ticket: u64,
     answered: u64,
     under_way: Option<UnderWay>,
-    problem: Option<Problem>,
+    refused: Option<Refused>,
     typing: Typing,
     palette: Option<Palette>,
     help_open: bool,
@@ -113,7 +113,7 @@ impl App {
             ticket: 0,
             answered: 0,
             under_way: None,
-            problem: None,
+            refused: None,
             typing: Typing::default(),
             palette: None,
             help_open: false,
@@ -173,7 +173,7 @@ impl App {
     }
 
     fn begin(&mut self, opening: Opening) {
-        self.problem = None;
+        self.refused = None;
         self.under_way = Some(UnderWay::Opening);
         self.errands.ask_instead(Errand::Open(opening));
     }
@@ -246,13 +246,12 @@ impl App {
     fn delivered(&mut self, delivery: Delivery) {
         match delivery {
             Delivery::Opened(opened) => self.opened(*opened),
-            Delivery::NotOpened { opening, problem } => {
-                let advice = if problem.advice.is_empty() { String::new() } else { format!("; {}", problem.advice) };
-                self.notices.error(format!("{}{advice}", problem.what));
-                self.problem = Some(problem);
-                if let Source::Files(paths) = &opening.source {
+            Delivery::NotOpened(refused) => {
+                self.notices.error(refused.problem.what.clone());
+                if let Source::Files(paths) = &refused.opening.source {
                     self.state.recent.retain(|p| !paths.contains(p) || p.exists());
                 }
+                self.refused = Some(refused);
                 if self.bench.records.is_empty() {
                     self.state.source = Source::Nothing;
                 }
@@ -360,7 +359,7 @@ impl App {
                 self.state.source = Source::Nothing;
                 self.state.project = None;
                 self.state.edit = None;
-                self.problem = None;
+                self.refused = None;
             }
             Command::SaveProject if self.bench.records.is_empty() => {}
             Command::SaveProject => match self.state.project.clone() {
@@ -433,6 +432,11 @@ impl App {
                     && let Some(old) = self.edit.usage.get_mut(index)
                 {
                     *old = usage;
+                }
+            }
+            Ask::ReadAgain(reading) => {
+                if let Some(refused) = self.refused.take() {
+                    self.begin(Opening { reading, ..refused.opening });
                 }
             }
             Ask::StopChoosing => self.errands.cancel(),
@@ -545,7 +549,7 @@ impl eframe::App for App {
         }
         let (now, held) = ctx.input(|i| (i.time, i.pointer.any_down()));
         let mut asks = Vec::new();
-        if !self.bench.records.is_empty() || self.problem.is_some() {
+        if !self.bench.records.is_empty() || self.refused.is_some() {
             let choosing = self.errands.busy().filter(|_| self.under_way == Some(UnderWay::Choosing));
             let mut desk = Desk {
                 bench: &self.bench,
@@ -553,7 +557,7 @@ impl eframe::App for App {
                 suggestion: &self.suggestion,
                 shown: self.state.record,
                 choosing,
-                problem: self.problem.as_ref(),
+                refused: self.refused.as_ref(),
                 typing: &mut self.typing,
                 asks: &mut asks,
             };

@@ -2,10 +2,10 @@
 
 use egui::{Align, ComboBox, Layout, RichText, Sense, Ui, WidgetInfo, vec2};
 
-use super::{Ask, Desk};
+use super::{Ask, Desk, refusal};
 use crate::app::commands::Command;
 use crate::app::theme::{self, ROW};
-use crate::app::widgets::{card, row, section, switch};
+use crate::app::widgets::{row, section, switch};
 use crate::format::number::significant_trimmed;
 use crate::record::{Record, Usage};
 use crate::term::Kind;
@@ -33,14 +33,8 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
         |_| {},
     );
     desk.asks.append(&mut asks);
-    if let Some(problem) = desk.problem {
-        let wrong = theme::accents(ui.visuals().dark_mode).wrong;
-        card(ui, wrong, |ui| {
-            ui.add(egui::Label::new(&problem.what).wrap());
-            if !problem.advice.is_empty() {
-                ui.add(egui::Label::new(RichText::new(&problem.advice).weak()).wrap());
-            }
-        });
+    if let Some(refused) = desk.refused {
+        refusal::show(ui, refused, desk.typing, desk.asks);
         ui.add_space(2.0);
     }
     if desk.bench.records.is_empty() {
@@ -54,7 +48,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
             .auto_shrink([false, true])
             .show(ui, |ui| {
                 for (index, record) in desk.bench.records.iter().enumerate() {
-                    let usage = &mut desk.edit.usage[index];
+                    let Some(usage) = desk.edit.usage.get_mut(index) else { continue };
                     if record_row(ui, index, record, desk.shown == index, usage) {
                         desk.asks.push(Ask::ShowRecord(index));
                     }
@@ -91,7 +85,7 @@ fn record_row(ui: &mut Ui, index: usize, record: &Record, shown: bool, usage: &m
     );
     let label = |usage: Usage| USAGES.iter().find(|(u, ..)| *u == usage).map_or("", |(_, label, _)| label);
     let combo =
-        ComboBox::from_id_salt(("usage", index)).width(62.0).selected_text(label(*usage)).show_ui(&mut inner, |ui| {
+        ComboBox::from_id_salt(("usage", index)).width(82.0).selected_text(label(*usage)).show_ui(&mut inner, |ui| {
             for (choice, label, tooltip) in USAGES {
                 ui.selectable_value(usage, choice, label).on_hover_text(tooltip);
             }

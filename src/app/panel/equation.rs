@@ -1,7 +1,9 @@
 //! EQUATION: what was identified, as mathematics.
 
 use egui::text::{LayoutJob, TextFormat};
-use egui::{Align, Color32, FontId, Layout as Flow, Popup, RichText, Sense, Ui, WidgetInfo, pos2, vec2};
+use egui::{
+    Align, Color32, FontId, Layout as Flow, Popup, PopupCloseBehavior, RichText, Sense, Ui, WidgetInfo, pos2, vec2,
+};
 
 use super::{Ask, Desk};
 use crate::app::commands::Command;
@@ -11,7 +13,7 @@ use crate::format::equations::{by_share, is_kinematic};
 use crate::format::number::{align_at_point, format_measured, significant_trimmed};
 use crate::model::{Equation, WeightedTerm};
 use crate::study::{EquationFit, Lock, Settings};
-use crate::term::{Layout, Symbol, Term};
+use crate::term::{Expression, Layout, Symbol, Term};
 
 /// Seconds in which a changed coefficient's ground fades.
 const FLASH: f64 = 0.7;
@@ -43,7 +45,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, now: f64) {
     };
     let layout = outcome.model.layout;
     for (state, equation) in outcome.model.iter() {
-        let name = layout.name(state);
+        let name = symbol(state, &layout);
         if is_kinematic(&outcome.model, state, equation) {
             let text = format!("d{name}/dt = {}", equation.terms[0].term.pretty(&layout));
             let known = RichText::new("known").weak().size(11.0);
@@ -65,6 +67,11 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, now: f64) {
         }
         ui.add_space(4.0);
     }
+}
+
+/// A state's name as mathematics: `x₁`.
+pub(super) fn symbol(state: Symbol, layout: &Layout) -> String {
+    Term::new(Expression::Symbol(state)).pretty(layout)
 }
 
 fn row_of(ui: &mut Ui, body: impl FnOnce(&mut Ui)) {
@@ -136,7 +143,7 @@ fn term_row(
     let name = painter.layout_no_wrap(pretty.clone(), FontId::proportional(14.0), ui.visuals().strong_text_color());
     let cut = painter.with_clip_rect(egui::Rect::from_x_y_ranges(name_left..=lock_left - 2.0, rect.y_range()));
     cut.galley(pos2(name_left, middle(name.size().y)), name, text);
-    Popup::menu(&response).show(|ui| menu(ui, desk, &term.term, Some(term.coefficient), layout));
+    popup(&response).show(|ui| menu(ui, desk, &term.term, Some(term.coefficient), layout));
     response.on_hover_ui(|ui| {
         ui.label(RichText::new(&said).strong());
         ui.label(format!("{} % of the forces' RMS", significant_trimmed(100.0 * term.share, 3)));
@@ -161,6 +168,11 @@ fn number_job(number: &str, font: &FontId, strong: Color32, weak: Color32) -> La
     job
 }
 
+/// A menu that stays while a coefficient is typed in it.
+fn popup<'a>(response: &egui::Response) -> Popup<'a> {
+    Popup::menu(response).close_behavior(PopupCloseBehavior::CloseOnClickOutside)
+}
+
 /// What can be done with a term.
 fn menu(ui: &mut Ui, desk: &mut Desk<'_>, term: &Term, coefficient: Option<f64>, layout: &Layout) {
     ui.set_min_width(210.0);
@@ -169,7 +181,12 @@ fn menu(ui: &mut Ui, desk: &mut Desk<'_>, term: &Term, coefficient: Option<f64>,
     let settings = &mut desk.edit.settings;
     let lock = settings.locks.get(term).copied();
     let entry = |ui: &mut Ui, on: bool, label: &str, tooltip: &str| {
-        ui.selectable_label(on, label).on_hover_text(tooltip).clicked()
+        let button = egui::Button::selectable(on, label).min_size(vec2(ui.available_width(), 0.0));
+        let clicked = ui.add(button).on_hover_text(tooltip).clicked();
+        if clicked {
+            ui.close();
+        }
+        clicked
     };
     if entry(ui, lock.is_none(), "Let the threshold decide", "Kept while it is larger than the threshold") {
         settings.locks.remove(term);
@@ -236,7 +253,7 @@ fn dropped(ui: &mut Ui, desk: &mut Desk<'_>, fit: &EquationFit, layout: &Layout)
             let response = ui.add(button);
             let name = format!("Dropped {}", dropped.term.pretty(layout));
             response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &name));
-            Popup::menu(&response).show(|ui| menu(ui, desk, &dropped.term, None, layout));
+            popup(&response).show(|ui| menu(ui, desk, &dropped.term, None, layout));
             response.on_hover_text(format!("{why}. Click to keep it"));
         }
     });

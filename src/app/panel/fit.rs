@@ -142,9 +142,10 @@ fn several(ui: &mut Ui, desk: &Desk<'_>, outcome: &Outcome) {
     ui.add_space(2.0);
     ui.label(RichText::new(format!("{} ({usage}), by channel", record.record.name)).weak().size(12.0));
     for channel in &record.channels {
-        ui.horizontal(|ui| {
-            ui.spacing_mut().item_spacing.x = 10.0;
-            ui.label(RichText::new(outcome.model.layout.name(channel.symbol)).monospace());
+        let size = vec2(ui.available_width(), ROW - 4.0);
+        ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
+            let name = super::equation::symbol(channel.symbol, &outcome.model.layout);
+            ui.add_sized(vec2(24.0, ROW - 4.0), egui::Label::new(RichText::new(name)));
             let text = channel.score.map_or_else(
                 || "diverged at once".to_owned(),
                 |s| format!("RMSE {}, best fit {} %", format_si(s.rmse, desk.bench.unit(), 3), plain(s.best_fit, 2)),

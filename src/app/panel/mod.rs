@@ -4,6 +4,7 @@ mod data;
 mod equation;
 mod fit;
 mod library;
+mod refusal;
 mod smoothing;
 mod threshold;
 
@@ -11,9 +12,10 @@ use egui::{Margin, Panel, ScrollArea, Ui};
 
 use super::bench::Bench;
 use super::commands::Command;
-use super::errand::Problem;
+use super::errand::Refused;
 use super::state::Edit;
 use super::worker::Busy;
+use crate::record::ReadOptions;
 use crate::study::{Remedy, Settings};
 use crate::term::{Kind, Term};
 
@@ -28,6 +30,8 @@ pub(crate) enum Ask {
     Kind(Kind),
     /// Take a remedy over.
     Remedy(Remedy),
+    /// Read what was refused once more, with what its header does not say.
+    ReadAgain(ReadOptions),
     /// Stop choosing settings.
     StopChoosing,
 }
@@ -41,8 +45,8 @@ pub(crate) struct Desk<'a> {
     pub(crate) shown: usize,
     /// Whether settings are being chosen.
     pub(crate) choosing: Option<Busy>,
-    /// Why the last file was not opened.
-    pub(crate) problem: Option<&'a Problem>,
+    /// What was not opened, and why.
+    pub(crate) refused: Option<&'a Refused>,
     pub(crate) typing: &'a mut Typing,
     pub(crate) asks: &'a mut Vec<Ask>,
 }
@@ -54,6 +58,10 @@ pub(crate) struct Typing {
     pub(crate) terms: String,
     /// The term whose coefficient is being typed, with the text.
     pub(crate) fixed: Option<(Term, f64)>,
+    /// Which column is which, in a file that does not say so.
+    pub(crate) columns: String,
+    /// The sampling rate of such a file.
+    pub(crate) rate: String,
 }
 
 /// The left column: data and settings.

@@ -3,6 +3,7 @@
 use egui::{RichText, Ui};
 
 use super::Desk;
+use super::equation::symbol;
 use crate::app::widgets::{Mark, Setting, Spread, row, section, switch};
 use crate::format::number::significant_trimmed;
 use crate::study::{Kinematics, Scaling};
@@ -36,7 +37,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
         .flat_map(|o| &o.fits)
         .flat_map(|fit| fit.drop_marks.iter().map(move |(at, term)| (fit.state, *at, term)))
         .map(|(state, at, term)| {
-            let of = if several { format!(" of d{}/dt", layout.name(state)) } else { String::new() };
+            let of = if several { format!(" of d{}/dt", symbol(state, &layout)) } else { String::new() };
             let text = format!("{}{of} drops out at {}", term.pretty(&layout), significant_trimmed(at, 3));
             Mark { at, text }
         })

@@ -1,0 +1,364 @@
+//! The window, driven through its widgets as a person would.
+#![cfg(feature = "desktop")]
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use egui::{Key, Modifiers, Theme, accesskit::Role};
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
+use egui_kittest::{Harness, TestRenderer};
+use sindyscope::app::plot::raster::Rasterizer;
+use sindyscope::app::{App, Sample, Source, State};
+use sindyscope::record::{Usage, write_csv};
+use sindyscope::rig::{ScenarioOptions, generate};
+use sindyscope::study::Lock;
+use sindyscope::term::{Kind, Term};
+
+/// Pictures without a graphics card, alike on every machine.
+#[derive(Default)]
+struct Software(Rasterizer);
+
+impl TestRenderer for Software {
+    fn handle_delta(&mut self, delta: &mut egui::TexturesDelta) {
+        self.0.update(delta);
+    }
+
+    fn render(&mut self, ctx: &egui::Context, output: &egui::FullOutput) -> Result<image::RgbaImage, String> {
+        let primitives = ctx.tessellate(output.shapes.clone(), output.pixels_per_point);
+        let size = ctx.content_rect().size() * output.pixels_per_point;
+        let ground = ctx.global_style().visuals.panel_fill;
+        Ok(self.0.draw(&primitives, [size.x as u32, size.y as u32], output.pixels_per_point, ground))
+    }
+}
+
+struct Window(Harness<'static, App>);
+
+impl Window {
+    fn open(state: State) -> Self {
+        let harness = Harness::builder()
+            .with_size([1280.0, 800.0])
+            .with_theme(Theme::Light)
+            .with_max_steps(60)
+            .renderer(Software::default())
+            .build_eframe(|cc| App::with_state(&cc.egui_ctx, state).unwrap().without_dialogs());
+        let mut window = Self(harness);
+        window.settle();
+        window
+    }
+
+    fn of_files(paths: Vec<PathBuf>) -> Self {
+        Self::open(start(Source::Files(paths)))
+    }
+
+    fn sample() -> Self {
+        Self::open(start(Source::Sample(Sample::Duffing)))
+    }
+
+    fn app(&self) -> &App {
+        self.0.state()
+    }
+
+    /// Lets the background work end and everything be drawn.
+    fn settle(&mut self) {
+        let patience = Instant::now() + Duration::from_secs(120);
+        // What a click asks for begins in the frame after it.
+        self.0.run_steps(3);
+        while self.app().busy() {
+            assert!(Instant::now() < patience, "the background work does not end");
+            std::thread::sleep(Duration::from_millis(3));
+            self.0.step();
+        }
+        // Long enough for an undo step to be noted, for the ghost and the flashes to go.
+        self.0.run_steps(8);
+    }
+
+    fn click(&mut self, label: &str) {
+        self.0.get_by_label(label).click();
+        self.settle();
+    }
+
+    fn press(&mut self, modifiers: Modifiers, key: Key) {
+        self.0.key_press_modifiers(modifiers, key);
+        self.settle();
+    }
+
+    fn slide(&mut self, label: &str, value: f64) {
+        self.0.get_by_role_and_label(Role::Slider, label).set_value_accesskit(value);
+        self.settle();
+    }
+
+    /// Types into a field as it is.
+    fn type_into(&mut self, label: &str, text: &str) {
+        let field = self.0.get_by_role_and_label(Role::TextInput, label);
+        field.focus();
+        self.0.run_steps(2);
+        self.0.get_by_role_and_label(Role::TextInput, label).type_text(text);
+        self.settle();
+    }
+
+    fn shows(&self, text: &str) -> bool {
+        let found = |s: Option<String>| s.is_some_and(|s| s.contains(text));
+        self.0.root().children_recursive().any(|node| {
+            let node = node.accesskit_node();
+            found(node.label()) || found(node.value())
+        })
+    }
+
+    fn terms(&self) -> Vec<String> {
+        let model = &self.app().outcome().expect("an outcome").model;
+        model.leading().expect("an equation").terms.iter().map(|t| t.term.to_string()).collect()
+    }
+}
+
+fn start(source: Source) -> State {
+    State::with_source(source, egui::ThemePreference::Light)
+}
+
+/// Two tones of the friction rig, short: quick to fit, and with something to hold out.
+fn friction(folder: &Path) -> PathBuf {
+    let options = ScenarioOptions {
+        duration: Some(2.0),
+        rate: Some(500.0),
+        frequencies: Some(vec![2.013, 4.611]),
+        ..ScenarioOptions::default()
+    };
+    let made = generate("friction", &options).unwrap();
+    let path = folder.join("friction.csv");
+    let mut file = std::fs::File::create(&path).unwrap();
+    write_csv(&made.records, &mut file, &made.comments).unwrap();
+    path
+}
+
+const CTRL: Modifiers = Modifiers::COMMAND;
+
+#[test]
+fn it_starts_with_the_duffing_sample_fitted_and_drawn() {
+    let window = Window::sample();
+    let outcome = window.app().outcome().expect("fitted");
+    assert_eq!(window.terms().len(), 4, "{:?}", window.terms());
+    assert!(outcome.test.unwrap().rmse < 1.2 * outcome.noise_floor.unwrap(), "down to the noise on what was held out");
+    for text in ["duffing_noisy.csv", "dv/dt =", "held-out error", "noise floor", "fitted in", "Response", "measured"] {
+        assert!(window.shows(text), "{text}");
+    }
+}
+
+#[test]
+fn a_moved_slider_refits_and_undo_takes_it_back() {
+    let mut window = Window::sample();
+    let before = window.app().settings().clone();
+    window.slide("Segment", 41.0);
+    assert_eq!(window.app().outcome().unwrap().settings.smoothing.window, 41);
+    assert!(window.shows("410 ms"));
+    window.click("Reset Segment");
+    assert_eq!(window.app().settings(), &before);
+    window.press(CTRL, Key::Z);
+    assert_eq!(window.app().settings().smoothing.window, 41);
+    window.press(CTRL, Key::Z);
+    assert_eq!(window.app().settings(), &before);
+    window.press(CTRL | Modifiers::SHIFT, Key::Z);
+    assert_eq!(window.app().outcome().unwrap().settings.smoothing.window, 41, "redone and fitted");
+}
+
+#[test]
+fn the_keyboard_steps_sliders_and_shift_steps_finer() {
+    let mut window = Window::sample();
+    window.0.get_by_role_and_label(Role::Slider, "Segment").focus();
+    window.settle();
+    let start = window.app().settings().smoothing.window;
+    window.press(Modifiers::SHIFT, Key::ArrowLeft);
+    assert_eq!(window.app().settings().smoothing.window, start - 2, "lengths stay odd");
+    window.press(Modifiers::NONE, Key::ArrowLeft);
+    assert!(window.app().settings().smoothing.window < start - 4);
+}
+
+#[test]
+fn a_raised_threshold_drops_terms_and_a_lock_keeps_one() {
+    let mut window = Window::sample();
+    window.slide("Threshold", 0.3);
+    assert_eq!(window.terms(), ["x^3"]);
+    window.click("Dropped v");
+    window.click("Always keep");
+    assert_eq!(window.app().settings().locks.get(&Term::parse("v").unwrap()), Some(&Lock::In));
+    assert!(window.terms().contains(&"v".to_owned()), "{:?}", window.terms());
+}
+
+#[test]
+fn a_typed_term_is_added_and_a_wrong_one_is_explained() {
+    let mut window = Window::sample();
+    window.type_into("Add terms", "x^2*");
+    assert!(window.shows("column 5"));
+    window.type_into("Add terms", "v");
+    assert!(window.shows("adds x²·v"));
+    window.press(Modifiers::NONE, Key::Enter);
+    let added = Term::parse("x^2*v").unwrap();
+    assert!(window.app().outcome().unwrap().settings.terms.contains(&added));
+    window.type_into("Add terms", "u2");
+    assert!(window.shows("which the records lack"));
+}
+
+#[test]
+fn a_record_is_held_out_and_the_figure_in_large_type_says_so() {
+    let home = tempfile::tempdir().unwrap();
+    let mut window = Window::of_files(vec![friction(home.path())]);
+    assert!(window.shows("fitted error"));
+    window.click("Use of record 4.611Hz");
+    window.0.get_by_role_and_label(Role::Button, "held out").click();
+    window.settle();
+    assert_eq!(window.app().records().with(Usage::HeldOut).count(), 1);
+    assert!(window.app().outcome().unwrap().test.is_some());
+    assert!(window.shows("held-out error"));
+}
+
+#[test]
+fn a_project_brings_everything_back() {
+    let home = tempfile::tempdir().unwrap();
+    let mut window = Window::of_files(vec![friction(home.path())]);
+    window.slide("Threshold", 0.005);
+    window.press(CTRL, Key::S);
+    let path = home.path().join("study.json");
+    let offered = window.0.get_by_role_and_label(Role::TextInput, "Path").value().unwrap();
+    assert!(offered.ends_with("friction.json"), "{offered}");
+    window.press(CTRL, Key::A);
+    window.type_into("Path", path.to_str().unwrap());
+    window.click("Save");
+    assert!(window.shows("Saved"));
+    let saved = window.app().settings().clone();
+    let again = Window::of_files(vec![path]);
+    assert_eq!(again.app().settings(), &saved);
+    assert_eq!(again.app().outcome().unwrap().records.len(), 2);
+    assert!(again.shows("study.json"));
+}
+
+#[test]
+fn the_plot_is_saved_as_a_picture_for_print() {
+    let home = tempfile::tempdir().unwrap();
+    let mut window = Window::sample();
+    window.slide("Segment", 61.0);
+    window.press(CTRL, Key::E);
+    let path = home.path().join("plot.png");
+    window.press(CTRL, Key::A);
+    window.type_into("Path", path.to_str().unwrap());
+    window.click("Save");
+    let picture = image::open(&path).unwrap().to_rgba8();
+    assert_eq!(picture.dimensions(), (1520, 1120), "twice its size on the screen");
+    let corner = picture.get_pixel(1, 1).0;
+    assert_eq!(corner, [255; 4], "paper is white");
+    let distinct: std::collections::HashSet<_> = picture.pixels().map(|p| p.0).collect();
+    assert!(distinct.len() > 50, "something is drawn on it");
+}
+
+#[test]
+fn a_bad_file_says_what_is_wrong_and_leaves_the_old_one_open() {
+    let home = tempfile::tempdir().unwrap();
+    let path = home.path().join("bad.csv");
+    std::fs::write(&path, "t,x,u\n0,1,2\n0.1,oops,2\n").unwrap();
+    let mut window = Window::sample();
+    window.0.state_mut().open(vec![path]);
+    window.settle();
+    assert!(window.shows("oops"));
+    assert!(window.shows("duffing_noisy.csv"), "what was open stays");
+    assert!(window.app().outcome().is_some());
+}
+
+#[test]
+fn a_file_without_known_names_asks_for_its_columns() {
+    let home = tempfile::tempdir().unwrap();
+    let path = home.path().join("named.csv");
+    let text = std::fs::read_to_string(friction(home.path())).unwrap();
+    let text: String = text.lines().filter(|l| !l.starts_with('#')).collect::<Vec<_>>().join("\n");
+    std::fs::write(&path, text.replacen("t [s],x [m],u [m],record", "Zeit,Laser,Shaker,record", 1)).unwrap();
+    let mut window = Window::of_files(vec![path]);
+    assert!(window.app().outcome().is_none());
+    window.type_into("Columns", "t=Zeit,x=Laser,u=Shaker");
+    window.click("Read again");
+    assert_eq!(window.app().outcome().expect("fitted").records.len(), 2);
+}
+
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl egui::DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|e| e.to_string())
+    }
+}
+
+#[test]
+fn a_dropped_file_is_opened() {
+    let home = tempfile::tempdir().unwrap();
+    let path = friction(home.path());
+    let mut window = Window::open(start(Source::Nothing));
+    assert!(window.shows("Drop a CSV file"));
+    window.0.input_mut().dropped_files.push(std::sync::Arc::new(Dropped(path.clone())));
+    window.settle();
+    assert_eq!(window.app().records().entries.len(), 2);
+    assert_eq!(window.app().state().recent, [path]);
+}
+
+#[test]
+fn an_empty_window_teaches_and_a_sample_is_one_click_away() {
+    let mut window = Window::sample();
+    window.press(CTRL, Key::W);
+    assert!(window.app().outcome().is_none());
+    assert!(window.shows("What a file should look like"));
+    window.click("Lorenz system");
+    let outcome = window.app().outcome().expect("fitted");
+    assert_eq!(outcome.settings.kind, Kind::FirstOrder);
+    assert_eq!(outcome.model.equations.len(), 3);
+    assert!(window.shows("by channel"));
+}
+
+#[test]
+fn commands_are_found_by_name() {
+    let mut window = Window::sample();
+    window.press(CTRL, Key::K);
+    window.type_into("Find a command", "dark");
+    window.press(Modifiers::NONE, Key::Enter);
+    assert_eq!(window.0.ctx.theme(), Theme::Dark);
+    window.press(Modifiers::NONE, Key::F1);
+    assert!(window.shows("How to read it"));
+}
+
+#[test]
+fn settings_survive_a_restart() {
+    let mut window = Window::sample();
+    window.slide("Segment", 51.0);
+    window.press(CTRL, Key::Num3);
+    let state = serde_json::to_string(&window.app().state()).unwrap();
+    let again = Window::open(serde_json::from_str(&state).unwrap());
+    assert_eq!(again.app().settings().smoothing.window, 51);
+    assert_eq!(again.app().outcome().unwrap().settings.smoothing.window, 51);
+}
+
+#[test]
+fn settings_are_chosen_on_request() {
+    let home = tempfile::tempdir().unwrap();
+    let mut window = Window::of_files(vec![friction(home.path())]);
+    window.slide("Segment", 5.0);
+    window.click("Choose for me");
+    assert!(window.app().settings().smoothing.window > 5);
+    assert!(window.shows("Chosen: segment"));
+}
+
+#[test]
+fn every_sample_opens() {
+    for (sample, records) in [(Sample::Duffing, 2), (Sample::Friction, 5), (Sample::Lorenz, 2)] {
+        let window = Window::open(start(Source::Sample(sample)));
+        assert_eq!(window.app().outcome().expect("fitted").records.len(), records, "{sample:?}");
+    }
+}
+
+#[test]
+fn it_looks_as_it_did() {
+    for theme in [Theme::Light, Theme::Dark] {
+        let mut window = Window::open(State::with_source(Source::Sample(Sample::Duffing), theme.into()));
+        // Times differ from run to run.
+        let times = window.0.get_by_label_contains("fitted in").rect();
+        window.0.mask(times.expand(6.0));
+        window.0.snapshot(if theme == Theme::Light { "window_light" } else { "window_dark" });
+    }
+}
