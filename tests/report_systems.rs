@@ -1,5 +1,7 @@
 //! The report's systems, made by the virtual rig, identified and simulated on what was not fitted.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use sindyscope::record::{Channel, Record, RecordSet, Usage};
 use sindyscope::rig::{Noise, ScenarioOptions, generate};
 use sindyscope::study::{Cancel, Free, Lock, Outcome, Settings, Study, choose, suggest};

@@ -1,5 +1,6 @@
 //! The window, driven through its widgets as a person would.
 #![cfg(feature = "desktop")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

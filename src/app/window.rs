@@ -47,6 +47,9 @@ enum PictureJob {
     Window { path: PathBuf, image: Arc<ColorImage> },
 }
 
+/// A picture of the window and where it goes.
+type Shot = (PathBuf, Arc<ColorImage>);
+
 /// The window.
 pub struct App {
     state: State,
@@ -60,7 +63,7 @@ pub struct App {
     fitting: Worker<Question, Option<Answer>>,
     errands: Worker<Errand, Delivery>,
     pictures: Worker<PictureJob, Result<PathBuf, String>>,
-    shots: (Sender<(PathBuf, Arc<ColorImage>)>, Receiver<(PathBuf, Arc<ColorImage>)>),
+    shots: (Sender<Shot>, Receiver<Shot>),
     /// The last question asked, its number, and the number of the last one answered.
     asked: Option<(u64, Edit)>,
     ticket: u64,
@@ -362,7 +365,7 @@ impl App {
                 self.state.edit = None;
                 self.refused = None;
             }
-            Command::SaveProject if self.bench.records.is_empty() => {}
+            Command::SaveProject | Command::Choose if self.bench.records.is_empty() => {}
             Command::SaveProject => match self.state.project.clone() {
                 Some(path) => self.save_project(&path),
                 None => self.dialogs.ask(Purpose::Project, &format!("{stem}.json"), frame, ctx),
@@ -378,7 +381,6 @@ impl App {
                     self.edit = edit;
                 }
             }
-            Command::Choose if self.bench.records.is_empty() => {}
             Command::Choose => {
                 self.under_way = Some(UnderWay::Choosing);
                 let (generation, records) = (self.bench.generation, self.records());

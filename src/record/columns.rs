@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use super::error::{ReadError, doubtful_notice, list, role_in_words};
+use super::error::{ReadError, doubtful_notice, list};
 use super::heading::{Heading, Key, Meaning, Quantity, label};
 use super::{ReadOptions, Role};
 use crate::term::Kind;
@@ -60,7 +60,8 @@ impl ColumnMap {
 }
 
 fn pair(key: &str, column: &str) -> Result<(Key, String), ColumnMapError> {
-    let (key, column) = (key.trim(), column.trim().trim_matches('"').trim());
+    let bare = |c: char| c.is_whitespace() || c == '"' || c == ',';
+    let (key, column) = (key.trim(), column.trim_matches(bare));
     let known = Key::of_word(key).ok_or_else(|| ColumnMapError::UnknownKey(key.to_owned()))?;
     if known.number == Some(0) {
         return Err(ColumnMapError::Zero(key.to_owned()));
@@ -298,10 +299,10 @@ impl Assignment<'_> {
     fn conflict(&self, key: Key, first: usize, second: usize) -> ReadError {
         ReadError::TwoColumns {
             file: self.file.to_owned(),
-            role: role_in_words(key),
             key: key.to_string(),
             first: self.name(first),
             second: self.name(second),
+            numbers: (first + 1, second + 1),
         }
     }
 

@@ -305,7 +305,7 @@ fn best_candidate<'a>(
 
 /// What is said of lines above the header.
 fn skipped(first: usize, header: usize) -> Option<String> {
-    match header - first {
+    match header.saturating_sub(first) {
         0 => None,
         1 => Some(format!("line {first} above the header was skipped")),
         _ => Some(format!("lines {first} to {} above the header were skipped", header - 1)),

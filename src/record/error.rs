@@ -62,18 +62,18 @@ pub enum ReadError {
         doubtful: Vec<(String, String)>,
     },
     /// Two columns have a claim to one role.
-    #[error("{file}: `{first}` and `{second}` could both be the {role}")]
+    #[error("{file}: `{first}` and `{second}` could both be the {}", in_words(.key))]
     TwoColumns {
         /// The file's name.
         file: String,
-        /// What both could be, in words (`displacement x`).
-        role: String,
-        /// The short name of it, as `--columns` takes it.
+        /// The short name of what both could be, as `--columns` takes it.
         key: String,
         /// One column.
         first: String,
         /// The other.
         second: String,
+        /// The numbers of both, from 1.
+        numbers: (usize, usize),
     },
     /// Numbered columns with a number left out.
     #[error("{file}: `{column}` is there, but no {key}")]
@@ -305,12 +305,13 @@ impl ReadError {
                     example.map_or("NAME", String::as_str)
                 )
             }
-            Self::TwoColumns { key, first, second, .. } => match Key::of_word(key) {
-                Some(Key { quantity, number: None }) if quantity.is_numbered() => {
-                    format!("choose one: `--columns {key}={first}`; or use both: `--columns {key}1={first},{key}2={second}`")
-                }
-                _ => format!("choose one: `--columns {key}={first}`"),
-            },
+            Self::TwoColumns { key, first, second, numbers, .. } => {
+                let (one, two) =
+                    if first == second { (numbers.0.to_string(), numbers.1.to_string()) } else { (first.clone(), second.clone()) };
+                let both = Key::of_word(key).is_some_and(|k| k.number.is_none() && k.quantity.is_numbered());
+                let both = if both { format!("; or use both: `--columns {key}1={one},{key}2={two}`") } else { String::new() };
+                format!("choose one: `--columns {key}={one}`{both}")
+            }
             Self::NumberMissing { column, key, .. } => {
                 format!("number the columns without a hole, or say which is which: `--columns {key}={column}`")
             }
@@ -393,9 +394,13 @@ fn of_record(record: &Option<String>) -> String {
     record.as_ref().map_or(String::new(), |r| format!(", in record `{r}`"))
 }
 
-/// What a key stands for, in words: `displacement x2`.
-pub(super) fn role_in_words(key: Key) -> String {
-    if key.quantity.is_numbered() { format!("{} {key}", key.quantity.noun()) } else { key.quantity.noun().to_owned() }
+/// What a short name stands for, in words: `displacement x2`.
+fn in_words(key: &str) -> String {
+    match Key::of_word(key) {
+        Some(known) if known.quantity.is_numbered() => format!("{} {key}", known.quantity.noun()),
+        Some(known) => known.quantity.noun().to_owned(),
+        None => key.to_owned(),
+    }
 }
 
 /// The reason that a doubtful column is left out, as a notice.

@@ -59,7 +59,7 @@ impl Smoothing {
     pub fn margin(&self) -> usize {
         match self.method {
             Differentiation::Difference => 1,
-            _ => self.window.saturating_sub(1),
+            _ => self.window + 3,
         }
     }
 

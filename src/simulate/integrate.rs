@@ -2,7 +2,7 @@ use std::ops::Range;
 
 use super::equations::Equations;
 use super::grid::{InputGrid, Node, fill_instants, fill_lanes};
-use super::switching::Side;
+use super::switching::{MAX_CHANGES, Side};
 use super::{Limits, Response, Workspace};
 use crate::term::LANES;
 
@@ -86,10 +86,12 @@ pub(super) struct Machine<'a, const N: usize> {
     level: usize,
     /// Checks in a row at which the next coarser level would have done.
     calm: usize,
-    /// Largest magnitude of each state so far.
-    scale: [f64; N],
+    /// Range of each state: its largest magnitude so far, or what the forces move it by within an interval.
+    pub(super) scale: [f64; N],
     /// Largest error of an interval at the finest level.
     shortfall: [f64; N],
+    /// Changes of sides that are still followed within this interval.
+    pub(super) changes: usize,
     /// A sign that stands in products has changed: the equations may have become stiffer.
     pub(super) stiffness_changed: bool,
 }
@@ -122,6 +124,7 @@ impl<'a, const N: usize> Machine<'a, N> {
             calm: 0,
             scale: [0.0; N],
             shortfall: [0.0; N],
+            changes: MAX_CHANGES,
             stiffness_changed: false,
         }
     }
@@ -141,6 +144,7 @@ impl<'a, const N: usize> Machine<'a, N> {
         let last = samples.end - 1;
         let mut length = usize::MAX;
         let mut next_check = sample;
+        let mut allowance = MAX_CHANGES;
         if !self.within(&bounds) {
             response.diverged_at = Some(self.grid.time(sample));
             return;
@@ -168,6 +172,7 @@ impl<'a, const N: usize> Machine<'a, N> {
             self.rate = self.rates(&x, 0);
             length = length.saturating_mul(2);
             for k in 0..count {
+                self.changes = allowance;
                 for part in 0..parts {
                     let lane = k * stride + part * method.places().len();
                     let span = Span {
@@ -181,6 +186,8 @@ impl<'a, const N: usize> Machine<'a, N> {
                     self.step(&span, response);
                 }
                 sample += 1;
+                // A motion that switches without end is followed less and less closely.
+                allowance = if self.changes == 0 { (allowance / 2).max(2) } else { (allowance + 1).min(MAX_CHANGES) };
                 if !self.within(&bounds) {
                     response.diverged_at = Some(self.grid.time(sample));
                     self.end_sticks(self.grid.time(sample), response);
@@ -336,11 +343,28 @@ impl<'a, const N: usize> Machine<'a, N> {
         Span { lane: SINGLE, end: SINGLE + places.len(), length, sample: span.sample, from, to }
     }
 
+    /// Takes into each state's range what the forces at a lane, were they not balanced, move it by within an interval: a
+    /// mass that sticks has no other range than rounding.
+    pub(super) fn widen_scale(&mut self, lane: usize) {
+        let h = self.grid.interval();
+        let mut reach = [0.0; N];
+        for (i, reach) in reach.iter_mut().enumerate() {
+            let linear: f64 = self.matrix[i].iter().zip(&self.x).map(|(a, x)| (a * x).abs()).sum();
+            let held: f64 = self.equations.surfaces.iter().map(|s| s.gain.get(i).map_or(0.0, |g| g.abs())).sum();
+            *reach = h * (linear + held + self.work.drive[lane * N + i].abs() + self.rate[i].abs());
+        }
+        for i in 0..N {
+            let passed: f64 = self.matrix[i].iter().zip(&reach).map(|(a, r)| (a * r).abs()).sum();
+            self.scale[i] = self.scale[i].max(reach[i]).max(h * passed);
+        }
+    }
+
     /// Compares one interval at this level, the next finer and the next coarser, signs held, and moves to the level that
     /// keeps the tolerance.
     fn choose_level(&mut self, sample: usize, tolerance: f64) {
         let start = self.x;
         let mut present = self.interval(self.level, sample, &start);
+        self.widen_scale(0);
         let risen_from = self.level;
         while self.level + 1 < LEVELS.len() {
             let finer = self.interval(self.level + 1, sample, &start);

@@ -64,7 +64,8 @@ pub struct Limits<'a> {
     /// being finite. Some ten times the measured range: a hundredth of it is also the least range that `tolerance` is a
     /// share of.
     pub states: &'a [f64],
-    /// Largest error of one sampling interval, as a share of each state's range.
+    /// Largest error of one sampling interval, as a share of each state's range. An interval is covered by one step of order
+    /// four where that keeps it (some 150 samples a period), else by one or more of order six.
     pub tolerance: f64,
     /// Asked now and then; the run ends early once it is true.
     pub cancelled: &'a dyn Fn() -> bool,

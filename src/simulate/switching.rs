@@ -2,9 +2,9 @@ use super::integrate::{Machine, Span};
 use super::{Response, Stick};
 use crate::term::LANES;
 
-/// Changes within one step after which its rest is taken as it comes: a motion that switches without end (as
+/// Changes within one interval after which its rest is taken as it comes: a motion that switches without end (as
 /// `d²x/dt² = −sgn(x) − dx/dt` does before it comes to rest) must not hold up the run.
-const MAX_CHANGES: usize = 16;
+pub(super) const MAX_CHANGES: usize = 16;
 
 /// Surfaces that can be held at zero at once; further ones are passed.
 pub(super) const MAX_SLIDING: usize = 8;
@@ -149,6 +149,11 @@ impl<const N: usize> Machine<'_, N> {
         let rate = self.rate;
         self.observe(&x, &rate, lane);
         self.accept_sides();
+        self.widen_scale(lane);
+        for (side, surface) in self.work.sides.iter_mut().zip(&self.equations.surfaces) {
+            let reach: f64 = surface.support.iter().map(|i| (surface.gradient[*i] * self.scale[*i]).abs()).sum();
+            side.largest = side.largest.max(reach);
+        }
     }
 
     /// Sees where every surface is at the end of a step.
@@ -197,7 +202,8 @@ impl<const N: usize> Machine<'_, N> {
             self.grid.time(span.sample) + self.grid.interval() * place
         };
         let (mut done, mut end) = (0.0, 1.0);
-        for _ in 0..MAX_CHANGES {
+        while self.changes > 0 {
+            self.changes -= 1;
             let part = self.trial(span, done, end);
             let Some((k, change)) = self.first_change(part.length) else {
                 self.take(part.end);

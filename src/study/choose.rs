@@ -44,7 +44,7 @@ const STRETCH_PERIODS: f64 = 10.0;
 /// Samples simulated for one candidate, at most.
 const MOST_SAMPLES: usize = 40_000;
 /// Rounds of smoothings around the best so far, at most.
-const MOST_ROUNDS: usize = 3;
+const MOST_ROUNDS: usize = 4;
 /// Thresholds tried for one smoothing, at most.
 const MOST_THRESHOLDS: usize = 10;
 

@@ -284,18 +284,15 @@ fn check(records: &RecordSet, settings: &Settings) -> Result<Layout, StudyError>
     Ok(layout)
 }
 
-/// RMS over records of the first displacement's noise: of the held-out ones where there are some, else of the fitted.
-fn noise_floor<'a>(records: impl Iterator<Item = (&'a Prepared, Usage)> + Clone) -> Option<f64> {
-    let of = |wanted: Usage| {
-        let (mut squares, mut samples) = (0.0, 0.0);
-        for (prepared, _) in records.clone().filter(|(_, usage)| *usage == wanted) {
-            let n = prepared.record.len() as f64;
-            squares += n * prepared.facts.noise.first().map_or(0.0, |s| s * s);
-            samples += n;
-        }
-        (samples > 0.0).then(|| f64::sqrt(squares / samples))
-    };
-    of(Usage::HeldOut).or_else(|| of(Usage::Fit))
+/// RMS over the fitted records of the first displacement's noise.
+fn noise_floor<'a>(records: impl Iterator<Item = (&'a Prepared, Usage)>) -> Option<f64> {
+    let (mut squares, mut samples) = (0.0, 0.0);
+    for (prepared, _) in records.filter(|(_, usage)| *usage == Usage::Fit) {
+        let n = prepared.record.len() as f64;
+        squares += n * prepared.facts.noise.first().map_or(0.0, |s| s * s);
+        samples += n;
+    }
+    (samples > 0.0).then(|| f64::sqrt(squares / samples))
 }
 
 fn milliseconds(since: Instant) -> f64 {

@@ -153,7 +153,7 @@ pub struct Outcome {
     pub train: Option<Score>,
     /// First displacement, held-out records pooled.
     pub test: Option<Score>,
-    /// Standard deviation of the first displacement's measurement noise, estimated without a model.
+    /// Standard deviation of the fitted records' noise on the first displacement, estimated without a model.
     pub noise_floor: Option<f64>,
     /// What is wrong, worst first.
     pub warnings: Vec<Warning>,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::{EquationFit, Kinematics, Lock, Scaling, Settings, StudyError};
 use crate::model::{Equation, Model, WeightedTerm, kinematic};
-use crate::signal::{SavitzkyGolay, Signals, Smoothing, dot};
+use crate::signal::{Differentiation, SavitzkyGolay, Signals, Smoothing, dot};
 use crate::sparse::{Constraint, Options, Reduced, Solution, clustered_covariance, drop_path, stlsq};
 use crate::study::outcome::DroppedTerm;
 use crate::term::{Expression, Kind, Layout, Program, SampleBlock, Symbol, Term};
@@ -49,6 +49,8 @@ impl Regression {
         let total: usize = records.iter().map(|r| r.states.first().map_or(0, Vec::len)).sum();
         let stride = smoothing.stride().max(total.div_ceil(MOST_ROWS));
         let filter = if smoothing.filter_library { smoothing.filter() } else { None };
+        let derived = smoothing.method == Differentiation::Filter;
+        let jumps: Vec<bool> = terms.iter().map(Term::switches).collect();
         let mut columns: Vec<Vec<f64>> = vec![Vec::new(); terms.len()];
         let mut rates: Vec<Vec<f64>> = vec![Vec::new(); fitted.len()];
         let mut starts = Vec::with_capacity(records.len());
@@ -71,7 +73,7 @@ impl Regression {
                 input_rates: &input_rates,
             };
             match &filter {
-                Some(filter) => filtered(&program, &samples, filter, stride, &inside, &mut columns),
+                Some(filter) => filtered(&program, &samples, filter, stride, &inside, derived, &jumps, &mut columns),
                 None => {
                     let mut full: Vec<Vec<f64>> = vec![Vec::new(); terms.len()];
                     program.columns(&samples, &mut full);
@@ -283,30 +285,40 @@ impl Regression {
 const CHUNK: usize = 4096;
 
 /// Evaluates the columns, smooths them and appends the rows `inside`, each `stride` samples from the one before.
+///
+/// A rate has passed the derivative's filter twice, from displacement to velocity and on. A column of smoothed states
+/// has passed once and passes once more; a sign of them has not been smoothed at all, and passes twice. `derived` says
+/// that rates are the filter's own derivatives.
+#[expect(clippy::too_many_arguments, reason = "one pass over one record")]
 fn filtered(
     program: &Program,
     samples: &SampleBlock<'_>,
     filter: &SavitzkyGolay,
     stride: usize,
     inside: &Range<usize>,
+    derived: bool,
+    jumps: &[bool],
     columns: &mut [Vec<f64>],
 ) {
     let count = samples.states.first().map_or(0, |s| s.len());
-    let half = filter.window() / 2;
-    let clear_of_ends = inside.start * stride >= half && inside.end.saturating_sub(1) * stride + half < count;
+    let smooth = if derived { filter.companion() } else { filter.weights(0.0, 0) };
+    let twice = convolve(&smooth, &smooth);
+    let reach = twice.len() / 2;
+    let clear_of_ends = inside.start * stride >= reach && inside.end.saturating_sub(1) * stride + reach < count;
     let rows_at_once = if clear_of_ends { (CHUNK / stride).max(1) } else { inside.len().max(1) };
-    let kernel = filter.weights(0.0, 0);
     let mut chunk: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
     let mut from = inside.start;
     while from < inside.end {
         let to = inside.end.min(from + rows_at_once);
         chunk.iter_mut().for_each(Vec::clear);
         if clear_of_ends {
-            let first = from * stride - half;
-            let part = samples.slice(first..(to - 1) * stride + half + 1);
+            let first = from * stride - reach;
+            let part = samples.slice(first..(to - 1) * stride + reach + 1);
             program.columns(&part.block(), &mut chunk);
-            for (column, chunk) in columns.iter_mut().zip(&chunk) {
-                column.extend((0..to - from).map(|row| dot(&kernel, &chunk[row * stride..][..kernel.len()])));
+            for ((column, chunk), jumps) in columns.iter_mut().zip(&chunk).zip(jumps) {
+                let kernel = if *jumps { &twice } else { &smooth };
+                let inset = reach - kernel.len() / 2;
+                column.extend((0..to - from).map(|row| dot(kernel, &chunk[row * stride + inset..][..kernel.len()])));
             }
         } else {
             program.columns(samples, &mut chunk);
@@ -318,6 +330,16 @@ fn filtered(
         }
         from = to;
     }
+}
+
+fn convolve(a: &[f64], b: &[f64]) -> Vec<f64> {
+    let mut out = vec![0.0; a.len() + b.len() - 1];
+    for (k, a) in a.iter().enumerate() {
+        for (slot, b) in out[k..].iter_mut().zip(b) {
+            *slot += a * b;
+        }
+    }
+    out
 }
 
 /// The states whose rates are fitted, as indices into the state vector.

@@ -1,4 +1,4 @@
-//! Errors as the report defines them: E(t) = √((x_actual − x_identified)²), RMSE over the record.
+//! Errors as the report defines them: E(t) is the distance of measured and simulated value, RMSE that over the record.
 
 use super::Score;
 

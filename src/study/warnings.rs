@@ -161,15 +161,15 @@ fn unmodelled(outcome: &Outcome) -> Option<Warning> {
     let score = outcome.test.or(outcome.train)?;
     let floor = outcome.noise_floor?;
     (score.nrmse > 0.05 && score.rmse > 5.0 * floor).then(|| {
-        warning(
-            Severity::Caution,
-            format!(
-                "The error is {:.0} times the measurement noise ({:.1} % of the motion): the equation lacks something",
-                score.rmse / floor.max(f64::MIN_POSITIVE),
-                100.0 * score.nrmse
-            )
-            .replace("inf times", "far above"),
-        )
+        let times = score.rmse / floor.max(f64::MIN_POSITIVE);
+        let above = if times < 1e4 {
+            format!("{times:.0} times the measurement noise")
+        } else {
+            "far above the measurement noise".into()
+        };
+        let text =
+            format!("The error is {above} ({:.1} % of the motion): the equation lacks something", 100.0 * score.nrmse);
+        warning(Severity::Caution, text)
     })
 }
 

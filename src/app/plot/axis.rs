@@ -40,7 +40,8 @@ pub fn decade_marks(input: GridInput) -> Vec<GridMark> {
     let (low, high) = input.bounds;
     // A label needs about 30 points along either axis.
     let stride = (input.base_step_size * 4.0).ceil().max(1.0);
-    if !stride.is_finite() || !((high - low) / stride <= MOST_MARKS) {
+    let marks = (high - low) / stride;
+    if !stride.is_finite() || marks.is_nan() || marks > MOST_MARKS {
         return Vec::new();
     }
     let mut marks = Vec::new();

@@ -217,14 +217,13 @@ mod tests {
     fn triangles_that_share_an_edge_neither_overlap_nor_leave_a_gap() {
         let half = Color32::from_rgba_premultiplied(100, 100, 100, 128);
         for corner in [0.0, 0.3, 0.5, 1.7] {
-            let mut mesh = Mesh::default();
-            mesh.vertices = vec![
+            let vertices = vec![
                 vertex(3.0 + corner, 3.0, half),
                 vertex(35.0, 3.0, half),
                 vertex(35.0, 35.0, half),
                 vertex(3.0, 35.0 - corner, half),
             ];
-            mesh.indices = vec![0, 1, 2, 0, 2, 3];
+            let mesh = Mesh { vertices, indices: vec![0, 1, 2, 0, 2, 3], ..Mesh::default() };
             let image = draw(mesh, Rect::EVERYTHING);
             for y in 6..32 {
                 for x in 6..32 {

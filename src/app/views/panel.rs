@@ -225,7 +225,7 @@ fn fit(cache: &Cache, panel: &Panel<'_>, hidden: &BTreeSet<Ink>) -> Fit {
         return Fit { low: top - DECADES, high: top + 0.1, scale };
     }
     let span = high - low;
-    if !(span > 1e-12 * high.abs().max(low.abs())) {
+    if span.is_nan() || span <= 1e-12 * high.abs().max(low.abs()) {
         let half = if high == 0.0 { 1.0 } else { 0.2 * high.abs() };
         return Fit { low: low - if panel.magnitude_up_to.is_some() { 0.0 } else { half }, high: high + half, scale };
     }

@@ -145,7 +145,7 @@ fn extent<'a>(paths: &[Path<'a>; 2], pick: impl Fn(&Path<'a>) -> &'a [f64]) -> (
     if identified.0 <= identified.1 {
         (low, high) = (low.min(identified.0.max(low - room)), high.max(identified.1.min(high + room)));
     }
-    if !(low <= high) {
+    if low.is_nan() || high.is_nan() || low > high {
         return (-1.0, 1.0);
     }
     let span = high - low;

@@ -76,6 +76,22 @@ fn names_and_units_come_through() {
 }
 
 #[test]
+fn time_comes_in_many_units() {
+    for (header, interval) in [
+        ("t,x", 5.0),
+        ("t [ns],x", 5e-9),
+        ("TIME_US,x", 5e-6),
+        ("Time (ms),x", 0.005),
+        ("time [min],x", 300.0),
+        ("t / h,x", 18_000.0),
+        ("time_seconds,x", 5.0),
+    ] {
+        let record = only("a", &file(header, |i| format!("{},{}", 5 * i + 5, x(i))), &ReadOptions::default());
+        assert_eq!((record.start, record.interval), (interval, interval), "{header}");
+    }
+}
+
+#[test]
 fn latin_1_names_are_read() {
     let mut bytes = file("t,x [@m],na@ve", |i| format!("{i},{},0", x(i))).into_bytes();
     for (byte, latin) in bytes.iter_mut().filter(|b| **b == b'@').zip([0xb5, 0xef]) {

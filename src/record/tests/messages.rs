@@ -60,6 +60,12 @@ fn every_error_says_what_where_and_what_to_try() {
             "f.csv: `x_raw` and `x_filtered` could both be the displacement x",
             "choose one: `--columns x=x_raw`; or use both: `--columns x1=x_raw,x2=x_filtered`",
         ),
+        (
+            rows("t,x,x"),
+            none(),
+            "f.csv: `x` and `x` could both be the displacement x",
+            "choose one: `--columns x=2`; or use both: `--columns x1=2,x2=3`",
+        ),
         (rows("t,x1,x_1"), none(), "f.csv: `x1` and `x_1` could both be the displacement x1", "`--columns x1=x1`"),
         (rows("t,time,x"), none(), "f.csv: `t` and `time` could both be the time", "choose one: `--columns t=t`"),
         (rows("t,x1,x3"), none(), "f.csv: `x3` is there, but no x2", "number the columns without a hole"),

@@ -61,10 +61,13 @@ fn number() -> impl Strategy<Value = f64> {
 
 /// Intervals as instruments have them: decimal, or one over a decimal rate.
 fn interval() -> impl Strategy<Value = f64> {
-    (1u32..1_000_000, -8i32..0, any::<bool>()).prop_map(|(mantissa, power, rate)| {
+    // Much shorter ones do not show in stamps of 100 s and more.
+    let fits = |interval: &f64| (1e-4..1e4).contains(interval);
+    let any = (1u32..1_000_000, -8i32..0, any::<bool>()).prop_map(|(mantissa, power, rate)| {
         let decimal = |power: i32| format!("{mantissa}e{power}").parse::<f64>().unwrap_or(1.0);
         if rate { 1.0 / decimal(power + 4) } else { decimal(power) }
-    })
+    });
+    any.prop_filter("out of proportion to the start", fits)
 }
 
 fn any_record() -> impl Strategy<Value = Record> {
