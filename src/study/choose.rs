@@ -43,6 +43,9 @@ const MOST_FOLDS: usize = 4;
 const STRETCH_PERIODS: f64 = 10.0;
 /// Samples simulated for one candidate, at most.
 const MOST_SAMPLES: usize = 40_000;
+/// What a stretch counts whose response left the data's range, or missed it by more: an error of ten times the motion.
+/// Finite, so that of settings that all fail somewhere the one that fails least is taken.
+const DIVERGED: f64 = 100.0;
 /// Rounds of smoothings around the best so far, at most.
 const MOST_ROUNDS: usize = 4;
 /// Thresholds tried for one smoothing, at most.
@@ -281,8 +284,8 @@ impl Plan {
                     cancel.check()?;
                     let response = drive.respond(&simulator, &mut workspace, &|| cancel.is_cancelled());
                     let error = squared_error(&drive.measured, &response.states);
-                    let failed = response.diverged_at.is_some();
-                    errors.push(if failed { f64::INFINITY } else { error / self.variance[judge.record] });
+                    let failed = response.diverged_at.is_some() || !error.is_finite();
+                    errors.push(if failed { DIVERGED } else { (error / self.variance[judge.record]).min(DIVERGED) });
                 }
             }
             let terms = all.model(&settings).equations.iter().map(|e| e.terms.len()).sum();
