@@ -38,7 +38,7 @@ impl Window {
     fn open(state: State) -> Self {
         let harness = Harness::builder()
             .with_size([1280.0, 800.0])
-            .with_theme(Theme::Light)
+            .with_theme(if state.theme == egui::ThemePreference::Dark { Theme::Dark } else { Theme::Light })
             .with_max_steps(60)
             .renderer(Software::default())
             .build_eframe(|cc| App::with_state(&cc.egui_ctx, state).unwrap().without_dialogs());
@@ -294,6 +294,9 @@ fn a_dropped_file_is_opened() {
     let path = friction(home.path());
     let mut window = Window::open(start(Source::Nothing));
     assert!(window.shows("Drop a CSV file"));
+    window.0.input_mut().hovered_files.push(egui::HoveredFile { path: Some(path.clone()), ..Default::default() });
+    window.0.run_steps(2);
+    window.0.input_mut().hovered_files.clear();
     window.0.input_mut().dropped_files.push(std::sync::Arc::new(Dropped(path.clone())));
     window.settle();
     assert_eq!(window.app().records().entries.len(), 2);

@@ -111,7 +111,7 @@ impl Notices {
                         Level::Error => ("⚠", colors.caution),
                     };
                     ui.label(RichText::new(icon).color(color));
-                    ui.label(&message.text);
+                    ui.add(egui::Label::new(&message.text).selectable(true).wrap());
                 });
                 ui.add_space(2.0);
             }

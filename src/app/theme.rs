@@ -90,6 +90,8 @@ fn shape(style: &mut Style, dark: bool) {
     spacing.scroll =
         egui::style::ScrollStyle { floating: true, floating_allocated_width: 0.0, ..egui::style::ScrollStyle::thin() };
     style.interaction.tooltip_delay = 0.4;
+    // A drag that misses a slider shall not mark words; what is worth copying has a button.
+    style.interaction.selectable_labels = false;
     style.visuals = visuals(dark);
 }
 

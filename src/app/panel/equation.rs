@@ -175,7 +175,7 @@ fn popup<'a>(response: &egui::Response) -> Popup<'a> {
 
 /// What can be done with a term.
 fn menu(ui: &mut Ui, desk: &mut Desk<'_>, term: &Term, coefficient: Option<f64>, layout: &Layout) {
-    ui.set_min_width(210.0);
+    ui.set_width(230.0);
     ui.label(RichText::new(term.pretty(layout)).strong());
     ui.separator();
     let settings = &mut desk.edit.settings;

@@ -1,12 +1,13 @@
 //! FIT: how good it is, and what is wrong when something is.
 
-use egui::{Align, Layout, RichText, Ui, vec2};
+use egui::text::{LayoutJob, TextFormat};
+use egui::{Align, FontId, Layout, RichText, Ui, vec2};
 
 use super::{Ask, Desk};
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{card, section};
-use crate::format::number::plain;
-use crate::format::units::format_si;
+use crate::format::number::{plain, significant};
+use crate::format::units::{Scale, format_si};
 use crate::record::Usage;
 use crate::study::{Outcome, Score, Severity, Warning};
 
@@ -72,7 +73,13 @@ fn headline(ui: &mut Ui, outcome: &Outcome, unit: &str) {
             ui.allocate_ui_with_layout(vec2(half, 50.0), Layout::top_down(Align::Min), |ui| {
                 ui.set_min_width(half);
                 ui.spacing_mut().item_spacing.y = 0.0;
-                ui.label(RichText::new(text).size(23.0).color(color)).on_hover_text(tooltip);
+                let (figure, unit) = text.split_once(' ').unwrap_or((text, ""));
+                let mut job = LayoutJob::default();
+                job.append(figure, 0.0, TextFormat::simple(FontId::proportional(23.0), color));
+                // A unit as long as microstrain takes less room than the figure.
+                let size = if unit.chars().count() > 3 { 13.0 } else { 23.0 };
+                job.append(unit, 5.0, TextFormat::simple(FontId::proportional(size), color));
+                ui.add(egui::Label::new(job).truncate()).on_hover_text(tooltip);
                 ui.label(RichText::new(label).weak().size(12.0)).on_hover_text(tooltip);
             });
         };
@@ -86,8 +93,8 @@ fn headline(ui: &mut Ui, outcome: &Outcome, unit: &str) {
 
 const COLUMNS: [(&str, &str); 4] = [
     ("RMSE", "Root mean square of E(t)"),
-    ("NRMSE", "RMSE over the record's standard deviation"),
     ("max E", "The largest error"),
+    ("NRMSE", "RMSE over the record's standard deviation"),
     ("best fit", "100 (1 − ‖y−ŷ‖ / ‖y−ȳ‖)"),
 ];
 
@@ -115,18 +122,23 @@ fn table(ui: &mut Ui, outcome: &Outcome, unit: &str) {
             }
         });
     };
+    // One scale for both rows, named once: figures that stand below each other compare.
+    let largest = [outcome.test, outcome.train].into_iter().flatten().map(|s| s.max_error).fold(0.0, f64::max);
+    let scale = Scale::suited(largest, unit);
+    let scaled = |value: f64| significant(value * scale.factor, 3);
     let cells = |score: Option<Score>| match score {
         Some(s) => [
-            format_si(s.rmse, unit, 3),
+            scaled(s.rmse),
+            scaled(s.max_error),
             format!("{} %", plain(100.0 * s.nrmse, if s.nrmse < 0.1 { 2 } else { 1 })),
-            format_si(s.max_error, unit, 3),
             format!("{} %", plain(s.best_fit, 2)),
         ],
         None => ["–", "–", "–", "–"].map(str::to_owned),
     };
+    let named = if scale.unit.is_empty() { String::new() } else { format!("in {}", scale.unit) };
     ui.scope(|ui| {
         ui.spacing_mut().item_spacing.y = 1.0;
-        line(ui, "", &COLUMNS.map(|(name, _)| name.to_owned()), true);
+        line(ui, &named, &COLUMNS.map(|(name, _)| name.to_owned()), true);
         line(ui, "held out", &cells(outcome.test), false);
         line(ui, "fitted", &cells(outcome.train), false);
     });

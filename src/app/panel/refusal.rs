@@ -16,6 +16,9 @@ const KEYS: [(&str, &str); 3] = [
     ("u", "What drives it: a force or the base's motion; none for free motion"),
 ];
 
+/// What a box says while nothing was chosen in it.
+const HEADER: &str = "as the header says";
+
 pub(super) fn show(ui: &mut Ui, refused: &Refused, typing: &mut Typing, asks: &mut Vec<Ask>) {
     let wrong = theme::accents(ui.visuals().dark_mode).wrong;
     card(ui, wrong, |ui| {
@@ -35,10 +38,10 @@ fn form(ui: &mut Ui, refused: &Refused, typing: &mut Typing, asks: &mut Vec<Ask>
     for (key, tooltip) in KEYS.iter().filter(|_| !columns.is_empty()) {
         row(ui, key, tooltip, |ui| {
             let said = said(&typing.columns, key);
-            let shown = said.clone().unwrap_or_else(|| "–".to_owned());
+            let shown = said.clone().unwrap_or_else(|| HEADER.to_owned());
             let combo = ComboBox::from_id_salt(("column", key)).width(ui.available_width() - 8.0).selected_text(shown);
             let combo = combo.show_ui(ui, |ui| {
-                if ui.selectable_label(said.is_none(), "–").clicked() {
+                if ui.selectable_label(said.is_none(), HEADER).clicked() {
                     typing.columns = with(&typing.columns, key, None);
                 }
                 for column in columns {
