@@ -118,10 +118,15 @@ impl Function {
             Self::Step => 0.5 * (1.0 + sign(a)),
             Self::Max => a.max(arguments[1]),
             Self::Min => a.min(arguments[1]),
-            Self::Clip => a.clamp(-arguments[1].abs(), arguments[1].abs()),
-            Self::DeadZone => a - a.clamp(-arguments[1].abs(), arguments[1].abs()),
+            Self::Clip => clip(a, arguments[1]),
+            Self::DeadZone => a - clip(a, arguments[1]),
         }
     }
+}
+
+/// `a` held within ±`d`; `clamp` would panic on a bound that is no number.
+fn clip(a: f64, d: f64) -> f64 {
+    a.max(-d.abs()).min(d.abs())
 }
 
 /// −1, 0 or 1.

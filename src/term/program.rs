@@ -73,6 +73,7 @@ enum Operation {
     Multiply(usize, usize),
     Power(usize, f64),
     Call(Function, usize),
+    Pair(Function, usize, usize),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -160,6 +161,7 @@ impl Program {
                 Operation::Call(Function::Sgn, a) => sign(slots[a]),
                 Operation::Call(Function::Abs, a) => slots[a].abs(),
                 Operation::Call(function, a) => function.value(&[slots[a]]),
+                Operation::Pair(function, a, b) => function.value(&[slots[a], slots[b]]),
             };
         }
     }
@@ -225,6 +227,11 @@ impl Program {
                 }
                 Operation::Power(a, exponent) => map(out, a, &|a| power(a, exponent)),
                 Operation::Call(function, a) => map(out, a, &|a| function.value(&[a])),
+                Operation::Pair(function, a, b) => {
+                    for ((o, a), b) in out.iter_mut().zip(slot(a)).zip(slot(b)) {
+                        *o = function.value(&[*a, *b]);
+                    }
+                }
             }
         }
     }
@@ -301,6 +308,7 @@ impl<'a> Compiler<'a> {
                     Operation::Multiply(a, b) => Operation::Multiply(settle(a), settle(b)),
                     Operation::Power(a, n) => Operation::Power(settle(a), n),
                     Operation::Call(f, a) => Operation::Call(f, settle(a)),
+                    Operation::Pair(f, a, b) => Operation::Pair(f, settle(a), settle(b)),
                 },
                 target: first_result + k,
             })
@@ -344,8 +352,15 @@ impl<'a> Compiler<'a> {
     }
 
     fn call(&mut self, function: Function, arguments: &[Expression]) -> Place {
-        if let Some(plain) = without_bounds(function, arguments) {
+        // Held signs need bounds written with `|·|`; values alone are better computed as they stand.
+        if self.surfaces.is_some()
+            && let Some(plain) = without_bounds(function, arguments)
+        {
             return self.place(&plain.normal());
+        }
+        if let [a, b] = arguments {
+            let (a, b) = (operand(self.place(a)), operand(self.place(b)));
+            return self.push(Operation::Pair(function, a, b));
         }
         let argument = &arguments[0];
         let held = match function {
