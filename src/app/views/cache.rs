@@ -8,7 +8,7 @@ use egui_plot::PlotPoint;
 use super::{Picture, View};
 use crate::app::plot::decimate::{Decimated, Samples};
 use crate::app::plot::palette::Ink;
-use crate::signal::spectrum::Spectrum;
+use crate::signal::spectrum::{Peak, Spectrum};
 use crate::study::Outcome;
 
 /// A curve of a plot: the plot's name and what is drawn.
@@ -20,6 +20,10 @@ pub(super) struct Spectra {
     pub(super) measured: Option<Spectrum>,
     pub(super) identified: Option<Spectrum>,
     pub(super) error: Option<Spectrum>,
+    /// Main line of the measurement.
+    pub(super) peak: Option<Peak>,
+    /// Range of log₁₀ amplitudes worth showing.
+    pub(super) range: (f64, f64),
 }
 
 /// Where the error is worst: a stretch of time, and the root mean square of the error on it.
@@ -81,6 +85,8 @@ pub(super) struct Cache {
     pub(super) drawn: HashMap<CurveKey, Drawn>,
     pub(super) series: HashMap<CurveKey, Arc<[f64]>>,
     pub(super) worst: Option<Option<Stretch>>,
+    /// Range of the phase portrait along both axes.
+    pub(super) portrait: Option<[(f64, f64); 2]>,
     pub(super) spectra: Option<Arc<OnceLock<Spectra>>>,
     /// What the view was last fitted to; other data are fitted anew, the same data keep their zoom.
     shown: Option<(Arc<str>, usize, u64, u64)>,

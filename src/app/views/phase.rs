@@ -46,7 +46,8 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
         legend::entries(ui, scene, &names, &mut state.hidden, state.printing);
     });
 
-    let (x_range, y_range) = (extent(&paths, |p| p.1), extent(&paths, |p| p.2));
+    let [x_range, y_range] =
+        *state.cache.portrait.get_or_insert_with(|| [extent(&paths, |p| p.1), extent(&paths, |p| p.2)]);
     let largest = |(a, b): (f64, f64)| a.abs().max(b.abs());
     let x_scale = Scale::suited(largest(x_range), &scene.unit());
     let y_scale = Scale::suited(largest(y_range), &y_unit);

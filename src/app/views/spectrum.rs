@@ -39,8 +39,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
         (Ink::Error, "error", spectra.error.as_ref()),
     ];
     let unit = scene.unit();
-    // What the noise leaves in each line of a spectrum with a Hann window: σ √(4 Σw² / (Σw)²) = σ √(6/n).
-    let level = scene.noise().map(|n| n * (6.0 / scene.measured().len() as f64).sqrt());
+    let level = noise_level(scene);
     let mut entries: Vec<Entry<'_>> =
         curves.iter().filter(|c| c.2.is_some()).map(|c| Entry { ink: c.0, name: c.1 }).collect();
     if level.is_some() {
@@ -54,14 +53,14 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
 
     let log = state.log_frequency;
     let place = |f: f64| if log { f.log10() } else { f };
-    let peak = measured.peak();
+    let peak = spectra.peak;
     let highest = measured.frequency(measured.amplitudes.len() - 1);
     let x_range = if log {
         (measured.step.log10(), highest.log10())
     } else {
         (0.0, peak.map_or(highest, |p| (HARMONICS * p.frequency).min(highest)))
     };
-    let y_range = value_range(&curves, level);
+    let y_range = spectra.range;
     let id = Id::unique(("view", View::Spectrum, ID, log));
     let must_fit = state.cache.must_fit(View::Spectrum, if log { "log" } else { "linear" });
     let memory = PlotMemory::load(ui.ctx(), id);
@@ -172,17 +171,19 @@ fn spectra(ui: &Ui, scene: &Scene<'_>, state: &mut ViewState) -> Arc<OnceLock<Sp
     let cell = Arc::new(OnceLock::new());
     state.cache.spectra = Some(Arc::clone(&cell));
     let (outcome, index, freedom, interval) = (Arc::clone(scene.outcome), scene.index, scene.freedom, scene.interval());
+    let level = noise_level(scene);
     let compute = move || {
         let record = &outcome.records[index];
         let role = crate::record::Role::Displacement(freedom);
         let measured = record.record.channel(role).map_or(&[][..], |c| &c.values);
         let response = record.channels.get(freedom).map_or(&[][..], |c| &c.response);
         let error: Vec<f64> = measured.iter().zip(response).map(|(m, r)| m - r).collect();
-        Spectra {
-            measured: Spectrum::new(measured, interval),
-            identified: Spectrum::new(response, interval),
-            error: Spectrum::new(&error, interval),
-        }
+        let (measured, identified, error) =
+            (Spectrum::new(measured, interval), Spectrum::new(response, interval), Spectrum::new(&error, interval));
+        // A model's response has no noise, and would draw the view out far beneath what was measured.
+        let range = value_range([&measured, &error].into_iter().flatten(), level);
+        let peak = measured.as_ref().and_then(Spectrum::peak);
+        Spectra { measured, identified, error, peak, range }
     };
     if scene.measured().len() <= AT_ONCE || state.printing {
         let _ = cell.set(compute());
@@ -199,11 +200,15 @@ fn spectra(ui: &Ui, scene: &Scene<'_>, state: &mut ViewState) -> Arc<OnceLock<Sp
     cell
 }
 
+/// What the noise leaves in each line of a spectrum with a Hann window: σ √(4 Σw² / (Σw)²) = σ √(6/n).
+fn noise_level(scene: &Scene<'_>) -> Option<f64> {
+    scene.noise().map(|n| n * (6.0 / scene.measured().len() as f64).sqrt())
+}
+
 /// From a little below the quiet half of the lines to the highest.
-fn value_range(curves: &[(Ink, &str, Option<&Spectrum>); 3], level: Option<f64>) -> (f64, f64) {
+fn value_range<'a>(spectra: impl Iterator<Item = &'a Spectrum>, level: Option<f64>) -> (f64, f64) {
     let (mut low, mut high) = (level.unwrap_or(f64::INFINITY), 0.0f64);
-    // A model's response has no noise, and would draw the view out far beneath what was measured.
-    for spectrum in curves.iter().filter(|c| c.0 != Ink::Identified).filter_map(|c| c.2) {
+    for spectrum in spectra {
         let mut sorted: Vec<f64> = spectrum.amplitudes[1..].to_vec();
         let middle = sorted.len() / 2;
         let (_, median, above) = sorted.select_nth_unstable_by(middle, f64::total_cmp);
