@@ -33,7 +33,7 @@ fn expression() -> impl Strategy<Value = Expression> {
 }
 
 fn layout() -> Layout {
-    Layout { kind: Kind::SecondOrder, freedoms: 3, inputs: 2 }
+    Layout { kind: Kind::SecondOrder, freedoms: 3, inputs: 2, internals: 0 }
 }
 
 /// True of terms that have a value: no infinite number, nothing divided by zero.
@@ -69,6 +69,7 @@ proptest! {
             Symbol::Input(j) => values[7 + j],
             Symbol::InputRate(j) => values[9 + j],
             Symbol::InputAcceleration(_) => values[11],
+            Symbol::Internal(_) => 0.0,
         };
         let (plain, normal) = (e.value(&value), e.normal().value(&value));
         // Sums that cancel lose digits; only well-scaled values are compared.

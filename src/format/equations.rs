@@ -91,6 +91,8 @@ fn latex_rate(model: &Model, state: Symbol) -> String {
         // Velocities are written as dotted displacements, so a fitted dx/dt needs another left side.
         (Kind::SecondOrder, Symbol::State(i)) => format!("\\frac{{\\mathrm{{d}}}}{{\\mathrm{{d}}t}} x{}", index(i)),
         (_, Symbol::State(i)) => format!("\\dot{{x}}{}", index(i)),
+        (_, Symbol::Internal(i)) if layout.internals > 1 => format!("\\dot{{z}}_{{{}}}", i + 1),
+        (_, Symbol::Internal(_)) => "\\dot{z}".into(),
         _ => layout.name(state),
     }
 }

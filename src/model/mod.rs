@@ -47,21 +47,36 @@ pub struct Model {
     pub layout: Layout,
     /// One equation a state, in the order of [`Layout::state_symbols`].
     pub equations: Vec<Equation>,
+    /// How many times its sliding level a sticking `sgn` holds before it lets go: static over sliding friction, at least 1.
+    #[serde(default = "even")]
+    pub static_ratio: f64,
+}
+
+fn even() -> f64 {
+    1.0
 }
 
 impl Model {
     /// A second-order model: `dx/dt = v` is added to the given equations of the velocities.
     pub fn second_order(inputs: usize, accelerations: Vec<Equation>) -> Self {
-        let layout = Layout { kind: Kind::SecondOrder, freedoms: accelerations.len(), inputs };
+        let layout = Layout { kind: Kind::SecondOrder, freedoms: accelerations.len(), inputs, internals: 0 };
         let mut equations: Vec<Equation> = (0..layout.freedoms).map(kinematic).collect();
         equations.extend(accelerations);
-        Self { layout, equations }
+        Self { layout, equations, static_ratio: 1.0 }
     }
 
     /// A first-order model.
     pub fn first_order(inputs: usize, equations: Vec<Equation>) -> Self {
-        let layout = Layout { kind: Kind::FirstOrder, freedoms: equations.len(), inputs };
-        Self { layout, equations }
+        let layout = Layout { kind: Kind::FirstOrder, freedoms: equations.len(), inputs, internals: 0 };
+        Self { layout, equations, static_ratio: 1.0 }
+    }
+
+    /// This model with internal states `z1, z2, …`, one equation each.
+    #[must_use]
+    pub fn with_internals(mut self, equations: Vec<Equation>) -> Self {
+        self.layout.internals += equations.len();
+        self.equations.extend(equations);
+        self
     }
 
     /// Each state's symbol with its equation.

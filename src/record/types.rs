@@ -138,6 +138,7 @@ impl Record {
             kind,
             freedoms: count(|r| matches!(r, Role::Displacement(_))),
             inputs: count(|r| matches!(r, Role::Input(_))),
+            internals: 0,
         }
     }
 }

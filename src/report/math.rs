@@ -104,6 +104,7 @@ fn rate(layout: &Layout, state: Symbol) -> Math {
             symbol(layout, state),
         ]),
         (_, Symbol::State(i)) => indexed(Math::Dotted(Math::Variable("x").into(), 1), i, layout.freedoms),
+        (_, Symbol::Internal(i)) => indexed(Math::Dotted(Math::Variable("z").into(), 1), i, layout.internals),
         (_, other) => symbol(layout, other),
     }
 }
@@ -135,6 +136,7 @@ fn symbol(layout: &Layout, symbol: Symbol) -> Math {
         Symbol::Time => return Math::Variable("t"),
         Symbol::State(i) => ("x", 0, i, layout.freedoms),
         Symbol::Rate(i) => ("x", 1, i, layout.freedoms),
+        Symbol::Internal(i) => ("z", 0, i, layout.internals),
         Symbol::Input(j) => ("u", 0, j, layout.inputs),
         Symbol::InputRate(j) => ("u", 1, j, layout.inputs),
         Symbol::InputAcceleration(j) => ("u", 2, j, layout.inputs),

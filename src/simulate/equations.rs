@@ -30,6 +30,8 @@ pub(super) struct Equations {
     pub(super) externals: Vec<(usize, External)>,
     /// Of these, the slots that `rest` or `curved` reads.
     pub(super) copied: Vec<usize>,
+    /// Largest magnitude of a sticking sign, at least 1.
+    pub(super) hold: f64,
 }
 
 /// A function of the states, time and inputs at whose zero the equations switch.
@@ -199,6 +201,7 @@ impl Equations {
             curved,
             externals: all,
             copied: inner.into_iter().map(|(address, _)| address).collect(),
+            hold: model.static_ratio.max(1.0),
         })
     }
 }
@@ -230,7 +233,7 @@ fn class(e: &Expression, surfaces: &[Expression]) -> Class {
 }
 
 fn is_external(symbol: Symbol) -> bool {
-    !matches!(symbol, Symbol::State(_) | Symbol::Rate(_))
+    !matches!(symbol, Symbol::State(_) | Symbol::Rate(_) | Symbol::Internal(_))
 }
 
 /// The parts of a sum, each with the number in front of it.
@@ -283,7 +286,7 @@ fn externals<'a>(expressions: impl Iterator<Item = &'a Expression>, layout: &Lay
                 Symbol::Input(j) => External::Input(*j, 0),
                 Symbol::InputRate(j) => External::Input(*j, 1),
                 Symbol::InputAcceleration(j) => External::Input(*j, 2),
-                Symbol::State(_) | Symbol::Rate(_) => return,
+                Symbol::State(_) | Symbol::Rate(_) | Symbol::Internal(_) => return,
             };
             let entry = (Program::address(layout, *s), external);
             if !found.contains(&entry) {

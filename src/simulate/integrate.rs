@@ -48,6 +48,9 @@ const BLOCK: usize = LANES - 16;
 /// First lane for single steps.
 const SINGLE: usize = BLOCK + 1;
 
+/// Decay over a step at which both methods are stable, with some room.
+const STABLE: f64 = 2.0;
+
 /// Samples from one check of the level to the next.
 const CHECK_EVERY: usize = 128;
 
@@ -84,6 +87,8 @@ pub(super) struct Machine<'a, const N: usize> {
     /// The end of the last trial step.
     pub(super) ahead: [f64; N],
     level: usize,
+    /// The coarsest level at which a state's own decay is stable; a fast state at rest gives no error to see it by.
+    floor: usize,
     /// Checks in a row at which the next coarser level would have done.
     calm: usize,
     /// Range of each state: its largest magnitude so far, or what the forces move it by within an interval.
@@ -102,6 +107,8 @@ impl<'a, const N: usize> Machine<'a, N> {
         for (row, values) in matrix.iter_mut().zip(equations.matrix.chunks_exact(equations.states)) {
             row[..equations.states].copy_from_slice(values);
         }
+        let decay = (0..equations.states).map(|i| -matrix[i][i] * grid.interval()).fold(0.0, f64::max);
+        let floor = LEVELS.iter().position(|(_, parts)| decay <= STABLE * *parts as f64).unwrap_or(LEVELS.len() - 1);
         equations.forcing.prepare_lanes(&mut work.forcing);
         equations.rest.prepare_slots(&mut work.rest);
         equations.curved.prepare_slots(&mut work.curved);
@@ -120,7 +127,8 @@ impl<'a, const N: usize> Machine<'a, N> {
             x: [0.0; N],
             rate: [0.0; N],
             ahead: [0.0; N],
-            level: 0,
+            level: floor,
+            floor,
             calm: 0,
             scale: [0.0; N],
             shortfall: [0.0; N],
@@ -383,7 +391,7 @@ impl<'a, const N: usize> Machine<'a, N> {
             }
             return;
         }
-        while self.level > 0 {
+        while self.level > self.floor {
             let coarser = self.interval(self.level - 1, sample, &start);
             let difference = self.difference(&coarser, &present);
             self.calm = if difference <= 0.25 * tolerance { self.calm + 1 } else { 0 };

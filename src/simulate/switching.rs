@@ -36,7 +36,7 @@ pub(super) struct Side {
 enum Change {
     /// The surface goes through zero.
     Cross(f64),
-    /// The equivalent value leaves −1 … 1.
+    /// The equivalent value exceeds what a stick holds.
     Leave(f64),
     /// The surface comes near zero and turns back, and may have been beyond for a while.
     Touch(f64),
@@ -57,10 +57,10 @@ impl Change {
 
 impl Side {
     #[inline]
-    fn change(&self, length: f64) -> Option<Change> {
+    fn change(&self, length: f64, hold: f64) -> Option<Change> {
         if self.sliding {
-            return (self.next.abs() > 1.0 + RESOLUTION).then(|| {
-                let (before, after) = (1.0 - self.value.abs(), self.next.abs() - 1.0);
+            return (self.next.abs() > hold + RESOLUTION).then(|| {
+                let (before, after) = (hold - self.value.abs(), self.next.abs() - hold);
                 Change::Leave(if before > 0.0 { before / (before + after) } else { 0.0 })
             });
         }
@@ -185,12 +185,17 @@ impl<const N: usize> Machine<'_, N> {
     /// True if some side changes within a step of this length.
     #[inline]
     pub(super) fn disturbed(&self, length: f64) -> bool {
-        self.work.sides.iter().any(|side| side.change(length).is_some())
+        self.work.sides.iter().any(|side| side.change(length, self.equations.hold).is_some())
     }
 
     /// The change that comes first.
     fn first_change(&self, length: f64) -> Option<(usize, Change)> {
-        let changes = self.work.sides.iter().enumerate().filter_map(|(k, s)| s.change(length).map(|c| (k, c)));
+        let changes = self
+            .work
+            .sides
+            .iter()
+            .enumerate()
+            .filter_map(|(k, s)| s.change(length, self.equations.hold).map(|c| (k, c)));
         changes.min_by(|a, b| a.1.place().total_cmp(&b.1.place()))
     }
 
@@ -224,7 +229,11 @@ impl<const N: usize> Machine<'_, N> {
                     if at > done {
                         let part = self.trial(span, done, at);
                         let earlier = |(other, side): (usize, &Side)| {
-                            other != k && matches!(side.change(part.length), Some(Change::Cross(_) | Change::Leave(_)))
+                            other != k
+                                && matches!(
+                                    side.change(part.length, self.equations.hold),
+                                    Some(Change::Cross(_) | Change::Leave(_))
+                                )
                         };
                         if at < end && self.work.sides.iter().enumerate().any(earlier) {
                             end = at;
@@ -290,7 +299,8 @@ impl<const N: usize> Machine<'_, N> {
         let sign = self.work.sides[k].sign;
         let leaves = matches!(change, Change::Leave(_));
         // A stick is left just beyond its limit, so that the motion then starts to the side that it is left to.
-        let distance = |value: f64| if leaves { 1.0 + RESOLUTION - value.abs() } else { sign * value };
+        let hold = self.equations.hold;
+        let distance = |value: f64| if leaves { hold + RESOLUTION - value.abs() } else { sign * value };
         let side = self.work.sides[k];
         let resolution = if leaves { 0.5 * RESOLUTION } else { 1e-3 * RESOLUTION * side.largest };
         let (mut low, mut high) = ((0.0, distance(side.value)), (1.0, distance(side.next)));
@@ -394,13 +404,16 @@ impl<const N: usize> Machine<'_, N> {
                 effect[i][j] = self.along(*other, &column);
             }
         }
+        let hold = self.equations.hold;
         for _ in 0..200 {
             let mut moved: f64 = 0.0;
             for i in 0..m {
                 let others: f64 = (0..m).filter(|j| *j != i).map(|j| effect[i][j] * signs[j]).sum();
                 let slope = slopes[i] + others;
                 let sign = if effect[i][i] < 0.0 {
-                    (-slope / effect[i][i]).clamp(-1.0, 1.0)
+                    let needed = -slope / effect[i][i];
+                    // What sticks holds more than what slides pulls.
+                    if needed.abs() < hold { needed } else { needed.clamp(-1.0, 1.0) }
                 } else if changed == Some(active[i]) && before[i] != 0.0 {
                     -before[i]
                 } else {
@@ -416,7 +429,7 @@ impl<const N: usize> Machine<'_, N> {
         for (i, k) in active.iter().enumerate() {
             // A surface that is reached and yet left to where it was reached from is touched: it is let stick, and leaves.
             let touched = changed == Some(*k) && signs[i] == before[i];
-            let sticks = effect[i][i] < 0.0 && (signs[i].abs() < 1.0 || touched);
+            let sticks = effect[i][i] < 0.0 && ((signs[i].abs() < hold && signs[i].abs() != 1.0) || touched);
             if !sticks {
                 let sign = if signs[i].is_nan() { 0.0 } else { signs[i] };
                 self.release(*k, sign, time, response);
@@ -450,7 +463,7 @@ impl<const N: usize> Machine<'_, N> {
         for k in 0..self.work.sides.len() {
             let side = self.work.sides[k];
             if side.sliding {
-                if side.equivalent.abs() > 1.0 {
+                if side.equivalent.abs() > self.equations.hold {
                     self.release(k, side.equivalent.signum(), time, response);
                 }
                 continue;

@@ -606,3 +606,38 @@ proptest! {
         prop_assert_eq!(response.len(), 500);
     }
 }
+
+#[test]
+fn a_stick_with_static_friction_ends_later_and_at_its_level() {
+    // A belt-like ramp of the spring's foot: x stays until k u reaches the static level, then slips.
+    let terms = |list: &[(&str, f64)]| Equation::known(list.iter().map(|(t, c)| (Term::parse(t).unwrap(), *c)));
+    let model = Model::second_order(1, vec![terms(&[("x-u", -100.0), ("v", -1.0), ("sgn(v)", -0.5)])]);
+    let holding = Model { static_ratio: 1.6, ..model.clone() };
+    let n = 2001;
+    let u: Vec<f64> = (0..n).map(|k| 1e-5 * k as f64).collect();
+    let grid = InputGrid::new(0.0, 1e-3, n, &[&u], None);
+    let leaves = |model: &Model| {
+        let response = Simulator::new(model).unwrap().run(&grid, &[0.0, 0.0], 0..n, &Limits::default());
+        response.sticks[0].to
+    };
+    // k u = 100 · 0.01 t = t reaches 0.5 and 0.8 m/s² at 0.5 s and 0.8 s.
+    assert!((leaves(&model) - 0.5).abs() < 1e-6, "{}", leaves(&model));
+    assert!((leaves(&holding) - 0.8).abs() < 1e-6, "{}", leaves(&holding));
+}
+
+#[test]
+fn an_internal_state_moves_by_its_own_equation() {
+    let terms = |list: &[(&str, f64)]| Equation::known(list.iter().map(|(t, c)| (Term::parse(t).unwrap(), *c)));
+    // A Maxwell branch with a very short relaxation time is a damper of k_v tau.
+    let maxwell = Model::second_order(0, vec![terms(&[("x", -100.0), ("z", -2000.0)])])
+        .with_internals(vec![terms(&[("v", 1.0), ("z", -1000.0)])]);
+    let damper = Model::second_order(0, vec![terms(&[("x", -100.0), ("v", -2.0)])]);
+    let grid = InputGrid::new(0.0, 0.01, 300, &[], None);
+    let run = |model: &Model| Simulator::new(model).unwrap().run(&grid, &[1.0, 0.0], 0..300, &Limits::default());
+    let (one, other) = (run(&maxwell), run(&damper));
+    assert_eq!(one.states.len(), 3);
+    for (a, b) in one.states[0].iter().zip(&other.states[0]) {
+        // The branch's own stiffness stays visible to first order in omega tau = 0.01.
+        assert!((a - b).abs() < 0.03, "{a} {b}");
+    }
+}

@@ -173,7 +173,7 @@ impl Regression {
                     .map(|(term, c)| (term.clone(), *c)),
             );
         }
-        Model { layout: self.layout, equations }
+        Model { layout: self.layout, equations, static_ratio: 1.0 }
     }
 
     fn constraints(&self, settings: &Settings, target: &Target) -> Vec<Constraint> {
@@ -210,7 +210,7 @@ impl Regression {
             equations[target.index] = self.equation(target, &solution, &constraints);
             fits.push(self.fit(target, &solution, &constraints, &path));
         }
-        (Model { layout: self.layout, equations }, fits)
+        (Model { layout: self.layout, equations, static_ratio: 1.0 }, fits)
     }
 
     fn equation(&self, target: &Target, solution: &Solution, constraints: &[Constraint]) -> Equation {

@@ -9,6 +9,8 @@ pub enum Symbol {
     State(usize),
     /// Velocity of a degree of freedom: `v`.
     Rate(usize),
+    /// A state that is not measured: `z`.
+    Internal(usize),
     /// Force or base displacement: `u`.
     Input(usize),
     /// First time derivative of an input: `du`.

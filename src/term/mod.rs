@@ -46,15 +46,20 @@ pub struct Layout {
     pub freedoms: usize,
     /// Number of inputs: forces or base displacements.
     pub inputs: usize,
+    /// Number of states that are not measured, each with a first-order equation of its own: a hysteretic deflection, a
+    /// Maxwell element's, an attached mass's displacement and velocity.
+    #[serde(default)]
+    pub internals: usize,
 }
 
 impl Layout {
-    /// Length of the state vector: displacements, then velocities where the kind has them.
+    /// Length of the state vector: displacements, velocities where the kind has them, then internal states.
     pub fn states(&self) -> usize {
-        match self.kind {
-            Kind::SecondOrder => 2 * self.freedoms,
-            Kind::FirstOrder => self.freedoms,
-        }
+        self.internals
+            + match self.kind {
+                Kind::SecondOrder => 2 * self.freedoms,
+                Kind::FirstOrder => self.freedoms,
+            }
     }
 
     /// The symbol of each entry of the state vector.
@@ -63,7 +68,8 @@ impl Layout {
             Kind::SecondOrder => self.freedoms,
             Kind::FirstOrder => 0,
         };
-        (0..self.freedoms).map(Symbol::State).chain((0..rates).map(Symbol::Rate))
+        let measured = (0..self.freedoms).map(Symbol::State).chain((0..rates).map(Symbol::Rate));
+        measured.chain((0..self.internals).map(Symbol::Internal))
     }
 
     /// True if the layout has this symbol.
@@ -72,6 +78,7 @@ impl Layout {
             Symbol::Time => true,
             Symbol::State(i) => i < self.freedoms,
             Symbol::Rate(i) => self.kind == Kind::SecondOrder && i < self.freedoms,
+            Symbol::Internal(i) => i < self.internals,
             Symbol::Input(j) | Symbol::InputRate(j) | Symbol::InputAcceleration(j) => j < self.inputs,
         }
     }
@@ -82,6 +89,7 @@ impl Layout {
             Symbol::Time => return "t".into(),
             Symbol::State(i) => ("x", i, self.freedoms > 1),
             Symbol::Rate(i) => ("v", i, self.freedoms > 1),
+            Symbol::Internal(i) => ("z", i, self.internals > 1),
             Symbol::Input(j) => ("u", j, self.inputs > 1),
             Symbol::InputRate(j) => ("du", j, self.inputs > 1),
             Symbol::InputAcceleration(j) => ("ddu", j, self.inputs > 1),
@@ -308,8 +316,8 @@ mod tests {
 
     #[test]
     fn forms_for_reading() {
-        let one = Layout { kind: Kind::SecondOrder, freedoms: 1, inputs: 1 };
-        let two = Layout { kind: Kind::SecondOrder, freedoms: 2, inputs: 1 };
+        let one = Layout { kind: Kind::SecondOrder, freedoms: 1, inputs: 1, internals: 0 };
+        let two = Layout { kind: Kind::SecondOrder, freedoms: 2, inputs: 1, internals: 0 };
         let term = Term::parse("x^2*|v|").unwrap();
         assert_eq!(term.pretty(&one), "x²·|v|");
         assert_eq!(term.latex(&two), "x_{1}^{2} \\, \\left|\\dot{x}_{1}\\right|");
@@ -319,7 +327,7 @@ mod tests {
 
     #[test]
     fn a_program_computes_what_the_tree_computes() {
-        let layout = Layout { kind: Kind::SecondOrder, freedoms: 1, inputs: 1 };
+        let layout = Layout { kind: Kind::SecondOrder, freedoms: 1, inputs: 1, internals: 0 };
         let terms = list("1, x^3, x^2*v, v*|v|, dz(x,0.2), clip(v,0.1), max(x,v), min(u,du), sgn(v-du), tanh(x)/u, x^2.5, step(x), x^7, atan(t)").unwrap();
         let expressions: Vec<Expression> = terms.iter().map(|t| t.expression().clone()).collect();
         let program = Program::new(&expressions, &layout);

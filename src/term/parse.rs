@@ -200,6 +200,7 @@ pub(super) fn symbol(name: &str) -> Option<Symbol> {
     match stem {
         "x" => Some(Symbol::State(index)),
         "v" => Some(Symbol::Rate(index)),
+        "z" => Some(Symbol::Internal(index)),
         "u" => Some(Symbol::Input(index)),
         "du" => Some(Symbol::InputRate(index)),
         "ddu" => Some(Symbol::InputAcceleration(index)),

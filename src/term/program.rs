@@ -139,6 +139,7 @@ impl Program {
             Symbol::Time => 0,
             Symbol::State(i) => 1 + i,
             Symbol::Rate(i) => 1 + layout.freedoms + i,
+            Symbol::Internal(i) => 1 + states - layout.internals + i,
             Symbol::Input(j) => 1 + states + j,
             Symbol::InputRate(j) => 1 + states + layout.inputs + j,
             Symbol::InputAcceleration(j) => 1 + states + 2 * layout.inputs + j,

@@ -225,7 +225,7 @@ mod tests {
     use super::*;
     use crate::term::Kind;
 
-    const ONE: Layout = Layout { kind: Kind::SecondOrder, freedoms: 1, inputs: 1 };
+    const ONE: Layout = Layout { kind: Kind::SecondOrder, freedoms: 1, inputs: 1, internals: 0 };
 
     fn library(text: &str) -> Settings {
         Settings { terms: list(text).unwrap(), ..Settings::default() }

@@ -55,11 +55,11 @@ fn motion(t: f64, freedom: usize, detuned: f64) -> [f64; 3] {
 
 fn outcome_of(cases: &[Case]) -> Arc<Outcome> {
     let Case { freedoms, inputs, .. } = cases[0];
-    let layout = Layout { kind: Kind::SecondOrder, freedoms, inputs };
+    let layout = Layout { kind: Kind::SecondOrder, freedoms, inputs, internals: 0 };
     let records: Vec<RecordOutcome> = cases.iter().enumerate().map(|(i, case)| record_of(i, case)).collect();
     Arc::new(Outcome {
         settings: Settings::default(),
-        model: Model { layout, equations: vec![Equation { terms: Vec::new() }; layout.states()] },
+        model: Model { layout, equations: vec![Equation { terms: Vec::new() }; layout.states()], static_ratio: 1.0 },
         fits: Vec::new(),
         train: records[0].channels[0].score,
         test: None,

@@ -42,7 +42,7 @@ fn times_lead_back_to_their_index() {
 #[test]
 fn a_set_has_one_layout() {
     let layout = |records: Vec<Record>| RecordSet::new(records, Usage::Fit).layout(Kind::SecondOrder);
-    let want = Layout { kind: Kind::SecondOrder, freedoms: 1, inputs: 1 };
+    let want = Layout { kind: Kind::SecondOrder, freedoms: 1, inputs: 1, internals: 0 };
     assert_eq!(layout(vec![record("a", "t,x,u"), record("b", "t,x,v,u [V]")]), Ok(want));
     for (a, b, message) in [
         ("t,x,u", "t,x", "record `b` has no input u, record `a` has"),
