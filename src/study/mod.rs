@@ -1,6 +1,7 @@
 //! A study is a value: settings and records in, [`Outcome`] out; the same in the window, on the command line and in tests.
 
 mod choose;
+mod landscape;
 mod outcome;
 mod regression;
 mod response;
@@ -10,6 +11,7 @@ mod suggest;
 mod warnings;
 
 pub use choose::{Choice, Free, choose};
+pub use landscape::{Cell, Judge, Landscape, Place, landscape};
 pub use outcome::{
     Channel, DroppedTerm, Elapsed, EquationFit, Outcome, RecordOutcome, Remedy, Score, Severity, StudyError, Warning,
 };

@@ -162,9 +162,17 @@ impl Regression {
 
     /// The thresholded equations with coefficients alone.
     pub(super) fn model(&self, settings: &Settings) -> Model {
+        self.sparse(settings).0
+    }
+
+    /// The thresholded equations with coefficients alone, and what they leave of the rates: the largest share of a
+    /// rate's RMS.
+    pub(super) fn sparse(&self, settings: &Settings) -> (Model, f64) {
         let mut equations = self.unfitted_equations();
+        let mut misfit = 0.0_f64;
         for target in &self.targets {
             let solution = stlsq(&target.reduced, &self.constraints(settings, target), &options(settings));
+            misfit = misfit.max(solution.residual_rms / target.reduced.target_scale());
             equations[target.index] = Equation::known(
                 self.terms
                     .iter()
@@ -173,7 +181,12 @@ impl Regression {
                     .map(|(term, c)| (term.clone(), *c)),
             );
         }
-        Model { layout: self.layout, equations, static_ratio: 1.0 }
+        (Model { layout: self.layout, equations, static_ratio: 1.0 }, misfit)
+    }
+
+    /// The states whose rates are fitted, as indices into the state vector.
+    pub(super) fn fitted(&self) -> impl Iterator<Item = usize> {
+        self.targets.iter().map(|t| t.index)
     }
 
     fn constraints(&self, settings: &Settings, target: &Target) -> Vec<Constraint> {
