@@ -157,6 +157,9 @@ pub(super) fn best(tried: &[Candidate]) -> Option<&Candidate> {
 /// term that betters less.
 const EQUAL: f64 = 3e-4;
 
+/// What is chosen is at most so many times worse than the best.
+const WORST: f64 = 2.0;
+
 /// The candidate with the fewest terms whose error is within one standard error (of the difference) of the best.
 pub(super) fn parsimonious(tried: &[Candidate]) -> Option<&Candidate> {
     let best = best(tried)?;
@@ -165,7 +168,9 @@ pub(super) fn parsimonious(tried: &[Candidate]) -> Option<&Candidate> {
         let n = differences.len() as f64;
         let mean = differences.iter().sum::<f64>() / n;
         let variance = differences.iter().map(|d| (d - mean) * (d - mean)).sum::<f64>() / (n - 1.0).max(1.0);
-        mean <= (variance / n).sqrt() + 0.02 * best.mean() + EQUAL * EQUAL
+        // Of a few stretches the standard error is itself uncertain.
+        let slack = (variance / n).sqrt().min((WORST * WORST - 1.0) * best.mean());
+        mean <= slack + 0.02 * best.mean() + EQUAL * EQUAL
     };
     let close = || tried.iter().filter(within);
     let fewest = close().map(|c| c.terms).min()?;

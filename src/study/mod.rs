@@ -13,7 +13,8 @@ mod warnings;
 pub use choose::{Choice, Free, choose};
 pub use landscape::{Cell, Judge, Landscape, Place, landscape};
 pub use outcome::{
-    Channel, DroppedTerm, Elapsed, EquationFit, Outcome, RecordOutcome, Remedy, Score, Severity, StudyError, Warning,
+    Channel, DroppedTerm, Elapsed, EquationFit, Outcome, PathTerm, RecordOutcome, Remedy, Score, Severity, StudyError,
+    Warning,
 };
 pub use settings::{Kinematics, Lock, Scaling, Settings};
 pub use suggest::suggest;

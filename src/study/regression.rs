@@ -6,8 +6,8 @@ use std::sync::Arc;
 use super::{EquationFit, Kinematics, Lock, Scaling, Settings, StudyError};
 use crate::model::{Equation, Model, WeightedTerm, kinematic};
 use crate::signal::{Differentiation, SavitzkyGolay, Signals, Smoothing, dot};
-use crate::sparse::{Constraint, Options, Reduced, Solution, clustered_covariance, drop_path, stlsq};
-use crate::study::outcome::DroppedTerm;
+use crate::sparse::{Constraint, Options, Reduced, Solution, clustered_covariance, drop_path, solution_path, stlsq};
+use crate::study::outcome::{DroppedTerm, PathTerm};
 use crate::term::{Expression, Kind, Layout, Program, SampleBlock, Symbol, Term};
 
 /// Library columns and the rates to explain, over every fitted record.
@@ -136,7 +136,7 @@ impl Regression {
         let mut marks: Vec<f64> = self
             .targets
             .iter()
-            .flat_map(|t| drop_path(&t.reduced, &self.constraints(settings, t), &options))
+            .flat_map(|t| drop_path(&solution_path(&t.reduced, &self.constraints(settings, t), &options)))
             .map(|(at, _)| at)
             .collect();
         marks.sort_by(f64::total_cmp);
@@ -219,7 +219,7 @@ impl Regression {
         for target in &self.targets {
             let constraints = self.constraints(settings, target);
             let solution = stlsq(&target.reduced, &constraints, &options);
-            let path = drop_path(&target.reduced, &constraints, &options);
+            let path = solution_path(&target.reduced, &constraints, &options);
             equations[target.index] = self.equation(target, &solution, &constraints);
             fits.push(self.fit(target, &solution, &constraints, &path));
         }
@@ -269,24 +269,41 @@ impl Regression {
         residual
     }
 
+    /// The course of every coefficient along the threshold.
+    fn path(&self, target: &Target, path: &[(f64, Solution)]) -> Vec<PathTerm> {
+        let scale = target.reduced.scale();
+        self.terms
+            .iter()
+            .enumerate()
+            .map(|(k, term)| PathTerm {
+                term: term.clone(),
+                standard: scale[k] / target.reduced.target_scale(),
+                coefficients: path.iter().map(|(from, solution)| (*from, solution.coefficients[k])).collect(),
+            })
+            .filter(|term| term.coefficients.iter().any(|(_, c)| *c != 0.0))
+            .collect()
+    }
+
     fn fit(
         &self,
         target: &Target,
         solution: &Solution,
         constraints: &[Constraint],
-        path: &[(f64, usize)],
+        path: &[(f64, Solution)],
     ) -> EquationFit {
+        let drops = drop_path(path);
         let dropped = (0..self.terms.len())
             .filter(|k| !solution.support.contains(k) && !matches!(constraints[*k], Constraint::Fixed(_)))
             .map(|k| DroppedTerm {
                 term: self.terms[k].clone(),
-                fell_at: path.iter().find(|(_, column)| *column == k).map(|(at, _)| *at),
+                fell_at: drops.iter().find(|(_, column)| *column == k).map(|(at, _)| *at),
             })
             .collect();
         EquationFit {
             state: target.state,
             dropped,
-            drop_marks: path.iter().map(|(at, k)| (*at, self.terms[*k].clone())).collect(),
+            drop_marks: drops.iter().map(|(at, k)| (*at, self.terms[*k].clone())).collect(),
+            path: self.path(target, path),
             condition: target.reduced.condition(&solution.support),
             residual_rms: solution.residual_rms,
             rate_rms: target.reduced.target_scale(),
