@@ -18,12 +18,13 @@ use super::plot::export::{Sheet, save_png};
 use super::plot::palette;
 use super::project::Project;
 use super::state::{Edit, Sample, Source, State};
-use super::views::{self, Picture, Request, View, ViewState};
+use super::survey::Survey;
+use super::views::{self, Picture, Request, Search, View, ViewState};
 use super::worker::Worker;
 use super::{AppError, help, overlay, status, theme, toolbar, welcome};
 use crate::format::equations;
 use crate::record::{ReadOptions, RecordSet};
-use crate::study::{Outcome, Settings, Study, StudyError};
+use crate::study::{Landscape, Outcome, Settings, Study, StudyError};
 use crate::term::Kind;
 
 /// A study to be run.
@@ -43,8 +44,19 @@ struct Answer {
 
 /// A picture to be drawn and saved.
 enum PictureJob {
-    Plot { path: PathBuf, like: Context, view: View, outcome: Arc<Outcome>, record: usize, state: Box<ViewState> },
+    Plot(Box<PlotJob>),
     Window { path: PathBuf, image: Arc<ColorImage> },
+}
+
+/// A picture of a view.
+struct PlotJob {
+    path: PathBuf,
+    like: Context,
+    view: View,
+    outcome: Arc<Outcome>,
+    map: Option<Arc<Landscape>>,
+    record: usize,
+    state: ViewState,
 }
 
 /// A picture of the window and where it goes.
@@ -63,6 +75,7 @@ pub struct App {
     fitting: Worker<Question, Option<Answer>>,
     errands: Worker<Errand, Delivery>,
     pictures: Worker<PictureJob, Result<PathBuf, String>>,
+    survey: Survey,
     shots: (Sender<Shot>, Receiver<Shot>),
     /// The last question asked, its number, and the number of the last one answered.
     asked: Option<(u64, Edit)>,
@@ -111,6 +124,7 @@ impl App {
                 |job, _, _| Some(draw(job)),
                 || Err("the picture was not drawn: an error of the program; please report it".into()),
             )?,
+            survey: Survey::new(wake())?,
             shots: channel(),
             asked: None,
             ticket: 0,
@@ -139,7 +153,7 @@ impl App {
 
     /// True while something is read, computed or drawn in the background.
     pub fn busy(&self) -> bool {
-        let busy = [self.fitting.busy(), self.errands.busy(), self.pictures.busy()];
+        let busy = [self.fitting.busy(), self.errands.busy(), self.pictures.busy(), self.survey.busy()];
         busy.iter().any(Option::is_some) || self.answered != self.ticket
     }
 
@@ -236,6 +250,7 @@ impl App {
                 Err(error) => self.bench.failure = Some(error.to_string()),
             }
         }
+        self.survey.collect();
         while let Ok((path, image)) = self.shots.1.try_recv() {
             self.pictures.ask(PictureJob::Window { path, image });
         }
@@ -275,6 +290,16 @@ impl App {
             Delivery::Crashed => {
                 self.notices.error("That failed by an error of the program itself; please report what you did");
             }
+        }
+    }
+
+    /// Asks for the map of settings while a view shows it.
+    fn look_around(&mut self) {
+        if self.bench.records.is_empty() {
+            self.survey.forget();
+        } else if self.state.view.needs_map() && self.bench.outcome.is_some() {
+            let (bench, edit) = (&self.bench, &self.edit);
+            self.survey.want(bench.generation, edit, || bench.set(&edit.usage));
         }
     }
 
@@ -337,8 +362,10 @@ impl App {
     fn draw_plot(&mut self, ctx: &Context, path: PathBuf) {
         let Some(outcome) = self.bench.outcome.clone() else { return };
         let record = self.record_in(&outcome);
-        let (view, state) = (self.state.view, Box::new(self.state.views.clone()));
-        self.pictures.ask(PictureJob::Plot { path, like: ctx.clone(), view, outcome, record, state });
+        let (view, state) = (self.state.view, self.state.views.clone());
+        let map = self.survey.map().map(|(map, _)| Arc::clone(map));
+        let job = PlotJob { path, like: ctx.clone(), view, outcome, map, record, state };
+        self.pictures.ask(PictureJob::Plot(Box::new(job)));
     }
 
     /// Where the record shown stands among the outcome's, which lacks those that are off.
@@ -476,6 +503,11 @@ impl App {
                 previous: self.bench.ghost(),
                 record: self.record_in(&outcome),
                 stale: self.answered != self.ticket || self.bench.failure.is_some(),
+                search: Search {
+                    map: self.survey.map().map(|(map, _)| map),
+                    stale: self.survey.map().is_some_and(|(_, stale)| stale),
+                    failure: self.survey.failure(),
+                },
             };
             match views::show(ui, self.state.view, &picture, &mut self.state.views) {
                 Some(Request::ShowRecord(index)) => {
@@ -487,9 +519,19 @@ impl App {
                     let ctx = ui.ctx().clone();
                     self.run(Command::PlotPicture, &ctx, frame);
                 }
+                Some(Request::Set { window, threshold }) => self.set(window, threshold),
                 None => {}
             }
         });
+    }
+
+    /// Takes a setting over that was clicked in a view: a step of its own for undo.
+    fn set(&mut self, window: Option<usize>, threshold: f64) {
+        self.history.note(&self.edit);
+        let settings = &mut self.edit.settings;
+        settings.smoothing.window = window.unwrap_or(settings.smoothing.window);
+        settings.threshold = threshold;
+        self.history.note(&self.edit);
     }
 
     fn set_title(&mut self, ctx: &Context) {
@@ -513,6 +555,7 @@ impl eframe::App for App {
             self.chosen(ctx, chosen);
         }
         self.ask();
+        self.look_around();
         self.set_title(ctx);
         let (now, held) = ctx.input(|i| (i.time, i.pointer.any_down()));
         if let Some(wait) = self.bench.fade(held, now) {
@@ -592,6 +635,7 @@ impl eframe::App for App {
         self.notices.show_toasts(&ctx);
         // What was just changed is asked for at once, not with the next event.
         self.ask();
+        self.look_around();
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
@@ -618,8 +662,10 @@ fn fitting_worker(wake: impl Fn() + Send + 'static) -> std::io::Result<Worker<Qu
 
 fn draw(job: PictureJob) -> Result<PathBuf, String> {
     let (path, image) = match job {
-        PictureJob::Plot { path, like, view, outcome, record, state } => {
-            let picture = Picture { outcome: &outcome, previous: None, record, stale: false };
+        PictureJob::Plot(job) => {
+            let PlotJob { path, like, view, outcome, map, record, state } = *job;
+            let search = Search { map: map.as_ref(), ..Search::default() };
+            let picture = Picture { outcome: &outcome, previous: None, record, stale: false, search };
             (path, views::render(Some(&like), view, &picture, &state, &Sheet::default()))
         }
         PictureJob::Window { path, image } => {
