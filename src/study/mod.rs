@@ -1,6 +1,7 @@
 //! A study is a value: settings and records in, [`Outcome`] out; the same in the window, on the command line and in tests.
 
 mod choose;
+mod ensemble;
 mod landscape;
 mod outcome;
 mod regression;
@@ -11,6 +12,7 @@ mod suggest;
 mod warnings;
 
 pub use choose::{Choice, Free, choose};
+pub use ensemble::{Ensemble, Inclusion};
 pub use landscape::{Cell, Judge, Landscape, Place, landscape};
 pub use outcome::{
     Channel, DroppedTerm, Elapsed, EquationFit, Outcome, PathTerm, RecordOutcome, Remedy, Score, Severity, StudyError,

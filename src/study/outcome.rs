@@ -103,6 +103,9 @@ pub struct EquationFit {
     pub path: Vec<PathTerm>,
     /// Condition number of the kept columns, each scaled to RMS 1.
     pub condition: f64,
+    /// Pairs of the library's terms whose coefficients' errors are correlated by more than 0.95, with the correlation,
+    /// strongest first: the data hardly tell them apart.
+    pub confused: Vec<(Term, Term, f64)>,
     /// RMS of what the equation leaves unexplained of the rate.
     pub residual_rms: f64,
     /// RMS of the rate itself.

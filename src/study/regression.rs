@@ -32,6 +32,23 @@ struct Target {
     reduced: Reduced,
 }
 
+/// One equation's regression in parts that can be drawn again.
+pub(super) struct Resampling {
+    pub(super) state: Symbol,
+    pub(super) terms: Vec<Term>,
+    pub(super) constraints: Vec<Constraint>,
+    pub(super) options: Options,
+    /// Neighbouring rows, each block reduced by itself.
+    pub(super) blocks: Vec<Reduced>,
+}
+
+/// Correlation of two coefficients' errors from which on terms are said to be confused: each is three times as uncertain
+/// as it would be alone.
+const CONFUSED: f64 = 0.95;
+
+/// Blocks that a regression is cut into: fewer cannot be resampled, more cost time and tell nothing.
+const BLOCKS: Range<usize> = 12..60;
+
 /// Most rows that a regression uses; more say nothing new and cost time.
 const MOST_ROWS: usize = 120_000;
 
@@ -184,6 +201,53 @@ impl Regression {
         (Model { layout: self.layout, equations, static_ratio: 1.0 }, misfit)
     }
 
+    /// Every equation's regression in blocks of neighbouring rows that do not reach over records.
+    pub(super) fn resampling(&self, settings: &Settings) -> Vec<Resampling> {
+        let rows = self.targets.first().map_or(0, |t| t.rate.len());
+        let length = self.block.clamp(rows / BLOCKS.end, (rows / BLOCKS.start).max(rows / BLOCKS.end)).max(1);
+        let ends = self.starts.iter().skip(1).copied().chain([rows]);
+        let ranges: Vec<Range<usize>> = self
+            .starts
+            .iter()
+            .zip(ends)
+            .flat_map(|(start, end)| {
+                let count = ((end - start) as f64 / length as f64).round().max(1.0) as usize;
+                let at = move |k: usize| start + k * (end - start) / count;
+                (0..count).map(move |k| at(k)..at(k + 1))
+            })
+            .filter(|range| !range.is_empty())
+            .collect();
+        let block = |target: &Target, range: &Range<usize>| {
+            let columns: Vec<&[f64]> = self.columns.iter().map(|c| &c[range.clone()]).collect();
+            Reduced::new(&columns, &target.rate[range.clone()])
+        };
+        self.targets
+            .iter()
+            .map(|target| Resampling {
+                state: target.state,
+                terms: self.terms.clone(),
+                constraints: self.constraints(settings, target),
+                options: options(settings),
+                blocks: ranges.iter().map(|range| block(target, range)).collect(),
+            })
+            .collect()
+    }
+
+    /// Pairs of terms that the data hardly tell apart: the correlation of their coefficients' errors in a fit of the
+    /// whole library, strongest first.
+    fn confused(&self, target: &Target) -> Vec<(Term, Term, f64)> {
+        let usable: Vec<usize> = (0..self.terms.len()).filter(|k| !target.reduced.unusable(*k)).collect();
+        let Some(inverse) = target.reduced.inverse_gram(&usable) else { return Vec::new() };
+        let mut pairs: Vec<(Term, Term, f64)> = (0..usable.len())
+            .flat_map(|j| (0..j).map(move |i| (i, j)))
+            .map(|(i, j)| (i, j, inverse[(i, j)] / (inverse[(i, i)] * inverse[(j, j)]).sqrt()))
+            .filter(|(.., correlation)| correlation.abs() > CONFUSED)
+            .map(|(i, j, correlation)| (self.terms[usable[i]].clone(), self.terms[usable[j]].clone(), correlation))
+            .collect();
+        pairs.sort_by(|a, b| b.2.abs().total_cmp(&a.2.abs()));
+        pairs
+    }
+
     /// The states whose rates are fitted, as indices into the state vector.
     pub(super) fn fitted(&self) -> impl Iterator<Item = usize> {
         self.targets.iter().map(|t| t.index)
@@ -305,6 +369,7 @@ impl Regression {
             drop_marks: drops.iter().map(|(at, k)| (*at, self.terms[*k].clone())).collect(),
             path: self.path(target, path),
             condition: target.reduced.condition(&solution.support),
+            confused: self.confused(target),
             residual_rms: solution.residual_rms,
             rate_rms: target.reduced.target_scale(),
         }
