@@ -24,7 +24,7 @@ use super::worker::Worker;
 use super::{AppError, help, overlay, status, theme, toolbar, welcome};
 use crate::format::equations;
 use crate::record::{ReadOptions, RecordSet};
-use crate::study::{Landscape, Outcome, Settings, Study, StudyError};
+use crate::study::{Ensemble, Landscape, Outcome, Settings, Study, StudyError};
 use crate::term::Kind;
 
 /// A study to be run.
@@ -41,6 +41,9 @@ struct Answer {
     generation: u64,
     result: Result<Arc<Outcome>, StudyError>,
 }
+
+/// What resampling said, with the number of the outcome's question.
+type Repeated = Option<(u64, Result<Ensemble, StudyError>)>;
 
 /// A picture to be drawn and saved.
 enum PictureJob {
@@ -76,6 +79,10 @@ pub struct App {
     errands: Worker<Errand, Delivery>,
     pictures: Worker<PictureJob, Result<PathBuf, String>>,
     survey: Survey,
+    /// Repeats the regression on resampled data once the settings rest.
+    repeats: Worker<Question, Repeated>,
+    /// The question that was repeated last.
+    repeated: u64,
     shots: (Sender<Shot>, Receiver<Shot>),
     /// The last question asked, its number, and the number of the last one answered.
     asked: Option<(u64, Edit)>,
@@ -125,6 +132,8 @@ impl App {
                 || Err("the picture was not drawn: an error of the program; please report it".into()),
             )?,
             survey: Survey::new(wake())?,
+            repeats: repeats_worker(wake())?,
+            repeated: 0,
             shots: channel(),
             asked: None,
             ticket: 0,
@@ -153,8 +162,9 @@ impl App {
 
     /// True while something is read, computed or drawn in the background.
     pub fn busy(&self) -> bool {
-        let busy = [self.fitting.busy(), self.errands.busy(), self.pictures.busy(), self.survey.busy()];
-        busy.iter().any(Option::is_some) || self.answered != self.ticket
+        let workers = [self.fitting.busy(), self.errands.busy(), self.pictures.busy(), self.survey.busy()];
+        let busy = workers.iter().any(Option::is_some) || self.repeats.busy().is_some();
+        busy || self.answered != self.ticket
     }
 
     /// The settings as they stand.
@@ -251,6 +261,13 @@ impl App {
             }
         }
         self.survey.collect();
+        while let Some(answer) = self.repeats.answer() {
+            if let Some((ticket, Ok(ensemble))) = answer
+                && ticket == self.answered
+            {
+                self.bench.ensemble = Some(Arc::new(ensemble));
+            }
+        }
         while let Ok((path, image)) = self.shots.1.try_recv() {
             self.pictures.ask(PictureJob::Window { path, image });
         }
@@ -291,6 +308,19 @@ impl App {
                 self.notices.error("That failed by an error of the program itself; please report what you did");
             }
         }
+    }
+
+    /// Repeats the regression on resampled data once the outcome is there and nothing is being dragged.
+    fn repeat(&mut self, ctx: &Context) {
+        let held = ctx.input(|i| i.pointer.any_down());
+        let rests = self.answered == self.ticket && self.bench.outcome.is_some() && self.bench.failure.is_none();
+        if held || !rests || self.repeated == self.answered {
+            return;
+        }
+        self.repeated = self.answered;
+        let (records, settings) = (self.records(), self.edit.settings.clone());
+        let question = Question { ticket: self.answered, generation: self.bench.generation, records, settings };
+        self.repeats.ask_instead(question);
     }
 
     /// Asks for the map of settings while a view shows it.
@@ -556,6 +586,7 @@ impl eframe::App for App {
         }
         self.ask();
         self.look_around();
+        self.repeat(ctx);
         self.set_title(ctx);
         let (now, held) = ctx.input(|i| (i.time, i.pointer.any_down()));
         if let Some(wait) = self.bench.fade(held, now) {
@@ -655,6 +686,22 @@ fn fitting_worker(wake: impl Fn() + Send + 'static) -> std::io::Result<Worker<Qu
             let result = current.run(&records, &settings, cancel).map(Arc::new);
             study = current;
             Some(Some(Answer { ticket, generation, result }))
+        },
+        || None,
+    )
+}
+
+fn repeats_worker(wake: impl Fn() + Send + 'static) -> std::io::Result<Worker<Question, Repeated>> {
+    let mut study = Study::default();
+    Worker::spawn(
+        "repeats",
+        wake,
+        move |question: Question, cancel, _| {
+            // Taken out, so that a crash leaves a fresh one behind.
+            let mut current = std::mem::take(&mut study);
+            let result = current.ensemble(&question.records, &question.settings, cancel);
+            study = current;
+            Some(Some((question.ticket, result)))
         },
         || None,
     )
