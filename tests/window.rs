@@ -414,6 +414,36 @@ fn the_pareto_front_is_drawn_and_its_signs_set_the_sliders() {
     assert_eq!(window.terms().len(), 4, "{:?}", window.terms());
 }
 
+#[test]
+fn settings_are_pinned_compared_and_gone_back_to() {
+    let mut window = Window::sample();
+    let before = window.app().settings().clone();
+    window.click("Compare");
+    window.click("Pin as A");
+    window.slide("Threshold", 0.3);
+    window.click("Pin as B");
+    window.click("Copy as a table");
+    assert!(window.shows("fitted error") && window.shows("condition"));
+    window.click("A");
+    window.click("Go back to A");
+    assert_eq!(window.app().settings(), &before);
+    window.click("B");
+    window.click("Let go of B");
+    assert!(window.shows("Pin as B"));
+    window.press(CTRL, Key::Z);
+    assert_eq!(window.app().settings().threshold, 0.3, "going back is a step that undo takes back");
+}
+
+#[test]
+fn it_says_how_sure_terms_are_and_whether_they_can_be_told_apart() {
+    let mut window = Window::sample();
+    assert!(window.shows("the terms kept can be told apart"));
+    let term = window.0.get_by_label_contains(" x³");
+    term.hover();
+    window.0.run_steps(4);
+    assert!(window.shows("of resampled data sets"));
+}
+
 fn picture(theme: Theme, name: &str) {
     let mut window = Window::open(State::with_source(Source::Sample(Sample::Duffing), theme.into()));
     // Times differ from run to run.

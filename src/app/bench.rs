@@ -22,6 +22,8 @@ pub(crate) struct Bench {
     pub(crate) generation: u64,
     /// The last outcome, if there is one.
     pub(crate) outcome: Option<Arc<Outcome>>,
+    /// Outcomes kept to be compared.
+    pub(crate) pins: Vec<Arc<Outcome>>,
     /// How sure its terms are; for a moment still that of the outcome before.
     pub(crate) ensemble: Option<Arc<Ensemble>>,
     /// Why the newest settings have no outcome.

@@ -58,6 +58,7 @@ struct PlotJob {
     view: View,
     outcome: Arc<Outcome>,
     map: Option<Arc<Landscape>>,
+    pins: Vec<Arc<Outcome>>,
     record: usize,
     state: ViewState,
 }
@@ -394,7 +395,8 @@ impl App {
         let record = self.record_in(&outcome);
         let (view, state) = (self.state.view, self.state.views.clone());
         let map = self.survey.map().map(|(map, _)| Arc::clone(map));
-        let job = PlotJob { path, like: ctx.clone(), view, outcome, map, record, state };
+        let pins = self.bench.pins.clone();
+        let job = PlotJob { path, like: ctx.clone(), view, outcome, map, pins, record, state };
         self.pictures.ask(PictureJob::Plot(Box::new(job)));
     }
 
@@ -538,6 +540,7 @@ impl App {
                     stale: self.survey.map().is_some_and(|(_, stale)| stale),
                     failure: self.survey.failure(),
                 },
+                pins: &self.bench.pins,
             };
             match views::show(ui, self.state.view, &picture, &mut self.state.views) {
                 Some(Request::ShowRecord(index)) => {
@@ -550,6 +553,15 @@ impl App {
                     self.run(Command::PlotPicture, &ctx, frame);
                 }
                 Some(Request::Set { window, threshold }) => self.set(window, threshold),
+                Some(Request::Pin) => self.bench.pins.push(outcome),
+                Some(Request::Unpin(index)) => {
+                    self.bench.pins.remove(index);
+                }
+                Some(Request::Return(index)) => {
+                    self.history.note(&self.edit);
+                    self.edit.settings = self.bench.pins[index].settings.clone();
+                    self.history.note(&self.edit);
+                }
                 None => {}
             }
         });
@@ -710,9 +722,9 @@ fn repeats_worker(wake: impl Fn() + Send + 'static) -> std::io::Result<Worker<Qu
 fn draw(job: PictureJob) -> Result<PathBuf, String> {
     let (path, image) = match job {
         PictureJob::Plot(job) => {
-            let PlotJob { path, like, view, outcome, map, record, state } = *job;
+            let PlotJob { path, like, view, outcome, map, pins, record, state } = *job;
             let search = Search { map: map.as_ref(), ..Search::default() };
-            let picture = Picture { outcome: &outcome, previous: None, record, stale: false, search };
+            let picture = Picture { outcome: &outcome, previous: None, record, stale: false, search, pins: &pins };
             (path, views::render(Some(&like), view, &picture, &state, &Sheet::default()))
         }
         PictureJob::Window { path, image } => {

@@ -122,7 +122,12 @@ fn carrier(outcome: &Outcome) -> Option<(Term, f64)> {
     };
     let (fitted, held_out) = (shares(forces(Usage::Fit)), shares(forces(Usage::HeldOut)));
     let growth = fitted.iter().zip(&held_out).map(|(a, b)| b / a.max(1e-12));
-    let carries = |(_, (times, share)): &(usize, (f64, &f64))| *times > GROWTH && **share > 0.02;
+    // A term that is known well may be large there and right.
+    let doubtful = |k: usize| {
+        let term = &equation.terms[k];
+        term.std_error.is_none_or(|e| e > DOUBT * term.coefficient.abs())
+    };
+    let carries = |(k, (times, share)): &(usize, (f64, &f64))| doubtful(*k) && *times > GROWTH && **share > LEAST_SHARE;
     let (index, (times, _)) =
         growth.zip(&held_out).enumerate().filter(carries).max_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
     Some((equation.terms[index].term.clone(), times))
@@ -133,6 +138,12 @@ const SAMPLED: usize = 5000;
 
 /// A share of the forces that grows by so many times is named.
 const GROWTH: f64 = 1.5;
+
+/// A smaller share of the forces carries nothing.
+const LEAST_SHARE: f64 = 0.005;
+
+/// Standard error from which on a coefficient is doubtful, as a share of it.
+const DOUBT: f64 = 0.05;
 
 fn conditioning(outcome: &Outcome) -> Option<Warning> {
     let worst = outcome.fits.iter().max_by(|a, b| a.condition.total_cmp(&b.condition))?;
@@ -290,4 +301,49 @@ fn never_tested(outcome: &Outcome, records: &RecordSet) -> Option<Warning> {
             usage: Some((index, Usage::HeldOut)),
         }),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::record::{ReadOptions, read_set};
+    use crate::rig::{ScenarioOptions, generate};
+    use crate::study::{Cancel, Settings, Study, suggest};
+    use crate::term::list;
+
+    fn said(records: &RecordSet, settings: &Settings) -> String {
+        let outcome = Study::default().run(records, settings, &Cancel::default()).unwrap();
+        outcome.warnings.iter().map(|w| format!("{}\n", w.text)).collect()
+    }
+
+    #[test]
+    fn an_overfit_is_said_and_the_term_that_carries_it_named() {
+        let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("sample_data");
+        let read = |name: &str| read_set(&[samples.join(name)], &ReadOptions::default()).unwrap();
+        let mut records = read("overfit.csv");
+        records.entries.extend(read("overfit_test.csv").entries.into_iter().map(|(r, _)| (r, Usage::HeldOut)));
+        let mut settings = suggest(&records, Kind::SecondOrder).unwrap();
+        settings.threshold = 0.01;
+        settings.terms = list("x, v, u, x^2, x^3, x^5, x^7, 1").unwrap();
+        let text = said(&records, &settings);
+        assert!(text.contains("fails what it was not") && text.contains("x⁷ carries it"), "{text}");
+        settings.terms = list("x, v, u, x^2, x^3, 1").unwrap();
+        let text = said(&records, &settings);
+        assert!(!text.contains("fails what it was not"), "{text}");
+    }
+
+    #[test]
+    fn one_tone_in_steady_state_is_told_from_several() {
+        let steady = |frequencies: Vec<f64>| {
+            let options = ScenarioOptions { frequencies: Some(frequencies), duration: Some(6.0), ..Default::default() };
+            let records = RecordSet::new(generate("friction-experiment", &options).unwrap().records, Usage::Fit);
+            let settings = suggest(&records, Kind::SecondOrder).unwrap();
+            said(&records, &settings)
+        };
+        let text = steady(vec![4.611]);
+        assert!(text.contains("One tone in steady state"), "{text}");
+        assert!(!steady(vec![2.013, 2.583, 4.611]).contains("One tone"));
+    }
 }

@@ -1,12 +1,13 @@
 //! The error on what was not fitted over the number of terms.
 
 use egui::{Id, Stroke, Ui, WidgetInfo};
-use egui_plot::{Line, Plot, PlotPoints, Points};
+use egui_plot::{GridInput, GridMark, Line, Plot, PlotPoints, Points};
 
 use super::map::{self, Quantity, Sign};
 use super::panel::{self, AXIS_WIDTH};
 use super::scene::Scene;
 use super::{Picture, Request, View, ViewState, legend};
+use crate::app::plot::units::Scale;
 use crate::app::plot::{axis, palette};
 use crate::format::palette::Ink;
 use crate::study::{Landscape, Place};
@@ -42,13 +43,11 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, picture: &Picture<'_>, state:
         .y_axis_min_width(AXIS_WIDTH)
         .x_axis_label("number of terms")
         .y_axis_label(label)
-        .x_axis_formatter(
-            |mark, _| if mark.value.fract() == 0.0 { format!("{:.0}", mark.value) } else { String::new() },
-        )
+        .x_axis_formatter(|mark, _| axis::linear_label(mark, &Scale::plain("")))
         .y_axis_formatter(
             |mark, _| if mark.step_size < 1.0 { String::new() } else { map::percent(10f64.powf(mark.value)) },
         )
-        .x_grid_spacer(axis::round_marks(6.0))
+        .x_grid_spacer(whole_marks)
         .y_grid_spacer(axis::decade_marks)
         .grid_color(palette::grid(scene.dark))
         .grid_fade(0.3)
@@ -100,6 +99,14 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, picture: &Picture<'_>, state:
         }
     }
     gone.or(asked).or(panel::menu(&response.response, state, || map::table(map)))
+}
+
+/// Marks at whole numbers.
+fn whole_marks(input: GridInput) -> Vec<GridMark> {
+    let (low, high) = input.bounds;
+    let step = (6.0 * input.base_step_size).ceil().max(1.0);
+    let marks = axis::round_marks(step / input.base_step_size)(input);
+    marks.into_iter().filter(|m| m.value.fract() == 0.0 && m.value >= low && m.value <= high).collect()
 }
 
 /// Every setting that did not fail, with its terms and log₁₀ of its error.

@@ -20,7 +20,9 @@ pub(super) fn show(
     let mut asked = None;
     let size = egui::vec2(ui.available_width(), HEIGHT);
     ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-        ui.set_min_height(HEIGHT);
+        if view != View::Front {
+            ui.set_min_height(HEIGHT);
+        }
         if !view.of_a_record() {
             asked = of_settings(ui, view, scene, picture, state);
             return;
@@ -109,11 +111,14 @@ fn of_settings(
                     }
                 }
             }
+            if state.printing {
+                return None;
+            }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                if !state.printing {
-                    ui.checkbox(&mut state.raw_path, "in their units")
-                        .on_hover_text("Magnitudes of the coefficients as they stand, on a logarithmic axis");
-                }
+                ui.checkbox(&mut state.raw_path, "in their units")
+                    .on_hover_text("Magnitudes of the coefficients as they stand");
+                ui.add_enabled(!state.raw_path, egui::Checkbox::new(&mut state.signed_path, "signed"))
+                    .on_hover_text("With their signs, on a linear axis");
             });
         }
         _ => {}

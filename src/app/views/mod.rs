@@ -3,6 +3,7 @@
 //! A view is a function of a [`Picture`] (what is shown) and a [`ViewState`] (how); it computes nothing of the study.
 
 mod cache;
+mod compare;
 mod front;
 mod header;
 mod input;
@@ -50,6 +51,8 @@ pub(crate) enum View {
     Path,
     /// Error over the number of terms.
     Front,
+    /// Pinned settings beside each other.
+    Compare,
 }
 
 impl View {
@@ -68,6 +71,7 @@ impl View {
             Self::Map => "Map",
             Self::Path => "Path",
             Self::Front => "Pareto",
+            Self::Compare => "Compare",
         }
     }
 
@@ -82,6 +86,9 @@ impl View {
             Self::Map => "Every segment length and threshold at once, coloured by the error on what was not fitted",
             Self::Path => "Each term's coefficient along the threshold: what drops out where, and what it changes",
             Self::Front => "The error on what was not fitted over the number of terms: what each further term is worth",
+            Self::Compare => {
+                "Settings pinned as A, B, C, …: their responses, errors, terms and figures beside each other"
+            }
         }
     }
 
@@ -109,6 +116,8 @@ pub(crate) struct Picture<'a> {
     pub(crate) stale: bool,
     /// The map of settings.
     pub(crate) search: Search<'a>,
+    /// Outcomes kept to be compared, as A, B, C, …
+    pub(crate) pins: &'a [Arc<Outcome>],
 }
 
 /// How far the search through the settings has come.
@@ -142,6 +151,8 @@ pub(crate) struct ViewState {
     pub(crate) quantity: map::Quantity,
     /// Whether coefficients are shown in their units, not as shares of the rate.
     pub(crate) raw_path: bool,
+    /// Whether they are shown with their signs, on a linear axis.
+    pub(crate) signed_path: bool,
     #[serde(skip)]
     cache: Cache,
     #[serde(skip)]
@@ -169,6 +180,12 @@ pub(crate) enum Request {
         /// As the settings compare it.
         threshold: f64,
     },
+    /// Keep the outcome shown, to be compared.
+    Pin,
+    /// Let go of a pinned outcome.
+    Unpin(usize),
+    /// Take a pinned outcome's settings over.
+    Return(usize),
 }
 
 /// Draws a view into all the room there is.
@@ -190,6 +207,7 @@ pub(crate) fn show(ui: &mut egui::Ui, view: View, picture: &Picture<'_>, state: 
             View::Map => map::show(ui, &scene, picture, state),
             View::Path => path::show(ui, &scene, state),
             View::Front => front::show(ui, &scene, picture, state),
+            View::Compare => compare::show(ui, &scene, picture, state),
         };
         asked.or(also)
     })

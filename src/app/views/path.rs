@@ -12,7 +12,7 @@ use crate::study::{EquationFit, PathTerm, Scaling};
 const ID: &str = "path";
 
 /// Inks of the terms, before their lines are dashed.
-const INKS: usize = 8;
+const INKS: usize = 7;
 
 pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Option<Request> {
     let fits = &scene.outcome.fits;
@@ -27,16 +27,28 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
     );
     names(ui, scene, fit);
     let raw = state.raw_path;
+    let log = raw || !state.signed_path;
     let threshold = scene.outcome.settings.threshold;
     let (low, high) = range(fit);
     let (left, right) = (low.log10(), high.log10());
-    let value = |term: &PathTerm, c: f64| if raw { c.abs().log10() } else { c * term.standard };
+    let value = |term: &PathTerm, c: f64| match (raw, log) {
+        (true, _) => c.abs().log10(),
+        (false, true) => (c * term.standard).abs().log10(),
+        (false, false) => c * term.standard,
+    };
     let curves: Vec<Vec<Vec<PlotPoint>>> = fit.path.iter().map(|term| runs(term, low, high, &value)).collect();
     let values = curves.iter().flatten().flatten().map(|p| p.y).filter(|y| y.is_finite());
     let (bottom, top) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), y| (a.min(y), b.max(y)));
     let margin = 0.06 * (top - bottom).max(0.1);
-    let id = Id::unique(("view", View::Path, ID, raw, state.freedom));
-    let must_fit = state.cache.must_fit(View::Path, if raw { "raw" } else { "standard" });
+    let id = Id::unique(("view", View::Path, ID, raw, log, state.freedom));
+    let must_fit = state.cache.must_fit(
+        View::Path,
+        match (raw, log) {
+            (true, _) => "raw",
+            (false, true) => "standard",
+            (false, false) => "signed",
+        },
+    );
     let plain = crate::app::plot::units::Scale::plain("");
     let mut plot = Plot::new(ID)
         .id(id)
@@ -52,8 +64,8 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
         .show_x(false)
         .show_y(false)
         .allow_scroll(false);
-    plot = if raw {
-        plot.y_axis_label("magnitude of the coefficient")
+    plot = if log {
+        plot.y_axis_label(if raw { "magnitude of the coefficient" } else { "magnitude as a share of the rate's RMS" })
             .y_grid_spacer(axis::decade_marks)
             .y_axis_formatter(|mark, _| axis::decade_label(mark, ""))
     } else {
@@ -116,7 +128,9 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
 }
 
 fn ink(term: usize, dark: bool) -> Color32 {
-    palette::effect(term, dark)
+    // Two of the eight are blues.
+    const TOLD_APART: [usize; INKS] = [0, 1, 2, 3, 4, 6, 7];
+    palette::effect(TOLD_APART[term % INKS], dark)
 }
 
 fn style(term: usize) -> LineStyle {
