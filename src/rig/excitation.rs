@@ -76,6 +76,8 @@ pub struct Excitation {
     pub rise: f64,
     /// Instant at which it has faded out and time that this takes, s.
     pub fall: Option<(f64, f64)>,
+    /// How much later all of this happens, s.
+    pub delay: f64,
 }
 
 impl Excitation {
@@ -86,7 +88,7 @@ impl Excitation {
 
     /// Harmonics, at full amplitude from the start.
     pub fn tones(tones: impl IntoIterator<Item = Tone>) -> Self {
-        Self { wave: Wave::Tones(tones.into_iter().collect()), rise: 0.0, fall: None }
+        Self { wave: Wave::Tones(tones.into_iter().collect()), rise: 0.0, fall: None, delay: 0.0 }
     }
 
     /// One harmonic: `amplitude × cos(2π × frequency × t)`.
@@ -97,7 +99,12 @@ impl Excitation {
     /// A linear chirp that fades in and out over a twentieth of its duration.
     pub fn sweep(amplitude: f64, from: f64, to: f64, duration: f64) -> Self {
         let taper = duration / 20.0;
-        Self { wave: Wave::Sweep { amplitude, from, to, duration }, rise: taper, fall: Some((duration, taper)) }
+        Self {
+            wave: Wave::Sweep { amplitude, from, to, duration },
+            rise: taper,
+            fall: Some((duration, taper)),
+            delay: 0.0,
+        }
     }
 
     /// `lines` harmonics spread evenly over a band, their phases drawn from `seed`. The RMS is that of one harmonic of
@@ -118,8 +125,25 @@ impl Excitation {
         Self { rise, ..self }
     }
 
+    /// The same, later by some seconds.
+    #[must_use]
+    pub fn delayed(self, by: f64) -> Self {
+        Self { delay: self.delay + by, ..self }
+    }
+
+    /// The same, all amplitudes times a factor.
+    #[must_use]
+    pub fn scaled(mut self, factor: f64) -> Self {
+        match &mut self.wave {
+            Wave::Tones(tones) => tones.iter_mut().for_each(|tone| tone.amplitude *= factor),
+            Wave::Sweep { amplitude, .. } => *amplitude *= factor,
+        }
+        self
+    }
+
     /// Value and derivatives at time `t`, s.
     pub fn at(&self, t: f64) -> Jet {
+        let t = t - self.delay;
         let wave = match &self.wave {
             Wave::Tones(tones) => tones.iter().fold(Jet::default(), |sum, tone| {
                 let rate = TAU * tone.frequency;
@@ -147,6 +171,7 @@ impl Excitation {
         if let Some((end, length)) = self.fall {
             breaks.extend([end - length, end]);
         }
+        breaks.iter_mut().for_each(|t| *t += self.delay);
         breaks.sort_by(f64::total_cmp);
         breaks
     }
@@ -184,6 +209,7 @@ mod tests {
             Excitation::harmonic(2.5e-3, 2.013).fading_in(1.3),
             Excitation::multisine(1.0, (0.5, 3.0), 12, 4),
             Excitation::sweep(1.0, 4.0, 1.0, 10.0),
+            Excitation::sweep(0.5, 4.0, 1.0, 10.0).scaled(2.0).delayed(0.7),
         ]
     }
 

@@ -6,6 +6,7 @@
 
 mod error;
 mod excitation;
+pub mod hidden;
 mod phase;
 mod plant;
 mod plants;
