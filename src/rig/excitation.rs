@@ -49,11 +49,43 @@ pub struct Tone {
     pub phase: f64,
 }
 
+/// A sum of harmonics evenly spaced in frequency: each turns at the same rate against the one before, so that their sum costs
+/// two sines an instant, however many they are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comb {
+    /// The lowest frequency, Hz.
+    pub lowest: f64,
+    /// The distance from one frequency to the next, Hz.
+    pub spacing: f64,
+    /// Amplitude times cosine and sine of the phase at t = 0, of each harmonic.
+    pub phasors: Vec<[f64; 2]>,
+}
+
+impl Comb {
+    fn at(&self, t: f64) -> Jet {
+        let turned = |rate: f64| (rate * t).sin_cos();
+        let (rate, step) = (TAU * self.lowest, TAU * self.spacing);
+        let ((mut sine, mut cosine), (step_sine, step_cosine)) = (turned(rate), turned(step));
+        let mut jet = [0.0; 3];
+        for (k, [along, across]) in self.phasors.iter().enumerate() {
+            let omega = rate + step * k as f64;
+            let value = along * cosine - across * sine;
+            jet[0] += value;
+            jet[1] -= omega * (along * sine + across * cosine);
+            jet[2] -= omega * omega * value;
+            (sine, cosine) = (sine * step_cosine + cosine * step_sine, cosine * step_cosine - sine * step_sine);
+        }
+        Jet(jet)
+    }
+}
+
 /// What a shaker does before it is faded in and out.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Wave {
     /// A sum of harmonics; none of them is rest.
     Tones(Vec<Tone>),
+    /// A sum of harmonics evenly spaced in frequency.
+    Comb(Comb),
     /// A linear chirp from one frequency to another, starting at zero.
     Sweep {
         /// Amplitude, in the input's unit.
@@ -112,11 +144,13 @@ impl Excitation {
     pub fn multisine(amplitude: f64, (low, high): (f64, f64), lines: usize, seed: u64) -> Self {
         let mut random = Pcg64::seed_from_u64(seed);
         let spacing = if lines > 1 { (high - low) / (lines - 1) as f64 } else { 0.0 };
-        Self::tones((0..lines).map(|k| Tone {
-            amplitude: amplitude / (lines as f64).sqrt(),
-            frequency: low + spacing * k as f64,
-            phase: random.random_range(-PI..PI),
-        }))
+        let size = amplitude / (lines as f64).sqrt();
+        let phasor = |_| {
+            let (sine, cosine) = random.random_range(-PI..PI).sin_cos();
+            [size * cosine, size * sine]
+        };
+        let comb = Comb { lowest: low, spacing, phasors: (0..lines).map(phasor).collect() };
+        Self { wave: Wave::Comb(comb), ..Self::rest() }
     }
 
     /// The same, faded in over the first `rise` seconds.
@@ -136,6 +170,7 @@ impl Excitation {
     pub fn scaled(mut self, factor: f64) -> Self {
         match &mut self.wave {
             Wave::Tones(tones) => tones.iter_mut().for_each(|tone| tone.amplitude *= factor),
+            Wave::Comb(comb) => comb.phasors.iter_mut().flatten().for_each(|part| *part *= factor),
             Wave::Sweep { amplitude, .. } => *amplitude *= factor,
         }
         self
@@ -149,6 +184,7 @@ impl Excitation {
                 let rate = TAU * tone.frequency;
                 sum + Jet::cosine(tone.amplitude, Jet([rate * t + tone.phase, rate, 0.0]))
             }),
+            Wave::Comb(comb) => comb.at(t),
             Wave::Sweep { amplitude, from, to, duration } => {
                 let slope = (to - from) / duration;
                 let phase = TAU * (from + 0.5 * slope * t) * t - 0.5 * PI;
@@ -180,6 +216,7 @@ impl Excitation {
     pub fn highest_frequency(&self) -> f64 {
         match &self.wave {
             Wave::Tones(tones) => tones.iter().map(|t| t.frequency).fold(0.0, f64::max),
+            Wave::Comb(comb) => comb.lowest + comb.spacing * comb.phasors.len().saturating_sub(1) as f64,
             Wave::Sweep { from, to, .. } => from.max(*to),
         }
     }

@@ -16,7 +16,7 @@ mod sensor;
 mod span;
 
 pub use error::RigError;
-pub use excitation::{Excitation, Jet, Tone, Wave};
+pub use excitation::{Comb, Excitation, Jet, Tone, Wave};
 pub use plant::{Contact, Plant};
 pub use plants::Parameter;
 pub use response::{Response, Sampling, Stop, respond};

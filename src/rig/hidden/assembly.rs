@@ -9,7 +9,8 @@ use crate::model::{Equation, Model};
 use crate::rig::RigError;
 use crate::rig::excitation::Excitation;
 use crate::rig::plant::Plant;
-use crate::rig::response::{Stop, respond};
+use crate::rig::response::{Stop, respond_within};
+use crate::rig::span::Accuracy;
 use crate::term::{Expression, Program};
 
 /// States of the linear plant.
@@ -69,7 +70,7 @@ impl Assembly {
     }
 
     /// Moves along a run.
-    pub(super) fn follow(&self, run: &Run) -> Result<Motions, RigError> {
+    pub(super) fn follow(&self, run: &Run, accuracy: Accuracy) -> Result<Motions, RigError> {
         let run = run.scaled(self.level(), self.level());
         let delay: f64 = self.parts.iter().map(|p| p.delay).sum();
         let inputs: Vec<Excitation> = match (&run.excitation, self.plant.smooth.layout.inputs) {
@@ -83,7 +84,7 @@ impl Assembly {
             Begins::Displacement => run.initial[0],
             Begins::Velocity => run.initial[1],
         }));
-        let response = respond(&self.plant, &inputs, &initial, &run.sampling)?;
+        let response = respond_within(accuracy, &self.plant, &inputs, &initial, &run.sampling)?;
         let times: Vec<f64> = (0..run.sampling.count).map(|k| run.sampling.time(k)).collect();
         let series = |input: &Excitation| {
             let mut jet: [Vec<f64>; 3] = Default::default();

@@ -5,6 +5,7 @@ use super::catalogue::Effect;
 use super::scene::{Dice, Extent, Motion, Scene};
 use super::shaking::Run;
 use crate::rig::RigError;
+use crate::rig::span::Accuracy;
 
 /// Rounds of simulation after which a draw is given up.
 const MOST_ROUNDS: usize = 14;
@@ -37,7 +38,7 @@ pub(super) fn calibrate(
     let mut last: Option<(Vec<f64>, Vec<f64>)> = None;
     for round in 0..MOST_ROUNDS {
         let assembly = Assembly::new(effects, &strengths, scene);
-        let motions: Vec<Motions> = match runs.iter().map(|run| assembly.follow(run)).collect() {
+        let motions: Vec<Motions> = match runs.iter().map(|run| assembly.follow(run, Accuracy::DRAFT)).collect() {
             Ok(motions) => motions,
             Err(RigError::Unbounded { .. }) => {
                 for (strength, most) in strengths.iter_mut().zip(&mut most) {
@@ -122,6 +123,7 @@ pub(super) fn shift(record: usize) -> f64 {
 pub(super) fn linear_motion(scene: &Scene, runs: &[Run]) -> Result<Motion, RigError> {
     let assembly = Assembly::new(&[], &[], scene);
     let fitted = runs.iter().filter(|r| !r.held_out);
-    let motions: Vec<Motions> = fitted.map(|run| assembly.follow(&run.coarse(COARSER))).collect::<Result<_, _>>()?;
+    let motions: Vec<Motions> =
+        fitted.map(|run| assembly.follow(&run.coarse(COARSER), Accuracy::DRAFT)).collect::<Result<_, _>>()?;
     Ok(extents(&assembly, &motions))
 }

@@ -54,7 +54,7 @@ pub(super) fn second_mode(s: f64, dice: &Dice, scene: &Scene) -> Parts {
 
 /// Branches of the fractional damper, and the decades of their relaxation times.
 const BRANCHES: usize = 9;
-const FASTEST: f64 = 0.03;
+const FASTEST: f64 = 0.05;
 const DECADES: f64 = 4.0;
 
 /// −c Dᵅr, α about a half: Caputo's derivative as a sum of Maxwell branches, ∑ kᵢzᵢ with kᵢ ∝ τᵢ⁻ᵅ over four decades.

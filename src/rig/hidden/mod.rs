@@ -29,6 +29,7 @@ use rand_pcg::Pcg64;
 use crate::record::{Channel, Record, Role};
 
 use super::RigError;
+use super::span::Accuracy;
 use assembly::{Assembly, Motions};
 use calibrate::{calibrate, linear_motion, measure, shift};
 use catalogue::Effect;
@@ -208,7 +209,8 @@ impl<'a> Plan<'a> {
 
     fn perform(mut self, request: &Request) -> Result<Hidden, RigError> {
         let assembly = calibrate(&self.effects, &self.targets, &mut self.scene, &self.runs)?;
-        let motions: Vec<Motions> = self.runs.iter().map(|run| assembly.follow(run)).collect::<Result<_, _>>()?;
+        let motions: Vec<Motions> =
+            self.runs.iter().map(|run| assembly.follow(run, Accuracy::FINE)).collect::<Result<_, _>>()?;
         let fitted: Vec<Motions> =
             self.runs.iter().zip(&motions).filter(|(run, _)| !run.held_out).map(|(_, m)| m.clone()).collect();
         let (ratios, ratio) = measure(&assembly, &fitted);
