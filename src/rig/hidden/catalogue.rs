@@ -28,6 +28,8 @@ pub(super) struct Effect {
     /// The largest strength that is sensible.
     pub most: f64,
     asks: Asks,
+    /// True if it can hold the mass.
+    pub rubs: bool,
     /// True if a steady tone shows it: by harmonics, a mean, another line or a change with time.
     in_a_tone: bool,
     /// True if it can be told in a free decay from another stiffness and another viscous damping.
@@ -64,7 +66,18 @@ type Build = fn(f64, &Dice, &Scene) -> Parts;
 
 /// An effect seen under every excitation.
 const fn effect(name: &'static str, title: &'static str, build: Build, first: f64, most: f64) -> Effect {
-    Effect { name, title, build, first, most, asks: Asks::Nothing, in_a_tone: true, in_a_decay: true, catalogued: true }
+    Effect {
+        name,
+        title,
+        build,
+        first,
+        most,
+        asks: Asks::Nothing,
+        rubs: false,
+        in_a_tone: true,
+        in_a_decay: true,
+        catalogued: true,
+    }
 }
 
 const fn asking(asks: Asks, effect: Effect) -> Effect {
@@ -76,6 +89,10 @@ const fn linear(effect: Effect) -> Effect {
     Effect { in_a_tone: false, in_a_decay: false, ..effect }
 }
 
+const fn rubbing(effect: Effect) -> Effect {
+    Effect { rubs: true, ..effect }
+}
+
 const fn outside(effect: Effect) -> Effect {
     Effect { catalogued: false, ..effect }
 }
@@ -85,9 +102,15 @@ const LATEST: f64 = std::f64::consts::TAU / 20.0;
 
 static EFFECTS: [Effect; 35] = [
     linear(asking(Asks::Base, effect("viscous_damping", "viscous damping", friction::viscous, 1.0, 1.0))),
-    effect("coulomb_friction", "Coulomb friction", friction::coulomb, 1.0, 2.0),
-    effect("stribeck_friction", "Stribeck friction", friction::stribeck, 0.8, 2.0),
-    effect("static_friction", "dry friction with a static level above the sliding one", friction::sticking, 1.0, 2.0),
+    rubbing(effect("coulomb_friction", "Coulomb friction", friction::coulomb, 1.0, 2.0)),
+    rubbing(effect("stribeck_friction", "Stribeck friction", friction::stribeck, 0.8, 2.0)),
+    rubbing(effect(
+        "static_friction",
+        "dry friction with a static level above the sliding one",
+        friction::sticking,
+        1.0,
+        2.0,
+    )),
     effect("quadratic_damping", "quadratic damping", friction::quadratic, 2.0, 5.0),
     effect("cubic_damping", "cubic damping", friction::cubic, 3.0, 10.0),
     effect(
@@ -137,13 +160,13 @@ static EFFECTS: [Effect; 35] = [
     outside(linear(effect("fractional_damping", "fractional damping", memory::fractional, 1.0, 2.0))),
     outside(effect("magnet", "a magnet", stiffness::magnet, 1.0, 10.0)),
     outside(effect("play_operator", "a damper reached through a loose joint", memory::play, 3.0, 6.0)),
-    outside(effect(
+    outside(rubbing(effect(
         "rate_dependent_friction",
         "dry friction that grows with the logarithm of the rate",
         friction::rate_dependent,
         0.4,
         2.0,
-    )),
+    ))),
     outside(effect("impact_restitution", "a stiff stop that takes energy", stiffness::impact, 10.0, 60.0)),
     outside(effect("inertia_nonlinearity", "an inertia that grows with displacement", stiffness::inertia, 3.0, 1.5)),
 ];

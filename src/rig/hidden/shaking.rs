@@ -61,6 +61,8 @@ impl FromStr for Shaking {
 
 /// Natural periods in all fitted records together.
 const PERIODS: f64 = 75.0;
+/// Natural periods of a decay that dry friction ends.
+const RUBBING: f64 = 11.0;
 /// The level of the louder of two records over that of the other.
 const LEVELS: f64 = 2.5;
 /// The band, in natural frequencies.
@@ -86,8 +88,19 @@ pub(super) struct Test {
     pub length: f64,
 }
 
+/// What a test is drawn for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Subject {
+    pub drive: Drive,
+    /// Viscous damping over mass.
+    pub damping: f64,
+    /// True if dry friction brings it to rest.
+    pub rubs: bool,
+}
+
 /// Draws the runs of a test on a plant without units; `samples` are those of all fitted records together.
-pub(super) fn draw(shaking: Shaking, drive: Drive, damping: f64, samples: usize, random: &mut Pcg64) -> Test {
+pub(super) fn draw(shaking: Shaking, subject: Subject, samples: usize, random: &mut Pcg64) -> Test {
+    let Subject { drive, damping, rubs } = subject;
     let records = match shaking {
         Shaking::Multisine | Shaking::SweepPair => 2,
         Shaking::Tones => 4,
@@ -98,7 +111,7 @@ pub(super) fn draw(shaking: Shaking, drive: Drive, damping: f64, samples: usize,
     let whole = TAU * PERIODS / records as f64;
     let length = match shaking {
         // Until a twentieth is left of it.
-        Shaking::Decay => whole.min((6.0 / damping).max(TAU * 8.0)),
+        Shaking::Decay => whole.min((6.0 / damping).max(TAU * 8.0)).min(if rubs { TAU * RUBBING } else { whole }),
         _ => whole,
     };
     let held_out = samples.div_ceil(2);
