@@ -159,7 +159,7 @@ static EFFECTS: [Effect; 35] = [
     effect("sensor_clipping", "a displacement sensor that clips", driving::clipping, 2.0, 0.3),
     outside(linear(effect("fractional_damping", "fractional damping", memory::fractional, 1.0, 2.0))),
     outside(effect("magnet", "a magnet", stiffness::magnet, 1.0, 10.0)),
-    outside(effect("play_operator", "a damper reached through a loose joint", memory::play, 3.0, 6.0)),
+    outside(effect("play_operator", "a damper reached through a loose joint", memory::play, 3.0, 20.0)),
     outside(rubbing(effect(
         "rate_dependent_friction",
         "dry friction that grows with the logarithm of the rate",

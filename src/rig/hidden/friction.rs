@@ -17,7 +17,7 @@ pub(super) fn coulomb(s: f64, dice: &Dice, scene: &Scene) -> Parts {
     Parts::new(place).contact(p, vec![(number(1.0), strength)], 1.0).with("F", strength, ACCELERATION)
 }
 
-/// −[F + (F_s − F) exp(−(v/v_s)²)] sgn v.
+/// `−[F + (F_s − F) exp(−(v/v_s)²)] sgn v`.
 pub(super) fn stribeck(s: f64, dice: &Dice, scene: &Scene) -> Parts {
     let Coordinate { p, displacement, velocity, place, .. } = scene.coordinate(dice.heads(0));
     let sliding = s * displacement.rms;

@@ -4,7 +4,7 @@ use super::algebra::{E, number, state, v, x};
 use super::parts::{Begins, LENGTH, PLAIN, Parts, RATE, STIFFNESS, TIME};
 use super::scene::{Coordinate, Dice, Scene};
 
-/// −k z, ż = w − β|w||z|ⁿ⁻¹z − γ w|z|ⁿ, with β + γ = 1/x_yⁿ (Bouc and Wen).
+/// −k z, ż = w − β|w||z|ⁿ⁻¹z − γ w|z|ⁿ, with β + γ = `1/x_yⁿ` (Bouc and Wen).
 pub(super) fn bouc_wen(s: f64, dice: &Dice, scene: &Scene) -> Parts {
     let Coordinate { p, displacement, place, .. } = scene.coordinate(dice.heads(0));
     let z = || state(scene.first_state);

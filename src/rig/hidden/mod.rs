@@ -84,6 +84,13 @@ impl Request {
             samples: 3000,
         }
     }
+
+    /// One of [`names`] that the excitation can show, drawn too.
+    pub fn blind(shaking: Shaking, seed: u64) -> Self {
+        let mut random = Pcg64::seed_from_u64(spread(seed, "blind"));
+        let shown: Vec<&str> = names().filter(|name| exercised(name, shaking)).collect();
+        Self::new([shown[random.random_range(0..shown.len())]], shaking, seed)
+    }
 }
 
 /// The records of a test, and what they hide.
@@ -143,16 +150,14 @@ pub fn draw(request: &Request) -> Result<Hidden, RigError> {
     weak.ok_or(failure)
 }
 
-/// Draws an effect too: one of [`names`], shaken richly and watched with 1 % of white noise.
+/// Draws the effect and the excitation too: one of [`names`], shaken richly and watched with 1 % of white noise.
 ///
 /// # Errors
 /// As [`draw`].
 pub fn blind(seed: u64) -> Result<Hidden, RigError> {
-    let mut random = Pcg64::seed_from_u64(spread(seed, "blind"));
-    let all: Vec<&str> = names().collect();
-    let effect = all[random.random_range(0..all.len())];
-    let shaking = if random.random::<bool>() { Shaking::Multisine } else { Shaking::SweepPair };
-    draw(&Request::new([effect], shaking, seed))
+    let rich = [Shaking::Multisine, Shaking::SweepPair];
+    let shaking = rich[Pcg64::seed_from_u64(spread(seed, "shaking")).random_range(0..rich.len())];
+    draw(&Request::blind(shaking, seed))
 }
 
 fn known(name: &str, shaking: Shaking) -> Result<&'static Effect, RigError> {
