@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use super::*;
 
-/// Samples of the fitted records where an equation is to be checked: 213 a natural period.
-const DENSE: usize = 16_000;
+/// Samples of the fitted records where an equation is to be checked: 320 a natural period.
+const DENSE: usize = 24_000;
 
 fn clean(effects: &[&str], shaking: Shaking, seed: u64) -> Request {
     Request { watching: Watching::white(0.0), ..Request::new(effects.iter().copied(), shaking, seed) }
@@ -213,7 +213,7 @@ fn holds(effect: &str, shaking: Shaking, seed: u64) {
         let mut errors: Vec<f64> =
             found.iter().zip(&expected).filter(|(_, e)| e.is_finite()).map(|(f, e)| (f - e).abs() / spring).collect();
         errors.sort_by(f64::total_cmp);
-        // Ten digits of the peak, differentiated twice at 213 samples a period, are 1e-10 × 5.3/12 × (213/2π)² ≈ 5e-8 of the
+        // Ten digits of the peak, differentiated twice at 320 samples a period, are 1e-10 × 5.3/12 × (320/2π)² ≈ 1e-7 of the
         // peak's spring force at worst; inner states begin two samples late, which is forgotten. Near a kink or jump the
         // differences do not hold, and a mass that sticks is not held by its sliding force; that is up to half of the time.
         let share = if hidden.truth.description.contains("friction") { 0.5 } else { 0.9 };
