@@ -3,14 +3,17 @@
 //! The rooms, in the order in which a measurement passes through them:
 //! [`record`] (measured samples) → [`signal`] (smoothed and differentiated) → [`term`] (candidate terms) →
 //! [`sparse`] (sparse regression) → [`model`] (equations of motion) → [`simulate`] (the model's response) →
-//! [`study`] (settings and records in, outcome out). [`rig`] is the virtual test rig that makes records with a known truth.
+//! [`study`] (settings and records in, outcome out). [`refine`] fits the simulated response itself, and [`gap`] finds what a
+//! model lacks. [`rig`] is the virtual test rig that makes records with a known truth.
 
 #[cfg(feature = "desktop")]
 pub mod app;
 pub mod command;
 pub mod format;
+pub mod gap;
 pub mod model;
 pub mod record;
+pub mod refine;
 pub mod report;
 pub mod rig;
 pub mod signal;

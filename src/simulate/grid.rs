@@ -77,6 +77,24 @@ impl InputGrid {
         Self { start, interval, samples, channels }
     }
 
+    /// The same inputs later by `delay`, s (earlier if negative); beyond the ends they keep their end values.
+    #[must_use]
+    pub fn delayed(&self, delay: f64) -> Self {
+        let shifted = |input: usize, order: usize| -> Vec<f64> {
+            (0..self.samples).map(|k| self.at(input, self.time(k) - delay)[order]).collect()
+        };
+        let channels = self
+            .channels
+            .iter()
+            .enumerate()
+            .map(|(k, channel)| Channel {
+                value: Jets::new(&shifted(k, 0)),
+                rate: channel.rate.as_ref().map(|_| Jets::new(&shifted(k, 1))),
+            })
+            .collect();
+        Self { channels, ..*self }
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.samples

@@ -1,0 +1,243 @@
+//! Forces of terms along a given motion, and what a linear oscillator makes of them.
+
+use super::data::Series;
+use crate::model::Equation;
+use crate::simulate::InputGrid;
+use crate::term::{Expression, Kind, Layout, Program, SampleBlock, Slots, Symbol, Term};
+
+/// Displacement and velocity along a record.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Path {
+    pub(super) x: Vec<f64>,
+    pub(super) v: Vec<f64>,
+}
+
+/// The inputs that a force is evaluated with.
+pub(super) struct Inputs<'a> {
+    pub(super) values: Vec<&'a [f64]>,
+    pub(super) rates: Vec<&'a [f64]>,
+}
+
+impl Series {
+    pub(super) fn inputs(&self) -> Inputs<'_> {
+        Inputs {
+            values: self.inputs.iter().map(Vec::as_slice).collect(),
+            rates: self.input_rates.iter().map(Vec::as_slice).collect(),
+        }
+    }
+
+    /// The inputs later by a delay, s: values and rates.
+    pub(super) fn delayed_inputs(&self, delay: f64) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+        let grid: InputGrid = self.grid.delayed(delay);
+        let series = |order: usize| -> Vec<Vec<f64>> {
+            (0..grid.inputs()).map(|j| (0..self.len()).map(|k| grid.at(j, grid.time(k))[order]).collect()).collect()
+        };
+        (series(0), series(1))
+    }
+}
+
+/// The value of each term at every sample; internal states run along the motion from zero.
+pub(super) fn forces(
+    terms: &[Term],
+    internals: &[Equation],
+    layout: &Layout,
+    series: &Series,
+    inputs: &Inputs<'_>,
+    path: &Path,
+) -> Vec<Vec<f64>> {
+    let layout = Layout { internals: internals.len(), kind: Kind::SecondOrder, ..*layout };
+    let z = integrate(internals, &layout, series, inputs, path);
+    let mut states: Vec<&[f64]> = vec![&path.x, &path.v];
+    states.extend(z.iter().map(Vec::as_slice));
+    let block = SampleBlock {
+        start: series.start,
+        interval: series.interval,
+        states: &states,
+        inputs: &inputs.values,
+        input_rates: &inputs.rates,
+    };
+    let expressions: Vec<Expression> = terms.iter().map(|t| t.expression().clone()).collect();
+    let mut columns = vec![Vec::with_capacity(path.x.len()); terms.len()];
+    Program::new(&expressions, &layout).columns(&block, &mut columns);
+    columns
+}
+
+/// Internal states that are linear in themselves along a motion: exact for forces that change evenly between samples.
+fn integrate_linear(
+    internals: &[Equation],
+    layout: &Layout,
+    series: &Series,
+    inputs: &Inputs<'_>,
+    path: &Path,
+) -> Option<Vec<Vec<f64>>> {
+    let count = internals.len();
+    if count > MOST_LINEAR {
+        return None;
+    }
+    let outside = Layout { internals: 0, ..*layout };
+    let mut a = nalgebra::DMatrix::zeros(3 * count, 3 * count);
+    let mut drives: Vec<Expression> = Vec::with_capacity(count);
+    for (i, equation) in internals.iter().enumerate() {
+        let mut drive = Vec::new();
+        for t in &equation.terms {
+            match t.term.expression() {
+                Expression::Symbol(Symbol::Internal(j)) => a[(i, *j)] += t.coefficient,
+                e if outside.covers(e) => {
+                    drive.push(Expression::Product(vec![Expression::Number(t.coefficient), e.clone()]));
+                }
+                _ => return None,
+            }
+        }
+        a[(i, count + i)] = 1.0;
+        a[(count + i, 2 * count + i)] = series.interval.recip();
+        drives.push(if drive.is_empty() { Expression::Number(0.0) } else { Expression::Sum(drive).normal() });
+    }
+    let states: Vec<&[f64]> = vec![&path.x, &path.v];
+    let block = SampleBlock {
+        start: series.start,
+        interval: series.interval,
+        states: &states,
+        inputs: &inputs.values,
+        input_rates: &inputs.rates,
+    };
+    let n = path.x.len();
+    let mut forces = vec![Vec::with_capacity(n); count];
+    Program::new(&drives, &outside).columns(&block, &mut forces);
+    let step = (a * series.interval).exp();
+    let after = step.view((0, 2 * count), (count, count)).clone_owned();
+    let before = step.view((0, count), (count, count)) - &after;
+    let mut out = vec![Vec::with_capacity(n); count];
+    let mut state = [0.0; MOST_LINEAR];
+    for k in 0..n {
+        for (o, s) in out.iter_mut().zip(&state) {
+            o.push(*s);
+        }
+        if k + 1 < n {
+            let mut next = [0.0; MOST_LINEAR];
+            for (i, next) in next[..count].iter_mut().enumerate() {
+                for j in 0..count {
+                    *next += step[(i, j)] * state[j] + before[(i, j)] * forces[j][k] + after[(i, j)] * forces[j][k + 1];
+                }
+            }
+            state = next;
+        }
+    }
+    Some(out)
+}
+
+/// Internal states that the linear way takes.
+const MOST_LINEAR: usize = 4;
+
+/// Internal states along a motion, by the classical Runge–Kutta method, one step a sample.
+fn integrate(
+    internals: &[Equation],
+    layout: &Layout,
+    series: &Series,
+    inputs: &Inputs<'_>,
+    path: &Path,
+) -> Vec<Vec<f64>> {
+    const STEPS: usize = 1;
+    let n = path.x.len();
+    let count = internals.len();
+    if count == 0 {
+        return Vec::new();
+    }
+    if let Some(linear) = integrate_linear(internals, layout, series, inputs, path) {
+        return linear;
+    }
+    let expressions: Vec<Expression> = internals
+        .iter()
+        .map(|equation| {
+            let part = |t: &crate::model::WeightedTerm| {
+                Expression::Product(vec![Expression::Number(t.coefficient), t.term.expression().clone()])
+            };
+            Expression::Sum(equation.terms.iter().map(part).collect()).normal()
+        })
+        .collect();
+    let program = Program::new(&expressions, layout);
+    let mut slots: Slots = program.slots();
+    let address = |s: Symbol| Program::address(layout, s);
+    let (time, x, v, z) =
+        (address(Symbol::Time), address(Symbol::State(0)), address(Symbol::Rate(0)), address(Symbol::Internal(0)));
+    let input = (layout.inputs > 0).then(|| (address(Symbol::Input(0)), address(Symbol::InputRate(0))));
+    let h = series.interval;
+    // The displacement between two samples is the cubic that their velocities give, all else a straight line.
+    let load = |slots: &mut Slots, k: usize, s: f64| {
+        let next = (k + 1).min(n - 1);
+        let line = |a: &[f64]| a[k] + s * (a[next] - a[k]);
+        let r = 1.0 - s;
+        slots[time] = series.start + h * (k as f64 + s);
+        slots[x] = r * r * ((1.0 + 2.0 * s) * path.x[k] + s * h * path.v[k])
+            + s * s * ((1.0 + 2.0 * r) * path.x[next] - r * h * path.v[next]);
+        slots[v] = line(&path.v);
+        if let (Some((u, du)), Some(values), Some(rates)) = (input, inputs.values.first(), inputs.rates.first()) {
+            slots[u] = line(values);
+            slots[du] = line(rates);
+        }
+    };
+    let mut out = vec![Vec::with_capacity(n); count];
+    let mut state = vec![0.0; count];
+    let mut stage = vec![vec![0.0; count]; 4];
+    for k in 0..n {
+        for (o, s) in out.iter_mut().zip(&state) {
+            o.push(*s);
+        }
+        for part in 0..STEPS {
+            let length = h / STEPS as f64;
+            let from = part as f64 / STEPS as f64;
+            for (i, (place, weight)) in [(0.0, 0.0), (0.5, 0.5), (0.5, 0.5), (1.0, 1.0)].into_iter().enumerate() {
+                load(&mut slots, k, from + place / STEPS as f64);
+                for j in 0..count {
+                    let before = if i == 0 { 0.0 } else { stage[i - 1][j] };
+                    slots[z + j] = state[j] + weight * length * before;
+                }
+                program.run(&mut slots);
+                for (j, s) in stage[i].iter_mut().enumerate() {
+                    *s = slots[program.output(j)];
+                }
+            }
+            for (j, s) in state.iter_mut().enumerate() {
+                *s += length / 6.0 * (stage[0][j] + 2.0 * (stage[1][j] + stage[2][j]) + stage[3][j]);
+                // A trial value of an inner quantity may be stiffer than the steps are short.
+                if !s.is_finite() || s.abs() > 1e100 {
+                    *s = 0.0;
+                }
+            }
+        }
+    }
+    out
+}
+
+/// An orthonormal basis of columns, by Gram and Schmidt twice over.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Basis {
+    pub(super) columns: Vec<Vec<f64>>,
+}
+
+impl Basis {
+    /// What of a column lies outside the basis.
+    pub(super) fn remove(&self, column: &mut [f64]) {
+        for q in &self.columns {
+            let share = crate::signal::dot(q, column);
+            column.iter_mut().zip(q).for_each(|(c, q)| *c -= share * q);
+        }
+    }
+
+    /// Takes a column into the basis, unless next to nothing of it lies outside; true if it was taken.
+    pub(super) fn push(&mut self, mut column: Vec<f64>) -> bool {
+        let whole = crate::signal::dot(&column, &column).sqrt();
+        if !(whole > 0.0 && whole.is_finite()) {
+            return false;
+        }
+        column.iter_mut().for_each(|c| *c /= whole);
+        self.remove(&mut column);
+        self.remove(&mut column);
+        let left = crate::signal::dot(&column, &column).sqrt();
+        if left < 1e-6 {
+            return false;
+        }
+        column.iter_mut().for_each(|c| *c /= left);
+        self.columns.push(column);
+        true
+    }
+}

@@ -1,0 +1,270 @@
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use super::GapError;
+use crate::record::{Record, RecordSet, Role, Usage};
+use crate::refine::Run;
+use crate::signal::{Facts, Signals, Spectrum, rms, standard_deviation};
+use crate::simulate::InputGrid;
+use crate::study::{base_excited, suggest};
+use crate::term::{Kind, Layout};
+
+/// A record made ready: thinned where its band allows, its inputs made continuous.
+#[derive(Clone, Debug)]
+pub(super) struct Series {
+    pub(super) name: Arc<str>,
+    pub(super) usage: Usage,
+    pub(super) start: f64,
+    pub(super) interval: f64,
+    pub(super) measured: Arc<[f64]>,
+    pub(super) grid: Arc<InputGrid>,
+    /// Inputs and their rates at the samples.
+    pub(super) inputs: Vec<Vec<f64>>,
+    pub(super) input_rates: Vec<Vec<f64>>,
+    pub(super) limits: [f64; 2],
+    /// Displacement and velocity at every sample, smoothed without a model: where a simulation may start from.
+    pub(super) rough: [Vec<f64>; 2],
+}
+
+/// All records of a search.
+#[derive(Clone, Debug)]
+pub(super) struct Data {
+    pub(super) layout: Layout,
+    pub(super) base_excited: bool,
+    pub(super) unit: String,
+    pub(super) input_unit: String,
+    /// Fitted records first, then held-out ones.
+    pub(super) series: Vec<Series>,
+    /// Number of fitted records.
+    pub(super) fitted: usize,
+    /// Standard deviation of the measurement noise, without a model.
+    pub(super) noise: f64,
+    /// Main frequency of the fitted motion, Hz.
+    pub(super) frequency: f64,
+    pub(super) notices: Vec<String>,
+}
+
+/// Fitted samples up to which nothing is thinned.
+const AMPLE: usize = 12_000;
+/// Samples a period of the fastest motion that thinning leaves.
+const PER_PERIOD: f64 = 40.0;
+/// Share of the displacement's energy that lies below its "fastest motion".
+const BAND: f64 = 0.999;
+/// Largest motion that a simulation may reach, in those measured.
+const ROOM: f64 = 10.0;
+
+impl Data {
+    pub(super) fn new(records: &RecordSet) -> Result<Self, GapError> {
+        let kind = Kind::SecondOrder;
+        let layout = records.layout(kind).map_err(GapError::Records)?;
+        if layout.freedoms != 1 {
+            return Err(GapError::Freedoms(layout.freedoms));
+        }
+        if layout.inputs > 1 {
+            return Err(GapError::Inputs(layout.inputs));
+        }
+        let fit: Vec<&Arc<Record>> = records.with(Usage::Fit).collect();
+        let first = fit.first().ok_or(GapError::NothingToFit)?;
+        if let Some(short) = fit.iter().chain(&records.with(Usage::HeldOut).collect::<Vec<_>>()).find(|r| r.len() < 100)
+        {
+            return Err(GapError::TooShort { record: short.name.clone(), samples: short.len() });
+        }
+        let samples: usize = fit.iter().map(|r| r.len()).sum();
+        let mut notices = Vec::new();
+        let stride = if samples > AMPLE { thinning(&fit).min(samples / (AMPLE / 2)) } else { 1 };
+        let thinned: Vec<(Record, Usage)> = records
+            .with(Usage::Fit)
+            .map(|r| (r, Usage::Fit))
+            .chain(records.with(Usage::HeldOut).map(|r| (r, Usage::HeldOut)))
+            .map(|(r, usage)| (if stride > 1 { thin(r, stride) } else { Record::clone(r) }, usage))
+            .collect();
+        if stride > 1 {
+            notices.push(format!(
+                "Every {stride}th sample is used, behind a low-pass filter at {:.3} Hz: the motion is slower by far, and {samples} samples would say no more.",
+                0.4 / (first.interval * stride as f64)
+            ));
+        }
+        let mut set = RecordSet::default();
+        for (record, usage) in &thinned {
+            set.entries.push((Arc::new(record.clone()), *usage));
+        }
+        let smoothing = suggest(&set, kind).map_err(|e| GapError::Records(e.to_string()))?.smoothing;
+        let facts: Vec<Facts> = thinned.iter().map(|(r, _)| Facts::new(r, &layout)).collect();
+        let series: Vec<Series> = thinned
+            .iter()
+            .zip(&facts)
+            .map(|((record, usage), facts)| {
+                let signals = Signals::new(record, &layout, &smoothing, facts);
+                Series::new(record, *usage, &layout, facts, signals)
+            })
+            .collect();
+        let fitted = fit.len();
+        let (mut squares, mut count) = (0.0, 0.0);
+        for s in &series[..fitted] {
+            let n = s.measured.len() as f64;
+            squares += n * noise(&s.measured, s.interval).powi(2);
+            count += n;
+        }
+        let loudest = series[..fitted].iter().max_by(|a, b| rms(&a.measured).total_cmp(&rms(&b.measured)));
+        let frequency = loudest
+            .and_then(|s| Spectrum::new(&s.measured, s.interval))
+            .and_then(|s| s.peak())
+            .map_or_else(|| 4.0 / first.duration(), |p| p.frequency);
+        let unit = |role: Role| first.channel(role).map_or_else(String::new, |c| c.unit.clone());
+        Ok(Self {
+            layout,
+            base_excited: base_excited(first, kind),
+            unit: unit(Role::Displacement(0)),
+            input_unit: unit(Role::Input(0)),
+            series,
+            fitted,
+            noise: f64::sqrt(squares / count),
+            frequency,
+            notices,
+        })
+    }
+
+    pub(super) fn fit(&self) -> &[Series] {
+        &self.series[..self.fitted]
+    }
+
+    pub(super) fn held_out(&self) -> &[Series] {
+        &self.series[self.fitted..]
+    }
+}
+
+impl Series {
+    fn new(record: &Record, usage: Usage, layout: &Layout, facts: &Facts, signals: Signals) -> Self {
+        let channel = |role: Role| record.channel(role).map_or_else(|| Arc::from([]), |c| Arc::clone(&c.values));
+        let raw: Vec<Arc<[f64]>> = (0..layout.inputs).map(|j| channel(Role::Input(j))).collect();
+        let quiet =
+            (0..raw.len()).all(|j| facts.input_noise[j] <= 1e-3 * rms(&signals.input_rates[j]) * record.interval);
+        let n = record.len();
+        let grid = if quiet {
+            let inputs: Vec<&[f64]> = raw.iter().map(|u| &**u).collect();
+            InputGrid::new(record.start, record.interval, n, &inputs, None)
+        } else {
+            let inputs: Vec<&[f64]> = signals.inputs.iter().map(|u| &**u).collect();
+            let rates: Vec<&[f64]> = signals.input_rates.iter().map(|u| &**u).collect();
+            InputGrid::new(record.start, record.interval, n, &inputs, Some(&rates))
+        };
+        let sampled = |order: usize| -> Vec<Vec<f64>> {
+            (0..layout.inputs).map(|j| (0..n).map(|k| grid.at(j, grid.time(k))[order]).collect()).collect()
+        };
+        let (inputs, input_rates) = (sampled(0), sampled(1));
+        let largest = |s: &[f64]| s.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let mut states = signals.states.into_iter();
+        let rough = [states.next().unwrap_or_default(), states.next().unwrap_or_default()];
+        let limits = [ROOM * largest(&rough[0]), ROOM * largest(&rough[1])];
+        Self {
+            name: record.name.as_str().into(),
+            usage,
+            start: record.start,
+            interval: record.interval,
+            measured: channel(Role::Displacement(0)),
+            grid: Arc::new(grid),
+            inputs,
+            input_rates,
+            limits,
+            rough,
+        }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.measured.len()
+    }
+
+    /// The whole record as one run.
+    pub(super) fn run(&self) -> Run {
+        self.stretch(0..self.len())
+    }
+
+    /// A stretch of the record with an initial state of its own.
+    pub(super) fn stretch(&self, range: std::ops::Range<usize>) -> Run {
+        Run {
+            grid: Arc::clone(&self.grid),
+            measured: Arc::clone(&self.measured),
+            limits: self.limits,
+            initial: [self.rough[0][range.start], self.rough[1][range.start]],
+            range,
+        }
+    }
+}
+
+/// By how much the records can be thinned: so many samples at least are left in a period of their fastest motion.
+fn thinning(records: &[&Arc<Record>]) -> usize {
+    let fastest = records
+        .iter()
+        .filter_map(|r| {
+            let x = &r.channel(Role::Displacement(0))?.values;
+            let spectrum = Spectrum::new(x, r.interval)?;
+            let total: f64 = spectrum.amplitudes.iter().skip(1).map(|a| a * a).sum();
+            let mut sum = 0.0;
+            let line = spectrum.amplitudes.iter().enumerate().skip(1).find(|(_, a)| {
+                sum += **a * **a;
+                sum >= BAND * total
+            })?;
+            Some(spectrum.frequency(line.0) * r.interval)
+        })
+        .fold(0.0, f64::max);
+    if fastest > 0.0 { ((PER_PERIOD * fastest).recip() as usize).max(1) } else { 1 }
+}
+
+/// Every `stride`-th sample of every channel behind a low-pass filter: a sinc of eight zero crossings a side under a
+/// Blackman window, half its height at 0.4 of the new sampling rate, the ends continued by reflection about their value.
+fn thin(record: &Record, stride: usize) -> Record {
+    let half = 8 * stride;
+    let cutoff = 0.8 / stride as f64;
+    let mut kernel: Vec<f64> = (0..=2 * half)
+        .map(|k| {
+            let s = k as f64 - half as f64;
+            let window = 0.42 + 0.5 * (PI * s / half as f64).cos() + 0.08 * (2.0 * PI * s / half as f64).cos();
+            let sinc = if s == 0.0 { 1.0 } else { (PI * cutoff * s).sin() / (PI * cutoff * s) };
+            window * sinc
+        })
+        .collect();
+    let sum: f64 = kernel.iter().sum();
+    kernel.iter_mut().for_each(|k| *k /= sum);
+    let mut thinned = record.clone();
+    let count = record.len().div_ceil(stride);
+    for channel in &mut thinned.channels {
+        let v = &channel.values;
+        let last = v.len() - 1;
+        let at = |k: isize| -> f64 {
+            if k < 0 {
+                2.0 * v[0] - v[k.unsigned_abs().min(last)]
+            } else if k.unsigned_abs() > last {
+                2.0 * v[last] - v[(2 * last).saturating_sub(k.unsigned_abs())]
+            } else {
+                v[k.unsigned_abs()]
+            }
+        };
+        channel.values = (0..count)
+            .map(|c| {
+                let centre = c * stride;
+                if centre >= half && centre + half <= last {
+                    return crate::signal::dot(&kernel, &v[centre - half..=centre + half]);
+                }
+                kernel.iter().enumerate().map(|(k, w)| w * at((centre + k) as isize - half as isize)).sum()
+            })
+            .collect();
+    }
+    thinned.interval = record.interval * stride as f64;
+    thinned
+}
+
+/// Standard deviation of the noise in a channel: by differences, or by the floor at the upper end of the spectrum where
+/// the motion is sampled too coarsely for those; the smaller is the one with less motion in it.
+fn noise(values: &[f64], interval: f64) -> f64 {
+    let differences = standard_deviation(values).unwrap_or(0.0);
+    let floor = Spectrum::new(values, interval).map_or(f64::INFINITY, |spectrum| {
+        let lines = spectrum.amplitudes.len();
+        let mut top: Vec<f64> = spectrum.amplitudes[lines - lines / 8..].iter().map(|a| a * a).collect();
+        top.sort_unstable_by(f64::total_cmp);
+        let median = top.get(top.len() / 2).copied().unwrap_or(0.0);
+        // White noise of variance s² has lines of mean square 4 s² Σw²/(Σw)² = 6 s²/n under a Hann window, exponentially
+        // distributed: the median is ln 2 of the mean.
+        (median / std::f64::consts::LN_2 * values.len() as f64 / 6.0).sqrt()
+    });
+    differences.min(floor)
+}

@@ -1,0 +1,128 @@
+//! Which candidate is named, which are refused, and which the data cannot tell apart.
+
+use super::effects::Form;
+use super::fit::Fitted;
+use crate::refine::inflation;
+
+/// How much better a candidate is than the model that it was added to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Score {
+    /// Difference of the Bayesian information criterion on the fitted records, independent samples counted; negative is
+    /// better.
+    pub(super) bic: f64,
+    /// Difference of twice the negative log-likelihood of the data left out.
+    pub(super) test: f64,
+    /// Both together; a gain on the fitted data counts only as far as the data left out confirm it, sample for sample.
+    pub(super) total: f64,
+}
+
+/// Difference of scores (twice a log odds ratio) below which two candidates are not told apart: odds of 150 to 1.
+pub(super) const APART: f64 = 10.0;
+/// Gain in score that a candidate needs at least.
+const WORTH: f64 = 10.0;
+/// Gain that the data left out must show by themselves.
+const SHOWN: f64 = 4.0;
+/// By how much no single record left out may get worse.
+const WORSE: f64 = 1.10;
+/// By how much a form with more in it must beat the simpler one that it contains.
+const RICHER: f64 = 4.0;
+
+/// Scores a model against another, for residuals that vary `colour` times more than white ones where the motion is.
+pub(super) fn score(before: &Fitted, after: &Fitted, colour: f64, floor: f64) -> Score {
+    let n = after.refined.samples as f64 / colour;
+    // Below the floor a residual is as good as none: clean data must not make every digit a proof.
+    let level = |rss: f64, n: usize| (rss / n.max(1) as f64 + floor * floor).max(f64::MIN_POSITIVE).ln();
+    let train = |f: &Fitted| level(f.refined.rss, f.refined.samples);
+    let left_out = |f: &Fitted| f.folds.iter().fold((0.0, 0), |(r, n), f| (r + f.rss, n + f.samples));
+    let fitted = train(after) - train(before);
+    let more = after.refined.unknowns() as f64 - before.refined.unknowns() as f64;
+    let penalty = more * n.max(2.0).ln();
+    let ((rss, samples), (rss_before, _)) = (left_out(after), left_out(before));
+    let m = samples as f64 / colour;
+    let held = if samples > 0 { level(rss, samples) - level(rss_before, samples) } else { fitted };
+    Score { bic: n * fitted + penalty, test: m * held, total: (n + m) * fitted.max(held) + penalty }
+}
+
+/// How much the residuals of a fit are coloured where the motion is.
+pub(super) fn colour(fitted: &Fitted, frequency: f64, interval: f64) -> f64 {
+    let series: Vec<&[f64]> = fitted.refined.residuals.iter().map(Vec::as_slice).collect();
+    inflation(&series, frequency * interval)
+}
+
+/// Why a candidate is refused, in words; none if it stands.
+pub(super) fn refusal(form: &Form, before: &Fitted, after: (&Fitted, &Score), unit: &str) -> Option<String> {
+    let shared = &after.0.refined.point.shared;
+    if let Some(objection) = after.0.composition.objection(shared) {
+        return Some(objection);
+    }
+    let inner = &shared[shared.len() - form.inner.len()..];
+    for (quantity, value) in form.inner.iter().zip(inner) {
+        let (low, high) = quantity.bounds;
+        if (value - low).abs() < 0.01 * (high - low).abs().min(value.abs()) || (high - value).abs() < 0.01 * high.abs()
+        {
+            return Some(format!(
+                "{} runs to the end of what is sensible: these data do not exercise it",
+                quantity.name
+            ));
+        }
+    }
+    let number = |v: f64| crate::format::number::significant(v, 3);
+    let rms = |f: &Fitted| f.gap.test_rmse.unwrap_or(f.gap.train_rmse);
+    let worse = before.folds.iter().zip(&after.0.folds).find(|(b, a)| a.rmse() > WORSE * b.rmse());
+    if let Some((b, a)) = worse {
+        return Some(format!(
+            "the fit gets better, but data never fitted get worse: {} → {} {unit}",
+            number(b.rmse()),
+            number(a.rmse())
+        ));
+    }
+    if after.1.test > -SHOWN {
+        return Some(format!(
+            "data never fitted get no better: {} → {} {unit}",
+            number(rms(before)),
+            number(rms(after.0))
+        ));
+    }
+    if after.1.total > -WORTH {
+        return Some("what it explains is no more than chance might".to_owned());
+    }
+    None
+}
+
+/// The order of candidates that stand, best first: by score, but a form that contains a simpler one must beat it clearly.
+pub(super) fn order(candidates: &[(usize, &Form, Score)]) -> Vec<usize> {
+    let mut left: Vec<&(usize, &Form, Score)> = candidates.iter().collect();
+    let mut out = Vec::new();
+    while !left.is_empty() {
+        let lowest = |list: &[&(usize, &Form, Score)]| {
+            (0..list.len()).min_by(|a, b| list[*a].2.total.total_cmp(&list[*b].2.total)).unwrap_or(0)
+        };
+        let mut best = lowest(&left);
+        while let Some(simpler) = left
+            .iter()
+            .enumerate()
+            .filter(|(_, c)| left[best].1.contains.contains(&c.1.effect))
+            .filter(|(_, c)| c.2.total - left[best].2.total < RICHER)
+            .min_by(|a, b| a.1.2.total.total_cmp(&b.1.2.total))
+            .map(|(k, _)| k)
+        {
+            best = simpler;
+        }
+        out.push(left.remove(best).0);
+    }
+    out
+}
+
+/// The candidates that cannot be told from the first.
+pub(super) fn confused(first: (&Form, Score), others: &[(usize, &Form, Score)]) -> Vec<usize> {
+    others
+        .iter()
+        .filter(|(_, form, score)| {
+            form.effect != first.0.effect
+                && score.total - first.1.total < APART
+                // A richer form fits as well by nature: it is a rival only where it does better than its price.
+                && !(form.contains.contains(&first.0.effect) && score.total > first.1.total)
+        })
+        .map(|(k, _, _)| *k)
+        .collect()
+}

@@ -1,0 +1,80 @@
+use super::{Addition, Axis, Form, Inner, Setting, Sign, coefficient, fixed, logarithmic, shared, term};
+
+/// Dry friction in its kinds.
+pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
+    for &frame in setting.frames() {
+        let sliding = term("sgn(W)", frame);
+        let axis = Axis::Velocity { joint: frame.joint };
+        if !setting.has(&sliding) {
+            forms.push(Form {
+                effect: "coulomb_friction",
+                title: "Coulomb (dry) friction",
+                explanation: "A force of constant size against the motion, whatever the speed.",
+                separates: "a free decay until the motion stops, or small amplitudes beside large ones",
+                form: frame.form,
+                coefficients: vec![coefficient("F_c", 1, -2, Sign::Against)],
+                inner: Vec::new(),
+                contains: &[],
+                axis,
+                build: fixed(vec![sliding.clone()]),
+            });
+        }
+        let speed = setting.speed(frame);
+        let slowest = (2.0 * setting.speed_noise).max(0.01 * speed).min(0.3 * speed);
+        forms.push(Form {
+            effect: "stribeck_friction",
+            title: "Stribeck friction",
+            explanation: "Dry friction that is larger at low speed and falls to its sliding level as the motion gets faster.",
+            separates: "many reversals at low speed: a slow, large motion of the base",
+            form: frame.form,
+            coefficients: vec![
+                coefficient("F_c", 1, -2, Sign::Against),
+                coefficient("F_s - F_c", 1, -2, Sign::Against),
+            ],
+            inner: vec![Inner {
+                name: "v_s",
+                dimension: (1, -1),
+                grid: logarithmic(slowest, 0.7 * speed, 10),
+                bounds: (0.5 * slowest, 0.9 * speed),
+            }],
+            contains: &["coulomb_friction"],
+            axis,
+            build: shared(move |inner| Addition {
+                terms: vec![
+                    sliding.clone(),
+                    term(&format!("sgn(W)*exp(-(W/{:e})^2)", inner[0]), frame),
+                ],
+                ..Addition::default()
+            }),
+        });
+        let sliding = term("sgn(W)", frame);
+        forms.push(Form {
+            effect: "static_friction",
+            title: "Static friction (stick-slip)",
+            explanation: "The mass sticks until the pull exceeds a level above that of sliding, then slips.",
+            separates: "motion slow and small enough that the mass stops in every period",
+            form: frame.form,
+            coefficients: vec![coefficient("F_c", 1, -2, Sign::Against)],
+            inner: vec![Inner { name: "F_s/F_c", dimension: (0, 0), grid: vec![1.2, 1.6, 2.3], bounds: (1.0, 6.0) }],
+            contains: &["coulomb_friction"],
+            axis,
+            build: shared(move |inner| Addition {
+                terms: vec![sliding.clone()],
+                static_ratio: Some(inner[0]),
+                ..Addition::default()
+            }),
+        });
+        forms.push(Form {
+            effect: "position_dependent_friction",
+            title: "Position-dependent friction",
+            explanation: "Dry friction that grows with the displacement (also called structural or rate-independent damping).",
+            separates: "the same amplitude at two frequencies an octave apart",
+            form: frame.form,
+            coefficients: vec![coefficient("h", 0, -2, Sign::Against)],
+            inner: Vec::new(),
+            contains: &[],
+            axis,
+            build: fixed(vec![term("|R|*sgn(W)", frame)]),
+        });
+    }
+}

@@ -1,0 +1,105 @@
+use std::f64::consts::TAU;
+
+use super::{Addition, Axis, Form, Inner, Setting, Sign, coefficient, known, logarithmic, shared, term};
+use crate::model::Equation;
+
+/// Forces that remember: they have states of their own.
+pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
+    let frame = setting.spring();
+    let joint = frame.joint;
+    let reach = setting.reach(frame);
+    for (form, power) in [("", 1), ("rounder", 2)] {
+        forms.push(Form {
+            effect: "bouc_wen_hysteresis",
+            title: "Bouc–Wen hysteresis",
+            explanation: "A spring in series with a slider: stiff at each reversal, then yielding, so that the force runs in loops.",
+            separates: "slow loops at three amplitudes, with reversals in between",
+            form,
+            coefficients: vec![coefficient("k_h", 0, -2, Sign::Against)],
+            inner: vec![
+                Inner {
+                    name: "x_y",
+                    dimension: (1, 0),
+                    grid: logarithmic(0.04 * reach, 1.5 * reach, 9),
+                    bounds: (0.01 * reach, 4.0 * reach),
+                },
+                Inner { name: "shape", dimension: (0, 0), grid: vec![0.5, 0.9], bounds: (0.1, 1.5) },
+            ],
+            contains: &["coulomb_friction"],
+            axis: Axis::Displacement { joint },
+            build: shared(move |inner| {
+                let (yields, shape) = (inner[0].powi(power), inner[1]);
+                let (loops, slims) =
+                    if power == 1 { ("|W|*z", "W*|z|") } else { ("|W|*z*|z|", "W*z^2") };
+                Addition {
+                    terms: vec![known("z")],
+                    internals: vec![Equation::known([
+                        (term("W", frame), 1.0),
+                        (term(loops, frame), -shape / yields),
+                        (term(slims, frame), -(1.0 - shape) / yields),
+                    ])],
+                    ..Addition::default()
+                }
+            }),
+        });
+    }
+    let slowest = 20.0 / (TAU * setting.frequency);
+    forms.push(Form {
+        effect: "viscoelastic_relaxation",
+        title: "Viscoelastic relaxation",
+        explanation: "A spring in series with a damper (a Maxwell branch): stiff to fast motion, soft to slow.",
+        separates: "frequencies around the relaxation rate, or a step that is held",
+        form: "",
+        coefficients: vec![coefficient("k_v", 0, -2, Sign::Against)],
+        inner: vec![Inner {
+            name: "tau",
+            dimension: (0, 1),
+            grid: logarithmic(slowest / 200.0, slowest, 12),
+            bounds: (slowest / 1000.0, 4.0 * slowest),
+        }],
+        contains: &["viscous_damping", "linear_stiffness"],
+        axis: Axis::Displacement { joint },
+        build: shared(move |inner| Addition {
+            terms: vec![known("z")],
+            internals: vec![Equation::known([(term("W", frame), 1.0), (known("z"), -1.0 / inner[0])])],
+            ..Addition::default()
+        }),
+    });
+    forms.push(Form {
+        effect: "second_mode",
+        title: "Second mode",
+        explanation: "A further mass on a spring of its own rides on this one: a notch and a second peak.",
+        separates: "a sweep through the second frequency",
+        form: "",
+        coefficients: vec![coefficient("mu", 0, 0, Sign::Any)],
+        inner: vec![
+            Inner {
+                name: "f_2",
+                dimension: (0, -1),
+                grid: logarithmic(0.25 * setting.frequency, 4.0 * setting.frequency, 56),
+                bounds: (0.1 * setting.frequency, 8.0 * setting.frequency),
+            },
+            Inner { name: "zeta_2", dimension: (0, 0), grid: vec![0.012, 0.05], bounds: (1e-4, 0.6) },
+        ],
+        contains: &["linear_stiffness"],
+        axis: Axis::Displacement { joint: false },
+        build: shared(|inner| {
+            let omega = TAU * inner[0];
+            let (spring, damper) = (omega * omega, 2.0 * inner[1] * omega);
+            let force = format!("{spring:e}*(z1-x)+{damper:e}*(z2-v)");
+            Addition {
+                terms: vec![known(&force)],
+                internals: vec![
+                    Equation::known([(known("z2"), 1.0)]),
+                    Equation::known([
+                        (known("z1"), -spring),
+                        (known("x"), spring),
+                        (known("z2"), -damper),
+                        (known("v"), damper),
+                    ]),
+                ],
+                ..Addition::default()
+            }
+        }),
+    });
+}

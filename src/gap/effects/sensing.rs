@@ -1,0 +1,36 @@
+use super::{Addition, Axis, Form, Inner, Setting, shared};
+
+/// What the sensor does, and the motion does not.
+pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
+    forms.push(Form {
+        effect: "sensor_offset",
+        title: "Sensor offset",
+        explanation: "The sensor's zero is off, by another amount in each record.",
+        separates: "a record of the mass at rest",
+        form: "",
+        coefficients: Vec::new(),
+        inner: Vec::new(),
+        contains: &["constant_force"],
+        axis: Axis::Time,
+        build: shared(|_| Addition { offset: true, ..Addition::default() }),
+    });
+    if let Some(level) = setting.ceiling {
+        forms.push(Form {
+            effect: "sensor_clipping",
+            title: "Sensor clipping",
+            explanation: "The sensor cannot show more than a limit: peaks are cut off flat, always at the same level.",
+            separates: "a smaller amplitude",
+            form: "",
+            coefficients: Vec::new(),
+            inner: vec![Inner {
+                name: "x_max",
+                dimension: (1, 0),
+                grid: vec![level],
+                bounds: (0.9 * level, 1.1 * level),
+            }],
+            contains: &[],
+            axis: Axis::Time,
+            build: shared(|inner| Addition { ceiling: Some(inner[0]), ..Addition::default() }),
+        });
+    }
+}

@@ -1,0 +1,155 @@
+use super::{Addition, Axis, Form, Frame, Inner, Setting, Sign, coefficient, even, fixed, shared, term};
+
+/// Restoring forces.
+pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
+    for &frame in setting.frames() {
+        powers(setting, frame, forms);
+        contacts(setting, frame, forms);
+    }
+    pendulum(setting, forms);
+}
+
+fn powers(setting: &Setting, frame: Frame, forms: &mut Vec<Form>) {
+    let mut push = |effect, title, explanation, separates, text: &str, name, length, sign| {
+        let term = term(text, frame);
+        if setting.has(&term) {
+            return;
+        }
+        forms.push(Form {
+            effect,
+            title,
+            explanation,
+            separates,
+            form: frame.form,
+            coefficients: vec![coefficient(name, length, -2, sign)],
+            inner: Vec::new(),
+            contains: &[],
+            axis: Axis::Displacement { joint: frame.joint },
+            build: fixed(vec![term]),
+        });
+    };
+    push(
+        "linear_stiffness",
+        "Linear stiffness",
+        "A spring in proportion to the displacement.",
+        "a wide band of frequencies",
+        "R",
+        "k",
+        0,
+        Sign::Any,
+    );
+    push(
+        "quadratic_stiffness",
+        "Quadratic stiffness",
+        "A spring that is stiffer on one side than on the other.",
+        "two amplitudes: the mean shifts with the amplitude squared",
+        "R^2",
+        "k_2",
+        -1,
+        Sign::Any,
+    );
+    push(
+        "cubic_stiffness",
+        "Cubic stiffness",
+        "A spring that hardens (or, with the other sign, softens) with the displacement.",
+        "amplitudes that differ three times or more",
+        "R^3",
+        "k_3",
+        -2,
+        Sign::Any,
+    );
+    push(
+        "quintic_stiffness",
+        "Quintic stiffness",
+        "A spring that hardens (or softens) only at the largest displacements.",
+        "the largest safe amplitude",
+        "R^5",
+        "k_5",
+        -4,
+        Sign::Any,
+    );
+    push(
+        "bilinear_stiffness",
+        "Bilinear stiffness",
+        "A spring with one stiffness when pulled and another when pushed, as of a breathing crack.",
+        "two amplitudes: the share of the second harmonic stays the same",
+        "max(R,0)",
+        "k_b",
+        0,
+        Sign::Any,
+    );
+}
+
+fn contacts(setting: &Setting, frame: Frame, forms: &mut Vec<Form>) {
+    let reach = setting.reach(frame);
+    let gap = |from: f64| Inner {
+        name: "d",
+        dimension: (1, 0),
+        grid: even(from * reach, 0.95 * reach, 24),
+        bounds: (0.01 * reach, 0.98 * reach),
+    };
+    forms.push(Form {
+        effect: "clearance",
+        title: "Clearance",
+        explanation: "A gap on both sides, then further springs: freeplay, or side stops.",
+        separates: "amplitudes just below and just above the gap",
+        form: frame.form,
+        coefficients: vec![coefficient("k_c", 0, -2, Sign::Against)],
+        inner: vec![gap(0.03)],
+        contains: &[],
+        axis: Axis::Displacement { joint: frame.joint },
+        build: shared(move |inner| Addition {
+            terms: vec![term(&format!("dz(R,{:e})", inner[0]), frame)],
+            ..Addition::default()
+        }),
+    });
+    for (side, text) in [("above", "max(R-D,0)"), ("below", "min(R+D,0)")] {
+        let form = match (frame.form, side) {
+            ("", side) => side,
+            ("to ground", "above") => "to ground, above",
+            ("to ground", _) => "to ground, below",
+            (_, "above") => "in the joint, above",
+            _ => "in the joint, below",
+        };
+        forms.push(Form {
+            effect: "one_sided_stop",
+            title: "One-sided stop",
+            explanation: "Contact with a further spring on one side only, beyond a gap.",
+            separates: "amplitudes just below and just above the gap",
+            form,
+            coefficients: vec![coefficient("k_s", 0, -2, Sign::Against)],
+            inner: vec![gap(0.03)],
+            contains: &[],
+            axis: Axis::Displacement { joint: frame.joint },
+            build: shared(move |inner| Addition {
+                terms: vec![term(&text.replace('D', &format!("{:e}", inner[0])), frame)],
+                ..Addition::default()
+            }),
+        });
+    }
+}
+
+fn pendulum(setting: &Setting, forms: &mut Vec<Form>) {
+    let angle = matches!(setting.unit.as_str(), "rad" | "");
+    let frame = setting.spring();
+    let spring = term("R", frame);
+    if !angle || setting.reach(frame) < 0.05 || !setting.has(&spring) {
+        return;
+    }
+    forms.push(Form {
+        effect: "pendulum_restoring",
+        title: "Pendulum restoring force",
+        explanation: "Gravity on a pendulum: the restoring torque goes with the sine of the angle, in place of the spring.",
+        separates: "swings beyond one radian",
+        form: "",
+        coefficients: vec![coefficient("g/l", 0, -2, Sign::Against)],
+        inner: Vec::new(),
+        contains: &[],
+        axis: Axis::Displacement { joint: frame.joint },
+        build: shared(move |_| Addition {
+            terms: vec![term("sin(R)", frame)],
+            replaces: vec![spring.clone()],
+            ..Addition::default()
+        }),
+    });
+}

@@ -1,0 +1,44 @@
+/// Why a search for missing effects cannot be made.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum GapError {
+    /// The records do not go together.
+    #[error("{0}")]
+    Records(String),
+    /// No record is to be fitted.
+    #[error("there is no record to fit")]
+    NothingToFit,
+    /// More than one degree of freedom.
+    #[error(
+        "the search for missing effects takes records of one displacement; these have {0}: give one of them with --columns"
+    )]
+    Freedoms(usize),
+    /// More than one input.
+    #[error(
+        "the search for missing effects takes records of at most one input; these have {0}: give one of them with --columns"
+    )]
+    Inputs(usize),
+    /// A record is too short.
+    #[error("record `{record}` has {samples} samples; at least 100 are needed")]
+    TooShort {
+        /// The record.
+        record: String,
+        /// Its samples.
+        samples: usize,
+    },
+    /// A base term uses what the records do not have.
+    #[error("the base model's term {term} uses {symbol}, which the records do not have")]
+    Symbol {
+        /// The term.
+        term: String,
+        /// The quantity.
+        symbol: String,
+    },
+    /// The base model cannot be fitted.
+    #[error(
+        "the base model's response cannot be fitted to the records: its simulation does not stay within ten times their range; give other --terms"
+    )]
+    Base,
+    /// Stopped from outside.
+    #[error("cancelled")]
+    Cancelled,
+}

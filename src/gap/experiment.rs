@@ -1,0 +1,123 @@
+//! The next experiment: what would tell two models apart that the present data cannot.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use super::data::Data;
+use super::fit::Fitted;
+use crate::format::number::significant;
+use crate::refine::{Options, Point, Run, own_start, refine};
+use crate::signal::rms;
+use crate::simulate::{InputGrid, Limits, Simulator};
+use crate::study::Cancel;
+
+/// Periods of a proposed record, and samples in one.
+const PERIODS: f64 = 24.0;
+const SAMPLES: f64 = 40.0;
+
+struct Proposal {
+    text: String,
+    input: Vec<f64>,
+    initial: [f64; 2],
+}
+
+impl Data {
+    /// The experiment of a small menu under which two fitted models would differ most once the rival has adapted, in words.
+    ///
+    /// Source of the criterion: A. Atkinson, V. Fedorov, "The design of experiments for discriminating between two rival
+    /// models", Biometrika 62 (1975) 57–70 (T-optimality).
+    pub(super) fn next_experiment(&self, best: &Fitted, rival: &Fitted, cancel: &Cancel) -> Option<String> {
+        let interval = 1.0 / (SAMPLES * self.frequency);
+        let count = (PERIODS * SAMPLES) as usize;
+        let noise = best.refined.rmse().max(self.noise).max(f64::MIN_POSITIVE);
+        let (model, composed) = best.composition.model(&best.refined.point.shared);
+        let simulator = Simulator::new(&model).ok()?;
+        let cancelled = || cancel.is_cancelled();
+        let mut found: Option<(f64, String)> = None;
+        for proposal in self.menu(interval, count) {
+            let inputs: Vec<&[f64]> = if self.layout.inputs > 0 { vec![&proposal.input] } else { Vec::new() };
+            let grid = Arc::new(InputGrid::new(0.0, interval, count, &inputs, None));
+            let mut initial = vec![0.0; 2 + composed.internals.len()];
+            initial[..2].copy_from_slice(&proposal.initial);
+            let response = simulator.run(&grid, &initial, 0..count, &Limits::default());
+            if response.len() < count {
+                continue;
+            }
+            let largest = |s: &[f64]| 10.0 * s.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            let run = Run {
+                grid,
+                measured: response.states[0].as_slice().into(),
+                range: 0..count,
+                limits: [largest(&response.states[0]), largest(&response.states[1])],
+                initial: proposal.initial,
+            };
+            let runs = [run];
+            let start = Point { shared: rival.refined.point.shared.clone(), own: own_start(&rival.composition, &runs) };
+            let options = Options { frozen: false, steps: 6, bar: None, cancelled: &cancelled };
+            // A rival that cannot even follow is told apart for certain.
+            let apart = refine(&rival.composition, &runs, &start, options).map_or(f64::INFINITY, |r| r.rmse() / noise);
+            if apart.is_finite() && found.as_ref().is_none_or(|(a, _)| apart > *a) {
+                found = Some((apart, proposal.text));
+            }
+        }
+        let (apart, text) = found?;
+        let seconds = significant(PERIODS / self.frequency, 2);
+        Some(if apart > 0.3 {
+            format!(
+                "{text}, {seconds} s long: there the two would differ by {} times the noise, after the second has adapted as well as it can.",
+                significant(apart, 2)
+            )
+        } else {
+            format!(
+                "No experiment of this kind tells them apart ({} times the noise at most): a further sensor, or a part taken out, would.",
+                significant(apart, 1)
+            )
+        })
+    }
+
+    fn menu(&self, interval: f64, count: usize) -> Vec<Proposal> {
+        let f = self.frequency;
+        let time = |k: usize| interval * k as f64;
+        let reach = self.fit().iter().map(|s| s.limits[0] / 10.0).fold(0.0, f64::max);
+        let mut menu = Vec::new();
+        for factor in [1.0, 0.3, 2.0] {
+            menu.push(Proposal {
+                text: format!("Let it go from {} {} without input", significant(factor * reach, 2), self.unit),
+                input: vec![0.0; count],
+                initial: [factor * reach, 0.0],
+            });
+        }
+        if self.layout.inputs == 0 {
+            return menu;
+        }
+        let level = self.fit().iter().map(|s| rms(&s.inputs[0])).fold(0.0, f64::max) * std::f64::consts::SQRT_2;
+        if level == 0.0 {
+            return menu;
+        }
+        let hz = |f: f64| significant(f, 3);
+        for (factor, name) in
+            [(0.5, "half the level so far"), (1.0, "the level so far"), (2.0, "twice the level so far")]
+        {
+            for tone in [0.5, 1.0, 1.6] {
+                menu.push(Proposal {
+                    text: format!("Run a tone of {} Hz from rest at {name}", hz(tone * f)),
+                    input: (0..count).map(|k| factor * level * (TAU * tone * f * time(k)).sin()).collect(),
+                    initial: [0.0, 0.0],
+                });
+            }
+            let (low, high) = (0.3 * f, 2.5 * f);
+            let length = time(count);
+            menu.push(Proposal {
+                text: format!("Sweep from {} to {} Hz at {name}", hz(low), hz(high)),
+                input: (0..count)
+                    .map(|k| {
+                        let t = time(k);
+                        factor * level * (TAU * (low * t + 0.5 * (high - low) * t * t / length)).sin()
+                    })
+                    .collect(),
+                initial: [0.0, 0.0],
+            });
+        }
+        menu
+    }
+}

@@ -1,0 +1,306 @@
+//! Fitting a composition to the records: start, refinement, and the gap on data never fitted.
+
+use std::sync::Arc;
+
+use super::columns::{Path, forces};
+use super::data::{Data, Series};
+use super::motion::Oscillator;
+use super::outcome::Gap;
+use super::structure::Composition;
+use crate::refine::{Bar, Options, Point, Refined, Run, Structure, own_start, refine};
+use crate::signal::{dot, mean_and_variance};
+use crate::study::Cancel;
+use crate::term::{Expression, Symbol, Term, derivative};
+
+/// A composition fitted to the fitted records, and held against data that were not.
+#[derive(Clone, Debug)]
+pub(super) struct Fitted {
+    pub(super) composition: Composition,
+    pub(super) refined: Arc<Refined>,
+    /// Residual sums of squares on data left out, one a fold.
+    pub(super) folds: Vec<Fold>,
+    /// Simulated displacement of each held-out record, empty where there is none or it does not last.
+    pub(super) held_out: Vec<Vec<f64>>,
+    pub(super) gap: Gap,
+}
+
+/// The score of one set of data that was left out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Fold {
+    pub(super) rss: f64,
+    pub(super) samples: usize,
+}
+
+impl Fold {
+    pub(super) fn rmse(&self) -> f64 {
+        (self.rss / self.samples.max(1) as f64).sqrt()
+    }
+}
+
+/// Steps of a refinement from a good start, and at most.
+const STEPS: usize = 24;
+const FEW_STEPS: usize = 8;
+/// Motion left unexplained (a share of its RMS) above which a fit may have missed its basin.
+const LOST: f64 = 0.3;
+/// Periods of a shooting segment.
+const SEGMENT: f64 = 5.0;
+/// Share of a single record that is fitted when the rest is to judge.
+const FITTED_SHARE: f64 = 0.7;
+
+fn runs(series: &[Series]) -> Vec<Run> {
+    series.iter().map(Series::run).collect()
+}
+
+impl Data {
+    fn options<'a>(cancelled: &'a (dyn Fn() -> bool + Sync), steps: usize, bar: Option<&'a Bar>) -> Options<'a> {
+        Options { frozen: false, steps, bar, cancelled }
+    }
+
+    /// Refines from a point; where the long simulation is lost, by way of short segments.
+    ///
+    /// With a bar to reach, segments are tried only for a fit that cannot be simulated in one.
+    pub(super) fn refine(
+        &self,
+        composition: &Composition,
+        start: &Point,
+        bar: Option<&Bar>,
+        cancel: &Cancel,
+    ) -> Option<Refined> {
+        let cancelled = || cancel.is_cancelled();
+        let runs = runs(self.fit());
+        let direct = refine(composition, &runs, start, Self::options(&cancelled, STEPS, bar))
+            .map(|found| self.again(composition, &runs, found, bar, cancel));
+        let power: f64 = self.fit().iter().map(|s| dot(&s.measured, &s.measured)).sum();
+        let lost = |fit: &Option<Refined>| fit.as_ref().is_none_or(|f| bar.is_none() && f.rss > LOST * LOST * power);
+        if !lost(&direct) || cancel.is_cancelled() {
+            return direct;
+        }
+        let length = |s: &Series| ((SEGMENT / (self.frequency * s.interval)) as usize).max(50);
+        let segments: Vec<Run> = self
+            .fit()
+            .iter()
+            .flat_map(|s| {
+                let n = s.len();
+                let parts = (n / length(s)).clamp(1, 24);
+                (0..parts).map(move |p| s.stretch(p * n / parts..(p + 1) * n / parts))
+            })
+            .collect();
+        let short = Point { shared: start.shared.clone(), own: own_start(composition, &segments) };
+        let shared = refine(composition, &segments, &short, Self::options(&cancelled, FEW_STEPS, None))?.point.shared;
+        let again = Point { shared, own: own_start(composition, &runs) };
+        let long = refine(composition, &runs, &again, Self::options(&cancelled, STEPS, bar));
+        match (direct, long) {
+            (Some(a), Some(b)) => Some(if b.rss < a.rss { b } else { a }),
+            (a, b) => b.or(a),
+        }
+    }
+
+    /// Begins each record anew from where it was measured to begin, and goes on where that helps: an initial state may have
+    /// been caught where a wrong model needed it.
+    fn again(
+        &self,
+        composition: &Composition,
+        runs: &[Run],
+        found: Refined,
+        bar: Option<&Bar>,
+        cancel: &Cancel,
+    ) -> Refined {
+        let cancelled = || cancel.is_cancelled();
+        let frozen = Options { frozen: true, steps: FEW_STEPS, bar: None, cancelled: &cancelled };
+        let mut point = found.point.clone();
+        let mut bettered = false;
+        for (r, run) in runs.iter().enumerate() {
+            let alone = std::slice::from_ref(run);
+            let here: f64 = dot(&found.residuals[r], &found.residuals[r]);
+            let start = Point { shared: point.shared.clone(), own: own_start(composition, alone) };
+            if let Some(mut other) = refine(composition, alone, &start, frozen)
+                && other.rss < 0.9 * here
+                && let Some(own) = other.point.own.pop()
+            {
+                point.own[r] = own;
+                bettered = true;
+            }
+        }
+        if !bettered {
+            return found;
+        }
+        match refine(composition, runs, &point, Self::options(&cancelled, STEPS, bar)) {
+            Some(better) if better.rss < found.rss => better,
+            _ => found,
+        }
+    }
+
+    /// The records (or stretches) that are fitted and those that judge, one pair a fold.
+    fn folds(&self) -> Vec<(Vec<Run>, Vec<Run>)> {
+        let fit = self.fit();
+        if !self.held_out().is_empty() {
+            return Vec::new();
+        }
+        if let [single] = fit {
+            let cut = (FITTED_SHARE * single.len() as f64) as usize;
+            return vec![(vec![single.stretch(0..cut)], vec![single.stretch(cut..single.len())])];
+        }
+        let groups = fit.len().min(4);
+        (0..groups)
+            .map(|g| {
+                let (test, train): (Vec<_>, Vec<_>) = fit.iter().enumerate().partition(|(k, _)| k % groups == g);
+                let runs = |list: Vec<(usize, &Series)>| list.into_iter().map(|(_, s)| s.run()).collect();
+                (runs(train), runs(test))
+            })
+            .collect()
+    }
+
+    /// Holds a refinement against data that were not fitted.
+    pub(super) fn judge(&self, composition: Composition, refined: Refined, cancel: &Cancel) -> Fitted {
+        let cancelled = || cancel.is_cancelled();
+        let frozen = Options { frozen: true, steps: FEW_STEPS, bar: None, cancelled: &cancelled };
+        let lost = |runs: &[Run]| {
+            let samples = runs.iter().map(|r| r.range.len()).sum();
+            let rss = runs.iter().map(|r| r.measured[r.range.clone()].iter().map(|y| y * y).sum::<f64>()).sum();
+            Fold { rss, samples }
+        };
+        let mut held_out = Vec::new();
+        let mut folds = Vec::new();
+        let own = |runs: &[Run]| Point { shared: refined.point.shared.clone(), own: own_start(&composition, runs) };
+        for s in self.held_out() {
+            let runs = [s.run()];
+            let fit = refine(&composition, &runs, &own(&runs), frozen);
+            folds.push(fit.as_ref().map_or_else(|| lost(&runs), |f| Fold { rss: f.rss, samples: f.samples }));
+            held_out.push(fit.and_then(|mut f| f.simulated.pop()).unwrap_or_default());
+        }
+        for (train, test) in self.folds() {
+            let found = refine(&composition, &train, &own(&train), Self::options(&cancelled, FEW_STEPS, None))
+                .and_then(|f| {
+                    let start = Point { shared: f.point.shared, own: own_start(&composition, &test) };
+                    refine(&composition, &test, &start, frozen)
+                });
+            folds.push(found.map_or_else(|| lost(&test), |f| Fold { rss: f.rss, samples: f.samples }));
+        }
+        let spread = |series: &[Series]| {
+            let (mut squares, mut count) = (0.0, 0.0);
+            for s in series {
+                squares += s.len() as f64 * mean_and_variance(&s.measured).1;
+                count += s.len() as f64;
+            }
+            f64::sqrt(squares / f64::max(count, 1.0))
+        };
+        let samples: usize = folds.iter().map(|f| f.samples).sum();
+        let test_rmse = (samples > 0).then(|| (folds.iter().map(|f| f.rss).sum::<f64>() / samples as f64).sqrt());
+        let judged = if self.held_out().is_empty() { self.fit() } else { self.held_out() };
+        let gap = Gap {
+            train_rmse: refined.rmse(),
+            test_rmse,
+            train_nrmse: refined.rmse() / spread(self.fit()),
+            test_nrmse: test_rmse.map(|r| r / spread(judged)),
+        };
+        Fitted { composition, refined: Arc::new(refined), folds, held_out, gap }
+    }
+
+    /// Coefficients of terms to start from: with `L` the response of a linear oscillator of the motion's frequency,
+    /// `measured − L[k x + c v] = Σ coefficient · L[term]` but for free vibrations, in which everything is linear.
+    pub(super) fn start(&self, terms: &[Term]) -> Option<Vec<f64>> {
+        let omega = std::f64::consts::TAU * self.frequency;
+        let (k, c) = (omega * omega, 0.1 * omega);
+        let m = terms.len();
+        let mut normal = nalgebra::DMatrix::zeros(m, m);
+        let mut right = nalgebra::DVector::<f64>::zeros(m);
+        for s in self.fit() {
+            let oscillator = Oscillator::new(k, c, s.interval);
+            let path = Path { x: s.rough[0].clone(), v: s.rough[1].clone() };
+            let known: Vec<f64> = path.x.iter().zip(&path.v).map(|(x, v)| k * x + c * v).collect();
+            let mut response = Vec::new();
+            oscillator.respond(&known, &mut response);
+            let mut target: Vec<f64> = s.measured.iter().zip(&response).map(|(y, r)| y - r).collect();
+            let mut free = super::columns::Basis::default();
+            for column in oscillator.free(s.len()) {
+                free.push(column);
+            }
+            free.remove(&mut target);
+            let columns: Vec<Vec<f64>> = forces(terms, &[], &self.layout, s, &s.inputs(), &path)
+                .iter()
+                .map(|f| {
+                    let mut out = Vec::new();
+                    oscillator.respond(f, &mut out);
+                    free.remove(&mut out);
+                    out
+                })
+                .collect();
+            for (i, a) in columns.iter().enumerate() {
+                right[i] += dot(a, &target);
+                for (j, b) in columns.iter().enumerate() {
+                    normal[(i, j)] += dot(a, b);
+                }
+            }
+        }
+        let scale: Vec<f64> =
+            (0..m).map(|i| f64::sqrt(normal[(i, i)]).recip()).map(|s| if s.is_finite() { s } else { 0.0 }).collect();
+        let scaled = nalgebra::DMatrix::from_fn(m, m, |i, j| {
+            normal[(i, j)] * scale[i] * scale[j] + if i == j { 1e-10 } else { 0.0 }
+        });
+        let solved = scaled.cholesky()?.solve(&nalgebra::DVector::from_fn(m, |i, _| right[i] * scale[i]));
+        Some((0..m).map(|i| solved[i] * scale[i]).collect())
+    }
+
+    /// Scales of a composition's shared parameters: what changes the acceleration by a hundredth of its size, and a
+    /// fifth of an inner quantity.
+    pub(super) fn scales(&self, composition: &Composition, inner: &[f64], paths: &[Path]) -> Vec<f64> {
+        let composed = composition.compose(inner);
+        let omega = std::f64::consts::TAU * self.frequency;
+        let mut squares = vec![0.0; composed.terms.len()];
+        let (mut motion, mut count) = (0.0, 0);
+        for (s, path) in self.fit().iter().zip(paths) {
+            let columns = forces(&composed.terms, &composed.internals, &self.layout, s, &s.inputs(), path);
+            for (square, column) in squares.iter_mut().zip(&columns) {
+                *square += dot(column, column);
+            }
+            motion += dot(&path.x, &path.x);
+            count += s.len();
+        }
+        let acceleration = omega * omega * f64::sqrt(motion / count as f64);
+        let mut scales: Vec<f64> = squares
+            .iter()
+            .map(|s| {
+                let size = f64::sqrt(s / count as f64);
+                if size > 0.0 { 0.01 * acceleration / size } else { 1.0 }
+            })
+            .collect();
+        scales.extend(inner.iter().map(|v| if *v == 0.0 { 0.01 / self.frequency } else { 0.2 * v.abs() }));
+        scales
+    }
+
+    /// The oscillator that an acceleration is, to first order, in displacement and velocity.
+    pub(super) fn oscillator(&self, terms: &[Term], coefficients: &[f64], interval: f64) -> Oscillator {
+        let slope = |symbol: Symbol| -> f64 {
+            terms
+                .iter()
+                .zip(coefficients)
+                .map(|(t, c)| match derivative(t.expression(), symbol) {
+                    Expression::Number(n) => c * n,
+                    _ => 0.0,
+                })
+                .sum()
+        };
+        let (k, c) = (-slope(Symbol::State(0)), -slope(Symbol::Rate(0)));
+        let omega = std::f64::consts::TAU * self.frequency;
+        let k = if k > 0.05 * omega * omega { k } else { omega * omega };
+        Oscillator::new(k, c.max(0.002 * k.sqrt()), interval)
+    }
+}
+
+/// What each run has of its own, carried from one composition to another: initial state, the internal states that both
+/// have, the offset.
+pub(super) fn carried(before: &Composition, after: &Composition, own: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let (old, new) = (before.internals(), after.internals());
+    let (had, has) = (before.offset(), after.offset());
+    own.iter()
+        .map(|values| {
+            let mut next = vec![0.0; 2 + new + usize::from(has)];
+            let kept = 2 + old.min(new);
+            next[..kept].copy_from_slice(&values[..kept]);
+            if had && has {
+                next[2 + new] = values[2 + old];
+            }
+            next
+        })
+        .collect()
+}

@@ -1,0 +1,33 @@
+//! What is missing: where a model's response and the measurement part, which physical effect that is, and how sure one can be.
+//!
+//! A [`Search`] holds the records. It fits the base model to them ([`Search::base`]); [`Search::look`] asks a fitted
+//! [`Stage`] four things: is there a gap beyond noise, where is it, which effects of the catalogue would close it, and
+//! does the gap shrink on data that were never fitted. Each candidate that was refitted carries the stage that comes of
+//! adding it, so a walk is a chain of stages. [`Search::diagnose`] walks on its own until nothing more can be named.
+
+mod audit;
+mod columns;
+mod data;
+mod decide;
+mod effects;
+mod error;
+mod evidence;
+mod experiment;
+mod fit;
+mod motion;
+mod outcome;
+mod place;
+mod progress;
+mod screen;
+mod search;
+mod structure;
+#[cfg(test)]
+mod tests;
+
+pub use error::GapError;
+pub use outcome::{
+    Added, Blind, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Gap, Map, MissingForce, Parameter, Place,
+    Profile, Remaining, Round, Stage, Standing, Test, Trace, Verdict,
+};
+pub use progress::Progress;
+pub use search::{Ask, Listener, Search};

@@ -1,0 +1,217 @@
+//! The motion along a record and the force that the model lacks, estimated together.
+//!
+//! What the model's response leaves, `e = measured − simulated`, obeys `e″ = −k e − c e′ + f` with the missing force `f`.
+//! With `f` a random walk of unknown intensity this is a linear Gaussian state-space model: the Kalman filter gives the
+//! likelihood, by which the intensity is chosen, and the Rauch–Tung–Striebel smoother gives displacement, velocity and
+//! missing force with their variances, from all samples before and after.
+//!
+//! Source: T. Rogers, T. Friis, "A latent restoring force approach to nonlinear system identification", MSSP 180 (2022)
+//! 109426, with the Matérn process replaced by its limit, a random walk.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// Displacement and velocity of a linear oscillator `p″ = −k p − c p′ + φ` from one sample to the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Oscillator {
+    pub(super) stiffness: f64,
+    pub(super) damping: f64,
+    interval: f64,
+    step: [[f64; 2]; 2],
+    /// Effect of the force at the interval's beginning and at its end, between which it changes evenly.
+    before: [f64; 2],
+    after: [f64; 2],
+}
+
+impl Oscillator {
+    pub(super) fn new(stiffness: f64, damping: f64, interval: f64) -> Self {
+        let mut a = nalgebra::Matrix4::zeros();
+        a[(0, 1)] = 1.0;
+        a[(1, 0)] = -stiffness;
+        a[(1, 1)] = -damping;
+        a[(1, 2)] = 1.0;
+        a[(2, 3)] = interval.recip();
+        let e = (a * interval).exp();
+        let after = [e[(0, 3)], e[(1, 3)]];
+        Self {
+            stiffness,
+            damping,
+            interval,
+            step: [[e[(0, 0)], e[(0, 1)]], [e[(1, 0)], e[(1, 1)]]],
+            before: [e[(0, 2)] - after[0], e[(1, 2)] - after[1]],
+            after,
+        }
+    }
+
+    /// The response to a force from rest, added to nothing: written into `out`.
+    pub(super) fn respond(&self, force: &[f64], out: &mut Vec<f64>) {
+        out.clear();
+        let (mut p, mut v) = (0.0, 0.0);
+        let Some(mut now) = force.first().copied() else { return };
+        out.push(0.0);
+        for &next in &force[1..] {
+            let [[a, b], [c, d]] = self.step;
+            (p, v) = (
+                a * p + b * v + self.before[0] * now + self.after[0] * next,
+                c * p + d * v + self.before[1] * now + self.after[1] * next,
+            );
+            out.push(p);
+            now = next;
+        }
+    }
+}
+
+/// What the smoother says of `e` at every sample.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Smoothed {
+    pub(super) displacement: Vec<f64>,
+    pub(super) velocity: Vec<f64>,
+    pub(super) force: Vec<f64>,
+    /// Standard deviations of velocity and force.
+    pub(super) velocity_deviation: Vec<f64>,
+    pub(super) force_deviation: Vec<f64>,
+}
+
+struct Walk {
+    f: Matrix3<f64>,
+    q: Matrix3<f64>,
+}
+
+/// Transition and process noise of (e, e′, f) for a random walk of unit intensity.
+fn walk(oscillator: &Oscillator) -> Walk {
+    let h = oscillator.interval;
+    let a = Matrix3::new(0.0, 1.0, 0.0, -oscillator.stiffness, -oscillator.damping, 1.0, 0.0, 0.0, 0.0);
+    let mut q = Matrix3::zeros();
+    // Gauss–Legendre, five points: exact to order nine, and the step is short beside the period.
+    for (x, w) in [
+        (0.0, 0.568_888_888_888_888_9),
+        (0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
+        (-0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
+        (0.906_179_845_938_664, 0.236_926_885_056_189_1),
+        (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
+    ] {
+        let g = (a * (0.5 * h * (1.0 + x))).exp() * Vector3::z();
+        q += g * g.transpose() * (0.5 * h * w);
+    }
+    Walk { f: (a * h).exp(), q }
+}
+
+/// Log-likelihood of the series under a random walk of `ratio` times the noise's variance, that variance being whatever
+/// suits best, and the variance.
+fn likelihood(walk: &Walk, series: &[&[f64]], ratio: f64) -> (f64, f64) {
+    let q = walk.q * ratio;
+    let (mut squares, mut logs, mut count) = (0.0, 0.0, 0usize);
+    for e in series {
+        let (mut m, mut p) = start(e, ratio, walk);
+        for y in *e {
+            let s = p[(0, 0)] + 1.0;
+            let innovation = y - m[0];
+            squares += innovation * innovation / s;
+            logs += s.ln();
+            let gain = p.column(0) / s;
+            m += gain * innovation;
+            p -= gain * p.row(0);
+            m = walk.f * m;
+            p = walk.f * p * walk.f.transpose() + q;
+        }
+        count += e.len();
+    }
+    let variance = squares / count.max(1) as f64;
+    (-0.5 * (count as f64 * variance.max(f64::MIN_POSITIVE).ln() + logs), variance)
+}
+
+/// A wide start: the first samples decide.
+fn start(e: &[f64], ratio: f64, walk: &Walk) -> (Vector3<f64>, Matrix3<f64>) {
+    let wide = 1e4;
+    let h2 = walk.f[(0, 1)].powi(2).max(f64::MIN_POSITIVE);
+    let force = (ratio * walk.q[(2, 2)] * 1e4).max(1e-300);
+    (
+        Vector3::new(e.first().copied().unwrap_or(0.0), 0.0, 0.0),
+        Matrix3::from_diagonal(&Vector3::new(wide, wide / (1e4 * h2), force)),
+    )
+}
+
+/// Smooths what a response leaves of several records of one interval.
+///
+/// `period` is the motion's, s.
+pub(super) fn smooth(oscillator: &Oscillator, series: &[&[f64]], period: f64) -> Vec<Smoothed> {
+    let walk = walk(oscillator);
+    let omega = std::f64::consts::TAU / period;
+    // The force's change over a period, in units of ω² times the noise's deviation.
+    let ratio = |exponent: f64| (10f64.powf(exponent) * omega * omega).powi(2) / period;
+    let value = |exponent: f64| likelihood(&walk, series, ratio(exponent)).0;
+    let mut best = (f64::NEG_INFINITY, 0.0);
+    for k in 0..8 {
+        let exponent = -2.5 + f64::from(k);
+        let found = value(exponent);
+        if found > best.0 {
+            best = (found, exponent);
+        }
+    }
+    let middle = best.1;
+    for offset in [-0.5, 0.5, -0.25, 0.25] {
+        let exponent = if f64::abs(offset) > 0.3 { middle } else { best.1 } + offset;
+        let found = value(exponent);
+        if found > best.0 {
+            best = (found, exponent);
+        }
+    }
+    let ratio = ratio(best.1);
+    let variance = likelihood(&walk, series, ratio).1;
+    series.iter().map(|e| smoother(&walk, e, ratio, variance)).collect()
+}
+
+fn smoother(walk: &Walk, e: &[f64], ratio: f64, variance: f64) -> Smoothed {
+    let n = e.len();
+    let q = walk.q * ratio;
+    let (mut m, mut p) = start(e, ratio, walk);
+    let mut filtered = Vec::with_capacity(n);
+    let mut predicted = Vec::with_capacity(n);
+    for y in e {
+        predicted.push((m, p));
+        let s = p[(0, 0)] + 1.0;
+        let gain = p.column(0) / s;
+        m += gain * (y - m[0]);
+        p -= gain * p.row(0);
+        filtered.push((m, p));
+        m = walk.f * m;
+        p = walk.f * p * walk.f.transpose() + q;
+    }
+    let mut out = Smoothed {
+        displacement: vec![0.0; n],
+        velocity: vec![0.0; n],
+        force: vec![0.0; n],
+        velocity_deviation: vec![0.0; n],
+        force_deviation: vec![0.0; n],
+    };
+    let Some(mut next) = filtered.last().copied() else { return out };
+    for k in (0..n).rev() {
+        if k + 1 < n {
+            let (fm, fp) = filtered[k];
+            let (pm, pp) = predicted[k + 1];
+            let gain = pp.cholesky().map_or_else(Matrix3::zeros, |c| c.solve(&(walk.f * fp)).transpose());
+            next = (fm + gain * (next.0 - pm), fp + gain * (next.1 - pp) * gain.transpose());
+        }
+        out.displacement[k] = next.0[0];
+        out.velocity[k] = next.0[1];
+        out.force[k] = next.0[2];
+        out.velocity_deviation[k] = (next.1[(1, 1)].max(0.0) * variance).sqrt();
+        out.force_deviation[k] = (next.1[(2, 2)].max(0.0) * variance).sqrt();
+    }
+    out
+}
+
+impl Oscillator {
+    /// Its two free vibrations: let go from a unit displacement, and from a unit velocity.
+    pub(super) fn free(&self, samples: usize) -> [Vec<f64>; 2] {
+        [(1.0, 0.0), (0.0, 1.0)].map(|(mut p, mut v)| {
+            (0..samples)
+                .map(|_| {
+                    let now = p;
+                    let [[a, b], [c, d]] = self.step;
+                    (p, v) = (a * p + b * v, c * p + d * v);
+                    now
+                })
+                .collect()
+        })
+    }
+}

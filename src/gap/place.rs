@@ -1,0 +1,334 @@
+//! Where simulation and measurement disagree: the missing force in time, over the state, along single quantities.
+
+use std::f64::consts::TAU;
+
+use super::data::{Data, Series};
+use super::effects::unit;
+use super::outcome::{Map, MissingForce, Place, Profile};
+use super::screen::Motion;
+use crate::format::number::significant;
+use crate::signal::{mean_and_variance, rms};
+
+/// Cells of the map along each quantity.
+const CELLS: usize = 24;
+/// Bins of a profile.
+const BINS: usize = 24;
+/// Stretches that are pointed out.
+const WORST: usize = 3;
+
+/// Means of the missing force over the visits of a cell: within one visit neighbouring samples say the same.
+#[derive(Clone, Copy, Debug, Default)]
+struct Visits {
+    sum: f64,
+    squares: f64,
+    count: f64,
+    /// The present visit.
+    running: f64,
+    samples: f64,
+}
+
+impl Visits {
+    fn close(&mut self) {
+        if self.samples > 0.0 {
+            let mean = self.running / self.samples;
+            self.sum += mean;
+            self.squares += mean * mean;
+            self.count += 1.0;
+            (self.running, self.samples) = (0.0, 0.0);
+        }
+    }
+
+    fn mean(&self) -> f64 {
+        if self.count > 0.0 { self.sum / self.count } else { f64::NAN }
+    }
+
+    /// Standard error of the mean; none for fewer than three visits.
+    fn error(&self) -> Option<f64> {
+        (self.count >= 3.0).then(|| {
+            let variance = (self.squares - self.sum * self.sum / self.count) / (self.count - 1.0);
+            (variance.max(0.0) / self.count).sqrt()
+        })
+    }
+}
+
+/// Visits of each of `cells` along series of cell numbers.
+fn visits<'a>(cells: usize, series: impl Iterator<Item = (&'a [Option<usize>], &'a [f64])>) -> Vec<Visits> {
+    let mut all = vec![Visits::default(); cells];
+    for (places, forces) in series {
+        let mut before = None;
+        for (place, force) in places.iter().zip(forces) {
+            if *place != before {
+                if let Some(b) = before {
+                    all[b].close();
+                }
+                before = *place;
+            }
+            if let Some(p) = place {
+                all[*p].running += force;
+                all[*p].samples += 1.0;
+            }
+        }
+        if let Some(b) = before {
+            all[b].close();
+        }
+    }
+    all
+}
+
+struct Quantity {
+    name: &'static str,
+    unit: String,
+    /// One series a record.
+    values: Vec<Vec<f64>>,
+}
+
+impl Data {
+    /// Where the gap is.
+    pub(super) fn place(&self, residuals: &[Vec<f64>], motion: &Motion) -> Place {
+        let missing: Vec<&[f64]> = motion.missing.iter().map(Vec::as_slice).collect();
+        let force = self
+            .fit()
+            .iter()
+            .zip(&motion.missing)
+            .zip(&motion.deviation)
+            .zip(residuals)
+            .map(|(((s, force), deviation), e)| MissingForce {
+                record: s.name.clone(),
+                start: s.start,
+                interval: s.interval,
+                force: force.as_slice().into(),
+                deviation: deviation.as_slice().into(),
+                worst: self.worst(s, e),
+            })
+            .collect();
+        let quantities = self.quantities(motion);
+        let mut profiles: Vec<Profile> = quantities.iter().map(|q| profile(q, &missing)).collect();
+        profiles.sort_by(|a, b| b.share.total_cmp(&a.share));
+        let find = |name: &str| quantities.iter().find(|q| q.name == name);
+        let map = match (find(self.across()), find(self.upwards())) {
+            (Some(x), Some(v)) => map(x, v, &missing),
+            _ => Map::default(),
+        };
+        let acceleration = unit(&self.unit, (1, -2));
+        let sentence = sentence(&profiles, &missing, &motion.measured, &acceleration);
+        Place { sentence, force, map, profiles }
+    }
+
+    fn across(&self) -> &'static str {
+        if self.base_excited { "x − u" } else { "x" }
+    }
+
+    fn upwards(&self) -> &'static str {
+        "v"
+    }
+
+    fn quantities(&self, motion: &Motion) -> Vec<Quantity> {
+        let speed = unit(&self.unit, (1, -1));
+        let paths = || self.fit().iter().zip(&motion.measured);
+        let mut list = vec![
+            Quantity { name: "x", unit: self.unit.clone(), values: paths().map(|(_, p)| p.x.clone()).collect() },
+            Quantity { name: "v", unit: speed.clone(), values: paths().map(|(_, p)| p.v.clone()).collect() },
+        ];
+        let difference = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();
+        if self.layout.inputs > 0 {
+            if self.base_excited {
+                list.push(Quantity {
+                    name: "x − u",
+                    unit: self.unit.clone(),
+                    values: paths().map(|(s, p)| difference(&p.x, &s.inputs[0])).collect(),
+                });
+                list.push(Quantity {
+                    name: "v − du",
+                    unit: speed,
+                    values: paths().map(|(s, p)| difference(&p.v, &s.input_rates[0])).collect(),
+                });
+            }
+            list.push(Quantity {
+                name: "u",
+                unit: self.input_unit.clone(),
+                values: self.fit().iter().map(|s| s.inputs[0].clone()).collect(),
+            });
+            list.push(Quantity {
+                name: "du",
+                unit: unit(&self.input_unit, (1, -1)),
+                values: self.fit().iter().map(|s| s.input_rates[0].clone()).collect(),
+            });
+        }
+        let omega = TAU * self.frequency;
+        list.push(Quantity {
+            name: "amplitude",
+            unit: self.unit.clone(),
+            values: paths().map(|(_, p)| p.x.iter().zip(&p.v).map(|(x, v)| x.hypot(v / omega)).collect()).collect(),
+        });
+        list.push(Quantity {
+            name: "phase",
+            unit: "rad".into(),
+            values: paths().map(|(_, p)| p.x.iter().zip(&p.v).map(|(x, v)| (-v / omega).atan2(*x)).collect()).collect(),
+        });
+        list.push(Quantity {
+            name: "t",
+            unit: "s".into(),
+            values: self
+                .fit()
+                .iter()
+                .map(|s| (0..s.len()).map(|k| s.start + s.interval * k as f64).collect())
+                .collect(),
+        });
+        list
+    }
+
+    /// The stretches of two periods in which the error is largest, that do not overlap.
+    fn worst(&self, s: &Series, residual: &[f64]) -> Vec<(f64, f64)> {
+        let length = ((2.0 / (self.frequency * s.interval)) as usize).clamp(1, residual.len());
+        let mut blocks: Vec<(usize, f64)> = residual.chunks(length).enumerate().map(|(k, c)| (k, rms(c))).collect();
+        blocks.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let time = |k: usize| s.start + s.interval * k as f64;
+        blocks
+            .iter()
+            .take(WORST)
+            .map(|(k, _)| (time(k * length), time(((k + 1) * length).min(residual.len()))))
+            .collect()
+    }
+}
+
+fn edges(values: &[Vec<f64>], count: usize) -> Vec<f64> {
+    let all = values.iter().flatten();
+    let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    (0..=count).map(|k| low + (high - low) * k as f64 / count as f64).collect()
+}
+
+fn bin(edges: &[f64], value: f64) -> Option<usize> {
+    let count = edges.len() - 1;
+    let width = edges[count] - edges[0];
+    let place = (value - edges[0]) / width * count as f64;
+    (width > 0.0 && place.is_finite()).then(|| (place.max(0.0) as usize).min(count - 1))
+}
+
+fn map(across: &Quantity, up: &Quantity, missing: &[&[f64]]) -> Map {
+    let (columns, rows) = (edges(&across.values, CELLS), edges(&up.values, CELLS));
+    let cells: Vec<Vec<Option<usize>>> = across
+        .values
+        .iter()
+        .zip(&up.values)
+        .map(|(a, b)| a.iter().zip(b).map(|(a, b)| Some(bin(&rows, *b)? * CELLS + bin(&columns, *a)?)).collect())
+        .collect();
+    let found = visits(CELLS * CELLS, cells.iter().map(Vec::as_slice).zip(missing.iter().copied()));
+    Map {
+        across: (across.name.into(), across.unit.clone()),
+        up: (up.name.into(), up.unit.clone()),
+        columns,
+        rows,
+        mean: found.iter().map(Visits::mean).collect(),
+        score: found.iter().map(|v| v.error().filter(|e| *e > 0.0).map_or(0.0, |e| v.mean() / e)).collect(),
+    }
+}
+
+fn profile(quantity: &Quantity, missing: &[&[f64]]) -> Profile {
+    let edges = edges(&quantity.values, BINS);
+    let places: Vec<Vec<Option<usize>>> =
+        quantity.values.iter().map(|v| v.iter().map(|v| bin(&edges, *v)).collect()).collect();
+    let found = visits(BINS, places.iter().map(Vec::as_slice).zip(missing.iter().copied()));
+    Profile {
+        axis: (quantity.name.into(), quantity.unit.clone()),
+        at: edges.windows(2).map(|e| 0.5 * (e[0] + e[1])).collect(),
+        mean: found.iter().map(Visits::mean).collect(),
+        error: found.iter().map(|v| v.error().unwrap_or(f64::NAN)).collect(),
+        share: share(&places, missing),
+    }
+}
+
+/// Share of the force's energy that the bins' means explain, each half of the data judged by the means of the other.
+fn share(places: &[Vec<Option<usize>>], missing: &[&[f64]]) -> f64 {
+    const BLOCK: usize = 64;
+    let mut sums = vec![[(0.0, 0.0); 2]; BINS];
+    let half = |k: usize| (k / BLOCK) % 2;
+    for (places, force) in places.iter().zip(missing) {
+        for (k, (place, f)) in places.iter().zip(*force).enumerate() {
+            if let Some(p) = place {
+                let sum = &mut sums[*p][half(k)];
+                *sum = (sum.0 + f, sum.1 + 1.0);
+            }
+        }
+    }
+    let (mut whole, mut left) = (0.0, 0.0);
+    for (places, force) in places.iter().zip(missing) {
+        for (k, (place, f)) in places.iter().zip(*force).enumerate() {
+            let predicted = place.map_or(0.0, |p| {
+                let (sum, count) = sums[p][1 - half(k)];
+                if count > 0.0 { sum / count } else { 0.0 }
+            });
+            whole += f * f;
+            left += (f - predicted).powi(2);
+        }
+    }
+    if whole > 0.0 { (1.0 - left / whole).max(0.0) } else { 0.0 }
+}
+
+/// One plain sentence on the profile that explains most.
+fn sentence(profiles: &[Profile], missing: &[&[f64]], paths: &[super::columns::Path], acceleration: &str) -> String {
+    let size = |v: f64| format!("{} {acceleration}", significant(v.abs(), 2)).trim().to_owned();
+    let whole = rms(&missing.iter().flat_map(|m| m.iter().copied()).collect::<Vec<f64>>());
+    let Some(top) = profiles.first().filter(|p| p.share > 0.05) else {
+        return format!("Spread over the whole motion, {} RMS; no single quantity orders it.", size(whole));
+    };
+    // Power of the missing force: does it act against the motion?
+    let (mut power, mut energy) = (0.0, 0.0);
+    for (force, path) in missing.iter().zip(paths) {
+        for (f, v) in force.iter().zip(&path.v) {
+            power += f * v;
+            energy += (f * v).abs();
+        }
+    }
+    let way = match power / f64::max(energy, f64::MIN_POSITIVE) {
+        p if p < -0.4 => ", against the motion",
+        p if p > 0.4 => ", along the motion",
+        _ => "",
+    };
+    let sound: Vec<(f64, f64)> =
+        top.at.iter().zip(&top.mean).filter(|(_, m)| m.is_finite()).map(|(a, m)| (*a, *m)).collect();
+    let largest = sound.iter().map(|(a, _)| a.abs()).fold(0.0, f64::max);
+    let level = |inner: bool| {
+        let part: Vec<f64> = sound
+            .iter()
+            .filter(|(a, _)| if inner { a.abs() < 0.35 * largest } else { a.abs() > 0.65 * largest })
+            .map(|(_, m)| m.abs())
+            .collect();
+        mean_and_variance(&part).0
+    };
+    let (inside, outside) = (level(true), level(false));
+    let axis = match top.axis.0.as_str() {
+        "v" => "velocity",
+        "v − du" => "velocity across the joint",
+        "x" => "displacement",
+        "x − u" => "displacement across the joint",
+        "u" => "input",
+        "du" => "rate of the input",
+        "t" => "time",
+        other => other,
+    };
+    let sides = {
+        let side = |s: f64| {
+            let part: Vec<f64> = sound.iter().filter(|(a, _)| a * s > 0.0).map(|(_, m)| *m).collect();
+            mean_and_variance(&part).0
+        };
+        let (left, right) = (side(-1.0), side(1.0));
+        if left * right < 0.0
+            && matches!(
+                axis,
+                "velocity" | "velocity across the joint" | "displacement" | "displacement across the joint"
+            )
+        {
+            ", with opposite sign on the two sides of zero"
+        } else {
+            ""
+        }
+    };
+    let shape = if outside > 2.0 * inside {
+        format!("most at large {axis}, up to {}", size(outside))
+    } else if inside > 2.0 * outside {
+        format!("most near zero {axis}, about {}", size(inside))
+    } else {
+        format!("at nearly every {axis}, about {}", size(0.5 * (inside + outside)))
+    };
+    format!("The missing force goes with the {axis} ({:.0} % of it): {shape}{way}{sides}.", 100.0 * top.share)
+}

@@ -1,0 +1,451 @@
+//! The fast screen: which effects would explain what the response leaves, were their force taken along the measured motion.
+//!
+//! With the motion known, the missing force enters a linear oscillator, and what it makes of each candidate's force is a
+//! column of a linear regression on the residual, whose noise is that of the sensor: white where the sensor's is. This is
+//! the weak form with its noise whitened, the oscillator's response being the test function.
+
+use rayon::prelude::*;
+
+use super::columns::{Basis, Path, forces};
+use super::data::{Data, Series};
+use super::effects::{Addition, Form};
+use super::fit::Fitted;
+use super::motion::{Oscillator, Smoothed, smooth};
+use crate::signal::dot;
+use crate::simulate::{Limits, Simulator};
+use crate::study::Cancel;
+use crate::term::Term;
+
+/// The motion of every fitted record under a fitted model.
+pub(super) struct Motion {
+    /// As simulated.
+    pub(super) simulated: Vec<Path>,
+    /// As measured: the simulation and what the smoother says it missed.
+    pub(super) measured: Vec<Path>,
+    /// What the model lacks at every sample, force per mass.
+    pub(super) missing: Vec<Vec<f64>>,
+    /// Its standard deviation.
+    pub(super) deviation: Vec<Vec<f64>>,
+    pub(super) oscillators: Vec<Oscillator>,
+    /// Standard deviation of the velocity's error along the measured motion.
+    pub(super) speed_noise: f64,
+}
+
+/// A form at its best inner values.
+#[derive(Clone, Debug)]
+pub(super) struct Hit {
+    /// Index of the form.
+    pub(super) form: usize,
+    pub(super) inner: Vec<f64>,
+    /// By how much it lowers the sum of squares.
+    pub(super) gain: f64,
+    /// The same with the offset of every record free.
+    pub(super) free_gain: f64,
+    /// The responses of its columns, what the model explains not removed.
+    pub(super) columns: Vec<Vec<f64>>,
+}
+
+impl Data {
+    /// The motion under a fitted model.
+    pub(super) fn motion(&self, fitted: &Fitted) -> Option<Motion> {
+        let shared = &fitted.refined.point.shared;
+        let (model, composed) = fitted.composition.model(shared);
+        let coefficients = &shared[..composed.terms.len()];
+        let simulator = Simulator::new(&model).ok()?;
+        let mut simulated = Vec::new();
+        let mut oscillators = Vec::new();
+        for (s, own) in self.fit().iter().zip(&fitted.refined.point.own) {
+            let states = 2 + composed.internals.len();
+            let limits = Limits { states: &s.limits, tolerance: 1e-8, ..Limits::default() };
+            let delayed;
+            let grid = if composed.delay == 0.0 {
+                &*s.grid
+            } else {
+                delayed = s.grid.delayed(composed.delay);
+                &delayed
+            };
+            let mut response = simulator.run(grid, &own[..states], 0..s.len(), &limits);
+            if response.len() < s.len() {
+                return None;
+            }
+            let v = response.states.swap_remove(1);
+            let x = response.states.swap_remove(0);
+            simulated.push(Path { x, v });
+            oscillators.push(self.oscillator(&composed.terms, coefficients, s.interval));
+        }
+        let mut measured = Vec::new();
+        let mut missing = Vec::new();
+        let mut deviation = Vec::new();
+        let mut speed = 0.0;
+        let period = self.frequency.recip();
+        let residuals: Vec<&[f64]> = fitted.refined.residuals.iter().map(Vec::as_slice).collect();
+        // Records of different rates are smoothed apart; those of one rate share the intensity.
+        let alike = self.fit().iter().all(|s| (s.interval / self.fit()[0].interval - 1.0).abs() < 1e-6);
+        let mut smoothed: Vec<Smoothed> = Vec::new();
+        if alike {
+            smoothed = smooth(oscillators.first()?, &residuals, period);
+        } else {
+            for (oscillator, e) in oscillators.iter().zip(&residuals) {
+                smoothed.append(&mut smooth(oscillator, &[e], period));
+            }
+        }
+        for (((s, path), smoothed), oscillator) in self.fit().iter().zip(&simulated).zip(smoothed).zip(&oscillators) {
+            let there = Path {
+                x: path.x.iter().zip(&smoothed.displacement).map(|(a, b)| a + b).collect(),
+                v: path.v.iter().zip(&smoothed.velocity).map(|(a, b)| a + b).collect(),
+            };
+            let acceleration = |path: &Path| -> Vec<f64> {
+                let columns = forces(&composed.terms, &composed.internals, &self.layout, s, &s.inputs(), path);
+                (0..s.len()).map(|k| columns.iter().zip(coefficients).map(|(f, c)| c * f[k]).sum()).collect()
+            };
+            let (here, there_force) = (acceleration(path), acceleration(&there));
+            let (k, c) = (oscillator.stiffness, oscillator.damping);
+            missing.push(
+                (0..s.len())
+                    .map(|i| {
+                        smoothed.force[i] + here[i]
+                            - there_force[i]
+                            - k * smoothed.displacement[i]
+                            - c * smoothed.velocity[i]
+                    })
+                    .collect(),
+            );
+            speed += smoothed.velocity_deviation.iter().map(|d| d * d).sum::<f64>();
+            deviation.push(smoothed.force_deviation);
+            measured.push(there);
+        }
+        let count: usize = self.fit().iter().map(Series::len).sum();
+        Some(Motion {
+            simulated,
+            measured,
+            missing,
+            deviation,
+            oscillators,
+            speed_noise: (speed / count as f64).sqrt(),
+        })
+    }
+
+    /// The responses of an addition's columns, records one behind the other.
+    ///
+    /// `present` are the fitted model's terms and coefficients, which an effect on the input acts through.
+    pub(super) fn columns(
+        &self,
+        addition: &Addition,
+        paths: &[Path],
+        oscillators: &[Oscillator],
+        present: (&[Term], &[f64]),
+        simulated: &[Vec<f64>],
+    ) -> Vec<Vec<f64>> {
+        let total: usize = self.fit().iter().map(Series::len).sum();
+        if addition.offset {
+            return self
+                .spans()
+                .map(|span| {
+                    let mut column = vec![0.0; total];
+                    column[span].fill(1.0);
+                    column
+                })
+                .collect();
+        }
+        if let Some(level) = addition.ceiling {
+            return vec![simulated.iter().flatten().map(|y| y.clamp(-level, level) - y).collect()];
+        }
+        let on_input = addition.delay != 0.0 || addition.input_limit.is_some();
+        let count = if on_input { 1 } else { addition.terms.len() };
+        let mut columns = vec![Vec::with_capacity(total); count];
+        let mut response = Vec::new();
+        for ((s, path), oscillator) in self.fit().iter().zip(paths).zip(oscillators) {
+            let forces = if on_input {
+                vec![self.input_change(addition, s, path, present)]
+            } else {
+                forces(&addition.terms, &addition.internals, &self.layout, s, &s.inputs(), path)
+            };
+            for (column, force) in columns.iter_mut().zip(&forces) {
+                oscillator.respond(force, &mut response);
+                column.extend_from_slice(&response);
+            }
+        }
+        columns
+    }
+
+    /// What a change of the input does to the acceleration.
+    fn input_change(
+        &self,
+        addition: &Addition,
+        s: &Series,
+        path: &Path,
+        (terms, coefficients): (&[Term], &[f64]),
+    ) -> Vec<f64> {
+        let total = |inputs: &super::columns::Inputs<'_>| -> Vec<f64> {
+            let columns = forces(terms, &[], &self.layout, s, inputs, path);
+            (0..s.len()).map(|k| columns.iter().zip(coefficients).map(|(f, c)| c * f[k]).sum()).collect()
+        };
+        let before = total(&s.inputs());
+        let (values, rates) = match addition.input_limit {
+            Some(limit) => {
+                let held = |u: &Vec<f64>| u.iter().map(|u| u.clamp(-limit, limit)).collect();
+                let values: Vec<Vec<f64>> = s.inputs.iter().map(held).collect();
+                let rates = s
+                    .inputs
+                    .iter()
+                    .zip(&s.input_rates)
+                    .map(|(u, du)| u.iter().zip(du).map(|(u, du)| if u.abs() < limit { *du } else { 0.0 }).collect())
+                    .collect();
+                (values, rates)
+            }
+            None => s.delayed_inputs(addition.delay),
+        };
+        let changed = super::columns::Inputs {
+            values: values.iter().map(Vec::as_slice).collect(),
+            rates: rates.iter().map(Vec::as_slice).collect(),
+        };
+        total(&changed).iter().zip(&before).map(|(a, b)| a - b).collect()
+    }
+
+    /// The place of each fitted record among all samples.
+    pub(super) fn spans(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
+        let mut next = 0;
+        self.fit().iter().map(move |s| {
+            let span = next..next + s.len();
+            next = span.end;
+            span
+        })
+    }
+
+    /// A sensitivity of each run on all samples, those of one run's own values zero elsewhere.
+    fn own_columns(&self, fitted: &Fitted, shared: usize) -> Vec<Vec<f64>> {
+        let total: usize = self.fit().iter().map(Series::len).sum();
+        let mut columns = Vec::new();
+        for (span, sensitivities) in self.spans().zip(&fitted.refined.sensitivities) {
+            for s in &sensitivities[shared..] {
+                let mut column = vec![0.0; total];
+                column[span.clone()].copy_from_slice(s);
+                columns.push(column);
+            }
+        }
+        columns
+    }
+
+    /// What the fitted model's own parameters can do to the response: its exact sensitivities.
+    pub(super) fn tangent(&self, fitted: &Fitted) -> Vec<Vec<f64>> {
+        let shared = fitted.refined.point.shared.len();
+        let mut columns: Vec<Vec<f64>> = (0..shared)
+            .map(|j| fitted.refined.sensitivities.iter().flat_map(|run| run[j].iter().copied()).collect())
+            .collect();
+        columns.extend(self.own_columns(fitted, shared));
+        columns
+    }
+
+    /// Tries every form at every inner value; the best of each form, best first.
+    pub(super) fn screen(&self, fitted: &Fitted, motion: &Motion, forms: &[Form], cancel: &Cancel) -> Screened {
+        let shared = &fitted.refined.point.shared;
+        let (_, composed) = fitted.composition.model(shared);
+        let coefficients = &shared[..composed.terms.len()];
+        let present = (composed.terms.as_slice(), coefficients);
+        let own =
+            Addition { terms: composed.terms.clone(), internals: composed.internals.clone(), ..Addition::default() };
+        let simulated = &fitted.refined.simulated;
+        let base = self.columns(&own, &motion.measured, &motion.oscillators, present, simulated);
+        let mut rest: Vec<Vec<f64>> = (composed.terms.len()..shared.len())
+            .map(|j| fitted.refined.sensitivities.iter().flat_map(|run| run[j].iter().copied()).collect())
+            .collect();
+        rest.extend(self.own_columns(fitted, shared.len()));
+        let mut basis = Basis::default();
+        for column in base.iter().chain(&rest) {
+            basis.push(column.clone());
+        }
+        let residual: Vec<f64> = fitted.refined.residuals.iter().flatten().copied().collect();
+        let mut target = residual.clone();
+        basis.remove(&mut target);
+        let rss = dot(&target, &target);
+        let points: Vec<(usize, Vec<f64>)> =
+            forms.iter().enumerate().flat_map(|(k, f)| f.grid().into_iter().map(move |p| (k, p))).collect();
+        let found: Vec<Option<f64>> = points
+            .par_iter()
+            .map(|(k, inner)| {
+                if cancel.is_cancelled() {
+                    return None;
+                }
+                let form = &forms[*k];
+                let columns =
+                    self.columns(&form.addition(inner), &motion.measured, &motion.oscillators, present, simulated);
+                explain(&basis, &target, columns, form)
+            })
+            .collect();
+        let mut hits: Vec<Hit> = Vec::new();
+        for (k, form) in forms.iter().enumerate() {
+            let mut own: Vec<(usize, f64)> = points
+                .iter()
+                .enumerate()
+                .filter(|(_, (f, _))| *f == k)
+                .filter_map(|(i, _)| found[i].map(|gain| (i, gain)))
+                .collect();
+            own.sort_by(|a, b| b.1.total_cmp(&a.1));
+            let Some(best) = own.first() else { continue };
+            let columns = self.columns(
+                &form.addition(&points[best.0].1),
+                &motion.measured,
+                &motion.oscillators,
+                present,
+                simulated,
+            );
+            hits.push(Hit { form: k, inner: points[best.0].1.clone(), gain: best.1, free_gain: 0.0, columns });
+        }
+        hits.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        // A record's offset hides other effects where it is large: each is also tried with the offsets out of the way.
+        let mut free = basis;
+        for column in self.columns(
+            &Addition { offset: true, ..Addition::default() },
+            &motion.measured,
+            &motion.oscillators,
+            present,
+            simulated,
+        ) {
+            free.push(column);
+        }
+        free.remove(&mut target);
+        let free_rss = dot(&target, &target);
+        for hit in &mut hits {
+            hit.free_gain = explain(&free, &target, hit.columns.clone(), &forms[hit.form]).unwrap_or(0.0);
+        }
+        // Values of one form that lie apart and do nearly as well are starts of their own.
+        let gains = points.into_iter().zip(found).filter_map(|(p, f)| f.map(|gain| (p.0, p.1, gain))).collect();
+        Screened { hits, gains, rss, free_rss, base, rest, residual }
+    }
+}
+
+/// What the screen found.
+pub(super) struct Screened {
+    /// The best of each form, best first.
+    pub(super) hits: Vec<Hit>,
+    /// (form, inner values, gain) of every point.
+    pub(super) gains: Vec<(usize, Vec<f64>, f64)>,
+    /// What the model itself leaves once its coefficients are moved along the measured motion.
+    pub(super) rss: f64,
+    /// The same with the offset of every record free.
+    free_rss: f64,
+    base: Vec<Vec<f64>>,
+    rest: Vec<Vec<f64>>,
+    residual: Vec<f64>,
+}
+
+/// Forms of one effect that are refined.
+const ALIKE: usize = 2;
+/// Share of the best gain below which a form is not refined.
+const FAINT: f64 = 0.01;
+/// Forms that are refined though the best leaves far less.
+const ALWAYS: usize = 5;
+/// What a further form may leave along the measured motion, in what the best leaves.
+const NEAR: f64 = 3.0;
+
+impl Screened {
+    /// The forms to refine: those of the largest gains, with or without offsets, at most two of one effect.
+    pub(super) fn likeliest(&self, forms: &[Form], most: usize) -> Vec<usize> {
+        let best = |gain: fn(&Hit) -> f64| self.hits.iter().map(gain).fold(f64::MIN_POSITIVE, f64::max);
+        let (gain, free) = (best(|h| h.gain), best(|h| h.free_gain));
+        let mut ranked: Vec<(f64, usize)> =
+            self.hits.iter().map(|h| ((h.gain / gain).max(h.free_gain / free), h.form)).collect();
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut chosen: Vec<usize> = Vec::new();
+        for (share, form) in ranked {
+            let alike = chosen.iter().filter(|k| forms[**k].effect == forms[form].effect).count();
+            let near = self.hits.iter().filter(|h| h.form == form).any(|h| {
+                self.rss - h.gain < NEAR * (self.rss - gain)
+                    || self.free_rss - h.free_gain < NEAR * (self.free_rss - free)
+            });
+            if share > FAINT && alike < ALIKE && chosen.len() < most && (near || chosen.len() < ALWAYS) {
+                chosen.push(form);
+            }
+        }
+        chosen
+    }
+
+    /// Inner values to refine a form from: its best, and another that is a peak of its own.
+    pub(super) fn starts(&self, form: usize, most: usize) -> Vec<Vec<f64>> {
+        let own: Vec<&(usize, Vec<f64>, f64)> = self.gains.iter().filter(|g| g.0 == form).collect();
+        let mut peaks: Vec<(usize, f64)> = own
+            .iter()
+            .enumerate()
+            .filter(|(i, g)| {
+                let neighbour = |j: Option<usize>| j.and_then(|j| own.get(j)).is_none_or(|o| o.2 <= g.2);
+                neighbour(i.checked_sub(1)) && neighbour(Some(i + 1))
+            })
+            .map(|(i, g)| (i, g.2))
+            .collect();
+        peaks.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let best = peaks.first().map_or(0.0, |p| p.1);
+        peaks.iter().take(most).filter(|p| p.1 >= 0.5 * best).map(|p| own[p.0].1.clone()).collect()
+    }
+
+    /// How the model's coefficients move, and the coefficients of the columns, when both are fitted together.
+    pub(super) fn together(&self, columns: &[Vec<f64>]) -> Option<(Vec<f64>, Vec<f64>)> {
+        let all: Vec<&Vec<f64>> = self.base.iter().chain(columns).chain(&self.rest).collect();
+        let n = all.len();
+        let scale: Vec<f64> =
+            all.iter().map(|c| dot(c, c).sqrt().recip()).map(|s| if s.is_finite() { s } else { 0.0 }).collect();
+        let normal = nalgebra::DMatrix::from_fn(n, n, |i, j| {
+            if i == j { 1.0 + 1e-9 } else { dot(all[i], all[j]) * scale[i] * scale[j] }
+        });
+        let right = nalgebra::DVector::from_fn(n, |i, _| dot(all[i], &self.residual) * scale[i]);
+        let solved = normal.cholesky()?.solve(&right);
+        let value = |i: usize| solved[i] * scale[i];
+        let b = self.base.len();
+        Some(((0..b).map(value).collect(), (b..b + columns.len()).map(value).collect()))
+    }
+}
+
+/// By how much columns lower the sum of squares of what the basis leaves; none where they add
+/// nothing of their own or have unphysical signs.
+fn explain(basis: &Basis, target: &[f64], columns: Vec<Vec<f64>>, form: &Form) -> Option<f64> {
+    let mut own = Basis::default();
+    let mut triangle: Vec<Vec<f64>> = Vec::new();
+    let mut gain = 0.0;
+    let mut shares = Vec::new();
+    let mut present = 0;
+    for mut column in columns {
+        let whole = dot(&column, &column).sqrt();
+        basis.remove(&mut column);
+        let left = dot(&column, &column).sqrt();
+        if left.is_nan() || left <= 1e-6 * whole {
+            // The model has this column already, as Coulomb friction is in Stribeck's.
+            present += 1;
+            continue;
+        }
+        let mut row: Vec<f64> = own.columns.iter().map(|q| dot(q, &column)).collect();
+        own.remove(&mut column);
+        let size = dot(&column, &column).sqrt();
+        if size < 1e-6 * left {
+            return None;
+        }
+        row.push(size);
+        column.iter_mut().for_each(|c| *c /= size);
+        let share = dot(&column, target);
+        gain += share * share;
+        shares.push(share);
+        triangle.push(row);
+        own.columns.push(column);
+    }
+    if shares.is_empty() {
+        return None;
+    }
+    // Back substitution: column j is Σ_i triangle[j][i] q_i.
+    let m = shares.len();
+    let mut solved = vec![0.0; m];
+    for j in (0..m).rev() {
+        let later: f64 = (j + 1..m).map(|l| triangle[l][j] * solved[l]).sum();
+        solved[j] = (shares[j] - later) / triangle[j][j];
+    }
+    let wrong = form
+        .coefficients
+        .iter()
+        .skip(present)
+        .zip(&solved)
+        .filter(|(c, v)| c.sign == super::effects::Sign::Against && **v > 0.0)
+        .count();
+    // On the input and for pendulums the column is a difference that the coefficient scales: it must not turn it around.
+    let turned = form.coefficients.is_empty() && !form.inner.is_empty() && solved.iter().any(|v| *v < 0.0);
+    if (wrong > 0 && wrong + present == form.coefficients.len()) || turned {
+        return None;
+    }
+    Some(gain)
+}

@@ -1,0 +1,251 @@
+use super::effects::{Addition, Form, Sign};
+use super::outcome::Choice;
+use crate::model::{Equation, Model, WeightedTerm};
+use crate::refine::{Instance, Structure};
+use crate::term::{Expression, Function, Layout, Symbol, Term};
+
+/// The base model's terms with effects on top: what is fitted.
+///
+/// Shared parameters are, in order: one coefficient a term of the acceleration, then the inner quantities of each form.
+#[derive(Clone, Debug)]
+pub(super) struct Composition {
+    pub(super) layout: Layout,
+    pub(super) base: Vec<Term>,
+    pub(super) forms: Vec<Form>,
+    /// A change of each shared parameter that matters.
+    pub(super) scales: Vec<f64>,
+}
+
+/// What a composition comes to at given inner values.
+pub(super) struct Composed {
+    /// Terms of the acceleration.
+    pub(super) terms: Vec<Term>,
+    /// Equations of the internal states.
+    pub(super) internals: Vec<Equation>,
+    pub(super) delay: f64,
+    pub(super) static_ratio: f64,
+    pub(super) ceiling: Option<f64>,
+}
+
+impl Composition {
+    pub(super) fn new(layout: Layout, base: Vec<Term>) -> Self {
+        Self { layout, base, forms: Vec::new(), scales: Vec::new() }
+    }
+
+    /// This composition with a further effect, without scales.
+    pub(super) fn with(&self, form: &Form) -> Self {
+        let mut next = self.clone();
+        next.forms.push(form.clone());
+        next
+    }
+
+    /// The same without one of its effects.
+    pub(super) fn without(&self, index: usize) -> Self {
+        let mut next = self.clone();
+        next.forms.remove(index);
+        next
+    }
+
+    pub(super) fn choices(&self) -> Vec<Choice> {
+        self.forms.iter().map(choice).collect()
+    }
+
+    pub(super) fn inner_count(&self) -> usize {
+        self.forms.iter().map(|f| f.inner.len()).sum()
+    }
+
+    /// Some inner values within bounds.
+    pub(super) fn middle(&self) -> Vec<f64> {
+        self.forms.iter().flat_map(|f| f.inner.iter().map(|i| i.grid[i.grid.len() / 2])).collect()
+    }
+
+    fn additions(&self, inner: &[f64]) -> Vec<Addition> {
+        let mut rest = inner;
+        self.forms
+            .iter()
+            .map(|form| {
+                let (own, others) = rest.split_at(form.inner.len());
+                rest = others;
+                form.addition(own)
+            })
+            .collect()
+    }
+
+    /// The indices of each form's coefficients among the terms at these inner values.
+    pub(super) fn places(&self, inner: &[f64]) -> Vec<std::ops::Range<usize>> {
+        let additions = self.additions(inner);
+        let kept = self.base.iter().filter(|t| !additions.iter().any(|a| a.replaces.contains(t))).count();
+        let mut next = kept;
+        additions
+            .iter()
+            .map(|a| {
+                let range = next..next + a.terms.len();
+                next = range.end;
+                range
+            })
+            .collect()
+    }
+
+    /// For each term at these inner values, its index among another composition's terms, if that has it.
+    pub(super) fn sources(&self, other: &Self, inner: &[f64], other_inner: &[f64]) -> Vec<Option<usize>> {
+        let replaced = |c: &Self, inner: &[f64]| -> Vec<Term> {
+            c.additions(inner).into_iter().flat_map(|a| a.replaces).collect()
+        };
+        let (gone, other_gone) = (replaced(self, inner), replaced(other, other_inner));
+        let other_base: Vec<&Term> = other.base.iter().filter(|t| !other_gone.contains(t)).collect();
+        let other_places = other.places(other_inner);
+        let base = self.base.iter().filter(|t| !gone.contains(t));
+        let mut sources: Vec<Option<usize>> = base.map(|t| other_base.iter().position(|o| *o == t)).collect();
+        for (form, place) in self.forms.iter().zip(self.places(inner)) {
+            let same = other.forms.iter().position(|f| choice(f) == choice(form)).map(|k| other_places[k].clone());
+            sources.extend((0..place.len()).map(|i| same.as_ref().map(|range| range.start + i)));
+        }
+        sources
+    }
+
+    pub(super) fn compose(&self, inner: &[f64]) -> Composed {
+        let additions = self.additions(inner);
+        let mut composed = Composed {
+            terms: self.base.iter().filter(|t| !additions.iter().any(|a| a.replaces.contains(t))).cloned().collect(),
+            internals: Vec::new(),
+            delay: additions.iter().map(|a| a.delay).sum(),
+            static_ratio: additions.iter().filter_map(|a| a.static_ratio).fold(1.0, f64::max),
+            ceiling: additions.iter().find_map(|a| a.ceiling),
+        };
+        for addition in &additions {
+            let first = composed.internals.len();
+            let moved = |term: &Term| {
+                if first == 0 { term.clone() } else { substituted(term, &|s| renumbered(s, first)) }
+            };
+            composed.terms.extend(addition.terms.iter().map(moved));
+            composed.internals.extend(
+                addition
+                    .internals
+                    .iter()
+                    .map(|equation| Equation::known(equation.terms.iter().map(|t| (moved(&t.term), t.coefficient)))),
+            );
+        }
+        if let Some(limit) = additions.iter().filter_map(|a| a.input_limit).reduce(f64::min) {
+            for term in &mut composed.terms {
+                *term = limited(term, limit);
+            }
+            for term in composed.internals.iter_mut().flat_map(|e| &mut e.terms) {
+                term.term = limited(&term.term, limit);
+            }
+        }
+        composed
+    }
+
+    /// The equations at these shared parameters.
+    pub(super) fn model(&self, shared: &[f64]) -> (Model, Composed) {
+        let (coefficients, inner) = shared.split_at(shared.len() - self.inner_count());
+        let composed = self.compose(inner);
+        let acceleration = Equation::known(composed.terms.iter().cloned().zip(coefficients.iter().copied()));
+        let mut model =
+            Model::second_order(self.layout.inputs, vec![acceleration]).with_internals(composed.internals.clone());
+        model.static_ratio = composed.static_ratio;
+        (model, composed)
+    }
+
+    /// The first gate that the parameters fail, in words.
+    pub(super) fn objection(&self, shared: &[f64]) -> Option<String> {
+        let inner = &shared[shared.len() - self.inner_count()..];
+        for (form, place) in self.forms.iter().zip(self.places(inner)) {
+            for (coefficient, value) in form.coefficients.iter().zip(&shared[place]) {
+                if coefficient.sign == Sign::Against && *value >= 0.0 {
+                    return Some(format!(
+                        "it would have to push along instead of against: {} comes out with the wrong sign",
+                        coefficient.name
+                    ));
+                }
+            }
+        }
+        None
+    }
+}
+
+pub(super) fn choice(form: &Form) -> Choice {
+    Choice { effect: form.effect.to_owned(), form: form.form.to_owned() }
+}
+
+impl Structure for Composition {
+    fn instance(&self, parameters: &[f64]) -> Option<Instance> {
+        let inner = &parameters[parameters.len() - self.inner_count()..];
+        let mut rest = inner;
+        for form in &self.forms {
+            for quantity in &form.inner {
+                let (low, high) = quantity.bounds;
+                if !(low..=high).contains(&rest[0]) {
+                    return None;
+                }
+                rest = &rest[1..];
+            }
+        }
+        let (model, composed) = self.model(parameters);
+        Some(Instance { model, delay: composed.delay, ceiling: composed.ceiling })
+    }
+
+    fn scales(&self) -> Vec<f64> {
+        self.scales.clone()
+    }
+
+    fn offset(&self) -> bool {
+        self.additions(&self.middle()).iter().any(|a| a.offset)
+    }
+
+    fn internals(&self) -> usize {
+        self.compose(&self.middle()).internals.len()
+    }
+}
+
+/// Standard errors and shares into a model's acceleration.
+pub(super) fn with_errors(mut model: Model, errors: &[Option<f64>], shares: &[f64]) -> Model {
+    if let Some(equation) = model.equations.get_mut(1) {
+        for (k, WeightedTerm { std_error, share, .. }) in equation.terms.iter_mut().enumerate() {
+            *std_error = errors.get(k).copied().flatten();
+            *share = shares.get(k).copied().unwrap_or(0.0);
+        }
+    }
+    model
+}
+
+fn renumbered(symbol: Symbol, first: usize) -> Option<Expression> {
+    match symbol {
+        Symbol::Internal(i) => Some(Expression::Symbol(Symbol::Internal(first + i))),
+        _ => None,
+    }
+}
+
+/// A term with some symbols replaced.
+fn substituted(term: &Term, by: &dyn Fn(Symbol) -> Option<Expression>) -> Term {
+    fn walk(e: &Expression, by: &dyn Fn(Symbol) -> Option<Expression>) -> Expression {
+        let all = |parts: &[Expression]| parts.iter().map(|p| walk(p, by)).collect();
+        match e {
+            Expression::Number(n) => Expression::Number(*n),
+            Expression::Symbol(s) => by(*s).unwrap_or_else(|| e.clone()),
+            Expression::Sum(parts) => Expression::Sum(all(parts)),
+            Expression::Product(parts) => Expression::Product(all(parts)),
+            Expression::Power(base, n) => Expression::Power(Box::new(walk(base, by)), *n),
+            Expression::Call(f, parts) => Expression::Call(*f, all(parts)),
+        }
+    }
+    Term::new(walk(term.expression(), by))
+}
+
+/// A term whose input is held within ± a limit; its rate is zero beyond.
+fn limited(term: &Term, limit: f64) -> Term {
+    substituted(term, &|symbol| {
+        let input = |j| Expression::Symbol(Symbol::Input(j));
+        match symbol {
+            Symbol::Input(j) => Some(Expression::Call(Function::Clip, vec![input(j), Expression::Number(limit)])),
+            Symbol::InputRate(j) => {
+                let room = Expression::Sum(vec![
+                    Expression::Number(limit),
+                    Expression::call(Function::Abs, input(j)).negated(),
+                ]);
+                Some(Expression::Product(vec![Expression::call(Function::Step, room), Expression::Symbol(symbol)]))
+            }
+            _ => None,
+        }
+    })
+}

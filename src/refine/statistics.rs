@@ -1,0 +1,57 @@
+use std::f64::consts::TAU;
+
+/// Coefficients of an autoregression of the given order and the variance of its innovations, by the Levinson–Durbin
+/// recursion over series of their own.
+///
+/// The prediction of sample `n` is `Σ a[k] e[n−1−k]`.
+pub fn autoregression(series: &[&[f64]], order: usize) -> (Vec<f64>, f64) {
+    let count: usize = series.iter().map(|s| s.len()).sum();
+    let lag = |k: usize| {
+        let sum: f64 =
+            series.iter().filter(|s| s.len() > k).map(|s| crate::signal::dot(&s[k..], &s[..s.len() - k])).sum();
+        sum / count.max(1) as f64
+    };
+    let correlation: Vec<f64> = (0..=order).map(lag).collect();
+    let mut a: Vec<f64> = Vec::with_capacity(order);
+    let mut variance = correlation[0];
+    for k in 0..order {
+        if variance <= 0.0 {
+            break;
+        }
+        let predicted: f64 = a.iter().enumerate().map(|(i, a)| a * correlation[k - i]).sum();
+        let reflection = (correlation[k + 1] - predicted) / variance;
+        let before = a.clone();
+        for i in 0..k {
+            a[i] -= reflection * before[k - 1 - i];
+        }
+        a.push(reflection);
+        variance *= 1.0 - reflection * reflection;
+    }
+    (a, variance)
+}
+
+/// How many times more residuals of this colour vary near a frequency (a share of the sampling rate) than white ones of
+/// the same variance, at least 1: what standard errors squared and log-likelihood ratios are off by.
+///
+/// An autoregression of order 8 gives the spectrum; the largest value from half to twice the frequency counts.
+pub fn inflation(series: &[&[f64]], frequency: f64) -> f64 {
+    let (a, innovation) = autoregression(series, 8);
+    let count: usize = series.iter().map(|s| s.len()).sum();
+    let variance = series.iter().flat_map(|s| s.iter()).map(|e| e * e).sum::<f64>() / count.max(1) as f64;
+    if variance <= 0.0 {
+        return 1.0;
+    }
+    (0..9)
+        .map(|k| frequency * 2f64.powf(-1.0 + 0.25 * f64::from(k)))
+        .filter(|f| *f < 0.5)
+        .map(|f| {
+            let (mut re, mut im) = (1.0, 0.0);
+            for (k, a) in a.iter().enumerate() {
+                let angle = TAU * f * (k + 1) as f64;
+                re -= a * angle.cos();
+                im += a * angle.sin();
+            }
+            innovation / (re * re + im * im) / variance
+        })
+        .fold(1.0, f64::max)
+}
