@@ -424,10 +424,10 @@ fn settings_are_pinned_compared_and_gone_back_to() {
     window.click("Pin as B");
     window.click("Copy as a table");
     assert!(window.shows("fitted error") && window.shows("condition"));
-    window.click("A");
+    window.click("Pinned A");
     window.click("Go back to A");
     assert_eq!(window.app().settings(), &before);
-    window.click("B");
+    window.click("Pinned B");
     window.click("Let go of B");
     assert!(window.shows("Pin as B"));
     window.press(CTRL, Key::Z);

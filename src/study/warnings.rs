@@ -321,9 +321,9 @@ mod tests {
     #[test]
     fn an_overfit_is_said_and_the_term_that_carries_it_named() {
         let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("sample_data");
-        let read = |name: &str| read_set(&[samples.join(name)], &ReadOptions::default()).unwrap();
-        let mut records = read("overfit.csv");
-        records.entries.extend(read("overfit_test.csv").entries.into_iter().map(|(r, _)| (r, Usage::HeldOut)));
+        let records =
+            read_set(&[samples.join("overfit.csv")], &[samples.join("overfit_test.csv")], &ReadOptions::default());
+        let records = records.unwrap();
         let mut settings = suggest(&records, Kind::SecondOrder).unwrap();
         settings.threshold = 0.01;
         settings.terms = list("x, v, u, x^2, x^3, x^5, x^7, 1").unwrap();

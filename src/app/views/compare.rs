@@ -97,7 +97,8 @@ fn buttons(ui: &mut Ui, picture: &Picture<'_>, shown: &[Shown<'_>], table: &Tabl
                 }
             })
             .response
-            .on_hover_text("Go back to this setting, or let go of it");
+            .on_hover_text("Go back to this setting, or let go of it")
+            .widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, format!("Pinned {}", pin.name)));
         }
         if ui.button("Copy as a table").on_hover_text("Terms and figures, separated by tabs").clicked() {
             ui.ctx().copy_text(table.text());

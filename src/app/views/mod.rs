@@ -57,8 +57,17 @@ pub(crate) enum View {
 
 impl View {
     /// Every view, in the order of the tabs.
-    pub(crate) const ALL: [Self; 8] =
-        [Self::Response, Self::Velocity, Self::Phase, Self::Input, Self::Spectrum, Self::Map, Self::Path, Self::Front];
+    pub(crate) const ALL: [Self; 9] = [
+        Self::Response,
+        Self::Velocity,
+        Self::Phase,
+        Self::Input,
+        Self::Spectrum,
+        Self::Map,
+        Self::Path,
+        Self::Front,
+        Self::Compare,
+    ];
 
     /// The tab's text.
     pub(crate) fn label(self) -> &'static str {
