@@ -7,7 +7,6 @@ use super::map::{self, Quantity, Sign};
 use super::panel::{self, AXIS_WIDTH};
 use super::scene::Scene;
 use super::{Picture, Request, View, ViewState, legend};
-use crate::app::plot::units::Scale;
 use crate::app::plot::{axis, palette};
 use crate::format::palette::Ink;
 use crate::study::{Landscape, Place};
@@ -43,7 +42,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, picture: &Picture<'_>, state:
         .y_axis_min_width(AXIS_WIDTH)
         .x_axis_label("number of terms")
         .y_axis_label(label)
-        .x_axis_formatter(|mark, _| axis::linear_label(mark, &Scale::plain("")))
+        .x_axis_formatter(|mark, _| format!("{:.0}", mark.value))
         .y_axis_formatter(
             |mark, _| if mark.step_size < 1.0 { String::new() } else { map::percent(10f64.powf(mark.value)) },
         )
@@ -103,10 +102,12 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, picture: &Picture<'_>, state:
 
 /// Marks at whole numbers.
 fn whole_marks(input: GridInput) -> Vec<GridMark> {
-    let (low, high) = input.bounds;
-    let step = (6.0 * input.base_step_size).ceil().max(1.0);
-    let marks = axis::round_marks(step / input.base_step_size)(input);
-    marks.into_iter().filter(|m| m.value.fract() == 0.0 && m.value >= low && m.value <= high).collect()
+    let ((low, high), base) = (input.bounds, input.base_step_size);
+    let step = (6.0 * base).ceil().max(1.0);
+    let marks = axis::round_marks(step / base)(input);
+    // Labels of ten grid steps' distance are drawn; one digit needs less room.
+    let bears_label = |m: GridMark| GridMark { step_size: m.step_size.max(10.0 * base), ..m };
+    marks.into_iter().filter(|m| m.value.fract() == 0.0 && (low..=high).contains(&m.value)).map(bears_label).collect()
 }
 
 /// Every setting that did not fail, with its terms and log₁₀ of its error.
