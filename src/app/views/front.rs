@@ -9,7 +9,7 @@ use super::scene::Scene;
 use super::{Picture, Request, View, ViewState, legend};
 use crate::app::plot::{axis, palette};
 use crate::format::palette::Ink;
-use crate::study::{Landscape, Place};
+use crate::study::{Cell, Landscape, Place};
 
 const ID: &str = "front";
 
@@ -29,7 +29,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, picture: &Picture<'_>, state:
     let gone = map::signs(ui, map, state.printing);
     let points = points(map);
     let front: Vec<[f64; 2]> = map.front().into_iter().filter_map(|place| point(map, place)).collect();
-    let now = map.place_of(&scene.outcome.settings).and_then(|place| point(map, place));
+    let now = map.place_of(&scene.outcome.settings).and_then(|place| dot(map.nearest(place)?));
     let (least, most) =
         points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(p.1[1]), b.max(p.1[1])));
     let terms = points.iter().map(|p| p.1[0]).fold(1.0, f64::max);
@@ -116,6 +116,10 @@ fn points(map: &Landscape) -> Vec<(Place, [f64; 2])> {
 }
 
 fn point(map: &Landscape, place: Place) -> Option<[f64; 2]> {
-    let cell = map.cell(place).filter(|c| c.failed == 0.0 && c.error > 0.0)?;
-    Some([cell.terms as f64, cell.error.log10()])
+    dot(map.cell(place)?)
+}
+
+/// A cell's terms and log₁₀ of its error, unless it failed.
+fn dot(cell: &Cell) -> Option<[f64; 2]> {
+    (cell.failed == 0.0 && cell.error > 0.0).then(|| [cell.terms as f64, cell.error.log10()])
 }
