@@ -700,35 +700,46 @@ impl Search {
     /// The base cannot be fitted; cancelled.
     pub fn diagnose(&self, tell: Listener<'_>, cancel: &Cancel) -> Result<Diagnosis, GapError> {
         let started = Instant::now();
-        let mut stages = vec![self.base(cancel)?];
-        let mut rounds: Vec<Round> = Vec::new();
-        let mut verdict = None;
-        while verdict.is_none() {
-            let stage = stages.last().cloned().ok_or(GapError::Base)?;
-            let mut round = self.look(&stage, tell, cancel)?;
-            let added = stage.effects.len();
-            let next = match &round.finding {
-                Finding::Nothing | Finding::Unexplained => None,
-                Finding::Named | Finding::Ambiguous(_) if added >= self.ask.max_effects => {
-                    round.finding = Finding::Unexplained;
-                    None
+        let mut stage = self.base(cancel)?;
+        let mut steps: Vec<Step> = Vec::new();
+        let mut last = loop {
+            let round = self.look(&stage, tell, cancel)?;
+            match Step::of(round) {
+                Ok(step) if steps.len() < self.ask.max_effects => {
+                    steps.push(step);
+                    let choices: Vec<Choice> = steps.iter().map(|s| s.choice.clone()).collect();
+                    // A richer kind takes the simpler one's place, and what a later effect made superfluous goes.
+                    let fitted = self.added(&stage, &choices, cancel)?;
+                    let kept = self.dropped(fitted, cancel)?;
+                    steps.retain(|s| kept.effects.iter().any(|e| e.choice == s.choice));
+                    stage = kept;
                 }
-                Finding::Named | Finding::Ambiguous(_) => round.candidates.first().and_then(|c| c.stage.clone()),
-            };
-            match (&round.finding, &next) {
-                (Finding::Nothing, _) if added == 0 => verdict = Some(Verdict::NothingMissing),
-                (Finding::Nothing, _) => verdict = Some(Verdict::Named),
-                (Finding::Ambiguous(_), Some(_)) => verdict = Some(Verdict::Ambiguous),
-                (_, None) => verdict = Some(Verdict::Unexplained),
-                _ => {}
+                Ok(step) => break Round { finding: Finding::Unexplained, ..step.round },
+                Err(round) => break round,
             }
-            rounds.push(round);
-            if let Some(next) = next {
-                stages.push(self.dropped(next, cancel)?);
-            }
+        };
+        if steps.len() > 1 && self.reconsider(&mut steps, tell, cancel)? {
+            let choices: Vec<Choice> = steps.iter().map(|s| s.choice.clone()).collect();
+            stage = self.stage(&choices, cancel)?;
+            last = self.look(&stage, tell, cancel)?;
         }
-        let verdict = verdict.unwrap_or(Verdict::Unexplained);
-        let remaining = self.remaining(&rounds, &stages, verdict, cancel)?;
+        // Those that stand alone first; the interface lists rivals under the last.
+        steps.sort_by_key(|s| !s.alone());
+        let mut stages = vec![self.base(cancel)?];
+        for n in 1..=steps.len() {
+            let choices: Vec<Choice> = steps[..n].iter().map(|s| s.choice.clone()).collect();
+            stages.push(self.stage(&choices, cancel)?);
+        }
+        let ambiguous = steps.iter().any(|s| !s.alone());
+        let verdict = match last.finding {
+            Finding::Nothing if steps.is_empty() => Verdict::NothingMissing,
+            Finding::Nothing if !ambiguous => Verdict::Named,
+            _ if ambiguous => Verdict::Ambiguous,
+            _ => Verdict::Unexplained,
+        };
+        let mut rounds: Vec<Round> = steps.into_iter().map(|s| s.round).collect();
+        rounds.push(last);
+        let remaining = remaining(&rounds);
         let sentence = sentence(verdict, &stages, &rounds, &self.data.unit);
         Ok(Diagnosis {
             verdict,
@@ -783,44 +794,79 @@ impl Search {
         Ok(stage)
     }
 
-    fn remaining(
-        &self,
-        rounds: &[Round],
-        stages: &[Arc<Stage>],
-        verdict: Verdict,
-        cancel: &Cancel,
-    ) -> Result<Remaining, GapError> {
-        let looked = rounds.last().filter(|_| verdict != Verdict::Ambiguous);
-        let (evidence, mut sizes) = match looked {
-            Some(round) => (round.evidence.clone(), round.hidden_up_to.clone()),
-            None => {
-                let last = stages.last().ok_or(GapError::Base)?;
-                let choices: Vec<Choice> = last.effects.iter().map(|e| e.choice.clone()).collect();
-                let fitted = self.fitted(&choices, cancel)?;
-                let motion = self.data.motion(&fitted).ok_or(GapError::Base)?;
-                let forms = self.forms(&fitted, &motion);
-                let screened = self.data.screen(&fitted, &motion, &forms, cancel);
-                let evidence = self.data.evidence(&fitted, &motion, &forms, &screened);
-                (evidence, self.data.detectable(&fitted, &motion, &forms, &screened))
-            }
-        };
-        let mut note = String::new();
-        if evidence.significant {
-            note.push_str("What is left is more than noise. ");
-        }
-        sizes.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let list: Vec<String> = sizes
-            .iter()
-            .filter(|(_, s)| s.is_finite())
-            .map(|(title, s)| format!("{} {} %", title.to_lowercase(), significant(100.0 * s, 2)))
-            .collect();
-        if !list.is_empty() {
-            note.push_str("As a share of the spring force, these could still hide up to: ");
-            note.push_str(&list.join("; "));
-            note.push('.');
-        }
-        Ok(Remaining { significant: evidence.significant, p_value: evidence.p_value, note })
+    /// The stage after the last of these effects was added to another.
+    fn added(&self, before: &Stage, choices: &[Choice], cancel: &Cancel) -> Result<Arc<Stage>, GapError> {
+        let last = choices.last().ok_or(GapError::Base)?;
+        let known: Vec<Choice> = before.effects.iter().map(|e| e.choice.clone()).collect();
+        let with: Vec<Choice> = known.iter().chain([last]).cloned().collect();
+        // Where it took a simpler one's place, the fit is known without that one.
+        let place = (0..known.len()).map(|gone| {
+            let mut list = with.clone();
+            list.remove(gone);
+            list
+        });
+        let found = std::iter::once(with.clone()).chain(place).find(|list| self.known(list).is_some());
+        self.stage(&found.unwrap_or(with), cancel)
     }
+
+    /// Looks again at each effect in the company of the others: with the others in place another may do better, or rivals
+    /// may have fallen away. True if an effect was exchanged.
+    fn reconsider(&self, steps: &mut [Step], tell: Listener<'_>, cancel: &Cancel) -> Result<bool, GapError> {
+        let mut exchanged = false;
+        for index in 0..steps.len() {
+            // The last was judged in the company of all others, unless one of them was exchanged since.
+            if index + 1 == steps.len() && !exchanged {
+                break;
+            }
+            let others: Vec<Choice> =
+                steps.iter().enumerate().filter(|(k, _)| *k != index).map(|(_, s)| s.choice.clone()).collect();
+            let Ok(stage) = self.stage(&others, cancel) else { continue };
+            if let Ok(step) = Step::of(self.look(&stage, tell, cancel)?) {
+                exchanged |= step.choice != steps[index].choice;
+                steps[index] = step;
+            }
+        }
+        Ok(exchanged)
+    }
+}
+
+/// An effect that was added, and the look that led to it.
+struct Step {
+    choice: Choice,
+    round: Round,
+}
+
+impl Step {
+    /// The step that a round leads to; the round itself if it leads to none.
+    fn of(round: Round) -> Result<Self, Round> {
+        match (&round.finding, round.candidates.first()) {
+            (Finding::Named | Finding::Ambiguous(_), Some(first)) => Ok(Self { choice: first.choice.clone(), round }),
+            _ => Err(round),
+        }
+    }
+
+    fn alone(&self) -> bool {
+        self.round.finding == Finding::Named
+    }
+}
+
+/// What the last look says is left.
+fn remaining(rounds: &[Round]) -> Remaining {
+    let Some(round) = rounds.last() else { return Remaining::default() };
+    let mut note = String::new();
+    if round.evidence.significant {
+        note.push_str("What is left is more than noise. ");
+    }
+    let mut sizes: Vec<&(String, f64)> = round.hidden_up_to.iter().filter(|(_, s)| s.is_finite()).collect();
+    sizes.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let list: Vec<String> =
+        sizes.iter().map(|(title, s)| format!("{} {} %", title.to_lowercase(), significant(100.0 * s, 2))).collect();
+    if !list.is_empty() {
+        note.push_str("As a share of the spring force, these could still hide up to: ");
+        note.push_str(&list.join("; "));
+        note.push('.');
+    }
+    Remaining { significant: round.evidence.significant, p_value: round.evidence.p_value, note }
 }
 
 fn model_terms(terms: &[Term], shared: &[f64]) -> Vec<(Term, f64)> {
