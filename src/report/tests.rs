@@ -119,6 +119,7 @@ fn with_report<T>(outcome: &Outcome, look: impl FnOnce(&Report<'_>) -> T) -> T {
         outcome,
         choice: Some("segment 31 was chosen: it gave the smallest error"),
         command: Some("sindyscope report long.csv --test short.csv --terms 'x, sgn(v)' --out report.html"),
+        diagnosis: None,
     })
 }
 
