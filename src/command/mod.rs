@@ -5,6 +5,7 @@ mod diagnose;
 mod diagnosed;
 mod failure;
 mod generate;
+mod hidden;
 mod identify;
 mod json;
 mod options;

@@ -54,9 +54,7 @@ pub struct Search {
 }
 
 /// Candidates that are refined.
-const REFINED: usize = 10;
-/// Share of the best screen gain below which a candidate is not refined.
-const FAINT: f64 = 0.02;
+const REFINED: usize = 12;
 /// Inner values that a form is refined from.
 const STARTS: usize = 2;
 /// Points of a curve on a card.
@@ -338,9 +336,7 @@ impl Search {
             return Ok(round(candidates, evidence, Finding::Nothing, None));
         }
         tell(Progress::Step("Refitting the likeliest effects on the simulated response", 0.3));
-        let best_gain = screened.hits.first().map_or(0.0, |h| h.gain);
-        let tried: Vec<usize> =
-            screened.hits.iter().filter(|h| h.gain > FAINT * best_gain).take(REFINED).map(|h| h.form).collect();
+        let tried = screened.likeliest(&forms, REFINED);
         let done = std::sync::atomic::AtomicUsize::new(0);
         let refits: Vec<(usize, Option<Fitted>)> = tried
             .par_iter()
@@ -378,18 +374,17 @@ impl Search {
         // One colour for all, that of the best fit: its residual is nearest to the noise.
         let nearest = refits.iter().map(|(_, f)| f).min_by(|a, b| a.refined.rss.total_cmp(&b.refined.rss));
         let colour = nearest.map_or(1.0, |f| colour(f, data.frequency, interval));
-        let base_score = score(before, colour, floor);
         let scored: Vec<(usize, &Form, Score, &Arc<Fitted>)> =
-            refits.iter().map(|(k, f)| (*k, &forms[*k], score(f, colour, floor), f)).collect();
+            refits.iter().map(|(k, f)| (*k, &forms[*k], score(before, f, colour, floor), f)).collect();
         let mut standing: Vec<(usize, &Form, Score)> = Vec::new();
         for (k, form, score, fitted) in &scored {
-            let refused = refusal(form, (before, &base_score), (fitted, score), &data.unit);
+            let refused = refusal(form, before, (fitted, score), &data.unit);
             if refused.is_none() {
                 standing.push((*k, form, *score));
             }
             self.keep(Arc::clone(fitted));
             if let Some(candidate) = candidates.iter_mut().find(|c| c.choice == choice(form)) {
-                candidate.delta_bic = score.bic - base_score.bic;
+                candidate.delta_bic = score.bic;
                 candidate.why = why(form, before, fitted, refused.as_deref(), &data.unit);
                 candidate.curve = self.curve(form, fitted, motion);
                 candidate.stage = Some(Arc::new(self.show(fitted)));
@@ -434,7 +429,7 @@ impl Search {
             match k.and_then(|k| ranked.iter().position(|r| *r == k)) {
                 Some(place) => (0, place as f64),
                 None => match (k.and_then(|k| scored.iter().find(|s| s.0 == k)), &c.standing) {
-                    (Some(s), _) => (1, s.2.total()),
+                    (Some(s), _) => (1, s.2.total),
                     (None, Standing::NotShown(_)) => (3, 0.0),
                     (None, _) => (2, -c.explained),
                 },
@@ -739,7 +734,6 @@ impl Search {
         let whole = self.fitted(&choices, cancel)?;
         let interval = self.data.fit()[0].interval;
         let tint = colour(&whole, self.data.frequency, interval);
-        let with = score(&whole, tint, 0.0).total();
         for index in 0..choices.len() - 1 {
             let mut composition = whole.composition.without(index);
             let shared = &whole.refined.point.shared;
@@ -759,7 +753,7 @@ impl Search {
             let own = carried(&whole.composition, &composition, &whole.refined.point.own);
             let Some(refined) = self.data.refine(&composition, &Point { shared, own }, cancel) else { continue };
             let without = self.data.judge(composition, refined, cancel);
-            if score(&without, tint, 0.0).total() <= with {
+            if score(&whole, &without, tint, 0.0).total <= 0.0 {
                 let without = Arc::new(without);
                 self.keep(Arc::clone(&without));
                 return Ok(Arc::new(self.show(&without)));
