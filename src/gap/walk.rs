@@ -80,6 +80,9 @@ impl Diagnosis {
     }
 }
 
+/// Records whose worst stretch is said in words.
+const RECORDS: usize = 3;
+
 impl Place {
     /// Where in the state, in time and in frequency, in plain sentences.
     pub fn words(&self) -> String {
@@ -88,13 +91,15 @@ impl Place {
         if !worst.is_empty() {
             let stretches: Vec<String> = worst
                 .iter()
+                .take(RECORDS)
                 .map(|(force, (from, to))| {
                     let whose =
                         if self.force.len() > 1 { format!(" of record {}", force.record) } else { String::new() };
                     format!("{} to {} s{whose}", significant_trimmed(*from, 4), significant_trimmed(*to, 4))
                 })
                 .collect();
-            text.push_str(&format!(" In time it is largest from {}.", stretches.join(", ")));
+            let others = if worst.len() > RECORDS { ", …" } else { "." };
+            text.push_str(&format!(" In time it is largest from {}{others}", stretches.join(", ")));
         }
         let longest = self.force.iter().max_by_key(|f| f.force.len());
         let peak = longest.and_then(|f| Spectrum::new(&f.force, f.interval)).and_then(|s| s.peak());

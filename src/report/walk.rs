@@ -7,7 +7,7 @@ use super::figures::Room;
 use super::math;
 use super::walk_figures as figures;
 use crate::format::equations;
-use crate::format::number::{align_at_point, format_measured, significant, significant_trimmed};
+use crate::format::number::{align_at_point, format_measured, significant, significant_trimmed, superscript};
 use crate::format::units::{Scale, format_si};
 use crate::gap::{Candidate, Diagnosis, Finding, Gap, Parameter, Round, Stage, Standing, Step};
 use crate::study::Severity;
@@ -27,7 +27,7 @@ pub(super) fn blocks(diagnosis: &Diagnosis, unit: &str, room: &Room) -> Vec<Bloc
             Some(step) => format!("Round {}: {}", k + 1, step.added.title),
             None => format!("Round {}: {}", k + 1, outcome_words(&round.finding)),
         }));
-        blocks.extend(round_blocks(round, step, unit));
+        blocks.extend(round_blocks(round, step, unit, tested(diagnosis)));
     }
     if !steps.is_empty() {
         blocks.push(Block::Subheading("The model with every effect that was added".into()));
@@ -46,6 +46,7 @@ pub(super) fn blocks(diagnosis: &Diagnosis, unit: &str, room: &Room) -> Vec<Bloc
 
 /// What a terminal says.
 pub(super) fn text(diagnosis: &Diagnosis, unit: &str) -> String {
+    const INDENT: usize = 15;
     let mut out = String::new();
     let (Some(base), Some(last)) = (diagnosis.stages.first(), diagnosis.stages.last()) else { return out };
     let tested = tested(diagnosis);
@@ -58,7 +59,7 @@ pub(super) fn text(diagnosis: &Diagnosis, unit: &str) -> String {
         let _ = writeln!(out, "\n{}. {} ({})", k + 1, step.added.title, step.added.choice.effect);
         let mut line = |label: &str, text: &str| {
             if !text.is_empty() {
-                let _ = writeln!(out, "   {label:<11} {text}");
+                let _ = writeln!(out, "   {label:<11} {}", wrapped(text, INDENT, INDENT));
             }
         };
         line("where", &step.round.place.words());
@@ -77,7 +78,7 @@ pub(super) fn text(diagnosis: &Diagnosis, unit: &str) -> String {
         }
         let alike: Vec<&str> = step.indistinguishable().iter().map(|c| c.title.as_str()).collect();
         if !alike.is_empty() {
-            line("unlike", &format!("These data cannot tell it from: {}.", alike.join(", ")));
+            line("or else", &format!("{}: these data cannot tell.", alike.join("; ")));
         }
         line("next", step.round.next_experiment.as_deref().unwrap_or_default());
     }
@@ -85,20 +86,66 @@ pub(super) fn text(diagnosis: &Diagnosis, unit: &str) -> String {
         let _ = write!(out, "\nWith what was added\n{}", equations::text(&last.model));
         let _ = writeln!(out, "gap: {}", gap_words(&last.gap, unit, tested));
     }
-    let _ = writeln!(out, "\nVerdict: {}. {}", diagnosis.verdict.word().replace('_', " "), diagnosis.sentence);
+    let mut say = |text: &str| {
+        let _ = writeln!(out, "{}", wrapped(text, 0, 0));
+    };
+    say(&format!("\nVerdict: {}. {}", diagnosis.verdict.word().replace('_', " "), diagnosis.sentence));
     if let Some(unnamed) = unnamed(diagnosis) {
-        let _ = writeln!(out, "The gap that is left: {}", unnamed.place.words());
+        say(&format!("The gap that is left: {}", unnamed.place.words()));
         const SHOWN: usize = 3;
         for candidate in unnamed.candidates.iter().filter(|c| c.stage.is_some()).take(SHOWN) {
-            let _ = writeln!(out, "  {}: {}", candidate.title, candidate.why);
+            say(&format!("– {}: {}", candidate.title, candidate.why));
         }
     }
-    let _ = writeln!(out, "{}", remaining(diagnosis));
+    say(&remaining(diagnosis));
     for text in superseded(diagnosis).into_iter().chain(not_shown(diagnosis)) {
-        let _ = writeln!(out, "{text}");
+        say(&text);
     }
     for notice in &diagnosis.notices {
-        let _ = writeln!(out, "Note. {}", sentence(notice));
+        say(&format!("Note. {}", sentence(notice)));
+    }
+    out
+}
+
+/// Powers in a unit as raised digits: `m/s^2` becomes `m/s²`.
+pub(super) fn raised(unit: &str) -> String {
+    let mut out = String::new();
+    let mut rest = unit;
+    while let Some((before, after)) = rest.split_once('^') {
+        let end = after.find(|c: char| !(c.is_ascii_digit() || c == '-')).unwrap_or(after.len());
+        let (power, behind) = after.split_at(end);
+        out.push_str(before);
+        match power.parse() {
+            Ok(power) => out.push_str(&superscript(power)),
+            Err(_) => {
+                out.push('^');
+                out.push_str(power);
+            }
+        }
+        rest = behind;
+    }
+    out + rest
+}
+
+/// Width of a line for a terminal.
+const COLUMNS: usize = 110;
+
+/// Words in lines that a terminal shows whole, all but the first moved in by `indent`.
+fn wrapped(text: &str, used: usize, indent: usize) -> String {
+    let mut out = String::new();
+    let mut width = used;
+    for word in text.split(' ') {
+        let length = word.chars().count();
+        if width + 1 + length > COLUMNS && width > indent {
+            out.push('\n');
+            out.push_str(&" ".repeat(indent));
+            width = indent;
+        } else if !out.is_empty() {
+            out.push(' ');
+            width += 1;
+        }
+        out.push_str(word);
+        width += length;
     }
     out
 }
@@ -150,11 +197,11 @@ fn noise_tile(diagnosis: &Diagnosis, unit: &str) -> Tile {
     Tile {
         label: "Measurement noise",
         value: format_si(diagnosis.noise_floor, unit, 2),
-        note: "standard deviation, estimated".into(),
+        note: "standard deviation".into(),
     }
 }
 
-fn round_blocks(round: &Round, step: Option<&Step<'_>>, unit: &str) -> Vec<Block> {
+fn round_blocks(round: &Round, step: Option<&Step<'_>>, unit: &str, tested: &'static str) -> Vec<Block> {
     let mut blocks = Vec::new();
     if round.evidence.significant {
         blocks.push(Block::Paragraph(format!(
@@ -175,7 +222,7 @@ fn round_blocks(round: &Round, step: Option<&Step<'_>>, unit: &str) -> Vec<Block
         if !parameters.is_empty() {
             blocks.push(Block::Table(parameter_table(parameters)));
         }
-        blocks.extend(figures::curve(&step.candidate.curve, &step.added.title).map(Block::Figure));
+        blocks.extend(figures::curve(&step.candidate.curve, &step.added.title, unit).map(Block::Figure));
         let alike: Vec<&str> = step.indistinguishable().iter().map(|c| c.title.as_str()).collect();
         if !alike.is_empty() {
             let text = format!("These data cannot tell it from: {}.", alike.join(", "));
@@ -186,7 +233,7 @@ fn round_blocks(round: &Round, step: Option<&Step<'_>>, unit: &str) -> Vec<Block
         blocks.push(Block::Paragraph(format!("Next experiment: {next}")));
     }
     if round.evidence.significant {
-        blocks.extend(candidates(round, unit));
+        blocks.extend(candidates(round, unit, tested));
     }
     blocks
 }
@@ -203,12 +250,12 @@ fn parameter_table(parameters: &[Parameter]) -> Table {
     let rows = parameters
         .iter()
         .zip(align_at_point(&numbers))
-        .map(|(p, number)| vec![Cell::Text(p.name.clone()), Cell::Number(number), Cell::Text(p.unit.clone())]);
+        .map(|(p, number)| vec![Cell::Text(p.name.clone()), Cell::Number(number), Cell::Text(raised(&p.unit))]);
     Table { head: vec!["quantity", "value ± std. error", "unit"], rows: rows.collect() }
 }
 
 /// The refitted candidates as a table, the others in a sentence.
-fn candidates(round: &Round, unit: &str) -> Vec<Block> {
+fn candidates(round: &Round, unit: &str, tested: &'static str) -> Vec<Block> {
     let refitted: Vec<(&Candidate, &Gap)> =
         round.candidates.iter().filter_map(|c| Some((c, &c.stage.as_ref()?.gap))).collect();
     let mut blocks = Vec::new();
@@ -230,7 +277,7 @@ fn candidates(round: &Round, unit: &str) -> Vec<Block> {
                 Cell::Text(why),
             ]
         });
-        blocks.push(Block::Table(Table { head: vec!["candidate", "ΔBIC", "not fitted", ""], rows: rows.collect() }));
+        blocks.push(Block::Table(Table { head: vec!["candidate", "ΔBIC", tested, "why"], rows: rows.collect() }));
     }
     let screened: Vec<&str> = round
         .candidates
@@ -241,7 +288,7 @@ fn candidates(round: &Round, unit: &str) -> Vec<Block> {
     if !screened.is_empty() {
         let text = format!(
             "Screened along the measured motion and not refitted, because they explain too little of it: {}.",
-            screened.join("; ").to_lowercase()
+            screened.join("; ")
         );
         blocks.push(Block::Paragraph(text));
     }
@@ -250,7 +297,7 @@ fn candidates(round: &Round, unit: &str) -> Vec<Block> {
 
 fn remaining(diagnosis: &Diagnosis) -> String {
     let remaining = &diagnosis.remaining;
-    let left = if remaining.significant { "A significant gap is left" } else { "What is left is noise" };
+    let left = if remaining.significant { "Remaining gap" } else { "What is left is noise" };
     format!("{left} ({}). {}", p_words(remaining.p_value), remaining.note).trim_end().to_owned()
 }
 
@@ -276,7 +323,7 @@ fn not_shown(diagnosis: &Diagnosis) -> Option<String> {
 
 fn parameter_words(parameter: &Parameter) -> String {
     let number = format_measured(parameter.value, parameter.std_error).replace('−', "-");
-    format!("{} = {number} {}", parameter.name, parameter.unit).trim_end().to_owned()
+    format!("{} = {number} {}", parameter.name, raised(&parameter.unit)).trim_end().to_owned()
 }
 
 /// `fitted 12.0 µm (1.20 %), held out 15.0 µm (1.50 %)`.

@@ -1,10 +1,11 @@
 //! The figures of a search for missing effects: the fall of the gap, the force found, the response before and after.
 
-use super::chart::{Axis, BELOW, LEFT, Line, Panel, legend, padded, thinned};
+use super::chart::{Axis, BELOW, LEFT, Line, Panel, class, legend, padded, thinned};
 use super::figures::{Figure, Room, WIDTH};
 use super::svg::{Anchor, Svg};
+use super::walk::raised;
 use crate::format::palette::Ink;
-use crate::format::units::{Scale, format_si};
+use crate::format::units::{Scale, format_si, per_second};
 use crate::gap::{Curve, Diagnosis, Stage, Trace};
 use crate::record::Usage;
 
@@ -13,7 +14,7 @@ const RIGHT: f64 = 8.0;
 /// Height of a bar of the waterfall.
 const BAR: f64 = 11.0;
 /// Distance of one stage's bars from the next one's.
-const PITCH: f64 = 44.0;
+const PITCH: f64 = 48.0;
 /// Room for the figure at the end of the longest bar.
 const FIGURE: f64 = 66.0;
 /// Room for a key, wide enough for its words.
@@ -30,7 +31,7 @@ pub(super) fn waterfall(diagnosis: &Diagnosis, unit: &str) -> Option<Figure> {
     let stages = &diagnosis.stages;
     let gaps = || stages.iter().flat_map(|s| [Some(s.gap.train_rmse), s.gap.test_rmse]).flatten();
     let largest = gaps().chain([diagnosis.noise_floor]).filter(|v| v.is_finite()).fold(0.0, f64::max);
-    if !(largest > 0.0) {
+    if largest <= 0.0 {
         return None;
     }
     let has_test = gaps().count() > stages.len();
@@ -39,10 +40,10 @@ pub(super) fn waterfall(diagnosis: &Diagnosis, unit: &str) -> Option<Figure> {
     let at = |value: f64| width * (value / largest).clamp(0.0, 1.0);
     let mut svg = Svg::default();
     let mut x = 0.0;
-    for (class, label) in [("fitted", "fitted"), ("unfitted", tested)].into_iter().take(1 + usize::from(has_test)) {
-        svg.rect(class, (x, TOP - 17.0), (22.0, 9.0));
+    for (fill, label) in [("fitted", "fitted"), ("unfitted", tested)].into_iter().take(1 + usize::from(has_test)) {
+        svg.rect(fill, (x, TOP - 17.0), (22.0, 9.0));
         svg.text("key", (x + 28.0, TOP - 8.0), Anchor::Start, label);
-        x += if class == "fitted" { 90.0 } else { KEY + 40.0 };
+        x += if fill == "fitted" { 90.0 } else { KEY + 40.0 };
     }
     legend(&mut svg, &[(Ink::NoiseFloor, "measurement noise")], x, TOP - 8.0);
     let mut y = TOP + 2.0;
@@ -54,21 +55,18 @@ pub(super) fn waterfall(diagnosis: &Diagnosis, unit: &str) -> Option<Figure> {
     for (stage, name) in stages.iter().zip(names) {
         svg.text("label", (0.0, y + 11.0), Anchor::Start, &name);
         let mut bar_top = y + 16.0;
-        for (class, rmse) in [("fitted", Some(stage.gap.train_rmse)), ("unfitted", stage.gap.test_rmse)] {
+        for (fill, rmse) in [("fitted", Some(stage.gap.train_rmse)), ("unfitted", stage.gap.test_rmse)] {
             let Some(rmse) = rmse.filter(|r| r.is_finite()) else { continue };
-            svg.rect(class, (0.0, bar_top), (at(rmse).max(1.0), BAR));
+            svg.rect(fill, (0.0, bar_top), (at(rmse).max(1.0), BAR));
             let text = format_si(rmse, unit, 3);
             svg.text("tick", (at(rmse).max(at(diagnosis.noise_floor)) + 6.0, bar_top + 9.0), Anchor::Start, &text);
             bar_top += BAR + 1.0;
         }
+        let (upper, lower) = (y + 14.0, bar_top + 2.0);
+        svg.line("rule", (0.0, upper), (0.0, lower));
+        svg.line(class(Ink::NoiseFloor), (at(diagnosis.noise_floor), upper), (at(diagnosis.noise_floor), lower));
         y += if has_test { PITCH } else { PITCH - BAR };
     }
-    svg.line(
-        super::chart::class(Ink::NoiseFloor),
-        (at(diagnosis.noise_floor), TOP + 4.0),
-        (at(diagnosis.noise_floor), y),
-    );
-    svg.line("rule", (0.0, TOP + 2.0), (0.0, y));
     let caption = format!(
         "The gap between simulated and measured displacement (RMSE) from the base model through each effect that was added; dashed, the \
          measurement noise of {}, below which nothing can fall.",
@@ -78,7 +76,7 @@ pub(super) fn waterfall(diagnosis: &Diagnosis, unit: &str) -> Option<Figure> {
 }
 
 /// The measured missing force as points, and the effect's own force through them.
-pub(super) fn curve(curve: &Curve, title: &str) -> Option<Figure> {
+pub(super) fn curve(curve: &Curve, title: &str, unit: &str) -> Option<Figure> {
     if curve.measured.len() < 2 {
         return None;
     }
@@ -91,8 +89,8 @@ pub(super) fn curve(curve: &Curve, title: &str) -> Option<Figure> {
     let panel = Panel {
         at: (LEFT, TOP),
         size: (WIDTH - LEFT - RIGHT, 190.0),
-        x: Axis::linear(&curve.axis, padded(curve.measured.iter().map(|p| p[0])), &curve.unit),
-        y: Axis::linear("missing force per mass", padded(shown), ""),
+        x: Axis::linear(&curve.axis, padded(curve.measured.iter().map(|p| p[0])), &raised(&curve.unit)),
+        y: Axis::linear("force per mass", padded(shown), &per_second(&per_second(unit))),
         x_labels: true,
         y_labels: true,
         guides: Vec::new(),
@@ -103,13 +101,11 @@ pub(super) fn curve(curve: &Curve, title: &str) -> Option<Figure> {
     // A clip is named after what it clips: titles differ within one document.
     let name: String = title.chars().filter(char::is_ascii_alphanumeric).collect();
     panel.draw(&mut drawing, &format!("curve{name}"));
-    let key = title.to_lowercase();
     drawing.rect("dot", (LEFT + 8.0, TOP - 14.0), (5.0, 5.0));
     drawing.text("key", (LEFT + 28.0, TOP - 8.0), Anchor::Start, "measured");
-    legend(&mut drawing, &[(Ink::Identified, &key)], LEFT + 92.0, TOP - 8.0);
+    legend(&mut drawing, &[(Ink::Identified, title)], LEFT + 92.0, TOP - 8.0);
     let caption = format!(
-        "The force per mass that the model lacks along the measured motion (dots: in the records' units, over {}), and the one that {key} \
-         adds.",
+        "The force per mass that the model lacks along the measured motion (dots) over {}, and the one that is added (line): {title}.",
         curve.axis
     );
     Some(Figure { drawing, size: (WIDTH, TOP + 190.0 + BELOW), caption })
