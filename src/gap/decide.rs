@@ -25,7 +25,7 @@ const SHOWN: f64 = 4.0;
 /// By how much no single record left out may get worse.
 const WORSE: f64 = 1.10;
 /// By how much a form with more in it must beat the simpler one that it contains.
-const RICHER: f64 = 10.0;
+const RICHER: f64 = 4.0;
 
 /// Scores a model against another, for residuals that vary `colour` times more than white ones where the motion is.
 pub(super) fn score(before: &Fitted, after: &Fitted, colour: f64, floor: f64) -> Score {
@@ -120,7 +120,8 @@ pub(super) fn confused(first: (&Form, Score), others: &[(usize, &Form, Score)]) 
         .filter(|(_, form, score)| {
             form.effect != first.0.effect
                 && score.total - first.1.total < APART
-                && !form.contains.contains(&first.0.effect)
+                // A richer form fits as well by nature: it is a rival only where it does better than its price.
+                && !(form.contains.contains(&first.0.effect) && score.total > first.1.total)
         })
         .map(|(k, _, _)| *k)
         .collect()

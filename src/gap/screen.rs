@@ -304,12 +304,13 @@ impl Data {
             free.push(column);
         }
         free.remove(&mut target);
+        let free_rss = dot(&target, &target);
         for hit in &mut hits {
             hit.free_gain = explain(&free, &target, hit.columns.clone(), &forms[hit.form]).unwrap_or(0.0);
         }
         // Values of one form that lie apart and do nearly as well are starts of their own.
         let gains = points.into_iter().zip(found).filter_map(|(p, f)| f.map(|gain| (p.0, p.1, gain))).collect();
-        Screened { hits, gains, rss, base, rest, residual }
+        Screened { hits, gains, rss, free_rss, base, rest, residual }
     }
 }
 
@@ -321,6 +322,8 @@ pub(super) struct Screened {
     pub(super) gains: Vec<(usize, Vec<f64>, f64)>,
     /// What the model itself leaves once its coefficients are moved along the measured motion.
     pub(super) rss: f64,
+    /// The same with the offset of every record free.
+    free_rss: f64,
     base: Vec<Vec<f64>>,
     rest: Vec<Vec<f64>>,
     residual: Vec<f64>,
@@ -330,6 +333,10 @@ pub(super) struct Screened {
 const ALIKE: usize = 2;
 /// Share of the best gain below which a form is not refined.
 const FAINT: f64 = 0.01;
+/// Forms that are refined though the best leaves far less.
+const ALWAYS: usize = 5;
+/// What a further form may leave along the measured motion, in what the best leaves.
+const NEAR: f64 = 3.0;
 
 impl Screened {
     /// The forms to refine: those of the largest gains, with or without offsets, at most two of one effect.
@@ -342,7 +349,11 @@ impl Screened {
         let mut chosen: Vec<usize> = Vec::new();
         for (share, form) in ranked {
             let alike = chosen.iter().filter(|k| forms[**k].effect == forms[form].effect).count();
-            if share > FAINT && alike < ALIKE && chosen.len() < most {
+            let near = self.hits.iter().filter(|h| h.form == form).any(|h| {
+                self.rss - h.gain < NEAR * (self.rss - gain)
+                    || self.free_rss - h.free_gain < NEAR * (self.free_rss - free)
+            });
+            if share > FAINT && alike < ALIKE && chosen.len() < most && (near || chosen.len() < ALWAYS) {
                 chosen.push(form);
             }
         }
