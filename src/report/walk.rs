@@ -286,10 +286,8 @@ fn candidates(round: &Round, unit: &str, tested: &'static str) -> Vec<Block> {
         .map(|c| c.title.as_str())
         .collect();
     if !screened.is_empty() {
-        let text = format!(
-            "Screened along the measured motion and not refitted, because they explain too little of it: {}.",
-            screened.join("; ")
-        );
+        let text =
+            format!("Only screened along the measured motion, where they explain less: {}.", screened.join("; "));
         blocks.push(Block::Paragraph(text));
     }
     blocks

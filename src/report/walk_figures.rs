@@ -4,6 +4,7 @@ use super::chart::{Axis, BELOW, LEFT, Line, Panel, class, legend, padded, thinne
 use super::figures::{Figure, Room, WIDTH};
 use super::svg::{Anchor, Svg};
 use super::walk::raised;
+
 use crate::format::palette::Ink;
 use crate::format::units::{Scale, format_si, per_second};
 use crate::gap::{Curve, Diagnosis, Stage, Trace};
