@@ -154,7 +154,7 @@ impl Search {
         composition.scales = data.scales(&composition, &[], &rough);
         let runs: Vec<_> = data.fit().iter().map(super::data::Series::run).collect();
         let start = Point { shared, own: own_start(&composition, &runs) };
-        let refined = data.refine(&composition, &start, None, cancel);
+        let refined = data.refine(&composition, &start, data.lost(), None, cancel);
         match refined {
             Some(refined) => Ok(data.judge(composition, refined, cancel)),
             None if cancel.is_cancelled() => Err(GapError::Cancelled),
@@ -184,7 +184,7 @@ impl Search {
             speed_noise: motion.speed_noise,
             frequency: data.frequency,
             duration: data.fit().iter().map(|s| s.interval * s.len() as f64).fold(0.0, f64::max),
-            ceiling: self.audit.ceiling,
+            measured: over(&|r, k| data.fit()[r].measured[k]),
         };
         let present = fitted.composition.choices();
         let offset = fitted.composition.offset();
@@ -232,13 +232,14 @@ impl Search {
             .collect();
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
         let nearest = starts.first().map_or(0.0, |s| s.0);
+        let expected = screened.expected(index);
         let mut best: Option<(Composition, Refined)> = None;
         for (misfit, composition, start) in starts {
             // A start far behind another leads nowhere else.
             if misfit > DISTANT * nearest && best.is_some() {
                 continue;
             }
-            if let Some(refined) = data.refine(&composition, &start, bar, cancel)
+            if let Some(refined) = data.refine(&composition, &start, expected, bar, cancel)
                 && best.as_ref().is_none_or(|(_, b)| refined.rss < b.rss)
             {
                 best = Some((composition, refined));
@@ -773,7 +774,10 @@ impl Search {
             composition.scales =
                 (0..whole.composition.scales.len()).filter(|k| kept(*k)).map(|k| whole.composition.scales[k]).collect();
             let own = carried(&whole.composition, &composition, &whole.refined.point.own);
-            let Some(refined) = self.data.refine(&composition, &Point { shared, own }, None, cancel) else { continue };
+            let Some(refined) = self.data.refine(&composition, &Point { shared, own }, self.data.lost(), None, cancel)
+            else {
+                continue;
+            };
             let without = self.data.judge(composition, refined, cancel);
             if score(&whole, &without, tint, 0.0).total <= 0.0 {
                 let without = Arc::new(without);
