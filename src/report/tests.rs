@@ -285,7 +285,7 @@ fn the_walk_is_told_in_every_document() {
         choice: choice.clone(),
         title: "Coulomb friction <to> ground".into(),
         terms: vec!["sgn(v)".into()],
-        parameters: vec![Parameter { name: "F_c".into(), value: 0.1, std_error: None, unit: "m/s^2".into() }],
+        parameters: vec![Parameter { name: "F_c".into(), value: 0.125, std_error: Some(0.001), unit: "m/s^2".into() }],
     };
     let (base, after) = (stage(Vec::new(), 0.2), stage(vec![added.clone()], 0.01));
     let candidate = Candidate {
@@ -315,6 +315,7 @@ fn the_walk_is_told_in_every_document() {
         candidates: vec![candidate, rival],
         finding: Finding::Ambiguous(vec![1]),
         next_experiment: Some("Run it slowly.".into()),
+        hidden_up_to: Vec::new(),
     };
     let mut diagnosis = Diagnosis {
         verdict: Verdict::Ambiguous,
@@ -354,7 +355,7 @@ fn the_walk_is_told_in_every_document() {
     let said = super::walk(&diagnosis, &records);
     for part in [
         "1. Coulomb friction",
-        "F_c = 0.10000 m/s²",
+        "F_c = 0.125 ± 0.001 m/s²",
         "or else     Stribeck",
         "next        Run it slowly.",
         "Verdict: ambiguous",
