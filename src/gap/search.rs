@@ -90,6 +90,11 @@ impl Search {
         self.data.noise
     }
 
+    /// Terms of the base model's acceleration.
+    pub fn base_terms(&self) -> &[Term] {
+        &self.base.base
+    }
+
     /// The base model, fitted.
     ///
     /// # Errors
