@@ -124,7 +124,7 @@ impl Command {
             Self::View(view) => ("View", view.label(), view.tooltip(), Some((CTRL, number_key(view_index(view))))),
             Self::Room(room) => {
                 let index = Room::ALL.iter().position(|r| *r == room).unwrap_or(0);
-                ("View", room.label(), "Switch the room of work", Some((Modifiers::NONE, number_key(index))))
+                ("View", room.label(), room.tooltip(), Some((Modifiers::NONE, number_key(index))))
             }
             Self::FitView => {
                 ("View", "Show all data", "Undo zoom and pan in every plot", Some((Modifiers::NONE, Key::Home)))

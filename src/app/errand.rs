@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::missing::Walk;
 use super::project::{self, Project};
 use super::state::{Edit, Sample, Source};
 use crate::record::{ReadOptions, Record, RecordSet, Usage, read_set, read_text};
@@ -185,7 +186,12 @@ fn open(opening: &Opening) -> Result<Opened, Problem> {
         (None, Some(edit)) => edit.settings.clone(),
         (None, None) => suggestion.clone(),
     };
-    let edit = Edit { settings, usage };
+    let walk = match (&read, edit) {
+        (Some((_, project)), _) => project.walk.clone(),
+        (None, Some(edit)) => edit.walk.clone(),
+        (None, None) => Walk::default(),
+    };
+    let edit = Edit { settings, usage, walk };
     let Opening { source, reading, .. } = opening;
     let title = read.as_ref().map_or(title, |(path, _)| file_name(path));
     Ok(Opened { source, reading, title, records, edit, suggestion, project: read })

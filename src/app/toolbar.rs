@@ -35,7 +35,7 @@ pub(crate) fn show(ui: &mut Ui, bar: &mut Toolbar<'_>) -> Vec<Asked> {
             ui.menu_button(title(bar), |ui| file_menu(ui, bar, &mut asked));
             if Room::ALL.len() > 1 {
                 ui.add_space(12.0);
-                switch(ui, &mut bar.state.room, &Room::ALL.map(|r| (r, r.label(), "")));
+                switch(ui, &mut bar.state.room, &Room::ALL.map(|r| (r, r.label(), r.tooltip())));
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 ui.spacing_mut().item_spacing.x = 2.0;

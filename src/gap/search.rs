@@ -12,8 +12,8 @@ use super::effects::{Axis, Form, Setting, Sign, catalogue, unit};
 use super::error::GapError;
 use super::fit::{Fitted, carried};
 use super::outcome::{
-    Added, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Parameter, Remaining, Round, Stage, Standing, Trace,
-    Verdict,
+    Added, Blind, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Parameter, Remaining, Round, Stage, Standing,
+    Trace, Verdict,
 };
 use super::progress::Progress;
 use super::screen::{Motion, Screened};
@@ -83,6 +83,11 @@ impl Search {
     /// What was done to the data and what they cannot show, one sentence each.
     pub fn notices(&self) -> impl Iterator<Item = &str> {
         self.data.notices.iter().chain(&self.audit.notices).map(String::as_str)
+    }
+
+    /// Effects that these data cannot show.
+    pub fn blind(&self) -> &[Blind] {
+        &self.audit.blind
     }
 
     /// The measurement noise's standard deviation, estimated without a model.
@@ -712,6 +717,51 @@ impl Search {
         let verdict = verdict.unwrap_or(Verdict::Unexplained);
         let remaining = self.remaining(&rounds, &stages, verdict, cancel)?;
         let sentence = sentence(verdict, &stages, &rounds, &self.data.unit);
+        Ok(Diagnosis {
+            verdict,
+            sentence,
+            noise_floor: self.data.noise,
+            notices: self.notices().map(str::to_owned).collect(),
+            blind: self.audit.blind.clone(),
+            rounds,
+            stages,
+            remaining,
+            elapsed_ms: 1e3 * started.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// What a walk made by hand has come to: `rounds[k]` looked at `stages[k]`, and the last stage may not have been
+    /// looked at yet.
+    ///
+    /// # Errors
+    /// No stage, or one that cannot be simulated; cancelled.
+    pub fn conclude(
+        &self,
+        rounds: Vec<Round>,
+        stages: Vec<Arc<Stage>>,
+        cancel: &Cancel,
+    ) -> Result<Diagnosis, GapError> {
+        let started = Instant::now();
+        let added = stages.last().is_some_and(|s| !s.effects.is_empty());
+        let looked = rounds.len() >= stages.len();
+        let finding = rounds.last().map(|r| &r.finding);
+        let own: &[Round] = if looked { &rounds } else { &[] };
+        let remaining = self.remaining(own, &stages, Verdict::Unexplained, cancel)?;
+        let verdict = match finding {
+            Some(Finding::Ambiguous(_)) if added && !looked => Verdict::Ambiguous,
+            _ if remaining.significant => Verdict::Unexplained,
+            _ if added => Verdict::Named,
+            _ => Verdict::NothingMissing,
+        };
+        let open = !looked || matches!(finding, Some(Finding::Named | Finding::Ambiguous(_)));
+        let sentence = match verdict {
+            // What was not looked for cannot be said to have no name.
+            Verdict::Unexplained if open && added => {
+                sentence(Verdict::Named, &stages, &rounds, &self.data.unit) + " What is left is more than noise."
+            }
+            Verdict::Unexplained if open => "Something is missing: the gap is more than noise.".to_owned(),
+            verdict => sentence(verdict, &stages, &rounds, &self.data.unit),
+        };
         Ok(Diagnosis {
             verdict,
             sentence,
