@@ -287,3 +287,19 @@ fn files_named_like_a_command_open_by_path() {
     let said = refused(here.path(), &["./identify"], 1);
     assert!(said.contains("display") || said.contains("window"), "{said}");
 }
+
+#[test]
+fn a_hidden_rig_tells_only_when_asked() {
+    let here = tempfile::tempdir().unwrap();
+    let folder = here.path();
+    let options = ["generate", "hidden", "--effect", "coulomb_friction", "--excitation", "sweep-pair", "--seed", "3"];
+    let with = |more: &[&str]| done(folder, &[&options[..], more].concat());
+    with(&["--noise", "1%", "--out", "blind.csv"]);
+    with(&["--noise", "1%", "--reveal", "--out", "told.csv"]);
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    let (blind, told) = (read("blind.csv"), read("told.csv"));
+    assert!(!blind.contains("friction") && told.contains("# Hidden: Coulomb friction"), "{}", &told[..400]);
+    let rows = |text: &str| text.lines().filter(|l| !l.starts_with('#')).map(str::to_owned).collect::<Vec<_>>();
+    assert_eq!(rows(&blind), rows(&told));
+    assert!(blind.contains(",held out\n"));
+}

@@ -6,10 +6,11 @@ use clap::builder::PossibleValuesParser;
 use clap::error::ErrorKind;
 
 use super::failure::Failure;
+use super::hidden;
 use super::options::{finite, not_negative, positive};
-use super::{Output, usage};
+use super::{Output, Stop, usage};
 use crate::format::number::significant_trimmed;
-use crate::record::write_csv;
+use crate::record::{Record, write_csv};
 use crate::rig::{Noise, Parameter, RigError, Scenario, ScenarioOptions, Shaking, generate, scenarios};
 
 /// The name under which the scenarios are listed.
@@ -66,10 +67,12 @@ pub(super) struct Options {
     /// A parameter of the plant
     #[arg(long, value_name = "NAME=VALUE", value_parser = parameter)]
     set: Vec<(String, f64)>,
+    #[command(flatten)]
+    hidden: hidden::HiddenOptions,
 }
 
 fn names() -> PossibleValuesParser {
-    PossibleValuesParser::new(scenarios().iter().map(|s| s.name).chain([LIST]))
+    PossibleValuesParser::new(scenarios().iter().map(|s| s.name).chain([hidden::NAME, LIST]))
 }
 
 fn parameter(text: &str) -> Result<(String, f64), String> {
@@ -89,6 +92,31 @@ pub(super) fn run(options: &Options) -> Output {
             "where to? give --out FILE.csv (or --out -)",
         ));
     };
+    let (records, comments) = if options.scenario == hidden::NAME { hide(options)? } else { make(options)? };
+    let mut csv = Vec::new();
+    write_csv(&records, &mut csv, &comments)
+        .map_err(|e| Failure::new(format!("cannot write the records as CSV: {e}")))?;
+    if out == Path::new("-") {
+        return Ok(csv);
+    }
+    std::fs::write(out, csv).map_err(|e| Failure::writing(out, &e))?;
+    let samples: usize = records.iter().map(Record::len).sum();
+    let count = match records.len() {
+        1 => "1 record".to_owned(),
+        n => format!("{n} records"),
+    };
+    Ok(format!("wrote {}: {count}, {samples} samples\n", out.display()).into_bytes())
+}
+
+/// The records of a scenario and the comments above them.
+fn make(options: &Options) -> Result<(Vec<Record>, Vec<String>), Stop> {
+    if options.hidden.given() {
+        return Err(usage(
+            "generate",
+            ErrorKind::ArgumentConflict,
+            "--effect, --excitation, --noise-kind, --ratio, --samples and --reveal belong to the scenario hidden",
+        ));
+    }
     let wanted = ScenarioOptions {
         seed: options.seed,
         noise: options.noise,
@@ -105,26 +133,36 @@ pub(super) fn run(options: &Options) -> Output {
         initial: options.initial.clone(),
         parameters: options.set.clone(),
     };
-    let generated = match generate(&options.scenario, &wanted) {
-        Ok(generated) => generated,
+    match generate(&options.scenario, &wanted) {
+        Ok(generated) => Ok((generated.records, generated.comments)),
         Err(error @ (RigError::BadOption { .. } | RigError::UnknownScenario { .. })) => {
-            return Err(usage("generate", ErrorKind::ValueValidation, error));
+            Err(usage("generate", ErrorKind::ValueValidation, error))
         }
-        Err(error) => return Err(Failure::new(error.to_string()).into()),
-    };
-    let mut csv = Vec::new();
-    write_csv(&generated.records, &mut csv, &generated.comments)
-        .map_err(|e| Failure::new(format!("cannot write the records as CSV: {e}")))?;
-    if out == Path::new("-") {
-        return Ok(csv);
+        Err(error) => Err(Failure::new(error.to_string()).into()),
     }
-    std::fs::write(out, csv).map_err(|e| Failure::writing(out, &e))?;
-    let samples: usize = generated.records.iter().map(crate::record::Record::len).sum();
-    let records = match generated.records.len() {
-        1 => "1 record".to_owned(),
-        n => format!("{n} records"),
-    };
-    Ok(format!("wrote {}: {records}, {samples} samples\n", out.display()).into_bytes())
+}
+
+/// The records of a rig that hides something, which draws everything else by itself.
+fn hide(options: &Options) -> Result<(Vec<Record>, Vec<String>), Stop> {
+    let idle = [
+        ("--input-noise", options.input_noise.is_some()),
+        ("--resolution", options.resolution.is_some()),
+        ("--rate", options.rate.is_some()),
+        ("--duration", options.duration.is_some()),
+        ("--settle", options.settle.is_some()),
+        ("--amplitude", options.amplitude.is_some()),
+        ("--frequencies", options.frequencies.is_some()),
+        ("--together", options.together),
+        ("--lines", options.lines.is_some()),
+        ("--ramp", options.ramp.is_some()),
+        ("--initial", options.initial.is_some()),
+        ("--set", !options.set.is_empty()),
+    ];
+    if let Some((option, _)) = idle.iter().find(|(_, given)| *given) {
+        let problem = format!("{option}: the scenario hidden draws this by its seed; leave the option out");
+        return Err(usage("generate", ErrorKind::ArgumentConflict, problem));
+    }
+    options.hidden.make(options.seed, options.noise)
 }
 
 /// Every scenario with what it does unless told otherwise.
@@ -144,6 +182,7 @@ fn list() -> String {
             }
         }
     }
+    text += &hidden::describe(width);
     text.push_str("\nParameters:\n");
     for Parameter { name, meaning, unit, .. } in meanings {
         let unit = if unit.is_empty() { String::new() } else { format!(" ({unit})") };

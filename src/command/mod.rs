@@ -3,6 +3,7 @@
 mod analysis;
 mod failure;
 mod generate;
+mod hidden;
 mod identify;
 mod json;
 mod options;

@@ -4,19 +4,16 @@ use super::effects::Form;
 use super::fit::Fitted;
 use crate::refine::inflation;
 
-/// A candidate's figures beside those of the model that it was added to.
+/// How much better a candidate is than the model that it was added to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Score {
-    /// Bayesian information criterion on the fitted records, independent samples counted.
+    /// Difference of the Bayesian information criterion on the fitted records, independent samples counted; negative is
+    /// better.
     pub(super) bic: f64,
-    /// Twice the negative log-likelihood of the data left out, but for a constant.
+    /// Difference of twice the negative log-likelihood of the data left out.
     pub(super) test: f64,
-}
-
-impl Score {
-    pub(super) fn total(&self) -> f64 {
-        self.bic + self.test
-    }
+    /// Both together; a gain on the fitted data counts only as far as the data left out confirm it, sample for sample.
+    pub(super) total: f64,
 }
 
 /// Difference of scores (twice a log odds ratio) below which two candidates are not told apart: odds of 150 to 1.
@@ -28,18 +25,22 @@ const SHOWN: f64 = 4.0;
 /// By how much no single record left out may get worse.
 const WORSE: f64 = 1.10;
 /// By how much a form with more in it must beat the simpler one that it contains.
-const RICHER: f64 = 10.0;
+const RICHER: f64 = 4.0;
 
-/// Scores for residuals that vary `colour` times more than white ones where the motion is.
-pub(super) fn score(fitted: &Fitted, colour: f64, floor: f64) -> Score {
-    let n = fitted.refined.samples as f64;
-    let effective = (n / colour).max(2.0);
+/// Scores a model against another, for residuals that vary `colour` times more than white ones where the motion is.
+pub(super) fn score(before: &Fitted, after: &Fitted, colour: f64, floor: f64) -> Score {
+    let n = after.refined.samples as f64 / colour;
     // Below the floor a residual is as good as none: clean data must not make every digit a proof.
-    let level = |rss: f64, n: f64| (rss / n + floor * floor).max(f64::MIN_POSITIVE).ln();
-    let unknowns = fitted.refined.unknowns() as f64;
-    let (rss, samples) = fitted.folds.iter().fold((0.0, 0), |(r, n), f| (r + f.rss, n + f.samples));
-    let test = if samples > 0 { samples as f64 / colour * level(rss, samples as f64) } else { 0.0 };
-    Score { bic: effective * level(fitted.refined.rss, n) + unknowns * effective.ln(), test }
+    let level = |rss: f64, n: usize| (rss / n.max(1) as f64 + floor * floor).max(f64::MIN_POSITIVE).ln();
+    let train = |f: &Fitted| level(f.refined.rss, f.refined.samples);
+    let left_out = |f: &Fitted| f.folds.iter().fold((0.0, 0), |(r, n), f| (r + f.rss, n + f.samples));
+    let fitted = train(after) - train(before);
+    let more = after.refined.unknowns() as f64 - before.refined.unknowns() as f64;
+    let penalty = more * n.max(2.0).ln();
+    let ((rss, samples), (rss_before, _)) = (left_out(after), left_out(before));
+    let m = samples as f64 / colour;
+    let held = if samples > 0 { level(rss, samples) - level(rss_before, samples) } else { fitted };
+    Score { bic: n * fitted + penalty, test: m * held, total: (n + m) * fitted.max(held) + penalty }
 }
 
 /// How much the residuals of a fit are coloured where the motion is.
@@ -49,7 +50,7 @@ pub(super) fn colour(fitted: &Fitted, frequency: f64, interval: f64) -> f64 {
 }
 
 /// Why a candidate is refused, in words; none if it stands.
-pub(super) fn refusal(form: &Form, before: (&Fitted, &Score), after: (&Fitted, &Score), unit: &str) -> Option<String> {
+pub(super) fn refusal(form: &Form, before: &Fitted, after: (&Fitted, &Score), unit: &str) -> Option<String> {
     let shared = &after.0.refined.point.shared;
     if let Some(objection) = after.0.composition.objection(shared) {
         return Some(objection);
@@ -67,7 +68,7 @@ pub(super) fn refusal(form: &Form, before: (&Fitted, &Score), after: (&Fitted, &
     }
     let number = |v: f64| crate::format::number::significant(v, 3);
     let rms = |f: &Fitted| f.gap.test_rmse.unwrap_or(f.gap.train_rmse);
-    let worse = before.0.folds.iter().zip(&after.0.folds).find(|(b, a)| a.rmse() > WORSE * b.rmse());
+    let worse = before.folds.iter().zip(&after.0.folds).find(|(b, a)| a.rmse() > WORSE * b.rmse());
     if let Some((b, a)) = worse {
         return Some(format!(
             "the fit gets better, but data never fitted get worse: {} → {} {unit}",
@@ -75,14 +76,14 @@ pub(super) fn refusal(form: &Form, before: (&Fitted, &Score), after: (&Fitted, &
             number(a.rmse())
         ));
     }
-    if after.1.test > before.1.test - SHOWN {
+    if after.1.test > -SHOWN {
         return Some(format!(
             "data never fitted get no better: {} → {} {unit}",
-            number(rms(before.0)),
+            number(rms(before)),
             number(rms(after.0))
         ));
     }
-    if after.1.total() > before.1.total() - WORTH {
+    if after.1.total > -WORTH {
         return Some("what it explains is no more than chance might".to_owned());
     }
     None
@@ -94,15 +95,15 @@ pub(super) fn order(candidates: &[(usize, &Form, Score)]) -> Vec<usize> {
     let mut out = Vec::new();
     while !left.is_empty() {
         let lowest = |list: &[&(usize, &Form, Score)]| {
-            (0..list.len()).min_by(|a, b| list[*a].2.total().total_cmp(&list[*b].2.total())).unwrap_or(0)
+            (0..list.len()).min_by(|a, b| list[*a].2.total.total_cmp(&list[*b].2.total)).unwrap_or(0)
         };
         let mut best = lowest(&left);
         while let Some(simpler) = left
             .iter()
             .enumerate()
             .filter(|(_, c)| left[best].1.contains.contains(&c.1.effect))
-            .filter(|(_, c)| c.2.total() - left[best].2.total() < RICHER)
-            .min_by(|a, b| a.1.2.total().total_cmp(&b.1.2.total()))
+            .filter(|(_, c)| c.2.total - left[best].2.total < RICHER)
+            .min_by(|a, b| a.1.2.total.total_cmp(&b.1.2.total))
             .map(|(k, _)| k)
         {
             best = simpler;
@@ -118,8 +119,9 @@ pub(super) fn confused(first: (&Form, Score), others: &[(usize, &Form, Score)]) 
         .iter()
         .filter(|(_, form, score)| {
             form.effect != first.0.effect
-                && score.total() - first.1.total() < APART
-                && !form.contains.contains(&first.0.effect)
+                && score.total - first.1.total < APART
+                // A richer form fits as well by nature: it is a rival only where it does better than its price.
+                && !(form.contains.contains(&first.0.effect) && score.total > first.1.total)
         })
         .map(|(k, _, _)| *k)
         .collect()

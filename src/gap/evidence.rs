@@ -18,7 +18,7 @@ use crate::signal::{dot, rms};
 use crate::term::Term;
 
 /// Level of the search: the probability of calling a gap where there is none.
-pub(super) const LEVEL: f64 = 0.01;
+pub(super) const LEVEL: f64 = 1e-3;
 
 /// Order of the autoregression that describes the residual's colour.
 const COLOUR: usize = 6;
@@ -78,8 +78,8 @@ impl Data {
                 present,
                 &fitted.refined.simulated,
             );
-            // Neighbours on a fine grid ask the same thing: four points of it are one question.
-            let asked = 1.0 + form.grid().len() as f64 / 4.0;
+            // Neighbours on a fine grid ask the same thing: two points of it are one question.
+            let asked = 1.0 + form.grid().len() as f64 / 2.0;
             questions.push((format!("Is there a force as of {}?", form.full_title().to_lowercase()), columns, asked));
         }
         let mut all = Basis::default();

@@ -7,7 +7,7 @@ use super::data::{Data, Series};
 use super::motion::Oscillator;
 use super::outcome::Gap;
 use super::structure::Composition;
-use crate::refine::{Options, Point, Refined, Run, Structure, own_start, refine};
+use crate::refine::{Bar, Options, Point, Refined, Run, Structure, own_start, refine};
 use crate::signal::{dot, mean_and_variance};
 use crate::study::Cancel;
 use crate::term::{Expression, Symbol, Term, derivative};
@@ -38,8 +38,8 @@ impl Fold {
 }
 
 /// Steps of a refinement from a good start, and at most.
-const STEPS: usize = 40;
-const FEW_STEPS: usize = 12;
+const STEPS: usize = 24;
+const FEW_STEPS: usize = 8;
 /// Motion left unexplained (a share of its RMS) above which a fit may have missed its basin.
 const LOST: f64 = 0.3;
 /// Periods of a shooting segment.
@@ -52,17 +52,26 @@ fn runs(series: &[Series]) -> Vec<Run> {
 }
 
 impl Data {
-    fn options<'a>(cancelled: &'a (dyn Fn() -> bool + Sync), steps: usize) -> Options<'a> {
-        Options { frozen: false, steps, cancelled }
+    fn options<'a>(cancelled: &'a (dyn Fn() -> bool + Sync), steps: usize, bar: Option<&'a Bar>) -> Options<'a> {
+        Options { frozen: false, steps, bar, cancelled }
     }
 
     /// Refines from a point; where the long simulation is lost, by way of short segments.
-    pub(super) fn refine(&self, composition: &Composition, start: &Point, cancel: &Cancel) -> Option<Refined> {
+    ///
+    /// With a bar to reach, segments are tried only for a fit that cannot be simulated in one.
+    pub(super) fn refine(
+        &self,
+        composition: &Composition,
+        start: &Point,
+        bar: Option<&Bar>,
+        cancel: &Cancel,
+    ) -> Option<Refined> {
         let cancelled = || cancel.is_cancelled();
         let runs = runs(self.fit());
-        let direct = refine(composition, &runs, start, Self::options(&cancelled, STEPS));
+        let direct = refine(composition, &runs, start, Self::options(&cancelled, STEPS, bar))
+            .map(|found| self.again(composition, &runs, found, bar, cancel));
         let power: f64 = self.fit().iter().map(|s| dot(&s.measured, &s.measured)).sum();
-        let lost = |fit: &Option<Refined>| fit.as_ref().is_none_or(|f| f.rss > LOST * LOST * power);
+        let lost = |fit: &Option<Refined>| fit.as_ref().is_none_or(|f| bar.is_none() && f.rss > LOST * LOST * power);
         if !lost(&direct) || cancel.is_cancelled() {
             return direct;
         }
@@ -77,12 +86,47 @@ impl Data {
             })
             .collect();
         let short = Point { shared: start.shared.clone(), own: own_start(composition, &segments) };
-        let shared = refine(composition, &segments, &short, Self::options(&cancelled, FEW_STEPS))?.point.shared;
+        let shared = refine(composition, &segments, &short, Self::options(&cancelled, FEW_STEPS, None))?.point.shared;
         let again = Point { shared, own: own_start(composition, &runs) };
-        let long = refine(composition, &runs, &again, Self::options(&cancelled, STEPS));
+        let long = refine(composition, &runs, &again, Self::options(&cancelled, STEPS, bar));
         match (direct, long) {
             (Some(a), Some(b)) => Some(if b.rss < a.rss { b } else { a }),
             (a, b) => b.or(a),
+        }
+    }
+
+    /// Begins each record anew from where it was measured to begin, and goes on where that helps: an initial state may have
+    /// been caught where a wrong model needed it.
+    fn again(
+        &self,
+        composition: &Composition,
+        runs: &[Run],
+        found: Refined,
+        bar: Option<&Bar>,
+        cancel: &Cancel,
+    ) -> Refined {
+        let cancelled = || cancel.is_cancelled();
+        let frozen = Options { frozen: true, steps: FEW_STEPS, bar: None, cancelled: &cancelled };
+        let mut point = found.point.clone();
+        let mut bettered = false;
+        for (r, run) in runs.iter().enumerate() {
+            let alone = std::slice::from_ref(run);
+            let here: f64 = dot(&found.residuals[r], &found.residuals[r]);
+            let start = Point { shared: point.shared.clone(), own: own_start(composition, alone) };
+            if let Some(mut other) = refine(composition, alone, &start, frozen)
+                && other.rss < 0.9 * here
+                && let Some(own) = other.point.own.pop()
+            {
+                point.own[r] = own;
+                bettered = true;
+            }
+        }
+        if !bettered {
+            return found;
+        }
+        match refine(composition, runs, &point, Self::options(&cancelled, STEPS, bar)) {
+            Some(better) if better.rss < found.rss => better,
+            _ => found,
         }
     }
 
@@ -109,7 +153,7 @@ impl Data {
     /// Holds a refinement against data that were not fitted.
     pub(super) fn judge(&self, composition: Composition, refined: Refined, cancel: &Cancel) -> Fitted {
         let cancelled = || cancel.is_cancelled();
-        let frozen = Options { frozen: true, steps: FEW_STEPS, cancelled: &cancelled };
+        let frozen = Options { frozen: true, steps: FEW_STEPS, bar: None, cancelled: &cancelled };
         let lost = |runs: &[Run]| {
             let samples = runs.iter().map(|r| r.range.len()).sum();
             let rss = runs.iter().map(|r| r.measured[r.range.clone()].iter().map(|y| y * y).sum::<f64>()).sum();
@@ -125,8 +169,8 @@ impl Data {
             held_out.push(fit.and_then(|mut f| f.simulated.pop()).unwrap_or_default());
         }
         for (train, test) in self.folds() {
-            let found =
-                refine(&composition, &train, &own(&train), Self::options(&cancelled, FEW_STEPS)).and_then(|f| {
+            let found = refine(&composition, &train, &own(&train), Self::options(&cancelled, FEW_STEPS, None))
+                .and_then(|f| {
                     let start = Point { shared: f.point.shared, own: own_start(&composition, &test) };
                     refine(&composition, &test, &start, frozen)
                 });

@@ -172,7 +172,7 @@ pub struct Test {
 /// Whether simulation and measurement differ by more than noise.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Evidence {
-    /// True where `p_value` is below the level of the search (1 %).
+    /// True where `p_value` is below the level of the search (one in a thousand).
     pub significant: bool,
     /// Probability of a gap like this if nothing were missing.
     pub p_value: f64,
@@ -257,6 +257,8 @@ pub struct Round {
     pub finding: Finding,
     /// The experiment that would tell the candidates apart that cannot be told apart.
     pub next_experiment: Option<String>,
+    /// Effects by title with the least size, as a share of the spring force, that these data would have shown.
+    pub hidden_up_to: Vec<(String, f64)>,
 }
 
 /// What one look came to.

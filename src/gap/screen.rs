@@ -39,6 +39,8 @@ pub(super) struct Hit {
     pub(super) inner: Vec<f64>,
     /// By how much it lowers the sum of squares.
     pub(super) gain: f64,
+    /// The same with the offset of every record free.
+    pub(super) free_gain: f64,
     /// The responses of its columns, what the model explains not removed.
     pub(super) columns: Vec<Vec<f64>>,
 }
@@ -287,12 +289,28 @@ impl Data {
                 present,
                 simulated,
             );
-            hits.push(Hit { form: k, inner: points[best.0].1.clone(), gain: best.1, columns });
+            hits.push(Hit { form: k, inner: points[best.0].1.clone(), gain: best.1, free_gain: 0.0, columns });
         }
         hits.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        // A record's offset hides other effects where it is large: each is also tried with the offsets out of the way.
+        let mut free = basis;
+        for column in self.columns(
+            &Addition { offset: true, ..Addition::default() },
+            &motion.measured,
+            &motion.oscillators,
+            present,
+            simulated,
+        ) {
+            free.push(column);
+        }
+        free.remove(&mut target);
+        let free_rss = dot(&target, &target);
+        for hit in &mut hits {
+            hit.free_gain = explain(&free, &target, hit.columns.clone(), &forms[hit.form]).unwrap_or(0.0);
+        }
         // Values of one form that lie apart and do nearly as well are starts of their own.
         let gains = points.into_iter().zip(found).filter_map(|(p, f)| f.map(|gain| (p.0, p.1, gain))).collect();
-        Screened { hits, gains, rss, base, rest, residual }
+        Screened { hits, gains, rss, free_rss, base, rest, residual }
     }
 }
 
@@ -304,12 +322,44 @@ pub(super) struct Screened {
     pub(super) gains: Vec<(usize, Vec<f64>, f64)>,
     /// What the model itself leaves once its coefficients are moved along the measured motion.
     pub(super) rss: f64,
+    /// The same with the offset of every record free.
+    free_rss: f64,
     base: Vec<Vec<f64>>,
     rest: Vec<Vec<f64>>,
     residual: Vec<f64>,
 }
 
+/// Forms of one effect that are refined.
+const ALIKE: usize = 2;
+/// Share of the best gain below which a form is not refined.
+const FAINT: f64 = 0.01;
+/// Forms that are refined though the best leaves far less.
+const ALWAYS: usize = 5;
+/// What a further form may leave along the measured motion, in what the best leaves.
+const NEAR: f64 = 3.0;
+
 impl Screened {
+    /// The forms to refine: those of the largest gains, with or without offsets, at most two of one effect.
+    pub(super) fn likeliest(&self, forms: &[Form], most: usize) -> Vec<usize> {
+        let best = |gain: fn(&Hit) -> f64| self.hits.iter().map(gain).fold(f64::MIN_POSITIVE, f64::max);
+        let (gain, free) = (best(|h| h.gain), best(|h| h.free_gain));
+        let mut ranked: Vec<(f64, usize)> =
+            self.hits.iter().map(|h| ((h.gain / gain).max(h.free_gain / free), h.form)).collect();
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut chosen: Vec<usize> = Vec::new();
+        for (share, form) in ranked {
+            let alike = chosen.iter().filter(|k| forms[**k].effect == forms[form].effect).count();
+            let near = self.hits.iter().filter(|h| h.form == form).any(|h| {
+                self.rss - h.gain < NEAR * (self.rss - gain)
+                    || self.free_rss - h.free_gain < NEAR * (self.free_rss - free)
+            });
+            if share > FAINT && alike < ALIKE && chosen.len() < most && (near || chosen.len() < ALWAYS) {
+                chosen.push(form);
+            }
+        }
+        chosen
+    }
+
     /// Inner values to refine a form from: its best, and another that is a peak of its own.
     pub(super) fn starts(&self, form: usize, most: usize) -> Vec<Vec<f64>> {
         let own: Vec<&(usize, Vec<f64>, f64)> = self.gains.iter().filter(|g| g.0 == form).collect();

@@ -20,7 +20,7 @@ use super::screen::{Motion, Screened};
 use super::structure::{Composition, choice, with_errors};
 use crate::format::number::significant;
 use crate::record::RecordSet;
-use crate::refine::{Point, Refined, Structure as _, own_start};
+use crate::refine::{Bar, Options, Point, Refined, Structure as _, misfit, own_start};
 use crate::signal::{dot, rms};
 use crate::study::Cancel;
 use crate::term::Term;
@@ -54,11 +54,11 @@ pub struct Search {
 }
 
 /// Candidates that are refined.
-const REFINED: usize = 10;
-/// Share of the best screen gain below which a candidate is not refined.
-const FAINT: f64 = 0.02;
+const REFINED: usize = 12;
 /// Inner values that a form is refined from.
 const STARTS: usize = 2;
+/// A start whose misfit is so many times that of another is not refined.
+const DISTANT: f64 = 2.0;
 /// Points of a curve on a card.
 const POINTS: usize = 400;
 
@@ -134,7 +134,7 @@ impl Search {
                     self.forms(&before, &motion).into_iter().filter(|f| choice(f) == *last).collect();
                 let screened = self.data.screen(&before, &motion, &forms, cancel);
                 let form = forms.first().ok_or(GapError::Base)?;
-                self.refit(&before, &motion, &screened, 0, form, cancel).ok_or(GapError::Base)?
+                self.refit(&before, &motion, &screened, 0, form, None, cancel).ok_or(GapError::Base)?
             }
         };
         if cancel.is_cancelled() {
@@ -154,7 +154,7 @@ impl Search {
         composition.scales = data.scales(&composition, &[], &rough);
         let runs: Vec<_> = data.fit().iter().map(super::data::Series::run).collect();
         let start = Point { shared, own: own_start(&composition, &runs) };
-        let refined = data.refine(&composition, &start, cancel);
+        let refined = data.refine(&composition, &start, None, cancel);
         match refined {
             Some(refined) => Ok(data.judge(composition, refined, cancel)),
             None if cancel.is_cancelled() => Err(GapError::Cancelled),
@@ -216,17 +216,29 @@ impl Search {
         screened: &Screened,
         index: usize,
         form: &Form,
+        bar: Option<&Bar>,
         cancel: &Cancel,
     ) -> Option<Fitted> {
         let data = &self.data;
         let composition = self.with(&before.composition, form);
+        let inner = if form.inner.is_empty() { vec![Vec::new()] } else { screened.starts(index, STARTS) };
+        let runs: Vec<_> = data.fit().iter().map(super::data::Series::run).collect();
+        let cancelled = || cancel.is_cancelled();
+        let options = Options { frozen: false, steps: 0, bar: None, cancelled: &cancelled };
+        let mut starts: Vec<(f64, Composition, Point)> = inner
+            .iter()
+            .filter_map(|inner| self.start(before, &composition, motion, screened, form, inner))
+            .map(|(c, p)| (misfit(&c, &runs, &p, options).unwrap_or(f64::INFINITY), c, p))
+            .collect();
+        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let nearest = starts.first().map_or(0.0, |s| s.0);
         let mut best: Option<(Composition, Refined)> = None;
-        let starts = if form.inner.is_empty() { vec![Vec::new()] } else { screened.starts(index, STARTS) };
-        for inner in starts {
-            let Some((composition, start)) = self.start(before, &composition, motion, screened, form, &inner) else {
+        for (misfit, composition, start) in starts {
+            // A start far behind another leads nowhere else.
+            if misfit > DISTANT * nearest && best.is_some() {
                 continue;
-            };
-            if let Some(refined) = data.refine(&composition, &start, cancel)
+            }
+            if let Some(refined) = data.refine(&composition, &start, bar, cancel)
                 && best.as_ref().is_none_or(|(_, b)| refined.rss < b.rss)
             {
                 best = Some((composition, refined));
@@ -273,20 +285,26 @@ impl Search {
         }
         all_inner.extend_from_slice(inner);
         let composed = after.compose(&all_inner);
-        let new_terms: &[Term] = &addition.terms;
-        let mut replaced = 0.0;
-        for term in &addition.replaces {
-            if let Some(k) = old_composed.terms.iter().position(|t| t == term) {
-                replaced += coefficients[k] + moved.get(k).copied().unwrap_or(0.0);
-            }
-        }
-        let mut shared: Vec<f64> = composed
-            .terms
+        let now = |k: usize| coefficients[k] + moved.get(k).copied().unwrap_or(0.0);
+        let replaced: f64 = addition
+            .replaces
             .iter()
-            .map(|term| {
-                let old = old_composed.terms.iter().position(|t| t == term);
-                let fresh = new_terms.iter().position(|t| t == term).and_then(|k| own.get(k)).copied().unwrap_or(0.0);
-                old.map_or(0.0, |k| coefficients[k] + moved[k]) + fresh + if old.is_none() { replaced } else { 0.0 }
+            .filter_map(|term| old_composed.terms.iter().position(|t| t == term))
+            .map(now)
+            .sum();
+        // Terms may be rewritten by an effect on the input: what they were is told by their place.
+        let sources = after.sources(&before.composition, &all_inner, old_inner);
+        let mut fresh = own.iter();
+        let mut shared: Vec<f64> = sources
+            .iter()
+            .zip(&composed.terms)
+            .map(|(source, term)| match source {
+                Some(k) => now(*k),
+                None => {
+                    // A term that a replaced, simpler effect had already keeps what it had.
+                    let had = old_composed.terms.iter().position(|t| t == term).map_or(replaced, now);
+                    had + fresh.next().copied().unwrap_or(0.0)
+                }
             })
             .collect();
         // A start on the wrong side of zero is moved to the right one, small.
@@ -333,19 +351,19 @@ impl Search {
             candidates,
             finding,
             next_experiment,
+            hidden_up_to: data.detectable(&before, &motion, &forms, &screened),
         };
         if !evidence.significant {
             return Ok(round(candidates, evidence, Finding::Nothing, None));
         }
         tell(Progress::Step("Refitting the likeliest effects on the simulated response", 0.3));
-        let best_gain = screened.hits.first().map_or(0.0, |h| h.gain);
-        let tried: Vec<usize> =
-            screened.hits.iter().filter(|h| h.gain > FAINT * best_gain).take(REFINED).map(|h| h.form).collect();
+        let tried = screened.likeliest(&forms, REFINED);
+        let bar = Bar::default();
         let done = std::sync::atomic::AtomicUsize::new(0);
         let refits: Vec<(usize, Option<Fitted>)> = tried
             .par_iter()
             .map(|k| {
-                let fitted = self.refit(&before, &motion, &screened, *k, &forms[*k], cancel);
+                let fitted = self.refit(&before, &motion, &screened, *k, &forms[*k], Some(&bar), cancel);
                 let n = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
                 tell(Progress::Step(
                     "Refitting the likeliest effects on the simulated response",
@@ -378,18 +396,17 @@ impl Search {
         // One colour for all, that of the best fit: its residual is nearest to the noise.
         let nearest = refits.iter().map(|(_, f)| f).min_by(|a, b| a.refined.rss.total_cmp(&b.refined.rss));
         let colour = nearest.map_or(1.0, |f| colour(f, data.frequency, interval));
-        let base_score = score(before, colour, floor);
         let scored: Vec<(usize, &Form, Score, &Arc<Fitted>)> =
-            refits.iter().map(|(k, f)| (*k, &forms[*k], score(f, colour, floor), f)).collect();
+            refits.iter().map(|(k, f)| (*k, &forms[*k], score(before, f, colour, floor), f)).collect();
         let mut standing: Vec<(usize, &Form, Score)> = Vec::new();
         for (k, form, score, fitted) in &scored {
-            let refused = refusal(form, (before, &base_score), (fitted, score), &data.unit);
+            let refused = refusal(form, before, (fitted, score), &data.unit);
             if refused.is_none() {
                 standing.push((*k, form, *score));
             }
             self.keep(Arc::clone(fitted));
             if let Some(candidate) = candidates.iter_mut().find(|c| c.choice == choice(form)) {
-                candidate.delta_bic = score.bic - base_score.bic;
+                candidate.delta_bic = score.bic;
                 candidate.why = why(form, before, fitted, refused.as_deref(), &data.unit);
                 candidate.curve = self.curve(form, fitted, motion);
                 candidate.stage = Some(Arc::new(self.show(fitted)));
@@ -434,7 +451,7 @@ impl Search {
             match k.and_then(|k| ranked.iter().position(|r| *r == k)) {
                 Some(place) => (0, place as f64),
                 None => match (k.and_then(|k| scored.iter().find(|s| s.0 == k)), &c.standing) {
-                    (Some(s), _) => (1, s.2.total()),
+                    (Some(s), _) => (1, s.2.total),
                     (None, Standing::NotShown(_)) => (3, 0.0),
                     (None, _) => (2, -c.explained),
                 },
@@ -784,7 +801,6 @@ impl Search {
         let whole = self.fitted(&choices, cancel)?;
         let interval = self.data.fit()[0].interval;
         let tint = colour(&whole, self.data.frequency, interval);
-        let with = score(&whole, tint, 0.0).total();
         for index in 0..choices.len() - 1 {
             let mut composition = whole.composition.without(index);
             let shared = &whole.refined.point.shared;
@@ -802,9 +818,9 @@ impl Search {
             composition.scales =
                 (0..whole.composition.scales.len()).filter(|k| kept(*k)).map(|k| whole.composition.scales[k]).collect();
             let own = carried(&whole.composition, &composition, &whole.refined.point.own);
-            let Some(refined) = self.data.refine(&composition, &Point { shared, own }, cancel) else { continue };
+            let Some(refined) = self.data.refine(&composition, &Point { shared, own }, None, cancel) else { continue };
             let without = self.data.judge(composition, refined, cancel);
-            if score(&without, tint, 0.0).total() <= with {
+            if score(&whole, &without, tint, 0.0).total <= 0.0 {
                 let without = Arc::new(without);
                 self.keep(Arc::clone(&without));
                 return Ok(Arc::new(self.show(&without)));
@@ -820,21 +836,24 @@ impl Search {
         verdict: Verdict,
         cancel: &Cancel,
     ) -> Result<Remaining, GapError> {
-        let last = stages.last().ok_or(GapError::Base)?;
-        let choices: Vec<Choice> = last.effects.iter().map(|e| e.choice.clone()).collect();
-        let fitted = self.fitted(&choices, cancel)?;
-        let motion = self.data.motion(&fitted).ok_or(GapError::Base)?;
-        let forms = self.forms(&fitted, &motion);
-        let screened = self.data.screen(&fitted, &motion, &forms, cancel);
-        let evidence = match rounds.last().filter(|_| verdict != Verdict::Ambiguous) {
-            Some(round) => round.evidence.clone(),
-            None => self.data.evidence(&fitted, &motion, &forms, &screened),
+        let looked = rounds.last().filter(|_| verdict != Verdict::Ambiguous);
+        let (evidence, mut sizes) = match looked {
+            Some(round) => (round.evidence.clone(), round.hidden_up_to.clone()),
+            None => {
+                let last = stages.last().ok_or(GapError::Base)?;
+                let choices: Vec<Choice> = last.effects.iter().map(|e| e.choice.clone()).collect();
+                let fitted = self.fitted(&choices, cancel)?;
+                let motion = self.data.motion(&fitted).ok_or(GapError::Base)?;
+                let forms = self.forms(&fitted, &motion);
+                let screened = self.data.screen(&fitted, &motion, &forms, cancel);
+                let evidence = self.data.evidence(&fitted, &motion, &forms, &screened);
+                (evidence, self.data.detectable(&fitted, &motion, &forms, &screened))
+            }
         };
         let mut note = String::new();
         if evidence.significant {
             note.push_str("What is left is more than noise. ");
         }
-        let mut sizes = self.data.detectable(&fitted, &motion, &forms, &screened);
         sizes.sort_by(|a, b| a.1.total_cmp(&b.1));
         let list: Vec<String> = sizes
             .iter()

@@ -86,6 +86,23 @@ impl Composition {
             .collect()
     }
 
+    /// For each term at these inner values, its index among another composition's terms, if that has it.
+    pub(super) fn sources(&self, other: &Self, inner: &[f64], other_inner: &[f64]) -> Vec<Option<usize>> {
+        let replaced = |c: &Self, inner: &[f64]| -> Vec<Term> {
+            c.additions(inner).into_iter().flat_map(|a| a.replaces).collect()
+        };
+        let (gone, other_gone) = (replaced(self, inner), replaced(other, other_inner));
+        let other_base: Vec<&Term> = other.base.iter().filter(|t| !other_gone.contains(t)).collect();
+        let other_places = other.places(other_inner);
+        let base = self.base.iter().filter(|t| !gone.contains(t));
+        let mut sources: Vec<Option<usize>> = base.map(|t| other_base.iter().position(|o| *o == t)).collect();
+        for (form, place) in self.forms.iter().zip(self.places(inner)) {
+            let same = other.forms.iter().position(|f| choice(f) == choice(form)).map(|k| other_places[k].clone());
+            sources.extend((0..place.len()).map(|i| same.as_ref().map(|range| range.start + i)));
+        }
+        sources
+    }
+
     pub(super) fn compose(&self, inner: &[f64]) -> Composed {
         let additions = self.additions(inner);
         let mut composed = Composed {

@@ -14,6 +14,7 @@ mod tests;
 
 use std::ops::Range;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use nalgebra::{DMatrix, DVector};
 
@@ -79,9 +80,39 @@ pub struct Options<'a> {
     pub frozen: bool,
     /// Most steps.
     pub steps: usize,
+    /// The least sum of squares that a rival has reached: a fit that is far above it and no longer falls fast ends early.
+    pub bar: Option<&'a Bar>,
     /// Asked now and then; the fit ends early once it is true.
     pub cancelled: &'a (dyn Fn() -> bool + Sync),
 }
+
+/// The least sum of squares that any of several fits has reached, shared among threads.
+#[derive(Debug)]
+pub struct Bar(AtomicU64);
+
+impl Default for Bar {
+    fn default() -> Self {
+        Self(AtomicU64::new(f64::INFINITY.to_bits()))
+    }
+}
+
+impl Bar {
+    /// The least so far; infinite before the first.
+    pub fn least(&self) -> f64 {
+        f64::from_bits(self.0.load(Ordering::Relaxed))
+    }
+
+    /// A fit has reached this.
+    pub fn reached(&self, rss: f64) {
+        // Positive floats are ordered as their bits are.
+        self.0.fetch_min(rss.max(0.0).to_bits(), Ordering::Relaxed);
+    }
+}
+
+/// Steps after which a fit is held against the bar.
+const PATIENCE: usize = 2;
+/// A fit whose sum of squares is so many times the bar's, and fell in the last step by less than this share, is hopeless.
+const HOPELESS: (f64, f64) = (1.5, 0.4);
 
 /// A fit.
 #[derive(Clone, Debug, Default)]
@@ -129,7 +160,7 @@ const NUDGE: f64 = 1e-4;
 const NOTICEABLE: f64 = 0.02;
 
 /// Largest error of a sampling interval of the simulation, as a share of the motion: far below [`NUDGE`].
-const TOLERANCE: f64 = 1e-8;
+const TOLERANCE: f64 = 1e-7;
 
 struct Fitter<'a> {
     structure: &'a dyn Structure,
@@ -149,6 +180,11 @@ struct Fitter<'a> {
 /// None if the model at the start cannot be simulated along every run, or the fit was cancelled.
 pub fn refine(structure: &dyn Structure, runs: &[Run], start: &Point, options: Options<'_>) -> Option<Refined> {
     Fitter::new(structure, runs, options).fit(start)
+}
+
+/// The sum of squared residuals at a point, nothing fitted; none if the model cannot be simulated there.
+pub fn misfit(structure: &dyn Structure, runs: &[Run], point: &Point, options: Options<'_>) -> Option<f64> {
+    Fitter::new(structure, runs, options).all(point, &mut Vec::new())
 }
 
 /// What each run has of its own, to start from: the runs' initial states, internal states and offsets zero.
@@ -344,6 +380,7 @@ impl<'a> Fitter<'a> {
             if converged || step == self.options.steps {
                 break;
             }
+            let began = rss;
             let mut taken = false;
             for _ in 0..6 {
                 let Some(move_by) = damped_step(&normal, &gradient, damping) else {
@@ -374,6 +411,12 @@ impl<'a> Fitter<'a> {
             }
             if converged && !taken {
                 break;
+            }
+            if let Some(bar) = self.options.bar {
+                bar.reached(rss);
+                if step >= PATIENCE && rss > HOPELESS.0 * bar.least() && rss > (1.0 - HOPELESS.1) * began {
+                    break;
+                }
             }
             if !taken {
                 // No descent along any damped step: the point is as good as the differences can tell.

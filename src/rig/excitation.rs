@@ -49,11 +49,43 @@ pub struct Tone {
     pub phase: f64,
 }
 
+/// A sum of harmonics evenly spaced in frequency: each turns at the same rate against the one before, so that their sum costs
+/// two sines an instant, however many they are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comb {
+    /// The lowest frequency, Hz.
+    pub lowest: f64,
+    /// The distance from one frequency to the next, Hz.
+    pub spacing: f64,
+    /// Amplitude times cosine and sine of the phase at t = 0, of each harmonic.
+    pub phasors: Vec<[f64; 2]>,
+}
+
+impl Comb {
+    fn at(&self, t: f64) -> Jet {
+        let turned = |rate: f64| (rate * t).sin_cos();
+        let (rate, step) = (TAU * self.lowest, TAU * self.spacing);
+        let ((mut sine, mut cosine), (step_sine, step_cosine)) = (turned(rate), turned(step));
+        let mut jet = [0.0; 3];
+        for (k, [along, across]) in self.phasors.iter().enumerate() {
+            let omega = rate + step * k as f64;
+            let value = along * cosine - across * sine;
+            jet[0] += value;
+            jet[1] -= omega * (along * sine + across * cosine);
+            jet[2] -= omega * omega * value;
+            (sine, cosine) = (sine * step_cosine + cosine * step_sine, cosine * step_cosine - sine * step_sine);
+        }
+        Jet(jet)
+    }
+}
+
 /// What a shaker does before it is faded in and out.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Wave {
     /// A sum of harmonics; none of them is rest.
     Tones(Vec<Tone>),
+    /// A sum of harmonics evenly spaced in frequency.
+    Comb(Comb),
     /// A linear chirp from one frequency to another, starting at zero.
     Sweep {
         /// Amplitude, in the input's unit.
@@ -76,6 +108,8 @@ pub struct Excitation {
     pub rise: f64,
     /// Instant at which it has faded out and time that this takes, s.
     pub fall: Option<(f64, f64)>,
+    /// How much later all of this happens, s.
+    pub delay: f64,
 }
 
 impl Excitation {
@@ -86,7 +120,7 @@ impl Excitation {
 
     /// Harmonics, at full amplitude from the start.
     pub fn tones(tones: impl IntoIterator<Item = Tone>) -> Self {
-        Self { wave: Wave::Tones(tones.into_iter().collect()), rise: 0.0, fall: None }
+        Self { wave: Wave::Tones(tones.into_iter().collect()), rise: 0.0, fall: None, delay: 0.0 }
     }
 
     /// One harmonic: `amplitude × cos(2π × frequency × t)`.
@@ -97,7 +131,12 @@ impl Excitation {
     /// A linear chirp that fades in and out over a twentieth of its duration.
     pub fn sweep(amplitude: f64, from: f64, to: f64, duration: f64) -> Self {
         let taper = duration / 20.0;
-        Self { wave: Wave::Sweep { amplitude, from, to, duration }, rise: taper, fall: Some((duration, taper)) }
+        Self {
+            wave: Wave::Sweep { amplitude, from, to, duration },
+            rise: taper,
+            fall: Some((duration, taper)),
+            delay: 0.0,
+        }
     }
 
     /// `lines` harmonics spread evenly over a band, their phases drawn from `seed`. The RMS is that of one harmonic of
@@ -105,11 +144,13 @@ impl Excitation {
     pub fn multisine(amplitude: f64, (low, high): (f64, f64), lines: usize, seed: u64) -> Self {
         let mut random = Pcg64::seed_from_u64(seed);
         let spacing = if lines > 1 { (high - low) / (lines - 1) as f64 } else { 0.0 };
-        Self::tones((0..lines).map(|k| Tone {
-            amplitude: amplitude / (lines as f64).sqrt(),
-            frequency: low + spacing * k as f64,
-            phase: random.random_range(-PI..PI),
-        }))
+        let size = amplitude / (lines as f64).sqrt();
+        let phasor = |_| {
+            let (sine, cosine) = random.random_range(-PI..PI).sin_cos();
+            [size * cosine, size * sine]
+        };
+        let comb = Comb { lowest: low, spacing, phasors: (0..lines).map(phasor).collect() };
+        Self { wave: Wave::Comb(comb), ..Self::rest() }
     }
 
     /// The same, faded in over the first `rise` seconds.
@@ -118,13 +159,32 @@ impl Excitation {
         Self { rise, ..self }
     }
 
+    /// The same, later by some seconds.
+    #[must_use]
+    pub fn delayed(self, by: f64) -> Self {
+        Self { delay: self.delay + by, ..self }
+    }
+
+    /// The same, all amplitudes times a factor.
+    #[must_use]
+    pub fn scaled(mut self, factor: f64) -> Self {
+        match &mut self.wave {
+            Wave::Tones(tones) => tones.iter_mut().for_each(|tone| tone.amplitude *= factor),
+            Wave::Comb(comb) => comb.phasors.iter_mut().flatten().for_each(|part| *part *= factor),
+            Wave::Sweep { amplitude, .. } => *amplitude *= factor,
+        }
+        self
+    }
+
     /// Value and derivatives at time `t`, s.
     pub fn at(&self, t: f64) -> Jet {
+        let t = t - self.delay;
         let wave = match &self.wave {
             Wave::Tones(tones) => tones.iter().fold(Jet::default(), |sum, tone| {
                 let rate = TAU * tone.frequency;
                 sum + Jet::cosine(tone.amplitude, Jet([rate * t + tone.phase, rate, 0.0]))
             }),
+            Wave::Comb(comb) => comb.at(t),
             Wave::Sweep { amplitude, from, to, duration } => {
                 let slope = (to - from) / duration;
                 let phase = TAU * (from + 0.5 * slope * t) * t - 0.5 * PI;
@@ -147,6 +207,7 @@ impl Excitation {
         if let Some((end, length)) = self.fall {
             breaks.extend([end - length, end]);
         }
+        breaks.iter_mut().for_each(|t| *t += self.delay);
         breaks.sort_by(f64::total_cmp);
         breaks
     }
@@ -155,6 +216,7 @@ impl Excitation {
     pub fn highest_frequency(&self) -> f64 {
         match &self.wave {
             Wave::Tones(tones) => tones.iter().map(|t| t.frequency).fold(0.0, f64::max),
+            Wave::Comb(comb) => comb.lowest + comb.spacing * comb.phasors.len().saturating_sub(1) as f64,
             Wave::Sweep { from, to, .. } => from.max(*to),
         }
     }
@@ -184,6 +246,7 @@ mod tests {
             Excitation::harmonic(2.5e-3, 2.013).fading_in(1.3),
             Excitation::multisine(1.0, (0.5, 3.0), 12, 4),
             Excitation::sweep(1.0, 4.0, 1.0, 10.0),
+            Excitation::sweep(0.5, 4.0, 1.0, 10.0).scaled(2.0).delayed(0.7),
         ]
     }
 

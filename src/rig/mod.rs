@@ -6,6 +6,7 @@
 
 mod error;
 mod excitation;
+pub mod hidden;
 mod phase;
 mod plant;
 mod plants;
@@ -15,7 +16,7 @@ mod sensor;
 mod span;
 
 pub use error::RigError;
-pub use excitation::{Excitation, Jet, Tone, Wave};
+pub use excitation::{Comb, Excitation, Jet, Tone, Wave};
 pub use plant::{Contact, Plant};
 pub use plants::Parameter;
 pub use response::{Response, Sampling, Stop, respond};

@@ -7,10 +7,8 @@ use super::RigError;
 use super::excitation::Excitation;
 use super::phase::Phase;
 use super::plant::{Dynamics, Grip, Mode, Plant};
-use super::span::{Span, solver};
+use super::span::{Accuracy, Span, solver};
 
-/// Steps in a period of the highest excitation frequency, at least.
-const STEPS_A_PERIOD: f64 = 8.0;
 /// Instants of a step at which switching is looked for.
 const LOOKS_A_STEP: u32 = 16;
 /// Steps after which a response is given up.
@@ -66,6 +64,17 @@ pub fn respond(
     initial: &[f64],
     sampling: &Sampling,
 ) -> Result<Response, RigError> {
+    respond_within(Accuracy::FINE, plant, inputs, initial, sampling)
+}
+
+/// The same, with the accuracy given.
+pub(super) fn respond_within(
+    accuracy: Accuracy,
+    plant: &Plant,
+    inputs: &[Excitation],
+    initial: &[f64],
+    sampling: &Sampling,
+) -> Result<Response, RigError> {
     let layout = plant.smooth.layout;
     if plant.contacts.len() > Plant::MOST_CONTACTS {
         return Err(RigError::Contacts { given: plant.contacts.len() });
@@ -82,7 +91,7 @@ pub fn respond(
     let mut breaks: Vec<f64> = inputs.iter().flat_map(Excitation::breaks).filter(|t| *t > 0.0 && *t < end).collect();
     breaks.push(end);
     breaks.sort_by(f64::total_cmp);
-    let mut walk = Walk::new(plant, inputs, initial, sampling);
+    let mut walk = Walk::new(accuracy, plant, inputs, initial, sampling);
     walk.begin();
     for stop in breaks {
         walk.advance(stop)?;
@@ -98,6 +107,7 @@ struct Walk<'a> {
     sampling: Sampling,
     emitted: usize,
     response: Response,
+    accuracy: Accuracy,
     longest_step: f64,
     steps_left: usize,
     guards: Vec<f64>,
@@ -112,7 +122,13 @@ struct Walk<'a> {
 }
 
 impl<'a> Walk<'a> {
-    fn new(plant: &'a Plant, inputs: &'a [Excitation], initial: &[f64], sampling: &Sampling) -> Self {
+    fn new(
+        accuracy: Accuracy,
+        plant: &'a Plant,
+        inputs: &'a [Excitation],
+        initial: &[f64],
+        sampling: &Sampling,
+    ) -> Self {
         let dynamics = Dynamics::new(plant);
         let highest = inputs.iter().map(Excitation::highest_frequency).fold(0.0, f64::max);
         let guards = dynamics.surfaces() + dynamics.contacts();
@@ -125,12 +141,13 @@ impl<'a> Walk<'a> {
             sampling: *sampling,
             emitted: 0,
             response: Response { states, stops: Vec::new() },
-            longest_step: (1.0 / (STEPS_A_PERIOD * highest)).min(sampling.time(sampling.count)),
+            accuracy,
+            longest_step: (1.0 / (accuracy.steps_a_period * highest)).min(sampling.time(sampling.count)),
             steps_left: MOST_STEPS,
             guards: vec![0.0; guards],
             armed: vec![false; guards],
             scratch: vec![0.0; initial.len()],
-            span: Span::new(initial.len()),
+            span: Span::new(initial.len(), accuracy),
             looked: vec![0.0; initial.len()],
             turned: f64::NEG_INFINITY,
         }
@@ -227,7 +244,7 @@ impl<'a> Walk<'a> {
 
     /// Integrates one smooth phase: to `stop` or to its own end.
     fn follow(&mut self, stop: f64) -> Result<(), RigError> {
-        let mut solver = solver(self.longest_step);
+        let mut solver = solver(self.accuracy, self.longest_step);
         self.phase.guard(self.t, &self.state, &mut self.scratch, &mut self.guards);
         for (armed, guard) in self.armed.iter_mut().zip(&self.guards) {
             *armed = *guard > 0.0;

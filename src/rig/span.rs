@@ -7,19 +7,33 @@ use super::phase::Phase;
 /// The eighth-order method of Dormand and Prince.
 pub(super) type Solver = ExplicitRungeKutta<Ordinary, DormandPrince, f64, Vec<f64>, 8, 12, 16>;
 
-/// Relative tolerance of a step.
-const RELATIVE_TOLERANCE: f64 = 1e-11;
-/// Absolute tolerance of a step, in the unit of each state.
-const ABSOLUTE_TOLERANCE: f64 = 1e-13;
+/// How exactly a motion is integrated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Accuracy {
+    /// Relative tolerance of a step.
+    relative: f64,
+    /// Absolute tolerance of a step, in the unit of each state.
+    absolute: f64,
+    /// Steps in a period of the highest excitation frequency, at least.
+    pub steps_a_period: f64,
+}
+
+impl Accuracy {
+    /// For records.
+    pub(super) const FINE: Self = Self { relative: 1e-11, absolute: 1e-13, steps_a_period: 8.0 };
+    /// For the size of a motion.
+    pub(super) const DRAFT: Self = Self { relative: 1e-6, absolute: 1e-7, steps_a_period: 3.0 };
+}
+
 /// Where in a step the interpolating polynomial takes value and slope.
 const NODES: [f64; 4] = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0];
 /// Attempts after which a part of a step is given up.
 const MOST_PARTS: usize = 200;
 
-pub(super) fn solver(longest_step: f64) -> Solver {
+pub(super) fn solver(accuracy: Accuracy, longest_step: f64) -> Solver {
     ExplicitRungeKutta::dop853()
-        .rtol(RELATIVE_TOLERANCE)
-        .atol(ABSOLUTE_TOLERANCE)
+        .rtol(accuracy.relative)
+        .atol(accuracy.absolute)
         .h_max(longest_step)
         .max_steps(usize::MAX)
 }
@@ -39,13 +53,13 @@ pub(super) struct Span {
 }
 
 impl Span {
-    pub(super) fn new(states: usize) -> Self {
+    pub(super) fn new(states: usize, accuracy: Accuracy) -> Self {
         Self {
             from: 0.0,
             to: 0.0,
             differences: vec![[0.0; 8]; states],
             end: vec![0.0; states],
-            inner: solver(f64::INFINITY),
+            inner: solver(accuracy, f64::INFINITY),
             rates: vec![0.0; states],
         }
     }

@@ -120,9 +120,9 @@ fn inputs(setting: &Setting, forms: &mut Vec<Form>) {
 }
 
 fn harmonics(setting: &Setting, forms: &mut Vec<Form>) {
-    // A quarter of the resolution of the longest record, so that no line falls between two points.
-    let step = 0.25 / setting.duration;
-    let (low, high) = (0.1 * setting.frequency, 3.0 * setting.frequency);
+    // Finer than the resolution of the longest record, so that no line falls between two points.
+    let step = 0.4 / setting.duration;
+    let (low, high) = (0.1 * setting.frequency, 2.6 * setting.frequency);
     let frequencies = |low: f64, high: f64| Inner {
         name: "f",
         dimension: (0, -1),

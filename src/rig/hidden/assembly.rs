@@ -1,0 +1,199 @@
+//! A linear plant with effects in it: put together, set in motion, and its missing forces measured.
+
+use super::algebra::{E, v};
+use super::catalogue::Effect;
+use super::parts::{Begins, Parts, Seen};
+use super::scene::{Dice, Drive, Extent, Motion, Scene};
+use super::shaking::Run;
+use crate::model::{Equation, Model};
+use crate::rig::RigError;
+use crate::rig::excitation::Excitation;
+use crate::rig::plant::Plant;
+use crate::rig::response::{Stop, respond_within};
+use crate::rig::span::Accuracy;
+use crate::term::{Expression, Program};
+
+/// States of the linear plant.
+const OWN_STATES: usize = 2;
+
+/// A linear plant with effects in it.
+#[derive(Clone, Debug)]
+pub(super) struct Assembly {
+    pub parts: Vec<Parts>,
+    pub plant: Plant,
+    scene: Scene,
+}
+
+/// The motion of one run.
+#[derive(Clone, Debug)]
+pub(super) struct Motions {
+    pub times: Vec<f64>,
+    /// One series a state.
+    pub states: Vec<Vec<f64>>,
+    /// One series for each of the plant's inputs and its first and second derivatives: value, rate, acceleration.
+    pub inputs: Vec<[Vec<f64>; 3]>,
+    pub stops: Vec<Stop>,
+}
+
+impl Assembly {
+    /// Effects with their strengths, in a scene.
+    pub(super) fn new(effects: &[(&Effect, Dice)], strengths: &[f64], scene: &Scene) -> Self {
+        let mut first_state = OWN_STATES;
+        let mut parts = Vec::with_capacity(effects.len());
+        for ((effect, dice), strength) in effects.iter().zip(strengths) {
+            let part = (effect.build)(*strength, dice, &Scene { first_state, ..scene.clone() });
+            first_state += part.inner.len();
+            parts.push(part);
+        }
+        let inputs = match scene.drive {
+            Drive::None => 0,
+            _ if parts.iter().any(|p| p.delay > 0.0) => 2,
+            _ => 1,
+        };
+        let forces = std::iter::once(scene.base()).chain(parts.iter().map(|p| p.force.clone()));
+        let known = |terms: Vec<E>| Equation::known(terms.into_iter().map(|e| (e.term(), 1.0)));
+        let mut equations = vec![known(vec![v()]), known(forces.collect())];
+        equations.extend(parts.iter().flat_map(|p| &p.inner).map(|inner| known(vec![inner.rate.clone()])));
+        let contacts = parts.iter().filter_map(|p| p.contact.clone()).collect();
+        let plant = Plant { smooth: Model::first_order(inputs, equations), contacts };
+        Self { parts, plant, scene: scene.clone() }
+    }
+
+    /// Factor on all levels.
+    pub(super) fn level(&self) -> f64 {
+        self.parts.iter().map(|p| p.level).product()
+    }
+
+    /// What the displacement sensor does.
+    pub(super) fn seen(&self) -> Seen {
+        self.parts.iter().map(|p| p.seen).find(|s| *s != Seen::True).unwrap_or_default()
+    }
+
+    /// Moves along a run.
+    pub(super) fn follow(&self, run: &Run, accuracy: Accuracy) -> Result<Motions, RigError> {
+        let run = run.scaled(self.level(), self.level());
+        let delay: f64 = self.parts.iter().map(|p| p.delay).sum();
+        let inputs: Vec<Excitation> = match (&run.excitation, self.plant.smooth.layout.inputs) {
+            (Some(excitation), 2) => vec![excitation.clone(), excitation.clone().delayed(delay)],
+            (Some(excitation), _) => vec![excitation.clone()],
+            (None, _) => Vec::new(),
+        };
+        let mut initial = run.initial.to_vec();
+        initial.extend(self.parts.iter().flat_map(|p| &p.inner).map(|inner| match inner.begins {
+            Begins::Zero => 0.0,
+            Begins::Displacement => run.initial[0],
+            Begins::Velocity => run.initial[1],
+        }));
+        let response = respond_within(accuracy, &self.plant, &inputs, &initial, &run.sampling)?;
+        let times: Vec<f64> = (0..run.sampling.count).map(|k| run.sampling.time(k)).collect();
+        let series = |input: &Excitation| {
+            let mut jet: [Vec<f64>; 3] = Default::default();
+            for t in &times {
+                for (order, value) in jet.iter_mut().zip(input.at(*t).0) {
+                    order.push(value);
+                }
+            }
+            jet
+        };
+        let inputs = inputs.iter().map(series).collect();
+        Ok(Motions { times, states: response.states, inputs, stops: response.stops })
+    }
+
+    /// The missing acceleration of each effect over a motion, one series an effect. What changes the sensor counts as the
+    /// spring force of what it changes, `shift` being the record's own share of a shifted zero.
+    pub(super) fn missing(&self, motions: &Motions, shift: f64) -> Vec<Vec<f64>> {
+        let layout = self.plant.smooth.layout;
+        let none = || E(Expression::Number(0.0));
+        let contacts: Vec<E> = self.parts.iter().map(|p| p.contact.as_ref().map_or_else(none, sliding_force)).collect();
+        let mut expressions: Vec<Expression> = self.parts.iter().map(|p| p.force.0.clone()).collect();
+        expressions.extend(contacts.into_iter().map(|e| e.0));
+        expressions.push(self.scene.base().0);
+        let expressions: Vec<Expression> = expressions.iter().map(Expression::normal).collect();
+        let program = Program::new(&expressions, &layout);
+        let mut slots = program.slots();
+        let count = self.parts.len();
+        let mut missing = vec![Vec::with_capacity(motions.times.len()); count];
+        for (k, t) in motions.times.iter().enumerate() {
+            slots[0] = *t;
+            for (j, series) in motions.states.iter().enumerate() {
+                slots[1 + j] = series[k];
+            }
+            let first = 1 + layout.states();
+            for (j, jet) in motions.inputs.iter().enumerate() {
+                for (order, series) in jet.iter().enumerate() {
+                    slots[first + order * layout.inputs + j] = series[k];
+                }
+            }
+            program.run(&mut slots);
+            let output = |index: usize| slots[program.output(index)];
+            let smooth: f64 = (0..count).map(output).sum::<f64>() + output(2 * count);
+            let mut contact = 0;
+            for (j, part) in self.parts.iter().enumerate() {
+                let mut force = output(j);
+                if part.contact.is_some() {
+                    let stuck = motions.stops.iter().any(|s| s.contact == contact && s.from <= *t && *t < s.to);
+                    // While it sticks, the contact gives whatever keeps the mass on what it sticks to.
+                    force +=
+                        if stuck { self.held_acceleration(contact, motions, k) - smooth } else { output(count + j) };
+                    contact += 1;
+                }
+                force += match part.seen {
+                    Seen::True => 0.0,
+                    Seen::Shifted(size) => size * shift,
+                    Seen::Clipped(limit) => motions.states[0][k].clamp(-limit, limit) - motions.states[0][k],
+                };
+                missing[j].push(force);
+            }
+        }
+        missing
+    }
+
+    /// Acceleration of what a contact sticks to: the base's where it is in the joint.
+    fn held_acceleration(&self, contact: usize, motions: &Motions, sample: usize) -> f64 {
+        let in_joint = self.plant.contacts[contact].velocity != v().term();
+        if in_joint { motions.inputs.first().map_or(0.0, |jet| jet[2][sample]) } else { 0.0 }
+    }
+
+    /// Deflection and velocity of the joint's spring, displacement and velocity of the mass, and the input, over a motion.
+    pub(super) fn series(&self, motions: &Motions) -> [Vec<f64>; 5] {
+        let (x, v) = (motions.states[0].clone(), motions.states[1].clone());
+        let (u, du) = motions.inputs.first().map_or((&[][..], &[][..]), |jet| (&jet[0][..], &jet[1][..]));
+        let less = |a: &[f64], b: &[f64]| match self.scene.drive {
+            Drive::Base => a.iter().zip(b).map(|(a, b)| a - b).collect(),
+            Drive::Force | Drive::None => a.to_vec(),
+        };
+        let (r, w) = (less(&x, u), less(&v, du));
+        [x, v, r, w, u.to_vec()]
+    }
+}
+
+/// −strength × sgn velocity.
+fn sliding_force(contact: &crate::rig::plant::Contact) -> E {
+    let sign = E(contact.velocity.expression().clone()).call(crate::term::Function::Sgn);
+    let sum = contact.sliding.iter().map(|(term, weight)| E(term.expression().clone()) * *weight);
+    -(sum.fold(E(Expression::Number(0.0)), |a, b| a + b) * sign)
+}
+
+/// The size of motions over all of them.
+pub(super) fn extents(assembly: &Assembly, motions: &[Motions]) -> Motion {
+    let mut all: [Vec<f64>; 5] = Default::default();
+    for motion in motions {
+        for (all, own) in all.iter_mut().zip(assembly.series(motion)) {
+            all.extend(own);
+        }
+    }
+    let [x, v, r, w, u] = all.map(|series| Extent::of(series.into_iter()));
+    Motion { x, v, r, w, u }
+}
+
+/// Share of the sampled time in which a contact sticks.
+pub(super) fn stuck_share(motions: &[Motions]) -> f64 {
+    let mut stuck = 0.0;
+    let mut whole = 0.0;
+    for motion in motions {
+        let (Some(from), Some(to)) = (motion.times.first(), motion.times.last()) else { continue };
+        whole += to - from;
+        stuck += motion.stops.iter().map(|s| (s.to.min(*to) - s.from.max(*from)).max(0.0)).sum::<f64>();
+    }
+    if whole > 0.0 { stuck / whole } else { 0.0 }
+}

@@ -1,0 +1,353 @@
+//! Rigs that hide an effect: records of a linear oscillator and something else, and apart from them what it was.
+//!
+//! [`draw`] makes a plant of random frequency, damping and size, hides the effects asked for in it, shakes it and watches it.
+//! The plant is `ẍ = −k(x − u) − c(ẋ − u̇) + Δ` (the base moves), `ẍ = −k x − c ẋ + b u + Δ` (a force acts) or
+//! `ẍ = −k x − c ẋ + Δ` (free decay); each effect is its own Δ, of a size relative to the spring's force that is asked for.
+//! The [`Truth`] never touches the records.
+
+mod algebra;
+mod assembly;
+mod calibrate;
+mod catalogue;
+mod driving;
+mod friction;
+mod memory;
+mod parts;
+mod scene;
+mod shaking;
+mod stiffness;
+mod time;
+mod truth;
+mod watching;
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+use crate::record::{Channel, Record, Role};
+
+use super::RigError;
+use super::span::Accuracy;
+use assembly::{Assembly, Motions};
+use calibrate::{calibrate, linear_motion, measure, shift};
+use catalogue::Effect;
+use parts::Seen;
+use scene::{Dice, Drive, Extent, Motion, Scene};
+use shaking::{Run, Subject, Test};
+use truth::Scales;
+
+pub use catalogue::{exercised, names, outside_names, pairs, possible, title};
+pub use shaking::Shaking;
+pub use truth::{TrueParameter, Truth};
+pub use watching::{NoiseKind, Watching};
+
+/// Draws of a plant after which no motion was found to be bounded.
+const MOST_ATTEMPTS: u64 = 8;
+/// The least of the ratio asked for that is accepted at the first try.
+const LEAST_REACHED: f64 = 0.3;
+/// Ratios of missing force to spring force that are drawn.
+const RATIOS: (f64, f64) = (0.02, 0.15);
+/// The largest ratio that may be asked for.
+const LARGEST_RATIO: f64 = 0.5;
+/// Numbers of fitted samples that may be asked for.
+const SAMPLES: (usize, usize) = (300, 1_000_000);
+
+/// What is to be hidden and how it is tested.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Request {
+    /// Names of the effects ([`names`], [`outside_names`]); none hides nothing.
+    pub effects: Vec<String>,
+    /// How the plant is shaken.
+    pub shaking: Shaking,
+    /// What watches it.
+    pub watching: Watching,
+    /// Seed of everything drawn. The plant does not depend on what watches it.
+    pub seed: u64,
+    /// RMS missing force over RMS spring force, of each effect; drawn from 2 to 15 % if not given. An effect that cannot
+    /// be as large (a delay beyond a twentieth of the natural period) stays below.
+    pub ratio: Option<f64>,
+    /// Samples in all fitted records together, which last 75 natural periods (a decay: until it has died down).
+    pub samples: usize,
+}
+
+impl Request {
+    /// Effects under an excitation, watched with 1 % of white noise.
+    pub fn new<S: Into<String>>(effects: impl IntoIterator<Item = S>, shaking: Shaking, seed: u64) -> Self {
+        Self {
+            effects: effects.into_iter().map(Into::into).collect(),
+            shaking,
+            watching: Watching::white(0.01),
+            seed,
+            ratio: None,
+            samples: 3000,
+        }
+    }
+
+    /// One of [`names`] that the excitation can show, drawn too.
+    pub fn blind(shaking: Shaking, seed: u64) -> Self {
+        let mut random = Pcg64::seed_from_u64(spread(seed, "blind"));
+        let shown: Vec<&str> = names().filter(|name| exercised(name, shaking)).collect();
+        Self::new([shown[random.random_range(0..shown.len())]], shaking, seed)
+    }
+}
+
+/// The records of a test, and what they hide.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hidden {
+    /// Records to fit.
+    pub fit: Vec<Record>,
+    /// Records held out.
+    pub held_out: Vec<Record>,
+    /// True if the input is the base's displacement; a force or nothing otherwise.
+    pub base_excited: bool,
+    /// What is hidden.
+    pub truth: Truth,
+}
+
+/// Draws a plant that hides what is asked for, and makes its records.
+///
+/// # Errors
+/// An unknown effect, or one that cannot be under the excitation; a ratio or number of samples out of bounds; a plant whose
+/// motion stays unbounded however it is drawn.
+pub fn draw(request: &Request) -> Result<Hidden, RigError> {
+    let effects = request.effects.iter().map(|name| known(name, request.shaking)).collect::<Result<Vec<_>, _>>()?;
+    let bad = |option, problem: String| Err(RigError::BadOption { option, problem });
+    if let Some(ratio) = request.ratio
+        && !(ratio > 0.0 && ratio <= LARGEST_RATIO)
+    {
+        return bad("--ratio", format!("{ratio} is out of bounds: give a share above 0, at most {LARGEST_RATIO}"));
+    }
+    if !(SAMPLES.0..=SAMPLES.1).contains(&request.samples) {
+        let (least, most) = SAMPLES;
+        return bad("--samples", format!("{} is out of bounds: give a number from {least} to {most}", request.samples));
+    }
+    let Watching { share, input_share, .. } = request.watching;
+    if !(0.0..=1.0).contains(&share) || !(0.0..=1.0).contains(&input_share) {
+        return bad("--noise", "give a share of the RMS from 0 to 100%".to_owned());
+    }
+    let mut failure = RigError::Unbounded { time: 0.0 };
+    let mut weak: Option<Hidden> = None;
+    for attempt in 0..MOST_ATTEMPTS {
+        let plan = Plan::draw(request, &effects, attempt)?;
+        let targets = plan.targets.clone();
+        match plan.perform(request) {
+            Ok(hidden) => {
+                let ratios = hidden.truth.ratios.iter().zip(&targets);
+                let weakest = ratios.map(|(ratio, target)| ratio / target).fold(1.0, f64::min);
+                if weakest >= LEAST_REACHED {
+                    return Ok(hidden);
+                }
+                if weak.is_some() {
+                    break;
+                }
+                weak = Some(hidden);
+            }
+            Err(error) => failure = error,
+        }
+    }
+    weak.ok_or(failure)
+}
+
+/// Draws the effect and the excitation too: one of [`names`], shaken richly and watched with 1 % of white noise.
+///
+/// # Errors
+/// As [`draw`].
+pub fn blind(seed: u64) -> Result<Hidden, RigError> {
+    let rich = [Shaking::Multisine, Shaking::SweepPair];
+    let shaking = rich[Pcg64::seed_from_u64(spread(seed, "shaking")).random_range(0..rich.len())];
+    draw(&Request::blind(shaking, seed))
+}
+
+fn known(name: &str, shaking: Shaking) -> Result<&'static Effect, RigError> {
+    let bad = |problem: String| RigError::BadOption { option: "--effect", problem };
+    let effect = catalogue::find(name).ok_or_else(|| {
+        let known: Vec<&str> = names().chain(outside_names()).collect();
+        bad(format!("there is no effect {name:?}; choose of: {}", known.join(", ")))
+    })?;
+    if effect.can_be_hidden(shaking) {
+        Ok(effect)
+    } else {
+        Err(bad(format!("{name} needs an input, and a free decay has none; choose another excitation")))
+    }
+}
+
+/// A seed of its own for every use of one.
+fn spread(seed: u64, text: &str) -> u64 {
+    // FNV-1a, which is the same for ever.
+    let hash = |h: u64, byte: u8| (h ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+    seed.to_le_bytes().into_iter().chain(text.bytes()).fold(0xcbf2_9ce4_8422_2325, hash)
+}
+
+/// A drawn plant and test, before the effects have their strengths.
+struct Plan<'a> {
+    effects: Vec<(&'a Effect, Dice)>,
+    targets: Vec<f64>,
+    scene: Scene,
+    runs: Vec<Run>,
+    scales: Scales,
+}
+
+impl<'a> Plan<'a> {
+    fn draw(request: &Request, effects: &[&'a Effect], attempt: u64) -> Result<Self, RigError> {
+        let key = format!("{} {} {attempt}", request.effects.join(" "), request.shaking);
+        let random = &mut Pcg64::seed_from_u64(spread(request.seed, &key));
+        let drive = drive(effects, request.shaking, random)?;
+        let log_uniform =
+            |random: &mut Pcg64, low: f64, high: f64| (low.ln() + (high / low).ln() * random.random::<f64>()).exp();
+        let frequency = log_uniform(random, 0.2, 50.0);
+        // Who waits for a tone to be steady has a plant in which it becomes so.
+        let least_damping = if request.shaking == Shaking::SingleTone { 0.01 } else { 0.003 };
+        let damping_ratio = log_uniform(random, least_damping, 0.05);
+        let (small, large) = (log_uniform(random, 1e-6, 1.0), log_uniform(random, 0.05, 1.5));
+        let pendulum = effects.iter().any(|e| e.name == "pendulum_restoring");
+        let turns = drive != Drive::Base && (pendulum | (random.random::<f64>() < 0.25));
+        let length = match (pendulum, turns) {
+            (true, _) => 1.0,
+            (false, true) => large,
+            (false, false) => small,
+        };
+        let mass = log_uniform(random, 0.01, 100.0);
+        let dice = effects.iter().map(|e| (*e, Dice(std::array::from_fn(|_| random.random())))).collect();
+        let targets = effects
+            .iter()
+            .map(|_| {
+                let drawn = log_uniform(random, RATIOS.0, RATIOS.1);
+                request.ratio.unwrap_or(drawn)
+            })
+            .collect();
+        let damping = 2.0 * damping_ratio;
+        let subject = Subject { drive, damping, rubs: effects.iter().any(|e| e.rubs) };
+        let Test { runs, origin, length: duration } = shaking::draw(request.shaking, subject, request.samples, random);
+        let mut scene = Scene { damping, drive, origin, length: duration, motion: Motion::default(), first_state: 0 };
+        let runs = levelled(&mut scene, runs, request.shaking)?;
+        let interval = runs.first().map_or(1.0, |r| r.sampling.interval);
+        let scales = Scales::new(length, frequency * TAU, interval, mass, turns, drive);
+        Ok(Self { effects: dice, targets, scene, runs, scales })
+    }
+
+    fn perform(mut self, request: &Request) -> Result<Hidden, RigError> {
+        let assembly = calibrate(&self.effects, &self.targets, &mut self.scene, &self.runs)?;
+        let motions: Vec<Motions> =
+            self.runs.iter().map(|run| assembly.follow(run, Accuracy::FINE)).collect::<Result<_, _>>()?;
+        let fitted: Vec<Motions> =
+            self.runs.iter().zip(&motions).filter(|(run, _)| !run.held_out).map(|(_, m)| m.clone()).collect();
+        let (ratios, ratio) = measure(&assembly, &fitted);
+        let mut table = Table::new(&self, &assembly, &motions, request);
+        let (mut fit, mut held_out) = (Vec::new(), Vec::new());
+        for (index, run) in self.runs.iter().enumerate() {
+            let record = table.record(index, run);
+            if run.held_out { held_out.push(record) } else { fit.push(record) }
+        }
+        let names: Vec<&'static str> = self.effects.iter().map(|(e, _)| e.name).collect();
+        let titles: Vec<&'static str> = self.effects.iter().map(|(e, _)| e.title).collect();
+        let truth = Truth::new(
+            &names,
+            &titles,
+            &assembly.parts,
+            &self.scene,
+            &self.scales,
+            &truth::Measured { ratios, ratio, noise: table.noise, offsets: table.offsets },
+        );
+        Ok(Hidden { fit, held_out, base_excited: self.scene.drive == Drive::Base, truth })
+    }
+}
+
+/// The drive that all effects suit.
+fn drive(effects: &[&Effect], shaking: Shaking, random: &mut Pcg64) -> Result<Drive, RigError> {
+    let base_first = random.random::<bool>();
+    let order = match (shaking, base_first) {
+        (Shaking::Decay, _) => [Drive::None; 2],
+        (_, true) => [Drive::Base, Drive::Force],
+        (_, false) => [Drive::Force, Drive::Base],
+    };
+    order.into_iter().find(|drive| effects.iter().all(|e| e.suits(*drive))).ok_or_else(|| RigError::BadOption {
+        option: "--effect",
+        problem: "these effects need different plants: one with a moving base and one without".to_owned(),
+    })
+}
+
+/// Brings the runs to the level at which the linear plant's largest displacement is 1, and notes its motion.
+fn levelled(scene: &mut Scene, runs: Vec<Run>, shaking: Shaking) -> Result<Vec<Run>, RigError> {
+    // A steady tone's initial state belongs to its input; a displaced start is relative to the forced motion.
+    let steady = shaking == Shaking::SingleTone;
+    let state = |kept: f64| if steady { kept } else { 1.0 };
+    let mut level = 1.0;
+    if shaking != Shaking::Decay {
+        let forced: Vec<Run> = runs.iter().map(|r| r.scaled(1.0, if steady { 1.0 } else { 0.0 })).collect();
+        level = 1.0 / linear_motion(scene, &forced)?.x.peak;
+    }
+    let runs: Vec<Run> = runs.iter().map(|r| r.scaled(level, state(level))).collect();
+    let whole = 1.0 / linear_motion(scene, &runs)?.x.peak;
+    let runs: Vec<Run> = runs.iter().map(|r| r.scaled(whole, whole)).collect();
+    scene.motion = linear_motion(scene, &runs)?;
+    Ok(runs)
+}
+
+/// What turns motions into records.
+struct Table<'a> {
+    plan: &'a Plan<'a>,
+    assembly: &'a Assembly,
+    motions: &'a [Motions],
+    watching: Watching,
+    seed: u64,
+    /// RMS displacement and input over the fitted records, without unit.
+    rms: (f64, f64),
+    /// Standard deviation of the displacement's noise, in its unit.
+    noise: f64,
+    /// Where the sensor's zero was in each record so far, in its unit.
+    offsets: Vec<(String, f64)>,
+}
+
+impl<'a> Table<'a> {
+    fn new(plan: &'a Plan<'a>, assembly: &'a Assembly, motions: &'a [Motions], request: &Request) -> Self {
+        let fitted = || plan.runs.iter().zip(motions).filter(|(run, _)| !run.held_out).map(|(_, m)| m);
+        let x = Extent::of(fitted().flat_map(|m| m.states[0].iter().copied())).rms;
+        let u =
+            Extent::of(fitted().flat_map(|m| m.inputs.first().into_iter().flat_map(|jet| jet[0].iter().copied()))).rms;
+        let watching = request.watching;
+        let noise = watching.deviation(x) * plan.scales.length;
+        let seed = spread(request.seed, "sensors");
+        Self { plan, assembly, motions, watching, seed, rms: (x, u), noise, offsets: Vec::new() }
+    }
+
+    fn record(&mut self, index: usize, run: &Run) -> Record {
+        let Plan { scales, scene, .. } = self.plan;
+        let motion = &self.motions[index];
+        let mut displacement: Vec<f64> = motion.states[0].clone();
+        match self.assembly.seen() {
+            Seen::True => {}
+            Seen::Shifted(size) => {
+                let offset = size * shift(index);
+                displacement.iter_mut().for_each(|x| *x += offset);
+                self.offsets.push((run.name.clone(), offset * scales.length));
+            }
+            Seen::Clipped(limit) => displacement.iter_mut().for_each(|x| *x = x.clamp(-limit, limit)),
+        }
+        displacement.iter_mut().for_each(|x| *x *= scales.length);
+        let stream = 2 * index as u64;
+        let values = self.watching.displacement(&displacement, self.rms.0 * scales.length, self.seed, stream);
+        let mut channels = vec![channel("x", Role::Displacement(0), scales.unit, values)];
+        if let Some([u, ..]) = motion.inputs.first() {
+            let clean: Vec<f64> = u.iter().map(|u| u * scales.input).collect();
+            let values = self.watching.input(&clean, self.rms.1 * scales.input, self.seed, stream + 1);
+            channels.push(channel("u", Role::Input(0), scales.input_unit, values));
+        }
+        Record {
+            name: run.name.clone(),
+            source: None,
+            start: ((run.sampling.start - scene.origin) / run.sampling.interval).round() * scales.interval,
+            interval: scales.interval,
+            channels,
+            notices: Vec::new(),
+        }
+    }
+}
+
+fn channel(name: &str, role: Role, unit: &str, values: Vec<f64>) -> Channel {
+    Channel { name: name.to_owned(), role, unit: unit.to_owned(), values: Arc::from(values) }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,110 @@
+//! The sensors of a test with a hidden effect.
+
+use std::fmt;
+use std::str::FromStr;
+
+use rand::SeedableRng;
+use rand_distr::{Distribution, Normal};
+use rand_pcg::Pcg64;
+
+use crate::rig::sensor::{Noise, Sensor};
+
+/// Correlation of coloured noise from one sample to the next.
+const CORRELATION: f64 = 0.8;
+
+/// What a displacement sensor's noise is like.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum NoiseKind {
+    /// White Gaussian.
+    #[default]
+    White,
+    /// Gaussian, each sample correlated with the one before by 0.8.
+    Coloured,
+    /// Rounded to whole steps, nothing else.
+    Quantised,
+}
+
+impl NoiseKind {
+    /// Every kind.
+    pub const ALL: [Self; 3] = [Self::White, Self::Coloured, Self::Quantised];
+
+    /// The name it is typed with.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::White => "white",
+            Self::Coloured => "coloured",
+            Self::Quantised => "quantised",
+        }
+    }
+}
+
+impl fmt::Display for NoiseKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for NoiseKind {
+    type Err = String;
+
+    /// Reads the name it is typed with.
+    fn from_str(text: &str) -> Result<Self, String> {
+        Self::ALL.into_iter().find(|k| k.name() == text).ok_or_else(|| {
+            let known = Self::ALL.map(Self::name).join(", ");
+            format!("{text:?} is no kind of noise; choose one of: {known}")
+        })
+    }
+}
+
+/// What watches a test: one sensor each for displacement and input, the same in every record.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Watching {
+    /// What the displacement's noise is like.
+    pub kind: NoiseKind,
+    /// Its standard deviation, or the quantisation step, as a share of the RMS displacement over the fitted records.
+    pub share: f64,
+    /// Standard deviation of the input's white noise as a share of its RMS.
+    pub input_share: f64,
+}
+
+impl Watching {
+    /// White noise on the displacement, and a thousandth on the input where there is any.
+    pub fn white(share: f64) -> Self {
+        Self { kind: NoiseKind::White, share, input_share: if share > 0.0 { 1e-3 } else { 0.0 } }
+    }
+
+    /// The standard deviation of the displacement's noise for an RMS displacement.
+    pub(super) fn deviation(&self, rms: f64) -> f64 {
+        match self.kind {
+            NoiseKind::White | NoiseKind::Coloured => self.share * rms,
+            NoiseKind::Quantised => self.share * rms / 12.0_f64.sqrt(),
+        }
+    }
+
+    /// Records a clean displacement, whose RMS over the fitted records is given.
+    pub(super) fn displacement(&self, clean: &[f64], rms: f64, seed: u64, stream: u64) -> Vec<f64> {
+        let size = self.share * rms;
+        match self.kind {
+            NoiseKind::White => Sensor { noise: Noise::Deviation(size), resolution: 0.0 }.measure(clean, seed, stream),
+            NoiseKind::Quantised => Sensor { noise: Noise::NONE, resolution: size }.measure(clean, seed, stream),
+            NoiseKind::Coloured => {
+                let mut samples = clean.to_vec();
+                if let Ok(normal) = Normal::new(0.0, size) {
+                    let mut random = Pcg64::seed_from_u64(seed ^ stream.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+                    let fresh = (1.0 - CORRELATION * CORRELATION).sqrt();
+                    let mut noise = normal.sample(&mut random);
+                    for x in &mut samples {
+                        *x += noise;
+                        noise = CORRELATION * noise + fresh * normal.sample(&mut random);
+                    }
+                }
+                Sensor::PERFECT.measure(&samples, seed, stream)
+            }
+        }
+    }
+
+    /// Records a clean input likewise.
+    pub(super) fn input(&self, clean: &[f64], rms: f64, seed: u64, stream: u64) -> Vec<f64> {
+        Sensor { noise: Noise::Deviation(self.input_share * rms), resolution: 0.0 }.measure(clean, seed, stream)
+    }
+}

@@ -1,0 +1,225 @@
+//! The study of hidden effects: the virtual rig hides one, the search is given the records alone.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::time::Instant;
+
+use rayon::prelude::*;
+use sindyscope::gap::{Ask, Finding, Search, Verdict};
+use sindyscope::record::{RecordSet, Usage};
+use sindyscope::rig::hidden::{NoiseKind, Request, Shaking, Watching, draw, exercised};
+use sindyscope::study::Cancel;
+
+/// Effects that no data of one kind can tell apart: an algebraic identity or a symmetry, not a lack of skill.
+const TIES: &[&[&str]] = &[
+    // -(k+g) x + k u = -(k+g)(x-u) - g u, and the same of the dampers.
+    &["linear_stiffness", "input_gain"],
+    &["viscous_damping", "base_velocity"],
+];
+
+/// One run of the study.
+#[derive(Clone, Debug)]
+pub struct Case {
+    pub effects: Vec<String>,
+    pub shaking: Shaking,
+    pub watching: Watching,
+    pub seed: u64,
+    pub ratio: Option<f64>,
+}
+
+/// What the search made of it.
+#[derive(Clone, Debug)]
+pub struct Result {
+    pub case: Case,
+    /// Missing over spring force, of the weakest effect.
+    pub ratio: f64,
+    pub verdict: Verdict,
+    /// Effects that were added, in order.
+    pub steps: Vec<String>,
+    /// Of the last step that is ambiguous, the others.
+    pub others: Vec<String>,
+    /// The first round's ranking.
+    pub ranking: Vec<String>,
+    /// Held-out RMSE over the sensor's noise: base and final.
+    pub base: f64,
+    pub last: f64,
+    pub milliseconds: f64,
+    pub p_value: f64,
+    /// Why the truth was not named, if it was a candidate.
+    pub why: String,
+}
+
+pub fn tied(a: &str, b: &str) -> bool {
+    a == b || TIES.iter().any(|t| t.contains(&a) && t.contains(&b))
+}
+
+impl Result {
+    /// The data can tell: rich excitation and an effect of a hundredth of the spring force at least.
+    pub fn tellable(&self) -> bool {
+        matches!(self.case.shaking, Shaking::Multisine | Shaking::SweepPair)
+            && self.ratio >= 0.01
+            && self.case.effects.iter().all(|e| exercised(e, self.case.shaking))
+    }
+
+    pub fn top(&self, n: usize) -> bool {
+        let Some(truth) = self.case.effects.first() else { return false };
+        let mut seen: Vec<&String> = Vec::new();
+        for name in &self.ranking {
+            if !seen.contains(&name) {
+                seen.push(name);
+            }
+        }
+        self.verdict != Verdict::NothingMissing && seen.iter().take(n).any(|name| tied(name, truth))
+    }
+
+    /// Every hidden effect is among the steps.
+    pub fn all_found(&self) -> bool {
+        self.case.effects.iter().all(|truth| self.steps.iter().any(|s| tied(s, truth)))
+    }
+
+    /// A name given with confidence that is not the truth's.
+    pub fn named_wrong(&self) -> bool {
+        self.verdict == Verdict::Named
+            && self.steps.iter().any(|s| !self.case.effects.iter().any(|truth| tied(s, truth)))
+    }
+}
+
+pub fn run(case: &Case) -> Option<Result> {
+    let request = Request {
+        ratio: case.ratio,
+        watching: case.watching,
+        ..Request::new(case.effects.clone(), case.shaking, case.seed)
+    };
+    let hidden = match draw(&request) {
+        Ok(hidden) => hidden,
+        Err(error) => {
+            eprintln!("not drawn: {case:?}: {error}");
+            return None;
+        }
+    };
+    let mut records = RecordSet::new(hidden.fit, Usage::Fit);
+    records.add(hidden.held_out, Usage::HeldOut);
+    let started = Instant::now();
+    let diagnosis = Search::new(&records, &Ask::default()).and_then(|s| s.diagnose(&|_| {}, &Cancel::default()));
+    let milliseconds = 1e3 * started.elapsed().as_secs_f64();
+    let diagnosis = match diagnosis {
+        Ok(diagnosis) => diagnosis,
+        Err(error) => {
+            eprintln!("not diagnosed: {case:?}: {error}");
+            return None;
+        }
+    };
+    let (first, last) = (diagnosis.stages.first()?, diagnosis.stages.last()?);
+    let rounds = &diagnosis.rounds;
+    let others = rounds
+        .iter()
+        .find_map(|r| match &r.finding {
+            Finding::Ambiguous(places) => {
+                Some(places.iter().map(|k| r.candidates[*k].choice.effect.clone()).collect::<Vec<_>>())
+            }
+            _ => None,
+        })
+        .unwrap_or_default();
+    let noise = hidden.truth.noise.max(1e-12);
+    let truth = case.effects.first();
+    let why = rounds
+        .first()
+        .and_then(|r| r.candidates.iter().find(|c| truth.is_some_and(|t| tied(&c.choice.effect, t))))
+        .map_or_else(String::new, |c| format!("{} [{:.0} {:.2}]", c.why, c.delta_bic, c.explained));
+    Some(Result {
+        case: case.clone(),
+        ratio: hidden.truth.ratios.iter().copied().fold(hidden.truth.ratio, f64::min),
+        verdict: diagnosis.verdict,
+        steps: last.effects.iter().map(|e| e.choice.effect.clone()).collect(),
+        others,
+        ranking: rounds.first()?.candidates.iter().map(|c| c.choice.effect.clone()).collect(),
+        base: first.gap.test_rmse? / noise,
+        last: last.gap.test_rmse? / noise,
+        milliseconds,
+        p_value: rounds.first()?.evidence.p_value,
+        why,
+    })
+}
+
+/// Every combination of effects, excitations, noise and seeds.
+pub fn cases(
+    effects: &[Vec<String>],
+    shakings: &[Shaking],
+    noises: &[Watching],
+    seeds: std::ops::Range<u64>,
+) -> Vec<Case> {
+    let mut cases = Vec::new();
+    for effects in effects {
+        for &shaking in shakings {
+            if !effects.iter().all(|e| sindyscope::rig::hidden::possible(e, shaking)) {
+                continue;
+            }
+            for &watching in noises {
+                for seed in seeds.clone() {
+                    cases.push(Case { effects: effects.clone(), shaking, watching, seed, ratio: None });
+                }
+            }
+        }
+    }
+    cases
+}
+
+/// Runs cases side by side, in their order.
+pub fn run_all(cases: &[Case]) -> Vec<Result> {
+    cases.par_iter().filter_map(run).collect()
+}
+
+pub fn share(of: usize, all: usize) -> f64 {
+    if all == 0 { f64::NAN } else { 100.0 * of as f64 / all as f64 }
+}
+
+/// For each hidden effect: how often it was drawn, named first, among the first three, missed, and what was named instead.
+pub fn confusion(results: &[Result]) -> String {
+    let mut rows: BTreeMap<String, Vec<&Result>> = BTreeMap::new();
+    for r in results {
+        rows.entry(r.case.effects.join(" + ")).or_default().push(r);
+    }
+    let mut out = String::new();
+    let _ = writeln!(
+        out,
+        "{:<34} {:>4} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6}  instead",
+        "hidden", "n", "first", "in 3", "named", "ambig", "unexpl", "none"
+    );
+    for (name, list) in rows {
+        let count = |f: &dyn Fn(&Result) -> bool| list.iter().filter(|r| f(r)).count();
+        let mut instead: BTreeMap<&str, usize> = BTreeMap::new();
+        for r in &list {
+            if let Some(first) = r.ranking.first().filter(|_| !r.top(1) && r.verdict != Verdict::NothingMissing) {
+                *instead.entry(first.as_str()).or_default() += 1;
+            }
+        }
+        let instead: Vec<String> = instead.into_iter().map(|(n, k)| format!("{n} {k}")).collect();
+        let _ = writeln!(
+            out,
+            "{:<34} {:>4} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6}  {}",
+            if name.is_empty() { "nothing" } else { &name },
+            list.len(),
+            count(&|r| r.top(1)),
+            count(&|r| r.top(3)),
+            count(&|r| r.verdict == Verdict::Named),
+            count(&|r| r.verdict == Verdict::Ambiguous),
+            count(&|r| r.verdict == Verdict::Unexplained),
+            count(&|r| r.verdict == Verdict::NothingMissing),
+            instead.join(", ")
+        );
+    }
+    out
+}
+
+pub fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+pub fn white(share: f64) -> Watching {
+    Watching::white(share)
+}
+
+pub fn of_kind(kind: NoiseKind, share: f64) -> Watching {
+    Watching { kind, ..Watching::white(share) }
+}
