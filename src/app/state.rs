@@ -37,6 +37,8 @@ pub enum Source {
     Sample(Sample),
     /// Files, read together.
     Files(Vec<PathBuf>),
+    /// The virtual rig's, with an effect hidden in them that this seed draws.
+    Hidden(u64),
 }
 
 /// What undo takes back: everything that decides an outcome.

@@ -84,6 +84,7 @@ fn file_menu(ui: &mut Ui, bar: &Toolbar<'_>, asked: &mut Vec<Asked>) {
     for sample in Sample::ALL {
         entry(ui, Command::Sample(sample), true);
     }
+    entry(ui, Command::Demonstration, true);
     ui.separator();
     entry(ui, Command::SaveProject, open);
     entry(ui, Command::SaveProjectAs, open);

@@ -206,7 +206,7 @@ impl App {
     }
 
     fn opened(&mut self, opened: Opened) {
-        let Opened { source, reading, title, records, edit, suggestion, project } = opened;
+        let Opened { source, reading, title, records, edit, suggestion, project, truth } = opened;
         self.typing = Typing::default();
         if let Source::Files(paths) = &source {
             let remembered = project.as_ref().map(|(path, _)| std::slice::from_ref(path)).unwrap_or(paths);
@@ -215,7 +215,11 @@ impl App {
             }
         }
         let same = self.state.source == source;
-        self.bench.open(title, records);
+        self.bench.open(title, records, truth);
+        if matches!(source, Source::Hidden(_)) && !same {
+            self.state.room = Room::Missing;
+            self.missing.look_by_itself();
+        }
         self.suggestion =
             self.state.suggestion.take().filter(|s| same && s.kind == suggestion.kind).unwrap_or(suggestion);
         self.history = History::new(edit.clone());
@@ -382,9 +386,14 @@ impl App {
             Command::Open => self.dialogs.ask(Purpose::Open, "", frame, ctx),
             Command::OpenPath => self.dialogs.type_path(Purpose::Open, "", ""),
             Command::Sample(sample) => self.open_sample(sample),
+            Command::Demonstration => {
+                let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+                let source = Source::Hidden(now.map_or(1, |d| d.as_micros() as u64));
+                self.begin(Opening { source, reading: ReadOptions::default(), edit: None, usage: Vec::new() });
+            }
             Command::Close => {
                 self.errands.cancel();
-                self.bench.open(String::new(), Vec::new());
+                self.bench.open(String::new(), Vec::new(), None);
                 self.edit = Edit::default();
                 self.history = History::new(Edit::default());
                 self.state.source = Source::Nothing;

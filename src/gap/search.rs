@@ -19,6 +19,7 @@ use super::progress::Progress;
 use super::screen::{Motion, Screened};
 use super::structure::{Composition, choice, with_errors};
 use crate::format::number::significant;
+use crate::model::Equation;
 use crate::record::RecordSet;
 use crate::refine::{Bar, Options, Point, Refined, Structure as _, misfit, own_start};
 use crate::signal::{dot, rms};
@@ -408,7 +409,7 @@ impl Search {
             if let Some(candidate) = candidates.iter_mut().find(|c| c.choice == choice(form)) {
                 candidate.delta_bic = score.bic;
                 candidate.why = why(form, before, fitted, refused.as_deref(), &data.unit);
-                candidate.curve = self.curve(form, fitted, motion);
+                candidate.curve = self.curve(form, (before, fitted), motion);
                 candidate.stage = Some(Arc::new(self.show(fitted)));
                 candidate.standing = refused.map_or(Standing::Refitted, Standing::Refused);
             }
@@ -569,8 +570,8 @@ impl Search {
         Curve { axis, unit, measured, effect: Vec::new() }
     }
 
-    /// The measured missing force and the effect's own through it.
-    fn curve(&self, form: &Form, fitted: &Fitted, motion: &Motion) -> Curve {
+    /// The measured missing force and the effect's own through it: its partial residuals, as of a regression.
+    fn curve(&self, form: &Form, (before, fitted): (&Fitted, &Fitted), motion: &Motion) -> Curve {
         let mut curve = self.measured_curve(form, motion);
         let data = &self.data;
         let shared = &fitted.refined.point.shared;
@@ -582,25 +583,34 @@ impl Search {
             return curve;
         }
         let place = fitted.composition.places(inner).pop().unwrap_or(0..0);
-        let coefficients = &shared[place];
         let (_, _, values) = self.axis(form, motion);
-        let force: Vec<f64> = data
-            .fit()
-            .iter()
-            .zip(&motion.measured)
-            .flat_map(|(s, path)| {
-                let columns = forces(&addition.terms, &addition.internals, &data.layout, s, &s.inputs(), path);
-                (0..s.len())
-                    .map(|k| columns.iter().zip(coefficients).map(|(f, c)| c * f[k]).sum())
-                    .collect::<Vec<f64>>()
-            })
-            .collect();
+        let old = &before.refined.point.shared;
+        let old_composed = before.composition.compose(&old[old.len() - before.composition.inner_count()..]);
+        let composed = fitted.composition.compose(inner);
+        let sum = |columns: &[Vec<f64>], coefficients: &[f64], k: usize| -> f64 {
+            columns.iter().zip(coefficients).map(|(f, c)| c * f[k]).sum()
+        };
+        let mut force = Vec::new();
+        // What the effect has to make up for: the missing force, and what the other terms gave back or took over since.
+        let mut wanted = Vec::new();
+        for ((s, path), missing) in data.fit().iter().zip(&motion.measured).zip(&motion.missing) {
+            let columns =
+                |terms: &[Term], internals: &[Equation]| forces(terms, internals, &data.layout, s, &s.inputs(), path);
+            let then = columns(&old_composed.terms, &old_composed.internals);
+            let now = columns(&composed.terms, &composed.internals);
+            for k in 0..s.len() {
+                let own = sum(&now[place.clone()], &shared[place.clone()], k);
+                force.push(own);
+                wanted.push(missing[k] + sum(&then, old, k) - (sum(&now, shared, k) - own));
+            }
+        }
         let total = force.len();
         let stride = (total / POINTS).max(1);
-        let mut effect: Vec<[f64; 2]> =
-            values.iter().flatten().zip(&force).step_by(stride).map(|(a, f)| [*a, *f]).collect();
-        // The spring that the fit gave back or took away belongs to the base, not to the effect's own curve: both are
-        // shown about their common trend where the effect is a restoring force.
+        let over = |force: &[f64]| -> Vec<[f64; 2]> {
+            values.iter().flatten().zip(force).step_by(stride).map(|(a, f)| [*a, *f]).collect()
+        };
+        curve.measured = over(&wanted);
+        let mut effect = over(&force);
         if addition.internals.is_empty() {
             effect.sort_by(|a, b| a[0].total_cmp(&b[0]));
         }

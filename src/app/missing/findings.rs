@@ -8,8 +8,12 @@ use crate::app::widgets::{card, section, share_bar};
 use crate::format::equations::{by_share, is_kinematic};
 use crate::format::number::{align_at_point, format_measured, significant_trimmed};
 use crate::format::units::format_si;
-use crate::gap::{Choice, Stage};
+use crate::gap::{Choice, Stage, Test};
+use crate::rig::hidden::{Truth, title};
 use crate::term::{Expression, Term};
+
+/// Questions that are shown without being asked for.
+const SHOWN: usize = 5;
 
 pub(super) fn show(ui: &mut Ui, sight: &Sight<'_>, preview: Option<&Choice>) {
     let stage = preview.and_then(|c| sight.with(c)).or(sight.stage());
@@ -18,6 +22,33 @@ pub(super) fn show(ui: &mut Ui, sight: &Sight<'_>, preview: Option<&Choice>) {
     evidence(ui, sight);
     knowing(ui, sight);
     ui.add_space(8.0);
+}
+
+/// What the virtual rig hid, beside what was found.
+pub(super) fn truth(ui: &mut Ui, sight: &Sight<'_>, truth: &Truth) {
+    section(ui, "THE TRUTH", |_| {}, |_| {});
+    let colors = theme::accents(sight.dark);
+    let found: Vec<&str> = sight.walk.accepted.iter().map(|c| c.effect.as_str()).collect();
+    let mut hidden: Vec<&str> = truth.effects.iter().map(String::as_str).collect();
+    hidden.sort_unstable();
+    let mut sorted = found.clone();
+    sorted.sort_unstable();
+    let titles: Vec<&str> = hidden.iter().map(|name| title(name).unwrap_or(name)).collect();
+    let (edge, verdict) = if found.is_empty() {
+        (colors.accent, "Nothing was added yet.")
+    } else if sorted == hidden {
+        (colors.good, "Found, by its name.")
+    } else {
+        (colors.caution, "What was added is something else.")
+    };
+    card(ui, edge, |ui| {
+        ui.add(egui::Label::new(RichText::new(format!("Hidden: {}", titles.join(", "))).strong()).wrap());
+        ui.add(egui::Label::new(RichText::new(&truth.description).size(12.0)).wrap());
+        ui.label(RichText::new(verdict).color(edge));
+        for p in truth.parameters.iter().filter(|p| p.effect.is_some()) {
+            ui.label(RichText::new(format!("{} = {} {}", p.name, significant_trimmed(p.value, 4), p.unit)).monospace());
+        }
+    });
 }
 
 /// The gap now, beside the noise floor.
@@ -141,7 +172,17 @@ fn evidence(ui: &mut Ui, sight: &Sight<'_>) {
         (colors.good, "The gap is no more than noise")
     };
     ui.label(RichText::new(text).color(color)).on_hover_text(words::p_value(whole.p_value));
-    for test in &whole.tests {
+    let (first, rest) = whole.tests.split_at(whole.tests.len().min(SHOWN));
+    questions(ui, first);
+    if !rest.is_empty() {
+        egui::CollapsingHeader::new(RichText::new(format!("{} more questions", rest.len())).weak().size(12.0))
+            .id_salt("more questions")
+            .show(ui, |ui| questions(ui, rest));
+    }
+}
+
+fn questions(ui: &mut Ui, tests: &[Test]) {
+    for test in tests {
         let size = vec2(ui.available_width(), ROW - 3.0);
         let said = words::chance(test.p_value);
         ui.allocate_ui_with_layout(size, Flow::left_to_right(Align::Center), |ui| {

@@ -37,6 +37,8 @@ use work::{Event, Key, Want, Work};
 pub(crate) enum Act {
     /// Look at the model as it stands.
     Look,
+    /// Tell what the virtual rig hid.
+    Reveal,
     /// Stop.
     Cancel,
     /// Go to a step.
@@ -93,6 +95,10 @@ pub(crate) struct Missing {
     work: Work,
     known: Known,
     running: Option<Running>,
+    /// Look once the base is fitted, without being asked.
+    by_itself: bool,
+    /// Whether what the virtual rig hid is told.
+    revealed: bool,
     /// Stopped by hand: nothing is asked for by itself until something changes.
     stopped: bool,
     step: Step,
@@ -182,6 +188,8 @@ impl Missing {
             work: Work::new(wake)?,
             known: Known::default(),
             running: None,
+            by_itself: false,
+            revealed: false,
             stopped: false,
             step: Step::default(),
             selected: None,
@@ -206,6 +214,11 @@ impl Missing {
     /// True until everything asked for has come.
     pub(crate) fn waiting(&self) -> bool {
         self.work.expected() || self.work.busy().is_some()
+    }
+
+    /// Looks as soon as the base is fitted: a demonstration.
+    pub(crate) fn look_by_itself(&mut self) {
+        self.by_itself = true;
     }
 
     /// What the walk has come to, once it is known: for a report.
@@ -290,6 +303,8 @@ impl Missing {
         }
         if !self.known.stages.contains_key(&edit.walk.accepted) {
             self.ask(bench, edit, Want::Stages);
+        } else if std::mem::take(&mut self.by_itself) {
+            self.ask(bench, edit, Want::Look);
         } else if !edit.walk.accepted.is_empty() && !self.known.conclusions.contains_key(&edit.walk.accepted) {
             self.ask(bench, edit, Want::Conclusion);
         }
@@ -309,7 +324,7 @@ impl Missing {
         self.running = None;
         self.known = Known::default();
         self.pass_over();
-        (self.step, self.record, self.verified) = (Step::Compare, 0, None);
+        (self.step, self.record, self.verified, self.revealed) = (Step::Compare, 0, None, false);
     }
 
     fn ask(&mut self, bench: &Bench, edit: &Edit, want: Want) {
@@ -347,6 +362,7 @@ impl Missing {
                 self.pass_over();
                 self.step = Step::Compare;
             }
+            Act::Reveal => self.revealed = true,
             Act::Go(step) => self.step = step,
             Act::Select(choice) => self.selected = Some(choice),
             Act::Try(choice) => {
@@ -425,6 +441,9 @@ impl Missing {
             unit: &unit,
             dark: ui.visuals().dark_mode,
         };
+        if let Some(truth) = bench.truth.as_ref().filter(|_| self.revealed) {
+            findings::truth(ui, &sight, truth);
+        }
         findings::show(ui, &sight, self.hovered.as_ref().or(self.selected.as_ref()).filter(|_| self.step == Step::Add));
     }
 }

@@ -399,12 +399,12 @@ impl Axes {
         painter.rect_filled(area, 0.0, palette::ground(dark));
         let (line, text) = (Stroke::new(1.0, palette::grid(dark)), ui.visuals().weak_text_color());
         let font = FontId::proportional(10.5);
-        for (value, label) in ticks(x, &this.x_scale, (area.width() / 62.0) as usize) {
+        for (value, label) in ticks(x, &this.x_scale, (area.width() / 38.0) as usize) {
             let at = this.at(value, y.0).x;
             painter.vline(at, area.y_range(), line);
             painter.text(pos2(at, area.bottom() + 2.0), Align2::CENTER_TOP, label, font.clone(), text);
         }
-        for (value, label) in ticks(y, &this.y_scale, (area.height() / 26.0) as usize) {
+        for (value, label) in ticks(y, &this.y_scale, (area.height() / 18.0) as usize) {
             let at = this.at(x.0, value).y;
             painter.hline(area.x_range(), at, line);
             painter.text(pos2(area.left() - 4.0, at), Align2::RIGHT_CENTER, label, font.clone(), text);

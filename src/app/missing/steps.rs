@@ -34,7 +34,15 @@ pub(super) fn show(
     ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
         ui.set_min_size(size);
         base(ui, room, bench, edit);
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| under_way(ui, &sight, acts));
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if bench.truth.is_some() && !room.revealed {
+                let button = egui::Button::new("Reveal the truth");
+                if ui.add(button).on_hover_text("Tell what the virtual rig hid in these records").clicked() {
+                    acts.push(Act::Reveal);
+                }
+            }
+            under_way(ui, &sight, acts);
+        });
     });
     let (rail, _) = ui.allocate_exact_size(vec2(ui.available_width(), 3.0), Sense::hover());
     ui.painter().hline(rail.x_range(), rail.center().y, Stroke::new(1.0, theme::accents(sight.dark).line));
