@@ -19,6 +19,7 @@ use super::progress::Progress;
 use super::screen::{Motion, Screened};
 use super::structure::{Composition, choice, with_errors};
 use crate::format::number::significant;
+use crate::format::units::format_si;
 use crate::model::Equation;
 use crate::record::RecordSet;
 use crate::refine::{Bar, Options, Point, Refined, Structure as _, misfit, own_start};
@@ -898,13 +899,13 @@ fn base_terms(data: &Data) -> Vec<Term> {
 
 /// Why a refitted candidate is where it is.
 fn why(form: &Form, before: &Fitted, after: &Fitted, refused: Option<&str>, length: &str) -> String {
-    let number = |v: f64| significant(v, 3);
+    let number = |v: f64| format_si(v, length, 3);
     let rms = |f: &Fitted| f.gap.test_rmse.unwrap_or(f.gap.train_rmse);
     let (b, a) = (rms(before), rms(after));
     match refused {
         Some(reason) => format!("Refused: {reason}."),
         None => format!(
-            "With {} the error on data never fitted falls from {} to {} {length}, {} times.",
+            "With {} the error on data never fitted falls from {} to {}, {} times.",
             form.title.to_lowercase(),
             number(b),
             number(a),
@@ -924,9 +925,9 @@ fn sentence(verdict: Verdict, stages: &[Arc<Stage>], rounds: &[Round], length: &
     let names: Vec<String> = last.effects.iter().map(|e| e.title.to_lowercase()).collect();
     let rms = |s: &Stage| s.gap.test_rmse.unwrap_or(s.gap.train_rmse);
     let gap = format!(
-        "the error on data never fitted falls from {} to {} {length}",
-        significant(rms(first), 3),
-        significant(rms(last), 3)
+        "the error on data never fitted falls from {} to {}",
+        format_si(rms(first), length, 3),
+        format_si(rms(last), length, 3)
     );
     match verdict {
         Verdict::NothingMissing => "Nothing is missing that these data can show.".to_owned(),

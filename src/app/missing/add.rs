@@ -31,7 +31,7 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, before: &
     let aside = shown.map_or_else(String::new, |c| format!("preview: {}", c.title));
     if let Some(trace) = compare::record(ui, &before.traces, &mut room.record, &aside).map(|t| t.record.clone()) {
         let height = ui.available_height() - list - 36.0;
-        overlay(ui, room, sight, before, after, &trace, shown, height);
+        overlay(ui, room, sight, before, after, &trace, height);
     }
     buttons(ui, room, sight, chosen, next, acts);
     let mut under = None;
@@ -53,7 +53,6 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, before: &
     }
 }
 
-#[expect(clippy::too_many_arguments, reason = "each is needed, none belongs with another")]
 fn overlay(
     ui: &mut Ui,
     room: &mut Missing,
@@ -61,7 +60,6 @@ fn overlay(
     before: &Stage,
     after: Option<&Arc<Stage>>,
     record: &str,
-    shown: Option<&Candidate>,
     height: f32,
 ) {
     let find = |stage: &Stage| stage.traces.iter().find(|t| &*t.record == record).cloned();
@@ -79,9 +77,9 @@ fn overlay(
     }];
     let mut gaps = Vec::new();
     let rms = |v: &[f64]| (v.iter().map(|g| g * g).sum::<f64>() / v.len().max(1) as f64).sqrt();
-    let shown_name = shown.map_or("with the effect", |_| "with the effect");
     let mut aside = String::new();
-    for (name, trace, color, width) in [("before", Some(&old), old_color, 1.1), (shown_name, new.as_ref(), color, 1.6)]
+    for (name, trace, color, width) in
+        [("before", Some(&old), old_color, 1.1), ("with the effect", new.as_ref(), color, 1.6)]
     {
         let Some(trace) = trace else { continue };
         traces.push(Trace { name, color, width, values: Arc::clone(&trace.simulated), leads: false });
@@ -126,7 +124,7 @@ fn overlay(
     plots::stack(ui, &mut room.plots, &frame, &panels);
 }
 
-/// Accept, skip, undo.
+/// Skip and undo; to accept is the button that leads on.
 fn buttons(
     ui: &mut Ui,
     room: &mut Missing,
@@ -137,19 +135,6 @@ fn buttons(
 ) {
     cards::line(ui, 30.0, |ui| {
         let Some(chosen) = chosen else { return };
-        let fitted = sight.with(&chosen.choice).is_some();
-        let sure = stands(chosen);
-        let (text, hint) = match (fitted, sure) {
-            (true, true) => ("Accept effect", "Add it to the model"),
-            (true, false) => {
-                ("Accept all the same", "Add it although it was refused or not judged: the verdict stays with you")
-            }
-            (false, _) => ("Fit it", "It was only screened: fit it to the measured response"),
-        };
-        let possible = fitted || !matches!(chosen.standing, crate::gap::Standing::NotShown(_));
-        if ui.add_enabled(possible, egui::Button::new(text).min_size(vec2(110.0, 24.0))).on_hover_text(hint).clicked() {
-            acts.push(if fitted { Act::Accept(chosen.choice.clone()) } else { Act::Try(chosen.choice.clone()) });
-        }
         let after = sight.candidates().iter().filter(|c| stands(c) && c.choice != chosen.choice);
         let after = after.into_iter().find(|c| !room.skipped.contains(&c.choice)).map(|c| c.choice.clone());
         let skip = ui.add_enabled(after.is_some(), egui::Button::new("Skip").min_size(vec2(60.0, 24.0)));

@@ -106,7 +106,7 @@ pub(super) fn card(
     });
     let reason = match &candidate.standing {
         Standing::NotShown(reason) => reason.clone(),
-        _ => candidate.why.clone(),
+        _ => words::pretty(&candidate.why),
     };
     let confused = if candidate.confused_with.is_empty() {
         String::new()

@@ -36,7 +36,7 @@ fn sentence(ui: &mut Ui, sight: &Sight<'_>) {
                     Some(e) => format!("No gap beyond noise ({}). ", words::p_value(e.p_value)),
                     None => String::new(),
                 };
-                verdict + &place.sentence
+                verdict + &words::pretty(&place.sentence)
             }
             (None, _) if sight.looking() => "Looking…".to_owned(),
             (None, _) => "The model's simulated response over the measurement, and the gap between them. \
@@ -115,7 +115,7 @@ fn time(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, trace: &Response, he
 fn below(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, height: f32) {
     let empty = Place::default();
     let place = sight.place().unwrap_or(&empty);
-    ui.horizontal(|ui| {
+    ui.horizontal_top(|ui| {
         let half = 0.5 * (ui.available_width() - 8.0);
         map::show(ui, &place.map, sight.unit, vec2(half, height));
         ui.vertical(|ui| {

@@ -46,7 +46,10 @@ pub(super) fn truth(ui: &mut Ui, sight: &Sight<'_>, truth: &Truth) {
         ui.add(egui::Label::new(RichText::new(&truth.description).size(12.0)).wrap());
         ui.label(RichText::new(verdict).color(edge));
         for p in truth.parameters.iter().filter(|p| p.effect.is_some()) {
-            ui.label(RichText::new(format!("{} = {} {}", p.name, significant_trimmed(p.value, 4), p.unit)).monospace());
+            ui.label(
+                RichText::new(format!("{} = {} {}", p.name, significant_trimmed(p.value, 4), words::pretty(&p.unit)))
+                    .monospace(),
+            );
         }
     });
 }
@@ -120,7 +123,7 @@ fn equation(ui: &mut Ui, sight: &Sight<'_>, stage: Option<&Stage>, preview: bool
         card(ui, color, |ui| {
             ui.add(egui::Label::new(RichText::new(&effect.title).strong()).wrap());
             for p in &effect.parameters {
-                let text = format!("{} = {} {}", p.name, format_measured(p.value, p.std_error), p.unit);
+                let text = format!("{} = {} {}", p.name, format_measured(p.value, p.std_error), words::pretty(&p.unit));
                 ui.label(RichText::new(text).monospace());
             }
         });

@@ -269,6 +269,17 @@ fn plot(
                 let tint = palette::worst(dark);
                 plot.span(quiet(Span::new("", *from..=*to), if k == 0 { tint } else { tint.gamma_multiply(0.55) }));
             }
+            // Beneath the curves, which would else be hidden where they are as small as noise.
+            if let Some((_, level)) = &panel.level {
+                let ink = palette::Ink::NoiseFloor.color(dark);
+                let tint = ink.gamma_multiply(0.14);
+                plot.span(quiet(Span::new("", -level..=*level), tint).axis(egui_plot::Axis::Y));
+                let stroke = Stroke::new(1.0, ink.gamma_multiply(0.7));
+                for level in [*level, -*level] {
+                    let line = HLine::new("", level).stroke(stroke).style(LineStyle::Dashed { length: 5.0 });
+                    plot.hline(line.allow_hover(false));
+                }
+            }
             if let Some((_, half)) = &panel.band
                 && let Some(first) = panel.traces.first()
                 && let Some(ready) = cache.ready(key, &first.values)
@@ -280,13 +291,6 @@ fn plot(
                     let stroke = Stroke::new(trace.width, trace.color);
                     let line = Line::new("", PlotPoints::Borrowed(ready.points())).stroke(stroke).allow_band(false);
                     plot.line(line.allow_hover(false));
-                }
-            }
-            if let Some((_, level)) = &panel.level {
-                let stroke = Stroke::new(1.2, palette::Ink::NoiseFloor.color(dark));
-                for level in [*level, -*level] {
-                    let line = HLine::new("", level).stroke(stroke).style(LineStyle::Dashed { length: 5.0 });
-                    plot.hline(line.allow_hover(false));
                 }
             }
         });

@@ -6,6 +6,7 @@ use super::{Act, Base, Known, Missing, Sight, Step, displacement, stands, work};
 use crate::app::bench::Bench;
 use crate::app::state::Edit;
 use crate::app::theme::{self, ROW};
+use crate::gap::Standing;
 use crate::term::{Kind, Layout as Symbols, Term};
 
 /// Height of the steps' row, points.
@@ -132,8 +133,23 @@ fn primary(ui: &mut Ui, room: &Missing, sight: &Sight<'_>, acts: &mut Vec<Act>) 
             ("Find what's missing", "Look for the effects that would close the gap", Some(vec![Act::Look]))
         }
         Step::Add => {
-            let chosen = room.selected.clone().or(first).filter(|c| sight.with(c).is_some());
-            ("Accept", "Add the effect to the model", chosen.map(|c| vec![Act::Accept(c)]))
+            let chosen = room.selected.clone().or(first);
+            let candidate = chosen.as_ref().and_then(|c| sight.candidates().iter().find(|o| o.choice == *c));
+            match candidate {
+                Some(c) if sight.with(&c.choice).is_none() => {
+                    let possible = !matches!(c.standing, Standing::NotShown(_)) && sight.running.is_none();
+                    let act = possible.then(|| vec![Act::Try(c.choice.clone())]);
+                    ("Fit it", "It was only screened: fit it to the measured response", act)
+                }
+                Some(c) if stands(c) => {
+                    ("Accept", "Add the effect to the model", Some(vec![Act::Accept(c.choice.clone())]))
+                }
+                Some(c) => {
+                    let hint = "Add it although it was refused or not judged: the verdict stays with you";
+                    ("Accept all the same", hint, Some(vec![Act::Accept(c.choice.clone())]))
+                }
+                None => ("Accept", "Choose an effect first", None),
+            }
         }
         Step::Verify if sight.looking() => ("Look again", "A look is under way", None),
         Step::Verify if ends => ("Look again", "There is nothing left to look for that these data can show", None),

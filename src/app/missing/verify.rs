@@ -30,17 +30,20 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, acts: &mu
     if shown != was {
         room.verified = Some(shown);
     }
-    ui.horizontal(|ui| {
+    let height = ui.available_height() - 4.0;
+    ui.horizontal_top(|ui| {
         let half = 0.54 * (ui.available_width() - 8.0);
-        let height = ui.available_height();
         waterfall::show(ui, &stages, sight.known.noise_floor, sight.unit, vec2(half, height));
         ui.vertical(|ui| {
             let width = ui.available_width();
             ui.set_width(width);
-            ScrollArea::vertical().id_salt("what is left").auto_shrink([false, false]).show(ui, |ui| {
-                ui.set_max_width(width - 10.0);
-                left(ui, sight, height, acts);
-            });
+            ScrollArea::vertical().id_salt("what is left").max_height(height).auto_shrink([false, false]).show(
+                ui,
+                |ui| {
+                    ui.set_max_width(width - 10.0);
+                    left(ui, sight, height, acts);
+                },
+            );
         });
     });
 }
@@ -57,7 +60,7 @@ fn verdict(ui: &mut Ui, sight: &Sight<'_>, first: &Stage, last: &Stage) {
                     Verdict::Named | Verdict::NothingMissing => colors.good,
                     Verdict::Ambiguous | Verdict::Unexplained => colors.caution,
                 };
-                (d.sentence.clone(), color)
+                (words::pretty(&d.sentence), color)
             }
             None if last.effects.is_empty() => {
                 ("Nothing was added yet: this is the base model.".to_owned(), ui.visuals().text_color())
@@ -148,7 +151,7 @@ fn left(ui: &mut Ui, sight: &Sight<'_>, height: f32, acts: &mut Vec<Act>) {
         card(ui, colors.caution, |ui| {
             ui.add(egui::Label::new(words::finding(round)).wrap());
             if let Some(next) = &round.next_experiment {
-                ui.add(egui::Label::new(RichText::new(next).weak()).wrap());
+                ui.add(egui::Label::new(RichText::new(words::pretty(next)).weak()).wrap());
             }
         });
     }

@@ -4,7 +4,7 @@ use egui::text::{LayoutJob, TextFormat};
 use egui::{Color32, FontId, RichText, Ui};
 
 use crate::app::theme;
-use crate::format::number::{significant, significant_trimmed};
+use crate::format::number::{significant, significant_trimmed, superscript};
 use crate::format::units::{format_si, per_second};
 use crate::gap::{Finding, Gap, Round};
 
@@ -60,6 +60,26 @@ pub(super) fn times(before: &Gap, after: &Gap) -> Option<String> {
 /// The unit of a force per mass.
 pub(super) fn acceleration(unit: &str) -> String {
     per_second(&per_second(unit))
+}
+
+/// Powers in the units of a text as one reads them: `m/s²`.
+pub(super) fn pretty(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(at) = rest.find('^') {
+        out.push_str(&rest[..at]);
+        rest = &rest[at + 1..];
+        let end = rest
+            .char_indices()
+            .find(|(k, c)| !(c.is_ascii_digit() || *k == 0 && *c == '-'))
+            .map_or(rest.len(), |(k, _)| k);
+        match rest[..end].parse() {
+            Ok(power) => out.push_str(&superscript(power)),
+            Err(_) => out.push('^'),
+        }
+        rest = if rest[..end].parse::<i32>().is_ok() { &rest[end..] } else { rest };
+    }
+    out + rest
 }
 
 /// What a round came to, in one sentence.
@@ -123,6 +143,11 @@ mod tests {
         assert_eq!(evidence(9.0), "evidence against it");
         assert_eq!(p_value(1e-40), "p < 10⁻¹²");
         assert_eq!(p_value(0.0312), "p = 0.031");
+    }
+
+    #[test]
+    fn powers_are_raised() {
+        assert_eq!(pretty("0.08 m/s^2 or m^-2 s^-12, x^y"), "0.08 m/s² or m⁻² s⁻¹², x^y");
     }
 
     #[test]
