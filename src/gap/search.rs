@@ -12,13 +12,15 @@ use super::effects::{Axis, Form, Setting, Sign, catalogue, unit};
 use super::error::GapError;
 use super::fit::{Fitted, carried};
 use super::outcome::{
-    Added, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Parameter, Remaining, Round, Stage, Standing, Trace,
-    Verdict,
+    Added, Blind, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Parameter, Remaining, Round, Stage, Standing,
+    Trace, Verdict,
 };
 use super::progress::Progress;
 use super::screen::{Motion, Screened};
 use super::structure::{Composition, choice, with_errors};
 use crate::format::number::significant;
+use crate::format::units::format_si;
+use crate::model::Equation;
 use crate::record::RecordSet;
 use crate::refine::{Bar, Options, Point, Refined, Structure as _, misfit, own_start};
 use crate::signal::{dot, rms};
@@ -83,6 +85,11 @@ impl Search {
     /// What was done to the data and what they cannot show, one sentence each.
     pub fn notices(&self) -> impl Iterator<Item = &str> {
         self.data.notices.iter().chain(&self.audit.notices).map(String::as_str)
+    }
+
+    /// Effects that these data cannot show.
+    pub fn blind(&self) -> &[Blind] {
+        &self.audit.blind
     }
 
     /// The measurement noise's standard deviation, estimated without a model.
@@ -409,7 +416,7 @@ impl Search {
             if let Some(candidate) = candidates.iter_mut().find(|c| c.choice == choice(form)) {
                 candidate.delta_bic = score.bic;
                 candidate.why = why(form, before, fitted, refused.as_deref(), &data.unit);
-                candidate.curve = self.curve(form, fitted, motion);
+                candidate.curve = self.curve(form, (before, fitted), motion);
                 candidate.stage = Some(Arc::new(self.show(fitted)));
                 candidate.standing = refused.map_or(Standing::Refitted, Standing::Refused);
             }
@@ -570,8 +577,8 @@ impl Search {
         Curve { axis, unit, measured, effect: Vec::new() }
     }
 
-    /// The measured missing force and the effect's own through it.
-    fn curve(&self, form: &Form, fitted: &Fitted, motion: &Motion) -> Curve {
+    /// The measured missing force and the effect's own through it: its partial residuals, as of a regression.
+    fn curve(&self, form: &Form, (before, fitted): (&Fitted, &Fitted), motion: &Motion) -> Curve {
         let mut curve = self.measured_curve(form, motion);
         let data = &self.data;
         let shared = &fitted.refined.point.shared;
@@ -583,25 +590,34 @@ impl Search {
             return curve;
         }
         let place = fitted.composition.places(inner).pop().unwrap_or(0..0);
-        let coefficients = &shared[place];
         let (_, _, values) = self.axis(form, motion);
-        let force: Vec<f64> = data
-            .fit()
-            .iter()
-            .zip(&motion.measured)
-            .flat_map(|(s, path)| {
-                let columns = forces(&addition.terms, &addition.internals, &data.layout, s, &s.inputs(), path);
-                (0..s.len())
-                    .map(|k| columns.iter().zip(coefficients).map(|(f, c)| c * f[k]).sum())
-                    .collect::<Vec<f64>>()
-            })
-            .collect();
+        let old = &before.refined.point.shared;
+        let old_composed = before.composition.compose(&old[old.len() - before.composition.inner_count()..]);
+        let composed = fitted.composition.compose(inner);
+        let sum = |columns: &[Vec<f64>], coefficients: &[f64], k: usize| -> f64 {
+            columns.iter().zip(coefficients).map(|(f, c)| c * f[k]).sum()
+        };
+        let mut force = Vec::new();
+        // What the effect has to make up for: the missing force, and what the other terms gave back or took over since.
+        let mut wanted = Vec::new();
+        for ((s, path), missing) in data.fit().iter().zip(&motion.measured).zip(&motion.missing) {
+            let columns =
+                |terms: &[Term], internals: &[Equation]| forces(terms, internals, &data.layout, s, &s.inputs(), path);
+            let then = columns(&old_composed.terms, &old_composed.internals);
+            let now = columns(&composed.terms, &composed.internals);
+            for k in 0..s.len() {
+                let own = sum(&now[place.clone()], &shared[place.clone()], k);
+                force.push(own);
+                wanted.push(missing[k] + sum(&then, old, k) - (sum(&now, shared, k) - own));
+            }
+        }
         let total = force.len();
         let stride = (total / POINTS).max(1);
-        let mut effect: Vec<[f64; 2]> =
-            values.iter().flatten().zip(&force).step_by(stride).map(|(a, f)| [*a, *f]).collect();
-        // The spring that the fit gave back or took away belongs to the base, not to the effect's own curve: both are
-        // shown about their common trend where the effect is a restoring force.
+        let over = |force: &[f64]| -> Vec<[f64; 2]> {
+            values.iter().flatten().zip(force).step_by(stride).map(|(a, f)| [*a, *f]).collect()
+        };
+        curve.measured = over(&wanted);
+        let mut effect = over(&force);
         if addition.internals.is_empty() {
             effect.sort_by(|a, b| a[0].total_cmp(&b[0]));
         }
@@ -759,6 +775,51 @@ impl Search {
         })
     }
 
+    /// What a walk made by hand has come to: `rounds[k]` looked at `stages[k]`, and the last stage may not have been
+    /// looked at yet.
+    ///
+    /// # Errors
+    /// No stage, or one that cannot be simulated; cancelled.
+    pub fn conclude(
+        &self,
+        rounds: Vec<Round>,
+        stages: Vec<Arc<Stage>>,
+        cancel: &Cancel,
+    ) -> Result<Diagnosis, GapError> {
+        let started = Instant::now();
+        let added = stages.last().is_some_and(|s| !s.effects.is_empty());
+        let looked = rounds.len() >= stages.len();
+        let finding = rounds.last().map(|r| &r.finding);
+        let own: &[Round] = if looked { &rounds } else { &[] };
+        let remaining = self.remaining(own, &stages, Verdict::Unexplained, cancel)?;
+        let verdict = match finding {
+            Some(Finding::Ambiguous(_)) if added && !looked => Verdict::Ambiguous,
+            _ if remaining.significant => Verdict::Unexplained,
+            _ if added => Verdict::Named,
+            _ => Verdict::NothingMissing,
+        };
+        let open = !looked || matches!(finding, Some(Finding::Named | Finding::Ambiguous(_)));
+        let sentence = match verdict {
+            // What was not looked for cannot be said to have no name.
+            Verdict::Unexplained if open && added => {
+                sentence(Verdict::Named, &stages, &rounds, &self.data.unit) + " What is left is more than noise."
+            }
+            Verdict::Unexplained if open => "Something is missing: the gap is more than noise.".to_owned(),
+            verdict => sentence(verdict, &stages, &rounds, &self.data.unit),
+        };
+        Ok(Diagnosis {
+            verdict,
+            sentence,
+            noise_floor: self.data.noise,
+            notices: self.notices().map(str::to_owned).collect(),
+            blind: self.audit.blind.clone(),
+            rounds,
+            stages,
+            remaining,
+            elapsed_ms: 1e3 * started.elapsed().as_secs_f64(),
+        })
+    }
+
     /// A stage without those of its effects that a later one has made superfluous.
     fn dropped(&self, stage: Arc<Stage>, cancel: &Cancel) -> Result<Arc<Stage>, GapError> {
         let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
@@ -893,13 +954,13 @@ fn base_terms(data: &Data) -> Vec<Term> {
 
 /// Why a refitted candidate is where it is.
 fn why(form: &Form, before: &Fitted, after: &Fitted, refused: Option<&str>, length: &str) -> String {
-    let number = |v: f64| significant(v, 3);
+    let number = |v: f64| format_si(v, length, 3);
     let rms = |f: &Fitted| f.gap.test_rmse.unwrap_or(f.gap.train_rmse);
     let (b, a) = (rms(before), rms(after));
     match refused {
         Some(reason) => format!("Refused: {reason}."),
         None => format!(
-            "With {} the error on data never fitted falls from {} to {} {length}, {} times.",
+            "With {} the error on data never fitted falls from {} to {}, {} times.",
             form.title.to_lowercase(),
             number(b),
             number(a),
@@ -919,9 +980,9 @@ fn sentence(verdict: Verdict, stages: &[Arc<Stage>], rounds: &[Round], length: &
     let names: Vec<String> = last.effects.iter().map(|e| e.title.to_lowercase()).collect();
     let rms = |s: &Stage| s.gap.test_rmse.unwrap_or(s.gap.train_rmse);
     let gap = format!(
-        "the error on data never fitted falls from {} to {} {length}",
-        significant(rms(first), 3),
-        significant(rms(last), 3)
+        "the error on data never fitted falls from {} to {}",
+        format_si(rms(first), length, 3),
+        format_si(rms(last), length, 3)
     );
     match verdict {
         Verdict::NothingMissing => "Nothing is missing that these data can show.".to_owned(),
