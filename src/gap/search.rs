@@ -760,7 +760,8 @@ impl Search {
         };
         let mut rounds: Vec<Round> = steps.into_iter().map(|s| s.round).collect();
         rounds.push(last);
-        let remaining = remaining(&rounds);
+        let remaining =
+            rounds.last().map_or_else(Remaining::default, |round| remaining(&round.evidence, &round.hidden_up_to));
         let sentence = sentence(verdict, &stages, &rounds, &self.data.unit);
         Ok(Diagnosis {
             verdict,
@@ -790,8 +791,11 @@ impl Search {
         let added = stages.last().is_some_and(|s| !s.effects.is_empty());
         let looked = rounds.len() >= stages.len();
         let finding = rounds.last().map(|r| &r.finding);
-        let own: &[Round] = if looked { &rounds } else { &[] };
-        let remaining = self.remaining(own, &stages, Verdict::Unexplained, cancel)?;
+        let remaining = match (rounds.last(), stages.last()) {
+            (Some(round), _) if looked => remaining(&round.evidence, &round.hidden_up_to),
+            (_, Some(stage)) => self.left(stage, cancel)?,
+            _ => return Err(GapError::Base),
+        };
         let verdict = match finding {
             Some(Finding::Ambiguous(_)) if added && !looked => Verdict::Ambiguous,
             _ if remaining.significant => Verdict::Unexplained,
@@ -860,6 +864,17 @@ impl Search {
         Ok(stage)
     }
 
+    /// What a stage leaves, no effect being tried.
+    fn left(&self, stage: &Stage, cancel: &Cancel) -> Result<Remaining, GapError> {
+        let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
+        let fitted = self.fitted(&choices, cancel)?;
+        let motion = self.data.motion(&fitted).ok_or(GapError::Base)?;
+        let forms = self.forms(&fitted, &motion);
+        let screened = self.data.screen(&fitted, &motion, &forms, cancel);
+        let evidence = self.data.evidence(&fitted, &motion, &forms, &screened);
+        Ok(remaining(&evidence, &self.data.detectable(&fitted, &motion, &forms, &screened)))
+    }
+
     /// The stage after the last of these effects was added to another.
     fn added(&self, before: &Stage, choices: &[Choice], cancel: &Cancel) -> Result<Arc<Stage>, GapError> {
         let last = choices.last().ok_or(GapError::Base)?;
@@ -916,14 +931,13 @@ impl Step {
     }
 }
 
-/// What the last look says is left.
-fn remaining(rounds: &[Round]) -> Remaining {
-    let Some(round) = rounds.last() else { return Remaining::default() };
+/// What is left, in words.
+fn remaining(evidence: &Evidence, hidden_up_to: &[(String, f64)]) -> Remaining {
     let mut note = String::new();
-    if round.evidence.significant {
+    if evidence.significant {
         note.push_str("What is left is more than noise. ");
     }
-    let mut sizes: Vec<&(String, f64)> = round.hidden_up_to.iter().filter(|(_, s)| s.is_finite()).collect();
+    let mut sizes: Vec<&(String, f64)> = hidden_up_to.iter().filter(|(_, s)| s.is_finite()).collect();
     sizes.sort_by(|a, b| a.1.total_cmp(&b.1));
     let list: Vec<String> =
         sizes.iter().map(|(title, s)| format!("{} {} %", title.to_lowercase(), significant(100.0 * s, 2))).collect();
@@ -932,7 +946,7 @@ fn remaining(rounds: &[Round]) -> Remaining {
         note.push_str(&list.join("; "));
         note.push('.');
     }
-    Remaining { significant: round.evidence.significant, p_value: round.evidence.p_value, note }
+    Remaining { significant: evidence.significant, p_value: evidence.p_value, note }
 }
 
 fn model_terms(terms: &[Term], shared: &[f64]) -> Vec<(Term, f64)> {
