@@ -68,22 +68,18 @@ pub(super) fn refusal(form: &Form, before: &Fitted, after: (&Fitted, &Score), un
             ));
         }
     }
-    let number = |v: f64| crate::format::number::significant(v, 3);
+    let number = |v: f64| crate::format::units::format_si(v, unit, 3);
     let rms = |f: &Fitted| f.gap.test_rmse.unwrap_or(f.gap.train_rmse);
     let worse = before.folds.iter().zip(&after.0.folds).find(|(b, a)| a.rmse() > WORSE * b.rmse());
     if let Some((b, a)) = worse {
         return Some(format!(
-            "the fit gets better, but data never fitted get worse: {} → {} {unit}",
+            "the fit gets better, but data never fitted get worse: {} → {}",
             number(b.rmse()),
             number(a.rmse())
         ));
     }
     if after.1.test > -SHOWN {
-        return Some(format!(
-            "data never fitted get no better: {} → {} {unit}",
-            number(rms(before)),
-            number(rms(after.0))
-        ));
+        return Some(format!("data never fitted get no better: {} → {}", number(rms(before)), number(rms(after.0))));
     }
     if after.1.total > -WORTH {
         return Some("what it explains is no more than chance might".to_owned());
