@@ -172,7 +172,7 @@ pub struct Test {
 /// Whether simulation and measurement differ by more than noise.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Evidence {
-    /// True where `p_value` is below the level of the search (one in a thousand).
+    /// True where `p_value` is below the level of the search (one in ten thousand).
     pub significant: bool,
     /// Probability of a gap like this if nothing were missing.
     pub p_value: f64,

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::audit::Audit;
 use super::columns::{Path, forces};
 use super::data::Data;
-use super::decide::{Score, colour, confused, order, refusal, score};
+use super::decide::{APART, APART_ON_A_TONE, Score, colour, confused, order, refusal, score};
 use super::effects::{Axis, Form, Setting, Sign, catalogue, unit};
 use super::error::GapError;
 use super::fit::{Fitted, carried};
@@ -57,6 +57,9 @@ pub struct Search {
 
 /// Candidates that are refined.
 const REFINED: usize = 12;
+/// Samples times candidates from which fewer are refined, and the fewest.
+const EFFORT: usize = 36_000;
+const FEWEST: usize = 6;
 /// Inner values that a form is refined from.
 const STARTS: usize = 2;
 /// A start whose misfit is so many times that of another is not refined.
@@ -190,7 +193,17 @@ impl Search {
             input: over(&u),
             speed_noise: motion.speed_noise,
             frequency: data.frequency,
-            duration: data.fit().iter().map(|s| s.interval * s.len() as f64).fold(0.0, f64::max),
+            lines: data.lines(&motion.missing),
+            pulsations: {
+                let spring = |r: usize| if data.base_excited { data.fit()[r].inputs.first() } else { None };
+                let product = |r: usize, k: usize| {
+                    motion.missing[r][k] * (motion.measured[r].x[k] - spring(r).map_or(0.0, |u| u[k]))
+                };
+                let products: Vec<Vec<f64>> =
+                    (0..data.fit().len()).map(|r| (0..data.fit()[r].len()).map(|k| product(r, k)).collect()).collect();
+                data.lines(&products)
+            },
+            interval: data.fit()[0].interval,
             measured: over(&|r, k| data.fit()[r].measured[k]),
         };
         let present = fitted.composition.choices();
@@ -231,7 +244,7 @@ impl Search {
         let inner = if form.inner.is_empty() { vec![Vec::new()] } else { screened.starts(index, STARTS) };
         let runs: Vec<_> = data.fit().iter().map(super::data::Series::run).collect();
         let cancelled = || cancel.is_cancelled();
-        let options = Options { frozen: false, steps: 0, bar: None, cancelled: &cancelled };
+        let options = Options { frozen: false, steps: 0, effort: usize::MAX, bar: None, cancelled: &cancelled };
         let mut starts: Vec<(f64, Composition, Point)> = inner
             .iter()
             .filter_map(|inner| self.start(before, &composition, motion, screened, form, inner))
@@ -365,7 +378,7 @@ impl Search {
             return Ok(round(candidates, evidence, Finding::Nothing, None));
         }
         tell(Progress::Step("Refitting the likeliest effects on the simulated response", 0.3));
-        let tried = screened.likeliest(&forms, REFINED);
+        let tried = screened.likeliest(&forms, (EFFORT / before.refined.samples).clamp(FEWEST, REFINED));
         let bar = Bar::default();
         let done = std::sync::atomic::AtomicUsize::new(0);
         let refits: Vec<(usize, Option<Fitted>)> = tried
@@ -408,7 +421,7 @@ impl Search {
             refits.iter().map(|(k, f)| (*k, &forms[*k], score(before, f, colour, floor), f)).collect();
         let mut standing: Vec<(usize, &Form, Score)> = Vec::new();
         for (k, form, score, fitted) in &scored {
-            let refused = refusal(form, before, (fitted, score), &data.unit);
+            let refused = refusal(form, before, (fitted, score), colour, &data.unit);
             if refused.is_none() {
                 standing.push((*k, form, *score));
             }
@@ -421,7 +434,8 @@ impl Search {
                 candidate.standing = refused.map_or(Standing::Refitted, Standing::Refused);
             }
         }
-        let ranked = order(&standing);
+        let apart = if self.audit.single_tone { APART_ON_A_TONE } else { APART };
+        let ranked = order(&standing, data.noise);
         let title = |k: usize| forms[k].full_title();
         let mut finding = Finding::Unexplained;
         let mut rivals: Vec<usize> = Vec::new();
@@ -431,25 +445,13 @@ impl Search {
             for k in &ranked {
                 let Some((_, form, score)) = entry(*k) else { continue };
                 let rest: Vec<(usize, &Form, Score)> = standing.iter().filter(|s| s.0 != *k).copied().collect();
-                let names = confused((form, *score), &rest).into_iter().map(title).collect();
+                let names = confused((form, *score), &rest, apart, data.noise).into_iter().map(title).collect();
                 if let Some(c) = candidates.iter_mut().find(|c| c.choice == choice(form)) {
                     c.confused_with = names;
                 }
             }
             if let Some((_, form, score)) = entry(*first) {
-                rivals = confused((form, *score), &others);
-            }
-            if self.audit.single_tone {
-                // One tone at one amplitude: whatever fits, fits as one of a class.
-                rivals = others.iter().map(|o| o.0).filter(|k| forms[*k].effect != forms[*first].effect).collect();
-                if rivals.is_empty() {
-                    rivals = scored
-                        .iter()
-                        .map(|s| s.0)
-                        .filter(|k| forms[*k].effect != forms[*first].effect)
-                        .take(3)
-                        .collect();
-                }
+                rivals = confused((form, *score), &others, apart, data.noise);
             }
             finding = Finding::Named;
         }
@@ -931,6 +933,9 @@ impl Step {
     }
 }
 
+/// Effects that are listed with the size that would have shown.
+const LISTED: usize = 8;
+
 /// What is left, in words.
 fn remaining(evidence: &Evidence, hidden_up_to: &[(String, f64)]) -> Remaining {
     let mut note = String::new();
@@ -940,9 +945,9 @@ fn remaining(evidence: &Evidence, hidden_up_to: &[(String, f64)]) -> Remaining {
     let mut sizes: Vec<&(String, f64)> = hidden_up_to.iter().filter(|(_, s)| s.is_finite()).collect();
     sizes.sort_by(|a, b| a.1.total_cmp(&b.1));
     let list: Vec<String> =
-        sizes.iter().map(|(title, s)| format!("{} {} %", title.to_lowercase(), significant(100.0 * s, 2))).collect();
+        sizes.iter().map(|(title, s)| format!("{} {} %", within(title), significant(100.0 * s, 2))).collect();
     if !list.is_empty() {
-        note.push_str("As a share of the spring force, these could still hide up to: ");
+        note.push_str("The smallest that could not have hidden, as a share of the spring force: ");
         note.push_str(&list.join("; "));
         note.push('.');
     }
@@ -975,7 +980,7 @@ fn why(form: &Form, before: &Fitted, after: &Fitted, refused: Option<&str>, leng
         Some(reason) => format!("Refused: {reason}."),
         None => format!(
             "With {} the error on data never fitted falls from {} to {}, {} times.",
-            form.title.to_lowercase(),
+            within(form.title),
             number(b),
             number(a),
             significant(b / a, 2)
@@ -988,10 +993,20 @@ fn sentence_case(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
+/// A title within a sentence: names keep their capitals.
+fn within(title: &str) -> String {
+    let name = ["Coulomb", "Stribeck", "Bouc"].iter().any(|n| title.starts_with(n));
+    let mut letters = title.chars();
+    match letters.next() {
+        Some(first) if !name => first.to_lowercase().chain(letters).collect(),
+        _ => title.to_owned(),
+    }
+}
+
 /// The verdict in one sentence.
 fn sentence(verdict: Verdict, stages: &[Arc<Stage>], rounds: &[Round], length: &str) -> String {
     let (Some(first), Some(last)) = (stages.first(), stages.last()) else { return String::new() };
-    let names: Vec<String> = last.effects.iter().map(|e| e.title.to_lowercase()).collect();
+    let names: Vec<String> = last.effects.iter().map(|e| within(&e.title)).collect();
     let rms = |s: &Stage| s.gap.test_rmse.unwrap_or(s.gap.train_rmse);
     let gap = format!(
         "the error on data never fitted falls from {} to {}",
@@ -1010,7 +1025,7 @@ fn sentence(verdict: Verdict, stages: &[Arc<Stage>], rounds: &[Round], length: &
                         places
                             .iter()
                             .filter_map(|k| r.candidates.get(*k))
-                            .map(|c| c.title.to_lowercase())
+                            .map(|c| within(&c.title))
                             .collect::<Vec<_>>()
                             .join(", "),
                     ),
