@@ -279,7 +279,7 @@ impl App {
                 if let Source::Files(paths) = &refused.opening.source {
                     self.state.recent.retain(|p| !paths.contains(p) || p.exists());
                 }
-                self.refused = Some(refused);
+                self.refused = Some(*refused);
                 if self.bench.records.is_empty() {
                     self.state.source = Source::Nothing;
                 }
