@@ -424,6 +424,10 @@ impl App {
             }
             Command::Reset => self.edit.settings = self.suggestion.clone(),
             Command::PlotPicture if self.bench.outcome.is_none() => {}
+            // Plots, maps and figures belong together there.
+            Command::PlotPicture if self.state.room == Room::Missing => {
+                self.dialogs.ask(Purpose::Window, &format!("{stem}-missing.png"), frame, ctx);
+            }
             Command::PlotPicture => {
                 let name = format!("{stem}-{}.png", self.state.view.label().to_lowercase());
                 self.dialogs.ask(Purpose::Plot, &name, frame, ctx);
