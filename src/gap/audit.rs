@@ -2,7 +2,7 @@
 
 use super::data::{Data, Series};
 use super::outcome::Blind;
-use crate::signal::{Spectrum, dot, rms};
+use crate::signal::{Spectrum, rms};
 
 /// What an audit found.
 #[derive(Clone, Debug, Default)]
@@ -11,8 +11,6 @@ pub(super) struct Audit {
     pub(super) single_tone: bool,
     /// Free decays, or records without an input.
     pub(super) free: bool,
-    /// Level at which the displacement is cut off.
-    pub(super) ceiling: Option<f64>,
     pub(super) blind: Vec<Blind>,
     pub(super) notices: Vec<String>,
 }
@@ -21,8 +19,6 @@ pub(super) struct Audit {
 const TONE: f64 = 0.97;
 /// Change of amplitude within a record, or between records, below which it is one amplitude.
 const STEADY: f64 = 0.12;
-/// Samples at the very extreme, as a share of a record, that noise does not put there.
-const FLAT: f64 = 0.004;
 
 impl Data {
     pub(super) fn audit(&self) -> Audit {
@@ -33,7 +29,6 @@ impl Data {
             let (frequencies, amplitudes): (Vec<f64>, Vec<f64>) = tones.iter().flatten().copied().unzip();
             alike(&frequencies, 0.03) && alike(&amplitudes, STEADY)
         };
-        let ceiling = ceiling(fit, self.noise);
         let mut blind = Vec::new();
         let mut hide = |effects: &[&'static str], reason: &str| {
             blind.extend(effects.iter().map(|effect| Blind { effect, reason: reason.to_owned() }));
@@ -45,9 +40,6 @@ impl Data {
             );
         } else if !self.base_excited {
             hide(&["base_velocity", "input_gain"], "the input is a force: its gain cannot be told from the mass");
-        }
-        if ceiling.is_none() {
-            hide(&["sensor_clipping"], "no peak is cut off flat");
         }
         if !matches!(self.unit.as_str(), "rad" | "") {
             hide(&["pendulum_restoring"], "the displacement is no angle");
@@ -65,7 +57,7 @@ impl Data {
                 n => format!("No record is held out: each of the {n} in turn judges a fit to the others."),
             });
         }
-        Audit { single_tone, free: still, ceiling, blind, notices }
+        Audit { single_tone, free: still, blind, notices }
     }
 }
 
@@ -92,31 +84,4 @@ fn tone(s: &Series, noise: f64) -> Option<(f64, f64)> {
 fn alike(values: &[f64], tolerance: f64) -> bool {
     let (low, high) = values.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), v| (l.min(*v), h.max(*v)));
     high - low <= tolerance * high
-}
-
-/// The level at which peaks are cut off flat on both sides, if they are: samples crowd there within a few noise widths, far
-/// more than a turning point of the motion keeps them.
-fn ceiling(fit: &[Series], noise: f64) -> Option<f64> {
-    let largest = fit.iter().flat_map(|s| s.measured.iter()).fold(0.0_f64, |m, y| m.max(y.abs()));
-    let (mut near, mut crowd, mut flat, mut count) = (0.0, 0.0, 0.0, 0.0);
-    let width = (3.0 * noise).max(1e-3 * largest);
-    if width > 0.12 * largest {
-        return None;
-    }
-    let level = largest - width;
-    for s in fit {
-        for pair in s.measured.windows(2) {
-            let (a, b) = (pair[0].abs(), pair[1].abs());
-            crowd += f64::from(a > level - width);
-            near += f64::from(a > level - 5.0 * width && a <= level - 3.0 * width);
-            flat += f64::from(a > level - width && b > level - width);
-            count += 1.0;
-        }
-    }
-    // At a smooth peak the density rises like the root of the distance; a cut piles up everything above it in one place.
-    (flat > FLAT * count && crowd > 4.0 * near.max(1.0)).then(|| {
-        let top: Vec<f64> =
-            fit.iter().flat_map(|s| s.measured.iter()).map(|y| y.abs()).filter(|a| *a > level - width).collect();
-        dot(&top, &vec![1.0; top.len()]) / top.len() as f64
-    })
 }

@@ -12,12 +12,14 @@ pub(super) struct Score {
     pub(super) bic: f64,
     /// Difference of twice the negative log-likelihood of the data left out.
     pub(super) test: f64,
-    /// Both together; a gain on the fitted data counts only as far as the data left out confirm it, sample for sample.
+    /// Both together; a gain on the fitted data counts only as far as the data left out bear it out.
     pub(super) total: f64,
 }
 
 /// Difference of scores (twice a log odds ratio) below which two candidates are not told apart: odds of 150 to 1.
 pub(super) const APART: f64 = 10.0;
+/// How many times the gain of the data left out, sample for sample, a gain on the fitted data may count.
+const TRUSTED: f64 = 3.0;
 /// Gain in score that a candidate needs at least.
 const WORTH: f64 = 10.0;
 /// Gain that the data left out must show by themselves.
@@ -40,7 +42,7 @@ pub(super) fn score(before: &Fitted, after: &Fitted, colour: f64, floor: f64) ->
     let ((rss, samples), (rss_before, _)) = (left_out(after), left_out(before));
     let m = samples as f64 / colour;
     let held = if samples > 0 { level(rss, samples) - level(rss_before, samples) } else { fitted };
-    Score { bic: n * fitted + penalty, test: m * held, total: (n + m) * fitted.max(held) + penalty }
+    Score { bic: n * fitted + penalty, test: m * held, total: n * fitted.max(TRUSTED * held) + m * held + penalty }
 }
 
 /// How much the residuals of a fit are coloured where the motion is.

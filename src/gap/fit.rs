@@ -58,21 +58,21 @@ impl Data {
 
     /// Refines from a point; where the long simulation is lost, by way of short segments.
     ///
-    /// With a bar to reach, segments are tried only for a fit that cannot be simulated in one.
+    /// It is lost if it leaves more than `lost`.
     pub(super) fn refine(
         &self,
         composition: &Composition,
         start: &Point,
+        lost: f64,
         bar: Option<&Bar>,
         cancel: &Cancel,
     ) -> Option<Refined> {
         let cancelled = || cancel.is_cancelled();
+        let steps = if bar.is_some() { FEW_STEPS + 4 } else { STEPS };
         let runs = runs(self.fit());
-        let direct = refine(composition, &runs, start, Self::options(&cancelled, STEPS, bar))
+        let direct = refine(composition, &runs, start, Self::options(&cancelled, steps, bar))
             .map(|found| self.again(composition, &runs, found, bar, cancel));
-        let power: f64 = self.fit().iter().map(|s| dot(&s.measured, &s.measured)).sum();
-        let lost = |fit: &Option<Refined>| fit.as_ref().is_none_or(|f| bar.is_none() && f.rss > LOST * LOST * power);
-        if !lost(&direct) || cancel.is_cancelled() {
+        if direct.as_ref().is_some_and(|f| f.rss <= lost) || cancel.is_cancelled() {
             return direct;
         }
         let length = |s: &Series| ((SEGMENT / (self.frequency * s.interval)) as usize).max(50);
@@ -88,11 +88,16 @@ impl Data {
         let short = Point { shared: start.shared.clone(), own: own_start(composition, &segments) };
         let shared = refine(composition, &segments, &short, Self::options(&cancelled, FEW_STEPS, None))?.point.shared;
         let again = Point { shared, own: own_start(composition, &runs) };
-        let long = refine(composition, &runs, &again, Self::options(&cancelled, STEPS, bar));
+        let long = refine(composition, &runs, &again, Self::options(&cancelled, steps, bar));
         match (direct, long) {
             (Some(a), Some(b)) => Some(if b.rss < a.rss { b } else { a }),
             (a, b) => b.or(a),
         }
+    }
+
+    /// The sum of squares above which a fit without expectations has missed its basin.
+    pub(super) fn lost(&self) -> f64 {
+        LOST * LOST * self.fit().iter().map(|s| dot(&s.measured, &s.measured)).sum::<f64>()
     }
 
     /// Begins each record anew from where it was measured to begin, and goes on where that helps: an initial state may have
@@ -124,7 +129,7 @@ impl Data {
         if !bettered {
             return found;
         }
-        match refine(composition, runs, &point, Self::options(&cancelled, STEPS, bar)) {
+        match refine(composition, runs, &point, Self::options(&cancelled, FEW_STEPS, bar)) {
             Some(better) if better.rss < found.rss => better,
             _ => found,
         }

@@ -360,6 +360,15 @@ impl Screened {
         chosen
     }
 
+    /// The sum of squares above which a refinement of a form has missed its basin: several times what the form leaves along
+    /// the measured motion. Infinite for a form that explains little there.
+    pub(super) fn expected(&self, form: usize) -> f64 {
+        match self.hits.iter().find(|h| h.form == form) {
+            Some(hit) if hit.gain > 0.5 * self.rss => 4.0 * (self.rss - hit.gain),
+            _ => f64::INFINITY,
+        }
+    }
+
     /// Inner values to refine a form from: its best, and another that is a peak of its own.
     pub(super) fn starts(&self, form: usize, most: usize) -> Vec<Vec<f64>> {
         let own: Vec<&(usize, Vec<f64>, f64)> = self.gains.iter().filter(|g| g.0 == form).collect();

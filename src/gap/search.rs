@@ -97,6 +97,11 @@ impl Search {
         self.data.noise
     }
 
+    /// Terms of the base model's acceleration.
+    pub fn base_terms(&self) -> &[Term] {
+        &self.base.base
+    }
+
     /// The base model, fitted.
     ///
     /// # Errors
@@ -156,7 +161,7 @@ impl Search {
         composition.scales = data.scales(&composition, &[], &rough);
         let runs: Vec<_> = data.fit().iter().map(super::data::Series::run).collect();
         let start = Point { shared, own: own_start(&composition, &runs) };
-        let refined = data.refine(&composition, &start, None, cancel);
+        let refined = data.refine(&composition, &start, data.lost(), None, cancel);
         match refined {
             Some(refined) => Ok(data.judge(composition, refined, cancel)),
             None if cancel.is_cancelled() => Err(GapError::Cancelled),
@@ -186,7 +191,7 @@ impl Search {
             speed_noise: motion.speed_noise,
             frequency: data.frequency,
             duration: data.fit().iter().map(|s| s.interval * s.len() as f64).fold(0.0, f64::max),
-            ceiling: self.audit.ceiling,
+            measured: over(&|r, k| data.fit()[r].measured[k]),
         };
         let present = fitted.composition.choices();
         let offset = fitted.composition.offset();
@@ -234,13 +239,14 @@ impl Search {
             .collect();
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
         let nearest = starts.first().map_or(0.0, |s| s.0);
+        let expected = screened.expected(index);
         let mut best: Option<(Composition, Refined)> = None;
         for (misfit, composition, start) in starts {
             // A start far behind another leads nowhere else.
             if misfit > DISTANT * nearest && best.is_some() {
                 continue;
             }
-            if let Some(refined) = data.refine(&composition, &start, bar, cancel)
+            if let Some(refined) = data.refine(&composition, &start, expected, bar, cancel)
                 && best.as_ref().is_none_or(|(_, b)| refined.rss < b.rss)
             {
                 best = Some((composition, refined));
@@ -715,35 +721,47 @@ impl Search {
     /// The base cannot be fitted; cancelled.
     pub fn diagnose(&self, tell: Listener<'_>, cancel: &Cancel) -> Result<Diagnosis, GapError> {
         let started = Instant::now();
-        let mut stages = vec![self.base(cancel)?];
-        let mut rounds: Vec<Round> = Vec::new();
-        let mut verdict = None;
-        while verdict.is_none() {
-            let stage = stages.last().cloned().ok_or(GapError::Base)?;
-            let mut round = self.look(&stage, tell, cancel)?;
-            let added = stage.effects.len();
-            let next = match &round.finding {
-                Finding::Nothing | Finding::Unexplained => None,
-                Finding::Named | Finding::Ambiguous(_) if added >= self.ask.max_effects => {
-                    round.finding = Finding::Unexplained;
-                    None
+        let mut stage = self.base(cancel)?;
+        let mut steps: Vec<Step> = Vec::new();
+        let mut last = loop {
+            let round = self.look(&stage, tell, cancel)?;
+            match Step::of(round) {
+                Ok(step) if steps.len() < self.ask.max_effects => {
+                    steps.push(step);
+                    let choices: Vec<Choice> = steps.iter().map(|s| s.choice.clone()).collect();
+                    // A richer kind takes the simpler one's place, and what a later effect made superfluous goes.
+                    let fitted = self.added(&stage, &choices, cancel)?;
+                    let kept = self.dropped(fitted, cancel)?;
+                    steps.retain(|s| kept.effects.iter().any(|e| e.choice == s.choice));
+                    stage = kept;
                 }
-                Finding::Named | Finding::Ambiguous(_) => round.candidates.first().and_then(|c| c.stage.clone()),
-            };
-            match (&round.finding, &next) {
-                (Finding::Nothing, _) if added == 0 => verdict = Some(Verdict::NothingMissing),
-                (Finding::Nothing, _) => verdict = Some(Verdict::Named),
-                (Finding::Ambiguous(_), Some(_)) => verdict = Some(Verdict::Ambiguous),
-                (_, None) => verdict = Some(Verdict::Unexplained),
-                _ => {}
+                Ok(step) => break Round { finding: Finding::Unexplained, ..step.round },
+                Err(round) => break round,
             }
-            rounds.push(round);
-            if let Some(next) = next {
-                stages.push(self.dropped(next, cancel)?);
-            }
+        };
+        if steps.len() > 1 && self.reconsider(&mut steps, tell, cancel)? {
+            let choices: Vec<Choice> = steps.iter().map(|s| s.choice.clone()).collect();
+            stage = self.stage(&choices, cancel)?;
+            last = self.look(&stage, tell, cancel)?;
         }
-        let verdict = verdict.unwrap_or(Verdict::Unexplained);
-        let remaining = self.remaining(&rounds, &stages, verdict, cancel)?;
+        // Those that stand alone first; the interface lists rivals under the last.
+        steps.sort_by_key(|s| !s.alone());
+        let mut stages = vec![self.base(cancel)?];
+        for n in 1..=steps.len() {
+            let choices: Vec<Choice> = steps[..n].iter().map(|s| s.choice.clone()).collect();
+            stages.push(self.stage(&choices, cancel)?);
+        }
+        let ambiguous = steps.iter().any(|s| !s.alone());
+        let verdict = match last.finding {
+            Finding::Nothing if steps.is_empty() => Verdict::NothingMissing,
+            Finding::Nothing if !ambiguous => Verdict::Named,
+            _ if ambiguous => Verdict::Ambiguous,
+            _ => Verdict::Unexplained,
+        };
+        let mut rounds: Vec<Round> = steps.into_iter().map(|s| s.round).collect();
+        rounds.push(last);
+        let remaining =
+            rounds.last().map_or_else(Remaining::default, |round| remaining(&round.evidence, &round.hidden_up_to));
         let sentence = sentence(verdict, &stages, &rounds, &self.data.unit);
         Ok(Diagnosis {
             verdict,
@@ -773,8 +791,11 @@ impl Search {
         let added = stages.last().is_some_and(|s| !s.effects.is_empty());
         let looked = rounds.len() >= stages.len();
         let finding = rounds.last().map(|r| &r.finding);
-        let own: &[Round] = if looked { &rounds } else { &[] };
-        let remaining = self.remaining(own, &stages, Verdict::Unexplained, cancel)?;
+        let remaining = match (rounds.last(), stages.last()) {
+            (Some(round), _) if looked => remaining(&round.evidence, &round.hidden_up_to),
+            (_, Some(stage)) => self.left(stage, cancel)?,
+            _ => return Err(GapError::Base),
+        };
         let verdict = match finding {
             Some(Finding::Ambiguous(_)) if added && !looked => Verdict::Ambiguous,
             _ if remaining.significant => Verdict::Unexplained,
@@ -829,7 +850,10 @@ impl Search {
             composition.scales =
                 (0..whole.composition.scales.len()).filter(|k| kept(*k)).map(|k| whole.composition.scales[k]).collect();
             let own = carried(&whole.composition, &composition, &whole.refined.point.own);
-            let Some(refined) = self.data.refine(&composition, &Point { shared, own }, None, cancel) else { continue };
+            let Some(refined) = self.data.refine(&composition, &Point { shared, own }, self.data.lost(), None, cancel)
+            else {
+                continue;
+            };
             let without = self.data.judge(composition, refined, cancel);
             if score(&whole, &without, tint, 0.0).total <= 0.0 {
                 let without = Arc::new(without);
@@ -840,44 +864,89 @@ impl Search {
         Ok(stage)
     }
 
-    fn remaining(
-        &self,
-        rounds: &[Round],
-        stages: &[Arc<Stage>],
-        verdict: Verdict,
-        cancel: &Cancel,
-    ) -> Result<Remaining, GapError> {
-        let looked = rounds.last().filter(|_| verdict != Verdict::Ambiguous);
-        let (evidence, mut sizes) = match looked {
-            Some(round) => (round.evidence.clone(), round.hidden_up_to.clone()),
-            None => {
-                let last = stages.last().ok_or(GapError::Base)?;
-                let choices: Vec<Choice> = last.effects.iter().map(|e| e.choice.clone()).collect();
-                let fitted = self.fitted(&choices, cancel)?;
-                let motion = self.data.motion(&fitted).ok_or(GapError::Base)?;
-                let forms = self.forms(&fitted, &motion);
-                let screened = self.data.screen(&fitted, &motion, &forms, cancel);
-                let evidence = self.data.evidence(&fitted, &motion, &forms, &screened);
-                (evidence, self.data.detectable(&fitted, &motion, &forms, &screened))
-            }
-        };
-        let mut note = String::new();
-        if evidence.significant {
-            note.push_str("What is left is more than noise. ");
-        }
-        sizes.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let list: Vec<String> = sizes
-            .iter()
-            .filter(|(_, s)| s.is_finite())
-            .map(|(title, s)| format!("{} {} %", title.to_lowercase(), significant(100.0 * s, 2)))
-            .collect();
-        if !list.is_empty() {
-            note.push_str("As a share of the spring force, these could still hide up to: ");
-            note.push_str(&list.join("; "));
-            note.push('.');
-        }
-        Ok(Remaining { significant: evidence.significant, p_value: evidence.p_value, note })
+    /// What a stage leaves, no effect being tried.
+    fn left(&self, stage: &Stage, cancel: &Cancel) -> Result<Remaining, GapError> {
+        let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
+        let fitted = self.fitted(&choices, cancel)?;
+        let motion = self.data.motion(&fitted).ok_or(GapError::Base)?;
+        let forms = self.forms(&fitted, &motion);
+        let screened = self.data.screen(&fitted, &motion, &forms, cancel);
+        let evidence = self.data.evidence(&fitted, &motion, &forms, &screened);
+        Ok(remaining(&evidence, &self.data.detectable(&fitted, &motion, &forms, &screened)))
     }
+
+    /// The stage after the last of these effects was added to another.
+    fn added(&self, before: &Stage, choices: &[Choice], cancel: &Cancel) -> Result<Arc<Stage>, GapError> {
+        let last = choices.last().ok_or(GapError::Base)?;
+        let known: Vec<Choice> = before.effects.iter().map(|e| e.choice.clone()).collect();
+        let with: Vec<Choice> = known.iter().chain([last]).cloned().collect();
+        // Where it took a simpler one's place, the fit is known without that one.
+        let place = (0..known.len()).map(|gone| {
+            let mut list = with.clone();
+            list.remove(gone);
+            list
+        });
+        let found = std::iter::once(with.clone()).chain(place).find(|list| self.known(list).is_some());
+        self.stage(&found.unwrap_or(with), cancel)
+    }
+
+    /// Looks again at each effect in the company of the others: with the others in place another may do better, or rivals
+    /// may have fallen away. True if an effect was exchanged.
+    fn reconsider(&self, steps: &mut [Step], tell: Listener<'_>, cancel: &Cancel) -> Result<bool, GapError> {
+        let mut exchanged = false;
+        for index in 0..steps.len() {
+            // The last was judged in the company of all others, unless one of them was exchanged since.
+            if index + 1 == steps.len() && !exchanged {
+                break;
+            }
+            let others: Vec<Choice> =
+                steps.iter().enumerate().filter(|(k, _)| *k != index).map(|(_, s)| s.choice.clone()).collect();
+            let Ok(stage) = self.stage(&others, cancel) else { continue };
+            if let Ok(step) = Step::of(self.look(&stage, tell, cancel)?) {
+                exchanged |= step.choice != steps[index].choice;
+                steps[index] = step;
+            }
+        }
+        Ok(exchanged)
+    }
+}
+
+/// An effect that was added, and the look that led to it.
+struct Step {
+    choice: Choice,
+    round: Round,
+}
+
+impl Step {
+    /// The step that a round leads to; the round itself if it leads to none.
+    fn of(round: Round) -> Result<Self, Round> {
+        match (&round.finding, round.candidates.first()) {
+            (Finding::Named | Finding::Ambiguous(_), Some(first)) => Ok(Self { choice: first.choice.clone(), round }),
+            _ => Err(round),
+        }
+    }
+
+    fn alone(&self) -> bool {
+        self.round.finding == Finding::Named
+    }
+}
+
+/// What is left, in words.
+fn remaining(evidence: &Evidence, hidden_up_to: &[(String, f64)]) -> Remaining {
+    let mut note = String::new();
+    if evidence.significant {
+        note.push_str("What is left is more than noise. ");
+    }
+    let mut sizes: Vec<&(String, f64)> = hidden_up_to.iter().filter(|(_, s)| s.is_finite()).collect();
+    sizes.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let list: Vec<String> =
+        sizes.iter().map(|(title, s)| format!("{} {} %", title.to_lowercase(), significant(100.0 * s, 2))).collect();
+    if !list.is_empty() {
+        note.push_str("As a share of the spring force, these could still hide up to: ");
+        note.push_str(&list.join("; "));
+        note.push('.');
+    }
+    Remaining { significant: evidence.significant, p_value: evidence.p_value, note }
 }
 
 fn model_terms(terms: &[Term], shared: &[f64]) -> Vec<(Term, f64)> {

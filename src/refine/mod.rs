@@ -155,9 +155,9 @@ impl Refined {
 /// Share of the motion's RMS that a parameter is moved by for a difference.
 const NUDGE: f64 = 1e-4;
 
-/// A step that lowers the sum of squares by less than this many noise variances ends the iteration: a hundredth of what
-/// chance moves it by.
-const NOTICEABLE: f64 = 0.02;
+/// A step that lowers the sum of squares by less than this many noise variances ends the iteration: a small part of
+/// what chance moves it by.
+const NOTICEABLE: f64 = 0.05;
 
 /// Largest error of a sampling interval of the simulation, as a share of the motion: far below [`NUDGE`].
 const TOLERANCE: f64 = 1e-7;

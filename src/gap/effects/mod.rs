@@ -39,8 +39,8 @@ pub(crate) struct Setting {
     pub(crate) frequency: f64,
     /// Longest record, s.
     pub(crate) duration: f64,
-    /// Level at which the displacement appears cut off, if it does.
-    pub(crate) ceiling: Option<f64>,
+    /// Largest magnitude of the displacement as measured.
+    pub(crate) measured: f64,
 }
 
 /// Which sign of a coefficient is physical.

@@ -1,4 +1,4 @@
-use super::{Addition, Axis, Form, Inner, Setting, shared};
+use super::{Addition, Axis, Form, Inner, Setting, even, shared};
 
 /// What the sensor does, and the motion does not.
 pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
@@ -14,23 +14,22 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
         axis: Axis::Time,
         build: shared(|_| Addition { offset: true, ..Addition::default() }),
     });
-    if let Some(level) = setting.ceiling {
-        forms.push(Form {
-            effect: "sensor_clipping",
-            title: "Sensor clipping",
-            explanation: "The sensor cannot show more than a limit: peaks are cut off flat, always at the same level.",
-            separates: "a smaller amplitude",
-            form: "",
-            coefficients: Vec::new(),
-            inner: vec![Inner {
-                name: "x_max",
-                dimension: (1, 0),
-                grid: vec![level],
-                bounds: (0.9 * level, 1.1 * level),
-            }],
-            contains: &[],
-            axis: Axis::Time,
-            build: shared(|inner| Addition { ceiling: Some(inner[0]), ..Addition::default() }),
-        });
-    }
+    let highest = setting.measured;
+    forms.push(Form {
+        effect: "sensor_clipping",
+        title: "Sensor clipping",
+        explanation: "The sensor cannot show more than a limit: peaks are cut off flat, always at the same level.",
+        separates: "a smaller amplitude",
+        form: "",
+        coefficients: Vec::new(),
+        inner: vec![Inner {
+            name: "x_max",
+            dimension: (1, 0),
+            grid: even(0.75 * highest, 0.99 * highest, 13),
+            bounds: (0.5 * highest, 1.02 * highest),
+        }],
+        contains: &[],
+        axis: Axis::Time,
+        build: shared(|inner| Addition { ceiling: Some(inner[0]), ..Addition::default() }),
+    });
 }
