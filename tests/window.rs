@@ -64,13 +64,19 @@ impl Window {
         let patience = Instant::now() + Duration::from_secs(120);
         // What a click asks for begins in the frame after it.
         self.0.run_steps(3);
-        while self.app().busy() {
-            assert!(Instant::now() < patience, "the background work does not end");
-            std::thread::sleep(Duration::from_millis(3));
-            self.0.step();
+        loop {
+            while self.app().busy() {
+                assert!(Instant::now() < patience, "the background work does not end");
+                std::thread::sleep(Duration::from_millis(3));
+                self.0.step();
+            }
+            // Long enough for an undo step to be noted, for the ghost and the flashes to go. What was brought last may
+            // ask for more.
+            self.0.run_steps(8);
+            if !self.app().busy() {
+                return;
+            }
         }
-        // Long enough for an undo step to be noted, for the ghost and the flashes to go.
-        self.0.run_steps(8);
     }
 
     fn click(&mut self, label: &str) {

@@ -37,7 +37,7 @@ pub(crate) enum Delivery {
     /// Records to put on the bench.
     Opened(Box<Opened>),
     /// They cannot be opened.
-    NotOpened(Refused),
+    NotOpened(Box<Refused>),
     /// Settings were chosen.
     Chosen { generation: u64, choice: Result<Choice, StudyError> },
     /// The work itself failed.
@@ -79,7 +79,7 @@ pub(crate) fn run(errand: Errand, cancel: &Cancel, progress: &(dyn Fn(f64) + Syn
     let delivery = match errand {
         Errand::Open(opening) => match open(&opening) {
             Ok(opened) => Delivery::Opened(Box::new(opened)),
-            Err(problem) => Delivery::NotOpened(Refused { opening, problem }),
+            Err(problem) => Delivery::NotOpened(Box::new(Refused { opening, problem })),
         },
         Errand::Choose { generation, records, settings } => {
             let free = Free { window: true, order: true, threshold: true };

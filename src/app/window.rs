@@ -312,7 +312,7 @@ impl App {
                 if let Source::Files(paths) = &refused.opening.source {
                     self.state.recent.retain(|p| !paths.contains(p) || p.exists());
                 }
-                self.refused = Some(refused);
+                self.refused = Some(*refused);
                 if self.bench.records.is_empty() {
                     self.state.source = Source::Nothing;
                 }
@@ -483,6 +483,10 @@ impl App {
             }
             Command::Reset => self.edit.settings = self.suggestion.clone(),
             Command::PlotPicture if self.bench.outcome.is_none() => {}
+            // Plots, maps and figures belong together there.
+            Command::PlotPicture if self.state.room == Room::Missing => {
+                self.dialogs.ask(Purpose::Window, &format!("{stem}-missing.png"), frame, ctx);
+            }
             Command::PlotPicture => {
                 let name = format!("{stem}-{}.png", self.state.view.label().to_lowercase());
                 self.dialogs.ask(Purpose::Plot, &name, frame, ctx);

@@ -607,10 +607,10 @@ impl Search {
                 |terms: &[Term], internals: &[Equation]| forces(terms, internals, &data.layout, s, &s.inputs(), path);
             let then = columns(&old_composed.terms, &old_composed.internals);
             let now = columns(&composed.terms, &composed.internals);
-            for k in 0..s.len() {
+            for (k, missing) in missing.iter().enumerate() {
                 let own = sum(&now[place.clone()], &shared[place.clone()], k);
                 force.push(own);
-                wanted.push(missing[k] + sum(&then, old, k) - (sum(&now, shared, k) - own));
+                wanted.push(missing + sum(&then, old, k) - (sum(&now, shared, k) - own));
             }
         }
         let total = force.len();

@@ -32,8 +32,7 @@ pub(super) fn card(
     sight: &Sight<'_>,
     before: &Stage,
     candidate: &Candidate,
-    rank: Option<usize>,
-    width: f32,
+    (rank, width): (Option<usize>, f32),
     acts: &mut Vec<Act>,
 ) {
     let (rect, response) = ui.allocate_exact_size(vec2(width, HEIGHT), Sense::click());
@@ -81,7 +80,7 @@ pub(super) fn card(
     }
     line(ui, 18.0, |ui| match &candidate.stage {
         Some(stage) => {
-            let what = if stage.gap.test_rmse.is_some() { "held out" } else { "fitted" };
+            let what = if stage.gap.test_rmse.is_some() { "not fitted" } else { "fitted" };
             ui.label(RichText::new(what).weak());
             let text = words::shrinks(&before.gap, &stage.gap, sight.unit);
             ui.label(RichText::new(text).strong().color(strong));

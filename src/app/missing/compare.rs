@@ -30,13 +30,12 @@ fn sentence(ui: &mut Ui, sight: &Sight<'_>) {
     ui.allocate_ui_with_layout(size, egui::Layout::top_down(egui::Align::Min), |ui| {
         ui.set_min_size(size);
         let text = match (sight.place(), sight.round()) {
+            (_, Some(round)) if !round.evidence.significant => {
+                format!("No gap beyond noise ({}): what is left is noise.", words::p_value(round.evidence.p_value))
+            }
             (Some(place), round) => {
-                let verdict = match round.map(|r| &r.evidence) {
-                    Some(e) if e.significant => format!("A gap beyond noise ({}). ", words::p_value(e.p_value)),
-                    Some(e) => format!("No gap beyond noise ({}). ", words::p_value(e.p_value)),
-                    None => String::new(),
-                };
-                verdict + &words::pretty(&place.sentence)
+                let verdict = round.map(|r| format!("A gap beyond noise ({}). ", words::p_value(r.evidence.p_value)));
+                verdict.unwrap_or_default() + &words::pretty(&place.sentence)
             }
             (None, _) if sight.looking() => "Looking…".to_owned(),
             (None, _) => "The model's simulated response over the measurement, and the gap between them. \
@@ -97,7 +96,8 @@ fn time(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, trace: &Response, he
         },
         share: 1.0,
     };
-    let worst = missing.map_or(&[][..], |m| &m.worst);
+    // Of noise there is no worst stretch.
+    let worst = missing.filter(|_| !only_noise(sight)).map_or(&[][..], |m| &m.worst);
     let frame = Frame {
         id: "compare",
         start: trace.start,
@@ -111,13 +111,23 @@ fn time(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, trace: &Response, he
     plots::stack(ui, &mut room.plots, &frame, &[response, gap, force]);
 }
 
+/// Whether it was asked, and there is no gap beyond noise.
+fn only_noise(sight: &Sight<'_>) -> bool {
+    sight.round().is_some_and(|r| !r.evidence.significant)
+}
+
 /// The map, and one profile.
 fn below(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, height: f32) {
     let empty = Place::default();
-    let place = sight.place().unwrap_or(&empty);
+    let place = sight.place().filter(|_| !only_noise(sight)).unwrap_or(&empty);
+    let why = if only_noise(sight) {
+        "no gap beyond noise: there is nothing to map"
+    } else {
+        "the map comes with the search"
+    };
     ui.horizontal_top(|ui| {
         let half = 0.5 * (ui.available_width() - 8.0);
-        map::show(ui, &place.map, sight.unit, vec2(half, height));
+        map::show(ui, &place.map, sight.unit, vec2(half, height), why);
         ui.vertical(|ui| {
             ui.set_width(half);
             if place.profiles.is_empty() {

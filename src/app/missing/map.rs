@@ -13,15 +13,14 @@ const SIGNIFICANT: f64 = 3.0;
 /// Room for the colour scale, points.
 const BAR: f32 = 62.0;
 
-/// Draws the map with its colour scale.
-pub(super) fn show(ui: &mut Ui, map: &Map, unit: &str, size: egui::Vec2) {
+/// Draws the map with its colour scale; where there is none, says why.
+pub(super) fn show(ui: &mut Ui, map: &Map, unit: &str, size: egui::Vec2, why: &str) {
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
     let dark = ui.visuals().dark_mode;
     let acceleration = words::acceleration(unit);
     let (Some(x), Some(y)) = (ends(&map.columns), ends(&map.rows)) else {
         let weak = ui.visuals().weak_text_color();
-        let text = "the map comes with the search";
-        ui.painter().text(rect.center(), Align2::CENTER_CENTER, text, FontId::proportional(13.0), weak);
+        ui.painter().text(rect.center(), Align2::CENTER_CENTER, why, FontId::proportional(13.0), weak);
         return;
     };
     let plot = Rect::from_min_max(rect.min, rect.max - vec2(BAR, 0.0));

@@ -19,8 +19,9 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, acts: &mu
     let likely = |c: &&Candidate| stands(c) || matches!(c.standing, Standing::Screened) && c.explained > 0.02;
     let hidden = candidates.iter().filter(|c| !likely(c)).count();
     cards::line(ui, 24.0, |ui| {
-        let text =
-            sight.round().map_or_else(|| "Candidates so far, from the fast screen.".to_owned(), |r| words::finding(r));
+        let text = sight
+            .round()
+            .map_or_else(|| "Candidates so far; the likeliest are being refitted.".to_owned(), |r| words::finding(r));
         ui.add(egui::Label::new(RichText::new(text).size(13.5)).truncate());
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             ui.checkbox(&mut room.show_all, format!("show all ({hidden} more)")).on_hover_text(
@@ -47,7 +48,7 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, acts: &mu
             ui.horizontal(|ui| {
                 for (k, candidate) in group.iter().enumerate() {
                     let rank = stands(candidate).then_some(row * columns as usize + k + 1);
-                    cards::card(ui, room, sight, before, candidate, rank, width, acts);
+                    cards::card(ui, room, sight, before, candidate, (rank, width), acts);
                 }
             });
         }

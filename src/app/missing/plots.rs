@@ -19,11 +19,13 @@ const TIME_AXIS: f32 = 34.0;
 /// Height of the line of names above a plot, points.
 const LEGEND: f32 = 18.0;
 
+type Series = Arc<[f64]>;
+
 /// Series thinned for the screen, and series made of others; kept as long as they are drawn.
 #[derive(Default)]
 pub(super) struct Cache {
     curves: HashMap<(usize, u64), Kept<Decimated>>,
-    made: HashMap<(usize, usize, u8), Kept<Arc<[f64]>>>,
+    made: HashMap<(usize, usize, u8), Kept<Series>>,
     now: u64,
     /// The time range that each stack was last fitted to.
     fitted: HashMap<&'static str, (u64, u64)>,
@@ -222,6 +224,12 @@ fn plot(
             (low, high) = (low.min(least), high.max(most));
         }
         curve.view(&samples(&trace.values), visible.clone(), columns);
+    }
+    if let Some((_, half)) = &panel.band {
+        let widest = half.iter().copied().filter(|h| h.is_finite()).fold(0.0, f64::max);
+        // A band far wider than what it is about would flatten it; half of it tells as much.
+        let widest = widest.min(2.0 * high.abs().max(low.abs()));
+        (low, high) = (low - widest, high + widest);
     }
     if let Some((_, level)) = panel.level.as_ref().filter(|l| l.1 < 4.0 * high.max(-low)) {
         (low, high) = (low.min(-1.3 * level), high.max(1.3 * level));
@@ -482,5 +490,7 @@ pub(super) fn curve(ui: &Ui, rect: Rect, curve: &Curve, unit: &str, color: Color
     let painter = ui.painter().with_clip_rect(axes.area);
     painter.add(mesh);
     let points: Vec<egui::Pos2> = curve.effect.iter().map(|[a, f]| axes.at(*a, *f)).collect();
-    painter.add(Shape::line(points, Stroke::new(2.0, color.gamma_multiply(strength))));
+    // Over time it is a dense curve, over a quantity of the motion a law.
+    let width = if curve.axis == "t" { 1.0 } else { 2.0 };
+    painter.add(Shape::line(points, Stroke::new(width, color.gamma_multiply(strength))));
 }

@@ -121,16 +121,13 @@ fn primary(ui: &mut Ui, room: &Missing, sight: &Sight<'_>, acts: &mut Vec<Act>) 
             let ready = !sight.candidates().is_empty();
             ("Next", "Which effect is it?", ready.then(|| vec![Act::Go(Step::Name)]))
         }
-        Step::Name if !begun => {
+        Step::Name | Step::Add if !begun => {
             ("Find what's missing", "Look for the effects that would close the gap", Some(vec![Act::Look]))
         }
         Step::Name if ends => ("Next", "Nothing can be named: see what is left", Some(vec![Act::Go(Step::Verify)])),
         Step::Name => {
             let acts = first.map(|choice| vec![Act::Select(choice), Act::Go(Step::Add)]);
             ("Next", "See what the likeliest effect does to the response", acts)
-        }
-        Step::Add if !begun => {
-            ("Find what's missing", "Look for the effects that would close the gap", Some(vec![Act::Look]))
         }
         Step::Add => {
             let chosen = room.selected.clone().or(first);

@@ -171,14 +171,29 @@ fn left(ui: &mut Ui, sight: &Sight<'_>, height: f32, acts: &mut Vec<Act>) {
         card(ui, edge, |ui| {
             ui.add(egui::Label::new(RichText::new(head).strong()).wrap());
             let note = d.remaining.note.replace("What is left is more than noise. ", "");
-            if !note.is_empty() {
-                ui.add(egui::Label::new(RichText::new(note).size(12.0)).wrap());
-            }
+            could_hide(ui, &note);
         });
     } else if sight.running.is_some() {
         ui.weak("asking what is left…");
     }
     if !sight.walk.accepted.is_empty() && ui.button("Undo last effect").clicked() {
         acts.push(Act::Undo);
+    }
+}
+
+/// What these data could still hide, the first few at once.
+fn could_hide(ui: &mut Ui, note: &str) {
+    const SHOWN: usize = 5;
+    let small = |text: String| egui::Label::new(RichText::new(text).size(12.0)).wrap();
+    let parts: Vec<&str> = note.split("; ").collect();
+    if note.is_empty() {
+        return;
+    }
+    let (first, rest) = parts.split_at(parts.len().min(SHOWN));
+    let end = if rest.is_empty() { "" } else { "; …" };
+    ui.add(small(first.join("; ") + end));
+    if !rest.is_empty() {
+        let head = RichText::new(format!("{} more effects", rest.len())).weak().size(12.0);
+        egui::CollapsingHeader::new(head).id_salt("could hide").show(ui, |ui| ui.add(small(rest.join("; "))));
     }
 }

@@ -87,7 +87,7 @@ fn legend(ui: &Ui, rect: Rect, dark: bool) {
     let color = ui.visuals().text_color();
     let ink = stage_color(0, dark);
     let mut right = rect.right();
-    for (name, filled) in [("fitted", false), ("held out", true)] {
+    for (name, filled) in [("fitted", false), ("not fitted", true)] {
         let text = painter.text(pos2(right, rect.top()), Align2::RIGHT_TOP, name, FontId::proportional(11.5), color);
         let square = Rect::from_min_size(pos2(text.left() - 14.0, text.center().y - 4.5), vec2(9.0, 9.0));
         if filled {

@@ -28,7 +28,7 @@ pub fn effect(index: usize, dark: bool) -> Color32 {
     const LIGHT: [u32; 8] =
         [0x94_3F_94, 0x00_5A_8C, 0x8A_6A_00, 0x00_7A_5A, 0xB0_48_00, 0x6A_3D_9A, 0x2A_7F_B4, 0x5C_5C_5C];
     const DARK: [u32; 8] =
-        [0xE6_9B_E0, 0x56_B4_E9, 0xF0_E4_42, 0x2F_C0_97, 0xE6_8A_3C, 0xB7_9A_E0, 0x8F_C8_F0, 0xB8_B8_B8];
+        [0xB9_8C_FF, 0x56_B4_E9, 0xF0_E4_42, 0x2F_C0_97, 0xE6_8A_3C, 0xE6_9B_E0, 0x8F_C8_F0, 0xB8_B8_B8];
     rgb(if dark { DARK } else { LIGHT }[index % LIGHT.len()])
 }
 
