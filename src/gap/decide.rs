@@ -66,7 +66,13 @@ pub(super) fn colour(fitted: &Fitted, frequency: f64, interval: f64) -> f64 {
 }
 
 /// Why a candidate is refused, in words; none if it stands.
-pub(super) fn refusal(form: &Form, before: &Fitted, after: (&Fitted, &Score), unit: &str) -> Option<String> {
+pub(super) fn refusal(
+    form: &Form,
+    before: &Fitted,
+    after: (&Fitted, &Score),
+    colour: f64,
+    unit: &str,
+) -> Option<String> {
     let shared = &after.0.refined.point.shared;
     if let Some(objection) = after.0.composition.objection(shared) {
         return Some(objection);

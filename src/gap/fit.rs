@@ -40,8 +40,8 @@ impl Fold {
 /// Steps of a refinement from a good start, and at most.
 const STEPS: usize = 24;
 const FEW_STEPS: usize = 8;
-/// Integration steps that one of several candidates may take: about a second.
-const EFFORT: usize = 3_000_000;
+/// Integration steps that one of several candidates may take: about half a second.
+const EFFORT: usize = 1_500_000;
 /// Motion left unexplained (a share of its RMS) above which a fit may have missed its basin.
 const LOST: f64 = 0.3;
 /// Periods of a shooting segment.

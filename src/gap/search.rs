@@ -60,8 +60,9 @@ const REFINED: usize = 12;
 /// Samples times candidates from which fewer are refined, and the fewest.
 const EFFORT: usize = 36_000;
 const FEWEST: usize = 6;
-/// Inner values that a form is refined from.
+/// Inner values that a form is refined from; one where there are many samples.
 const STARTS: usize = 2;
+const MANY: usize = 6_000;
 /// A start whose misfit is so many times that of another is not refined.
 const DISTANT: f64 = 2.0;
 /// Points of a curve on a card.
@@ -241,7 +242,7 @@ impl Search {
     ) -> Option<Fitted> {
         let data = &self.data;
         let composition = self.with(&before.composition, form);
-        let inner = if form.inner.is_empty() { vec![Vec::new()] } else { screened.starts(index, STARTS) };
+        let inner = if form.inner.is_empty() { vec![Vec::new()] } else { screened.starts(index, if before.refined.samples > MANY { 1 } else { STARTS }) };
         let runs: Vec<_> = data.fit().iter().map(super::data::Series::run).collect();
         let cancelled = || cancel.is_cancelled();
         let options = Options { frozen: false, steps: 0, effort: usize::MAX, bar: None, cancelled: &cancelled };
