@@ -59,7 +59,7 @@ pub struct Search {
 const REFINED: usize = 12;
 /// Samples times candidates from which fewer are refined, and the fewest.
 const EFFORT: usize = 36_000;
-const FEWEST: usize = 6;
+const FEWEST: usize = 9;
 /// Inner values that a form is refined from; one where there are many samples.
 const STARTS: usize = 2;
 const MANY: usize = 6_000;
@@ -145,7 +145,7 @@ impl Search {
                     self.forms(&before, &motion).into_iter().filter(|f| choice(f) == *last).collect();
                 let screened = self.data.screen(&before, &motion, &forms, cancel);
                 let form = forms.first().ok_or(GapError::Base)?;
-                self.refit(&before, &motion, &screened, 0, form, None, cancel).ok_or(GapError::Base)?
+                self.refit(&before, &motion, &screened, (0, form), None, cancel).ok_or(GapError::Base)?
             }
         };
         if cancel.is_cancelled() {
@@ -235,14 +235,17 @@ impl Search {
         before: &Fitted,
         motion: &Motion,
         screened: &Screened,
-        index: usize,
-        form: &Form,
+        (index, form): (usize, &Form),
         bar: Option<&Bar>,
         cancel: &Cancel,
     ) -> Option<Fitted> {
         let data = &self.data;
         let composition = self.with(&before.composition, form);
-        let inner = if form.inner.is_empty() { vec![Vec::new()] } else { screened.starts(index, if before.refined.samples > MANY { 1 } else { STARTS }) };
+        let inner = if form.inner.is_empty() {
+            vec![Vec::new()]
+        } else {
+            screened.starts(index, if before.refined.samples > MANY { 1 } else { STARTS })
+        };
         let runs: Vec<_> = data.fit().iter().map(super::data::Series::run).collect();
         let cancelled = || cancel.is_cancelled();
         let options = Options { frozen: false, steps: 0, effort: usize::MAX, bar: None, cancelled: &cancelled };
@@ -385,7 +388,7 @@ impl Search {
         let refits: Vec<(usize, Option<Fitted>)> = tried
             .par_iter()
             .map(|k| {
-                let fitted = self.refit(&before, &motion, &screened, *k, &forms[*k], Some(&bar), cancel);
+                let fitted = self.refit(&before, &motion, &screened, (*k, &forms[*k]), Some(&bar), cancel);
                 let n = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
                 tell(Progress::Step(
                     "Refitting the likeliest effects on the simulated response",
@@ -407,7 +410,7 @@ impl Search {
         motion: &Motion,
         forms: &[Form],
         refits: Vec<(usize, Option<Fitted>)>,
-        candidates: &mut Vec<Candidate>,
+        candidates: &mut [Candidate],
         cancel: &Cancel,
     ) -> (Finding, Option<String>) {
         let data = &self.data;
@@ -739,7 +742,7 @@ impl Search {
                     stage = kept;
                 }
                 Ok(step) => break Round { finding: Finding::Unexplained, ..step.round },
-                Err(round) => break round,
+                Err(round) => break *round,
             }
         };
         if steps.len() > 1 && self.reconsider(&mut steps, tell, cancel)? {
@@ -844,8 +847,7 @@ impl Search {
             let before: usize = whole.composition.forms[..index].iter().map(|f| f.inner.len()).sum();
             let gone_inner = before..before + whole.composition.forms[index].inner.len();
             let coefficients = shared.len() - inner.len();
-            let kept =
-                |k: usize| !gone.contains(&k) && !(k >= coefficients && gone_inner.contains(&(k - coefficients)));
+            let kept = |k: usize| !(gone.contains(&k) || k >= coefficients && gone_inner.contains(&(k - coefficients)));
             if !whole.composition.forms[index].addition(&inner[gone_inner.clone()]).replaces.is_empty() {
                 continue;
             }
@@ -922,10 +924,10 @@ struct Step {
 
 impl Step {
     /// The step that a round leads to; the round itself if it leads to none.
-    fn of(round: Round) -> Result<Self, Round> {
+    fn of(round: Round) -> Result<Self, Box<Round>> {
         match (&round.finding, round.candidates.first()) {
             (Finding::Named | Finding::Ambiguous(_), Some(first)) => Ok(Self { choice: first.choice.clone(), round }),
-            _ => Err(round),
+            _ => Err(Box::new(round)),
         }
     }
 
@@ -933,9 +935,6 @@ impl Step {
         self.round.finding == Finding::Named
     }
 }
-
-/// Effects that are listed with the size that would have shown.
-const LISTED: usize = 8;
 
 /// What is left, in words.
 fn remaining(evidence: &Evidence, hidden_up_to: &[(String, f64)]) -> Remaining {

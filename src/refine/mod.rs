@@ -457,7 +457,7 @@ impl<'a> Fitter<'a> {
         Some(refined)
     }
 
-    /// JᵀJ into `normal`; returns Jᵀ(measured − simulated).
+    /// `JᵀJ` into `normal`; returns `Jᵀ (measured − simulated)`.
     fn normal(
         &self,
         columns: &[Vec<Vec<f64>>],
