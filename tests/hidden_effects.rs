@@ -8,7 +8,7 @@ mod study;
 
 use sindyscope::gap::Verdict;
 use sindyscope::rig::hidden::{NoiseKind, Shaking, names, outside_names, pairs};
-use study::{Case, cases, confusion, median, of_kind, run, run_all, share, white};
+use study::{Case, cases, confusion, median, miss, of_kind, run, run_all, share, white};
 
 fn one(effect: &str, shaking: Shaking, noise: f64, seed: u64) -> Case {
     let effects = effect.split('+').filter(|e| !e.is_empty()).map(str::to_owned).collect();
@@ -72,6 +72,7 @@ fn the_whole_study() {
     );
     let told: Vec<_> = results.iter().filter(|r| r.tellable()).collect();
     let count = |f: &dyn Fn(&study::Result) -> bool| told.iter().filter(|r| f(r)).count();
+    told.iter().filter_map(|r| miss(r)).for_each(|line| println!("{line}"));
     println!("data can tell: {} draws", told.len());
     println!("named first     {:5.1} %  (target 92)", share(count(&|r| r.top(1)), told.len()));
     println!("in first three  {:5.1} %  (target 98)", share(count(&|r| r.top(3)), told.len()));

@@ -14,16 +14,13 @@ pub struct Step<'a> {
     pub candidate: &'a Candidate,
     /// The effect with its parameters as fitted when it was added.
     pub added: &'a Added,
+    /// The model before it was added.
+    pub before: &'a Stage,
     /// The model with it.
     pub after: &'a Stage,
 }
 
 impl<'a> Step<'a> {
-    /// The model without it.
-    pub fn before(&self) -> &'a Stage {
-        &self.round.before
-    }
-
     /// The other effects of the round that were refitted, best first.
     pub fn alternatives(&self) -> impl Iterator<Item = &'a Candidate> + use<'a> {
         let named = &self.candidate.choice;
@@ -67,10 +64,11 @@ impl Diagnosis {
 
     fn added(&self) -> impl Iterator<Item = Step<'_>> {
         // Each stage but the base came of the round before it.
-        self.rounds.iter().zip(self.stages.iter().skip(1)).filter_map(|(round, after)| {
+        self.rounds.iter().zip(self.stages.windows(2)).filter_map(|(round, pair)| {
+            let (before, after) = (&*pair[0], &*pair[1]);
             let candidate = round.candidates.first()?;
             let added = after.effects.iter().find(|e| e.choice == candidate.choice)?;
-            Some(Step { round, candidate, added, after })
+            Some(Step { round, candidate, added, before, after })
         })
     }
 

@@ -67,7 +67,7 @@ pub(super) fn text(diagnosis: &Diagnosis, unit: &str) -> String {
         for parameter in &step.added.parameters {
             line("", &parameter_words(parameter));
         }
-        line("gap", &fall_words(&step.before().gap, &step.after.gap, unit, tested));
+        line("gap", &fall_words(&step.before.gap, &step.after.gap, unit, tested));
         const SHOWN: usize = 6;
         let alternatives: Vec<&Candidate> = step.alternatives().collect();
         for candidate in alternatives.iter().take(SHOWN) {

@@ -223,3 +223,24 @@ pub(crate) fn white(share: f64) -> Watching {
 pub(crate) fn of_kind(kind: NoiseKind, share: f64) -> Watching {
     Watching { kind, ..Watching::white(share) }
 }
+
+/// A run in which the truth was not named first, or another was named with confidence, in two lines.
+pub(crate) fn miss(r: &Result) -> Option<String> {
+    (!r.top(1) || r.named_wrong()).then(|| {
+        format!(
+            "{} {} {} % seed {}, {:.3} of the spring force: {:?} {:?} or {:?}, p {:.0e}; held out {:.1} → {:.2} noises\n    {}",
+            r.case.effects.join("+"),
+            r.case.shaking,
+            100.0 * r.case.watching.share,
+            r.case.seed,
+            r.ratio,
+            r.verdict,
+            r.steps,
+            r.others,
+            r.p_value,
+            r.base,
+            r.last,
+            r.why
+        )
+    })
+}
