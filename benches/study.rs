@@ -6,7 +6,7 @@ use std::time::Duration;
 use criterion::{Criterion, criterion_group, criterion_main};
 use sindyscope::record::{RecordSet, Usage};
 use sindyscope::rig::{ScenarioOptions, generate};
-use sindyscope::study::{Cancel, Settings, Study, suggest};
+use sindyscope::study::{Cancel, Settings, Study, landscape, suggest};
 use sindyscope::term::{Kind, list};
 
 /// Twelve candidate terms.
@@ -49,9 +49,29 @@ fn studies(c: &mut Criterion) {
     alternate(c, "segment change", 1_000_000, |s, other| s.smoothing.window = if other { 31 } else { 33 });
 }
 
+/// The map behind the sliders: the whole, and the coarse one that is shown first.
+fn maps(c: &mut Criterion) {
+    let (records, settings) = friction(20_000);
+    c.bench_function("map of 25 × 25, 20000 samples", |b| {
+        b.iter(|| black_box(landscape(&records, &settings, (25, 25), &Cancel::default(), &|_| {}).expect("a map")));
+    });
+    c.bench_function("first coarse map, 20000 samples", |b| {
+        b.iter(|| {
+            let cancel = Cancel::default();
+            let stop = cancel.clone();
+            black_box(landscape(&records, &settings, (25, 25), &cancel, &move |_| stop.cancel()))
+        });
+    });
+}
+
+criterion_group! {
+    name = map;
+    config = Criterion::default().sample_size(10).measurement_time(Duration::from_secs(8));
+    targets = maps
+}
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).measurement_time(Duration::from_secs(4));
     targets = studies
 }
-criterion_main!(benches);
+criterion_main!(map, benches);

@@ -356,6 +356,94 @@ fn every_sample_opens() {
     }
 }
 
+/// Clicks into a plot: shares of its width and height, from its upper left corner.
+fn click_at(window: &mut Window, label: &str, x: f32, y: f32) {
+    let rect = window.0.get_by_label(label).rect();
+    let at = rect.min + rect.size() * egui::vec2(x, y);
+    window.0.hover_at(at);
+    window.0.run_steps(2);
+    window.0.drag_at(at);
+    window.0.run_steps(1);
+    window.0.drop_at(at);
+    window.settle();
+}
+
+#[test]
+fn a_click_on_the_map_sets_both_sliders_and_undo_takes_it_back() {
+    let mut window = Window::sample();
+    let before = window.app().settings().clone();
+    window.click("Map");
+    assert!(window.shows("held-out error") && window.shows("whiteness"));
+    click_at(&mut window, "Map of segment length and threshold", 0.2, 0.3);
+    let after = window.app().settings().clone();
+    assert!(after.smoothing.window != before.smoothing.window && after.threshold != before.threshold);
+    assert_eq!(window.app().outcome().unwrap().settings, after, "fitted anew");
+    window.click("number of terms");
+    window.press(CTRL, Key::Z);
+    assert_eq!(window.app().settings(), &before, "one step takes both back");
+    window.click("smallest error");
+    let best = window.app().outcome().unwrap().test.unwrap().rmse;
+    window.click("fewest terms within one standard error of it");
+    assert!(best <= 1.01 * window.app().outcome().unwrap().test.unwrap().rmse);
+    // The sliders leave the map as it is.
+    window.slide("Segment", 41.0);
+    assert!(window.shows("smallest error"));
+}
+
+#[test]
+fn a_click_on_the_path_sets_the_threshold_alone() {
+    let mut window = Window::sample();
+    let before = window.app().settings().clone();
+    window.click("Path");
+    assert!(window.shows("stood in for them"));
+    click_at(&mut window, "Coefficients along the threshold", 0.9, 0.5);
+    let after = window.app().settings();
+    assert!(after.threshold > before.threshold);
+    assert_eq!(after.smoothing, before.smoothing);
+    assert!(window.terms().len() < 4, "{:?}", window.terms());
+    window.press(CTRL, Key::Z);
+    assert_eq!(window.app().settings(), &before);
+}
+
+#[test]
+fn the_pareto_front_is_drawn_and_its_signs_set_the_sliders() {
+    let mut window = Window::sample();
+    window.slide("Threshold", 0.3);
+    window.click("Pareto");
+    window.click("fewest terms within one standard error of it");
+    assert_eq!(window.terms().len(), 4, "{:?}", window.terms());
+}
+
+#[test]
+fn settings_are_pinned_compared_and_gone_back_to() {
+    let mut window = Window::sample();
+    let before = window.app().settings().clone();
+    window.click("Compare");
+    window.click("Pin as A");
+    window.slide("Threshold", 0.3);
+    window.click("Pin as B");
+    window.click("Copy as a table");
+    assert!(window.shows("fitted error") && window.shows("condition"));
+    window.click("Pinned A");
+    window.click("Go back to A");
+    assert_eq!(window.app().settings(), &before);
+    window.click("Pinned B");
+    window.click("Let go of B");
+    assert!(window.shows("Pin as B"));
+    window.press(CTRL, Key::Z);
+    assert_eq!(window.app().settings().threshold, 0.3, "going back is a step that undo takes back");
+}
+
+#[test]
+fn it_says_how_sure_terms_are_and_whether_they_can_be_told_apart() {
+    let mut window = Window::sample();
+    assert!(window.shows("the terms kept can be told apart"));
+    let term = window.0.get_by_label_contains(" x³");
+    term.hover();
+    window.0.run_steps(4);
+    assert!(window.shows("of resampled data sets"));
+}
+
 fn picture(theme: Theme, name: &str) {
     let mut window = Window::open(State::with_source(Source::Sample(Sample::Duffing), theme.into()));
     // Times differ from run to run.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::record::{Record, RecordSet, Role, Usage};
 use crate::signal::Smoothing;
-use crate::study::Outcome;
+use crate::study::{Ensemble, Inclusion, Outcome};
 use crate::term::{Kind, Layout, Symbol, Term};
 
 /// How long after a change the response before it stays in view, s.
@@ -22,6 +22,10 @@ pub(crate) struct Bench {
     pub(crate) generation: u64,
     /// The last outcome, if there is one.
     pub(crate) outcome: Option<Arc<Outcome>>,
+    /// Outcomes kept to be compared.
+    pub(crate) pins: Vec<Arc<Outcome>>,
+    /// How sure its terms are; for a moment still that of the outcome before.
+    pub(crate) ensemble: Option<Arc<Ensemble>>,
     /// Why the newest settings have no outcome.
     pub(crate) failure: Option<String>,
     /// The outcome before the change that is under way.
@@ -87,6 +91,11 @@ impl Bench {
     /// Seconds since the last change of a coefficient.
     pub(crate) fn since_change(&self, state: Symbol, term: &Term, now: f64) -> Option<f64> {
         self.flashes.get(&(state, term.clone())).map(|at| now - at)
+    }
+
+    /// How sure a term is, if that is known.
+    pub(crate) fn inclusion(&self, state: Symbol, term: &Term) -> Option<&Inclusion> {
+        self.ensemble.as_ref()?.term(state, term)
     }
 
     fn note_changes(&mut self, old: &Outcome, new: &Outcome, now: f64) {

@@ -14,6 +14,7 @@ pub mod plot;
 mod project;
 mod state;
 mod status;
+mod survey;
 mod theme;
 mod toolbar;
 pub(crate) mod views;

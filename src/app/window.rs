@@ -18,12 +18,13 @@ use super::plot::export::{Sheet, save_png};
 use super::plot::palette;
 use super::project::Project;
 use super::state::{Edit, Sample, Source, State};
-use super::views::{self, Picture, Request, View, ViewState};
+use super::survey::Survey;
+use super::views::{self, Picture, Request, Search, View, ViewState};
 use super::worker::Worker;
 use super::{AppError, help, overlay, status, theme, toolbar, welcome};
 use crate::format::equations;
 use crate::record::{ReadOptions, RecordSet};
-use crate::study::{Outcome, Settings, Study, StudyError};
+use crate::study::{Ensemble, Landscape, Outcome, Settings, Study, StudyError};
 use crate::term::Kind;
 
 /// A study to be run.
@@ -41,10 +42,25 @@ struct Answer {
     result: Result<Arc<Outcome>, StudyError>,
 }
 
+/// What resampling said, with the number of the outcome's question.
+type Repeated = Option<(u64, Result<Ensemble, StudyError>)>;
+
 /// A picture to be drawn and saved.
 enum PictureJob {
-    Plot { path: PathBuf, like: Context, view: View, outcome: Arc<Outcome>, record: usize, state: Box<ViewState> },
+    Plot(Box<PlotJob>),
     Window { path: PathBuf, image: Arc<ColorImage> },
+}
+
+/// A picture of a view.
+struct PlotJob {
+    path: PathBuf,
+    like: Context,
+    view: View,
+    outcome: Arc<Outcome>,
+    map: Option<Arc<Landscape>>,
+    pins: Vec<Arc<Outcome>>,
+    record: usize,
+    state: ViewState,
 }
 
 /// A picture of the window and where it goes.
@@ -63,6 +79,11 @@ pub struct App {
     fitting: Worker<Question, Option<Answer>>,
     errands: Worker<Errand, Delivery>,
     pictures: Worker<PictureJob, Result<PathBuf, String>>,
+    survey: Survey,
+    /// Repeats the regression on resampled data once the settings rest.
+    repeats: Worker<Question, Repeated>,
+    /// The question that was repeated last.
+    repeated: u64,
     shots: (Sender<Shot>, Receiver<Shot>),
     /// The last question asked, its number, and the number of the last one answered.
     asked: Option<(u64, Edit)>,
@@ -111,6 +132,9 @@ impl App {
                 |job, _, _| Some(draw(job)),
                 || Err("the picture was not drawn: an error of the program; please report it".into()),
             )?,
+            survey: Survey::new(wake())?,
+            repeats: repeats_worker(wake())?,
+            repeated: 0,
             shots: channel(),
             asked: None,
             ticket: 0,
@@ -139,8 +163,9 @@ impl App {
 
     /// True while something is read, computed or drawn in the background.
     pub fn busy(&self) -> bool {
-        let busy = [self.fitting.busy(), self.errands.busy(), self.pictures.busy()];
-        busy.iter().any(Option::is_some) || self.answered != self.ticket
+        let workers = [self.fitting.busy(), self.errands.busy(), self.pictures.busy(), self.survey.busy()];
+        let busy = workers.iter().any(Option::is_some) || self.repeats.busy().is_some();
+        busy || self.answered != self.ticket
     }
 
     /// The settings as they stand.
@@ -236,6 +261,14 @@ impl App {
                 Err(error) => self.bench.failure = Some(error.to_string()),
             }
         }
+        self.survey.collect();
+        while let Some(answer) = self.repeats.answer() {
+            if let Some((ticket, Ok(ensemble))) = answer
+                && ticket == self.answered
+            {
+                self.bench.ensemble = Some(Arc::new(ensemble));
+            }
+        }
         while let Ok((path, image)) = self.shots.1.try_recv() {
             self.pictures.ask(PictureJob::Window { path, image });
         }
@@ -275,6 +308,29 @@ impl App {
             Delivery::Crashed => {
                 self.notices.error("That failed by an error of the program itself; please report what you did");
             }
+        }
+    }
+
+    /// Repeats the regression on resampled data once the outcome is there and nothing is being dragged.
+    fn repeat(&mut self, ctx: &Context) {
+        let held = ctx.input(|i| i.pointer.any_down());
+        let rests = self.answered == self.ticket && self.bench.outcome.is_some() && self.bench.failure.is_none();
+        if held || !rests || self.repeated == self.answered {
+            return;
+        }
+        self.repeated = self.answered;
+        let (records, settings) = (self.records(), self.edit.settings.clone());
+        let question = Question { ticket: self.answered, generation: self.bench.generation, records, settings };
+        self.repeats.ask_instead(question);
+    }
+
+    /// Asks for the map of settings while a view shows it.
+    fn look_around(&mut self) {
+        if self.bench.records.is_empty() {
+            self.survey.forget();
+        } else if self.state.view.needs_map() && self.bench.outcome.is_some() {
+            let (bench, edit) = (&self.bench, &self.edit);
+            self.survey.want(bench.generation, edit, || bench.set(&edit.usage));
         }
     }
 
@@ -337,8 +393,11 @@ impl App {
     fn draw_plot(&mut self, ctx: &Context, path: PathBuf) {
         let Some(outcome) = self.bench.outcome.clone() else { return };
         let record = self.record_in(&outcome);
-        let (view, state) = (self.state.view, Box::new(self.state.views.clone()));
-        self.pictures.ask(PictureJob::Plot { path, like: ctx.clone(), view, outcome, record, state });
+        let (view, state) = (self.state.view, self.state.views.clone());
+        let map = self.survey.map().map(|(map, _)| Arc::clone(map));
+        let pins = self.bench.pins.clone();
+        let job = PlotJob { path, like: ctx.clone(), view, outcome, map, pins, record, state };
+        self.pictures.ask(PictureJob::Plot(Box::new(job)));
     }
 
     /// Where the record shown stands among the outcome's, which lacks those that are off.
@@ -476,6 +535,12 @@ impl App {
                 previous: self.bench.ghost(),
                 record: self.record_in(&outcome),
                 stale: self.answered != self.ticket || self.bench.failure.is_some(),
+                search: Search {
+                    map: self.survey.map().map(|(map, _)| map),
+                    stale: self.survey.map().is_some_and(|(_, stale)| stale),
+                    failure: self.survey.failure(),
+                },
+                pins: &self.bench.pins,
             };
             match views::show(ui, self.state.view, &picture, &mut self.state.views) {
                 Some(Request::ShowRecord(index)) => {
@@ -487,9 +552,28 @@ impl App {
                     let ctx = ui.ctx().clone();
                     self.run(Command::PlotPicture, &ctx, frame);
                 }
+                Some(Request::Set { window, threshold }) => self.set(window, threshold),
+                Some(Request::Pin) => self.bench.pins.push(outcome),
+                Some(Request::Unpin(index)) => {
+                    self.bench.pins.remove(index);
+                }
+                Some(Request::Return(index)) => {
+                    self.history.note(&self.edit);
+                    self.edit.settings = self.bench.pins[index].settings.clone();
+                    self.history.note(&self.edit);
+                }
                 None => {}
             }
         });
+    }
+
+    /// Takes a setting over that was clicked in a view: a step of its own for undo.
+    fn set(&mut self, window: Option<usize>, threshold: f64) {
+        self.history.note(&self.edit);
+        let settings = &mut self.edit.settings;
+        settings.smoothing.window = window.unwrap_or(settings.smoothing.window);
+        settings.threshold = threshold;
+        self.history.note(&self.edit);
     }
 
     fn set_title(&mut self, ctx: &Context) {
@@ -513,6 +597,8 @@ impl eframe::App for App {
             self.chosen(ctx, chosen);
         }
         self.ask();
+        self.look_around();
+        self.repeat(ctx);
         self.set_title(ctx);
         let (now, held) = ctx.input(|i| (i.time, i.pointer.any_down()));
         if let Some(wait) = self.bench.fade(held, now) {
@@ -592,6 +678,7 @@ impl eframe::App for App {
         self.notices.show_toasts(&ctx);
         // What was just changed is asked for at once, not with the next event.
         self.ask();
+        self.look_around();
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
@@ -616,10 +703,28 @@ fn fitting_worker(wake: impl Fn() + Send + 'static) -> std::io::Result<Worker<Qu
     )
 }
 
+fn repeats_worker(wake: impl Fn() + Send + 'static) -> std::io::Result<Worker<Question, Repeated>> {
+    let mut study = Study::default();
+    Worker::spawn(
+        "repeats",
+        wake,
+        move |question: Question, cancel, _| {
+            // Taken out, so that a crash leaves a fresh one behind.
+            let mut current = std::mem::take(&mut study);
+            let result = current.ensemble(&question.records, &question.settings, cancel);
+            study = current;
+            Some(Some((question.ticket, result)))
+        },
+        || None,
+    )
+}
+
 fn draw(job: PictureJob) -> Result<PathBuf, String> {
     let (path, image) = match job {
-        PictureJob::Plot { path, like, view, outcome, record, state } => {
-            let picture = Picture { outcome: &outcome, previous: None, record, stale: false };
+        PictureJob::Plot(job) => {
+            let PlotJob { path, like, view, outcome, map, pins, record, state } = *job;
+            let search = Search { map: map.as_ref(), ..Search::default() };
+            let picture = Picture { outcome: &outcome, previous: None, record, stale: false, search, pins: &pins };
             (path, views::render(Some(&like), view, &picture, &state, &Sheet::default()))
         }
         PictureJob::Window { path, image } => {

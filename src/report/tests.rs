@@ -90,6 +90,8 @@ fn outcome() -> Outcome {
             state: Symbol::Rate(0),
             dropped: vec![DroppedTerm { term: term("du"), fell_at: Some(0.0043) }],
             drop_marks: Vec::new(),
+            path: Vec::new(),
+            confused: Vec::new(),
             condition: 12.0,
             residual_rms: 0.02,
             rate_rms: 1.0,

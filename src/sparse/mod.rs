@@ -5,5 +5,5 @@ mod stlsq;
 mod uncertainty;
 
 pub use reduce::Reduced;
-pub use stlsq::{Constraint, Options, Solution, drop_path, stlsq};
+pub use stlsq::{Constraint, Options, Solution, drop_path, solution_path, stlsq};
 pub use uncertainty::clustered_covariance;

@@ -91,32 +91,38 @@ pub fn stlsq(reduced: &Reduced, constraints: &[Constraint], options: &Options) -
     Solution { coefficients, support: keep, residual_rms: residual * reduced.target_scale(), next_change }
 }
 
-/// The thresholds at which columns leave as the threshold rises from zero, ascending, each with the columns that leave.
+/// The solutions as the threshold rises from zero, each with the threshold from which on it holds, up to that of the next.
 ///
-/// Exact: between two changes the whole course of [`stlsq`] is the same. A column that comes back at a higher threshold
-/// (collinear columns can) is listed where it leaves for good.
-pub fn drop_path(reduced: &Reduced, constraints: &[Constraint], options: &Options) -> Vec<(f64, usize)> {
+/// Exact: between two changes the whole course of [`stlsq`] is the same.
+pub fn solution_path(reduced: &Reduced, constraints: &[Constraint], options: &Options) -> Vec<(f64, Solution)> {
     const MOST: usize = 400;
-    let mut leaves: Vec<Option<f64>> = vec![None; reduced.columns()];
-    let mut threshold = 0.0;
-    let mut before = stlsq(reduced, constraints, &Options { threshold, ..*options });
-    let mut present = before.support.clone();
-    for _ in 0..MOST {
-        if !before.next_change.is_finite() {
-            break;
-        }
+    let mut path = vec![(0.0, stlsq(reduced, constraints, &Options { threshold: 0.0, ..*options }))];
+    while let Some((_, before)) = path.last()
+        && before.next_change.is_finite()
+        && path.len() <= MOST
+    {
         let change = before.next_change;
-        threshold = change.next_up().max(change * (1.0 + 1e-12));
-        let after = stlsq(reduced, constraints, &Options { threshold, ..*options });
-        for k in &present {
+        let threshold = change.next_up().max(change * (1.0 + 1e-12));
+        path.push((change, stlsq(reduced, constraints, &Options { threshold, ..*options })));
+    }
+    path
+}
+
+/// The thresholds at which columns leave as the threshold rises from zero, ascending, each with the column that leaves.
+///
+/// A column that comes back at a higher threshold (collinear columns can) is listed where it leaves for good.
+pub fn drop_path(path: &[(f64, Solution)]) -> Vec<(f64, usize)> {
+    let columns = path.first().map_or(0, |(_, s)| s.coefficients.len());
+    let mut leaves: Vec<Option<f64>> = vec![None; columns];
+    for pair in path.windows(2) {
+        let [(_, before), (change, after)] = pair else { continue };
+        for k in &before.support {
             if !after.support.contains(k) {
-                leaves[*k] = Some(change);
+                leaves[*k] = Some(*change);
             }
         }
-        present.clone_from(&after.support);
-        before = after;
     }
-    for k in &present {
+    for k in path.last().into_iter().flat_map(|(_, s)| &s.support) {
         leaves[*k] = None;
     }
     let mut path: Vec<(f64, usize)> = leaves.iter().enumerate().filter_map(|(k, at)| at.map(|at| (at, k))).collect();
@@ -174,7 +180,7 @@ mod tests {
         let reduced = Reduced::new(&columns, &y);
         let free = vec![Constraint::Free; columns.len()];
         let options = Options { threshold: 0.0, ridge: 0.0, scaled: true };
-        let path = drop_path(&reduced, &free, &options);
+        let path = drop_path(&solution_path(&reduced, &free, &options));
         assert_eq!(path.iter().map(|p| p.1).collect::<Vec<_>>(), [3, 2, 1, 0]);
         for (at, k) in &path {
             let below = stlsq(&reduced, &free, &Options { threshold: at * (1.0 - 1e-9), ..options });

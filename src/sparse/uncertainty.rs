@@ -1,12 +1,18 @@
 use nalgebra::DMatrix;
 
 use super::Reduced;
+use crate::signal::dot;
+
+/// Pieces that a block of rows is cut into, whose scores are summed before they are correlated.
+const PIECES: usize = 8;
 
 /// Covariance of the kept columns' coefficients that allows for residuals correlated over up to `block` rows.
 ///
-/// The sandwich estimator with blocks of neighbouring rows as clusters (Liang & Zeger 1986) and its small-sample
-/// factor. `columns`, `residual` and the boundaries between records in `starts` are those that were reduced. None where
-/// the columns are dependent or there are fewer than two blocks more than columns.
+/// The sandwich estimator with Parzen's kernel over two blocks (Newey & West 1987; Andrews 1991) and a small-sample
+/// factor. The kernel matters: residuals of derivatives have neighbours that cancel, and blocks with hard edges, in which
+/// the outermost find none, would overstate their sum. `columns`, `residual` and the boundaries between records in
+/// `starts` are those that were reduced. None where the columns are dependent or there are fewer than two blocks more than
+/// columns.
 pub fn clustered_covariance(
     reduced: &Reduced,
     keep: &[usize],
@@ -18,28 +24,45 @@ pub fn clustered_covariance(
     let bread = reduced.inverse_gram(keep)?;
     let p = keep.len();
     let mut meat = DMatrix::<f64>::zeros(p, p);
-    let mut score = vec![0.0; p];
-    let mut clusters: usize = 0;
+    let piece = block.div_ceil(PIECES).max(1);
+    let reach = 2 * block.max(1) / piece;
+    let mut blocks = 0.0;
+    let mut scores: Vec<f64> = Vec::new();
     let ends = starts.iter().skip(1).copied().chain([residual.len()]);
     for (start, end) in starts.iter().copied().zip(ends) {
-        for from in (start..end).step_by(block.max(1)) {
-            let to = (from + block.max(1)).min(end);
-            for (s, k) in score.iter_mut().zip(keep) {
-                *s = columns[*k].as_ref()[from..to].iter().zip(&residual[from..to]).map(|(c, r)| c * r).sum();
-            }
-            for i in 0..p {
-                for j in 0..p {
-                    meat[(i, j)] += score[i] * score[j];
+        scores.clear();
+        for from in (start..end).step_by(piece) {
+            let to = (from + piece).min(end);
+            scores.extend(keep.iter().map(|k| dot(&columns[*k].as_ref()[from..to], &residual[from..to])));
+        }
+        let pieces = (end - start).div_ceil(piece);
+        for lag in 0..=reach.min(pieces.saturating_sub(1)) {
+            let weight = parzen(lag as f64 / (reach + 1) as f64);
+            for later in lag..pieces {
+                let (here, before) = (&scores[later * p..][..p], &scores[(later - lag) * p..][..p]);
+                for i in 0..p {
+                    for j in 0..p {
+                        let product = here[i] * before[j];
+                        meat[(i, j)] += weight * product;
+                        if lag > 0 {
+                            meat[(j, i)] += weight * product;
+                        }
+                    }
                 }
             }
-            clusters += 1;
         }
+        blocks += ((end - start) as f64 / block.max(1) as f64).max(1.0);
     }
-    if clusters < p + 2 {
+    let p = p as f64;
+    if blocks < p + 2.0 {
         return None;
     }
-    let factor = clusters as f64 / (clusters as f64 - p as f64);
-    Some(&bread * meat * &bread * factor)
+    Some(&bread * meat * &bread * (blocks / (blocks - p)))
+}
+
+/// Parzen's kernel: weights of correlations, falling to zero at one, that never make a variance negative.
+fn parzen(z: f64) -> f64 {
+    if z <= 0.5 { 1.0 - 6.0 * z * z * (1.0 - z) } else { 2.0 * (1.0 - z).powi(3) }
 }
 
 #[cfg(test)]

@@ -10,8 +10,9 @@ use super::regression::{Regression, candidate_terms, fitted_states};
 use super::response::Drive;
 use super::suggest::odd;
 use super::{Cancel, Settings, Smoothing, StudyError, check};
+use crate::model::Model;
 use crate::record::{Record, RecordSet, Role, Usage};
-use crate::signal::{Differentiation, Facts, Signals, mean_and_variance};
+use crate::signal::{Differentiation, Facts, Signals, dot, mean_and_variance};
 use crate::simulate::{Simulator, Workspace};
 use crate::term::Layout;
 
@@ -55,6 +56,8 @@ const MOST_THRESHOLDS: usize = 10;
 struct Stretch {
     record: usize,
     range: Range<usize>,
+    /// Samples that are judged together: one error each.
+    block: usize,
 }
 
 /// Data fitted together and the stretches that judge them.
@@ -64,10 +67,11 @@ struct Fold {
     judges: Vec<Stretch>,
 }
 
-struct Plan {
+/// What is fitted and what judges it.
+pub(super) struct Plan {
     layout: Layout,
     /// What is fitted, by itself or together: whole records, or the first part of a single one.
-    pieces: Vec<(Arc<Record>, Arc<Facts>)>,
+    pub(super) pieces: Vec<(Arc<Record>, Arc<Facts>)>,
     /// What is simulated.
     records: Vec<(Arc<Record>, Arc<Facts>)>,
     folds: Vec<Fold>,
@@ -77,16 +81,17 @@ struct Plan {
 
 /// One setting with its errors.
 #[derive(Clone)]
-struct Candidate {
-    smoothing: Smoothing,
-    threshold: f64,
-    terms: usize,
+pub(super) struct Candidate {
+    pub(super) smoothing: Smoothing,
+    pub(super) threshold: f64,
+    pub(super) terms: usize,
     /// Squared error of each stretch over the record's variance, in the plan's order.
-    errors: Vec<f64>,
+    pub(super) errors: Vec<f64>,
 }
 
 impl Candidate {
-    fn mean(&self) -> f64 {
+    /// Mean squared error as a share of the motion's variance.
+    pub(super) fn mean(&self) -> f64 {
         self.errors.iter().sum::<f64>() / self.errors.len().max(1) as f64
     }
 }
@@ -144,7 +149,7 @@ pub fn choose(
     Ok(Choice { settings, reason })
 }
 
-fn best(tried: &[Candidate]) -> Option<&Candidate> {
+pub(super) fn best(tried: &[Candidate]) -> Option<&Candidate> {
     tried.iter().filter(|c| c.mean().is_finite()).min_by(|a, b| a.mean().total_cmp(&b.mean()))
 }
 
@@ -152,15 +157,20 @@ fn best(tried: &[Candidate]) -> Option<&Candidate> {
 /// term that betters less.
 const EQUAL: f64 = 3e-4;
 
+/// What is chosen is at most so many times worse than the best.
+const WORST: f64 = 2.0;
+
 /// The candidate with the fewest terms whose error is within one standard error (of the difference) of the best.
-fn parsimonious(tried: &[Candidate]) -> Option<&Candidate> {
+pub(super) fn parsimonious(tried: &[Candidate]) -> Option<&Candidate> {
     let best = best(tried)?;
     let within = |c: &&Candidate| {
         let differences: Vec<f64> = c.errors.iter().zip(&best.errors).map(|(a, b)| a - b).collect();
         let n = differences.len() as f64;
         let mean = differences.iter().sum::<f64>() / n;
         let variance = differences.iter().map(|d| (d - mean) * (d - mean)).sum::<f64>() / (n - 1.0).max(1.0);
-        mean <= (variance / n).sqrt() + 0.02 * best.mean() + EQUAL * EQUAL
+        // Of a few stretches the standard error is itself uncertain.
+        let slack = (variance / n).sqrt().min((WORST * WORST - 1.0) * best.mean());
+        mean <= slack + 0.02 * best.mean() + EQUAL * EQUAL
     };
     let close = || tried.iter().filter(within);
     let fewest = close().map(|c| c.terms).min()?;
@@ -168,36 +178,19 @@ fn parsimonious(tried: &[Candidate]) -> Option<&Candidate> {
 }
 
 impl Plan {
-    fn new(records: &RecordSet, layout: Layout) -> Self {
-        let with_facts = |r: &Arc<Record>| (Arc::clone(r), Arc::new(Facts::new(r, &layout)));
-        let records: Vec<_> = records.with(Usage::Fit).map(with_facts).collect();
+    /// Cross-validation among the fitted records; those held out are not looked at.
+    pub(super) fn new(records: &RecordSet, layout: Layout) -> Self {
+        let records = with_facts(records, Usage::Fit, &layout);
         let (pieces, ranges): (Vec<_>, Vec<(usize, Range<usize>)>) = match records.as_slice() {
             [(only, _)] => {
                 let cut = (FITTED_SHARE * only.len() as f64) as usize;
-                (vec![with_facts(&Arc::new(only.slice(0..cut)))], vec![(0, cut..only.len())])
+                let first = Arc::new(only.slice(0..cut));
+                let facts = Arc::new(Facts::new(&first, &layout));
+                (vec![(first, facts)], vec![(0, cut..only.len())])
             }
             several => (several.to_vec(), several.iter().enumerate().map(|(k, (r, _))| (k, 0..r.len())).collect()),
         };
-        let mut stretches: Vec<Stretch> = Vec::new();
-        for (record, range) in ranges {
-            let (data, facts) = &records[record];
-            let period = facts.main_period.map_or(0.1 * range.len() as f64, |p| p / data.interval);
-            let length = ((STRETCH_PERIODS * period) as usize).clamp(100, range.len().max(100));
-            let count = (range.len() / length).max(1);
-            let length = range.len() / count;
-            stretches.extend((0..count).map(|k| {
-                let from = range.start + k * length;
-                Stretch { record, range: from..from + length }
-            }));
-        }
-        // Too many stretches are thinned evenly.
-        let total: usize = stretches.iter().map(|s| s.range.len()).sum();
-        let every = total.div_ceil(MOST_SAMPLES);
-        let mut index = 0;
-        stretches.retain(|_| {
-            index += 1;
-            (index - 1) % every == 0
-        });
+        let stretches = stretches(&records, &ranges);
         let folds = if pieces.len() == 1 {
             vec![Fold { fitted: vec![0], judges: stretches }]
         } else {
@@ -210,14 +203,24 @@ impl Plan {
             }
             folds
         };
-        let variance = records
-            .iter()
-            .map(|(record, _)| {
-                let displacements = record.channels.iter().filter(|c| matches!(c.role, Role::Displacement(_)));
-                displacements.map(|c| mean_and_variance(&c.values).1).sum()
-            })
-            .collect();
-        Self { layout, pieces, records, folds, variance }
+        Self { layout, variance: variances(&records), pieces, records, folds }
+    }
+
+    /// Everything marked fit is fitted, and what is held out judges: in one go as the window shows it, or in stretches
+    /// of it where there is much.
+    pub(super) fn held_out(records: &RecordSet, layout: Layout) -> Self {
+        let pieces = with_facts(records, Usage::Fit, &layout);
+        let records = with_facts(records, Usage::HeldOut, &layout);
+        let ranges: Vec<(usize, Range<usize>)> =
+            records.iter().enumerate().map(|(k, (r, _))| (k, 0..r.len())).collect();
+        let mut judges = stretches(&records, &ranges);
+        if ranges.iter().map(|(_, range)| range.len()).sum::<usize>() <= MOST_SAMPLES {
+            let block = |record: usize| judges.iter().find(|j| j.record == record).map_or(1, |j| j.range.len());
+            judges =
+                ranges.into_iter().map(|(record, range)| Stretch { record, range, block: block(record) }).collect();
+        }
+        let folds = vec![Fold { fitted: (0..pieces.len()).collect(), judges }];
+        Self { layout, variance: variances(&records), pieces, records, folds }
     }
 
     /// Judges every threshold of every smoothing, on the cores there are.
@@ -249,49 +252,42 @@ impl Plan {
         free: Free,
         cancel: &Cancel,
     ) -> Result<Vec<Candidate>, StudyError> {
+        let Some(smoothed) = self.smoothed(start, smoothing, cancel)? else { return Ok(Vec::new()) };
         let settings = Settings { smoothing: *smoothing, ..start.clone() };
-        let Some(pieces) = self.regressions(&settings, cancel)? else { return Ok(Vec::new()) };
-        let all = Regression::joined(&pieces.iter().collect::<Vec<_>>());
         let thresholds =
-            if free.threshold { all.thresholds(&settings, MOST_THRESHOLDS) } else { vec![start.threshold] };
-        let signals: Vec<Signals> =
-            self.records.iter().map(|(record, facts)| Signals::new(record, &self.layout, smoothing, facts)).collect();
-        let drives: Vec<Vec<Drive>> = self
-            .folds
-            .iter()
-            .map(|fold| {
-                let drive = |judge: &Stretch| {
-                    let (record, facts) = &self.records[judge.record];
-                    Drive::new(record, &self.layout, facts, &signals[judge.record], judge.range.clone())
-                };
-                fold.judges.iter().map(drive).collect()
-            })
-            .collect();
+            if free.threshold { smoothed.all.thresholds(&settings, MOST_THRESHOLDS) } else { vec![start.threshold] };
         let mut workspace = Workspace::default();
-        let folds: Vec<Regression> = self
-            .folds
-            .iter()
-            .map(|fold| Regression::joined(&fold.fitted.iter().map(|k| &pieces[*k]).collect::<Vec<_>>()))
-            .collect();
         let mut candidates: Vec<Candidate> = Vec::with_capacity(thresholds.len());
         for threshold in thresholds {
             let settings = Settings { threshold, ..settings.clone() };
-            let mut errors = Vec::new();
-            for ((fold, regression), drives) in self.folds.iter().zip(&folds).zip(&drives) {
-                let simulator =
-                    Simulator::new(&regression.model(&settings)).map_err(|e| StudyError::Setting(e.to_string()))?;
-                for (judge, drive) in fold.judges.iter().zip(drives) {
-                    cancel.check()?;
-                    let response = drive.respond(&simulator, &mut workspace, &|| cancel.is_cancelled());
-                    let error = squared_error(&drive.measured, &response.states);
-                    let failed = response.diverged_at.is_some() || !error.is_finite();
-                    errors.push(if failed { DIVERGED } else { (error / self.variance[judge.record]).min(DIVERGED) });
-                }
-            }
-            let terms = all.model(&settings).equations.iter().map(|e| e.terms.len()).sum();
+            let models = smoothed.models(&settings);
+            let Judgement { errors, .. } = smoothed.judge(self, &models, &mut workspace, cancel)?;
+            let terms = smoothed.all.model(&settings).equations.iter().map(|e| e.terms.len()).sum();
             candidates.push(Candidate { smoothing: *smoothing, threshold, terms, errors });
         }
         Ok(candidates)
+    }
+
+    /// What a smoothing makes of the records; none if it leaves too few rows.
+    pub(super) fn smoothed(
+        &self,
+        start: &Settings,
+        smoothing: &Smoothing,
+        cancel: &Cancel,
+    ) -> Result<Option<Smoothed>, StudyError> {
+        let settings = Settings { smoothing: *smoothing, ..start.clone() };
+        let Some(pieces) = self.regressions(&settings, cancel)? else { return Ok(None) };
+        let signals: Vec<Signals> =
+            self.records.iter().map(|(record, facts)| Signals::new(record, &self.layout, smoothing, facts)).collect();
+        let drive = |judge: &Stretch| {
+            let (record, facts) = &self.records[judge.record];
+            Drive::new(record, &self.layout, facts, &signals[judge.record], judge.range.clone())
+        };
+        let drives = self.folds.iter().map(|fold| fold.judges.iter().map(drive).collect()).collect();
+        let joined =
+            |k: &mut dyn Iterator<Item = usize>| Regression::joined(&k.map(|k| &pieces[k]).collect::<Vec<_>>());
+        let folds = self.folds.iter().map(|fold| joined(&mut fold.fitted.iter().copied())).collect();
+        Ok(Some(Smoothed { all: joined(&mut (0..pieces.len())), folds, drives }))
     }
 
     /// The pieces' regressions; none if the smoothing leaves too few rows.
@@ -327,9 +323,145 @@ impl Plan {
     }
 }
 
-/// Mean squared error, summed over displacements.
-fn squared_error(measured: &[Arc<[f64]>], states: &[Vec<f64>]) -> f64 {
+fn with_facts(records: &RecordSet, usage: Usage, layout: &Layout) -> Vec<(Arc<Record>, Arc<Facts>)> {
+    records.with(usage).map(|r| (Arc::clone(r), Arc::new(Facts::new(r, layout)))).collect()
+}
+
+/// Variance of each record's displacements, summed.
+fn variances(records: &[(Arc<Record>, Arc<Facts>)]) -> Vec<f64> {
+    let of = |record: &Record| {
+        let displacements = record.channels.iter().filter(|c| matches!(c.role, Role::Displacement(_)));
+        displacements.map(|c| mean_and_variance(&c.values).1).sum()
+    };
+    records.iter().map(|(record, _)| of(record)).collect()
+}
+
+/// Stretches of some periods within ranges of records; too many are thinned evenly.
+fn stretches(records: &[(Arc<Record>, Arc<Facts>)], ranges: &[(usize, Range<usize>)]) -> Vec<Stretch> {
+    let mut stretches: Vec<Stretch> = Vec::new();
+    for (record, range) in ranges {
+        let (data, facts) = &records[*record];
+        let period = facts.main_period.map_or(0.1 * range.len() as f64, |p| p / data.interval);
+        let length = ((STRETCH_PERIODS * period) as usize).clamp(100, range.len().max(100));
+        let count = (range.len() / length).max(1);
+        let length = range.len() / count;
+        stretches.extend((0..count).map(|k| {
+            let from = range.start + k * length;
+            Stretch { record: *record, range: from..from + length, block: length }
+        }));
+    }
+    let total: usize = stretches.iter().map(|s| s.range.len()).sum();
+    let every = total.div_ceil(MOST_SAMPLES);
+    let mut index = 0;
+    stretches.retain(|_| {
+        index += 1;
+        (index - 1) % every == 0
+    });
+    stretches
+}
+
+/// Records smoothed in one way: what is fitted is reduced, and what judges can be simulated.
+pub(super) struct Smoothed {
+    /// Everything that may be fitted.
+    pub(super) all: Regression,
+    /// What is fitted in each fold.
+    pub(super) folds: Vec<Regression>,
+    /// What drives each fold's judges.
+    drives: Vec<Vec<Drive>>,
+}
+
+/// How models do on the stretches that judge them.
+#[derive(Clone)]
+pub(super) struct Judgement {
+    /// Squared error of each block over the record's variance.
+    pub(super) errors: Vec<f64>,
+    /// Blocks whose response left the data's range, or missed it by far.
+    pub(super) failed: usize,
+    /// See [`Correlation::whiteness`].
+    pub(super) whiteness: f64,
+}
+
+impl Smoothed {
+    /// The model that each fold gives.
+    pub(super) fn models(&self, settings: &Settings) -> Vec<Model> {
+        self.folds.iter().map(|regression| regression.model(settings)).collect()
+    }
+
+    /// Simulates each fold's model along the stretches that judge it.
+    pub(super) fn judge(
+        &self,
+        plan: &Plan,
+        models: &[Model],
+        workspace: &mut Workspace,
+        cancel: &Cancel,
+    ) -> Result<Judgement, StudyError> {
+        let mut judgement = Judgement { errors: Vec::new(), failed: 0, whiteness: f64::NAN };
+        let mut correlation = Correlation::default();
+        for ((fold, model), drives) in plan.folds.iter().zip(models).zip(&self.drives) {
+            let simulator = Simulator::new(model).map_err(|e| StudyError::Setting(e.to_string()))?;
+            for (judge, drive) in fold.judges.iter().zip(drives) {
+                cancel.check()?;
+                let response = drive.respond(&simulator, workspace, &|| cancel.is_cancelled());
+                cancel.check()?;
+                let lasted = response.states.first().map_or(0, Vec::len);
+                let blocks = (judge.range.len() / judge.block).max(1);
+                for block in 0..blocks {
+                    // The last one takes what does not fill another.
+                    let to = if block + 1 == blocks { judge.range.len() } else { (block + 1) * judge.block };
+                    let from = block * judge.block;
+                    let error =
+                        squared_error(&drive.measured, &response.states, from..to) / plan.variance[judge.record];
+                    let failed = lasted < to || !error.is_finite() || error > DIVERGED;
+                    judgement.failed += usize::from(failed);
+                    judgement.errors.push(if failed { DIVERGED } else { error });
+                }
+                if let (Some(y), Some(x)) = (drive.measured.first(), response.states.first()) {
+                    correlation.add(y, x);
+                }
+            }
+        }
+        judgement.whiteness = correlation.whiteness();
+        Ok(judgement)
+    }
+}
+
+/// Sums of an error's products with itself some samples later.
+#[derive(Default)]
+struct Correlation {
+    square: f64,
+    products: [f64; LAGS],
+    error: Vec<f64>,
+}
+
+/// Lags of 1, 2, 4, … samples.
+const LAGS: usize = 8;
+
+impl Correlation {
+    fn add(&mut self, measured: &[f64], response: &[f64]) {
+        self.error.clear();
+        self.error.extend(measured.iter().zip(response).map(|(y, x)| y - x));
+        self.square += dot(&self.error, &self.error);
+        for (k, product) in self.products.iter_mut().enumerate() {
+            if let Some(later) = self.error.get(1 << k..) {
+                *product += dot(&self.error[..later.len()], later);
+            }
+        }
+    }
+
+    /// One less the largest autocorrelation at lags of 1, 2, 4, … 128 samples: near one where the error is noise alone,
+    /// near zero where it is a motion that the model misses.
+    fn whiteness(&self) -> f64 {
+        if self.square == 0.0 {
+            return f64::NAN;
+        }
+        1.0 - self.products.iter().map(|p| (p / self.square).abs()).fold(0.0, f64::max)
+    }
+}
+
+/// Mean squared error over a block of samples, summed over displacements.
+fn squared_error(measured: &[Arc<[f64]>], states: &[Vec<f64>], block: Range<usize>) -> f64 {
     let channel = |(y, x): (&Arc<[f64]>, &Vec<f64>)| {
+        let (Some(y), Some(x)) = (y.get(block.clone()), x.get(block.clone())) else { return f64::INFINITY };
         y.iter().zip(x).map(|(y, x)| (y - x) * (y - x)).sum::<f64>() / y.len().max(1) as f64
     };
     measured.iter().zip(states).map(channel).sum()
@@ -345,7 +477,7 @@ pub(super) fn between(below: f64, above: f64) -> f64 {
     }
 }
 
-fn period_samples(plan: &Plan) -> f64 {
+pub(super) fn period_samples(plan: &Plan) -> f64 {
     let periods = plan.records.iter().filter_map(|(r, f)| Some(f.main_period? / r.interval));
     let shortest = periods.fold(f64::INFINITY, f64::min);
     if shortest.is_finite() {
@@ -356,7 +488,7 @@ fn period_samples(plan: &Plan) -> f64 {
 }
 
 /// Segment lengths that a piece can bear.
-fn bearable(plan: &Plan, order: usize) -> Range<usize> {
+pub(super) fn bearable(plan: &Plan, order: usize) -> Range<usize> {
     let shortest = plan.pieces.iter().map(|(r, _)| r.len()).min().unwrap_or(0);
     order + 2..(shortest / 4).max(order + 3)
 }

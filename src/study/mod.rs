@@ -1,6 +1,8 @@
 //! A study is a value: settings and records in, [`Outcome`] out; the same in the window, on the command line and in tests.
 
 mod choose;
+mod ensemble;
+mod landscape;
 mod outcome;
 mod regression;
 mod response;
@@ -10,8 +12,11 @@ mod suggest;
 mod warnings;
 
 pub use choose::{Choice, Free, choose};
+pub use ensemble::{Ensemble, Inclusion};
+pub use landscape::{Cell, Judge, Landscape, Place, landscape};
 pub use outcome::{
-    Channel, DroppedTerm, Elapsed, EquationFit, Outcome, RecordOutcome, Remedy, Score, Severity, StudyError, Warning,
+    Channel, DroppedTerm, Elapsed, EquationFit, Outcome, PathTerm, RecordOutcome, Remedy, Score, Severity, StudyError,
+    Warning,
 };
 pub use settings::{Kinematics, Lock, Scaling, Settings};
 pub use suggest::suggest;

@@ -79,6 +79,17 @@ pub struct DroppedTerm {
     pub fell_at: Option<f64>,
 }
 
+/// The course of one term's coefficient as the threshold rises.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PathTerm {
+    /// The term.
+    pub term: Term,
+    /// Coefficient in the records' units, with the threshold from which on it holds; zero once the term has dropped out.
+    pub coefficients: Vec<(f64, f64)>,
+    /// RMS of the term over that of the rate: times this, coefficients compare.
+    pub standard: f64,
+}
+
 /// How the regression of one equation went.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EquationFit {
@@ -88,8 +99,13 @@ pub struct EquationFit {
     pub dropped: Vec<DroppedTerm>,
     /// Thresholds at which a term drops out while the slider rises, ascending, with the term.
     pub drop_marks: Vec<(f64, Term)>,
+    /// Every coefficient along the threshold, terms that are never used left out.
+    pub path: Vec<PathTerm>,
     /// Condition number of the kept columns, each scaled to RMS 1.
     pub condition: f64,
+    /// Pairs of the library's terms whose coefficients' errors are correlated by more than 0.95, with the correlation,
+    /// strongest first: the data hardly tell them apart.
+    pub confused: Vec<(Term, Term, f64)>,
     /// RMS of what the equation leaves unexplained of the rate.
     pub residual_rms: f64,
     /// RMS of the rate itself.

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use super::{EquationFit, Kinematics, Lock, Scaling, Settings, StudyError};
 use crate::model::{Equation, Model, WeightedTerm, kinematic};
 use crate::signal::{Differentiation, SavitzkyGolay, Signals, Smoothing, dot};
-use crate::sparse::{Constraint, Options, Reduced, Solution, clustered_covariance, drop_path, stlsq};
-use crate::study::outcome::DroppedTerm;
+use crate::sparse::{Constraint, Options, Reduced, Solution, clustered_covariance, drop_path, solution_path, stlsq};
+use crate::study::outcome::{DroppedTerm, PathTerm};
 use crate::term::{Expression, Kind, Layout, Program, SampleBlock, Symbol, Term};
 
 /// Library columns and the rates to explain, over every fitted record.
@@ -31,6 +31,23 @@ struct Target {
     rate: Vec<f64>,
     reduced: Reduced,
 }
+
+/// One equation's regression in parts that can be drawn again.
+pub(super) struct Resampling {
+    pub(super) state: Symbol,
+    pub(super) terms: Vec<Term>,
+    pub(super) constraints: Vec<Constraint>,
+    pub(super) options: Options,
+    /// Neighbouring rows, each block reduced by itself.
+    pub(super) blocks: Vec<Reduced>,
+}
+
+/// Correlation of two coefficients' errors from which on terms are said to be confused: each is three times as uncertain
+/// as it would be alone.
+const CONFUSED: f64 = 0.95;
+
+/// Blocks that a regression is cut into: fewer cannot be resampled, more cost time and tell nothing.
+const BLOCKS: Range<usize> = 12..60;
 
 /// Most rows that a regression uses; more say nothing new and cost time.
 const MOST_ROWS: usize = 120_000;
@@ -136,7 +153,7 @@ impl Regression {
         let mut marks: Vec<f64> = self
             .targets
             .iter()
-            .flat_map(|t| drop_path(&t.reduced, &self.constraints(settings, t), &options))
+            .flat_map(|t| drop_path(&solution_path(&t.reduced, &self.constraints(settings, t), &options)))
             .map(|(at, _)| at)
             .collect();
         marks.sort_by(f64::total_cmp);
@@ -162,9 +179,17 @@ impl Regression {
 
     /// The thresholded equations with coefficients alone.
     pub(super) fn model(&self, settings: &Settings) -> Model {
+        self.sparse(settings).0
+    }
+
+    /// The thresholded equations with coefficients alone, and what they leave of the rates: the largest share of a
+    /// rate's RMS.
+    pub(super) fn sparse(&self, settings: &Settings) -> (Model, f64) {
         let mut equations = self.unfitted_equations();
+        let mut misfit = 0.0_f64;
         for target in &self.targets {
             let solution = stlsq(&target.reduced, &self.constraints(settings, target), &options(settings));
+            misfit = misfit.max(solution.residual_rms / target.reduced.target_scale());
             equations[target.index] = Equation::known(
                 self.terms
                     .iter()
@@ -173,7 +198,59 @@ impl Regression {
                     .map(|(term, c)| (term.clone(), *c)),
             );
         }
-        Model { layout: self.layout, equations, static_ratio: 1.0 }
+        (Model { layout: self.layout, equations, static_ratio: 1.0 }, misfit)
+    }
+
+    /// Every equation's regression in blocks of neighbouring rows that do not reach over records.
+    pub(super) fn resampling(&self, settings: &Settings) -> Vec<Resampling> {
+        let rows = self.targets.first().map_or(0, |t| t.rate.len());
+        let length = self.block.clamp(rows / BLOCKS.end, (rows / BLOCKS.start).max(rows / BLOCKS.end)).max(1);
+        let ends = self.starts.iter().skip(1).copied().chain([rows]);
+        let ranges: Vec<Range<usize>> = self
+            .starts
+            .iter()
+            .zip(ends)
+            .flat_map(|(start, end)| {
+                let count = ((end - start) as f64 / length as f64).round().max(1.0) as usize;
+                let at = move |k: usize| start + k * (end - start) / count;
+                (0..count).map(move |k| at(k)..at(k + 1))
+            })
+            .filter(|range| !range.is_empty())
+            .collect();
+        let block = |target: &Target, range: &Range<usize>| {
+            let columns: Vec<&[f64]> = self.columns.iter().map(|c| &c[range.clone()]).collect();
+            Reduced::new(&columns, &target.rate[range.clone()])
+        };
+        self.targets
+            .iter()
+            .map(|target| Resampling {
+                state: target.state,
+                terms: self.terms.clone(),
+                constraints: self.constraints(settings, target),
+                options: options(settings),
+                blocks: ranges.iter().map(|range| block(target, range)).collect(),
+            })
+            .collect()
+    }
+
+    /// Pairs of terms that the data hardly tell apart: the correlation of their coefficients' errors in a fit of the
+    /// whole library, strongest first.
+    fn confused(&self, target: &Target) -> Vec<(Term, Term, f64)> {
+        let usable: Vec<usize> = (0..self.terms.len()).filter(|k| !target.reduced.unusable(*k)).collect();
+        let Some(inverse) = target.reduced.inverse_gram(&usable) else { return Vec::new() };
+        let mut pairs: Vec<(Term, Term, f64)> = (0..usable.len())
+            .flat_map(|j| (0..j).map(move |i| (i, j)))
+            .map(|(i, j)| (i, j, inverse[(i, j)] / (inverse[(i, i)] * inverse[(j, j)]).sqrt()))
+            .filter(|(.., correlation)| correlation.abs() > CONFUSED)
+            .map(|(i, j, correlation)| (self.terms[usable[i]].clone(), self.terms[usable[j]].clone(), correlation))
+            .collect();
+        pairs.sort_by(|a, b| b.2.abs().total_cmp(&a.2.abs()));
+        pairs
+    }
+
+    /// The states whose rates are fitted, as indices into the state vector.
+    pub(super) fn fitted(&self) -> impl Iterator<Item = usize> {
+        self.targets.iter().map(|t| t.index)
     }
 
     fn constraints(&self, settings: &Settings, target: &Target) -> Vec<Constraint> {
@@ -206,7 +283,7 @@ impl Regression {
         for target in &self.targets {
             let constraints = self.constraints(settings, target);
             let solution = stlsq(&target.reduced, &constraints, &options);
-            let path = drop_path(&target.reduced, &constraints, &options);
+            let path = solution_path(&target.reduced, &constraints, &options);
             equations[target.index] = self.equation(target, &solution, &constraints);
             fits.push(self.fit(target, &solution, &constraints, &path));
         }
@@ -256,25 +333,43 @@ impl Regression {
         residual
     }
 
+    /// The course of every coefficient along the threshold.
+    fn path(&self, target: &Target, path: &[(f64, Solution)]) -> Vec<PathTerm> {
+        let scale = target.reduced.scale();
+        self.terms
+            .iter()
+            .enumerate()
+            .map(|(k, term)| PathTerm {
+                term: term.clone(),
+                standard: scale[k] / target.reduced.target_scale(),
+                coefficients: path.iter().map(|(from, solution)| (*from, solution.coefficients[k])).collect(),
+            })
+            .filter(|term| term.coefficients.iter().any(|(_, c)| *c != 0.0))
+            .collect()
+    }
+
     fn fit(
         &self,
         target: &Target,
         solution: &Solution,
         constraints: &[Constraint],
-        path: &[(f64, usize)],
+        path: &[(f64, Solution)],
     ) -> EquationFit {
+        let drops = drop_path(path);
         let dropped = (0..self.terms.len())
             .filter(|k| !solution.support.contains(k) && !matches!(constraints[*k], Constraint::Fixed(_)))
             .map(|k| DroppedTerm {
                 term: self.terms[k].clone(),
-                fell_at: path.iter().find(|(_, column)| *column == k).map(|(at, _)| *at),
+                fell_at: drops.iter().find(|(_, column)| *column == k).map(|(at, _)| *at),
             })
             .collect();
         EquationFit {
             state: target.state,
             dropped,
-            drop_marks: path.iter().map(|(at, k)| (*at, self.terms[*k].clone())).collect(),
+            drop_marks: drops.iter().map(|(at, k)| (*at, self.terms[*k].clone())).collect(),
+            path: self.path(target, path),
             condition: target.reduced.condition(&solution.support),
+            confused: self.confused(target),
             residual_rms: solution.residual_rms,
             rate_rms: target.reduced.target_scale(),
         }

@@ -1,9 +1,12 @@
 //! What is wrong or doubtful about an outcome, in words, with what would help.
 
+use std::fmt::Write as _;
+
 use super::{Differentiation, Lock, Outcome, Remedy, Severity, Warning};
 use crate::model::Equation;
 use crate::record::{RecordSet, Usage};
-use crate::term::{Expression, Function, Kind, Symbol, Term};
+use crate::sparse::{Constraint, Options, Reduced, stlsq};
+use crate::term::{Expression, Function, Kind, Program, SampleBlock, Symbol, Term};
 
 /// Every warning that applies, worst first.
 pub(super) fn warnings(outcome: &Outcome, records: &RecordSet) -> Vec<Warning> {
@@ -57,31 +60,141 @@ fn overfit(outcome: &Outcome) -> Option<Warning> {
     let floor = outcome.noise_floor.unwrap_or(0.0);
     let fails = test.nrmse > 3.0 * train.nrmse && test.rmse > 2.0 * floor && test.nrmse > 0.01;
     fails.then(|| {
-        warning(
-            Severity::Caution,
-            format!(
-                "The model fits what it was fitted on (error {:.1} % of the motion) and fails what it was not ({:.1} %): \
-                 the library holds wrong terms or lacks right ones",
-                100.0 * train.nrmse,
-                100.0 * test.nrmse
-            ),
-        )
+        let mut text = format!(
+            "The model fits what it was fitted on (error {:.1} % of the motion) and fails what it was not ({:.1} %): \
+             the library holds wrong terms or lacks right ones",
+            100.0 * train.nrmse,
+            100.0 * test.nrmse
+        );
+        let mut remedy = None;
+        if let Some((term, times)) = carrier(outcome) {
+            let name = term.pretty(&outcome.model.layout);
+            let _ = write!(
+                text,
+                ". {name} carries it: its force is {times:.1} times as large a share there as where it was fitted"
+            );
+            let mut settings = outcome.settings.clone();
+            settings.locks.insert(term, Lock::Out);
+            remedy = Some(Remedy { label: format!("Try without {name}"), settings: Some(settings), usage: None });
+        }
+        Warning { severity: Severity::Caution, text, remedy }
     })
 }
 
-fn conditioning(outcome: &Outcome) -> Option<Warning> {
-    let worst = outcome.fits.iter().map(|f| f.condition).fold(1.0, f64::max);
-    (worst > 100.0).then(|| {
-        let (severity, word) =
-            if worst > 1e4 { (Severity::Caution, "cannot tell some terms apart") } else { (Severity::Note, "hardly tell some terms apart") };
-        warning(
-            severity,
-            format!(
-                "These data {word} (condition number {worst:.0}): add a record with another frequency, amplitude or a transient"
-            ),
-        )
-    })
+/// The term whose share of the forces grows most from the fitted records to those held out, and how many times: what was
+/// learnt of it there does not hold here.
+fn carrier(outcome: &Outcome) -> Option<(Term, f64)> {
+    let layout = outcome.model.layout;
+    let equation = outcome.model.leading().filter(|e| e.terms.len() > 1)?;
+    let expressions: Vec<Expression> = equation.terms.iter().map(|t| t.term.expression().clone()).collect();
+    let program = Program::new(&expressions, &layout);
+    // The mean square of each term's force over the records of one usage.
+    let forces = |usage: Usage| -> Vec<f64> {
+        let mut squares = vec![0.0; expressions.len()];
+        for record in outcome.records.iter().filter(|r| r.usage == usage) {
+            let signals = &record.signals;
+            let slices = |series: &[Vec<f64>]| -> Vec<Vec<f64>> {
+                let stride = (signals.states.first().map_or(0, Vec::len) / SAMPLED).max(1);
+                series.iter().map(|s| s.iter().step_by(stride).copied().collect()).collect()
+            };
+            let (states, inputs, rates) =
+                (slices(&signals.states), slices(&signals.inputs), slices(&signals.input_rates));
+            let [states, inputs, rates] =
+                [&states, &inputs, &rates].map(|series| series.iter().map(Vec::as_slice).collect::<Vec<&[f64]>>());
+            let block = SampleBlock {
+                start: signals.start,
+                interval: signals.interval,
+                states: &states,
+                inputs: &inputs,
+                input_rates: &rates,
+            };
+            let mut columns = vec![Vec::new(); expressions.len()];
+            program.columns(&block, &mut columns);
+            for (square, column) in squares.iter_mut().zip(&columns) {
+                *square += column.iter().map(|v| v * v).sum::<f64>() / column.len().max(1) as f64;
+            }
+        }
+        squares.iter().zip(&equation.terms).map(|(s, t)| s.sqrt() * t.coefficient.abs()).collect()
+    };
+    let shares = |forces: Vec<f64>| -> Vec<f64> {
+        let total: f64 = forces.iter().sum();
+        forces.into_iter().map(|f| f / total).collect()
+    };
+    let (fitted, held_out) = (shares(forces(Usage::Fit)), shares(forces(Usage::HeldOut)));
+    let growth = fitted.iter().zip(&held_out).map(|(a, b)| b / a.max(1e-12));
+    // A term that is known well may be large there and right.
+    let doubtful = |k: usize| {
+        let term = &equation.terms[k];
+        term.std_error.is_none_or(|e| e > DOUBT * term.coefficient.abs())
+    };
+    let carries = |(k, (times, share)): &(usize, (f64, &f64))| doubtful(*k) && *times > GROWTH && **share > LEAST_SHARE;
+    let (index, (times, _)) =
+        growth.zip(&held_out).enumerate().filter(carries).max_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
+    Some((equation.terms[index].term.clone(), times))
 }
+
+/// Samples of a record that shares of forces are estimated from.
+const SAMPLED: usize = 5000;
+
+/// A share of the forces that grows by so many times is named.
+const GROWTH: f64 = 1.5;
+
+/// A smaller share of the forces carries nothing.
+const LEAST_SHARE: f64 = 0.005;
+
+/// Standard error from which on a coefficient is doubtful, as a share of it.
+const DOUBT: f64 = 0.05;
+
+fn conditioning(outcome: &Outcome) -> Option<Warning> {
+    let worst = outcome.fits.iter().max_by(|a, b| a.condition.total_cmp(&b.condition))?;
+    let layout = outcome.model.layout;
+    let pair = worst.confused.first();
+    let one_tone = one_tone(outcome);
+    if worst.condition <= 100.0 && !(one_tone && pair.is_some()) {
+        return None;
+    }
+    let mut text = match (one_tone, pair) {
+        (true, Some((a, b, _))) => {
+            format!("One tone in steady state: {} and {} cannot be told apart", a.pretty(&layout), b.pretty(&layout))
+        }
+        (_, Some((a, b, _))) => format!("These data hardly tell {} and {} apart", a.pretty(&layout), b.pretty(&layout)),
+        _ => "These data hardly tell some terms apart".to_owned(),
+    };
+    let _ = write!(
+        text,
+        " (condition number {:.0}): add a record with another frequency, amplitude or a transient",
+        worst.condition
+    );
+    let severe = worst.condition > 1e4 || one_tone;
+    Some(warning(if severe { Severity::Caution } else { Severity::Note }, text))
+}
+
+/// True if every fitted record is the same sine wave: its displacement is explained by one frequency.
+fn one_tone(outcome: &Outcome) -> bool {
+    let mut periods = Vec::new();
+    for record in outcome.records.iter().filter(|r| r.usage == Usage::Fit) {
+        let (Some(period), Some(x)) = (record.signals.main_period, record.signals.states.first()) else { return false };
+        let step = std::f64::consts::TAU * record.signals.interval / period;
+        let stride = (x.len() / SAMPLED).max(1);
+        let wave = |phase: f64| -> Vec<f64> {
+            (0..x.len()).step_by(stride).map(|k| (step * k as f64 + phase).sin()).collect()
+        };
+        let y: Vec<f64> = x.iter().step_by(stride).copied().collect();
+        let columns = [wave(0.0), wave(0.5 * std::f64::consts::PI), vec![1.0; y.len()]];
+        let reduced = Reduced::new(&columns, &y);
+        let free = [Constraint::Free; 3];
+        let solution = stlsq(&reduced, &free, &Options { threshold: 0.0, ridge: 0.0, scaled: true });
+        if solution.residual_rms > TONE * reduced.target_scale() {
+            return false;
+        }
+        periods.push(period);
+    }
+    let (shortest, longest) = periods.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), p| (a.min(*p), b.max(*p)));
+    !periods.is_empty() && longest < 1.02 * shortest
+}
+
+/// Largest share of a motion's RMS that is not its main tone where it is called one tone.
+const TONE: f64 = 0.1;
 
 /// No term takes energy out: a threshold on shares easily drops light damping.
 fn undamped(outcome: &Outcome) -> Option<Warning> {
@@ -188,4 +301,49 @@ fn never_tested(outcome: &Outcome, records: &RecordSet) -> Option<Warning> {
             usage: Some((index, Usage::HeldOut)),
         }),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::record::{ReadOptions, read_set};
+    use crate::rig::{ScenarioOptions, generate};
+    use crate::study::{Cancel, Settings, Study, suggest};
+    use crate::term::list;
+
+    fn said(records: &RecordSet, settings: &Settings) -> String {
+        let outcome = Study::default().run(records, settings, &Cancel::default()).unwrap();
+        outcome.warnings.iter().map(|w| format!("{}\n", w.text)).collect()
+    }
+
+    #[test]
+    fn an_overfit_is_said_and_the_term_that_carries_it_named() {
+        let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("sample_data");
+        let records =
+            read_set(&[samples.join("overfit.csv")], &[samples.join("overfit_test.csv")], &ReadOptions::default());
+        let records = records.unwrap();
+        let mut settings = suggest(&records, Kind::SecondOrder).unwrap();
+        settings.threshold = 0.01;
+        settings.terms = list("x, v, u, x^2, x^3, x^5, x^7, 1").unwrap();
+        let text = said(&records, &settings);
+        assert!(text.contains("fails what it was not") && text.contains("x⁷ carries it"), "{text}");
+        settings.terms = list("x, v, u, x^2, x^3, 1").unwrap();
+        let text = said(&records, &settings);
+        assert!(!text.contains("fails what it was not"), "{text}");
+    }
+
+    #[test]
+    fn one_tone_in_steady_state_is_told_from_several() {
+        let steady = |frequencies: Vec<f64>| {
+            let options = ScenarioOptions { frequencies: Some(frequencies), duration: Some(6.0), ..Default::default() };
+            let records = RecordSet::new(generate("friction-experiment", &options).unwrap().records, Usage::Fit);
+            let settings = suggest(&records, Kind::SecondOrder).unwrap();
+            said(&records, &settings)
+        };
+        let text = steady(vec![4.611]);
+        assert!(text.contains("One tone in steady state"), "{text}");
+        assert!(!steady(vec![2.013, 2.583, 4.611]).contains("One tone"));
+    }
 }

@@ -10,7 +10,7 @@ use crate::app::commands::Command;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{section, share_bar};
 use crate::format::equations::{by_share, is_kinematic};
-use crate::format::number::{align_at_point, format_measured, significant_trimmed};
+use crate::format::number::{align_at_point, format_measured, plain, significant_trimmed};
 use crate::model::{Equation, WeightedTerm};
 use crate::study::{EquationFit, Lock, Settings};
 use crate::term::{Expression, Layout, Symbol, Term};
@@ -128,6 +128,10 @@ fn term_row(
         pos2(rect.right() - 4.0, rect.center().y + 3.0),
     );
     share_bar(ui, bar, term.share, colors.accent);
+    let sure = desk.bench.inclusion(state, &term.term).cloned();
+    if let Some(sure) = &sure {
+        sureness(ui, pos2(bar.left() - 9.0, rect.center().y), sure.probability);
+    }
     let text = ui.visuals().text_color();
     let painter = ui.painter().with_clip_rect(rect);
     let mono = FontId::monospace(12.5);
@@ -137,7 +141,7 @@ fn term_row(
     let number_width = number_galley.size().x;
     painter.galley(pos2(left, middle(number_galley.size().y)), number_galley, text);
     let lock_galley = painter.layout_no_wrap(sign.to_owned(), FontId::proportional(11.0), colors.accent);
-    let lock_left = bar.left() - 6.0 - lock_galley.size().x;
+    let lock_left = bar.left() - 16.0 - lock_galley.size().x;
     painter.galley(pos2(lock_left, middle(lock_galley.size().y)), lock_galley, colors.accent);
     let name_left = left + number_width + 10.0;
     let name = painter.layout_no_wrap(pretty.clone(), FontId::proportional(14.0), ui.visuals().strong_text_color());
@@ -154,8 +158,49 @@ fn term_row(
             }
             _ => {}
         }
+        if let Some(sure) = &sure {
+            ui.label(format!("Stays in {} % of resampled data sets", plain(100.0 * sure.probability, 0)));
+            if sure.without_others.is_finite() && sure.without_others < sure.probability - 0.005 {
+                ui.label(format!(
+                    "and in {} % where another term is left out of the library",
+                    plain(100.0 * sure.without_others, 0)
+                ));
+            }
+        }
+        for (other, correlation) in confused(desk, state, &term.term).into_iter().take(3) {
+            ui.label(format!(
+                "Hard to tell from {}: their errors are correlated by {}",
+                other.pretty(layout),
+                plain(correlation, 3)
+            ));
+        }
         ui.weak("Click to keep, drop or fix it");
     });
+}
+
+/// The terms that one is confused with, in the equation of a state.
+fn confused(desk: &Desk<'_>, state: Symbol, term: &Term) -> Vec<(Term, f64)> {
+    let fits = desk.bench.outcome.iter().flat_map(|o| &o.fits).filter(|f| f.state == state);
+    let other = |(a, b, correlation): &(Term, Term, f64)| match (a == term, b == term) {
+        (true, _) => Some((b.clone(), *correlation)),
+        (_, true) => Some((a.clone(), *correlation)),
+        _ => None,
+    };
+    fits.flat_map(|f| &f.confused).filter_map(other).collect()
+}
+
+/// How often a term stays when the data are resampled: an upright bar.
+fn sureness(ui: &Ui, at: egui::Pos2, probability: f64) {
+    let colors = theme::accents(ui.visuals().dark_mode);
+    let color = match probability {
+        p if p >= 0.95 => colors.good,
+        p if p >= 0.5 => colors.caution,
+        _ => colors.wrong,
+    };
+    let bar = egui::Rect::from_center_size(at, vec2(4.0, ROW - 8.0));
+    ui.painter().rect_filled(bar, 1.0, ui.visuals().widgets.inactive.bg_fill);
+    let top = bar.bottom() - bar.height() * probability.clamp(0.05, 1.0) as f32;
+    ui.painter().rect_filled(bar.with_min_y(top), 1.0, color);
 }
 
 /// The coefficient in the text's colour, its error in a weaker one.
@@ -249,6 +294,13 @@ fn dropped(ui: &mut Ui, desk: &mut Desk<'_>, fit: &EquationFit, layout: &Layout)
                 Some(at) => format!("Fell at threshold {}", significant_trimmed(at, 3)),
                 None if locked_out => "Locked out".to_owned(),
                 None => "Dropped".to_owned(),
+            };
+            let sure = desk.bench.inclusion(fit.state, &dropped.term).map(|sure| sure.probability);
+            let why = match sure {
+                Some(sure) if sure > 0.005 => {
+                    format!("{why}; stays in {} % of resampled data sets", plain(100.0 * sure, 0))
+                }
+                _ => why,
             };
             let response = ui.add(button);
             let name = format!("Dropped {}", dropped.term.pretty(layout));

@@ -19,7 +19,40 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     };
     headline(ui, &outcome, desk.bench.unit());
     table(ui, &outcome, desk.bench.unit());
+    condition(ui, &outcome);
     several(ui, desk, &outcome);
+}
+
+/// A light that says whether the data tell the terms apart.
+fn condition(ui: &mut Ui, outcome: &Outcome) {
+    let worst = outcome.fits.iter().map(|f| f.condition).fold(1.0, f64::max);
+    let layout = outcome.model.layout;
+    let colors = theme::accents(ui.visuals().dark_mode);
+    let (color, words) = match worst {
+        c if c <= 30.0 => (colors.good, "the terms kept can be told apart"),
+        c if c <= 1000.0 => (colors.caution, "the terms kept are hard to tell apart"),
+        _ => (colors.wrong, "the terms kept cannot be told apart"),
+    };
+    let size = vec2(ui.available_width(), ROW);
+    let response = ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
+        let (rect, _) = ui.allocate_exact_size(vec2(10.0, ROW), egui::Sense::hover());
+        ui.painter().circle_filled(rect.center(), 4.0, color);
+        let figure = if worst.is_finite() { significant(worst, 2) } else { "∞".into() };
+        ui.add(egui::Label::new(RichText::new(format!("condition {figure}: {words}")).size(12.0)).truncate());
+    });
+    response.response.on_hover_ui(|ui| {
+        ui.label("Condition number of the kept columns, each scaled to RMS 1: so many times may noise be magnified");
+        let pairs: Vec<String> = outcome
+            .fits
+            .iter()
+            .flat_map(|f| &f.confused)
+            .take(6)
+            .map(|(a, b, c)| format!("{} and {} ({})", a.pretty(&layout), b.pretty(&layout), plain(*c, 3)))
+            .collect();
+        if !pairs.is_empty() {
+            ui.label(format!("In the whole library these have correlated errors: {}", pairs.join(", ")));
+        }
+    });
 }
 
 /// What is wrong or doubtful, beneath everything else: it comes and goes.

@@ -32,6 +32,16 @@ pub fn effect(index: usize, dark: bool) -> Color32 {
     rgb(if dark { DARK } else { LIGHT }[index % LIGHT.len()])
 }
 
+/// The colour of a value on a map, from dark (0) to bright (1): viridis by N. Smith and S. van der Walt (CC0), even in
+/// lightness, for colour-blind eyes and for grey print.
+pub fn shade(share: f64) -> Color32 {
+    const STOPS: [u32; 9] =
+        [0x44_01_54, 0x47_2D_7B, 0x3B_52_8B, 0x2C_72_8E, 0x21_91_8C, 0x28_AE_80, 0x5E_C9_62, 0xAD_DC_30, 0xFD_E7_25];
+    let place = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
+    let first = (place as usize).min(STOPS.len() - 2);
+    rgb(STOPS[first]).lerp_to_gamma(rgb(STOPS[first + 1]), (place - first as f64) as f32)
+}
+
 /// The ground of a plot.
 pub fn ground(dark: bool) -> Color32 {
     rgb(palette::ground(dark))

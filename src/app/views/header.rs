@@ -3,18 +3,30 @@
 use egui::{Align, Layout, Ui};
 
 use super::scene::Scene;
-use super::{Request, View, ViewState};
+use super::{Picture, Request, View, ViewState, map};
 use crate::app::plot::{number, units};
 use crate::record::Usage;
 use crate::term::Symbol;
 
 const HEIGHT: f32 = 24.0;
 
-pub(super) fn show(ui: &mut Ui, view: View, scene: &Scene<'_>, state: &mut ViewState) -> Option<Request> {
+pub(super) fn show(
+    ui: &mut Ui,
+    view: View,
+    scene: &Scene<'_>,
+    picture: &Picture<'_>,
+    state: &mut ViewState,
+) -> Option<Request> {
     let mut asked = None;
     let size = egui::vec2(ui.available_width(), HEIGHT);
     ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-        ui.set_min_height(HEIGHT);
+        if view != View::Front {
+            ui.set_min_height(HEIGHT);
+        }
+        if !view.of_a_record() {
+            asked = of_settings(ui, view, scene, picture, state);
+            return;
+        }
         let count = scene.outcome.records.len();
         if count > 1 && !state.printing {
             let step = |ui: &mut Ui, sign: &str, name: &str, to: Option<usize>| {
@@ -78,4 +90,38 @@ pub(super) fn show(ui: &mut Ui, view: View, scene: &Scene<'_>, state: &mut ViewS
         });
     });
     asked
+}
+
+/// The line above a view of the settings.
+fn of_settings(
+    ui: &mut Ui,
+    view: View,
+    scene: &Scene<'_>,
+    picture: &Picture<'_>,
+    state: &mut ViewState,
+) -> Option<Request> {
+    match view {
+        View::Map => map::header(ui, picture, state),
+        View::Path => {
+            if scene.outcome.fits.len() > 1 {
+                for (k, fit) in scene.outcome.fits.iter().enumerate() {
+                    let name = format!("d{}/dt", scene.layout.name(fit.state));
+                    if ui.selectable_label(state.freedom.min(scene.outcome.fits.len() - 1) == k, name).clicked() {
+                        state.freedom = k;
+                    }
+                }
+            }
+            if state.printing {
+                return None;
+            }
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                ui.checkbox(&mut state.raw_path, "in their units")
+                    .on_hover_text("Magnitudes of the coefficients as they stand");
+                ui.add_enabled(!state.raw_path, egui::Checkbox::new(&mut state.signed_path, "signed"))
+                    .on_hover_text("With their signs, on a linear axis");
+            });
+        }
+        _ => {}
+    }
+    None
 }

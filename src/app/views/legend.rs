@@ -91,6 +91,12 @@ pub(super) fn swatch(ui: &mut Ui, tint: egui::Color32) {
     ui.painter().rect(rect, 1.0, tint, frame, egui::StrokeKind::Inside);
 }
 
+/// How a view is to be read, in one sentence above it.
+pub(super) fn reading(ui: &mut Ui, text: &str) {
+    ui.add(egui::Label::new(egui::RichText::new(text).weak().size(12.0)).wrap());
+    ui.add_space(2.0);
+}
+
 /// A sentence in the middle of an empty view.
 pub(super) fn note(ui: &mut Ui, text: &str) {
     ui.centered_and_justified(|ui| ui.weak(text));

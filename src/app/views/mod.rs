@@ -1,12 +1,16 @@
-//! The centre of the window: what was measured and what the identified model does, seen in five ways.
+//! The centre of the window: what was measured and what the identified model does, seen in several ways.
 //!
 //! A view is a function of a [`Picture`] (what is shown) and a [`ViewState`] (how); it computes nothing of the study.
 
 mod cache;
+mod compare;
+mod front;
 mod header;
 mod input;
 mod legend;
+mod map;
 mod panel;
+mod path;
 mod phase;
 mod response;
 mod scene;
@@ -22,7 +26,7 @@ use serde::{Deserialize, Serialize};
 
 use super::plot::export::{self, Sheet};
 use super::plot::palette::{self, Ink};
-use crate::study::Outcome;
+use crate::study::{Landscape, Outcome};
 use cache::Cache;
 use scene::Scene;
 
@@ -41,11 +45,29 @@ pub(crate) enum View {
     Input,
     /// Amplitude spectra.
     Spectrum,
+    /// Segment length over threshold, coloured by the error.
+    Map,
+    /// Coefficients along the threshold.
+    Path,
+    /// Error over the number of terms.
+    Front,
+    /// Pinned settings beside each other.
+    Compare,
 }
 
 impl View {
     /// Every view, in the order of the tabs.
-    pub(crate) const ALL: [Self; 5] = [Self::Response, Self::Velocity, Self::Phase, Self::Input, Self::Spectrum];
+    pub(crate) const ALL: [Self; 9] = [
+        Self::Response,
+        Self::Velocity,
+        Self::Phase,
+        Self::Input,
+        Self::Spectrum,
+        Self::Map,
+        Self::Path,
+        Self::Front,
+        Self::Compare,
+    ];
 
     /// The tab's text.
     pub(crate) fn label(self) -> &'static str {
@@ -55,6 +77,10 @@ impl View {
             Self::Phase => "Phase",
             Self::Input => "Input",
             Self::Spectrum => "Spectrum",
+            Self::Map => "Map",
+            Self::Path => "Path",
+            Self::Front => "Pareto",
+            Self::Compare => "Compare",
         }
     }
 
@@ -66,7 +92,23 @@ impl View {
             Self::Phase => "Velocity over displacement: loops, limit cycles and sticking show here",
             Self::Input => "The force or base motion that the model was driven by, and its rate",
             Self::Spectrum => "Amplitude spectra of measurement, model and error",
+            Self::Map => "Every segment length and threshold at once, coloured by the error on what was not fitted",
+            Self::Path => "Each term's coefficient along the threshold: what drops out where, and what it changes",
+            Self::Front => "The error on what was not fitted over the number of terms: what each further term is worth",
+            Self::Compare => {
+                "Settings pinned as A, B, C, …: their responses, errors, terms and figures beside each other"
+            }
         }
+    }
+
+    /// True if the view shows the map of settings, in one way or another.
+    pub(crate) fn needs_map(self) -> bool {
+        matches!(self, Self::Map | Self::Front)
+    }
+
+    /// True if the view shows one record, not the settings.
+    fn of_a_record(self) -> bool {
+        !matches!(self, Self::Map | Self::Path | Self::Front)
     }
 }
 
@@ -81,6 +123,21 @@ pub(crate) struct Picture<'a> {
     pub(crate) record: usize,
     /// True while a newer outcome is being computed: what is shown is dimmed, not removed.
     pub(crate) stale: bool,
+    /// The map of settings.
+    pub(crate) search: Search<'a>,
+    /// Outcomes kept to be compared, as A, B, C, …
+    pub(crate) pins: &'a [Arc<Outcome>],
+}
+
+/// How far the search through the settings has come.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Search<'a> {
+    /// The map, as far as it is known.
+    pub(crate) map: Option<&'a Arc<Landscape>>,
+    /// True if it is that of older settings.
+    pub(crate) stale: bool,
+    /// Why there is none.
+    pub(crate) failure: Option<&'a str>,
 }
 
 /// How views show it. What is serialized survives a restart; the rest is remembered from frame to frame.
@@ -99,6 +156,12 @@ pub(crate) struct ViewState {
     pub(crate) log_frequency: bool,
     /// Whether the velocity's view shows the acceleration beneath.
     pub(crate) acceleration: bool,
+    /// What the map is coloured by.
+    pub(crate) quantity: map::Quantity,
+    /// Whether coefficients are shown in their units, not as shares of the rate.
+    pub(crate) raw_path: bool,
+    /// Whether they are shown with their signs, on a linear axis.
+    pub(crate) signed_path: bool,
     #[serde(skip)]
     cache: Cache,
     #[serde(skip)]
@@ -113,12 +176,25 @@ impl ViewState {
 }
 
 /// What a person asked for in a view and the window has to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Request {
     /// Show another of the outcome's records.
     ShowRecord(usize),
     /// Save a picture of this view: ask for a file, then [`render`] and [`export::save_png`].
     SavePicture,
+    /// Take this threshold over, and this segment length if there is one.
+    Set {
+        /// Samples.
+        window: Option<usize>,
+        /// As the settings compare it.
+        threshold: f64,
+    },
+    /// Keep the outcome shown, to be compared.
+    Pin,
+    /// Let go of a pinned outcome.
+    Unpin(usize),
+    /// Take a pinned outcome's settings over.
+    Return(usize),
 }
 
 /// Draws a view into all the room there is.
@@ -130,13 +206,17 @@ pub(crate) fn show(ui: &mut egui::Ui, view: View, picture: &Picture<'_>, state: 
     ui.scope(|ui| {
         ui.visuals_mut().extreme_bg_color = palette::ground(scene.dark);
         ui.spacing_mut().item_spacing.y = 2.0;
-        let asked = header::show(ui, view, &scene, state);
+        let asked = header::show(ui, view, &scene, picture, state);
         let also = match view {
             View::Response => response::show(ui, &scene, state),
             View::Velocity => velocity::show(ui, &scene, state),
             View::Phase => phase::show(ui, &scene, state),
             View::Input => input::show(ui, &scene, state),
             View::Spectrum => spectrum::show(ui, &scene, state),
+            View::Map => map::show(ui, &scene, picture, state),
+            View::Path => path::show(ui, &scene, state),
+            View::Front => front::show(ui, &scene, picture, state),
+            View::Compare => compare::show(ui, &scene, picture, state),
         };
         asked.or(also)
     })

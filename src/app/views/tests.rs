@@ -168,6 +168,8 @@ impl Stage {
             previous: self.previous.as_ref(),
             record: self.record,
             stale: self.stale,
+            search: Search::default(),
+            pins: &[],
         };
         let asked = show(ui, self.view, &picture, &mut self.state);
         self.asked = asked.or(self.asked.take());
@@ -448,7 +450,14 @@ fn pictures_for_print_are_twice_as_fine_and_show_what_the_window_shows() {
     let mut harness = Stage::new(View::Response, &[Case::default()]).harness(SIZE, Theme::Dark);
     let draw = |harness: &Harness<'_, Stage>| {
         let stage = harness.state();
-        let picture = Picture { outcome: &stage.outcome, previous: None, record: 0, stale: false };
+        let picture = Picture {
+            outcome: &stage.outcome,
+            previous: None,
+            record: 0,
+            stale: false,
+            search: Search::default(),
+            pins: &[],
+        };
         render(Some(&harness.ctx), View::Response, &picture, &stage.state, &Sheet::default())
     };
     let whole = draw(&harness);
