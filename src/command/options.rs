@@ -7,7 +7,7 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 
 use crate::record::{ColumnMap, ReadOptions};
-use crate::study::{Differentiation, Kinematics, Lock, Scaling, Settings};
+use crate::study::{Differentiation, Form, Kinematics, Lock, Scaling, Settings, NARROWEST};
 use crate::term::{self, Kind, Term, TermError};
 
 /// Data, and how it is identified.
@@ -55,6 +55,12 @@ pub(super) struct StudyOptions {
     #[arg(long, help_heading = "Smoothing")]
     unfiltered_library: bool,
 
+    /// How the equation is held against the data [default: derivative]
+    #[arg(long, value_enum, value_name = "FORM", help_heading = "Regression")]
+    form: Option<FormName>,
+    /// Half width of the weak form's test functions, samples [default: chosen from the data]
+    #[arg(long, value_name = "N", value_parser = half_width, help_heading = "Regression")]
+    half_width: Option<usize>,
     /// Terms below it are dropped (STLSQ) [default: chosen by held-out simulation error]
     #[arg(long, value_name = "V", value_parser = not_negative, allow_negative_numbers = true, help_heading = "Regression")]
     pub(super) threshold: Option<f64>,
@@ -132,6 +138,13 @@ impl StudyOptions {
             (None, Some(order)) => (smoothing.window, smoothing.order) = (smoothing.window.max((order + 1) | 1), order),
             (None, None) => {}
         }
+        match (self.form, self.half_width) {
+            (Some(FormName::Derivative), _) => settings.form = Form::Derivative,
+            (Some(FormName::Weak), half_width) => settings.form = Form::Weak { half_width },
+            // Only the weak form has test functions.
+            (None, Some(half_width)) => settings.form = Form::Weak { half_width: Some(half_width) },
+            (None, None) => {}
+        }
         if let Some(threshold) = self.threshold {
             settings.threshold = threshold;
         }
@@ -193,6 +206,12 @@ impl StudyOptions {
         if smoothing.method != Differentiation::Difference {
             option("window", &smoothing.window.to_string());
             option("order", &smoothing.order.to_string());
+        }
+        if let Form::Weak { half_width } = settings.form {
+            option("form", "weak");
+            if let Some(half_width) = half_width {
+                option("half-width", &half_width.to_string());
+            }
         }
         option("threshold", &settings.threshold.to_string());
         if settings.ridge > 0.0 {
@@ -268,6 +287,11 @@ pub(super) fn not_negative(text: &str) -> Result<f64, String> {
     finite(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("it cannot be negative".into()) })
 }
 
+fn half_width(text: &str) -> Result<usize, String> {
+    let n = text.parse().map_err(|_| "it is a whole number of samples")?;
+    if n >= NARROWEST { Ok(n) } else { Err(format!("test functions reach at least {NARROWEST} samples to each side")) }
+}
+
 fn odd(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(n) if n >= 3 && n % 2 == 1 => Ok(n),
@@ -319,6 +343,15 @@ named! {
         /// Central differences, no smoothing
         Difference,
     }
+}
+
+/// How an equation is held against the data, by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum FormName {
+    /// At samples: rates are derivatives of smoothed states
+    Derivative,
+    /// In averages over test functions, which take the derivatives off the measurement
+    Weak,
 }
 
 named! {

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use super::regression::{Regression, candidate_terms, fitted_states};
+use super::regression::{self, Regression, candidate_terms, fitted_states};
 use super::response::Drive;
 use super::suggest::odd;
 use super::{Cancel, Settings, Smoothing, StudyError, check};
@@ -294,14 +294,19 @@ impl Plan {
     fn regressions(&self, settings: &Settings, cancel: &Cancel) -> Result<Option<Vec<Regression>>, StudyError> {
         let terms = candidate_terms(settings);
         let fitted = fitted_states(&self.layout, settings.kinematics);
-        let mut regressions = Vec::with_capacity(self.pieces.len());
+        let mut signals = Vec::with_capacity(self.pieces.len());
         for (piece, facts) in &self.pieces {
             cancel.check()?;
             if piece.len() < settings.smoothing.window {
                 return Ok(None);
             }
-            let signals = Arc::new(Signals::new(piece, &self.layout, &settings.smoothing, facts));
-            match Regression::new(&self.layout, &terms, &[signals], &settings.smoothing, &fitted) {
+            signals.push(Arc::new(Signals::new(piece, &self.layout, &settings.smoothing, facts)));
+        }
+        let Ok(weak) = regression::weak(&self.layout, &signals, settings.form, &fitted) else { return Ok(None) };
+        let mut regressions = Vec::with_capacity(self.pieces.len());
+        for signals in signals {
+            cancel.check()?;
+            match Regression::new(&self.layout, &terms, &[signals], &settings.smoothing, weak.as_ref(), &fitted) {
                 Ok(regression) => regressions.push(regression),
                 Err(_) => return Ok(None),
             }
