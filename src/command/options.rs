@@ -7,7 +7,7 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 
 use crate::record::{ColumnMap, ReadOptions};
-use crate::study::{Differentiation, Form, Kinematics, Lock, Scaling, Settings, NARROWEST};
+use crate::study::{Differentiation, Form, Kinematics, Lock, NARROWEST, Scaling, Settings};
 use crate::term::{self, Kind, Term, TermError};
 
 /// Data, and how it is identified.

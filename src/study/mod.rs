@@ -21,6 +21,7 @@ pub use outcome::{
 };
 pub use settings::{Form, Kinematics, Lock, Scaling, Settings};
 pub use suggest::suggest;
+pub use weak::NARROWEST;
 
 pub use crate::signal::{Differentiation, Smoothing};
 
