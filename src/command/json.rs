@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::analysis::Analysis;
 use crate::model::Model;
 use crate::record::Usage;
-use crate::study::{Differentiation, Kinematics, Lock, Outcome, Scaling, Score, Settings, Severity};
+use crate::study::{Differentiation, Form, Kinematics, Lock, Outcome, Scaling, Score, Settings, Severity};
 use crate::term::{Kind, Layout, Term};
 
 /// The version of the fields below.
@@ -54,6 +54,14 @@ fn settings(settings: &Settings, layout: &Layout) -> Value {
     json!({
         "window": smoothing.window,
         "order": smoothing.order,
+        "form": match settings.form {
+            Form::Derivative => "derivative",
+            Form::Weak { .. } => "weak",
+        },
+        "half_width": match settings.form {
+            Form::Weak { half_width } => half_width,
+            Form::Derivative => None,
+        },
         "threshold": settings.threshold,
         "ridge": settings.ridge,
         "terms": settings.terms.iter().map(text).collect::<Vec<_>>(),

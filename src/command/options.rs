@@ -55,7 +55,7 @@ pub(super) struct StudyOptions {
     #[arg(long, help_heading = "Smoothing")]
     unfiltered_library: bool,
 
-    /// How the equation is held against the data [default: derivative]
+    /// How the equation is held against the data [default: chosen by held-out simulation error]
     #[arg(long, value_enum, value_name = "FORM", help_heading = "Regression")]
     form: Option<FormName>,
     /// Half width of the weak form's test functions, samples [default: chosen from the data]
@@ -108,6 +108,11 @@ impl StudyOptions {
     /// Whether the order is left to the data.
     pub(super) fn order_is_free(&self) -> bool {
         self.order.is_none() && self.smooths()
+    }
+
+    /// Whether the form is left to the data: who gives a smoothing means the derivatives that it makes.
+    pub(super) fn form_is_free(&self) -> bool {
+        self.form.is_none() && self.half_width.is_none() && self.window_is_free() && self.order_is_free()
     }
 
     /// Puts what was asked for over what was suggested.

@@ -21,7 +21,7 @@ pub use outcome::{
 };
 pub use settings::{Form, Kinematics, Lock, Scaling, Settings};
 pub use suggest::suggest;
-pub use weak::NARROWEST;
+pub use weak::{NARROWEST, suggested_half_width};
 
 pub use crate::signal::{Differentiation, Smoothing};
 
