@@ -9,7 +9,7 @@ use egui::{Key, Modifiers, Theme, accesskit::Role};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use egui_kittest::{Harness, TestRenderer};
 use sindyscope::app::plot::raster::Rasterizer;
-use sindyscope::app::{App, Sample, Source, State};
+use sindyscope::app::{App, Edit, Sample, Source, State};
 use sindyscope::record::{Usage, write_csv};
 use sindyscope::rig::{ScenarioOptions, generate};
 use sindyscope::study::Lock;
@@ -64,13 +64,19 @@ impl Window {
         let patience = Instant::now() + Duration::from_secs(120);
         // What a click asks for begins in the frame after it.
         self.0.run_steps(3);
-        while self.app().busy() {
-            assert!(Instant::now() < patience, "the background work does not end");
-            std::thread::sleep(Duration::from_millis(3));
-            self.0.step();
+        loop {
+            while self.app().busy() {
+                assert!(Instant::now() < patience, "the background work does not end");
+                std::thread::sleep(Duration::from_millis(3));
+                self.0.step();
+            }
+            // Long enough for an undo step to be noted, for the ghost and the flashes to go. What was brought last may
+            // ask for more.
+            self.0.run_steps(8);
+            if !self.app().busy() {
+                return;
+            }
         }
-        // Long enough for an undo step to be noted, for the ghost and the flashes to go.
-        self.0.run_steps(8);
     }
 
     fn click(&mut self, label: &str) {
@@ -446,6 +452,10 @@ fn it_says_how_sure_terms_are_and_whether_they_can_be_told_apart() {
 
 fn picture(theme: Theme, name: &str) {
     let mut window = Window::open(State::with_source(Source::Sample(Sample::Duffing), theme.into()));
+    snapshot(&mut window, name);
+}
+
+fn snapshot(window: &mut Window, name: &str) {
     // Times differ from run to run.
     let times = window.0.get_by_label_contains("fitted in").rect();
     window.0.mask(egui::Rect::from_min_max(times.min, egui::pos2(400.0, times.max.y)));
@@ -473,4 +483,111 @@ fn nothing_moves_while_a_slider_is_dragged() {
         window.slide("Threshold", value);
         assert_eq!(places(&window), before, "threshold {value}");
     }
+}
+
+/// Dry friction under a random-phase base motion: one record to fit and one held out, both short.
+fn shaken(folder: &Path) -> Vec<PathBuf> {
+    let record = |seed, name: &str| {
+        let options = ScenarioOptions {
+            seed,
+            duration: Some(8.0),
+            rate: Some(150.0),
+            noise: Some("1e-5".parse().unwrap()),
+            ..ScenarioOptions::default()
+        };
+        let made = generate("friction-multisine", &options).unwrap();
+        let path = folder.join(name);
+        let mut file = std::fs::File::create(&path).unwrap();
+        write_csv(&made.records, &mut file, &made.comments).unwrap();
+        path
+    };
+    vec![record(1, "fit.csv"), record(2, "held_out.csv")]
+}
+
+impl Window {
+    /// Two records of friction, the second held out, in the room "What's missing".
+    fn missing(folder: &Path, theme: Theme) -> Self {
+        let source = Source::Files(shaken(folder));
+        let mut state = State::with_source(source, theme.into());
+        state.edit = Some(Edit { usage: vec![Usage::Fit, Usage::HeldOut], ..Edit::default() });
+        let mut window = Self::open(state);
+        let reset = "Reset settings";
+        window.press(CTRL, Key::K);
+        window.type_into("Find a command", reset);
+        window.press(Modifiers::NONE, Key::Enter);
+        window.click("What's missing");
+        window
+    }
+}
+
+#[test]
+fn a_walk_leads_from_a_file_to_a_shrunken_gap() {
+    let home = tempfile::tempdir().unwrap();
+    let mut window = Window::missing(home.path(), Theme::Light);
+    let base = window.app().stage().expect("the base is fitted by itself").gap.test_rmse.unwrap();
+    window.click("Find what's missing");
+    assert!(window.shows("A gap beyond noise"));
+    window.click("Next");
+    assert!(window.shows("Coulomb"), "a card");
+    window.click("Next");
+    window.click("Accept");
+    let walk = window.app().walk().accepted.clone();
+    assert_eq!(walk.len(), 1);
+    assert_eq!(walk[0].effect, "coulomb_friction");
+    let stage = window.app().stage().unwrap().clone();
+    assert!(stage.gap.test_rmse.unwrap() < 0.3 * base, "{} of {base}", stage.gap.test_rmse.unwrap());
+    assert!(window.shows("held out: never fitted"), "it is shown where it was never fitted");
+    assert!(window.app().diagnosis().is_some());
+    window.press(CTRL, Key::Z);
+    assert!(window.app().walk().accepted.is_empty(), "undo takes it back");
+    window.press(CTRL | Modifiers::SHIFT, Key::Z);
+    assert_eq!(window.app().walk().accepted, walk);
+
+    let path = home.path().join("study.json");
+    window.press(CTRL, Key::S);
+    window.press(CTRL, Key::A);
+    window.type_into("Path", path.to_str().unwrap());
+    window.click("Save");
+    let mut again = Window::of_files(vec![path]);
+    again.click("What's missing");
+    assert_eq!(again.app().walk().accepted, walk, "the walk is saved with the project");
+    let refitted = again.app().stage().expect("refitted").gap.test_rmse.unwrap();
+    assert!((refitted / stage.gap.test_rmse.unwrap() - 1.0).abs() < 0.01, "{refitted}");
+}
+
+#[test]
+fn a_search_is_cancelled_at_once_and_what_was_found_stays() {
+    let home = tempfile::tempdir().unwrap();
+    let mut window = Window::missing(home.path(), Theme::Light);
+    window.0.get_by_label("Find what's missing").click();
+    window.0.run_steps(2);
+    window.0.get_by_label("Cancel").click();
+    window.0.run_steps(2);
+    assert!(!window.shows("Cancel"), "the frame after the click shows it");
+    window.settle();
+    assert!(window.app().stage().is_some() && window.app().diagnosis().is_none());
+}
+
+#[test]
+fn the_room_of_missing_effects_looks_as_it_did() {
+    let home = tempfile::tempdir().unwrap();
+    let mut window = Window::missing(home.path(), Theme::Light);
+    window.click("Find what's missing");
+    for (step, name) in [("Compare", "missing_compare"), ("Name", "missing_name"), ("Add", "missing_add")] {
+        window.0.get_by_role_and_label(Role::Tab, step).click();
+        window.settle();
+        snapshot(&mut window, name);
+    }
+    window.click("Accept");
+    snapshot(&mut window, "missing_verify");
+}
+
+#[test]
+fn a_demonstration_hides_an_effect_and_tells_it_when_asked() {
+    let mut window = Window::open(start(Source::Nothing));
+    window.click("Demonstration: a hidden effect");
+    assert!(window.app().records().with(Usage::HeldOut).count() > 0);
+    assert!(!window.shows("THE TRUTH"));
+    window.click("Reveal the truth");
+    assert!(window.shows("Hidden: "));
 }

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::record::{Record, RecordSet, Role, Usage};
+use crate::rig::hidden::Truth;
 use crate::signal::Smoothing;
 use crate::study::{Ensemble, Inclusion, Outcome, suggested_half_width};
 use crate::term::{Kind, Layout, Symbol, Term};
@@ -20,6 +21,8 @@ pub(crate) struct Bench {
     pub(crate) title: String,
     /// Changes whenever other records are opened, so that a late answer is recognised.
     pub(crate) generation: u64,
+    /// What the records hide, if the virtual rig made them blind.
+    pub(crate) truth: Option<Truth>,
     /// The last outcome, if there is one.
     pub(crate) outcome: Option<Arc<Outcome>>,
     /// Outcomes kept to be compared.
@@ -37,9 +40,9 @@ pub(crate) struct Bench {
 
 impl Bench {
     /// Puts other records on the bench.
-    pub(crate) fn open(&mut self, title: String, records: Vec<Arc<Record>>) {
+    pub(crate) fn open(&mut self, title: String, records: Vec<Arc<Record>>, truth: Option<Truth>) {
         let generation = self.generation + 1;
-        *self = Self { records, title, generation, ..Self::default() };
+        *self = Self { records, title, generation, truth, ..Self::default() };
     }
 
     /// The records with their usage.

@@ -12,6 +12,7 @@ pub(crate) enum Command {
     Open,
     OpenPath,
     Sample(Sample),
+    Demonstration,
     Close,
     SaveProject,
     SaveProjectAs,
@@ -56,6 +57,7 @@ impl Command {
     pub(crate) fn all() -> Vec<Self> {
         let mut all = vec![Self::Open, Self::OpenPath];
         all.extend(Sample::ALL.map(Self::Sample));
+        all.push(Self::Demonstration);
         all.extend([Self::Close, Self::SaveProject, Self::SaveProjectAs, Self::PlotPicture, Self::WindowPicture]);
         all.extend([Self::Undo, Self::Redo, Self::Choose, Self::Reset]);
         all.extend([Self::CopyText, Self::CopyLatex, Self::CopyPython, Self::CopyJson]);
@@ -78,6 +80,12 @@ impl Command {
             ),
             Self::OpenPath => ("Files", "Open a path…", "Type or paste the path of a file", Some((CTRL_SHIFT, Key::O))),
             Self::Sample(sample) => ("Files", sample.label(), sample.tooltip(), None),
+            Self::Demonstration => (
+                "Files",
+                "Demonstration: a hidden effect",
+                "The virtual rig hides an effect that it draws blind; find it in “What's missing”, then reveal the truth",
+                None,
+            ),
             Self::Close => ("Files", "Close", "Take the records off the bench", Some((CTRL, Key::W))),
             Self::SaveProject => (
                 "Files",
@@ -124,7 +132,7 @@ impl Command {
             Self::View(view) => ("View", view.label(), view.tooltip(), Some((CTRL, number_key(view_index(view))))),
             Self::Room(room) => {
                 let index = Room::ALL.iter().position(|r| *r == room).unwrap_or(0);
-                ("View", room.label(), "Switch the room of work", Some((Modifiers::NONE, number_key(index))))
+                ("View", room.label(), room.tooltip(), Some((Modifiers::NONE, number_key(index))))
             }
             Self::FitView => {
                 ("View", "Show all data", "Undo zoom and pan in every plot", Some((Modifiers::NONE, Key::Home)))

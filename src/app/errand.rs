@@ -3,9 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::missing::Walk;
 use super::project::{self, Project};
 use super::state::{Edit, Sample, Source};
 use crate::record::{ReadOptions, Record, RecordSet, Usage, read_set, read_text};
+use crate::rig::hidden::{Request, Shaking, Truth, draw};
 use crate::study::{Cancel, Choice, Free, Settings, StudyError, choose, suggest};
 use crate::term::Kind;
 
@@ -35,7 +37,7 @@ pub(crate) enum Delivery {
     /// Records to put on the bench.
     Opened(Box<Opened>),
     /// They cannot be opened.
-    NotOpened(Refused),
+    NotOpened(Box<Refused>),
     /// Settings were chosen.
     Chosen { generation: u64, choice: Result<Choice, StudyError> },
     /// The work itself failed.
@@ -52,6 +54,8 @@ pub(crate) struct Opened {
     pub(crate) edit: Edit,
     pub(crate) suggestion: Settings,
     pub(crate) project: Option<(PathBuf, Project)>,
+    /// What the records hide, if the virtual rig made them blind.
+    pub(crate) truth: Option<Truth>,
 }
 
 /// What cannot be opened, and why.
@@ -75,7 +79,7 @@ pub(crate) fn run(errand: Errand, cancel: &Cancel, progress: &(dyn Fn(f64) + Syn
     let delivery = match errand {
         Errand::Open(opening) => match open(&opening) {
             Ok(opened) => Delivery::Opened(Box::new(opened)),
-            Err(problem) => Delivery::NotOpened(Refused { opening, problem }),
+            Err(problem) => Delivery::NotOpened(Box::new(Refused { opening, problem })),
         },
         Errand::Choose { generation, records, settings } => {
             let free = Free { window: true, order: true, threshold: true, form: true };
@@ -161,7 +165,7 @@ fn open(opening: &Opening) -> Result<Opened, Problem> {
         opening.edit = None;
         read = Some((path, project));
     }
-    let (title, set) = records(&opening)?;
+    let Read { title, set, truth } = records(&opening)?;
     let records: Vec<Arc<Record>> = set.entries.iter().map(|(record, _)| Arc::clone(record)).collect();
     let edit = opening.edit.as_ref().filter(|e| e.usage.len() == records.len());
     let mut usage: Vec<Usage> = match (edit, opening.usage.len() == records.len()) {
@@ -185,14 +189,26 @@ fn open(opening: &Opening) -> Result<Opened, Problem> {
         (None, Some(edit)) => edit.settings.clone(),
         (None, None) => suggestion.clone(),
     };
-    let edit = Edit { settings, usage };
+    let walk = match (&read, edit) {
+        (Some((_, project)), _) => project.walk.clone(),
+        (None, Some(edit)) => edit.walk.clone(),
+        (None, None) => Walk::default(),
+    };
+    let edit = Edit { settings, usage, walk };
     let Opening { source, reading, .. } = opening;
     let title = read.as_ref().map_or(title, |(path, _)| file_name(path));
-    Ok(Opened { source, reading, title, records, edit, suggestion, project: read })
+    Ok(Opened { source, reading, title, records, edit, suggestion, project: read, truth })
+}
+
+/// What a source holds.
+struct Read {
+    title: String,
+    set: RecordSet,
+    truth: Option<Truth>,
 }
 
 /// Reads what a source names.
-fn records(opening: &Opening) -> Result<(String, RecordSet), Problem> {
+fn records(opening: &Opening) -> Result<Read, Problem> {
     let problem = |e: crate::record::ReadError| Problem {
         what: e.to_string(),
         advice: e.advice(),
@@ -222,7 +238,7 @@ fn records(opening: &Opening) -> Result<(String, RecordSet), Problem> {
                     }
                 }
             }
-            Ok((fitted.0.to_owned(), set))
+            Ok(Read { title: fitted.0.to_owned(), set, truth: None })
         }
         Source::Files(paths) => {
             let set = read_set(paths, &[], &opening.reading).map_err(problem)?;
@@ -231,7 +247,17 @@ fn records(opening: &Opening) -> Result<(String, RecordSet), Problem> {
                 [one, rest @ ..] => format!("{} and {} more", file_name(one), rest.len()),
                 [] => String::new(),
             };
-            Ok((title, set))
+            Ok(Read { title, set, truth: None })
+        }
+        Source::Hidden(seed) => {
+            let hidden = draw(&Request::blind(Shaking::Multisine, *seed)).map_err(|e| Problem {
+                what: format!("the virtual rig made no records: {e}"),
+                advice: "draw another effect".into(),
+                columns: Vec::new(),
+            })?;
+            let mut set = RecordSet::new(hidden.fit, Usage::Fit);
+            set.add(hidden.held_out, Usage::HeldOut);
+            Ok(Read { title: "a hidden effect".into(), set, truth: Some(hidden.truth) })
         }
     }
 }

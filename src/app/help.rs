@@ -15,6 +15,11 @@ const READING: &[(&str, &str)] = &[
         "a record that is never fitted, only simulated: its error is the honest figure, and the one in large type",
     ),
     ("Threshold", "terms smaller than it are dropped; the marks under the slider show at which value each one falls"),
+    (
+        "What's missing",
+        "a walk in four steps: where response and measurement part, which effect that is, what it would change, and whether \
+         the gap shrinks on data never fitted; each effect keeps its colour in plots, cards and the equation",
+    ),
     ("Shares", "the bars in the equation: how much of the forces' RMS a term carries"),
 ];
 

@@ -7,6 +7,7 @@ mod dialogs;
 mod errand;
 mod help;
 mod history;
+pub(crate) mod missing;
 mod notices;
 mod overlay;
 mod panel;
@@ -25,6 +26,7 @@ mod worker;
 
 use std::path::PathBuf;
 
+pub use missing::{Base, Walk};
 pub use state::{Edit, Sample, Source, State};
 pub use window::App;
 

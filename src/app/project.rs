@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::errand::{Problem, file_name};
-use super::state::Source;
+use super::missing::Walk;
+use super::state::{Edit, Source};
 use crate::record::{ReadOptions, Usage};
 use crate::study::Settings;
 
@@ -32,17 +33,16 @@ pub(crate) struct Project {
     pub(crate) usage: BTreeMap<String, Usage>,
     /// The settings.
     pub(crate) settings: Settings,
+    /// What was added to the base model in "What's missing".
+    #[serde(default)]
+    pub(crate) walk: Walk,
 }
 
 impl Project {
     /// A project of these parts.
-    pub(crate) fn new(
-        source: Source,
-        reading: ReadOptions,
-        usage: BTreeMap<String, Usage>,
-        settings: Settings,
-    ) -> Self {
-        Self { sindyscope_project: VERSION, source, reading, usage, settings }
+    pub(crate) fn new(source: Source, reading: ReadOptions, usage: BTreeMap<String, Usage>, edit: &Edit) -> Self {
+        let Edit { settings, walk, .. } = edit.clone();
+        Self { sindyscope_project: VERSION, source, reading, usage, settings, walk }
     }
 
     /// Reads a project; its files' paths come out absolute.
@@ -106,11 +106,16 @@ pub(crate) fn is_project(path: &Path) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::app::missing::Base;
+    use crate::gap::Choice;
 
     fn project(file: &Path) -> Project {
         let usage = BTreeMap::from([("2 Hz".to_owned(), Usage::HeldOut)]);
         let settings = Settings { threshold: 0.03, ..Settings::default() };
-        Project::new(Source::Files(vec![file.to_owned()]), ReadOptions::default(), usage, settings)
+        let friction = Choice { effect: "coulomb_friction".into(), form: "to ground".into() };
+        let walk = Walk { base: Base::Identified, accepted: vec![friction] };
+        let edit = Edit { settings, walk, ..Edit::default() };
+        Project::new(Source::Files(vec![file.to_owned()]), ReadOptions::default(), usage, &edit)
     }
 
     #[test]

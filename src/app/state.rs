@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use egui::ThemePreference;
 use serde::{Deserialize, Serialize};
 
+use super::missing::Walk;
 use super::views::{View, ViewState};
 use crate::record::{ReadOptions, Usage};
 use crate::study::Settings;
@@ -36,6 +37,8 @@ pub enum Source {
     Sample(Sample),
     /// Files, read together.
     Files(Vec<PathBuf>),
+    /// The virtual rig's, with an effect hidden in them that this seed draws.
+    Hidden(u64),
 }
 
 /// What undo takes back: everything that decides an outcome.
@@ -46,6 +49,8 @@ pub struct Edit {
     pub settings: Settings,
     /// What each record is used for, in the order of reading.
     pub usage: Vec<Usage>,
+    /// What was added to the base model in "What's missing".
+    pub walk: Walk,
 }
 
 /// A room of work: what the centre of the window is for.
@@ -55,16 +60,27 @@ pub(crate) enum Room {
     /// From a measurement to its equation of motion.
     #[default]
     Identify,
+    /// Where a model and the measurement part, and which effect that is.
+    Missing,
 }
 
 impl Room {
     /// Every room, in the order of their keys 1, 2, …; with one there is nothing to switch.
-    pub(crate) const ALL: [Self; 1] = [Self::Identify];
+    pub(crate) const ALL: [Self; 2] = [Self::Identify, Self::Missing];
 
     /// The switch's text.
     pub(crate) fn label(self) -> &'static str {
         match self {
             Self::Identify => "Identify",
+            Self::Missing => "What's missing",
+        }
+    }
+
+    /// What one does in it, in one sentence.
+    pub(crate) fn tooltip(self) -> &'static str {
+        match self {
+            Self::Identify => "From the measurement to its equation of motion",
+            Self::Missing => "Where a model's response and the measurement part, and which physical effect that is",
         }
     }
 }

@@ -35,7 +35,7 @@ pub(crate) fn show(ui: &mut Ui, bar: &mut Toolbar<'_>) -> Vec<Asked> {
             ui.menu_button(title(bar), |ui| file_menu(ui, bar, &mut asked));
             if Room::ALL.len() > 1 {
                 ui.add_space(12.0);
-                switch(ui, &mut bar.state.room, &Room::ALL.map(|r| (r, r.label(), "")));
+                switch(ui, &mut bar.state.room, &Room::ALL.map(|r| (r, r.label(), r.tooltip())));
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 ui.spacing_mut().item_spacing.x = 2.0;
@@ -84,6 +84,7 @@ fn file_menu(ui: &mut Ui, bar: &Toolbar<'_>, asked: &mut Vec<Asked>) {
     for sample in Sample::ALL {
         entry(ui, Command::Sample(sample), true);
     }
+    entry(ui, Command::Demonstration, true);
     ui.separator();
     entry(ui, Command::SaveProject, open);
     entry(ui, Command::SaveProjectAs, open);

@@ -12,17 +12,19 @@ use super::commands::Command;
 use super::dialogs::{Chosen, Dialogs, Purpose};
 use super::errand::{self, Delivery, Errand, Opened, Opening, Refused, file_name};
 use super::history::History;
+use super::missing::{Missing, Walk};
 use super::notices::Notices;
 use super::panel::{self, Ask, Desk, Typing};
 use super::plot::export::{Sheet, save_png};
 use super::plot::palette;
 use super::project::Project;
-use super::state::{Edit, Sample, Source, State};
+use super::state::{Edit, Room, Sample, Source, State};
 use super::survey::Survey;
 use super::views::{self, Picture, Request, Search, View, ViewState};
 use super::worker::Worker;
 use super::{AppError, help, overlay, status, theme, toolbar, welcome};
 use crate::format::equations;
+use crate::gap::{Diagnosis, Stage};
 use crate::record::{ReadOptions, RecordSet};
 use crate::study::{Ensemble, Landscape, Outcome, Settings, Study, StudyError};
 use crate::term::Kind;
@@ -79,6 +81,7 @@ pub struct App {
     fitting: Worker<Question, Option<Answer>>,
     errands: Worker<Errand, Delivery>,
     pictures: Worker<PictureJob, Result<PathBuf, String>>,
+    missing: Missing,
     survey: Survey,
     /// Repeats the regression on resampled data once the settings rest.
     repeats: Worker<Question, Repeated>,
@@ -132,6 +135,7 @@ impl App {
                 |job, _, _| Some(draw(job)),
                 || Err("the picture was not drawn: an error of the program; please report it".into()),
             )?,
+            missing: Missing::new(wake())?,
             survey: Survey::new(wake())?,
             repeats: repeats_worker(wake())?,
             repeated: 0,
@@ -165,7 +169,7 @@ impl App {
     pub fn busy(&self) -> bool {
         let workers = [self.fitting.busy(), self.errands.busy(), self.pictures.busy(), self.survey.busy()];
         let busy = workers.iter().any(Option::is_some) || self.repeats.busy().is_some();
-        busy || self.answered != self.ticket
+        busy || self.answered != self.ticket || self.missing.waiting()
     }
 
     /// The settings as they stand.
@@ -181,6 +185,21 @@ impl App {
     /// What the last study found.
     pub fn outcome(&self) -> Option<&Arc<Outcome>> {
         self.bench.outcome.as_ref()
+    }
+
+    /// What was added in "What's missing".
+    pub fn walk(&self) -> &Walk {
+        &self.edit.walk
+    }
+
+    /// The model with what was added, once it was fitted.
+    pub fn stage(&self) -> Option<&Arc<Stage>> {
+        self.missing.stage(&self.edit.walk)
+    }
+
+    /// What the walk in "What's missing" has come to, once it was asked: for a report.
+    pub fn diagnosis(&self) -> Option<&Arc<Diagnosis>> {
+        self.missing.diagnosis(&self.edit.walk)
     }
 
     /// What survives a restart.
@@ -212,7 +231,7 @@ impl App {
     }
 
     fn opened(&mut self, opened: Opened) {
-        let Opened { source, reading, title, records, edit, suggestion, project } = opened;
+        let Opened { source, reading, title, records, edit, suggestion, project, truth } = opened;
         self.typing = Typing::default();
         if let Source::Files(paths) = &source {
             let remembered = project.as_ref().map(|(path, _)| std::slice::from_ref(path)).unwrap_or(paths);
@@ -221,7 +240,11 @@ impl App {
             }
         }
         let same = self.state.source == source;
-        self.bench.open(title, records);
+        self.bench.open(title, records, truth);
+        if matches!(source, Source::Hidden(_)) && !same {
+            self.state.room = Room::Missing;
+            self.missing.look_by_itself();
+        }
         self.suggestion =
             self.state.suggestion.take().filter(|s| same && s.kind == suggestion.kind).unwrap_or(suggestion);
         self.history = History::new(edit.clone());
@@ -261,6 +284,7 @@ impl App {
                 Err(error) => self.bench.failure = Some(error.to_string()),
             }
         }
+        self.missing.collect();
         self.survey.collect();
         while let Some(answer) = self.repeats.answer() {
             if let Some((ticket, Ok(ensemble))) = answer
@@ -288,7 +312,7 @@ impl App {
                 if let Source::Files(paths) = &refused.opening.source {
                     self.state.recent.retain(|p| !paths.contains(p) || p.exists());
                 }
-                self.refused = Some(refused);
+                self.refused = Some(*refused);
                 if self.bench.records.is_empty() {
                     self.state.source = Source::Nothing;
                 }
@@ -336,8 +360,15 @@ impl App {
 
     /// Asks for a study if what was asked last is no longer what is wanted.
     fn ask(&mut self) {
-        let wanted = (self.bench.generation, &self.edit);
-        if self.bench.records.is_empty() || self.asked.as_ref().is_some_and(|(g, e)| (*g, e) == wanted) {
+        if self.state.room == Room::Missing {
+            self.missing.attend(&self.bench, &self.edit);
+        }
+        // A walk decides nothing of the study.
+        let same = |(generation, edit): &(u64, Edit)| {
+            *generation == self.bench.generation
+                && (&edit.settings, &edit.usage) == (&self.edit.settings, &self.edit.usage)
+        };
+        if self.bench.records.is_empty() || self.asked.as_ref().is_some_and(same) {
             return;
         }
         self.ticket += 1;
@@ -379,7 +410,7 @@ impl App {
     fn save_project(&mut self, path: &Path) {
         let usage = self.bench.records.iter().zip(&self.edit.usage).map(|(r, u)| (r.name.clone(), *u)).collect();
         let reading = self.state.reading.clone();
-        let project = Project::new(self.state.source.clone(), reading, usage, self.edit.settings.clone());
+        let project = Project::new(self.state.source.clone(), reading, usage, &self.edit);
         match project.save(path) {
             Ok(()) => {
                 self.state.remember(path);
@@ -414,9 +445,14 @@ impl App {
             Command::Open => self.dialogs.ask(Purpose::Open, "", frame, ctx),
             Command::OpenPath => self.dialogs.type_path(Purpose::Open, "", ""),
             Command::Sample(sample) => self.open_sample(sample),
+            Command::Demonstration => {
+                let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+                let source = Source::Hidden(now.map_or(1, |d| d.as_micros() as u64));
+                self.begin(Opening { source, reading: ReadOptions::default(), edit: None, usage: Vec::new() });
+            }
             Command::Close => {
                 self.errands.cancel();
-                self.bench.open(String::new(), Vec::new());
+                self.bench.open(String::new(), Vec::new(), None);
                 self.edit = Edit::default();
                 self.history = History::new(Edit::default());
                 self.state.source = Source::Nothing;
@@ -447,6 +483,10 @@ impl App {
             }
             Command::Reset => self.edit.settings = self.suggestion.clone(),
             Command::PlotPicture if self.bench.outcome.is_none() => {}
+            // Plots, maps and figures belong together there.
+            Command::PlotPicture if self.state.room == Room::Missing => {
+                self.dialogs.ask(Purpose::Window, &format!("{stem}-missing.png"), frame, ctx);
+            }
             Command::PlotPicture => {
                 let name = format!("{stem}-{}.png", self.state.view.label().to_lowercase());
                 self.dialogs.ask(Purpose::Plot, &name, frame, ctx);
@@ -517,6 +557,12 @@ impl App {
         let opening = self.under_way == Some(UnderWay::Opening);
         let outline = egui::Frame::new().fill(palette::ground(dark)).inner_margin(Margin::symmetric(10, 4));
         CentralPanel::default().frame(outline).show(ui, |ui| {
+            if self.state.room == Room::Missing && !self.bench.records.is_empty() {
+                for act in self.missing.show(ui, &self.bench, &mut self.edit) {
+                    self.missing.act(act, &self.bench, &mut self.edit);
+                }
+                return;
+            }
             let Some(outcome) = self.bench.outcome.clone() else {
                 if self.bench.records.is_empty() {
                     if let Some(command) = welcome::show(ui, opening) {
@@ -628,7 +674,7 @@ impl eframe::App for App {
         let mut line = status::Status {
             bench: &self.bench,
             fitting: self.fitting.busy(),
-            errand: self.errands.busy(),
+            errand: self.errands.busy().or(self.missing.busy()),
             opening,
             notices: &mut self.notices,
             log_open: &mut self.log_open,
@@ -651,7 +697,9 @@ impl eframe::App for App {
                 asks: &mut asks,
             };
             panel::left(ui, &mut desk);
-            if !self.bench.records.is_empty() {
+            if self.state.room == Room::Missing && !self.bench.records.is_empty() {
+                panel::findings(ui, |ui| self.missing.findings(ui, &self.bench, &self.edit));
+            } else if !self.bench.records.is_empty() {
                 panel::right(ui, &mut desk, now);
             }
         }

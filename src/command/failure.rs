@@ -1,6 +1,7 @@
 use std::fmt;
 use std::path::Path;
 
+use crate::gap::GapError;
 use crate::record::ReadError;
 use crate::report::ReportError;
 use crate::study::StudyError;
@@ -71,6 +72,30 @@ impl From<StudyError> for Failure {
             }
             StudyError::Setting(_) => "leave the option out to have it chosen from the data; `--help` describes each",
             StudyError::NothingToFit | StudyError::Cancelled => "",
+        };
+        Self::new(error.to_string()).try_this(advice)
+    }
+}
+
+impl From<GapError> for Failure {
+    fn from(error: GapError) -> Self {
+        let advice = match error {
+            GapError::Records(_) => {
+                "give records with the same channels and units, or say with --columns which column is which"
+            }
+            GapError::Freedoms(_) | GapError::Inputs(_) => {
+                "name the time, the displacement and the input: --columns t=NAME,x=NAME,u=NAME"
+            }
+            GapError::TooShort { .. } => {
+                "give a longer record, or one that was sampled faster: ten periods at forty samples each are plenty"
+            }
+            GapError::Symbol { .. } => {
+                "leave --terms out for a linear spring and damper, or name an input with --columns u=NAME"
+            }
+            GapError::Base => {
+                "leave --terms out for a linear spring and damper; `sindyscope identify` shows which terms suit the records"
+            }
+            GapError::NothingToFit | GapError::Cancelled => "",
         };
         Self::new(error.to_string()).try_this(advice)
     }

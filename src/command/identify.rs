@@ -1,7 +1,6 @@
 use clap::{Args, ValueEnum};
 
-use super::analysis::{Analysis, analyse};
-use super::failure::Failure;
+use super::analysis::analyse;
 use super::options::StudyOptions;
 use super::{Output, json};
 use crate::format::equations;
@@ -30,8 +29,7 @@ enum Form {
 /// Identifies and prints.
 pub(super) fn run(options: &Options) -> Output {
     let analysis = analyse(&options.study)?;
-    let json = write_json(&options.study, &analysis)?;
-    if let Some(json) = json {
+    if let Some(json) = json::write(options.study.json.as_deref(), &json::identified(&analysis))? {
         return Ok(json);
     }
     let model = &analysis.outcome.model;
@@ -46,22 +44,10 @@ pub(super) fn run(options: &Options) -> Output {
                 outcome: &analysis.outcome,
                 choice: analysis.choice.as_deref(),
                 command: None,
+                diagnosis: None,
             };
             format!("{}\n{}", equations::text(model), report.summary())
         }
     };
     Ok(text.into_bytes())
-}
-
-/// Writes the JSON that was asked for; what of it goes to standard output is handed back.
-pub(super) fn write_json(options: &StudyOptions, analysis: &Analysis) -> Result<Option<Vec<u8>>, Failure> {
-    let Some(path) = &options.json else { return Ok(None) };
-    let mut text = serde_json::to_string_pretty(&json::identified(analysis))
-        .map_err(|e| Failure::new(format!("cannot write the result as JSON: {e}")))?;
-    text.push('\n');
-    if options.json_only() {
-        return Ok(Some(text.into_bytes()));
-    }
-    std::fs::write(path, text).map_err(|e| Failure::writing(path, &e))?;
-    Ok(None)
 }

@@ -1,15 +1,32 @@
 //! The result as JSON, for scripts. A number that does not exist is `null`.
 
+use std::path::Path;
+
 use serde_json::{Value, json};
 
 use super::analysis::Analysis;
+use super::failure::Failure;
+use crate::format::equations::is_kinematic;
 use crate::model::Model;
 use crate::record::Usage;
 use crate::study::{Differentiation, Form, Kinematics, Lock, Outcome, Scaling, Score, Settings, Severity};
 use crate::term::{Kind, Layout, Term};
 
 /// The version of the fields below.
-const VERSION: u32 = 1;
+pub(super) const VERSION: u32 = 1;
+
+/// Writes the JSON that was asked for; what of it goes to standard output (the file `-`) is handed back.
+pub(super) fn write(path: Option<&Path>, result: &Value) -> Result<Option<Vec<u8>>, Failure> {
+    let Some(path) = path else { return Ok(None) };
+    let mut text = serde_json::to_string_pretty(result)
+        .map_err(|e| Failure::new(format!("cannot write the result as JSON: {e}")))?;
+    text.push('\n');
+    if path == Path::new("-") {
+        return Ok(Some(text.into_bytes()));
+    }
+    std::fs::write(path, text).map_err(|e| Failure::writing(path, &e))?;
+    Ok(None)
+}
 
 /// The result of `identify`.
 pub(super) fn identified(analysis: &Analysis) -> Value {
@@ -88,9 +105,19 @@ fn settings(settings: &Settings, layout: &Layout) -> Value {
 
 /// The equations; a coefficient that was given and not fitted has no error: 0.
 pub(super) fn equations(model: &Model) -> Vec<Value> {
+    each_equation(model, &json!(0.0))
+}
+
+/// The equations of a model whose every coefficient but those of `dx/dt = v` was fitted: without an error, none is known.
+pub(super) fn fitted_equations(model: &Model) -> Vec<Value> {
+    each_equation(model, &Value::Null)
+}
+
+fn each_equation(model: &Model, without_error: &Value) -> Vec<Value> {
     model
         .iter()
         .map(|(state, equation)| {
+            let known = is_kinematic(model, state, equation);
             let terms: Vec<Value> = equation
                 .terms
                 .iter()
@@ -98,7 +125,11 @@ pub(super) fn equations(model: &Model) -> Vec<Value> {
                     json!({
                         "term": t.term.text(&model.layout),
                         "coefficient": t.coefficient,
-                        "std_error": t.std_error.unwrap_or(0.0),
+                        "std_error": match t.std_error {
+                            Some(error) => json!(error),
+                            None if known => json!(0.0),
+                            None => without_error.clone(),
+                        },
                         "share": t.share,
                     })
                 })

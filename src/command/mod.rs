@@ -1,12 +1,15 @@
 //! The command line: what the library finds, for terminals and scripts. None of it but the window needs a display.
 
 mod analysis;
+mod diagnose;
+mod diagnosed;
 mod failure;
 mod generate;
 mod hidden;
 mod identify;
 mod json;
 mod options;
+mod progress;
 mod report;
 mod window;
 
@@ -35,7 +38,9 @@ struct Cli {
 enum Command {
     /// Identify the equation of motion: smooth, differentiate, regress sparsely, simulate
     Identify(identify::Options),
-    /// The same as a document: figures, equations, tables
+    /// Find what a model lacks: where simulation and measurement disagree, which effect that is, how the gap shrinks with it
+    Diagnose(diagnose::Options),
+    /// The study as a document: figures, equations, tables
     Report(report::Options),
     /// Make a record of the virtual test rig, whose equation of motion is known
     Generate(generate::Options),
@@ -57,6 +62,7 @@ fn run(arguments: impl IntoIterator<Item = OsString>, out: &mut impl Write, err:
         Ok(cli) => match cli.command {
             None => window::open(cli.files).map(|()| Vec::new()).map_err(Stop::from),
             Some(Command::Identify(options)) => identify::run(&options),
+            Some(Command::Diagnose(options)) => diagnose::run(&options),
             Some(Command::Report(options)) => report::run(&options),
             Some(Command::Generate(options)) => generate::run(&options),
         },

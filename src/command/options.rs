@@ -6,13 +6,13 @@ use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 
-use crate::record::{ColumnMap, ReadOptions};
+use crate::record::{ColumnMap, ReadError, ReadOptions, RecordSet, read_set};
 use crate::study::{Differentiation, Form, Kinematics, Lock, NARROWEST, Scaling, Settings};
 use crate::term::{self, Kind, Term, TermError};
 
-/// Data, and how it is identified.
+/// Data, and how they are read.
 #[derive(Debug, Args)]
-pub(super) struct StudyOptions {
+pub(super) struct DataOptions {
     /// Measurements to fit: CSV files
     #[arg(required = true, value_name = "DATA")]
     pub(super) data: Vec<PathBuf>,
@@ -28,6 +28,13 @@ pub(super) struct StudyOptions {
     /// Displacements given and velocities derived, or every state given
     #[arg(long, value_enum, default_value_t)]
     pub(super) kind: KindName,
+}
+
+/// Data, and how it is identified.
+#[derive(Debug, Args)]
+pub(super) struct StudyOptions {
+    #[command(flatten)]
+    pub(super) data: DataOptions,
 
     /// Candidate terms of the acceleration (first order: of every state): "x, v, u, x^3, sgn(v)" [default: by the kind of data]
     #[arg(long, value_name = "LIST", help_heading = "Library")]
@@ -79,9 +86,8 @@ pub(super) struct StudyOptions {
     pub(super) json: Option<PathBuf>,
 }
 
-impl StudyOptions {
-    /// How the files are read.
-    pub(super) fn reading(&self) -> ReadOptions {
+impl DataOptions {
+    fn reading(&self) -> ReadOptions {
         ReadOptions {
             columns: self.columns.clone().unwrap_or_default(),
             rate: self.rate,
@@ -90,11 +96,13 @@ impl StudyOptions {
         }
     }
 
-    /// True if JSON is all that goes to standard output.
-    pub(super) fn json_only(&self) -> bool {
-        self.json.as_deref() == Some(Path::new("-"))
+    /// Reads the records.
+    pub(super) fn read(&self) -> Result<RecordSet, ReadError> {
+        read_set(&self.data, &self.test, &self.reading())
     }
+}
 
+impl StudyOptions {
     /// Whether smoothing uses a segment at all.
     fn smooths(&self) -> bool {
         self.method != Some(MethodName::Difference)
@@ -117,7 +125,7 @@ impl StudyOptions {
 
     /// Puts what was asked for over what was suggested.
     pub(super) fn apply(&self, settings: &mut Settings) {
-        settings.kind = self.kind.into();
+        settings.kind = self.data.kind.into();
         if let Some(Terms(terms)) = &self.terms {
             settings.terms.clone_from(terms);
         }
@@ -172,18 +180,18 @@ impl StudyOptions {
                 let _ = write!(text, " {}", quoted(&file.to_string_lossy()));
             }
         };
-        files(&mut text, &self.data);
-        if !self.test.is_empty() {
+        files(&mut text, &self.data.data);
+        if !self.data.test.is_empty() {
             text.push_str(" --test");
-            files(&mut text, &self.test);
+            files(&mut text, &self.data.test);
         }
         let mut option = |name: &str, value: &str| {
             let _ = write!(text, " --{name} {}", quoted(value));
         };
-        if let Some(columns) = &self.columns {
+        if let Some(columns) = &self.data.columns {
             option("columns", &columns.to_string());
         }
-        if let Some(rate) = self.rate {
+        if let Some(rate) = self.data.rate {
             option("rate", &rate.to_string());
         }
         if settings.kind == Kind::FirstOrder {
@@ -239,7 +247,7 @@ impl StudyOptions {
 }
 
 /// An argument as a shell takes it.
-fn quoted(text: &str) -> String {
+pub(super) fn quoted(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./=,+:@%^".contains(c);
     if !text.is_empty() && text.chars().all(plain) {
         text.to_owned()
@@ -250,7 +258,7 @@ fn quoted(text: &str) -> String {
 
 /// A list of terms.
 #[derive(Clone, Debug)]
-pub(super) struct Terms(Vec<Term>);
+pub(super) struct Terms(pub(super) Vec<Term>);
 
 impl FromStr for Terms {
     type Err = TermError;
@@ -297,7 +305,7 @@ fn half_width(text: &str) -> Result<usize, String> {
     if n >= NARROWEST { Ok(n) } else { Err(format!("test functions reach at least {NARROWEST} samples to each side")) }
 }
 
-fn odd(text: &str) -> Result<usize, String> {
+pub(super) fn odd(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(n) if n >= 3 && n % 2 == 1 => Ok(n),
         Ok(n) => Err(format!(

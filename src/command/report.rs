@@ -2,12 +2,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::Output;
 use super::analysis::analyse;
+use super::diagnose::{MAX_EFFECTS, first_order, search};
 use super::failure::Failure;
-use super::identify::write_json;
-use super::options::StudyOptions;
+use super::options::{KindName, StudyOptions, Terms, quoted};
+use super::{Output, diagnosed, json};
 use crate::report::{Format, Report};
+use crate::term::Term;
 
 /// Options of `report`.
 #[derive(Debug, Args)]
@@ -17,6 +18,15 @@ pub(super) struct Options {
     /// The document to write: .html (self-contained) or .png, by the ending
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+    /// Search for missing effects too, as `diagnose` does, and write the walk into the document
+    #[arg(long, help_heading = "Missing effects")]
+    diagnose: bool,
+    /// Terms of the base model of that search [default: a linear spring and damper]
+    #[arg(long, value_name = "LIST", requires = "diagnose", help_heading = "Missing effects")]
+    base: Option<Terms>,
+    /// Most effects that it adds
+    #[arg(long, value_name = "N", default_value_t = MAX_EFFECTS, value_parser = clap::value_parser!(u8).range(..=20), requires = "diagnose", help_heading = "Missing effects")]
+    max_effects: u8,
     /// Its title [default: the names of the files]
     #[arg(long, value_name = "TEXT", help_heading = "Output")]
     title: Option<String>,
@@ -26,19 +36,50 @@ pub(super) struct Options {
 pub(super) fn run(options: &Options) -> Output {
     // Said before the work is done, not after.
     Format::of(&options.out).map_err(Failure::from)?;
+    if options.diagnose && options.study.data.kind == KindName::FirstOrder {
+        return Err(first_order().into());
+    }
     let analysis = analyse(&options.study)?;
-    let command = options.study.command("report", &analysis.outcome.settings, Some(&options.out));
-    let title = options.title.clone().unwrap_or_else(|| title(&options.study.data));
+    let diagnosis = match options.diagnose {
+        true => Some(search(&analysis.records, options.base.as_ref(), &[], options.max_effects)?),
+        false => None,
+    };
+    let mut command = options.study.command("report", &analysis.outcome.settings, Some(&options.out));
+    command.push_str(&options.diagnosis_words());
+    let title = options.title.clone().unwrap_or_else(|| title(&options.study.data.data));
     let report = Report {
         title: &title,
         records: &analysis.records,
         outcome: &analysis.outcome,
         choice: analysis.choice.as_deref(),
         command: Some(&command),
+        diagnosis: diagnosis.as_ref(),
     };
     report.write(&options.out).map_err(Failure::from)?;
-    let json = write_json(&options.study, &analysis)?;
+    let mut result = json::identified(&analysis);
+    if let Some(diagnosis) = &diagnosis {
+        result["diagnosis"] = diagnosed::result(diagnosis);
+    }
+    let json = json::write(options.study.json.as_deref(), &result)?;
     Ok(json.unwrap_or_else(|| format!("wrote {}\n", options.out.display()).into_bytes()))
+}
+
+impl Options {
+    /// The part of the command that asks for the search for missing effects.
+    fn diagnosis_words(&self) -> String {
+        let mut text = String::new();
+        if self.diagnose {
+            text.push_str(" --diagnose");
+            if let Some(Terms(terms)) = &self.base {
+                let list: Vec<&str> = terms.iter().map(Term::as_str).collect();
+                text.push_str(&format!(" --base {}", quoted(&list.join(", "))));
+            }
+            if self.max_effects != MAX_EFFECTS {
+                text.push_str(&format!(" --max-effects {}", self.max_effects));
+            }
+        }
+        text
+    }
 }
 
 /// The names of the files, without folders and endings.

@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use super::failure::Failure;
 
 /// What works without a window.
-const COMMANDS: &str = "the commands, which need no display: `sindyscope identify DATA`, `sindyscope report DATA --out FILE`, \
+const COMMANDS: &str = "the commands, which need no display: `sindyscope identify DATA`, `sindyscope diagnose DATA`, `sindyscope report DATA --out FILE`, \
                         `sindyscope generate list`; `sindyscope --help` describes them";
 
 /// Opens the window with files in it.

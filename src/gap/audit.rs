@@ -76,9 +76,9 @@ fn tone(s: &Series, noise: f64) -> Option<(f64, f64)> {
     if energy(line.saturating_sub(3)..line + 4) < TONE * all {
         return None;
     }
-    let third = s.len() / 3;
-    let part = |k: usize| rms(&s.measured[k * third..(k + 1) * third]);
-    alike(&[part(0), part(1), part(2)], STEADY).then(|| (peak.frequency, rms(&s.measured)))
+    let periods = (peak.frequency * s.interval * s.len() as f64) as usize;
+    let parts: Vec<f64> = s.measured.chunks_exact(s.len() / (periods / 3).clamp(3, 12)).map(rms).collect();
+    alike(&parts, STEADY).then(|| (peak.frequency, rms(&s.measured)))
 }
 
 fn alike(values: &[f64], tolerance: f64) -> bool {

@@ -1,6 +1,6 @@
 //! Which candidate is named, which are refused, and which the data cannot tell apart.
 
-use super::effects::Form;
+use super::effects::{Form, Sign};
 use super::fit::Fitted;
 use crate::refine::inflation;
 
@@ -12,6 +12,8 @@ pub(super) struct Score {
     pub(super) bic: f64,
     /// Difference of twice the negative log-likelihood of the data left out.
     pub(super) test: f64,
+    /// RMSE of the data left out.
+    pub(super) rmse: f64,
     /// Both together; a gain on the fitted data counts only as far as the data left out bear it out.
     pub(super) total: f64,
 }
@@ -26,6 +28,12 @@ const WORTH: f64 = 10.0;
 const SHOWN: f64 = 4.0;
 /// By how much no single record left out may get worse.
 const WORSE: f64 = 1.10;
+/// Difference below which two candidates are not told apart on one steady tone, where harmonics alone speak.
+pub(super) const APART_ON_A_TONE: f64 = 200.0;
+/// Where what is left is this many times the noise, the model is wrong in some way still, and likelihoods say too much:
+const FAR: f64 = 3.0;
+/// then a richer form must make the error on data left out this many times smaller than the simpler one does.
+const CLEARLY: f64 = 1.25;
 /// By how much a form with more in it must beat the simpler one that it contains.
 const RICHER: f64 = 4.0;
 
@@ -42,7 +50,13 @@ pub(super) fn score(before: &Fitted, after: &Fitted, colour: f64, floor: f64) ->
     let ((rss, samples), (rss_before, _)) = (left_out(after), left_out(before));
     let m = samples as f64 / colour;
     let held = if samples > 0 { level(rss, samples) - level(rss_before, samples) } else { fitted };
-    Score { bic: n * fitted + penalty, test: m * held, total: n * fitted.max(TRUSTED * held) + m * held + penalty }
+    let rmse = after.gap.test_rmse.unwrap_or(after.gap.train_rmse);
+    Score {
+        bic: n * fitted + penalty,
+        test: m * held,
+        rmse,
+        total: n * fitted.max(TRUSTED * held) + m * held + penalty,
+    }
 }
 
 /// How much the residuals of a fit are coloured where the motion is.
@@ -52,10 +66,26 @@ pub(super) fn colour(fitted: &Fitted, frequency: f64, interval: f64) -> f64 {
 }
 
 /// Why a candidate is refused, in words; none if it stands.
-pub(super) fn refusal(form: &Form, before: &Fitted, after: (&Fitted, &Score), unit: &str) -> Option<String> {
+pub(super) fn refusal(
+    form: &Form,
+    before: &Fitted,
+    after: (&Fitted, &Score),
+    colour: f64,
+    unit: &str,
+) -> Option<String> {
     let shared = &after.0.refined.point.shared;
     if let Some(objection) = after.0.composition.objection(shared) {
         return Some(objection);
+    }
+    let composition = &after.0.composition;
+    let places = composition.places(&shared[shared.len() - composition.inner_count()..]);
+    let own = places.last().cloned().unwrap_or(0..0);
+    for (coefficient, k) in form.coefficients.iter().zip(own) {
+        // A form with more in it needs every part of it.
+        let doubt = after.0.refined.std_error(k).map_or(0.0, |e| e * colour.sqrt());
+        if coefficient.sign == Sign::Against && shared[k].abs() < 2.0 * doubt {
+            return Some(format!("its {} cannot be told from zero", coefficient.name));
+        }
     }
     let inner = &shared[shared.len() - form.inner.len()..];
     for (quantity, value) in form.inner.iter().zip(inner) {
@@ -68,22 +98,18 @@ pub(super) fn refusal(form: &Form, before: &Fitted, after: (&Fitted, &Score), un
             ));
         }
     }
-    let number = |v: f64| crate::format::number::significant(v, 3);
+    let number = |v: f64| crate::format::units::format_si(v, unit, 3);
     let rms = |f: &Fitted| f.gap.test_rmse.unwrap_or(f.gap.train_rmse);
     let worse = before.folds.iter().zip(&after.0.folds).find(|(b, a)| a.rmse() > WORSE * b.rmse());
     if let Some((b, a)) = worse {
         return Some(format!(
-            "the fit gets better, but data never fitted get worse: {} → {} {unit}",
+            "the fit gets better, but data never fitted get worse: {} → {}",
             number(b.rmse()),
             number(a.rmse())
         ));
     }
     if after.1.test > -SHOWN {
-        return Some(format!(
-            "data never fitted get no better: {} → {} {unit}",
-            number(rms(before)),
-            number(rms(after.0))
-        ));
+        return Some(format!("data never fitted get no better: {} → {}", number(rms(before)), number(rms(after.0))));
     }
     if after.1.total > -WORTH {
         return Some("what it explains is no more than chance might".to_owned());
@@ -92,7 +118,7 @@ pub(super) fn refusal(form: &Form, before: &Fitted, after: (&Fitted, &Score), un
 }
 
 /// The order of candidates that stand, best first: by score, but a form that contains a simpler one must beat it clearly.
-pub(super) fn order(candidates: &[(usize, &Form, Score)]) -> Vec<usize> {
+pub(super) fn order(candidates: &[(usize, &Form, Score)], noise: f64) -> Vec<usize> {
     let mut left: Vec<&(usize, &Form, Score)> = candidates.iter().collect();
     let mut out = Vec::new();
     while !left.is_empty() {
@@ -104,7 +130,10 @@ pub(super) fn order(candidates: &[(usize, &Form, Score)]) -> Vec<usize> {
             .iter()
             .enumerate()
             .filter(|(_, c)| left[best].1.contains.contains(&c.1.effect))
-            .filter(|(_, c)| c.2.total - left[best].2.total < RICHER)
+            .filter(|(_, c)| {
+                let rich = left[best].2;
+                c.2.total - rich.total < RICHER || (rich.rmse > FAR * noise && c.2.rmse < CLEARLY * rich.rmse)
+            })
             .min_by(|a, b| a.1.2.total.total_cmp(&b.1.2.total))
             .map(|(k, _)| k)
         {
@@ -116,14 +145,15 @@ pub(super) fn order(candidates: &[(usize, &Form, Score)]) -> Vec<usize> {
 }
 
 /// The candidates that cannot be told from the first.
-pub(super) fn confused(first: (&Form, Score), others: &[(usize, &Form, Score)]) -> Vec<usize> {
+pub(super) fn confused(first: (&Form, Score), others: &[(usize, &Form, Score)], apart: f64, noise: f64) -> Vec<usize> {
     others
         .iter()
         .filter(|(_, form, score)| {
             form.effect != first.0.effect
-                && score.total - first.1.total < APART
+                && score.total - first.1.total < apart
                 // A richer form fits as well by nature: it is a rival only where it does better than its price.
-                && !(form.contains.contains(&first.0.effect) && score.total > first.1.total)
+                && !(form.contains.contains(&first.0.effect)
+                    && (score.total > first.1.total || first.1.rmse > FAR * noise))
         })
         .map(|(k, _, _)| *k)
         .collect()

@@ -18,7 +18,10 @@ use crate::signal::{dot, rms};
 use crate::term::Term;
 
 /// Level of the search: the probability of calling a gap where there is none.
-pub(super) const LEVEL: f64 = 1e-3;
+pub(super) const LEVEL: f64 = 1e-4;
+
+/// Residual, as a share of the motion, below which a fit is exact.
+const EXACT: f64 = 3e-6;
 
 /// Order of the autoregression that describes the residual's colour.
 const COLOUR: usize = 6;
@@ -80,7 +83,7 @@ impl Data {
             );
             // Neighbours on a fine grid ask the same thing: two points of it are one question.
             let asked = 1.0 + form.grid().len() as f64 / 2.0;
-            questions.push((format!("Is there a force as of {}?", form.full_title().to_lowercase()), columns, asked));
+            questions.push((format!("Is there a force as of {}?", form.full_title()), columns, asked));
         }
         let mut all = Basis::default();
         for column in tangent
@@ -127,7 +130,10 @@ impl Data {
             .collect();
         tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
         let p_value = tests.first().map_or(1.0, |t| t.p_value);
-        Evidence { significant: p_value < LEVEL, p_value, tests }
+        // Below this the simulation's own arithmetic is what is left.
+        let motion = self.fit().iter().map(|s| rms(&s.measured)).fold(0.0, f64::max);
+        let exact = fitted.refined.rmse() < EXACT * motion;
+        Evidence { significant: p_value < LEVEL && !exact, p_value: if exact { 1.0 } else { p_value }, tests }
     }
 
     /// The response to a force that is given at every sample of every fitted record.

@@ -53,7 +53,7 @@ impl Data {
             };
             let runs = [run];
             let start = Point { shared: rival.refined.point.shared.clone(), own: own_start(&rival.composition, &runs) };
-            let options = Options { frozen: false, steps: 6, bar: None, cancelled: &cancelled };
+            let options = Options { frozen: false, steps: 6, effort: usize::MAX, bar: None, cancelled: &cancelled };
             // A rival that cannot even follow is told apart for certain.
             let apart = refine(&rival.composition, &runs, &start, options).map_or(f64::INFINITY, |r| r.rmse() / noise);
             if apart.is_finite() && found.as_ref().is_none_or(|(a, _)| apart > *a) {

@@ -40,6 +40,8 @@ impl Fold {
 /// Steps of a refinement from a good start, and at most.
 const STEPS: usize = 24;
 const FEW_STEPS: usize = 8;
+/// Integration steps that one of several candidates may take: about half a second.
+const EFFORT: usize = 1_500_000;
 /// Motion left unexplained (a share of its RMS) above which a fit may have missed its basin.
 const LOST: f64 = 0.3;
 /// Periods of a shooting segment.
@@ -53,7 +55,7 @@ fn runs(series: &[Series]) -> Vec<Run> {
 
 impl Data {
     fn options<'a>(cancelled: &'a (dyn Fn() -> bool + Sync), steps: usize, bar: Option<&'a Bar>) -> Options<'a> {
-        Options { frozen: false, steps, bar, cancelled }
+        Options { frozen: false, steps, effort: if bar.is_some() { EFFORT } else { usize::MAX }, bar, cancelled }
     }
 
     /// Refines from a point; where the long simulation is lost, by way of short segments.
@@ -68,7 +70,7 @@ impl Data {
         cancel: &Cancel,
     ) -> Option<Refined> {
         let cancelled = || cancel.is_cancelled();
-        let steps = if bar.is_some() { FEW_STEPS + 4 } else { STEPS };
+        let steps = if bar.is_some() { 2 * FEW_STEPS + 4 } else { STEPS };
         let runs = runs(self.fit());
         let direct = refine(composition, &runs, start, Self::options(&cancelled, steps, bar))
             .map(|found| self.again(composition, &runs, found, bar, cancel));
@@ -111,7 +113,7 @@ impl Data {
         cancel: &Cancel,
     ) -> Refined {
         let cancelled = || cancel.is_cancelled();
-        let frozen = Options { frozen: true, steps: FEW_STEPS, bar: None, cancelled: &cancelled };
+        let frozen = Options { frozen: true, steps: FEW_STEPS, effort: EFFORT, bar: None, cancelled: &cancelled };
         let mut point = found.point.clone();
         let mut bettered = false;
         for (r, run) in runs.iter().enumerate() {
@@ -158,7 +160,7 @@ impl Data {
     /// Holds a refinement against data that were not fitted.
     pub(super) fn judge(&self, composition: Composition, refined: Refined, cancel: &Cancel) -> Fitted {
         let cancelled = || cancel.is_cancelled();
-        let frozen = Options { frozen: true, steps: FEW_STEPS, bar: None, cancelled: &cancelled };
+        let frozen = Options { frozen: true, steps: FEW_STEPS, effort: EFFORT, bar: None, cancelled: &cancelled };
         let lost = |runs: &[Run]| {
             let samples = runs.iter().map(|r| r.range.len()).sum();
             let rss = runs.iter().map(|r| r.measured[r.range.clone()].iter().map(|y| y * y).sum::<f64>()).sum();

@@ -23,6 +23,7 @@ mod search;
 mod structure;
 #[cfg(test)]
 mod tests;
+mod walk;
 
 pub use error::GapError;
 pub use outcome::{
@@ -31,3 +32,4 @@ pub use outcome::{
 };
 pub use progress::Progress;
 pub use search::{Ask, Listener, Search};
+pub use walk::Step;

@@ -172,7 +172,7 @@ pub struct Test {
 /// Whether simulation and measurement differ by more than noise.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Evidence {
-    /// True where `p_value` is below the level of the search (one in a thousand).
+    /// True where `p_value` is below the level of the search (one in ten thousand).
     pub significant: bool,
     /// Probability of a gap like this if nothing were missing.
     pub p_value: f64,
@@ -296,7 +296,7 @@ pub struct Diagnosis {
     pub notices: Vec<String>,
     /// Effects that these data cannot show.
     pub blind: Vec<Blind>,
-    /// The rounds; each but perhaps the last added its first candidate.
+    /// The look that led to each effect that was added, in the company of all others, and the look at what is left.
     pub rounds: Vec<Round>,
     /// The base, then the stage after each effect that was added.
     pub stages: Vec<Arc<Stage>>,

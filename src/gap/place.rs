@@ -7,7 +7,7 @@ use super::effects::unit;
 use super::outcome::{Map, MissingForce, Place, Profile};
 use super::screen::Motion;
 use crate::format::number::significant;
-use crate::signal::{mean_and_variance, rms};
+use crate::signal::{Spectrum, mean_and_variance, rms};
 
 /// Cells of the map along each quantity.
 const CELLS: usize = 24;
@@ -175,6 +175,32 @@ impl Data {
                 .collect(),
         });
         list
+    }
+
+    /// Frequencies that stand out in series along the fitted records, Hz, in order: each with neighbours half a line apart.
+    pub(super) fn lines(&self, series: &[Vec<f64>]) -> Vec<f64> {
+        const PEAKS: usize = 24;
+        let (low, high) = (0.1 * self.frequency, 4.0 * self.frequency);
+        let mut peaks: Vec<(f64, f64, f64)> = Vec::new();
+        for (s, values) in self.fit().iter().zip(series) {
+            let Some(spectrum) = Spectrum::new(values, s.interval) else { continue };
+            let a = &spectrum.amplitudes;
+            let resolution = 1.0 / (s.interval * s.len() as f64);
+            peaks.extend((1..a.len().saturating_sub(1)).filter(|k| a[*k] >= a[k - 1] && a[*k] > a[k + 1]).map(|k| {
+                // The vertex of the parabola through three lines.
+                let bend = a[k - 1] - 2.0 * a[k] + a[k + 1];
+                let shift = if bend < 0.0 { 0.5 * (a[k - 1] - a[k + 1]) / bend } else { 0.0 };
+                (a[k], spectrum.frequency(k) + shift * spectrum.step, resolution)
+            }));
+        }
+        peaks.retain(|(_, f, _)| (low..=high).contains(f));
+        peaks.sort_by(|a, b| b.0.total_cmp(&a.0));
+        peaks.truncate(PEAKS);
+        let mut lines: Vec<f64> =
+            peaks.iter().flat_map(|(_, f, step)| [-0.5, 0.0, 0.5].map(|k| f + k * step)).filter(|f| *f > 0.0).collect();
+        lines.sort_by(f64::total_cmp);
+        lines.dedup_by(|a, b| (*a - *b).abs() < 1e-9 * *b);
+        lines
     }
 
     /// The stretches of two periods in which the error is largest, that do not overlap.

@@ -7,18 +7,20 @@ use rayon::prelude::*;
 use super::audit::Audit;
 use super::columns::{Path, forces};
 use super::data::Data;
-use super::decide::{Score, colour, confused, order, refusal, score};
+use super::decide::{APART, APART_ON_A_TONE, Score, colour, confused, order, refusal, score};
 use super::effects::{Axis, Form, Setting, Sign, catalogue, unit};
 use super::error::GapError;
 use super::fit::{Fitted, carried};
 use super::outcome::{
-    Added, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Parameter, Remaining, Round, Stage, Standing, Trace,
-    Verdict,
+    Added, Blind, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Parameter, Remaining, Round, Stage, Standing,
+    Trace, Verdict,
 };
 use super::progress::Progress;
 use super::screen::{Motion, Screened};
 use super::structure::{Composition, choice, with_errors};
 use crate::format::number::significant;
+use crate::format::units::format_si;
+use crate::model::Equation;
 use crate::record::RecordSet;
 use crate::refine::{Bar, Options, Point, Refined, Structure as _, misfit, own_start};
 use crate::signal::{dot, rms};
@@ -55,8 +57,12 @@ pub struct Search {
 
 /// Candidates that are refined.
 const REFINED: usize = 12;
-/// Inner values that a form is refined from.
+/// Samples times candidates from which fewer are refined, and the fewest.
+const EFFORT: usize = 36_000;
+const FEWEST: usize = 9;
+/// Inner values that a form is refined from; one where there are many samples.
 const STARTS: usize = 2;
+const MANY: usize = 6_000;
 /// A start whose misfit is so many times that of another is not refined.
 const DISTANT: f64 = 2.0;
 /// Points of a curve on a card.
@@ -85,9 +91,19 @@ impl Search {
         self.data.notices.iter().chain(&self.audit.notices).map(String::as_str)
     }
 
+    /// Effects that these data cannot show.
+    pub fn blind(&self) -> &[Blind] {
+        &self.audit.blind
+    }
+
     /// The measurement noise's standard deviation, estimated without a model.
     pub fn noise_floor(&self) -> f64 {
         self.data.noise
+    }
+
+    /// Terms of the base model's acceleration.
+    pub fn base_terms(&self) -> &[Term] {
+        &self.base.base
     }
 
     /// The base model, fitted.
@@ -129,7 +145,7 @@ impl Search {
                     self.forms(&before, &motion).into_iter().filter(|f| choice(f) == *last).collect();
                 let screened = self.data.screen(&before, &motion, &forms, cancel);
                 let form = forms.first().ok_or(GapError::Base)?;
-                self.refit(&before, &motion, &screened, 0, form, None, cancel).ok_or(GapError::Base)?
+                self.refit(&before, &motion, &screened, (0, form), None, cancel).ok_or(GapError::Base)?
             }
         };
         if cancel.is_cancelled() {
@@ -178,7 +194,17 @@ impl Search {
             input: over(&u),
             speed_noise: motion.speed_noise,
             frequency: data.frequency,
-            duration: data.fit().iter().map(|s| s.interval * s.len() as f64).fold(0.0, f64::max),
+            lines: data.lines(&motion.missing),
+            pulsations: {
+                let spring = |r: usize| if data.base_excited { data.fit()[r].inputs.first() } else { None };
+                let product = |r: usize, k: usize| {
+                    motion.missing[r][k] * (motion.measured[r].x[k] - spring(r).map_or(0.0, |u| u[k]))
+                };
+                let products: Vec<Vec<f64>> =
+                    (0..data.fit().len()).map(|r| (0..data.fit()[r].len()).map(|k| product(r, k)).collect()).collect();
+                data.lines(&products)
+            },
+            interval: data.fit()[0].interval,
             measured: over(&|r, k| data.fit()[r].measured[k]),
         };
         let present = fitted.composition.choices();
@@ -209,17 +235,20 @@ impl Search {
         before: &Fitted,
         motion: &Motion,
         screened: &Screened,
-        index: usize,
-        form: &Form,
+        (index, form): (usize, &Form),
         bar: Option<&Bar>,
         cancel: &Cancel,
     ) -> Option<Fitted> {
         let data = &self.data;
         let composition = self.with(&before.composition, form);
-        let inner = if form.inner.is_empty() { vec![Vec::new()] } else { screened.starts(index, STARTS) };
+        let inner = if form.inner.is_empty() {
+            vec![Vec::new()]
+        } else {
+            screened.starts(index, if before.refined.samples > MANY { 1 } else { STARTS })
+        };
         let runs: Vec<_> = data.fit().iter().map(super::data::Series::run).collect();
         let cancelled = || cancel.is_cancelled();
-        let options = Options { frozen: false, steps: 0, bar: None, cancelled: &cancelled };
+        let options = Options { frozen: false, steps: 0, effort: usize::MAX, bar: None, cancelled: &cancelled };
         let mut starts: Vec<(f64, Composition, Point)> = inner
             .iter()
             .filter_map(|inner| self.start(before, &composition, motion, screened, form, inner))
@@ -353,13 +382,13 @@ impl Search {
             return Ok(round(candidates, evidence, Finding::Nothing, None));
         }
         tell(Progress::Step("Refitting the likeliest effects on the simulated response", 0.3));
-        let tried = screened.likeliest(&forms, REFINED);
+        let tried = screened.likeliest(&forms, (EFFORT / before.refined.samples).clamp(FEWEST, REFINED));
         let bar = Bar::default();
         let done = std::sync::atomic::AtomicUsize::new(0);
         let refits: Vec<(usize, Option<Fitted>)> = tried
             .par_iter()
             .map(|k| {
-                let fitted = self.refit(&before, &motion, &screened, *k, &forms[*k], Some(&bar), cancel);
+                let fitted = self.refit(&before, &motion, &screened, (*k, &forms[*k]), Some(&bar), cancel);
                 let n = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
                 tell(Progress::Step(
                     "Refitting the likeliest effects on the simulated response",
@@ -381,7 +410,7 @@ impl Search {
         motion: &Motion,
         forms: &[Form],
         refits: Vec<(usize, Option<Fitted>)>,
-        candidates: &mut Vec<Candidate>,
+        candidates: &mut [Candidate],
         cancel: &Cancel,
     ) -> (Finding, Option<String>) {
         let data = &self.data;
@@ -396,7 +425,7 @@ impl Search {
             refits.iter().map(|(k, f)| (*k, &forms[*k], score(before, f, colour, floor), f)).collect();
         let mut standing: Vec<(usize, &Form, Score)> = Vec::new();
         for (k, form, score, fitted) in &scored {
-            let refused = refusal(form, before, (fitted, score), &data.unit);
+            let refused = refusal(form, before, (fitted, score), colour, &data.unit);
             if refused.is_none() {
                 standing.push((*k, form, *score));
             }
@@ -404,12 +433,13 @@ impl Search {
             if let Some(candidate) = candidates.iter_mut().find(|c| c.choice == choice(form)) {
                 candidate.delta_bic = score.bic;
                 candidate.why = why(form, before, fitted, refused.as_deref(), &data.unit);
-                candidate.curve = self.curve(form, fitted, motion);
+                candidate.curve = self.curve(form, (before, fitted), motion);
                 candidate.stage = Some(Arc::new(self.show(fitted)));
                 candidate.standing = refused.map_or(Standing::Refitted, Standing::Refused);
             }
         }
-        let ranked = order(&standing);
+        let apart = if self.audit.single_tone { APART_ON_A_TONE } else { APART };
+        let ranked = order(&standing, data.noise);
         let title = |k: usize| forms[k].full_title();
         let mut finding = Finding::Unexplained;
         let mut rivals: Vec<usize> = Vec::new();
@@ -419,25 +449,13 @@ impl Search {
             for k in &ranked {
                 let Some((_, form, score)) = entry(*k) else { continue };
                 let rest: Vec<(usize, &Form, Score)> = standing.iter().filter(|s| s.0 != *k).copied().collect();
-                let names = confused((form, *score), &rest).into_iter().map(title).collect();
+                let names = confused((form, *score), &rest, apart, data.noise).into_iter().map(title).collect();
                 if let Some(c) = candidates.iter_mut().find(|c| c.choice == choice(form)) {
                     c.confused_with = names;
                 }
             }
             if let Some((_, form, score)) = entry(*first) {
-                rivals = confused((form, *score), &others);
-            }
-            if self.audit.single_tone {
-                // One tone at one amplitude: whatever fits, fits as one of a class.
-                rivals = others.iter().map(|o| o.0).filter(|k| forms[*k].effect != forms[*first].effect).collect();
-                if rivals.is_empty() {
-                    rivals = scored
-                        .iter()
-                        .map(|s| s.0)
-                        .filter(|k| forms[*k].effect != forms[*first].effect)
-                        .take(3)
-                        .collect();
-                }
+                rivals = confused((form, *score), &others, apart, data.noise);
             }
             finding = Finding::Named;
         }
@@ -565,8 +583,8 @@ impl Search {
         Curve { axis, unit, measured, effect: Vec::new() }
     }
 
-    /// The measured missing force and the effect's own through it.
-    fn curve(&self, form: &Form, fitted: &Fitted, motion: &Motion) -> Curve {
+    /// The measured missing force and the effect's own through it: its partial residuals, as of a regression.
+    fn curve(&self, form: &Form, (before, fitted): (&Fitted, &Fitted), motion: &Motion) -> Curve {
         let mut curve = self.measured_curve(form, motion);
         let data = &self.data;
         let shared = &fitted.refined.point.shared;
@@ -578,25 +596,34 @@ impl Search {
             return curve;
         }
         let place = fitted.composition.places(inner).pop().unwrap_or(0..0);
-        let coefficients = &shared[place];
         let (_, _, values) = self.axis(form, motion);
-        let force: Vec<f64> = data
-            .fit()
-            .iter()
-            .zip(&motion.measured)
-            .flat_map(|(s, path)| {
-                let columns = forces(&addition.terms, &addition.internals, &data.layout, s, &s.inputs(), path);
-                (0..s.len())
-                    .map(|k| columns.iter().zip(coefficients).map(|(f, c)| c * f[k]).sum())
-                    .collect::<Vec<f64>>()
-            })
-            .collect();
+        let old = &before.refined.point.shared;
+        let old_composed = before.composition.compose(&old[old.len() - before.composition.inner_count()..]);
+        let composed = fitted.composition.compose(inner);
+        let sum = |columns: &[Vec<f64>], coefficients: &[f64], k: usize| -> f64 {
+            columns.iter().zip(coefficients).map(|(f, c)| c * f[k]).sum()
+        };
+        let mut force = Vec::new();
+        // What the effect has to make up for: the missing force, and what the other terms gave back or took over since.
+        let mut wanted = Vec::new();
+        for ((s, path), missing) in data.fit().iter().zip(&motion.measured).zip(&motion.missing) {
+            let columns =
+                |terms: &[Term], internals: &[Equation]| forces(terms, internals, &data.layout, s, &s.inputs(), path);
+            let then = columns(&old_composed.terms, &old_composed.internals);
+            let now = columns(&composed.terms, &composed.internals);
+            for (k, missing) in missing.iter().enumerate() {
+                let own = sum(&now[place.clone()], &shared[place.clone()], k);
+                force.push(own);
+                wanted.push(missing + sum(&then, old, k) - (sum(&now, shared, k) - own));
+            }
+        }
         let total = force.len();
         let stride = (total / POINTS).max(1);
-        let mut effect: Vec<[f64; 2]> =
-            values.iter().flatten().zip(&force).step_by(stride).map(|(a, f)| [*a, *f]).collect();
-        // The spring that the fit gave back or took away belongs to the base, not to the effect's own curve: both are
-        // shown about their common trend where the effect is a restoring force.
+        let over = |force: &[f64]| -> Vec<[f64; 2]> {
+            values.iter().flatten().zip(force).step_by(stride).map(|(a, f)| [*a, *f]).collect()
+        };
+        curve.measured = over(&wanted);
+        let mut effect = over(&force);
         if addition.internals.is_empty() {
             effect.sort_by(|a, b| a[0].total_cmp(&b[0]));
         }
@@ -700,36 +727,96 @@ impl Search {
     /// The base cannot be fitted; cancelled.
     pub fn diagnose(&self, tell: Listener<'_>, cancel: &Cancel) -> Result<Diagnosis, GapError> {
         let started = Instant::now();
-        let mut stages = vec![self.base(cancel)?];
-        let mut rounds: Vec<Round> = Vec::new();
-        let mut verdict = None;
-        while verdict.is_none() {
-            let stage = stages.last().cloned().ok_or(GapError::Base)?;
-            let mut round = self.look(&stage, tell, cancel)?;
-            let added = stage.effects.len();
-            let next = match &round.finding {
-                Finding::Nothing | Finding::Unexplained => None,
-                Finding::Named | Finding::Ambiguous(_) if added >= self.ask.max_effects => {
-                    round.finding = Finding::Unexplained;
-                    None
+        let mut stage = self.base(cancel)?;
+        let mut steps: Vec<Step> = Vec::new();
+        let mut last = loop {
+            let round = self.look(&stage, tell, cancel)?;
+            match Step::of(round) {
+                Ok(step) if steps.len() < self.ask.max_effects => {
+                    steps.push(step);
+                    let choices: Vec<Choice> = steps.iter().map(|s| s.choice.clone()).collect();
+                    // A richer kind takes the simpler one's place, and what a later effect made superfluous goes.
+                    let fitted = self.added(&stage, &choices, cancel)?;
+                    let kept = self.dropped(fitted, cancel)?;
+                    steps.retain(|s| kept.effects.iter().any(|e| e.choice == s.choice));
+                    stage = kept;
                 }
-                Finding::Named | Finding::Ambiguous(_) => round.candidates.first().and_then(|c| c.stage.clone()),
-            };
-            match (&round.finding, &next) {
-                (Finding::Nothing, _) if added == 0 => verdict = Some(Verdict::NothingMissing),
-                (Finding::Nothing, _) => verdict = Some(Verdict::Named),
-                (Finding::Ambiguous(_), Some(_)) => verdict = Some(Verdict::Ambiguous),
-                (_, None) => verdict = Some(Verdict::Unexplained),
-                _ => {}
+                Ok(step) => break Round { finding: Finding::Unexplained, ..step.round },
+                Err(round) => break *round,
             }
-            rounds.push(round);
-            if let Some(next) = next {
-                stages.push(self.dropped(next, cancel)?);
-            }
+        };
+        if steps.len() > 1 && self.reconsider(&mut steps, tell, cancel)? {
+            let choices: Vec<Choice> = steps.iter().map(|s| s.choice.clone()).collect();
+            stage = self.stage(&choices, cancel)?;
+            last = self.look(&stage, tell, cancel)?;
         }
-        let verdict = verdict.unwrap_or(Verdict::Unexplained);
-        let remaining = self.remaining(&rounds, &stages, verdict, cancel)?;
+        // Those that stand alone first; the interface lists rivals under the last.
+        steps.sort_by_key(|s| !s.alone());
+        let mut stages = vec![self.base(cancel)?];
+        for n in 1..=steps.len() {
+            let choices: Vec<Choice> = steps[..n].iter().map(|s| s.choice.clone()).collect();
+            stages.push(self.stage(&choices, cancel)?);
+        }
+        let ambiguous = steps.iter().any(|s| !s.alone());
+        let verdict = match last.finding {
+            Finding::Nothing if steps.is_empty() => Verdict::NothingMissing,
+            Finding::Nothing if !ambiguous => Verdict::Named,
+            _ if ambiguous => Verdict::Ambiguous,
+            _ => Verdict::Unexplained,
+        };
+        let mut rounds: Vec<Round> = steps.into_iter().map(|s| s.round).collect();
+        rounds.push(last);
+        let remaining =
+            rounds.last().map_or_else(Remaining::default, |round| remaining(&round.evidence, &round.hidden_up_to));
         let sentence = sentence(verdict, &stages, &rounds, &self.data.unit);
+        Ok(Diagnosis {
+            verdict,
+            sentence,
+            noise_floor: self.data.noise,
+            notices: self.notices().map(str::to_owned).collect(),
+            blind: self.audit.blind.clone(),
+            rounds,
+            stages,
+            remaining,
+            elapsed_ms: 1e3 * started.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// What a walk made by hand has come to: `rounds[k]` looked at `stages[k]`, and the last stage may not have been
+    /// looked at yet.
+    ///
+    /// # Errors
+    /// No stage, or one that cannot be simulated; cancelled.
+    pub fn conclude(
+        &self,
+        rounds: Vec<Round>,
+        stages: Vec<Arc<Stage>>,
+        cancel: &Cancel,
+    ) -> Result<Diagnosis, GapError> {
+        let started = Instant::now();
+        let added = stages.last().is_some_and(|s| !s.effects.is_empty());
+        let looked = rounds.len() >= stages.len();
+        let finding = rounds.last().map(|r| &r.finding);
+        let remaining = match (rounds.last(), stages.last()) {
+            (Some(round), _) if looked => remaining(&round.evidence, &round.hidden_up_to),
+            (_, Some(stage)) => self.left(stage, cancel)?,
+            _ => return Err(GapError::Base),
+        };
+        let verdict = match finding {
+            Some(Finding::Ambiguous(_)) if added && !looked => Verdict::Ambiguous,
+            _ if remaining.significant => Verdict::Unexplained,
+            _ if added => Verdict::Named,
+            _ => Verdict::NothingMissing,
+        };
+        let open = !looked || matches!(finding, Some(Finding::Named | Finding::Ambiguous(_)));
+        let sentence = match verdict {
+            // What was not looked for cannot be said to have no name.
+            Verdict::Unexplained if open && added => {
+                sentence(Verdict::Named, &stages, &rounds, &self.data.unit) + " What is left is more than noise."
+            }
+            Verdict::Unexplained if open => "Something is missing: the gap is more than noise.".to_owned(),
+            verdict => sentence(verdict, &stages, &rounds, &self.data.unit),
+        };
         Ok(Diagnosis {
             verdict,
             sentence,
@@ -760,8 +847,7 @@ impl Search {
             let before: usize = whole.composition.forms[..index].iter().map(|f| f.inner.len()).sum();
             let gone_inner = before..before + whole.composition.forms[index].inner.len();
             let coefficients = shared.len() - inner.len();
-            let kept =
-                |k: usize| !gone.contains(&k) && !(k >= coefficients && gone_inner.contains(&(k - coefficients)));
+            let kept = |k: usize| !(gone.contains(&k) || k >= coefficients && gone_inner.contains(&(k - coefficients)));
             if !whole.composition.forms[index].addition(&inner[gone_inner.clone()]).replaces.is_empty() {
                 continue;
             }
@@ -783,44 +869,89 @@ impl Search {
         Ok(stage)
     }
 
-    fn remaining(
-        &self,
-        rounds: &[Round],
-        stages: &[Arc<Stage>],
-        verdict: Verdict,
-        cancel: &Cancel,
-    ) -> Result<Remaining, GapError> {
-        let looked = rounds.last().filter(|_| verdict != Verdict::Ambiguous);
-        let (evidence, mut sizes) = match looked {
-            Some(round) => (round.evidence.clone(), round.hidden_up_to.clone()),
-            None => {
-                let last = stages.last().ok_or(GapError::Base)?;
-                let choices: Vec<Choice> = last.effects.iter().map(|e| e.choice.clone()).collect();
-                let fitted = self.fitted(&choices, cancel)?;
-                let motion = self.data.motion(&fitted).ok_or(GapError::Base)?;
-                let forms = self.forms(&fitted, &motion);
-                let screened = self.data.screen(&fitted, &motion, &forms, cancel);
-                let evidence = self.data.evidence(&fitted, &motion, &forms, &screened);
-                (evidence, self.data.detectable(&fitted, &motion, &forms, &screened))
-            }
-        };
-        let mut note = String::new();
-        if evidence.significant {
-            note.push_str("What is left is more than noise. ");
-        }
-        sizes.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let list: Vec<String> = sizes
-            .iter()
-            .filter(|(_, s)| s.is_finite())
-            .map(|(title, s)| format!("{} {} %", title.to_lowercase(), significant(100.0 * s, 2)))
-            .collect();
-        if !list.is_empty() {
-            note.push_str("As a share of the spring force, these could still hide up to: ");
-            note.push_str(&list.join("; "));
-            note.push('.');
-        }
-        Ok(Remaining { significant: evidence.significant, p_value: evidence.p_value, note })
+    /// What a stage leaves, no effect being tried.
+    fn left(&self, stage: &Stage, cancel: &Cancel) -> Result<Remaining, GapError> {
+        let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
+        let fitted = self.fitted(&choices, cancel)?;
+        let motion = self.data.motion(&fitted).ok_or(GapError::Base)?;
+        let forms = self.forms(&fitted, &motion);
+        let screened = self.data.screen(&fitted, &motion, &forms, cancel);
+        let evidence = self.data.evidence(&fitted, &motion, &forms, &screened);
+        Ok(remaining(&evidence, &self.data.detectable(&fitted, &motion, &forms, &screened)))
     }
+
+    /// The stage after the last of these effects was added to another.
+    fn added(&self, before: &Stage, choices: &[Choice], cancel: &Cancel) -> Result<Arc<Stage>, GapError> {
+        let last = choices.last().ok_or(GapError::Base)?;
+        let known: Vec<Choice> = before.effects.iter().map(|e| e.choice.clone()).collect();
+        let with: Vec<Choice> = known.iter().chain([last]).cloned().collect();
+        // Where it took a simpler one's place, the fit is known without that one.
+        let place = (0..known.len()).map(|gone| {
+            let mut list = with.clone();
+            list.remove(gone);
+            list
+        });
+        let found = std::iter::once(with.clone()).chain(place).find(|list| self.known(list).is_some());
+        self.stage(&found.unwrap_or(with), cancel)
+    }
+
+    /// Looks again at each effect in the company of the others: with the others in place another may do better, or rivals
+    /// may have fallen away. True if an effect was exchanged.
+    fn reconsider(&self, steps: &mut [Step], tell: Listener<'_>, cancel: &Cancel) -> Result<bool, GapError> {
+        let mut exchanged = false;
+        for index in 0..steps.len() {
+            // The last was judged in the company of all others, unless one of them was exchanged since.
+            if index + 1 == steps.len() && !exchanged {
+                break;
+            }
+            let others: Vec<Choice> =
+                steps.iter().enumerate().filter(|(k, _)| *k != index).map(|(_, s)| s.choice.clone()).collect();
+            let Ok(stage) = self.stage(&others, cancel) else { continue };
+            if let Ok(step) = Step::of(self.look(&stage, tell, cancel)?) {
+                exchanged |= step.choice != steps[index].choice;
+                steps[index] = step;
+            }
+        }
+        Ok(exchanged)
+    }
+}
+
+/// An effect that was added, and the look that led to it.
+struct Step {
+    choice: Choice,
+    round: Round,
+}
+
+impl Step {
+    /// The step that a round leads to; the round itself if it leads to none.
+    fn of(round: Round) -> Result<Self, Box<Round>> {
+        match (&round.finding, round.candidates.first()) {
+            (Finding::Named | Finding::Ambiguous(_), Some(first)) => Ok(Self { choice: first.choice.clone(), round }),
+            _ => Err(Box::new(round)),
+        }
+    }
+
+    fn alone(&self) -> bool {
+        self.round.finding == Finding::Named
+    }
+}
+
+/// What is left, in words.
+fn remaining(evidence: &Evidence, hidden_up_to: &[(String, f64)]) -> Remaining {
+    let mut note = String::new();
+    if evidence.significant {
+        note.push_str("What is left is more than noise. ");
+    }
+    let mut sizes: Vec<&(String, f64)> = hidden_up_to.iter().filter(|(_, s)| s.is_finite()).collect();
+    sizes.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let list: Vec<String> =
+        sizes.iter().map(|(title, s)| format!("{} {} %", within(title), significant(100.0 * s, 2))).collect();
+    if !list.is_empty() {
+        note.push_str("The smallest that could not have hidden, as a share of the spring force: ");
+        note.push_str(&list.join("; "));
+        note.push('.');
+    }
+    Remaining { significant: evidence.significant, p_value: evidence.p_value, note }
 }
 
 fn model_terms(terms: &[Term], shared: &[f64]) -> Vec<(Term, f64)> {
@@ -842,14 +973,14 @@ fn base_terms(data: &Data) -> Vec<Term> {
 
 /// Why a refitted candidate is where it is.
 fn why(form: &Form, before: &Fitted, after: &Fitted, refused: Option<&str>, length: &str) -> String {
-    let number = |v: f64| significant(v, 3);
+    let number = |v: f64| format_si(v, length, 3);
     let rms = |f: &Fitted| f.gap.test_rmse.unwrap_or(f.gap.train_rmse);
     let (b, a) = (rms(before), rms(after));
     match refused {
         Some(reason) => format!("Refused: {reason}."),
         None => format!(
-            "With {} the error on data never fitted falls from {} to {} {length}, {} times.",
-            form.title.to_lowercase(),
+            "With {} the error on data never fitted falls from {} to {}, {} times.",
+            within(form.title),
             number(b),
             number(a),
             significant(b / a, 2)
@@ -862,15 +993,25 @@ fn sentence_case(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
+/// A title within a sentence: names keep their capitals.
+fn within(title: &str) -> String {
+    let name = ["Coulomb", "Stribeck", "Bouc"].iter().any(|n| title.starts_with(n));
+    let mut letters = title.chars();
+    match letters.next() {
+        Some(first) if !name => first.to_lowercase().chain(letters).collect(),
+        _ => title.to_owned(),
+    }
+}
+
 /// The verdict in one sentence.
 fn sentence(verdict: Verdict, stages: &[Arc<Stage>], rounds: &[Round], length: &str) -> String {
     let (Some(first), Some(last)) = (stages.first(), stages.last()) else { return String::new() };
-    let names: Vec<String> = last.effects.iter().map(|e| e.title.to_lowercase()).collect();
+    let names: Vec<String> = last.effects.iter().map(|e| within(&e.title)).collect();
     let rms = |s: &Stage| s.gap.test_rmse.unwrap_or(s.gap.train_rmse);
     let gap = format!(
-        "the error on data never fitted falls from {} to {} {length}",
-        significant(rms(first), 3),
-        significant(rms(last), 3)
+        "the error on data never fitted falls from {} to {}",
+        format_si(rms(first), length, 3),
+        format_si(rms(last), length, 3)
     );
     match verdict {
         Verdict::NothingMissing => "Nothing is missing that these data can show.".to_owned(),
@@ -884,7 +1025,7 @@ fn sentence(verdict: Verdict, stages: &[Arc<Stage>], rounds: &[Round], length: &
                         places
                             .iter()
                             .filter_map(|k| r.candidates.get(*k))
-                            .map(|c| c.title.to_lowercase())
+                            .map(|c| within(&c.title))
                             .collect::<Vec<_>>()
                             .join(", "),
                     ),

@@ -147,20 +147,15 @@ impl Composition {
         (model, composed)
     }
 
-    /// The first gate that the parameters fail, in words.
+    /// The first gate that the last form's coefficients fail, in words.
     pub(super) fn objection(&self, shared: &[f64]) -> Option<String> {
         let inner = &shared[shared.len() - self.inner_count()..];
-        for (form, place) in self.forms.iter().zip(self.places(inner)) {
-            for (coefficient, value) in form.coefficients.iter().zip(&shared[place]) {
-                if coefficient.sign == Sign::Against && *value >= 0.0 {
-                    return Some(format!(
-                        "it would have to push along instead of against: {} comes out with the wrong sign",
-                        coefficient.name
-                    ));
-                }
-            }
-        }
-        None
+        let (form, place) = self.forms.last().zip(self.places(inner).pop())?;
+        form.coefficients.iter().zip(&shared[place]).find(|(c, value)| c.sign == Sign::Against && **value >= 0.0).map(
+            |(c, _)| {
+                format!("it would have to push along instead of against: {} comes out with the wrong sign", c.name)
+            },
+        )
     }
 }
 

@@ -80,6 +80,8 @@ pub struct Options<'a> {
     pub frozen: bool,
     /// Most steps.
     pub steps: usize,
+    /// Integration steps after which no further one is begun.
+    pub effort: usize,
     /// The least sum of squares that a rival has reached: a fit that is far above it and no longer falls fast ends early.
     pub bar: Option<&'a Bar>,
     /// Asked now and then; the fit ends early once it is true.
@@ -173,7 +175,12 @@ struct Fitter<'a> {
     /// The last delayed inputs of each run.
     delayed: Vec<Option<(f64, InputGrid)>>,
     rms: f64,
+    /// Integration steps so far, a change of side counted as [`CHANGE`].
+    spent: usize,
 }
+
+/// Integration steps that locating a change of side is worth.
+const CHANGE: usize = 20;
 
 /// Fits a structure to runs from a point.
 ///
@@ -216,6 +223,7 @@ impl<'a> Fitter<'a> {
             response: Response::default(),
             delayed: vec![None; runs.len()],
             rms: (square / count.max(1) as f64).sqrt().max(f64::MIN_POSITIVE),
+            spent: 0,
         }
     }
 
@@ -244,6 +252,7 @@ impl<'a> Fitter<'a> {
         };
         let states = 2 + self.internals;
         simulator.run_into(grid, &own[..states], run.range.clone(), &limits, &mut self.workspace, &mut self.response);
+        self.spent += self.response.steps + CHANGE * self.response.switches;
         out.clear();
         if self.response.len() < run.range.len() {
             return false;
@@ -377,7 +386,7 @@ impl<'a> Fitter<'a> {
             }
             self.sensitivities(&point, &simulated, &mut scales, &own_scales, &mut columns)?;
             let gradient = self.normal(&columns, &simulated, shared, &mut normal);
-            if converged || step == self.options.steps {
+            if converged || step == self.options.steps || self.spent > self.options.effort {
                 break;
             }
             let began = rss;
@@ -448,7 +457,7 @@ impl<'a> Fitter<'a> {
         Some(refined)
     }
 
-    /// JᵀJ into `normal`; returns Jᵀ(measured − simulated).
+    /// `JᵀJ` into `normal`; returns `Jᵀ (measured − simulated)`.
     fn normal(
         &self,
         columns: &[Vec<Vec<f64>>],

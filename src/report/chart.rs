@@ -116,6 +116,8 @@ pub(super) struct Panel {
     pub(super) y_labels: bool,
     pub(super) guides: Vec<Guide>,
     pub(super) lines: Vec<Line>,
+    /// Single points below the lines.
+    pub(super) dots: Vec<(f64, f64)>,
 }
 
 /// Room below a panel for tick labels and the axis label.
@@ -124,6 +126,9 @@ pub(super) const BELOW: f64 = 34.0;
 pub(super) const LEFT: f64 = 54.0;
 /// Distances of ticks that leave room for their labels.
 const TICK_SPACING: (f64, f64) = (64.0, 28.0);
+
+/// Side of a dot.
+const DOT: f64 = 2.2;
 
 impl Panel {
     /// Columns of the picture's finest raster that the frame is wide.
@@ -171,6 +176,12 @@ impl Panel {
         let _ = write!(svg.0, "<clipPath id=\"{name}\">");
         svg.rect("clip", self.at, self.size);
         let _ = writeln!(svg.0, "</clipPath><g clip-path=\"url(#{name})\">");
+        for dot in &self.dots {
+            let (x, y) = to(*dot);
+            if x.is_finite() && y.is_finite() {
+                svg.rect("dot", (x - 0.5 * DOT, y - 0.5 * DOT), (DOT, DOT));
+            }
+        }
         for line in &self.lines {
             svg.path(class(line.ink), line.points.iter().copied().map(to));
         }

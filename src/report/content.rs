@@ -3,6 +3,7 @@
 use super::Report;
 use super::figures::{self, Figure, Room};
 use super::math::{self, EquationRows, Math};
+use super::walk;
 use crate::format::equations::{by_share, is_kinematic};
 use crate::format::number::{align_at_point, format_measured, significant, significant_trimmed};
 use crate::format::units::{Scale, format_si};
@@ -16,6 +17,7 @@ pub(super) enum Block {
     Tiles(Vec<Tile>),
     Warnings(Vec<(Severity, String)>),
     Heading(&'static str),
+    Subheading(String),
     Paragraph(String),
     Equations(Vec<EquationRows>),
     Table(Table),
@@ -65,6 +67,9 @@ pub(super) fn blocks(report: &Report<'_>, room: &Room) -> Vec<Block> {
     let drawn = outcome.records.len().min(room.records);
     if drawn < outcome.records.len() {
         blocks.push(Block::Paragraph(format!("{drawn} of {} records are drawn.", outcome.records.len())));
+    }
+    if let Some(diagnosis) = report.diagnosis {
+        blocks.extend(walk::blocks(diagnosis, super::displacement_unit(report.records), room));
     }
     blocks.push(Block::Heading("Data"));
     blocks.push(Block::Table(data(report)));
@@ -302,7 +307,7 @@ fn data(report: &Report<'_>) -> Table {
 }
 
 /// A text with a capital in front and a full stop behind.
-fn sentence(text: &str) -> String {
+pub(super) fn sentence(text: &str) -> String {
     let text = text.trim();
     let mut letters = text.chars();
     let mut out: String = letters.next().into_iter().flat_map(char::to_uppercase).collect();

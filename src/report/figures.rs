@@ -165,6 +165,7 @@ fn response(outcome: &Outcome, record: &RecordOutcome, name: &str) -> Option<Fig
                 y_labels: column == 0,
                 guides,
                 lines: Vec::new(),
+                dots: Vec::new(),
             };
             upper.lines = [(Ink::Measured, values), (Ink::Identified, channel.response.as_slice())]
                 .map(|(ink, values)| Line { ink, points: visible(&record.record, values, &range, upper.columns()) })
@@ -179,6 +180,7 @@ fn response(outcome: &Outcome, record: &RecordOutcome, name: &str) -> Option<Fig
                 y_labels: column == 0,
                 guides: error_guides,
                 lines: Vec::new(),
+                dots: Vec::new(),
             };
             let points = visible(&record.record, &channel.error, &range, lower.columns());
             lower.lines.push(Line { ink: Ink::Error, points });
@@ -286,6 +288,7 @@ fn portrait_and_spectrum(outcome: &Outcome, record: &RecordOutcome) -> Option<Fi
                 Line { ink: Ink::Measured, points: measured },
                 Line { ink: Ink::Identified, points: identified },
             ],
+            dots: Vec::new(),
         };
         panel.draw(&mut drawing, "portrait");
         let which = if from > 0 {
@@ -352,5 +355,6 @@ fn spectrum(record: &RecordOutcome, at: (f64, f64), size: (f64, f64), unit: &str
                 Line { ink, points: points.map(|(f, a)| (f, scale.factor * a)).collect() }
             })
             .collect(),
+        dots: Vec::new(),
     })
 }

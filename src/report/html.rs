@@ -50,6 +50,9 @@ pub(super) fn document(title: &str, blocks: &[Block]) -> String {
             Block::Heading(text) => {
                 let _ = writeln!(out, "<h2>{text}</h2>");
             }
+            Block::Subheading(text) => {
+                let _ = writeln!(out, "<h3>{}</h3>", escape(text));
+            }
             Block::Paragraph(text) => {
                 let _ = writeln!(out, "<p>{}</p>", escape(text));
             }

@@ -12,11 +12,14 @@ mod page;
 mod style;
 mod svg;
 mod text;
+mod walk;
+mod walk_figures;
 
 use std::ffi::OsStr;
 use std::path::Path;
 
-use crate::record::RecordSet;
+use crate::gap::Diagnosis;
+use crate::record::{RecordSet, Role};
 use crate::study::Outcome;
 
 /// What a report is made of.
@@ -32,6 +35,18 @@ pub struct Report<'a> {
     pub choice: Option<&'a str>,
     /// The command that makes this report again.
     pub command: Option<&'a str>,
+    /// What the search for missing effects found, if one was made.
+    pub diagnosis: Option<&'a Diagnosis>,
+}
+
+/// A search for missing effects in plain text, for a terminal.
+pub fn walk(diagnosis: &Diagnosis, records: &RecordSet) -> String {
+    walk::text(diagnosis, displacement_unit(records))
+}
+
+/// The unit of the first displacement; gaps are in it.
+fn displacement_unit(records: &RecordSet) -> &str {
+    records.entries.iter().find_map(|(r, _)| r.channel(Role::Displacement(0))).map_or("", |c| c.unit.as_str())
 }
 
 /// The kinds of document that can be written.

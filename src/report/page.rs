@@ -92,6 +92,14 @@ impl Page<'_> {
                 self.svg.line("row", (MARGIN, self.y), (MARGIN + figures::WIDTH, self.y));
                 self.y += 5.0;
             }
+            Block::Subheading(text) => {
+                self.y += 12.0;
+                for line in self.fonts.lines(text, 13.0, Face::Text, figures::WIDTH) {
+                    self.y += LINE;
+                    self.svg.text("subheading", (MARGIN, self.y), Anchor::Start, &line);
+                }
+                self.y += 2.0;
+            }
             Block::Paragraph(text) => {
                 self.text("body", text, BODY, 0.0);
                 self.y += 3.0;

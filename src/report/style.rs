@@ -43,7 +43,9 @@ pub(super) fn figures(dark: bool) -> String {
         ".grid{{stroke:#{grid:06x};stroke-width:.6}}\n.frame{{fill:none;stroke:#{rule:06x};stroke-width:.8}}\n\
          .stretch{{fill:#{stretch:06x}}}\n.tick,.key{{font-size:10.5px;fill:#{quiet:06x}}}\n\
          .label{{font-size:11.5px;fill:#{text:06x}}}\n.math,.ink{{fill:#{text:06x}}}\n\
-         .rule{{fill:none;stroke:#{text:06x};stroke-width:.9}}\n"
+         .rule{{fill:none;stroke:#{text:06x};stroke-width:.9}}\n.fitted,.dot{{fill:#{:06x}}}\n.unfitted{{fill:#{:06x}}}\n",
+        Ink::Measured.rgb(dark),
+        Ink::Identified.rgb(dark)
     );
     css
 }
@@ -58,8 +60,8 @@ pub(super) fn picture() -> String {
     // The fonts have one weight; a fine outline of the letters makes headings stand out.
     format!(
         "text{{font-family:\"{reading}\";fill:#{text:06x}}}\n{figures}\
-         .title,.heading,.value,.head{{stroke:#{text:06x}}}\n.title{{font-size:24px;stroke-width:.5}}\n\
-         .heading{{font-size:15px;stroke-width:.4}}\n.value{{font-size:19px;stroke-width:.3}}\n\
+         .title,.heading,.subheading,.value,.head{{stroke:#{text:06x}}}\n.title{{font-size:24px;stroke-width:.5}}\n\
+         .heading{{font-size:15px;stroke-width:.4}}\n.subheading{{font-size:13px;stroke-width:.35}}.value{{font-size:19px;stroke-width:.3}}\n\
          .head{{font-size:11.5px;stroke-width:.25}}\n.body{{font-size:12px}}\n.quiet{{font-size:11px;fill:#{quiet:06x}}}\n\
          .mono{{font-size:10.5px;font-family:\"{mono}\"}}\n.ground{{fill:#{ground:06x}}}\n\
          .row{{stroke:#{grid:06x};stroke-width:.7}}\n.headrow{{stroke:#{text:06x};stroke-width:.8}}\n.bar{{fill:#{bar:06x}}}\n\

@@ -122,6 +122,7 @@ fn with_report<T>(outcome: &Outcome, look: impl FnOnce(&Report<'_>) -> T) -> T {
         outcome,
         choice: Some("segment 31 was chosen: it gave the smallest error"),
         command: Some("sindyscope report long.csv --test short.csv --terms 'x, sgn(v)' --out report.html"),
+        diagnosis: None,
     })
 }
 
@@ -259,4 +260,114 @@ fn the_ending_decides() {
         let error = Format::of(Path::new(path)).expect_err("unknown");
         assert!(matches!(error, ReportError::Ending(_)) && error.to_string().contains(said), "{error}");
     }
+}
+
+#[test]
+fn the_walk_is_told_in_every_document() {
+    use crate::gap::{
+        Added, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Gap, Parameter, Place, Remaining, Round, Stage,
+        Standing, Trace, Verdict,
+    };
+    let outcome = outcome();
+    let stage = |effects: Vec<Added>, rmse: f64| {
+        let measured: Arc<[f64]> = (0..500).map(|k| (0.1 * f64::from(k)).sin()).collect();
+        let trace = |usage| Trace {
+            record: "a <b>".into(),
+            usage,
+            start: 0.0,
+            interval: 0.01,
+            measured: Arc::clone(&measured),
+            simulated: measured.iter().map(|m| m * (1.0 + rmse)).collect(),
+        };
+        let gap = Gap { train_rmse: rmse, test_rmse: Some(f64::NAN), train_nrmse: rmse, test_nrmse: None };
+        let traces = vec![trace(Usage::Fit), trace(Usage::HeldOut)];
+        Arc::new(Stage { model: outcome.model.clone(), effects, gap, traces })
+    };
+    let choice = Choice { effect: "coulomb_friction".into(), form: "to ground".into() };
+    let added = Added {
+        choice: choice.clone(),
+        title: "Coulomb friction <to> ground".into(),
+        terms: vec!["sgn(v)".into()],
+        parameters: vec![Parameter { name: "F_c".into(), value: 0.125, std_error: Some(0.001), unit: "m/s^2".into() }],
+    };
+    let (base, after) = (stage(Vec::new(), 0.2), stage(vec![added.clone()], 0.01));
+    let candidate = Candidate {
+        choice,
+        title: added.title.clone(),
+        explanation: "A force of constant size.",
+        standing: Standing::Refitted,
+        explained: 0.9,
+        delta_bic: f64::NAN,
+        why: "It shrinks the gap.".into(),
+        stage: Some(Arc::clone(&after)),
+        confused_with: Vec::new(),
+        curve: Curve {
+            axis: "v".into(),
+            unit: "m s^-1".into(),
+            measured: vec![[-1.0, 0.1], [f64::NAN, 0.0], [1.0, -0.1]],
+            effect: vec![[-1.0, 0.1], [1.0, -0.1]],
+        },
+    };
+    let mut rival = candidate.clone();
+    rival.choice.effect = "stribeck_friction".into();
+    rival.title = "Stribeck & friction".into();
+    let round = Round {
+        before: Arc::clone(&base),
+        evidence: Evidence { significant: true, p_value: 1e-9, tests: Vec::new() },
+        place: Place { sentence: "Near zero velocity.".into(), ..Place::default() },
+        candidates: vec![candidate, rival],
+        finding: Finding::Ambiguous(vec![1]),
+        next_experiment: Some("Run it slowly.".into()),
+        hidden_up_to: Vec::new(),
+    };
+    let mut diagnosis = Diagnosis {
+        verdict: Verdict::Ambiguous,
+        sentence: "One or the other.".into(),
+        noise_floor: 1e-3,
+        notices: vec!["thinned".into()],
+        blind: Vec::new(),
+        rounds: vec![round],
+        stages: vec![base, after],
+        remaining: Remaining { significant: false, p_value: 0.4, note: String::new() },
+        elapsed_ms: 1.0,
+    };
+    let records = RecordSet { entries: outcome.records.iter().map(|r| (r.record.clone(), r.usage)).collect() };
+    let page = |diagnosis: &Diagnosis| {
+        let report = Report {
+            title: "walk",
+            records: &records,
+            outcome: &outcome,
+            choice: None,
+            command: None,
+            diagnosis: Some(diagnosis),
+        };
+        report.png().expect("a picture");
+        report.html()
+    };
+    let html = page(&diagnosis);
+    assert_balanced(&html);
+    for part in [
+        "What is missing",
+        "Coulomb friction &lt;to&gt; ground",
+        "m/s²",
+        "cannot tell it from: Stribeck",
+        "Run it slowly",
+    ] {
+        assert!(html.contains(part), "{part}");
+    }
+    let said = super::walk(&diagnosis, &records);
+    for part in [
+        "1. Coulomb friction",
+        "F_c = 0.125 ± 0.001 m/s²",
+        "or else     Stribeck",
+        "next        Run it slowly.",
+        "Verdict: ambiguous",
+    ] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    diagnosis.stages.truncate(1);
+    diagnosis.rounds.clear();
+    assert_balanced(&page(&diagnosis));
+    diagnosis.stages.clear();
+    assert_balanced(&page(&diagnosis));
 }

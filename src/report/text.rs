@@ -13,6 +13,9 @@ pub(super) fn document(blocks: &[Block]) -> String {
             Block::Heading(text) => {
                 let _ = writeln!(out, "\n{text}");
             }
+            Block::Subheading(text) => {
+                let _ = writeln!(out, "\n{text}");
+            }
             Block::Paragraph(text) | Block::Command(text) => {
                 let _ = writeln!(out, "{text}");
             }

@@ -302,7 +302,12 @@ impl<const N: usize> Machine<'_, N> {
         let hold = self.equations.hold;
         let distance = |value: f64| if leaves { hold + RESOLUTION - value.abs() } else { sign * value };
         let side = self.work.sides[k];
-        let resolution = if leaves { 0.5 * RESOLUTION } else { 1e-3 * RESOLUTION * side.largest };
+        let resolution = match (leaves, self.equations.surfaces[k].jumps) {
+            (true, _) => 0.5 * RESOLUTION,
+            (false, true) => 1e-3 * RESOLUTION * side.largest,
+            // A kink that is missed by a little changes the motion by the square of it.
+            (false, false) => 1e-7 * side.largest,
+        };
         let (mut low, mut high) = ((0.0, distance(side.value)), (1.0, distance(side.next)));
         if low.1 <= 0.0 && (leaves || sign * side.slope <= 0.0) {
             return done;

@@ -371,12 +371,9 @@ impl Whitening {
             for lag in (0..=band.min(i)).rev() {
                 // The entry in column i − lag.
                 let column = i - lag;
-                let mut sum = covariance[lag] + if lag == 0 { floor } else { 0.0 };
-                for further in lag + 1..=band.min(i) {
-                    let back = further - lag;
-                    let other = if lag == 0 { row[further] } else { factor[column][back] };
-                    sum -= row[further] * other;
-                }
+                let other = if lag == 0 { &row } else { &factor[column] };
+                let known: f64 = row[lag + 1..=band.min(i)].iter().zip(&other[1..]).map(|(a, b)| a * b).sum();
+                let sum = covariance[lag] + if lag == 0 { floor } else { 0.0 } - known;
                 row[lag] = if lag == 0 { sum.max(floor).sqrt() } else { sum / factor[column][0] };
             }
             let settled = factor.last().is_some_and(|before| {

@@ -19,49 +19,49 @@ const TIES: &[&[&str]] = &[
 
 /// One run of the study.
 #[derive(Clone, Debug)]
-pub struct Case {
-    pub effects: Vec<String>,
-    pub shaking: Shaking,
-    pub watching: Watching,
-    pub seed: u64,
-    pub ratio: Option<f64>,
+pub(crate) struct Case {
+    pub(crate) effects: Vec<String>,
+    pub(crate) shaking: Shaking,
+    pub(crate) watching: Watching,
+    pub(crate) seed: u64,
+    pub(crate) ratio: Option<f64>,
 }
 
 /// What the search made of it.
 #[derive(Clone, Debug)]
-pub struct Result {
-    pub case: Case,
+pub(crate) struct Result {
+    pub(crate) case: Case,
     /// Missing over spring force, of the weakest effect.
-    pub ratio: f64,
-    pub verdict: Verdict,
+    pub(crate) ratio: f64,
+    pub(crate) verdict: Verdict,
     /// Effects that were added, in order.
-    pub steps: Vec<String>,
+    pub(crate) steps: Vec<String>,
     /// Of the last step that is ambiguous, the others.
-    pub others: Vec<String>,
+    pub(crate) others: Vec<String>,
     /// The first round's ranking.
-    pub ranking: Vec<String>,
+    pub(crate) ranking: Vec<String>,
     /// Held-out RMSE over the sensor's noise: base and final.
-    pub base: f64,
-    pub last: f64,
-    pub milliseconds: f64,
-    pub p_value: f64,
+    pub(crate) base: f64,
+    pub(crate) last: f64,
+    pub(crate) milliseconds: f64,
+    pub(crate) p_value: f64,
     /// Why the truth was not named, if it was a candidate.
-    pub why: String,
+    pub(crate) why: String,
 }
 
-pub fn tied(a: &str, b: &str) -> bool {
+pub(crate) fn tied(a: &str, b: &str) -> bool {
     a == b || TIES.iter().any(|t| t.contains(&a) && t.contains(&b))
 }
 
 impl Result {
     /// The data can tell: rich excitation and an effect of a hundredth of the spring force at least.
-    pub fn tellable(&self) -> bool {
+    pub(crate) fn tellable(&self) -> bool {
         matches!(self.case.shaking, Shaking::Multisine | Shaking::SweepPair)
             && self.ratio >= 0.01
             && self.case.effects.iter().all(|e| exercised(e, self.case.shaking))
     }
 
-    pub fn top(&self, n: usize) -> bool {
+    pub(crate) fn top(&self, n: usize) -> bool {
         let Some(truth) = self.case.effects.first() else { return false };
         let mut seen: Vec<&String> = Vec::new();
         for name in &self.ranking {
@@ -73,18 +73,18 @@ impl Result {
     }
 
     /// Every hidden effect is among the steps.
-    pub fn all_found(&self) -> bool {
+    pub(crate) fn all_found(&self) -> bool {
         self.case.effects.iter().all(|truth| self.steps.iter().any(|s| tied(s, truth)))
     }
 
     /// A name given with confidence that is not the truth's.
-    pub fn named_wrong(&self) -> bool {
+    pub(crate) fn named_wrong(&self) -> bool {
         self.verdict == Verdict::Named
             && self.steps.iter().any(|s| !self.case.effects.iter().any(|truth| tied(s, truth)))
     }
 }
 
-pub fn run(case: &Case) -> Option<Result> {
+pub(crate) fn run(case: &Case) -> Option<Result> {
     let request = Request {
         ratio: case.ratio,
         watching: case.watching,
@@ -142,7 +142,7 @@ pub fn run(case: &Case) -> Option<Result> {
 }
 
 /// Every combination of effects, excitations, noise and seeds.
-pub fn cases(
+pub(crate) fn cases(
     effects: &[Vec<String>],
     shakings: &[Shaking],
     noises: &[Watching],
@@ -165,16 +165,16 @@ pub fn cases(
 }
 
 /// Runs cases side by side, in their order.
-pub fn run_all(cases: &[Case]) -> Vec<Result> {
+pub(crate) fn run_all(cases: &[Case]) -> Vec<Result> {
     cases.par_iter().filter_map(run).collect()
 }
 
-pub fn share(of: usize, all: usize) -> f64 {
+pub(crate) fn share(of: usize, all: usize) -> f64 {
     if all == 0 { f64::NAN } else { 100.0 * of as f64 / all as f64 }
 }
 
 /// For each hidden effect: how often it was drawn, named first, among the first three, missed, and what was named instead.
-pub fn confusion(results: &[Result]) -> String {
+pub(crate) fn confusion(results: &[Result]) -> String {
     let mut rows: BTreeMap<String, Vec<&Result>> = BTreeMap::new();
     for r in results {
         rows.entry(r.case.effects.join(" + ")).or_default().push(r);
@@ -211,15 +211,36 @@ pub fn confusion(results: &[Result]) -> String {
     out
 }
 
-pub fn median(mut values: Vec<f64>) -> f64 {
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-pub fn white(share: f64) -> Watching {
+pub(crate) fn white(share: f64) -> Watching {
     Watching::white(share)
 }
 
-pub fn of_kind(kind: NoiseKind, share: f64) -> Watching {
+pub(crate) fn of_kind(kind: NoiseKind, share: f64) -> Watching {
     Watching { kind, ..Watching::white(share) }
+}
+
+/// A run in which the truth was not named first, or another was named with confidence, in two lines.
+pub(crate) fn miss(r: &Result) -> Option<String> {
+    (!r.top(1) || r.named_wrong()).then(|| {
+        format!(
+            "{} {} {} % seed {}, {:.3} of the spring force: {:?} {:?} or {:?}, p {:.0e}; held out {:.1} → {:.2} noises\n    {}",
+            r.case.effects.join("+"),
+            r.case.shaking,
+            100.0 * r.case.watching.share,
+            r.case.seed,
+            r.ratio,
+            r.verdict,
+            r.steps,
+            r.others,
+            r.p_value,
+            r.base,
+            r.last,
+            r.why
+        )
+    })
 }

@@ -80,12 +80,17 @@ pub(crate) fn left(ui: &mut Ui, desk: &mut Desk<'_>) {
 
 /// The right column: what was found.
 pub(crate) fn right(ui: &mut Ui, desk: &mut Desk<'_>, now: f64) {
-    column(Panel::right("findings").default_size(330.0).size_range(290.0..=460.0), ui, |ui| {
+    findings(ui, |ui| {
         fit::show(ui, desk);
         equation::show(ui, desk, now);
         fit::warnings(ui, desk);
         ui.add_space(8.0);
     });
+}
+
+/// The right column itself, as wide in every room.
+pub(crate) fn findings(ui: &mut Ui, body: impl FnOnce(&mut Ui)) {
+    column(Panel::right("findings").default_size(330.0).size_range(290.0..=460.0), ui, body);
 }
 
 fn column(panel: Panel, ui: &mut Ui, body: impl FnOnce(&mut Ui)) {

@@ -26,9 +26,9 @@ impl Ink {
 /// The colour of the effect of this index (the first missing effect found, the second, …); eight, then again from the first.
 pub fn effect(index: usize, dark: bool) -> Color32 {
     const LIGHT: [u32; 8] =
-        [0x00_5A_8C, 0xB0_48_00, 0x00_7A_5A, 0xA0_50_86, 0x8A_6A_00, 0x2A_7F_B4, 0x5C_5C_5C, 0x6A_3D_9A];
+        [0x94_3F_94, 0x00_5A_8C, 0x8A_6A_00, 0x00_7A_5A, 0xB0_48_00, 0x6A_3D_9A, 0x2A_7F_B4, 0x5C_5C_5C];
     const DARK: [u32; 8] =
-        [0x56_B4_E9, 0xE6_8A_3C, 0x2F_C0_97, 0xDD_94_C4, 0xF0_E4_42, 0x8F_C8_F0, 0xB8_B8_B8, 0xB7_9A_E0];
+        [0xB9_8C_FF, 0x56_B4_E9, 0xF0_E4_42, 0x2F_C0_97, 0xE6_8A_3C, 0xE6_9B_E0, 0x8F_C8_F0, 0xB8_B8_B8];
     rgb(if dark { DARK } else { LIGHT }[index % LIGHT.len()])
 }
 
@@ -159,13 +159,21 @@ mod tests {
                 (Ink::Identified, Ink::Error),
                 (Ink::Error, Ink::NoiseFloor),
             ] {
-                for kind in 0..3 {
-                    let (p, q) = (seen(a.color(dark), kind), seen(b.color(dark), kind));
-                    let distance = p.iter().zip(q).map(|(p, q)| (p - q).powi(2)).sum::<f64>().sqrt();
-                    // A tenth of the way from black to white (√3 long): plainly different side by side.
-                    assert!(distance > 0.17, "{a:?} {b:?} dark {dark} kind {kind}: {distance:.3}");
-                }
+                apart(a.color(dark), b.color(dark), &format!("{a:?} {b:?} dark {dark}"));
             }
+            // The response with the first effect lies on the measurement, beside the response without.
+            for ink in [Ink::Measured, Ink::Identified] {
+                apart(effect(0, dark), ink.color(dark), &format!("effect {ink:?} dark {dark}"));
+            }
+        }
+    }
+
+    fn apart(a: Color32, b: Color32, what: &str) {
+        for kind in 0..3 {
+            let (p, q) = (seen(a, kind), seen(b, kind));
+            let distance = p.iter().zip(q).map(|(p, q)| (p - q).powi(2)).sum::<f64>().sqrt();
+            // A tenth of the way from black to white (√3 long): plainly different side by side.
+            assert!(distance > 0.17, "{what} kind {kind}: {distance:.3}");
         }
     }
 }

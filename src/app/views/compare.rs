@@ -18,6 +18,9 @@ use crate::term::{Symbol, Term};
 /// Most outcomes that are kept: letters and colours to tell them apart.
 const MOST: usize = 6;
 
+/// Height of a row of the table, points.
+const ROW: f32 = 26.0;
+
 /// An outcome with its name and colour.
 struct Shown<'a> {
     name: String,
@@ -50,7 +53,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, picture: &Picture<'_>, state:
         asked = buttons(ui, picture, &shown, &table);
     }
     let room = ui.available_height();
-    let below = (24.0 * (table.rows.len() + 1) as f32).min(0.42 * room);
+    let below = (ROW * (table.rows.len() + 1) as f32).min(0.42 * room);
     let height = ((room - below - 16.0) / 2.0).max(60.0);
     let range = plots(ui, scene, state, &shown, height);
     ScrollArea::both().id_salt("table of pins").max_height(below).auto_shrink([false, false]).show(ui, |ui| {

@@ -7,10 +7,9 @@ use super::map::{self, Quantity, Sign};
 use super::panel::{self, AXIS_WIDTH};
 use super::scene::Scene;
 use super::{Picture, Request, View, ViewState, legend};
-use crate::app::plot::units::Scale;
 use crate::app::plot::{axis, palette};
 use crate::format::palette::Ink;
-use crate::study::{Landscape, Place};
+use crate::study::{Cell, Landscape, Place};
 
 const ID: &str = "front";
 
@@ -30,7 +29,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, picture: &Picture<'_>, state:
     let gone = map::signs(ui, map, state.printing);
     let points = points(map);
     let front: Vec<[f64; 2]> = map.front().into_iter().filter_map(|place| point(map, place)).collect();
-    let now = map.place_of(&scene.outcome.settings).and_then(|place| point(map, place));
+    let now = map.place_of(&scene.outcome.settings).and_then(|place| dot(map.nearest(place)?));
     let (least, most) =
         points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(p.1[1]), b.max(p.1[1])));
     let terms = points.iter().map(|p| p.1[0]).fold(1.0, f64::max);
@@ -43,7 +42,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, picture: &Picture<'_>, state:
         .y_axis_min_width(AXIS_WIDTH)
         .x_axis_label("number of terms")
         .y_axis_label(label)
-        .x_axis_formatter(|mark, _| axis::linear_label(mark, &Scale::plain("")))
+        .x_axis_formatter(|mark, _| format!("{:.0}", mark.value))
         .y_axis_formatter(
             |mark, _| if mark.step_size < 1.0 { String::new() } else { map::percent(10f64.powf(mark.value)) },
         )
@@ -103,10 +102,12 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, picture: &Picture<'_>, state:
 
 /// Marks at whole numbers.
 fn whole_marks(input: GridInput) -> Vec<GridMark> {
-    let (low, high) = input.bounds;
-    let step = (6.0 * input.base_step_size).ceil().max(1.0);
-    let marks = axis::round_marks(step / input.base_step_size)(input);
-    marks.into_iter().filter(|m| m.value.fract() == 0.0 && m.value >= low && m.value <= high).collect()
+    let ((low, high), base) = (input.bounds, input.base_step_size);
+    let step = (6.0 * base).ceil().max(1.0);
+    let marks = axis::round_marks(step / base)(input);
+    // Labels of ten grid steps' distance are drawn; one digit needs less room.
+    let bears_label = |m: GridMark| GridMark { step_size: m.step_size.max(10.0 * base), ..m };
+    marks.into_iter().filter(|m| m.value.fract() == 0.0 && (low..=high).contains(&m.value)).map(bears_label).collect()
 }
 
 /// Every setting that did not fail, with its terms and log₁₀ of its error.
@@ -115,6 +116,10 @@ fn points(map: &Landscape) -> Vec<(Place, [f64; 2])> {
 }
 
 fn point(map: &Landscape, place: Place) -> Option<[f64; 2]> {
-    let cell = map.cell(place).filter(|c| c.failed == 0.0 && c.error > 0.0)?;
-    Some([cell.terms as f64, cell.error.log10()])
+    dot(map.cell(place)?)
+}
+
+/// A cell's terms and log₁₀ of its error, unless it failed.
+fn dot(cell: &Cell) -> Option<[f64; 2]> {
+    (cell.failed == 0.0 && cell.error > 0.0).then(|| [cell.terms as f64, cell.error.log10()])
 }

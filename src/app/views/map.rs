@@ -402,6 +402,9 @@ pub(super) fn signs(ui: &mut Ui, map: &Landscape, printing: bool) -> Option<Requ
 fn row(ui: &mut Ui, map: &Landscape, printing: bool) -> Option<Request> {
     let mut asked = None;
     for (sign, text) in Sign::ALL {
+        if sign != Sign::Now {
+            ui.add_space(10.0);
+        }
         let (rect, _) = ui.allocate_exact_size(vec2(20.0, legend::HEIGHT), Sense::hover());
         mark(ui, rect.center(), sign);
         let place = match sign {

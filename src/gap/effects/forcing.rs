@@ -8,7 +8,9 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
     if setting.has_input {
         inputs(setting, forms);
     }
-    harmonics(setting, forms);
+    if !setting.lines.is_empty() && !setting.pulsations.is_empty() {
+        harmonics(setting, forms);
+    }
     let spring = setting.spring();
     forms.push(Form {
         effect: "stiffness_drift",
@@ -120,14 +122,11 @@ fn inputs(setting: &Setting, forms: &mut Vec<Form>) {
 }
 
 fn harmonics(setting: &Setting, forms: &mut Vec<Form>) {
-    // Finer than the resolution of the longest record, so that no line falls between two points.
-    let step = 0.4 / setting.duration;
-    let (low, high) = (0.1 * setting.frequency, 2.6 * setting.frequency);
-    let frequencies = |low: f64, high: f64| Inner {
+    let frequencies = |grid: &[f64]| Inner {
         name: "f",
         dimension: (0, -1),
-        grid: even(low, high, (((high - low) / step) as usize).clamp(16, 2400)),
-        bounds: (0.5 * low, 1.2 * high),
+        grid: grid.to_vec(),
+        bounds: (0.01 * setting.frequency, 0.5 / setting.interval),
     };
     forms.push(Form {
         effect: "unmeasured_harmonic_force",
@@ -136,7 +135,7 @@ fn harmonics(setting: &Setting, forms: &mut Vec<Form>) {
         separates: "a record with the input off",
         form: "",
         coefficients: vec![coefficient("P cos", 1, -2, Sign::Any), coefficient("P sin", 1, -2, Sign::Any)],
-        inner: vec![frequencies(low, high)],
+        inner: vec![frequencies(&setting.lines)],
         contains: &["constant_force"],
         axis: Axis::Time,
         build: shared(|inner| {
@@ -155,7 +154,7 @@ fn harmonics(setting: &Setting, forms: &mut Vec<Form>) {
         separates: "another frequency of excitation: the sidebands move with it",
         form: "",
         coefficients: vec![coefficient("k_p cos", 0, -2, Sign::Any), coefficient("k_p sin", 0, -2, Sign::Any)],
-        inner: vec![frequencies(low, high)],
+        inner: vec![frequencies(&setting.pulsations)],
         contains: &["stiffness_drift", "linear_stiffness"],
         axis: Axis::Time,
         build: shared(move |inner| {

@@ -8,6 +8,8 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
     let frame = setting.spring();
     let joint = frame.joint;
     let reach = setting.reach(frame);
+    // A yield displacement that is crossed within a sample cannot be told from dry friction.
+    let least = (0.04 * reach).max(setting.speed(frame) * setting.interval).min(0.5 * reach);
     for (form, power) in [("", 1), ("rounder", 2)] {
         forms.push(Form {
             effect: "bouc_wen_hysteresis",
@@ -20,8 +22,8 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                 Inner {
                     name: "x_y",
                     dimension: (1, 0),
-                    grid: logarithmic(0.04 * reach, 1.5 * reach, 9),
-                    bounds: (0.01 * reach, 4.0 * reach),
+                    grid: logarithmic(least, 1.5 * reach, 9),
+                    bounds: (0.5 * least, 4.0 * reach),
                 },
                 Inner { name: "shape", dimension: (0, 0), grid: vec![0.5, 0.9], bounds: (0.1, 1.5) },
             ],
@@ -43,6 +45,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             }),
         });
     }
+    let fastest = 0.5 * setting.interval;
     let slowest = 20.0 / (TAU * setting.frequency);
     forms.push(Form {
         effect: "viscoelastic_relaxation",
@@ -54,8 +57,8 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
         inner: vec![Inner {
             name: "tau",
             dimension: (0, 1),
-            grid: logarithmic(slowest / 200.0, slowest, 12),
-            bounds: (slowest / 1000.0, 4.0 * slowest),
+            grid: logarithmic((slowest / 200.0).max(2.0 * fastest), slowest, 12),
+            bounds: ((slowest / 1000.0).max(fastest), 4.0 * slowest),
         }],
         contains: &["viscous_damping", "linear_stiffness"],
         axis: Axis::Displacement { joint },
@@ -65,6 +68,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             ..Addition::default()
         }),
     });
+    let highest = 0.3 / setting.interval;
     forms.push(Form {
         effect: "second_mode",
         title: "Second mode",
@@ -76,8 +80,8 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             Inner {
                 name: "f_2",
                 dimension: (0, -1),
-                grid: logarithmic(0.25 * setting.frequency, 4.0 * setting.frequency, 56),
-                bounds: (0.1 * setting.frequency, 8.0 * setting.frequency),
+                grid: logarithmic(0.25 * setting.frequency, (4.0 * setting.frequency).min(highest), 56),
+                bounds: (0.1 * setting.frequency, (8.0 * setting.frequency).min(1.2 * highest)),
             },
             Inner { name: "zeta_2", dimension: (0, 0), grid: vec![0.012, 0.05], bounds: (1e-4, 0.6) },
         ],

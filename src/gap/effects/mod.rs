@@ -37,8 +37,12 @@ pub(crate) struct Setting {
     pub(crate) speed_noise: f64,
     /// Main frequency of the motion, Hz.
     pub(crate) frequency: f64,
-    /// Longest record, s.
-    pub(crate) duration: f64,
+    /// Frequencies that stand out in the missing force, Hz.
+    pub(crate) lines: Vec<f64>,
+    /// Those in its product with the displacement: at what a pulsating spring would pulsate.
+    pub(crate) pulsations: Vec<f64>,
+    /// Sampling interval, s: what is faster cannot be seen.
+    pub(crate) interval: f64,
     /// Largest magnitude of the displacement as measured.
     pub(crate) measured: f64,
 }

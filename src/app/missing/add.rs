@@ -1,0 +1,169 @@
+//! Add: what an effect does to the response, before it is added.
+
+use std::sync::Arc;
+
+use egui::{RichText, ScrollArea, Ui, vec2};
+
+use super::plots::{self, Frame, Panel, Trace};
+use super::{Act, Missing, Sight, Step, cards, compare, stage_color, stands, words};
+use crate::app::plot::palette::Ink;
+use crate::gap::{Candidate, Stage};
+use crate::record::Usage;
+
+pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, before: &Arc<Stage>, acts: &mut Vec<Act>) {
+    let candidates = sight.candidates();
+    if candidates.is_empty() {
+        let text = if sight.looking() { "looking for effects…" } else { "Press “Find what's missing” first" };
+        ui.centered_and_justified(|ui| ui.weak(text));
+        return;
+    }
+    let by_choice = |choice: &Option<crate::gap::Choice>| {
+        choice.as_ref().and_then(|choice| candidates.iter().find(|c| c.choice == *choice))
+    };
+    let next = candidates.iter().filter(|c| stands(c)).find(|c| !room.skipped.contains(&c.choice));
+    let chosen = by_choice(&room.selected).or(next).or(candidates.first());
+    let list = (0.32 * ui.available_height()).max(150.0);
+    // The pointer was over a row in the frame before: the rows lie beneath the plot.
+    let hovered =
+        ui.data(|d| d.get_temp::<Option<crate::gap::Choice>>(egui::Id::unique("hovered candidate"))).flatten();
+    let shown = by_choice(&hovered).or(chosen);
+    let after = shown.and_then(|c| sight.with(&c.choice));
+    let aside = shown.map_or_else(String::new, |c| format!("preview: {}", c.title));
+    if let Some(trace) = compare::record(ui, &before.traces, &mut room.record, &aside).map(|t| t.record.clone()) {
+        let height = ui.available_height() - list - 36.0;
+        overlay(ui, room, sight, before, after, &trace, height);
+    }
+    buttons(ui, room, sight, chosen, next, acts);
+    let mut under = None;
+    ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+        ui.spacing_mut().item_spacing.y = 1.0;
+        ui.set_width(ui.available_width() - 10.0);
+        for candidate in candidates {
+            let marks =
+                (chosen.is_some_and(|c| c.choice == candidate.choice), room.skipped.contains(&candidate.choice));
+            if cards::row(ui, sight, before, candidate, marks, acts) {
+                under = Some(candidate.choice.clone());
+            }
+        }
+    });
+    room.hovered = under.clone().or_else(|| chosen.map(|c| c.choice.clone()));
+    if under != hovered {
+        ui.data_mut(|d| d.insert_temp(egui::Id::unique("hovered candidate"), under));
+        ui.ctx().request_repaint();
+    }
+}
+
+fn overlay(
+    ui: &mut Ui,
+    room: &mut Missing,
+    sight: &Sight<'_>,
+    before: &Stage,
+    after: Option<&Arc<Stage>>,
+    record: &str,
+    height: f32,
+) {
+    let find = |stage: &Stage| stage.traces.iter().find(|t| &*t.record == record).cloned();
+    let Some(old) = find(before) else { return };
+    let new = after.and_then(|s| find(s));
+    let dark = sight.dark;
+    let color = stage_color(before.effects.len() + 1, dark);
+    let old_color = stage_color(before.effects.len(), dark);
+    let mut traces = vec![Trace {
+        name: "measured",
+        color: Ink::Measured.color(dark),
+        width: Ink::Measured.width(),
+        values: Arc::clone(&old.measured),
+        leads: true,
+    }];
+    let mut gaps = Vec::new();
+    let rms = |v: &[f64]| (v.iter().map(|g| g * g).sum::<f64>() / v.len().max(1) as f64).sqrt();
+    let mut aside = String::new();
+    for (name, trace, color, width) in
+        [("before", Some(&old), old_color, 1.1), ("with the effect", new.as_ref(), color, 1.6)]
+    {
+        let Some(trace) = trace else { continue };
+        traces.push(Trace { name, color, width, values: Arc::clone(&trace.simulated), leads: false });
+        let gap = room.plots.made(0, &trace.measured, &trace.simulated, |m, s| m - s);
+        let size = crate::format::units::format_si(rms(&gap), sight.unit, 3);
+        aside = if aside.is_empty() { format!("RMS {size}") } else { format!("{aside} → {size}") };
+        gaps.push(Trace { name, color, width: 1.0, values: gap, leads: true });
+    }
+    let noise = sight.known.noise_floor;
+    let panels = [
+        Panel {
+            symbol: "x",
+            unit: sight.unit.to_owned(),
+            traces,
+            band: None,
+            level: None,
+            aside: String::new(),
+            empty: "",
+            share: 1.3,
+        },
+        Panel {
+            symbol: "gap",
+            unit: sight.unit.to_owned(),
+            traces: gaps,
+            band: None,
+            level: (noise > 0.0).then(|| ("± noise".to_owned(), noise)),
+            aside,
+            empty: "",
+            share: 1.0,
+        },
+    ];
+    let frame = Frame {
+        id: "add",
+        start: old.start,
+        interval: old.interval,
+        samples: old.measured.len(),
+        held_out: old.usage == Usage::HeldOut,
+        worst: &[],
+        dark,
+        height,
+    };
+    plots::stack(ui, &mut room.plots, &frame, &panels);
+}
+
+/// Skip and undo; to accept is the button that leads on.
+fn buttons(
+    ui: &mut Ui,
+    room: &mut Missing,
+    sight: &Sight<'_>,
+    chosen: Option<&Candidate>,
+    next: Option<&Candidate>,
+    acts: &mut Vec<Act>,
+) {
+    cards::line(ui, 30.0, |ui| {
+        let Some(chosen) = chosen else { return };
+        let after = sight.candidates().iter().filter(|c| stands(c) && c.choice != chosen.choice);
+        let after = after.into_iter().find(|c| !room.skipped.contains(&c.choice)).map(|c| c.choice.clone());
+        let skip = ui.add_enabled(after.is_some(), egui::Button::new("Skip").min_size(vec2(60.0, 24.0)));
+        if skip.on_hover_text("Pass it over and preview the next").clicked() {
+            room.skipped.push(chosen.choice.clone());
+            if let Some(choice) = after {
+                acts.push(Act::Select(choice));
+            }
+        }
+        let undo =
+            ui.add_enabled(!sight.walk.accepted.is_empty(), egui::Button::new("Undo last").min_size(vec2(80.0, 24.0)));
+        if undo.on_hover_text("Take the effect that was added last out of the model").clicked() {
+            acts.push(Act::Undo);
+        }
+        let refused = sight.known.refused.as_ref().filter(|(c, _)| *c == chosen.choice);
+        let text = match (refused, next) {
+            (Some((_, why)), _) => format!("It could not be fitted: {why}"),
+            (None, None) => "Nothing that stands is left to add".to_owned(),
+            (None, Some(_)) => match sight.with(&chosen.choice).zip(sight.stage()) {
+                Some((after, before)) => match words::times(&before.gap, &after.gap) {
+                    Some(times) => format!("gap {} ({times})", words::shrinks(&before.gap, &after.gap, sight.unit)),
+                    None => format!("gap {}", words::shrinks(&before.gap, &after.gap, sight.unit)),
+                },
+                None => chosen.why.clone(),
+            },
+        };
+        ui.add(egui::Label::new(RichText::new(text).strong()).truncate());
+        if next.is_none() && ui.link("what is left").clicked() {
+            acts.push(Act::Go(Step::Verify));
+        }
+    });
+}

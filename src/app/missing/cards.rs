@@ -1,0 +1,186 @@
+//! Candidates as cards, and as rows of a list.
+
+use egui::{Align, FontId, Layout, Rect, RichText, Sense, Stroke, StrokeKind, Ui, UiBuilder, WidgetInfo, pos2, vec2};
+
+use super::{Act, Missing, Sight, plots, stage_color, stands, words};
+use crate::app::theme;
+use crate::format::number::significant_trimmed;
+use crate::gap::{Candidate, Stage, Standing};
+
+/// Narrowest card, points.
+pub(super) const NARROWEST: f32 = 270.0;
+/// Height of a card, points.
+pub(super) const HEIGHT: f32 = 304.0;
+/// Height of its plot, points.
+const PLOT: f32 = 138.0;
+
+/// One line on how far a candidate has come.
+pub(super) fn standing(candidate: &Candidate, looking: bool) -> String {
+    match &candidate.standing {
+        Standing::Refitted => words::evidence(candidate.delta_bic).to_owned(),
+        Standing::Screened if looking => "screened; refitted if it is among the likeliest".to_owned(),
+        Standing::Screened => "screened only, not refitted".to_owned(),
+        Standing::Refused(_) => "refused".to_owned(),
+        Standing::NotShown(_) => "these data cannot show it".to_owned(),
+    }
+}
+
+/// A card; `rank` is shown where the candidate stands.
+pub(super) fn card(
+    ui: &mut Ui,
+    room: &Missing,
+    sight: &Sight<'_>,
+    before: &Stage,
+    candidate: &Candidate,
+    (rank, width): (Option<usize>, f32),
+    acts: &mut Vec<Act>,
+) {
+    let (rect, response) = ui.allocate_exact_size(vec2(width, HEIGHT), Sense::click());
+    response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &candidate.title));
+    if !ui.is_rect_visible(rect) {
+        return;
+    }
+    let colors = theme::accents(sight.dark);
+    let chosen = room.selected.as_ref() == Some(&candidate.choice);
+    let faded = !stands(candidate) && !matches!(candidate.standing, Standing::Screened);
+    let color = stage_color(before.effects.len() + 1, sight.dark);
+    let edge = if chosen {
+        Stroke::new(2.0, colors.accent)
+    } else if response.hovered() || response.has_focus() {
+        Stroke::new(1.5, colors.accent)
+    } else {
+        Stroke::new(1.0, colors.line)
+    };
+    let fill = if faded { ui.visuals().faint_bg_color } else { colors.card };
+    ui.painter().rect(rect, 5.0, fill, edge, StrokeKind::Inside);
+    if stands(candidate) {
+        let bar = Rect::from_min_size(rect.min + vec2(0.0, 5.0), vec2(3.0, rect.height() - 10.0));
+        ui.painter().rect_filled(bar, 1.0, color);
+    }
+    let inner = rect.shrink2(vec2(10.0, 7.0));
+    let mut child = ui.new_child(UiBuilder::new().max_rect(inner).layout(Layout::top_down(Align::Min)));
+    let ui = &mut child;
+    ui.shrink_clip_rect(rect.shrink(2.0));
+    ui.spacing_mut().item_spacing.y = 2.0;
+    let strong = if faded { ui.visuals().weak_text_color() } else { ui.visuals().strong_text_color() };
+    line(ui, 20.0, |ui| {
+        let number = rank.map_or_else(String::new, |r| format!("{r}  "));
+        let title = RichText::new(format!("{number}{}", candidate.title)).size(14.0).strong().color(strong);
+        ui.add(egui::Label::new(title).truncate()).on_hover_text(candidate.explanation);
+    });
+    let (plot, _) = ui.allocate_exact_size(vec2(inner.width(), PLOT), Sense::hover());
+    if candidate.curve.measured.is_empty() {
+        let text = match candidate.standing {
+            Standing::NotShown(_) => "not tried",
+            _ => "no curve",
+        };
+        ui.painter().text(plot.center(), egui::Align2::CENTER_CENTER, text, FontId::proportional(12.0), strong);
+    } else {
+        plots::curve(ui, plot, &candidate.curve, &words::acceleration(sight.unit), color, faded);
+    }
+    line(ui, 18.0, |ui| match &candidate.stage {
+        Some(stage) => {
+            let what = if stage.gap.test_rmse.is_some() { "not fitted" } else { "fitted" };
+            ui.label(RichText::new(what).weak());
+            let text = words::shrinks(&before.gap, &stage.gap, sight.unit);
+            ui.label(RichText::new(text).strong().color(strong));
+        }
+        None if candidate.explained > 0.0 => {
+            let share = significant_trimmed(100.0 * candidate.explained, 2);
+            ui.label(RichText::new(format!("explains {share} % along the motion")).weak());
+        }
+        None => {}
+    });
+    line(ui, 18.0, |ui| {
+        let said = standing(candidate, sight.looking());
+        let color = match candidate.standing {
+            Standing::Refitted => colors.good,
+            Standing::Refused(_) => colors.caution,
+            _ => ui.visuals().weak_text_color(),
+        };
+        ui.label(RichText::new(said).color(color));
+        if candidate.stage.is_some() {
+            ui.label(RichText::new(words::delta_bic(candidate.delta_bic)).weak());
+        }
+    });
+    let reason = match &candidate.standing {
+        Standing::NotShown(reason) => reason.clone(),
+        _ => words::pretty(&candidate.why),
+    };
+    let confused = if candidate.confused_with.is_empty() {
+        String::new()
+    } else {
+        format!("Cannot be told from: {}.", candidate.confused_with.join(", "))
+    };
+    let color = ui.visuals().text_color();
+    let rest = pos2(inner.left(), ui.cursor().top() + 2.0);
+    let mut job = egui::text::LayoutJob::default();
+    let format = |color| egui::text::TextFormat::simple(FontId::proportional(12.0), color);
+    job.append(&reason, 0.0, format(if faded { strong } else { color }));
+    if !confused.is_empty() {
+        job.append(&format!("\n{confused}"), 0.0, format(colors.caution));
+    }
+    job.wrap.max_width = inner.width();
+    let galley = ui.painter().layout_job(job);
+    ui.painter().galley(rest, galley, color);
+    let full = format!("{}\n\n{reason}\n{confused}", candidate.explanation);
+    if response.on_hover_text(full.trim()).clicked() {
+        acts.push(Act::Select(candidate.choice.clone()));
+        acts.push(Act::Go(super::Step::Add));
+    }
+}
+
+/// A line of a fixed height.
+pub(super) fn line(ui: &mut Ui, height: f32, body: impl FnOnce(&mut Ui)) {
+    let size = vec2(ui.available_width(), height);
+    ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
+        ui.set_min_size(size);
+        body(ui);
+    });
+}
+
+/// A candidate as a row of a list: name, gap, standing. Tells whether it is under the pointer.
+pub(super) fn row(
+    ui: &mut Ui,
+    sight: &Sight<'_>,
+    before: &Stage,
+    candidate: &Candidate,
+    marks: (bool, bool),
+    acts: &mut Vec<Act>,
+) -> bool {
+    let (chosen, skipped) = marks;
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 24.0), Sense::click());
+    response.widget_info(|| WidgetInfo::selected(egui::Role::ListItem, true, chosen, &candidate.title));
+    let colors = theme::accents(sight.dark);
+    if chosen || response.hovered() {
+        let fill = if chosen { colors.accent_ground } else { ui.visuals().widgets.hovered.bg_fill };
+        ui.painter().rect_filled(rect, 3.0, fill);
+    }
+    let faded = skipped || !(stands(candidate) || matches!(candidate.standing, Standing::Screened));
+    let text = if faded { ui.visuals().weak_text_color() } else { ui.visuals().text_color() };
+    let mut title = RichText::new(&candidate.title).color(text);
+    if skipped {
+        title = title.strikethrough();
+    }
+    if stands(candidate) {
+        let mark = Rect::from_min_size(rect.min + vec2(2.0, 5.0), vec2(3.0, rect.height() - 10.0));
+        ui.painter().rect_filled(mark, 1.0, stage_color(before.effects.len() + 1, sight.dark));
+    }
+    let cells = [(0.0, 0.46), (0.46, 0.76), (0.76, 1.0)];
+    let gap = sight.with(&candidate.choice).map_or_else(
+        || format!("explains {} %", significant_trimmed(100.0 * candidate.explained, 2)),
+        |stage| words::shrinks(&before.gap, &stage.gap, sight.unit),
+    );
+    let texts = [title, RichText::new(gap).color(text), RichText::new(standing(candidate, sight.looking())).weak()];
+    for ((from, to), text) in cells.into_iter().zip(texts) {
+        let x = |share: f32| rect.left() + 9.0 + share * (rect.width() - 12.0);
+        let cell = Rect::from_x_y_ranges(x(from)..=x(to) - 4.0, rect.y_range());
+        let mut child = ui.new_child(UiBuilder::new().max_rect(cell).layout(Layout::left_to_right(Align::Center)));
+        child.add(egui::Label::new(text).truncate().selectable(false));
+    }
+    let hovered = response.hovered();
+    if response.on_hover_text(&candidate.why).clicked() {
+        acts.push(Act::Select(candidate.choice.clone()));
+    }
+    hovered
+}

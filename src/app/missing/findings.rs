@@ -1,0 +1,233 @@
+//! The right column: the gap in one figure, the evidence, the equation with what was added, what these data cannot show.
+
+use egui::{Align, Color32, FontId, Layout as Flow, Rect, RichText, Sense, Ui, WidgetInfo, pos2, vec2};
+
+use super::{Sight, stage_color, words};
+use crate::app::theme::{self, ROW};
+use crate::app::widgets::{card, section, share_bar};
+use crate::format::equations::{by_share, is_kinematic};
+use crate::format::number::{align_at_point, format_measured, significant_trimmed};
+use crate::format::units::format_si;
+use crate::gap::{Choice, Stage, Test};
+use crate::rig::hidden::{Truth, title};
+use crate::term::{Expression, Term};
+
+/// Questions that are shown without being asked for.
+const SHOWN: usize = 5;
+
+pub(super) fn show(ui: &mut Ui, sight: &Sight<'_>, preview: Option<&Choice>) {
+    let stage = preview.and_then(|c| sight.with(c)).or(sight.stage());
+    gap(ui, sight);
+    equation(ui, sight, stage.map(|s| &**s), stage.is_some() && preview.and_then(|c| sight.with(c)).is_some());
+    evidence(ui, sight);
+    knowing(ui, sight);
+    ui.add_space(8.0);
+}
+
+/// What the virtual rig hid, beside what was found.
+pub(super) fn truth(ui: &mut Ui, sight: &Sight<'_>, truth: &Truth) {
+    section(ui, "THE TRUTH", |_| {}, |_| {});
+    let colors = theme::accents(sight.dark);
+    let found: Vec<&str> = sight.walk.accepted.iter().map(|c| c.effect.as_str()).collect();
+    let mut hidden: Vec<&str> = truth.effects.iter().map(String::as_str).collect();
+    hidden.sort_unstable();
+    let mut sorted = found.clone();
+    sorted.sort_unstable();
+    let titles: Vec<&str> = hidden.iter().map(|name| title(name).unwrap_or(name)).collect();
+    let (edge, verdict) = if found.is_empty() {
+        (colors.accent, "Nothing was added yet.")
+    } else if sorted == hidden {
+        (colors.good, "Found, by its name.")
+    } else {
+        (colors.caution, "What was added is something else.")
+    };
+    card(ui, edge, |ui| {
+        ui.add(egui::Label::new(RichText::new(format!("Hidden: {}", titles.join(", "))).strong()).wrap());
+        ui.add(egui::Label::new(RichText::new(&truth.description).size(12.0)).wrap());
+        ui.label(RichText::new(verdict).color(edge));
+        for p in truth.parameters.iter().filter(|p| p.effect.is_some()) {
+            ui.label(
+                RichText::new(format!("{} = {} {}", p.name, significant_trimmed(p.value, 4), words::pretty(&p.unit)))
+                    .monospace(),
+            );
+        }
+    });
+}
+
+/// The gap now, beside the noise floor.
+fn gap(ui: &mut Ui, sight: &Sight<'_>) {
+    section(ui, "GAP", |_| {}, |_| {});
+    let size = vec2(ui.available_width(), 50.0);
+    let Some(stage) = sight.stage() else {
+        ui.allocate_exact_size(size, Sense::hover());
+        return;
+    };
+    let figure = words::honest(&stage.gap);
+    let noise = sight.known.noise_floor;
+    let colors = theme::accents(sight.dark);
+    let color = if figure <= 1.3 * noise { colors.good } else { ui.visuals().strong_text_color() };
+    let what = if stage.gap.test_rmse.is_some() { "on data never fitted" } else { "on the fitted records" };
+    ui.allocate_ui_with_layout(size, Flow::left_to_right(Align::Min), |ui| {
+        ui.set_min_size(size);
+        ui.spacing_mut().item_spacing.x = 0.0;
+        let half = 0.5 * ui.available_width();
+        let weak = ui.visuals().weak_text_color();
+        for (value, color, label) in [(figure, color, what), (noise, weak, "noise floor")] {
+            ui.allocate_ui_with_layout(vec2(half, 50.0), Flow::top_down(Align::Min), |ui| {
+                ui.set_min_width(half);
+                ui.spacing_mut().item_spacing.y = 0.0;
+                let text = RichText::new(format_si(value, sight.unit, 3)).size(23.0).color(color);
+                ui.add(egui::Label::new(text).truncate());
+                ui.label(RichText::new(label).weak().size(12.0));
+            });
+        }
+    });
+}
+
+fn equation(ui: &mut Ui, sight: &Sight<'_>, stage: Option<&Stage>, preview: bool) {
+    let aside = |ui: &mut Ui| {
+        if preview {
+            ui.label(RichText::new("preview").size(11.0).color(theme::accents(sight.dark).accent));
+        }
+    };
+    section(ui, "EQUATION", aside, |_| {});
+    let Some(stage) = stage else {
+        ui.weak("the base model is being fitted");
+        return;
+    };
+    let layout = stage.model.layout;
+    let color_of = |text: &str| {
+        let place = stage.effects.iter().position(|e| e.terms.iter().any(|t| t == text));
+        place.map(|k| stage_color(k + 1, sight.dark))
+    };
+    for (state, equation) in stage.model.iter() {
+        let name = Term::new(Expression::Symbol(state)).pretty(&layout);
+        if is_kinematic(&stage.model, state, equation) {
+            heading(ui, &format!("d{name}/dt = {}", equation.terms[0].term.pretty(&layout)));
+            continue;
+        }
+        heading(ui, &format!("d{name}/dt ="));
+        let terms = by_share(equation);
+        let numbers: Vec<String> = terms.iter().map(|t| format_measured(t.coefficient, t.std_error)).collect();
+        ui.scope(|ui| {
+            ui.spacing_mut().item_spacing.y = 1.0;
+            for (term, number) in terms.iter().zip(align_at_point(&numbers)) {
+                let color = color_of(&term.term.text(&layout));
+                term_row(ui, &number, &term.term.pretty(&layout), term.share, color);
+            }
+        });
+        ui.add_space(4.0);
+    }
+    for (k, effect) in stage.effects.iter().enumerate() {
+        let color = stage_color(k + 1, sight.dark);
+        card(ui, color, |ui| {
+            ui.add(egui::Label::new(RichText::new(&effect.title).strong()).wrap());
+            for p in &effect.parameters {
+                let text = format!("{} = {} {}", p.name, format_measured(p.value, p.std_error), words::pretty(&p.unit));
+                ui.label(RichText::new(text).monospace());
+            }
+        });
+    }
+}
+
+fn heading(ui: &mut Ui, text: &str) {
+    let size = vec2(ui.available_width(), ROW);
+    ui.allocate_ui_with_layout(size, Flow::left_to_right(Align::Center), |ui| {
+        ui.label(RichText::new(text).size(14.0));
+    });
+}
+
+/// One term: coefficient ± standard error, the term, its share; in the effect's colour where an effect added it.
+fn term_row(ui: &mut Ui, number: &str, pretty: &str, share: f64, color: Option<Color32>) {
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW), Sense::hover());
+    let said = format!("{} {pretty}", number.trim());
+    response.widget_info(|| WidgetInfo::labeled(egui::Role::Label, true, &said));
+    let text = ui.visuals().text_color();
+    let accent = theme::accents(ui.visuals().dark_mode).accent;
+    let bar = Rect::from_min_max(
+        pos2(rect.right() - 48.0, rect.center().y - 3.0),
+        pos2(rect.right() - 4.0, rect.center().y + 3.0),
+    );
+    share_bar(ui, bar, share, color.unwrap_or(accent));
+    if let Some(color) = color {
+        let mark = Rect::from_min_size(rect.min + vec2(-4.0, 4.0), vec2(3.0, rect.height() - 8.0));
+        ui.painter().rect_filled(mark, 1.0, color);
+    }
+    let painter = ui.painter().with_clip_rect(Rect::from_min_max(rect.min, pos2(bar.left() - 4.0, rect.bottom())));
+    let number = painter.layout_no_wrap(number.to_owned(), FontId::monospace(12.5), color.unwrap_or(text));
+    let name = painter.layout_no_wrap(pretty.to_owned(), FontId::proportional(14.0), color.unwrap_or(text));
+    let left = rect.left() + 4.0;
+    let width = number.size().x;
+    painter.galley(pos2(left, rect.center().y - 0.5 * number.size().y), number, text);
+    painter.galley(pos2(left + width + 10.0, rect.center().y - 0.5 * name.size().y), name, text);
+    response.on_hover_text(format!("{said}\n{} % of the forces' RMS", significant_trimmed(100.0 * share, 3)));
+}
+
+/// The statistical questions and their answers in words.
+fn evidence(ui: &mut Ui, sight: &Sight<'_>) {
+    let Some(round) = sight.round() else { return };
+    section(ui, "IS IT CHANCE?", |_| {}, |_| {});
+    let colors = theme::accents(sight.dark);
+    let whole = &round.evidence;
+    let (color, text) = if whole.significant {
+        (colors.caution, "The gap is more than noise")
+    } else {
+        (colors.good, "The gap is no more than noise")
+    };
+    ui.label(RichText::new(text).color(color)).on_hover_text(words::p_value(whole.p_value));
+    let (first, rest) = whole.tests.split_at(whole.tests.len().min(SHOWN));
+    questions(ui, first);
+    if !rest.is_empty() {
+        egui::CollapsingHeader::new(RichText::new(format!("{} more questions", rest.len())).weak().size(12.0))
+            .id_salt("more questions")
+            .show(ui, |ui| questions(ui, rest));
+    }
+}
+
+fn questions(ui: &mut Ui, tests: &[Test]) {
+    for test in tests {
+        let size = vec2(ui.available_width(), ROW - 3.0);
+        let said = words::chance(test.p_value);
+        ui.allocate_ui_with_layout(size, Flow::left_to_right(Align::Center), |ui| {
+            ui.set_min_size(size);
+            ui.with_layout(Flow::right_to_left(Align::Center), |ui| {
+                ui.label(RichText::new(said).weak().size(12.0));
+                ui.with_layout(Flow::left_to_right(Align::Center), |ui| {
+                    ui.add(egui::Label::new(RichText::new(&test.question).size(12.0)).truncate());
+                });
+            });
+        })
+        .response
+        .on_hover_text(format!("{}: chance alone? {said} ({})", test.question, words::p_value(test.p_value)));
+    }
+}
+
+/// What was done to the data, and what they cannot show: said before any fit.
+fn knowing(ui: &mut Ui, sight: &Sight<'_>) {
+    let known = sight.known;
+    if known.notices.is_empty() && known.blind.is_empty() {
+        return;
+    }
+    section(ui, "WORTH KNOWING", |_| {}, |_| {});
+    let colors = theme::accents(sight.dark);
+    for notice in &known.notices {
+        card(ui, colors.accent, |ui| {
+            ui.add(egui::Label::new(RichText::new(notice).size(12.5)).wrap());
+        });
+    }
+    // One card a reason: many effects may share it.
+    let mut reasons: Vec<(&str, Vec<String>)> = Vec::new();
+    for blind in &known.blind {
+        let name = blind.effect.replace('_', " ");
+        match reasons.iter_mut().find(|(reason, _)| *reason == blind.reason) {
+            Some((_, names)) => names.push(name),
+            None => reasons.push((&blind.reason, vec![name])),
+        }
+    }
+    for (reason, names) in reasons {
+        card(ui, colors.line, |ui| {
+            let text = format!("Cannot be shown by these data: {} ({reason}).", names.join(", "));
+            ui.add(egui::Label::new(RichText::new(text).size(12.0).weak()).wrap());
+        });
+    }
+}

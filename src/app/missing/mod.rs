@@ -1,0 +1,485 @@
+//! The room "What's missing": a walk in rounds of four steps, from where model and measurement part to an effect that was
+//! added and checked on data never fitted.
+//!
+//! [`Walk`] is what a person decided; [`Missing`] is what was found for it, with the thread that finds it. Each step is a
+//! function of both and asks for [`Act`]s; none computes anything.
+
+mod add;
+mod cards;
+mod compare;
+mod findings;
+mod map;
+mod name;
+mod plots;
+mod steps;
+mod verify;
+mod walk;
+mod waterfall;
+mod words;
+mod work;
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use egui::{Ui, vec2};
+
+use super::bench::Bench;
+use super::state::Edit;
+use super::worker::Busy;
+use crate::gap::{Blind, Candidate, Choice, Diagnosis, Place, Round, Stage, Standing};
+use crate::term::{Kind, Term};
+pub(crate) use walk::Step;
+pub use walk::{Base, Walk};
+use work::{Event, Key, Want, Work};
+
+/// What a step asks for.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Act {
+    /// Look at the model as it stands.
+    Look,
+    /// Tell what the virtual rig hid.
+    Reveal,
+    /// Stop.
+    Cancel,
+    /// Go to a step.
+    Go(Step),
+    /// Choose a candidate.
+    Select(Choice),
+    /// Fit a candidate that was only screened.
+    Try(Choice),
+    /// Begin again with the base alone.
+    Restart,
+    /// Add a candidate to the walk.
+    Accept(Choice),
+    /// Take the last effect back.
+    Undo,
+}
+
+/// Everything found for one set of records and one base.
+#[derive(Debug, Default)]
+struct Known {
+    key: Option<Key>,
+    noise_floor: f64,
+    notices: Vec<String>,
+    blind: Vec<Blind>,
+    stages: HashMap<Vec<Choice>, Arc<Stage>>,
+    rounds: HashMap<Vec<Choice>, Arc<Round>>,
+    conclusions: HashMap<Vec<Choice>, Arc<Diagnosis>>,
+    /// A look that is not done, or was stopped.
+    partial: Option<Partial>,
+    failure: Option<String>,
+    /// What a candidate that was to be fitted alone came to, where it could not be.
+    refused: Option<(Choice, String)>,
+    /// The last model of other records or another base: in view until the new one comes.
+    before: Option<Arc<Stage>>,
+}
+
+/// A look under way.
+#[derive(Debug, Default)]
+struct Partial {
+    choices: Vec<Choice>,
+    place: Option<Box<Place>>,
+    candidates: Vec<Candidate>,
+}
+
+/// What runs.
+#[derive(Clone, Copy, Debug)]
+struct Running {
+    want: Want,
+    sentence: &'static str,
+    share: f64,
+}
+
+/// The room: what was found, what is under way and how it is shown.
+pub(crate) struct Missing {
+    work: Work,
+    known: Known,
+    running: Option<Running>,
+    /// Look once the base is fitted, without being asked.
+    by_itself: bool,
+    /// Whether what the virtual rig hid is told.
+    revealed: bool,
+    /// Stopped by hand: nothing is asked for by itself until something changes.
+    stopped: bool,
+    step: Step,
+    /// The candidate that is looked at.
+    selected: Option<Choice>,
+    /// Candidates that were passed over.
+    skipped: Vec<Choice>,
+    /// The one under the pointer.
+    hovered: Option<Choice>,
+    show_all: bool,
+    /// The record shown while comparing, and the one shown to verify: the first held-out one until another is chosen.
+    record: usize,
+    verified: Option<usize>,
+    profile: usize,
+    typing: Option<String>,
+    plots: plots::Cache,
+}
+
+/// What the steps see.
+struct Sight<'a> {
+    walk: &'a Walk,
+    known: &'a Known,
+    running: Option<Running>,
+    unit: &'a str,
+    dark: bool,
+}
+
+impl<'a> Sight<'a> {
+    /// The model as it stands; while it is being fitted, the last one that is known.
+    fn stage(&self) -> Option<&'a Arc<Stage>> {
+        let accepted = &self.walk.accepted;
+        let known = (0..=accepted.len()).rev().find_map(|n| self.known.stages.get(&accepted[..n]));
+        known.or(self.known.before.as_ref())
+    }
+
+    /// The base and the stage after each effect, as far as they are known.
+    fn stages(&self) -> Vec<&'a Arc<Stage>> {
+        let accepted = &self.walk.accepted;
+        (0..=accepted.len()).map_while(|n| self.known.stages.get(&accepted[..n])).collect()
+    }
+
+    fn round(&self) -> Option<&'a Arc<Round>> {
+        self.known.rounds.get(&self.walk.accepted)
+    }
+
+    fn conclusion(&self) -> Option<&'a Arc<Diagnosis>> {
+        self.known.conclusions.get(&self.walk.accepted)
+    }
+
+    fn partial(&self) -> Option<&'a Partial> {
+        self.known.partial.as_ref().filter(|p| p.choices == self.walk.accepted)
+    }
+
+    fn place(&self) -> Option<&'a Place> {
+        let partial = || self.partial().and_then(|p| p.place.as_deref());
+        self.round().map(|r| &r.place).or_else(partial)
+    }
+
+    fn candidates(&self) -> &'a [Candidate] {
+        let partial = || self.partial().map_or(&[][..], |p| &p.candidates);
+        self.round().map_or_else(partial, |r| &r.candidates)
+    }
+
+    fn looking(&self) -> bool {
+        self.running.is_some_and(|r| r.want == Want::Look) && self.round().is_none()
+    }
+
+    /// The stage that comes of adding a candidate.
+    fn with(&self, choice: &Choice) -> Option<&'a Arc<Stage>> {
+        let found = self.candidates().iter().find(|c| c.choice == *choice).and_then(|c| c.stage.as_ref());
+        found.or_else(|| {
+            let mut choices = self.walk.accepted.clone();
+            choices.push(choice.clone());
+            self.known.stages.get(&choices)
+        })
+    }
+}
+
+/// A candidate that may be added: refitted and not refused.
+fn stands(candidate: &Candidate) -> bool {
+    matches!(candidate.standing, Standing::Refitted)
+}
+
+impl Missing {
+    pub(crate) fn new(wake: impl Fn() + Clone + Send + Sync + 'static) -> std::io::Result<Self> {
+        Ok(Self {
+            work: Work::new(wake)?,
+            known: Known::default(),
+            running: None,
+            by_itself: false,
+            revealed: false,
+            stopped: false,
+            step: Step::default(),
+            selected: None,
+            skipped: Vec::new(),
+            hovered: None,
+            show_all: false,
+            record: 0,
+            verified: None,
+            profile: 0,
+            typing: None,
+            plots: plots::Cache::default(),
+        })
+    }
+
+    /// What runs, for the progress line.
+    pub(crate) fn busy(&self) -> Option<Busy> {
+        let running = self.running?;
+        let elapsed = self.work.busy().map(|b| b.elapsed).unwrap_or_default();
+        Some(Busy { elapsed, progress: (running.want == Want::Look).then_some(running.share) })
+    }
+
+    /// True until everything asked for has come.
+    pub(crate) fn waiting(&self) -> bool {
+        self.work.expected() || self.work.busy().is_some()
+    }
+
+    /// Looks as soon as the base is fitted: a demonstration.
+    pub(crate) fn look_by_itself(&mut self) {
+        self.by_itself = true;
+    }
+
+    /// What the walk has come to, once it is known: for a report.
+    pub(crate) fn diagnosis(&self, walk: &Walk) -> Option<&Arc<Diagnosis>> {
+        self.known.conclusions.get(&walk.accepted)
+    }
+
+    /// The model as it stands, if it was fitted.
+    pub(crate) fn stage(&self, walk: &Walk) -> Option<&Arc<Stage>> {
+        self.known.stages.get(&walk.accepted)
+    }
+
+    /// Takes in what the thread told.
+    pub(crate) fn collect(&mut self) {
+        while let Some(event) = self.work.event() {
+            match event {
+                Event::Ready { noise_floor, notices, blind } => {
+                    (self.known.noise_floor, self.known.notices, self.known.blind) = (noise_floor, notices, blind);
+                }
+                Event::Stage(choices, stage) => {
+                    self.known.stages.insert(choices, stage);
+                }
+                Event::Step(sentence, share) => {
+                    if let Some(running) = &mut self.running {
+                        (running.sentence, running.share) = (sentence, share.max(running.share));
+                    }
+                }
+                Event::Place(place) => self.partial().place = Some(place),
+                Event::Ranking(candidates) => self.partial().candidates = candidates,
+                Event::Round(choices, round) => {
+                    for candidate in &round.candidates {
+                        if let Some(stage) = &candidate.stage {
+                            let choices = stage.effects.iter().map(|e| e.choice.clone()).collect();
+                            self.known.stages.entry(choices).or_insert_with(|| Arc::clone(stage));
+                        }
+                    }
+                    self.known.partial = None;
+                    self.known.rounds.insert(choices, round);
+                }
+                Event::Concluded(choices, diagnosis) => {
+                    self.known.conclusions.insert(choices, diagnosis);
+                }
+                Event::Failed(text) => match self.running.take() {
+                    Some(Running { want: Want::Try, .. }) => {
+                        let choice = self.selected.clone();
+                        self.known.refused = choice.map(|choice| (choice, text));
+                    }
+                    _ => self.known.failure = Some(text),
+                },
+                Event::Done => self.running = None,
+            }
+        }
+    }
+
+    fn partial(&mut self) -> &mut Partial {
+        self.known.partial.get_or_insert_default()
+    }
+
+    /// Asks for what the room needs and does not have; nothing while it is not looked at.
+    pub(crate) fn attend(&mut self, bench: &Bench, edit: &Edit) {
+        if bench.records.is_empty() {
+            self.forget();
+            return;
+        }
+        let Some(key) = key(bench, edit) else { return };
+        if self.known.key.as_ref() != Some(&key) {
+            let other_records = self.known.key.as_ref().is_none_or(|k| k.generation != key.generation);
+            if other_records {
+                self.forget();
+            }
+            let mut stages = std::mem::take(&mut self.known.stages);
+            let accepted = &edit.walk.accepted;
+            let shown = (0..=accepted.len()).rev().find_map(|n| stages.remove(&accepted[..n]));
+            let before = shown.or(self.known.before.take());
+            self.known = Known { key: Some(key), before, ..Known::default() };
+            self.pass_over();
+            self.ask(bench, edit, Want::Stages);
+            return;
+        }
+        if self.running.is_some() || self.stopped || self.known.failure.is_some() {
+            return;
+        }
+        if !self.known.stages.contains_key(&edit.walk.accepted) {
+            self.ask(bench, edit, Want::Stages);
+        } else if std::mem::take(&mut self.by_itself) {
+            self.ask(bench, edit, Want::Look);
+        } else if !edit.walk.accepted.is_empty() && !self.known.conclusions.contains_key(&edit.walk.accepted) {
+            self.ask(bench, edit, Want::Conclusion);
+        }
+    }
+
+    /// Forgets what was chosen among candidates that are no more.
+    fn pass_over(&mut self) {
+        self.selected = None;
+        self.skipped.clear();
+    }
+
+    fn forget(&mut self) {
+        if self.known.key.is_none() {
+            return;
+        }
+        self.work.cancel();
+        self.running = None;
+        self.known = Known::default();
+        self.pass_over();
+        (self.step, self.record, self.verified, self.revealed) = (Step::Compare, 0, None, false);
+    }
+
+    fn ask(&mut self, bench: &Bench, edit: &Edit, want: Want) {
+        let Some(key) = self.known.key.clone() else { return };
+        let accepted = &edit.walk.accepted;
+        let rounds = (0..=accepted.len()).map_while(|n| self.known.rounds.get(&accepted[..n]).cloned()).collect();
+        self.known.failure = None;
+        self.known.refused = None;
+        self.stopped = false;
+        self.running = Some(Running { want, sentence: "Preparing the records", share: 0.0 });
+        if want == Want::Look {
+            self.known.partial = Some(Partial { choices: accepted.clone(), ..Partial::default() });
+        }
+        self.work.ask(key, bench.set(&edit.usage), accepted.clone(), rounds, want);
+    }
+
+    /// Does what was asked for.
+    pub(crate) fn act(&mut self, act: Act, bench: &Bench, edit: &mut Edit) {
+        match act {
+            Act::Look => {
+                self.pass_over();
+                self.step = Step::Compare;
+                self.known.rounds.remove(&edit.walk.accepted);
+                self.known.conclusions.remove(&edit.walk.accepted);
+                self.ask(bench, edit, Want::Look);
+            }
+            Act::Cancel => {
+                self.work.cancel();
+                self.running = None;
+                self.stopped = true;
+            }
+            Act::Restart => {
+                edit.walk = Walk::default();
+                self.known.failure = None;
+                self.pass_over();
+                self.step = Step::Compare;
+            }
+            Act::Reveal => self.revealed = true,
+            Act::Go(step) => self.step = step,
+            Act::Select(choice) => self.selected = Some(choice),
+            Act::Try(choice) => {
+                let Some(key) = self.known.key.clone() else { return };
+                let mut choices = edit.walk.accepted.clone();
+                choices.push(choice.clone());
+                self.selected = Some(choice);
+                self.known.refused = None;
+                let sentence = "Fitting the effect to the measured response";
+                self.running = Some(Running { want: Want::Try, sentence, share: 0.0 });
+                self.work.ask(key, bench.set(&edit.usage), choices, Vec::new(), Want::Try);
+            }
+            Act::Accept(choice) => {
+                let sight =
+                    Sight { walk: &edit.walk, known: &self.known, running: self.running, unit: "", dark: false };
+                // An effect may replace a simpler one that it contains.
+                let accepted = match sight.with(&choice) {
+                    Some(stage) => stage.effects.iter().map(|e| e.choice.clone()).collect(),
+                    None => edit.walk.accepted.iter().cloned().chain([choice]).collect(),
+                };
+                edit.walk.accepted = accepted;
+                self.pass_over();
+                self.step = Step::Verify;
+                self.ask(bench, edit, Want::Conclusion);
+            }
+            Act::Undo => {
+                edit.walk.accepted.pop();
+                self.pass_over();
+                self.step = if self.known.rounds.contains_key(&edit.walk.accepted) { Step::Add } else { Step::Compare };
+            }
+        }
+    }
+
+    /// Draws the centre.
+    pub(crate) fn show(&mut self, ui: &mut Ui, bench: &Bench, edit: &mut Edit) -> Vec<Act> {
+        let mut acts = Vec::new();
+        self.hovered = None;
+        ui.spacing_mut().item_spacing = vec2(6.0, 3.0);
+        let known = std::mem::take(&mut self.known);
+        steps::show(ui, self, &known, bench, edit, &mut acts);
+        let walk = edit.walk.clone();
+        let unit = displacement(bench);
+        let sight =
+            Sight { walk: &walk, known: &known, running: self.running, unit: &unit, dark: ui.visuals().dark_mode };
+        ui.scope(|ui| {
+            ui.visuals_mut().extreme_bg_color = crate::app::plot::palette::ground(sight.dark);
+            match (&known.failure, sight.stage()) {
+                (Some(failure), _) => {
+                    if words::failure(ui, failure) {
+                        acts.push(Act::Restart);
+                    }
+                }
+                (None, None) => {
+                    ui.centered_and_justified(|ui| ui.weak("fitting the base model…"));
+                }
+                (None, Some(stage)) => match self.step {
+                    Step::Compare => compare::show(ui, self, &sight, stage),
+                    Step::Name => name::show(ui, self, &sight, &mut acts),
+                    Step::Add => add::show(ui, self, &sight, stage, &mut acts),
+                    Step::Verify => verify::show(ui, self, &sight, &mut acts),
+                },
+            }
+        });
+        self.known = known;
+        self.plots.tidy();
+        acts
+    }
+
+    /// Draws the right column.
+    pub(crate) fn findings(&mut self, ui: &mut Ui, bench: &Bench, edit: &Edit) {
+        let unit = displacement(bench);
+        let sight = Sight {
+            walk: &edit.walk,
+            known: &self.known,
+            running: self.running,
+            unit: &unit,
+            dark: ui.visuals().dark_mode,
+        };
+        if let Some(truth) = bench.truth.as_ref().filter(|_| self.revealed) {
+            findings::truth(ui, &sight, truth);
+        }
+        findings::show(ui, &sight, self.hovered.as_ref().or(self.selected.as_ref()).filter(|_| self.step == Step::Add));
+    }
+}
+
+/// The unit of displacement: metres where a record does not say.
+fn displacement(bench: &Bench) -> String {
+    match bench.unit().trim() {
+        "" => "m".to_owned(),
+        unit => unit.to_owned(),
+    }
+}
+
+/// What the walk is of; none while the equation that it starts from is not known.
+fn key(bench: &Bench, edit: &Edit) -> Option<Key> {
+    let base = match &edit.walk.base {
+        Base::Linear => None,
+        Base::Typed(terms) => Some(terms.clone()),
+        Base::Identified => Some(identified(bench)?),
+    };
+    Some(Key { generation: bench.generation, usage: edit.usage.clone(), base })
+}
+
+/// The terms of the identified acceleration.
+fn identified(bench: &Bench) -> Option<Vec<Term>> {
+    let model = &bench.outcome.as_ref()?.model;
+    if model.layout.kind != Kind::SecondOrder {
+        return None;
+    }
+    Some(model.leading()?.terms.iter().map(|t| t.term.clone()).collect())
+}
+
+/// The colour of a stage of the walk: the base's is the model's own, then that of the effect that was added.
+fn stage_color(index: usize, dark: bool) -> egui::Color32 {
+    use super::plot::palette;
+    match index {
+        0 => palette::Ink::Identified.color(dark),
+        k => palette::effect(k - 1, dark),
+    }
+}

@@ -1,0 +1,56 @@
+//! Name: which effects would close the gap, as cards.
+
+use egui::{RichText, ScrollArea, Ui, vec2};
+
+use super::{Act, Missing, Sight, cards, stands, words};
+use crate::gap::{Candidate, Standing};
+
+/// Space between cards, points.
+const SPACE: f32 = 8.0;
+
+pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, acts: &mut Vec<Act>) {
+    let Some(before) = sight.stage() else { return };
+    let candidates = sight.candidates();
+    if candidates.is_empty() {
+        let text = if sight.looking() { "looking for effects…" } else { "Press “Find what's missing” first" };
+        ui.centered_and_justified(|ui| ui.weak(text));
+        return;
+    }
+    let likely = |c: &&Candidate| stands(c) || matches!(c.standing, Standing::Screened) && c.explained > 0.02;
+    let hidden = candidates.iter().filter(|c| !likely(c)).count();
+    cards::line(ui, 24.0, |ui| {
+        let text = sight
+            .round()
+            .map_or_else(|| "Candidates so far; the likeliest are being refitted.".to_owned(), |r| words::finding(r));
+        ui.add(egui::Label::new(RichText::new(text).size(13.5)).truncate());
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            ui.checkbox(&mut room.show_all, format!("show all ({hidden} more)")).on_hover_text(
+                "Also the effects that were refused, and those that these data cannot show, with the reason",
+            );
+        });
+    });
+    if let Some(next) = sight.round().and_then(|r| r.next_experiment.as_ref()) {
+        cards::line(ui, 20.0, |ui| {
+            let color = crate::app::theme::accents(sight.dark).caution;
+            ui.add(egui::Label::new(words::two(ui, "What would tell them apart:", color, next)).truncate())
+                .on_hover_text(next);
+        });
+    }
+    // With nothing that stands there is more to learn from what was refused.
+    let all = room.show_all || !candidates.iter().any(stands) && !sight.looking();
+    let shown: Vec<&Candidate> = candidates.iter().filter(|c| all || likely(c)).collect();
+    ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+        let room_wide = ui.available_width() - 10.0;
+        let columns = ((room_wide + SPACE) / (cards::NARROWEST + SPACE)).floor().max(1.0);
+        let width = (room_wide - SPACE * (columns - 1.0)) / columns;
+        ui.spacing_mut().item_spacing = vec2(SPACE, SPACE);
+        for (row, group) in shown.chunks(columns as usize).enumerate() {
+            ui.horizontal(|ui| {
+                for (k, candidate) in group.iter().enumerate() {
+                    let rank = stands(candidate).then_some(row * columns as usize + k + 1);
+                    cards::card(ui, room, sight, before, candidate, (rank, width), acts);
+                }
+            });
+        }
+    });
+}

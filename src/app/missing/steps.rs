@@ -1,0 +1,263 @@
+//! The top of the room: the four steps, the one button that leads through them, the base model, and what runs.
+
+use egui::{Align, Color32, Layout, Rect, RichText, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
+
+use super::{Act, Base, Known, Missing, Sight, Step, displacement, stands, work};
+use crate::app::bench::Bench;
+use crate::app::state::Edit;
+use crate::app::theme::{self, ROW};
+use crate::gap::Standing;
+use crate::term::{Kind, Layout as Symbols, Term};
+
+/// Height of the steps' row, points.
+const HEIGHT: f32 = 34.0;
+/// Radius of a step's number, points.
+const RADIUS: f32 = 10.0;
+
+pub(super) fn show(
+    ui: &mut Ui,
+    room: &mut Missing,
+    known: &Known,
+    bench: &Bench,
+    edit: &mut Edit,
+    acts: &mut Vec<Act>,
+) {
+    let walk = edit.walk.clone();
+    let unit = displacement(bench);
+    let sight = Sight { walk: &walk, known, running: room.running, unit: &unit, dark: ui.visuals().dark_mode };
+    let size = vec2(ui.available_width(), HEIGHT);
+    ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
+        ui.set_min_size(size);
+        stepper(ui, room.step, &sight, acts);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| primary(ui, room, &sight, acts));
+    });
+    let size = vec2(ui.available_width(), ROW + 2.0);
+    ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
+        ui.set_min_size(size);
+        base(ui, room, bench, edit);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if bench.truth.is_some() && !room.revealed {
+                let button = egui::Button::new("Reveal the truth");
+                if ui.add(button).on_hover_text("Tell what the virtual rig hid in these records").clicked() {
+                    acts.push(Act::Reveal);
+                }
+            }
+            under_way(ui, &sight, acts);
+        });
+    });
+    let (rail, _) = ui.allocate_exact_size(vec2(ui.available_width(), 3.0), Sense::hover());
+    ui.painter().hline(rail.x_range(), rail.center().y, Stroke::new(1.0, theme::accents(sight.dark).line));
+    if let Some(running) = sight.running {
+        let share = running.share.clamp(0.02, 1.0) as f32;
+        let done = Rect::from_min_size(rail.min, vec2(share * rail.width(), 2.0));
+        ui.painter().rect_filled(done, 0.0, theme::accents(sight.dark).accent);
+    }
+}
+
+/// How far the walk can be walked.
+fn reached(sight: &Sight<'_>, step: Step) -> bool {
+    match step {
+        Step::Compare => true,
+        Step::Name | Step::Add => !sight.candidates().is_empty(),
+        Step::Verify => !sight.walk.accepted.is_empty() || sight.round().is_some_and(|r| work::ends(r)),
+    }
+}
+
+fn stepper(ui: &mut Ui, shown: Step, sight: &Sight<'_>, acts: &mut Vec<Act>) {
+    ui.spacing_mut().item_spacing.x = 0.0;
+    let colors = theme::accents(sight.dark);
+    for (k, step) in Step::ALL.into_iter().enumerate() {
+        let (on, ready) = (shown == step, reached(sight, step));
+        let color = match (on, ready) {
+            (true, _) => ui.visuals().strong_text_color(),
+            (false, true) => ui.visuals().text_color(),
+            (false, false) => ui.visuals().weak_text_color(),
+        };
+        let font = egui::FontId::proportional(14.0);
+        let galley = ui.painter().layout_no_wrap(step.label().to_owned(), font, color);
+        let size = vec2(2.0 * RADIUS + 6.0 + galley.size().x + 10.0, HEIGHT);
+        let (rect, response) = ui.allocate_exact_size(size, Sense::click());
+        response.widget_info(|| WidgetInfo::selected(egui::Role::Tab, true, on, step.label()));
+        let painter = ui.painter();
+        let center = pos2(rect.left() + RADIUS + 2.0, rect.center().y);
+        let (fill, ink) = match (on, ready) {
+            (true, _) => (colors.accent, if sight.dark { Color32::BLACK } else { Color32::WHITE }),
+            (false, true) => (colors.accent_ground, ui.visuals().strong_text_color()),
+            (false, false) => (ui.visuals().widgets.inactive.bg_fill, color),
+        };
+        if response.hovered() || response.has_focus() {
+            painter.rect_filled(rect.shrink2(vec2(0.0, 4.0)), 4.0, ui.visuals().widgets.hovered.weak_bg_fill);
+        }
+        painter.circle_filled(center, RADIUS, fill);
+        let number = egui::FontId::proportional(12.0);
+        painter.text(center, egui::Align2::CENTER_CENTER, (k + 1).to_string(), number, ink);
+        let at = pos2(center.x + RADIUS + 6.0, rect.center().y - 0.5 * galley.size().y);
+        painter.galley(at, galley, color);
+        if response.on_hover_text(step.tooltip()).clicked() {
+            acts.push(Act::Go(step));
+        }
+        if k + 1 < Step::ALL.len() {
+            let (line, _) = ui.allocate_exact_size(vec2(16.0, HEIGHT), Sense::hover());
+            let stroke = Stroke::new(1.5, if reached(sight, Step::ALL[k + 1]) { colors.accent } else { colors.line });
+            ui.painter().hline(line.x_range().shrink(2.0), line.center().y, stroke);
+        }
+    }
+}
+
+/// The one button that leads on.
+fn primary(ui: &mut Ui, room: &Missing, sight: &Sight<'_>, acts: &mut Vec<Act>) {
+    let first = sight.candidates().iter().find(|c| stands(c)).map(|c| c.choice.clone());
+    let begun = sight.round().is_some() || sight.looking();
+    let ends = sight.round().is_some_and(|r| work::ends(r));
+    let (text, hint, act): (&str, &str, Option<Vec<Act>>) = match room.step {
+        _ if sight.stage().is_none() => ("Find what's missing", "The base model is being fitted", None),
+        Step::Compare if !begun => (
+            "Find what's missing",
+            "Look for a gap beyond noise, and for the effects that would close it",
+            Some(vec![Act::Look]),
+        ),
+        Step::Compare if ends => ("Next", "Nothing can be named: see what is left", Some(vec![Act::Go(Step::Verify)])),
+        Step::Compare => {
+            let ready = !sight.candidates().is_empty();
+            ("Next", "Which effect is it?", ready.then(|| vec![Act::Go(Step::Name)]))
+        }
+        Step::Name | Step::Add if !begun => {
+            ("Find what's missing", "Look for the effects that would close the gap", Some(vec![Act::Look]))
+        }
+        Step::Name if ends => ("Next", "Nothing can be named: see what is left", Some(vec![Act::Go(Step::Verify)])),
+        Step::Name => {
+            let acts = first.map(|choice| vec![Act::Select(choice), Act::Go(Step::Add)]);
+            ("Next", "See what the likeliest effect does to the response", acts)
+        }
+        Step::Add => {
+            let chosen = room.selected.clone().or(first);
+            let candidate = chosen.as_ref().and_then(|c| sight.candidates().iter().find(|o| o.choice == *c));
+            match candidate {
+                Some(c) if sight.with(&c.choice).is_none() => {
+                    let possible = !matches!(c.standing, Standing::NotShown(_)) && sight.running.is_none();
+                    let act = possible.then(|| vec![Act::Try(c.choice.clone())]);
+                    ("Fit it", "It was only screened: fit it to the measured response", act)
+                }
+                Some(c) if stands(c) => {
+                    ("Accept", "Add the effect to the model", Some(vec![Act::Accept(c.choice.clone())]))
+                }
+                Some(c) => {
+                    let hint = "Add it although it was refused or not judged: the verdict stays with you";
+                    ("Accept all the same", hint, Some(vec![Act::Accept(c.choice.clone())]))
+                }
+                None => ("Accept", "Choose an effect first", None),
+            }
+        }
+        Step::Verify if sight.looking() => ("Look again", "A look is under way", None),
+        Step::Verify if ends => ("Look again", "There is nothing left to look for that these data can show", None),
+        Step::Verify => ("Look again", "Ask what is still missing from the model as it stands", Some(vec![Act::Look])),
+    };
+    let colors = theme::accents(sight.dark);
+    let ink = if sight.dark { Color32::BLACK } else { Color32::WHITE };
+    let enabled = act.is_some();
+    let ink = if enabled { ink } else { ui.visuals().weak_text_color() };
+    let mut button = egui::Button::new(RichText::new(text).size(14.0).color(ink)).min_size(vec2(150.0, 28.0));
+    if enabled {
+        button = button.fill(colors.accent);
+    }
+    let response = ui.add_enabled(enabled, button).on_hover_text(hint).on_disabled_hover_text(hint);
+    if response.clicked() {
+        acts.extend(act.unwrap_or_default());
+    }
+}
+
+/// What runs, and a button that stops it.
+fn under_way(ui: &mut Ui, sight: &Sight<'_>, acts: &mut Vec<Act>) {
+    let Some(running) = sight.running else { return };
+    if ui.small_button("Cancel").on_hover_text("Stop; what was found stays").clicked() {
+        acts.push(Act::Cancel);
+    }
+    ui.add(egui::Label::new(RichText::new(running.sentence).weak()).truncate());
+}
+
+/// The choice of the model that the walk starts from.
+fn base(ui: &mut Ui, room: &mut Missing, bench: &Bench, edit: &mut Edit) {
+    ui.weak("Base");
+    let label = match &edit.walk.base {
+        Base::Linear => "linear spring and damper",
+        Base::Identified => "the identified equation",
+        Base::Typed(_) => "typed terms",
+    };
+    let mut chosen = None;
+    let combo = egui::ComboBox::from_id_salt("base model").width(176.0).selected_text(label).show_ui(ui, |ui| {
+        let walk = &edit.walk;
+        if ui.selectable_label(walk.base == Base::Linear, "linear spring and damper").clicked() {
+            chosen = Some(Base::Linear);
+        }
+        let second = bench.outcome.as_ref().is_some_and(|o| o.model.layout.kind == Kind::SecondOrder);
+        let identified = egui::Button::selectable(walk.base == Base::Identified, "the identified equation");
+        if ui.add_enabled(second, identified).clicked() {
+            chosen = Some(Base::Identified);
+        }
+        if ui.selectable_label(matches!(walk.base, Base::Typed(_)), "typed terms").clicked() {
+            let text = match &walk.base {
+                Base::Typed(terms) => text_of(terms, bench),
+                _ => super::identified(bench).map_or_else(|| "x, v".to_owned(), |t| text_of(&t, bench)),
+            };
+            room.typing = Some(text.clone());
+            chosen = parse(&text).ok().map(Base::Typed);
+        }
+    });
+    combo.response.on_hover_text("The model that the walk starts from: what is missing is missing from it");
+    if let Some(base) = chosen {
+        if !matches!(base, Base::Typed(_)) {
+            room.typing = None;
+        }
+        if base != edit.walk.base {
+            edit.walk.base = base;
+            edit.walk.accepted.clear();
+        }
+    }
+    if let Base::Typed(terms) = &edit.walk.base {
+        let text = room.typing.get_or_insert_with(|| text_of(terms, bench));
+        let parsed = parse(text);
+        let wrong = parsed.is_err();
+        let color = wrong.then(|| theme::accents(ui.visuals().dark_mode).wrong);
+        let field = egui::TextEdit::singleline(text).desired_width(150.0).text_color_opt(color);
+        let response = ui.add(field).accessible_name("Base terms");
+        let hint = match &parsed {
+            Ok(_) => "Terms of the acceleration, with commas between: x, v, u. Enter takes them over".to_owned(),
+            Err(problem) => problem.clone(),
+        };
+        let sent = response.lost_focus();
+        response.on_hover_text(hint);
+        if sent
+            && let Ok(terms) = parsed
+            && edit.walk.base != Base::Typed(terms.clone())
+        {
+            edit.walk.base = Base::Typed(terms);
+            edit.walk.accepted.clear();
+        }
+    }
+}
+
+fn text_of(terms: &[Term], bench: &Bench) -> String {
+    let layout: Symbols = bench.layout(Kind::SecondOrder);
+    terms.iter().map(|t| t.text(&layout)).collect::<Vec<_>>().join(", ")
+}
+
+/// Terms with commas between.
+fn parse(text: &str) -> Result<Vec<Term>, String> {
+    let parts: Vec<&str> = text.split(',').map(str::trim).filter(|p| !p.is_empty()).collect();
+    if parts.is_empty() {
+        return Err("type at least one term, as x".to_owned());
+    }
+    parts.into_iter().map(|p| Term::parse(p).map_err(|e| e.to_string())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn typed_terms_are_read_and_wrong_ones_explained() {
+        assert_eq!(parse("x, v , u").map(|t| t.len()), Ok(3));
+        assert!(parse(" , ").is_err());
+        assert!(parse("x, x^2*").is_err());
+    }
+}

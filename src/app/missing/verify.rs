@@ -1,0 +1,199 @@
+//! Verify: did the gap shrink on data never fitted, and what is left.
+
+use std::sync::Arc;
+
+use egui::{RichText, ScrollArea, Ui, vec2};
+
+use super::plots::{self, Frame, Panel, Trace};
+use super::{Act, Missing, Sight, compare, map, stage_color, waterfall, words};
+use crate::app::plot::palette::Ink;
+use crate::app::theme;
+use crate::app::widgets::card;
+use crate::gap::{Finding, Stage, Verdict};
+use crate::record::Usage;
+
+pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, acts: &mut Vec<Act>) {
+    let stages = sight.stages();
+    let (Some(first), Some(last)) = (stages.first(), stages.last()) else {
+        ui.centered_and_justified(|ui| ui.weak("fitting…"));
+        return;
+    };
+    verdict(ui, sight, first, last);
+    let held_out = last.traces.iter().position(|t| t.usage == Usage::HeldOut);
+    let mut shown = room.verified.or(held_out).unwrap_or(0);
+    let was = shown;
+    let below = (0.40 * ui.available_height()).max(210.0);
+    if let Some(trace) = compare::record(ui, &last.traces, &mut shown, "").cloned() {
+        let height = ui.available_height() - below - 6.0;
+        before_and_after(ui, room, sight, &stages, &trace, height);
+    }
+    if shown != was {
+        room.verified = Some(shown);
+    }
+    let height = ui.available_height() - 4.0;
+    ui.horizontal_top(|ui| {
+        let half = 0.54 * (ui.available_width() - 8.0);
+        waterfall::show(ui, &stages, sight.known.noise_floor, sight.unit, vec2(half, height));
+        ui.vertical(|ui| {
+            let width = ui.available_width();
+            ui.set_width(width);
+            ScrollArea::vertical().id_salt("what is left").max_height(height).auto_shrink([false, false]).show(
+                ui,
+                |ui| {
+                    ui.set_max_width(width - 10.0);
+                    left(ui, sight, height, acts);
+                },
+            );
+        });
+    });
+}
+
+/// The verdict in one sentence, in room of a fixed height.
+fn verdict(ui: &mut Ui, sight: &Sight<'_>, first: &Stage, last: &Stage) {
+    let size = vec2(ui.available_width(), 40.0);
+    ui.allocate_ui_with_layout(size, egui::Layout::top_down(egui::Align::Min), |ui| {
+        ui.set_min_size(size);
+        let colors = theme::accents(sight.dark);
+        let (text, color) = match sight.conclusion() {
+            Some(d) => {
+                let color = match d.verdict {
+                    Verdict::Named | Verdict::NothingMissing => colors.good,
+                    Verdict::Ambiguous | Verdict::Unexplained => colors.caution,
+                };
+                (words::pretty(&d.sentence), color)
+            }
+            None if last.effects.is_empty() => {
+                ("Nothing was added yet: this is the base model.".to_owned(), ui.visuals().text_color())
+            }
+            None => {
+                let names: Vec<String> = last.effects.iter().map(|e| words::lower(&e.title)).collect();
+                let text = format!(
+                    "With {} the error on data never fitted goes {}.",
+                    names.join(" and "),
+                    words::shrinks(&first.gap, &last.gap, sight.unit)
+                );
+                (text, ui.visuals().text_color())
+            }
+        };
+        ui.add(egui::Label::new(RichText::new(text).size(14.0).strong().color(color)).wrap());
+    });
+}
+
+/// Measured, before and after over each other, the gaps beneath.
+fn before_and_after(
+    ui: &mut Ui,
+    room: &mut Missing,
+    sight: &Sight<'_>,
+    stages: &[&Arc<Stage>],
+    trace: &crate::gap::Trace,
+    height: f32,
+) {
+    let dark = sight.dark;
+    let mut traces = vec![Trace {
+        name: "measured",
+        color: Ink::Measured.color(dark),
+        width: Ink::Measured.width(),
+        values: Arc::clone(&trace.measured),
+        leads: true,
+    }];
+    let mut gaps = Vec::new();
+    let last = stages.len() - 1;
+    let ends: Vec<usize> = if last > 0 { vec![0, last] } else { vec![0] };
+    for k in ends {
+        let Some(response) = stages[k].traces.iter().find(|t| t.record == trace.record) else { continue };
+        let (name, width) = match k {
+            0 if last == 0 => ("base", 1.3),
+            0 => ("before", 1.1),
+            _ => ("after", 1.6),
+        };
+        let color = stage_color(k, dark);
+        traces.push(Trace { name, color, width, values: Arc::clone(&response.simulated), leads: false });
+        let gap = room.plots.made(0, &response.measured, &response.simulated, |m, s| m - s);
+        gaps.push(Trace { name, color, width: 1.0, values: gap, leads: true });
+    }
+    let noise = sight.known.noise_floor;
+    let plain = |symbol, traces, share| Panel {
+        symbol,
+        unit: sight.unit.to_owned(),
+        traces,
+        band: None,
+        level: None,
+        aside: String::new(),
+        empty: "",
+        share,
+    };
+    let mut gap = plain("gap", gaps, 1.0);
+    gap.level = (noise > 0.0).then(|| ("± noise".to_owned(), noise));
+    let frame = Frame {
+        id: "verify",
+        start: trace.start,
+        interval: trace.interval,
+        samples: trace.measured.len(),
+        held_out: trace.usage == Usage::HeldOut,
+        worst: &[],
+        dark,
+        height,
+    };
+    plots::stack(ui, &mut room.plots, &frame, &[plain("x", traces, 1.2), gap]);
+}
+
+/// What remains, and what would tell more.
+fn left(ui: &mut Ui, sight: &Sight<'_>, height: f32, acts: &mut Vec<Act>) {
+    let colors = theme::accents(sight.dark);
+    let round = sight.round();
+    let asked = round.or_else(|| {
+        let accepted = &sight.walk.accepted;
+        accepted.len().checked_sub(1).and_then(|n| sight.known.rounds.get(&accepted[..n]))
+    });
+    if let Some(round) = asked
+        && let Finding::Ambiguous(_) = round.finding
+    {
+        card(ui, colors.caution, |ui| {
+            ui.add(egui::Label::new(words::finding(round)).wrap());
+            if let Some(next) = &round.next_experiment {
+                ui.add(egui::Label::new(RichText::new(words::pretty(next)).weak()).wrap());
+            }
+        });
+    }
+    if let Some(round) = round.filter(|r| r.finding == Finding::Unexplained)
+        && let Some(profile) = round.place.profiles.first()
+    {
+        ui.label(RichText::new("What is left, over the quantity that orders it best").strong());
+        let size = vec2(ui.available_width(), (height - 90.0).clamp(130.0, 260.0));
+        map::profile(ui, profile, sight.unit, size, "not a law");
+    }
+    if let Some(d) = sight.conclusion() {
+        let (edge, head) = if d.remaining.significant {
+            (colors.caution, format!("What is left is more than noise ({}).", words::p_value(d.remaining.p_value)))
+        } else {
+            (colors.good, format!("What is left is noise ({}).", words::p_value(d.remaining.p_value)))
+        };
+        card(ui, edge, |ui| {
+            ui.add(egui::Label::new(RichText::new(head).strong()).wrap());
+            let note = d.remaining.note.replace("What is left is more than noise. ", "");
+            could_hide(ui, &note);
+        });
+    } else if sight.running.is_some() {
+        ui.weak("asking what is left…");
+    }
+    if !sight.walk.accepted.is_empty() && ui.button("Undo last effect").clicked() {
+        acts.push(Act::Undo);
+    }
+}
+
+/// What these data could still hide, the first few at once.
+fn could_hide(ui: &mut Ui, note: &str) {
+    const SHOWN: usize = 5;
+    let small = |text: String| egui::Label::new(RichText::new(text).size(12.0)).wrap();
+    let parts: Vec<&str> = note.split("; ").collect();
+    if note.is_empty() {
+        return;
+    }
+    let (first, rest) = parts.split_at(parts.len().min(SHOWN));
+    let end = if rest.is_empty() { "" } else { "; …" };
+    ui.add(small(first.join("; ") + end));
+    if !rest.is_empty() {
+        let head = RichText::new(format!("{} more effects", rest.len())).weak().size(12.0);
+        egui::CollapsingHeader::new(head).id_salt("could hide").show(ui, |ui| ui.add(small(rest.join("; "))));
+    }
+}

@@ -1,0 +1,160 @@
+//! Figures as words, and sentences that stand alone.
+
+use egui::text::{LayoutJob, TextFormat};
+use egui::{Color32, FontId, RichText, Ui};
+
+use crate::app::theme;
+use crate::format::number::{significant, significant_trimmed, superscript};
+use crate::format::units::{format_si, per_second};
+use crate::gap::{Finding, Gap, Round};
+
+/// A probability: `p = 0.003`, `p < 10⁻¹²`.
+pub(super) fn p_value(p: f64) -> String {
+    if p < 1e-12 { "p < 10⁻¹²".to_owned() } else { format!("p = {}", significant_trimmed(p, 2)) }
+}
+
+/// What a probability says of a gap.
+pub(super) fn chance(p: f64) -> &'static str {
+    match p {
+        p if p < 1e-4 => "surely not",
+        p if p < 0.01 => "hardly",
+        p if p < 0.05 => "maybe",
+        _ => "likely",
+    }
+}
+
+/// What a difference of the Bayesian information criterion says: Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773,
+/// with a step of its own for odds beyond 20 000 to 1.
+pub(super) fn evidence(delta_bic: f64) -> &'static str {
+    match -delta_bic {
+        d if d > 20.0 => "overwhelming evidence",
+        d if d > 10.0 => "very strong evidence",
+        d if d > 6.0 => "strong evidence",
+        d if d > 2.0 => "some evidence",
+        d if d > -2.0 => "no evidence either way",
+        _ => "evidence against it",
+    }
+}
+
+/// A figure's digits with its sign, as on cards.
+pub(super) fn delta_bic(value: f64) -> String {
+    format!("ΔBIC {}", significant_trimmed(value, 3))
+}
+
+/// The error on data never fitted; on the fitted where there is no other.
+pub(super) fn honest(gap: &Gap) -> f64 {
+    gap.test_rmse.unwrap_or(gap.train_rmse)
+}
+
+/// `12.0 µm → 1.10 µm`.
+pub(super) fn shrinks(before: &Gap, after: &Gap, unit: &str) -> String {
+    format!("{} → {}", format_si(honest(before), unit, 3), format_si(honest(after), unit, 3))
+}
+
+/// By how many times a gap got smaller; nothing where it did not.
+pub(super) fn times(before: &Gap, after: &Gap) -> Option<String> {
+    let factor = honest(before) / honest(after);
+    (factor.is_finite() && factor >= 1.05).then(|| format!("{} × smaller", significant(factor, 2)))
+}
+
+/// The unit of a force per mass.
+pub(super) fn acceleration(unit: &str) -> String {
+    per_second(&per_second(unit))
+}
+
+/// Powers in the units of a text as one reads them: `m/s²`.
+pub(super) fn pretty(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(at) = rest.find('^') {
+        out.push_str(&rest[..at]);
+        rest = &rest[at + 1..];
+        let end = rest
+            .char_indices()
+            .find(|(k, c)| !(c.is_ascii_digit() || *k == 0 && *c == '-'))
+            .map_or(rest.len(), |(k, _)| k);
+        match rest[..end].parse() {
+            Ok(power) => out.push_str(&superscript(power)),
+            Err(_) => out.push('^'),
+        }
+        rest = if rest[..end].parse::<i32>().is_ok() { &rest[end..] } else { rest };
+    }
+    out + rest
+}
+
+/// What a round came to, in one sentence.
+pub(super) fn finding(round: &Round) -> String {
+    let first = round.candidates.first().map_or("", |c| c.title.as_str());
+    match &round.finding {
+        Finding::Nothing => "No gap beyond noise: nothing is missing that these data can show.".into(),
+        Finding::Named => format!("Named: {}.", lower(first)),
+        Finding::Ambiguous(rivals) => {
+            let others: Vec<String> =
+                rivals.iter().filter_map(|k| round.candidates.get(*k)).map(|c| lower(&c.title)).collect();
+            format!("These data cannot tell {} from {}.", lower(first), others.join(", "))
+        }
+        Finding::Unexplained => "A gap that no effect of the catalogue closes on data never fitted.".into(),
+    }
+}
+
+/// A title within a sentence: lower case but for names.
+pub(super) fn lower(title: &str) -> String {
+    const NAMES: [&str; 5] = ["Coulomb", "Stribeck", "Bouc", "Maxwell", "Duffing"];
+    if NAMES.iter().any(|n| title.starts_with(n)) {
+        return title.to_owned();
+    }
+    let mut letters = title.chars();
+    letters.next().map_or_else(String::new, |c| c.to_lowercase().chain(letters).collect())
+}
+
+/// Text with a word of it in another colour.
+pub(super) fn two(ui: &Ui, first: &str, color: Color32, rest: &str) -> LayoutJob {
+    let mut job = LayoutJob::default();
+    job.append(first, 0.0, TextFormat::simple(FontId::proportional(13.0), color));
+    job.append(rest, 5.0, TextFormat::simple(FontId::proportional(13.0), ui.visuals().text_color()));
+    job
+}
+
+/// Why nothing can be searched for, in the middle of the room; true if one wants to begin again.
+pub(super) fn failure(ui: &mut Ui, text: &str) -> bool {
+    let mut again = false;
+    let width = ui.available_width().min(520.0);
+    ui.vertical_centered(|ui| {
+        ui.add_space(0.3 * ui.available_height());
+        ui.set_max_width(width);
+        let mut letters = text.chars();
+        let sentence: String = letters.next().map_or_else(String::new, |c| c.to_uppercase().chain(letters).collect());
+        let color = theme::accents(ui.visuals().dark_mode).wrong;
+        ui.add(egui::Label::new(RichText::new(sentence).color(color)).wrap());
+        ui.add_space(8.0);
+        again = ui.button("Begin again with a linear base").clicked();
+    });
+    again
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn evidence_is_said_in_words() {
+        assert_eq!(evidence(-300.0), "overwhelming evidence");
+        assert_eq!(evidence(-7.0), "strong evidence");
+        assert_eq!(evidence(9.0), "evidence against it");
+        assert_eq!(p_value(1e-40), "p < 10⁻¹²");
+        assert_eq!(p_value(0.0312), "p = 0.031");
+    }
+
+    #[test]
+    fn powers_are_raised() {
+        assert_eq!(pretty("0.08 m/s^2 or m^-2 s^-12, x^y"), "0.08 m/s² or m⁻² s⁻¹², x^y");
+    }
+
+    #[test]
+    fn a_gap_that_grew_is_not_called_smaller() {
+        let gap = |test_rmse| Gap { test_rmse: Some(test_rmse), ..Gap::default() };
+        assert_eq!(times(&gap(10.0), &gap(2.0)).as_deref(), Some("5.0 × smaller"));
+        assert_eq!(times(&gap(1.0), &gap(2.0)), None);
+        assert_eq!(shrinks(&gap(12e-6), &gap(1.1e-6), "m"), "12.0 µm → 1.10 µm");
+    }
+}

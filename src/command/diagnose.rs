@@ -1,0 +1,123 @@
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::failure::Failure;
+use super::options::{DataOptions, KindName, Terms, not_negative, odd};
+use super::progress::Progress;
+use super::{Output, diagnosed, json};
+use crate::gap::{self, Ask, Diagnosis, Search};
+use crate::record::RecordSet;
+use crate::report;
+use crate::study::Cancel;
+
+/// Most effects that are added unless told otherwise.
+pub(super) const MAX_EFFECTS: u8 = 3;
+
+/// Options of `diagnose`.
+#[derive(Debug, Args)]
+pub(super) struct Options {
+    #[command(flatten)]
+    data: DataOptions,
+
+    /// Terms of the base model's acceleration, to which effects are added: "x, v, u" [default: a linear spring and damper]
+    #[arg(long, value_name = "LIST", help_heading = "Base model")]
+    terms: Option<Terms>,
+    /// Known physics: these terms are in the base model besides
+    #[arg(long, value_name = "LIST", help_heading = "Base model")]
+    lock: Vec<Terms>,
+    /// Most effects that are added, one at a time
+    #[arg(long, value_name = "N", default_value_t = MAX_EFFECTS, value_parser = clap::value_parser!(u8).range(..=20))]
+    max_effects: u8,
+
+    /// Changes nothing here: simulated and measured motion are compared without smoothing
+    #[arg(long, value_name = "N", value_parser = odd, help_heading = UNUSED)]
+    window: Option<usize>,
+    /// Changes nothing here, as --window
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=12), help_heading = UNUSED)]
+    order: Option<u8>,
+    /// Changes nothing here: effects are judged by their error on data that were not fitted, not by a threshold
+    #[arg(long, value_name = "V", value_parser = not_negative, allow_negative_numbers = true, help_heading = UNUSED)]
+    threshold: Option<f64>,
+    /// Changes nothing here: no coefficient is shrunk
+    #[arg(long, value_name = "V", value_parser = not_negative, allow_negative_numbers = true, help_heading = UNUSED)]
+    ridge: Option<f64>,
+
+    /// Write the result as JSON (`-`: to standard output, and nothing else there)
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    json: Option<PathBuf>,
+}
+
+const UNUSED: &str = "Options of identify that are taken without effect";
+
+/// Searches for missing effects and prints the walk.
+pub(super) fn run(options: &Options) -> Output {
+    if options.data.kind == KindName::FirstOrder {
+        return Err(first_order().into());
+    }
+    let records = options.data.read().map_err(Failure::from)?;
+    let base = options.terms.as_ref();
+    let diagnosis = search(&records, base, &options.lock, options.max_effects)?;
+    if let Some(json) = json::write(options.json.as_deref(), &diagnosed::result(&diagnosis))? {
+        return Ok(json);
+    }
+    let mut text = report::walk(&diagnosis, &records);
+    let unused = options.unused();
+    if !unused.is_empty() {
+        text.push_str(&format!("{} changed nothing: diagnose neither smooths nor thresholds.\n", unused.join(", ")));
+    }
+    Ok(text.into_bytes())
+}
+
+impl Options {
+    /// What was given in vain.
+    fn unused(&self) -> Vec<&'static str> {
+        [
+            ("--window", self.window.is_some()),
+            ("--order", self.order.is_some()),
+            ("--threshold", self.threshold.is_some()),
+            ("--ridge", self.ridge.is_some()),
+        ]
+        .into_iter()
+        .filter_map(|(name, given)| given.then_some(name))
+        .collect()
+    }
+}
+
+/// Said where missing effects are to be searched in first-order data.
+pub(super) fn first_order() -> Failure {
+    Failure::new(
+        "missing effects are searched in equations of second order: of a displacement, whose velocity is derived",
+    )
+    .try_this("leave out --kind first-order and give the displacement alone, with --columns x=NAME")
+}
+
+/// Walks through the records on its own.
+pub(super) fn search(
+    records: &RecordSet,
+    base: Option<&Terms>,
+    known: &[Terms],
+    max_effects: u8,
+) -> Result<Diagnosis, Failure> {
+    let mut ask = Ask { base: base.map(|Terms(terms)| terms.clone()), max_effects: usize::from(max_effects) };
+    let mut search = Search::new(records, &ask)?;
+    let mut terms = search.base_terms().to_vec();
+    for term in known.iter().flat_map(|Terms(terms)| terms) {
+        if !terms.contains(term) {
+            terms.push(term.clone());
+        }
+    }
+    if terms.len() > search.base_terms().len() {
+        ask.base = Some(terms);
+        search = Search::new(records, &ask)?;
+    }
+    let progress = Progress::new();
+    let tell = |progressed: gap::Progress| {
+        if let gap::Progress::Step(what, share) = progressed {
+            progress.show(what, share);
+        }
+    };
+    let diagnosis = search.diagnose(&tell, &Cancel::default());
+    progress.clear();
+    Ok(diagnosis?)
+}

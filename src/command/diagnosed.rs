@@ -1,0 +1,107 @@
+//! The search for missing effects as JSON, for scripts. A number that does not exist is `null`.
+
+use serde_json::{Value, json};
+
+use super::json::{VERSION, fitted_equations};
+use crate::gap::{Candidate, Diagnosis, Finding, Gap, Parameter, Round, Stage, Step};
+
+/// The result of `diagnose`.
+pub(super) fn result(diagnosis: &Diagnosis) -> Value {
+    let stage = |stage: Option<&Stage>| {
+        stage.map_or(Value::Null, |s| json!({ "equations": fitted_equations(&s.model), "gap": gap(&s.gap) }))
+    };
+    json!({
+        "version": VERSION,
+        "verdict": diagnosis.verdict.word(),
+        "noise_floor": diagnosis.noise_floor,
+        "base": stage(diagnosis.stages.first().map(|s| &**s)),
+        "steps": diagnosis.steps().iter().map(step).collect::<Vec<_>>(),
+        "remaining": {
+            "significant": diagnosis.remaining.significant,
+            "p_value": diagnosis.remaining.p_value,
+            "note": diagnosis.remaining.note,
+        },
+        "final": stage(diagnosis.stages.last().map(|s| &**s)),
+        "elapsed_ms": diagnosis.elapsed_ms,
+        "sentence": diagnosis.sentence,
+        "notices": diagnosis.notices,
+        "not_shown": diagnosis.blind.iter().map(|b| json!({ "effect": b.effect, "reason": b.reason })).collect::<Vec<_>>(),
+        "superseded": diagnosis.superseded(),
+        "rounds": diagnosis.rounds.iter().map(round).collect::<Vec<_>>(),
+    })
+}
+
+fn gap(gap: &Gap) -> Value {
+    json!({
+        "train_rmse": gap.train_rmse,
+        "test_rmse": gap.test_rmse,
+        "train_nrmse": gap.train_nrmse,
+        "test_nrmse": gap.test_nrmse,
+    })
+}
+
+fn step(step: &Step<'_>) -> Value {
+    let named = step.candidate.delta_bic;
+    let mut indistinguishable: Vec<&str> = step.indistinguishable().iter().map(|c| c.choice.effect.as_str()).collect();
+    indistinguishable.sort_unstable();
+    indistinguishable.dedup();
+    json!({
+        "effect": step.added.choice.effect,
+        "form": step.added.choice.form,
+        "title": step.added.title,
+        "terms": step.added.terms,
+        "where": step.round.place.words(),
+        "parameters": step.added.parameters.iter().map(parameter).collect::<Vec<_>>(),
+        "gap": gap(&step.after.gap),
+        "why": step.candidate.why,
+        "delta_bic": named,
+        "alternatives": step.alternatives().map(|c| alternative(c, named)).collect::<Vec<_>>(),
+        "indistinguishable": indistinguishable,
+        "next_experiment": step.round.next_experiment,
+    })
+}
+
+fn parameter(parameter: &Parameter) -> Value {
+    json!({
+        "name": parameter.name,
+        "value": parameter.value,
+        "std_error": parameter.std_error,
+        "unit": parameter.unit,
+    })
+}
+
+/// A refitted candidate against the named one: a positive difference speaks for the named one.
+fn alternative(candidate: &Candidate, named: f64) -> Value {
+    json!({
+        "effect": candidate.choice.effect,
+        "form": candidate.choice.form,
+        "title": candidate.title,
+        "delta_bic": candidate.delta_bic - named,
+        "train_rmse": candidate.stage.as_ref().map(|s| s.gap.train_rmse),
+        "test_rmse": candidate.stage.as_ref().and_then(|s| s.gap.test_rmse),
+        "refused": candidate.refusal(),
+        "why": candidate.why,
+    })
+}
+
+fn round(round: &Round) -> Value {
+    json!({
+        "finding": match round.finding {
+            Finding::Nothing => "nothing",
+            Finding::Named => "named",
+            Finding::Ambiguous(_) => "ambiguous",
+            Finding::Unexplained => "unexplained",
+        },
+        "significant": round.evidence.significant,
+        "p_value": round.evidence.p_value,
+        "where": round.place.words(),
+        "candidates": round.candidates.iter().map(|c| json!({
+            "effect": c.choice.effect,
+            "form": c.choice.form,
+            "explained": c.explained,
+            "delta_bic": c.delta_bic,
+            "test_rmse": c.stage.as_ref().and_then(|s| s.gap.test_rmse),
+            "why": c.why,
+        })).collect::<Vec<_>>(),
+    })
+}
