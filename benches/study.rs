@@ -6,7 +6,7 @@ use std::time::Duration;
 use criterion::{Criterion, criterion_group, criterion_main};
 use sindyscope::record::{RecordSet, Usage};
 use sindyscope::rig::{ScenarioOptions, generate};
-use sindyscope::study::{Cancel, Settings, Study, landscape, suggest};
+use sindyscope::study::{Cancel, Form, Settings, Study, landscape, suggest};
 use sindyscope::term::{Kind, list};
 
 /// Twelve candidate terms.
@@ -47,6 +47,11 @@ fn studies(c: &mut Criterion) {
     alternate(c, "threshold change", 20_000, |s, other| s.threshold = if other { 0.01 } else { 0.3 });
     alternate(c, "segment change", 20_000, |s, other| s.smoothing.window = if other { 31 } else { 33 });
     alternate(c, "segment change", 1_000_000, |s, other| s.smoothing.window = if other { 31 } else { 33 });
+    for samples in [20_000, 1_000_000] {
+        alternate(c, "half width change", samples, |s, other| {
+            s.form = Form::Weak { half_width: Some(if other { 150 } else { 151 }) };
+        });
+    }
 }
 
 /// The map behind the sliders: the whole, and the coarse one that is shown first.

@@ -30,7 +30,7 @@ fn identify(fit: Vec<Record>, held_out: Vec<Record>, terms: &str, known: &str) -
     let mut start: Settings = suggest(&set, Kind::SecondOrder)?;
     start.terms = list(terms)?;
     start.locks = list(known)?.into_iter().map(|term| (term, Lock::In)).collect();
-    let free = Free { window: true, order: true, threshold: true };
+    let free = Free { window: true, order: true, threshold: true, form: true };
     let choice = choose(&set, &start, free, &Cancel::default(), &|_| {})?;
     Ok(Study::default().run(&set, &choice.settings, &Cancel::default())?)
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::record::{Record, RecordSet, Role, Usage};
 use crate::rig::hidden::Truth;
 use crate::signal::Smoothing;
-use crate::study::{Ensemble, Inclusion, Outcome};
+use crate::study::{Ensemble, Inclusion, Outcome, suggested_half_width};
 use crate::term::{Kind, Layout, Symbol, Term};
 
 /// How long after a change the response before it stays in view, s.
@@ -135,6 +135,13 @@ impl Bench {
         });
         let most = periods.max().unwrap_or(501).max(51).min(third);
         most - usize::from(most % 2 == 0)
+    }
+
+    /// The half width of the weak form's test functions that the fitted records suggest, samples, once they are known.
+    pub(crate) fn suggested_half_width(&self) -> Option<usize> {
+        let outcome = self.outcome.as_ref()?;
+        let fitted = outcome.records.iter().filter(|r| r.usage == Usage::Fit).map(|r| &*r.signals);
+        Some(suggested_half_width(fitted))
     }
 
     /// A segment's length in milliseconds and in main periods of the first fitted record.

@@ -22,6 +22,7 @@ pub(super) fn analyse(options: &StudyOptions) -> Result<Analysis, Failure> {
         window: options.window_is_free(),
         order: options.order_is_free(),
         threshold: options.threshold.is_none(),
+        form: options.form_is_free(),
     };
     let mut choice = None;
     if free.window || free.order || free.threshold {

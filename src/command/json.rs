@@ -9,7 +9,7 @@ use super::failure::Failure;
 use crate::format::equations::is_kinematic;
 use crate::model::Model;
 use crate::record::Usage;
-use crate::study::{Differentiation, Kinematics, Lock, Outcome, Scaling, Score, Settings, Severity};
+use crate::study::{Differentiation, Form, Kinematics, Lock, Outcome, Scaling, Score, Settings, Severity};
 use crate::term::{Kind, Layout, Term};
 
 /// The version of the fields below.
@@ -71,6 +71,14 @@ fn settings(settings: &Settings, layout: &Layout) -> Value {
     json!({
         "window": smoothing.window,
         "order": smoothing.order,
+        "form": match settings.form {
+            Form::Derivative => "derivative",
+            Form::Weak { .. } => "weak",
+        },
+        "half_width": match settings.form {
+            Form::Weak { half_width } => half_width,
+            Form::Derivative => None,
+        },
         "threshold": settings.threshold,
         "ridge": settings.ridge,
         "terms": settings.terms.iter().map(text).collect::<Vec<_>>(),

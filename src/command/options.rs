@@ -7,7 +7,7 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 
 use crate::record::{ColumnMap, ReadError, ReadOptions, RecordSet, read_set};
-use crate::study::{Differentiation, Kinematics, Lock, Scaling, Settings};
+use crate::study::{Differentiation, Form, Kinematics, Lock, NARROWEST, Scaling, Settings};
 use crate::term::{self, Kind, Term, TermError};
 
 /// Data, and how they are read.
@@ -62,6 +62,12 @@ pub(super) struct StudyOptions {
     #[arg(long, help_heading = "Smoothing")]
     unfiltered_library: bool,
 
+    /// How the equation is held against the data [default: chosen by held-out simulation error]
+    #[arg(long, value_enum, value_name = "FORM", help_heading = "Regression")]
+    form: Option<FormName>,
+    /// Half width of the weak form's test functions, samples [default: chosen from the data]
+    #[arg(long, value_name = "N", value_parser = half_width, help_heading = "Regression")]
+    half_width: Option<usize>,
     /// Terms below it are dropped (STLSQ) [default: chosen by held-out simulation error]
     #[arg(long, value_name = "V", value_parser = not_negative, allow_negative_numbers = true, help_heading = "Regression")]
     pub(super) threshold: Option<f64>,
@@ -112,6 +118,11 @@ impl StudyOptions {
         self.order.is_none() && self.smooths()
     }
 
+    /// Whether the form is left to the data: who gives a smoothing means the derivatives that it makes.
+    pub(super) fn form_is_free(&self) -> bool {
+        self.form.is_none() && self.half_width.is_none() && self.window_is_free() && self.order_is_free()
+    }
+
     /// Puts what was asked for over what was suggested.
     pub(super) fn apply(&self, settings: &mut Settings) {
         settings.kind = self.data.kind.into();
@@ -138,6 +149,13 @@ impl StudyOptions {
                 (smoothing.window, smoothing.order) = (window, smoothing.order.min(window.saturating_sub(1)));
             }
             (None, Some(order)) => (smoothing.window, smoothing.order) = (smoothing.window.max((order + 1) | 1), order),
+            (None, None) => {}
+        }
+        match (self.form, self.half_width) {
+            (Some(FormName::Derivative), _) => settings.form = Form::Derivative,
+            (Some(FormName::Weak), half_width) => settings.form = Form::Weak { half_width },
+            // Only the weak form has test functions.
+            (None, Some(half_width)) => settings.form = Form::Weak { half_width: Some(half_width) },
             (None, None) => {}
         }
         if let Some(threshold) = self.threshold {
@@ -201,6 +219,12 @@ impl StudyOptions {
         if smoothing.method != Differentiation::Difference {
             option("window", &smoothing.window.to_string());
             option("order", &smoothing.order.to_string());
+        }
+        if let Form::Weak { half_width } = settings.form {
+            option("form", "weak");
+            if let Some(half_width) = half_width {
+                option("half-width", &half_width.to_string());
+            }
         }
         option("threshold", &settings.threshold.to_string());
         if settings.ridge > 0.0 {
@@ -276,6 +300,11 @@ pub(super) fn not_negative(text: &str) -> Result<f64, String> {
     finite(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("it cannot be negative".into()) })
 }
 
+fn half_width(text: &str) -> Result<usize, String> {
+    let n = text.parse().map_err(|_| "it is a whole number of samples")?;
+    if n >= NARROWEST { Ok(n) } else { Err(format!("test functions reach at least {NARROWEST} samples to each side")) }
+}
+
 pub(super) fn odd(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(n) if n >= 3 && n % 2 == 1 => Ok(n),
@@ -327,6 +356,15 @@ named! {
         /// Central differences, no smoothing
         Difference,
     }
+}
+
+/// How an equation is held against the data, by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum FormName {
+    /// At samples: rates are derivatives of smoothed states
+    Derivative,
+    /// In averages over test functions, which take the derivatives off the measurement
+    Weak,
 }
 
 named! {

@@ -8,7 +8,7 @@ use crate::format::equations::{by_share, is_kinematic};
 use crate::format::number::{align_at_point, format_measured, significant, significant_trimmed};
 use crate::format::units::{Scale, format_si};
 use crate::record::{Role, Usage};
-use crate::study::{Differentiation, Kinematics, Lock, Outcome, Scaling, Score, Severity};
+use crate::study::{Differentiation, Form, Kinematics, Lock, Outcome, Scaling, Score, Severity};
 use crate::term::{Kind, Symbol};
 
 /// A piece of the document.
@@ -399,7 +399,13 @@ pub(super) fn differentiation(outcome: &Outcome) -> String {
         Differentiation::SmoothThenDifference => text.push_str(", then central differences"),
         Differentiation::Difference => {}
     }
-    if smoothing.filter_library {
+    if let Form::Weak { half_width } = outcome.settings.form {
+        text.push_str("; equation in the weak form: averages over test functions");
+        if let Some(half_width) = half_width {
+            text.push_str(&format!(" of half width {half_width} samples"));
+        }
+        text.push_str(", whitened for the sensors' noise");
+    } else if smoothing.filter_library {
         text.push_str("; every library column passed through the same filter");
     }
     text

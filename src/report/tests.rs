@@ -49,6 +49,7 @@ fn record_outcome(name: &str, usage: Usage, samples: usize) -> RecordOutcome {
         input_rates: vec![vec![0.0; samples]],
         main_period: Some(std::f64::consts::TAU / 6.0),
         noise: vec![1e-5],
+        measured: Vec::new(),
     };
     RecordOutcome {
         record: Arc::new(record),

@@ -14,6 +14,8 @@ pub use smoothing::{Differentiation, Smoothing};
 pub use spectrum::{Peak, Spectrum};
 pub(crate) use sums::{dot, mean_and_variance, rms};
 
+use std::sync::Arc;
+
 use crate::record::{Record, Role};
 use crate::term::{Kind, Layout};
 
@@ -36,6 +38,19 @@ pub struct Signals {
     pub main_period: Option<f64>,
     /// Standard deviation of each displacement's measurement noise, estimated without a model.
     pub noise: Vec<f64>,
+    /// The channels as measured.
+    pub measured: Vec<Measured>,
+}
+
+/// A channel as measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// What it measures.
+    pub role: Role,
+    /// One value a sample.
+    pub values: Arc<[f64]>,
+    /// Standard deviation of its noise, estimated without a model.
+    pub noise: f64,
 }
 
 /// What a record tells before any smoothing.
@@ -47,18 +62,24 @@ pub struct Facts {
     pub noise: Vec<f64>,
     /// Standard deviation of each input's noise.
     pub input_noise: Vec<f64>,
+    /// Standard deviation of each channel's noise, in the record's order.
+    pub channel_noise: Vec<f64>,
 }
 
 impl Facts {
     /// Measures a record.
     pub fn new(record: &Record, layout: &Layout) -> Self {
         let values = |role: Role| record.channel(role).map(|c| &*c.values);
-        let noise = |role: Role| values(role).and_then(standard_deviation).unwrap_or(0.0);
+        let channel_noise: Vec<f64> =
+            record.channels.iter().map(|c| standard_deviation(&c.values).unwrap_or(0.0)).collect();
+        let noise =
+            |role: Role| record.channels.iter().position(|c| c.role == role).map_or(0.0, |index| channel_noise[index]);
         let main = values(Role::Displacement(0)).and_then(|x| Spectrum::new(x, record.interval)).and_then(|s| s.peak());
         Self {
             main_period: main.map(|peak| peak.frequency.recip()),
             noise: (0..layout.freedoms).map(|i| noise(Role::Displacement(i))).collect(),
             input_noise: (0..layout.inputs).map(|j| noise(Role::Input(j))).collect(),
+            channel_noise,
         }
     }
 }
@@ -103,6 +124,12 @@ impl Signals {
             input_rates,
             main_period: facts.main_period,
             noise: facts.noise.clone(),
+            measured: record
+                .channels
+                .iter()
+                .zip(&facts.channel_noise)
+                .map(|(c, noise)| Measured { role: c.role, values: Arc::clone(&c.values), noise: *noise })
+                .collect(),
         }
     }
 }

@@ -135,6 +135,12 @@ impl Reduced {
         (b, residual.norm() / (self.rows.max(1) as f64).sqrt())
     }
 
+    /// Least-squares coefficients of some columns, unscaled.
+    pub fn least_squares(&self, keep: &[usize]) -> Vec<f64> {
+        let (b, _) = self.solve(keep, &[], |_| 0.0);
+        b.iter().zip(keep).map(|(b, k)| b * self.target_scale / self.scale[*k]).collect()
+    }
+
     /// Condition number of the kept columns, each scaled to RMS 1; infinite where they are dependent.
     pub fn condition(&self, keep: &[usize]) -> f64 {
         if keep.is_empty() {

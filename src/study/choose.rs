@@ -6,10 +6,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use super::regression::{Regression, candidate_terms, fitted_states};
+use super::regression::{self, Regression, candidate_terms, fitted_states};
 use super::response::Drive;
 use super::suggest::odd;
-use super::{Cancel, Settings, Smoothing, StudyError, check};
+use super::{Cancel, Form, Settings, Smoothing, StudyError, check};
 use crate::model::Model;
 use crate::record::{Record, RecordSet, Role, Usage};
 use crate::signal::{Differentiation, Facts, Signals, dot, mean_and_variance};
@@ -25,6 +25,8 @@ pub struct Free {
     pub order: bool,
     /// The threshold.
     pub threshold: bool,
+    /// Whether the equation is held against the data at samples or in the weak form.
+    pub form: bool,
 }
 
 /// What [`choose`] chose, and why.
@@ -79,9 +81,13 @@ pub(super) struct Plan {
     variance: Vec<f64>,
 }
 
+/// How columns and rates are made.
+type Way = (Form, Smoothing);
+
 /// One setting with its errors.
 #[derive(Clone)]
 pub(super) struct Candidate {
+    pub(super) form: Form,
     pub(super) smoothing: Smoothing,
     pub(super) threshold: f64,
     pub(super) terms: usize,
@@ -114,14 +120,16 @@ pub fn choose(
     let layout = check(records, start)?;
     let plan = Plan::new(records, layout);
     let mut tried: Vec<Candidate> = Vec::new();
-    let mut next = first_smoothings(&plan, start, free);
-    let mut seen: Vec<Smoothing> = Vec::new();
+    let forms = if free.form { vec![Form::Derivative, Form::Weak { half_width: None }] } else { vec![start.form] };
+    let smoothings = first_smoothings(&plan, start, free);
+    let mut next: Vec<Way> = forms.into_iter().flat_map(|form| smoothings.iter().map(move |s| (form, *s))).collect();
+    let mut seen: Vec<Way> = Vec::new();
     for round in 0..MOST_ROUNDS {
         let report = |share: f64| progress((round as f64 + share) / MOST_ROUNDS as f64);
         tried.extend(plan.judge_all(start, &next, free, cancel, &report)?);
         seen.append(&mut next);
         let Some(best) = best(&tried) else { break };
-        next = nearby_smoothings(&plan, best.smoothing, free);
+        next = nearby_smoothings(&plan, best.smoothing, free).into_iter().map(|s| (best.form, s)).collect();
         next.retain(|s| !seen.contains(s));
         if next.is_empty() {
             break;
@@ -133,13 +141,18 @@ pub fn choose(
     };
     let mut settings = start.clone();
     settings.smoothing = chosen.smoothing;
+    settings.form = chosen.form;
     settings.threshold = if free.threshold { plan.centred_threshold(start, chosen)? } else { start.threshold };
     let judged = match plan.pieces.len() {
         1 => "the last part of the record, which was not fitted".to_owned(),
         n => format!("{n} records, each left out in turn"),
     };
+    let form = match settings.form {
+        Form::Derivative => "",
+        Form::Weak { .. } => "weak form, ",
+    };
     let reason = format!(
-        "segment {} of order {} and threshold {:.2e}: simulation error {:.2e} of the motion on {judged}; {} settings tried",
+        "{form}segment {} of order {} and threshold {:.2e}: simulation error {:.2e} of the motion on {judged}; {} settings tried",
         settings.smoothing.window,
         settings.smoothing.order,
         settings.threshold,
@@ -223,22 +236,23 @@ impl Plan {
         Self { layout, variance: variances(&records), pieces, records, folds }
     }
 
-    /// Judges every threshold of every smoothing, on the cores there are.
+    /// Judges every threshold of every way, on the cores there are.
     fn judge_all(
         &self,
         start: &Settings,
-        smoothings: &[Smoothing],
+        ways: &[Way],
         free: Free,
         cancel: &Cancel,
         progress: &(dyn Fn(f64) + Sync),
     ) -> Result<Vec<Candidate>, StudyError> {
         let done = AtomicUsize::new(0);
-        let judged: Result<Vec<Vec<Candidate>>, StudyError> = smoothings
+        let judged: Result<Vec<Vec<Candidate>>, StudyError> = ways
             .par_iter()
-            .map(|smoothing| {
-                let candidates = self.judge(start, smoothing, free, cancel)?;
+            .map(|(form, smoothing)| {
+                let start = Settings { form: *form, ..start.clone() };
+                let candidates = self.judge(&start, smoothing, free, cancel)?;
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-                progress(done as f64 / smoothings.len() as f64);
+                progress(done as f64 / ways.len() as f64);
                 Ok(candidates)
             })
             .collect();
@@ -263,7 +277,7 @@ impl Plan {
             let models = smoothed.models(&settings);
             let Judgement { errors, .. } = smoothed.judge(self, &models, &mut workspace, cancel)?;
             let terms = smoothed.all.model(&settings).equations.iter().map(|e| e.terms.len()).sum();
-            candidates.push(Candidate { smoothing: *smoothing, threshold, terms, errors });
+            candidates.push(Candidate { form: settings.form, smoothing: *smoothing, threshold, terms, errors });
         }
         Ok(candidates)
     }
@@ -294,14 +308,19 @@ impl Plan {
     fn regressions(&self, settings: &Settings, cancel: &Cancel) -> Result<Option<Vec<Regression>>, StudyError> {
         let terms = candidate_terms(settings);
         let fitted = fitted_states(&self.layout, settings.kinematics);
-        let mut regressions = Vec::with_capacity(self.pieces.len());
+        let mut signals = Vec::with_capacity(self.pieces.len());
         for (piece, facts) in &self.pieces {
             cancel.check()?;
             if piece.len() < settings.smoothing.window {
                 return Ok(None);
             }
-            let signals = Arc::new(Signals::new(piece, &self.layout, &settings.smoothing, facts));
-            match Regression::new(&self.layout, &terms, &[signals], &settings.smoothing, &fitted) {
+            signals.push(Arc::new(Signals::new(piece, &self.layout, &settings.smoothing, facts)));
+        }
+        let Ok(weak) = regression::weak(&self.layout, &signals, settings.form, &fitted) else { return Ok(None) };
+        let mut regressions = Vec::with_capacity(self.pieces.len());
+        for signals in signals {
+            cancel.check()?;
+            match Regression::new(&self.layout, &terms, &[signals], &settings.smoothing, weak.as_ref(), &fitted) {
                 Ok(regression) => regressions.push(regression),
                 Err(_) => return Ok(None),
             }
@@ -311,7 +330,7 @@ impl Plan {
 
     /// The threshold in the middle of those that leave the chosen terms, fitted on everything.
     fn centred_threshold(&self, start: &Settings, chosen: &Candidate) -> Result<f64, StudyError> {
-        let settings = Settings { smoothing: chosen.smoothing, ..start.clone() };
+        let settings = Settings { smoothing: chosen.smoothing, form: chosen.form, ..start.clone() };
         let Some(pieces) = self.regressions(&settings, &Cancel::default())? else { return Ok(chosen.threshold) };
         let all = Regression::joined(&pieces.iter().collect::<Vec<_>>());
         let marks = all.marks(&settings);

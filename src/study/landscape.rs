@@ -304,6 +304,7 @@ impl Landscape {
             let terms =
                 |judged: usize| column.found.iter().flatten().find(|f| f.judged == judged).map_or(0, |f| f.terms);
             candidates.extend(column.judged.iter().enumerate().map(|(k, (_, judgement))| Candidate {
+                form: settings.form,
                 smoothing: settings.smoothing,
                 threshold: 0.0,
                 terms: terms(k),
@@ -440,7 +441,7 @@ mod tests {
             assert!(map.known().all(|(_, cell)| cell.error >= error(best)));
             assert!(error(parsimonious) <= 2.0 * error(best));
             assert!(map.cell(parsimonious).unwrap().terms <= map.cell(best).unwrap().terms);
-            let free = Free { window: true, order: true, threshold: true };
+            let free = Free { window: true, order: true, threshold: true, form: false };
             let chosen = choose(&records, &settings, free, &Cancel::default(), &|_| {}).unwrap().settings;
             let test = |settings: &Settings| {
                 let outcome = Study::default().run(&records, settings, &Cancel::default()).unwrap();

@@ -10,6 +10,7 @@ mod score;
 mod settings;
 mod suggest;
 mod warnings;
+mod weak;
 
 pub use choose::{Choice, Free, choose};
 pub use ensemble::{Ensemble, Inclusion};
@@ -18,8 +19,9 @@ pub use outcome::{
     Channel, DroppedTerm, Elapsed, EquationFit, Outcome, PathTerm, RecordOutcome, Remedy, Score, Severity, StudyError,
     Warning,
 };
-pub use settings::{Kinematics, Lock, Scaling, Settings};
+pub use settings::{Form, Kinematics, Lock, Scaling, Settings};
 pub use suggest::suggest;
+pub use weak::{NARROWEST, suggested_half_width};
 
 pub use crate::signal::{Differentiation, Smoothing};
 
@@ -98,6 +100,7 @@ struct RegressionKey {
     terms: Vec<Term>,
     fitted: Vec<usize>,
     smoothing: Smoothing,
+    form: Form,
     signals: Vec<SameSignals>,
 }
 
@@ -180,6 +183,7 @@ impl Study {
             terms: candidate_terms(settings),
             fitted: fitted_states(&self.layout, settings.kinematics),
             smoothing: settings.smoothing,
+            form: settings.form,
             signals,
         };
         if let Some((known, regression)) = &self.regression
@@ -188,7 +192,9 @@ impl Study {
             return Ok(Arc::clone(regression));
         }
         let signals: Vec<Arc<Signals>> = key.signals.iter().map(|s| Arc::clone(&s.0)).collect();
-        let regression = Regression::new(&self.layout, &key.terms, &signals, &key.smoothing, &key.fitted)?;
+        let weak = regression::weak(&self.layout, &signals, key.form, &key.fitted)?;
+        let regression =
+            Regression::new(&self.layout, &key.terms, &signals, &key.smoothing, weak.as_ref(), &key.fitted)?;
         let regression = Arc::new(regression);
         self.regression = Some((key, Arc::clone(&regression)));
         Ok(regression)

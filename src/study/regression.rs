@@ -3,7 +3,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::{EquationFit, Kinematics, Lock, Scaling, Settings, StudyError};
+use super::weak::{Rows, Weak};
+use super::{EquationFit, Form, Kinematics, Lock, Scaling, Settings, StudyError};
 use crate::model::{Equation, Model, WeightedTerm, kinematic};
 use crate::signal::{Differentiation, SavitzkyGolay, Signals, Smoothing, dot};
 use crate::sparse::{Constraint, Options, Reduced, Solution, clustered_covariance, drop_path, solution_path, stlsq};
@@ -15,8 +16,7 @@ use crate::term::{Expression, Kind, Layout, Program, SampleBlock, Symbol, Term};
 pub(super) struct Regression {
     layout: Layout,
     terms: Vec<Term>,
-    columns: Vec<Vec<f64>>,
-    /// Each fitted state with its rate and the reduced problem.
+    /// Each fitted state with its columns, its rate and the reduced problem.
     targets: Vec<Target>,
     /// First row of each record.
     starts: Vec<usize>,
@@ -28,8 +28,11 @@ pub(super) struct Regression {
 struct Target {
     state: Symbol,
     index: usize,
+    columns: Arc<Vec<Vec<f64>>>,
     rate: Vec<f64>,
     reduced: Reduced,
+    /// RMS of the rate itself, where rows are weighted and theirs is another.
+    rate_rms: f64,
 }
 
 /// One equation's regression in parts that can be drawn again.
@@ -59,8 +62,12 @@ impl Regression {
         terms: &[Term],
         records: &[Arc<Signals>],
         smoothing: &Smoothing,
+        weak: Option<&Weak>,
         fitted: &[usize],
     ) -> Result<Self, StudyError> {
+        if let Some(weak) = weak {
+            return Self::averaged(layout, terms, records, weak, fitted);
+        }
         let expressions: Vec<Expression> = terms.iter().map(|t| t.expression().clone()).collect();
         let program = Program::new(&expressions, layout);
         let total: usize = records.iter().map(|r| r.states.first().map_or(0, Vec::len)).sum();
@@ -106,23 +113,55 @@ impl Regression {
             let together = signals.main_period.unwrap_or(together).max(together);
             block = block.max((together / (signals.interval * stride as f64)).ceil() as usize);
         }
-        let rows = rates.first().map_or(0, Vec::len);
-        if rows < terms.len() + 2 {
-            return Err(StudyError::Setting(format!(
-                "{rows} samples are left to fit {} terms: shorten the segment or the library, or fit more records",
-                terms.len()
-            )));
-        }
+        enough(rates.first().map_or(0, Vec::len), terms)?;
         let symbols: Vec<Symbol> = layout.state_symbols().collect();
+        let columns = Arc::new(columns);
         let targets = fitted
             .iter()
             .zip(rates)
             .map(|(index, rate)| {
                 let reduced = Reduced::new(&columns, &rate);
-                Target { state: symbols[*index], index: *index, rate, reduced }
+                let rate_rms = reduced.target_scale();
+                Target { state: symbols[*index], index: *index, columns: Arc::clone(&columns), rate, reduced, rate_rms }
             })
             .collect();
-        Ok(Self { layout: *layout, terms: terms.to_vec(), columns, targets, starts, block })
+        Ok(Self { layout: *layout, terms: terms.to_vec(), targets, starts, block })
+    }
+
+    /// The same in the weak form.
+    fn averaged(
+        layout: &Layout,
+        terms: &[Term],
+        records: &[Arc<Signals>],
+        weak: &Weak,
+        fitted: &[usize],
+    ) -> Result<Self, StudyError> {
+        let mut rows = vec![Rows { columns: vec![Vec::new(); terms.len()], rate: Vec::new() }; fitted.len()];
+        let mut starts = Vec::with_capacity(records.len());
+        let mut block = 1;
+        for signals in records {
+            starts.push(rows.first().map_or(0, |r| r.rate.len()));
+            weak.append(layout, terms, signals, fitted, &mut rows);
+            let row = signals.interval * weak.stride() as f64;
+            let together = weak.span() as f64 * signals.interval;
+            let together = signals.main_period.unwrap_or(together).max(together);
+            block = block.max((together / row).ceil() as usize);
+        }
+        enough(rows.first().map_or(0, |r| r.rate.len()), terms)?;
+        let symbols: Vec<Symbol> = layout.state_symbols().collect();
+        let targets = fitted
+            .iter()
+            .zip(rows)
+            .map(|(index, Rows { columns, rate })| {
+                let reduced = Reduced::new(&columns, &rate);
+                let squares: f64 = records.iter().map(|s| dot(&s.rates[*index], &s.rates[*index])).sum();
+                let samples: usize = records.iter().map(|s| s.rates[*index].len()).sum();
+                let rate_rms = (squares / samples.max(1) as f64).sqrt();
+                let columns = Arc::new(columns);
+                Target { state: symbols[*index], index: *index, columns, rate, reduced, rate_rms }
+            })
+            .collect();
+        Ok(Self { layout: *layout, terms: terms.to_vec(), targets, starts, block })
     }
 
     /// The reduced problem of several regressions on the same terms together; without their columns, so only for
@@ -133,18 +172,13 @@ impl Regression {
             .map(|t| Target {
                 state: first.targets[t].state,
                 index: first.targets[t].index,
+                columns: Arc::default(),
                 rate: Vec::new(),
                 reduced: Reduced::stack(&parts.iter().map(|p| &p.targets[t].reduced).collect::<Vec<_>>()),
+                rate_rms: first.targets[t].rate_rms,
             })
             .collect();
-        Self {
-            layout: first.layout,
-            terms: first.terms.clone(),
-            columns: Vec::new(),
-            targets,
-            starts: Vec::new(),
-            block: first.block,
-        }
+        Self { layout: first.layout, terms: first.terms.clone(), targets, starts: Vec::new(), block: first.block }
     }
 
     /// The thresholds at which some term drops out, ascending.
@@ -218,7 +252,7 @@ impl Regression {
             .filter(|range| !range.is_empty())
             .collect();
         let block = |target: &Target, range: &Range<usize>| {
-            let columns: Vec<&[f64]> = self.columns.iter().map(|c| &c[range.clone()]).collect();
+            let columns: Vec<&[f64]> = target.columns.iter().map(|c| &c[range.clone()]).collect();
             Reduced::new(&columns, &target.rate[range.clone()])
         };
         self.targets
@@ -295,7 +329,7 @@ impl Regression {
         let covariance = clustered_covariance(
             &target.reduced,
             &solution.support,
-            &self.columns,
+            &target.columns,
             &residual,
             &self.starts,
             self.block,
@@ -325,7 +359,7 @@ impl Regression {
 
     fn residual(&self, target: &Target, solution: &Solution) -> Vec<f64> {
         let mut residual = target.rate.clone();
-        for (column, c) in self.columns.iter().zip(&solution.coefficients).filter(|(_, c)| **c != 0.0) {
+        for (column, c) in target.columns.iter().zip(&solution.coefficients).filter(|(_, c)| **c != 0.0) {
             for (r, value) in residual.iter_mut().zip(column) {
                 *r -= c * value;
             }
@@ -370,8 +404,8 @@ impl Regression {
             path: self.path(target, path),
             condition: target.reduced.condition(&solution.support),
             confused: self.confused(target),
-            residual_rms: solution.residual_rms,
-            rate_rms: target.reduced.target_scale(),
+            residual_rms: solution.residual_rms * target.rate_rms / target.reduced.target_scale(),
+            rate_rms: target.rate_rms,
         }
     }
 }
@@ -435,6 +469,29 @@ fn convolve(a: &[f64], b: &[f64]) -> Vec<f64> {
         }
     }
     out
+}
+
+fn enough(rows: usize, terms: &[Term]) -> Result<(), StudyError> {
+    if rows < terms.len() + 2 {
+        return Err(StudyError::Setting(format!(
+            "{rows} samples are left to fit {} terms: shorten the segment or the library, or fit more records",
+            terms.len()
+        )));
+    }
+    Ok(())
+}
+
+/// The weak form, where the settings ask for it.
+pub(super) fn weak(
+    layout: &Layout,
+    records: &[Arc<Signals>],
+    form: Form,
+    fitted: &[usize],
+) -> Result<Option<Weak>, StudyError> {
+    match form {
+        Form::Derivative => Ok(None),
+        Form::Weak { half_width } => Weak::new(layout, records, half_width, fitted, MOST_ROWS).map(Some),
+    }
 }
 
 /// The states whose rates are fitted, as indices into the state vector.

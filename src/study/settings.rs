@@ -27,6 +27,20 @@ pub enum Kinematics {
     Fitted,
 }
 
+/// How an equation is held against the data.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Form {
+    /// At samples: rates are derivatives of smoothed states.
+    #[default]
+    Derivative,
+    /// In averages over test functions, which take the derivatives off the measurement.
+    Weak {
+        /// Half width of the test functions, samples; none: chosen from the data.
+        half_width: Option<usize>,
+    },
+}
+
 /// What a person has decided about a term.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -47,6 +61,8 @@ pub struct Settings {
     pub kind: Kind,
     /// Smoothing and differentiation.
     pub smoothing: Smoothing,
+    /// How the equation is held against the data.
+    pub form: Form,
     /// The candidate library of each acceleration (second order) or state (first order).
     pub terms: Vec<Term>,
     /// Decisions about single terms; a term not in `terms` counts only if it is `In` or `Fixed`.

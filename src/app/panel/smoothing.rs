@@ -7,7 +7,7 @@ use crate::app::commands::Command;
 use crate::app::theme::ROW;
 use crate::app::widgets::{Setting, Spread, row, section};
 use crate::format::number::significant_trimmed;
-use crate::study::Differentiation;
+use crate::study::{Differentiation, Form, NARROWEST};
 
 const METHODS: [(Differentiation, &str, &str); 3] = [
     (
@@ -24,6 +24,16 @@ const METHODS: [(Differentiation, &str, &str); 3] = [
         Differentiation::Difference,
         "difference only",
         "Central differences of the samples as measured: for data without noise",
+    ),
+];
+
+const FORMS: [(Form, &str, &str); 2] = [
+    (Form::Derivative, "at samples", "The equation holds at each sample, between derivatives of the smoothed motion"),
+    (
+        Form::Weak { half_width: None },
+        "weak form",
+        "The equation holds in averages over test functions, which take the derivatives off the measurement: smoothing \
+         then biases nothing but forces that are not linear, and the sensor's noise is weighed out",
     ),
 ];
 
@@ -95,6 +105,45 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
             );
         });
     });
+    form(ui, desk);
+}
+
+/// How the equation is held against the data, and the weak form's test functions.
+fn form(ui: &mut Ui, desk: &mut Desk<'_>) {
+    let form = &mut desk.edit.settings.form;
+    row(ui, "Equation", "How the equation is held against the data", |ui| {
+        let same = |a: &Form, b: &Form| std::mem::discriminant(a) == std::mem::discriminant(b);
+        let shown = FORMS.iter().find(|(f, ..)| same(f, form)).map_or("", |(_, label, _)| label);
+        let width = ui.available_width();
+        let combo = egui::ComboBox::from_id_salt("form").width(width).selected_text(shown).show_ui(ui, |ui| {
+            for (choice, label, tooltip) in FORMS {
+                let chosen = same(&choice, form);
+                if ui.selectable_label(chosen, label).on_hover_text(tooltip).clicked() && !chosen {
+                    *form = choice;
+                }
+            }
+        });
+        combo.response.accessible_name("Equation");
+    });
+    let Form::Weak { half_width } = form else { return };
+    let usage = &desk.edit.usage;
+    let longest = (desk.bench.shortest(usage) / 4).max(NARROWEST + 1);
+    let suggested = desk.bench.suggested_half_width().unwrap_or(NARROWEST).clamp(NARROWEST, longest);
+    let mut value = half_width.unwrap_or(suggested) as f64;
+    let setting = Setting {
+        label: "Half width",
+        tooltip: "Samples that each test function reaches to either side: it matters little, as long as some fit into the record",
+        unit: ", samples",
+        range: NARROWEST as f64..=longest as f64,
+        spread: Spread::Logarithmic,
+        grid: 1.0,
+        suggestion: Some(suggested as f64),
+        marks: &[],
+        format: &|v| format!("{v:.0}"),
+    };
+    if setting.show(ui, &mut value) {
+        *half_width = Some(value as usize);
+    }
 }
 
 /// The button that chooses, or while it works its progress and a way to stop it: of one height, so that nothing jumps.

@@ -131,6 +131,7 @@ fn record_of(index: usize, case: &Case) -> RecordOutcome {
             input_rates: vec![(0..n).map(|k| 0.4 * TAU * 1.3 * (TAU * 1.3 * time(k)).cos()).collect(); inputs],
             main_period: Some(1.0 / 1.3),
             noise: vec![NOISE; freedoms],
+            measured: Vec::new(),
         }),
         states: simulated(0).chain(simulated(1)).collect(),
         channels: scored,
