@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
-use super::columns::{Path, forces};
+use super::columns::{Inputs, Path, forces};
 use super::data::{Data, Series};
-use super::motion::Oscillator;
+use super::motion::{Oscillator, Variation};
 use super::outcome::Gap;
 use super::structure::Composition;
 use crate::refine::{Bar, Options, Point, Refined, Run, Structure, own_start, refine};
-use crate::signal::{dot, mean_and_variance};
+use crate::signal::{dot, mean_and_variance, rms};
 use crate::study::Cancel;
-use crate::term::{Expression, Symbol, Term, derivative};
+use crate::term::{Expression, Layout, Symbol, Term, derivative};
 
 /// A composition fitted to the fitted records, and held against data that were not.
 #[derive(Clone, Debug)]
@@ -46,8 +46,14 @@ const EFFORT: usize = 1_500_000;
 const LOST: f64 = 0.3;
 /// Periods of a shooting segment.
 const SEGMENT: f64 = 5.0;
+/// Least width of a secant, as a share of the motion's RMS.
+const SECANT: f64 = 1e-3;
 /// Share of a single record that is fitted when the rest is to judge.
 const FITTED_SHARE: f64 = 0.7;
+
+fn finite(value: f64, otherwise: f64) -> f64 {
+    if value.is_finite() { value } else { otherwise }
+}
 
 fn runs(series: &[Series]) -> Vec<Run> {
     series.iter().map(Series::run).collect()
@@ -74,6 +80,14 @@ impl Data {
         let runs = runs(self.fit());
         let direct = refine(composition, &runs, start, Self::options(&cancelled, steps, bar))
             .map(|found| self.again(composition, &runs, found, bar, cancel));
+        if std::env::var("DBG").is_ok() {
+            eprintln!(
+                "{:?} direct {:?} lost {lost:.3e} shared {:?}",
+                composition.choices().last(),
+                direct.as_ref().map(|f| f.rss),
+                start.shared
+            );
+        }
         if direct.as_ref().is_some_and(|f| f.rss <= lost) || cancel.is_cancelled() {
             return direct;
         }
@@ -90,6 +104,9 @@ impl Data {
         let short = Point { shared: start.shared.clone(), own: own_start(composition, &segments) };
         let shared = refine(composition, &segments, &short, Self::options(&cancelled, FEW_STEPS, None))?.point.shared;
         let again = Point { shared, own: own_start(composition, &runs) };
+        if std::env::var("DBG").is_ok() {
+            eprintln!("   segments gave {:?}", again.shared);
+        }
         let long = refine(composition, &runs, &again, Self::options(&cancelled, steps, bar));
         match (direct, long) {
             (Some(a), Some(b)) => Some(if b.rss < a.rss { b } else { a }),
@@ -273,6 +290,62 @@ impl Data {
             .collect();
         scales.extend(inner.iter().map(|v| if *v == 0.0 { 0.01 / self.frequency } else { 0.2 * v.abs() }));
         scales
+    }
+
+    /// What a small force does along a simulated motion under an acceleration of these terms.
+    pub(super) fn variation(&self, terms: &[Term], coefficients: &[f64], s: &Series, path: &Path) -> Variation {
+        let oscillator = self.oscillator(terms, coefficients, s.interval);
+        let layout = Layout { internals: 0, ..self.layout };
+        // Internal states stand still while displacement and velocity are varied.
+        let (own, weights): (Vec<Term>, Vec<f64>) = terms
+            .iter()
+            .zip(coefficients)
+            .filter(|(t, _)| layout.covers(t.expression()))
+            .map(|(t, c)| (t.clone(), *c))
+            .unzip();
+        // A sign has no slope but a jump.
+        let linear = |t: &Term| {
+            let constant = |symbol| matches!(derivative(t.expression(), symbol), Expression::Number(_));
+            !t.switches() && constant(Symbol::State(0)) && constant(Symbol::Rate(0))
+        };
+        if own.iter().all(linear) {
+            return Variation::new(oscillator, &[]);
+        }
+        let n = s.len();
+        let next = |k: usize| (k + 1).min(n - 1);
+        let middle = |a: &[f64]| -> Vec<f64> { (0..n).map(|k| 0.5 * (a[k] + a[next(k)])).collect() };
+        let values: Vec<Vec<f64>> = s.inputs.iter().map(|u| middle(u)).collect();
+        let rates: Vec<Vec<f64>> = s.input_rates.iter().map(|u| middle(u)).collect();
+        let inputs = Inputs {
+            values: values.iter().map(Vec::as_slice).collect(),
+            rates: rates.iter().map(Vec::as_slice).collect(),
+        };
+        let force = |x: Vec<f64>, v: Vec<f64>| -> Vec<f64> {
+            let columns = forces(&own, &[], &self.layout, s, &inputs, &Path { x, v });
+            (0..n).map(|k| columns.iter().zip(&weights).map(|(f, c)| c * f[k]).sum()).collect()
+        };
+        // As wide as the sample's own change, against ground or across the joint: no jump falls between two secants.
+        let width = |a: &[f64], input: Option<&Vec<f64>>| -> Vec<f64> {
+            let least = SECANT * rms(a);
+            let change = |k: usize| {
+                let across = input.filter(|_| self.base_excited).map_or(0.0, |u| u[next(k)] - u[k]);
+                let own = a[next(k)] - a[k];
+                own.abs().max((own - across).abs()).max(least)
+            };
+            (0..n).map(change).collect()
+        };
+        let aside = |a: &[f64], width: &[f64], side: f64| -> Vec<f64> {
+            a.iter().zip(width).map(|(a, w)| a + side * w).collect()
+        };
+        let (x, v) = (middle(&path.x), middle(&path.v));
+        let (wx, wv) = (width(&path.x, s.inputs.first()), width(&path.v, s.input_rates.first()));
+        let pulls = [0.5, -0.5].map(|side| force(aside(&x, &wx, side), v.clone()));
+        let drags = [0.5, -0.5].map(|side| force(x.clone(), aside(&v, &wv, side)));
+        let slopes: Vec<(f64, f64)> = (0..n)
+            .map(|k| ((pulls[1][k] - pulls[0][k]) / wx[k], (drags[1][k] - drags[0][k]) / wv[k]))
+            .map(|(k, c)| (finite(k, oscillator.stiffness), finite(c, oscillator.damping)))
+            .collect();
+        Variation::new(oscillator, &slopes)
     }
 
     /// The oscillator that an acceleration is, to first order, in displacement and velocity.

@@ -65,6 +65,9 @@ const STARTS: usize = 2;
 const MANY: usize = 6_000;
 /// A start whose misfit is so many times that of another is not refined.
 const DISTANT: f64 = 2.0;
+/// Refinements that are gone on with at most, and how many times the least sum of squares theirs may be.
+const POLISHED: usize = 4;
+const CLOSE: f64 = 9.0;
 /// Points of a curve on a card.
 const POINTS: usize = 400;
 
@@ -293,7 +296,7 @@ impl Search {
         let columns = data.columns(
             &addition,
             &motion.measured,
-            &motion.oscillators,
+            &motion.variations,
             (&old_composed.terms, coefficients),
             &before.refined.simulated,
         );
@@ -398,9 +401,31 @@ impl Search {
             })
             .collect();
         check()?;
+        let refits = self.polished(refits, cancel);
+        check()?;
         let (finding, next_experiment) = self.decide(&before, &motion, &forms, refits, &mut candidates, cancel);
         tell(Progress::Ranking(candidates.clone()));
         Ok(round(candidates, evidence, finding, next_experiment))
+    }
+
+    /// Goes on with the refinements that ended for want of effort, if they are near the best: rivals are compared at
+    /// their best.
+    fn polished(&self, mut refits: Vec<(usize, Option<Fitted>)>, cancel: &Cancel) -> Vec<(usize, Option<Fitted>)> {
+        let least = refits.iter().filter_map(|(_, f)| f.as_ref()).map(|f| f.refined.rss).fold(f64::INFINITY, f64::min);
+        refits.sort_by(|a, b| {
+            let rss = |f: &Option<Fitted>| f.as_ref().map_or(f64::INFINITY, |f| f.refined.rss);
+            rss(&a.1).total_cmp(&rss(&b.1))
+        });
+        refits.par_iter_mut().take(POLISHED).filter_map(|(_, f)| f.as_mut()).for_each(|fitted| {
+            if fitted.refined.converged || fitted.refined.rss > CLOSE * least {
+                return;
+            }
+            let better = self.data.refine(&fitted.composition, &fitted.refined.point, f64::INFINITY, None, cancel);
+            if let Some(better) = better.filter(|b| b.rss < fitted.refined.rss) {
+                *fitted = self.data.judge(fitted.composition.clone(), better, cancel);
+            }
+        });
+        refits
     }
 
     /// Puts the refitted candidates in order and says what they come to.
