@@ -51,6 +51,14 @@ const SECANT: f64 = 1e-3;
 /// Share of a single record that is fitted when the rest is to judge.
 const FITTED_SHARE: f64 = 0.7;
 
+/// The derivative of a term, where it is a constant.
+fn slope(term: &Term, symbol: Symbol) -> f64 {
+    match derivative(term.expression(), symbol) {
+        Expression::Number(n) => n,
+        _ => 0.0,
+    }
+}
+
 fn finite(value: f64, otherwise: f64) -> f64 {
     if value.is_finite() { value } else { otherwise }
 }
@@ -222,7 +230,8 @@ impl Data {
 
     /// Coefficients of terms to start from: with `L` the response of a linear oscillator of the motion's frequency,
     /// `measured − L[k x + c v] = Σ coefficient · L[term]` but for free vibrations, in which everything is linear.
-    pub(super) fn start(&self, terms: &[Term]) -> Option<Vec<f64>> {
+    /// Coefficients are drawn to that oscillator's by `prior`, a share of the data's own weight.
+    pub(super) fn start(&self, terms: &[Term], prior: f64) -> Option<Vec<f64>> {
         let omega = std::f64::consts::TAU * self.frequency;
         let (k, c) = (omega * omega, 0.1 * omega);
         let m = terms.len();
@@ -259,9 +268,17 @@ impl Data {
         let scale: Vec<f64> =
             (0..m).map(|i| f64::sqrt(normal[(i, i)]).recip()).map(|s| if s.is_finite() { s } else { 0.0 }).collect();
         let scaled = nalgebra::DMatrix::from_fn(m, m, |i, j| {
-            normal[(i, j)] * scale[i] * scale[j] + if i == j { 1e-10 } else { 0.0 }
+            normal[(i, j)] * scale[i] * scale[j] + if i == j { prior } else { 0.0 }
         });
-        let solved = scaled.cholesky()?.solve(&nalgebra::DVector::from_fn(m, |i, _| right[i] * scale[i]));
+        let mut expected = vec![0.0; m];
+        for (symbol, value) in [(Symbol::State(0), -k), (Symbol::Rate(0), -c)] {
+            let first = terms.iter().position(|t| slope(t, symbol) != 0.0);
+            if let Some(i) = first {
+                expected[i] = value / slope(&terms[i], symbol);
+            }
+        }
+        let pull = |i: usize| if scale[i] > 0.0 { prior * expected[i] / scale[i] } else { 0.0 };
+        let solved = scaled.cholesky()?.solve(&nalgebra::DVector::from_fn(m, |i, _| right[i] * scale[i] + pull(i)));
         Some((0..m).map(|i| solved[i] * scale[i]).collect())
     }
 
@@ -350,17 +367,8 @@ impl Data {
 
     /// The oscillator that an acceleration is, to first order, in displacement and velocity.
     pub(super) fn oscillator(&self, terms: &[Term], coefficients: &[f64], interval: f64) -> Oscillator {
-        let slope = |symbol: Symbol| -> f64 {
-            terms
-                .iter()
-                .zip(coefficients)
-                .map(|(t, c)| match derivative(t.expression(), symbol) {
-                    Expression::Number(n) => c * n,
-                    _ => 0.0,
-                })
-                .sum()
-        };
-        let (k, c) = (-slope(Symbol::State(0)), -slope(Symbol::Rate(0)));
+        let total = |symbol: Symbol| -> f64 { terms.iter().zip(coefficients).map(|(t, c)| c * slope(t, symbol)).sum() };
+        let (k, c) = (-total(Symbol::State(0)), -total(Symbol::Rate(0)));
         let omega = std::f64::consts::TAU * self.frequency;
         let k = if k > 0.05 * omega * omega { k } else { omega * omega };
         Oscillator::new(k, c.max(0.002 * k.sqrt()), interval)
