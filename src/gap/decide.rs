@@ -2,6 +2,7 @@
 
 use super::effects::{Form, Sign};
 use super::fit::Fitted;
+use crate::format::number::significant;
 use crate::refine::inflation;
 
 /// How much better a candidate is than the model that it was added to.
@@ -112,6 +113,13 @@ fn unsound(form: &Form, after: &Fitted, colour: f64) -> Option<String> {
         if coefficient.sign == Sign::Against && shared[k].abs() < 2.0 * doubt(k) {
             return Some(format!("its {} cannot be told from zero", coefficient.name));
         }
+    }
+    let damper = composition.dampers(&shared[shared.len() - composition.inner_count()..]);
+    if let Some((k, term)) = damper.into_iter().find(|(k, _)| shared[*k] > 3.0 * doubt(*k)) {
+        return Some(format!(
+            "the model's own damper, {}, would have to push: {term} comes out positive",
+            significant(shared[k], 3)
+        ));
     }
     let first = shared.len() - form.inner.len();
     for (quantity, k) in form.inner.iter().zip(first..) {
