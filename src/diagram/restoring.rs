@@ -17,6 +17,10 @@ const CELLS: usize = 36;
 pub struct RestoringForce {
     /// Mean measured force over deflection and velocity.
     pub map: Cells,
+    /// Stiffness and damping of the plane through the measured force, per unit mass: k/m and c/m.
+    pub linear: [f64; 2],
+    /// Mean of what the plane leaves: what is not linear.
+    pub curved: Cells,
     /// Over the deflection, at velocities near zero: the stiffness.
     pub stiffness: Slice,
     /// Over the velocity, at deflections near zero: damping and friction.
@@ -57,10 +61,41 @@ impl RestoringForce {
             .collect();
         let series = stretches.iter().zip(&forces);
         let map = Cells::new(series.map(|(s, f)| (&s.deflection[..], &s.velocity[..], &f[..])), most, CELLS);
+        let linear = plane(stretches, &forces);
+        let rests: Vec<Vec<f64>> = stretches
+            .iter()
+            .zip(&forces)
+            .map(|(s, f)| {
+                let state = s.deflection.iter().zip(&s.velocity);
+                state.zip(f).map(|((x, v), f)| f - linear[0] * x - linear[1] * v).collect()
+            })
+            .collect();
+        let series = stretches.iter().zip(&rests);
+        let curved = Cells::new(series.map(|(s, f)| (&s.deflection[..], &s.velocity[..], &f[..])), most, CELLS);
         let stiffness = slice(stretches, |s| (&s.deflection, &s.velocity), most, |x| element.force(x, 0.0));
         let damping = slice(stretches, |s| (&s.velocity, &s.deflection), [most[1], most[0]], |v| element.force(0.0, v));
-        Some(Self { map, stiffness, damping })
+        Some(Self { map, linear, curved, stiffness, damping })
     }
+}
+
+/// Stiffness and damping of the plane through zero that lies nearest to a force; zero where the motion does not tell them.
+fn plane(stretches: &[Samples], forces: &[Vec<f64>]) -> [f64; 2] {
+    let (mut xx, mut xv, mut vv, mut xf, mut vf) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (s, forces) in stretches.iter().zip(forces) {
+        let state = s.deflection.iter().zip(&s.velocity);
+        for ((x, v), f) in state.zip(forces).filter(|(_, f)| f.is_finite()) {
+            xx += x * x;
+            xv += x * v;
+            vv += v * v;
+            xf += x * f;
+            vf += v * f;
+        }
+    }
+    let determinant = xx * vv - xv * xv;
+    if determinant <= 1e-12 * xx * vv {
+        return [0.0, 0.0];
+    }
+    [(xf * vv - vf * xv) / determinant, (vf * xx - xf * xv) / determinant]
 }
 
 /// Samples near zero of the second of two quantities, over the first.
