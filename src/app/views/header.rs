@@ -115,15 +115,14 @@ fn options(ui: &mut Ui, view: View, scene: &Scene<'_>, state: &mut ViewState) {
             ui.checkbox(&mut state.noisy_input, "H2")
                 .on_hover_text("For noise on the input; without it H1, for noise on the response");
             let averages = if state.averages == 0 { frequency::USUAL } else { state.averages };
-            egui::ComboBox::from_id_salt("averages").selected_text(averages.to_string()).width(46.0).show_ui(
-                ui,
-                |ui| {
-                    for n in frequency::AVERAGES {
-                        ui.selectable_value(&mut state.averages, n, n.to_string());
-                    }
-                },
-            );
-            ui.label("averages").on_hover_text("More averages: less noise, coarser frequencies");
+            let combo = egui::ComboBox::from_id_salt("averages").selected_text(averages.to_string()).width(46.0);
+            let combo = combo.show_ui(ui, |ui| {
+                for n in frequency::AVERAGES {
+                    ui.selectable_value(&mut state.averages, n, n.to_string());
+                }
+            });
+            let label = ui.label("averages").on_hover_text("More averages: less noise, coarser frequencies");
+            combo.response.labelled_by(label.id);
         }
         View::Residual => {
             let (of, rate) = (&mut state.residual_of, if scene.second_order() { "acceleration" } else { "rate" });

@@ -86,7 +86,7 @@ fn graph_in(
     let scales = [graph.x.scale(), graph.y.scale()];
     let width = ui.available_width() - bar;
     // Labels of a narrow plot stand closer.
-    let apart = if width < 380.0 { 6.0 } else { 10.0 };
+    let apart = if width < 380.0 { 7.6 } else { 10.0 };
     let mut plot = Plot::new(graph.id)
         .id(id)
         .width(width)
@@ -108,6 +108,8 @@ fn graph_in(
     };
     plot = if graph.y.log {
         plot.y_grid_spacer(axis::decade_marks).y_axis_formatter(|mark, _| axis::decade_label(mark, &graph.y.unit))
+    } else if graph.y.unit == "°" {
+        plot.y_grid_spacer(axis::degree_marks).y_axis_formatter(|mark, _| axis::linear_label(mark, &scales[1]))
     } else {
         plot.y_grid_spacer(axis::round_marks(4.5)).y_axis_formatter(|mark, _| axis::linear_label(mark, &scales[1]))
     };

@@ -220,7 +220,7 @@ fn decaying(n: usize) -> Stage {
 #[test]
 fn a_decay_is_drawn_and_anything_else_is_told_so() {
     let harness = decaying(6000).harness(SIZE, Theme::Light);
-    harness.get_by_label_contains("backbone");
+    harness.get_by_label_contains("backbone: ");
     harness.get_by_label_contains("damping ratio over amplitude");
     let driven = Stage::new(View::Decay, &[Case::default()]).harness(SIZE, Theme::Light);
     driven.get_by_label_contains("its input never rests");
