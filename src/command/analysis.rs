@@ -18,6 +18,7 @@ pub(super) fn analyse(options: &StudyOptions) -> Result<Analysis, Failure> {
     let cancel = Cancel::default();
     let mut settings = suggest(&records, options.data.kind.into())?;
     options.apply(&mut settings);
+    options.apply_mass(&mut settings, &records)?;
     let free = Free {
         window: options.window_is_free(),
         order: options.order_is_free(),

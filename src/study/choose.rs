@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use super::regression::{self, Regression, candidate_terms, fitted_states};
+use super::known::candidate_terms;
+use super::regression::{self, Regression, fitted_states};
 use super::response::Drive;
 use super::suggest::odd;
 use super::{Cancel, Form, Settings, Smoothing, StudyError, check};
@@ -321,7 +322,7 @@ impl Plan {
         for signals in signals {
             cancel.check()?;
             match Regression::new(&self.layout, &terms, &[signals], &settings.smoothing, weak.as_ref(), &fitted) {
-                Ok(regression) => regressions.push(regression),
+                Ok(regression) => regressions.push(regression.bounded(settings)),
                 Err(_) => return Ok(None),
             }
         }
