@@ -9,7 +9,7 @@ use sindyscope::model::Model;
 use sindyscope::record::{Record, RecordSet, Usage};
 use sindyscope::rig::{Noise, ScenarioOptions, generate};
 use sindyscope::study::{
-    Cancel, Differentiation, Free, Kinematics, Outcome, Scaling, Settings, Smoothing, Study, choose, suggest,
+    Cancel, Differentiation, Free, Kinematics, Outcome, Scaling, Settings, Study, choose, suggest,
 };
 use sindyscope::term::{Kind, Symbol, list, polynomials};
 
@@ -126,8 +126,12 @@ impl System {
         let symbols: Vec<Symbol> = [Symbol::State(0), Symbol::Rate(0)].into_iter().chain(inputs).collect();
         let mut squares = list("1")?;
         squares.extend(polynomials(&symbols, 2, true));
+        let mut differences = suggested.smoothing;
+        (differences.method, differences.filter_library) = (Differentiation::Difference, false);
+        let mut smoothed = differences;
+        (smoothed.method, smoothed.window, smoothed.order) = (Differentiation::SmoothThenDifference, self.window, 3);
         let package = Settings {
-            smoothing: Smoothing { method: Differentiation::Difference, filter_library: false, ..suggested.smoothing },
+            smoothing: differences,
             terms: squares,
             threshold: 0.1,
             ridge: 0.05,
@@ -136,17 +140,7 @@ impl System {
             ..suggested.clone()
         };
         let library = Settings { terms: list(self.terms)?, ..package.clone() };
-        let report = Settings {
-            smoothing: Smoothing {
-                method: Differentiation::SmoothThenDifference,
-                window: self.window,
-                order: 3,
-                filter_library: false,
-                ..suggested.smoothing
-            },
-            threshold: self.threshold,
-            ..library.clone()
-        };
+        let report = Settings { smoothing: smoothed, threshold: self.threshold, ..library.clone() };
         let free = Free { window: true, order: true, threshold: true, form: true };
         let own = choose(set, &suggested, free, &Cancel::default(), &|_| {})?.settings;
         let refined = Settings { refine: true, ..own.clone() };

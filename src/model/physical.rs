@@ -90,7 +90,7 @@ pub fn physical(model: &Model, covariance: &[Vec<f64>], mass: Mass, metre: Optio
         let omega = stiffness.sqrt();
         let turn = std::f64::consts::TAU;
         let gradient = spring.and(0.5 / (omega * turn), &nothing, 0.0);
-        add("f_n", "fₙ", "natural frequency, undamped, small motion", omega / turn, &gradient, "Hz");
+        add("f_n", "f₀", "natural frequency, undamped, small motion", omega / turn, &gradient, "Hz");
         if !damper.is_zero() {
             let gradient = damper.and(0.5 / omega, &spring, -0.25 * damping / (stiffness * omega));
             add("zeta", "ζ", "damping ratio, of critical damping", 0.5 * damping / omega, &gradient, "");

@@ -37,6 +37,8 @@ pub struct Choice {
     pub settings: Settings,
     /// One sentence: what was tried and what decided.
     pub reason: String,
+    /// RMS error of the simulated response on what was not fitted, as a share of the motion's standard deviation.
+    pub error: f64,
 }
 
 /// Share of a single record that is fitted; the rest judges.
@@ -160,7 +162,7 @@ pub fn choose(
         chosen.mean().sqrt(),
         tried.len(),
     );
-    Ok(Choice { settings, reason })
+    Ok(Choice { settings, reason, error: chosen.mean().sqrt() })
 }
 
 pub(super) fn best(tried: &[Candidate]) -> Option<&Candidate> {

@@ -76,6 +76,9 @@ pub(super) const ONE_FREEDOM: &str =
 pub(super) const NO_START: &str =
     "Not refined: the response of the regression's equation leaves the data's range, so there is nothing to start from";
 
+/// What is decided about a term: its lock, and the sign that its coefficient may have.
+type Decided<'a> = &'a dyn Fn(&Term) -> (Option<Lock>, Option<Sign>);
+
 /// Fits the leading equation's coefficients to the fitted records' response; those that were fixed stay.
 ///
 /// The inner error says why nothing was refined.
@@ -83,7 +86,7 @@ pub(super) fn refined(
     model: &mut Model,
     fit: &mut EquationFit,
     records: &[(&Prepared, Usage)],
-    decided: &dyn Fn(&Term) -> (Option<Lock>, Option<Sign>),
+    decided: Decided<'_>,
     cancel: &Cancel,
 ) -> Result<Result<Refinement, &'static str>, StudyError> {
     let layout = model.layout;
