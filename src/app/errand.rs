@@ -82,7 +82,7 @@ pub(crate) fn run(errand: Errand, cancel: &Cancel, progress: &(dyn Fn(f64) + Syn
             Err(problem) => Delivery::NotOpened(Box::new(Refused { opening, problem })),
         },
         Errand::Choose { generation, records, settings } => {
-            let free = Free { window: true, order: true, threshold: true, form: true };
+            let free = Free { window: true, order: true, threshold: true, form: true, refine: true };
             let choice = choose(&records, &settings, free, cancel, progress);
             Delivery::Chosen { generation, choice }
         }

@@ -24,6 +24,7 @@ pub(super) fn analyse(options: &StudyOptions) -> Result<Analysis, Failure> {
         order: options.order_is_free(),
         threshold: options.threshold.is_none(),
         form: options.form_is_free(),
+        refine: options.refinement_is_free(),
     };
     let mut choice = None;
     if free.window || free.order || free.threshold {

@@ -89,9 +89,11 @@ pub(super) struct StudyOptions {
     /// Fit dx/dt from the library too, instead of taking dx/dt = v as known
     #[arg(long, help_heading = "Regression")]
     fit_kinematics: bool,
-    /// Fit the coefficients of the terms that are kept to the response itself (output error)
-    #[arg(long, help_heading = "Regression")]
-    refine: bool,
+    /// Fit the coefficients of the terms that are kept to the response itself (output error) [default: where that lowers
+    /// the held-out error much]
+    #[arg(long, value_enum, value_name = "WHETHER", num_args = 0..=1, default_missing_value = "yes", require_equals = true,
+          help_heading = "Regression")]
+    refine: Option<Whether>,
 
     /// Write the result as JSON (`-`: to standard output, and nothing else there)
     #[arg(long, value_name = "FILE", help_heading = "Output")]
@@ -133,6 +135,11 @@ impl StudyOptions {
     /// Whether the form is left to the data: who gives a smoothing means the derivatives that it makes.
     pub(super) fn form_is_free(&self) -> bool {
         self.form.is_none() && self.half_width.is_none() && self.window_is_free() && self.order_is_free()
+    }
+
+    /// Whether refinement is left to the data: who gives a smoothing or a threshold means what they make.
+    pub(super) fn refinement_is_free(&self) -> bool {
+        self.refine.is_none() && self.form_is_free() && self.threshold.is_none()
     }
 
     /// Puts what was asked for over what was suggested.
@@ -184,7 +191,7 @@ impl StudyOptions {
         }
         settings.known = self.constrain.iter().flat_map(|c| c.known.iter().cloned()).collect();
         settings.mass = self.mass;
-        settings.refine = self.refine;
+        settings.refine = self.refine == Some(Whether::Yes);
     }
 
     /// Fixes the force's coefficient where `u=1/m` asks for it.
@@ -417,6 +424,15 @@ named! {
         /// Central differences, no smoothing
         Difference,
     }
+}
+
+/// Yes or no.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Whether {
+    /// Do
+    Yes,
+    /// Do not
+    No,
 }
 
 /// How an equation is held against the data, by name.
