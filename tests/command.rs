@@ -575,3 +575,65 @@ fn the_magnet_beam_hardens_and_its_damping_is_more_than_viscous() {
         |effect: &&str| effect.contains("damping") || effect.contains("friction") || effect.contains("hysteresis");
     assert!(named.iter().any(damping) || result["verdict"] == "ambiguous", "{named:?}, {}", result["verdict"]);
 }
+
+#[test]
+fn known_physics_and_the_mass_give_the_parameters_of_the_machine() {
+    let here = folder();
+    let scenario =
+        ["friction-noisy", "--seed", "3", "--rate", "250", "--duration", "6", "--frequencies", "2.013,4.611"];
+    done(here.path(), &[&["generate"], &scenario[..], &["--out", "fit.csv"]].concat());
+    let options =
+        ["--terms", "x, v, u, du, sgn(v)", "--constrain", "x=-u, v=-du, passive, odd", "--mass", "2", "--refine"];
+    let command = [&["identify", "fit.csv"], &options[..]].concat();
+    let said = done(here.path(), &command);
+    for word in
+        ["x-u", "v-du", "Physical parameters", "natural frequency", "damping ratio", "dry friction force", "x=-u"]
+    {
+        assert!(said.contains(word), "{word}: {said}");
+    }
+    let result: Value =
+        serde_json::from_str(&done(here.path(), &[&command[..], &["--json", "-"]].concat())).expect("JSON");
+    let truth = [
+        ("f_n", f64::sqrt(358.706) / std::f64::consts::TAU),
+        ("zeta", 0.0658 / (2.0 * f64::sqrt(358.706))),
+        ("k", 717.412),
+        ("c", 0.1316),
+        ("F_f", 0.1712),
+    ];
+    for (name, truth) in truth {
+        let found = result["physical"].as_array().and_then(|p| p.iter().find(|p| p["name"] == name));
+        let found = found.unwrap_or_else(|| panic!("{name}: {}", result["physical"]));
+        let (value, error) = (number(&found["value"]), number(&found["std_error"]));
+        assert!((value - truth).abs() < 4.0 * error && error < 0.05 * truth, "{name}: {value} ± {error}, {truth}");
+    }
+    assert_eq!(result["settings"]["constrain"], serde_json::json!(["x=-u", "v=-du", "passive", "odd"]));
+    assert!(result["refinement"]["converged"].as_bool().is_some_and(|c| c));
+    let said = refused(here.path(), &["identify", "fit.csv", "--constrain", "u=1/m", "--mass", "2"], 1);
+    assert!(said.contains("newton") && said.contains("--fix"), "{said}");
+    // The same mass under a force in newtons: its coefficient is fixed and stays.
+    let text = std::fs::read_to_string(here.path().join("fit.csv")).expect("the record");
+    let forced: String = text
+        .lines()
+        .map(|l| format!("{}\n", if l.contains("u [m]") { l.replace("u [m]", "u [N]") } else { l.into() }))
+        .collect();
+    std::fs::write(here.path().join("forced.csv"), forced).expect("written");
+    let json = done(
+        here.path(),
+        &[
+            "identify",
+            "forced.csv",
+            "--terms",
+            "x, v, u",
+            "--constrain",
+            "u=1/m",
+            "--mass",
+            "2",
+            "--threshold",
+            "0",
+            "--json",
+            "-",
+        ],
+    );
+    let result: Value = serde_json::from_str(&json).expect("JSON");
+    assert_eq!(number(&result["settings"]["fix"]["u"]), 0.5);
+}

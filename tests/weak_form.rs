@@ -119,7 +119,7 @@ fn the_silverbox_with_nine_samples_a_period() {
     let read = |name: &str| read_files(&[folder.join(name)], &options).unwrap();
     let set = set(read("silverbox_multisine_1.csv"), read("silverbox_multisine_10.csv"));
     let start = known(&set, "x, v, u, x^2, x^3, 1", Form::Derivative);
-    let free = Free { window: true, order: true, threshold: false, form: true };
+    let free = Free { window: true, order: true, threshold: false, form: true, refine: false };
     let choice = choose(&set, &start, free, &Cancel::default(), &|_| {}).unwrap();
     assert!(matches!(choice.settings.form, Form::Weak { .. }), "{}", choice.reason);
     let outcome = run(&set, &choice.settings);

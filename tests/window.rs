@@ -90,6 +90,12 @@ impl Window {
         self.click(view);
     }
 
+    /// Clicks what may lie below the fold of a column.
+    fn click_hidden(&mut self, label: &str) {
+        self.0.get_by_label(label).click_accesskit();
+        self.settle();
+    }
+
     fn press(&mut self, modifiers: Modifiers, key: Key) {
         self.0.key_press_modifiers(modifiers, key);
         self.settle();
@@ -326,6 +332,44 @@ fn an_empty_window_teaches_and_a_sample_is_one_click_away() {
     assert_eq!(outcome.settings.kind, Kind::FirstOrder);
     assert_eq!(outcome.model.equations.len(), 3);
     assert!(window.shows("by channel"));
+}
+
+#[test]
+fn the_overfit_sample_shows_the_lesson_and_one_click_mends_it() {
+    let mut window = Window::open(start(Source::Sample(Sample::Overfit)));
+    assert!(window.shows("fails what it was not") && window.shows("x⁷ carries it"));
+    let error = |window: &Window| window.app().outcome().unwrap().test.unwrap().nrmse;
+    let before = error(&window);
+    window.click("Reset library");
+    assert!(!window.shows("fails what it was not"));
+    assert!(error(&window) < 0.2 * before, "{} {before}", error(&window));
+}
+
+#[test]
+fn known_physics_is_said_with_a_click_and_every_fit_keeps_to_it() {
+    let home = tempfile::tempdir().unwrap();
+    let mut window = Window::of_files(vec![friction(home.path())]);
+    window.click_hidden("one spring: x−u");
+    assert!(window.terms().contains(&"x-u".to_owned()) && !window.terms().contains(&"x".to_owned()));
+    assert!(window.shows("f₀"));
+    window.type_into("Add known physics", "v<=1");
+    assert!(window.shows("bounded by zero"));
+    window.press(CTRL, Key::A);
+    window.type_into("Add known physics", "v=-du, v<=0");
+    window.press(Modifiers::NONE, Key::Enter);
+    let known: Vec<String> = window.app().settings().known.iter().map(ToString::to_string).collect();
+    assert_eq!(known, ["x=-u", "v=-du", "v<=0"]);
+    window.click_hidden("symmetric");
+    assert!(!window.terms().contains(&"x^2".to_owned()));
+    assert!(!window.shows("N/m"));
+    window.click_hidden("Mass known");
+    assert!(window.shows("N/m"), "with the mass, coefficients are forces");
+    assert!(window.app().outcome().unwrap().refinement.is_none());
+    window.click("refine");
+    let refinement = window.app().outcome().unwrap().refinement.clone().expect("refined");
+    assert!(refinement.converged);
+    window.press(CTRL, Key::Z);
+    assert!(window.app().outcome().unwrap().refinement.is_none(), "undo takes it back");
 }
 
 #[test]

@@ -9,7 +9,7 @@ use super::state::{Edit, Sample, Source};
 use crate::record::{ReadOptions, Record, RecordSet, Usage, read_set, read_text};
 use crate::rig::hidden::{Request, Shaking, Truth, draw};
 use crate::study::{Cancel, Choice, Free, Settings, StudyError, choose, suggest};
-use crate::term::Kind;
+use crate::term::{Kind, list};
 
 /// What to do.
 #[derive(Debug)]
@@ -82,7 +82,7 @@ pub(crate) fn run(errand: Errand, cancel: &Cancel, progress: &(dyn Fn(f64) + Syn
             Err(problem) => Delivery::NotOpened(Box::new(Refused { opening, problem })),
         },
         Errand::Choose { generation, records, settings } => {
-            let free = Free { window: true, order: true, threshold: true, form: true };
+            let free = Free { window: true, order: true, threshold: true, form: true, refine: true };
             let choice = choose(&records, &settings, free, cancel, progress);
             Delivery::Chosen { generation, choice }
         }
@@ -101,6 +101,10 @@ enum HeldOut {
     From(f64),
 }
 
+/// The library and threshold of the lesson in `sample_data/README.md`.
+const OVERFIT_LIBRARY: &str = "x, v, u, x^2, x^3, x^5, x^7, 1";
+const OVERFIT_THRESHOLD: f64 = 0.01;
+
 macro_rules! bundled {
     ($name:literal) => {
         ($name, include_bytes!(concat!("../../sample_data/", $name)).as_slice())
@@ -109,7 +113,7 @@ macro_rules! bundled {
 
 impl Sample {
     /// Every sample, the one shown first in front.
-    pub(crate) const ALL: [Self; 3] = [Self::Duffing, Self::Friction, Self::Lorenz];
+    pub(crate) const ALL: [Self; 4] = [Self::Duffing, Self::Friction, Self::Lorenz, Self::Overfit];
 
     /// What it is, in two or three words.
     pub(crate) fn label(self) -> &'static str {
@@ -117,6 +121,7 @@ impl Sample {
             Self::Duffing => "Duffing oscillator",
             Self::Friction => "Dry friction",
             Self::Lorenz => "Lorenz system",
+            Self::Overfit => "An overfit",
         }
     }
 
@@ -130,6 +135,9 @@ impl Sample {
                 "A mass with dry friction on a shaken base, at four frequencies, and at a fifth that is held out"
             }
             Self::Lorenz => "Three states of a chaotic system, every one measured: equations of first order",
+            Self::Overfit => {
+                "A lesson: with powers in the library that the motion is too small for, the fit is good and fails at four times the force"
+            }
         }
     }
 
@@ -139,15 +147,27 @@ impl Sample {
             Self::Duffing => (bundled!("duffing_noisy.csv"), HeldOut::From(50.0)),
             Self::Friction => (bundled!("friction_noisy.csv"), HeldOut::File(bundled!("friction_noisy_test.csv"))),
             Self::Lorenz => (bundled!("lorenz.csv"), HeldOut::From(7.0)),
+            Self::Overfit => (bundled!("overfit.csv"), HeldOut::File(bundled!("overfit_test.csv"))),
         }
     }
 
     /// Order of its equations.
     pub(crate) fn kind(self) -> Kind {
         match self {
-            Self::Duffing | Self::Friction => Kind::SecondOrder,
+            Self::Duffing | Self::Friction | Self::Overfit => Kind::SecondOrder,
             Self::Lorenz => Kind::FirstOrder,
         }
+    }
+
+    /// The settings that it opens with, where they are other than what the program suggests.
+    fn settings(self, suggestion: &Settings) -> Settings {
+        let mut settings = suggestion.clone();
+        if self == Self::Overfit
+            && let Ok(terms) = list(OVERFIT_LIBRARY)
+        {
+            (settings.terms, settings.threshold) = (terms, OVERFIT_THRESHOLD);
+        }
+        settings
     }
 }
 
@@ -187,7 +207,10 @@ fn open(opening: &Opening) -> Result<Opened, Problem> {
     let settings = match (&read, edit) {
         (Some((_, project)), _) => project.settings.clone(),
         (None, Some(edit)) => edit.settings.clone(),
-        (None, None) => suggestion.clone(),
+        (None, None) => match opening.source {
+            Source::Sample(sample) => sample.settings(&suggestion),
+            _ => suggestion.clone(),
+        },
     };
     let walk = match (&read, edit) {
         (Some((_, project)), _) => project.walk.clone(),

@@ -24,6 +24,8 @@ pub enum Sample {
     Friction,
     /// The Lorenz system.
     Lorenz,
+    /// A Duffing oscillator that moves too little for its library; four times the force held out.
+    Overfit,
 }
 
 /// Where the records come from.

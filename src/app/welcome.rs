@@ -1,4 +1,4 @@
-//! The centre while no file is open: three samples, where to drop a file, what a file should look like.
+//! The centre while no file is open: some samples, where to drop a file, what a file should look like.
 
 use egui::{Align, Layout, RichText, Sense, Stroke, StrokeKind, Ui, vec2};
 
@@ -42,7 +42,8 @@ pub(crate) fn show(ui: &mut Ui, opening: bool) -> Option<Command> {
             ui.add_space(14.0);
             ui.label(RichText::new("Or try a sample").strong());
             ui.horizontal(|ui| {
-                let each = (width - 2.0 * ui.spacing().item_spacing.x) / 3.0;
+                let count = Sample::ALL.len() as f32;
+                let each = (width - (count - 1.0) * ui.spacing().item_spacing.x) / count;
                 for sample in Sample::ALL {
                     let button = egui::Button::new(sample.label()).min_size(vec2(each, 34.0));
                     if ui.add(button).on_hover_text(sample.tooltip()).clicked() {

@@ -18,11 +18,13 @@ pub(super) fn analyse(options: &StudyOptions) -> Result<Analysis, Failure> {
     let cancel = Cancel::default();
     let mut settings = suggest(&records, options.data.kind.into())?;
     options.apply(&mut settings);
+    options.apply_mass(&mut settings, &records)?;
     let free = Free {
         window: options.window_is_free(),
         order: options.order_is_free(),
         threshold: options.threshold.is_none(),
         form: options.form_is_free(),
+        refine: options.refinement_is_free(),
     };
     let mut choice = None;
     if free.window || free.order || free.threshold {

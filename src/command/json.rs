@@ -41,6 +41,18 @@ pub(super) fn identified(analysis: &Analysis) -> Value {
         "noise_floor": outcome.noise_floor,
         "elapsed_ms": { "fit": outcome.elapsed.fit, "simulate": outcome.elapsed.simulate },
         "records": records(outcome),
+        "physical": outcome.physical().iter().map(|p| json!({
+            "name": p.name,
+            "title": p.title,
+            "value": p.value,
+            "std_error": p.std_error,
+            "unit": p.unit,
+        })).collect::<Vec<_>>(),
+        "refinement": outcome.refinement.as_ref().map(|r| json!({
+            "rmse": r.rmse,
+            "converged": r.converged,
+            "before": r.before,
+        })),
         "warnings": outcome.warnings.iter().map(|w| json!({
             "severity": match w.severity {
                 Severity::Note => "note",
@@ -100,6 +112,9 @@ fn settings(settings: &Settings, layout: &Layout) -> Value {
             Scaling::Raw => "raw",
         },
         "fit_kinematics": settings.kinematics == Kinematics::Fitted,
+        "constrain": settings.known.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "mass": settings.mass,
+        "refine": settings.refine,
     })
 }
 

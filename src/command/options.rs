@@ -6,8 +6,11 @@ use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 
+use super::failure::Failure;
 use crate::record::{ColumnMap, ReadError, ReadOptions, RecordSet, read_set};
-use crate::study::{Differentiation, Form, Kinematics, Lock, NARROWEST, Scaling, Settings};
+use crate::study::{
+    Differentiation, Form, Kinematics, Known, Lock, NARROWEST, Scaling, Settings, force_over_mass, known_list,
+};
 use crate::term::{self, Kind, Term, TermError};
 
 /// Data, and how they are read.
@@ -48,6 +51,12 @@ pub(super) struct StudyOptions {
     /// A term kept at a coefficient that is known
     #[arg(long, value_name = "TERM=VALUE", help_heading = "Library")]
     fix: Vec<FixedTerm>,
+    /// Known physics: x=-u (one spring across the joint), v=-du, v<=0, x>=0, passive, odd or even (stiffness), u=1/m
+    #[arg(long, value_name = "LIST", help_heading = "Physics")]
+    constrain: Vec<Constraints>,
+    /// The moving mass, kg: coefficients are told as forces too
+    #[arg(long, value_name = "KG", value_parser = positive, allow_negative_numbers = true, help_heading = "Physics")]
+    mass: Option<f64>,
 
     /// Smoothing segment, samples: odd [default: chosen from the data]
     #[arg(long, value_name = "N", value_parser = odd, help_heading = "Smoothing")]
@@ -80,6 +89,11 @@ pub(super) struct StudyOptions {
     /// Fit dx/dt from the library too, instead of taking dx/dt = v as known
     #[arg(long, help_heading = "Regression")]
     fit_kinematics: bool,
+    /// Fit the coefficients of the terms that are kept to the response itself (output error) [default: where that lowers
+    /// the held-out error much]
+    #[arg(long, value_enum, value_name = "WHETHER", num_args = 0..=1, default_missing_value = "yes", require_equals = true,
+          help_heading = "Regression")]
+    refine: Option<Whether>,
 
     /// Write the result as JSON (`-`: to standard output, and nothing else there)
     #[arg(long, value_name = "FILE", help_heading = "Output")]
@@ -121,6 +135,11 @@ impl StudyOptions {
     /// Whether the form is left to the data: who gives a smoothing means the derivatives that it makes.
     pub(super) fn form_is_free(&self) -> bool {
         self.form.is_none() && self.half_width.is_none() && self.window_is_free() && self.order_is_free()
+    }
+
+    /// Whether refinement is left to the data: who gives a smoothing or a threshold means what they make.
+    pub(super) fn refinement_is_free(&self) -> bool {
+        self.refine.is_none() && self.form_is_free() && self.threshold.is_none()
     }
 
     /// Puts what was asked for over what was suggested.
@@ -170,6 +189,27 @@ impl StudyOptions {
         if self.fit_kinematics {
             settings.kinematics = Kinematics::Fitted;
         }
+        settings.known = self.constrain.iter().flat_map(|c| c.known.iter().cloned()).collect();
+        settings.mass = self.mass;
+        settings.refine = self.refine == Some(Whether::Yes);
+    }
+
+    /// Fixes the force's coefficient where `u=1/m` asks for it.
+    pub(super) fn apply_mass(&self, settings: &mut Settings, records: &RecordSet) -> Result<(), Failure> {
+        if !self.constrain.iter().any(|c| c.unit_mass) {
+            return Ok(());
+        }
+        let Some(mass) = self.mass else {
+            return Err(Failure::new("`u=1/m` needs the mass").try_this("say it with --mass KG"));
+        };
+        let coefficient = records.entries.first().and_then(|(record, _)| force_over_mass(record, mass));
+        let Some(coefficient) = coefficient else {
+            return Err(Failure::new("`u=1/m` needs one input that is a force in newtons")
+                .try_this("give the column a unit, as `u [N]`, or fix the coefficient itself: --fix u=VALUE"));
+        };
+        let force = Term::parse("u").map_err(|e| Failure::new(e.to_string()))?;
+        settings.locks.insert(force, Lock::Fixed(coefficient));
+        Ok(())
     }
 
     /// The command that does the same with nothing left to choose.
@@ -210,6 +250,12 @@ impl StudyOptions {
                 option("fix", &format!("{term}={value}"));
             }
         }
+        if !settings.known.is_empty() {
+            option("constrain", &settings.known.iter().map(Known::to_string).collect::<Vec<_>>().join(", "));
+        }
+        if let Some(mass) = settings.mass {
+            option("mass", &mass.to_string());
+        }
         let smoothing = &settings.smoothing;
         match smoothing.method {
             Differentiation::Filter => {}
@@ -242,6 +288,9 @@ impl StudyOptions {
         if settings.kinematics == Kinematics::Fitted {
             text.push_str(" --fit-kinematics");
         }
+        if settings.refine {
+            text.push_str(" --refine");
+        }
         text
     }
 }
@@ -265,6 +314,25 @@ impl FromStr for Terms {
 
     fn from_str(text: &str) -> Result<Self, TermError> {
         term::list(text).map(Self)
+    }
+}
+
+/// A list of what is known.
+#[derive(Clone, Debug)]
+struct Constraints {
+    known: Vec<Known>,
+    /// `u=1/m`: the force's coefficient follows from the mass.
+    unit_mass: bool,
+}
+
+impl FromStr for Constraints {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let is_mass = |part: &&str| part.replace(' ', "") == "u=1/m";
+        let unit_mass = text.split([',', ';']).any(|part| is_mass(&part));
+        let rest: Vec<&str> = text.split([',', ';']).filter(|part| !is_mass(part)).collect();
+        Ok(Self { known: known_list(&rest.join(","))?, unit_mass })
     }
 }
 
@@ -356,6 +424,15 @@ named! {
         /// Central differences, no smoothing
         Difference,
     }
+}
+
+/// Yes or no.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Whether {
+    /// Do
+    Yes,
+    /// Do not
+    No,
 }
 
 /// How an equation is held against the data, by name.

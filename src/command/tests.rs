@@ -30,6 +30,9 @@ fn wrong_values_are_said_with_the_option() {
         (&["--fix", "x"], "x=-358.7"),
         (&["--kind", "third-order"], "second-order"),
         (&["--order", "0"], "--order"),
+        (&["--mass", "-1"], "above zero"),
+        (&["--constrain", "v<=3"], "bounded by zero"),
+        (&["--constrain", "x=u2*"], "--constrain"),
     ] {
         let error =
             Cli::try_parse_from([&["sindyscope", "identify", "a.csv"], arguments].concat()).expect_err("refused");
@@ -68,11 +71,20 @@ fn what_was_given_goes_over_what_was_suggested() {
         "--scaling",
         "raw",
         "--fit-kinematics",
+        "--constrain",
+        "x=-u, v <= 0",
+        "--constrain",
+        "odd; u=1/m",
+        "--mass",
+        "2.5",
+        "--refine",
     ]);
     let mut settings = Settings::default();
     settings.smoothing.window = 5;
     options.study().apply(&mut settings);
     assert_eq!(settings.terms, ["x", "v", "u"].map(term));
+    assert_eq!(settings.known.iter().map(ToString::to_string).collect::<Vec<_>>(), ["x=-u", "v<=0", "odd"]);
+    assert_eq!((settings.mass, settings.refine), (Some(2.5), true));
     assert_eq!(settings.locks[&term("v")], Lock::In);
     assert_eq!(settings.locks[&term("u")], Lock::Out);
     assert_eq!(settings.locks[&term("x^3")], Lock::Fixed(-0.6));
@@ -87,8 +99,8 @@ fn what_was_given_goes_over_what_was_suggested() {
     let command = options.study().command("report", &settings, None);
     assert_eq!(
         command,
-        "sindyscope report 'a b.csv' --terms 'x, v, u' --lock 'v, x' --drop u --fix x^3=-0.6 --window 9 --order 8 --threshold 0.2 \
-         --scaling raw --fit-kinematics"
+        "sindyscope report 'a b.csv' --terms 'x, v, u' --lock 'v, x' --drop u --fix x^3=-0.6 --constrain 'x=-u, v<=0, odd' --mass 2.5 --window 9 --order 8 --threshold 0.2 \
+         --scaling raw --fit-kinematics --refine"
     );
 
     let mut short = Settings::default();

@@ -1,5 +1,9 @@
 //! Identified or known equations of motion: terms with coefficients for each state.
 
+mod physical;
+
+pub use physical::{Mass, Physical, physical};
+
 use serde::{Deserialize, Serialize};
 
 use crate::term::{Expression, Kind, Layout, Symbol, Term};

@@ -26,6 +26,7 @@ pub use columns::{ColumnMap, ColumnMapError};
 pub use error::ReadError;
 pub use table::Format;
 pub use types::{Channel, Record, RecordSet, Role, Usage};
+pub use units::metres;
 pub use write::write_csv;
 
 use crate::term::Kind;

@@ -175,6 +175,14 @@ fn powered(text: &str) -> Option<Unit> {
     })
 }
 
+/// The length of a unit in metres; none if it is no length. Without a unit lengths are in metres.
+pub fn metres(unit: &str) -> Option<f64> {
+    if unit.trim().is_empty() {
+        return Some(1.0);
+    }
+    parse(unit).filter(Unit::is_length).map(|u| u.factor)
+}
+
 /// Reads a unit's text (`mm`, `m/s^2`, `N·m`); none if it is no unit that is known.
 pub(super) fn parse(text: &str) -> Option<Unit> {
     let text = text.trim();

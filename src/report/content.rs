@@ -61,6 +61,7 @@ pub(super) fn blocks(report: &Report<'_>, room: &Room) -> Vec<Block> {
     blocks.push(Block::Heading("Equation of motion"));
     blocks.push(Block::Equations(math::equations(&outcome.model)));
     blocks.extend(coefficients(outcome));
+    blocks.extend(physical(outcome));
     blocks.push(Block::Heading("Response and error"));
     blocks.push(Block::Table(errors(outcome, unit)));
     blocks.extend(figures::all(outcome, room).into_iter().map(Block::Figure));
@@ -102,6 +103,7 @@ pub(super) fn summary(report: &Report<'_>) -> Vec<Block> {
             blocks.push(Block::Paragraph(text));
         }
     }
+    blocks.extend(physical(outcome));
     blocks.push(Block::Heading("Settings"));
     blocks.push(Block::Table(settings(outcome)));
     blocks.extend(report.choice.map(|reason| Block::Paragraph(sentence(reason))));
@@ -200,6 +202,31 @@ fn coefficients(outcome: &Outcome) -> Vec<Block> {
         ));
     }
     blocks
+}
+
+/// The coefficients in the words of mechanics.
+fn physical(outcome: &Outcome) -> Vec<Block> {
+    let found = outcome.physical();
+    if found.is_empty() {
+        return Vec::new();
+    }
+    let numbers: Vec<String> = found.iter().map(|p| format_measured(p.value, p.std_error)).collect();
+    let rows = found
+        .iter()
+        .zip(align_at_point(&numbers))
+        .map(|(p, number)| {
+            vec![
+                Cell::Text(p.symbol.into()),
+                Cell::Number(number),
+                Cell::Text(p.unit.clone()),
+                Cell::Text(p.title.into()),
+            ]
+        })
+        .collect();
+    vec![
+        Block::Subheading("Physical parameters".into()),
+        Block::Table(Table { head: vec!["parameter", "value ± std. error", "unit", ""], rows }),
+    ]
 }
 
 /// What was tried and dropped, and how well the rate is explained.
@@ -359,12 +386,19 @@ fn settings(outcome: &Outcome) -> Table {
     if !locked.is_empty() {
         rows.push(("decided terms", locked.join(", ")));
     }
+    if !settings.known.is_empty() {
+        rows.push(("known physics", settings.known.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")));
+    }
     let compared = match settings.scaling {
         Scaling::Scaled => "of columns and rate divided by their RMS",
         Scaling::Raw => "of the coefficients as they stand",
     };
     rows.push(("sparse regression", "sequentially thresholded least squares (STLSQ)".into()));
     rows.push(("threshold", format!("{} {compared}", significant_trimmed(settings.threshold, 4))));
+    if let Some(refinement) = &outcome.refinement {
+        let ended = if refinement.converged { "" } else { ", ended before it came to rest" };
+        rows.push(("refinement", format!("coefficients fitted to the response itself (output error){ended}")));
+    }
     if settings.ridge > 0.0 {
         rows.push(("ridge weight α", significant_trimmed(settings.ridge, 4)));
     }

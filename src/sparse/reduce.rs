@@ -14,6 +14,44 @@ pub struct Reduced {
     scale: Vec<f64>,
     target_scale: f64,
     rows: usize,
+    /// The sign that each column's coefficient may have; empty if any.
+    signs: Vec<Option<Sign>>,
+}
+
+/// A sign that a coefficient may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Sign {
+    /// Zero or above.
+    NotNegative,
+    /// Zero or below.
+    NotPositive,
+}
+
+impl Sign {
+    /// The opposite one.
+    #[must_use]
+    pub fn other(self) -> Self {
+        match self {
+            Self::NotNegative => Self::NotPositive,
+            Self::NotPositive => Self::NotNegative,
+        }
+    }
+
+    /// The admitted value nearest to one.
+    pub fn nearest(self, value: f64) -> f64 {
+        match self {
+            Self::NotNegative => value.max(0.0),
+            Self::NotPositive => value.min(0.0),
+        }
+    }
+
+    /// How far a value lies on the admitted side.
+    fn along(self, value: f64) -> f64 {
+        match self {
+            Self::NotNegative => value,
+            Self::NotPositive => -value,
+        }
+    }
 }
 
 /// Rows that one block of reflections works on.
@@ -42,7 +80,7 @@ impl Reduced {
         }
         let triangle =
             DMatrix::from_fn(width, width, |i, j| if i <= j { work.stack[j * work.height + i] } else { 0.0 });
-        Self { triangle, scale, target_scale, rows }
+        Self { triangle, scale, target_scale, rows, signs: Vec::new() }
     }
 
     /// The reduction of several problems' rows together; all of the same columns.
@@ -67,7 +105,20 @@ impl Reduced {
         stacked.target_scale *= factor;
         stacked.triangle /= factor;
         stacked.rows = rows;
+        stacked.signs = parts.first().map_or_else(Vec::new, |p| p.signs.clone());
         stacked
+    }
+
+    /// The same problem whose coefficients have only the signs that they may have, one entry a column.
+    #[must_use]
+    pub fn bounded(mut self, signs: &[Option<Sign>]) -> Self {
+        self.signs = if signs.iter().all(Option::is_none) { Vec::new() } else { signs.to_vec() };
+        self
+    }
+
+    /// The sign that each column's coefficient may have; empty if any.
+    pub fn signs(&self) -> &[Option<Sign>] {
+        &self.signs
     }
 
     /// Number of columns.
@@ -107,13 +158,76 @@ impl Reduced {
     }
 
     /// Scaled least-squares coefficients on a subset of columns with ridge weights (one a kept column, on the scaled
-    /// coefficients of columns with norm √rows), and the RMS of the scaled residual.
+    /// coefficients of columns with norm √rows), and the RMS of the scaled residual. A coefficient that its sign forbids
+    /// is zero.
     pub(super) fn solve(
         &self,
         keep: &[usize],
         fixed: &[(usize, f64)],
         ridge: impl Fn(usize) -> f64,
     ) -> (Vec<f64>, f64) {
+        let sign = |k: usize| self.signs.get(k).copied().flatten();
+        let free = self.solve_freely(keep, fixed, &ridge);
+        let admitted = |b: &f64, k: &usize| sign(*k).is_none_or(|s| s.along(*b) >= 0.0);
+        if self.signs.is_empty() || free.0.iter().zip(keep).all(|(b, k)| admitted(b, k)) {
+            return free;
+        }
+        self.solve_bounded(keep, fixed, &ridge, &sign)
+    }
+
+    /// Least squares under signs by an active set (Lawson & Hanson 1974, ch. 23): columns without a sign are always in,
+    /// the others come in one at a time, the one first along which the residual falls fastest.
+    fn solve_bounded(
+        &self,
+        keep: &[usize],
+        fixed: &[(usize, f64)],
+        ridge: &impl Fn(usize) -> f64,
+        sign: &impl Fn(usize) -> Option<Sign>,
+    ) -> (Vec<f64>, f64) {
+        let mut inside: Vec<bool> = keep.iter().map(|k| sign(*k).is_none()).collect();
+        let mut b = vec![0.0; keep.len()];
+        let solve = |inside: &[bool]| {
+            let columns: Vec<usize> = keep.iter().zip(inside).filter(|(_, i)| **i).map(|(k, _)| *k).collect();
+            let (found, rms) = self.solve_freely(&columns, fixed, ridge);
+            let mut found = found.into_iter();
+            let all: Vec<f64> = inside.iter().map(|i| if *i { found.next().unwrap_or(0.0) } else { 0.0 }).collect();
+            (all, rms)
+        };
+        let y = self.target(fixed);
+        let mut rms = f64::INFINITY;
+        // Each round lets the sum of squares fall, so a set never comes twice; rounding may, hence the limit.
+        for _ in 0..3 * keep.len() + 3 {
+            let (mut wanted, mut left) = solve(&inside);
+            loop {
+                // The first coefficient to reach zero on the way leaves.
+                let leaves = |i: usize| {
+                    let s = sign(keep[i]).filter(|_| inside[i])?;
+                    (s.along(wanted[i]) < 0.0).then(|| (i, b[i] / (b[i] - wanted[i])))
+                };
+                let first = (0..keep.len()).filter_map(leaves).min_by(|a, b| a.1.total_cmp(&b.1));
+                let Some((out, share)) = first else { break };
+                b.iter_mut().zip(&wanted).for_each(|(b, w)| *b += share * (w - *b));
+                b[out] = 0.0;
+                inside[out] = false;
+                (wanted, left) = solve(&inside);
+            }
+            (b, rms) = (wanted, left);
+            let mut residual = y.clone();
+            for (b, k) in b.iter().zip(keep) {
+                residual.axpy(-b, &self.triangle.column(*k), 1.0);
+            }
+            let fall = |i: usize| {
+                let s = sign(keep[i]).filter(|_| !inside[i])?;
+                let slope = s.along(self.triangle.column(keep[i]).dot(&residual));
+                (slope > 1e-12 * y.norm() * (self.rows.max(1) as f64).sqrt()).then_some((i, slope))
+            };
+            let Some((comes, _)) = (0..keep.len()).filter_map(fall).max_by(|a, b| a.1.total_cmp(&b.1)) else { break };
+            inside[comes] = true;
+        }
+        (b, rms)
+    }
+
+    fn solve_freely(&self, keep: &[usize], fixed: &[(usize, f64)], ridge: &impl Fn(usize) -> f64) -> (Vec<f64>, f64) {
         let y = self.target(fixed);
         let p = keep.len();
         let width = y.len();
@@ -284,6 +398,45 @@ mod tests {
         assert!((c0 - 2.0).abs() < 1e-7 && (c1 + 1.0).abs() < 1e-7, "{c0} {c1}");
         assert!(reduced.condition(&[0, 1]) > 1e6);
         assert!((reduced.condition(&[0]) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn bounded_least_squares_is_the_best_of_all_that_keep_to_the_signs() {
+        let n = 400;
+        let wave = |a: f64| (0..n).map(|k| (a * f64::from(k)).sin()).collect::<Vec<f64>>();
+        let base = [wave(0.1), wave(0.103), wave(0.31), wave(0.32), wave(0.9)];
+        let mut forbidden = 0;
+        for case in 0..40 {
+            let c = |j: u32| (f64::from(case * 7 + j * 13) * 1.7).sin();
+            let y: Vec<f64> = (0..n as usize)
+                .map(|k| {
+                    base.iter().zip(0..).map(|(col, j)| c(j) * col[k]).sum::<f64>() + 0.3 * (0.77 * k as f64).cos()
+                })
+                .collect();
+            let signs = [
+                None,
+                Some(Sign::NotPositive),
+                Some(Sign::NotNegative),
+                Some(Sign::NotPositive),
+                Some(Sign::NotNegative),
+            ];
+            let reduced = Reduced::new(&base, &y).bounded(&signs);
+            let (b, rms) = reduced.solve(&[0, 1, 2, 3, 4], &[], |_| 0.0);
+            assert!(b.iter().zip(signs).all(|(b, s)| s.is_none_or(|s| s.along(*b) >= 0.0)), "{b:?}");
+            // Every set of columns that are in, by brute force.
+            let best = (0..16_usize)
+                .filter_map(|set| {
+                    let keep: Vec<usize> =
+                        [0].into_iter().chain((0..4).filter(|j| set >> j & 1 == 1).map(|j| j + 1)).collect();
+                    let (b, rms) = reduced.solve_freely(&keep, &[], &|_| 0.0);
+                    let fits = b.iter().zip(&keep).all(|(b, k)| signs[*k].is_none_or(|s| s.along(*b) >= 0.0));
+                    fits.then_some(rms)
+                })
+                .fold(f64::INFINITY, f64::min);
+            forbidden += usize::from(b.contains(&0.0));
+            assert!((rms - best).abs() < 1e-10, "case {case}: {rms} {best}");
+        }
+        assert!(forbidden > 20, "the signs matter in {forbidden} cases");
     }
 
     #[test]

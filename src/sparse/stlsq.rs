@@ -71,7 +71,8 @@ pub fn stlsq(reduced: &Reduced, constraints: &[Constraint], options: &Options) -
                 return true;
             }
             let stays = size >= options.threshold;
-            if stays {
+            // A coefficient that its sign holds at zero is no change to come.
+            if stays && size > 0.0 {
                 next_change = next_change.min(size);
             }
             stays

@@ -6,10 +6,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use super::regression::{self, Regression, candidate_terms, fitted_states};
+use super::known::candidate_terms;
+use super::regression::{self, Regression, fitted_states};
 use super::response::Drive;
 use super::suggest::odd;
-use super::{Cancel, Form, Settings, Smoothing, StudyError, check};
+use super::{Cancel, Form, Outcome, Settings, Smoothing, Study, StudyError, check};
 use crate::model::Model;
 use crate::record::{Record, RecordSet, Role, Usage};
 use crate::signal::{Differentiation, Facts, Signals, dot, mean_and_variance};
@@ -27,6 +28,8 @@ pub struct Free {
     pub threshold: bool,
     /// Whether the equation is held against the data at samples or in the weak form.
     pub form: bool,
+    /// Whether the coefficients are fitted to the response itself at the end.
+    pub refine: bool,
 }
 
 /// What [`choose`] chose, and why.
@@ -36,6 +39,8 @@ pub struct Choice {
     pub settings: Settings,
     /// One sentence: what was tried and what decided.
     pub reason: String,
+    /// RMS error of the simulated response on what was not fitted, as a share of the motion's standard deviation.
+    pub error: f64,
 }
 
 /// Share of a single record that is fitted; the rest judges.
@@ -104,7 +109,9 @@ impl Candidate {
 
 /// Chooses the free settings by simulation error on stretches that were not fitted: of several records each is left out
 /// in turn, of a single one the last part. Of the settings within one standard error of the best the one with the fewest
-/// terms is taken (Breiman et al. 1984). Records held out by the user are not looked at.
+/// terms is taken (Breiman et al. 1984); of those with as many terms the one whose response is nearest to the refined one.
+/// Where refined fits do much better on the stretches that were not fitted, they are compared in the same way and
+/// refinement is chosen too. Records held out by the user are not looked at.
 ///
 /// `progress` is told the share done, 0 to 1.
 ///
@@ -136,13 +143,20 @@ pub fn choose(
         }
     }
     progress(1.0);
-    let Some(chosen) = parsimonious(&tried) else {
+    let Some(sparse) = parsimonious(&tried) else {
         return Err(StudyError::Setting("no setting gave a response that could be compared".into()));
     };
-    let mut settings = start.clone();
-    settings.smoothing = chosen.smoothing;
-    settings.form = chosen.form;
-    settings.threshold = if free.threshold { plan.centred_threshold(start, chosen)? } else { start.threshold };
+    let settled = plan.settle(records, start, free, &tried, sparse, cancel)?;
+    let (chosen, mut settings) = match &settled {
+        Some(Settled { candidate, settings }) => (*candidate, settings.clone()),
+        None => (sparse, plan.settings(start, free, sparse)?),
+    };
+    let mut error = chosen.mean();
+    if free.refine
+        && let Some((better, refined)) = plan.refined_choice(start, free, &tried, error, cancel)?
+    {
+        (settings, error) = (better, refined);
+    }
     let judged = match plan.pieces.len() {
         1 => "the last part of the record, which was not fitted".to_owned(),
         n => format!("{n} records, each left out in turn"),
@@ -151,15 +165,16 @@ pub fn choose(
         Form::Derivative => "",
         Form::Weak { .. } => "weak form, ",
     };
+    let refined = if settings.refine && !start.refine { ", coefficients fitted to the response itself" } else { "" };
     let reason = format!(
-        "{form}segment {} of order {} and threshold {:.2e}: simulation error {:.2e} of the motion on {judged}; {} settings tried",
+        "{form}segment {} of order {} and threshold {:.2e}{refined}: simulation error {:.2e} of the motion on {judged}; {} settings tried",
         settings.smoothing.window,
         settings.smoothing.order,
         settings.threshold,
-        chosen.mean().sqrt(),
+        error.sqrt(),
         tried.len(),
     );
-    Ok(Choice { settings, reason })
+    Ok(Choice { settings, reason, error: error.sqrt() })
 }
 
 pub(super) fn best(tried: &[Candidate]) -> Option<&Candidate> {
@@ -171,12 +186,35 @@ pub(super) fn best(tried: &[Candidate]) -> Option<&Candidate> {
 const EQUAL: f64 = 3e-4;
 
 /// What is chosen is at most so many times worse than the best.
-const WORST: f64 = 2.0;
+const WORST: f64 = 1.25;
+
+/// How far the first displacements of two outcomes lie apart, mean square over the motion's variance; none if their terms
+/// differ or a response does not last.
+fn distance(outcome: &Outcome, other: &Outcome) -> Option<f64> {
+    let terms = |o: &Outcome| o.model.leading().map(|e| e.terms.iter().map(|t| t.term.clone()).collect::<Vec<_>>());
+    if terms(outcome) != terms(other) || outcome.diverged() {
+        return None;
+    }
+    let (mut squares, mut spread) = (0.0, 0.0);
+    for (a, b) in outcome.records.iter().zip(&other.records) {
+        let (a, b) = (a.states.first()?, b.states.first()?);
+        squares += a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+        spread += b.len() as f64 * mean_and_variance(b).1;
+    }
+    Some(squares / spread).filter(|d| d.is_finite())
+}
 
 /// The candidate with the fewest terms whose error is within one standard error (of the difference) of the best.
 pub(super) fn parsimonious(tried: &[Candidate]) -> Option<&Candidate> {
-    let best = best(tried)?;
-    let within = |c: &&Candidate| {
+    let fewest = close(tried).map(|c| c.terms).min()?;
+    close(tried).filter(|c| c.terms == fewest).min_by(|a, b| a.mean().total_cmp(&b.mean()))
+}
+
+/// The candidates within one standard error of the best.
+fn close(tried: &[Candidate]) -> impl Iterator<Item = &Candidate> {
+    let best = best(tried);
+    let within = move |c: &&Candidate| {
+        let Some(best) = best else { return false };
         let differences: Vec<f64> = c.errors.iter().zip(&best.errors).map(|(a, b)| a - b).collect();
         let n = differences.len() as f64;
         let mean = differences.iter().sum::<f64>() / n;
@@ -185,12 +223,177 @@ pub(super) fn parsimonious(tried: &[Candidate]) -> Option<&Candidate> {
         let slack = (variance / n).sqrt().min((WORST * WORST - 1.0) * best.mean());
         mean <= slack + 0.02 * best.mean() + EQUAL * EQUAL
     };
-    let close = || tried.iter().filter(within);
-    let fewest = close().map(|c| c.terms).min()?;
-    close().filter(|c| c.terms == fewest).min_by(|a, b| a.mean().total_cmp(&b.mean()))
+    tried.iter().filter(within)
 }
 
+/// Refinement is worth its time where it lowers the error to this share, or below.
+const BETTERED: f64 = 0.6;
+/// Numbers of terms whose refined fits are compared, at most.
+const LEVELS: usize = 6;
+/// Candidates whose error is so many times the best are not refined.
+const HOPEFUL: f64 = 5.0;
+/// Samples that are refined while settings are chosen, at most.
+const MOST_REFINED: usize = 24_000;
+
+/// For each number of terms the candidate of the smallest error, the best first.
+fn levels(tried: &[Candidate]) -> Vec<&Candidate> {
+    let least = best(tried).map_or(0.0, Candidate::mean);
+    let mut levels: Vec<&Candidate> = Vec::new();
+    for candidate in tried.iter().filter(|c| c.mean() <= HOPEFUL * HOPEFUL * least) {
+        match levels.iter_mut().find(|c| c.terms == candidate.terms) {
+            Some(known) if candidate.mean() < known.mean() => *known = candidate,
+            Some(_) => {}
+            None => levels.push(candidate),
+        }
+    }
+    levels.sort_by(|a, b| a.mean().total_cmp(&b.mean()));
+    levels.truncate(LEVELS);
+    levels
+}
+
+/// The refined fit of some records; none if they cannot be fitted.
+fn refined_fit(
+    pieces: &[Arc<Record>],
+    fitted: &[usize],
+    settings: &Settings,
+    cancel: &Cancel,
+) -> Result<Option<Outcome>, StudyError> {
+    let entries = fitted.iter().map(|k| (Arc::clone(&pieces[*k]), Usage::Fit)).collect();
+    match Study::default().run(&RecordSet { entries }, settings, cancel) {
+        Ok(outcome) if outcome.refinement.is_some() && !outcome.diverged() => Ok(Some(outcome)),
+        Err(StudyError::Cancelled) => Err(StudyError::Cancelled),
+        _ => Ok(None),
+    }
+}
+
+/// A candidate held against the refined response.
+struct Settled<'a> {
+    candidate: &'a Candidate,
+    settings: Settings,
+}
+
+/// Settings alike in terms and error that are held against the refined response, at most.
+const ALIKE: usize = 12;
+
 impl Plan {
+    /// The settings of a candidate.
+    fn settings(&self, start: &Settings, free: Free, chosen: &Candidate) -> Result<Settings, StudyError> {
+        let threshold = if free.threshold { self.centred_threshold(start, chosen)? } else { start.threshold };
+        Ok(Settings { smoothing: chosen.smoothing, form: chosen.form, threshold, ..start.clone() })
+    }
+
+    /// Among candidates that leave the same number of terms and do as well, the noise of the data decides which errs
+    /// least. Where the response itself can be fitted, the one is taken whose response is nearest to the fitted one: that
+    /// comparison has no noise in it, and what is left is the smoothing's bias. None if nothing can be refined.
+    fn settle<'a>(
+        &self,
+        records: &RecordSet,
+        start: &Settings,
+        free: Free,
+        tried: &'a [Candidate],
+        sparse: &'a Candidate,
+        cancel: &Cancel,
+    ) -> Result<Option<Settled<'a>>, StudyError> {
+        let mut alike: Vec<&Candidate> = Vec::new();
+        for candidate in close(tried).filter(|c| c.terms == sparse.terms) {
+            match alike.iter_mut().find(|c| (c.form, c.smoothing) == (candidate.form, candidate.smoothing)) {
+                Some(known) if candidate.mean() < known.mean() => *known = candidate,
+                Some(_) => {}
+                None => alike.push(candidate),
+            }
+        }
+        alike.sort_by(|a, b| a.mean().total_cmp(&b.mean()));
+        alike.truncate(ALIKE);
+        let fitted = records.entries.iter().filter(|(_, usage)| *usage == Usage::Fit).cloned().collect();
+        let fitted = RecordSet { entries: fitted };
+        let mut study = Study::default();
+        let settings = self.settings(start, free, sparse)?;
+        let refined = study.run(&fitted, &Settings { refine: true, ..settings }, cancel)?;
+        if refined.refinement.is_none() || refined.diverged() {
+            return Ok(None);
+        }
+        let mut nearest: Option<(f64, Settled<'a>)> = None;
+        for candidate in alike {
+            let settings = Settings { refine: false, ..self.settings(start, free, candidate)? };
+            // A smoothing that whole records do not bear is none.
+            let outcome = match study.run(&fitted, &settings, cancel) {
+                Ok(outcome) => outcome,
+                Err(StudyError::Cancelled) => return Err(StudyError::Cancelled),
+                Err(_) => continue,
+            };
+            let Some(distance) = distance(&outcome, &refined) else { continue };
+            if nearest.as_ref().is_none_or(|(least, _)| distance < *least) {
+                let settings = Settings { refine: start.refine, ..settings };
+                nearest = Some((distance, Settled { candidate, settings }));
+            }
+        }
+        Ok(nearest.map(|(_, settled)| settled))
+    }
+
+    /// Settings whose refined fits do much better on what was not fitted than `error`, with their mean squared error:
+    /// without the smoothing's bias in the coefficients, the stretches that judge also tell better which terms are right.
+    fn refined_choice(
+        &self,
+        start: &Settings,
+        free: Free,
+        tried: &[Candidate],
+        error: f64,
+        cancel: &Cancel,
+    ) -> Result<Option<(Settings, f64)>, StudyError> {
+        let pieces = self.shortened();
+        let all: Vec<usize> = (0..pieces.len()).collect();
+        let levels: Result<Vec<Option<(&Candidate, Settings, f64)>>, StudyError> = levels(tried)
+            .into_par_iter()
+            .map(|candidate| {
+                let settings = Settings { refine: true, ..self.settings(start, free, candidate)? };
+                let outcome = refined_fit(&pieces, &all, &settings, cancel)?;
+                let left = outcome.and_then(|o| o.train).map(|s| s.nrmse * s.nrmse);
+                Ok(left.map(|left| (candidate, settings, left)))
+            })
+            .collect();
+        let levels: Vec<(&Candidate, Settings, f64)> = levels?.into_iter().flatten().collect();
+        let better = BETTERED * BETTERED * error;
+        if !levels.iter().any(|(_, _, left)| *left < better) {
+            return Ok(None);
+        }
+        let judged: Result<Vec<Option<Candidate>>, StudyError> = levels
+            .par_iter()
+            .map(|(candidate, settings, _)| {
+                let errors = self.judge_refined(&pieces, settings, cancel)?;
+                Ok(errors.map(|errors| Candidate { errors, ..(*candidate).clone() }))
+            })
+            .collect();
+        let judged: Vec<Candidate> = judged?.into_iter().flatten().collect();
+        let Some(chosen) = parsimonious(&judged).filter(|c| c.mean() < better) else { return Ok(None) };
+        let settings = levels.into_iter().find(|(c, ..)| c.terms == chosen.terms).map(|(_, settings, _)| settings);
+        Ok(settings.map(|settings| (settings, chosen.mean())))
+    }
+
+    /// The pieces, cut so that refining them takes no longer than it must.
+    fn shortened(&self) -> Vec<Arc<Record>> {
+        let most = MOST_REFINED / self.pieces.len().max(1);
+        let cut = |r: &Arc<Record>| if r.len() > most { Arc::new(r.slice(0..most)) } else { Arc::clone(r) };
+        self.pieces.iter().map(|(record, _)| cut(record)).collect()
+    }
+
+    /// Squared errors of refined fits on the stretches that were not fitted; none if some fold cannot be refined.
+    fn judge_refined(
+        &self,
+        pieces: &[Arc<Record>],
+        settings: &Settings,
+        cancel: &Cancel,
+    ) -> Result<Option<Vec<f64>>, StudyError> {
+        let Some(smoothed) = self.smoothed(settings, &settings.smoothing, cancel)? else { return Ok(None) };
+        let mut models = Vec::with_capacity(self.folds.len());
+        for fold in &self.folds {
+            match refined_fit(pieces, &fold.fitted, settings, cancel)? {
+                Some(outcome) => models.push(outcome.model),
+                None => return Ok(None),
+            }
+        }
+        Ok(Some(smoothed.judge(self, &models, &mut Workspace::default(), cancel)?.errors))
+    }
+
     /// Cross-validation among the fitted records; those held out are not looked at.
     pub(super) fn new(records: &RecordSet, layout: Layout) -> Self {
         let records = with_facts(records, Usage::Fit, &layout);
@@ -321,7 +524,7 @@ impl Plan {
         for signals in signals {
             cancel.check()?;
             match Regression::new(&self.layout, &terms, &[signals], &settings.smoothing, weak.as_ref(), &fitted) {
-                Ok(regression) => regressions.push(regression),
+                Ok(regression) => regressions.push(regression.bounded(settings)),
                 Err(_) => return Ok(None),
             }
         }

@@ -441,7 +441,7 @@ mod tests {
             assert!(map.known().all(|(_, cell)| cell.error >= error(best)));
             assert!(error(parsimonious) <= 2.0 * error(best));
             assert!(map.cell(parsimonious).unwrap().terms <= map.cell(best).unwrap().terms);
-            let free = Free { window: true, order: true, threshold: true, form: false };
+            let free = Free { window: true, order: true, threshold: true, form: false, refine: false };
             let chosen = choose(&records, &settings, free, &Cancel::default(), &|_| {}).unwrap().settings;
             let test = |settings: &Settings| {
                 let outcome = Study::default().run(&records, settings, &Cancel::default()).unwrap();

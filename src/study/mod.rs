@@ -2,8 +2,10 @@
 
 mod choose;
 mod ensemble;
+mod known;
 mod landscape;
 mod outcome;
+mod refined;
 mod regression;
 mod response;
 mod score;
@@ -14,11 +16,13 @@ mod weak;
 
 pub use choose::{Choice, Free, choose};
 pub use ensemble::{Ensemble, Inclusion};
+pub use known::{Known, Sign, known_list};
 pub use landscape::{Cell, Judge, Landscape, Place, landscape};
 pub use outcome::{
     Channel, DroppedTerm, Elapsed, EquationFit, Outcome, PathTerm, RecordOutcome, Remedy, Score, Severity, StudyError,
-    Warning,
+    Warning, force_over_mass,
 };
+pub use refined::Refinement;
 pub use settings::{Form, Kinematics, Lock, Scaling, Settings};
 pub use suggest::suggest;
 pub use weak::{NARROWEST, suggested_half_width};
@@ -34,7 +38,8 @@ use crate::record::{Record, RecordSet, Role, Usage};
 use crate::signal::{Facts, Signals};
 use crate::simulate::Simulator;
 use crate::term::{Kind, Layout, Term};
-use regression::{Regression, candidate_terms, fitted_states};
+use known::candidate_terms;
+use regression::{Regression, fitted_states};
 use response::{Drive, Responses};
 
 /// A flag that stops a computation from outside; clones share it.
@@ -101,6 +106,7 @@ struct RegressionKey {
     fitted: Vec<usize>,
     smoothing: Smoothing,
     form: Form,
+    known: Vec<Known>,
     signals: Vec<SameSignals>,
 }
 
@@ -124,7 +130,15 @@ impl Study {
         self.prepare(records, &layout, &settings.smoothing, cancel)?;
         let regression = self.regression(records, settings)?;
         cancel.check()?;
-        let (model, fits) = regression.identify(settings);
+        let (mut model, mut fits) = regression.identify(settings);
+        let mut refinement = None;
+        let mut refused = None;
+        if settings.refine {
+            match self.refine(records, settings, &mut model, &mut fits, cancel)? {
+                Ok(done) => refinement = Some(done),
+                Err(reason) => refused = Some(reason),
+            }
+        }
         let fit = milliseconds(started);
         let simulating = Instant::now();
         let (outcomes, train, test) = self.simulate(records, &model, cancel)?;
@@ -134,6 +148,7 @@ impl Study {
             settings: settings.clone(),
             model,
             fits,
+            refinement,
             records: outcomes,
             train,
             test,
@@ -141,8 +156,24 @@ impl Study {
             warnings: Vec::new(),
             elapsed,
         };
-        outcome.warnings = warnings::warnings(&outcome, records);
+        outcome.warnings = warnings::warnings(&outcome, records, refused);
         Ok(outcome)
+    }
+
+    /// Fits the leading equation's coefficients to the response; the inner error says why not.
+    fn refine(
+        &self,
+        records: &RecordSet,
+        settings: &Settings,
+        model: &mut Model,
+        fits: &mut [EquationFit],
+        cancel: &Cancel,
+    ) -> Result<Result<Refinement, &'static str>, StudyError> {
+        let Some(fit) = fits.last_mut() else { return Ok(Err(refined::ONE_FREEDOM)) };
+        let prepared: Vec<(&Prepared, Usage)> =
+            self.records.iter().zip(&records.entries).map(|(p, (_, usage))| (p, *usage)).collect();
+        let decided = |term: &Term| (known::lock_of(settings, term), known::sign_of(settings, term, 0));
+        refined::refined(model, fit, &prepared, &decided, cancel)
     }
 
     /// Signals of every record that is not off, keeping those that are still right.
@@ -184,6 +215,7 @@ impl Study {
             fitted: fitted_states(&self.layout, settings.kinematics),
             smoothing: settings.smoothing,
             form: settings.form,
+            known: settings.known.clone(),
             signals,
         };
         if let Some((known, regression)) = &self.regression
@@ -195,7 +227,7 @@ impl Study {
         let weak = regression::weak(&self.layout, &signals, key.form, &key.fitted)?;
         let regression =
             Regression::new(&self.layout, &key.terms, &signals, &key.smoothing, weak.as_ref(), &key.fitted)?;
-        let regression = Arc::new(regression);
+        let regression = Arc::new(regression.bounded(settings));
         self.regression = Some((key, Arc::clone(&regression)));
         Ok(regression)
     }
@@ -261,6 +293,7 @@ fn check(records: &RecordSet, settings: &Settings) -> Result<Layout, StudyError>
     if layout.freedoms == 0 {
         return Err(StudyError::RecordsDiffer("the records hold no displacement: say which column it is".into()));
     }
+    known::check(settings, &layout)?;
     let terms = candidate_terms(settings);
     if terms.is_empty() {
         return Err(StudyError::Setting("the library is empty: add at least one term".into()));

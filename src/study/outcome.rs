@@ -2,9 +2,9 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::Settings;
-use crate::model::Model;
-use crate::record::{Record, Usage};
+use super::{Refinement, Settings};
+use crate::model::{Mass, Model, Physical, physical};
+use crate::record::{Record, Role, Usage, metres};
 use crate::signal::Signals;
 use crate::term::{Symbol, Term};
 
@@ -106,6 +106,9 @@ pub struct EquationFit {
     /// Pairs of the library's terms whose coefficients' errors are correlated by more than 0.95, with the correlation,
     /// strongest first: the data hardly tell them apart.
     pub confused: Vec<(Term, Term, f64)>,
+    /// Covariance of the coefficients' errors, in the order of the equation's terms; zero where a coefficient was given,
+    /// empty where it is not known.
+    pub covariance: Vec<Vec<f64>>,
     /// RMS of what the equation leaves unexplained of the rate.
     pub residual_rms: f64,
     /// RMS of the rate itself.
@@ -163,6 +166,8 @@ pub struct Outcome {
     pub model: Model,
     /// The regression of each fitted equation.
     pub fits: Vec<EquationFit>,
+    /// What fitting the response itself changed, if that was asked for and possible.
+    pub refinement: Option<Refinement>,
     /// Each record that is not off, in the set's order.
     pub records: Vec<RecordOutcome>,
     /// First displacement, fitted records pooled.
@@ -178,8 +183,35 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// What the leading equation's coefficients say in the words of mechanics.
+    pub fn physical(&self) -> Vec<Physical> {
+        let Some(record) = self.records.first().map(|r| &*r.record) else { return Vec::new() };
+        let covariance = self.fits.last().map_or(&[][..], |f| &f.covariance);
+        let mass = match self.settings.mass {
+            Some(mass) => Mass::Given(mass),
+            None if is_force(record) => Mass::FromForce,
+            None => Mass::Unknown,
+        };
+        let unit = record.channel(Role::Displacement(0)).map_or("", |c| c.unit.as_str());
+        physical(&self.model, covariance, mass, metres(unit))
+    }
+
     /// True if some record's response left the data's range.
     pub fn diverged(&self) -> bool {
         self.records.iter().any(|r| r.diverged_at.is_some())
     }
+}
+
+/// True if a record's only input is a force in newtons.
+fn is_force(record: &Record) -> bool {
+    let inputs = record.channels.iter().filter(|c| matches!(c.role, Role::Input(_))).count();
+    inputs == 1 && record.channel(Role::Input(0)).is_some_and(|c| matches!(c.unit.trim(), "N" | "newton" | "newtons"))
+}
+
+/// What one newton of a record's input does to a mass: the input's coefficient, in the displacement's unit over s²; none if
+/// the input is no force in newtons.
+pub fn force_over_mass(record: &Record, mass: f64) -> Option<f64> {
+    let unit = record.channel(Role::Displacement(0)).map_or("", |c| c.unit.as_str());
+    is_force(record).then_some(())?;
+    Some(1.0 / (mass * metres(unit)?))
 }

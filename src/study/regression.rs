@@ -3,11 +3,14 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::known::{lock_of, sign_of};
 use super::weak::{Rows, Weak};
 use super::{EquationFit, Form, Kinematics, Lock, Scaling, Settings, StudyError};
 use crate::model::{Equation, Model, WeightedTerm, kinematic};
 use crate::signal::{Differentiation, SavitzkyGolay, Signals, Smoothing, dot};
-use crate::sparse::{Constraint, Options, Reduced, Solution, clustered_covariance, drop_path, solution_path, stlsq};
+use crate::sparse::{
+    Constraint, Options, Reduced, Sign, Solution, clustered_covariance, drop_path, solution_path, stlsq,
+};
 use crate::study::outcome::{DroppedTerm, PathTerm};
 use crate::term::{Expression, Kind, Layout, Program, SampleBlock, Symbol, Term};
 
@@ -164,6 +167,20 @@ impl Regression {
         Ok(Self { layout: *layout, terms: terms.to_vec(), targets, starts, block })
     }
 
+    /// The same with the signs that are known of the forces' coefficients.
+    pub(super) fn bounded(mut self, settings: &Settings) -> Self {
+        for target in &mut self.targets {
+            let freedom = match self.layout.kind {
+                Kind::SecondOrder => target.index.checked_sub(self.layout.freedoms),
+                Kind::FirstOrder => Some(target.index),
+            };
+            let Some(freedom) = freedom else { continue };
+            let signs: Vec<Option<Sign>> = self.terms.iter().map(|t| sign_of(settings, t, freedom)).collect();
+            target.reduced = target.reduced.clone().bounded(&signs);
+        }
+        self
+    }
+
     /// The reduced problem of several regressions on the same terms together; without their columns, so only for
     /// [`Self::model`] and thresholds.
     pub(super) fn joined(parts: &[&Self]) -> Self {
@@ -253,7 +270,7 @@ impl Regression {
             .collect();
         let block = |target: &Target, range: &Range<usize>| {
             let columns: Vec<&[f64]> = target.columns.iter().map(|c| &c[range.clone()]).collect();
-            Reduced::new(&columns, &target.rate[range.clone()])
+            Reduced::new(&columns, &target.rate[range.clone()]).bounded(target.reduced.signs())
         };
         self.targets
             .iter()
@@ -294,10 +311,10 @@ impl Regression {
         }
         self.terms
             .iter()
-            .map(|term| match settings.locks.get(term) {
+            .map(|term| match lock_of(settings, term) {
                 Some(Lock::In) => Constraint::In,
                 Some(Lock::Out) => Constraint::Out,
-                Some(Lock::Fixed(value)) => Constraint::Fixed(*value),
+                Some(Lock::Fixed(value)) => Constraint::Fixed(value),
                 None => Constraint::Free,
             })
             .collect()
@@ -316,15 +333,20 @@ impl Regression {
         let mut fits = Vec::with_capacity(self.targets.len());
         for target in &self.targets {
             let constraints = self.constraints(settings, target);
-            let solution = stlsq(&target.reduced, &constraints, &options);
+            let mut solution = stlsq(&target.reduced, &constraints, &options);
+            // What a sign holds at zero is no term.
+            let Solution { support, coefficients, .. } = &mut solution;
+            support.retain(|k| coefficients[*k] != 0.0 || constraints[*k] == Constraint::In);
             let path = solution_path(&target.reduced, &constraints, &options);
-            equations[target.index] = self.equation(target, &solution, &constraints);
-            fits.push(self.fit(target, &solution, &constraints, &path));
+            let (equation, covariance) = self.equation(target, &solution, &constraints);
+            equations[target.index] = equation;
+            fits.push(EquationFit { covariance, ..self.fit(target, &solution, &constraints, &path) });
         }
         (Model { layout: self.layout, equations, static_ratio: 1.0 }, fits)
     }
 
-    fn equation(&self, target: &Target, solution: &Solution, constraints: &[Constraint]) -> Equation {
+    /// An equation, and the covariance of its coefficients' errors where that is known.
+    fn equation(&self, target: &Target, solution: &Solution, constraints: &[Constraint]) -> (Equation, Vec<Vec<f64>>) {
         let residual = self.residual(target, solution);
         let covariance = clustered_covariance(
             &target.reduced,
@@ -336,25 +358,32 @@ impl Regression {
         );
         let scale = target.reduced.scale();
         let force: f64 = solution.coefficients.iter().zip(scale).map(|(c, s)| (c * s).abs()).sum();
-        let terms = self
-            .terms
+        let kept: Vec<usize> = (0..self.terms.len())
+            .filter(|k| solution.support.contains(k) || matches!(constraints[*k], Constraint::Fixed(_)))
+            .collect();
+        let places: Vec<Option<usize>> = kept.iter().map(|k| solution.support.iter().position(|s| s == k)).collect();
+        let terms = kept
             .iter()
-            .enumerate()
-            .filter(|(k, _)| solution.support.contains(k) || matches!(constraints[*k], Constraint::Fixed(_)))
-            .map(|(k, term)| {
-                let coefficient = solution.coefficients[k];
-                let place = solution.support.iter().position(|s| *s == k);
+            .zip(&places)
+            .map(|(k, place)| {
+                let coefficient = solution.coefficients[*k];
                 WeightedTerm {
-                    term: term.clone(),
+                    term: self.terms[*k].clone(),
                     coefficient,
                     std_error: place
                         .and_then(|i| covariance.as_ref().map(|c| c[(i, i)].max(0.0).sqrt()))
                         .filter(|e| e.is_finite()),
-                    share: if force > 0.0 { (coefficient * scale[k]).abs() / force } else { 0.0 },
+                    share: if force > 0.0 { (coefficient * scale[*k]).abs() / force } else { 0.0 },
                 }
             })
             .collect();
-        Equation { terms }
+        let entry =
+            |i: &Option<usize>, j: &Option<usize>| i.zip(*j).zip(covariance.as_ref()).map_or(0.0, |(p, c)| c[p]);
+        let covariance = match &covariance {
+            Some(_) => places.iter().map(|i| places.iter().map(|j| entry(i, j)).collect()).collect(),
+            None => Vec::new(),
+        };
+        (Equation { terms }, covariance)
     }
 
     fn residual(&self, target: &Target, solution: &Solution) -> Vec<f64> {
@@ -404,6 +433,7 @@ impl Regression {
             path: self.path(target, path),
             condition: target.reduced.condition(&solution.support),
             confused: self.confused(target),
+            covariance: Vec::new(),
             residual_rms: solution.residual_rms * target.rate_rms / target.reduced.target_scale(),
             rate_rms: target.rate_rms,
         }
@@ -501,18 +531,6 @@ pub(super) fn fitted_states(layout: &Layout, kinematics: Kinematics) -> Vec<usiz
         _ => 0,
     };
     (first..layout.states()).collect()
-}
-
-/// The library's terms together with those locked in or fixed, each once.
-pub(super) fn candidate_terms(settings: &Settings) -> Vec<Term> {
-    let mut terms: Vec<Term> = Vec::with_capacity(settings.terms.len());
-    let locked = settings.locks.iter().filter(|(_, lock)| **lock != Lock::Out).map(|(term, _)| term);
-    for term in settings.terms.iter().chain(locked) {
-        if !terms.contains(term) {
-            terms.push(term.clone());
-        }
-    }
-    terms
 }
 
 fn options(settings: &Settings) -> Options {

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::{Cancel, Prepared, StudyError};
 use crate::model::Model;
 use crate::record::{Record, Role};
+use crate::refine::Run;
 use crate::signal::{Facts, Signals, rms};
 use crate::simulate::{InputGrid, Limits, Response, Simulator, Workspace, fit_initial_state};
 use crate::term::Layout;
@@ -14,7 +15,7 @@ use crate::term::Layout;
 /// is fitted to, its limits.
 #[derive(Debug)]
 pub(super) struct Drive {
-    grid: InputGrid,
+    grid: Arc<InputGrid>,
     /// State vector at the first sample, from the signals.
     guess: Vec<f64>,
     /// Displacements (or states) as measured.
@@ -57,12 +58,27 @@ impl Drive {
         };
         let period = signals.main_period.map_or(0.1 * samples.len() as f64, |p| p / record.interval);
         Self {
-            grid,
+            grid: Arc::new(grid),
             guess: signals.states.iter().map(|s| s[samples.start]).collect(),
             measured: (0..layout.freedoms).filter_map(|i| channel(Role::Displacement(i))).map(Arc::from).collect(),
             limits: signals.states.iter().map(|s| RANGE * s.iter().fold(0.0_f64, |m, v| m.max(v.abs()))).collect(),
             opening: ((OPENING_PERIODS * period) as usize).max(20).min(samples.len()),
         }
+    }
+
+    /// A stretch of the record for refinement; none if it is not of one degree of freedom.
+    ///
+    /// `signals` give the state that a later stretch begins with.
+    pub(super) fn run(&self, range: Range<usize>, signals: &Signals) -> Option<Run> {
+        let [x_limit, v_limit] = self.limits[..] else { return None };
+        let [x, v] = &signals.states[..] else { return None };
+        Some(Run {
+            grid: Arc::clone(&self.grid),
+            measured: Arc::clone(self.measured.first()?),
+            limits: [x_limit, v_limit],
+            initial: [*x.get(range.start)?, *v.get(range.start)?],
+            range,
+        })
     }
 
     /// The model's response from the initial state that fits the opening best.

@@ -2,6 +2,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::Known;
 use crate::signal::Smoothing;
 use crate::term::{Kind, Term};
 
@@ -75,4 +76,10 @@ pub struct Settings {
     pub scaling: Scaling,
     /// Whether `dx/dt = v` is known.
     pub kinematics: Kinematics,
+    /// Physics known beforehand.
+    pub known: Vec<Known>,
+    /// The moving mass, kg, if it is known: turns coefficients into forces.
+    pub mass: Option<f64>,
+    /// Fit the coefficients of the terms that are kept to the response itself.
+    pub refine: bool,
 }

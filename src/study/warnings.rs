@@ -9,8 +9,11 @@ use crate::sparse::{Constraint, Options, Reduced, stlsq};
 use crate::term::{Expression, Function, Kind, Program, SampleBlock, Symbol, Term};
 
 /// Every warning that applies, worst first.
-pub(super) fn warnings(outcome: &Outcome, records: &RecordSet) -> Vec<Warning> {
+///
+/// `refused` says why nothing was refined though it was asked for.
+pub(super) fn warnings(outcome: &Outcome, records: &RecordSet, refused: Option<&str>) -> Vec<Warning> {
     let mut found = Vec::new();
+    found.extend(refused.map(|reason| warning(Severity::Caution, reason.to_owned())));
     found.extend(nothing_kept(outcome));
     found.extend(diverged(outcome));
     found.extend(overfit(outcome));

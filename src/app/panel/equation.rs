@@ -8,21 +8,26 @@ use egui::{
 use super::{Ask, Desk};
 use crate::app::commands::Command;
 use crate::app::theme::{self, ROW};
-use crate::app::widgets::{section, share_bar};
+use crate::app::widgets::{chip, section, share_bar};
 use crate::format::equations::{by_share, is_kinematic};
 use crate::format::number::{align_at_point, format_measured, plain, significant_trimmed};
 use crate::model::{Equation, WeightedTerm};
 use crate::study::{EquationFit, Lock, Settings};
-use crate::term::{Expression, Layout, Symbol, Term};
+use crate::term::{Expression, Kind, Layout, Symbol, Term};
 
 /// Seconds in which a changed coefficient's ground fades.
 const FLASH: f64 = 0.7;
+const REFINE: &str = "Fit the coefficients of these terms to the response itself (output error), not to the acceleration: nearer to the truth, \
+     and slower";
 /// Width of the column of the shares' bars, points.
 const BAR: f32 = 44.0;
 
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, now: f64) {
     let mut asks = Vec::new();
     let known = desk.bench.outcome.is_some();
+    let layout = desk.bench.layout(desk.edit.settings.kind);
+    let refines = layout.kind == Kind::SecondOrder && layout.freedoms == 1;
+    let refine = &mut desk.edit.settings.refine;
     section(
         ui,
         "EQUATION",
@@ -36,6 +41,9 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, now: f64) {
                     }
                 });
             });
+            if refines && chip(ui, "refine", *refine, false, REFINE).clicked() {
+                *refine = !*refine;
+            }
         },
         |_| {},
     );

@@ -4,6 +4,7 @@ mod data;
 mod equation;
 mod fit;
 mod library;
+mod physics;
 mod refusal;
 mod smoothing;
 mod threshold;
@@ -56,6 +57,8 @@ pub(crate) struct Desk<'a> {
 pub(crate) struct Typing {
     /// Terms to add to the library.
     pub(crate) terms: String,
+    /// Known physics to add.
+    pub(crate) known: String,
     /// The term whose coefficient is being typed, with the text.
     pub(crate) fixed: Option<(Term, f64)>,
     /// Which column is which, in a file that does not say so.
@@ -74,6 +77,7 @@ pub(crate) fn left(ui: &mut Ui, desk: &mut Desk<'_>) {
         smoothing::show(ui, desk);
         library::show(ui, desk);
         threshold::show(ui, desk);
+        physics::show(ui, desk);
         ui.add_space(8.0);
     });
 }
@@ -83,6 +87,9 @@ pub(crate) fn right(ui: &mut Ui, desk: &mut Desk<'_>, now: f64) {
     findings(ui, |ui| {
         fit::show(ui, desk);
         equation::show(ui, desk, now);
+        if let Some(outcome) = &desk.bench.outcome {
+            physics::found(ui, outcome);
+        }
         fit::warnings(ui, desk);
         ui.add_space(8.0);
     });

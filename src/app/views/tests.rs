@@ -60,6 +60,7 @@ fn outcome_of(cases: &[Case]) -> Arc<Outcome> {
     Arc::new(Outcome {
         settings: Settings::default(),
         model: Model { layout, equations: vec![Equation { terms: Vec::new() }; layout.states()], static_ratio: 1.0 },
+        refinement: None,
         fits: Vec::new(),
         train: records[0].channels[0].score,
         test: None,
