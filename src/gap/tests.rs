@@ -1,1 +1,63 @@
+use super::effects::{Setting, catalogue};
+use super::motion::Oscillator;
+use crate::term::list;
 
+fn setting(base_excited: bool) -> Setting {
+    Setting {
+        base_excited,
+        has_input: true,
+        terms: list(if base_excited { "x-u, v-du" } else { "x, v, u" }).unwrap(),
+        unit: "rad".into(),
+        reach: [1.0, 1.2],
+        speed: [10.0, 12.0],
+        input: 0.5,
+        speed_noise: 0.01,
+        frequency: 2.0,
+        lines: vec![1.0],
+        pulsations: vec![1.0],
+        interval: 0.01,
+        measured: 1.1,
+    }
+}
+
+#[test]
+fn the_catalogue_has_every_name_of_the_interface() {
+    const NAMES: &str = "viscous_damping coulomb_friction stribeck_friction static_friction quadratic_damping cubic_damping \
+        displacement_dependent_damping position_dependent_friction linear_stiffness quadratic_stiffness cubic_stiffness \
+        quintic_stiffness clearance one_sided_stop bilinear_stiffness pendulum_restoring bouc_wen_hysteresis \
+        viscoelastic_relaxation second_mode constant_force base_velocity input_delay input_saturation input_gain \
+        unmeasured_harmonic_force parametric_stiffness stiffness_drift sensor_offset sensor_clipping";
+    let forms = catalogue(&setting(true));
+    for name in NAMES.split_whitespace() {
+        assert!(forms.iter().any(|f| f.effect == name), "{name}");
+    }
+}
+
+#[test]
+fn every_form_builds_at_every_point_of_its_grid() {
+    for base_excited in [false, true] {
+        for form in catalogue(&setting(base_excited)) {
+            for point in form.grid() {
+                let addition = form.addition(&point);
+                assert_eq!(addition.terms.len(), form.coefficients.len(), "{form:?} {point:?}");
+                for (value, inner) in point.iter().zip(&form.inner) {
+                    assert!((inner.bounds.0..=inner.bounds.1).contains(value), "{form:?} {}: {value}", inner.name);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn an_oscillator_answers_a_step_as_the_textbook_says() {
+    // x″ = 1 − 4 x − 0.4 x′ from rest: x = (1 − e^{−0.2 t}(cos w t + 0.2/w sin w t))/4 with w² = 4 − 0.04.
+    let oscillator = Oscillator::new(4.0, 0.4, 0.05);
+    let mut x = Vec::new();
+    oscillator.respond(&[1.0; 200], &mut x);
+    let w = f64::sqrt(3.96);
+    for (k, x) in x.iter().enumerate() {
+        let t = 0.05 * k as f64;
+        let want = 0.25 * (1.0 - (-0.2 * t).exp() * ((w * t).cos() + 0.2 / w * (w * t).sin()));
+        assert!((x - want).abs() < 1e-12, "{t}: {x} {want}");
+    }
+}

@@ -1,1 +1,86 @@
+use std::sync::Arc;
 
+use rand::SeedableRng as _;
+use rand_distr::{Distribution as _, Normal};
+
+use super::{Instance, Options, Point, Run, Structure, inflation, own_start, refine};
+use crate::model::{Equation, Model};
+use crate::record::Role;
+use crate::rig::{ScenarioOptions, generate};
+use crate::simulate::InputGrid;
+use crate::term::list;
+
+/// Duffing's oscillator with free coefficients of x, v, u and x³.
+struct Duffing;
+
+impl Structure for Duffing {
+    fn instance(&self, parameters: &[f64]) -> Option<Instance> {
+        let terms = list("x, v, u, x^3").unwrap().into_iter().zip(parameters.iter().copied());
+        Some(Instance { model: Model::second_order(1, vec![Equation::known(terms)]), delay: 0.0, ceiling: None })
+    }
+
+    fn scales(&self) -> Vec<f64> {
+        vec![0.01; 4]
+    }
+
+    fn offset(&self) -> bool {
+        false
+    }
+
+    fn internals(&self) -> usize {
+        0
+    }
+}
+
+const TRUTH: [f64; 4] = [-1.0, -0.2, 1.0, -0.6];
+
+#[test]
+fn ninety_five_per_cent_intervals_hold_the_truth_and_errors_are_near_the_least_possible() {
+    let options = ScenarioOptions { duration: Some(60.0), rate: Some(10.0), ..ScenarioOptions::default() };
+    let record = generate("duffing-multisine", &options).unwrap().records.remove(0);
+    let values = |role| record.channel(role).unwrap().values.to_vec();
+    let (x, u) = (values(Role::Displacement(0)), values(Role::Input(0)));
+    let grid = Arc::new(InputGrid::new(0.0, record.interval, x.len(), &[&u], None));
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(11);
+    let noise = Normal::new(0.0, 0.02).unwrap();
+    let (mut held, mut squares, mut bounds) = ([0; 4], [0.0; 4], [0.0; 4]);
+    for _ in 0..100 {
+        let measured: Vec<f64> = x.iter().map(|x| x + noise.sample(&mut rng)).collect();
+        let run = Run {
+            grid: Arc::clone(&grid),
+            range: 0..measured.len(),
+            initial: [measured[0], 0.0],
+            measured: measured.into(),
+            limits: [20.0, 20.0],
+        };
+        let runs = [run];
+        let start = Point { shared: vec![-1.1, -0.3, 0.9, -0.5], own: own_start(&Duffing, &runs) };
+        let options = Options { frozen: false, steps: 30, effort: usize::MAX, bar: None, cancelled: &|| false };
+        let fit = refine(&Duffing, &runs, &start, options).unwrap();
+        for (k, truth) in TRUTH.iter().enumerate() {
+            let (error, deviation) = (fit.point.shared[k] - truth, fit.std_error(k).unwrap());
+            held[k] += usize::from(error.abs() < 1.96 * deviation);
+            squares[k] += error * error / 100.0;
+            bounds[k] += deviation * deviation / 100.0;
+        }
+    }
+    for k in 0..4 {
+        assert!((90..=98).contains(&held[k]), "{held:?}");
+        assert!(squares[k].sqrt() < 1.5 * bounds[k].sqrt(), "{:?} {:?}", squares[k].sqrt(), bounds[k].sqrt());
+    }
+}
+
+#[test]
+fn coloured_residuals_are_seen_as_such() {
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(5);
+    let normal = Normal::new(0.0, 1.0).unwrap();
+    let white: Vec<f64> = (0..20_000).map(|_| normal.sample(&mut rng)).collect();
+    assert!(inflation(&[&white], 0.02) < 1.15);
+    let mut coloured = white;
+    for k in 1..coloured.len() {
+        coloured[k] += 0.8 * coloured[k - 1];
+    }
+    // At low frequency the spectrum of AR(1) is (1 − a²)/(1 − a)² = 9 times its mean.
+    let found = inflation(&[&coloured], 0.001);
+    assert!((7.0..11.0).contains(&found), "{found}");
+}
