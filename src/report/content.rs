@@ -363,8 +363,12 @@ fn settings(outcome: &Outcome) -> Table {
         Scaling::Scaled => "of columns and rate divided by their RMS",
         Scaling::Raw => "of the coefficients as they stand",
     };
-    rows.push(("sparse regression", "sequentially thresholded least squares (STLSQ)".into()));
+    rows.push(("sparse regression", settings.regressor.title().into()));
     rows.push(("threshold", format!("{} {compared}", significant_trimmed(settings.threshold, 4))));
+    for fit in outcome.fits.iter().filter(|f| !f.probability.is_empty()) {
+        let said = |(term, p): &(crate::term::Term, f64)| format!("{} {p:.2}", text(term));
+        rows.push(("terms' probabilities", fit.probability.iter().map(said).collect::<Vec<_>>().join(", ")));
+    }
     if settings.ridge > 0.0 {
         rows.push(("ridge weight α", significant_trimmed(settings.ridge, 4)));
     }

@@ -1,3 +1,5 @@
+//! Candidate sets of columns, among which a threshold decides.
+
 use super::{Constraint, Options, Reduced, Solution};
 
 /// Sets of columns of rising size with what each leaves of the target: the candidates among which a threshold decides.
@@ -27,7 +29,6 @@ impl Front {
     }
 
     /// Each set's columns.
-    #[cfg(test)]
     pub(super) fn supports(&self) -> impl Iterator<Item = &[usize]> {
         self.sets.iter().map(|(set, _)| set.as_slice())
     }

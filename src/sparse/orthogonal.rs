@@ -1,7 +1,12 @@
+//! Columns and target without what lies in the columns that stay.
+
 use nalgebra::DVector;
 
 use super::stlsq::{fitted, fixed};
 use super::{Constraint, Reduced};
+
+/// Share of a column's power below which what is left of it beside others is rounding: it depends on them.
+pub(super) const DEPENDENT: f64 = 1e-20;
 
 /// What of the free columns and of the target lies outside the columns that stay in any case.
 pub(super) struct Remainder {
@@ -29,7 +34,7 @@ impl Remainder {
                 direction.axpy(-q.dot(&direction), q, 1.0);
             }
             let norm = direction.norm();
-            if norm > 1e-10 * whole {
+            if norm * norm > DEPENDENT * whole * whole {
                 basis.push(direction / norm);
             }
         }

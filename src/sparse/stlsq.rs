@@ -1,3 +1,5 @@
+//! Sequentially thresholded least squares, and what every way to a sparse solution shares.
+
 use super::Reduced;
 
 /// What is decided about a column before the regression.
@@ -35,8 +37,10 @@ pub struct Solution {
     pub support: Vec<usize>,
     /// RMS of the residual.
     pub residual_rms: f64,
-    /// Smallest threshold above the one given at which something changes; infinite if nothing will.
+    /// Smallest threshold above the one given at which something changes; infinite if nothing will, or not known.
     pub next_change: f64,
+    /// Posterior probability that each column belongs; empty but for [`Regressor::Bayes`](super::Regressor::Bayes).
+    pub probability: Vec<f64>,
 }
 
 impl Options {
@@ -61,7 +65,7 @@ impl Solution {
             coefficients[*k] = b * reduced.target_scale() / reduced.scale()[*k];
         }
         let residual_rms = residual * reduced.target_scale();
-        Self { coefficients, support: keep, residual_rms, next_change: f64::INFINITY }
+        Self { coefficients, support: keep, residual_rms, next_change: f64::INFINITY, probability: Vec::new() }
     }
 }
 

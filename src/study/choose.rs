@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::regression::{self, Regression, candidate_terms, fitted_states};
 use super::response::Drive;
 use super::suggest::odd;
-use super::{Cancel, Form, Settings, Smoothing, StudyError, check};
+use super::{Cancel, Form, Regressor, Settings, Smoothing, StudyError, check};
 use crate::model::Model;
 use crate::record::{Record, RecordSet, Role, Usage};
 use crate::signal::{Differentiation, Facts, Signals, dot, mean_and_variance};
@@ -151,8 +151,12 @@ pub fn choose(
         Form::Derivative => "",
         Form::Weak { .. } => "weak form, ",
     };
+    let regressor = match settings.regressor {
+        Regressor::Stlsq => String::new(),
+        other => format!("{}, ", other.title()),
+    };
     let reason = format!(
-        "{form}segment {} of order {} and threshold {:.2e}: simulation error {:.2e} of the motion on {judged}; {} settings tried",
+        "{regressor}{form}segment {} of order {} and threshold {:.2e}: simulation error {:.2e} of the motion on {judged}; {} settings tried",
         settings.smoothing.window,
         settings.smoothing.order,
         settings.threshold,

@@ -106,6 +106,8 @@ pub struct EquationFit {
     /// Pairs of the library's terms whose coefficients' errors are correlated by more than 0.95, with the correlation,
     /// strongest first: the data hardly tell them apart.
     pub confused: Vec<(Term, Term, f64)>,
+    /// Posterior probability that each term of the library belongs; empty but for [`Regressor::Bayes`](super::Regressor).
+    pub probability: Vec<(Term, f64)>,
     /// RMS of what the equation leaves unexplained of the rate.
     pub residual_rms: f64,
     /// RMS of the rate itself.
