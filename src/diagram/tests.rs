@@ -98,6 +98,7 @@ fn outcome(terms: &[(&str, f64)], motions: &[Motion]) -> Outcome {
     // The series are exact: no filter has touched them.
     settings.smoothing.filter_library = false;
     Outcome {
+        refinement: None,
         settings,
         model,
         fits: Vec::new(),

@@ -88,6 +88,7 @@ fn outcome() -> Outcome {
         },
         model: Model::second_order(1, vec![acceleration]),
         fits: vec![EquationFit {
+            probability: Vec::new(),
             state: Symbol::Rate(0),
             dropped: vec![DroppedTerm { term: term("du"), fell_at: Some(0.0043) }],
             drop_marks: Vec::new(),

@@ -28,6 +28,7 @@ pub use suggest::suggest;
 pub use weak::{NARROWEST, suggested_half_width};
 
 pub use crate::signal::{Differentiation, Smoothing};
+pub use crate::sparse::Regressor;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
