@@ -28,7 +28,7 @@ fn run(records: &RecordSet, settings: &Settings) -> Outcome {
 #[test]
 fn every_regressor_finds_the_equation_once_its_threshold_is_chosen() {
     let (records, settings) = duffing();
-    let free = Free { window: false, order: false, threshold: true, form: false };
+    let free = Free { window: false, order: false, threshold: true, form: false, refine: false };
     for regressor in Regressor::ALL {
         let start = Settings { regressor, ..settings.clone() };
         let chosen = choose(&records, &start, free, &Cancel::default(), &|_| {}).unwrap().settings;

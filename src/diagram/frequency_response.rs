@@ -77,8 +77,8 @@ impl FrequencyResponse {
     /// The response of displacement `freedom` to input `input` over the given records.
     ///
     /// Each record is cut into Hann-windowed segments that overlap by half, about `averages` of them in the longest
-    /// record. H1 = S_ux / S_uu bears noise on the response, H2 = S_xx / S_xu (`noisy_input`) noise on the input (Bendat and
-    /// Piersol, Random Data, chapter 6; the standard error of |H1| is theirs too).
+    /// record. `H1 = S_ux / S_uu` bears noise on the response, `H2 = S_xx / S_xu` (`noisy_input`) noise on the input (Bendat
+    /// and Piersol, Random Data, chapter 6; the standard error of |H1| is theirs too).
     ///
     /// # Errors
     /// What the records lack.

@@ -46,7 +46,7 @@ impl RestoringForce {
     /// The force of an element along stretches of motion; none if they hold no motion.
     pub fn new(element: &Element, stretches: &[Samples]) -> Option<Self> {
         let largest = |pick: fn(&Samples) -> &Vec<f64>| {
-            stretches.iter().flat_map(|s| pick(s)).filter(|v| v.is_finite()).fold(0.0_f64, |m, v| m.max(v.abs()))
+            stretches.iter().flat_map(&pick).filter(|v| v.is_finite()).fold(0.0_f64, |m, v| m.max(v.abs()))
         };
         let most = [largest(|s| &s.deflection), largest(|s| &s.velocity)];
         if !(most[0] > 0.0 && most[1] > 0.0) {

@@ -140,7 +140,7 @@ impl Search {
         added: usize,
         tell: Listener<'_>,
         cancel: &Cancel,
-    ) -> Result<Option<([Step; 2], Arc<Stage>)>, GapError> {
+    ) -> Result<Option<Pair>, GapError> {
         if round.finding != Finding::Unexplained || added + 2 > self.ask.max_effects {
             return Ok(None);
         }
@@ -257,6 +257,9 @@ impl Search {
         Ok(exchanged)
     }
 }
+
+/// Two effects that were added together, and the stage with both.
+type Pair = ([Step; 2], Arc<Stage>);
 
 /// An effect that was added, and the look that led to it.
 struct Step {

@@ -188,7 +188,7 @@ fn figure(response: &FrequencyResponse, names: &(String, String), unit: &str, lo
         id: if log { "phase log" } else { "phase" },
         caption: format!("phase of {x_name} behind {u_name}"),
         x: x.clone(),
-        y: Axis::linear("phase", "°", (low.min(-190.0).max(-275.0), high.clamp(10.0, 95.0))),
+        y: Axis::linear("phase", "°", (low.clamp(-275.0, -190.0), high.clamp(10.0, 95.0))),
         layers: phase,
         map: None,
         columns: columns("phase (°)", &response.measured.phase, &response.simulated.phase, 1),
