@@ -346,7 +346,8 @@ impl Plan {
     ) -> Result<Option<(Settings, f64)>, StudyError> {
         let pieces = self.shortened();
         let all: Vec<usize> = (0..pieces.len()).collect();
-        let levels: Result<Vec<Option<(&Candidate, Settings, f64)>>, StudyError> = levels(tried)
+        type Level<'c> = (&'c Candidate, Settings, f64);
+        let levels: Result<Vec<Option<Level<'_>>>, StudyError> = levels(tried)
             .into_par_iter()
             .map(|candidate| {
                 let settings = Settings { refine: true, ..self.settings(start, free, candidate)? };
@@ -355,7 +356,7 @@ impl Plan {
                 Ok(left.map(|left| (candidate, settings, left)))
             })
             .collect();
-        let levels: Vec<(&Candidate, Settings, f64)> = levels?.into_iter().flatten().collect();
+        let levels: Vec<Level<'_>> = levels?.into_iter().flatten().collect();
         let better = BETTERED * BETTERED * error;
         if !levels.iter().any(|(_, _, left)| *left < better) {
             return Ok(None);
