@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::decide::{colour, score, unborne};
 use super::error::GapError;
-use super::fit::carried;
+use super::fit::{Pace, carried};
 use super::outcome::{Choice, Diagnosis, Finding, Remaining, Round, Stage, Standing, Verdict};
 use super::search::{Listener, Search};
 use super::words::{in_company, remaining, sentence};
@@ -197,7 +197,8 @@ impl Search {
             composition.scales =
                 (0..whole.composition.scales.len()).filter(|k| kept(*k)).map(|k| whole.composition.scales[k]).collect();
             let own = carried(&whole.composition, &composition, &whole.refined.point.own);
-            let Some(refined) = self.data.refine(&composition, &Point { shared, own }, self.data.lost(), None, cancel)
+            let Some(refined) =
+                self.data.refine(&composition, &Point { shared, own }, self.data.lost(), Pace::Thorough, cancel)
             else {
                 continue;
             };

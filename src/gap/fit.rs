@@ -67,9 +67,25 @@ fn runs(series: &[Series]) -> Vec<Run> {
     series.iter().map(Series::run).collect()
 }
 
+/// How long a refinement may take.
+#[derive(Clone, Copy)]
+pub(super) enum Pace<'a> {
+    /// Until nothing changes.
+    Thorough,
+    /// One of a few that are gone on with.
+    Again,
+    /// One of many, given up where it stays behind the others.
+    Rival(&'a Bar),
+}
+
 impl Data {
-    fn options<'a>(cancelled: &'a (dyn Fn() -> bool + Sync), steps: usize, bar: Option<&'a Bar>) -> Options<'a> {
-        Options { frozen: false, steps, effort: if bar.is_some() { EFFORT } else { usize::MAX }, bar, cancelled }
+    fn options<'a>(cancelled: &'a (dyn Fn() -> bool + Sync), steps: usize, pace: Pace<'a>) -> Options<'a> {
+        let (effort, bar) = match pace {
+            Pace::Thorough => (usize::MAX, None),
+            Pace::Again => (2 * EFFORT, None),
+            Pace::Rival(bar) => (EFFORT, Some(bar)),
+        };
+        Options { frozen: false, steps, effort, bar, cancelled }
     }
 
     /// Refines from a point; where the long simulation is lost, by way of short segments.
@@ -80,22 +96,14 @@ impl Data {
         composition: &Composition,
         start: &Point,
         lost: f64,
-        bar: Option<&Bar>,
+        pace: Pace<'_>,
         cancel: &Cancel,
     ) -> Option<Refined> {
         let cancelled = || cancel.is_cancelled();
-        let steps = if bar.is_some() { 2 * FEW_STEPS + 4 } else { STEPS };
+        let steps = if matches!(pace, Pace::Rival(_)) { 2 * FEW_STEPS + 4 } else { STEPS };
         let runs = runs(self.fit());
-        let direct = refine(composition, &runs, start, Self::options(&cancelled, steps, bar))
-            .map(|found| self.again(composition, &runs, found, bar, cancel));
-        if std::env::var("DBG").is_ok() {
-            eprintln!(
-                "{:?} direct {:?} lost {lost:.3e} shared {:?}",
-                composition.choices().last(),
-                direct.as_ref().map(|f| f.rss),
-                start.shared
-            );
-        }
+        let direct = refine(composition, &runs, start, Self::options(&cancelled, steps, pace))
+            .map(|found| self.again(composition, &runs, found, pace, cancel));
         if direct.as_ref().is_some_and(|f| f.rss <= lost) || cancel.is_cancelled() {
             return direct;
         }
@@ -110,12 +118,10 @@ impl Data {
             })
             .collect();
         let short = Point { shared: start.shared.clone(), own: own_start(composition, &segments) };
-        let shared = refine(composition, &segments, &short, Self::options(&cancelled, FEW_STEPS, None))?.point.shared;
+        let shared =
+            refine(composition, &segments, &short, Self::options(&cancelled, FEW_STEPS, Pace::Thorough))?.point.shared;
         let again = Point { shared, own: own_start(composition, &runs) };
-        if std::env::var("DBG").is_ok() {
-            eprintln!("   segments gave {:?}", again.shared);
-        }
-        let long = refine(composition, &runs, &again, Self::options(&cancelled, steps, bar));
+        let long = refine(composition, &runs, &again, Self::options(&cancelled, steps, pace));
         match (direct, long) {
             (Some(a), Some(b)) => Some(if b.rss < a.rss { b } else { a }),
             (a, b) => b.or(a),
@@ -134,7 +140,7 @@ impl Data {
         composition: &Composition,
         runs: &[Run],
         found: Refined,
-        bar: Option<&Bar>,
+        pace: Pace<'_>,
         cancel: &Cancel,
     ) -> Refined {
         let cancelled = || cancel.is_cancelled();
@@ -156,7 +162,7 @@ impl Data {
         if !bettered {
             return found;
         }
-        match refine(composition, runs, &point, Self::options(&cancelled, FEW_STEPS, bar)) {
+        match refine(composition, runs, &point, Self::options(&cancelled, FEW_STEPS, pace)) {
             Some(better) if better.rss < found.rss => better,
             _ => found,
         }
@@ -201,11 +207,12 @@ impl Data {
             held_out.push(fit.and_then(|mut f| f.simulated.pop()).unwrap_or_default());
         }
         for (train, test) in self.folds() {
-            let found = refine(&composition, &train, &own(&train), Self::options(&cancelled, FEW_STEPS, None))
-                .and_then(|f| {
-                    let start = Point { shared: f.point.shared, own: own_start(&composition, &test) };
-                    refine(&composition, &test, &start, frozen)
-                });
+            let found =
+                refine(&composition, &train, &own(&train), Self::options(&cancelled, FEW_STEPS, Pace::Thorough))
+                    .and_then(|f| {
+                        let start = Point { shared: f.point.shared, own: own_start(&composition, &test) };
+                        refine(&composition, &test, &start, frozen)
+                    });
             folds.push(found.map_or_else(|| lost(&test), |f| Fold { rss: f.rss, samples: f.samples }));
         }
         let spread = |series: &[Series]| {

@@ -9,7 +9,7 @@ use super::data::Data;
 use super::decide::{APART, APART_ON_A_TONE, Refusal, Score, colour, confused, order, refusal, score};
 use super::effects::{Form, Setting, Sign, catalogue};
 use super::error::GapError;
-use super::fit::{Fitted, carried};
+use super::fit::{Fitted, Pace, carried};
 use super::outcome::{Blind, Candidate, Choice, Evidence, Finding, Round, Stage, Standing};
 use super::progress::Progress;
 use super::screen::{Motion, Screened};
@@ -182,7 +182,7 @@ impl Search {
         for prior in PRIORS {
             let shared = data.start(&composition.base, prior).ok_or(GapError::Base)?;
             let start = Point { shared, own: own_start(&composition, &runs) };
-            if let Some(refined) = data.refine(&composition, &start, data.lost(), None, cancel) {
+            if let Some(refined) = data.refine(&composition, &start, data.lost(), Pace::Thorough, cancel) {
                 return Ok(data.judge(composition, refined, cancel));
             }
             if cancel.is_cancelled() {
@@ -282,7 +282,8 @@ impl Search {
             if misfit > DISTANT * nearest && best.is_some() {
                 continue;
             }
-            if let Some(refined) = data.refine(&composition, &start, expected, bar, cancel)
+            if let Some(refined) =
+                data.refine(&composition, &start, expected, bar.map_or(Pace::Thorough, Pace::Rival), cancel)
                 && best.as_ref().is_none_or(|(_, b)| refined.rss < b.rss)
             {
                 best = Some((composition, refined));
@@ -437,7 +438,8 @@ impl Search {
             if fitted.refined.converged || fitted.refined.rss > CLOSE * least {
                 return;
             }
-            let better = self.data.refine(&fitted.composition, &fitted.refined.point, f64::INFINITY, None, cancel);
+            let better =
+                self.data.refine(&fitted.composition, &fitted.refined.point, f64::INFINITY, Pace::Again, cancel);
             if let Some(better) = better.filter(|b| b.rss < fitted.refined.rss) {
                 *fitted = self.data.judge(fitted.composition.clone(), better, cancel);
             }
