@@ -9,6 +9,7 @@
 #[cfg(feature = "desktop")]
 pub mod app;
 pub mod command;
+pub mod diagram;
 pub mod format;
 pub mod gap;
 pub mod model;

@@ -1,9 +1,9 @@
-//! The Python package's STLSQ, reproduced on stored columns and rates.
+//! The Python package's sparse regressions, reproduced on stored columns and rates.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use serde_json::Value;
-use sindyscope::sparse::{Constraint, Options, Reduced, stlsq};
+use sindyscope::sparse::{Constraint, Options, Reduced, Regressor, stlsq};
 
 fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
@@ -31,4 +31,80 @@ fn stlsq_gives_what_the_python_package_gives() {
         }
     }
     assert_eq!(cases, 45, "every stored case is compared");
+}
+
+/// Stored columns with their rate and results.
+struct Stored {
+    name: String,
+    columns: usize,
+    reduced: Reduced,
+    results: Value,
+}
+
+fn stored() -> Vec<Stored> {
+    let fixture: Value = serde_json::from_str(include_str!("fixtures/sparse.json")).unwrap();
+    let problem = |problem: &Value| {
+        let columns: Vec<Vec<f64>> = problem["columns"].as_array().unwrap().iter().map(numbers).collect();
+        let reduced = Reduced::new(&columns, &numbers(&problem["rate"]));
+        Stored { name: problem["name"].to_string(), columns: columns.len(), reduced, results: problem.clone() }
+    };
+    let problems: Vec<Stored> = fixture["problems"].as_array().unwrap().iter().map(problem).collect();
+    assert_eq!(problems.len(), 3, "every stored problem is compared");
+    problems
+}
+
+fn support(value: &Value) -> Vec<usize> {
+    value.as_array().unwrap().iter().map(|v| v.as_u64().unwrap() as usize).collect()
+}
+
+const RAW: Options = Options { threshold: 0.0, ridge: 0.0, scaled: false };
+
+#[test]
+fn relaxed_regression_keeps_what_the_python_package_keeps() {
+    for Stored { name, columns, reduced, results } in stored() {
+        for case in results["sr3"].as_array().unwrap() {
+            let regressor = if case["penalty"] == "l0" { Regressor::Sr3L0 } else { Regressor::Sr3L1 };
+            let options = Options { threshold: case["threshold"].as_f64().unwrap(), ..RAW };
+            let solution = regressor.solve(&reduced, &vec![Constraint::Free; columns], &options);
+            assert_eq!(solution.support, support(&case["support"]), "{name} {case}");
+        }
+    }
+}
+
+#[test]
+fn elimination_and_forward_selection_take_the_python_packages_steps() {
+    for Stored { name, columns, reduced, results } in stored() {
+        for (regressor, field) in [(Regressor::Ssr, "ssr"), (Regressor::Frols, "frols")] {
+            let mut ours = regressor.supports(&reduced, &vec![Constraint::Free; columns], &RAW);
+            ours.iter_mut().for_each(|set| set.sort_unstable());
+            let theirs: Vec<Vec<usize>> = results[field].as_array().unwrap().iter().map(support).collect();
+            // The first of its eliminations is written over by the last.
+            let theirs = if regressor == Regressor::Ssr { &theirs[1..] } else { &theirs };
+            for set in theirs {
+                assert_eq!(ours[set.len()], *set, "{name} {field}");
+            }
+            assert!(theirs.len() >= columns - 1);
+        }
+    }
+}
+
+#[test]
+fn best_subsets_are_those_of_brute_force() {
+    for Stored { name, columns, reduced, results } in stored() {
+        let free = vec![Constraint::Free; columns];
+        let ours = Regressor::BestSubset.supports(&reduced, &free, &RAW);
+        let theirs = results["best"].as_array().unwrap();
+        assert_eq!(ours.len(), theirs.len());
+        for (ours, theirs) in ours.iter().zip(theirs) {
+            let mut sorted = ours.clone();
+            sorted.sort_unstable();
+            assert_eq!(sorted, support(&theirs["support"]), "{name}");
+        }
+        for (_, solution) in Regressor::BestSubset.path(&reduced, &free, &RAW) {
+            let theirs = numbers(&theirs[solution.support.len()]["coefficients"]);
+            for (ours, theirs) in solution.coefficients.iter().zip(theirs) {
+                assert!((ours - theirs).abs() <= 1e-8 * theirs.abs().max(1.0), "{name}: {ours} {theirs}");
+            }
+        }
+    }
 }

@@ -84,6 +84,12 @@ impl Window {
         self.settle();
     }
 
+    /// Goes to a view.
+    fn look(&mut self, group: &str, view: &str) {
+        self.click(group);
+        self.click(view);
+    }
+
     /// Clicks what may lie below the fold of a column.
     fn click_hidden(&mut self, label: &str) {
         self.0.get_by_label(label).click_accesskit();
@@ -422,7 +428,7 @@ fn click_at(window: &mut Window, label: &str, x: f32, y: f32) {
 fn a_click_on_the_map_sets_both_sliders_and_undo_takes_it_back() {
     let mut window = Window::sample();
     let before = window.app().settings().clone();
-    window.click("Map");
+    window.look("Tuning", "Map");
     assert!(window.shows("held-out error") && window.shows("whiteness"));
     click_at(&mut window, "Map of segment length and threshold", 0.2, 0.3);
     let after = window.app().settings().clone();
@@ -444,7 +450,7 @@ fn a_click_on_the_map_sets_both_sliders_and_undo_takes_it_back() {
 fn a_click_on_the_path_sets_the_threshold_alone() {
     let mut window = Window::sample();
     let before = window.app().settings().clone();
-    window.click("Path");
+    window.look("Tuning", "Path");
     assert!(window.shows("stood in for them"));
     click_at(&mut window, "Coefficients along the threshold", 0.9, 0.5);
     let after = window.app().settings();
@@ -459,16 +465,54 @@ fn a_click_on_the_path_sets_the_threshold_alone() {
 fn the_pareto_front_is_drawn_and_its_signs_set_the_sliders() {
     let mut window = Window::sample();
     window.slide("Threshold", 0.3);
-    window.click("Pareto");
+    window.look("Tuning", "Pareto");
     window.click("fewest terms within one standard error of it");
     assert_eq!(window.terms().len(), 4, "{:?}", window.terms());
+}
+
+#[test]
+fn the_views_of_physics_show_what_the_records_tell_and_say_what_they_do_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::of_files(vec![friction(folder.path())]);
+    window.look("Physics", "Restoring force");
+    assert!(window.shows("restoring force / mass over x and v") && window.shows("all 2 records"));
+    window.click("without linear");
+    assert!(window.shows("the same without the straight part"));
+    // The base moves: the spring can be seen across it.
+    window.click("x − u");
+    assert!(window.shows("over x − u and v − du") || window.shows("(x − u)"));
+    window.click("one record");
+    assert!(window.shows("1 of 2"));
+    window.click("Friction");
+    assert!(window.shows("mean ± 2 standard errors"));
+    window.click("one record");
+    window.click("FRF");
+    assert!(window.shows("2 tones in steady state"));
+    window.click("log f");
+    window.click("H2");
+    window.click("Decay");
+    assert!(window.shows("This record is no free decay"));
+    window.click("Residual");
+    assert!(window.shows("autocorrelation"));
+    window.click("acceleration");
+    window.click("x³");
+    assert!(window.shows("correlation with x³"));
+    // A slider under an open view: the figure follows.
+    window.slide("Segment", 41.0);
+    assert!(window.shows("correlation with x³"));
+    // Back to where one was in another group, and back again.
+    window.look("Motion", "Phase");
+    window.click("Physics");
+    assert!(window.shows("correlation with x³"));
+    window.press(Modifiers::ALT, Key::Num2);
+    assert!(window.shows("mean ± 2 standard errors"));
 }
 
 #[test]
 fn settings_are_pinned_compared_and_gone_back_to() {
     let mut window = Window::sample();
     let before = window.app().settings().clone();
-    window.click("Compare");
+    window.look("Tuning", "Compare");
     window.click("Pin as A");
     window.slide("Threshold", 0.3);
     window.click("Pin as B");

@@ -129,7 +129,7 @@ impl Command {
             Self::CopyJson => {
                 ("Equation", "Copy as JSON", "Copy terms, coefficients and standard errors as JSON", None)
             }
-            Self::View(view) => ("View", view.label(), view.tooltip(), Some((CTRL, number_key(view_index(view))))),
+            Self::View(view) => ("View", view.label(), view.tooltip(), Some(view_key(view))),
             Self::Room(room) => {
                 let index = Room::ALL.iter().position(|r| *r == room).unwrap_or(0);
                 ("View", room.label(), room.tooltip(), Some((Modifiers::NONE, number_key(index))))
@@ -172,7 +172,7 @@ impl Command {
         let mut keyed: Vec<(Self, KeyboardShortcut)> =
             Self::all().into_iter().filter_map(|c| c.spec().key.map(|key| (c, key))).collect();
         // A shortcut matches with extra modifiers too: the ones with more go first.
-        keyed.sort_by_key(|(_, key)| !key.modifiers.shift);
+        keyed.sort_by_key(|(_, key)| !(key.modifiers.shift || key.modifiers.alt));
         let mut pressed = Vec::new();
         for (command, key) in keyed {
             if !(typing && command.yields_to_typing()) && ctx.input_mut(|i| i.consume_shortcut(&key)) {
@@ -197,8 +197,10 @@ impl Command {
     }
 }
 
-fn view_index(view: View) -> usize {
-    View::ALL.iter().position(|v| *v == view).unwrap_or(0)
+/// Ctrl with a number for the first nine views, Alt with a number for those behind them.
+fn view_key(view: View) -> (Modifiers, Key) {
+    let index = View::ALL.iter().position(|v| *v == view).unwrap_or(0);
+    if index < 9 { (CTRL, number_key(index)) } else { (Modifiers::ALT, number_key(index - 9)) }
 }
 
 fn number_key(index: usize) -> Key {

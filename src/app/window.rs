@@ -20,7 +20,7 @@ use super::plot::palette;
 use super::project::Project;
 use super::state::{Edit, Room, Sample, Source, State};
 use super::survey::Survey;
-use super::views::{self, Picture, Request, Search, View, ViewState};
+use super::views::{self, Group, Picture, Request, Search, View, ViewState};
 use super::worker::Worker;
 use super::{AppError, help, overlay, status, theme, toolbar, welcome};
 use crate::format::equations;
@@ -169,7 +169,7 @@ impl App {
     pub fn busy(&self) -> bool {
         let workers = [self.fitting.busy(), self.errands.busy(), self.pictures.busy(), self.survey.busy()];
         let busy = workers.iter().any(Option::is_some) || self.repeats.busy().is_some();
-        busy || self.answered != self.ticket || self.missing.waiting()
+        busy || self.answered != self.ticket || self.missing.waiting() || self.state.views.busy()
     }
 
     /// The settings as they stand.
@@ -575,7 +575,7 @@ impl App {
                 }
                 return;
             };
-            tabs(ui, &mut self.state.view);
+            tabs(ui, &mut self.state.view, &mut self.state.views);
             let picture = Picture {
                 outcome: &outcome,
                 previous: self.bench.ghost(),
@@ -791,12 +791,29 @@ fn with_extension(path: PathBuf, extension: &str) -> PathBuf {
     if path.extension().is_some() { path } else { path.with_extension(extension) }
 }
 
-/// The tabs above the plots.
-fn tabs(ui: &mut Ui, shown: &mut View) {
+/// The tabs above the plots: groups on the left, the views of the one that is open behind them.
+fn tabs(ui: &mut Ui, shown: &mut View, views: &mut ViewState) {
+    views.remember(*shown);
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         let colors = theme::accents(ui.visuals().dark_mode);
-        for view in View::ALL {
+        let open = shown.group();
+        egui::Frame::new().fill(colors.card).corner_radius(4.0).stroke(Stroke::new(1.0, colors.line)).show(ui, |ui| {
+            for group in Group::ALL {
+                let on = open == group;
+                let fill = if on { colors.accent_ground } else { egui::Color32::TRANSPARENT };
+                let color = if on { ui.visuals().strong_text_color() } else { ui.visuals().text_color() };
+                let button =
+                    egui::Button::new(RichText::new(group.label()).color(color)).fill(fill).stroke(Stroke::NONE);
+                let response = ui.add(button).on_hover_text(group.tooltip());
+                response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Tab, true, on, group.label()));
+                if response.clicked() && !on {
+                    *shown = views.recent(group);
+                }
+            }
+        });
+        ui.add_space(8.0);
+        for view in open.views() {
             let on = *shown == view;
             let color = if on { ui.visuals().strong_text_color() } else { ui.visuals().weak_text_color() };
             let text = RichText::new(view.label()).color(color);

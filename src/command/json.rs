@@ -9,7 +9,7 @@ use super::failure::Failure;
 use crate::format::equations::is_kinematic;
 use crate::model::Model;
 use crate::record::Usage;
-use crate::study::{Differentiation, Form, Kinematics, Lock, Outcome, Scaling, Score, Settings, Severity};
+use crate::study::{Differentiation, EquationFit, Form, Kinematics, Lock, Outcome, Scaling, Score, Settings, Severity};
 use crate::term::{Kind, Layout, Term};
 
 /// The version of the fields below.
@@ -40,6 +40,7 @@ pub(super) fn identified(analysis: &Analysis) -> Value {
         "test": score(outcome.test),
         "noise_floor": outcome.noise_floor,
         "elapsed_ms": { "fit": outcome.elapsed.fit, "simulate": outcome.elapsed.simulate },
+        "probabilities": probabilities(outcome),
         "records": records(outcome),
         "physical": outcome.physical().iter().map(|p| json!({
             "name": p.name,
@@ -64,6 +65,17 @@ pub(super) fn identified(analysis: &Analysis) -> Value {
         "notices": crate::record::notices(analysis.records.entries.iter().map(|(r, _)| &**r)),
         "choice": analysis.choice,
     })
+}
+
+/// Posterior probability of each candidate term, where the regressor gives one.
+fn probabilities(outcome: &Outcome) -> Vec<Value> {
+    let layout = &outcome.model.layout;
+    let each = |fit: &EquationFit| -> Vec<Value> {
+        let state = layout.name(fit.state);
+        let entry = |(term, p): &(Term, f64)| json!({ "state": state, "term": term.text(layout), "probability": p });
+        fit.probability.iter().map(entry).collect()
+    };
+    outcome.fits.iter().flat_map(each).collect()
 }
 
 fn settings(settings: &Settings, layout: &Layout) -> Value {
@@ -91,6 +103,7 @@ fn settings(settings: &Settings, layout: &Layout) -> Value {
             Form::Weak { half_width } => half_width,
             Form::Derivative => None,
         },
+        "regressor": settings.regressor.name(),
         "threshold": settings.threshold,
         "ridge": settings.ridge,
         "terms": settings.terms.iter().map(text).collect::<Vec<_>>(),

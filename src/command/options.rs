@@ -9,7 +9,8 @@ use clap::{Args, ValueEnum};
 use super::failure::Failure;
 use crate::record::{ColumnMap, ReadError, ReadOptions, RecordSet, read_set};
 use crate::study::{
-    Differentiation, Form, Kinematics, Known, Lock, NARROWEST, Scaling, Settings, force_over_mass, known_list,
+    Differentiation, Form, Kinematics, Known, Lock, NARROWEST, Regressor, Scaling, Settings, force_over_mass,
+    known_list,
 };
 use crate::term::{self, Kind, Term, TermError};
 
@@ -77,7 +78,10 @@ pub(super) struct StudyOptions {
     /// Half width of the weak form's test functions, samples [default: chosen from the data]
     #[arg(long, value_name = "N", value_parser = half_width, help_heading = "Regression")]
     half_width: Option<usize>,
-    /// Terms below it are dropped (STLSQ) [default: chosen by held-out simulation error]
+    /// The way to a sparse equation [default: stlsq]
+    #[arg(long, value_enum, value_name = "NAME", help_heading = "Regression")]
+    regressor: Option<RegressorName>,
+    /// Terms below it are dropped [default: chosen by held-out simulation error]
     #[arg(long, value_name = "V", value_parser = not_negative, allow_negative_numbers = true, help_heading = "Regression")]
     pub(super) threshold: Option<f64>,
     /// Weight α of the ridge penalty [default: 0]
@@ -177,6 +181,9 @@ impl StudyOptions {
             (None, Some(half_width)) => settings.form = Form::Weak { half_width: Some(half_width) },
             (None, None) => {}
         }
+        if let Some(regressor) = self.regressor {
+            settings.regressor = regressor.into();
+        }
         if let Some(threshold) = self.threshold {
             settings.threshold = threshold;
         }
@@ -271,6 +278,9 @@ impl StudyOptions {
             if let Some(half_width) = half_width {
                 option("half-width", &half_width.to_string());
             }
+        }
+        if settings.regressor != Regressor::default() {
+            option("regressor", settings.regressor.name());
         }
         option("threshold", &settings.threshold.to_string());
         if settings.ridge > 0.0 {
@@ -433,6 +443,27 @@ enum Whether {
     Yes,
     /// Do not
     No,
+}
+
+named! {
+    /// Ways to a sparse equation, by name.
+    RegressorName => Regressor {
+        /// Sequentially thresholded least squares: fit, drop what is below the threshold, again
+        #[default]
+        Stlsq,
+        /// Sparse relaxed regularized regression, the number of terms penalised (ν = 1)
+        Sr3L0,
+        /// Sparse relaxed regularized regression, the terms' magnitudes penalised (ν = 1)
+        Sr3L1,
+        /// Stepwise elimination: the smallest term leaves, one after the other
+        Ssr,
+        /// Forward orthogonal selection: the term that explains most joins, one after the other
+        Frols,
+        /// The best of all subsets (exact up to 16 terms; of more, those that elimination keeps longest)
+        BestSubset,
+        /// Spike and slab: terms that belong more likely than not, each with its probability
+        Bayes,
+    }
 }
 
 /// How an equation is held against the data, by name.

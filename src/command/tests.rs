@@ -43,7 +43,7 @@ fn wrong_values_are_said_with_the_option() {
 
 #[test]
 fn what_was_given_goes_over_what_was_suggested() {
-    use crate::study::{Kinematics, Lock, Scaling, Settings};
+    use crate::study::{Kinematics, Lock, Regressor, Scaling, Settings};
     use crate::term::Term;
     let parse = |arguments: &[&str]| match Cli::try_parse_from(
         [&["sindyscope", "report", "a b.csv", "--out", "r.png"], arguments].concat(),
@@ -66,6 +66,8 @@ fn what_was_given_goes_over_what_was_suggested() {
         "x^3=-0.6",
         "--order",
         "8",
+        "--regressor",
+        "best-subset",
         "--threshold",
         "0.2",
         "--scaling",
@@ -94,12 +96,13 @@ fn what_was_given_goes_over_what_was_suggested() {
         "the free segment makes room for the order"
     );
     assert_eq!((settings.threshold, settings.scaling, settings.kinematics), (0.2, Scaling::Raw, Kinematics::Fitted));
+    assert_eq!(settings.regressor, Regressor::BestSubset);
     assert!(options.study().window_is_free() && !options.study().order_is_free());
 
     let command = options.study().command("report", &settings, None);
     assert_eq!(
         command,
-        "sindyscope report 'a b.csv' --terms 'x, v, u' --lock 'v, x' --drop u --fix x^3=-0.6 --constrain 'x=-u, v<=0, odd' --mass 2.5 --window 9 --order 8 --threshold 0.2 \
+        "sindyscope report 'a b.csv' --terms 'x, v, u' --lock 'v, x' --drop u --fix x^3=-0.6 --constrain 'x=-u, v<=0, odd' --mass 2.5 --window 9 --order 8 --regressor best-subset --threshold 0.2 \
          --scaling raw --fit-kinematics --refine"
     );
 

@@ -25,7 +25,7 @@ pub fn text(model: &Model) -> String {
     for (state, equation) in model.iter() {
         let name = model.layout.name(state);
         if is_kinematic(model, state, equation) {
-            let _ = writeln!(out, "d{name}/dt = {}", equation.terms[0].term.text(&model.layout));
+            let _ = writeln!(out, "d{name}/dt = {}", equation.terms[0].term.summary(&model.layout));
             continue;
         }
         if equation.terms.is_empty() {
@@ -35,7 +35,7 @@ pub fn text(model: &Model) -> String {
         let _ = writeln!(out, "d{name}/dt =");
         let terms = by_share(equation);
         let numbers: Vec<String> = terms.iter().map(|t| format_measured(t.coefficient, t.std_error)).collect();
-        let texts: Vec<String> = terms.iter().map(|t| t.term.text(&model.layout)).collect();
+        let texts: Vec<String> = terms.iter().map(|t| t.term.summary(&model.layout)).collect();
         let width = texts.iter().map(|t| t.chars().count()).max().unwrap_or(0);
         for ((number, text), term) in align_at_point(&numbers).iter().zip(&texts).zip(&terms) {
             let number = number.replace('−', "-");

@@ -19,6 +19,8 @@ pub enum Ink {
     Error,
     /// The error before the last change.
     ErrorGhost,
+    /// A mean over many samples, or the curve that chance would give.
+    Mean,
     /// The measurement noise's level.
     NoiseFloor,
     /// An input.
@@ -29,12 +31,13 @@ pub enum Ink {
 
 impl Ink {
     /// Every ink.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Measured,
         Self::Identified,
         Self::Ghost,
         Self::Error,
         Self::ErrorGhost,
+        Self::Mean,
         Self::NoiseFloor,
         Self::Input,
         Self::Diverged,
@@ -48,7 +51,7 @@ impl Ink {
             Self::Ghost => (0xD3_A4_8E, 0x7A_5F_45),
             Self::Error => (0x00_6B_4F, 0x3C_CF_A3),
             Self::ErrorGhost => (0xC6_DD_D6, 0x22_42_39),
-            Self::NoiseFloor => (0x20_20_20, 0xF0_F0_F0),
+            Self::Mean | Self::NoiseFloor => (0x20_20_20, 0xF0_F0_F0),
             Self::Input => (0x7B_3F_73, 0xDF_9B_C8),
             Self::Diverged => (0xB0_00_20, 0xFF_6B_6B),
         };
@@ -61,7 +64,7 @@ impl Ink {
             Self::Measured => 3.4,
             Self::Identified => 1.3,
             Self::Ghost | Self::ErrorGhost | Self::Error => 1.0,
-            Self::Input => 1.4,
+            Self::Input | Self::Mean => 1.4,
             Self::NoiseFloor | Self::Diverged => 1.2,
         }
     }

@@ -2,6 +2,7 @@
 
 use super::effects::{Form, Sign};
 use super::fit::Fitted;
+use crate::format::number::significant;
 use crate::refine::inflation;
 
 /// How much better a candidate is than the model that it was added to.
@@ -34,6 +35,8 @@ pub(super) const APART_ON_A_TONE: f64 = 200.0;
 const FAR: f64 = 3.0;
 /// then a richer form must make the error on data left out this many times smaller than the simpler one does.
 const CLEARLY: f64 = 1.25;
+/// and any form must make that error this many times smaller: of a model that is wrong, nearly every term mends something.
+const SHRUNK: f64 = 1.2;
 /// By how much a form with more in it must beat the simpler one that it contains.
 const RICHER: f64 = 4.0;
 
@@ -65,31 +68,62 @@ pub(super) fn colour(fitted: &Fitted, frequency: f64, interval: f64) -> f64 {
     inflation(&series, frequency * interval)
 }
 
-/// Why a candidate is refused, in words; none if it stands.
+/// Why a candidate is refused, in words.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Refusal {
+    /// It is not what its name says, or the data do not tell its parts.
+    Itself(String),
+    /// Data never fitted do not bear it out. With another effect in place they might.
+    LeftOut(String),
+}
+
+impl Refusal {
+    pub(super) fn reason(&self) -> &str {
+        match self {
+            Self::Itself(reason) | Self::LeftOut(reason) => reason,
+        }
+    }
+}
+
+/// Why a candidate is refused; none if it stands.
 pub(super) fn refusal(
     form: &Form,
     before: &Fitted,
     after: (&Fitted, &Score),
     colour: f64,
-    unit: &str,
-) -> Option<String> {
-    let shared = &after.0.refined.point.shared;
-    if let Some(objection) = after.0.composition.objection(shared) {
+    (noise, unit): (f64, &str),
+) -> Option<Refusal> {
+    unsound(form, after.0, colour)
+        .map(Refusal::Itself)
+        .or_else(|| unborne(before, after, noise, unit).map(Refusal::LeftOut))
+}
+
+/// Why a fitted form is not what its name says.
+fn unsound(form: &Form, after: &Fitted, colour: f64) -> Option<String> {
+    let shared = &after.refined.point.shared;
+    let composition = &after.composition;
+    if let Some(objection) = composition.objection(shared) {
         return Some(objection);
     }
-    let composition = &after.0.composition;
+    let doubt = |k: usize| after.refined.std_error(k).map_or(0.0, |e| e * colour.sqrt());
     let places = composition.places(&shared[shared.len() - composition.inner_count()..]);
     let own = places.last().cloned().unwrap_or(0..0);
     for (coefficient, k) in form.coefficients.iter().zip(own) {
         // A form with more in it needs every part of it.
-        let doubt = after.0.refined.std_error(k).map_or(0.0, |e| e * colour.sqrt());
-        if coefficient.sign == Sign::Against && shared[k].abs() < 2.0 * doubt {
+        if coefficient.sign == Sign::Against && shared[k].abs() < 2.0 * doubt(k) {
             return Some(format!("its {} cannot be told from zero", coefficient.name));
         }
     }
-    let inner = &shared[shared.len() - form.inner.len()..];
-    for (quantity, value) in form.inner.iter().zip(inner) {
-        let (low, high) = quantity.bounds;
+    let damper = composition.dampers(&shared[shared.len() - composition.inner_count()..]);
+    if let Some((k, term)) = damper.into_iter().find(|(k, _)| shared[*k] > 3.0 * doubt(*k)) {
+        return Some(format!(
+            "the model's own damper, {}, would have to push: {term} comes out positive",
+            significant(shared[k], 3)
+        ));
+    }
+    let first = shared.len() - form.inner.len();
+    for (quantity, k) in form.inner.iter().zip(first..) {
+        let (value, (low, high)) = (shared[k], quantity.bounds);
         if (value - low).abs() < 0.01 * (high - low).abs().min(value.abs()) || (high - value).abs() < 0.01 * high.abs()
         {
             return Some(format!(
@@ -97,10 +131,21 @@ pub(super) fn refusal(
                 quantity.name
             ));
         }
+        // An error of zero is that of a quantity without any effect.
+        if let Some(neutral) = quantity.neutral
+            && (doubt(k) <= 0.0 || (value - neutral).abs() < 2.0 * doubt(k))
+        {
+            return Some(format!("its {} cannot be told from {neutral}", quantity.name));
+        }
     }
+    None
+}
+
+/// What data never fitted say against a fit.
+pub(super) fn unborne(before: &Fitted, (after, score): (&Fitted, &Score), noise: f64, unit: &str) -> Option<String> {
     let number = |v: f64| crate::format::units::format_si(v, unit, 3);
     let rms = |f: &Fitted| f.gap.test_rmse.unwrap_or(f.gap.train_rmse);
-    let worse = before.folds.iter().zip(&after.0.folds).find(|(b, a)| a.rmse() > WORSE * b.rmse());
+    let worse = before.folds.iter().zip(&after.folds).find(|(b, a)| a.rmse() > WORSE * b.rmse());
     if let Some((b, a)) = worse {
         return Some(format!(
             "the fit gets better, but data never fitted get worse: {} → {}",
@@ -108,13 +153,17 @@ pub(super) fn refusal(
             number(a.rmse())
         ));
     }
-    if after.1.test > -SHOWN {
-        return Some(format!("data never fitted get no better: {} → {}", number(rms(before)), number(rms(after.0))));
+    if score.test > -SHOWN {
+        return Some(format!("data never fitted get no better: {} → {}", number(rms(before)), number(rms(after))));
     }
-    if after.1.total > -WORTH {
-        return Some("what it explains is no more than chance might".to_owned());
+    if score.rmse > FAR * noise && rms(before) < SHRUNK * rms(after) {
+        return Some(format!(
+            "far more than noise is left, and data never fitted get hardly better: {} → {}",
+            number(rms(before)),
+            number(rms(after))
+        ));
     }
-    None
+    (score.total > -WORTH).then(|| "what it explains is no more than chance might".to_owned())
 }
 
 /// The order of candidates that stand, best first: by score, but a form that contains a simpler one must beat it clearly.

@@ -77,7 +77,7 @@ impl Data {
             let columns = self.columns(
                 &form.addition(&hit.inner),
                 &motion.simulated,
-                &motion.oscillators,
+                &motion.variations,
                 present,
                 &fitted.refined.simulated,
             );
@@ -140,8 +140,8 @@ impl Data {
     fn respond(&self, force: &[Vec<f64>], motion: &Motion) -> Vec<f64> {
         let mut response = Vec::new();
         let mut column = Vec::new();
-        for (force, oscillator) in force.iter().zip(&motion.oscillators) {
-            oscillator.respond(force, &mut response);
+        for (force, variation) in force.iter().zip(&motion.variations) {
+            variation.respond(force, &mut response);
             column.extend_from_slice(&response);
         }
         column
@@ -238,7 +238,7 @@ impl Data {
             basis.push(column);
         }
         let deviation = fitted.refined.rmse();
-        let omega = motion.oscillators.first().map_or(1.0, |o| o.stiffness);
+        let omega = motion.variations.first().map_or(1.0, |v| v.oscillator.stiffness);
         let spring = omega * motion.measured.iter().map(|p| rms(&p.x)).fold(0.0, f64::max);
         let mut sizes = Vec::new();
         for hit in &screened.hits {
@@ -248,7 +248,7 @@ impl Data {
                 continue;
             }
             let columns =
-                self.columns(&addition, &motion.simulated, &motion.oscillators, present, &fitted.refined.simulated);
+                self.columns(&addition, &motion.simulated, &motion.variations, present, &fitted.refined.simulated);
             let Some(mut column) = columns.into_iter().next() else { continue };
             basis.remove(&mut column);
             let size = dot(&column, &column).sqrt();

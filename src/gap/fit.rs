@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
-use super::columns::{Path, forces};
+use super::columns::{Inputs, Path, forces};
 use super::data::{Data, Series};
-use super::motion::Oscillator;
+use super::motion::{Oscillator, Variation};
 use super::outcome::Gap;
 use super::structure::Composition;
 use crate::refine::{Bar, Options, Point, Refined, Run, Structure, own_start, refine};
-use crate::signal::{dot, mean_and_variance};
+use crate::signal::{dot, mean_and_variance, rms};
 use crate::study::Cancel;
-use crate::term::{Expression, Symbol, Term, derivative};
+use crate::term::{Expression, Layout, Symbol, Term, derivative};
 
 /// A composition fitted to the fitted records, and held against data that were not.
 #[derive(Clone, Debug)]
@@ -46,16 +46,46 @@ const EFFORT: usize = 1_500_000;
 const LOST: f64 = 0.3;
 /// Periods of a shooting segment.
 const SEGMENT: f64 = 5.0;
+/// Least width of a secant, as a share of the motion's RMS.
+const SECANT: f64 = 1e-3;
 /// Share of a single record that is fitted when the rest is to judge.
 const FITTED_SHARE: f64 = 0.7;
+
+/// The derivative of a term, where it is a constant.
+fn slope(term: &Term, symbol: Symbol) -> f64 {
+    match derivative(term.expression(), symbol) {
+        Expression::Number(n) => n,
+        _ => 0.0,
+    }
+}
+
+fn finite(value: f64, otherwise: f64) -> f64 {
+    if value.is_finite() { value } else { otherwise }
+}
 
 fn runs(series: &[Series]) -> Vec<Run> {
     series.iter().map(Series::run).collect()
 }
 
+/// How long a refinement may take.
+#[derive(Clone, Copy)]
+pub(super) enum Pace<'a> {
+    /// Until nothing changes.
+    Thorough,
+    /// One of a few that are gone on with.
+    Again,
+    /// One of many, given up where it stays behind the others.
+    Rival(&'a Bar),
+}
+
 impl Data {
-    fn options<'a>(cancelled: &'a (dyn Fn() -> bool + Sync), steps: usize, bar: Option<&'a Bar>) -> Options<'a> {
-        Options { frozen: false, steps, effort: if bar.is_some() { EFFORT } else { usize::MAX }, bar, cancelled }
+    fn options<'a>(cancelled: &'a (dyn Fn() -> bool + Sync), steps: usize, pace: Pace<'a>) -> Options<'a> {
+        let (effort, bar) = match pace {
+            Pace::Thorough => (usize::MAX, None),
+            Pace::Again => (2 * EFFORT, None),
+            Pace::Rival(bar) => (EFFORT, Some(bar)),
+        };
+        Options { frozen: false, steps, effort, bar, cancelled }
     }
 
     /// Refines from a point; where the long simulation is lost, by way of short segments.
@@ -66,14 +96,14 @@ impl Data {
         composition: &Composition,
         start: &Point,
         lost: f64,
-        bar: Option<&Bar>,
+        pace: Pace<'_>,
         cancel: &Cancel,
     ) -> Option<Refined> {
         let cancelled = || cancel.is_cancelled();
-        let steps = if bar.is_some() { 2 * FEW_STEPS + 4 } else { STEPS };
+        let steps = if matches!(pace, Pace::Rival(_)) { 2 * FEW_STEPS + 4 } else { STEPS };
         let runs = runs(self.fit());
-        let direct = refine(composition, &runs, start, Self::options(&cancelled, steps, bar))
-            .map(|found| self.again(composition, &runs, found, bar, cancel));
+        let direct = refine(composition, &runs, start, Self::options(&cancelled, steps, pace))
+            .map(|found| self.again(composition, &runs, found, pace, cancel));
         if direct.as_ref().is_some_and(|f| f.rss <= lost) || cancel.is_cancelled() {
             return direct;
         }
@@ -88,9 +118,10 @@ impl Data {
             })
             .collect();
         let short = Point { shared: start.shared.clone(), own: own_start(composition, &segments) };
-        let shared = refine(composition, &segments, &short, Self::options(&cancelled, FEW_STEPS, None))?.point.shared;
+        let shared =
+            refine(composition, &segments, &short, Self::options(&cancelled, FEW_STEPS, Pace::Thorough))?.point.shared;
         let again = Point { shared, own: own_start(composition, &runs) };
-        let long = refine(composition, &runs, &again, Self::options(&cancelled, steps, bar));
+        let long = refine(composition, &runs, &again, Self::options(&cancelled, steps, pace));
         match (direct, long) {
             (Some(a), Some(b)) => Some(if b.rss < a.rss { b } else { a }),
             (a, b) => b.or(a),
@@ -109,7 +140,7 @@ impl Data {
         composition: &Composition,
         runs: &[Run],
         found: Refined,
-        bar: Option<&Bar>,
+        pace: Pace<'_>,
         cancel: &Cancel,
     ) -> Refined {
         let cancelled = || cancel.is_cancelled();
@@ -131,7 +162,7 @@ impl Data {
         if !bettered {
             return found;
         }
-        match refine(composition, runs, &point, Self::options(&cancelled, FEW_STEPS, bar)) {
+        match refine(composition, runs, &point, Self::options(&cancelled, FEW_STEPS, pace)) {
             Some(better) if better.rss < found.rss => better,
             _ => found,
         }
@@ -176,11 +207,12 @@ impl Data {
             held_out.push(fit.and_then(|mut f| f.simulated.pop()).unwrap_or_default());
         }
         for (train, test) in self.folds() {
-            let found = refine(&composition, &train, &own(&train), Self::options(&cancelled, FEW_STEPS, None))
-                .and_then(|f| {
-                    let start = Point { shared: f.point.shared, own: own_start(&composition, &test) };
-                    refine(&composition, &test, &start, frozen)
-                });
+            let found =
+                refine(&composition, &train, &own(&train), Self::options(&cancelled, FEW_STEPS, Pace::Thorough))
+                    .and_then(|f| {
+                        let start = Point { shared: f.point.shared, own: own_start(&composition, &test) };
+                        refine(&composition, &test, &start, frozen)
+                    });
             folds.push(found.map_or_else(|| lost(&test), |f| Fold { rss: f.rss, samples: f.samples }));
         }
         let spread = |series: &[Series]| {
@@ -205,7 +237,8 @@ impl Data {
 
     /// Coefficients of terms to start from: with `L` the response of a linear oscillator of the motion's frequency,
     /// `measured − L[k x + c v] = Σ coefficient · L[term]` but for free vibrations, in which everything is linear.
-    pub(super) fn start(&self, terms: &[Term]) -> Option<Vec<f64>> {
+    /// Coefficients are drawn to that oscillator's by `prior`, a share of the data's own weight.
+    pub(super) fn start(&self, terms: &[Term], prior: f64) -> Option<Vec<f64>> {
         let omega = std::f64::consts::TAU * self.frequency;
         let (k, c) = (omega * omega, 0.1 * omega);
         let m = terms.len();
@@ -242,9 +275,17 @@ impl Data {
         let scale: Vec<f64> =
             (0..m).map(|i| f64::sqrt(normal[(i, i)]).recip()).map(|s| if s.is_finite() { s } else { 0.0 }).collect();
         let scaled = nalgebra::DMatrix::from_fn(m, m, |i, j| {
-            normal[(i, j)] * scale[i] * scale[j] + if i == j { 1e-10 } else { 0.0 }
+            normal[(i, j)] * scale[i] * scale[j] + if i == j { prior } else { 0.0 }
         });
-        let solved = scaled.cholesky()?.solve(&nalgebra::DVector::from_fn(m, |i, _| right[i] * scale[i]));
+        let mut expected = vec![0.0; m];
+        for (symbol, value) in [(Symbol::State(0), -k), (Symbol::Rate(0), -c)] {
+            let first = terms.iter().position(|t| slope(t, symbol) != 0.0);
+            if let Some(i) = first {
+                expected[i] = value / slope(&terms[i], symbol);
+            }
+        }
+        let pull = |i: usize| if scale[i] > 0.0 { prior * expected[i] / scale[i] } else { 0.0 };
+        let solved = scaled.cholesky()?.solve(&nalgebra::DVector::from_fn(m, |i, _| right[i] * scale[i] + pull(i)));
         Some((0..m).map(|i| solved[i] * scale[i]).collect())
     }
 
@@ -275,19 +316,66 @@ impl Data {
         scales
     }
 
+    /// What a small force does along a simulated motion under an acceleration of these terms.
+    pub(super) fn variation(&self, terms: &[Term], coefficients: &[f64], s: &Series, path: &Path) -> Variation {
+        let oscillator = self.oscillator(terms, coefficients, s.interval);
+        let layout = Layout { internals: 0, ..self.layout };
+        // Internal states stand still while displacement and velocity are varied.
+        let (own, weights): (Vec<Term>, Vec<f64>) = terms
+            .iter()
+            .zip(coefficients)
+            .filter(|(t, _)| layout.covers(t.expression()))
+            .map(|(t, c)| (t.clone(), *c))
+            .unzip();
+        // A sign has no slope but a jump.
+        let linear = |t: &Term| {
+            let constant = |symbol| matches!(derivative(t.expression(), symbol), Expression::Number(_));
+            !t.switches() && constant(Symbol::State(0)) && constant(Symbol::Rate(0))
+        };
+        if own.iter().all(linear) {
+            return Variation::new(oscillator, &[]);
+        }
+        let n = s.len();
+        let next = |k: usize| (k + 1).min(n - 1);
+        let middle = |a: &[f64]| -> Vec<f64> { (0..n).map(|k| 0.5 * (a[k] + a[next(k)])).collect() };
+        let values: Vec<Vec<f64>> = s.inputs.iter().map(|u| middle(u)).collect();
+        let rates: Vec<Vec<f64>> = s.input_rates.iter().map(|u| middle(u)).collect();
+        let inputs = Inputs {
+            values: values.iter().map(Vec::as_slice).collect(),
+            rates: rates.iter().map(Vec::as_slice).collect(),
+        };
+        let force = |x: Vec<f64>, v: Vec<f64>| -> Vec<f64> {
+            let columns = forces(&own, &[], &self.layout, s, &inputs, &Path { x, v });
+            (0..n).map(|k| columns.iter().zip(&weights).map(|(f, c)| c * f[k]).sum()).collect()
+        };
+        // As wide as the sample's own change, against ground or across the joint: no jump falls between two secants.
+        let width = |a: &[f64], input: Option<&Vec<f64>>| -> Vec<f64> {
+            let least = SECANT * rms(a);
+            let change = |k: usize| {
+                let across = input.filter(|_| self.base_excited).map_or(0.0, |u| u[next(k)] - u[k]);
+                let own = a[next(k)] - a[k];
+                own.abs().max((own - across).abs()).max(least)
+            };
+            (0..n).map(change).collect()
+        };
+        let aside = |a: &[f64], width: &[f64], side: f64| -> Vec<f64> {
+            a.iter().zip(width).map(|(a, w)| a + side * w).collect()
+        };
+        let (x, v) = (middle(&path.x), middle(&path.v));
+        let (wx, wv) = (width(&path.x, s.inputs.first()), width(&path.v, s.input_rates.first()));
+        let pulls = [0.5, -0.5].map(|side| force(aside(&x, &wx, side), v.clone()));
+        let drags = [0.5, -0.5].map(|side| force(x.clone(), aside(&v, &wv, side)));
+        let slopes: Vec<(f64, f64)> = (0..n)
+            .map(|k| ((pulls[1][k] - pulls[0][k]) / wx[k], (drags[1][k] - drags[0][k]) / wv[k]))
+            .map(|(k, c)| (finite(k, oscillator.stiffness), finite(c, oscillator.damping)))
+            .collect();
+        Variation::new(oscillator, &slopes)
+    }
+
     /// The oscillator that an acceleration is, to first order, in displacement and velocity.
     pub(super) fn oscillator(&self, terms: &[Term], coefficients: &[f64], interval: f64) -> Oscillator {
-        let slope = |symbol: Symbol| -> f64 {
-            terms
-                .iter()
-                .zip(coefficients)
-                .map(|(t, c)| match derivative(t.expression(), symbol) {
-                    Expression::Number(n) => c * n,
-                    _ => 0.0,
-                })
-                .sum()
-        };
-        let (k, c) = (-slope(Symbol::State(0)), -slope(Symbol::Rate(0)));
+        let total = |symbol: Symbol| -> f64 { terms.iter().zip(coefficients).map(|(t, c)| c * slope(t, symbol)).sum() };
+        let (k, c) = (-total(Symbol::State(0)), -total(Symbol::Rate(0)));
         let omega = std::f64::consts::TAU * self.frequency;
         let k = if k > 0.05 * omega * omega { k } else { omega * omega };
         Oscillator::new(k, c.max(0.002 * k.sqrt()), interval)

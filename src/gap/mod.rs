@@ -9,6 +9,7 @@ mod audit;
 mod columns;
 mod data;
 mod decide;
+mod diagnose;
 mod effects;
 mod error;
 mod evidence;
@@ -20,10 +21,12 @@ mod place;
 mod progress;
 mod screen;
 mod search;
+mod show;
 mod structure;
 #[cfg(test)]
 mod tests;
 mod walk;
+mod words;
 
 pub use error::GapError;
 pub use outcome::{

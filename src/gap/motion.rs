@@ -60,6 +60,56 @@ impl Oscillator {
     }
 }
 
+/// What a small force does along a motion: `p″ = −k(t) p − c(t) p′ + φ`, with the slopes of the model's force there.
+///
+/// Each step is that of an oscillator of constant stiffness and damping between two half kicks by which the slopes differ
+/// from it (Strang's splitting). Slopes are secants over the sample: across a jump, as friction has at a reversal, their
+/// kick is what the jump does to a neighbouring motion.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Variation {
+    pub(super) oscillator: Oscillator,
+    /// For each interval: the share of velocity that half its excess damping leaves, and the velocity per displacement that
+    /// half its excess stiffness takes. Empty where there is none.
+    kicks: Vec<(f64, f64)>,
+}
+
+/// Most that one interval's negative damping may multiply a velocity by, as a logarithm.
+const SPUR: f64 = 1.0;
+
+impl Variation {
+    /// `slopes`: stiffness and damping over each interval; none of a linear model.
+    pub(super) fn new(oscillator: Oscillator, slopes: &[(f64, f64)]) -> Self {
+        let half = 0.5 * oscillator.interval;
+        let kick = |(k, c): &(f64, f64)| {
+            ((-half * (c - oscillator.damping)).min(SPUR).exp(), half * (k - oscillator.stiffness))
+        };
+        Self { oscillator, kicks: slopes.iter().map(kick).collect() }
+    }
+
+    /// The response to a force from rest, written into `out`.
+    pub(super) fn respond(&self, force: &[f64], out: &mut Vec<f64>) {
+        let oscillator = &self.oscillator;
+        if self.kicks.is_empty() {
+            return oscillator.respond(force, out);
+        }
+        out.clear();
+        let (mut p, mut v) = (0.0, 0.0);
+        let Some(mut now) = force.first().copied() else { return };
+        out.push(0.0);
+        for (&next, (left, pull)) in force[1..].iter().zip(&self.kicks) {
+            v = left * v - pull * p;
+            let [[a, b], [c, d]] = oscillator.step;
+            (p, v) = (
+                a * p + b * v + oscillator.before[0] * now + oscillator.after[0] * next,
+                c * p + d * v + oscillator.before[1] * now + oscillator.after[1] * next,
+            );
+            v = left * v - pull * p;
+            out.push(p);
+            now = next;
+        }
+    }
+}
+
 /// What the smoother says of `e` at every sample.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Smoothed {

@@ -109,7 +109,7 @@ impl Data {
             (Some(x), Some(v)) => map(x, v, &missing),
             _ => Map::default(),
         };
-        let acceleration = unit(&self.unit, (1, -2));
+        let acceleration = unit(&self.unit, (1, -2)).replace("^2", "²");
         let sentence = sentence(&profiles, &missing, &motion.measured, &acceleration);
         Place { sentence, force, map, profiles }
     }
@@ -290,11 +290,17 @@ fn share(places: &[Vec<Option<usize>>], missing: &[&[f64]]) -> f64 {
     if whole > 0.0 { (1.0 - left / whole).max(0.0) } else { 0.0 }
 }
 
+/// What a force of springs, dampers and friction goes with; other quantities must explain more to be spoken of.
+const STATE: [&str; 4] = ["x", "v", "x − u", "v − du"];
+const SECOND: f64 = 0.75;
+
 /// One plain sentence on the profile that explains most.
 fn sentence(profiles: &[Profile], missing: &[&[f64]], paths: &[super::columns::Path], acceleration: &str) -> String {
     let size = |v: f64| format!("{} {acceleration}", significant(v.abs(), 2)).trim().to_owned();
     let whole = rms(&missing.iter().flat_map(|m| m.iter().copied()).collect::<Vec<f64>>());
-    let Some(top) = profiles.first().filter(|p| p.share > 0.05) else {
+    let weight = |p: &Profile| p.share * if STATE.contains(&p.axis.0.as_str()) { 1.0 } else { SECOND };
+    let best = profiles.iter().max_by(|a, b| weight(a).total_cmp(&weight(b)));
+    let Some(top) = best.filter(|p| p.share > 0.05) else {
         return format!("Spread over the whole motion, {} RMS; no single quantity orders it.", size(whole));
     };
     // Power of the missing force: does it act against the motion?

@@ -10,7 +10,7 @@ use super::columns::{Basis, Path, forces};
 use super::data::{Data, Series};
 use super::effects::{Addition, Form};
 use super::fit::Fitted;
-use super::motion::{Oscillator, Smoothed, smooth};
+use super::motion::{Smoothed, Variation, smooth};
 use crate::signal::dot;
 use crate::simulate::{Limits, Simulator};
 use crate::study::Cancel;
@@ -26,7 +26,8 @@ pub(super) struct Motion {
     pub(super) missing: Vec<Vec<f64>>,
     /// Its standard deviation.
     pub(super) deviation: Vec<Vec<f64>>,
-    pub(super) oscillators: Vec<Oscillator>,
+    /// What a small force does along each record.
+    pub(super) variations: Vec<Variation>,
     /// Standard deviation of the velocity's error along the measured motion.
     pub(super) speed_noise: f64,
 }
@@ -53,7 +54,7 @@ impl Data {
         let coefficients = &shared[..composed.terms.len()];
         let simulator = Simulator::new(&model).ok()?;
         let mut simulated = Vec::new();
-        let mut oscillators = Vec::new();
+        let mut variations: Vec<Variation> = Vec::new();
         for (s, own) in self.fit().iter().zip(&fitted.refined.point.own) {
             let states = 2 + composed.internals.len();
             let limits = Limits { states: &s.limits, tolerance: 1e-8, ..Limits::default() };
@@ -70,8 +71,9 @@ impl Data {
             }
             let v = response.states.swap_remove(1);
             let x = response.states.swap_remove(0);
-            simulated.push(Path { x, v });
-            oscillators.push(self.oscillator(&composed.terms, coefficients, s.interval));
+            let path = Path { x, v };
+            variations.push(self.variation(&composed.terms, coefficients, s, &path));
+            simulated.push(path);
         }
         let mut measured = Vec::new();
         let mut missing = Vec::new();
@@ -83,13 +85,13 @@ impl Data {
         let alike = self.fit().iter().all(|s| (s.interval / self.fit()[0].interval - 1.0).abs() < 1e-6);
         let mut smoothed: Vec<Smoothed> = Vec::new();
         if alike {
-            smoothed = smooth(oscillators.first()?, &residuals, period);
+            smoothed = smooth(&variations.first()?.oscillator, &residuals, period);
         } else {
-            for (oscillator, e) in oscillators.iter().zip(&residuals) {
-                smoothed.append(&mut smooth(oscillator, &[e], period));
+            for (variation, e) in variations.iter().zip(&residuals) {
+                smoothed.append(&mut smooth(&variation.oscillator, &[e], period));
             }
         }
-        for (((s, path), smoothed), oscillator) in self.fit().iter().zip(&simulated).zip(smoothed).zip(&oscillators) {
+        for (((s, path), smoothed), variation) in self.fit().iter().zip(&simulated).zip(smoothed).zip(&variations) {
             let there = Path {
                 x: path.x.iter().zip(&smoothed.displacement).map(|(a, b)| a + b).collect(),
                 v: path.v.iter().zip(&smoothed.velocity).map(|(a, b)| a + b).collect(),
@@ -99,7 +101,7 @@ impl Data {
                 (0..s.len()).map(|k| columns.iter().zip(coefficients).map(|(f, c)| c * f[k]).sum()).collect()
             };
             let (here, there_force) = (acceleration(path), acceleration(&there));
-            let (k, c) = (oscillator.stiffness, oscillator.damping);
+            let (k, c) = (variation.oscillator.stiffness, variation.oscillator.damping);
             missing.push(
                 (0..s.len())
                     .map(|i| {
@@ -115,14 +117,7 @@ impl Data {
             measured.push(there);
         }
         let count: usize = self.fit().iter().map(Series::len).sum();
-        Some(Motion {
-            simulated,
-            measured,
-            missing,
-            deviation,
-            oscillators,
-            speed_noise: (speed / count as f64).sqrt(),
-        })
+        Some(Motion { simulated, measured, missing, deviation, variations, speed_noise: (speed / count as f64).sqrt() })
     }
 
     /// The responses of an addition's columns, records one behind the other.
@@ -132,7 +127,7 @@ impl Data {
         &self,
         addition: &Addition,
         paths: &[Path],
-        oscillators: &[Oscillator],
+        variations: &[Variation],
         present: (&[Term], &[f64]),
         simulated: &[Vec<f64>],
     ) -> Vec<Vec<f64>> {
@@ -154,14 +149,14 @@ impl Data {
         let count = if on_input { 1 } else { addition.terms.len() };
         let mut columns = vec![Vec::with_capacity(total); count];
         let mut response = Vec::new();
-        for ((s, path), oscillator) in self.fit().iter().zip(paths).zip(oscillators) {
+        for ((s, path), variation) in self.fit().iter().zip(paths).zip(variations) {
             let forces = if on_input {
                 vec![self.input_change(addition, s, path, present)]
             } else {
                 forces(&addition.terms, &addition.internals, &self.layout, s, &s.inputs(), path)
             };
             for (column, force) in columns.iter_mut().zip(&forces) {
-                oscillator.respond(force, &mut response);
+                variation.respond(force, &mut response);
                 column.extend_from_slice(&response);
             }
         }
@@ -245,7 +240,7 @@ impl Data {
         let own =
             Addition { terms: composed.terms.clone(), internals: composed.internals.clone(), ..Addition::default() };
         let simulated = &fitted.refined.simulated;
-        let base = self.columns(&own, &motion.measured, &motion.oscillators, present, simulated);
+        let base = self.columns(&own, &motion.measured, &motion.variations, present, simulated);
         let mut rest: Vec<Vec<f64>> = (composed.terms.len()..shared.len())
             .map(|j| fitted.refined.sensitivities.iter().flat_map(|run| run[j].iter().copied()).collect())
             .collect();
@@ -268,7 +263,7 @@ impl Data {
                 }
                 let form = &forms[*k];
                 let columns =
-                    self.columns(&form.addition(inner), &motion.measured, &motion.oscillators, present, simulated);
+                    self.columns(&form.addition(inner), &motion.measured, &motion.variations, present, simulated);
                 explain(&basis, &target, columns, form)
             })
             .collect();
@@ -285,7 +280,7 @@ impl Data {
             let columns = self.columns(
                 &form.addition(&points[best.0].1),
                 &motion.measured,
-                &motion.oscillators,
+                &motion.variations,
                 present,
                 simulated,
             );
@@ -297,7 +292,7 @@ impl Data {
         for column in self.columns(
             &Addition { offset: true, ..Addition::default() },
             &motion.measured,
-            &motion.oscillators,
+            &motion.variations,
             present,
             simulated,
         ) {

@@ -1,29 +1,23 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Instant;
 
 use rayon::prelude::*;
 
 use super::audit::Audit;
-use super::columns::{Path, forces};
+use super::columns::Path;
 use super::data::Data;
-use super::decide::{APART, APART_ON_A_TONE, Score, colour, confused, order, refusal, score};
-use super::effects::{Axis, Form, Setting, Sign, catalogue, unit};
+use super::decide::{APART, APART_ON_A_TONE, Refusal, Score, colour, confused, order, refusal, score};
+use super::effects::{Form, Setting, Sign, catalogue};
 use super::error::GapError;
-use super::fit::{Fitted, carried};
-use super::outcome::{
-    Added, Blind, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Parameter, Remaining, Round, Stage, Standing,
-    Trace, Verdict,
-};
+use super::fit::{Fitted, Pace, carried};
+use super::outcome::{Blind, Candidate, Choice, Evidence, Finding, Round, Stage, Standing};
 use super::progress::Progress;
 use super::screen::{Motion, Screened};
-use super::structure::{Composition, choice, with_errors};
-use crate::format::number::significant;
-use crate::format::units::format_si;
-use crate::model::Equation;
+use super::structure::{Composition, choice};
+use super::words::why;
 use crate::record::RecordSet;
 use crate::refine::{Bar, Options, Point, Refined, Structure as _, misfit, own_start};
-use crate::signal::{dot, rms};
+use crate::signal::rms;
 use crate::study::Cancel;
 use crate::term::Term;
 
@@ -48,13 +42,32 @@ pub type Listener<'a> = &'a (dyn Fn(Progress) + Sync);
 /// Records, and every model that has been fitted to them.
 #[derive(Debug)]
 pub struct Search {
-    data: Data,
-    audit: Audit,
-    ask: Ask,
+    pub(super) data: Data,
+    pub(super) audit: Audit,
+    pub(super) ask: Ask,
     base: Composition,
     known: Mutex<HashMap<Vec<Choice>, Arc<Fitted>>>,
 }
 
+/// What a round's candidates come to.
+struct Decision {
+    finding: Finding,
+    next_experiment: Option<String>,
+    promising: Vec<Choice>,
+}
+
+impl Decision {
+    fn nothing() -> Self {
+        Self { finding: Finding::Nothing, next_experiment: None, promising: Vec::new() }
+    }
+}
+
+/// Share of the first's explanation along the motion from which another is its rival on one steady tone.
+const NEARLY: f64 = 0.8;
+/// Weights of the oscillator that a base model's start leans towards, beside those of the data.
+const PRIORS: [f64; 3] = [1e-10, 1e-3, 1.0];
+/// Share of the sum of squares that a form must leave at most to be promising where data left out do not bear it out.
+const PROMISING: f64 = 0.5;
 /// Candidates that are refined.
 const REFINED: usize = 12;
 /// Samples times candidates from which fewer are refined, and the fewest.
@@ -65,8 +78,9 @@ const STARTS: usize = 2;
 const MANY: usize = 6_000;
 /// A start whose misfit is so many times that of another is not refined.
 const DISTANT: f64 = 2.0;
-/// Points of a curve on a card.
-const POINTS: usize = 400;
+/// Refinements that are gone on with at most, and how many times the least sum of squares theirs may be.
+const POLISHED: usize = 4;
+const CLOSE: f64 = 9.0;
 
 impl Search {
     /// Prepares records of one displacement and at most one input.
@@ -123,16 +137,16 @@ impl Search {
         Ok(Arc::new(self.show(&fitted)))
     }
 
-    fn known(&self, choices: &[Choice]) -> Option<Arc<Fitted>> {
+    pub(super) fn known(&self, choices: &[Choice]) -> Option<Arc<Fitted>> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner).get(choices).cloned()
     }
 
-    fn keep(&self, fitted: Arc<Fitted>) {
+    pub(super) fn keep(&self, fitted: Arc<Fitted>) {
         let choices = fitted.composition.choices();
         self.known.lock().unwrap_or_else(PoisonError::into_inner).insert(choices, fitted);
     }
 
-    fn fitted(&self, choices: &[Choice], cancel: &Cancel) -> Result<Arc<Fitted>, GapError> {
+    pub(super) fn fitted(&self, choices: &[Choice], cancel: &Cancel) -> Result<Arc<Fitted>, GapError> {
         if let Some(fitted) = self.known(choices) {
             return Ok(fitted);
         }
@@ -159,21 +173,26 @@ impl Search {
     fn fit_base(&self, cancel: &Cancel) -> Result<Fitted, GapError> {
         let data = &self.data;
         let mut composition = self.base.clone();
-        let shared = data.start(&composition.base).ok_or(GapError::Base)?;
         let rough: Vec<Path> =
             data.fit().iter().map(|s| Path { x: s.rough[0].clone(), v: s.rough[1].clone() }).collect();
         composition.scales = data.scales(&composition, &[], &rough);
         let runs: Vec<_> = data.fit().iter().map(super::data::Series::run).collect();
-        let start = Point { shared, own: own_start(&composition, &runs) };
-        let refined = data.refine(&composition, &start, data.lost(), None, cancel);
-        match refined {
-            Some(refined) => Ok(data.judge(composition, refined, cancel)),
-            None if cancel.is_cancelled() => Err(GapError::Cancelled),
-            None => Err(GapError::Base),
+        // Where the data alone lead to a start that does not last (one tone leaves directions open), the start leans
+        // towards an oscillator of the motion's frequency.
+        for prior in PRIORS {
+            let shared = data.start(&composition.base, prior).ok_or(GapError::Base)?;
+            let start = Point { shared, own: own_start(&composition, &runs) };
+            if let Some(refined) = data.refine(&composition, &start, data.lost(), Pace::Thorough, cancel) {
+                return Ok(data.judge(composition, refined, cancel));
+            }
+            if cancel.is_cancelled() {
+                return Err(GapError::Cancelled);
+            }
         }
+        Err(GapError::Base)
     }
 
-    fn forms(&self, fitted: &Fitted, motion: &Motion) -> Vec<Form> {
+    pub(super) fn forms(&self, fitted: &Fitted, motion: &Motion) -> Vec<Form> {
         let data = &self.data;
         let shared = &fitted.refined.point.shared;
         let (_, composed) = fitted.composition.model(shared);
@@ -263,7 +282,8 @@ impl Search {
             if misfit > DISTANT * nearest && best.is_some() {
                 continue;
             }
-            if let Some(refined) = data.refine(&composition, &start, expected, bar, cancel)
+            if let Some(refined) =
+                data.refine(&composition, &start, expected, bar.map_or(Pace::Thorough, Pace::Rival), cancel)
                 && best.as_ref().is_none_or(|(_, b)| refined.rss < b.rss)
             {
                 best = Some((composition, refined));
@@ -293,7 +313,7 @@ impl Search {
         let columns = data.columns(
             &addition,
             &motion.measured,
-            &motion.oscillators,
+            &motion.variations,
             (&old_composed.terms, coefficients),
             &before.refined.simulated,
         );
@@ -369,17 +389,18 @@ impl Search {
         tell(Progress::Step("Asking whether the gap is more than noise", 0.2));
         let evidence = data.evidence(&before, &motion, &forms, &screened);
         check()?;
-        let round = |candidates, evidence: Evidence, finding, next_experiment| Round {
+        let round = |candidates, evidence: Evidence, decision: Decision| Round {
             before: Arc::new(self.show(&before)),
             evidence,
             place,
             candidates,
-            finding,
-            next_experiment,
+            finding: decision.finding,
+            next_experiment: decision.next_experiment,
+            promising: decision.promising,
             hidden_up_to: data.detectable(&before, &motion, &forms, &screened),
         };
         if !evidence.significant {
-            return Ok(round(candidates, evidence, Finding::Nothing, None));
+            return Ok(round(candidates, evidence, Decision::nothing()));
         }
         tell(Progress::Step("Refitting the likeliest effects on the simulated response", 0.3));
         let tried = screened.likeliest(&forms, (EFFORT / before.refined.samples).clamp(FEWEST, REFINED));
@@ -398,9 +419,32 @@ impl Search {
             })
             .collect();
         check()?;
-        let (finding, next_experiment) = self.decide(&before, &motion, &forms, refits, &mut candidates, cancel);
+        let refits = self.polished(refits, cancel);
+        check()?;
+        let decision = self.decide(&before, &motion, &forms, refits, &mut candidates, cancel);
         tell(Progress::Ranking(candidates.clone()));
-        Ok(round(candidates, evidence, finding, next_experiment))
+        Ok(round(candidates, evidence, decision))
+    }
+
+    /// Goes on with the refinements that ended for want of effort, if they are near the best: rivals are compared at
+    /// their best.
+    fn polished(&self, mut refits: Vec<(usize, Option<Fitted>)>, cancel: &Cancel) -> Vec<(usize, Option<Fitted>)> {
+        let least = refits.iter().filter_map(|(_, f)| f.as_ref()).map(|f| f.refined.rss).fold(f64::INFINITY, f64::min);
+        refits.sort_by(|a, b| {
+            let rss = |f: &Option<Fitted>| f.as_ref().map_or(f64::INFINITY, |f| f.refined.rss);
+            rss(&a.1).total_cmp(&rss(&b.1))
+        });
+        refits.par_iter_mut().take(POLISHED).filter_map(|(_, f)| f.as_mut()).for_each(|fitted| {
+            if fitted.refined.converged || fitted.refined.rss > CLOSE * least {
+                return;
+            }
+            let better =
+                self.data.refine(&fitted.composition, &fitted.refined.point, f64::INFINITY, Pace::Again, cancel);
+            if let Some(better) = better.filter(|b| b.rss < fitted.refined.rss) {
+                *fitted = self.data.judge(fitted.composition.clone(), better, cancel);
+            }
+        });
+        refits
     }
 
     /// Puts the refitted candidates in order and says what they come to.
@@ -412,7 +456,7 @@ impl Search {
         refits: Vec<(usize, Option<Fitted>)>,
         candidates: &mut [Candidate],
         cancel: &Cancel,
-    ) -> (Finding, Option<String>) {
+    ) -> Decision {
         let data = &self.data;
         let interval = data.fit()[0].interval;
         let floor = 1e-6 * data.fit().iter().map(|s| rms(&s.measured)).fold(0.0, f64::max);
@@ -424,18 +468,24 @@ impl Search {
         let scored: Vec<(usize, &Form, Score, &Arc<Fitted>)> =
             refits.iter().map(|(k, f)| (*k, &forms[*k], score(before, f, colour, floor), f)).collect();
         let mut standing: Vec<(usize, &Form, Score)> = Vec::new();
+        let mut promising: Vec<(f64, Choice)> = Vec::new();
         for (k, form, score, fitted) in &scored {
-            let refused = refusal(form, before, (fitted, score), colour, &data.unit);
-            if refused.is_none() {
-                standing.push((*k, form, *score));
+            let refused = refusal(form, before, (fitted, score), colour, (data.noise, &data.unit));
+            match refused {
+                None => standing.push((*k, form, *score)),
+                Some(Refusal::LeftOut(_)) if fitted.refined.rss < PROMISING * before.refined.rss => {
+                    promising.push((fitted.refined.rss, choice(form)));
+                }
+                Some(_) => {}
             }
             self.keep(Arc::clone(fitted));
             if let Some(candidate) = candidates.iter_mut().find(|c| c.choice == choice(form)) {
                 candidate.delta_bic = score.bic;
-                candidate.why = why(form, before, fitted, refused.as_deref(), &data.unit);
+                candidate.why = why(form, before, fitted, refused.as_ref().map(Refusal::reason), &data.unit);
                 candidate.curve = self.curve(form, (before, fitted), motion);
                 candidate.stage = Some(Arc::new(self.show(fitted)));
-                candidate.standing = refused.map_or(Standing::Refitted, Standing::Refused);
+                candidate.standing =
+                    refused.as_ref().map_or(Standing::Refitted, |r| Standing::Refused(r.reason().to_owned()));
             }
         }
         let apart = if self.audit.single_tone { APART_ON_A_TONE } else { APART };
@@ -456,6 +506,18 @@ impl Search {
             }
             if let Some((_, form, score)) = entry(*first) {
                 rivals = confused((form, *score), &others, apart, data.noise);
+                if self.audit.single_tone {
+                    // What explains as much along a motion of one kind may fail in the refit for reasons of its own.
+                    let explained = |k: usize| {
+                        candidates.iter().find(|c| c.choice == choice(&forms[k])).map_or(0.0, |c| c.explained)
+                    };
+                    rivals.extend(
+                        (0..forms.len())
+                            .filter(|k| forms[*k].effect != form.effect && explained(*k) > NEARLY * explained(*first)),
+                    );
+                    rivals.sort_unstable();
+                    rivals.dedup();
+                }
             }
             finding = Finding::Named;
         }
@@ -488,474 +550,9 @@ impl Search {
                 }
             }
         }
-        (finding, next)
+        promising.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Decision { finding, next_experiment: next, promising: promising.into_iter().map(|p| p.1).collect() }
     }
-
-    /// What the screen alone says of every form, and which effects the data cannot show.
-    fn screened(&self, before: &Fitted, motion: &Motion, forms: &[Form], screened: &Screened) -> Vec<Candidate> {
-        let whole = screened.rss.max(f64::MIN_POSITIVE);
-        // Chance alone "explains" this much; what is left beyond noise is the gap.
-        let noise = (self.data.noise.powi(2) * before.refined.samples as f64).min(0.999 * whole);
-        let mut list: Vec<Candidate> = screened
-            .hits
-            .iter()
-            .map(|hit| {
-                let form = &forms[hit.form];
-                Candidate {
-                    choice: choice(form),
-                    title: form.full_title(),
-                    explanation: form.explanation,
-                    standing: Standing::Screened,
-                    explained: (hit.gain / (whole - noise)).clamp(0.0, 1.0),
-                    delta_bic: -hit.gain / (whole / before.refined.samples as f64),
-                    why: format!(
-                        "Along the measured motion it would explain {:.0} % of the gap.",
-                        100.0 * (hit.gain / (whole - noise)).clamp(0.0, 1.0)
-                    ),
-                    stage: None,
-                    confused_with: Vec::new(),
-                    curve: self.measured_curve(form, motion),
-                }
-            })
-            .collect();
-        for form in forms {
-            if !list.iter().any(|c| c.choice == choice(form)) {
-                list.push(Candidate {
-                    choice: choice(form),
-                    title: form.full_title(),
-                    explanation: form.explanation,
-                    standing: Standing::Refused("it would have to act the wrong way round".to_owned()),
-                    explained: 0.0,
-                    delta_bic: 0.0,
-                    why: "Along the measured motion it explains nothing with a physical sign.".to_owned(),
-                    stage: None,
-                    confused_with: Vec::new(),
-                    curve: Curve::default(),
-                });
-            }
-        }
-        for blind in &self.audit.blind {
-            if !list.iter().any(|c| c.choice.effect == blind.effect) {
-                list.push(Candidate {
-                    choice: Choice { effect: blind.effect.to_owned(), form: String::new() },
-                    title: sentence_case(&blind.effect.replace('_', " ")),
-                    explanation: "",
-                    standing: Standing::NotShown(blind.reason.clone()),
-                    explained: 0.0,
-                    delta_bic: 0.0,
-                    why: format!("These data cannot show it: {}.", blind.reason),
-                    stage: None,
-                    confused_with: Vec::new(),
-                    curve: Curve::default(),
-                });
-            }
-        }
-        list
-    }
-
-    fn axis(&self, form: &Form, motion: &Motion) -> (String, String, Vec<Vec<f64>>) {
-        let fit = self.data.fit();
-        let length = &self.data.unit;
-        let u = |r: usize, k: usize| fit[r].inputs.first().map_or(0.0, |u| u[k]);
-        let du = |r: usize, k: usize| fit[r].input_rates.first().map_or(0.0, |u| u[k]);
-        let each = |f: &dyn Fn(usize, usize) -> f64| -> Vec<Vec<f64>> {
-            fit.iter().enumerate().map(|(r, s)| (0..s.len()).map(|k| f(r, k)).collect()).collect()
-        };
-        let (x, v) = (|r: usize, k: usize| motion.measured[r].x[k], |r: usize, k: usize| motion.measured[r].v[k]);
-        match form.axis {
-            Axis::Displacement { joint: false } => ("x".into(), length.clone(), each(&x)),
-            Axis::Displacement { joint: true } => ("x − u".into(), length.clone(), each(&|r, k| x(r, k) - u(r, k))),
-            Axis::Velocity { joint: false } => ("v".into(), unit(length, (1, -1)), each(&v)),
-            Axis::Velocity { joint: true } => {
-                ("v − du".into(), unit(length, (1, -1)), each(&|r, k| v(r, k) - du(r, k)))
-            }
-            Axis::Input => ("u".into(), self.data.input_unit.clone(), each(&u)),
-            Axis::Time => ("t".into(), "s".into(), each(&|r, k| fit[r].start + fit[r].interval * k as f64)),
-        }
-    }
-
-    fn measured_curve(&self, form: &Form, motion: &Motion) -> Curve {
-        let (axis, unit, values) = self.axis(form, motion);
-        let total: usize = values.iter().map(Vec::len).sum();
-        let stride = (total / POINTS).max(1);
-        let pairs = values.iter().flatten().zip(motion.missing.iter().flatten());
-        let measured = pairs.step_by(stride).map(|(a, f)| [*a, *f]).collect();
-        Curve { axis, unit, measured, effect: Vec::new() }
-    }
-
-    /// The measured missing force and the effect's own through it: its partial residuals, as of a regression.
-    fn curve(&self, form: &Form, (before, fitted): (&Fitted, &Fitted), motion: &Motion) -> Curve {
-        let mut curve = self.measured_curve(form, motion);
-        let data = &self.data;
-        let shared = &fitted.refined.point.shared;
-        let inner_count = fitted.composition.inner_count();
-        let inner = &shared[shared.len() - inner_count..];
-        let own_inner = &inner[inner.len() - form.inner.len()..];
-        let addition = form.addition(own_inner);
-        if addition.terms.is_empty() {
-            return curve;
-        }
-        let place = fitted.composition.places(inner).pop().unwrap_or(0..0);
-        let (_, _, values) = self.axis(form, motion);
-        let old = &before.refined.point.shared;
-        let old_composed = before.composition.compose(&old[old.len() - before.composition.inner_count()..]);
-        let composed = fitted.composition.compose(inner);
-        let sum = |columns: &[Vec<f64>], coefficients: &[f64], k: usize| -> f64 {
-            columns.iter().zip(coefficients).map(|(f, c)| c * f[k]).sum()
-        };
-        let mut force = Vec::new();
-        // What the effect has to make up for: the missing force, and what the other terms gave back or took over since.
-        let mut wanted = Vec::new();
-        for ((s, path), missing) in data.fit().iter().zip(&motion.measured).zip(&motion.missing) {
-            let columns =
-                |terms: &[Term], internals: &[Equation]| forces(terms, internals, &data.layout, s, &s.inputs(), path);
-            let then = columns(&old_composed.terms, &old_composed.internals);
-            let now = columns(&composed.terms, &composed.internals);
-            for (k, missing) in missing.iter().enumerate() {
-                let own = sum(&now[place.clone()], &shared[place.clone()], k);
-                force.push(own);
-                wanted.push(missing + sum(&then, old, k) - (sum(&now, shared, k) - own));
-            }
-        }
-        let total = force.len();
-        let stride = (total / POINTS).max(1);
-        let over = |force: &[f64]| -> Vec<[f64; 2]> {
-            values.iter().flatten().zip(force).step_by(stride).map(|(a, f)| [*a, *f]).collect()
-        };
-        curve.measured = over(&wanted);
-        let mut effect = over(&force);
-        if addition.internals.is_empty() {
-            effect.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        }
-        curve.effect = effect;
-        curve
-    }
-
-    /// A fitted model for showing.
-    fn show(&self, fitted: &Fitted) -> Stage {
-        let data = &self.data;
-        let refined = &fitted.refined;
-        let shared = &refined.point.shared;
-        let (model, composed) = fitted.composition.model(shared);
-        let inflated = colour(fitted, data.frequency, data.fit()[0].interval).sqrt();
-        let errors: Vec<Option<f64>> = (0..shared.len()).map(|k| refined.std_error(k).map(|e| e * inflated)).collect();
-        let model = with_errors(model, &errors, &self.shares(&model_terms(&composed.terms, shared), fitted));
-        let inner = &shared[shared.len() - fitted.composition.inner_count()..];
-        let inner_errors = &errors[errors.len() - inner.len()..];
-        let mut rest = 0;
-        let effects = fitted
-            .composition
-            .forms
-            .iter()
-            .zip(fitted.composition.places(inner))
-            .map(|(form, place)| {
-                let own = rest..rest + form.inner.len();
-                rest = own.end;
-                let mut parameters: Vec<Parameter> = form
-                    .coefficients
-                    .iter()
-                    .zip(place.clone())
-                    .map(|(c, k)| Parameter {
-                        name: c.name.to_owned(),
-                        value: if c.sign == Sign::Against { -shared[k] } else { shared[k] },
-                        std_error: errors[k],
-                        unit: unit(&data.unit, c.dimension),
-                    })
-                    .collect();
-                parameters.extend(form.inner.iter().zip(own).map(|(q, k)| Parameter {
-                    name: q.name.to_owned(),
-                    value: inner[k],
-                    std_error: inner_errors[k],
-                    unit: if q.name == "u_max" { data.input_unit.clone() } else { unit(&data.unit, q.dimension) },
-                }));
-                if fitted.composition.offset() && form.effect == "sensor_offset" {
-                    parameters.extend(data.fit().iter().zip(&refined.point.own).filter_map(|(s, own)| {
-                        Some(Parameter {
-                            name: format!("offset of {}", s.name),
-                            value: *own.last()?,
-                            std_error: None,
-                            unit: data.unit.clone(),
-                        })
-                    }));
-                }
-                Added {
-                    choice: choice(form),
-                    title: form.full_title(),
-                    terms: composed.terms[place].iter().map(|t| t.text(&model.layout)).collect(),
-                    parameters,
-                }
-            })
-            .collect();
-        Stage { model, effects, gap: fitted.gap, traces: self.traces(fitted) }
-    }
-
-    /// RMS of each term's force over the fitted records, as a share of their sum.
-    fn shares(&self, terms: &[(Term, f64)], fitted: &Fitted) -> Vec<f64> {
-        let data = &self.data;
-        let inner =
-            &fitted.refined.point.shared[fitted.refined.point.shared.len() - fitted.composition.inner_count()..];
-        let composed = fitted.composition.compose(inner);
-        let mut squares = vec![0.0; terms.len()];
-        for s in data.fit() {
-            let path = Path { x: s.rough[0].clone(), v: s.rough[1].clone() };
-            let columns = forces(&composed.terms, &composed.internals, &data.layout, s, &s.inputs(), &path);
-            for ((square, column), (_, c)) in squares.iter_mut().zip(&columns).zip(terms) {
-                *square += c * c * dot(column, column);
-            }
-        }
-        let sum: f64 = squares.iter().map(|s| f64::sqrt(*s)).sum();
-        squares.iter().map(|s| if sum > 0.0 { f64::sqrt(*s) / sum } else { 0.0 }).collect()
-    }
-
-    fn traces(&self, fitted: &Fitted) -> Vec<Trace> {
-        let trace = |s: &super::data::Series, simulated: &[f64]| Trace {
-            record: s.name.clone(),
-            usage: s.usage,
-            start: s.start,
-            interval: s.interval,
-            measured: Arc::clone(&s.measured),
-            simulated: simulated.into(),
-        };
-        let fit = self.data.fit().iter().zip(&fitted.refined.simulated);
-        let held = self.data.held_out().iter().zip(&fitted.held_out);
-        fit.chain(held).map(|(s, y)| trace(s, y)).collect()
-    }
-
-    /// Walks until nothing is missing, nothing more can be named, or the most effects are added.
-    ///
-    /// # Errors
-    /// The base cannot be fitted; cancelled.
-    pub fn diagnose(&self, tell: Listener<'_>, cancel: &Cancel) -> Result<Diagnosis, GapError> {
-        let started = Instant::now();
-        let mut stage = self.base(cancel)?;
-        let mut steps: Vec<Step> = Vec::new();
-        let mut last = loop {
-            let round = self.look(&stage, tell, cancel)?;
-            match Step::of(round) {
-                Ok(step) if steps.len() < self.ask.max_effects => {
-                    steps.push(step);
-                    let choices: Vec<Choice> = steps.iter().map(|s| s.choice.clone()).collect();
-                    // A richer kind takes the simpler one's place, and what a later effect made superfluous goes.
-                    let fitted = self.added(&stage, &choices, cancel)?;
-                    let kept = self.dropped(fitted, cancel)?;
-                    steps.retain(|s| kept.effects.iter().any(|e| e.choice == s.choice));
-                    stage = kept;
-                }
-                Ok(step) => break Round { finding: Finding::Unexplained, ..step.round },
-                Err(round) => break *round,
-            }
-        };
-        if steps.len() > 1 && self.reconsider(&mut steps, tell, cancel)? {
-            let choices: Vec<Choice> = steps.iter().map(|s| s.choice.clone()).collect();
-            stage = self.stage(&choices, cancel)?;
-            last = self.look(&stage, tell, cancel)?;
-        }
-        // Those that stand alone first; the interface lists rivals under the last.
-        steps.sort_by_key(|s| !s.alone());
-        let mut stages = vec![self.base(cancel)?];
-        for n in 1..=steps.len() {
-            let choices: Vec<Choice> = steps[..n].iter().map(|s| s.choice.clone()).collect();
-            stages.push(self.stage(&choices, cancel)?);
-        }
-        let ambiguous = steps.iter().any(|s| !s.alone());
-        let verdict = match last.finding {
-            Finding::Nothing if steps.is_empty() => Verdict::NothingMissing,
-            Finding::Nothing if !ambiguous => Verdict::Named,
-            _ if ambiguous => Verdict::Ambiguous,
-            _ => Verdict::Unexplained,
-        };
-        let mut rounds: Vec<Round> = steps.into_iter().map(|s| s.round).collect();
-        rounds.push(last);
-        let remaining =
-            rounds.last().map_or_else(Remaining::default, |round| remaining(&round.evidence, &round.hidden_up_to));
-        let sentence = sentence(verdict, &stages, &rounds, &self.data.unit);
-        Ok(Diagnosis {
-            verdict,
-            sentence,
-            noise_floor: self.data.noise,
-            notices: self.notices().map(str::to_owned).collect(),
-            blind: self.audit.blind.clone(),
-            rounds,
-            stages,
-            remaining,
-            elapsed_ms: 1e3 * started.elapsed().as_secs_f64(),
-        })
-    }
-
-    /// What a walk made by hand has come to: `rounds[k]` looked at `stages[k]`, and the last stage may not have been
-    /// looked at yet.
-    ///
-    /// # Errors
-    /// No stage, or one that cannot be simulated; cancelled.
-    pub fn conclude(
-        &self,
-        rounds: Vec<Round>,
-        stages: Vec<Arc<Stage>>,
-        cancel: &Cancel,
-    ) -> Result<Diagnosis, GapError> {
-        let started = Instant::now();
-        let added = stages.last().is_some_and(|s| !s.effects.is_empty());
-        let looked = rounds.len() >= stages.len();
-        let finding = rounds.last().map(|r| &r.finding);
-        let remaining = match (rounds.last(), stages.last()) {
-            (Some(round), _) if looked => remaining(&round.evidence, &round.hidden_up_to),
-            (_, Some(stage)) => self.left(stage, cancel)?,
-            _ => return Err(GapError::Base),
-        };
-        let verdict = match finding {
-            Some(Finding::Ambiguous(_)) if added && !looked => Verdict::Ambiguous,
-            _ if remaining.significant => Verdict::Unexplained,
-            _ if added => Verdict::Named,
-            _ => Verdict::NothingMissing,
-        };
-        let open = !looked || matches!(finding, Some(Finding::Named | Finding::Ambiguous(_)));
-        let sentence = match verdict {
-            // What was not looked for cannot be said to have no name.
-            Verdict::Unexplained if open && added => {
-                sentence(Verdict::Named, &stages, &rounds, &self.data.unit) + " What is left is more than noise."
-            }
-            Verdict::Unexplained if open => "Something is missing: the gap is more than noise.".to_owned(),
-            verdict => sentence(verdict, &stages, &rounds, &self.data.unit),
-        };
-        Ok(Diagnosis {
-            verdict,
-            sentence,
-            noise_floor: self.data.noise,
-            notices: self.notices().map(str::to_owned).collect(),
-            blind: self.audit.blind.clone(),
-            rounds,
-            stages,
-            remaining,
-            elapsed_ms: 1e3 * started.elapsed().as_secs_f64(),
-        })
-    }
-
-    /// A stage without those of its effects that a later one has made superfluous.
-    fn dropped(&self, stage: Arc<Stage>, cancel: &Cancel) -> Result<Arc<Stage>, GapError> {
-        let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
-        if choices.len() < 2 {
-            return Ok(stage);
-        }
-        let whole = self.fitted(&choices, cancel)?;
-        let interval = self.data.fit()[0].interval;
-        let tint = colour(&whole, self.data.frequency, interval);
-        for index in 0..choices.len() - 1 {
-            let mut composition = whole.composition.without(index);
-            let shared = &whole.refined.point.shared;
-            let inner = &shared[shared.len() - whole.composition.inner_count()..];
-            let gone = whole.composition.places(inner)[index].clone();
-            let before: usize = whole.composition.forms[..index].iter().map(|f| f.inner.len()).sum();
-            let gone_inner = before..before + whole.composition.forms[index].inner.len();
-            let coefficients = shared.len() - inner.len();
-            let kept = |k: usize| !(gone.contains(&k) || k >= coefficients && gone_inner.contains(&(k - coefficients)));
-            if !whole.composition.forms[index].addition(&inner[gone_inner.clone()]).replaces.is_empty() {
-                continue;
-            }
-            let shared: Vec<f64> = (0..shared.len()).filter(|k| kept(*k)).map(|k| shared[k]).collect();
-            composition.scales =
-                (0..whole.composition.scales.len()).filter(|k| kept(*k)).map(|k| whole.composition.scales[k]).collect();
-            let own = carried(&whole.composition, &composition, &whole.refined.point.own);
-            let Some(refined) = self.data.refine(&composition, &Point { shared, own }, self.data.lost(), None, cancel)
-            else {
-                continue;
-            };
-            let without = self.data.judge(composition, refined, cancel);
-            if score(&whole, &without, tint, 0.0).total <= 0.0 {
-                let without = Arc::new(without);
-                self.keep(Arc::clone(&without));
-                return Ok(Arc::new(self.show(&without)));
-            }
-        }
-        Ok(stage)
-    }
-
-    /// What a stage leaves, no effect being tried.
-    fn left(&self, stage: &Stage, cancel: &Cancel) -> Result<Remaining, GapError> {
-        let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
-        let fitted = self.fitted(&choices, cancel)?;
-        let motion = self.data.motion(&fitted).ok_or(GapError::Base)?;
-        let forms = self.forms(&fitted, &motion);
-        let screened = self.data.screen(&fitted, &motion, &forms, cancel);
-        let evidence = self.data.evidence(&fitted, &motion, &forms, &screened);
-        Ok(remaining(&evidence, &self.data.detectable(&fitted, &motion, &forms, &screened)))
-    }
-
-    /// The stage after the last of these effects was added to another.
-    fn added(&self, before: &Stage, choices: &[Choice], cancel: &Cancel) -> Result<Arc<Stage>, GapError> {
-        let last = choices.last().ok_or(GapError::Base)?;
-        let known: Vec<Choice> = before.effects.iter().map(|e| e.choice.clone()).collect();
-        let with: Vec<Choice> = known.iter().chain([last]).cloned().collect();
-        // Where it took a simpler one's place, the fit is known without that one.
-        let place = (0..known.len()).map(|gone| {
-            let mut list = with.clone();
-            list.remove(gone);
-            list
-        });
-        let found = std::iter::once(with.clone()).chain(place).find(|list| self.known(list).is_some());
-        self.stage(&found.unwrap_or(with), cancel)
-    }
-
-    /// Looks again at each effect in the company of the others: with the others in place another may do better, or rivals
-    /// may have fallen away. True if an effect was exchanged.
-    fn reconsider(&self, steps: &mut [Step], tell: Listener<'_>, cancel: &Cancel) -> Result<bool, GapError> {
-        let mut exchanged = false;
-        for index in 0..steps.len() {
-            // The last was judged in the company of all others, unless one of them was exchanged since.
-            if index + 1 == steps.len() && !exchanged {
-                break;
-            }
-            let others: Vec<Choice> =
-                steps.iter().enumerate().filter(|(k, _)| *k != index).map(|(_, s)| s.choice.clone()).collect();
-            let Ok(stage) = self.stage(&others, cancel) else { continue };
-            if let Ok(step) = Step::of(self.look(&stage, tell, cancel)?) {
-                exchanged |= step.choice != steps[index].choice;
-                steps[index] = step;
-            }
-        }
-        Ok(exchanged)
-    }
-}
-
-/// An effect that was added, and the look that led to it.
-struct Step {
-    choice: Choice,
-    round: Round,
-}
-
-impl Step {
-    /// The step that a round leads to; the round itself if it leads to none.
-    fn of(round: Round) -> Result<Self, Box<Round>> {
-        match (&round.finding, round.candidates.first()) {
-            (Finding::Named | Finding::Ambiguous(_), Some(first)) => Ok(Self { choice: first.choice.clone(), round }),
-            _ => Err(Box::new(round)),
-        }
-    }
-
-    fn alone(&self) -> bool {
-        self.round.finding == Finding::Named
-    }
-}
-
-/// What is left, in words.
-fn remaining(evidence: &Evidence, hidden_up_to: &[(String, f64)]) -> Remaining {
-    let mut note = String::new();
-    if evidence.significant {
-        note.push_str("What is left is more than noise. ");
-    }
-    let mut sizes: Vec<&(String, f64)> = hidden_up_to.iter().filter(|(_, s)| s.is_finite()).collect();
-    sizes.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let list: Vec<String> =
-        sizes.iter().map(|(title, s)| format!("{} {} %", within(title), significant(100.0 * s, 2))).collect();
-    if !list.is_empty() {
-        note.push_str("The smallest that could not have hidden, as a share of the spring force: ");
-        note.push_str(&list.join("; "));
-        note.push('.');
-    }
-    Remaining { significant: evidence.significant, p_value: evidence.p_value, note }
-}
-
-fn model_terms(terms: &[Term], shared: &[f64]) -> Vec<(Term, f64)> {
-    terms.iter().cloned().zip(shared.iter().copied()).collect()
 }
 
 /// A linear spring and damper: across the joint where the base moves, with the force where one acts.
@@ -969,76 +566,4 @@ fn base_terms(data: &Data) -> Vec<Term> {
         _ => &["x", "v", "u"],
     };
     list.iter().filter_map(|t| known(t)).collect()
-}
-
-/// Why a refitted candidate is where it is.
-fn why(form: &Form, before: &Fitted, after: &Fitted, refused: Option<&str>, length: &str) -> String {
-    let number = |v: f64| format_si(v, length, 3);
-    let rms = |f: &Fitted| f.gap.test_rmse.unwrap_or(f.gap.train_rmse);
-    let (b, a) = (rms(before), rms(after));
-    match refused {
-        Some(reason) => format!("Refused: {reason}."),
-        None => format!(
-            "With {} the error on data never fitted falls from {} to {}, {} times.",
-            within(form.title),
-            number(b),
-            number(a),
-            significant(b / a, 2)
-        ),
-    }
-}
-
-fn sentence_case(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-}
-
-/// A title within a sentence: names keep their capitals.
-fn within(title: &str) -> String {
-    let name = ["Coulomb", "Stribeck", "Bouc"].iter().any(|n| title.starts_with(n));
-    let mut letters = title.chars();
-    match letters.next() {
-        Some(first) if !name => first.to_lowercase().chain(letters).collect(),
-        _ => title.to_owned(),
-    }
-}
-
-/// The verdict in one sentence.
-fn sentence(verdict: Verdict, stages: &[Arc<Stage>], rounds: &[Round], length: &str) -> String {
-    let (Some(first), Some(last)) = (stages.first(), stages.last()) else { return String::new() };
-    let names: Vec<String> = last.effects.iter().map(|e| within(&e.title)).collect();
-    let rms = |s: &Stage| s.gap.test_rmse.unwrap_or(s.gap.train_rmse);
-    let gap = format!(
-        "the error on data never fitted falls from {} to {}",
-        format_si(rms(first), length, 3),
-        format_si(rms(last), length, 3)
-    );
-    match verdict {
-        Verdict::NothingMissing => "Nothing is missing that these data can show.".to_owned(),
-        Verdict::Named => format!("Missing: {}; {gap}.", names.join(" and ")),
-        Verdict::Ambiguous => {
-            let others = rounds
-                .iter()
-                .rev()
-                .find_map(|r| match &r.finding {
-                    Finding::Ambiguous(places) => Some(
-                        places
-                            .iter()
-                            .filter_map(|k| r.candidates.get(*k))
-                            .map(|c| within(&c.title))
-                            .collect::<Vec<_>>()
-                            .join(", "),
-                    ),
-                    _ => None,
-                })
-                .unwrap_or_default();
-            format!("{}, or just as well {others}: these data cannot tell; {gap}.", sentence_case(&names.join(" and ")))
-        }
-        Verdict::Unexplained if names.is_empty() => {
-            "Something is missing, and no effect of the catalogue closes the gap on data never fitted.".to_owned()
-        }
-        Verdict::Unexplained => {
-            format!("Missing: {}; {gap}. Something more is left that these data cannot name.", names.join(" and "))
-        }
-    }
 }

@@ -2,7 +2,7 @@ use super::effects::{Addition, Form, Sign};
 use super::outcome::Choice;
 use crate::model::{Equation, Model, WeightedTerm};
 use crate::refine::{Instance, Structure};
-use crate::term::{Expression, Function, Layout, Symbol, Term};
+use crate::term::{Expression, Function, Layout, Symbol, Term, derivative};
 
 /// The base model's terms with effects on top: what is fitted.
 ///
@@ -84,6 +84,16 @@ impl Composition {
                 range
             })
             .collect()
+    }
+
+    /// The base model's terms that are linear in velocity, each with the index of its coefficient.
+    pub(super) fn dampers(&self, inner: &[f64]) -> Vec<(usize, &Term)> {
+        let replaced: Vec<Term> = self.additions(inner).into_iter().flat_map(|a| a.replaces).collect();
+        let kept = self.base.iter().filter(|t| !replaced.contains(t)).enumerate();
+        kept.filter(
+            |(_, t)| matches!(derivative(t.expression(), Symbol::Rate(0)), Expression::Number(slope) if slope > 0.0),
+        )
+        .collect()
     }
 
     /// For each term at these inner values, its index among another composition's terms, if that has it.

@@ -157,6 +157,10 @@ impl Refined {
 /// Share of the motion's RMS that a parameter is moved by for a difference.
 const NUDGE: f64 = 1e-4;
 
+/// By how much a difference is widened where no step leads down, and the widest one.
+const WIDER: f64 = 8.0;
+const WIDEST: f64 = 64.0;
+
 /// A step that lowers the sum of squares by less than this many noise variances ends the iteration: a small part of
 /// what chance moves it by.
 const NOTICEABLE: f64 = 0.05;
@@ -177,6 +181,8 @@ struct Fitter<'a> {
     rms: f64,
     /// Integration steps so far, a change of side counted as [`CHANGE`].
     spent: usize,
+    /// Share of the motion's RMS that a parameter is moved by for a difference, with its sign.
+    nudge: f64,
 }
 
 /// Integration steps that locating a change of side is worth.
@@ -224,6 +230,7 @@ impl<'a> Fitter<'a> {
             delayed: vec![None; runs.len()],
             rms: (square / count.max(1) as f64).sqrt().max(f64::MIN_POSITIVE),
             spent: 0,
+            nudge: NUDGE,
         }
     }
 
@@ -296,7 +303,7 @@ impl<'a> Fitter<'a> {
         for j in 0..shared {
             let mut done = false;
             // Forward, else backward where the forward point is out of bounds or its simulation does not last.
-            for step in [NUDGE * scales[j], -NUDGE * scales[j]] {
+            for step in [self.nudge * scales[j], -self.nudge * scales[j]] {
                 moved[j] = point.shared[j] + step;
                 let step = moved[j] - point.shared[j];
                 let Some(instance) = self.structure.instance(&moved) else { continue };
@@ -339,7 +346,7 @@ impl<'a> Fitter<'a> {
                     column.clear();
                     column.resize(simulated[r].len(), 1.0);
                 } else {
-                    own[i] = point.own[r][i] + NUDGE * own_scales[r][i];
+                    own[i] = point.own[r][i] + self.nudge * own_scales[r][i];
                     let step = own[i] - point.own[r][i];
                     let lasts = self.simulate(&simulator, &instance, r, &own, &mut column);
                     own[i] = point.own[r][i];
@@ -428,8 +435,14 @@ impl<'a> Fitter<'a> {
                 }
             }
             if !taken {
-                // No descent along any damped step: the point is as good as the differences can tell.
-                break;
+                // No descent along any damped step. A difference may have straddled a stop of the motion, on whose two sides
+                // the response moves differently: a wider one, from the other side, sees past it. One of many rivals is not
+                // worth that.
+                if self.options.frozen || self.options.bar.is_some() || self.nudge.abs() >= WIDEST * NUDGE {
+                    break;
+                }
+                self.nudge *= -WIDER;
+                damping = 1e-4;
             }
         }
         let residuals = self

@@ -393,11 +393,15 @@ fn settings(outcome: &Outcome) -> Table {
         Scaling::Scaled => "of columns and rate divided by their RMS",
         Scaling::Raw => "of the coefficients as they stand",
     };
-    rows.push(("sparse regression", "sequentially thresholded least squares (STLSQ)".into()));
+    rows.push(("sparse regression", settings.regressor.title().into()));
     rows.push(("threshold", format!("{} {compared}", significant_trimmed(settings.threshold, 4))));
     if let Some(refinement) = &outcome.refinement {
         let ended = if refinement.converged { "" } else { ", ended before it came to rest" };
         rows.push(("refinement", format!("coefficients fitted to the response itself (output error){ended}")));
+    }
+    for fit in outcome.fits.iter().filter(|f| !f.probability.is_empty()) {
+        let said = |(term, p): &(crate::term::Term, f64)| format!("{} {p:.2}", text(term));
+        rows.push(("terms' probabilities", fit.probability.iter().map(said).collect::<Vec<_>>().join(", ")));
     }
     if settings.ridge > 0.0 {
         rows.push(("ridge weight α", significant_trimmed(settings.ridge, 4)));

@@ -88,6 +88,7 @@ fn outcome() -> Outcome {
         },
         model: Model::second_order(1, vec![acceleration]),
         fits: vec![EquationFit {
+            probability: Vec::new(),
             state: Symbol::Rate(0),
             dropped: vec![DroppedTerm { term: term("du"), fell_at: Some(0.0043) }],
             drop_marks: Vec::new(),
@@ -319,6 +320,7 @@ fn the_walk_is_told_in_every_document() {
         place: Place { sentence: "Near zero velocity.".into(), ..Place::default() },
         candidates: vec![candidate, rival],
         finding: Finding::Ambiguous(vec![1]),
+        promising: Vec::new(),
         next_experiment: Some("Run it slowly.".into()),
         hidden_up_to: Vec::new(),
     };

@@ -354,7 +354,12 @@ fn alternative_words(candidate: &Candidate, named: &Candidate, unit: &str) -> St
     let rmse = candidate.stage.as_ref().map(|s| s.gap.test_rmse.unwrap_or(s.gap.train_rmse));
     let rmse = rmse.map_or_else(String::new, |r| format!(", {}", format_si(r, unit, 3)));
     let difference = candidate.delta_bic - named.delta_bic;
-    let sign = if difference > 0.0 { "+" } else { "" };
+    // Less than a tenth is nothing.
+    let difference = match significant_trimmed(difference, 3) {
+        _ if difference.abs() < 0.1 => "0".to_owned(),
+        text if difference > 0.0 => format!("+{text}"),
+        text => text,
+    };
     let refused = candidate.refusal().map_or_else(String::new, |reason| format!("; refused: {reason}"));
-    format!("{} (ΔBIC {sign}{}{rmse}{refused})", candidate.title, significant_trimmed(difference, 3))
+    format!("{} (ΔBIC {difference}{rmse}{refused})", candidate.title)
 }

@@ -1,9 +1,18 @@
 //! Sparse regression on reduced columns; knows numbers, not what a column means.
 
+mod bayes;
+mod best_subset;
+mod frols;
+mod front;
+mod orthogonal;
 mod reduce;
+mod regressor;
+mod sr3;
+mod ssr;
 mod stlsq;
 mod uncertainty;
 
 pub use reduce::{Reduced, Sign};
-pub use stlsq::{Constraint, Options, Solution, drop_path, solution_path, stlsq};
+pub use regressor::{Regressor, drop_path};
+pub use stlsq::{Constraint, Options, Solution, stlsq};
 pub use uncertainty::clustered_covariance;

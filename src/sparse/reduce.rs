@@ -146,8 +146,13 @@ impl Reduced {
         !(self.scale[column] > 0.0 && self.scale[column].is_finite())
     }
 
+    /// A scaled column, as a column of the triangle.
+    pub(super) fn column(&self, column: usize) -> DVector<f64> {
+        self.triangle.column(column).into_owned()
+    }
+
     /// The scaled target less what fixed columns contribute; `fixed` pairs a column with its (unscaled) coefficient.
-    fn target(&self, fixed: &[(usize, f64)]) -> DVector<f64> {
+    pub(super) fn target(&self, fixed: &[(usize, f64)]) -> DVector<f64> {
         let mut y = self.triangle.column(self.columns()).into_owned();
         for (column, coefficient) in fixed {
             let factor =

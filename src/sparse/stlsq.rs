@@ -1,3 +1,5 @@
+//! Sequentially thresholded least squares, and what every way to a sparse solution shares.
+
 use super::Reduced;
 
 /// What is decided about a column before the regression.
@@ -35,8 +37,49 @@ pub struct Solution {
     pub support: Vec<usize>,
     /// RMS of the residual.
     pub residual_rms: f64,
-    /// Smallest threshold above the one given at which something changes; infinite if nothing will.
+    /// Smallest threshold above the one given at which something changes; infinite if nothing will, or not known.
     pub next_change: f64,
+    /// Posterior probability that each column belongs; empty but for [`Regressor::Bayes`](super::Regressor::Bayes).
+    pub probability: Vec<f64>,
+}
+
+impl Options {
+    /// The ridge's weight on a column's scaled coefficient, beside columns of norm √rows.
+    pub(super) fn ridge_weight(&self, reduced: &Reduced, column: usize) -> f64 {
+        let scale = reduced.scale()[column];
+        if self.scaled { self.ridge * reduced.rows().max(1) as f64 } else { self.ridge / (scale * scale) }
+    }
+}
+
+impl Solution {
+    /// Plain least squares on the columns `keep`, fixed ones beside them.
+    pub(super) fn on(reduced: &Reduced, constraints: &[Constraint], mut keep: Vec<usize>) -> Self {
+        keep.sort_unstable();
+        let fixed = fixed(constraints);
+        let (b, residual) = reduced.solve(&keep, &fixed, |_| 0.0);
+        let mut coefficients = vec![0.0; reduced.columns()];
+        for (k, value) in &fixed {
+            coefficients[*k] = *value;
+        }
+        for (b, k) in b.iter().zip(&keep) {
+            coefficients[*k] = b * reduced.target_scale() / reduced.scale()[*k];
+        }
+        let residual_rms = residual * reduced.target_scale();
+        Self { coefficients, support: keep, residual_rms, next_change: f64::INFINITY, probability: Vec::new() }
+    }
+}
+
+/// Columns kept at a coefficient that is given.
+pub(super) fn fixed(constraints: &[Constraint]) -> Vec<(usize, f64)> {
+    let value = |c: &Constraint| if let Constraint::Fixed(value) = c { Some(*value) } else { None };
+    constraints.iter().enumerate().filter_map(|(k, c)| Some((k, value(c)?))).collect()
+}
+
+/// Columns whose coefficient is to be found.
+pub(super) fn fitted(reduced: &Reduced, constraints: &[Constraint]) -> Vec<usize> {
+    (0..reduced.columns())
+        .filter(|k| matches!(constraints[*k], Constraint::Free | Constraint::In) && !reduced.unusable(*k))
+        .collect()
 }
 
 /// Sequentially thresholded least squares (Brunton, Proctor & Kutz 2016): fit, drop the small, again until nothing drops,
@@ -44,22 +87,12 @@ pub struct Solution {
 ///
 /// `constraints` holds one entry a column.
 pub fn stlsq(reduced: &Reduced, constraints: &[Constraint], options: &Options) -> Solution {
-    let fixed: Vec<(usize, f64)> = constraints
-        .iter()
-        .enumerate()
-        .filter_map(|(k, c)| if let Constraint::Fixed(value) = c { Some((k, *value)) } else { None })
-        .collect();
+    let fixed = fixed(constraints);
     let size = |b: f64, k: usize| {
         if options.scaled { b.abs() } else { (b * reduced.target_scale() / reduced.scale()[k]).abs() }
     };
-    let rows = reduced.rows().max(1) as f64;
-    let ridge = |k: usize| {
-        let scale = reduced.scale()[k];
-        if options.scaled { options.ridge * rows } else { options.ridge / (scale * scale) }
-    };
-    let mut keep: Vec<usize> = (0..reduced.columns())
-        .filter(|k| matches!(constraints[*k], Constraint::Free | Constraint::In) && !reduced.unusable(*k))
-        .collect();
+    let ridge = |k: usize| options.ridge_weight(reduced, k);
+    let mut keep = fitted(reduced, constraints);
     let mut next_change = f64::INFINITY;
     loop {
         let (b, _) = reduced.solve(&keep, &fixed, ridge);
@@ -81,59 +114,13 @@ pub fn stlsq(reduced: &Reduced, constraints: &[Constraint], options: &Options) -
             break;
         }
     }
-    let (b, residual) = reduced.solve(&keep, &fixed, |_| 0.0);
-    let mut coefficients = vec![0.0; reduced.columns()];
-    for (k, value) in &fixed {
-        coefficients[*k] = *value;
-    }
-    for (b, k) in b.iter().zip(&keep) {
-        coefficients[*k] = b * reduced.target_scale() / reduced.scale()[*k];
-    }
-    Solution { coefficients, support: keep, residual_rms: residual * reduced.target_scale(), next_change }
-}
-
-/// The solutions as the threshold rises from zero, each with the threshold from which on it holds, up to that of the next.
-///
-/// Exact: between two changes the whole course of [`stlsq`] is the same.
-pub fn solution_path(reduced: &Reduced, constraints: &[Constraint], options: &Options) -> Vec<(f64, Solution)> {
-    const MOST: usize = 400;
-    let mut path = vec![(0.0, stlsq(reduced, constraints, &Options { threshold: 0.0, ..*options }))];
-    while let Some((_, before)) = path.last()
-        && before.next_change.is_finite()
-        && path.len() <= MOST
-    {
-        let change = before.next_change;
-        let threshold = change.next_up().max(change * (1.0 + 1e-12));
-        path.push((change, stlsq(reduced, constraints, &Options { threshold, ..*options })));
-    }
-    path
-}
-
-/// The thresholds at which columns leave as the threshold rises from zero, ascending, each with the column that leaves.
-///
-/// A column that comes back at a higher threshold (collinear columns can) is listed where it leaves for good.
-pub fn drop_path(path: &[(f64, Solution)]) -> Vec<(f64, usize)> {
-    let columns = path.first().map_or(0, |(_, s)| s.coefficients.len());
-    let mut leaves: Vec<Option<f64>> = vec![None; columns];
-    for pair in path.windows(2) {
-        let [(_, before), (change, after)] = pair else { continue };
-        for k in &before.support {
-            if !after.support.contains(k) {
-                leaves[*k] = Some(*change);
-            }
-        }
-    }
-    for k in path.last().into_iter().flat_map(|(_, s)| &s.support) {
-        leaves[*k] = None;
-    }
-    let mut path: Vec<(f64, usize)> = leaves.iter().enumerate().filter_map(|(k, at)| at.map(|at| (at, k))).collect();
-    path.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    path
+    Solution { next_change, ..Solution::on(reduced, constraints, keep) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sparse::{Regressor, drop_path};
 
     /// y = 3a − 0.5b + 0.02c with units far apart.
     fn problem(unit: f64) -> (Vec<Vec<f64>>, Vec<f64>) {
@@ -181,7 +168,7 @@ mod tests {
         let reduced = Reduced::new(&columns, &y);
         let free = vec![Constraint::Free; columns.len()];
         let options = Options { threshold: 0.0, ridge: 0.0, scaled: true };
-        let path = drop_path(&solution_path(&reduced, &free, &options));
+        let path = drop_path(&Regressor::Stlsq.path(&reduced, &free, &options));
         assert_eq!(path.iter().map(|p| p.1).collect::<Vec<_>>(), [3, 2, 1, 0]);
         for (at, k) in &path {
             let below = stlsq(&reduced, &free, &Options { threshold: at * (1.0 - 1e-9), ..options });

@@ -10,7 +10,7 @@ use super::known::candidate_terms;
 use super::regression::{self, Regression, fitted_states};
 use super::response::Drive;
 use super::suggest::odd;
-use super::{Cancel, Form, Outcome, Settings, Smoothing, Study, StudyError, check};
+use super::{Cancel, Form, Outcome, Regressor, Settings, Smoothing, Study, StudyError, check};
 use crate::model::Model;
 use crate::record::{Record, RecordSet, Role, Usage};
 use crate::signal::{Differentiation, Facts, Signals, dot, mean_and_variance};
@@ -166,8 +166,12 @@ pub fn choose(
         Form::Weak { .. } => "weak form, ",
     };
     let refined = if settings.refine && !start.refine { ", coefficients fitted to the response itself" } else { "" };
+    let regressor = match settings.regressor {
+        Regressor::Stlsq => String::new(),
+        other => format!("{}, ", other.title()),
+    };
     let reason = format!(
-        "{form}segment {} of order {} and threshold {:.2e}{refined}: simulation error {:.2e} of the motion on {judged}; {} settings tried",
+        "{regressor}{form}segment {} of order {} and threshold {:.2e}{refined}: simulation error {:.2e} of the motion on {judged}; {} settings tried",
         settings.smoothing.window,
         settings.smoothing.order,
         settings.threshold,
@@ -342,7 +346,8 @@ impl Plan {
     ) -> Result<Option<(Settings, f64)>, StudyError> {
         let pieces = self.shortened();
         let all: Vec<usize> = (0..pieces.len()).collect();
-        let levels: Result<Vec<Option<(&Candidate, Settings, f64)>>, StudyError> = levels(tried)
+        type Level<'c> = (&'c Candidate, Settings, f64);
+        let levels: Result<Vec<Option<Level<'_>>>, StudyError> = levels(tried)
             .into_par_iter()
             .map(|candidate| {
                 let settings = Settings { refine: true, ..self.settings(start, free, candidate)? };
@@ -351,7 +356,7 @@ impl Plan {
                 Ok(left.map(|left| (candidate, settings, left)))
             })
             .collect();
-        let levels: Vec<(&Candidate, Settings, f64)> = levels?.into_iter().flatten().collect();
+        let levels: Vec<Level<'_>> = levels?.into_iter().flatten().collect();
         let better = BETTERED * BETTERED * error;
         if !levels.iter().any(|(_, _, left)| *left < better) {
             return Ok(None);

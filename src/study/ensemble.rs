@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::regression::Resampling;
 use super::{Cancel, Settings, Study, StudyError, check};
 use crate::record::RecordSet;
-use crate::sparse::{Constraint, Reduced, stlsq};
+use crate::sparse::{Constraint, Reduced};
 use crate::term::{Symbol, Term};
 
 /// How sure a term of one equation is.
@@ -79,7 +79,7 @@ struct Repeat {
 }
 
 fn repeat(resampling: &Resampling, cancel: &Cancel) -> Result<Vec<Inclusion>, StudyError> {
-    let Resampling { state, terms, constraints, options, blocks } = resampling;
+    let Resampling { state, terms, constraints, options, regressor, blocks } = resampling;
     let optional: Vec<usize> = (0..terms.len()).filter(|k| constraints[*k] == Constraint::Free).collect();
     let repeats: Result<Vec<Repeat>, StudyError> = (0..REPEATS)
         .into_par_iter()
@@ -88,13 +88,13 @@ fn repeat(resampling: &Resampling, cancel: &Cancel) -> Result<Vec<Inclusion>, St
             let mut random = rand_pcg::Pcg64::seed_from_u64(k as u64);
             let drawn: Vec<&Reduced> = blocks.iter().map(|_| &blocks[random.random_range(0..blocks.len())]).collect();
             let reduced = Reduced::stack(&drawn);
-            let whole = stlsq(&reduced, constraints, options).coefficients;
+            let whole = regressor.solve(&reduced, constraints, options).coefficients;
             let left_out = optional.get(k % optional.len().max(1)).copied().unwrap_or(usize::MAX);
             let mut constraints = constraints.clone();
             if let Some(constraint) = constraints.get_mut(left_out) {
                 *constraint = Constraint::Out;
             }
-            let without = stlsq(&reduced, &constraints, options).coefficients;
+            let without = regressor.solve(&reduced, &constraints, options).coefficients;
             Ok(Repeat { whole, left_out, without })
         })
         .collect();

@@ -28,6 +28,7 @@ pub use suggest::suggest;
 pub use weak::{NARROWEST, suggested_half_width};
 
 pub use crate::signal::{Differentiation, Smoothing};
+pub use crate::sparse::Regressor;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -343,13 +344,15 @@ fn milliseconds(since: Instant) -> f64 {
     1e3 * since.elapsed().as_secs_f64()
 }
 
-/// True if the layout's inputs move the base: a length in the displacement's unit, or a name that says so.
+/// True if the layout's inputs move the base: a length or an angle in the displacement's unit, or a name that says so.
+///
+/// Two voltages are an instrument's input and output: the input stands for a force.
 pub fn base_excited(record: &Record, kind: Kind) -> bool {
     let displacement = record.channel(Role::Displacement(0));
     let input = record.channel(Role::Input(0));
     match (kind, displacement, input) {
         (Kind::SecondOrder, Some(x), Some(u)) => {
-            u.name.to_lowercase().contains("base") || (!u.unit.is_empty() && u.unit == x.unit)
+            u.name.to_lowercase().contains("base") || (matches!(u.unit.as_str(), "m" | "rad") && u.unit == x.unit)
         }
         _ => false,
     }

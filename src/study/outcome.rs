@@ -109,6 +109,8 @@ pub struct EquationFit {
     /// Covariance of the coefficients' errors, in the order of the equation's terms; zero where a coefficient was given,
     /// empty where it is not known.
     pub covariance: Vec<Vec<f64>>,
+    /// Posterior probability that each term of the library belongs; empty but for [`Regressor::Bayes`](super::Regressor).
+    pub probability: Vec<(Term, f64)>,
     /// RMS of what the equation leaves unexplained of the rate.
     pub residual_rms: f64,
     /// RMS of the rate itself.

@@ -8,9 +8,7 @@ use super::weak::{Rows, Weak};
 use super::{EquationFit, Form, Kinematics, Lock, Scaling, Settings, StudyError};
 use crate::model::{Equation, Model, WeightedTerm, kinematic};
 use crate::signal::{Differentiation, SavitzkyGolay, Signals, Smoothing, dot};
-use crate::sparse::{
-    Constraint, Options, Reduced, Sign, Solution, clustered_covariance, drop_path, solution_path, stlsq,
-};
+use crate::sparse::{Constraint, Options, Reduced, Regressor, Sign, Solution, clustered_covariance, drop_path};
 use crate::study::outcome::{DroppedTerm, PathTerm};
 use crate::term::{Expression, Kind, Layout, Program, SampleBlock, Symbol, Term};
 
@@ -44,6 +42,7 @@ pub(super) struct Resampling {
     pub(super) terms: Vec<Term>,
     pub(super) constraints: Vec<Constraint>,
     pub(super) options: Options,
+    pub(super) regressor: Regressor,
     /// Neighbouring rows, each block reduced by itself.
     pub(super) blocks: Vec<Reduced>,
 }
@@ -204,7 +203,7 @@ impl Regression {
         let mut marks: Vec<f64> = self
             .targets
             .iter()
-            .flat_map(|t| drop_path(&solution_path(&t.reduced, &self.constraints(settings, t), &options)))
+            .flat_map(|t| drop_path(&settings.regressor.path(&t.reduced, &self.constraints(settings, t), &options)))
             .map(|(at, _)| at)
             .collect();
         marks.sort_by(f64::total_cmp);
@@ -239,7 +238,8 @@ impl Regression {
         let mut equations = self.unfitted_equations();
         let mut misfit = 0.0_f64;
         for target in &self.targets {
-            let solution = stlsq(&target.reduced, &self.constraints(settings, target), &options(settings));
+            let constraints = self.constraints(settings, target);
+            let solution = settings.regressor.solve(&target.reduced, &constraints, &options(settings));
             misfit = misfit.max(solution.residual_rms / target.reduced.target_scale());
             equations[target.index] = Equation::known(
                 self.terms
@@ -279,6 +279,7 @@ impl Regression {
                 terms: self.terms.clone(),
                 constraints: self.constraints(settings, target),
                 options: options(settings),
+                regressor: settings.regressor,
                 blocks: ranges.iter().map(|range| block(target, range)).collect(),
             })
             .collect()
@@ -333,11 +334,11 @@ impl Regression {
         let mut fits = Vec::with_capacity(self.targets.len());
         for target in &self.targets {
             let constraints = self.constraints(settings, target);
-            let mut solution = stlsq(&target.reduced, &constraints, &options);
+            let mut solution = settings.regressor.solve(&target.reduced, &constraints, &options);
             // What a sign holds at zero is no term.
             let Solution { support, coefficients, .. } = &mut solution;
             support.retain(|k| coefficients[*k] != 0.0 || constraints[*k] == Constraint::In);
-            let path = solution_path(&target.reduced, &constraints, &options);
+            let path = settings.regressor.path(&target.reduced, &constraints, &options);
             let (equation, covariance) = self.equation(target, &solution, &constraints);
             equations[target.index] = equation;
             fits.push(EquationFit { covariance, ..self.fit(target, &solution, &constraints, &path) });
@@ -434,6 +435,7 @@ impl Regression {
             condition: target.reduced.condition(&solution.support),
             confused: self.confused(target),
             covariance: Vec::new(),
+            probability: self.terms.iter().cloned().zip(solution.probability.iter().copied()).collect(),
             residual_rms: solution.residual_rms * target.rate_rms / target.reduced.target_scale(),
             rate_rms: target.rate_rms,
         }

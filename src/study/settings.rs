@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Known;
 use crate::signal::Smoothing;
+use crate::sparse::Regressor;
 use crate::term::{Kind, Term};
 
 /// What a coefficient's size is compared with the threshold as.
@@ -68,6 +69,8 @@ pub struct Settings {
     pub terms: Vec<Term>,
     /// Decisions about single terms; a term not in `terms` counts only if it is `In` or `Fixed`.
     pub locks: BTreeMap<Term, Lock>,
+    /// The way to a sparse equation.
+    pub regressor: Regressor,
     /// Coefficients smaller than this are dropped; see [`Scaling`].
     pub threshold: f64,
     /// Weight α of the ridge penalty α‖c‖².

@@ -136,7 +136,12 @@ impl Term {
         print::text(&self.expression, Some(layout))
     }
 
-    /// The term as a person writes it in one line: `x³`, `x²·v`, `sgn v`.
+    /// The term's text with the layout's names and its numbers to five digits: for reading, not for going on with.
+    pub fn summary(&self, layout: &Layout) -> String {
+        print::summary(&self.expression, layout)
+    }
+
+    /// The term as a person writes it in one line, its numbers to five digits: `x³`, `x²·v`, `sgn v`.
     pub fn pretty(&self, layout: &Layout) -> String {
         print::pretty(&self.expression, layout)
     }

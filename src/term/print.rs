@@ -130,6 +130,40 @@ pub(super) fn text(e: &Expression, layout: Option<&Layout>) -> String {
     write(e, &Text(layout)).0
 }
 
+/// A number inside a term for people: five significant digits, whole numbers as they are.
+fn brief(value: f64) -> f64 {
+    if value.fract() == 0.0 { value } else { format!("{value:.4e}").parse().unwrap_or(value) }
+}
+
+struct Brief<'a>(Text<'a>);
+
+impl Style for Brief<'_> {
+    fn symbol(&self, symbol: Symbol) -> String {
+        self.0.symbol(symbol)
+    }
+
+    fn number(&self, value: f64) -> String {
+        number(brief(value))
+    }
+
+    fn times(&self) -> &'static str {
+        self.0.times()
+    }
+
+    fn power(&self, base: &str, exponent: &str) -> String {
+        self.0.power(base, exponent)
+    }
+
+    fn call(&self, function: Function, arguments: &[String], simple: bool) -> String {
+        self.0.call(function, arguments, simple)
+    }
+}
+
+/// The form that people type, its numbers to five digits.
+pub(super) fn summary(e: &Expression, layout: &Layout) -> String {
+    write(e, &Brief(Text(Some(layout)))).0
+}
+
 struct Pretty<'a>(&'a Layout);
 
 impl Style for Pretty<'_> {
@@ -138,7 +172,7 @@ impl Style for Pretty<'_> {
     }
 
     fn number(&self, value: f64) -> String {
-        number(value).replace('-', "−")
+        number(brief(value))
     }
 
     fn times(&self) -> &'static str {
@@ -188,7 +222,7 @@ impl Style for Latex<'_> {
     }
 
     fn number(&self, value: f64) -> String {
-        latex_number(&number(value))
+        latex_number(&number(brief(value)))
     }
 
     fn times(&self) -> &'static str {

@@ -37,7 +37,7 @@ pub(super) fn show(ui: &mut Ui, map: &Map, unit: &str, size: egui::Vec2, why: &s
         let (row, column) = (k / columns, k % columns);
         let low = axes.at(map.columns[column], map.rows[row]);
         let high = axes.at(map.columns[column + 1], map.rows[row + 1]);
-        let color = if sure(k) { diverging(mean / largest, dark) } else { unsure(dark) };
+        let color = if sure(k) { palette::diverging(mean / largest, dark) } else { unsure(dark) };
         mesh.add_colored_rect(Rect::from_two_pos(low, high), color);
     }
     ui.painter().with_clip_rect(axes.area).add(Shape::mesh(mesh));
@@ -77,7 +77,7 @@ fn bar(ui: &Ui, rect: Rect, area: Rect, largest: f64, unit: &str, dark: bool) {
     for k in 0..steps {
         let at = |k: i32| bar.bottom() - bar.height() * k as f32 / steps as f32;
         let share = 2.0 * (f64::from(k) + 0.5) / f64::from(steps) - 1.0;
-        mesh.add_colored_rect(Rect::from_x_y_ranges(bar.x_range(), at(k + 1)..=at(k)), diverging(share, dark));
+        mesh.add_colored_rect(Rect::from_x_y_ranges(bar.x_range(), at(k + 1)..=at(k)), palette::diverging(share, dark));
     }
     let painter = ui.painter();
     painter.add(mesh);
@@ -97,22 +97,6 @@ fn bar(ui: &Ui, rect: Rect, area: Rect, largest: f64, unit: &str, dark: bool) {
     painter.text(pos2(grey.right() + 4.0, grey.center().y), Align2::LEFT_CENTER, "unsure", font.clone(), color);
     let name = pos2(left, rect.top());
     painter.text(name, Align2::LEFT_TOP, &scale.unit, FontId::proportional(11.5), ui.visuals().text_color());
-}
-
-/// Blue for negative, orange for positive, the ground's colour between: apart also to colour-blind eyes, and by lightness
-/// from zero in grey print.
-fn diverging(share: f64, dark: bool) -> Color32 {
-    let share = share.clamp(-1.0, 1.0);
-    let (negative, middle, positive) = if dark {
-        ([0x7C_u8, 0xC4, 0xF4], [0x1E, 0x22, 0x27], [0xFF, 0xA9, 0x4D])
-    } else {
-        ([0x0A_u8, 0x5C, 0x96], [0xFA, 0xFA, 0xF7], [0xB0, 0x4A, 0x00])
-    };
-    let end = if share < 0.0 { negative } else { positive };
-    // The square root shows small means too.
-    let t = share.abs().sqrt();
-    let mix = |a: u8, b: u8| (f64::from(a) + t * (f64::from(b) - f64::from(a))) as u8;
-    Color32::from_rgb(mix(middle[0], end[0]), mix(middle[1], end[1]), mix(middle[2], end[2]))
 }
 
 fn unsure(dark: bool) -> Color32 {

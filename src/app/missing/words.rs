@@ -38,7 +38,8 @@ pub(super) fn evidence(delta_bic: f64) -> &'static str {
 
 /// A figure's digits with its sign, as on cards.
 pub(super) fn delta_bic(value: f64) -> String {
-    format!("ΔBIC {}", significant_trimmed(value, 3))
+    // Less than a tenth is nothing.
+    format!("ΔBIC {}", if value.abs() < 0.1 { "0".to_owned() } else { significant_trimmed(value, 3) })
 }
 
 /// The error on data never fitted; on the fitted where there is no other.

@@ -166,6 +166,9 @@ fn term_row(
             }
             _ => {}
         }
+        if let Some(p) = probability(desk, state, &term.term) {
+            ui.label(format!("Belongs with a probability of {} %", plain(100.0 * p, 1)));
+        }
         if let Some(sure) = &sure {
             ui.label(format!("Stays in {} % of resampled data sets", plain(100.0 * sure.probability, 0)));
             if sure.without_others.is_finite() && sure.without_others < sure.probability - 0.005 {
@@ -184,6 +187,12 @@ fn term_row(
         }
         ui.weak("Click to keep, drop or fix it");
     });
+}
+
+/// The posterior probability of a term, where the regressor gives one.
+fn probability(desk: &Desk<'_>, state: Symbol, term: &Term) -> Option<f64> {
+    let fit = desk.bench.outcome.as_ref()?.fits.iter().find(|f| f.state == state)?;
+    fit.probability.iter().find(|(t, _)| t == term).map(|(_, p)| *p)
 }
 
 /// The terms that one is confused with, in the equation of a state.
@@ -309,6 +318,10 @@ fn dropped(ui: &mut Ui, desk: &mut Desk<'_>, fit: &EquationFit, layout: &Layout)
                     format!("{why}; stays in {} % of resampled data sets", plain(100.0 * sure, 0))
                 }
                 _ => why,
+            };
+            let why = match probability(desk, fit.state, &dropped.term) {
+                Some(p) => format!("{why}; belongs with a probability of {} %", plain(100.0 * p, 1)),
+                None => why,
             };
             let response = ui.add(button);
             let name = format!("Dropped {}", dropped.term.pretty(layout));

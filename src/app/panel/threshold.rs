@@ -6,12 +6,55 @@ use super::Desk;
 use super::equation::symbol;
 use crate::app::widgets::{Mark, Setting, Spread, row, section, switch};
 use crate::format::number::significant_trimmed;
-use crate::study::{Kinematics, Scaling};
+use crate::study::{Kinematics, Regressor, Scaling};
 use crate::term::Kind;
 
 /// The threshold's slider; a coefficient on its own scale is rarely outside.
 const SCALED: std::ops::RangeInclusive<f64> = 1e-4..=1.0;
 const RAW: std::ops::RangeInclusive<f64> = 1e-4..=1e4;
+
+const REGRESSORS: [(Regressor, &str, &str); 7] = [
+    (
+        Regressor::Stlsq,
+        "STLSQ",
+        "Sequentially thresholded least squares: fit, drop what is below the threshold, fit again until nothing drops",
+    ),
+    (
+        Regressor::Sr3L0,
+        "SR3, L0",
+        "Sparse relaxed regularized regression: a sparse copy of the coefficients is kept near those that fit (ν = 1), and \
+         each term costs the same. The threshold sets the cost",
+    ),
+    (
+        Regressor::Sr3L1,
+        "SR3, L1",
+        "The same, but a term costs its magnitude, as in the lasso; those kept are refitted without the cost",
+    ),
+    (
+        Regressor::Ssr,
+        "stepwise elimination (SSR)",
+        "The smallest term leaves, one after the other. Of the sets of terms on the way the one is taken that leaves least, \
+         a term being worth a share of the RMS acceleration as large as the threshold",
+    ),
+    (
+        Regressor::Frols,
+        "forward selection (FROLS)",
+        "The term that explains most joins, one after the other, each made orthogonal to those before: for large \
+         libraries. The threshold decides how many, as for elimination",
+    ),
+    (
+        Regressor::BestSubset,
+        "best subset",
+        "Every set of terms is tried: exact up to 16 candidates; of more, those that elimination keeps longest. The \
+         threshold decides how many, as for elimination",
+    ),
+    (
+        Regressor::Bayes,
+        "Bayes (spike and slab)",
+        "Terms that belong more likely than not; their probabilities are in the equation's tooltips. A coefficient as \
+         large as the threshold is as likely there by chance as not",
+    ),
+];
 
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     let layout = desk.bench.layout(desk.edit.settings.kind);
@@ -32,7 +75,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     let settings = &mut desk.edit.settings;
     let several = outcome.is_some_and(|o| o.fits.len() > 1);
     let marks: Vec<Mark> = outcome
-        .filter(|o| o.settings.scaling == settings.scaling)
+        .filter(|o| o.settings.scaling == settings.scaling && o.settings.regressor == settings.regressor)
         .into_iter()
         .flat_map(|o| &o.fits)
         .flat_map(|fit| fit.drop_marks.iter().map(move |(at, term)| (fit.state, *at, term)))
@@ -42,6 +85,16 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
             Mark { at, text }
         })
         .collect();
+    row(ui, "Regression", "The way to a sparse equation", |ui| {
+        let shown = REGRESSORS.iter().find(|(r, ..)| *r == settings.regressor).map_or("", |(_, label, _)| label);
+        let width = ui.available_width();
+        let combo = egui::ComboBox::from_id_salt("regressor").width(width).selected_text(shown).show_ui(ui, |ui| {
+            for (regressor, label, tooltip) in REGRESSORS {
+                ui.selectable_value(&mut settings.regressor, regressor, label).on_hover_text(tooltip);
+            }
+        });
+        combo.response.accessible_name("Regression");
+    });
     let (range, tooltip) = match settings.scaling {
         Scaling::Scaled => {
             (SCALED, "A term whose share of the RMS acceleration is smaller than this is dropped; marks show where")

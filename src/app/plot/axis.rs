@@ -50,7 +50,10 @@ pub fn decade_marks(input: GridInput) -> Vec<GridMark> {
         let value = decade as f64 * stride;
         marks.push(GridMark { value, step_size: stride });
         if stride == 1.0 && input.base_step_size < 0.12 {
-            marks.extend((2..10).map(|m| GridMark { value: value + f64::from(m).log10(), step_size: MINOR }));
+            // Where the view holds one power of ten or none, others have to tell its scale.
+            let labelled = |m| high - low < FEW_DECADES && (m == 2 || m == 5);
+            let step = |m| if labelled(m) { LABELLED } else { MINOR };
+            marks.extend((2..10).map(|m| GridMark { value: value + f64::from(m).log10(), step_size: step(m) }));
         }
     }
     marks.retain(|m| (low..=high).contains(&m.value));
@@ -59,6 +62,24 @@ pub fn decade_marks(input: GridInput) -> Vec<GridMark> {
 
 /// Step that is told of a minor mark: its line is drawn faint and it bears no label.
 const MINOR: f64 = 0.1;
+
+/// Step that is told of a mark between powers of ten that bears a label.
+const LABELLED: f64 = 0.3;
+
+/// Decades of a view below which marks between powers of ten bear labels.
+const FEW_DECADES: f64 = 1.5;
+
+/// Marks of an angle in degrees: whole right angles, or halves of them.
+pub fn degree_marks(input: GridInput) -> Vec<GridMark> {
+    let (low, high) = input.bounds;
+    let fine = 45.0 / input.base_step_size > 3.5;
+    let step = if fine { 45.0 } else { 90.0 };
+    if !((high - low) / step <= MOST_MARKS && high - low > step) {
+        return round_marks(4.5)(input);
+    }
+    let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
+    (first..=last).map(|k| GridMark { value: k as f64 * step, step_size: step }).collect()
+}
 
 /// A linear tick, in the scale's unit, with as many decimals as its step needs.
 pub fn linear_label(mark: GridMark, scale: &Scale) -> String {
@@ -70,8 +91,14 @@ pub fn linear_label(mark: GridMark, scale: &Scale) -> String {
 
 /// A tick of a logarithmic axis: the power of ten with the unit's own prefix, as `10 µm`; nothing at minor marks.
 pub fn decade_label(mark: GridMark, unit: &str) -> String {
-    if mark.step_size < 1.0 {
+    if mark.step_size < LABELLED {
         return String::new();
+    }
+    if mark.step_size < 1.0 {
+        let value = 10f64.powf(mark.value);
+        let scale = Scale::suited(value, unit);
+        let text = number::significant_trimmed(value * scale.factor, 1);
+        return if scale.unit.is_empty() { text } else { format!("{text} {}", scale.unit) };
     }
     let value = 10f64.powf(mark.value.round());
     let scale = Scale::suited(value, unit);
@@ -121,5 +148,18 @@ mod tests {
         assert_eq!(decade_label(mark(1.0), ""), "10");
         assert_eq!(decade_label(mark(2.0), "Hz"), "100 Hz");
         assert_eq!(decade_marks(input(-60.0, 0.0, 400.0)).len(), 13);
+        let close = decade_marks(input(-0.4, 0.6, 300.0));
+        let labels: Vec<String> = close.iter().map(|m| decade_label(*m, "m")).filter(|l| !l.is_empty()).collect();
+        assert_eq!(labels, ["0.5 m", "1 m", "2 m"], "a view of one decade tells its scale");
+    }
+
+    #[test]
+    fn angles_are_marked_at_right_angles() {
+        let values = |low, high, pixels| -> Vec<f64> {
+            degree_marks(input(low, high, pixels)).iter().map(|m| m.value).collect()
+        };
+        assert_eq!(values(-190.0, 10.0, 120.0), [-180.0, -90.0, 0.0]);
+        assert_eq!(values(-190.0, 10.0, 400.0), [-180.0, -135.0, -90.0, -45.0, 0.0]);
+        assert!(values(-3.0, 3.0, 400.0).len() > 3);
     }
 }

@@ -42,6 +42,22 @@ pub fn shade(share: f64) -> Color32 {
     rgb(STOPS[first]).lerp_to_gamma(rgb(STOPS[first + 1]), (place - first as f64) as f32)
 }
 
+/// Blue for negative, orange for positive, the ground's colour between: apart also to colour-blind eyes, and by lightness
+/// from zero in grey print.
+pub fn diverging(share: f64, dark: bool) -> Color32 {
+    let share = share.clamp(-1.0, 1.0);
+    let (negative, middle, positive) = if dark {
+        ([0x7C_u8, 0xC4, 0xF4], [0x1E, 0x22, 0x27], [0xFF, 0xA9, 0x4D])
+    } else {
+        ([0x0A_u8, 0x5C, 0x96], [0xFA, 0xFA, 0xF7], [0xB0, 0x4A, 0x00])
+    };
+    let end = if share < 0.0 { negative } else { positive };
+    // The square root shows small means too.
+    let t = share.abs().sqrt();
+    let mix = |a: u8, b: u8| (f64::from(a) + t * (f64::from(b) - f64::from(a))) as u8;
+    Color32::from_rgb(mix(middle[0], end[0]), mix(middle[1], end[1]), mix(middle[2], end[2]))
+}
+
 /// The ground of a plot.
 pub fn ground(dark: bool) -> Color32 {
     rgb(palette::ground(dark))

@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock, Weak};
 
 use egui_plot::PlotPoint;
 
+use super::kept::Kept;
 use super::{Picture, View};
 use crate::app::plot::decimate::{Decimated, Samples};
 use crate::app::plot::palette::Ink;
@@ -88,6 +89,8 @@ pub(super) struct Cache {
     /// Range of the phase portrait along both axes.
     pub(super) portrait: Option<[(f64, f64); 2]>,
     pub(super) spectra: Option<Arc<OnceLock<Spectra>>>,
+    /// Figures, which know themselves what they were made of.
+    pub(super) figures: Kept,
     /// What the view was last fitted to; other data are fitted anew, the same data keep their zoom.
     shown: Option<(Arc<str>, usize, u64, u64)>,
     fitted: HashSet<(View, &'static str)>,
@@ -106,10 +109,10 @@ impl Cache {
         }
         let data = &picture.outcome.records[chosen[0]].record;
         let shown = (Arc::from(data.name.as_str()), data.len(), data.start.to_bits(), data.interval.to_bits());
-        let fitted = if self.shown.as_ref() == Some(&shown) && self.chosen == chosen {
-            std::mem::take(&mut self.fitted)
+        let (fitted, figures) = if self.shown.as_ref() == Some(&shown) && self.chosen == chosen {
+            (std::mem::take(&mut self.fitted), std::mem::take(&mut self.figures))
         } else {
-            HashSet::new()
+            Default::default()
         };
         *self = Self {
             outcome: Arc::downgrade(picture.outcome),
@@ -117,6 +120,7 @@ impl Cache {
             chosen,
             shown: Some(shown),
             fitted,
+            figures,
             ..Self::default()
         };
     }

@@ -202,6 +202,7 @@ fn table(scene: &Scene<'_>, shown: &[Shown<'_>]) -> Table {
     row("fitted error", &|o| rmse(o.train));
     row("segment", &|o| o.settings.smoothing.window.to_string());
     row("order", &|o| o.settings.smoothing.order.to_string());
+    row("regression", &|o| o.settings.regressor.name().to_owned());
     row("threshold", &|o| number::significant_trimmed(o.settings.threshold, 3));
     row("condition", &|o| number::significant(o.fits.iter().map(|f| f.condition).fold(1.0, f64::max), 2));
     let mut terms: Vec<(Symbol, Term)> = Vec::new();

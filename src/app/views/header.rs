@@ -3,8 +3,9 @@
 use egui::{Align, Layout, Ui};
 
 use super::scene::Scene;
-use super::{Picture, Request, View, ViewState, map};
+use super::{Picture, Request, View, ViewState, forces, frequency, map};
 use crate::app::plot::{number, units};
+use crate::diagram::{Across, Source};
 use crate::record::Usage;
 use crate::term::Symbol;
 
@@ -28,7 +29,11 @@ pub(super) fn show(
             return;
         }
         let count = scene.outcome.records.len();
-        if count > 1 && !state.printing {
+        let together = view.pools() && !state.alone && count > 1;
+        if together {
+            ui.strong(format!("all {count} records"));
+        }
+        if count > 1 && !state.printing && !together {
             let step = |ui: &mut Ui, sign: &str, name: &str, to: Option<usize>| {
                 let button = egui::Button::new(sign).small().frame(false);
                 let response = ui.add_enabled(to.is_some(), button).on_hover_text(name);
@@ -39,57 +44,128 @@ pub(super) fn show(
             let on = step(ui, "⏵", "Next record", Some(scene.index + 1).filter(|i| *i < count));
             asked = back.or(on).map(Request::ShowRecord);
         }
-        ui.strong(&scene.record.record.name);
-        if count > 1 && !state.printing {
-            ui.weak(format!("{} of {count}", scene.index + 1));
-        }
-        ui.weak("·");
-        ui.label(match scene.record.usage {
-            Usage::Fit => "fitted",
-            Usage::HeldOut => "held out",
-            Usage::Off => "off",
-        })
-        .on_hover_text("Held-out records are never fitted, only simulated: their error is the honest one");
-        if matches!(view, View::Response | View::Spectrum)
-            && let Some(score) = scene.channel().and_then(|c| c.score.as_ref())
-        {
-            ui.weak("·");
-            let rmse = units::format_si(score.rmse, &scene.unit(), 3);
-            ui.label(format!("RMSE {rmse}, fit {} %", number::plain(score.best_fit, 2)))
-                .on_hover_text("Root mean square of E(t), and 100 (1 − ‖y−ŷ‖ / ‖y−ȳ‖), on this record");
+        if !together {
+            of_the_record(ui, view, scene, state);
         }
         if state.printing {
             return;
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            match view {
-                View::Response => {
-                    ui.checkbox(&mut state.log_error, "log E").on_hover_text("Error on a logarithmic axis");
-                }
-                View::Velocity if scene.second_order() => {
-                    ui.checkbox(&mut state.acceleration, "acceleration").on_hover_text("Acceleration beneath");
-                }
-                View::Spectrum => {
-                    ui.checkbox(&mut state.log_frequency, "log f").on_hover_text("Frequency on a logarithmic axis");
-                }
-                _ => {}
+            if view.pools() && count > 1 {
+                ui.checkbox(&mut state.alone, "one record").on_hover_text("Show the chosen record alone");
             }
-            let (several, name, shown, chosen): (usize, fn(usize) -> Symbol, usize, &mut usize) = match view {
-                View::Input => (scene.layout.inputs, Symbol::Input, scene.input, &mut state.input),
-                _ => (scene.layout.freedoms, Symbol::State, scene.freedom, &mut state.freedom),
-            };
-            if several > 1 {
-                ui.separator();
-                // Right to left, so that the first stands on the left.
-                for i in (0..several).rev() {
-                    if ui.selectable_label(shown == i, scene.layout.name(name(i))).clicked() {
-                        *chosen = i;
-                    }
-                }
-            }
+            options(ui, view, scene, state);
         });
     });
     asked
+}
+
+/// Which record, how it is used, how well it is met.
+fn of_the_record(ui: &mut Ui, view: View, scene: &Scene<'_>, state: &ViewState) {
+    let count = scene.outcome.records.len();
+    ui.strong(&scene.record.record.name);
+    if count > 1 && !state.printing {
+        ui.weak(format!("{} of {count}", scene.index + 1));
+    }
+    ui.weak("·");
+    ui.label(match scene.record.usage {
+        Usage::Fit => "fitted",
+        Usage::HeldOut => "held out",
+        Usage::Off => "off",
+    })
+    .on_hover_text("Held-out records are never fitted, only simulated: their error is the honest one");
+    if matches!(view, View::Response | View::Spectrum)
+        && let Some(score) = scene.channel().and_then(|c| c.score.as_ref())
+    {
+        ui.weak("·");
+        let rmse = units::format_si(score.rmse, &scene.unit(), 3);
+        ui.label(format!("RMSE {rmse}, fit {} %", number::plain(score.best_fit, 2)))
+            .on_hover_text("Root mean square of E(t), and 100 (1 − ‖y−ŷ‖ / ‖y−ȳ‖), on this record");
+    }
+}
+
+/// What is chosen of a view, from right to left.
+fn options(ui: &mut Ui, view: View, scene: &Scene<'_>, state: &mut ViewState) {
+    match view {
+        View::Response => {
+            ui.checkbox(&mut state.log_error, "log E").on_hover_text("Error on a logarithmic axis");
+        }
+        View::Velocity if scene.second_order() => {
+            ui.checkbox(&mut state.acceleration, "acceleration").on_hover_text("Acceleration beneath");
+        }
+        View::Restoring | View::Friction => {
+            if view == View::Restoring {
+                ui.checkbox(&mut state.curved, "without linear")
+                    .on_hover_text("Show what is left of the surface when the straight part, k x + c v, is taken away");
+            }
+            let (choices, chosen) = forces::across(scene, state);
+            if choices.len() > 1 {
+                ui.separator();
+                for across in choices.into_iter().rev() {
+                    let name = deflection(scene, across);
+                    let response = ui.selectable_label(across == chosen, name);
+                    if response.on_hover_text("What the deflection is measured against").clicked() {
+                        state.across = Some(across);
+                    }
+                }
+            }
+        }
+        View::Transfer => {
+            ui.checkbox(&mut state.log_frequency, "log f").on_hover_text("Frequency on a logarithmic axis");
+            ui.checkbox(&mut state.noisy_input, "H2")
+                .on_hover_text("For noise on the input; without it H1, for noise on the response");
+            let averages = if state.averages == 0 { frequency::USUAL } else { state.averages };
+            let combo = egui::ComboBox::from_id_salt("averages").selected_text(averages.to_string()).width(46.0);
+            let combo = combo.show_ui(ui, |ui| {
+                for n in frequency::AVERAGES {
+                    ui.selectable_value(&mut state.averages, n, n.to_string());
+                }
+            });
+            let label = ui.label("averages").on_hover_text("More averages: less noise, coarser frequencies");
+            combo.response.labelled_by(label.id);
+        }
+        View::Residual => {
+            let (of, rate) = (&mut state.residual_of, if scene.second_order() { "acceleration" } else { "rate" });
+            ui.selectable_value(of, Source::Equation, rate)
+                .on_hover_text("What the equation leaves of the measured rate");
+            ui.selectable_value(of, Source::Response, "response").on_hover_text("Measured minus simulated response");
+        }
+        View::Spectrum => {
+            ui.checkbox(&mut state.log_frequency, "log f").on_hover_text("Frequency on a logarithmic axis");
+        }
+        _ => {}
+    }
+    if matches!(view, View::Input | View::Transfer) {
+        choose(ui, scene, scene.layout.inputs, Symbol::Input, scene.input, &mut state.input);
+    }
+    if view != View::Input {
+        choose(ui, scene, scene.layout.freedoms, Symbol::State, scene.freedom, &mut state.freedom);
+    }
+}
+
+/// One of several inputs or states, where there are several.
+fn choose(ui: &mut Ui, scene: &Scene<'_>, several: usize, name: fn(usize) -> Symbol, shown: usize, chosen: &mut usize) {
+    if several < 2 {
+        return;
+    }
+    ui.separator();
+    // Right to left, so that the first stands on the left.
+    for i in (0..several).rev() {
+        if ui.selectable_label(shown == i, scene.layout.name(name(i))).clicked() {
+            *chosen = i;
+        }
+    }
+}
+
+/// A deflection's name.
+fn deflection(scene: &Scene<'_>, across: Across) -> String {
+    let own = scene.layout.name(Symbol::State(scene.freedom));
+    let other = match across {
+        Across::Ground => return own,
+        Across::Input(j) => Symbol::Input(j),
+        Across::Freedom(k) => Symbol::State(k),
+    };
+    format!("{own} − {}", scene.layout.name(other))
 }
 
 /// The line above a view of the settings.

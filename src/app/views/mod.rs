@@ -4,14 +4,21 @@
 
 mod cache;
 mod compare;
+mod decay;
+mod figure;
+mod forces;
+mod frequency;
 mod front;
 mod header;
 mod input;
+mod kept;
 mod legend;
 mod map;
+mod painter;
 mod panel;
 mod path;
 mod phase;
+mod residual;
 mod response;
 mod scene;
 mod spectrum;
@@ -19,13 +26,14 @@ mod spectrum;
 mod tests;
 mod velocity;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
 use super::plot::export::{self, Sheet};
 use super::plot::palette::{self, Ink};
+use crate::diagram::{Across, Source};
 use crate::study::{Landscape, Outcome};
 use cache::Cache;
 use scene::Scene;
@@ -53,11 +61,60 @@ pub(crate) enum View {
     Front,
     /// Pinned settings beside each other.
     Compare,
+    /// The restoring force over deflection and velocity, and its slices.
+    Restoring,
+    /// Damping and friction over velocity.
+    Friction,
+    /// The frequency response.
+    Transfer,
+    /// A free decay's backbone and damping.
+    Decay,
+    /// What is left of the measurement.
+    Residual,
+}
+
+/// Views that belong together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Group {
+    /// Over time, and over each other.
+    Motion,
+    /// Forces, resonance, damping, and what is left.
+    Physics,
+    /// The landscape of settings.
+    Settings,
+}
+
+impl Group {
+    /// Every group, in the order of the tabs.
+    pub(crate) const ALL: [Self; 3] = [Self::Motion, Self::Physics, Self::Settings];
+
+    /// The group's text.
+    pub(crate) fn label(self) -> &'static str {
+        match self {
+            Self::Motion => "Motion",
+            Self::Physics => "Physics",
+            Self::Settings => "Tuning",
+        }
+    }
+
+    /// What its views show, in one sentence.
+    pub(crate) fn tooltip(self) -> &'static str {
+        match self {
+            Self::Motion => "The motion, measured and identified",
+            Self::Physics => "Forces, resonance and damping, and what the residual still tells",
+            Self::Settings => "How the result depends on segment length, threshold and number of terms",
+        }
+    }
+
+    /// Its views, in the order of their tabs.
+    pub(crate) fn views(self) -> impl Iterator<Item = View> {
+        View::ALL.into_iter().filter(move |v| v.group() == self)
+    }
 }
 
 impl View {
     /// Every view, in the order of the tabs.
-    pub(crate) const ALL: [Self; 9] = [
+    pub(crate) const ALL: [Self; 14] = [
         Self::Response,
         Self::Velocity,
         Self::Phase,
@@ -67,6 +124,11 @@ impl View {
         Self::Path,
         Self::Front,
         Self::Compare,
+        Self::Restoring,
+        Self::Friction,
+        Self::Transfer,
+        Self::Decay,
+        Self::Residual,
     ];
 
     /// The tab's text.
@@ -81,6 +143,11 @@ impl View {
             Self::Path => "Path",
             Self::Front => "Pareto",
             Self::Compare => "Compare",
+            Self::Restoring => "Restoring force",
+            Self::Friction => "Friction",
+            Self::Transfer => "FRF",
+            Self::Decay => "Decay",
+            Self::Residual => "Residual",
         }
     }
 
@@ -98,12 +165,31 @@ impl View {
             Self::Compare => {
                 "Settings pinned as A, B, C, …: their responses, errors, terms and figures beside each other"
             }
+            Self::Restoring => "Restoring force over deflection and velocity, with slices for stiffness and damping",
+            Self::Friction => "What the velocity alone does: damping and friction, measured and identified",
+            Self::Transfer => "Frequency response from the input to the displacement, with phase and coherence",
+            Self::Decay => "Frequency and damping over amplitude while a free motion dies out",
+            Self::Residual => "What the model leaves: its distribution, and what it still goes with",
         }
     }
 
     /// True if the view shows the map of settings, in one way or another.
     pub(crate) fn needs_map(self) -> bool {
         matches!(self, Self::Map | Self::Front)
+    }
+
+    /// The views that it stands with.
+    pub(crate) fn group(self) -> Group {
+        match self {
+            Self::Response | Self::Velocity | Self::Phase | Self::Input | Self::Spectrum => Group::Motion,
+            Self::Restoring | Self::Friction | Self::Transfer | Self::Decay | Self::Residual => Group::Physics,
+            Self::Map | Self::Path | Self::Front | Self::Compare => Group::Settings,
+        }
+    }
+
+    /// True if the view shows all records together unless one alone is asked for.
+    fn pools(self) -> bool {
+        matches!(self, Self::Restoring | Self::Friction | Self::Transfer)
     }
 
     /// True if the view shows one record, not the settings.
@@ -158,10 +244,26 @@ pub(crate) struct ViewState {
     pub(crate) acceleration: bool,
     /// What the map is coloured by.
     pub(crate) quantity: map::Quantity,
+    /// Whether views of all records together show the chosen one alone.
+    pub(crate) alone: bool,
+    /// What deflections are measured against; none: what suits the equation.
+    pub(crate) across: Option<Across>,
+    /// Whether the restoring force is shown without its straight part.
+    pub(crate) curved: bool,
+    /// Segments averaged in a frequency response; zero: the usual number.
+    pub(crate) averages: usize,
+    /// Whether the frequency response bears noise on the input (H2) instead of the response (H1).
+    pub(crate) noisy_input: bool,
+    /// Which residual is judged.
+    pub(crate) residual_of: Source,
+    /// Which of the residual's correlations is shown.
+    pub(crate) partner: usize,
     /// Whether coefficients are shown in their units, not as shares of the rate.
     pub(crate) raw_path: bool,
     /// Whether they are shown with their signs, on a linear axis.
     pub(crate) signed_path: bool,
+    #[serde(skip)]
+    recent: HashMap<Group, View>,
     #[serde(skip)]
     cache: Cache,
     #[serde(skip)]
@@ -169,6 +271,21 @@ pub(crate) struct ViewState {
 }
 
 impl ViewState {
+    /// Notes which view is shown, to come back to it.
+    pub(crate) fn remember(&mut self, view: View) {
+        self.recent.insert(view.group(), view);
+    }
+
+    /// The view of a group that was shown last; its first if none was.
+    pub(crate) fn recent(&self, group: Group) -> View {
+        self.recent.get(&group).copied().or_else(|| group.views().next()).unwrap_or_default()
+    }
+
+    /// True while a view's figure is being computed.
+    pub(crate) fn busy(&self) -> bool {
+        self.cache.figures.busy()
+    }
+
     /// Shows all of the data again, in every view, from the next frame on.
     pub(crate) fn fit(&mut self) {
         self.cache.fit_all();
@@ -217,6 +334,11 @@ pub(crate) fn show(ui: &mut egui::Ui, view: View, picture: &Picture<'_>, state: 
             View::Path => path::show(ui, &scene, state),
             View::Front => front::show(ui, &scene, picture, state),
             View::Compare => compare::show(ui, &scene, picture, state),
+            View::Restoring => forces::restoring(ui, &scene, state),
+            View::Friction => forces::friction(ui, &scene, state),
+            View::Transfer => frequency::show(ui, &scene, state),
+            View::Decay => decay::show(ui, &scene, state),
+            View::Residual => residual::show(ui, &scene, state),
         };
         asked.or(also)
     })

@@ -185,8 +185,163 @@ impl Stage {
             .renderer(Software::default())
             .build_ui_state(|ui, stage: &mut Self| stage.ui(ui), self);
         harness.run();
+        settle(&mut harness);
         harness
     }
+}
+
+/// Lets figures that are computed beside the window end.
+fn settle(harness: &mut Harness<'_, Stage>) {
+    let patience = std::time::Instant::now() + std::time::Duration::from_secs(60);
+    while harness.state().state.busy() {
+        assert!(std::time::Instant::now() < patience, "a figure is never finished");
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    harness.run();
+}
+
+/// A free motion of 2 Hz that loses a hundredth of its amplitude in a swing.
+fn decaying(n: usize) -> Stage {
+    let mut stage = Stage::new(View::Decay, &[Case { samples: n, inputs: 0, ..Case::default() }]);
+    let mut outcome = (*stage.outcome).clone();
+    let record = &mut outcome.records[0];
+    let at = |k: usize| 1e-3 * (-0.02 * k as f64 * 5e-3).exp() * (TAU * 2.0 * k as f64 * 5e-3).cos();
+    let x: Vec<f64> = (0..n).map(at).collect();
+    let mut data = (*record.record).clone();
+    data.channels[0].values = x.clone().into();
+    record.record = Arc::new(data);
+    let mut signals = (*record.signals).clone();
+    signals.noise = vec![1e-7];
+    record.signals = Arc::new(signals);
+    record.channels[0].response = x;
+    stage.outcome = Arc::new(outcome);
+    stage
+}
+
+#[test]
+fn a_decay_is_drawn_and_anything_else_is_told_so() {
+    let harness = decaying(6000).harness(SIZE, Theme::Light);
+    harness.get_by_label_contains("backbone: ");
+    harness.get_by_label_contains("damping ratio over amplitude");
+    let driven = Stage::new(View::Decay, &[Case::default()]).harness(SIZE, Theme::Light);
+    driven.get_by_label_contains("its input never rests");
+    let short = Stage::new(View::Decay, &[Case { samples: 40, inputs: 0, ..Case::default() }]);
+    short.harness(SIZE, Theme::Dark).get_by_label_contains("This record is no free decay");
+}
+
+#[test]
+fn a_frequency_response_needs_an_input_and_pools_the_records() {
+    let case = Case::default();
+    let mut harness = Stage::new(View::Transfer, &[case, case, case]).harness(SIZE, Theme::Light);
+    harness.get_by_label("all 3 records");
+    harness.get_by_label_contains("3 tones in steady state");
+    harness.get_by_label("one record").click();
+    harness.run();
+    settle(&mut harness);
+    harness.get_by_label_contains("1 tone in steady state");
+    let none = Stage::new(View::Transfer, &[Case { inputs: 0, ..case }]).harness(SIZE, Theme::Light);
+    none.get_by_label_contains("have no input");
+}
+
+#[test]
+fn a_residual_is_held_against_what_one_chooses() {
+    let mut harness = Stage::new(View::Residual, &[Case::default()]).harness(SIZE, Theme::Dark);
+    harness.get_by_label_contains("autocorrelation");
+    harness.get_by_label_contains("correlation with u");
+    harness.get_all_by_label_contains("x²").next().unwrap().click();
+    harness.run();
+    harness.get_by_label_contains("correlation with x²");
+    harness.get_by_label("acceleration").click();
+    harness.run();
+    settle(&mut harness);
+    harness.get_by_label_contains("Smoothing itself colours");
+    let exact = Case { detuned: 0.0, samples: 20, ..Case::default() };
+    let nothing = Stage::new(View::Residual, &[exact]).harness(SIZE, Theme::Light);
+    nothing.get_by_label_contains("There is no residual to judge");
+}
+
+#[test]
+fn forces_need_an_equation_of_second_order() {
+    for view in [View::Restoring, View::Friction] {
+        let mut stage = Stage::new(view, &[Case { freedoms: 3, inputs: 0, ..Case::default() }]);
+        let mut outcome = (*stage.outcome).clone();
+        outcome.model = Model::first_order(0, vec![Equation { terms: Vec::new() }; 3]);
+        outcome.records.iter_mut().for_each(|r| r.states.truncate(3));
+        stage.outcome = Arc::new(outcome);
+        stage.harness(SIZE, Theme::Light).get_by_label_contains("of second order");
+    }
+}
+
+/// Clicks with the right button in a plot and takes an entry of its menu.
+fn choose_from_menu(harness: &mut Harness<'_, Stage>, at: egui::Pos2, entry: &str) {
+    harness.event(egui::Event::PointerMoved(at));
+    for pressed in [true, false] {
+        harness.event(egui::Event::PointerButton {
+            pos: at,
+            button: egui::PointerButton::Secondary,
+            pressed,
+            modifiers: egui::Modifiers::NONE,
+        });
+    }
+    harness.run();
+    harness.get_by_label(entry).click();
+    harness.step();
+}
+
+#[test]
+fn every_view_of_physics_copies_its_numbers_and_asks_for_a_picture() {
+    for (view, head) in [
+        (View::Restoring, "x (m),v (m/s),force / mass (m/s²)\n"),
+        (View::Friction, "v (m/s),force / mass (m/s²) mean,standard error,visits,"),
+        (View::Transfer, "f (Hz),gain (m/N) measured,gain (m/N) identified\n"),
+        (View::Decay, "amplitude of x (m) measured,frequency (Hz) measured,"),
+        (View::Residual, "residual (m),density (1/m),"),
+    ] {
+        let stage = if view == View::Decay { decaying(6000) } else { Stage::new(view, &[Case::default()]) };
+        let mut harness = stage.harness(SIZE, Theme::Light);
+        let at = pos2(240.0, 240.0);
+        choose_from_menu(&mut harness, at, "Copy what is shown as CSV");
+        let copied = harness.output().platform_output.commands.iter().find_map(|c| match c {
+            egui::OutputCommand::CopyText(text) => Some(text.clone()),
+            _ => None,
+        });
+        let text = copied.unwrap();
+        assert!(text.starts_with(head), "{view:?}: {}", text.lines().next().unwrap());
+        assert!(text.lines().count() > 1, "{view:?}");
+        harness.run();
+        choose_from_menu(&mut harness, at, "Save picture…");
+        harness.run();
+        assert_eq!(harness.state().asked, Some(Request::SavePicture), "{view:?}");
+        // The wheel zooms, a double click shows all again.
+        let whole = bounds(&harness, view);
+        harness.hover_at(at);
+        harness.event(egui::Event::MouseWheel {
+            unit: egui::MouseWheelUnit::Point,
+            delta: vec2(0.0, 120.0),
+            phase: egui::TouchPhase::Move,
+            source: egui::MouseWheelSource::Unknown,
+            modifiers: egui::Modifiers::NONE,
+        });
+        harness.run();
+        assert!(bounds(&harness, view) < 0.8 * whole, "{view:?}");
+        harness.state_mut().state.fit();
+        harness.run();
+        harness.run();
+        assert!((bounds(&harness, view) / whole - 1.0).abs() < 1e-6, "{view:?}");
+    }
+}
+
+/// Width of what the first graph of a view shows.
+fn bounds(harness: &Harness<'_, Stage>, view: View) -> f64 {
+    let graph = match view {
+        View::Restoring => "surface",
+        View::Friction => "friction",
+        View::Transfer => "gain",
+        View::Decay => "backbone",
+        _ => "histogram",
+    };
+    let id = egui::Id::unique(("view", view, graph));
+    egui_plot::PlotMemory::load(&harness.ctx, id).unwrap().bounds().width()
 }
 
 /// Pictures without a graphics card, alike on every machine.

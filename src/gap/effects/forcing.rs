@@ -97,6 +97,7 @@ fn inputs(setting: &Setting, forms: &mut Vec<Form>) {
             dimension: (0, 1),
             grid: even(-0.1 * period, 0.1 * period, 20),
             bounds: (-0.3 * period, 0.3 * period),
+            neutral: Some(0.0),
         }],
         contains: &[],
         axis: Axis::Input,
@@ -114,6 +115,7 @@ fn inputs(setting: &Setting, forms: &mut Vec<Form>) {
             dimension: (0, 0),
             grid: even(0.3 * setting.input, 0.98 * setting.input, 18),
             bounds: (0.1 * setting.input, 0.995 * setting.input),
+            neutral: None,
         }],
         contains: &[],
         axis: Axis::Input,
@@ -127,6 +129,7 @@ fn harmonics(setting: &Setting, forms: &mut Vec<Form>) {
         dimension: (0, -1),
         grid: grid.to_vec(),
         bounds: (0.01 * setting.frequency, 0.5 / setting.interval),
+        neutral: None,
     };
     forms.push(Form {
         effect: "unmeasured_harmonic_force",

@@ -36,6 +36,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                 dimension: (1, -1),
                 grid: logarithmic(slowest, 0.7 * speed, 10),
                 bounds: (0.5 * slowest, 0.9 * speed),
+                neutral: None,
             }],
             contains: &["coulomb_friction"],
             axis,
@@ -55,7 +56,13 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             separates: "motion slow and small enough that the mass stops in every period",
             form: frame.form,
             coefficients: vec![coefficient("F_c", 1, -2, Sign::Against)],
-            inner: vec![Inner { name: "F_s/F_c", dimension: (0, 0), grid: vec![1.2, 1.6, 2.3], bounds: (1.0, 6.0) }],
+            inner: vec![Inner {
+                name: "F_s/F_c",
+                dimension: (0, 0),
+                grid: vec![1.2, 1.6, 2.3],
+                bounds: (1.0, 6.0),
+                neutral: Some(1.0),
+            }],
             contains: &["coulomb_friction"],
             axis,
             build: shared(move |inner| Addition {

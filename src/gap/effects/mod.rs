@@ -78,6 +78,8 @@ pub(crate) struct Inner {
     pub(crate) grid: Vec<f64>,
     /// Values beyond these are not this effect.
     pub(crate) bounds: (f64, f64),
+    /// The value at which the effect is none, or is the simpler one that it contains.
+    pub(crate) neutral: Option<f64>,
 }
 
 /// What an effect adds to a model at given inner values.

@@ -40,8 +40,10 @@ impl Assembly {
     pub(super) fn new(effects: &[(&Effect, Dice)], strengths: &[f64], scene: &Scene) -> Self {
         let mut first_state = OWN_STATES;
         let mut parts = Vec::with_capacity(effects.len());
+        // Friction in the joint rubs on the base that moves late, as the spring pulls at it.
+        let arriving = usize::from(effects.iter().any(|(effect, _)| effect.name == "input_delay"));
         for ((effect, dice), strength) in effects.iter().zip(strengths) {
-            let part = (effect.build)(*strength, dice, &Scene { first_state, ..scene.clone() });
+            let part = (effect.build)(*strength, dice, &Scene { first_state, arriving, ..scene.clone() });
             first_state += part.inner.len();
             parts.push(part);
         }
@@ -148,10 +150,10 @@ impl Assembly {
         missing
     }
 
-    /// Acceleration of what a contact sticks to: the base's where it is in the joint.
+    /// Acceleration of what a contact sticks to: the base's, as it arrives, where it is in the joint.
     fn held_acceleration(&self, contact: usize, motions: &Motions, sample: usize) -> f64 {
         let in_joint = self.plant.contacts[contact].velocity != v().term();
-        if in_joint { motions.inputs.first().map_or(0.0, |jet| jet[2][sample]) } else { 0.0 }
+        if in_joint { motions.inputs.last().map_or(0.0, |jet| jet[2][sample]) } else { 0.0 }
     }
 
     /// Deflection and velocity of the joint's spring, displacement and velocity of the mass, and the input, over a motion.

@@ -220,7 +220,8 @@ impl<'a> Plan<'a> {
         let damping = 2.0 * damping_ratio;
         let subject = Subject { drive, damping, rubs: effects.iter().any(|e| e.rubs) };
         let Test { runs, origin, length: duration } = shaking::draw(request.shaking, subject, request.samples, random);
-        let mut scene = Scene { damping, drive, origin, length: duration, motion: Motion::default(), first_state: 0 };
+        let mut scene =
+            Scene { damping, drive, origin, length: duration, motion: Motion::default(), first_state: 0, arriving: 0 };
         let runs = levelled(&mut scene, runs, request.shaking)?;
         let interval = runs.first().map_or(1.0, |r| r.sampling.interval);
         let scales = Scales::new(length, frequency * TAU, interval, mass, turns, drive);

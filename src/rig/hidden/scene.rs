@@ -65,6 +65,8 @@ pub(super) struct Scene {
     pub motion: Motion,
     /// Where the effect's own states begin.
     pub first_state: usize,
+    /// The input that reaches the plant: the measured one, or its delayed copy.
+    pub arriving: usize,
 }
 
 /// Displacement and velocity that an effect acts on, with their extents.
@@ -85,9 +87,13 @@ impl Scene {
             Drive::Base if ground => {
                 Coordinate { q: x(), p: v(), displacement: dx, velocity: dv, place: "to the ground" }
             }
-            Drive::Base => {
-                Coordinate { q: x() - u(0), p: v() - du(0), displacement: r, velocity: w, place: "across the joint" }
-            }
+            Drive::Base => Coordinate {
+                q: x() - u(self.arriving),
+                p: v() - du(self.arriving),
+                displacement: r,
+                velocity: w,
+                place: "across the joint",
+            },
             Drive::Force | Drive::None => {
                 Coordinate { q: x(), p: v(), displacement: dx, velocity: dv, place: "between mass and ground" }
             }

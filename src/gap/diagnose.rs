@@ -1,0 +1,287 @@
+//! The walk that a search makes on its own, and what a walk has come to.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::decide::{colour, score, unborne};
+use super::error::GapError;
+use super::fit::{Pace, carried};
+use super::outcome::{Choice, Diagnosis, Finding, Remaining, Round, Stage, Standing, Verdict};
+use super::search::{Listener, Search};
+use super::words::{in_company, remaining, sentence};
+use crate::refine::Point;
+use crate::study::Cancel;
+
+/// Promising effects that are tried in company.
+const PROMISING: usize = 2;
+
+impl Search {
+    /// Walks until nothing is missing, nothing more can be named, or the most effects are added.
+    ///
+    /// # Errors
+    /// The base cannot be fitted; cancelled.
+    pub fn diagnose(&self, tell: Listener<'_>, cancel: &Cancel) -> Result<Diagnosis, GapError> {
+        let started = Instant::now();
+        let mut stage = self.base(cancel)?;
+        let mut steps: Vec<Step> = Vec::new();
+        let mut last = loop {
+            let round = self.look(&stage, tell, cancel)?;
+            match Step::of(round) {
+                Ok(step) if steps.len() < self.ask.max_effects => {
+                    steps.push(step);
+                    let choices: Vec<Choice> = steps.iter().map(|s| s.choice.clone()).collect();
+                    // A richer kind takes the simpler one's place, and what a later effect made superfluous goes.
+                    let fitted = self.added(&stage, &choices, cancel)?;
+                    let kept = self.dropped(fitted, cancel)?;
+                    steps.retain(|s| kept.effects.iter().any(|e| e.choice == s.choice));
+                    stage = kept;
+                }
+                Ok(step) => break Round { finding: Finding::Unexplained, ..step.round },
+                Err(round) => match self.pair(&stage, &round, steps.len(), tell, cancel)? {
+                    Some((pair, both)) => {
+                        steps.extend(pair);
+                        stage = both;
+                    }
+                    None => break *round,
+                },
+            }
+        };
+        if steps.len() > 1 && self.reconsider(&mut steps, tell, cancel)? {
+            let choices: Vec<Choice> = steps.iter().map(|s| s.choice.clone()).collect();
+            stage = self.stage(&choices, cancel)?;
+            last = self.look(&stage, tell, cancel)?;
+        }
+        // Those that stand alone first; the interface lists rivals under the last.
+        steps.sort_by_key(|s| !s.alone());
+        let mut stages = vec![self.base(cancel)?];
+        for n in 1..=steps.len() {
+            let choices: Vec<Choice> = steps[..n].iter().map(|s| s.choice.clone()).collect();
+            stages.push(self.stage(&choices, cancel)?);
+        }
+        let ambiguous = steps.iter().any(|s| !s.alone());
+        let verdict = match last.finding {
+            Finding::Nothing if steps.is_empty() => Verdict::NothingMissing,
+            Finding::Nothing if !ambiguous => Verdict::Named,
+            _ if ambiguous => Verdict::Ambiguous,
+            _ => Verdict::Unexplained,
+        };
+        let mut rounds: Vec<Round> = steps.into_iter().map(|s| s.round).collect();
+        rounds.push(last);
+        let remaining =
+            rounds.last().map_or_else(Remaining::default, |round| remaining(&round.evidence, &round.hidden_up_to));
+        let sentence = sentence(verdict, &stages, &rounds, &self.data.unit);
+        Ok(Diagnosis {
+            verdict,
+            sentence,
+            noise_floor: self.data.noise,
+            notices: self.notices().map(str::to_owned).collect(),
+            blind: self.audit.blind.clone(),
+            rounds,
+            stages,
+            remaining,
+            elapsed_ms: 1e3 * started.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// What a walk made by hand has come to: `rounds[k]` looked at `stages[k]`, and the last stage may not have been
+    /// looked at yet.
+    ///
+    /// # Errors
+    /// No stage, or one that cannot be simulated; cancelled.
+    pub fn conclude(
+        &self,
+        rounds: Vec<Round>,
+        stages: Vec<Arc<Stage>>,
+        cancel: &Cancel,
+    ) -> Result<Diagnosis, GapError> {
+        let started = Instant::now();
+        let added = stages.last().is_some_and(|s| !s.effects.is_empty());
+        let looked = rounds.len() >= stages.len();
+        let finding = rounds.last().map(|r| &r.finding);
+        let remaining = match (rounds.last(), stages.last()) {
+            (Some(round), _) if looked => remaining(&round.evidence, &round.hidden_up_to),
+            (_, Some(stage)) => self.left(stage, cancel)?,
+            _ => return Err(GapError::Base),
+        };
+        let verdict = match finding {
+            Some(Finding::Ambiguous(_)) if added && !looked => Verdict::Ambiguous,
+            _ if remaining.significant => Verdict::Unexplained,
+            _ if added => Verdict::Named,
+            _ => Verdict::NothingMissing,
+        };
+        let open = !looked || matches!(finding, Some(Finding::Named | Finding::Ambiguous(_)));
+        let sentence = match verdict {
+            // What was not looked for cannot be said to have no name.
+            Verdict::Unexplained if open && added => {
+                sentence(Verdict::Named, &stages, &rounds, &self.data.unit) + " What is left is more than noise."
+            }
+            Verdict::Unexplained if open => "Something is missing: the gap is more than noise.".to_owned(),
+            verdict => sentence(verdict, &stages, &rounds, &self.data.unit),
+        };
+        Ok(Diagnosis {
+            verdict,
+            sentence,
+            noise_floor: self.data.noise,
+            notices: self.notices().map(str::to_owned).collect(),
+            blind: self.audit.blind.clone(),
+            rounds,
+            stages,
+            remaining,
+            elapsed_ms: 1e3 * started.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// Two effects that data never fitted bear out together where they bear out neither alone: large effects hide each
+    /// other.
+    fn pair(
+        &self,
+        stage: &Arc<Stage>,
+        round: &Round,
+        added: usize,
+        tell: Listener<'_>,
+        cancel: &Cancel,
+    ) -> Result<Option<Pair>, GapError> {
+        if round.finding != Finding::Unexplained || added + 2 > self.ask.max_effects {
+            return Ok(None);
+        }
+        let before: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
+        for first in round.promising.iter().take(PROMISING) {
+            let Some(place) = round.candidates.iter().position(|c| c.choice == *first) else { continue };
+            let Some(with) = round.candidates[place].stage.clone() else { continue };
+            let Ok(second) = Step::of(self.look(&with, tell, cancel)?) else { continue };
+            let both = self.added(&with, &[first.clone(), second.choice.clone()], cancel)?;
+            let choices: Vec<Choice> = both.effects.iter().map(|e| e.choice.clone()).collect();
+            // A richer kind of the first is no pair.
+            if choices.len() != before.len() + 2 {
+                continue;
+            }
+            let (alone, together) = (self.fitted(&before, cancel)?, self.fitted(&choices, cancel)?);
+            let tint = colour(&together, self.data.frequency, self.data.fit()[0].interval);
+            let gained = score(&alone, &together, tint, 0.0);
+            if unborne(&alone, (&together, &gained), self.data.noise, &self.data.unit).is_some() {
+                continue;
+            }
+            let mut round = round.clone();
+            let mut candidate = round.candidates.remove(place);
+            candidate.standing = Standing::Refitted;
+            candidate.why = in_company(&candidate.title, &second.title(), (&alone, &together), &self.data.unit);
+            round.candidates.insert(0, candidate);
+            round.finding = Finding::Named;
+            return Ok(Some(([Step { choice: first.clone(), round }, second], both)));
+        }
+        Ok(None)
+    }
+
+    /// A stage without those of its effects that a later one has made superfluous.
+    fn dropped(&self, stage: Arc<Stage>, cancel: &Cancel) -> Result<Arc<Stage>, GapError> {
+        let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
+        if choices.len() < 2 {
+            return Ok(stage);
+        }
+        let whole = self.fitted(&choices, cancel)?;
+        let interval = self.data.fit()[0].interval;
+        let tint = colour(&whole, self.data.frequency, interval);
+        for index in 0..choices.len() - 1 {
+            let mut composition = whole.composition.without(index);
+            let shared = &whole.refined.point.shared;
+            let inner = &shared[shared.len() - whole.composition.inner_count()..];
+            let gone = whole.composition.places(inner)[index].clone();
+            let before: usize = whole.composition.forms[..index].iter().map(|f| f.inner.len()).sum();
+            let gone_inner = before..before + whole.composition.forms[index].inner.len();
+            let coefficients = shared.len() - inner.len();
+            let kept = |k: usize| !(gone.contains(&k) || k >= coefficients && gone_inner.contains(&(k - coefficients)));
+            if !whole.composition.forms[index].addition(&inner[gone_inner.clone()]).replaces.is_empty() {
+                continue;
+            }
+            let shared: Vec<f64> = (0..shared.len()).filter(|k| kept(*k)).map(|k| shared[k]).collect();
+            composition.scales =
+                (0..whole.composition.scales.len()).filter(|k| kept(*k)).map(|k| whole.composition.scales[k]).collect();
+            let own = carried(&whole.composition, &composition, &whole.refined.point.own);
+            let Some(refined) =
+                self.data.refine(&composition, &Point { shared, own }, self.data.lost(), Pace::Thorough, cancel)
+            else {
+                continue;
+            };
+            let without = self.data.judge(composition, refined, cancel);
+            if score(&whole, &without, tint, 0.0).total <= 0.0 {
+                let without = Arc::new(without);
+                self.keep(Arc::clone(&without));
+                return Ok(Arc::new(self.show(&without)));
+            }
+        }
+        Ok(stage)
+    }
+
+    /// What a stage leaves, no effect being tried.
+    fn left(&self, stage: &Stage, cancel: &Cancel) -> Result<Remaining, GapError> {
+        let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
+        let fitted = self.fitted(&choices, cancel)?;
+        let motion = self.data.motion(&fitted).ok_or(GapError::Base)?;
+        let forms = self.forms(&fitted, &motion);
+        let screened = self.data.screen(&fitted, &motion, &forms, cancel);
+        let evidence = self.data.evidence(&fitted, &motion, &forms, &screened);
+        Ok(remaining(&evidence, &self.data.detectable(&fitted, &motion, &forms, &screened)))
+    }
+
+    /// The stage after the last of these effects was added to another.
+    fn added(&self, before: &Stage, choices: &[Choice], cancel: &Cancel) -> Result<Arc<Stage>, GapError> {
+        let last = choices.last().ok_or(GapError::Base)?;
+        let known: Vec<Choice> = before.effects.iter().map(|e| e.choice.clone()).collect();
+        let with: Vec<Choice> = known.iter().chain([last]).cloned().collect();
+        // Where it took a simpler one's place, the fit is known without that one.
+        let place = (0..known.len()).map(|gone| {
+            let mut list = with.clone();
+            list.remove(gone);
+            list
+        });
+        let found = std::iter::once(with.clone()).chain(place).find(|list| self.known(list).is_some());
+        self.stage(&found.unwrap_or(with), cancel)
+    }
+
+    /// Looks again at each effect in the company of the others: with the others in place another may do better, or rivals
+    /// may have fallen away. True if an effect was exchanged.
+    fn reconsider(&self, steps: &mut [Step], tell: Listener<'_>, cancel: &Cancel) -> Result<bool, GapError> {
+        let mut exchanged = false;
+        for index in 0..steps.len() {
+            // The last was judged in the company of all others, unless one of them was exchanged since.
+            if index + 1 == steps.len() && !exchanged {
+                break;
+            }
+            let others: Vec<Choice> =
+                steps.iter().enumerate().filter(|(k, _)| *k != index).map(|(_, s)| s.choice.clone()).collect();
+            let Ok(stage) = self.stage(&others, cancel) else { continue };
+            if let Ok(step) = Step::of(self.look(&stage, tell, cancel)?) {
+                exchanged |= step.choice != steps[index].choice;
+                steps[index] = step;
+            }
+        }
+        Ok(exchanged)
+    }
+}
+
+/// Two effects that were added together, and the stage with both.
+type Pair = ([Step; 2], Arc<Stage>);
+
+/// An effect that was added, and the look that led to it.
+struct Step {
+    choice: Choice,
+    round: Round,
+}
+
+impl Step {
+    /// The step that a round leads to; the round itself if it leads to none.
+    fn of(round: Round) -> Result<Self, Box<Round>> {
+        match (&round.finding, round.candidates.first()) {
+            (Finding::Named | Finding::Ambiguous(_), Some(first)) => Ok(Self { choice: first.choice.clone(), round }),
+            _ => Err(Box::new(round)),
+        }
+    }
+
+    fn title(&self) -> String {
+        self.round.candidates.first().map_or_else(String::new, |c| c.title.clone())
+    }
+
+    fn alone(&self) -> bool {
+        self.round.finding == Finding::Named
+    }
+}

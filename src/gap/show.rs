@@ -1,0 +1,262 @@
+//! Fitted models and candidates as values to be drawn and read.
+
+use std::sync::Arc;
+
+use super::columns::{Path, forces};
+use super::decide::colour;
+use super::effects::{Axis, Form, Sign, unit};
+use super::fit::Fitted;
+use super::outcome::{Added, Candidate, Choice, Curve, Parameter, Stage, Standing, Trace};
+use super::screen::{Motion, Screened};
+use super::search::Search;
+use super::structure::{choice, with_errors};
+use super::words::sentence_case;
+use crate::model::Equation;
+use crate::refine::Structure as _;
+use crate::signal::dot;
+use crate::term::Term;
+
+/// Points of a curve on a card.
+const POINTS: usize = 400;
+
+impl Search {
+    fn axis(&self, form: &Form, motion: &Motion) -> (String, String, Vec<Vec<f64>>) {
+        let fit = self.data.fit();
+        let length = &self.data.unit;
+        let u = |r: usize, k: usize| fit[r].inputs.first().map_or(0.0, |u| u[k]);
+        let du = |r: usize, k: usize| fit[r].input_rates.first().map_or(0.0, |u| u[k]);
+        let each = |f: &dyn Fn(usize, usize) -> f64| -> Vec<Vec<f64>> {
+            fit.iter().enumerate().map(|(r, s)| (0..s.len()).map(|k| f(r, k)).collect()).collect()
+        };
+        let (x, v) = (|r: usize, k: usize| motion.measured[r].x[k], |r: usize, k: usize| motion.measured[r].v[k]);
+        match form.axis {
+            Axis::Displacement { joint: false } => ("x".into(), length.clone(), each(&x)),
+            Axis::Displacement { joint: true } => ("x − u".into(), length.clone(), each(&|r, k| x(r, k) - u(r, k))),
+            Axis::Velocity { joint: false } => ("v".into(), unit(length, (1, -1)), each(&v)),
+            Axis::Velocity { joint: true } => {
+                ("v − du".into(), unit(length, (1, -1)), each(&|r, k| v(r, k) - du(r, k)))
+            }
+            Axis::Input => ("u".into(), self.data.input_unit.clone(), each(&u)),
+            Axis::Time => ("t".into(), "s".into(), each(&|r, k| fit[r].start + fit[r].interval * k as f64)),
+        }
+    }
+
+    pub(super) fn measured_curve(&self, form: &Form, motion: &Motion) -> Curve {
+        let (axis, unit, values) = self.axis(form, motion);
+        let total: usize = values.iter().map(Vec::len).sum();
+        let stride = (total / POINTS).max(1);
+        let pairs = values.iter().flatten().zip(motion.missing.iter().flatten());
+        let measured = pairs.step_by(stride).map(|(a, f)| [*a, *f]).collect();
+        Curve { axis, unit, measured, effect: Vec::new() }
+    }
+
+    /// The measured missing force and the effect's own through it: its partial residuals, as of a regression.
+    pub(super) fn curve(&self, form: &Form, (before, fitted): (&Fitted, &Fitted), motion: &Motion) -> Curve {
+        let mut curve = self.measured_curve(form, motion);
+        let data = &self.data;
+        let shared = &fitted.refined.point.shared;
+        let inner_count = fitted.composition.inner_count();
+        let inner = &shared[shared.len() - inner_count..];
+        let own_inner = &inner[inner.len() - form.inner.len()..];
+        let addition = form.addition(own_inner);
+        if addition.terms.is_empty() {
+            return curve;
+        }
+        let place = fitted.composition.places(inner).pop().unwrap_or(0..0);
+        let (_, _, values) = self.axis(form, motion);
+        let old = &before.refined.point.shared;
+        let old_composed = before.composition.compose(&old[old.len() - before.composition.inner_count()..]);
+        let composed = fitted.composition.compose(inner);
+        let sum = |columns: &[Vec<f64>], coefficients: &[f64], k: usize| -> f64 {
+            columns.iter().zip(coefficients).map(|(f, c)| c * f[k]).sum()
+        };
+        let mut force = Vec::new();
+        // What the effect has to make up for: the missing force, and what the other terms gave back or took over since.
+        let mut wanted = Vec::new();
+        for ((s, path), missing) in data.fit().iter().zip(&motion.measured).zip(&motion.missing) {
+            let columns =
+                |terms: &[Term], internals: &[Equation]| forces(terms, internals, &data.layout, s, &s.inputs(), path);
+            let then = columns(&old_composed.terms, &old_composed.internals);
+            let now = columns(&composed.terms, &composed.internals);
+            for (k, missing) in missing.iter().enumerate() {
+                let own = sum(&now[place.clone()], &shared[place.clone()], k);
+                force.push(own);
+                wanted.push(missing + sum(&then, old, k) - (sum(&now, shared, k) - own));
+            }
+        }
+        let total = force.len();
+        let stride = (total / POINTS).max(1);
+        let over = |force: &[f64]| -> Vec<[f64; 2]> {
+            values.iter().flatten().zip(force).step_by(stride).map(|(a, f)| [*a, *f]).collect()
+        };
+        curve.measured = over(&wanted);
+        let mut effect = over(&force);
+        if addition.internals.is_empty() {
+            effect.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        }
+        curve.effect = effect;
+        curve
+    }
+
+    /// A fitted model for showing.
+    pub(super) fn show(&self, fitted: &Fitted) -> Stage {
+        let data = &self.data;
+        let refined = &fitted.refined;
+        let shared = &refined.point.shared;
+        let (model, composed) = fitted.composition.model(shared);
+        let inflated = colour(fitted, data.frequency, data.fit()[0].interval).sqrt();
+        let errors: Vec<Option<f64>> = (0..shared.len()).map(|k| refined.std_error(k).map(|e| e * inflated)).collect();
+        let model = with_errors(model, &errors, &self.shares(&model_terms(&composed.terms, shared), fitted));
+        let inner = &shared[shared.len() - fitted.composition.inner_count()..];
+        let inner_errors = &errors[errors.len() - inner.len()..];
+        let mut rest = 0;
+        let effects = fitted
+            .composition
+            .forms
+            .iter()
+            .zip(fitted.composition.places(inner))
+            .map(|(form, place)| {
+                let own = rest..rest + form.inner.len();
+                rest = own.end;
+                let mut parameters: Vec<Parameter> = form
+                    .coefficients
+                    .iter()
+                    .zip(place.clone())
+                    .map(|(c, k)| Parameter {
+                        name: c.name.to_owned(),
+                        value: if c.sign == Sign::Against { -shared[k] } else { shared[k] },
+                        std_error: errors[k],
+                        unit: unit(&data.unit, c.dimension),
+                    })
+                    .collect();
+                parameters.extend(form.inner.iter().zip(own).map(|(q, k)| Parameter {
+                    name: q.name.to_owned(),
+                    value: inner[k],
+                    std_error: inner_errors[k],
+                    unit: if q.name == "u_max" { data.input_unit.clone() } else { unit(&data.unit, q.dimension) },
+                }));
+                if fitted.composition.offset() && form.effect == "sensor_offset" {
+                    parameters.extend(data.fit().iter().zip(&refined.point.own).filter_map(|(s, own)| {
+                        Some(Parameter {
+                            name: format!("offset of {}", s.name),
+                            value: *own.last()?,
+                            std_error: None,
+                            unit: data.unit.clone(),
+                        })
+                    }));
+                }
+                Added {
+                    choice: choice(form),
+                    title: form.full_title(),
+                    terms: composed.terms[place].iter().map(|t| t.text(&model.layout)).collect(),
+                    parameters,
+                }
+            })
+            .collect();
+        Stage { model, effects, gap: fitted.gap, traces: self.traces(fitted) }
+    }
+
+    /// RMS of each term's force over the fitted records, as a share of their sum.
+    fn shares(&self, terms: &[(Term, f64)], fitted: &Fitted) -> Vec<f64> {
+        let data = &self.data;
+        let inner =
+            &fitted.refined.point.shared[fitted.refined.point.shared.len() - fitted.composition.inner_count()..];
+        let composed = fitted.composition.compose(inner);
+        let mut squares = vec![0.0; terms.len()];
+        for s in data.fit() {
+            let path = Path { x: s.rough[0].clone(), v: s.rough[1].clone() };
+            let columns = forces(&composed.terms, &composed.internals, &data.layout, s, &s.inputs(), &path);
+            for ((square, column), (_, c)) in squares.iter_mut().zip(&columns).zip(terms) {
+                *square += c * c * dot(column, column);
+            }
+        }
+        let sum: f64 = squares.iter().map(|s| f64::sqrt(*s)).sum();
+        squares.iter().map(|s| if sum > 0.0 { f64::sqrt(*s) / sum } else { 0.0 }).collect()
+    }
+
+    fn traces(&self, fitted: &Fitted) -> Vec<Trace> {
+        let trace = |s: &super::data::Series, simulated: &[f64]| Trace {
+            record: s.name.clone(),
+            usage: s.usage,
+            start: s.start,
+            interval: s.interval,
+            measured: Arc::clone(&s.measured),
+            simulated: simulated.into(),
+        };
+        let fit = self.data.fit().iter().zip(&fitted.refined.simulated);
+        let held = self.data.held_out().iter().zip(&fitted.held_out);
+        fit.chain(held).map(|(s, y)| trace(s, y)).collect()
+    }
+
+    /// What the screen alone says of every form, and which effects the data cannot show.
+    pub(super) fn screened(
+        &self,
+        before: &Fitted,
+        motion: &Motion,
+        forms: &[Form],
+        screened: &Screened,
+    ) -> Vec<Candidate> {
+        let whole = screened.rss.max(f64::MIN_POSITIVE);
+        // Chance alone "explains" this much; what is left beyond noise is the gap.
+        let noise = (self.data.noise.powi(2) * before.refined.samples as f64).min(0.999 * whole);
+        let mut list: Vec<Candidate> = screened
+            .hits
+            .iter()
+            .map(|hit| {
+                let form = &forms[hit.form];
+                Candidate {
+                    choice: choice(form),
+                    title: form.full_title(),
+                    explanation: form.explanation,
+                    standing: Standing::Screened,
+                    explained: (hit.gain / (whole - noise)).clamp(0.0, 1.0),
+                    delta_bic: -hit.gain / (whole / before.refined.samples as f64),
+                    why: format!(
+                        "Along the measured motion it would explain {:.0} % of the gap.",
+                        100.0 * (hit.gain / (whole - noise)).clamp(0.0, 1.0)
+                    ),
+                    stage: None,
+                    confused_with: Vec::new(),
+                    curve: self.measured_curve(form, motion),
+                }
+            })
+            .collect();
+        for form in forms {
+            if !list.iter().any(|c| c.choice == choice(form)) {
+                list.push(Candidate {
+                    choice: choice(form),
+                    title: form.full_title(),
+                    explanation: form.explanation,
+                    standing: Standing::Refused("it would have to act the wrong way round".to_owned()),
+                    explained: 0.0,
+                    delta_bic: 0.0,
+                    why: "Along the measured motion it explains nothing with a physical sign.".to_owned(),
+                    stage: None,
+                    confused_with: Vec::new(),
+                    curve: Curve::default(),
+                });
+            }
+        }
+        for blind in &self.audit.blind {
+            if !list.iter().any(|c| c.choice.effect == blind.effect) {
+                list.push(Candidate {
+                    choice: Choice { effect: blind.effect.to_owned(), form: String::new() },
+                    title: sentence_case(&blind.effect.replace('_', " ")),
+                    explanation: "",
+                    standing: Standing::NotShown(blind.reason.clone()),
+                    explained: 0.0,
+                    delta_bic: 0.0,
+                    why: format!("These data cannot show it: {}.", blind.reason),
+                    stage: None,
+                    confused_with: Vec::new(),
+                    curve: Curve::default(),
+                });
+            }
+        }
+        list
+    }
+}
+
+fn model_terms(terms: &[Term], shared: &[f64]) -> Vec<(Term, f64)> {
+    terms.iter().cloned().zip(shared.iter().copied()).collect()
+}

@@ -1,0 +1,71 @@
+//! Other ways to the same equation find it too.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use sindyscope::record::{RecordSet, Usage};
+use sindyscope::rig::{ScenarioOptions, generate};
+use sindyscope::study::{Cancel, Free, Outcome, Regressor, Settings, Study, choose, landscape, suggest};
+use sindyscope::term::Kind;
+
+const TRUTH: [(&str, f64); 4] = [("x", -1.0), ("v", -0.2), ("x^3", -0.6), ("u", 1.0)];
+
+/// A Duffing oscillator, driven, with noise: one record fitted, one held out.
+fn duffing() -> (RecordSet, Settings) {
+    let record = |seed: u64| {
+        let options = ScenarioOptions { seed, duration: Some(60.0), rate: Some(50.0), ..ScenarioOptions::default() };
+        generate("duffing-noisy", &options).unwrap().records.remove(0)
+    };
+    let mut records = RecordSet::new(vec![record(3), record(4)], Usage::Fit);
+    records.entries[1].1 = Usage::HeldOut;
+    let settings = suggest(&records, Kind::SecondOrder).unwrap();
+    (records, settings)
+}
+
+fn run(records: &RecordSet, settings: &Settings) -> Outcome {
+    Study::default().run(records, settings, &Cancel::default()).unwrap()
+}
+
+#[test]
+fn every_regressor_finds_the_equation_once_its_threshold_is_chosen() {
+    let (records, settings) = duffing();
+    let free = Free { window: false, order: false, threshold: true, form: false, refine: false };
+    for regressor in Regressor::ALL {
+        let start = Settings { regressor, ..settings.clone() };
+        let chosen = choose(&records, &start, free, &Cancel::default(), &|_| {}).unwrap().settings;
+        assert_eq!(chosen.regressor, regressor);
+        let outcome = run(&records, &chosen);
+        let found = &outcome.model.leading().unwrap().terms;
+        for (term, value) in TRUTH {
+            let c = found.iter().find(|t| t.term.as_str() == term).map(|t| t.coefficient);
+            // Noise of 1 %: what the default finds is off by as much.
+            assert!(c.is_some_and(|c| (c - value).abs() < 0.05), "{regressor:?} {term}: {c:?}");
+        }
+        assert!(found.len() <= 6, "{regressor:?}: {found:?}");
+        assert!(outcome.test.unwrap().nrmse < 0.05, "{regressor:?}: {:?}", outcome.test);
+        let fit = &outcome.fits[0];
+        assert_eq!(fit.probability.is_empty(), regressor != Regressor::Bayes);
+        assert!(fit.path.len() >= TRUTH.len() && fit.drop_marks.len() >= TRUTH.len());
+    }
+}
+
+#[test]
+fn the_map_is_made_with_every_regressor() {
+    let (records, settings) = duffing();
+    for regressor in Regressor::ALL {
+        let settings = Settings { regressor, ..settings.clone() };
+        let map = landscape(&records, &settings, (4, 6), &Cancel::default(), &|_| {}).unwrap();
+        let best = map.cell(map.parsimonious.unwrap()).unwrap();
+        assert!(map.complete() && best.error < 0.05, "{regressor:?} {best:?}");
+    }
+}
+
+#[test]
+fn saved_settings_of_before_are_read_and_every_regressor_is_written_and_read() {
+    let old: Settings = serde_json::from_str("{\"threshold\": 0.1}").unwrap();
+    assert_eq!((old.regressor, old.threshold), (Regressor::Stlsq, 0.1));
+    for regressor in Regressor::ALL {
+        let text = serde_json::to_string(&Settings { regressor, ..Settings::default() }).unwrap();
+        assert!(text.contains(&format!("\"regressor\":\"{}\"", regressor.name())), "{text}");
+        assert_eq!(serde_json::from_str::<Settings>(&text).unwrap().regressor, regressor);
+    }
+}
