@@ -2,6 +2,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use super::GapError;
+use crate::format::units::format_si;
 use crate::record::{Record, RecordSet, Role, Usage};
 use crate::refine::Run;
 use crate::signal::{Facts, Signals, Spectrum, rms, standard_deviation};
@@ -39,6 +40,8 @@ pub(super) struct Data {
     pub(super) fitted: usize,
     /// Standard deviation of the measurement noise, without a model.
     pub(super) noise: f64,
+    /// The displacement comes in steps that are coarser than its noise.
+    pub(super) stepped: bool,
     /// Main frequency of the fitted motion, Hz.
     pub(super) frequency: f64,
     pub(super) notices: Vec<String>,
@@ -50,6 +53,9 @@ const AMPLE: usize = 12_000;
 const PER_PERIOD: f64 = 40.0;
 /// Share of the displacement's energy that lies below its "fastest motion".
 const BAND: f64 = 0.999;
+/// Steps of the displacement, in deviations of its noise, that noise no longer blurs: uniform between two steps, an error has
+/// a deviation of 0.29 of one.
+const COARSE: f64 = 2.0;
 /// Largest motion that a simulation may reach, in those measured.
 const ROOM: f64 = 10.0;
 
@@ -110,7 +116,16 @@ impl Data {
             .and_then(|s| Spectrum::new(&s.measured, s.interval))
             .and_then(|s| s.peak())
             .map_or_else(|| 4.0 / first.duration(), |p| p.frequency);
+        let noise = f64::sqrt(squares / count);
+        let step = step(series[..fitted].iter().flat_map(|s| s.measured.iter().copied()).collect());
+        let stepped = step.is_some_and(|step| step > COARSE * noise);
         let unit = |role: Role| first.channel(role).map_or_else(String::new, |c| c.unit.clone());
+        if let Some(step) = step.filter(|_| stepped) {
+            let step = format_si(step, &unit(Role::Displacement(0)), 3);
+            notices.push(format!(
+                "The displacement comes in steps of {step}, coarser than its noise. Such steps repeat with the motion as a missing force does: a gap must be far clearer than usual to count."
+            ));
+        }
         Ok(Self {
             layout,
             base_excited: base_excited(first, kind),
@@ -118,7 +133,8 @@ impl Data {
             input_unit: unit(Role::Input(0)),
             series,
             fitted,
-            noise: f64::sqrt(squares / count),
+            noise,
+            stepped,
             frequency,
             notices,
         })
@@ -251,6 +267,24 @@ fn thin(record: &Record, stride: usize) -> Record {
     }
     thinned.interval = record.interval * stride as f64;
     thinned
+}
+
+/// The step that values are whole multiples of, if there are few enough of them to tell.
+fn step(values: Vec<f64>) -> Option<f64> {
+    let count = values.len();
+    let mut levels = values;
+    levels.sort_unstable_by(f64::total_cmp);
+    let reach = levels.last()? - levels.first()?;
+    levels.dedup_by(|a, b| (*a - *b).abs() < 1e-9 * reach);
+    if levels.len() < 2 || 2 * levels.len() > count {
+        return None;
+    }
+    let step = levels.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
+    let whole = |v: &f64| {
+        let steps = (v - levels[0]) / step;
+        (steps - steps.round()).abs() < 1e-3 * steps.max(1.0)
+    };
+    levels.iter().all(whole).then_some(step)
 }
 
 /// Standard deviation of the noise in a channel: by differences, or by the floor at the upper end of the spectrum where

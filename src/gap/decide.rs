@@ -39,6 +39,8 @@ const CLEARLY: f64 = 1.25;
 const SHRUNK: f64 = 1.2;
 /// By how much a form with more in it must beat the simpler one that it contains.
 const RICHER: f64 = 4.0;
+/// The same where the response jumps as an inner quantity moves, and chance has more to choose from.
+const JUMPING: f64 = 8.0;
 
 /// Scores a model against another, for residuals that vary `colour` times more than white ones where the motion is.
 pub(super) fn score(before: &Fitted, after: &Fitted, colour: f64, floor: f64) -> Score {
@@ -131,12 +133,6 @@ fn unsound(form: &Form, after: &Fitted, colour: f64) -> Option<String> {
                 quantity.name
             ));
         }
-        // An error of zero is that of a quantity without any effect.
-        if let Some(neutral) = quantity.neutral
-            && (doubt(k) <= 0.0 || (value - neutral).abs() < 2.0 * doubt(k))
-        {
-            return Some(format!("its {} cannot be told from {neutral}", quantity.name));
-        }
     }
     None
 }
@@ -181,7 +177,8 @@ pub(super) fn order(candidates: &[(usize, &Form, Score)], noise: f64) -> Vec<usi
             .filter(|(_, c)| left[best].1.contains.contains(&c.1.effect))
             .filter(|(_, c)| {
                 let rich = left[best].2;
-                c.2.total - rich.total < RICHER || (rich.rmse > FAR * noise && c.2.rmse < CLEARLY * rich.rmse)
+                let margin = if left[best].1.inner.iter().any(|i| i.jumps) { JUMPING } else { RICHER };
+                c.2.total - rich.total < margin || (rich.rmse > FAR * noise && c.2.rmse < CLEARLY * rich.rmse)
             })
             .min_by(|a, b| a.1.2.total.total_cmp(&b.1.2.total))
             .map(|(k, _)| k)

@@ -19,6 +19,8 @@ use crate::term::Term;
 
 /// Level of the search: the probability of calling a gap where there is none.
 pub(super) const LEVEL: f64 = 1e-4;
+/// The same where the sensor's steps are what is left: they are no chance, and repeat with the motion.
+const LEVEL_OF_STEPS: f64 = 1e-11;
 
 /// Residual, as a share of the motion, below which a fit is exact.
 const EXACT: f64 = 3e-6;
@@ -130,10 +132,11 @@ impl Data {
             .collect();
         tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
         let p_value = tests.first().map_or(1.0, |t| t.p_value);
+        let level = if self.stepped { LEVEL_OF_STEPS } else { LEVEL };
         // Below this the simulation's own arithmetic is what is left.
         let motion = self.fit().iter().map(|s| rms(&s.measured)).fold(0.0, f64::max);
         let exact = fitted.refined.rmse() < EXACT * motion;
-        Evidence { significant: p_value < LEVEL && !exact, p_value: if exact { 1.0 } else { p_value }, tests }
+        Evidence { significant: p_value < level && !exact, p_value: if exact { 1.0 } else { p_value }, tests }
     }
 
     /// The response to a force that is given at every sample of every fitted record.

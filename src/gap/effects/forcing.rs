@@ -97,7 +97,7 @@ fn inputs(setting: &Setting, forms: &mut Vec<Form>) {
             dimension: (0, 1),
             grid: even(-0.1 * period, 0.1 * period, 20),
             bounds: (-0.3 * period, 0.3 * period),
-            neutral: Some(0.0),
+            jumps: false,
         }],
         contains: &[],
         axis: Axis::Input,
@@ -115,7 +115,7 @@ fn inputs(setting: &Setting, forms: &mut Vec<Form>) {
             dimension: (0, 0),
             grid: even(0.3 * setting.input, 0.98 * setting.input, 18),
             bounds: (0.1 * setting.input, 0.995 * setting.input),
-            neutral: None,
+            jumps: false,
         }],
         contains: &[],
         axis: Axis::Input,
@@ -129,7 +129,7 @@ fn harmonics(setting: &Setting, forms: &mut Vec<Form>) {
         dimension: (0, -1),
         grid: grid.to_vec(),
         bounds: (0.01 * setting.frequency, 0.5 / setting.interval),
-        neutral: None,
+        jumps: false,
     };
     forms.push(Form {
         effect: "unmeasured_harmonic_force",

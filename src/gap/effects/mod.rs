@@ -78,8 +78,8 @@ pub(crate) struct Inner {
     pub(crate) grid: Vec<f64>,
     /// Values beyond these are not this effect.
     pub(crate) bounds: (f64, f64),
-    /// The value at which the effect is none, or is the simpler one that it contains.
-    pub(crate) neutral: Option<f64>,
+    /// The response jumps where it passes certain values: each at which a stop begins or ends.
+    pub(crate) jumps: bool,
 }
 
 /// What an effect adds to a model at given inner values.

@@ -27,7 +27,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             dimension: (1, 0),
             grid: even(0.75 * highest, 0.99 * highest, 13),
             bounds: (0.5 * highest, 1.02 * highest),
-            neutral: None,
+            jumps: false,
         }],
         contains: &[],
         axis: Axis::Time,

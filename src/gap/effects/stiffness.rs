@@ -87,7 +87,7 @@ fn contacts(setting: &Setting, frame: Frame, forms: &mut Vec<Form>) {
         dimension: (1, 0),
         grid: even(from * reach, 0.95 * reach, 24),
         bounds: (0.01 * reach, 0.98 * reach),
-        neutral: None,
+        jumps: false,
     };
     forms.push(Form {
         effect: "clearance",
