@@ -451,7 +451,7 @@ fn the_views_of_physics_show_what_the_records_tell_and_say_what_they_do_not() {
     window.click("Residual");
     assert!(window.shows("autocorrelation"));
     window.click("acceleration");
-    window.click("x³");
+    window.click("against x³");
     assert!(window.shows("correlation with x³"));
     // A slider under an open view: the figure follows.
     window.slide("Segment", 41.0);
