@@ -76,7 +76,10 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
                 let text = if outside > SUSPECT { format!("{name} •") } else { name.to_owned() };
                 let hint =
                     format!("{} % of the lags lie outside the band; 5 % do by chance", plain(100.0 * outside, 0));
-                if ui.selectable_label(k == shown, text).on_hover_text(hint).clicked() {
+                let response = ui.selectable_label(k == shown, text).on_hover_text(hint);
+                let spoken = format!("against {name}");
+                response.widget_info(|| egui::WidgetInfo::selected(egui::Role::RadioButton, true, k == shown, &spoken));
+                if response.clicked() {
                     state.partner = k - 2;
                 }
             }

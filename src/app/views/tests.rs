@@ -248,7 +248,7 @@ fn a_residual_is_held_against_what_one_chooses() {
     let mut harness = Stage::new(View::Residual, &[Case::default()]).harness(SIZE, Theme::Dark);
     harness.get_by_label_contains("autocorrelation");
     harness.get_by_label_contains("correlation with u");
-    harness.get_all_by_label_contains("x²").next().unwrap().click();
+    harness.get_by_label("against x²").click();
     harness.run();
     harness.get_by_label_contains("correlation with x²");
     harness.get_by_label("acceleration").click();
