@@ -3,10 +3,11 @@
 use realfft::RealFftPlanner;
 
 use super::element::equation_residual;
+use crate::format::number::superscript;
 use crate::record::Role;
 use crate::signal::mean_and_variance;
 use crate::study::{Outcome, RecordOutcome};
-use crate::term::{Kind, Symbol, sign};
+use crate::term::{Kind, Layout, Symbol, sign};
 
 /// Two-sided 95 % quantile of the normal distribution.
 const NORMAL_95: f64 = 1.959_964;
@@ -69,6 +70,20 @@ pub enum Partner {
     Product(Symbol, Symbol),
     /// The sign of a rate.
     Sign(Symbol),
+}
+
+impl Partner {
+    /// As a person writes it: `x²`, `sgn v`.
+    pub fn name(self, layout: &Layout) -> String {
+        let of = |s| layout.name(s);
+        match self {
+            Self::Itself => "itself".into(),
+            Self::Symbol(s) => of(s),
+            Self::Power(s, power) => format!("{}{}", of(s), superscript(power)),
+            Self::Product(a, b) => format!("{}·{}", of(a), of(b)),
+            Self::Sign(s) => format!("sgn {}", of(s)),
+        }
+    }
 }
 
 /// A correlation over lags.

@@ -32,7 +32,7 @@ const WORSE: f64 = 1.10;
 /// Difference below which two candidates are not told apart on one steady tone, where harmonics alone speak.
 pub(super) const APART_ON_A_TONE: f64 = 200.0;
 /// Where what is left is this many times the noise, the model is wrong in some way still, and likelihoods say too much:
-const FAR: f64 = 3.0;
+pub(super) const FAR: f64 = 3.0;
 /// then a richer form must make the error on data left out this many times smaller than the simpler one does.
 const CLEARLY: f64 = 1.25;
 /// and any form must make that error this many times smaller: of a model that is wrong, nearly every term mends something.

@@ -3,15 +3,18 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::decide::{colour, score, unborne};
+use super::decide::{APART, FAR, colour, score, unborne};
 use super::error::GapError;
-use super::fit::{Pace, carried};
+use super::fit::{Fitted, Pace, carried};
 use super::outcome::{Choice, Diagnosis, Finding, Remaining, Round, Stage, Standing, Verdict};
 use super::search::{Listener, Search};
 use super::words::{in_company, remaining, sentence};
 use crate::refine::Point;
 use crate::study::Cancel;
 
+/// The effect that moves the zero of what is measured, and the share of the gap from which it may hide another.
+const OFFSET: &str = "sensor_offset";
+const MUCH: f64 = 0.3;
 /// Promising effects that are tried in company.
 const PROMISING: usize = 2;
 
@@ -28,6 +31,11 @@ impl Search {
             let round = self.look(&stage, tell, cancel)?;
             match Step::of(round) {
                 Ok(step) if steps.len() < self.ask.max_effects => {
+                    if let Some((pair, both)) = self.behind_an_offset(&stage, &step, steps.len(), tell, cancel)? {
+                        steps.extend(pair);
+                        stage = both;
+                        continue;
+                    }
                     steps.push(step);
                     let choices: Vec<Choice> = steps.iter().map(|s| s.choice.clone()).collect();
                     // A richer kind takes the simpler one's place, and what a later effect made superfluous goes.
@@ -161,15 +169,60 @@ impl Search {
             if unborne(&alone, (&together, &gained), self.data.noise, &self.data.unit).is_some() {
                 continue;
             }
-            let mut round = round.clone();
-            let mut candidate = round.candidates.remove(place);
-            candidate.standing = Standing::Refitted;
-            candidate.why = in_company(&candidate.title, &second.title(), (&alone, &together), &self.data.unit);
-            round.candidates.insert(0, candidate);
-            round.finding = Finding::Named;
-            return Ok(Some(([Step { choice: first.clone(), round }, second], both)));
+            let first = self.led(round, place, &second, (&alone, &together));
+            return Ok(Some(([first, second], both)));
         }
         Ok(None)
+    }
+
+    /// Where a shift of the sensor's zero explains much of the gap, and far more than noise would be left without it: the
+    /// effect that is named once the zero is free, if with it the data are explained better than with the one named before.
+    fn behind_an_offset(
+        &self,
+        stage: &Arc<Stage>,
+        step: &Step,
+        added: usize,
+        tell: Listener<'_>,
+        cancel: &Cancel,
+    ) -> Result<Option<Pair>, GapError> {
+        let round = &step.round;
+        let offset = round.candidates.iter().position(|c| c.choice.effect == OFFSET && c.explained > MUCH);
+        let left = round.candidates.first().and_then(|c| c.stage.as_ref()).map_or(0.0, |s| s.gap.train_rmse);
+        let (Some(place), true) = (offset, left > FAR * self.data.noise) else { return Ok(None) };
+        if added + 2 > self.ask.max_effects || step.choice.effect == OFFSET {
+            return Ok(None);
+        }
+        let before: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
+        let zero = round.candidates[place].choice.clone();
+        let path = |list: &[&Choice]| -> Vec<Choice> { before.iter().chain(list.iter().copied()).cloned().collect() };
+        let Ok(free) = self.stage(&path(&[&zero]), cancel) else { return Ok(None) };
+        let Ok(second) = Step::of(self.look(&free, tell, cancel)?) else { return Ok(None) };
+        if second.choice == step.choice {
+            return Ok(None);
+        }
+        let both = self.added(&free, &[zero.clone(), second.choice.clone()], cancel)?;
+        let choices: Vec<Choice> = both.effects.iter().map(|e| e.choice.clone()).collect();
+        let Ok(rival) = self.fitted(&path(&[&step.choice, &zero]), cancel) else { return Ok(None) };
+        let (alone, together) = (self.fitted(&before, cancel)?, self.fitted(&choices, cancel)?);
+        let tint = colour(&together, self.data.frequency, self.data.fit()[0].interval);
+        let total = |f: &Fitted| score(&alone, f, tint, 0.0).total;
+        if choices.len() != before.len() + 2 || total(&together) > total(&rival) - APART {
+            return Ok(None);
+        }
+        let first = self.led(round, place, &second, (&alone, &together));
+        Ok(Some(([first, second], both)))
+    }
+
+    /// The step to a round's candidate that is named in another's company.
+    fn led(&self, round: &Round, place: usize, other: &Step, gain: (&Fitted, &Fitted)) -> Step {
+        let mut round = round.clone();
+        let mut candidate = round.candidates.remove(place);
+        let choice = candidate.choice.clone();
+        candidate.standing = Standing::Refitted;
+        candidate.why = in_company(&candidate.title, &other.title(), gain, &self.data.unit);
+        round.candidates.insert(0, candidate);
+        round.finding = Finding::Named;
+        Step { choice, round }
     }
 
     /// A stage without those of its effects that a later one has made superfluous.

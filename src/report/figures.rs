@@ -3,6 +3,7 @@
 use std::ops::RangeInclusive;
 
 use super::chart::{Axis, BELOW, Guide, LEFT, Line, Panel, legend, padded, thinned, thinned_logarithmic};
+use super::physics_figures;
 use super::svg::Svg;
 use crate::format::number::significant;
 use crate::format::palette::Ink;
@@ -24,11 +25,13 @@ pub(super) struct Figure {
 pub(super) struct Room {
     /// Records whose response is drawn.
     pub(super) records: usize,
+    /// Whether forces and the residual are drawn.
+    pub(super) physics: bool,
 }
 
 impl Room {
-    pub(super) const WEB: Self = Self { records: 8 };
-    pub(super) const PICTURE: Self = Self { records: 2 };
+    pub(super) const WEB: Self = Self { records: 8, physics: true };
+    pub(super) const PICTURE: Self = Self { records: 2, physics: false };
 }
 
 /// Width of every figure.
@@ -63,6 +66,10 @@ pub(super) fn all(outcome: &Outcome, room: &Room) -> Vec<Figure> {
     shown.sort_by_key(|r| r.usage != Usage::HeldOut);
     if let Some(record) = shown.first() {
         figures.extend(portrait_and_spectrum(outcome, record));
+    }
+    if room.physics {
+        figures.extend(physics_figures::forces(outcome));
+        figures.extend(physics_figures::residual(outcome));
     }
     figures
 }

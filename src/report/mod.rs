@@ -9,6 +9,7 @@ mod font;
 mod html;
 mod math;
 mod page;
+mod physics_figures;
 mod style;
 mod svg;
 mod text;

@@ -174,7 +174,11 @@ fn the_page_says_everything_and_is_well_formed() {
     ] {
         assert!(page.contains(part), "{part}");
     }
-    assert_eq!(page.matches("<figure>").count(), 3, "a response each, and the portrait with the spectrum");
+    assert_eq!(
+        page.matches("<figure>").count(),
+        5,
+        "a response each, the portrait with the spectrum, forces, residual"
+    );
     assert!(page.matches("class=\"stretch\"").count() == 2, "only the long record has a detail");
     assert!(!page.contains("NaN") && !page.contains('∞'), "numbers that do not exist are not written");
 }

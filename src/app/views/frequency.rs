@@ -222,7 +222,7 @@ fn figure(response: &FrequencyResponse, names: &(String, String), unit: &str, lo
 fn runs(points: impl Iterator<Item = (f64, PlotPoint)>, step: f64) -> Vec<Shape> {
     let mut runs: Vec<Vec<PlotPoint>> = Vec::new();
     let mut last = f64::NEG_INFINITY;
-    for (f, point) in points {
+    for (f, point) in points.filter(|(_, p)| p.x.is_finite() && p.y.is_finite()) {
         match runs.last_mut() {
             Some(run) if f - last < 1.5 * step => run.push(point),
             _ => runs.push(vec![point]),

@@ -1,6 +1,7 @@
 //! Figures that are computed beside the window and shown until newer ones are there.
 
 use std::collections::HashMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, OnceLock, Weak};
 
 use egui::Ui;
@@ -12,6 +13,9 @@ use crate::study::Outcome;
 
 /// Figures of so many samples are computed at once: that costs less than a frame.
 const AT_ONCE: usize = 1 << 13;
+
+/// What is shown in place of a figure whose computation failed.
+const CRASHED: &str = "This view failed by an error of the program itself; please report which data it was";
 
 /// What decides a figure beside its outcome.
 pub(super) type Choice = [usize; 6];
@@ -48,8 +52,10 @@ impl Kept {
         let known = self.0.get(&view);
         let same = known.is_some_and(|o| o.choice == choice && o.outcome.as_ptr() == Arc::as_ptr(scene.outcome));
         // One at a time: while a slider is dragged, what is under way is let end and shown.
-        let waits = known.is_some_and(|o| o.cell.get().is_none()) && !printing;
-        if !same && !waits || same && printing && known.is_some_and(|o| o.cell.get().is_none()) {
+        let under_way = known.is_some_and(|o| o.cell.get().is_none());
+        // A picture cannot wait.
+        let wanted = if printing { !same || under_way } else { !same && !under_way };
+        if wanted {
             let shown = known.filter(|o| o.cell.get().is_some()).map(|o| Arc::clone(&o.cell));
             let cell = Arc::new(OnceLock::new());
             let one = One { outcome: Arc::downgrade(scene.outcome), choice, cell: Arc::clone(&cell), shown };
@@ -61,7 +67,8 @@ impl Kept {
             } else {
                 let ctx = ui.ctx().clone();
                 let work = move || {
-                    let _ = cell.set(compute(&outcome));
+                    let figure = catch_unwind(AssertUnwindSafe(|| compute(&outcome)));
+                    let _ = cell.set(figure.unwrap_or_else(|_| Figure::Note(CRASHED.into())));
                     ctx.request_repaint();
                 };
                 if std::thread::Builder::new().name("figure".into()).spawn(work).is_err() {

@@ -128,22 +128,9 @@ fn distribution(histogram: &Histogram, samples: usize, unit: &str) -> Graph {
     Graph { id: "histogram", caption, x, y, layers, map: None, columns, outside: None }
 }
 
-fn name(partner: Partner, layout: &Layout) -> String {
-    let of = |s| layout.name(s);
-    match partner {
-        Partner::Itself => "itself".into(),
-        Partner::Symbol(s) => of(s),
-        Partner::Power(s, 2) => format!("{}²", of(s)),
-        Partner::Power(s, 3) => format!("{}³", of(s)),
-        Partner::Power(s, power) => format!("{}^{power}", of(s)),
-        Partner::Product(a, b) => format!("{}·{}", of(a), of(b)),
-        Partner::Sign(s) => format!("sgn {}", of(s)),
-    }
-}
-
 fn correlation(correlation: &Correlation, interval: f64, layout: &Layout, id: &'static str) -> Graph {
     let own = correlation.partner == Partner::Itself;
-    let name = name(correlation.partner, layout);
+    let name = correlation.partner.name(layout);
     let lags: Vec<f64> = correlation.lags.clone().map(|k| k as f64 * interval).collect();
     let line: Vec<PlotPoint> = lags.iter().zip(&correlation.value).map(|(l, v)| PlotPoint::new(*l, *v)).collect();
     // The one at lag zero of itself is known.
