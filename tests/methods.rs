@@ -4,7 +4,9 @@
 
 use sindyscope::record::{RecordSet, Usage};
 use sindyscope::rig::{ScenarioOptions, generate};
-use sindyscope::study::{Cancel, Free, Outcome, Regressor, Settings, Study, choose, landscape, suggest};
+use sindyscope::study::{
+    Cancel, Differentiation, Free, Outcome, Regressor, Settings, Smoothing, Study, choose, landscape, suggest,
+};
 use sindyscope::term::Kind;
 
 const TRUTH: [(&str, f64); 4] = [("x", -1.0), ("v", -0.2), ("x^3", -0.6), ("u", 1.0)];
@@ -68,4 +70,64 @@ fn saved_settings_of_before_are_read_and_every_regressor_is_written_and_read() {
         assert!(text.contains(&format!("\"regressor\":\"{}\"", regressor.name())), "{text}");
         assert_eq!(serde_json::from_str::<Settings>(&text).unwrap().regressor, regressor);
     }
+}
+
+/// The settings with another way of differentiating.
+fn differentiated(settings: &Settings, method: Differentiation) -> Settings {
+    Settings { smoothing: Smoothing { method, ..settings.smoothing }, ..settings.clone() }
+}
+
+#[test]
+fn every_differentiation_finds_the_equation_once_its_strength_is_chosen() {
+    let (records, settings) = duffing();
+    let free = Free { window: true, order: false, threshold: true, form: false, refine: false };
+    for method in [Differentiation::Spline, Differentiation::Spectral, Differentiation::Kalman] {
+        let start = differentiated(&settings, method);
+        let choice = choose(&records, &start, free, &Cancel::default(), &|_| {}).unwrap();
+        assert_eq!(choice.settings.smoothing.method, method);
+        let outcome = run(&records, &choice.settings);
+        let found = &outcome.model.leading().unwrap().terms;
+        for (term, value) in TRUTH {
+            let c = found.iter().find(|t| t.term.as_str() == term).map(|t| t.coefficient);
+            assert!(c.is_some_and(|c| (c - value).abs() < 0.1), "{method:?} {term}: {c:?}; {}", choice.reason);
+        }
+        assert!(outcome.test.unwrap().nrmse < 0.05, "{method:?}: {:?}; {}", outcome.test, choice.reason);
+    }
+}
+
+#[test]
+fn left_to_the_data_every_differentiation_gives_a_model_that_holds() {
+    let (records, settings) = duffing();
+    for method in Differentiation::ALL.into_iter().filter(|m| m.is_global()) {
+        let outcome = run(&records, &differentiated(&settings, method));
+        assert!(outcome.test.unwrap().nrmse < 0.1, "{method:?}: {:?}", outcome.test);
+        let length = outcome.records[0].signals.length;
+        assert!((3.0..400.0).contains(&length), "{method:?}: {length}");
+    }
+}
+
+#[test]
+fn the_map_is_made_with_every_differentiation() {
+    let (records, settings) = duffing();
+    for method in [Differentiation::Spline, Differentiation::TotalVariation, Differentiation::Difference] {
+        let settings = differentiated(&settings, method);
+        let map = landscape(&records, &settings, (3, 3), &Cancel::default(), &|_| {}).unwrap();
+        assert!(map.complete(), "{method:?}");
+        let place = map.parsimonious.unwrap();
+        let there = map.settings_at(place, &settings);
+        let outcome = run(&records, &there);
+        assert_eq!(map.cell(place).unwrap().terms, outcome.model.leading().unwrap().terms.len(), "{method:?}");
+    }
+}
+
+#[test]
+fn total_variation_says_that_a_record_is_too_long_for_it() {
+    let (mut records, settings) = duffing();
+    let settings = differentiated(&settings, Differentiation::TotalVariation);
+    let record = std::sync::Arc::make_mut(&mut records.entries[0].0);
+    for channel in &mut record.channels {
+        channel.values = channel.values.iter().cycle().take(Smoothing::MOST_VARIATION + 1).copied().collect();
+    }
+    let error = Study::default().run(&records, &settings, &Cancel::default()).unwrap_err().to_string();
+    assert!(error.contains("total variation is for records of up to 100000 samples"), "{error}");
 }

@@ -1,9 +1,14 @@
-//! The Python package's sparse regressions, reproduced on stored columns and rates.
+//! The Python packages' results, reproduced on stored samples, columns and rates.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+use std::sync::Arc;
+
 use serde_json::Value;
+use sindyscope::record::{Channel, Record, Role};
+use sindyscope::signal::{Differentiation, Facts, Signals, Smoothing};
 use sindyscope::sparse::{Constraint, Options, Reduced, Regressor, stlsq};
+use sindyscope::term::Kind;
 
 fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
@@ -104,6 +109,33 @@ fn best_subsets_are_those_of_brute_force() {
             let theirs = numbers(&theirs[solution.support.len()]["coefficients"]);
             for (ours, theirs) in solution.coefficients.iter().zip(theirs) {
                 assert!((ours - theirs).abs() <= 1e-8 * theirs.abs().max(1.0), "{name}: {ours} {theirs}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_smoothing_spline_is_that_of_scipy() {
+    let fixture: Value = serde_json::from_str(include_str!("fixtures/spline.json")).unwrap();
+    let values: Arc<[f64]> = numbers(&fixture["samples"]).into();
+    let record = Record {
+        name: "stored".into(),
+        source: None,
+        start: 0.0,
+        interval: fixture["interval"].as_f64().unwrap(),
+        channels: vec![Channel { name: "x".into(), role: Role::Displacement(0), unit: "m".into(), values }],
+        notices: Vec::new(),
+    };
+    let layout = record.layout(Kind::SecondOrder);
+    let cases = fixture["cases"].as_array().unwrap();
+    assert_eq!(cases.len(), 3);
+    for case in cases {
+        let window = case["length"].as_u64().unwrap() as usize;
+        let smoothing = Smoothing { method: Differentiation::Spline, ..Smoothing::default() }.with_window(window);
+        let signals = Signals::new(&record, &layout, &smoothing, &Facts::new(&record, &layout));
+        for (ours, field) in signals.states.iter().zip(["position", "velocity"]) {
+            for (ours, theirs) in ours.iter().zip(numbers(&case[field])) {
+                assert!((ours - theirs).abs() < 1e-8 * (1.0 + theirs.abs()), "{window} {field}: {ours} {theirs}");
             }
         }
     }

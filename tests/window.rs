@@ -12,7 +12,7 @@ use sindyscope::app::plot::raster::Rasterizer;
 use sindyscope::app::{App, Edit, Sample, Source, State};
 use sindyscope::record::{Usage, write_csv};
 use sindyscope::rig::{ScenarioOptions, generate};
-use sindyscope::study::Lock;
+use sindyscope::study::{Differentiation, Lock, Regressor};
 use sindyscope::term::{Kind, Term};
 
 /// Pictures without a graphics card, alike on every machine.
@@ -176,6 +176,26 @@ fn a_moved_slider_refits_and_undo_takes_it_back() {
     assert_eq!(window.app().settings(), &before);
     window.press(CTRL | Modifiers::SHIFT, Key::Z);
     assert_eq!(window.app().outcome().unwrap().settings.smoothing.window, 41, "redone and fitted");
+}
+
+#[test]
+fn other_ways_are_a_choice_in_one_place() {
+    let mut window = Window::sample();
+    for (place, choice) in
+        [("Regression", "best subset"), ("Derivative", "smoothing spline"), ("Regression", "SR3, L0")]
+    {
+        window.0.get_by_role_and_label(Role::ComboBox, place).click();
+        window.settle();
+        window.click(choice);
+    }
+    let outcome = window.app().outcome().unwrap();
+    assert_eq!(outcome.settings.regressor, Regressor::Sr3L0);
+    assert_eq!(outcome.settings.smoothing.method, Differentiation::Spline);
+    assert_eq!(window.terms().len(), 4, "{:?}", window.terms());
+    assert!(window.shows("half passes at a period of"));
+    window.click("strength from the data");
+    window.slide("Length", 21.0);
+    assert_eq!(window.app().outcome().unwrap().settings.smoothing.given(), Some(21));
 }
 
 #[test]

@@ -22,7 +22,7 @@ struct Ground {
 impl Ground {
     fn new(generation: u64, edit: &Edit) -> Self {
         let mut settings = edit.settings.clone();
-        settings.smoothing.window = 0;
+        settings.smoothing = settings.smoothing.with_window(0);
         settings.threshold = 0.0;
         Self { generation, usage: edit.usage.clone(), settings }
     }

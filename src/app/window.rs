@@ -617,7 +617,9 @@ impl App {
     fn set(&mut self, window: Option<usize>, threshold: f64) {
         self.history.note(&self.edit);
         let settings = &mut self.edit.settings;
-        settings.smoothing.window = window.unwrap_or(settings.smoothing.window);
+        if let Some(window) = window {
+            settings.smoothing = settings.smoothing.with_window(window);
+        }
         settings.threshold = threshold;
         self.history.note(&self.edit);
     }

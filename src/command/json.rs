@@ -9,7 +9,7 @@ use super::failure::Failure;
 use crate::format::equations::is_kinematic;
 use crate::model::Model;
 use crate::record::Usage;
-use crate::study::{Differentiation, EquationFit, Form, Kinematics, Lock, Outcome, Scaling, Score, Settings, Severity};
+use crate::study::{EquationFit, Form, Kinematics, Lock, Outcome, Scaling, Score, Settings, Severity};
 use crate::term::{Kind, Layout, Term};
 
 /// The version of the fields below.
@@ -114,11 +114,8 @@ fn settings(settings: &Settings, layout: &Layout) -> Value {
             Kind::SecondOrder => "second-order",
             Kind::FirstOrder => "first-order",
         },
-        "method": match smoothing.method {
-            Differentiation::Filter => "filter",
-            Differentiation::SmoothThenDifference => "smooth-then-difference",
-            Differentiation::Difference => "difference",
-        },
+        "method": smoothing.method.name(),
+        "length_from_data": smoothing.method.is_global() && smoothing.from_data,
         "filter_library": smoothing.filter_library,
         "scaling": match settings.scaling {
             Scaling::Scaled => "scaled",

@@ -59,15 +59,15 @@ pub(super) struct StudyOptions {
     #[arg(long, value_name = "KG", value_parser = positive, allow_negative_numbers = true, help_heading = "Physics")]
     mass: Option<f64>,
 
-    /// Smoothing segment, samples: odd [default: chosen from the data]
+    /// Smoothing segment, samples: odd; of ways without segments the period of which half the amplitude passes [default: chosen from the data]
     #[arg(long, value_name = "N", value_parser = odd, help_heading = "Smoothing")]
     pub(super) window: Option<usize>,
     /// Order of the smoothing polynomial [default: chosen from the data]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=12), help_heading = "Smoothing")]
     order: Option<u8>,
     /// How velocities and accelerations are made [default: filter]
-    #[arg(long, value_enum, value_name = "WAY", help_heading = "Smoothing")]
-    method: Option<MethodName>,
+    #[arg(long, alias = "method", value_enum, value_name = "NAME", help_heading = "Smoothing")]
+    differentiation: Option<MethodName>,
     /// Do not pass the library's columns through the filter that the displacement went through
     #[arg(long, help_heading = "Smoothing")]
     unfiltered_library: bool,
@@ -123,7 +123,7 @@ impl DataOptions {
 impl StudyOptions {
     /// Whether smoothing uses a segment at all.
     fn smooths(&self) -> bool {
-        self.method != Some(MethodName::Difference)
+        self.differentiation != Some(MethodName::Difference)
     }
 
     /// Whether the segment length is left to the data.
@@ -133,7 +133,8 @@ impl StudyOptions {
 
     /// Whether the order is left to the data.
     pub(super) fn order_is_free(&self) -> bool {
-        self.order.is_none() && self.smooths()
+        let method = self.differentiation.map_or_else(Differentiation::default, Into::into);
+        self.order.is_none() && method.is_local()
     }
 
     /// Whether the form is left to the data: who gives a smoothing means the derivatives that it makes.
@@ -158,7 +159,7 @@ impl StudyOptions {
         settings.locks.extend(decided(&self.lock, Lock::In));
         settings.locks.extend(decided(&self.drop, Lock::Out));
         settings.locks.extend(self.fix.iter().map(|f| (f.term.clone(), Lock::Fixed(f.value))));
-        if let Some(method) = self.method {
+        if let Some(method) = self.differentiation {
             settings.smoothing.method = method.into();
         }
         if self.unfiltered_library {
@@ -173,6 +174,9 @@ impl StudyOptions {
             }
             (None, Some(order)) => (smoothing.window, smoothing.order) = (smoothing.window.max((order + 1) | 1), order),
             (None, None) => {}
+        }
+        if let Some(window) = self.window {
+            *smoothing = smoothing.with_window(window);
         }
         match (self.form, self.half_width) {
             (Some(FormName::Derivative), _) => settings.form = Form::Derivative,
@@ -264,13 +268,13 @@ impl StudyOptions {
             option("mass", &mass.to_string());
         }
         let smoothing = &settings.smoothing;
-        match smoothing.method {
-            Differentiation::Filter => {}
-            Differentiation::SmoothThenDifference => option("method", "smooth-then-difference"),
-            Differentiation::Difference => option("method", "difference"),
+        if smoothing.method != Differentiation::default() {
+            option("differentiation", smoothing.method.name());
         }
-        if smoothing.method != Differentiation::Difference {
-            option("window", &smoothing.window.to_string());
+        if let Some(window) = smoothing.given() {
+            option("window", &window.to_string());
+        }
+        if smoothing.method.is_local() {
             option("order", &smoothing.order.to_string());
         }
         if let Form::Weak { half_width } = settings.form {
@@ -431,6 +435,14 @@ named! {
         Filter,
         /// Savitzky–Golay smoothing, then central differences
         SmoothThenDifference,
+        /// Natural cubic smoothing spline; its weight by cross-validation unless --window is given
+        Spline,
+        /// The whole record's Fourier transform behind a soft low-pass, whose edge is where the noise begins
+        Spectral,
+        /// Kalman smoother of a motion with random jerk; how random by its likelihood
+        Kalman,
+        /// Least total variation of the acceleration: for forces that jump; up to 100 000 samples
+        TotalVariation,
         /// Central differences, no smoothing
         Difference,
     }

@@ -110,4 +110,12 @@ fn what_was_given_goes_over_what_was_suggested() {
     parse(&["--window", "3"]).study().apply(&mut short);
     assert_eq!((short.smoothing.window, short.smoothing.order), (3, 2));
     assert!(!parse(&["--method", "difference"]).study().window_is_free(), "nothing to choose without a segment");
+    let spline = parse(&["--differentiation", "spline", "--window", "21", "--threshold", "0.1"]);
+    let mut settings = Settings { terms: vec![term("x")], ..Settings::default() };
+    spline.study().apply(&mut settings);
+    assert!(!spline.study().order_is_free() && !spline.study().window_is_free());
+    assert_eq!(
+        spline.study().command("identify", &settings, None),
+        "sindyscope identify 'a b.csv' --terms x --differentiation spline --window 21 --threshold 0.1"
+    );
 }

@@ -5,6 +5,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use crate::model::Model;
+use crate::signal::Smoother;
 use crate::study::{Outcome, RecordOutcome};
 use crate::term::{Expression, Kind, Layout, Program, SampleBlock, Symbol};
 
@@ -262,9 +263,9 @@ pub(super) fn equation_residual(
     let smoothing = &outcome.settings.smoothing;
     // The rate went through the filter once more than the states did.
     if smoothing.filter_library {
-        identified = smoothing.smooth(&identified, signals.interval);
+        identified = Smoother::new(smoothing, signals.length, n).smooth(&identified, signals.interval);
     }
-    let margin = smoothing.margin().min(n / 8);
+    let margin = smoothing.margin(signals.length).min(n / 8);
     let inside = margin..n - margin;
     let residual = rate[inside.clone()].iter().zip(&identified[inside.clone()]).map(|(a, b)| a - b).collect();
     Some((inside, residual))

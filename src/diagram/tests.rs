@@ -79,6 +79,7 @@ fn outcome(terms: &[(&str, f64)], motions: &[Motion]) -> Outcome {
                     rates: vec![m.v.clone(), m.a.clone()],
                     inputs: vec![m.u.clone(); inputs],
                     input_rates: vec![m.du.clone(); inputs],
+                    length: 1.0,
                     main_period: None,
                     noise: vec![0.0],
                     measured: Vec::new(),

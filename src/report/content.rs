@@ -423,19 +423,30 @@ pub(super) fn differentiation(outcome: &Outcome) -> String {
     if smoothing.method == Differentiation::Difference {
         return "central differences of the measured samples, no smoothing".into();
     }
-    let mut text = format!("Savitzky–Golay, segment {} samples", smoothing.window);
+    let mut text = if smoothing.method.is_local() {
+        format!("Savitzky–Golay, segment {} samples", smoothing.window)
+    } else {
+        let length = outcome.records.first().map_or(0.0, |r| r.signals.length);
+        let whence = if smoothing.from_data { " (from the data)" } else { "" };
+        let length = significant_trimmed(length, 3);
+        format!("{}, half the amplitude passes at a period of {length} samples{whence}", smoothing.method.title())
+    };
     if let Some(record) = outcome.records.first() {
-        let length = record.record.interval * smoothing.window.saturating_sub(1) as f64;
+        let samples =
+            if smoothing.method.is_local() { smoothing.window.saturating_sub(1) as f64 } else { record.signals.length };
+        let length = record.record.interval * samples;
         text.push_str(&format!(" = {}", format_si(length, "s", 3)));
         if let Some(period) = record.signals.main_period.filter(|p| *p > 0.0) {
             text.push_str(&format!(" = {} main periods", significant_trimmed(length / period, 2)));
         }
     }
-    text.push_str(&format!(", order {}", smoothing.order));
+    if smoothing.method.is_local() {
+        text.push_str(&format!(", order {}", smoothing.order));
+    }
     match smoothing.method {
         Differentiation::Filter => text.push_str(", differentiated by the filter"),
         Differentiation::SmoothThenDifference => text.push_str(", then central differences"),
-        Differentiation::Difference => {}
+        _ => {}
     }
     if let Form::Weak { half_width } = outcome.settings.form {
         text.push_str("; equation in the weak form: averages over test functions");
@@ -443,7 +454,7 @@ pub(super) fn differentiation(outcome: &Outcome) -> String {
             text.push_str(&format!(" of half width {half_width} samples"));
         }
         text.push_str(", whitened for the sensors' noise");
-    } else if smoothing.filter_library {
+    } else if smoothing.filter_library && smoothing.method != Differentiation::TotalVariation {
         text.push_str("; every library column passed through the same filter");
     }
     text

@@ -47,6 +47,7 @@ fn record_outcome(name: &str, usage: Usage, samples: usize) -> RecordOutcome {
         rates: vec![velocity(0.0), measured.clone()],
         inputs: vec![vec![0.0; samples]],
         input_rates: vec![vec![0.0; samples]],
+        length: 31.0,
         main_period: Some(std::f64::consts::TAU / 6.0),
         noise: vec![1e-5],
         measured: Vec::new(),

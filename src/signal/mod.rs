@@ -1,15 +1,20 @@
 //! Smoothing, differentiation, spectra and noise of sampled signals.
 
 mod difference;
+mod kalman;
 mod noise;
 mod savgol;
+mod smoother;
 mod smoothing;
+mod spectral;
 pub mod spectrum;
+mod spline;
 mod sums;
 
 pub use difference::central;
 pub use noise::standard_deviation;
 pub use savgol::SavitzkyGolay;
+pub(crate) use smoother::Smoother;
 pub use smoothing::{Differentiation, Smoothing};
 pub use spectrum::{Peak, Spectrum};
 pub(crate) use sums::{dot, mean_and_variance, rms};
@@ -36,6 +41,8 @@ pub struct Signals {
     pub input_rates: Vec<Vec<f64>>,
     /// Main period of the first displacement, s, if it oscillates.
     pub main_period: Option<f64>,
+    /// Length of the smoothing, samples: of the segment, or the period of which half the amplitude passes; zero without.
+    pub length: f64,
     /// Standard deviation of each displacement's measurement noise, estimated without a model.
     pub noise: Vec<f64>,
     /// The channels as measured.
@@ -88,33 +95,68 @@ impl Signals {
     /// Smooths and differentiates a record; channels that the layout expects and the record lacks are left empty.
     ///
     /// Velocities are derived from displacements unless measured. Each state's rate is the filter's derivative of the
-    /// *smoothed* state, so an equation between states holds between rates and equally filtered columns.
+    /// *smoothed* state, so an equation between states holds between rates and equally filtered columns; only total
+    /// variation, which is no filter, gives both from the samples at once.
     pub fn new(record: &Record, layout: &Layout, smoothing: &Smoothing, facts: &Facts) -> Self {
         let interval = record.interval;
         let values = |role: Role| record.channel(role).map(|c| &*c.values);
-        let smoothed = |role: Role| values(role).map_or_else(Vec::new, |v| smoothing.smooth(v, interval));
-        let mut states: Vec<Vec<f64>> = (0..layout.freedoms).map(|i| smoothed(Role::Displacement(i))).collect();
-        if layout.kind == Kind::SecondOrder {
-            for i in 0..layout.freedoms {
-                states.push(match (values(Role::Velocity(i)), values(Role::Displacement(i))) {
-                    (Some(velocity), _) => smoothing.smooth(velocity, interval),
-                    (None, Some(x)) => smoothing.differentiate(x, interval),
-                    (None, None) => Vec::new(),
+        let leading = values(Role::Displacement(0)).unwrap_or(&[]);
+        let length = Smoother::length(smoothing, leading);
+        let smoother = Smoother::new(smoothing, length, record.len());
+        let second_order = layout.kind == Kind::SecondOrder;
+        let mut states = Vec::with_capacity(layout.states());
+        let mut velocities = Vec::with_capacity(layout.freedoms);
+        // Rates that came with a state, because they are not what differentiating it again would give.
+        let mut derived: Vec<Option<Vec<f64>>> = vec![None; layout.states()];
+        for i in 0..layout.freedoms {
+            let Some(x) = values(Role::Displacement(i)) else {
+                states.push(Vec::new());
+                velocities.push(Vec::new());
+                continue;
+            };
+            let motion = smoother.motion(x, interval);
+            if !smoother.is_linear() {
+                derived[i] = Some(motion.velocity.clone());
+                if second_order {
+                    derived[layout.freedoms + i] = motion.acceleration;
+                }
+            }
+            states.push(motion.position);
+            velocities.push(motion.velocity);
+        }
+        if second_order {
+            for (i, derived_velocity) in velocities.into_iter().enumerate() {
+                states.push(match values(Role::Velocity(i)) {
+                    None => derived_velocity,
+                    Some(measured) => {
+                        let motion = smoother.motion(measured, interval);
+                        if !smoother.is_linear() {
+                            derived[layout.freedoms + i] = Some(motion.velocity);
+                        }
+                        motion.position
+                    }
                 });
             }
         }
         let rates = states
             .iter()
+            .zip(derived)
             .enumerate()
-            .map(|(k, state)| match k.checked_sub(layout.freedoms).and_then(|i| values(Role::Acceleration(i))) {
-                Some(a) => smoothing.smooth(&smoothing.smooth(a, interval), interval),
-                None => smoothing.differentiate(state, interval),
+            .map(|(k, (state, derived))| {
+                let measured = k.checked_sub(layout.freedoms).and_then(|i| values(Role::Acceleration(i)));
+                match (measured, derived) {
+                    (Some(a), _) => smoother.smooth(&smoother.smooth(a, interval), interval),
+                    (None, Some(rate)) => rate,
+                    (None, None) => smoother.differentiate(state, interval),
+                }
             })
             .collect();
-        let inputs = (0..layout.inputs).map(|j| smoothed(Role::Input(j))).collect();
-        let input_rates = (0..layout.inputs)
-            .map(|j| values(Role::Input(j)).map_or_else(Vec::new, |u| smoothing.differentiate(u, interval)))
-            .collect();
+        let (inputs, input_rates) = (0..layout.inputs)
+            .map(|j| {
+                let motion = values(Role::Input(j)).map(|u| smoother.motion(u, interval));
+                motion.map_or_else(Default::default, |m| (m.position, m.velocity))
+            })
+            .unzip();
         Self {
             start: record.start,
             interval,
@@ -123,6 +165,7 @@ impl Signals {
             inputs,
             input_rates,
             main_period: facts.main_period,
+            length,
             noise: facts.noise.clone(),
             measured: record
                 .channels

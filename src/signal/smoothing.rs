@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use super::{SavitzkyGolay, central};
+use super::SavitzkyGolay;
 
 /// How velocities and accelerations are made from displacements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -11,67 +11,130 @@ pub enum Differentiation {
     Filter,
     /// Savitzky–Golay smoothing, then central differences: the report's way.
     SmoothThenDifference,
+    /// Natural cubic smoothing spline (Reinsch 1967).
+    Spline,
+    /// The whole record's Fourier transform behind a soft low-pass.
+    Spectral,
+    /// Kalman smoother of a motion whose jerk is white noise (Rauch, Tung & Striebel 1965).
+    Kalman,
+    /// Total variation: the least sum of changes of the acceleration (after Chartrand 2011); not linear.
+    TotalVariation,
     /// Central differences of the measured samples, no smoothing.
     Difference,
 }
 
+impl Differentiation {
+    /// Every way.
+    pub const ALL: [Self; 7] = [
+        Self::Filter,
+        Self::SmoothThenDifference,
+        Self::Spline,
+        Self::Spectral,
+        Self::Kalman,
+        Self::TotalVariation,
+        Self::Difference,
+    ];
+
+    /// The name in commands and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Filter => "filter",
+            Self::SmoothThenDifference => "smooth-then-difference",
+            Self::Spline => "spline",
+            Self::Spectral => "spectral",
+            Self::Kalman => "kalman",
+            Self::TotalVariation => "total-variation",
+            Self::Difference => "difference",
+        }
+    }
+
+    /// The name in a sentence.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Filter | Self::SmoothThenDifference => "Savitzky–Golay",
+            Self::Spline => "smoothing spline",
+            Self::Spectral => "spectral low-pass",
+            Self::Kalman => "Kalman smoother",
+            Self::TotalVariation => "total variation",
+            Self::Difference => "central differences",
+        }
+    }
+
+    /// Whether polynomials are laid through segments, which have a length and an order.
+    pub fn is_local(self) -> bool {
+        matches!(self, Self::Filter | Self::SmoothThenDifference)
+    }
+
+    /// Whether the record is smoothed as a whole, with one parameter: the period of which half the amplitude passes.
+    pub fn is_global(self) -> bool {
+        !self.is_local() && self != Self::Difference
+    }
+}
+
 /// Smoothing and differentiation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Smoothing {
     /// The way of differentiating.
     pub method: Differentiation,
-    /// Segment length, samples; odd and larger than `order`.
+    /// Segment length, samples; odd and larger than `order`. For ways that smooth the record as a whole the period, in
+    /// samples, of which half the amplitude passes: about what a segment of that length and order five lets through.
     pub window: usize,
     /// Order of the segment's polynomial.
     pub order: usize,
     /// Whether every library column is passed through the filter that the displacement went through; without it the
     /// smoothing biases the coefficients.
     pub filter_library: bool,
+    /// Whether ways that smooth the record as a whole take that period from each record itself instead of `window`: a
+    /// spline by generalised cross-validation, a Kalman smoother (and total variation with it) by its likelihood, a
+    /// spectral low-pass by the noise's edge in the spectrum.
+    pub from_data: bool,
 }
 
 impl Default for Smoothing {
     fn default() -> Self {
-        Self { method: Differentiation::Filter, window: 31, order: 5, filter_library: true }
+        Self { method: Differentiation::Filter, window: 31, order: 5, filter_library: true, from_data: true }
     }
 }
 
 impl Smoothing {
-    /// The filter, where the method has one.
+    /// Longest record that total variation is for: its time per sample is a hundred times the others'.
+    pub const MOST_VARIATION: usize = 100_000;
+
+    /// The same with a length that is given.
+    pub fn with_window(self, window: usize) -> Self {
+        Self { window, from_data: self.from_data && !self.method.is_global(), ..self }
+    }
+
+    /// The length that is given, if one is.
+    pub fn given(&self) -> Option<usize> {
+        (self.method.is_local() || self.method.is_global() && !self.from_data).then_some(self.window)
+    }
+
+    /// The Savitzky–Golay filter, where the method has one.
     pub fn filter(&self) -> Option<SavitzkyGolay> {
-        (self.method != Differentiation::Difference).then(|| SavitzkyGolay::new(self.window, self.order))
+        self.method.is_local().then(|| SavitzkyGolay::new(self.window, self.order))
     }
 
-    /// Smooths samples.
-    pub fn smooth(&self, samples: &[f64], interval: f64) -> Vec<f64> {
-        self.filter().map_or_else(|| samples.to_vec(), |f| f.apply(samples, interval, 0))
-    }
-
-    /// The first derivative of samples as measured.
-    pub fn differentiate(&self, samples: &[f64], interval: f64) -> Vec<f64> {
-        match (self.method, self.filter()) {
-            (Differentiation::Filter, Some(filter)) => filter.apply(samples, interval, 1),
-            (_, Some(filter)) => central(&filter.apply(samples, interval, 0), interval),
-            (_, None) => central(samples, interval),
-        }
-    }
-
-    /// Samples at each end of a record in which the filter is one-sided and much noisier; a regression leaves them out.
-    pub fn margin(&self) -> usize {
+    /// Samples at each end of a record in which a smoothing of this length is one-sided and much noisier; a regression
+    /// leaves them out.
+    pub fn margin(&self, length: f64) -> usize {
         match self.method {
             Differentiation::Difference => 1,
-            _ => self.window + 3,
+            _ => length.ceil() as usize + 3,
         }
     }
 
     /// Samples between rows that a regression on filtered columns needs: closer ones repeat each other.
     ///
-    /// The filter passes frequencies up to about (order + 1) / (3.2 window) of the Nyquist frequency (Schafer 2011);
-    /// two rows for each order still sample that six times over.
-    pub fn stride(&self) -> usize {
+    /// The filter passes frequencies up to about (order + 1) / (3.2 length) of the Nyquist frequency (Schafer 2011);
+    /// two rows for each order still sample that six times over. The other ways pass what one of order five does.
+    pub fn stride(&self, length: f64) -> usize {
+        let order = if self.method.is_local() { self.order } else { 5 };
         match self.method {
-            Differentiation::Difference => 1,
+            Differentiation::Difference | Differentiation::TotalVariation => 1,
             _ if !self.filter_library => 1,
-            _ => (self.window / (2 * (self.order + 1))).max(1),
+            _ => (length as usize / (2 * (order + 1))).max(1),
         }
     }
 }

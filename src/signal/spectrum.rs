@@ -81,7 +81,7 @@ impl Spectrum {
 }
 
 /// The smallest number from `n` up with no prime factor but 2, 3 and 5.
-fn fast_length(n: usize) -> usize {
+pub(super) fn fast_length(n: usize) -> usize {
     let mut best = n.next_power_of_two();
     let mut fives = 1;
     while fives < best {

@@ -170,10 +170,13 @@ pub fn choose(
         Regressor::Stlsq => String::new(),
         other => format!("{}, ", other.title()),
     };
+    let smoothing = match settings.smoothing {
+        s if s.method.is_local() => format!("segment {} of order {}", s.window, s.order),
+        s if s.given().is_some() => format!("{} of {} samples", s.method.title(), s.window),
+        s => s.method.title().to_owned(),
+    };
     let reason = format!(
-        "{regressor}{form}segment {} of order {} and threshold {:.2e}{refined}: simulation error {:.2e} of the motion on {judged}; {} settings tried",
-        settings.smoothing.window,
-        settings.smoothing.order,
+        "{regressor}{form}{smoothing} and threshold {:.2e}{refined}: simulation error {:.2e} of the motion on {judged}; {} settings tried",
         settings.threshold,
         error.sqrt(),
         tried.len(),
@@ -519,7 +522,7 @@ impl Plan {
         let mut signals = Vec::with_capacity(self.pieces.len());
         for (piece, facts) in &self.pieces {
             cancel.check()?;
-            if piece.len() < settings.smoothing.window {
+            if settings.smoothing.given().is_some_and(|window| piece.len() < window) {
                 return Ok(None);
             }
             signals.push(Arc::new(Signals::new(piece, &self.layout, &settings.smoothing, facts)));
@@ -726,15 +729,18 @@ fn first_smoothings(plan: &Plan, start: &Settings, free: Free) -> Vec<Smoothing>
     if !free.window || base.method == Differentiation::Difference {
         return vec![base];
     }
-    let order = if free.order { 5 } else { base.order };
+    let order = if free.order || base.method.is_global() { 5 } else { base.order };
     let (shortest, longest) = (0.02, 0.25 * (order as f64 + 1.0) / 2.0);
     let period = period_samples(plan);
     let mut smoothings: Vec<Smoothing> = (0..STEPS)
         .map(|k| {
             let share = shortest * f64::powf(longest / shortest, k as f64 / (STEPS - 1) as f64);
-            Smoothing { window: fit_window(plan, order, share * period), order, ..base }
+            Smoothing { order, ..base }.with_window(fit_window(plan, order, share * period))
         })
         .collect();
+    if base.method.is_global() {
+        smoothings.push(Smoothing { from_data: true, ..base });
+    }
     smoothings.dedup();
     smoothings
 }
@@ -745,10 +751,11 @@ fn fit_window(plan: &Plan, order: usize, samples: f64) -> usize {
 }
 
 fn nearby_smoothings(plan: &Plan, best: Smoothing, free: Free) -> Vec<Smoothing> {
-    if best.method == Differentiation::Difference {
+    if best.method == Differentiation::Difference || best.method.is_global() && best.from_data {
         return vec![best];
     }
     let orders: Vec<usize> = match (free.order, best.order) {
+        (_, order) if best.method.is_global() => vec![order],
         (false, order) => vec![order],
         // Data with few samples a period need the highest orders: their pass band is the widest.
         (true, order) => {
@@ -762,7 +769,7 @@ fn nearby_smoothings(plan: &Plan, best: Smoothing, free: Free) -> Vec<Smoothing>
         let factors: &[f64] = if free.window { &[0.6, 0.8, 1.0, 1.25] } else { &[1.0] };
         for factor in factors {
             let window = if free.window { fit_window(plan, *order, factor * equal) } else { best.window };
-            let smoothing = Smoothing { window, order: *order, ..best };
+            let smoothing = Smoothing { order: *order, ..best }.with_window(window);
             if *order < window && !smoothings.contains(&smoothing) {
                 smoothings.push(smoothing);
             }

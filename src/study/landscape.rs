@@ -132,7 +132,9 @@ impl Landscape {
     /// Settings with the segment length and the threshold of a place.
     pub fn settings_at(&self, (window, threshold): Place, settings: &Settings) -> Settings {
         let mut settings = settings.clone();
-        settings.smoothing.window = self.windows.get(window).copied().unwrap_or(settings.smoothing.window);
+        if let Some(window) = self.windows.get(window) {
+            settings.smoothing = settings.smoothing.with_window(*window);
+        }
         settings.threshold = self.thresholds.get(threshold).copied().unwrap_or(settings.threshold);
         settings
     }
@@ -189,7 +191,7 @@ pub fn landscape(
         .into_par_iter()
         .filter(coarse)
         .map(|k| {
-            let smoothing = Smoothing { window: windows[k], ..settings.smoothing };
+            let smoothing = settings.smoothing.with_window(windows[k]);
             let smoothed = plan.smoothed(settings, &smoothing, cancel)?;
             let marks = smoothed.as_ref().map_or_else(Vec::new, |s| s.all.marks(settings));
             lock(&columns[k]).smoothed = smoothed;
@@ -212,7 +214,7 @@ pub fn landscape(
         let left = AtomicUsize::new(windows.len().div_ceil(stride));
         (0..windows.len()).into_par_iter().filter(|k| k % stride == 0).try_for_each(|k| {
             let mut column = lock(&columns[k]);
-            let smoothing = Smoothing { window: windows[k], ..settings.smoothing };
+            let smoothing = settings.smoothing.with_window(windows[k]);
             if column.smoothed.is_none() {
                 column.smoothed = plan.smoothed(settings, &smoothing, cancel)?;
             }

@@ -305,12 +305,12 @@ fn check(records: &RecordSet, settings: &Settings) -> Result<Layout, StudyError>
             layout.name(symbol)
         )));
     }
-    let Smoothing { method, window, order, .. } = settings.smoothing;
-    if method != Differentiation::Difference {
+    let Smoothing { method, order, .. } = settings.smoothing;
+    if let Some(window) = settings.smoothing.given() {
         if window % 2 == 0 || window < 3 {
             return Err(StudyError::Setting(format!("the segment length must be odd and at least 3, not {window}")));
         }
-        if order == 0 || order >= window {
+        if method.is_local() && (order == 0 || order >= window) {
             return Err(StudyError::Setting(format!(
                 "a polynomial of order {order} needs a segment longer than {order} samples, not {window}"
             )));
@@ -322,6 +322,17 @@ fn check(records: &RecordSet, settings: &Settings) -> Result<Layout, StudyError>
                 short.len()
             )));
         }
+    }
+    if method == Differentiation::TotalVariation
+        && let Some((long, _)) =
+            records.entries.iter().find(|(r, u)| *u != Usage::Off && r.len() > Smoothing::MOST_VARIATION)
+    {
+        return Err(StudyError::Setting(format!(
+            "total variation is for records of up to {} samples, {:?} has {}: cut it, or take another way of differentiating",
+            Smoothing::MOST_VARIATION,
+            long.name,
+            long.len()
+        )));
     }
     if !(settings.threshold >= 0.0 && settings.ridge >= 0.0) {
         return Err(StudyError::Setting("threshold and ridge must be zero or more".into()));

@@ -7,7 +7,7 @@ use super::known::{lock_of, sign_of};
 use super::weak::{Rows, Weak};
 use super::{EquationFit, Form, Kinematics, Lock, Scaling, Settings, StudyError};
 use crate::model::{Equation, Model, WeightedTerm, kinematic};
-use crate::signal::{Differentiation, SavitzkyGolay, Signals, Smoothing, dot};
+use crate::signal::{Differentiation, SavitzkyGolay, Signals, Smoother, Smoothing, dot};
 use crate::sparse::{Constraint, Options, Reduced, Regressor, Sign, Solution, clustered_covariance, drop_path};
 use crate::study::outcome::{DroppedTerm, PathTerm};
 use crate::term::{Expression, Kind, Layout, Program, SampleBlock, Symbol, Term};
@@ -73,7 +73,8 @@ impl Regression {
         let expressions: Vec<Expression> = terms.iter().map(|t| t.expression().clone()).collect();
         let program = Program::new(&expressions, layout);
         let total: usize = records.iter().map(|r| r.states.first().map_or(0, Vec::len)).sum();
-        let stride = smoothing.stride().max(total.div_ceil(MOST_ROWS));
+        let length = records.iter().map(|r| r.length).fold(f64::INFINITY, f64::min);
+        let stride = smoothing.stride(length).max(total.div_ceil(MOST_ROWS));
         let filter = if smoothing.filter_library { smoothing.filter() } else { None };
         let derived = smoothing.method == Differentiation::Filter;
         let jumps: Vec<bool> = terms.iter().map(Term::switches).collect();
@@ -85,7 +86,7 @@ impl Regression {
             let count = signals.states.first().map_or(0, Vec::len);
             let rows = count.div_ceil(stride);
             // A record of a few segments cannot spare both ends.
-            let margin = smoothing.margin().min(count / 8).div_ceil(stride);
+            let margin = smoothing.margin(signals.length).min(count / 8).div_ceil(stride);
             let inside = margin..rows - margin;
             starts.push(rates.first().map_or(0, Vec::len));
             let states: Vec<&[f64]> = signals.states.iter().map(|s| &**s).collect();
@@ -103,6 +104,7 @@ impl Regression {
                 None => {
                     let mut full: Vec<Vec<f64>> = vec![Vec::new(); terms.len()];
                     program.columns(&samples, &mut full);
+                    smooth_alike(smoothing, signals, &jumps, &mut full);
                     for (column, full) in columns.iter_mut().zip(&full) {
                         column.extend(full.iter().step_by(stride).skip(inside.start).take(inside.len()));
                     }
@@ -111,7 +113,7 @@ impl Regression {
             for (rate, state) in rates.iter_mut().zip(fitted) {
                 rate.extend(signals.rates[*state].iter().step_by(stride).skip(inside.start).take(inside.len()));
             }
-            let together = (2 * smoothing.window) as f64 * signals.interval;
+            let together = 2.0 * signals.length.max(1.0) * signals.interval;
             let together = signals.main_period.unwrap_or(together).max(together);
             block = block.max((together / (signals.interval * stride as f64)).ceil() as usize);
         }
@@ -438,6 +440,21 @@ impl Regression {
             probability: self.terms.iter().cloned().zip(solution.probability.iter().copied()).collect(),
             residual_rms: solution.residual_rms * target.rate_rms / target.reduced.target_scale(),
             rate_rms: target.rate_rms,
+        }
+    }
+}
+
+/// Passes columns through the filter of the whole record that the displacement went through, a sign of states twice, as
+/// in [`filtered`].
+fn smooth_alike(smoothing: &Smoothing, signals: &Signals, jumps: &[bool], columns: &mut [Vec<f64>]) {
+    let count = signals.states.first().map_or(0, Vec::len);
+    let smoother = Smoother::new(smoothing, signals.length, count);
+    if !smoothing.filter_library || !smoothing.method.is_global() || !smoother.is_linear() {
+        return;
+    }
+    for (column, jumps) in columns.iter_mut().zip(jumps) {
+        for _ in 0..1 + usize::from(*jumps) {
+            *column = smoother.smooth(column, signals.interval);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Differentiation, Lock, Outcome, Remedy, Severity, Warning};
+use super::{Lock, Outcome, Remedy, Severity, Warning};
 use crate::model::Equation;
 use crate::record::{RecordSet, Usage};
 use crate::sparse::{Constraint, Options, Reduced, stlsq};
@@ -249,7 +249,7 @@ fn damping_sign(outcome: &Outcome) -> Vec<Warning> {
 /// Smoothing too long for the motion.
 fn segment(outcome: &Outcome) -> Option<Warning> {
     let smoothing = outcome.settings.smoothing;
-    if smoothing.method == Differentiation::Difference {
+    if !smoothing.method.is_local() {
         return None;
     }
     let shares = outcome

@@ -9,7 +9,7 @@ use crate::app::widgets::{Setting, Spread, row, section};
 use crate::format::number::significant_trimmed;
 use crate::study::{Differentiation, Form, NARROWEST};
 
-const METHODS: [(Differentiation, &str, &str); 3] = [
+const METHODS: [(Differentiation, &str, &str); 7] = [
     (
         Differentiation::Filter,
         "filter's derivative",
@@ -19,6 +19,28 @@ const METHODS: [(Differentiation, &str, &str); 3] = [
         Differentiation::SmoothThenDifference,
         "smooth, then difference",
         "Savitzky–Golay smoothing, then central differences of the smoothed samples",
+    ),
+    (
+        Differentiation::Spline,
+        "smoothing spline",
+        "A natural cubic spline that weighs curvature against misfit; its weight by generalised cross-validation",
+    ),
+    (
+        Differentiation::Spectral,
+        "spectral",
+        "The whole record's Fourier transform behind a soft low-pass, whose edge is where the noise begins: for long records \
+         of smooth motion",
+    ),
+    (
+        Differentiation::Kalman,
+        "Kalman smoother",
+        "The likeliest motion if its jerk is white noise; how strong by the record's likelihood",
+    ),
+    (
+        Differentiation::TotalVariation,
+        "total variation",
+        "The motion whose acceleration changes least in sum, so that it may jump: for dry friction and impacts. Slow: \
+         records of up to 100 000 samples; its library is not filtered alike, so coefficients lean a little",
     ),
     (
         Differentiation::Difference,
@@ -54,14 +76,32 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
         });
         combo.response.accessible_name("Derivative");
     });
-    let filtered = smoothing.method != Differentiation::Difference;
-    ui.add_enabled_ui(filtered, |ui| {
-        let shortest = (smoothing.order + 2) | 1;
+    let (local, global) = (smoothing.method.is_local(), smoothing.method.is_global());
+    if global {
+        row(ui, "", "", |ui| {
+            ui.checkbox(&mut smoothing.from_data, "strength from the data").on_hover_text(
+                "Each record says itself how much it is smoothed; otherwise the length below does. Choose for me tries both",
+            );
+        });
+        if smoothing.from_data {
+            let used = desk.bench.outcome.as_ref().filter(|o| o.settings.smoothing == *smoothing);
+            let words = used
+                .and_then(|o| o.records.first())
+                .map(|r| format!("half passes at a period of {} samples", significant_trimmed(r.signals.length, 3)));
+            row(ui, "", "", |ui| ui.label(RichText::new(words.unwrap_or_default()).weak()));
+        }
+    }
+    ui.add_enabled_ui(local || global && !smoothing.from_data, |ui| {
+        let shortest = if local { (smoothing.order + 2) | 1 } else { 3 };
         let longest = desk.bench.longest_segment(&desk.edit.usage).max(shortest + 2);
         let mut window = smoothing.window as f64;
         let segment = Setting {
-            label: "Segment",
-            tooltip: "Samples that each polynomial is laid through: longer takes out more noise, too long flattens the motion",
+            label: if global { "Length" } else { "Segment" },
+            tooltip: if global {
+                "The period of which half the amplitude passes: longer takes out more noise, too long flattens the motion"
+            } else {
+                "Samples that each polynomial is laid through: longer takes out more noise, too long flattens the motion"
+            },
             unit: ", samples",
             range: shortest as f64..=longest as f64,
             spread: Spread::Logarithmic,
@@ -71,7 +111,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
             format: &|v| format!("{v:.0}"),
         };
         if segment.show(ui, &mut window) {
-            smoothing.window = (window as usize) | 1;
+            *smoothing = smoothing.with_window((window as usize) | 1);
         }
         let (seconds, periods) = desk.bench.segment_length(smoothing);
         let mut words = Vec::new();
@@ -82,6 +122,8 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
             words.push(format!("{} main periods", significant_trimmed(periods, 2)));
         }
         row(ui, "", "", |ui| ui.label(RichText::new(words.join(" · ")).weak()));
+    });
+    ui.add_enabled_ui(local, |ui| {
         let mut order = smoothing.order as f64;
         let setting = Setting {
             label: "Order",
@@ -98,6 +140,9 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
             smoothing.order = order as usize;
             smoothing.window = smoothing.window.max((smoothing.order + 2) | 1);
         }
+    });
+    let linear = local || global && smoothing.method != Differentiation::TotalVariation;
+    ui.add_enabled_ui(linear, |ui| {
         row(ui, "", "", |ui| {
             ui.checkbox(&mut smoothing.filter_library, "filter the library alike").on_hover_text(
                 "Passes every library column through the filter that the displacement went through; without it the \

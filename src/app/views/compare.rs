@@ -200,8 +200,12 @@ fn table(scene: &Scene<'_>, shown: &[Shown<'_>]) -> Table {
     let rmse = |score: Option<Score>| score.map_or_else(|| "–".to_owned(), |s| units::format_si(s.rmse, &unit, 3));
     row("held-out error", &|o| rmse(o.test));
     row("fitted error", &|o| rmse(o.train));
-    row("segment", &|o| o.settings.smoothing.window.to_string());
-    row("order", &|o| o.settings.smoothing.order.to_string());
+    row("derivative", &|o| o.settings.smoothing.method.title().to_owned());
+    row("segment", &|o| o.settings.smoothing.given().map_or_else(|| "–".to_owned(), |window| window.to_string()));
+    row("order", &|o| {
+        let smoothing = o.settings.smoothing;
+        if smoothing.method.is_local() { smoothing.order.to_string() } else { "–".to_owned() }
+    });
     row("regression", &|o| o.settings.regressor.name().to_owned());
     row("threshold", &|o| number::significant_trimmed(o.settings.threshold, 3));
     row("condition", &|o| number::significant(o.fits.iter().map(|f| f.condition).fold(1.0, f64::max), 2));

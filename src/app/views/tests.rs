@@ -130,6 +130,7 @@ fn record_of(index: usize, case: &Case) -> RecordOutcome {
             rates: [all(1), all(2)].concat(),
             inputs: vec![(0..n).map(force).collect(); inputs],
             input_rates: vec![(0..n).map(|k| 0.4 * TAU * 1.3 * (TAU * 1.3 * time(k)).cos()).collect(); inputs],
+            length: 31.0,
             main_period: Some(1.0 / 1.3),
             noise: vec![NOISE; freedoms],
             measured: Vec::new(),
