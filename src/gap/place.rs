@@ -293,11 +293,17 @@ fn share(places: &[Vec<Option<usize>>], missing: &[&[f64]]) -> f64 {
 /// What a force of springs, dampers and friction goes with; other quantities must explain more to be spoken of.
 const STATE: [&str; 4] = ["x", "v", "x − u", "v − du"];
 const SECOND: f64 = 0.75;
+/// Share of the force's RMS that its mean makes up where it is called constant.
+const CONSTANT: f64 = 0.9;
 
 /// One plain sentence on the profile that explains most.
 fn sentence(profiles: &[Profile], missing: &[&[f64]], paths: &[super::columns::Path], acceleration: &str) -> String {
     let size = |v: f64| format!("{} {acceleration}", significant(v.abs(), 2)).trim().to_owned();
     let whole = rms(&missing.iter().flat_map(|m| m.iter().copied()).collect::<Vec<f64>>());
+    let (mean, _) = mean_and_variance(&missing.iter().flat_map(|m| m.iter().copied()).collect::<Vec<f64>>());
+    if mean.abs() > CONSTANT * whole {
+        return format!("The missing force is the same everywhere: {} one way.", size(mean));
+    }
     let weight = |p: &Profile| p.share * if STATE.contains(&p.axis.0.as_str()) { 1.0 } else { SECOND };
     let best = profiles.iter().max_by(|a, b| weight(a).total_cmp(&weight(b)));
     let Some(top) = best.filter(|p| p.share > 0.05) else {
