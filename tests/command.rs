@@ -564,7 +564,7 @@ fn the_silverbox_has_a_cubic_spring() {
 
 #[test]
 #[ignore = "takes minutes where tests are not optimised; run with --profile study"]
-fn the_magnet_beam_hardens_and_its_damping_is_more_than_viscous() {
+fn the_magnet_beam_hardens_and_a_viscous_damper_is_not_taken_for_all_the_rest() {
     let Some(data) = measurements() else { return };
     let result = diagnosed(&data, &["magnet_beam_decay.csv"]);
     assert_walk(&result, false);
@@ -573,7 +573,8 @@ fn the_magnet_beam_hardens_and_its_damping_is_more_than_viscous() {
     assert!(named.iter().any(|e| HARDENING.contains(e)), "{named:?}");
     let damping =
         |effect: &&str| effect.contains("damping") || effect.contains("friction") || effect.contains("hysteresis");
-    assert!(named.iter().any(damping) || result["verdict"] == "ambiguous", "{named:?}, {}", result["verdict"]);
+    let open = ["ambiguous", "unexplained"].iter().any(|v| result["verdict"] == *v);
+    assert!(named.iter().any(damping) || open, "{named:?}, {}", result["verdict"]);
 }
 
 #[test]

@@ -270,7 +270,7 @@ fn thin(record: &Record, stride: usize) -> Record {
 }
 
 /// The step that values are whole multiples of, if there are few enough of them to tell.
-fn step(values: Vec<f64>) -> Option<f64> {
+pub(super) fn step(values: Vec<f64>) -> Option<f64> {
     let count = values.len();
     let mut levels = values;
     levels.sort_unstable_by(f64::total_cmp);

@@ -1,5 +1,6 @@
+use super::data::step;
 use super::effects::{Setting, catalogue};
-use super::motion::Oscillator;
+use super::motion::{Oscillator, Variation};
 use crate::term::list;
 
 fn setting(base_excited: bool) -> Setting {
@@ -60,4 +61,26 @@ fn an_oscillator_answers_a_step_as_the_textbook_says() {
         let want = 0.25 * (1.0 - (-0.2 * t).exp() * ((w * t).cos() + 0.2 / w * (w * t).sin()));
         assert!((x - want).abs() < 1e-12, "{t}: {x} {want}");
     }
+}
+
+#[test]
+fn a_variation_follows_the_slopes_it_is_given() {
+    // Constant slopes, put as kicks on another oscillator, are those of their own oscillator.
+    let (interval, n) = (0.02, 1000);
+    let force: Vec<f64> = (0..n).map(|k| (0.9 * interval * k as f64).sin()).collect();
+    let (mut kicked, mut own) = (Vec::new(), Vec::new());
+    Variation::new(Oscillator::new(4.0, 0.4, interval), &vec![(5.0, 0.7); n]).respond(&force, &mut kicked);
+    Oscillator::new(5.0, 0.7, interval).respond(&force, &mut own);
+    let largest = own.iter().fold(0.0_f64, |m, p| m.max(p.abs()));
+    // Strang's splitting errs by the square of the step beside the period: (0.02 × √5)² / 12.
+    assert!(kicked.iter().zip(&own).all(|(a, b)| (a - b).abs() < 1e-3 * largest));
+}
+
+#[test]
+fn steps_are_told_from_noise() {
+    let wave = |k: usize| (0.013 * k as f64).sin();
+    let stepped: Vec<f64> = (0..3000).map(|k| (wave(k) / 0.01).round() * 0.01).collect();
+    assert!((step(stepped).unwrap() - 0.01).abs() < 1e-12);
+    assert_eq!(step((0..3000).map(wave).collect()), None);
+    assert_eq!(step(vec![1.0; 100]), None);
 }
