@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::model::Model;
 use crate::signal::Smoother;
 use crate::study::{Outcome, RecordOutcome};
-use crate::term::{Expression, Kind, Layout, Program, SampleBlock, Symbol};
+use crate::term::{Expression, Kind, Layout, Program, Symbol};
 
 /// What a deflection is measured against.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -242,18 +242,7 @@ pub(super) fn equation_residual(
     let expressions: Vec<Expression> = equation.terms.iter().map(|t| t.term.expression().clone()).collect();
     let program = Program::new(&expressions, &layout);
     let mut columns = vec![Vec::new(); expressions.len()];
-    fn slices(all: &[Vec<f64>]) -> Vec<&[f64]> {
-        all.iter().map(Vec::as_slice).collect()
-    }
-    let (states, inputs, rates) = (slices(&signals.states), slices(&signals.inputs), slices(&signals.input_rates));
-    let block = SampleBlock {
-        start: signals.start,
-        interval: signals.interval,
-        states: &states,
-        inputs: &inputs,
-        input_rates: &rates,
-    };
-    program.columns(&block, &mut columns);
+    program.columns(&signals.slices().block(), &mut columns);
     let mut identified = vec![0.0; n];
     for (column, term) in columns.iter().zip(&equation.terms) {
         for (sum, value) in identified.iter_mut().zip(column) {

@@ -1,6 +1,7 @@
 //! Units with the SI prefix that suits the data.
 
 use super::number;
+use super::number::superscript;
 
 /// Units that take prefixes; a unit with another head is shown as it stands.
 const PREFIXED: [&str; 13] = ["m", "N", "V", "A", "s", "Hz", "Pa", "rad", "W", "J", "Nm", "N·m", "T"];
@@ -67,6 +68,26 @@ pub fn format_si(value: f64, unit: &str, digits: usize) -> String {
     Scale::suited(value.abs(), unit).format(value, digits)
 }
 
+/// Powers in the units of a text as one reads them: `m/s²`.
+pub fn raised(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(at) = rest.find('^') {
+        out.push_str(&rest[..at]);
+        rest = &rest[at + 1..];
+        let end = rest
+            .char_indices()
+            .find(|(k, c)| !(c.is_ascii_digit() || *k == 0 && *c == '-'))
+            .map_or(rest.len(), |(k, _)| k);
+        match rest[..end].parse() {
+            Ok(power) => out.push_str(&superscript(power)),
+            Err(_) => out.push('^'),
+        }
+        rest = if rest[..end].parse::<i32>().is_ok() { &rest[end..] } else { rest };
+    }
+    out + rest
+}
+
 /// The unit of a rate: `mm` becomes `mm/s`, `m/s` becomes `m/s²`.
 pub fn per_second(unit: &str) -> String {
     match unit.trim() {
@@ -102,12 +123,17 @@ fn plain_number(largest: f64) -> Scale {
         return Scale::plain("");
     }
     let power = 3 * (largest.log10() / 3.0 + 1e-9).floor() as i32;
-    Scale { factor: 10f64.powi(-power), unit: format!("×10{}", number::superscript(power)) }
+    Scale { factor: 10f64.powi(-power), unit: format!("×10{}", superscript(power)) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn powers_are_raised() {
+        assert_eq!(raised("0.08 m/s^2 or m^-2 s^-12, x^y"), "0.08 m/s² or m⁻² s⁻¹², x^y");
+    }
 
     #[test]
     fn prefixes_suit_the_data() {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::decide::{APART, FAR, colour, score, unborne};
+use super::decide::{APART, FAR, score, unborne};
 use super::error::GapError;
 use super::fit::{Fitted, Pace, carried};
 use super::outcome::{Choice, Diagnosis, Finding, Remaining, Round, Stage, Standing, Verdict};
@@ -16,7 +16,7 @@ use crate::study::Cancel;
 const OFFSET: &str = "sensor_offset";
 const MUCH: f64 = 0.3;
 /// Promising effects that are tried in company.
-const PROMISING: usize = 2;
+const COMPANIONS: usize = 2;
 
 impl Search {
     /// Walks until nothing is missing, nothing more can be named, or the most effects are added.
@@ -78,17 +78,7 @@ impl Search {
         let remaining =
             rounds.last().map_or_else(Remaining::default, |round| remaining(&round.evidence, &round.hidden_up_to));
         let sentence = sentence(verdict, &stages, &rounds, &self.data.unit);
-        Ok(Diagnosis {
-            verdict,
-            sentence,
-            noise_floor: self.data.noise,
-            notices: self.notices().map(str::to_owned).collect(),
-            blind: self.audit.blind.clone(),
-            rounds,
-            stages,
-            remaining,
-            elapsed_ms: 1e3 * started.elapsed().as_secs_f64(),
-        })
+        Ok(self.diagnosis((verdict, sentence), rounds, stages, remaining, started))
     }
 
     /// What a walk made by hand has come to: `rounds[k]` looked at `stages[k]`, and the last stage may not have been
@@ -126,7 +116,18 @@ impl Search {
             Verdict::Unexplained if open => "Something is missing: the gap is more than noise.".to_owned(),
             verdict => sentence(verdict, &stages, &rounds, &self.data.unit),
         };
-        Ok(Diagnosis {
+        Ok(self.diagnosis((verdict, sentence), rounds, stages, remaining, started))
+    }
+
+    fn diagnosis(
+        &self,
+        (verdict, sentence): (Verdict, String),
+        rounds: Vec<Round>,
+        stages: Vec<Arc<Stage>>,
+        remaining: Remaining,
+        started: Instant,
+    ) -> Diagnosis {
+        Diagnosis {
             verdict,
             sentence,
             noise_floor: self.data.noise,
@@ -136,7 +137,7 @@ impl Search {
             stages,
             remaining,
             elapsed_ms: 1e3 * started.elapsed().as_secs_f64(),
-        })
+        }
     }
 
     /// Two effects that data never fitted bear out together where they bear out neither alone: large effects hide each
@@ -153,7 +154,7 @@ impl Search {
             return Ok(None);
         }
         let before: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
-        for first in round.promising.iter().take(PROMISING) {
+        for first in round.promising.iter().take(COMPANIONS) {
             let Some(place) = round.candidates.iter().position(|c| c.choice == *first) else { continue };
             let Some(with) = round.candidates[place].stage.clone() else { continue };
             let Ok(second) = Step::of(self.look(&with, tell, cancel)?) else { continue };
@@ -164,7 +165,7 @@ impl Search {
                 continue;
             }
             let (alone, together) = (self.fitted(&before, cancel)?, self.fitted(&choices, cancel)?);
-            let tint = colour(&together, self.data.frequency, self.data.fit()[0].interval);
+            let tint = self.tint(&together);
             let gained = score(&alone, &together, tint, 0.0);
             if unborne(&alone, (&together, &gained), self.data.noise, &self.data.unit).is_some() {
                 continue;
@@ -204,7 +205,7 @@ impl Search {
         let choices: Vec<Choice> = both.effects.iter().map(|e| e.choice.clone()).collect();
         let Ok(rival) = self.fitted(&path(&[&step.choice, &zero]), cancel) else { return Ok(None) };
         let (alone, together) = (self.fitted(&before, cancel)?, self.fitted(&choices, cancel)?);
-        let tint = colour(&together, self.data.frequency, self.data.fit()[0].interval);
+        let tint = self.tint(&together);
         let total = |f: &Fitted| score(&alone, f, tint, 0.0).total;
         if choices.len() != before.len() + 2 || total(&together) > total(&rival) - APART {
             return Ok(None);
@@ -232,8 +233,7 @@ impl Search {
             return Ok(stage);
         }
         let whole = self.fitted(&choices, cancel)?;
-        let interval = self.data.fit()[0].interval;
-        let tint = colour(&whole, self.data.frequency, interval);
+        let tint = self.tint(&whole);
         for index in 0..choices.len() - 1 {
             let mut composition = whole.composition.without(index);
             let shared = &whole.refined.point.shared;

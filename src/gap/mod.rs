@@ -36,3 +36,4 @@ pub use outcome::{
 pub use progress::Progress;
 pub use search::{Ask, Listener, Search};
 pub use walk::Step;
+pub use words::within;

@@ -1,5 +1,6 @@
 //! Where simulation and measurement disagree: the missing force in time, over the state, along single quantities.
 
+use crate::format::units::raised;
 use std::f64::consts::TAU;
 
 use super::data::{Data, Series};
@@ -109,7 +110,7 @@ impl Data {
             (Some(x), Some(v)) => map(x, v, &missing),
             _ => Map::default(),
         };
-        let acceleration = unit(&self.unit, (1, -2)).replace("^2", "²");
+        let acceleration = raised(&unit(&self.unit, (1, -2)));
         let sentence = sentence(&profiles, &missing, &motion.measured, &acceleration);
         Place { sentence, force, map, profiles }
     }

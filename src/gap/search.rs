@@ -137,6 +137,11 @@ impl Search {
         Ok(Arc::new(self.show(&fitted)))
     }
 
+    /// How much a fit's residuals are coloured where the motion is.
+    pub(super) fn tint(&self, fitted: &Fitted) -> f64 {
+        colour(fitted, self.data.frequency, self.data.fit()[0].interval)
+    }
+
     pub(super) fn known(&self, choices: &[Choice]) -> Option<Arc<Fitted>> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner).get(choices).cloned()
     }
@@ -458,13 +463,12 @@ impl Search {
         cancel: &Cancel,
     ) -> Decision {
         let data = &self.data;
-        let interval = data.fit()[0].interval;
         let floor = 1e-6 * data.fit().iter().map(|s| rms(&s.measured)).fold(0.0, f64::max);
         let refits: Vec<(usize, Arc<Fitted>)> =
             refits.into_iter().filter_map(|(k, f)| f.map(|f| (k, Arc::new(f)))).collect();
         // One colour for all, that of the best fit: its residual is nearest to the noise.
         let nearest = refits.iter().map(|(_, f)| f).min_by(|a, b| a.refined.rss.total_cmp(&b.refined.rss));
-        let colour = nearest.map_or(1.0, |f| colour(f, data.frequency, interval));
+        let colour = nearest.map_or(1.0, |f| self.tint(f));
         let scored: Vec<(usize, &Form, Score, &Arc<Fitted>)> =
             refits.iter().map(|(k, f)| (*k, &forms[*k], score(before, f, colour, floor), f)).collect();
         let mut standing: Vec<(usize, &Form, Score)> = Vec::new();

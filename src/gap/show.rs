@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::columns::{Path, forces};
-use super::decide::colour;
 use super::effects::{Axis, Form, Sign, unit};
 use super::fit::Fitted;
 use super::outcome::{Added, Candidate, Choice, Curve, Parameter, Stage, Standing, Trace};
@@ -104,7 +103,7 @@ impl Search {
         let refined = &fitted.refined;
         let shared = &refined.point.shared;
         let (model, composed) = fitted.composition.model(shared);
-        let inflated = colour(fitted, data.frequency, data.fit()[0].interval).sqrt();
+        let inflated = self.tint(fitted).sqrt();
         let errors: Vec<Option<f64>> = (0..shared.len()).map(|k| refined.std_error(k).map(|e| e * inflated)).collect();
         let model = with_errors(model, &errors, &self.shares(&model_terms(&composed.terms, shared), fitted));
         let inner = &shared[shared.len() - fitted.composition.inner_count()..];

@@ -61,8 +61,8 @@ pub(super) fn sentence_case(text: &str) -> String {
 }
 
 /// A title within a sentence: names keep their capitals.
-pub(super) fn within(title: &str) -> String {
-    let name = ["Coulomb", "Stribeck", "Bouc"].iter().any(|n| title.starts_with(n));
+pub fn within(title: &str) -> String {
+    let name = ["Coulomb", "Stribeck", "Bouc", "Maxwell", "Duffing"].iter().any(|n| title.starts_with(n));
     let mut letters = title.chars();
     match letters.next() {
         Some(first) if !name => first.to_lowercase().chain(letters).collect(),

@@ -1,5 +1,6 @@
 //! The search for missing effects: what a report and a terminal say of it.
 
+use crate::format::units::{Scale, format_si, raised};
 use std::fmt::Write;
 
 use super::content::{Block, Cell, Table, Tile, sentence};
@@ -7,8 +8,7 @@ use super::figures::Room;
 use super::math;
 use super::walk_figures as figures;
 use crate::format::equations;
-use crate::format::number::{align_at_point, format_measured, significant, significant_trimmed, superscript};
-use crate::format::units::{Scale, format_si};
+use crate::format::number::{align_at_point, format_measured, significant, significant_trimmed};
 use crate::gap::{Candidate, Diagnosis, Finding, Gap, Parameter, Round, Stage, Standing, Step};
 use crate::study::Severity;
 
@@ -105,26 +105,6 @@ pub(super) fn text(diagnosis: &Diagnosis, unit: &str) -> String {
         say(&format!("Note. {}", sentence(notice)));
     }
     out
-}
-
-/// Powers in a unit as raised digits: `m/s^2` becomes `m/s²`.
-pub(super) fn raised(unit: &str) -> String {
-    let mut out = String::new();
-    let mut rest = unit;
-    while let Some((before, after)) = rest.split_once('^') {
-        let end = after.find(|c: char| !(c.is_ascii_digit() || c == '-')).unwrap_or(after.len());
-        let (power, behind) = after.split_at(end);
-        out.push_str(before);
-        match power.parse() {
-            Ok(power) => out.push_str(&superscript(power)),
-            Err(_) => {
-                out.push('^');
-                out.push_str(power);
-            }
-        }
-        rest = behind;
-    }
-    out + rest
 }
 
 /// Width of a line for a terminal.

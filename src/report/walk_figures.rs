@@ -3,10 +3,9 @@
 use super::chart::{Axis, BELOW, LEFT, Line, Panel, class, legend, padded, thinned};
 use super::figures::{Figure, Room, WIDTH};
 use super::svg::{Anchor, Svg};
-use super::walk::raised;
+use crate::format::units::{Scale, format_si, per_second, raised};
 
 use crate::format::palette::Ink;
-use crate::format::units::{Scale, format_si, per_second};
 use crate::gap::{Curve, Diagnosis, Stage, Trace};
 use crate::record::Usage;
 

@@ -22,7 +22,7 @@ pub(crate) use sums::{dot, mean_and_variance, rms};
 use std::sync::Arc;
 
 use crate::record::{Record, Role};
-use crate::term::{Kind, Layout};
+use crate::term::{Kind, Layout, SampleBlock};
 
 /// A record smoothed and differentiated: what the library's columns are computed from.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,7 +91,44 @@ impl Facts {
     }
 }
 
+/// The series of [`Signals`] as a [`SampleBlock`] borrows them.
+#[derive(Debug)]
+pub struct Slices<'a> {
+    start: f64,
+    interval: f64,
+    states: Vec<&'a [f64]>,
+    inputs: Vec<&'a [f64]>,
+    input_rates: Vec<&'a [f64]>,
+}
+
+impl Slices<'_> {
+    /// What terms are evaluated along.
+    pub fn block(&self) -> SampleBlock<'_> {
+        SampleBlock {
+            start: self.start,
+            interval: self.interval,
+            states: &self.states,
+            inputs: &self.inputs,
+            input_rates: &self.input_rates,
+        }
+    }
+}
+
 impl Signals {
+    /// The series, borrowed for evaluating terms along them.
+    pub fn slices(&self) -> Slices<'_> {
+        fn slices(series: &[Vec<f64>]) -> Vec<&[f64]> {
+            series.iter().map(Vec::as_slice).collect()
+        }
+        Slices {
+            start: self.start,
+            interval: self.interval,
+            states: slices(&self.states),
+            inputs: slices(&self.inputs),
+            input_rates: slices(&self.input_rates),
+        }
+    }
+
     /// Smooths and differentiates a record; channels that the layout expects and the record lacks are left empty.
     ///
     /// Velocities are derived from displacements unless measured. Each state's rate is the filter's derivative of the

@@ -89,16 +89,8 @@ impl Regression {
             let margin = smoothing.margin(signals.length).min(count / 8).div_ceil(stride);
             let inside = margin..rows - margin;
             starts.push(rates.first().map_or(0, Vec::len));
-            let states: Vec<&[f64]> = signals.states.iter().map(|s| &**s).collect();
-            let inputs: Vec<&[f64]> = signals.inputs.iter().map(|s| &**s).collect();
-            let input_rates: Vec<&[f64]> = signals.input_rates.iter().map(|s| &**s).collect();
-            let samples = SampleBlock {
-                start: signals.start,
-                interval: signals.interval,
-                states: &states,
-                inputs: &inputs,
-                input_rates: &input_rates,
-            };
+            let slices = signals.slices();
+            let samples = slices.block();
             match &filter {
                 Some(filter) => filtered(&program, &samples, filter, stride, &inside, derived, &jumps, &mut columns),
                 None => {

@@ -6,7 +6,7 @@ use super::StudyError;
 use crate::record::Role;
 use crate::signal::{Measured, Signals, dot, rms};
 use crate::sparse::Reduced;
-use crate::term::{Expression, Kind, Layout, Program, SampleBlock, Symbol, Term};
+use crate::term::{Expression, Kind, Layout, Program, Symbol, Term};
 
 /// Exponent of the test functions (1 − s²)ᵖ: five derivatives vanish at the ends, so sums over samples are integrals.
 const EXPONENT: i32 = 6;
@@ -172,16 +172,8 @@ impl Weak {
             .filter_map(|p| if let Source::Path(e) = &p.source { Some(e.clone()) } else { None })
             .collect();
         let mut along = vec![Vec::new(); on_path.len()];
-        let states: Vec<&[f64]> = signals.states.iter().map(|s| &**s).collect();
-        let inputs: Vec<&[f64]> = signals.inputs.iter().map(|s| &**s).collect();
-        let input_rates: Vec<&[f64]> = signals.input_rates.iter().map(|s| &**s).collect();
-        let samples = SampleBlock {
-            start: signals.start,
-            interval: signals.interval,
-            states: &states,
-            inputs: &inputs,
-            input_rates: &input_rates,
-        };
+        let slices = signals.slices();
+        let samples = slices.block();
         Program::new(&on_path, layout).columns(&samples, &mut along);
         let mut along = along.iter();
         parts

@@ -1,5 +1,6 @@
 //! Candidates as cards, and as rows of a list.
 
+use crate::format::units::raised;
 use egui::{Align, FontId, Layout, Rect, RichText, Sense, Stroke, StrokeKind, Ui, UiBuilder, WidgetInfo, pos2, vec2};
 
 use super::{Act, Missing, Sight, plots, stage_color, stands, words};
@@ -105,7 +106,7 @@ pub(super) fn card(
     });
     let reason = match &candidate.standing {
         Standing::NotShown(reason) => reason.clone(),
-        _ => words::pretty(&candidate.why),
+        _ => raised(&candidate.why),
     };
     let confused = if candidate.confused_with.is_empty() {
         String::new()

@@ -1,5 +1,6 @@
 //! Compare: where the simulated response and the measurement part.
 
+use crate::format::units::raised;
 use std::sync::Arc;
 
 use egui::{RichText, Ui, vec2};
@@ -35,7 +36,7 @@ fn sentence(ui: &mut Ui, sight: &Sight<'_>) {
             }
             (Some(place), round) => {
                 let verdict = round.map(|r| format!("A gap beyond noise ({}). ", words::p_value(r.evidence.p_value)));
-                verdict.unwrap_or_default() + &words::pretty(&place.sentence)
+                verdict.unwrap_or_default() + &raised(&place.sentence)
             }
             (None, _) if sight.looking() => "Looking…".to_owned(),
             (None, _) => "The model's simulated response over the measurement, and the gap between them. \

@@ -1,5 +1,7 @@
 //! Verify: did the gap shrink on data never fitted, and what is left.
 
+use crate::format::units::raised;
+use crate::gap::{Finding, Stage, Verdict, within};
 use std::sync::Arc;
 
 use egui::{RichText, ScrollArea, Ui, vec2};
@@ -9,7 +11,6 @@ use super::{Act, Missing, Sight, compare, map, stage_color, waterfall, words};
 use crate::app::plot::palette::Ink;
 use crate::app::theme;
 use crate::app::widgets::card;
-use crate::gap::{Finding, Stage, Verdict};
 use crate::record::Usage;
 
 pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, acts: &mut Vec<Act>) {
@@ -60,13 +61,13 @@ fn verdict(ui: &mut Ui, sight: &Sight<'_>, first: &Stage, last: &Stage) {
                     Verdict::Named | Verdict::NothingMissing => colors.good,
                     Verdict::Ambiguous | Verdict::Unexplained => colors.caution,
                 };
-                (words::pretty(&d.sentence), color)
+                (raised(&d.sentence), color)
             }
             None if last.effects.is_empty() => {
                 ("Nothing was added yet: this is the base model.".to_owned(), ui.visuals().text_color())
             }
             None => {
-                let names: Vec<String> = last.effects.iter().map(|e| words::lower(&e.title)).collect();
+                let names: Vec<String> = last.effects.iter().map(|e| within(&e.title)).collect();
                 let text = format!(
                     "With {} the error on data never fitted goes {}.",
                     names.join(" and "),
@@ -151,7 +152,7 @@ fn left(ui: &mut Ui, sight: &Sight<'_>, height: f32, acts: &mut Vec<Act>) {
         card(ui, colors.caution, |ui| {
             ui.add(egui::Label::new(words::finding(round)).wrap());
             if let Some(next) = &round.next_experiment {
-                ui.add(egui::Label::new(RichText::new(words::pretty(next)).weak()).wrap());
+                ui.add(egui::Label::new(RichText::new(raised(next)).weak()).wrap());
             }
         });
     }

@@ -1,12 +1,12 @@
 //! Figures as words, and sentences that stand alone.
 
+use crate::gap::{Finding, Gap, Round, within};
 use egui::text::{LayoutJob, TextFormat};
 use egui::{Color32, FontId, RichText, Ui};
 
 use crate::app::theme;
-use crate::format::number::{significant, significant_trimmed, superscript};
+use crate::format::number::{significant, significant_trimmed};
 use crate::format::units::{format_si, per_second};
-use crate::gap::{Finding, Gap, Round};
 
 /// A probability: `p = 0.003`, `p < 10⁻¹²`.
 pub(super) fn p_value(p: f64) -> String {
@@ -63,49 +63,19 @@ pub(super) fn acceleration(unit: &str) -> String {
     per_second(&per_second(unit))
 }
 
-/// Powers in the units of a text as one reads them: `m/s²`.
-pub(super) fn pretty(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    let mut rest = text;
-    while let Some(at) = rest.find('^') {
-        out.push_str(&rest[..at]);
-        rest = &rest[at + 1..];
-        let end = rest
-            .char_indices()
-            .find(|(k, c)| !(c.is_ascii_digit() || *k == 0 && *c == '-'))
-            .map_or(rest.len(), |(k, _)| k);
-        match rest[..end].parse() {
-            Ok(power) => out.push_str(&superscript(power)),
-            Err(_) => out.push('^'),
-        }
-        rest = if rest[..end].parse::<i32>().is_ok() { &rest[end..] } else { rest };
-    }
-    out + rest
-}
-
 /// What a round came to, in one sentence.
 pub(super) fn finding(round: &Round) -> String {
     let first = round.candidates.first().map_or("", |c| c.title.as_str());
     match &round.finding {
         Finding::Nothing => "No gap beyond noise: nothing is missing that these data can show.".into(),
-        Finding::Named => format!("Named: {}.", lower(first)),
+        Finding::Named => format!("Named: {}.", within(first)),
         Finding::Ambiguous(rivals) => {
             let others: Vec<String> =
-                rivals.iter().filter_map(|k| round.candidates.get(*k)).map(|c| lower(&c.title)).collect();
-            format!("These data cannot tell {} from {}.", lower(first), others.join(", "))
+                rivals.iter().filter_map(|k| round.candidates.get(*k)).map(|c| within(&c.title)).collect();
+            format!("These data cannot tell {} from {}.", within(first), others.join(", "))
         }
         Finding::Unexplained => "A gap that no effect of the catalogue closes on data never fitted.".into(),
     }
-}
-
-/// A title within a sentence: lower case but for names.
-pub(super) fn lower(title: &str) -> String {
-    const NAMES: [&str; 5] = ["Coulomb", "Stribeck", "Bouc", "Maxwell", "Duffing"];
-    if NAMES.iter().any(|n| title.starts_with(n)) {
-        return title.to_owned();
-    }
-    let mut letters = title.chars();
-    letters.next().map_or_else(String::new, |c| c.to_lowercase().chain(letters).collect())
 }
 
 /// Text with a word of it in another colour.
@@ -144,11 +114,6 @@ mod tests {
         assert_eq!(evidence(9.0), "evidence against it");
         assert_eq!(p_value(1e-40), "p < 10⁻¹²");
         assert_eq!(p_value(0.0312), "p = 0.031");
-    }
-
-    #[test]
-    fn powers_are_raised() {
-        assert_eq!(pretty("0.08 m/s^2 or m^-2 s^-12, x^y"), "0.08 m/s² or m⁻² s⁻¹², x^y");
     }
 
     #[test]

@@ -1,12 +1,12 @@
 //! A free decay: frequency and damping over amplitude.
 
+use super::{Request, View, ViewState, kept, painter};
 use egui::Ui;
 use egui_plot::PlotPoint;
 
 use super::figure::{Axis, Figure, Graph, Shape, lead, points};
 use super::legend::{self, Entry};
 use super::scene::Scene;
-use super::{Request, View, ViewState, painter};
 use crate::app::plot::palette::Ink;
 use crate::diagram::{Decay, NoDecay};
 use crate::term::Symbol;
@@ -34,18 +34,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
             ),
         }
     });
-    let Some(figure) = figure else {
-        legend::note(ui, "Computing frequency and damping…");
-        return None;
-    };
-    let graphs = match figure.get() {
-        Some(Figure::Graphs(graphs)) => graphs,
-        Some(Figure::Note(note)) => {
-            legend::note(ui, note);
-            return None;
-        }
-        None => return None,
-    };
+    let graphs = kept::graphs(ui, figure.as_deref(), "Computing frequency and damping…")?;
     legend::reading(
         ui,
         "A backbone that rises with amplitude is a hardening spring, one that falls a softening one. A damping ratio that \

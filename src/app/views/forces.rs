@@ -1,5 +1,6 @@
 //! Forces across an element of the structure: the restoring force's surface with its slices, and friction over velocity.
 
+use super::{Request, View, ViewState, kept, painter};
 use std::sync::Arc;
 
 use egui::Ui;
@@ -8,7 +9,6 @@ use egui_plot::PlotPoint;
 use super::figure::{Axis, Figure, Graph, Shape, extent, lead, points};
 use super::legend::{self, Entry};
 use super::scene::Scene;
-use super::{Request, View, ViewState, painter};
 use crate::app::plot::palette::Ink;
 use crate::app::plot::units::{format_si, per_second};
 use crate::diagram::{Across, Cells, Element, FrictionForce, RestoringForce, Samples, Slice};
@@ -54,18 +54,8 @@ pub(super) fn held(scene: &Scene<'_>, state: &ViewState) -> (Option<usize>, usiz
 }
 
 pub(super) fn restoring(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Option<Request> {
-    let Some(figure) = figure(ui, View::Restoring, scene, state) else {
-        legend::note(ui, "Computing the restoring force…");
-        return None;
-    };
-    let graphs = match figure.get() {
-        Some(Figure::Graphs(graphs)) => graphs,
-        Some(Figure::Note(note)) => {
-            legend::note(ui, note);
-            return None;
-        }
-        None => return None,
-    };
+    let figure = figure(ui, View::Restoring, scene, state);
+    let graphs = kept::graphs(ui, figure.as_deref(), "Computing the restoring force…")?;
     legend::reading(
         ui,
         "The force that the inputs do not explain, by where the motion is: colour that changes along the deflection is \
@@ -79,18 +69,8 @@ pub(super) fn restoring(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -
 }
 
 pub(super) fn friction(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Option<Request> {
-    let Some(figure) = figure(ui, View::Friction, scene, state) else {
-        legend::note(ui, "Computing the friction force…");
-        return None;
-    };
-    let graphs = match figure.get() {
-        Some(Figure::Graphs(graphs)) => graphs,
-        Some(Figure::Note(note)) => {
-            legend::note(ui, note);
-            return None;
-        }
-        None => return None,
-    };
+    let figure = figure(ui, View::Friction, scene, state);
+    let graphs = kept::graphs(ui, figure.as_deref(), "Computing the friction force…")?;
     legend::reading(
         ui,
         "What is left when every other term is taken away: a straight line is viscous damping, a step at zero dry \

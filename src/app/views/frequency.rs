@@ -1,5 +1,6 @@
 //! The frequency response: gain, phase and coherence.
 
+use super::{Request, View, ViewState, kept, painter};
 use egui::Ui;
 use egui_plot::PlotPoint;
 
@@ -7,7 +8,6 @@ use super::figure::{Axis, Figure, Graph, Shape, extent, lead};
 use super::forces::{held, pooled};
 use super::legend::{self, Entry};
 use super::scene::Scene;
-use super::{Request, View, ViewState, painter};
 use crate::app::plot::palette::Ink;
 use crate::app::plot::units::format_si;
 use crate::diagram::{FrequencyResponse, NoResponse};
@@ -57,18 +57,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
         }
             },
         );
-    let Some(figure) = figure else {
-        legend::note(ui, "Computing the frequency response…");
-        return None;
-    };
-    let graphs = match figure.get() {
-        Some(Figure::Graphs(graphs)) => graphs,
-        Some(Figure::Note(note)) => {
-            legend::note(ui, note);
-            return None;
-        }
-        None => return None,
-    };
+    let graphs = kept::graphs(ui, figure.as_deref(), "Computing the frequency response…")?;
     legend::reading(
         ui,
         "Where the two gains lie on each other the model is right at that frequency; a peak that leans or changes with the \

@@ -6,9 +6,9 @@ use std::sync::{Arc, OnceLock, Weak};
 
 use egui::Ui;
 
-use super::View;
-use super::figure::Figure;
+use super::figure::{Figure, Graph};
 use super::scene::Scene;
+use super::{View, legend};
 use crate::study::Outcome;
 
 /// Figures of so many samples are computed at once: that costs less than a frame.
@@ -31,6 +31,16 @@ struct One {
     cell: Arc<OnceLock<Figure>>,
     /// The last one that was finished.
     shown: Option<Arc<OnceLock<Figure>>>,
+}
+
+/// The graphs of a figure; none after saying in their place what is being computed or why there are none.
+pub(super) fn graphs<'a>(ui: &mut Ui, figure: Option<&'a OnceLock<Figure>>, waiting: &str) -> Option<&'a Vec<Graph>> {
+    match figure.and_then(OnceLock::get) {
+        Some(Figure::Graphs(graphs)) => return Some(graphs),
+        Some(Figure::Note(note)) => legend::note(ui, note),
+        None => legend::note(ui, waiting),
+    }
+    None
 }
 
 impl Kept {

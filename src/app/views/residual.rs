@@ -1,12 +1,12 @@
 //! What is left of the measurement: its distribution, and what it goes with.
 
+use super::{Request, View, ViewState, kept, painter};
 use egui::Ui;
 use egui_plot::PlotPoint;
 
 use super::figure::{Axis, Figure, Graph, Shape};
 use super::legend::{self, Entry};
 use super::scene::Scene;
-use super::{Request, View, ViewState, painter};
 use crate::app::plot::number::{plain, significant};
 use crate::app::plot::palette::Ink;
 use crate::app::plot::units::{format_si, per_second};
@@ -34,18 +34,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
                 ),
             }
         });
-    let Some(figure) = figure else {
-        legend::note(ui, "Computing the residual's correlations…");
-        return None;
-    };
-    let graphs = match figure.get() {
-        Some(Figure::Graphs(graphs)) => graphs,
-        Some(Figure::Note(note)) => {
-            legend::note(ui, note);
-            return None;
-        }
-        None => return None,
-    };
+    let graphs = kept::graphs(ui, figure.as_deref(), "Computing the residual's correlations…")?;
     legend::reading(
         ui,
         match source {
