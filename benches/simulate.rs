@@ -57,7 +57,7 @@ fn simulate(c: &mut Criterion) {
     c.bench_function("initial state from 2000 samples", |b| {
         b.iter(|| {
             let guess = black_box([0.00101, 0.021]);
-            fit_initial_state(&simulator, &grid, &[&measured], &guess, 2000, &Limits::default(), &mut workspace)
+            fit_initial_state(&simulator, &grid, &[&measured], &[&guess], 2000, &Limits::default(), &mut workspace)
         });
     });
 }

@@ -36,7 +36,7 @@ pub(super) const FAR: f64 = 3.0;
 /// then a richer form must make the error on data left out this many times smaller than the simpler one does.
 const CLEARLY: f64 = 1.25;
 /// and any form must make that error this many times smaller: of a model that is wrong, nearly every term mends something.
-const SHRUNK: f64 = 1.2;
+const SHRUNK: f64 = 1.3;
 /// By how much a form with more in it must beat the simpler one that it contains.
 const RICHER: f64 = 4.0;
 /// The same where the response jumps as an inner quantity moves, and chance has more to choose from.
@@ -160,6 +160,11 @@ pub(super) fn unborne(before: &Fitted, (after, score): (&Fitted, &Score), noise:
         ));
     }
     (score.total > -WORTH).then(|| "what it explains is no more than chance might".to_owned())
+}
+
+/// True if a fit explains data never fitted clearly better than another.
+pub(super) fn clearly_better(fit: &Fitted, other: &Fitted) -> bool {
+    fit.gap.test_rmse.zip(other.gap.test_rmse).is_some_and(|(a, b)| SHRUNK * a < b)
 }
 
 /// The order of candidates that stand, best first: by score, but a form that contains a simpler one must beat it clearly.

@@ -3,11 +3,12 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::decide::{APART, FAR, score, unborne};
+use super::decide::{APART, FAR, clearly_better, score, unborne};
 use super::error::GapError;
 use super::fit::{Fitted, Pace, carried};
 use super::outcome::{Choice, Diagnosis, Finding, Remaining, Round, Stage, Standing, Verdict};
 use super::search::{Listener, Search};
+use super::structure::Part;
 use super::words::{in_company, remaining, sentence};
 use crate::refine::Point;
 use crate::study::Cancel;
@@ -33,22 +34,20 @@ impl Search {
                 Ok(step) if steps.len() < self.ask.max_effects => {
                     if let Some((pair, both)) = self.behind_an_offset(&stage, &step, steps.len(), tell, cancel)? {
                         steps.extend(pair);
-                        stage = both;
+                        stage = self.lighter(&mut steps, both, cancel)?;
                         continue;
                     }
                     steps.push(step);
                     let choices: Vec<Choice> = steps.iter().map(|s| s.choice.clone()).collect();
                     // A richer kind takes the simpler one's place, and what a later effect made superfluous goes.
                     let fitted = self.added(&stage, &choices, cancel)?;
-                    let kept = self.dropped(fitted, cancel)?;
-                    steps.retain(|s| kept.effects.iter().any(|e| e.choice == s.choice));
-                    stage = kept;
+                    stage = self.lighter(&mut steps, fitted, cancel)?;
                 }
                 Ok(step) => break Round { finding: Finding::Unexplained, ..step.round },
                 Err(round) => match self.pair(&stage, &round, steps.len(), tell, cancel)? {
                     Some((pair, both)) => {
                         steps.extend(pair);
-                        stage = both;
+                        stage = self.lighter(&mut steps, both, cancel)?;
                     }
                     None => break *round,
                 },
@@ -56,7 +55,8 @@ impl Search {
         };
         if steps.len() > 1 && self.reconsider(&mut steps, tell, cancel)? {
             let choices: Vec<Choice> = steps.iter().map(|s| s.choice.clone()).collect();
-            stage = self.stage(&choices, cancel)?;
+            let exchanged = self.stage(&choices, cancel)?;
+            stage = self.lighter(&mut steps, exchanged, cancel)?;
             last = self.look(&stage, tell, cancel)?;
         }
         // Those that stand alone first; the interface lists rivals under the last.
@@ -127,11 +127,12 @@ impl Search {
         remaining: Remaining,
         started: Instant,
     ) -> Diagnosis {
+        let left_out = stages.last().map(|stage| self.left_out(stage)).unwrap_or_default();
         Diagnosis {
             verdict,
             sentence,
             noise_floor: self.data.noise,
-            notices: self.notices().map(str::to_owned).collect(),
+            notices: self.notices().map(str::to_owned).chain(left_out).collect(),
             blind: self.audit.blind.clone(),
             rounds,
             stages,
@@ -226,43 +227,60 @@ impl Search {
         Step { choice, round }
     }
 
-    /// A stage without those of its effects that a later one has made superfluous.
+    /// A stage without what its last effect has made superfluous, and the steps that stay.
+    fn lighter(&self, steps: &mut Vec<Step>, stage: Arc<Stage>, cancel: &Cancel) -> Result<Arc<Stage>, GapError> {
+        let kept = self.dropped(stage, cancel)?;
+        steps.retain(|s| kept.effects.iter().any(|e| e.choice == s.choice));
+        Ok(kept)
+    }
+
+    /// A stage without what the last effect has made superfluous: an earlier one, or a damper of the base model with
+    /// which data never fitted are explained clearly worse than without.
     fn dropped(&self, stage: Arc<Stage>, cancel: &Cancel) -> Result<Arc<Stage>, GapError> {
         let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
-        if choices.len() < 2 {
-            return Ok(stage);
-        }
         let whole = self.fitted(&choices, cancel)?;
+        let Point { shared, own } = &whole.refined.point;
         let tint = self.tint(&whole);
-        for index in 0..choices.len() - 1 {
-            let mut composition = whole.composition.without(index);
-            let shared = &whole.refined.point.shared;
-            let inner = &shared[shared.len() - whole.composition.inner_count()..];
-            let gone = whole.composition.places(inner)[index].clone();
-            let before: usize = whole.composition.forms[..index].iter().map(|f| f.inner.len()).sum();
-            let gone_inner = before..before + whole.composition.forms[index].inner.len();
-            let coefficients = shared.len() - inner.len();
-            let kept = |k: usize| !(gone.contains(&k) || k >= coefficients && gone_inner.contains(&(k - coefficients)));
-            if !whole.composition.forms[index].addition(&inner[gone_inner.clone()]).replaces.is_empty() {
-                continue;
-            }
-            let shared: Vec<f64> = (0..shared.len()).filter(|k| kept(*k)).map(|k| shared[k]).collect();
-            composition.scales =
-                (0..whole.composition.scales.len()).filter(|k| kept(*k)).map(|k| whole.composition.scales[k]).collect();
-            let own = carried(&whole.composition, &composition, &whole.refined.point.own);
-            let Some(refined) =
-                self.data.refine(&composition, &Point { shared, own }, self.data.lost(), Pace::Thorough, cancel)
-            else {
+        let inner = &shared[shared.len() - whole.composition.inner_count()..];
+        // A model that explains the data to the noise has the dampers that they need.
+        let wrong = !choices.is_empty() && whole.gap.test_rmse.is_some_and(|rmse| rmse > FAR * self.data.noise);
+        let dampers = whole.composition.dampers(inner).into_iter().filter(|_| wrong);
+        let parts = (0..choices.len().saturating_sub(1))
+            .map(Part::Effect)
+            .chain(dampers.map(|(k, term)| Part::Damper(k, term.clone())));
+        for part in parts {
+            let Some((composition, stays)) = whole.composition.lean(&part, shared) else { continue };
+            let shared: Vec<f64> = shared.iter().zip(&stays).filter(|(_, stays)| **stays).map(|(s, _)| *s).collect();
+            let start = Point { shared, own: carried(&whole.composition, &composition, own) };
+            let Some(refined) = self.data.refine(&composition, &start, self.data.lost(), Pace::Thorough, cancel) else {
                 continue;
             };
             let without = self.data.judge(composition, refined, cancel);
-            if score(&whole, &without, tint, 0.0).total <= 0.0 {
+            let gone = match part {
+                Part::Effect(_) => score(&whole, &without, tint, 0.0).total <= 0.0,
+                Part::Damper(..) => clearly_better(&without, &whole),
+            };
+            if gone {
                 let without = Arc::new(without);
                 self.keep(Arc::clone(&without));
                 return Ok(Arc::new(self.show(&without)));
             }
         }
         Ok(stage)
+    }
+
+    /// Dampers of the base model that a stage does without, one sentence each.
+    fn left_out(&self, stage: &Stage) -> Vec<String> {
+        let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
+        let Some(fitted) = self.known(&choices) else { return Vec::new() };
+        let gone = self.base_terms().iter().filter(|t| !fitted.composition.base.contains(t));
+        gone.map(|term| {
+            format!(
+                "With what was added, data never fitted are explained clearly better without the linear damper {term}: \
+                 it was left out."
+            )
+        })
+        .collect()
     }
 
     /// What a stage leaves, no effect being tried.

@@ -16,6 +16,14 @@ pub(super) struct Composition {
     pub(super) scales: Vec<f64>,
 }
 
+/// A part that a composition may do without.
+pub(super) enum Part {
+    /// One of its effects, by index.
+    Effect(usize),
+    /// A damper of the base model: the index of its coefficient, and its term.
+    Damper(usize, Term),
+}
+
 /// What a composition comes to at given inner values.
 pub(super) struct Composed {
     /// Terms of the acceleration.
@@ -44,6 +52,31 @@ impl Composition {
         let mut next = self.clone();
         next.forms.remove(index);
         next
+    }
+
+    /// The same at these parameters without a part, and which of the shared parameters stay. None if an effect of which
+    /// the part is a richer kind would be lost with it.
+    pub(super) fn lean(&self, part: &Part, shared: &[f64]) -> Option<(Self, Vec<bool>)> {
+        let (coefficients, inner) = shared.split_at(shared.len() - self.inner_count());
+        let mut stays = vec![true; shared.len()];
+        let mut lean = match part {
+            Part::Effect(index) => {
+                let first: usize = self.forms[..*index].iter().map(|f| f.inner.len()).sum();
+                let own = first..first + self.forms[*index].inner.len();
+                if !self.forms[*index].addition(&inner[own.clone()]).replaces.is_empty() {
+                    return None;
+                }
+                stays[self.places(inner)[*index].clone()].fill(false);
+                stays[coefficients.len()..][own].fill(false);
+                self.without(*index)
+            }
+            Part::Damper(place, term) => {
+                stays[*place] = false;
+                Self { base: self.base.iter().filter(|t| *t != term).cloned().collect(), ..self.clone() }
+            }
+        };
+        lean.scales = self.scales.iter().zip(&stays).filter(|(_, stays)| **stays).map(|(s, _)| *s).collect();
+        Some((lean, stays))
     }
 
     pub(super) fn choices(&self) -> Vec<Choice> {

@@ -7,14 +7,15 @@ use super::{InputGrid, Limits, Response, Simulator, Workspace};
 pub struct InitialState {
     /// The state at the first sample.
     pub state: Vec<f64>,
-    /// RMS of the differences to the measurement over the stretch, each displacement as a share of its RMS, with the guess.
+    /// RMS of the differences to the measurement over the stretch, each displacement as a share of its RMS, with the best
+    /// guess.
     pub before: f64,
     /// The same with `state`; never larger than `before`.
     pub after: f64,
 }
 
 /// Steps of the iteration.
-const STEPS: usize = 2;
+const STEPS: usize = 4;
 
 /// Finite difference of a state, as a share of its largest value.
 const DIFFERENCE: f64 = 1e-4;
@@ -23,21 +24,25 @@ const DIFFERENCE: f64 = 1e-4;
 /// whole response.
 ///
 /// `measured` holds the displacements (or the states of first-order equations) as they were measured, one series each.
-/// Steps by Gauss and Newton with the damping of Levenberg and Marquardt; the guess is kept where no step betters it, as
-/// when the response diverges within the window. A chaotic system needs a window shorter than the time in which it
-/// forgets its initial state.
+/// Starts from the guess whose response is nearest and steps by Gauss and Newton with the damping of Levenberg and
+/// Marquardt; that guess is kept where no step betters it, as when the response diverges within the window. A chaotic
+/// system needs a window shorter than the time in which it forgets its initial state.
 pub fn fit_initial_state(
     simulator: &Simulator,
     grid: &InputGrid,
     measured: &[&[f64]],
-    guess: &[f64],
+    guesses: &[&[f64]],
     window: usize,
     limits: &Limits<'_>,
     workspace: &mut Workspace,
 ) -> InitialState {
     let n = simulator.layout().states();
-    let mut state = guess.to_vec();
-    state.resize(n, 0.0);
+    let states = guesses.iter().map(|guess| {
+        let mut state = guess.to_vec();
+        state.resize(n, 0.0);
+        state
+    });
+    let states: Vec<Vec<f64>> = states.collect();
     let observed = measured.len().min(n);
     let window = measured.iter().map(|m| m.len()).fold(window.min(grid.len()), usize::min);
     let weights: Vec<f64> = measured[..observed]
@@ -66,12 +71,22 @@ pub fn fit_initial_state(
         cost.is_finite().then(|| (cost / rows as f64).sqrt())
     };
     let unfitted = |state: Vec<f64>, rms: f64| InitialState { state, before: rms, after: rms };
+    let first = states.first().cloned().unwrap_or_else(|| vec![0.0; n]);
     if rows <= n {
-        return unfitted(state, f64::NAN);
+        return unfitted(first, f64::NAN);
     }
-    let Some(before) = run(&state, &mut residual, &mut response) else {
-        return unfitted(state, f64::INFINITY);
-    };
+    let mut costs = vec![f64::INFINITY; states.len()];
+    for (cost, state) in costs.iter_mut().zip(&states) {
+        *cost = run(state, &mut residual, &mut response).unwrap_or(f64::INFINITY);
+    }
+    let nearest = (0..states.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).filter(|k| costs[*k].is_finite());
+    let Some(nearest) = nearest else { return unfitted(first, f64::INFINITY) };
+    let mut state = states[nearest].clone();
+    if nearest + 1 != states.len() {
+        // What lies in the buffers is the last guess's.
+        run(&state, &mut residual, &mut response);
+    }
+    let before = costs[nearest];
     let mut after = before;
     let mut damping = 1e-9;
     let mut shifted = vec![0.0; rows];

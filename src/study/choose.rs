@@ -105,6 +105,13 @@ impl Candidate {
     pub(super) fn mean(&self) -> f64 {
         self.errors.iter().sum::<f64>() / self.errors.len().max(1) as f64
     }
+
+    /// The same of the middle stretch: that one goes astray says little about what refinement would make of it.
+    fn median(&self) -> f64 {
+        let mut errors = self.errors.clone();
+        errors.sort_by(f64::total_cmp);
+        errors.get(errors.len() / 2).copied().unwrap_or(0.0)
+    }
 }
 
 /// Chooses the free settings by simulation error on stretches that were not fitted: of several records each is left out
@@ -237,16 +244,16 @@ fn close(tried: &[Candidate]) -> impl Iterator<Item = &Candidate> {
 const BETTERED: f64 = 0.6;
 /// Numbers of terms whose refined fits are compared, at most.
 const LEVELS: usize = 6;
-/// Candidates whose error is so many times the best are not refined.
+/// Candidates whose error is so many times the best on most of the stretches are not refined.
 const HOPEFUL: f64 = 5.0;
 /// Samples that are refined while settings are chosen, at most.
 const MOST_REFINED: usize = 24_000;
 
 /// For each number of terms the candidate of the smallest error, the best first.
 fn levels(tried: &[Candidate]) -> Vec<&Candidate> {
-    let least = best(tried).map_or(0.0, Candidate::mean);
+    let least = best(tried).map_or(0.0, Candidate::median);
     let mut levels: Vec<&Candidate> = Vec::new();
-    for candidate in tried.iter().filter(|c| c.mean() <= HOPEFUL * HOPEFUL * least) {
+    for candidate in tried.iter().filter(|c| c.median() <= HOPEFUL * HOPEFUL * least) {
         match levels.iter_mut().find(|c| c.terms == candidate.terms) {
             Some(known) if candidate.mean() < known.mean() => *known = candidate,
             Some(_) => {}

@@ -7,7 +7,7 @@ use super::{Cancel, Prepared, StudyError};
 use crate::model::Model;
 use crate::record::{Record, Role};
 use crate::refine::Run;
-use crate::signal::{Facts, Signals, rms};
+use crate::signal::{Facts, SavitzkyGolay, Signals, dot, rms};
 use crate::simulate::{InputGrid, Limits, Response, Simulator, Workspace, fit_initial_state};
 use crate::term::Layout;
 
@@ -16,8 +16,8 @@ use crate::term::Layout;
 #[derive(Debug)]
 pub(super) struct Drive {
     grid: Arc<InputGrid>,
-    /// State vector at the first sample, from the signals.
-    guess: Vec<f64>,
+    /// State vectors at the first sample that the initial state is sought from.
+    guesses: [Vec<f64>; 2],
     /// Displacements (or states) as measured.
     pub(super) measured: Vec<Arc<[f64]>>,
     limits: Vec<f64>,
@@ -29,6 +29,9 @@ pub(super) struct Drive {
 const RANGE: f64 = 10.0;
 /// Main periods that an initial state is fitted to.
 const OPENING_PERIODS: f64 = 4.0;
+/// Main periods that a polynomial is fitted to, and its order.
+const GUESS_PERIODS: f64 = 0.25;
+const GUESS_ORDER: usize = 3;
 
 impl Drive {
     /// The drive of `samples` of a record.
@@ -56,11 +59,14 @@ impl Drive {
             let rates: Vec<&[f64]> = signals.input_rates.iter().map(|s| &s[samples.clone()]).collect();
             InputGrid::new(start, record.interval, samples.len(), &inputs, Some(&rates))
         };
+        let measured: Vec<Arc<[f64]>> =
+            (0..layout.freedoms).filter_map(|i| channel(Role::Displacement(i))).map(Arc::from).collect();
+        let smoothed: Vec<f64> = signals.states.iter().map(|s| s[samples.start]).collect();
         let period = signals.main_period.map_or(0.1 * samples.len() as f64, |p| p / record.interval);
         Self {
             grid: Arc::new(grid),
-            guess: signals.states.iter().map(|s| s[samples.start]).collect(),
-            measured: (0..layout.freedoms).filter_map(|i| channel(Role::Displacement(i))).map(Arc::from).collect(),
+            guesses: [polynomial_guess(&measured, smoothed.len(), period, record.interval), smoothed],
+            measured,
             limits: signals.states.iter().map(|s| RANGE * s.iter().fold(0.0_f64, |m, v| m.max(v.abs()))).collect(),
             opening: ((OPENING_PERIODS * period) as usize).max(20).min(samples.len()),
         }
@@ -90,12 +96,26 @@ impl Drive {
     ) -> Response {
         let limits = Limits { states: &self.limits, cancelled, ..Limits::default() };
         let measured: Vec<&[f64]> = self.measured.iter().map(|m| &**m).collect();
-        let initial =
-            fit_initial_state(simulator, &self.grid, &measured, &self.guess, self.opening, &limits, workspace);
+        let guesses = self.guesses.each_ref().map(Vec::as_slice);
+        let initial = fit_initial_state(simulator, &self.grid, &measured, &guesses, self.opening, &limits, workspace);
         let mut response = Response::default();
         simulator.run_into(&self.grid, &initial.state, 0..self.grid.len(), &limits, workspace, &mut response);
         response
     }
+}
+
+/// The state at the first sample by a polynomial over the beginning of the motion: smoothing that suits the regression
+/// may follow the noise at the record's end.
+fn polynomial_guess(measured: &[Arc<[f64]>], states: usize, period: f64, interval: f64) -> Vec<f64> {
+    let window = ((GUESS_PERIODS * period) as usize).max(2 * GUESS_ORDER) | 1;
+    let filter = SavitzkyGolay::new(window, GUESS_ORDER);
+    let at_first = |derivative: usize| {
+        let weights = filter.weights(-((window / 2) as f64), derivative);
+        let scale = interval.powi(-(derivative as i32));
+        move |m: &Arc<[f64]>| if m.len() < window { f64::NAN } else { scale * dot(&weights, &m[..window]) }
+    };
+    let guess: Vec<f64> = measured.iter().map(at_first(0)).chain(measured.iter().map(at_first(1))).collect();
+    guess.into_iter().take(states).collect()
 }
 
 /// Responses of the last run, kept for records whose model and drive have not changed.

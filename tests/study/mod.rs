@@ -45,6 +45,8 @@ pub(crate) struct Result {
     pub(crate) last: f64,
     pub(crate) milliseconds: f64,
     pub(crate) p_value: f64,
+    /// What an effect changes beyond the simpler one that it contains, RMS over the sensor's noise; none where it contains none.
+    pub(crate) trait_size: Option<f64>,
     /// Why the truth was not named, if it was a candidate.
     pub(crate) why: String,
 }
@@ -137,6 +139,7 @@ pub(crate) fn run(case: &Case) -> Option<Result> {
         last: last.gap.test_rmse? / noise,
         milliseconds,
         p_value: rounds.first()?.evidence.p_value,
+        trait_size: hidden.truth.beyond_simpler.map(|size| size / noise),
         why,
     })
 }
@@ -228,7 +231,7 @@ pub(crate) fn of_kind(kind: NoiseKind, share: f64) -> Watching {
 pub(crate) fn miss(r: &Result) -> Option<String> {
     (!r.top(1) || r.named_wrong()).then(|| {
         format!(
-            "{} {} {} % seed {}, {:.3} of the spring force: {:?} {:?} or {:?}, p {:.0e}; held out {:.1} → {:.2} noises\n    {}",
+            "{} {} {} % seed {}, {:.3} of the spring force: {:?} {:?} or {:?}, p {:.0e}; held out {:.1} → {:.2} noises{}\n    {}",
             r.case.effects.join("+"),
             r.case.shaking,
             100.0 * r.case.watching.share,
@@ -240,6 +243,7 @@ pub(crate) fn miss(r: &Result) -> Option<String> {
             r.p_value,
             r.base,
             r.last,
+            r.trait_size.map_or_else(String::new, |s| format!("; its own trait {s:.2} noises")),
             r.why
         )
     })

@@ -71,6 +71,14 @@ impl Assembly {
         self.parts.iter().map(|p| p.seen).find(|s| *s != Seen::True).unwrap_or_default()
     }
 
+    /// The same with friction that holds no harder than it slides, if it does.
+    pub(super) fn without_static_level(&self) -> Option<Self> {
+        let mut simpler = self.clone();
+        let holding = simpler.plant.contacts.iter_mut().filter(|c| c.holding_ratio > 1.0);
+        let changed = holding.map(|c| c.holding_ratio = 1.0).count();
+        (changed > 0).then_some(simpler)
+    }
+
     /// Moves along a run.
     pub(super) fn follow(&self, run: &Run, accuracy: Accuracy) -> Result<Motions, RigError> {
         let run = run.scaled(self.level(), self.level());

@@ -235,6 +235,17 @@ impl<'a> Plan<'a> {
         let fitted: Vec<Motions> =
             self.runs.iter().zip(&motions).filter(|(run, _)| !run.held_out).map(|(_, m)| m.clone()).collect();
         let (ratios, ratio) = measure(&assembly, &fitted);
+        let simpler = match assembly.without_static_level() {
+            Some(simpler) => {
+                let fit = self.runs.iter().filter(|run| !run.held_out);
+                Some(fit.map(|run| simpler.follow(run, Accuracy::FINE)).collect::<Result<Vec<_>, _>>()?)
+            }
+            None => None,
+        };
+        let beyond_simpler = simpler.map(|simpler| {
+            let change = fitted.iter().zip(&simpler).flat_map(|(a, b)| a.states[0].iter().zip(&b.states[0]));
+            Extent::of(change.map(|(a, b)| a - b)).rms * self.scales.length
+        });
         let mut table = Table::new(&self, &assembly, &motions, request);
         let (mut fit, mut held_out) = (Vec::new(), Vec::new());
         for (index, run) in self.runs.iter().enumerate() {
@@ -249,7 +260,7 @@ impl<'a> Plan<'a> {
             &assembly.parts,
             &self.scene,
             &self.scales,
-            &truth::Measured { ratios, ratio, noise: table.noise, offsets: table.offsets },
+            &truth::Measured { ratios, ratio, noise: table.noise, beyond_simpler, offsets: table.offsets },
         );
         Ok(Hidden { fit, held_out, base_excited: self.scene.drive == Drive::Base, truth })
     }

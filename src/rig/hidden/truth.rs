@@ -37,6 +37,9 @@ pub struct Truth {
     pub damping_ratio: f64,
     /// Standard deviation of the displacement sensor's noise, in the displacement's unit.
     pub noise: f64,
+    /// RMS over the fitted records of what an effect changes of the displacement beyond the simpler one that it contains
+    /// (friction with a static level: Coulomb's), in the displacement's unit; none where there is no simpler one.
+    pub beyond_simpler: Option<f64>,
     /// All of it in words.
     pub description: String,
 }
@@ -53,6 +56,7 @@ pub(super) struct Measured {
     pub ratios: Vec<f64>,
     pub ratio: f64,
     pub noise: f64,
+    pub beyond_simpler: Option<f64>,
     pub offsets: Vec<(String, f64)>,
 }
 
@@ -180,6 +184,7 @@ impl Truth {
             natural_frequency,
             damping_ratio,
             noise: measured.noise,
+            beyond_simpler: measured.beyond_simpler,
             description,
         }
     }
