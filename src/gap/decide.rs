@@ -3,7 +3,7 @@
 use super::effects::{Form, Sign};
 use super::fit::Fitted;
 use crate::format::number::significant;
-use crate::refine::inflation;
+use crate::refine::{Structure, inflation};
 
 /// How much better a candidate is than the model that it was added to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -42,6 +42,9 @@ const RICHER: f64 = 4.0;
 /// The same where the response jumps as an inner quantity moves, and chance has more to choose from.
 const JUMPING: f64 = 8.0;
 
+/// What a number costs that the samples do not determine the better the more there are (Akaike's).
+const PASSING: f64 = 2.0;
+
 /// Scores a model against another, for residuals that vary `colour` times more than white ones where the motion is.
 pub(super) fn score(before: &Fitted, after: &Fitted, colour: f64, floor: f64) -> Score {
     let n = after.refined.samples as f64 / colour;
@@ -50,8 +53,12 @@ pub(super) fn score(before: &Fitted, after: &Fitted, colour: f64, floor: f64) ->
     let train = |f: &Fitted| level(f.refined.rss, f.refined.samples);
     let left_out = |f: &Fitted| f.folds.iter().fold((0.0, 0), |(r, n), f| (r + f.rss, n + f.samples));
     let fitted = train(after) - train(before);
-    let more = after.refined.unknowns() as f64 - before.refined.unknowns() as f64;
-    let penalty = more * n.max(2.0).ln();
+    // An internal state's beginning is felt for a moment only: more samples do not determine it better, and it costs what
+    // any number fitted does.
+    let passing = |f: &Fitted| (f.composition.internals() * f.refined.point.own.len()) as f64;
+    let more_passing = passing(after) - passing(before);
+    let more = after.refined.unknowns() as f64 - before.refined.unknowns() as f64 - more_passing;
+    let penalty = more * n.max(2.0).ln() + PASSING * more_passing;
     let ((rss, samples), (rss_before, _)) = (left_out(after), left_out(before));
     let m = samples as f64 / colour;
     let held = if samples > 0 { level(rss, samples) - level(rss_before, samples) } else { fitted };
@@ -73,8 +80,10 @@ pub(super) fn colour(fitted: &Fitted, frequency: f64, interval: f64) -> f64 {
 /// Why a candidate is refused, in words.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Refusal {
-    /// It is not what its name says, or the data do not tell its parts.
+    /// It is not what its name says.
     Itself(String),
+    /// The data do not determine its parts. Where it explains as much as another they cannot tell the two apart.
+    Undetermined(String),
     /// Data never fitted do not bear it out. With another effect in place they might.
     LeftOut(String),
 }
@@ -82,7 +91,7 @@ pub(super) enum Refusal {
 impl Refusal {
     pub(super) fn reason(&self) -> &str {
         match self {
-            Self::Itself(reason) | Self::LeftOut(reason) => reason,
+            Self::Itself(reason) | Self::Undetermined(reason) | Self::LeftOut(reason) => reason,
         }
     }
 }
@@ -95,17 +104,15 @@ pub(super) fn refusal(
     colour: f64,
     (noise, unit): (f64, &str),
 ) -> Option<Refusal> {
-    unsound(form, after.0, colour)
-        .map(Refusal::Itself)
-        .or_else(|| unborne(before, after, noise, unit).map(Refusal::LeftOut))
+    unsound(form, after.0, colour).or_else(|| unborne(before, after, noise, unit).map(Refusal::LeftOut))
 }
 
 /// Why a fitted form is not what its name says.
-fn unsound(form: &Form, after: &Fitted, colour: f64) -> Option<String> {
+fn unsound(form: &Form, after: &Fitted, colour: f64) -> Option<Refusal> {
     let shared = &after.refined.point.shared;
     let composition = &after.composition;
     if let Some(objection) = composition.objection(shared) {
-        return Some(objection);
+        return Some(Refusal::Itself(objection));
     }
     let doubt = |k: usize| after.refined.std_error(k).map_or(0.0, |e| e * colour.sqrt());
     let places = composition.places(&shared[shared.len() - composition.inner_count()..]);
@@ -113,25 +120,25 @@ fn unsound(form: &Form, after: &Fitted, colour: f64) -> Option<String> {
     for (coefficient, k) in form.coefficients.iter().zip(own) {
         // A form with more in it needs every part of it.
         if coefficient.sign == Sign::Against && shared[k].abs() < 2.0 * doubt(k) {
-            return Some(format!("its {} cannot be told from zero", coefficient.name));
+            return Some(Refusal::Undetermined(format!("its {} cannot be told from zero", coefficient.name)));
         }
     }
     let damper = composition.dampers(&shared[shared.len() - composition.inner_count()..]);
     if let Some((k, term)) = damper.into_iter().find(|(k, _)| shared[*k] > 3.0 * doubt(*k)) {
-        return Some(format!(
+        return Some(Refusal::Itself(format!(
             "the model's own damper, {}, would have to push: {term} comes out positive",
             significant(shared[k], 3)
-        ));
+        )));
     }
     let first = shared.len() - form.inner.len();
     for (quantity, k) in form.inner.iter().zip(first..) {
         let (value, (low, high)) = (shared[k], quantity.bounds);
         if (value - low).abs() < 0.01 * (high - low).abs().min(value.abs()) || (high - value).abs() < 0.01 * high.abs()
         {
-            return Some(format!(
+            return Some(Refusal::Itself(format!(
                 "{} runs to the end of what is sensible: these data do not exercise it",
                 quantity.name
-            ));
+            )));
         }
     }
     None

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::audit::Audit;
 use super::columns::Path;
 use super::data::Data;
-use super::decide::{APART, APART_ON_A_TONE, Refusal, Score, colour, confused, order, refusal, score};
+use super::decide::{APART, APART_ON_A_TONE, Refusal, Score, colour, confused, order, refusal, score, unborne};
 use super::effects::{Form, Setting, Sign, catalogue};
 use super::error::GapError;
 use super::fit::{Fitted, Pace, carried};
@@ -76,6 +76,8 @@ const FEWEST: usize = 9;
 /// Inner values that a form is refined from; one where there are many samples.
 const STARTS: usize = 2;
 const MANY: usize = 6_000;
+/// Shares of what the screen, to first order, would change: the next one is tried where the response gets no nearer.
+const SHARES: [f64; 3] = [1.0, 0.2, 0.02];
 /// A start whose misfit is so many times that of another is not refined.
 const DISTANT: f64 = 2.0;
 /// Refinements that are gone on with at most, and how many times the least sum of squares theirs may be.
@@ -273,11 +275,21 @@ impl Search {
         let runs: Vec<_> = data.fit().iter().map(super::data::Series::run).collect();
         let cancelled = || cancel.is_cancelled();
         let options = Options { frozen: false, steps: 0, effort: usize::MAX, bar: None, cancelled: &cancelled };
-        let mut starts: Vec<(f64, Composition, Point)> = inner
-            .iter()
-            .filter_map(|inner| self.start(before, &composition, motion, screened, form, inner))
-            .map(|(c, p)| (misfit(&c, &runs, &p, options).unwrap_or(f64::INFINITY), c, p))
-            .collect();
+        let begin = |inner: &Vec<f64>| {
+            let mut nearest: Option<(f64, Composition, Point)> = None;
+            for share in SHARES {
+                let (c, p) = self.start(before, &composition, motion, screened, (form, inner, share))?;
+                let left = misfit(&c, &runs, &p, options).unwrap_or(f64::INFINITY);
+                if nearest.as_ref().is_none_or(|(least, ..)| left < *least) {
+                    nearest = Some((left, c, p));
+                }
+                if left < before.refined.rss {
+                    break;
+                }
+            }
+            nearest
+        };
+        let mut starts: Vec<(f64, Composition, Point)> = inner.iter().filter_map(begin).collect();
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
         let nearest = starts.first().map_or(0.0, |s| s.0);
         let expected = screened.expected(index);
@@ -298,16 +310,15 @@ impl Search {
         Some(data.judge(composition, refined, cancel))
     }
 
-    /// Where a refinement starts: the present model's coefficients as the screen would move them, the effect's own from the
-    /// screen, its inner values from the grid.
+    /// Where a refinement starts: the present model's coefficients as the screen would move them and the effect's own from
+    /// the screen, or a share of either; its inner values from the grid.
     fn start(
         &self,
         before: &Fitted,
         after: &Composition,
         motion: &Motion,
         screened: &Screened,
-        form: &Form,
-        inner: &[f64],
+        (form, inner, share): (&Form, &[f64], f64),
     ) -> Option<(Composition, Point)> {
         let data = &self.data;
         let old = &before.refined.point.shared;
@@ -335,7 +346,7 @@ impl Search {
         }
         all_inner.extend_from_slice(inner);
         let composed = after.compose(&all_inner);
-        let now = |k: usize| coefficients[k] + moved.get(k).copied().unwrap_or(0.0);
+        let now = |k: usize| coefficients[k] + share * moved.get(k).copied().unwrap_or(0.0);
         let replaced: f64 = addition
             .replaces
             .iter()
@@ -353,7 +364,7 @@ impl Search {
                 None => {
                     // A term that a replaced, simpler effect had already keeps what it had.
                     let had = old_composed.terms.iter().position(|t| t == term).map_or(replaced, now);
-                    had + fresh.next().copied().unwrap_or(0.0)
+                    had + share * fresh.next().copied().unwrap_or(0.0)
                 }
             })
             .collect();
@@ -472,6 +483,7 @@ impl Search {
         let scored: Vec<(usize, &Form, Score, &Arc<Fitted>)> =
             refits.iter().map(|(k, f)| (*k, &forms[*k], score(before, f, colour, floor), f)).collect();
         let mut standing: Vec<(usize, &Form, Score)> = Vec::new();
+        let mut undetermined: Vec<(usize, &Form, Score)> = Vec::new();
         let mut promising: Vec<(f64, Choice)> = Vec::new();
         for (k, form, score, fitted) in &scored {
             let refused = refusal(form, before, (fitted, score), colour, (data.noise, &data.unit));
@@ -479,6 +491,9 @@ impl Search {
                 None => standing.push((*k, form, *score)),
                 Some(Refusal::LeftOut(_)) if fitted.refined.rss < PROMISING * before.refined.rss => {
                     promising.push((fitted.refined.rss, choice(form)));
+                }
+                Some(Refusal::Undetermined(_)) if unborne(before, (fitted, score), data.noise, &data.unit).is_none() => {
+                    undetermined.push((*k, form, *score));
                 }
                 Some(_) => {}
             }
@@ -499,10 +514,12 @@ impl Search {
         let mut rivals: Vec<usize> = Vec::new();
         if let Some(first) = ranked.first() {
             let entry = |k: usize| standing.iter().find(|s| s.0 == k);
-            let others: Vec<(usize, &Form, Score)> = standing.iter().filter(|s| s.0 != *first).copied().collect();
+            let others = standing.iter().filter(|s| s.0 != *first).chain(&undetermined);
+            let others: Vec<(usize, &Form, Score)> = others.copied().collect();
             for k in &ranked {
                 let Some((_, form, score)) = entry(*k) else { continue };
-                let rest: Vec<(usize, &Form, Score)> = standing.iter().filter(|s| s.0 != *k).copied().collect();
+                let rest = standing.iter().filter(|s| s.0 != *k).chain(&undetermined);
+                let rest: Vec<(usize, &Form, Score)> = rest.copied().collect();
                 let names = confused((form, *score), &rest, apart, data.noise).into_iter().map(title).collect();
                 if let Some(c) = candidates.iter_mut().find(|c| c.choice == choice(form)) {
                     c.confused_with = names;

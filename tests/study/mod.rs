@@ -17,6 +17,11 @@ const TIES: &[&[&str]] = &[
     &["viscous_damping", "base_velocity"],
 ];
 
+/// Samples of the fitted records.
+const SAMPLES: f64 = 3000.0;
+/// Twice the log odds ratio from which two effects are told apart: odds of 150 to 1.
+const TOLD: f64 = 10.0;
+
 /// One run of the study.
 #[derive(Clone, Debug)]
 pub(crate) struct Case {
@@ -56,11 +61,13 @@ pub(crate) fn tied(a: &str, b: &str) -> bool {
 }
 
 impl Result {
-    /// The data can tell: rich excitation and an effect of a hundredth of the spring force at least.
+    /// The data can tell: rich excitation, an effect of a hundredth of the spring force at least, and where a simpler one
+    /// is in it, a response that differs from that one's by more than noise may.
     pub(crate) fn tellable(&self) -> bool {
         matches!(self.case.shaking, Shaking::Multisine | Shaking::SweepPair)
             && self.ratio >= 0.01
             && self.case.effects.iter().all(|e| exercised(e, self.case.shaking))
+            && self.trait_size.is_none_or(|size| SAMPLES * size * size >= TOLD)
     }
 
     pub(crate) fn top(&self, n: usize) -> bool {
