@@ -492,7 +492,9 @@ impl Search {
                 Some(Refusal::LeftOut(_)) if fitted.refined.rss < PROMISING * before.refined.rss => {
                     promising.push((fitted.refined.rss, choice(form)));
                 }
-                Some(Refusal::Undetermined(_)) if unborne(before, (fitted, score), data.noise, &data.unit).is_none() => {
+                Some(Refusal::Undetermined(_))
+                    if unborne(before, (fitted, score), data.noise, &data.unit).is_none() =>
+                {
                     undetermined.push((*k, form, *score));
                 }
                 Some(_) => {}

@@ -118,7 +118,7 @@ impl Candidate {
 /// in turn, of a single one the last part. Of the settings within one standard error of the best the one with the fewest
 /// terms is taken (Breiman et al. 1984); of those with as many terms the one whose response is nearest to the refined one.
 /// Where refined fits do much better on the stretches that were not fitted, they are compared in the same way and
-/// refinement is chosen too. Records held out by the user are not looked at.
+/// refinement is chosen too. At last the terms are dropped that the response does without. Records held out by the user are not looked at.
 ///
 /// `progress` is told the share done, 0 to 1.
 ///
@@ -160,10 +160,17 @@ pub fn choose(
     };
     let mut error = chosen.mean();
     if free.refine
-        && let Some((better, refined)) = plan.refined_choice(start, free, &tried, error, cancel)?
+        && let Some((better, refined)) = plan.refined_choice(start, free, &tried, chosen, cancel)?
     {
         (settings, error) = (better, refined);
     }
+    if free.threshold {
+        settings = plan.without_needless(records, settings, cancel)?;
+    }
+    let dropped: Vec<String> =
+        settings.locks.keys().filter(|t| !start.locks.contains_key(*t)).map(ToString::to_string).collect();
+    let dropped =
+        if dropped.is_empty() { String::new() } else { format!("; dropped as needless: {}", dropped.join(", ")) };
     let judged = match plan.pieces.len() {
         1 => "the last part of the record, which was not fitted".to_owned(),
         n => format!("{n} records, each left out in turn"),
@@ -183,7 +190,7 @@ pub fn choose(
         s => s.method.title().to_owned(),
     };
     let reason = format!(
-        "{regressor}{form}{smoothing} and threshold {:.2e}{refined}: simulation error {:.2e} of the motion on {judged}; {} settings tried",
+        "{regressor}{form}{smoothing} and threshold {:.2e}{refined}: simulation error {:.2e} of the motion on {judged}; {} settings tried{dropped}",
         settings.threshold,
         error.sqrt(),
         tried.len(),
@@ -197,7 +204,7 @@ pub(super) fn best(tried: &[Candidate]) -> Option<&Candidate> {
 
 /// Errors of the motion closer to each other than this share of it are as good as equal: no measurement supports a
 /// term that betters less.
-const EQUAL: f64 = 3e-4;
+pub(super) const EQUAL: f64 = 3e-4;
 
 /// What is chosen is at most so many times worse than the best.
 const WORST: f64 = 1.25;
@@ -240,6 +247,29 @@ fn close(tried: &[Candidate]) -> impl Iterator<Item = &Candidate> {
     tried.iter().filter(within)
 }
 
+/// Mean logarithm of the ratios of two settings' squared errors, stretch for stretch, and its standard error.
+pub(super) fn ratio(errors: &[f64], others: &[f64]) -> (f64, f64) {
+    let level = |e: &f64| (e + EQUAL * EQUAL).ln();
+    let ratios: Vec<f64> = errors.iter().zip(others).map(|(a, b)| level(a) - level(b)).collect();
+    let (mean, variance) = mean_and_variance(&ratios);
+    (mean, (variance / (ratios.len() as f64 - 1.0).max(1.0)).sqrt())
+}
+
+/// As [`parsimonious`], by the ratios of errors.
+fn parsimonious_by_ratio(tried: &[Candidate]) -> Option<&Candidate> {
+    let first = tried.first()?;
+    let lowest = |a: &&Candidate, b: &&Candidate| {
+        ratio(&a.errors, &first.errors).0.total_cmp(&ratio(&b.errors, &first.errors).0)
+    };
+    let best = tried.iter().min_by(lowest)?;
+    let close = |c: &&Candidate| {
+        let (mean, error) = ratio(&c.errors, &best.errors);
+        mean <= error.min(2.0 * WORST.ln()) + 0.02
+    };
+    let fewest = tried.iter().filter(close).map(|c| c.terms).min()?;
+    tried.iter().filter(close).filter(|c| c.terms == fewest).min_by(lowest)
+}
+
 /// Refinement is worth its time where it lowers the error to this share, or below.
 const BETTERED: f64 = 0.6;
 /// Numbers of terms whose refined fits are compared, at most.
@@ -266,7 +296,7 @@ fn levels(tried: &[Candidate]) -> Vec<&Candidate> {
 }
 
 /// The refined fit of some records; none if they cannot be fitted.
-fn refined_fit(
+pub(super) fn refined_fit(
     pieces: &[Arc<Record>],
     fitted: &[usize],
     settings: &Settings,
@@ -278,6 +308,14 @@ fn refined_fit(
         Err(StudyError::Cancelled) => Err(StudyError::Cancelled),
         _ => Ok(None),
     }
+}
+
+/// Records cut so that refining them takes no longer than it must.
+pub(super) fn shortened<'a>(records: impl IntoIterator<Item = &'a Arc<Record>>) -> Vec<Arc<Record>> {
+    let records: Vec<&Arc<Record>> = records.into_iter().collect();
+    let most = MOST_REFINED / records.len().max(1);
+    let cut = |r: &Arc<Record>| if r.len() > most { Arc::new(r.slice(0..most)) } else { Arc::clone(r) };
+    records.into_iter().map(cut).collect()
 }
 
 /// A candidate held against the refined response.
@@ -344,14 +382,16 @@ impl Plan {
         Ok(nearest.map(|(_, settled)| settled))
     }
 
-    /// Settings whose refined fits do much better on what was not fitted than `error`, with their mean squared error:
-    /// without the smoothing's bias in the coefficients, the stretches that judge also tell better which terms are right.
+    /// Settings whose refined fits do much better on what was not fitted than the settings chosen so far, with their mean
+    /// squared error: without the smoothing's bias in the coefficients, the stretches that judge also tell better which
+    /// terms are right. Errors are compared by their ratio on each stretch: where the record of a resonance is left out its
+    /// damping is not known, and that one error would hide what all others tell.
     fn refined_choice(
         &self,
         start: &Settings,
         free: Free,
         tried: &[Candidate],
-        error: f64,
+        present: &Candidate,
         cancel: &Cancel,
     ) -> Result<Option<(Settings, f64)>, StudyError> {
         let pieces = self.shortened();
@@ -367,8 +407,7 @@ impl Plan {
             })
             .collect();
         let levels: Vec<Level<'_>> = levels?.into_iter().flatten().collect();
-        let better = BETTERED * BETTERED * error;
-        if !levels.iter().any(|(_, _, left)| *left < better) {
+        if !levels.iter().any(|(_, _, left)| *left < BETTERED * BETTERED * present.mean()) {
             return Ok(None);
         }
         let judged: Result<Vec<Option<Candidate>>, StudyError> = levels
@@ -379,20 +418,19 @@ impl Plan {
             })
             .collect();
         let judged: Vec<Candidate> = judged?.into_iter().flatten().collect();
-        let Some(chosen) = parsimonious(&judged).filter(|c| c.mean() < better) else { return Ok(None) };
+        let better = |c: &&Candidate| ratio(&c.errors, &present.errors).0 < 2.0 * BETTERED.ln();
+        let Some(chosen) = parsimonious_by_ratio(&judged).filter(better) else { return Ok(None) };
         let settings = levels.into_iter().find(|(c, ..)| c.terms == chosen.terms).map(|(_, settings, _)| settings);
         Ok(settings.map(|settings| (settings, chosen.mean())))
     }
 
     /// The pieces, cut so that refining them takes no longer than it must.
-    fn shortened(&self) -> Vec<Arc<Record>> {
-        let most = MOST_REFINED / self.pieces.len().max(1);
-        let cut = |r: &Arc<Record>| if r.len() > most { Arc::new(r.slice(0..most)) } else { Arc::clone(r) };
-        self.pieces.iter().map(|(record, _)| cut(record)).collect()
+    pub(super) fn shortened(&self) -> Vec<Arc<Record>> {
+        shortened(self.pieces.iter().map(|(record, _)| record))
     }
 
     /// Squared errors of refined fits on the stretches that were not fitted; none if some fold cannot be refined.
-    fn judge_refined(
+    pub(super) fn judge_refined(
         &self,
         pieces: &[Arc<Record>],
         settings: &Settings,

@@ -1,6 +1,7 @@
 //! A study is a value: settings and records in, [`Outcome`] out; the same in the window, on the command line and in tests.
 
 mod choose;
+mod eliminate;
 mod ensemble;
 mod known;
 mod landscape;

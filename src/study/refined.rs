@@ -28,7 +28,9 @@ const EFFORT: usize = 40_000_000;
 /// Share of the motion's variance that a fit in its basin leaves at most.
 const LOST: f64 = 0.1;
 /// Main periods of a stretch that is simulated by itself to find a start.
-const SEGMENT: f64 = 5.0;
+const SEGMENTS: [f64; 2] = [5.0, 1.0];
+/// Most of them in a record.
+const MOST_SEGMENTS: f64 = 24.0;
 
 /// The free coefficients of the leading equation.
 struct Coefficients<'a> {
@@ -158,18 +160,20 @@ fn search(
     if direct.as_ref().is_some_and(|f| f.rss < LOST * variance) || cancel.is_cancelled() {
         return direct;
     }
-    let fitted = records.iter().filter(|(_, u)| *u == Usage::Fit).map(|(p, _)| p);
-    let segments: Vec<Run> = fitted
-        .flat_map(|p| {
+    let stretches = |periods: f64| -> Vec<Run> {
+        let fitted = records.iter().filter(|(_, u)| *u == Usage::Fit).map(|(p, _)| p);
+        let parts = fitted.flat_map(|p| {
             let n = p.record.len();
             let period = p.facts.main_period.map_or(0.1 * n as f64, |t| t / p.record.interval);
-            let parts = (n as f64 / (SEGMENT * period).max(50.0)).clamp(1.0, 24.0) as usize;
+            let parts = (n as f64 / (periods * period).max(50.0)).clamp(1.0, MOST_SEGMENTS) as usize;
             (0..parts).filter_map(move |k| p.drive.run(k * n / parts..(k + 1) * n / parts, &p.signals))
-        })
-        .collect();
-    let short = Point { shared: start.shared.clone(), own: own_start(coefficients, &segments) };
-    let found = refine(coefficients, &segments, &short, options(FEW_STEPS));
-    let again = found.and_then(|found| {
+        });
+        parts.collect()
+    };
+    let again = SEGMENTS.iter().find_map(|periods| {
+        let segments = stretches(*periods);
+        let short = Point { shared: start.shared.clone(), own: own_start(coefficients, &segments) };
+        let found = refine(coefficients, &segments, &short, options(FEW_STEPS))?;
         let point = Point { shared: found.point.shared, own: start.own.clone() };
         refine(coefficients, runs, &point, options(STEPS))
     });

@@ -1,0 +1,84 @@
+//! Backward elimination: terms that the chosen settings keep and the response does without.
+
+use rayon::prelude::*;
+
+use super::choose::{EQUAL, Plan, ratio, refined_fit, shortened};
+use super::{Cancel, Lock, Settings, StudyError};
+use crate::record::{RecordSet, Usage};
+use crate::term::Term;
+
+/// Terms that are taken out at most.
+const MOST: usize = 6;
+
+/// A fit of settings to the response.
+struct Fit {
+    settings: Settings,
+    terms: Vec<Term>,
+    /// Mean squared error as a share of the motion's variance, with what no measurement supports added.
+    left: f64,
+    samples: usize,
+}
+
+impl Plan {
+    /// The settings with those terms dropped that the refined fit does as well without, by the Bayesian information
+    /// criterion (Schwarz 1978), and that do not help on the stretches that were not fitted either.
+    ///
+    /// A threshold takes terms out by their share of the force, one regression at a time: of terms that are much alike, as
+    /// `v` and `v*|v|`, noise decides which it keeps. The response itself tells them apart better.
+    ///
+    /// # Errors
+    /// Cancelled.
+    pub(super) fn without_needless(
+        &self,
+        records: &RecordSet,
+        settings: Settings,
+        cancel: &Cancel,
+    ) -> Result<Settings, StudyError> {
+        let fitted = records.entries.iter().filter(|(_, usage)| *usage == Usage::Fit);
+        let whole = shortened(fitted.map(|(record, _)| record));
+        let all: Vec<usize> = (0..whole.len()).collect();
+        let refined = settings.refine;
+        let fit = |settings: Settings| -> Result<Option<Fit>, StudyError> {
+            let settings = Settings { refine: true, ..settings };
+            let Some(outcome) = refined_fit(&whole, &all, &settings, cancel)? else { return Ok(None) };
+            let terms = outcome.model.leading().map(|e| e.terms.iter().map(|t| t.term.clone()).collect());
+            Ok(outcome.train.zip(terms).map(|(score, terms)| Fit {
+                settings,
+                terms,
+                left: score.nrmse * score.nrmse + EQUAL * EQUAL,
+                samples: score.samples,
+            }))
+        };
+        let Some(mut present) = fit(settings.clone())? else { return Ok(settings) };
+        for _ in 0..MOST {
+            let open = present.terms.iter().filter(|t| !present.settings.locks.contains_key(*t));
+            let tried: Result<Vec<Option<Fit>>, StudyError> = open
+                .collect::<Vec<_>>()
+                .into_par_iter()
+                .map(|term| {
+                    let mut settings = present.settings.clone();
+                    settings.locks.insert(term.clone(), Lock::Out);
+                    fit(settings)
+                })
+                .collect();
+            let fewer = tried?.into_iter().flatten().filter(|f| f.terms.len() < present.terms.len());
+            let Some(next) = fewer.min_by(|a, b| a.left.total_cmp(&b.left)) else { break };
+            let n = present.samples as f64;
+            let gone = (present.terms.len() - next.terms.len()) as f64;
+            if n * (next.left / present.left).ln() > gone * n.ln() || !self.bears_out(&present, &next, cancel)? {
+                break;
+            }
+            present = next;
+        }
+        Ok(Settings { refine: refined, ..present.settings })
+    }
+
+    /// True if data that were not fitted get no worse, beyond a standard error, without what the second fit lacks.
+    fn bears_out(&self, with: &Fit, without: &Fit, cancel: &Cancel) -> Result<bool, StudyError> {
+        let pieces = self.shortened();
+        let judged = |fit: &Fit| self.judge_refined(&pieces, &fit.settings, cancel);
+        let (Some(with), Some(without)) = (judged(with)?, judged(without)?) else { return Ok(false) };
+        let (worse, error) = ratio(&without, &with);
+        Ok(worse <= error.max(0.02))
+    }
+}
