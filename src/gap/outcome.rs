@@ -160,6 +160,20 @@ pub struct Curve {
     pub effect: Vec<[f64; 2]>,
 }
 
+/// How many times its own range a force that is a law of the quantity across may rise and fall.
+const WINDING: f64 = 6.0;
+
+impl Curve {
+    /// True if the effect's force is one value for each value of the quantity across, as far as its points tell: a line
+    /// through them shows it. A force that depends on more is a cloud.
+    pub fn is_law(&self) -> bool {
+        let forces = || self.effect.iter().map(|p| p[1]);
+        let (low, high) = forces().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), f| (l.min(f), h.max(f)));
+        let travelled: f64 = forces().zip(forces().skip(1)).map(|(a, b)| (b - a).abs()).sum();
+        travelled <= WINDING * (high - low)
+    }
+}
+
 /// One statistical question put to the residual.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Test {

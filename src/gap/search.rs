@@ -76,8 +76,8 @@ const FEWEST: usize = 9;
 /// Inner values that a form is refined from; one where there are many samples.
 const STARTS: usize = 2;
 const MANY: usize = 6_000;
-/// Shares of what the screen, to first order, would change: the next one is tried where the response gets no nearer.
-const SHARES: [f64; 3] = [1.0, 0.2, 0.02];
+/// Shares of what the screen, to first order, would change that are tried where the response gets no nearer by the whole.
+const SHARES: [f64; 2] = [0.2, 0.02];
 /// A start whose misfit is so many times that of another is not refined.
 const DISTANT: f64 = 2.0;
 /// Refinements that are gone on with at most, and how many times the least sum of squares theirs may be.
@@ -275,28 +275,31 @@ impl Search {
         let runs: Vec<_> = data.fit().iter().map(super::data::Series::run).collect();
         let cancelled = || cancel.is_cancelled();
         let options = Options { frozen: false, steps: 0, effort: usize::MAX, bar: None, cancelled: &cancelled };
-        let begin = |inner: &Vec<f64>| {
-            let mut nearest: Option<(f64, Composition, Point)> = None;
-            for share in SHARES {
-                let (c, p) = self.start(before, &composition, motion, screened, (form, inner, share))?;
-                let left = misfit(&c, &runs, &p, options).unwrap_or(f64::INFINITY);
-                if nearest.as_ref().is_none_or(|(least, ..)| left < *least) {
-                    nearest = Some((left, c, p));
-                }
-                if left < before.refined.rss {
-                    break;
-                }
-            }
-            nearest
+        let attempt = |inner: &[f64], share: f64| {
+            let (composition, point) = self.start(before, &composition, motion, screened, (form, inner, share))?;
+            let left = misfit(&composition, &runs, &point, options).unwrap_or(f64::INFINITY);
+            Some((left, composition, point))
         };
-        let mut starts: Vec<(f64, Composition, Point)> = inner.iter().filter_map(begin).collect();
+        // Where the whole change leads away from the data, a share of it; the whole may lie in a better basin all the same.
+        let begin = |inner: &Vec<f64>| {
+            let whole = attempt(inner, 1.0);
+            let nearer = |start: &(f64, Composition, Point)| start.0 < before.refined.rss;
+            let part = if whole.as_ref().is_some_and(nearer) {
+                None
+            } else {
+                SHARES.iter().filter_map(|share| attempt(inner, *share)).min_by(|a, b| a.0.total_cmp(&b.0))
+            };
+            whole.into_iter().chain(part)
+        };
+        let mut starts: Vec<(f64, Composition, Point)> = inner.iter().flat_map(begin).collect();
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
         let nearest = starts.first().map_or(0.0, |s| s.0);
         let expected = screened.expected(index);
         let mut best: Option<(Composition, Refined)> = None;
         for (misfit, composition, start) in starts {
-            // A start far behind another leads nowhere else.
-            if misfit > DISTANT * nearest && best.is_some() {
+            // A start far behind another leads nowhere else, unless the screen promised far more than was found so far.
+            let short = |found: &Refined| expected < PROMISING * before.refined.rss && found.rss > DISTANT * expected;
+            if misfit > DISTANT * nearest && best.as_ref().is_some_and(|(_, found)| !short(found)) {
                 continue;
             }
             if let Some(refined) =
@@ -520,7 +523,9 @@ impl Search {
             let others: Vec<(usize, &Form, Score)> = others.copied().collect();
             for k in &ranked {
                 let Some((_, form, score)) = entry(*k) else { continue };
-                let rest = standing.iter().filter(|s| s.0 != *k).chain(&undetermined);
+                // Those that do clearly better are told from it.
+                let near = |s: &&(usize, &Form, Score)| s.0 != *k && s.2.total > score.total - apart;
+                let rest = standing.iter().chain(&undetermined).filter(near);
                 let rest: Vec<(usize, &Form, Score)> = rest.copied().collect();
                 let names = confused((form, *score), &rest, apart, data.noise).into_iter().map(title).collect();
                 if let Some(c) = candidates.iter_mut().find(|c| c.choice == choice(form)) {

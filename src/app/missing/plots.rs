@@ -483,14 +483,22 @@ pub(super) fn curve(ui: &Ui, rect: Rect, curve: &Curve, unit: &str, color: Color
     let dark = ui.visuals().dark_mode;
     let strength = if faded { 0.45 } else { 1.0 };
     let ink = palette::Ink::Measured.color(dark).gamma_multiply(0.75 * strength);
-    let mut mesh = Mesh::default();
-    for [a, f] in &curve.measured {
-        mesh.add_colored_rect(Rect::from_center_size(axes.at(*a, *f), Vec2::splat(2.0)), ink);
-    }
+    let dots = |points: &[[f64; 2]], ink: Color32| {
+        let mut mesh = Mesh::default();
+        for [a, f] in points {
+            mesh.add_colored_rect(Rect::from_center_size(axes.at(*a, *f), Vec2::splat(2.0)), ink);
+        }
+        mesh
+    };
     let painter = ui.painter().with_clip_rect(axes.area);
-    painter.add(mesh);
+    painter.add(dots(&curve.measured, ink));
+    let color = color.gamma_multiply(strength);
+    // Over time it is a dense curve, over a quantity of the motion a law, or a cloud where it depends on more.
+    let over_time = curve.axis == "t";
+    if !over_time && !curve.is_law() {
+        painter.add(dots(&curve.effect, color));
+        return;
+    }
     let points: Vec<egui::Pos2> = curve.effect.iter().map(|[a, f]| axes.at(*a, *f)).collect();
-    // Over time it is a dense curve, over a quantity of the motion a law.
-    let width = if curve.axis == "t" { 1.0 } else { 2.0 };
-    painter.add(Shape::line(points, Stroke::new(width, color.gamma_multiply(strength))));
+    painter.add(Shape::line(points, Stroke::new(if over_time { 1.0 } else { 2.0 }, color)));
 }
