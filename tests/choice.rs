@@ -150,7 +150,8 @@ fn the_choice_is_at_most_twice_the_best_point_of_the_map() {
         sample("overfit", None, Kind::SecondOrder),
         sample("friction_noisy", Some("friction_noisy_test"), Kind::SecondOrder),
     ];
-    cases.push(system("duffing-noisy", 1, true));
+    // The threshold alone keeps two needless terms here.
+    cases.push(system("duffing-noisy", 3, true));
     cases.push(system("friction-noisy", 1, false));
     let worst = worst(cases.into_iter(), 9);
     assert!(worst <= 2.0, "{worst}");

@@ -1,6 +1,7 @@
 use super::data::step;
 use super::effects::{Setting, catalogue};
 use super::motion::{Oscillator, Variation};
+use super::outcome::Curve;
 use crate::term::list;
 
 fn setting(base_excited: bool) -> Setting {
@@ -83,4 +84,16 @@ fn steps_are_told_from_noise() {
     assert!((step(stepped).unwrap() - 0.01).abs() < 1e-12);
     assert_eq!(step((0..3000).map(wave).collect()), None);
     assert_eq!(step(vec![1.0; 100]), None);
+}
+
+#[test]
+fn a_force_that_depends_on_more_than_its_axis_is_a_cloud() {
+    let curve = |force: &dyn Fn(f64, usize) -> f64| {
+        let over = |k: usize| 0.01 * k as f64 - 2.0;
+        Curve { effect: (0..400).map(|k| [over(k), force(over(k), k)]).collect(), ..Curve::default() }
+    };
+    assert!(curve(&|v, _| -v.signum()).is_law());
+    assert!(curve(&|v, _| v * v * v - v).is_law());
+    // |x| sgn v, the displacement being another at every passage.
+    assert!(!curve(&|v, k| ((k * 7919) % 101) as f64 * v.signum()).is_law());
 }

@@ -358,6 +358,14 @@ fn friction_that_sticks_holds_the_mass_still_up_to_its_static_level() {
 }
 
 #[test]
+fn what_a_static_level_changes_is_known() {
+    let beyond = |effect: &str, seed| draw(&clean(&[effect], Shaking::Multisine, seed)).unwrap().truth.beyond_simpler;
+    assert!((0..5).all(|seed| beyond("coulomb_friction", seed).is_none()));
+    let changes: Vec<f64> = (0..5).map(|seed| beyond("static_friction", seed).unwrap()).collect();
+    assert!(changes.iter().all(|c| *c >= 0.0 && c.is_finite()) && changes.iter().any(|c| *c > 0.0), "{changes:?}");
+}
+
+#[test]
 fn noise_is_of_the_kind_and_size_asked_for() {
     let draw_with = |kind, share| {
         let watching = Watching { kind, share, input_share: 0.0 };
