@@ -441,6 +441,7 @@ impl Search {
         let refits = self.polished(refits, cancel);
         check()?;
         let decision = self.decide(&before, &motion, &forms, refits, &mut candidates, cancel);
+        check()?;
         tell(Progress::Ranking(candidates.clone()));
         Ok(round(candidates, evidence, decision))
     }
@@ -489,6 +490,10 @@ impl Search {
         let mut undetermined: Vec<(usize, &Form, Score)> = Vec::new();
         let mut promising: Vec<(f64, Choice)> = Vec::new();
         for (k, form, score, fitted) in &scored {
+            // What a cancelled search decides is not looked at.
+            if cancel.is_cancelled() {
+                break;
+            }
             let refused = refusal(form, before, (fitted, score), colour, (data.noise, &data.unit));
             match refused {
                 None => standing.push((*k, form, *score)),
