@@ -118,7 +118,8 @@ impl Candidate {
 /// in turn, of a single one the last part. Of the settings within one standard error of the best the one with the fewest
 /// terms is taken (Breiman et al. 1984); of those with as many terms the one whose response is nearest to the refined one.
 /// Where refined fits do much better on the stretches that were not fitted, they are compared in the same way and
-/// refinement is chosen too. At last the terms are dropped that the response does without. Records held out by the user are not looked at.
+/// refinement is chosen too. At last the terms are dropped that the response does without. Records held out by the user
+/// are not looked at.
 ///
 /// `progress` is told the share done, 0 to 1.
 ///

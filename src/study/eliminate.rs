@@ -50,6 +50,9 @@ impl Plan {
             }))
         };
         let Some(mut present) = fit(settings.clone())? else { return Ok(settings) };
+        let pieces = self.shortened();
+        let judged = |fit: &Fit| self.judge_refined(&pieces, &fit.settings, cancel);
+        let mut errors: Option<Vec<f64>> = None;
         for _ in 0..MOST {
             let open = present.terms.iter().filter(|t| !present.settings.locks.contains_key(*t));
             let tried: Result<Vec<Option<Fit>>, StudyError> = open
@@ -65,20 +68,21 @@ impl Plan {
             let Some(next) = fewer.min_by(|a, b| a.left.total_cmp(&b.left)) else { break };
             let n = present.samples as f64;
             let gone = (present.terms.len() - next.terms.len()) as f64;
-            if n * (next.left / present.left).ln() > gone * n.ln() || !self.bears_out(&present, &next, cancel)? {
+            if n * (next.left / present.left).ln() > gone * n.ln() {
                 break;
             }
-            present = next;
+            let known = match errors.take() {
+                Some(errors) => Some(errors),
+                None => judged(&present)?,
+            };
+            let (Some(with), Some(without)) = (known, judged(&next)?) else { break };
+            // What was not fitted may get no worse, beyond a standard error.
+            let (worse, error) = ratio(&without, &with);
+            if worse > error.max(0.02) {
+                break;
+            }
+            (present, errors) = (next, Some(without));
         }
         Ok(Settings { refine: refined, ..present.settings })
-    }
-
-    /// True if data that were not fitted get no worse, beyond a standard error, without what the second fit lacks.
-    fn bears_out(&self, with: &Fit, without: &Fit, cancel: &Cancel) -> Result<bool, StudyError> {
-        let pieces = self.shortened();
-        let judged = |fit: &Fit| self.judge_refined(&pieces, &fit.settings, cancel);
-        let (Some(with), Some(without)) = (judged(with)?, judged(without)?) else { return Ok(false) };
-        let (worse, error) = ratio(&without, &with);
-        Ok(worse <= error.max(0.02))
     }
 }
