@@ -134,11 +134,30 @@ impl InputGrid {
         value
     }
 
+    /// The jets that derivative `order` (0 to 2) of an input is taken from, the derivative of theirs that it is, and its
+    /// scale.
+    fn source(&self, input: usize, order: usize) -> Option<(&Jets, usize, f64)> {
+        let channel = self.channels.get(input)?;
+        let (jets, derivative) = match (&channel.rate, order) {
+            (Some(rate), 1..) => (rate, order - 1),
+            _ => (&channel.value, order),
+        };
+        Some((jets, derivative, [1.0, self.interval.recip(), self.interval.powi(-2)][derivative.min(2)]))
+    }
+
     /// Derivative `order` (0 to 2) of an input at a node of the interval after `sample`.
     fn one(&self, input: usize, order: usize, sample: usize, node: &Node) -> f64 {
-        let mut out = [0.0];
-        self.series((input, order), (sample, 1), node, &mut out, 1);
-        out[0]
+        let Some((jets, derivative, scale)) = self.source(input, order) else { return 0.0 };
+        if node.place == 0.0 {
+            return jets.orders[derivative][sample] * scale;
+        }
+        let mut sum = 0.0;
+        for (weights, series) in node.weights[derivative].as_chunks::<2>().0.iter().zip(&jets.orders) {
+            // Beyond the last sample there is nothing: its interval is asked for at its beginning alone.
+            let [a, b] = [series[sample], series.get(sample + 1).copied().unwrap_or(0.0)];
+            sum += weights[0] * a + weights[1] * b;
+        }
+        scale * sum
     }
 
     /// Writes derivative `order` (0 to 2) of an input at one node of `count` intervals to every `stride`-th of `out`.
@@ -150,16 +169,11 @@ impl InputGrid {
         out: &mut [f64],
         stride: usize,
     ) {
-        let Some(channel) = self.channels.get(input) else {
-            out.iter_mut().step_by(stride).take(count).for_each(|o| *o = 0.0);
+        let out = out.iter_mut().step_by(stride).take(count);
+        let Some((jets, derivative, scale)) = self.source(input, order) else {
+            out.for_each(|o| *o = 0.0);
             return;
         };
-        let (jets, derivative) = match (&channel.rate, order) {
-            (Some(rate), 1..) => (rate, order - 1),
-            _ => (&channel.value, order),
-        };
-        let scale = [1.0, self.interval.recip(), self.interval.powi(-2)][derivative.min(2)];
-        let out = out.iter_mut().step_by(stride).take(count);
         if node.place == 0.0 {
             for (o, v) in out.zip(&jets.orders[derivative][sample..]) {
                 *o = v * scale;
@@ -167,14 +181,11 @@ impl InputGrid {
             return;
         }
         let w = node.weights[derivative].map(|w| w * scale);
-        let from = |order: usize, shift: usize| {
-            let first = (sample + shift).min(self.samples);
-            &jets.orders[order][first..]
-        };
-        let left = from(0, 0).iter().zip(from(1, 0)).zip(from(2, 0)).zip(from(3, 0));
-        let right = from(0, 1).iter().zip(from(1, 1)).zip(from(2, 1)).zip(from(3, 1));
-        for (o, ((((a0, a1), a2), a3), (((b0, b1), b2), b3))) in out.zip(left.zip(right)) {
-            *o = (w[0] * a0 + w[1] * a1 + w[2] * a2 + w[3] * a3) + (w[4] * b0 + w[5] * b1 + w[6] * b2 + w[7] * b3);
+        let [p, q, r, s] = jets.orders.each_ref().map(|o| &o[sample..self.samples.min(sample + count + 1)]);
+        let ends = p.array_windows::<2>().zip(q.array_windows::<2>()).zip(r.array_windows::<2>()).zip(s.array_windows());
+        for (o, (((p, q), r), s)) in out.zip(ends) {
+            let [s0, s1]: [f64; 2] = *s;
+            *o = (w[0] * p[0] + w[1] * p[1]) + (w[2] * q[0] + w[3] * q[1]) + (w[4] * r[0] + w[5] * r[1]) + (w[6] * s0 + w[7] * s1);
         }
     }
 
@@ -189,44 +200,54 @@ impl InputGrid {
 impl Node {
     /// The node at a place in the interval, 0 to 1.
     pub(super) fn new(place: f64) -> Self {
-        let left = hermite(place);
-        let right = hermite(1.0 - place);
+        let (left, right) = (powers(place), powers(1.0 - place));
         let mut weights = [[0.0; 8]; 3];
         for (derivative, row) in weights.iter_mut().enumerate() {
-            for order in 0..4 {
-                row[order] = left[order][derivative];
+            for (order, polynomial) in HERMITE[derivative].iter().enumerate() {
                 let mirrored = if (order + derivative) % 2 == 0 { 1.0 } else { -1.0 };
-                row[4 + order] = mirrored * right[order][derivative];
+                let (mut at_left, mut at_right) = (0.0, 0.0);
+                for power in 0..8 {
+                    at_left += polynomial[power] * left[power];
+                    at_right += polynomial[power] * right[power];
+                }
+                row[2 * order] = at_left;
+                row[2 * order + 1] = mirrored * at_right;
             }
         }
         Self { place, weights }
     }
 }
 
-/// The polynomials of degree 7 whose derivative `order` is 1 at 0 and whose other first four derivatives vanish at 0 and
-/// 1: value and two derivatives at `s`, one row an order.
-fn hermite(s: f64) -> [[f64; 3]; 4] {
+/// The polynomials of degree 7 in `s` whose derivative `order` is 1 at 0 and whose other first four derivatives vanish at 0
+/// and 1, and their first and second derivatives: one table a derivative, one row an order, one coefficient a power.
+const HERMITE: [[[f64; 8]; 4]; 3] = {
     // s^j/j! (1−s)^4 Σ_{i ≤ 3−j} C(3+i,i) s^i, multiplied out.
-    const POLYNOMIALS: [[f64; 8]; 4] = [
+    let polynomials = [
         [1.0, 0.0, 0.0, 0.0, -35.0, 84.0, -70.0, 20.0],
         [0.0, 1.0, 0.0, 0.0, -20.0, 45.0, -36.0, 10.0],
         [0.0, 0.0, 0.5, 0.0, -5.0, 10.0, -7.5, 2.0],
         [0.0, 0.0, 0.0, 1.0 / 6.0, -4.0 / 6.0, 1.0, -4.0 / 6.0, 1.0 / 6.0],
     ];
-    POLYNOMIALS.map(|c| {
-        let mut value = [0.0; 3];
-        for (power, c) in c.iter().enumerate().rev() {
-            let p = power as f64;
-            value[0] = value[0] * s + c;
-            if power >= 1 {
-                value[1] = value[1] * s + p * c;
-            }
-            if power >= 2 {
-                value[2] = value[2] * s + p * (p - 1.0) * c;
-            }
-        }
-        value
-    })
+    let once = differentiated(polynomials);
+    [polynomials, once, differentiated(once)]
+};
+
+const fn differentiated(polynomials: [[f64; 8]; 4]) -> [[f64; 8]; 4] {
+    let mut out = [[0.0; 8]; 4];
+    let mut k = 0;
+    while k < 28 {
+        let (order, power) = (k / 7, k % 7);
+        out[order][power] = (power + 1) as f64 * polynomials[order][power + 1];
+        k += 1;
+    }
+    out
+}
+
+/// The powers of a number, from 0 to 7.
+fn powers(s: f64) -> [f64; 8] {
+    let (s2, s3) = (s * s, s * s * s);
+    let s4 = s2 * s2;
+    [1.0, s, s2, s3, s4, s4 * s, s4 * s2, s4 * s3]
 }
 
 impl Jets {
@@ -319,8 +340,11 @@ pub(super) fn fill_instants(
 ) {
     for (address, symbol) in symbols {
         let lanes = &mut memory[address * LANES..][lane..LANES];
-        for (node, lane) in nodes.iter().zip(lanes.chunks_exact_mut(1)) {
-            fill(grid, *symbol, (sample, 1), node, lane, 1);
+        for (node, lane) in nodes.iter().zip(lanes) {
+            *lane = match *symbol {
+                External::Time => grid.start + grid.interval * (sample as f64 + node.place),
+                External::Input(input, order) => grid.one(input, order, sample, node),
+            };
         }
     }
 }

@@ -284,14 +284,16 @@ impl<'a, const N: usize> Machine<'a, N> {
 
     /// The rates with every sign as it is held; that of a sliding surface counts as zero.
     #[inline]
+    #[expect(clippy::needless_range_loop, reason = "loops of constant length over several arrays become straight code")]
     pub(super) fn rates_held(&mut self, x: &[f64; N], lane: usize) -> [f64; N] {
         let drive = &self.work.drive.as_chunks::<N>().0[lane];
         let mut rates = [0.0; N];
-        for (i, rate) in rates.iter_mut().enumerate() {
-            *rate = self.held[i] + drive[i];
-            for (a, x) in self.matrix[i].iter().zip(x) {
-                *rate += a * x;
+        for i in 0..N {
+            let mut rate = self.held[i] + drive[i];
+            for j in 0..N {
+                rate += self.matrix[i][j] * x[j];
             }
+            rates[i] = rate;
         }
         if !self.equations.rest_rows.is_empty() {
             let slots = &mut self.work.rest;

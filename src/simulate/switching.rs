@@ -86,18 +86,26 @@ impl Side {
                 + s * s * ((1.0 + 2.0 * r) * self.next - r * length * self.next_slope))
     }
 
-    /// Where the cubic passes zero; it starts on the side that is held and ends on the other.
+    /// About where the cubic passes zero; it starts on the side that is held and ends on the other.
     fn zero(&self, length: f64) -> f64 {
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..30 {
-            let middle = 0.5 * (low + high);
-            if self.cubic(middle, length) > 0.0 {
-                low = middle;
+        let (mut low, mut high) = ((0.0, self.sign * self.value), (1.0, self.sign * self.next));
+        let (mut share, mut kept) = (0.5, 0);
+        // Regula falsi with the Illinois modification: an estimate, which the search for the change makes exact.
+        for _ in 0..8 {
+            let secant = low.0 + (high.0 - low.0) * low.1 / (low.1 - high.1);
+            share = if secant > low.0 && secant < high.0 { secant } else { 0.5 * (low.0 + high.0) };
+            let value = self.cubic(share, length);
+            if value > 0.0 {
+                low = (share, value);
+                high.1 *= if kept == 1 { 0.5 } else { 1.0 };
+                kept = 1;
             } else {
-                high = middle;
+                high = (share, value);
+                low.1 *= if kept == -1 { 0.5 } else { 1.0 };
+                kept = -1;
             }
         }
-        0.5 * (low + high)
+        share
     }
 
     /// Where the cubic is lowest, if it is below `limit` there and may be below zero.
