@@ -42,6 +42,8 @@ const STEPS: usize = 24;
 const FEW_STEPS: usize = 8;
 /// Integration steps that one of several candidates may take: about half a second.
 const EFFORT: usize = 1_500_000;
+/// How many times less than expected of a fit a rival must have left for the fit not to be sought far from its start.
+const SURPASSED: f64 = 2.0;
 /// Motion left unexplained (a share of its RMS) above which a fit may have missed its basin.
 const LOST: f64 = 0.3;
 /// Periods of a shooting segment.
@@ -73,16 +75,23 @@ pub(super) enum Pace<'a> {
     /// Until nothing changes.
     Thorough,
     /// One of a few that are gone on with.
-    Again,
+    Again(&'a Bar),
     /// One of many, given up where it stays behind the others.
     Rival(&'a Bar),
+}
+
+impl Pace<'_> {
+    /// True if a rival does far better than this one is expected to.
+    pub(super) fn surpassed(self, expected: f64) -> bool {
+        matches!(self, Self::Rival(bar) if SURPASSED * bar.least() < expected)
+    }
 }
 
 impl Data {
     fn options<'a>(cancelled: &'a (dyn Fn() -> bool + Sync), steps: usize, pace: Pace<'a>) -> Options<'a> {
         let (effort, bar) = match pace {
             Pace::Thorough => (usize::MAX, None),
-            Pace::Again => (2 * EFFORT, None),
+            Pace::Again(bar) => (2 * EFFORT, Some(bar)),
             Pace::Rival(bar) => (EFFORT, Some(bar)),
         };
         Options { frozen: false, steps, effort, bar, cancelled }
@@ -104,7 +113,7 @@ impl Data {
         let runs = runs(self.fit());
         let direct = refine(composition, &runs, start, Self::options(&cancelled, steps, pace))
             .map(|found| self.again(composition, &runs, found, pace, cancel));
-        if direct.as_ref().is_some_and(|f| f.rss <= lost) || cancel.is_cancelled() {
+        if direct.as_ref().is_some_and(|f| f.rss <= lost) || pace.surpassed(lost) || cancel.is_cancelled() {
             return direct;
         }
         let length = |s: &Series| ((SEGMENT / (self.frequency * s.interval)) as usize).max(50);

@@ -295,15 +295,17 @@ impl Search {
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
         let nearest = starts.first().map_or(0.0, |s| s.0);
         let expected = screened.expected(index);
+        let pace = bar.map_or(Pace::Thorough, Pace::Rival);
         let mut best: Option<(Composition, Refined)> = None;
         for (misfit, composition, start) in starts {
             // A start far behind another leads nowhere else, unless the screen promised far more than was found so far.
-            let short = |found: &Refined| expected < PROMISING * before.refined.rss && found.rss > DISTANT * expected;
+            let short = |found: &Refined| {
+                expected < PROMISING * before.refined.rss && found.rss > DISTANT * expected && !pace.surpassed(expected)
+            };
             if misfit > DISTANT * nearest && best.as_ref().is_some_and(|(_, found)| !short(found)) {
                 continue;
             }
-            if let Some(refined) =
-                data.refine(&composition, &start, expected, bar.map_or(Pace::Thorough, Pace::Rival), cancel)
+            if let Some(refined) = data.refine(&composition, &start, expected, pace, cancel)
                 && best.as_ref().is_none_or(|(_, b)| refined.rss < b.rss)
             {
                 best = Some((composition, refined));
@@ -425,8 +427,10 @@ impl Search {
         let tried = screened.likeliest(&forms, (EFFORT / before.refined.samples).clamp(FEWEST, REFINED));
         let bar = Bar::default();
         let done = std::sync::atomic::AtomicUsize::new(0);
+        // The likeliest first: those behind them are held against what these reach.
         let refits: Vec<(usize, Option<Fitted>)> = tried
-            .par_iter()
+            .iter()
+            .par_bridge()
             .map(|k| {
                 let fitted = self.refit(&before, &motion, &screened, (*k, &forms[*k]), Some(&bar), cancel);
                 let n = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
@@ -438,7 +442,7 @@ impl Search {
             })
             .collect();
         check()?;
-        let refits = self.polished(refits, cancel);
+        let refits = self.polished(refits, &bar, cancel);
         check()?;
         let decision = self.decide(&before, &motion, &forms, refits, &mut candidates, cancel);
         check()?;
@@ -448,7 +452,12 @@ impl Search {
 
     /// Goes on with the refinements that ended for want of effort, if they are near the best: rivals are compared at
     /// their best.
-    fn polished(&self, mut refits: Vec<(usize, Option<Fitted>)>, cancel: &Cancel) -> Vec<(usize, Option<Fitted>)> {
+    fn polished(
+        &self,
+        mut refits: Vec<(usize, Option<Fitted>)>,
+        bar: &Bar,
+        cancel: &Cancel,
+    ) -> Vec<(usize, Option<Fitted>)> {
         let least = refits.iter().filter_map(|(_, f)| f.as_ref()).map(|f| f.refined.rss).fold(f64::INFINITY, f64::min);
         refits.sort_by(|a, b| {
             let rss = |f: &Option<Fitted>| f.as_ref().map_or(f64::INFINITY, |f| f.refined.rss);
@@ -459,7 +468,7 @@ impl Search {
                 return;
             }
             let better =
-                self.data.refine(&fitted.composition, &fitted.refined.point, f64::INFINITY, Pace::Again, cancel);
+                self.data.refine(&fitted.composition, &fitted.refined.point, f64::INFINITY, Pace::Again(bar), cancel);
             if let Some(better) = better.filter(|b| b.rss < fitted.refined.rss) {
                 *fitted = self.data.judge(fitted.composition.clone(), better, cancel);
             }

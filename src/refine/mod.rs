@@ -112,7 +112,7 @@ impl Bar {
 }
 
 /// Steps after which a fit is held against the bar.
-const PATIENCE: usize = 2;
+const PATIENCE: usize = 4;
 /// A fit whose sum of squares is so many times the bar's, and fell in the last step by less than this share, is hopeless.
 const HOPELESS: (f64, f64) = (1.5, 0.4);
 

@@ -28,6 +28,8 @@ pub(super) struct Equations {
     pub(super) has_curved: bool,
     /// Symbols from outside that are used, with their slots.
     pub(super) externals: Vec<(usize, External)>,
+    /// The highest derivative of an input among them.
+    pub(super) derivatives: usize,
     /// Of these, the slots that `rest` or `curved` reads.
     pub(super) copied: Vec<usize>,
     /// Largest magnitude of a sticking sign, at least 1.
@@ -199,6 +201,7 @@ impl Equations {
             has_curved: surfaces.iter().any(|s| s.curved.is_some()),
             surfaces,
             curved,
+            derivatives: all.iter().map(|(_, e)| e.derivative()).max().unwrap_or_default(),
             externals: all,
             copied: inner.into_iter().map(|(address, _)| address).collect(),
             hold: model.static_ratio.max(1.0),

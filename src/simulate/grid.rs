@@ -30,7 +30,7 @@ struct Jets {
 }
 
 /// Weights by which the jets at both ends of an interval give value, first and second derivative at one place inside.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Node {
     /// Place in the interval, 0 to 1.
     pub(super) place: f64,
@@ -126,7 +126,7 @@ impl InputGrid {
         let position = ((time - self.start) / self.interval).clamp(0.0, self.samples.saturating_sub(1) as f64);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the record")]
         let sample = (position as usize).min(last);
-        let node = Node::new(position - sample as f64);
+        let node = Node::new(position - sample as f64, 2);
         let mut value = [0.0; 3];
         for (order, value) in value.iter_mut().enumerate() {
             *value = self.one(input, order, sample, &node);
@@ -182,10 +182,14 @@ impl InputGrid {
         }
         let w = node.weights[derivative].map(|w| w * scale);
         let [p, q, r, s] = jets.orders.each_ref().map(|o| &o[sample..self.samples.min(sample + count + 1)]);
-        let ends = p.array_windows::<2>().zip(q.array_windows::<2>()).zip(r.array_windows::<2>()).zip(s.array_windows());
+        let ends =
+            p.array_windows::<2>().zip(q.array_windows::<2>()).zip(r.array_windows::<2>()).zip(s.array_windows());
         for (o, (((p, q), r), s)) in out.zip(ends) {
             let [s0, s1]: [f64; 2] = *s;
-            *o = (w[0] * p[0] + w[1] * p[1]) + (w[2] * q[0] + w[3] * q[1]) + (w[4] * r[0] + w[5] * r[1]) + (w[6] * s0 + w[7] * s1);
+            *o = (w[0] * p[0] + w[1] * p[1])
+                + (w[2] * q[0] + w[3] * q[1])
+                + (w[4] * r[0] + w[5] * r[1])
+                + (w[6] * s0 + w[7] * s1);
         }
     }
 
@@ -198,11 +202,11 @@ impl InputGrid {
 }
 
 impl Node {
-    /// The node at a place in the interval, 0 to 1.
-    pub(super) fn new(place: f64) -> Self {
+    /// The node at a place in the interval, 0 to 1, for the value and so many of its derivatives (at most 2).
+    pub(super) fn new(place: f64, derivatives: usize) -> Self {
         let (left, right) = (powers(place), powers(1.0 - place));
         let mut weights = [[0.0; 8]; 3];
-        for (derivative, row) in weights.iter_mut().enumerate() {
+        for (derivative, row) in weights.iter_mut().enumerate().take(1 + derivatives) {
             for (order, polynomial) in HERMITE[derivative].iter().enumerate() {
                 let mirrored = if (order + derivative) % 2 == 0 { 1.0 } else { -1.0 };
                 let (mut at_left, mut at_right) = (0.0, 0.0);
@@ -370,4 +374,14 @@ pub(super) enum External {
     Time,
     /// Input, order of its derivative.
     Input(usize, usize),
+}
+
+impl External {
+    /// Order of the derivative.
+    pub(super) fn derivative(self) -> usize {
+        match self {
+            Self::Time => 0,
+            Self::Input(_, order) => order,
+        }
+    }
 }

@@ -161,7 +161,7 @@ impl<'a, const N: usize> Machine<'a, N> {
         if sample == last {
             return;
         }
-        self.instants(sample, &[Node::new(0.0)]);
+        self.instants(sample, &[Node::new(0.0, self.equations.derivatives)]);
         self.begin(SINGLE, self.grid.time(sample), response);
         while sample < last {
             if (limits.cancelled)() {
@@ -297,7 +297,9 @@ impl<'a, const N: usize> Machine<'a, N> {
         }
         if !self.equations.rest_rows.is_empty() {
             let slots = &mut self.work.rest;
-            slots[1..=self.equations.states].copy_from_slice(&x[..self.equations.states]);
+            for (slot, x) in slots[1..=self.equations.states].iter_mut().zip(x) {
+                *slot = *x;
+            }
             for address in &self.equations.copied {
                 slots[*address] = self.work.forcing[address * LANES + lane];
             }
@@ -314,7 +316,7 @@ impl<'a, const N: usize> Machine<'a, N> {
         let (method, parts) = LEVELS[level];
         if self.work.nodes[level].is_empty() {
             let places = (0..parts).flat_map(|p| method.places().iter().map(move |c| (p as f64 + c) / parts as f64));
-            self.work.nodes[level] = places.map(Node::new).collect();
+            self.work.nodes[level] = places.map(|place| Node::new(place, self.equations.derivatives)).collect();
         }
         let nodes = &self.work.nodes[level];
         let lanes = 0..count * nodes.len() + 1;
@@ -344,9 +346,9 @@ impl<'a, const N: usize> Machine<'a, N> {
         let place = |share: f64| span.from + share * (span.to - span.from);
         let (from, to) = (place(from), place(to));
         let places = LEVELS[self.level].0.places();
-        let mut nodes = [Node::new(to); 5];
-        for (node, c) in nodes.iter_mut().zip(places) {
-            *node = Node::new(from + c * (to - from));
+        let mut nodes = [Node::default(); 5];
+        for (node, c) in nodes.iter_mut().zip(places.iter().chain(&[1.0])) {
+            *node = Node::new(from + c * (to - from), self.equations.derivatives);
         }
         self.instants(span.sample, &nodes[..=places.len()]);
         let length = span.length * (to - from) / (span.to - span.from);
