@@ -7,6 +7,7 @@ use super::data::{Data, Series};
 use super::motion::{Oscillator, Variation};
 use super::outcome::Gap;
 use super::structure::Composition;
+use crate::model::Equation;
 use crate::refine::{Bar, Options, Point, Refined, Run, Structure, own_start, refine};
 use crate::signal::{dot, mean_and_variance, rms};
 use crate::study::Cancel;
@@ -247,15 +248,14 @@ impl Data {
     /// Coefficients of terms to start from: with `L` the response of a linear oscillator of the motion's frequency,
     /// `measured − L[k x + c v] = Σ coefficient · L[term]` but for free vibrations, in which everything is linear.
     /// Coefficients are drawn to that oscillator's by `prior`, a share of the data's own weight.
-    pub(super) fn start(&self, terms: &[Term], prior: f64) -> Option<Vec<f64>> {
+    pub(super) fn start(&self, terms: &[Term], internals: &[Equation], paths: &[Path], prior: f64) -> Option<Vec<f64>> {
         let omega = std::f64::consts::TAU * self.frequency;
         let (k, c) = (omega * omega, 0.1 * omega);
         let m = terms.len();
         let mut normal = nalgebra::DMatrix::zeros(m, m);
         let mut right = nalgebra::DVector::<f64>::zeros(m);
-        for s in self.fit() {
+        for (s, path) in self.fit().iter().zip(paths) {
             let oscillator = Oscillator::new(k, c, s.interval);
-            let path = Path { x: s.rough[0].clone(), v: s.rough[1].clone() };
             let known: Vec<f64> = path.x.iter().zip(&path.v).map(|(x, v)| k * x + c * v).collect();
             let mut response = Vec::new();
             oscillator.respond(&known, &mut response);
@@ -265,7 +265,7 @@ impl Data {
                 free.push(column);
             }
             free.remove(&mut target);
-            let columns: Vec<Vec<f64>> = forces(terms, &[], &self.layout, s, &s.inputs(), &path)
+            let columns: Vec<Vec<f64>> = forces(terms, internals, &self.layout, s, &s.inputs(), path)
                 .iter()
                 .map(|f| {
                     let mut out = Vec::new();

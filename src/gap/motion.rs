@@ -145,23 +145,71 @@ fn walk(oscillator: &Oscillator) -> Walk {
     Walk { f: (a * h).exp(), q }
 }
 
+/// A Kalman filter's covariance and gain, which settle: from then on they are not computed again.
+struct Filter<'a> {
+    walk: &'a Walk,
+    q: Matrix3<f64>,
+    /// Covariance before and after the sample was seen.
+    predicted: Matrix3<f64>,
+    filtered: Matrix3<f64>,
+    gain: Vector3<f64>,
+    /// Variance of the innovation, and its logarithm.
+    innovation: (f64, f64),
+    settled: bool,
+}
+
+/// Relative change of a covariance from one sample to the next at which it has settled.
+const SETTLED: f64 = 1e-13;
+
+impl<'a> Filter<'a> {
+    fn new(walk: &'a Walk, predicted: Matrix3<f64>, ratio: f64) -> Self {
+        let q = walk.q * ratio;
+        let mut filter = Self {
+            walk,
+            q,
+            predicted,
+            filtered: predicted,
+            gain: Vector3::zeros(),
+            innovation: (1.0, 0.0),
+            settled: false,
+        };
+        filter.see();
+        filter
+    }
+
+    fn see(&mut self) {
+        let p = self.predicted;
+        let s = p[(0, 0)] + 1.0;
+        self.innovation = (s, s.ln());
+        self.gain = p.column(0) / s;
+        self.filtered = p - self.gain * p.row(0);
+    }
+
+    fn next(&mut self) {
+        if self.settled {
+            return;
+        }
+        let next = self.walk.f * self.filtered * self.walk.f.transpose() + self.q;
+        let still = |i: usize| (next[(i, i)] - self.predicted[(i, i)]).abs() <= SETTLED * next[(i, i)];
+        self.settled = (0..3).all(still);
+        self.predicted = next;
+        self.see();
+    }
+}
+
 /// Log-likelihood of the series under a random walk of `ratio` times the noise's variance, that variance being whatever
 /// suits best, and the variance.
 fn likelihood(walk: &Walk, series: &[&[f64]], ratio: f64) -> (f64, f64) {
-    let q = walk.q * ratio;
     let (mut squares, mut logs, mut count) = (0.0, 0.0, 0usize);
     for e in series {
-        let (mut m, mut p) = start(e, ratio, walk);
+        let (mut m, p) = start(e, ratio, walk);
+        let mut filter = Filter::new(walk, p, ratio);
         for y in *e {
-            let s = p[(0, 0)] + 1.0;
             let innovation = y - m[0];
-            squares += innovation * innovation / s;
-            logs += s.ln();
-            let gain = p.column(0) / s;
-            m += gain * innovation;
-            p -= gain * p.row(0);
-            m = walk.f * m;
-            p = walk.f * p * walk.f.transpose() + q;
+            squares += innovation * innovation / filter.innovation.0;
+            logs += filter.innovation.1;
+            m = walk.f * (m + filter.gain * innovation);
+            filter.next();
         }
         count += e.len();
     }
@@ -212,19 +260,21 @@ pub(super) fn smooth(oscillator: &Oscillator, series: &[&[f64]], period: f64) ->
 
 fn smoother(walk: &Walk, e: &[f64], ratio: f64, variance: f64) -> Smoothed {
     let n = e.len();
-    let q = walk.q * ratio;
-    let (mut m, mut p) = start(e, ratio, walk);
+    let (mut m, p) = start(e, ratio, walk);
+    let mut filter = Filter::new(walk, p, ratio);
     let mut filtered = Vec::with_capacity(n);
     let mut predicted = Vec::with_capacity(n);
+    // Covariances up to where they settle, the last standing for all after it.
+    let mut covariances = Vec::new();
     for y in e {
-        predicted.push((m, p));
-        let s = p[(0, 0)] + 1.0;
-        let gain = p.column(0) / s;
-        m += gain * (y - m[0]);
-        p -= gain * p.row(0);
-        filtered.push((m, p));
+        predicted.push(m);
+        if !filter.settled {
+            covariances.push((filter.predicted, filter.filtered));
+        }
+        m += filter.gain * (y - m[0]);
+        filtered.push(m);
         m = walk.f * m;
-        p = walk.f * p * walk.f.transpose() + q;
+        filter.next();
     }
     let mut out = Smoothed {
         displacement: vec![0.0; n],
@@ -233,19 +283,27 @@ fn smoother(walk: &Walk, e: &[f64], ratio: f64, variance: f64) -> Smoothed {
         velocity_deviation: vec![0.0; n],
         force_deviation: vec![0.0; n],
     };
-    let Some(mut next) = filtered.last().copied() else { return out };
+    let (Some(mut mean), Some(last)) = (filtered.last().copied(), covariances.len().checked_sub(1)) else { return out };
+    let mut covariance = covariances[last].1;
+    let back = |pp: Matrix3<f64>, fp: Matrix3<f64>| {
+        pp.cholesky().map_or_else(Matrix3::zeros, |c| c.solve(&(walk.f * fp)).transpose())
+    };
+    let mut gain = back(covariances[last].0, covariances[last].1);
     for k in (0..n).rev() {
         if k + 1 < n {
-            let (fm, fp) = filtered[k];
-            let (pm, pp) = predicted[k + 1];
-            let gain = pp.cholesky().map_or_else(Matrix3::zeros, |c| c.solve(&(walk.f * fp)).transpose());
-            next = (fm + gain * (next.0 - pm), fp + gain * (next.1 - pp) * gain.transpose());
+            let fp = covariances[k.min(last)].1;
+            let pp = covariances[(k + 1).min(last)].0;
+            if k < last {
+                gain = back(pp, fp);
+            }
+            mean = filtered[k] + gain * (mean - predicted[k + 1]);
+            covariance = fp + gain * (covariance - pp) * gain.transpose();
         }
-        out.displacement[k] = next.0[0];
-        out.velocity[k] = next.0[1];
-        out.force[k] = next.0[2];
-        out.velocity_deviation[k] = (next.1[(1, 1)].max(0.0) * variance).sqrt();
-        out.force_deviation[k] = (next.1[(2, 2)].max(0.0) * variance).sqrt();
+        out.displacement[k] = mean[0];
+        out.velocity[k] = mean[1];
+        out.force[k] = mean[2];
+        out.velocity_deviation[k] = (covariance[(1, 1)].max(0.0) * variance).sqrt();
+        out.force_deviation[k] = (covariance[(2, 2)].max(0.0) * variance).sqrt();
     }
     out
 }

@@ -364,21 +364,18 @@ impl Screened {
         }
     }
 
-    /// Inner values to refine a form from: its best, and another that is a peak of its own.
+    /// Inner values to refine a form from: its best, and others that are peaks of their own.
     pub(super) fn starts(&self, form: usize, most: usize) -> Vec<Vec<f64>> {
-        let own: Vec<&(usize, Vec<f64>, f64)> = self.gains.iter().filter(|g| g.0 == form).collect();
-        let mut peaks: Vec<(usize, f64)> = own
+        let own: Vec<(&[f64], f64)> =
+            self.gains.iter().filter(|g| g.0 == form).map(|(_, inner, gain)| (inner.as_slice(), *gain)).collect();
+        let mut peaks: Vec<(&[f64], f64)> = own
             .iter()
-            .enumerate()
-            .filter(|(i, g)| {
-                let neighbour = |j: Option<usize>| j.and_then(|j| own.get(j)).is_none_or(|o| o.2 <= g.2);
-                neighbour(i.checked_sub(1)) && neighbour(Some(i + 1))
-            })
-            .map(|(i, g)| (i, g.2))
+            .filter(|(here, gain)| own.iter().all(|o| o.1 <= *gain || !next_to(here, o.0, &own)))
+            .copied()
             .collect();
         peaks.sort_by(|a, b| b.1.total_cmp(&a.1));
         let best = peaks.first().map_or(0.0, |p| p.1);
-        peaks.iter().take(most).filter(|p| p.1 >= 0.5 * best).map(|p| own[p.0].1.clone()).collect()
+        peaks.iter().take(most).filter(|p| p.1 >= 0.5 * best).map(|p| p.0.to_vec()).collect()
     }
 
     /// How the model's coefficients move, and the coefficients of the columns, when both are fitted together.
@@ -396,6 +393,14 @@ impl Screened {
         let b = self.base.len();
         Some(((0..b).map(value).collect(), (b..b + columns.len()).map(value).collect()))
     }
+}
+
+/// True if two points of a grid differ in one coordinate and none of the grid lies between them.
+fn next_to(a: &[f64], b: &[f64], grid: &[(&[f64], f64)]) -> bool {
+    let mut differing = (0..a.len()).filter(|i| a[*i] != b[*i]);
+    let (Some(axis), None) = (differing.next(), differing.next()) else { return false };
+    let (low, high) = (a[axis].min(b[axis]), a[axis].max(b[axis]));
+    !grid.iter().any(|(point, _)| low < point[axis] && point[axis] < high)
 }
 
 /// By how much columns lower the sum of squares of what the basis leaves; none where they add

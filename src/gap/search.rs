@@ -76,8 +76,18 @@ const FEWEST: usize = 9;
 /// Inner values that a form is refined from; one where there are many samples.
 const STARTS: usize = 2;
 const MANY: usize = 6_000;
-/// Shares of what the screen, to first order, would change that are tried where the response gets no nearer by the whole.
-const SHARES: [f64; 2] = [0.2, 0.02];
+
+/// Where a refinement's coefficients come from.
+#[derive(Clone, Copy, Debug)]
+enum Way {
+    /// The present model's, and none of the effect's, moved by this share of what the screen, to first order, would change.
+    Moved(f64),
+    /// Those that suit the measured motion, whatever the present model's are.
+    Afresh,
+}
+
+/// What is tried where the response gets no nearer by the screen's whole change.
+const WAYS: [Way; 3] = [Way::Moved(0.2), Way::Moved(0.02), Way::Afresh];
 /// A start whose misfit is so many times that of another is not refined.
 const DISTANT: f64 = 2.0;
 /// Refinements that are gone on with at most, and how many times the least sum of squares theirs may be.
@@ -187,7 +197,7 @@ impl Search {
         // Where the data alone lead to a start that does not last (one tone leaves directions open), the start leans
         // towards an oscillator of the motion's frequency.
         for prior in PRIORS {
-            let shared = data.start(&composition.base, prior).ok_or(GapError::Base)?;
+            let shared = data.start(&composition.base, &[], &rough, prior).ok_or(GapError::Base)?;
             let start = Point { shared, own: own_start(&composition, &runs) };
             if let Some(refined) = data.refine(&composition, &start, data.lost(), Pace::Thorough, cancel) {
                 return Ok(data.judge(composition, refined, cancel));
@@ -275,19 +285,19 @@ impl Search {
         let runs: Vec<_> = data.fit().iter().map(super::data::Series::run).collect();
         let cancelled = || cancel.is_cancelled();
         let options = Options { frozen: false, steps: 0, effort: usize::MAX, bar: None, cancelled: &cancelled };
-        let attempt = |inner: &[f64], share: f64| {
-            let (composition, point) = self.start(before, &composition, motion, screened, (form, inner, share))?;
+        let attempt = |inner: &[f64], way: Way| {
+            let (composition, point) = self.start(before, &composition, motion, screened, (form, inner, way))?;
             let left = misfit(&composition, &runs, &point, options).unwrap_or(f64::INFINITY);
             Some((left, composition, point))
         };
         // Where the whole change leads away from the data, a share of it; the whole may lie in a better basin all the same.
         let begin = |inner: &Vec<f64>| {
-            let whole = attempt(inner, 1.0);
+            let whole = attempt(inner, Way::Moved(1.0));
             let nearer = |start: &(f64, Composition, Point)| start.0 < before.refined.rss;
             let part = if whole.as_ref().is_some_and(nearer) {
                 None
             } else {
-                SHARES.iter().filter_map(|share| attempt(inner, *share)).min_by(|a, b| a.0.total_cmp(&b.0))
+                WAYS.iter().filter_map(|way| attempt(inner, *way)).min_by(|a, b| a.0.total_cmp(&b.0))
             };
             whole.into_iter().chain(part)
         };
@@ -315,15 +325,14 @@ impl Search {
         Some(data.judge(composition, refined, cancel))
     }
 
-    /// Where a refinement starts: the present model's coefficients as the screen would move them and the effect's own from
-    /// the screen, or a share of either; its inner values from the grid.
+    /// Where a refinement starts; inner values are those of the grid.
     fn start(
         &self,
         before: &Fitted,
         after: &Composition,
         motion: &Motion,
         screened: &Screened,
-        (form, inner, share): (&Form, &[f64], f64),
+        (form, inner, way): (&Form, &[f64], Way),
     ) -> Option<(Composition, Point)> {
         let data = &self.data;
         let old = &before.refined.point.shared;
@@ -331,14 +340,6 @@ impl Search {
         let old_composed = before.composition.compose(old_inner);
         let coefficients = &old[..old_composed.terms.len()];
         let addition = form.addition(inner);
-        let columns = data.columns(
-            &addition,
-            &motion.measured,
-            &motion.variations,
-            (&old_composed.terms, coefficients),
-            &before.refined.simulated,
-        );
-        let (moved, own) = screened.together(&columns)?;
         // The inner values in the order of the forms that stay, then the new one's.
         let mut all_inner = Vec::new();
         let mut rest = old_inner;
@@ -351,28 +352,38 @@ impl Search {
         }
         all_inner.extend_from_slice(inner);
         let composed = after.compose(&all_inner);
-        let now = |k: usize| coefficients[k] + share * moved.get(k).copied().unwrap_or(0.0);
-        let replaced: f64 = addition
-            .replaces
-            .iter()
-            .filter_map(|term| old_composed.terms.iter().position(|t| t == term))
-            .map(now)
-            .sum();
-        // Terms may be rewritten by an effect on the input: what they were is told by their place.
-        let sources = after.sources(&before.composition, &all_inner, old_inner);
-        let mut fresh = own.iter();
-        let mut shared: Vec<f64> = sources
-            .iter()
-            .zip(&composed.terms)
-            .map(|(source, term)| match source {
-                Some(k) => now(*k),
-                None => {
-                    // A term that a replaced, simpler effect had already keeps what it had.
-                    let had = old_composed.terms.iter().position(|t| t == term).map_or(replaced, now);
-                    had + share * fresh.next().copied().unwrap_or(0.0)
-                }
-            })
-            .collect();
+        let mut shared = match way {
+            Way::Afresh => data.start(&composed.terms, &composed.internals, &motion.measured, 0.0)?,
+            Way::Moved(share) => {
+                let columns = data.columns(
+                    &addition,
+                    &motion.measured,
+                    &motion.variations,
+                    (&old_composed.terms, coefficients),
+                    &before.refined.simulated,
+                );
+                let (moved, own) = screened.together(&columns)?;
+                let now = |k: usize| coefficients[k] + share * moved.get(k).copied().unwrap_or(0.0);
+                let replaced: f64 = addition
+                    .replaces
+                    .iter()
+                    .filter_map(|term| old_composed.terms.iter().position(|t| t == term))
+                    .map(now)
+                    .sum();
+                // Terms may be rewritten by an effect on the input: what they were is told by their place.
+                let sources = after.sources(&before.composition, &all_inner, old_inner);
+                let mut fresh = own.iter();
+                let value = |(source, term): (&Option<usize>, &Term)| match source {
+                    Some(k) => now(*k),
+                    None => {
+                        // A term that a replaced, simpler effect had already keeps what it had.
+                        let had = old_composed.terms.iter().position(|t| t == term).map_or(replaced, now);
+                        had + share * fresh.next().copied().unwrap_or(0.0)
+                    }
+                };
+                sources.iter().zip(&composed.terms).map(value).collect()
+            }
+        };
         // A start on the wrong side of zero is moved to the right one, small.
         let place = after.places(&all_inner).pop()?;
         let physical = form.coefficients.iter().map(|c| c.sign);

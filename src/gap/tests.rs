@@ -1,6 +1,6 @@
 use super::data::step;
 use super::effects::{Setting, catalogue};
-use super::motion::{Oscillator, Variation};
+use super::motion::{Oscillator, Variation, smooth};
 use super::outcome::Curve;
 use crate::term::list;
 
@@ -75,6 +75,36 @@ fn a_variation_follows_the_slopes_it_is_given() {
     let largest = own.iter().fold(0.0_f64, |m, p| m.max(p.abs()));
     // Strang's splitting errs by the square of the step beside the period: (0.02 × √5)² / 12.
     assert!(kicked.iter().zip(&own).all(|(a, b)| (a - b).abs() < 1e-3 * largest));
+}
+
+#[test]
+fn the_smoother_finds_a_known_missing_force_and_knows_how_well() {
+    use rand::SeedableRng as _;
+    use rand_distr::{Distribution as _, StandardNormal};
+    let mut random = rand_pcg::Pcg64::seed_from_u64(7);
+    let (interval, n) = (0.01, 4000);
+    let oscillator = Oscillator::new(39.5, 0.3, interval);
+    // A random walk, as the smoother takes the force to be.
+    let mut walked = 0.0;
+    let force: Vec<f64> = (0..n)
+        .map(|_| {
+            let step: f64 = StandardNormal.sample(&mut random);
+            walked += 0.05 * step;
+            walked
+        })
+        .collect();
+    let mut left = Vec::new();
+    oscillator.respond(&force, &mut left);
+    for e in &mut left {
+        let noise: f64 = StandardNormal.sample(&mut random);
+        *e += 1e-3 * noise;
+    }
+    let found = smooth(&oscillator, &[&left], 1.0).pop().unwrap();
+    let deviation = |k: usize| (found.force[k] - force[k]) / found.force_deviation[k];
+    // Errors of neighbouring samples go together over some ten: 4000 samples tell their size to about 4 %; the
+    // intensity is taken from steps of a quarter of a decade.
+    let size = ((0..n).map(|k| deviation(k).powi(2)).sum::<f64>() / n as f64).sqrt();
+    assert!((0.8..1.25).contains(&size), "{size}");
 }
 
 #[test]
