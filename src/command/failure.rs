@@ -95,6 +95,9 @@ impl From<GapError> for Failure {
             GapError::Base => {
                 "leave --terms out for a linear spring and damper; `sindyscope identify` shows which terms suit the records"
             }
+            GapError::Stage(_) => {
+                "stop before that effect with --max-effects, or give a richer base model with --terms"
+            }
             GapError::NothingToFit | GapError::Cancelled => "",
         };
         Self::new(error.to_string()).try_this(advice)

@@ -9,7 +9,7 @@ use super::fit::{Fitted, Pace, carried};
 use super::outcome::{Choice, Diagnosis, Finding, Remaining, Round, Stage, Standing, Verdict};
 use super::search::{Listener, Search};
 use super::structure::Part;
-use super::words::{in_company, remaining, sentence};
+use super::words::{in_company, remaining, sentence, titles};
 use crate::refine::Point;
 use crate::study::Cancel;
 
@@ -38,9 +38,8 @@ impl Search {
                         continue;
                     }
                     steps.push(step);
-                    let choices: Vec<Choice> = steps.iter().map(|s| s.choice.clone()).collect();
                     // A richer kind takes the simpler one's place, and what a later effect made superfluous goes.
-                    let fitted = self.added(&stage, &choices, cancel)?;
+                    let fitted = self.added(&stage, &choices(&steps), cancel)?;
                     stage = self.lighter(&mut steps, fitted, cancel)?;
                 }
                 Ok(step) => break Round { finding: Finding::Unexplained, ..step.round },
@@ -53,19 +52,26 @@ impl Search {
                 },
             }
         };
-        if steps.len() > 1 && self.reconsider(&mut steps, tell, cancel)? {
-            let choices: Vec<Choice> = steps.iter().map(|s| s.choice.clone()).collect();
-            let exchanged = self.stage(&choices, cancel)?;
-            stage = self.lighter(&mut steps, exchanged, cancel)?;
-            last = self.look(&stage, tell, cancel)?;
+        if steps.len() > 1 {
+            let mut again = steps.clone();
+            if !self.reconsider(&mut again, tell, cancel)? {
+                steps = again;
+            } else if let Some(exchanged) = GapError::if_possible(self.stage(&choices(&again), cancel))? {
+                steps = again;
+                stage = self.lighter(&mut steps, exchanged, cancel)?;
+                last = self.look(&stage, tell, cancel)?;
+            }
         }
         // Those that stand alone first; the interface lists rivals under the last.
-        steps.sort_by_key(|s| !s.alone());
-        let mut stages = vec![self.base(cancel)?];
-        for n in 1..=steps.len() {
-            let choices: Vec<Choice> = steps[..n].iter().map(|s| s.choice.clone()).collect();
-            stages.push(self.stage(&choices, cancel)?);
-        }
+        let mut sorted = steps.clone();
+        sorted.sort_by_key(|s| !s.alone());
+        let stages = match GapError::if_possible(self.stages(&sorted, cancel))? {
+            Some(stages) => {
+                steps = sorted;
+                stages
+            }
+            None => self.stages(&steps, cancel)?,
+        };
         let ambiguous = steps.iter().any(|s| !s.alone());
         let verdict = match last.finding {
             Finding::Nothing if steps.is_empty() => Verdict::NothingMissing,
@@ -79,6 +85,36 @@ impl Search {
             rounds.last().map_or_else(Remaining::default, |round| remaining(&round.evidence, &round.hidden_up_to));
         let sentence = sentence(verdict, &stages, &rounds, &self.data.unit);
         Ok(self.diagnosis((verdict, sentence), rounds, stages, remaining, started))
+    }
+
+    /// The base model, and one stage a step. A stage that cannot be fitted from the one before it is fitted from the one
+    /// after it.
+    fn stages(&self, steps: &[Step], cancel: &Cancel) -> Result<Vec<Arc<Stage>>, GapError> {
+        let list = choices(steps);
+        let mut fitted = self.fitted(&list, cancel)?;
+        let mut stages = vec![Arc::new(self.show(&fitted))];
+        for n in (0..list.len()).rev() {
+            fitted = match GapError::if_possible(self.fitted(&list[..n], cancel))? {
+                Some(fitted) => fitted,
+                None => {
+                    let leaner = self.without(&fitted, &Part::Effect(n), cancel).map(Arc::new);
+                    leaner.ok_or_else(|| GapError::Stage(titles(&list[..n])))?
+                }
+            };
+            stages.push(Arc::new(self.show(&fitted)));
+        }
+        stages.reverse();
+        Ok(stages)
+    }
+
+    /// A model without one of its parts, fitted anew.
+    fn without(&self, whole: &Fitted, part: &Part, cancel: &Cancel) -> Option<Fitted> {
+        let Point { shared, own } = &whole.refined.point;
+        let (composition, stays) = whole.composition.lean(part, shared)?;
+        let shared: Vec<f64> = shared.iter().zip(&stays).filter(|(_, stays)| **stays).map(|(s, _)| *s).collect();
+        let start = Point { shared, own: carried(&whole.composition, &composition, own) };
+        let refined = self.data.refine(&composition, &start, self.data.lost(), Pace::Thorough, cancel)?;
+        Some(self.data.judge(composition, refined, cancel))
     }
 
     /// What a walk made by hand has come to: `rounds[k]` looked at `stages[k]`, and the last stage may not have been
@@ -158,8 +194,10 @@ impl Search {
         for first in round.promising.iter().take(COMPANIONS) {
             let Some(place) = round.candidates.iter().position(|c| c.choice == *first) else { continue };
             let Some(with) = round.candidates[place].stage.clone() else { continue };
-            let Ok(second) = Step::of(self.look(&with, tell, cancel)?) else { continue };
-            let both = self.added(&with, &[first.clone(), second.choice.clone()], cancel)?;
+            let Some(looked) = GapError::if_possible(self.look(&with, tell, cancel))? else { continue };
+            let Ok(second) = Step::of(looked) else { continue };
+            let both = GapError::if_possible(self.added(&with, &[first.clone(), second.choice.clone()], cancel))?;
+            let Some(both) = both else { continue };
             let choices: Vec<Choice> = both.effects.iter().map(|e| e.choice.clone()).collect();
             // A richer kind of the first is no pair.
             if choices.len() != before.len() + 2 {
@@ -198,11 +236,13 @@ impl Search {
         let zero = round.candidates[place].choice.clone();
         let path = |list: &[&Choice]| -> Vec<Choice> { before.iter().chain(list.iter().copied()).cloned().collect() };
         let Ok(free) = self.stage(&path(&[&zero]), cancel) else { return Ok(None) };
-        let Ok(second) = Step::of(self.look(&free, tell, cancel)?) else { return Ok(None) };
+        let Some(looked) = GapError::if_possible(self.look(&free, tell, cancel))? else { return Ok(None) };
+        let Ok(second) = Step::of(looked) else { return Ok(None) };
         if second.choice == step.choice {
             return Ok(None);
         }
-        let both = self.added(&free, &[zero.clone(), second.choice.clone()], cancel)?;
+        let both = GapError::if_possible(self.added(&free, &[zero.clone(), second.choice.clone()], cancel))?;
+        let Some(both) = both else { return Ok(None) };
         let choices: Vec<Choice> = both.effects.iter().map(|e| e.choice.clone()).collect();
         let Ok(rival) = self.fitted(&path(&[&step.choice, &zero]), cancel) else { return Ok(None) };
         let (alone, together) = (self.fitted(&before, cancel)?, self.fitted(&choices, cancel)?);
@@ -239,7 +279,7 @@ impl Search {
     fn dropped(&self, stage: Arc<Stage>, cancel: &Cancel) -> Result<Arc<Stage>, GapError> {
         let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
         let whole = self.fitted(&choices, cancel)?;
-        let Point { shared, own } = &whole.refined.point;
+        let shared = &whole.refined.point.shared;
         let tint = self.tint(&whole);
         let inner = &shared[shared.len() - whole.composition.inner_count()..];
         // A model that explains the data to the noise has the dampers that they need.
@@ -249,13 +289,7 @@ impl Search {
             .map(Part::Effect)
             .chain(dampers.map(|(k, term)| Part::Damper(k, term.clone())));
         for part in parts {
-            let Some((composition, stays)) = whole.composition.lean(&part, shared) else { continue };
-            let shared: Vec<f64> = shared.iter().zip(&stays).filter(|(_, stays)| **stays).map(|(s, _)| *s).collect();
-            let start = Point { shared, own: carried(&whole.composition, &composition, own) };
-            let Some(refined) = self.data.refine(&composition, &start, self.data.lost(), Pace::Thorough, cancel) else {
-                continue;
-            };
-            let without = self.data.judge(composition, refined, cancel);
+            let Some(without) = self.without(&whole, &part, cancel) else { continue };
             let gone = match part {
                 Part::Effect(_) => score(&whole, &without, tint, 0.0).total <= 0.0,
                 Part::Damper(..) => clearly_better(&without, &whole),
@@ -287,7 +321,7 @@ impl Search {
     fn left(&self, stage: &Stage, cancel: &Cancel) -> Result<Remaining, GapError> {
         let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
         let fitted = self.fitted(&choices, cancel)?;
-        let motion = self.data.motion(&fitted).ok_or(GapError::Base)?;
+        let motion = self.data.motion(&fitted).ok_or_else(|| GapError::Stage(titles(&choices)))?;
         let forms = self.forms(&fitted, &motion);
         let screened = self.data.screen(&fitted, &motion, &forms, cancel);
         let evidence = self.data.evidence(&fitted, &motion, &forms, &screened);
@@ -321,7 +355,9 @@ impl Search {
             let others: Vec<Choice> =
                 steps.iter().enumerate().filter(|(k, _)| *k != index).map(|(_, s)| s.choice.clone()).collect();
             let Ok(stage) = self.stage(&others, cancel) else { continue };
-            if let Ok(step) = Step::of(self.look(&stage, tell, cancel)?) {
+            if let Some(looked) = GapError::if_possible(self.look(&stage, tell, cancel))?
+                && let Ok(step) = Step::of(looked)
+            {
                 exchanged |= step.choice != steps[index].choice;
                 steps[index] = step;
             }
@@ -333,7 +369,13 @@ impl Search {
 /// Two effects that were added together, and the stage with both.
 type Pair = ([Step; 2], Arc<Stage>);
 
+/// The effects of steps.
+fn choices(steps: &[Step]) -> Vec<Choice> {
+    steps.iter().map(|s| s.choice.clone()).collect()
+}
+
 /// An effect that was added, and the look that led to it.
+#[derive(Clone)]
 struct Step {
     choice: Choice,
     round: Round,

@@ -38,7 +38,26 @@ pub enum GapError {
         "the base model's response cannot be fitted to the records: its simulation does not stay within ten times their range; give other --terms"
     )]
     Base,
+    /// The model with an effect added cannot be fitted.
+    #[error(
+        "with {0} the model's response cannot be fitted to the records: its simulation does not stay within ten times their range"
+    )]
+    Stage(String),
     /// Stopped from outside.
     #[error("cancelled")]
     Cancelled,
+}
+
+impl GapError {
+    /// What came of trying a model that a walk may do without: nothing where it cannot be fitted.
+    ///
+    /// # Errors
+    /// All others.
+    pub(super) fn if_possible<T>(result: Result<T, Self>) -> Result<Option<T>, Self> {
+        match result {
+            Ok(value) => Ok(Some(value)),
+            Err(Self::Stage(_)) => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
 }

@@ -14,7 +14,7 @@ use super::outcome::{Blind, Candidate, Choice, Evidence, Finding, Round, Stage, 
 use super::progress::Progress;
 use super::screen::{Motion, Screened};
 use super::structure::{Composition, choice};
-use super::words::why;
+use super::words::{titles, why};
 use crate::record::RecordSet;
 use crate::refine::{Bar, Options, Point, Refined, Structure as _, misfit, own_start};
 use crate::signal::rms;
@@ -170,13 +170,18 @@ impl Search {
         let fitted = match choices.split_last() {
             None => self.fit_base(cancel)?,
             Some((last, before)) => {
+                let impossible = || GapError::Stage(titles(choices));
                 let before = self.fitted(before, cancel)?;
-                let motion = self.data.motion(&before).ok_or(GapError::Base)?;
+                let motion = self.data.motion(&before).ok_or_else(impossible)?;
                 let forms: Vec<Form> =
                     self.forms(&before, &motion).into_iter().filter(|f| choice(f) == *last).collect();
                 let screened = self.data.screen(&before, &motion, &forms, cancel);
-                let form = forms.first().ok_or(GapError::Base)?;
-                self.refit(&before, &motion, &screened, (0, form), None, cancel).ok_or(GapError::Base)?
+                let form = forms.first().ok_or_else(impossible)?;
+                let refit = self.refit(&before, &motion, &screened, (0, form), None, cancel);
+                if cancel.is_cancelled() {
+                    return Err(GapError::Cancelled);
+                }
+                refit.ok_or_else(impossible)?
             }
         };
         if cancel.is_cancelled() {
@@ -408,7 +413,7 @@ impl Search {
         let before = self.fitted(&choices, cancel)?;
         let data = &self.data;
         tell(Progress::Step("Estimating the missing force", 0.0));
-        let motion = data.motion(&before).ok_or(GapError::Base)?;
+        let motion = data.motion(&before).ok_or_else(|| GapError::Stage(titles(&choices)))?;
         let check = || if cancel.is_cancelled() { Err(GapError::Cancelled) } else { Ok(()) };
         check()?;
         let place = data.place(&before.refined.residuals, &motion);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::effects::Form;
 use super::fit::Fitted;
-use super::outcome::{Evidence, Finding, Remaining, Round, Stage, Verdict};
+use super::outcome::{Choice, Evidence, Finding, Remaining, Round, Stage, Verdict};
 use crate::format::number::significant;
 use crate::format::units::format_si;
 
@@ -24,6 +24,12 @@ pub(super) fn remaining(evidence: &Evidence, hidden_up_to: &[(String, f64)]) -> 
         note.push('.');
     }
     Remaining { significant: evidence.significant, p_value: evidence.p_value, note }
+}
+
+/// Effects by their plain names.
+pub(super) fn titles(choices: &[Choice]) -> String {
+    let name = |c: &Choice| format!("{} {}", c.effect.replace('_', " "), c.form).trim().to_owned();
+    choices.iter().map(name).collect::<Vec<_>>().join(" and ")
 }
 
 /// Why a refitted candidate is where it is.
