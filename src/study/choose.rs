@@ -166,7 +166,8 @@ pub fn choose(
         (settings, error) = (better, refined);
     }
     if free.threshold {
-        settings = plan.without_needless(records, settings, cancel)?;
+        let (lean, found) = plan.without_needless(records, settings, cancel)?;
+        (settings, error) = (lean, found.unwrap_or(error));
     }
     let dropped: Vec<String> =
         settings.locks.keys().filter(|t| !start.locks.contains_key(*t)).map(ToString::to_string).collect();

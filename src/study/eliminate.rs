@@ -21,7 +21,8 @@ struct Fit {
 
 impl Plan {
     /// The settings with those terms dropped that the refined fit does as well without, by the Bayesian information
-    /// criterion (Schwarz 1978), and that do not help on the stretches that were not fitted either.
+    /// criterion (Schwarz 1978), and that do not help on the stretches that were not fitted either; and, for settings that
+    /// refine, the mean squared error on those stretches as a share of the motion's variance, where it was found anew.
     ///
     /// A threshold takes terms out by their share of the force, one regression at a time: of terms that are much alike, as
     /// `v` and `v*|v|`, noise decides which it keeps. The response itself tells them apart better.
@@ -33,7 +34,7 @@ impl Plan {
         records: &RecordSet,
         settings: Settings,
         cancel: &Cancel,
-    ) -> Result<Settings, StudyError> {
+    ) -> Result<(Settings, Option<f64>), StudyError> {
         let fitted = records.entries.iter().filter(|(_, usage)| *usage == Usage::Fit);
         let whole = shortened(fitted.map(|(record, _)| record));
         let all: Vec<usize> = (0..whole.len()).collect();
@@ -49,7 +50,7 @@ impl Plan {
                 samples: score.samples,
             }))
         };
-        let Some(mut present) = fit(settings.clone())? else { return Ok(settings) };
+        let Some(mut present) = fit(settings.clone())? else { return Ok((settings, None)) };
         let pieces = self.shortened();
         let judged = |fit: &Fit| self.judge_refined(&pieces, &fit.settings, cancel);
         let mut errors: Option<Vec<f64>> = None;
@@ -79,10 +80,12 @@ impl Plan {
             // What was not fitted may get no worse, beyond a standard error.
             let (worse, error) = ratio(&without, &with);
             if worse > error.max(0.02) {
+                errors = Some(with);
                 break;
             }
             (present, errors) = (next, Some(without));
         }
-        Ok(Settings { refine: refined, ..present.settings })
+        let error = errors.filter(|_| refined).map(|e| e.iter().sum::<f64>() / e.len().max(1) as f64);
+        Ok((Settings { refine: refined, ..present.settings }, error))
     }
 }

@@ -206,7 +206,7 @@ fn table(scene: &Scene<'_>, shown: &[Shown<'_>]) -> Table {
         let smoothing = o.settings.smoothing;
         if smoothing.method.is_local() { smoothing.order.to_string() } else { "–".to_owned() }
     });
-    row("regression", &|o| o.settings.regressor.name().to_owned());
+    row("regression", &|o| o.settings.regressor.title().to_owned());
     row("threshold", &|o| number::significant_trimmed(o.settings.threshold, 3));
     row("condition", &|o| number::significant(o.fits.iter().map(|f| f.condition).fold(1.0, f64::max), 2));
     let mut terms: Vec<(Symbol, Term)> = Vec::new();
