@@ -7,7 +7,7 @@ use super::audit::Audit;
 use super::columns::Path;
 use super::data::Data;
 use super::decide::{APART, APART_ON_A_TONE, Refusal, Score, colour, confused, order, refusal, score, unborne};
-use super::effects::{Form, Setting, Sign, catalogue};
+use super::effects::{Form, Setting, Sign, catalogue, logarithmic};
 use super::error::GapError;
 use super::fit::{Fitted, Pace, carried};
 use super::outcome::{Blind, Candidate, Choice, Evidence, Finding, Round, Stage, Standing};
@@ -88,6 +88,10 @@ enum Way {
 
 /// What is tried where the response gets no nearer by the screen's whole change.
 const WAYS: [Way; 3] = [Way::Moved(0.2), Way::Moved(0.02), Way::Afresh];
+/// An inner quantity in which the response jumps is looked at so many times above and below the present value, one after
+/// the other, in so many places.
+const LOOKED_AT: [f64; 3] = [10.0, 1.3, 1.05];
+const PLACES: usize = 12;
 /// A start whose misfit is so many times that of another is not refined.
 const DISTANT: f64 = 2.0;
 /// Refinements that are gone on with at most, and how many times the least sum of squares theirs may be.
@@ -326,7 +330,30 @@ impl Search {
                 best = Some((composition, refined));
             }
         }
-        let (composition, refined) = best?;
+        let (composition, mut refined) = best?;
+        let first = refined.point.shared.len() - form.inner.len();
+        for (k, inner) in form.inner.iter().enumerate().filter(|(_, inner)| inner.jumps) {
+            // No slope leads across a jump of the response, and the screen does not see one: the whole range is looked
+            // through, then what is near.
+            for width in LOOKED_AT {
+                let present = refined.point.shared[first + k];
+                let (low, high) = inner.bounds;
+                let range = logarithmic((present / width).clamp(low, high), (present * width).clamp(low, high), PLACES);
+                let at = |value: f64| {
+                    let mut point = refined.point.clone();
+                    point.shared[first + k] = value;
+                    let left = misfit(&composition, &runs, &point, options)?;
+                    Some((left, point))
+                };
+                let nearest = range.into_iter().filter_map(at).min_by(|a, b| a.0.total_cmp(&b.0));
+                if let Some((_, point)) = nearest.filter(|(left, _)| *left < refined.rss)
+                    && let Some(better) = data.refine(&composition, &point, f64::INFINITY, pace, cancel)
+                    && better.rss < refined.rss
+                {
+                    refined = better;
+                }
+            }
+        }
         Some(data.judge(composition, refined, cancel))
     }
 

@@ -262,7 +262,7 @@ fn fixed(terms: Vec<Term>) -> Build {
 }
 
 /// `count` values from one to another, evenly spaced in their logarithm.
-fn logarithmic(from: f64, to: f64, count: usize) -> Vec<f64> {
+pub(super) fn logarithmic(from: f64, to: f64, count: usize) -> Vec<f64> {
     let step = (to / from).ln() / (count.max(2) - 1) as f64;
     (0..count).map(|k| from * (step * k as f64).exp()).collect()
 }
