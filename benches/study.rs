@@ -6,7 +6,7 @@ use std::time::Duration;
 use criterion::{Criterion, criterion_group, criterion_main};
 use sindyscope::record::{RecordSet, Usage};
 use sindyscope::rig::{ScenarioOptions, generate};
-use sindyscope::study::{Cancel, Form, Settings, Study, landscape, suggest};
+use sindyscope::study::{Cancel, Differentiation, Form, Settings, Smoothing, Study, landscape, suggest};
 use sindyscope::term::{Kind, list};
 
 /// Twelve candidate terms.
@@ -54,6 +54,19 @@ fn studies(c: &mut Criterion) {
     }
 }
 
+/// Every way of differentiation, its length moved, on the longest records that it is for.
+fn differentiations(c: &mut Criterion) {
+    for method in Differentiation::ALL {
+        let samples = if method == Differentiation::TotalVariation { Smoothing::MOST_VARIATION } else { 1_000_000 };
+        alternate(c, method.title(), samples, |s, other| {
+            s.smoothing =
+                Smoothing { method, from_data: false, ..s.smoothing }.with_window(if other { 31 } else { 33 });
+            // Differences have no length: the threshold moves.
+            s.threshold = if other { 0.01 } else { 0.011 };
+        });
+    }
+}
+
 /// The map behind the sliders: the whole, and the coarse one that is shown first.
 fn maps(c: &mut Criterion) {
     let (records, settings) = friction(20_000);
@@ -79,4 +92,9 @@ criterion_group! {
     config = Criterion::default().sample_size(20).measurement_time(Duration::from_secs(4));
     targets = studies
 }
-criterion_main!(map, benches);
+criterion_group! {
+    name = ways;
+    config = Criterion::default().sample_size(10).measurement_time(Duration::from_secs(3));
+    targets = differentiations
+}
+criterion_main!(map, benches, ways);

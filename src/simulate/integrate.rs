@@ -216,13 +216,13 @@ impl<'a, const N: usize> Machine<'a, N> {
     }
 
     fn within(&self, bounds: &[f64; N]) -> bool {
-        self.x.iter().zip(bounds).all(|(x, bound)| x.abs() <= *bound)
+        (0..N).all(|i| self.x[i].abs() <= bounds[i])
     }
 
     fn store(&mut self, response: &mut Response) {
-        for ((series, x), scale) in response.states.iter_mut().zip(&self.x).zip(&mut self.scale) {
-            series.push(*x);
-            *scale = scale.max(x.abs());
+        for (i, series) in response.states.iter_mut().enumerate().take(N) {
+            series.push(self.x[i]);
+            self.scale[i] = self.scale[i].max(self.x[i].abs());
         }
     }
 
@@ -297,8 +297,9 @@ impl<'a, const N: usize> Machine<'a, N> {
         }
         if !self.equations.rest_rows.is_empty() {
             let slots = &mut self.work.rest;
-            for (slot, x) in slots[1..=self.equations.states].iter_mut().zip(x) {
-                *slot = *x;
+            let states = &mut slots[1..=self.equations.states.min(N)];
+            for i in 0..states.len() {
+                states[i] = x[i];
             }
             for address in &self.equations.copied {
                 slots[*address] = self.work.forcing[address * LANES + lane];
