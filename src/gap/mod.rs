@@ -19,6 +19,7 @@ mod motion;
 mod outcome;
 mod place;
 mod progress;
+mod refit;
 mod screen;
 mod search;
 mod show;

@@ -7,16 +7,16 @@ use super::audit::Audit;
 use super::columns::Path;
 use super::data::Data;
 use super::decide::{APART, APART_ON_A_TONE, Refusal, Score, colour, confused, order, refusal, score, unborne};
-use super::effects::{Form, Setting, Sign, catalogue, logarithmic};
+use super::effects::{Form, Setting, catalogue};
 use super::error::GapError;
-use super::fit::{Fitted, Pace, carried};
+use super::fit::{Fitted, Pace};
 use super::outcome::{Blind, Candidate, Choice, Evidence, Finding, Round, Stage, Standing};
 use super::progress::Progress;
-use super::screen::{Motion, Screened};
+use super::screen::Motion;
 use super::structure::{Composition, choice};
 use super::words::{titles, why};
 use crate::record::RecordSet;
-use crate::refine::{Bar, Options, Point, Refined, Structure as _, misfit, own_start};
+use crate::refine::{Bar, Point, Structure as _, own_start};
 use crate::signal::rms;
 use crate::study::Cancel;
 use crate::term::Term;
@@ -67,37 +67,12 @@ const NEARLY: f64 = 0.8;
 /// Weights of the oscillator that a base model's start leans towards, beside those of the data.
 const PRIORS: [f64; 3] = [1e-10, 1e-3, 1.0];
 /// Share of the sum of squares that a form must leave at most to be promising where data left out do not bear it out.
-const PROMISING: f64 = 0.5;
+pub(super) const PROMISING: f64 = 0.5;
 /// Candidates that are refined.
 const REFINED: usize = 12;
 /// Samples times candidates from which fewer are refined, and the fewest.
 const EFFORT: usize = 36_000;
 const FEWEST: usize = 9;
-/// Inner values that a form is refined from; one where there are many samples.
-const STARTS: usize = 2;
-const MANY: usize = 6_000;
-
-/// Where a refinement's coefficients come from.
-#[derive(Clone, Copy, Debug)]
-enum Way {
-    /// The present model's, and none of the effect's, moved by this share of what the screen, to first order, would change.
-    Moved(f64),
-    /// Those that suit the measured motion, whatever the present model's are.
-    Afresh,
-}
-
-/// What is tried where the response gets no nearer by the screen's whole change.
-const WAYS: [Way; 3] = [Way::Moved(0.2), Way::Moved(0.02), Way::Afresh];
-/// An inner quantity in which the response jumps is looked at so many times above and below the present value, one after
-/// the other, in so many places.
-const LOOKED_AT: [f64; 3] = [10.0, 1.3, 1.05];
-const PLACES: usize = 12;
-/// A start whose misfit is so many times that of another is not refined.
-const DISTANT: f64 = 2.0;
-/// Refinements that are gone on with at most, and how many times the least sum of squares theirs may be.
-const POLISHED: usize = 4;
-const CLOSE: f64 = 9.0;
-
 impl Search {
     /// Prepares records of one displacement and at most one input.
     ///
@@ -262,175 +237,6 @@ impl Search {
             .collect()
     }
 
-    /// The effects of which a form is a richer kind are replaced by it.
-    fn with(&self, before: &Composition, form: &Form) -> Composition {
-        let simpler = before
-            .forms
-            .iter()
-            .position(|f| form.contains.contains(&f.effect) && f.form == form.form && form.effect != "sensor_offset");
-        match simpler {
-            Some(index) => before.without(index).with(form),
-            None => before.with(form),
-        }
-    }
-
-    /// Refines the model with a form added, from the best starts of the screen.
-    fn refit(
-        &self,
-        before: &Fitted,
-        motion: &Motion,
-        screened: &Screened,
-        (index, form): (usize, &Form),
-        bar: Option<&Bar>,
-        cancel: &Cancel,
-    ) -> Option<Fitted> {
-        let data = &self.data;
-        let composition = self.with(&before.composition, form);
-        let inner = if form.inner.is_empty() {
-            vec![Vec::new()]
-        } else {
-            screened.starts(index, if before.refined.samples > MANY { 1 } else { STARTS })
-        };
-        let runs: Vec<_> = data.fit().iter().map(super::data::Series::run).collect();
-        let cancelled = || cancel.is_cancelled();
-        let options = Options { frozen: false, steps: 0, effort: usize::MAX, bar: None, cancelled: &cancelled };
-        let attempt = |inner: &[f64], way: Way| {
-            let (composition, point) = self.start(before, &composition, motion, screened, (form, inner, way))?;
-            let left = misfit(&composition, &runs, &point, options).unwrap_or(f64::INFINITY);
-            Some((left, composition, point))
-        };
-        // Where the whole change leads away from the data, a share of it; the whole may lie in a better basin all the same.
-        let begin = |inner: &Vec<f64>| {
-            let whole = attempt(inner, Way::Moved(1.0));
-            let nearer = |start: &(f64, Composition, Point)| start.0 < before.refined.rss;
-            let part = if whole.as_ref().is_some_and(nearer) {
-                None
-            } else {
-                WAYS.iter().filter_map(|way| attempt(inner, *way)).min_by(|a, b| a.0.total_cmp(&b.0))
-            };
-            whole.into_iter().chain(part)
-        };
-        let mut starts: Vec<(f64, Composition, Point)> = inner.iter().flat_map(begin).collect();
-        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let nearest = starts.first().map_or(0.0, |s| s.0);
-        let expected = screened.expected(index);
-        let pace = bar.map_or(Pace::Thorough, Pace::Rival);
-        let mut best: Option<(Composition, Refined)> = None;
-        for (misfit, composition, start) in starts {
-            // A start far behind another leads nowhere else, unless the screen promised far more than was found so far.
-            let short = |found: &Refined| {
-                expected < PROMISING * before.refined.rss && found.rss > DISTANT * expected && !pace.surpassed(expected)
-            };
-            if misfit > DISTANT * nearest && best.as_ref().is_some_and(|(_, found)| !short(found)) {
-                continue;
-            }
-            if let Some(refined) = data.refine(&composition, &start, expected, pace, cancel)
-                && best.as_ref().is_none_or(|(_, b)| refined.rss < b.rss)
-            {
-                best = Some((composition, refined));
-            }
-        }
-        let (composition, mut refined) = best?;
-        let first = refined.point.shared.len() - form.inner.len();
-        for (k, inner) in form.inner.iter().enumerate().filter(|(_, inner)| inner.jumps) {
-            // No slope leads across a jump of the response, and the screen does not see one: the whole range is looked
-            // through, then what is near.
-            for width in LOOKED_AT {
-                let present = refined.point.shared[first + k];
-                let (low, high) = inner.bounds;
-                let range = logarithmic((present / width).clamp(low, high), (present * width).clamp(low, high), PLACES);
-                let at = |value: f64| {
-                    let mut point = refined.point.clone();
-                    point.shared[first + k] = value;
-                    let left = misfit(&composition, &runs, &point, options)?;
-                    Some((left, point))
-                };
-                let nearest = range.into_iter().filter_map(at).min_by(|a, b| a.0.total_cmp(&b.0));
-                if let Some((_, point)) = nearest.filter(|(left, _)| *left < refined.rss)
-                    && let Some(better) = data.refine(&composition, &point, f64::INFINITY, pace, cancel)
-                    && better.rss < refined.rss
-                {
-                    refined = better;
-                }
-            }
-        }
-        Some(data.judge(composition, refined, cancel))
-    }
-
-    /// Where a refinement starts; inner values are those of the grid.
-    fn start(
-        &self,
-        before: &Fitted,
-        after: &Composition,
-        motion: &Motion,
-        screened: &Screened,
-        (form, inner, way): (&Form, &[f64], Way),
-    ) -> Option<(Composition, Point)> {
-        let data = &self.data;
-        let old = &before.refined.point.shared;
-        let old_inner = &old[old.len() - before.composition.inner_count()..];
-        let old_composed = before.composition.compose(old_inner);
-        let coefficients = &old[..old_composed.terms.len()];
-        let addition = form.addition(inner);
-        // The inner values in the order of the forms that stay, then the new one's.
-        let mut all_inner = Vec::new();
-        let mut rest = old_inner;
-        for old_form in &before.composition.forms {
-            let (values, others) = rest.split_at(old_form.inner.len());
-            rest = others;
-            if after.forms.iter().any(|f| choice(f) == choice(old_form)) {
-                all_inner.extend_from_slice(values);
-            }
-        }
-        all_inner.extend_from_slice(inner);
-        let composed = after.compose(&all_inner);
-        let mut shared = match way {
-            Way::Afresh => data.start(&composed.terms, &composed.internals, &motion.measured, 0.0)?,
-            Way::Moved(share) => {
-                let columns = data.columns(
-                    &addition,
-                    &motion.measured,
-                    &motion.variations,
-                    (&old_composed.terms, coefficients),
-                    &before.refined.simulated,
-                );
-                let (moved, own) = screened.together(&columns)?;
-                let now = |k: usize| coefficients[k] + share * moved.get(k).copied().unwrap_or(0.0);
-                let replaced: f64 = addition
-                    .replaces
-                    .iter()
-                    .filter_map(|term| old_composed.terms.iter().position(|t| t == term))
-                    .map(now)
-                    .sum();
-                // Terms may be rewritten by an effect on the input: what they were is told by their place.
-                let sources = after.sources(&before.composition, &all_inner, old_inner);
-                let mut fresh = own.iter();
-                let value = |(source, term): (&Option<usize>, &Term)| match source {
-                    Some(k) => now(*k),
-                    None => {
-                        // A term that a replaced, simpler effect had already keeps what it had.
-                        let had = old_composed.terms.iter().position(|t| t == term).map_or(replaced, now);
-                        had + share * fresh.next().copied().unwrap_or(0.0)
-                    }
-                };
-                sources.iter().zip(&composed.terms).map(value).collect()
-            }
-        };
-        // A start on the wrong side of zero is moved to the right one, small.
-        let place = after.places(&all_inner).pop()?;
-        let physical = form.coefficients.iter().map(|c| c.sign);
-        for (value, sign) in shared[place].iter_mut().zip(physical) {
-            if sign == Sign::Against && *value >= 0.0 {
-                *value = -1e-3 * value.abs().max(f64::MIN_POSITIVE);
-            }
-        }
-        shared.extend_from_slice(&all_inner);
-        let mut composition = after.clone();
-        composition.scales = data.scales(&composition, &all_inner, &motion.measured);
-        let own = carried(&before.composition, &composition, &before.refined.point.own);
-        Some((composition, Point { shared, own }))
-    }
-
     /// Looks at a stage: is there a gap, where, and which effects might it be.
     ///
     /// # Errors
@@ -491,32 +297,6 @@ impl Search {
         check()?;
         tell(Progress::Ranking(candidates.clone()));
         Ok(round(candidates, evidence, decision))
-    }
-
-    /// Goes on with the refinements that ended for want of effort, if they are near the best: rivals are compared at
-    /// their best.
-    fn polished(
-        &self,
-        mut refits: Vec<(usize, Option<Fitted>)>,
-        bar: &Bar,
-        cancel: &Cancel,
-    ) -> Vec<(usize, Option<Fitted>)> {
-        let least = refits.iter().filter_map(|(_, f)| f.as_ref()).map(|f| f.refined.rss).fold(f64::INFINITY, f64::min);
-        refits.sort_by(|a, b| {
-            let rss = |f: &Option<Fitted>| f.as_ref().map_or(f64::INFINITY, |f| f.refined.rss);
-            rss(&a.1).total_cmp(&rss(&b.1))
-        });
-        refits.par_iter_mut().take(POLISHED).filter_map(|(_, f)| f.as_mut()).for_each(|fitted| {
-            if fitted.refined.converged || fitted.refined.rss > CLOSE * least {
-                return;
-            }
-            let better =
-                self.data.refine(&fitted.composition, &fitted.refined.point, f64::INFINITY, Pace::Again(bar), cancel);
-            if let Some(better) = better.filter(|b| b.rss < fitted.refined.rss) {
-                *fitted = self.data.judge(fitted.composition.clone(), better, cancel);
-            }
-        });
-        refits
     }
 
     /// Puts the refitted candidates in order and says what they come to.

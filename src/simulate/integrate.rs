@@ -297,9 +297,9 @@ impl<'a, const N: usize> Machine<'a, N> {
         }
         if !self.equations.rest_rows.is_empty() {
             let slots = &mut self.work.rest;
-            let states = &mut slots[1..=self.equations.states.min(N)];
-            for i in 0..states.len() {
-                states[i] = x[i];
+            match slots[1..=self.equations.states].as_mut_array::<N>() {
+                Some(states) => *states = *x,
+                None => slots[1..=self.equations.states].copy_from_slice(&x[..self.equations.states]),
             }
             for address in &self.equations.copied {
                 slots[*address] = self.work.forcing[address * LANES + lane];
