@@ -23,6 +23,8 @@ fn a_hidden_effect_is_named_and_the_gap_shrinks_to_the_noise() {
         ("quadratic_damping", 0),
         ("input_delay", 0),
         ("clearance", 0),
+        // Of nearly the first one's frequency.
+        ("second_mode", 3),
     ] {
         let found = run(&one(effect, Shaking::Multisine, 0.01, seed)).unwrap();
         assert_eq!(

@@ -4,12 +4,12 @@ use std::collections::HashMap;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-use egui::{Align2, Color32, FontId, Id, Mesh, PopupAnchor, Rect, Shape, Stroke, Ui, Vec2, Vec2b, pos2, vec2};
+use egui::{Align2, Color32, FontId, Id, Mesh, Rect, Shape, Stroke, Ui, Vec2, pos2, vec2};
 use egui_plot::{FilledArea, HLine, Line, LineStyle, Plot, PlotMemory, PlotPoints, PlotResponse, Span};
 
 use crate::app::plot::decimate::{Decimated, Samples};
 use crate::app::plot::units::Scale;
-use crate::app::plot::{axis, number, palette};
+use crate::app::plot::{axis, number, palette, pointer};
 use crate::gap::Curve;
 
 /// Room left of every plot for its ticks and label, points.
@@ -268,20 +268,23 @@ fn plot(
             if must_fit || plot.response().double_clicked() {
                 plot.set_auto_bounds(true);
             } else {
-                wheel(plot);
+                pointer::wheel(plot);
             }
             if held_out {
-                plot.span(quiet(Span::new("", start..=end), palette::held_out(dark)));
+                plot.span(palette::quiet(Span::new("", start..=end), palette::held_out(dark)));
             }
             for (k, (from, to)) in worst.iter().enumerate() {
                 let tint = palette::worst(dark);
-                plot.span(quiet(Span::new("", *from..=*to), if k == 0 { tint } else { tint.gamma_multiply(0.55) }));
+                plot.span(palette::quiet(
+                    Span::new("", *from..=*to),
+                    if k == 0 { tint } else { tint.gamma_multiply(0.55) },
+                ));
             }
             // Beneath the curves, which would else be hidden where they are as small as noise.
             if let Some((_, level)) = &panel.level {
                 let ink = palette::Ink::NoiseFloor.color(dark);
                 let tint = ink.gamma_multiply(0.14);
-                plot.span(quiet(Span::new("", -level..=*level), tint).axis(egui_plot::Axis::Y));
+                plot.span(palette::quiet(Span::new("", -level..=*level), tint).axis(egui_plot::Axis::Y));
                 let stroke = Stroke::new(1.0, ink.gamma_multiply(0.7));
                 for level in [*level, -*level] {
                     let line = HLine::new("", level).stroke(stroke).style(LineStyle::Dashed { length: 5.0 });
@@ -323,27 +326,6 @@ fn band(plot: &mut egui_plot::PlotUi<'_>, curve: &Decimated, half: &Samples<'_>,
     plot.add(FilledArea::new("", &xs, &low, &high).fill_color(color.gamma_multiply(0.25)).allow_hover(false));
 }
 
-fn quiet(span: Span, fill: Color32) -> Span {
-    span.fill(fill).border(Stroke::new(0.0, fill))
-}
-
-/// The wheel zooms time about the pointer, sideways it moves.
-fn wheel(plot: &mut egui_plot::PlotUi<'_>) {
-    let scroll = plot.ctx().input(|i| i.smooth_scroll_delta);
-    if scroll == Vec2::ZERO || !plot.response().contains_pointer() {
-        return;
-    }
-    let auto_y = plot.auto_bounds().y;
-    if scroll.y != 0.0 {
-        plot.zoom_bounds_around_hovered(vec2((scroll.y / 240.0).exp(), 1.0));
-    }
-    if scroll.x != 0.0 {
-        let per_point = 1.0 / plot.transform().dpos_dvalue_x();
-        plot.translate_bounds(vec2(-scroll.x * per_point as f32, 0.0));
-    }
-    plot.set_auto_bounds(Vec2b::new(false, auto_y));
-}
-
 /// A line through all plots at the pointer, and the values there.
 fn read_out(ui: &Ui, frame: &Frame<'_>, panels: &[Panel<'_>], shown: &[(PlotResponse<()>, Scale)], time: &Scale) {
     let Some((response, pointer)) = shown.iter().find_map(|(r, _)| Some((&r.response, r.response.hover_pos()?))) else {
@@ -373,9 +355,7 @@ fn read_out(ui: &Ui, frame: &Frame<'_>, panels: &[Panel<'_>], shown: &[(PlotResp
             }
         }
     }
-    let tooltip =
-        egui::Tooltip::always_open(response.ctx.clone(), response.layer_id, response.id, PopupAnchor::Pointer);
-    tooltip.gap(14.0).show(|ui| {
+    pointer::tooltip(response).show(|ui| {
         let values: Vec<&str> = rows.iter().map(|r| r.1.as_str()).collect();
         let values = number::align_at_point(&values);
         egui::Grid::new("missing values").num_columns(2).spacing([12.0, 2.0]).show(ui, |ui| {

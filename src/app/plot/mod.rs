@@ -4,6 +4,7 @@ pub mod axis;
 pub mod decimate;
 pub mod export;
 pub mod palette;
+pub(crate) mod pointer;
 pub mod raster;
 
 pub use crate::format::{number, units};

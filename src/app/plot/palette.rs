@@ -1,7 +1,7 @@
 //! The shared palette as egui draws it, and the tints and grounds of the window's plots.
 
 use egui::{Color32, Stroke};
-use egui_plot::LineStyle;
+use egui_plot::{LineStyle, Span};
 
 use crate::format::palette;
 pub use crate::format::palette::Ink;
@@ -21,6 +21,11 @@ impl Ink {
     pub fn stroke(self, dark: bool) -> Stroke {
         Stroke::new(self.width(), self.color(dark))
     }
+}
+
+/// A span without a border.
+pub(crate) fn quiet(span: Span, fill: Color32) -> Span {
+    span.fill(fill).border(Stroke::new(0.0, fill))
 }
 
 /// The colour of the effect of this index (the first missing effect found, the second, …); eight, then again from the first.

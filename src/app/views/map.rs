@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::scene::Scene;
 use super::{Picture, Request, ViewState, legend, panel};
-use crate::app::plot::{export, number, palette};
+use crate::app::plot::{export, number, palette, pointer};
 use crate::study::{Cell, Judge, Landscape, Place};
 
 /// What the map is coloured by.
@@ -430,9 +430,7 @@ fn row(ui: &mut Ui, map: &Landscape, printing: bool) -> Option<Request> {
 /// What is known of a cell, at the pointer.
 pub(super) fn tooltip(response: &egui::Response, map: &Landscape, place: Place) {
     let Some(cell) = map.cell(place) else { return };
-    let tooltip =
-        egui::Tooltip::always_open(response.ctx.clone(), response.layer_id, response.id, egui::PopupAnchor::Pointer);
-    tooltip.gap(14.0).show(|ui| {
+    pointer::tooltip(response).show(|ui| {
         let color = ui.visuals().text_color();
         let error = if cell.failed > 0.0 { "leaves the data's range".to_owned() } else { percent(cell.error) };
         let whiteness =

@@ -1,6 +1,6 @@
 //! Draws figures: rows of graphs with their axes, legends, values at the pointer and menus.
 
-use egui::{Align, Align2, FontId, Id, Layout, Mesh, PopupAnchor, Rect, Stroke, Ui, pos2, vec2};
+use egui::{Align, Align2, FontId, Id, Layout, Mesh, Rect, Stroke, Ui, pos2, vec2};
 use egui_plot::{Bar, BarChart, FilledArea, HLine, Line, Plot, PlotPoints, Points};
 
 use super::figure::{Axis, Graph, Shape};
@@ -10,7 +10,7 @@ use super::scene::Scene;
 use super::{Request, View, ViewState};
 use crate::app::plot::palette::{self, Ink};
 use crate::app::plot::units::Scale;
-use crate::app::plot::{axis, export, number};
+use crate::app::plot::{axis, export, number, pointer};
 use crate::diagram::Cells;
 
 /// Room for a map's colours and their values, points.
@@ -147,8 +147,7 @@ fn graph_in(
     }
     if let Some(pointer) = response.response.hover_pos().filter(|_| !response.response.dragged()) {
         let at = response.transform.value_from_position(pointer);
-        let r = &response.response;
-        egui::Tooltip::always_open(r.ctx.clone(), r.layer_id, r.id, PopupAnchor::Pointer).gap(14.0).show(|ui| {
+        pointer::tooltip(&response.response).show(|ui| {
             let mut text = format!("{}\n{}", graph.x.text(at.x), graph.y.text(at.y));
             if let Some((cells, name, unit)) = &graph.map {
                 let mean = value_at(cells, at.x, at.y);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use egui::{Align, Align2, Color32, Id, Layout, PopupAnchor, Rect, Stroke, Ui, Vec2, Vec2b, pos2, vec2};
+use egui::{Align, Align2, Color32, Id, Layout, Rect, Stroke, Ui, pos2, vec2};
 use egui_plot::{
     HLine, Line, Plot, PlotMemory, PlotPoint, PlotPoints, PlotResponse, PlotTransform, Points, Span, VLine,
 };
@@ -14,7 +14,7 @@ use super::{Request, View, ViewState};
 use crate::app::plot::decimate::Samples;
 use crate::app::plot::palette::{self, Ink};
 use crate::app::plot::units::Scale;
-use crate::app::plot::{axis, export, number};
+use crate::app::plot::{axis, export, number, pointer};
 use crate::record::Usage;
 
 /// Room left of every plot for its ticks and label, so that plots above each other are aligned, points.
@@ -294,13 +294,13 @@ fn plot<'a>(
         } else if let Some((from, to)) = go_to {
             plot.set_plot_bounds_x(from..=to);
         } else {
-            wheel(plot);
+            pointer::wheel(plot);
         }
         if held_out {
-            plot.span(quiet(Span::new("", start..=end), palette::held_out(dark)));
+            plot.span(palette::quiet(Span::new("", start..=end), palette::held_out(dark)));
         }
         if let Some(mark) = &panel.mark {
-            plot.span(quiet(Span::new("", mark.from..=mark.to), palette::worst(dark)));
+            plot.span(palette::quiet(Span::new("", mark.from..=mark.to), palette::worst(dark)));
         }
         for (curve, color) in panel.curves.iter().zip(colors) {
             let Some(ready) = cache.ready((panel.id, curve.ink)).filter(|_| !hidden.contains(&curve.ink)) else {
@@ -338,28 +338,6 @@ fn plot<'a>(
             plot.vline(VLine::new("", at).stroke(stroke).style(Ink::Diverged.style()).allow_hover(false));
         }
     })
-}
-
-/// A span without a border.
-fn quiet(span: Span, fill: Color32) -> Span {
-    span.fill(fill).border(Stroke::new(0.0, fill))
-}
-
-/// The wheel zooms time about the pointer, sideways it moves; values stay fitted if they were.
-fn wheel(plot: &mut egui_plot::PlotUi<'_>) {
-    let scroll = plot.ctx().input(|i| i.smooth_scroll_delta);
-    if scroll == Vec2::ZERO || !plot.response().contains_pointer() {
-        return;
-    }
-    let auto_y = plot.auto_bounds().y;
-    if scroll.y != 0.0 {
-        plot.zoom_bounds_around_hovered(vec2((scroll.y / 240.0).exp(), 1.0));
-    }
-    if scroll.x != 0.0 {
-        let per_point = 1.0 / plot.transform().dpos_dvalue_x();
-        plot.translate_bounds(vec2(-scroll.x * per_point as f32, 0.0));
-    }
-    plot.set_auto_bounds(Vec2b::new(false, auto_y));
 }
 
 /// Labels on the plots and, at the pointer, a line through all of them with the values there.
@@ -438,9 +416,7 @@ fn read_out(
     index: usize,
     t: f64,
 ) {
-    let tooltip =
-        egui::Tooltip::always_open(response.ctx.clone(), response.layer_id, response.id, PopupAnchor::Pointer);
-    tooltip.gap(14.0).show(|ui| {
+    pointer::tooltip(response).show(|ui| {
         let decimals = (-(scene.interval() * time.factor).log10()).ceil().clamp(0.0, 9.0) as usize;
         let at = format!("{} {}", number::plain(t * time.factor, decimals), time.unit);
         let mut rows = vec![("t".to_owned(), at, ui.visuals().text_color())];

@@ -1,12 +1,12 @@
 //! Each term's coefficient along the threshold.
 
-use egui::{Align2, Color32, Id, PopupAnchor, Sense, Stroke, TextStyle, Ui, WidgetInfo, pos2, vec2};
+use egui::{Align2, Color32, Id, Sense, Stroke, TextStyle, Ui, WidgetInfo, pos2, vec2};
 use egui_plot::{Line, LineStyle, Plot, PlotPoint, PlotPoints, VLine};
 
 use super::panel::{self, AXIS_WIDTH};
 use super::scene::Scene;
 use super::{Request, View, ViewState, legend};
-use crate::app::plot::{axis, export, number, palette};
+use crate::app::plot::{axis, export, number, palette, pointer};
 use crate::study::{EquationFit, PathTerm, Scaling};
 
 const ID: &str = "path";
@@ -110,8 +110,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
         if plot.clicked() {
             asked = Some(Request::Set { window: None, threshold: at });
         }
-        let tooltip = egui::Tooltip::always_open(plot.ctx.clone(), plot.layer_id, plot.id, PopupAnchor::Pointer);
-        tooltip.gap(14.0).show(|ui| {
+        pointer::tooltip(plot).show(|ui| {
             let mut rows =
                 vec![("threshold".to_owned(), number::significant_trimmed(at, 3), ui.visuals().text_color())];
             for (k, term) in fit.path.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! Velocity over displacement.
 
-use egui::{Align, Id, Layout, PopupAnchor, Stroke, Ui, vec2};
+use egui::{Align, Id, Layout, Stroke, Ui, vec2};
 use egui_plot::{Line, Plot, PlotMemory, PlotPoint, PlotPoints, Points};
 
 use super::legend::{self, Entry};
@@ -9,7 +9,7 @@ use super::scene::Scene;
 use super::{Request, View, ViewState};
 use crate::app::plot::palette::{self, Ink};
 use crate::app::plot::units::Scale;
-use crate::app::plot::{axis, decimate, export};
+use crate::app::plot::{axis, decimate, export, pointer};
 use crate::term::Symbol;
 
 const ID: &str = "phase";
@@ -113,8 +113,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
     }
     if let Some(pointer) = response.response.hover_pos().filter(|_| !response.response.dragged()) {
         let at = response.transform.value_from_position(pointer);
-        let r = &response.response;
-        egui::Tooltip::always_open(r.ctx.clone(), r.layer_id, r.id, PopupAnchor::Pointer).gap(14.0).show(|ui| {
+        pointer::tooltip(&response.response).show(|ui| {
             let text = format!("{x_name} {}\n{y_name} {}", x_scale.format(at.x, 4), y_scale.format(at.y, 4));
             ui.monospace(text);
         });

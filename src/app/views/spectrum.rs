@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use egui::{Align, Align2, Id, Layout, PopupAnchor, Stroke, Ui, pos2, vec2};
+use egui::{Align, Align2, Id, Layout, Stroke, Ui, pos2, vec2};
 use egui_plot::{HLine, Line, LineStyle, Plot, PlotMemory, PlotPoint, PlotPoints, VLine};
 
 use super::cache::Spectra;
@@ -12,7 +12,7 @@ use super::scene::Scene;
 use super::{Request, View, ViewState};
 use crate::app::plot::palette::{self, Ink};
 use crate::app::plot::units::Scale;
-use crate::app::plot::{axis, decimate, export, units};
+use crate::app::plot::{axis, decimate, export, pointer, units};
 use crate::signal::spectrum::Spectrum;
 
 const ID: &str = "spectrum";
@@ -229,9 +229,7 @@ fn read_out(
     response: &egui::Response,
     frequency: f64,
 ) {
-    let tooltip =
-        egui::Tooltip::always_open(response.ctx.clone(), response.layer_id, response.id, PopupAnchor::Pointer);
-    tooltip.gap(14.0).show(|ui| {
+    pointer::tooltip(response).show(|ui| {
         let text = ui.visuals().text_color();
         let mut rows = vec![("f".to_owned(), Scale::plain("Hz").format(frequency, 4), text)];
         for (ink, name, spectrum) in curves.iter().filter(|c| !state.hidden.contains(&c.0)) {
