@@ -6,7 +6,6 @@ use egui::{RichText, ScrollArea, Ui, vec2};
 
 use super::plots::{self, Frame, Panel, Trace};
 use super::{Act, Missing, Sight, Step, cards, compare, stage_color, stands, words};
-use crate::app::plot::palette::Ink;
 use crate::gap::{Candidate, Stage};
 use crate::record::Usage;
 
@@ -68,13 +67,7 @@ fn overlay(
     let dark = sight.dark;
     let color = stage_color(before.effects.len() + 1, dark);
     let old_color = stage_color(before.effects.len(), dark);
-    let mut traces = vec![Trace {
-        name: "measured",
-        color: Ink::Measured.color(dark),
-        width: Ink::Measured.width(),
-        values: Arc::clone(&old.measured),
-        leads: true,
-    }];
+    let mut traces = vec![Trace::measured(&old.measured, dark)];
     let mut gaps = Vec::new();
     let rms = |v: &[f64]| (v.iter().map(|g| g * g).sum::<f64>() / v.len().max(1) as f64).sqrt();
     let mut aside = String::new();

@@ -8,6 +8,7 @@ use egui::{Align2, Color32, FontId, Id, Mesh, Rect, Shape, Stroke, Ui, Vec2, pos
 use egui_plot::{FilledArea, HLine, Line, LineStyle, Plot, PlotMemory, PlotPoints, PlotResponse, Span};
 
 use crate::app::plot::decimate::{Decimated, Samples};
+use crate::app::plot::palette::Ink;
 use crate::app::plot::units::Scale;
 use crate::app::plot::{axis, number, palette, pointer};
 use crate::gap::Curve;
@@ -94,6 +95,19 @@ pub(super) struct Trace<'a> {
     pub(super) leads: bool,
 }
 
+impl Trace<'_> {
+    /// What was measured.
+    pub(super) fn measured(values: &Arc<[f64]>, dark: bool) -> Self {
+        Self {
+            name: "measured",
+            color: Ink::Measured.color(dark),
+            width: Ink::Measured.width(),
+            values: Arc::clone(values),
+            leads: true,
+        }
+    }
+}
+
 /// A plot over time.
 pub(super) struct Panel<'a> {
     pub(super) symbol: &'a str,
@@ -167,7 +181,7 @@ fn names(ui: &mut Ui, panel: &Panel<'_>, dark: bool) {
             ui.label(small(name));
         }
         if let Some((name, _)) = &panel.level {
-            entry(ui, name, palette::Ink::NoiseFloor.color(dark), 1.2, Some(4.0));
+            entry(ui, name, Ink::NoiseFloor.color(dark), 1.2, Some(4.0));
         }
         if !panel.aside.is_empty() {
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
@@ -282,7 +296,7 @@ fn plot(
             }
             // Beneath the curves, which would else be hidden where they are as small as noise.
             if let Some((_, level)) = &panel.level {
-                let ink = palette::Ink::NoiseFloor.color(dark);
+                let ink = Ink::NoiseFloor.color(dark);
                 let tint = ink.gamma_multiply(0.14);
                 plot.span(palette::quiet(Span::new("", -level..=*level), tint).axis(egui_plot::Axis::Y));
                 let stroke = Stroke::new(1.0, ink.gamma_multiply(0.7));
@@ -462,7 +476,7 @@ pub(super) fn curve(ui: &Ui, rect: Rect, curve: &Curve, unit: &str, color: Color
     let axes = Axes::draw(ui, rect, (x, &curve.axis, &curve.unit), (y, "missing force", unit));
     let dark = ui.visuals().dark_mode;
     let strength = if faded { 0.45 } else { 1.0 };
-    let ink = palette::Ink::Measured.color(dark).gamma_multiply(0.75 * strength);
+    let ink = Ink::Measured.color(dark).gamma_multiply(0.75 * strength);
     let dots = |points: &[[f64; 2]], ink: Color32| {
         let mut mesh = Mesh::default();
         for [a, f] in points {

@@ -8,7 +8,6 @@ use egui::{RichText, ScrollArea, Ui, vec2};
 
 use super::plots::{self, Frame, Panel, Trace};
 use super::{Act, Missing, Sight, compare, map, stage_color, waterfall, words};
-use crate::app::plot::palette::Ink;
 use crate::app::theme;
 use crate::app::widgets::card;
 use crate::record::Usage;
@@ -90,13 +89,7 @@ fn before_and_after(
     height: f32,
 ) {
     let dark = sight.dark;
-    let mut traces = vec![Trace {
-        name: "measured",
-        color: Ink::Measured.color(dark),
-        width: Ink::Measured.width(),
-        values: Arc::clone(&trace.measured),
-        leads: true,
-    }];
+    let mut traces = vec![Trace::measured(&trace.measured, dark)];
     let mut gaps = Vec::new();
     let last = stages.len() - 1;
     let ends: Vec<usize> = if last > 0 { vec![0, last] } else { vec![0] };
