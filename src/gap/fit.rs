@@ -76,7 +76,7 @@ pub(super) enum Pace<'a> {
     /// Until nothing changes.
     Thorough,
     /// One of a few that are gone on with.
-    Again(&'a Bar),
+    Again,
     /// One of many, given up where it stays behind the others.
     Rival(&'a Bar),
 }
@@ -92,7 +92,7 @@ impl Data {
     fn options<'a>(cancelled: &'a (dyn Fn() -> bool + Sync), steps: usize, pace: Pace<'a>) -> Options<'a> {
         let (effort, bar) = match pace {
             Pace::Thorough => (usize::MAX, None),
-            Pace::Again(bar) => (2 * EFFORT, Some(bar)),
+            Pace::Again => (2 * EFFORT, None),
             Pace::Rival(bar) => (EFFORT, Some(bar)),
         };
         Options { frozen: false, steps, effort, bar, cancelled }

@@ -34,7 +34,7 @@ const PLACES: usize = 12;
 const DISTANT: f64 = 2.0;
 /// Refinements that are gone on with at most, and how many times the least sum of squares theirs may be.
 const POLISHED: usize = 4;
-const CLOSE: f64 = 9.0;
+const CLOSE: f64 = 2.25;
 
 impl Search {
     /// The effects of which a form is a richer kind are replaced by it.
@@ -211,7 +211,6 @@ impl Search {
     pub(super) fn polished(
         &self,
         mut refits: Vec<(usize, Option<Fitted>)>,
-        bar: &Bar,
         cancel: &Cancel,
     ) -> Vec<(usize, Option<Fitted>)> {
         let least = refits.iter().filter_map(|(_, f)| f.as_ref()).map(|f| f.refined.rss).fold(f64::INFINITY, f64::min);
@@ -224,7 +223,7 @@ impl Search {
                 return;
             }
             let better =
-                self.data.refine(&fitted.composition, &fitted.refined.point, f64::INFINITY, Pace::Again(bar), cancel);
+                self.data.refine(&fitted.composition, &fitted.refined.point, f64::INFINITY, Pace::Again, cancel);
             if let Some(better) = better.filter(|b| b.rss < fitted.refined.rss) {
                 *fitted = self.data.judge(fitted.composition.clone(), better, cancel);
             }

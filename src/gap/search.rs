@@ -291,7 +291,7 @@ impl Search {
             })
             .collect();
         check()?;
-        let refits = self.polished(refits, &bar, cancel);
+        let refits = self.polished(refits, cancel);
         check()?;
         let decision = self.decide(&before, &motion, &forms, refits, &mut candidates, cancel);
         check()?;
