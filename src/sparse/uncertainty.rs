@@ -1,18 +1,20 @@
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::Reduced;
 use crate::signal::dot;
 
-/// Pieces that a block of rows is cut into, whose scores are summed before they are correlated.
+/// Pieces that a block of rows is cut into, whose influences are summed before they are correlated.
 const PIECES: usize = 8;
 
+const WIDE: usize = 3 * PIECES / 4;
 /// Covariance of the kept columns' coefficients that allows for residuals correlated over up to `block` rows.
 ///
-/// The sandwich estimator with Parzen's kernel over two blocks (Newey & West 1987; Andrews 1991) and a small-sample
-/// factor. The kernel matters: residuals of derivatives have neighbours that cancel, and blocks with hard edges, in which
-/// the outermost find none, would overstate their sum. `columns`, `residual` and the boundaries between records in
-/// `starts` are those that were reduced. None where the columns are dependent or there are fewer than two blocks more than
-/// columns.
+/// The sandwich estimator with Parzen's kernel over two blocks (Newey & West 1987; Andrews 1991) on jackknife influences:
+/// what rows do to a fit that a block around them is left out of, for their own residuals are drawn to nothing the more
+/// the fit hangs on them (Bell & McCaffrey 2002). The kernel matters: residuals of derivatives have neighbours that cancel,
+/// and blocks with hard edges, in which the outermost find none, would overstate their sum. `columns`, `residual` and the
+/// boundaries between records in `starts` are those that were reduced. None where the columns are dependent or there are
+/// fewer than two blocks more than columns.
 pub fn clustered_covariance(
     reduced: &Reduced,
     keep: &[usize],
@@ -23,41 +25,51 @@ pub fn clustered_covariance(
 ) -> Option<DMatrix<f64>> {
     let bread = reduced.inverse_gram(keep)?;
     let p = keep.len();
-    let mut meat = DMatrix::<f64>::zeros(p, p);
     let piece = block.div_ceil(PIECES).max(1);
     let reach = 2 * block.max(1) / piece;
-    let mut blocks = 0.0;
-    let mut scores: Vec<f64> = Vec::new();
-    let ends = starts.iter().skip(1).copied().chain([residual.len()]);
-    for (start, end) in starts.iter().copied().zip(ends) {
-        scores.clear();
-        for from in (start..end).step_by(piece) {
-            let to = (from + piece).min(end);
-            scores.extend(keep.iter().map(|k| dot(&columns[*k].as_ref()[from..to], &residual[from..to])));
-        }
-        let pieces = (end - start).div_ceil(piece);
-        for lag in 0..=reach.min(pieces.saturating_sub(1)) {
+    let ends = || starts.iter().skip(1).copied().chain([residual.len()]);
+    let blocks: f64 =
+        starts.iter().zip(ends()).map(|(start, end)| ((end - start) as f64 / block.max(1) as f64).max(1.0)).sum();
+    if blocks < p as f64 + 2.0 {
+        return None;
+    }
+    let mut meat = DMatrix::<f64>::zeros(p, p);
+    for (start, end) in starts.iter().copied().zip(ends()) {
+        let part = |from: usize| from..(from + piece).min(end);
+        let products = |i: usize, j: usize, rows: std::ops::Range<usize>| {
+            dot(&columns[keep[i]].as_ref()[rows.clone()], &columns[keep[j]].as_ref()[rows])
+        };
+        let grams: Vec<DMatrix<f64>> = (start..end)
+            .step_by(piece)
+            .map(|from| &bread * DMatrix::from_fn(p, p, |i, j| products(i, j, part(from))))
+            .collect();
+        let influences: Vec<DVector<f64>> = (start..end)
+            .step_by(piece)
+            .enumerate()
+            .map(|(t, from)| {
+                let score =
+                    DVector::from_fn(p, |i, _| dot(&columns[keep[i]].as_ref()[part(from)], &residual[part(from)]));
+                let around = t.saturating_sub(WIDE)..(t + WIDE + 1).min(grams.len());
+                let mut left = DMatrix::identity(p, p);
+                grams[around].iter().for_each(|g| left -= g);
+                let influence = &bread * score;
+                match left.lu().solve(&influence) {
+                    Some(without) => (influence + without) * 0.5,
+                    None => influence,
+                }
+            })
+            .collect();
+        for lag in 0..=reach.min(influences.len().saturating_sub(1)) {
             let weight = parzen(lag as f64 / (reach + 1) as f64);
-            for later in lag..pieces {
-                let (here, before) = (&scores[later * p..][..p], &scores[(later - lag) * p..][..p]);
-                for i in 0..p {
-                    for j in 0..p {
-                        let product = here[i] * before[j];
-                        meat[(i, j)] += weight * product;
-                        if lag > 0 {
-                            meat[(j, i)] += weight * product;
-                        }
-                    }
+            for (later, before) in influences.iter().skip(lag).zip(&influences) {
+                meat.ger(weight, later, before, 1.0);
+                if lag > 0 {
+                    meat.ger(weight, before, later, 1.0);
                 }
             }
         }
-        blocks += ((end - start) as f64 / block.max(1) as f64).max(1.0);
     }
-    let p = p as f64;
-    if blocks < p + 2.0 {
-        return None;
-    }
-    Some(&bread * meat * &bread * (blocks / (blocks - p)))
+    Some(meat)
 }
 
 /// Parzen's kernel: weights of correlations, falling to zero at one, that never make a variance negative.
