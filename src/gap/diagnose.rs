@@ -324,8 +324,8 @@ impl Search {
         let motion = self.data.motion(&fitted).ok_or_else(|| GapError::Stage(titles(&choices)))?;
         let forms = self.forms(&fitted, &motion);
         let screened = self.data.screen(&fitted, &motion, &forms, cancel);
-        let evidence = self.data.evidence(&fitted, &motion, &forms, &screened);
-        Ok(remaining(&evidence, &self.data.detectable(&fitted, &motion, &forms, &screened)))
+        let evidence = self.data.evidence(&fitted, &motion, &forms, &screened, cancel).ok_or(GapError::Cancelled)?;
+        Ok(remaining(&evidence, &self.data.detectable(&fitted, &motion, &forms, &screened, cancel)))
     }
 
     /// The stage after the last of these effects was added to another.

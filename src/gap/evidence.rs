@@ -15,6 +15,7 @@ use super::outcome::{Evidence, Test};
 use super::screen::{Motion, Screened};
 use crate::refine::autoregression;
 use crate::signal::{dot, rms};
+use crate::study::Cancel;
 use crate::term::Term;
 
 /// Level of the search: the probability of calling a gap where there is none.
@@ -59,8 +60,15 @@ impl Whitener {
 }
 
 impl Data {
-    /// Asks whether the fitted model leaves more than noise.
-    pub(super) fn evidence(&self, fitted: &Fitted, motion: &Motion, forms: &[Form], screened: &Screened) -> Evidence {
+    /// Asks whether the fitted model leaves more than noise; none if cancelled.
+    pub(super) fn evidence(
+        &self,
+        fitted: &Fitted,
+        motion: &Motion,
+        forms: &[Form],
+        screened: &Screened,
+        cancel: &Cancel,
+    ) -> Option<Evidence> {
         let shared = &fitted.refined.point.shared;
         let (_, composed) = fitted.composition.model(shared);
         let present = (composed.terms.as_slice(), &shared[..composed.terms.len()]);
@@ -75,6 +83,9 @@ impl Data {
             })
             .collect();
         for hit in screened.hits.iter().take(NAMED) {
+            if cancel.is_cancelled() {
+                return None;
+            }
             let form = &forms[hit.form];
             let columns = self.columns(
                 &form.addition(&hit.inner),
@@ -93,6 +104,9 @@ impl Data {
             .chain(questions.iter().flat_map(|q| &q.1))
             .chain(screened.hits.iter().take(3).flat_map(|h| &h.columns))
         {
+            if cancel.is_cancelled() {
+                return None;
+            }
             all.push(column.clone());
         }
         let mut rest = residual.clone();
@@ -114,6 +128,9 @@ impl Data {
                 let mut own = Basis::default();
                 let mut gain = 0.0;
                 for column in &columns {
+                    if cancel.is_cancelled() {
+                        return None;
+                    }
                     let mut column = whitener.apply(column);
                     let whole = dot(&column, &column).sqrt();
                     basis.remove(&mut column);
@@ -130,13 +147,16 @@ impl Data {
                 Some(Test { question, p_value: p })
             })
             .collect();
+        if cancel.is_cancelled() {
+            return None;
+        }
         tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
         let p_value = tests.first().map_or(1.0, |t| t.p_value);
         let level = if self.stepped { LEVEL_OF_STEPS } else { LEVEL };
         // Below this the simulation's own arithmetic is what is left.
         let motion = self.fit().iter().map(|s| rms(&s.measured)).fold(0.0, f64::max);
         let exact = fitted.refined.rmse() < EXACT * motion;
-        Evidence { significant: p_value < level && !exact, p_value: if exact { 1.0 } else { p_value }, tests }
+        Some(Evidence { significant: p_value < level && !exact, p_value: if exact { 1.0 } else { p_value }, tests })
     }
 
     /// The response to a force that is given at every sample of every fitted record.
@@ -225,13 +245,14 @@ impl Data {
     }
 
     /// The least size of each form's effect that these data would have shown, in words: three standard errors of its first
-    /// coefficient, as a share of the spring force.
+    /// coefficient, as a share of the spring force. Of a cancelled search it is not complete.
     pub(super) fn detectable(
         &self,
         fitted: &Fitted,
         motion: &Motion,
         forms: &[Form],
         screened: &Screened,
+        cancel: &Cancel,
     ) -> Vec<(String, f64)> {
         let shared = &fitted.refined.point.shared;
         let (_, composed) = fitted.composition.model(shared);
@@ -244,7 +265,7 @@ impl Data {
         let omega = motion.variations.first().map_or(1.0, |v| v.oscillator.stiffness);
         let spring = omega * motion.measured.iter().map(|p| rms(&p.x)).fold(0.0, f64::max);
         let mut sizes = Vec::new();
-        for hit in &screened.hits {
+        for hit in screened.hits.iter().take_while(|_| !cancel.is_cancelled()) {
             let form = &forms[hit.form];
             let addition: Addition = form.addition(&hit.inner);
             if addition.terms.len() != 1 {

@@ -257,8 +257,7 @@ impl Search {
         let mut candidates = self.screened(&before, &motion, &forms, &screened);
         tell(Progress::Ranking(candidates.clone()));
         tell(Progress::Step("Asking whether the gap is more than noise", 0.2));
-        let evidence = data.evidence(&before, &motion, &forms, &screened);
-        check()?;
+        let evidence = data.evidence(&before, &motion, &forms, &screened, cancel).ok_or(GapError::Cancelled)?;
         let round = |candidates, evidence: Evidence, decision: Decision| Round {
             before: Arc::new(self.show(&before)),
             evidence,
@@ -267,10 +266,12 @@ impl Search {
             finding: decision.finding,
             next_experiment: decision.next_experiment,
             promising: decision.promising,
-            hidden_up_to: data.detectable(&before, &motion, &forms, &screened),
+            hidden_up_to: data.detectable(&before, &motion, &forms, &screened, cancel),
         };
         if !evidence.significant {
-            return Ok(round(candidates, evidence, Decision::nothing()));
+            let round = round(candidates, evidence, Decision::nothing());
+            check()?;
+            return Ok(round);
         }
         tell(Progress::Step("Refitting the likeliest effects on the simulated response", 0.3));
         let tried = screened.likeliest(&forms, (EFFORT / before.refined.samples).clamp(FEWEST, REFINED));
@@ -296,7 +297,9 @@ impl Search {
         let decision = self.decide(&before, &motion, &forms, refits, &mut candidates, cancel);
         check()?;
         tell(Progress::Ranking(candidates.clone()));
-        Ok(round(candidates, evidence, decision))
+        let round = round(candidates, evidence, decision);
+        check()?;
+        Ok(round)
     }
 
     /// Puts the refitted candidates in order and says what they come to.
