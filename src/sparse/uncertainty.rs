@@ -11,7 +11,7 @@ const WIDE: usize = 3 * PIECES / 4;
 ///
 /// The sandwich estimator with Parzen's kernel over two blocks (Newey & West 1987; Andrews 1991) on jackknife influences:
 /// what rows do to a fit that a block around them is left out of, for their own residuals are drawn to nothing the more
-/// the fit hangs on them (Bell & McCaffrey 2002). The kernel matters: residuals of derivatives have neighbours that cancel,
+/// the fit hangs on them (Cameron & Miller 2015). The kernel matters: residuals of derivatives have neighbours that cancel,
 /// and blocks with hard edges, in which the outermost find none, would overstate their sum. `columns`, `residual` and the
 /// boundaries between records in `starts` are those that were reduced. None where the columns are dependent or there are
 /// fewer than two blocks more than columns.
