@@ -25,6 +25,9 @@ pub fn clustered_covariance(
 ) -> Option<DMatrix<f64>> {
     let bread = reduced.inverse_gram(keep)?;
     let p = keep.len();
+    if p == 0 {
+        return Some(DMatrix::zeros(0, 0));
+    }
     let piece = block.div_ceil(PIECES).max(1);
     let reach = 2 * block.max(1) / piece;
     let ends = || starts.iter().skip(1).copied().chain([residual.len()]);

@@ -81,15 +81,12 @@ struct Repeat {
 fn repeat(resampling: &Resampling, cancel: &Cancel) -> Result<Vec<Inclusion>, StudyError> {
     let Resampling { state, terms, constraints, options, regressor, blocks } = resampling;
     let optional: Vec<usize> = (0..terms.len()).filter(|k| constraints[*k] == Constraint::Free).collect();
-    // Each fitted coefficient takes a block's worth of scatter away: as many are left out of every draw.
-    let kept = regressor.solve(&Reduced::stack(&blocks.iter().collect::<Vec<_>>()), constraints, options);
-    let count = blocks.len().saturating_sub(kept.support.len()).max(blocks.len() / 2).max(1);
     let repeats: Result<Vec<Repeat>, StudyError> = (0..REPEATS)
         .into_par_iter()
         .map(|k| {
             cancel.check()?;
             let mut random = rand_pcg::Pcg64::seed_from_u64(k as u64);
-            let drawn: Vec<&Reduced> = (0..count).map(|_| &blocks[random.random_range(0..blocks.len())]).collect();
+            let drawn: Vec<&Reduced> = blocks.iter().map(|_| &blocks[random.random_range(0..blocks.len())]).collect();
             let reduced = Reduced::stack(&drawn);
             let whole = regressor.solve(&reduced, constraints, options).coefficients;
             let left_out = optional.get(k % optional.len().max(1)).copied().unwrap_or(usize::MAX);
