@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use super::decide::{APART, FAR, clearly_better, score, unborne};
 use super::error::GapError;
+use super::evidence::Seen;
 use super::fit::{Fitted, Pace, carried};
 use super::outcome::{Choice, Diagnosis, Finding, Remaining, Round, Stage, Standing, Verdict};
 use super::search::{Listener, Search};
@@ -324,8 +325,9 @@ impl Search {
         let motion = self.data.motion(&fitted).ok_or_else(|| GapError::Stage(titles(&choices)))?;
         let forms = self.forms(&fitted, &motion);
         let screened = self.data.screen(&fitted, &motion, &forms, cancel);
-        let evidence = self.data.evidence(&fitted, &motion, &forms, &screened, cancel).ok_or(GapError::Cancelled)?;
-        Ok(remaining(&evidence, &self.data.detectable(&fitted, &motion, &forms, &screened, cancel)))
+        let seen = Seen { fitted: &fitted, motion: &motion, forms: &forms, screened: &screened };
+        let evidence = self.data.evidence(&seen, cancel).ok_or(GapError::Cancelled)?;
+        Ok(remaining(&evidence, &self.data.detectable(&seen, cancel)))
     }
 
     /// The stage after the last of these effects was added to another.

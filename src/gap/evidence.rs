@@ -59,16 +59,19 @@ impl Whitener {
     }
 }
 
+/// A fitted model, the motion under it, and what the screen says of the catalogue's forms.
+#[derive(Clone, Copy)]
+pub(super) struct Seen<'a> {
+    pub(super) fitted: &'a Fitted,
+    pub(super) motion: &'a Motion,
+    pub(super) forms: &'a [Form],
+    pub(super) screened: &'a Screened,
+}
+
 impl Data {
     /// Asks whether the fitted model leaves more than noise; none if cancelled.
-    pub(super) fn evidence(
-        &self,
-        fitted: &Fitted,
-        motion: &Motion,
-        forms: &[Form],
-        screened: &Screened,
-        cancel: &Cancel,
-    ) -> Option<Evidence> {
+    pub(super) fn evidence(&self, seen: &Seen<'_>, cancel: &Cancel) -> Option<Evidence> {
+        let Seen { fitted, motion, forms, screened } = *seen;
         let shared = &fitted.refined.point.shared;
         let (_, composed) = fitted.composition.model(shared);
         let present = (composed.terms.as_slice(), &shared[..composed.terms.len()]);
@@ -246,14 +249,8 @@ impl Data {
 
     /// The least size of each form's effect that these data would have shown, in words: three standard errors of its first
     /// coefficient, as a share of the spring force. Of a cancelled search it is not complete.
-    pub(super) fn detectable(
-        &self,
-        fitted: &Fitted,
-        motion: &Motion,
-        forms: &[Form],
-        screened: &Screened,
-        cancel: &Cancel,
-    ) -> Vec<(String, f64)> {
+    pub(super) fn detectable(&self, seen: &Seen<'_>, cancel: &Cancel) -> Vec<(String, f64)> {
+        let Seen { fitted, motion, forms, screened } = *seen;
         let shared = &fitted.refined.point.shared;
         let (_, composed) = fitted.composition.model(shared);
         let present: (&[Term], &[f64]) = (&composed.terms, &shared[..composed.terms.len()]);

@@ -9,6 +9,7 @@ use super::data::Data;
 use super::decide::{APART, APART_ON_A_TONE, Refusal, Score, colour, confused, order, refusal, score, unborne};
 use super::effects::{Form, Setting, catalogue};
 use super::error::GapError;
+use super::evidence::Seen;
 use super::fit::{Fitted, Pace};
 use super::outcome::{Blind, Candidate, Choice, Evidence, Finding, Round, Stage, Standing};
 use super::progress::Progress;
@@ -257,7 +258,8 @@ impl Search {
         let mut candidates = self.screened(&before, &motion, &forms, &screened);
         tell(Progress::Ranking(candidates.clone()));
         tell(Progress::Step("Asking whether the gap is more than noise", 0.2));
-        let evidence = data.evidence(&before, &motion, &forms, &screened, cancel).ok_or(GapError::Cancelled)?;
+        let seen = Seen { fitted: &before, motion: &motion, forms: &forms, screened: &screened };
+        let evidence = data.evidence(&seen, cancel).ok_or(GapError::Cancelled)?;
         let round = |candidates, evidence: Evidence, decision: Decision| Round {
             before: Arc::new(self.show(&before)),
             evidence,
@@ -266,7 +268,7 @@ impl Search {
             finding: decision.finding,
             next_experiment: decision.next_experiment,
             promising: decision.promising,
-            hidden_up_to: data.detectable(&before, &motion, &forms, &screened, cancel),
+            hidden_up_to: data.detectable(&seen, cancel),
         };
         if !evidence.significant {
             let round = round(candidates, evidence, Decision::nothing());
