@@ -96,6 +96,7 @@ fn outcome() -> Outcome {
             path: Vec::new(),
             confused: Vec::new(),
             covariance: Vec::new(),
+            shift: Vec::new(),
             condition: 12.0,
             residual_rms: 0.02,
             rate_rms: 1.0,

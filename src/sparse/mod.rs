@@ -15,4 +15,4 @@ mod uncertainty;
 pub use reduce::{Reduced, Sign};
 pub use regressor::{Regressor, drop_path};
 pub use stlsq::{Constraint, Options, Solution, stlsq};
-pub use uncertainty::clustered_covariance;
+pub use uncertainty::Scores;

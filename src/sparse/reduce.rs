@@ -83,6 +83,26 @@ impl Reduced {
         Self { triangle, scale, target_scale, rows, signs: Vec::new() }
     }
 
+    /// The same columns with a target whose moments Θᵀy with some of them are larger by `moments`, in the data's units, and
+    /// whose residual is the same.
+    #[must_use]
+    pub fn shifted(&self, columns: &[usize], moments: &DVector<f64>) -> Self {
+        let p = self.columns();
+        let mut change = DVector::zeros(p);
+        for (k, moment) in columns.iter().zip(moments.iter()).filter(|(k, _)| !self.unusable(**k)) {
+            change[*k] = moment / (self.scale[*k] * self.target_scale);
+        }
+        let least = 1e-12 * (self.rows.max(1) as f64).sqrt();
+        let mut shifted = self.clone();
+        for i in 0..p {
+            let known: f64 = (0..i).map(|k| self.triangle[(k, i)] * change[k]).sum();
+            let pivot = self.triangle[(i, i)];
+            change[i] = if pivot.abs() > least { (change[i] - known) / pivot } else { 0.0 };
+            shifted.triangle[(i, p)] += change[i];
+        }
+        shifted
+    }
+
     /// The reduction of several problems' rows together; all of the same columns.
     pub fn stack(parts: &[&Self]) -> Self {
         let width = parts.first().map_or(0, |p| p.columns()) + 1;
@@ -257,6 +277,12 @@ impl Reduced {
     /// Least-squares coefficients of some columns, unscaled.
     pub fn least_squares(&self, keep: &[usize]) -> Vec<f64> {
         let (b, _) = self.solve(keep, &[], |_| 0.0);
+        b.iter().zip(keep).map(|(b, k)| b * self.target_scale / self.scale[*k]).collect()
+    }
+
+    /// The same with a ridge, as a share of each column's square.
+    pub fn damped(&self, keep: &[usize], ridge: f64) -> Vec<f64> {
+        let (b, _) = self.solve(keep, &[], |_| ridge * self.rows as f64);
         b.iter().zip(keep).map(|(b, k)| b * self.target_scale / self.scale[*k]).collect()
     }
 

@@ -1,83 +1,146 @@
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
+use rand::Rng;
+use rand_distr::{Distribution as _, StandardNormal};
 
 use super::Reduced;
 use crate::signal::dot;
 
-/// Pieces that a block of rows is cut into, whose influences are summed before they are correlated.
+/// Pieces that a block of rows is cut into, whose scores are summed before they are correlated.
 const PIECES: usize = 8;
-
+/// Pieces on either side of one that a fit without it leaves out.
 const WIDE: usize = 3 * PIECES / 4;
-/// Covariance of the kept columns' coefficients that allows for residuals correlated over up to `block` rows.
+/// Sum of leverages below which a fit without some rows is the same.
+const NOTHING: f64 = 0.01;
+
+/// How residuals that hang together over up to a block of rows move a fit: the scores of pieces of the rows.
 ///
-/// The sandwich estimator with Parzen's kernel over two blocks (Newey & West 1987; Andrews 1991) on jackknife influences:
-/// what rows do to a fit that a block around them is left out of, for their own residuals are drawn to nothing the more
-/// the fit hangs on them (Cameron & Miller 2015). The kernel matters: residuals of derivatives have neighbours that cancel,
-/// and blocks with hard edges, in which the outermost find none, would overstate their sum. `columns`, `residual` and the
-/// boundaries between records in `starts` are those that were reduced. None where the columns are dependent or there are
-/// fewer than two blocks more than columns.
-pub fn clustered_covariance(
-    reduced: &Reduced,
-    keep: &[usize],
-    columns: &[impl AsRef<[f64]>],
-    residual: &[f64],
-    starts: &[usize],
-    block: usize,
-) -> Option<DMatrix<f64>> {
-    let bread = reduced.inverse_gram(keep)?;
-    let p = keep.len();
-    if p == 0 {
-        return Some(DMatrix::zeros(0, 0));
-    }
-    let piece = block.div_ceil(PIECES).max(1);
-    let reach = 2 * block.max(1) / piece;
-    let ends = || starts.iter().skip(1).copied().chain([residual.len()]);
-    let blocks: f64 =
-        starts.iter().zip(ends()).map(|(start, end)| ((end - start) as f64 / block.max(1) as f64).max(1.0)).sum();
-    if blocks < p as f64 + 2.0 {
-        return None;
-    }
-    let mut meat = DMatrix::<f64>::zeros(p, p);
-    for (start, end) in starts.iter().copied().zip(ends()) {
-        let part = |from: usize| from..(from + piece).min(end);
-        let products = |i: usize, j: usize, rows: std::ops::Range<usize>| {
-            dot(&columns[keep[i]].as_ref()[rows.clone()], &columns[keep[j]].as_ref()[rows])
-        };
-        let grams: Vec<DMatrix<f64>> = (start..end)
-            .step_by(piece)
-            .map(|from| &bread * DMatrix::from_fn(p, p, |i, j| products(i, j, part(from))))
-            .collect();
-        let influences: Vec<DVector<f64>> = (start..end)
-            .step_by(piece)
-            .enumerate()
-            .map(|(t, from)| {
-                let score =
-                    DVector::from_fn(p, |i, _| dot(&columns[keep[i]].as_ref()[part(from)], &residual[part(from)]));
-                let around = t.saturating_sub(WIDE)..(t + WIDE + 1).min(grams.len());
-                let mut left = DMatrix::identity(p, p);
-                grams[around].iter().for_each(|g| left -= g);
-                let influence = &bread * score;
-                match left.lu().solve(&influence) {
-                    Some(without) => (influence + without) * 0.5,
-                    None => influence,
-                }
-            })
-            .collect();
-        for lag in 0..=reach.min(influences.len().saturating_sub(1)) {
-            let weight = parzen(lag as f64 / (reach + 1) as f64);
-            for (later, before) in influences.iter().skip(lag).zip(&influences) {
-                meat.ger(weight, later, before, 1.0);
-                if lag > 0 {
-                    meat.ger(weight, before, later, 1.0);
-                }
-            }
-        }
-    }
-    Some(meat)
+/// A score is what the rows' residuals do to the moments Θᵀy. Those of kept columns are the mean of the score itself and of
+/// that in a fit that a block around the piece is left out of, for a fit draws its own residuals to nothing the more it hangs
+/// on them (Cameron & Miller 2015).
+///
+/// Where something is known of how residuals hang together, C = LLᵀ, columns and residual are those times L⁻¹, and only
+/// what is not known is left to the kernel (prewhitening, Andrews & Monahan 1992); `weights` are then the columns times Lᵀ.
+#[derive(Clone, Debug)]
+pub struct Scores {
+    /// Of each record one column a piece, the kept columns' scores first.
+    records: Vec<DMatrix<f64>>,
+    /// Inverse of the kept columns' Gram matrix, if they are independent.
+    bread: Option<DMatrix<f64>>,
+    kept: usize,
+    /// Pieces over which the kernel reaches.
+    reach: usize,
+    /// Blocks that there are.
+    blocks: f64,
 }
 
-/// Parzen's kernel: weights of correlations, falling to zero at one, that never make a variance negative.
-fn parzen(z: f64) -> f64 {
-    if z <= 0.5 { 1.0 - 6.0 * z * z * (1.0 - z) } else { 2.0 * (1.0 - z).powi(3) }
+impl Scores {
+    /// The scores of a fit: of the columns `keep`, and of others whose weights come after theirs.
+    ///
+    /// `residual` and the boundaries between records in `starts` are those of the rows that were reduced.
+    pub fn new(
+        reduced: &Reduced,
+        keep: &[usize],
+        [columns, weights]: [&[Vec<f64>]; 2],
+        residual: &[f64],
+        starts: &[usize],
+        block: usize,
+    ) -> Self {
+        let (bread, kept, block) = (reduced.inverse_gram(keep), keep.len(), block.max(1));
+        let piece = block.div_ceil(PIECES);
+        let ends = starts.iter().skip(1).copied().chain([residual.len()]);
+        let ranges: Vec<Range<usize>> = starts.iter().zip(ends).map(|(start, end)| *start..end).collect();
+        let blocks = ranges.iter().map(|r| (r.len() as f64 / block as f64).max(1.0)).sum();
+        let of_record = |range: &Range<usize>| {
+            let parts: Vec<Range<usize>> =
+                range.clone().step_by(piece).map(|from| from..(from + piece).min(range.end)).collect();
+            let score = |i: usize, t: usize| dot(&weights[i][parts[t].clone()], &residual[parts[t].clone()]);
+            let mut scores = DMatrix::from_fn(weights.len(), parts.len(), score);
+            if let Some(bread) = bread.as_ref().filter(|_| kept > 0) {
+                let product =
+                    |i: usize, j: usize, part: &Range<usize>| dot(&weights[i][part.clone()], &columns[j][part.clone()]);
+                let gram = |part| DMatrix::from_fn(kept, kept, |i, j| product(i, j, part)) * bread;
+                let grams: Vec<DMatrix<f64>> = parts.iter().map(gram).collect();
+                // What a fit hangs on the pieces around one, as that moves on.
+                let mut around = DMatrix::<f64>::zeros(kept, kept);
+                grams.iter().take(WIDE).for_each(|g| around += g);
+                for t in 0..parts.len() {
+                    if let Some(comes) = grams.get(t + WIDE) {
+                        around += comes;
+                    }
+                    if let Some(goes) = t.checked_sub(WIDE + 1) {
+                        around -= &grams[goes];
+                    }
+                    if around.trace() < NOTHING {
+                        continue;
+                    }
+                    let mut own = scores.view_mut((0, t), (kept, 1));
+                    let left = DMatrix::identity(kept, kept) - &around;
+                    if let Some(without) = left.lu().solve(&own) {
+                        own += without;
+                        own *= 0.5;
+                    }
+                }
+            }
+            scores
+        };
+        let records = ranges.iter().map(of_record).collect();
+        Self { records, bread, kept, reach: 2 * block / piece, blocks }
+    }
+
+    /// Covariance of the kept columns' coefficients: the sandwich estimator with Parzen's kernel over two blocks (Newey &
+    /// West 1987; Andrews 1991). The kernel matters: residuals of derivatives have neighbours that cancel, and blocks with
+    /// hard edges, in which the outermost find none, would overstate their sum. None where the columns are dependent or
+    /// there are fewer than two blocks more than columns.
+    pub fn covariance(&self) -> Option<DMatrix<f64>> {
+        let bread = self.bread.as_ref()?;
+        if self.kept > 0 && self.blocks < self.kept as f64 + 2.0 {
+            return None;
+        }
+        let mut meat = DMatrix::<f64>::zeros(self.kept, self.kept);
+        let window = self.window();
+        let side = window.len() / 2;
+        let mut sum = DVector::zeros(self.kept);
+        for scores in &self.records {
+            let pieces = scores.ncols();
+            for centre in 0..pieces + 2 * side {
+                sum.fill(0.0);
+                let near = centre.saturating_sub(2 * side)..pieces.min(centre + 1);
+                for t in near {
+                    sum.axpy(window[t + 2 * side - centre], &scores.column(t).rows(0, self.kept), 1.0);
+                }
+                meat.ger(1.0, &sum, &sum, 1.0);
+            }
+        }
+        Some(bread * meat * bread)
+    }
+
+    /// Weights of neighbouring pieces, their squares' sum one: Parzen's kernel is what such a triangle of half its width
+    /// makes of scores that do not hang together.
+    fn window(&self) -> Vec<f64> {
+        let half = (self.reach + 1) as f64 / 2.0;
+        let side = half.ceil() as usize - 1;
+        let weight = |k: usize| 1.0 - (k as f64 - side as f64).abs() / half;
+        let triangle: Vec<f64> = (0..=2 * side).map(weight).collect();
+        let norm = dot(&triangle, &triangle).sqrt();
+        triangle.into_iter().map(|w| w / norm).collect()
+    }
+
+    /// What another draw of the residuals might change the moments by, the kept columns' first: each piece's score times a
+    /// random number that hangs together over blocks as the kernel does (dependent wild bootstrap, Shao 2010).
+    pub fn draw(&self, random: &mut impl Rng) -> DVector<f64> {
+        let window = self.window();
+        let mut sum = DVector::zeros(self.records.first().map_or(0, DMatrix::nrows));
+        for scores in &self.records {
+            let white: Vec<f64> =
+                (0..scores.ncols() + window.len() - 1).map(|_| StandardNormal.sample(random)).collect();
+            for (score, near) in scores.column_iter().zip(white.windows(window.len())) {
+                sum.axpy(dot(&window, near), &score, 1.0);
+            }
+        }
+        sum
+    }
 }
 
 #[cfg(test)]
@@ -85,7 +148,7 @@ mod tests {
     use super::*;
     use crate::sparse::{Constraint, Options, stlsq};
     use rand::SeedableRng as _;
-    use rand_distr::{Distribution as _, StandardNormal};
+    use rand_distr::StandardNormal;
 
     /// Share of repeats in which the 90 % interval holds the truth, for residuals coloured by a moving sum.
     fn coverage(smear: usize, block: usize) -> f64 {
@@ -105,11 +168,38 @@ mod tests {
             let residual: Vec<f64> = (0..n)
                 .map(|k| y[k] - solution.coefficients[0] * columns[0][k] - solution.coefficients[1] * columns[1][k])
                 .collect();
-            let covariance = clustered_covariance(&reduced, &[0, 1], &columns, &residual, &[0], block).unwrap();
+            let scores = Scores::new(&reduced, &[0, 1], [&columns; 2], &residual, &[0], block);
+            let covariance = scores.covariance().unwrap();
             let error = (solution.coefficients[0] - 1.0).abs();
             held += usize::from(error < 1.645 * covariance[(0, 0)].sqrt());
         }
         held as f64 / REPEATS as f64
+    }
+
+    #[test]
+    fn draws_scatter_as_the_covariance_says() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(3);
+        let n = 2000;
+        let columns: Vec<Vec<f64>> =
+            [0.05, 0.08].iter().map(|a| (0..n).map(|k| (a * k as f64).cos()).collect()).collect();
+        let white: Vec<f64> = (0..n + 10).map(|_| StandardNormal.sample(&mut rng)).collect();
+        let y: Vec<f64> = (0..n).map(|k| columns[0][k] + white[k..k + 10].iter().sum::<f64>()).collect();
+        let reduced = Reduced::new(&columns, &y);
+        let fit = reduced.least_squares(&[0, 1]);
+        let residual: Vec<f64> = (0..n).map(|k| y[k] - fit[0] * columns[0][k] - fit[1] * columns[1][k]).collect();
+        let scores = Scores::new(&reduced, &[0, 1], [&columns; 2], &residual, &[0], 40);
+        let covariance = scores.covariance().unwrap();
+        const DRAWS: usize = 4000;
+        let mut scatter = DMatrix::<f64>::zeros(2, 2);
+        for _ in 0..DRAWS {
+            let drawn = reduced.shifted(&[0, 1], &scores.draw(&mut rng)).least_squares(&[0, 1]);
+            let moved = DVector::from_fn(2, |i, _| drawn[i] - fit[i]);
+            scatter += &moved * moved.transpose() / DRAWS as f64;
+        }
+        // A variance from 4000 draws is known to 2.2 %.
+        for k in 0..2 {
+            assert!((scatter[(k, k)] / covariance[(k, k)] - 1.0).abs() < 0.1, "{scatter} {covariance}");
+        }
     }
 
     #[test]

@@ -574,7 +574,9 @@ impl Plan {
             }
             signals.push(Arc::new(Signals::new(piece, &self.layout, &settings.smoothing, facts)));
         }
-        let Ok(weak) = regression::weak(&self.layout, &signals, settings.form, &fitted) else { return Ok(None) };
+        let Ok(weak) = regression::weak(&self.layout, &terms, &signals, settings.form, &fitted) else {
+            return Ok(None);
+        };
         let mut regressions = Vec::with_capacity(self.pieces.len());
         for signals in signals {
             cancel.check()?;

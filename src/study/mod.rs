@@ -1,10 +1,12 @@
 //! A study is a value: settings and records in, [`Outcome`] out; the same in the window, on the command line and in tests.
 
+mod bias;
 mod choose;
 mod eliminate;
 mod ensemble;
 mod known;
 mod landscape;
+mod noise;
 mod outcome;
 mod refined;
 mod regression;
@@ -158,6 +160,11 @@ impl Study {
             warnings: Vec::new(),
             elapsed,
         };
+        if outcome.refinement.is_none()
+            && let Some(shifts) = self.shifts(&regression, settings, &outcome.model, &outcome.records)
+        {
+            outcome.allow_for(shifts, regression.fitted());
+        }
         outcome.warnings = warnings::warnings(&outcome, records, refused);
         Ok(outcome)
     }
@@ -226,12 +233,27 @@ impl Study {
             return Ok(Arc::clone(regression));
         }
         let signals: Vec<Arc<Signals>> = key.signals.iter().map(|s| Arc::clone(&s.0)).collect();
-        let weak = regression::weak(&self.layout, &signals, key.form, &key.fitted)?;
+        let weak = regression::weak(&self.layout, &key.terms, &signals, key.form, &key.fitted)?;
         let regression =
             Regression::new(&self.layout, &key.terms, &signals, &key.smoothing, weak.as_ref(), &key.fitted)?;
         let regression = Arc::new(regression.bounded(settings));
         self.regression = Some((key, Arc::clone(&regression)));
         Ok(regression)
+    }
+
+    /// What smoothing and noise shift a model's coefficients by.
+    fn shifts(
+        &self,
+        regression: &Regression,
+        settings: &Settings,
+        model: &Model,
+        records: &[RecordOutcome],
+    ) -> Option<Vec<Vec<f64>>> {
+        let prepared = |o: &RecordOutcome| self.records.iter().find(|p| Arc::ptr_eq(&p.record, &o.record));
+        let fitted = records.iter().filter(|o| o.usage == Usage::Fit);
+        let fitted: Option<Vec<(&Prepared, &[Vec<f64>])>> =
+            fitted.map(|o| Some((prepared(o)?, &o.states[..]))).collect();
+        bias::shifts(regression, settings, model, &fitted?)
     }
 
     /// The model's response along every record that is not off, with the pooled scores of fitted and held-out ones.

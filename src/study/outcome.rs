@@ -109,6 +109,9 @@ pub struct EquationFit {
     /// Covariance of the coefficients' errors, in the order of the equation's terms; zero where a coefficient was given,
     /// empty where it is not known.
     pub covariance: Vec<Vec<f64>>,
+    /// What smoothing and noise shift each of the equation's coefficients by, as the model's own response tells, which
+    /// `covariance` allows for; empty where it is not known or the coefficients were refined.
+    pub shift: Vec<f64>,
     /// Posterior probability that each term of the library belongs; empty but for [`Regressor::Bayes`](super::Regressor).
     pub probability: Vec<(Term, f64)>,
     /// RMS of what the equation leaves unexplained of the rate.

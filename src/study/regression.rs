@@ -4,11 +4,12 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::known::{lock_of, sign_of};
+use super::noise::{Kernels, Whitening, rate_place, slopes};
 use super::weak::{Rows, Weak};
 use super::{EquationFit, Form, Kinematics, Lock, Scaling, Settings, StudyError};
 use crate::model::{Equation, Model, WeightedTerm, kinematic};
 use crate::signal::{Differentiation, SavitzkyGolay, Signals, Smoother, Smoothing, dot};
-use crate::sparse::{Constraint, Options, Reduced, Regressor, Sign, Solution, clustered_covariance, drop_path};
+use crate::sparse::{Constraint, Options, Reduced, Regressor, Scores, Sign, Solution, drop_path, stlsq};
 use crate::study::outcome::{DroppedTerm, PathTerm};
 use crate::term::{Expression, Kind, Layout, Program, SampleBlock, Symbol, Term};
 
@@ -23,6 +24,18 @@ pub(super) struct Regression {
     starts: Vec<usize>,
     /// Rows over which residuals hang together.
     block: usize,
+    origin: Origin,
+}
+
+/// Where rows come from.
+#[derive(Debug)]
+enum Origin {
+    /// From smoothed records, so many samples apart.
+    Smoothed { records: Vec<Arc<Signals>>, smoothing: Smoothing, stride: usize },
+    /// From averages, white as far as the noise is known.
+    Averaged(Weak),
+    /// From several regressions.
+    Joined,
 }
 
 #[derive(Debug)]
@@ -36,23 +49,25 @@ struct Target {
     rate_rms: f64,
 }
 
-/// One equation's regression in parts that can be drawn again.
+/// One equation's regression, ready to be drawn again.
 pub(super) struct Resampling {
     pub(super) state: Symbol,
     pub(super) terms: Vec<Term>,
     pub(super) constraints: Vec<Constraint>,
     pub(super) options: Options,
     pub(super) regressor: Regressor,
-    /// Neighbouring rows, each block reduced by itself.
-    pub(super) blocks: Vec<Reduced>,
+    pub(super) reduced: Reduced,
+    /// How residuals move the moments of `columns`.
+    pub(super) scores: Scores,
+    pub(super) columns: Vec<usize>,
 }
 
 /// Correlation of two coefficients' errors from which on terms are said to be confused: each is three times as uncertain
 /// as it would be alone.
 const CONFUSED: f64 = 0.95;
 
-/// Blocks that a regression is cut into: fewer cannot be resampled, more cost time and tell nothing.
-const BLOCKS: Range<usize> = 12..60;
+/// Share of a row's variance that is taken for white where standard errors are sought: what noise does not explain.
+const FLOOR: f64 = 1e-3;
 
 /// Most rows that a regression uses; more say nothing new and cost time.
 const MOST_ROWS: usize = 120_000;
@@ -121,7 +136,8 @@ impl Regression {
                 Target { state: symbols[*index], index: *index, columns: Arc::clone(&columns), rate, reduced, rate_rms }
             })
             .collect();
-        Ok(Self { layout: *layout, terms: terms.to_vec(), targets, starts, block })
+        let origin = Origin::Smoothed { records: records.to_vec(), smoothing: *smoothing, stride };
+        Ok(Self { layout: *layout, terms: terms.to_vec(), targets, starts, block, origin })
     }
 
     /// The same in the weak form.
@@ -157,7 +173,41 @@ impl Regression {
                 Target { state: symbols[*index], index: *index, columns, rate, reduced, rate_rms }
             })
             .collect();
-        Ok(Self { layout: *layout, terms: terms.to_vec(), targets, starts, block })
+        let origin = Origin::Averaged(weak.clone());
+        Ok(Self { layout: *layout, terms: terms.to_vec(), targets, starts, block, origin })
+    }
+
+    /// The regression of other records on some terms, their rows made in the same way.
+    pub(super) fn of(&self, terms: &[Term], records: &[Arc<Signals>]) -> Result<Self, StudyError> {
+        let fitted: Vec<usize> = self.fitted().collect();
+        let (smoothing, weak) = match &self.origin {
+            Origin::Smoothed { smoothing, .. } => (*smoothing, None),
+            Origin::Averaged(weak) => (Smoothing::default(), Some(weak)),
+            Origin::Joined => return Err(StudyError::NothingToFit),
+        };
+        Self::new(&self.layout, terms, records, &smoothing, weak, &fitted)
+    }
+
+    /// The coefficients of a model's own terms, none dropped: one for each term of each fitted equation.
+    pub(super) fn refitted(&self, model: &Model, settings: &Settings) -> Vec<Vec<f64>> {
+        let plain = Options { threshold: 0.0, ridge: 0.0, scaled: true };
+        self.targets
+            .iter()
+            .map(|target| {
+                let kept = &model.equations[target.index].terms;
+                let place = |term: &Term| self.terms.iter().position(|t| t == term);
+                let decided = self.constraints(settings, target);
+                let constraints: Vec<Constraint> = (self.terms.iter().zip(decided))
+                    .map(|(term, decided)| match decided {
+                        Constraint::Fixed(value) => Constraint::Fixed(value),
+                        _ if kept.iter().any(|k| k.term == *term) => Constraint::In,
+                        _ => Constraint::Out,
+                    })
+                    .collect();
+                let coefficients = stlsq(&target.reduced, &constraints, &plain).coefficients;
+                kept.iter().map(|k| place(&k.term).map_or(k.coefficient, |at| coefficients[at])).collect()
+            })
+            .collect()
     }
 
     /// The same with the signs that are known of the forces' coefficients.
@@ -188,7 +238,14 @@ impl Regression {
                 rate_rms: first.targets[t].rate_rms,
             })
             .collect();
-        Self { layout: first.layout, terms: first.terms.clone(), targets, starts: Vec::new(), block: first.block }
+        Self {
+            layout: first.layout,
+            terms: first.terms.clone(),
+            targets,
+            starts: Vec::new(),
+            block: first.block,
+            origin: Origin::Joined,
+        }
     }
 
     /// The thresholds at which some term drops out, ascending.
@@ -246,35 +303,25 @@ impl Regression {
         (Model { layout: self.layout, equations, static_ratio: 1.0 }, misfit)
     }
 
-    /// Every equation's regression in blocks of neighbouring rows that do not reach over records.
+    /// Every equation's regression, ready to be drawn again.
     pub(super) fn resampling(&self, settings: &Settings) -> Vec<Resampling> {
-        let rows = self.targets.first().map_or(0, |t| t.rate.len());
-        let length = self.block.clamp(rows / BLOCKS.end, (rows / BLOCKS.start).max(rows / BLOCKS.end)).max(1);
-        let ends = self.starts.iter().skip(1).copied().chain([rows]);
-        let ranges: Vec<Range<usize>> = self
-            .starts
-            .iter()
-            .zip(ends)
-            .flat_map(|(start, end)| {
-                let count = ((end - start) as f64 / length as f64).round().max(1.0) as usize;
-                let at = move |k: usize| start + k * (end - start) / count;
-                (0..count).map(move |k| at(k)..at(k + 1))
-            })
-            .filter(|range| !range.is_empty())
-            .collect();
-        let block = |target: &Target, range: &Range<usize>| {
-            let columns: Vec<&[f64]> = target.columns.iter().map(|c| &c[range.clone()]).collect();
-            Reduced::new(&columns, &target.rate[range.clone()]).bounded(target.reduced.signs())
-        };
         self.targets
             .iter()
-            .map(|target| Resampling {
-                state: target.state,
-                terms: self.terms.clone(),
-                constraints: self.constraints(settings, target),
-                options: options(settings),
-                regressor: settings.regressor,
-                blocks: ranges.iter().map(|range| block(target, range)).collect(),
+            .map(|target| {
+                let (constraints, options) = (self.constraints(settings, target), options(settings));
+                let solution = settings.regressor.solve(&target.reduced, &constraints, &options);
+                let others = (0..self.terms.len()).filter(|k| !solution.support.contains(k));
+                let columns: Vec<usize> = solution.support.iter().copied().chain(others).collect();
+                Resampling {
+                    state: target.state,
+                    terms: self.terms.clone(),
+                    constraints,
+                    options,
+                    regressor: settings.regressor,
+                    reduced: target.reduced.clone(),
+                    scores: self.scores(target, &solution, &columns),
+                    columns,
+                }
             })
             .collect()
     }
@@ -292,6 +339,11 @@ impl Regression {
             .collect();
         pairs.sort_by(|a, b| b.2.abs().total_cmp(&a.2.abs()));
         pairs
+    }
+
+    /// The state of an index of the state vector.
+    pub(super) fn symbol(&self, index: usize) -> Option<Symbol> {
+        self.layout.state_symbols().nth(index)
     }
 
     /// The states whose rates are fitted, as indices into the state vector.
@@ -342,15 +394,7 @@ impl Regression {
 
     /// An equation, and the covariance of its coefficients' errors where that is known.
     fn equation(&self, target: &Target, solution: &Solution, constraints: &[Constraint]) -> (Equation, Vec<Vec<f64>>) {
-        let residual = self.residual(target, solution);
-        let covariance = clustered_covariance(
-            &target.reduced,
-            &solution.support,
-            &target.columns,
-            &residual,
-            &self.starts,
-            self.block,
-        );
+        let covariance = self.scores(target, solution, &solution.support).covariance();
         let scale = target.reduced.scale();
         let force: f64 = solution.coefficients.iter().zip(scale).map(|(c, s)| (c * s).abs()).sum();
         let kept: Vec<usize> = (0..self.terms.len())
@@ -379,6 +423,50 @@ impl Regression {
             None => Vec::new(),
         };
         (Equation { terms }, covariance)
+    }
+
+    /// How a solution's residuals move the moments of some columns, the kept ones first.
+    fn scores(&self, target: &Target, solution: &Solution, columns: &[usize]) -> Scores {
+        let residual = self.residual(target, solution);
+        let whitenings = self.whitenings(target, solution).unwrap_or_default();
+        let ends = self.starts.iter().skip(1).copied().chain([residual.len()]);
+        let ranges: Vec<Range<usize>> = self.starts.iter().zip(ends).map(|(start, end)| *start..end).collect();
+        let each = |column: &[f64], way: &dyn Fn(&Whitening, &[f64], &mut Vec<f64>)| -> Vec<f64> {
+            if whitenings.is_empty() {
+                return column.to_vec();
+            }
+            let mut whole = Vec::with_capacity(column.len());
+            for (range, whitening) in ranges.iter().zip(&whitenings) {
+                way(whitening, &column[range.clone()], &mut whole);
+            }
+            whole
+        };
+        let weights: Vec<Vec<f64>> =
+            columns.iter().map(|k| each(&target.columns[*k], &Whitening::transposed)).collect();
+        let kept: Vec<Vec<f64>> =
+            solution.support.iter().map(|k| each(&target.columns[*k], &Whitening::apply)).collect();
+        let residual = each(&residual, &Whitening::apply);
+        Scores::new(&target.reduced, &solution.support, [&kept, &weights], &residual, &self.starts, self.block)
+    }
+
+    /// What makes each record's rows hang together no more, as far as that is the sensors' noise; none in the weak form.
+    fn whitenings(&self, target: &Target, solution: &Solution) -> Option<Vec<Whitening>> {
+        let Origin::Smoothed { records, smoothing, stride } = &self.origin else { return None };
+        let addends = self.terms.iter().zip(&solution.coefficients).filter(|(_, c)| **c != 0.0);
+        let addends = addends.map(|(t, c)| Expression::Product(vec![Expression::Number(*c), t.expression().clone()]));
+        let equation = Expression::Sum(addends.collect());
+        let inputs = (0..self.layout.inputs).flat_map(|j| [Symbol::Input(j), Symbol::InputRate(j)]);
+        let symbols: Vec<Symbol> = self.layout.state_symbols().chain(inputs).collect();
+        let passing = slopes(&equation, &symbols, &self.layout, records);
+        let ends = self.starts.iter().skip(1).copied().chain([target.rate.len()]);
+        let whitening = |(signals, rows): (&Arc<Signals>, usize)| {
+            let kernels = Kernels::of_smoothing(smoothing, signals.length, signals.interval)?;
+            let rate = rate_place(&signals.measured, &self.layout, target.index)?;
+            let covariance = kernels.covariance(&signals.measured, rate, &passing, *stride);
+            (covariance[0] > 0.0).then(|| Whitening::new(&covariance, FLOOR, rows))
+        };
+        let rows = self.starts.iter().zip(ends).map(|(start, end)| end - start);
+        records.iter().zip(rows).map(whitening).collect()
     }
 
     fn residual(&self, target: &Target, solution: &Solution) -> Vec<f64> {
@@ -429,6 +517,7 @@ impl Regression {
             condition: target.reduced.condition(&solution.support),
             confused: self.confused(target),
             covariance: Vec::new(),
+            shift: Vec::new(),
             probability: self.terms.iter().cloned().zip(solution.probability.iter().copied()).collect(),
             residual_rms: solution.residual_rms * target.rate_rms / target.reduced.target_scale(),
             rate_rms: target.rate_rms,
@@ -525,13 +614,14 @@ fn enough(rows: usize, terms: &[Term]) -> Result<(), StudyError> {
 /// The weak form, where the settings ask for it.
 pub(super) fn weak(
     layout: &Layout,
+    terms: &[Term],
     records: &[Arc<Signals>],
     form: Form,
     fitted: &[usize],
 ) -> Result<Option<Weak>, StudyError> {
     match form {
         Form::Derivative => Ok(None),
-        Form::Weak { half_width } => Weak::new(layout, records, half_width, fitted, MOST_ROWS).map(Some),
+        Form::Weak { half_width } => Weak::new(layout, terms, records, half_width, fitted, MOST_ROWS).map(Some),
     }
 }
 

@@ -23,6 +23,8 @@ pub(super) struct Drive {
     limits: Vec<f64>,
     /// Samples that the initial state is fitted to.
     opening: usize,
+    /// Whether the inputs drive as measured; else as smoothed.
+    pub(super) as_measured: bool,
 }
 
 /// A response has left the data's range where a state exceeds its largest measured magnitude so many times.
@@ -68,6 +70,7 @@ impl Drive {
             guesses: [polynomial_guess(&measured, smoothed.len(), period, record.interval), smoothed],
             measured,
             limits: signals.states.iter().map(|s| RANGE * s.iter().fold(0.0_f64, |m, v| m.max(v.abs()))).collect(),
+            as_measured: quiet,
             opening: ((OPENING_PERIODS * period) as usize).max(20).min(samples.len()),
         }
     }

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::StudyError;
-use crate::record::Role;
-use crate::signal::{Measured, Signals, dot, rms};
+use super::noise::{Kernels, Passing, Whitening, place, rate_place, slopes};
+use crate::signal::{Measured, Signals, dot};
 use crate::sparse::Reduced;
 use crate::term::{Expression, Kind, Layout, Program, Symbol, Term};
 
@@ -16,14 +16,13 @@ const SPACING: f64 = 1.0 / 6.0;
 const PERIODS: f64 = 0.4;
 /// Narrowest half width of the weak form's test functions, samples: narrower sums are no integrals.
 pub const NARROWEST: usize = 6;
-/// Noise of a channel, at least, as a share of its RMS: in clean data what is left is the arithmetic's.
-const LEAST_NOISE: f64 = 1e-4;
 /// Share of a row's variance that is no sensor's noise: what forces on the smoothed motion and the model itself miss.
 /// Without it the fastest rows, in which there is next to no motion, would weigh most. A tenth and a thousandth do as
 /// well on the report's systems.
 const FLOOR: f64 = 1e-2;
-/// Rows after which a whitening that still changes is taken as settled.
-const SETTLED: usize = 20_000;
+/// Ridge of the fit whose slopes say what noise passes, as a share of a column's square: slopes across a path on which
+/// terms are nearly dependent would else be anything.
+const DAMPING: f64 = 1e-4;
 
 /// How measurements are averaged, and what their noise does to the averages.
 ///
@@ -38,8 +37,8 @@ pub(super) struct Weak {
     stride: usize,
     /// Share of a row's variance that is no sensor's noise.
     floor: f64,
-    /// For each fitted state the linear equation nearest to the data: what noise passes.
-    linear: Vec<Vec<(Symbol, f64)>>,
+    /// For each fitted state what noise of each symbol passes.
+    passing: Vec<Vec<Passing>>,
 }
 
 /// Columns and rate of one fitted state.
@@ -68,6 +67,7 @@ impl Weak {
     /// The weak form of the equations of some states over some records.
     pub(super) fn new(
         layout: &Layout,
+        terms: &[Term],
         records: &[Arc<Signals>],
         half_width: Option<usize>,
         fitted: &[usize],
@@ -82,14 +82,9 @@ impl Weak {
         }
         let total: usize = records.iter().map(|s| length(s)).sum();
         let stride = ((SPACING * half_width as f64) as usize).max(total.div_ceil(most_rows)).max(1);
-        let mut weak = Self { half_width, stride, floor: FLOOR, linear: Vec::new() };
-        weak.linear = weak.nearest_linear(layout, records, fitted);
+        let mut weak = Self { half_width, stride, floor: FLOOR, passing: Vec::new() };
+        weak.passing = weak.passing(layout, terms, records, fitted);
         Ok(weak)
-    }
-
-    /// Rows between which neighbouring test functions overlap.
-    fn overlap(&self) -> usize {
-        2 * self.half_width / self.stride
     }
 
     /// Samples between neighbouring rows.
@@ -108,34 +103,45 @@ impl Weak {
         (0..=last).step_by(self.stride).map(|from| dot(kernel, &values[from..from + kernel.len()])).collect()
     }
 
-    /// Equations in displacements, velocities, inputs, their rates and a constant that fit best, without whitening.
-    fn nearest_linear(&self, layout: &Layout, records: &[Arc<Signals>], fitted: &[usize]) -> Vec<Vec<(Symbol, f64)>> {
+    /// What noise passes: the slopes of the equation nearest to the data, in the library's terms and in every symbol by
+    /// itself, fitted without whitening.
+    fn passing(
+        &self,
+        layout: &Layout,
+        terms: &[Term],
+        records: &[Arc<Signals>],
+        fitted: &[usize],
+    ) -> Vec<Vec<Passing>> {
         let inputs = (0..layout.inputs).flat_map(|j| [Symbol::Input(j), Symbol::InputRate(j)]);
         let symbols: Vec<Symbol> = layout.state_symbols().chain(inputs).collect();
-        let mut columns: Vec<Vec<f64>> = vec![Vec::new(); symbols.len() + 1];
+        let mut all: Vec<Term> = symbols.iter().map(|s| Term::new(Expression::Symbol(*s))).collect();
+        all.extend(terms.iter().filter(|t| !all.contains(t)).cloned().collect::<Vec<_>>());
+        let mut columns: Vec<Vec<f64>> = vec![Vec::new(); all.len() + 1];
         let mut rates: Vec<Vec<f64>> = vec![Vec::new(); fitted.len()];
         for signals in records {
             let kernels = kernels(self.half_width, signals.interval);
-            let average = |place: Option<(usize, usize)>| {
-                place.map(|(channel, order)| self.averages(&signals.measured[channel].values, &kernels[order]))
-            };
-            for (column, symbol) in columns.iter_mut().zip(&symbols) {
-                column.extend(average(place(&signals.measured, *symbol)).into_iter().flatten());
+            for (column, averages) in columns.iter_mut().zip(self.columns(layout, &all, signals, &kernels)) {
+                column.extend(averages);
             }
             for (rate, state) in rates.iter_mut().zip(fitted) {
-                rate.extend(average(rate_place(&signals.measured, layout, *state)).into_iter().flatten());
+                if let Some((channel, order)) = rate_place(&signals.measured, layout, *state) {
+                    rate.extend(self.averages(&signals.measured[channel].values, &kernels[order]));
+                }
             }
         }
         let rows = rates.first().map_or(0, Vec::len);
-        columns[symbols.len()].resize(rows, 1.0);
+        columns[all.len()].resize(rows, 1.0);
         rates
             .iter()
             .map(|rate| {
                 let reduced = Reduced::new(&columns, rate);
                 let usable: Vec<usize> = (0..columns.len()).filter(|k| !reduced.unusable(*k)).collect();
-                let coefficients = reduced.least_squares(&usable);
-                let pairs = usable.iter().zip(coefficients);
-                pairs.filter_map(|(k, c)| Some((*symbols.get(*k)?, c))).collect()
+                let coefficients = reduced.damped(&usable, DAMPING);
+                let addends = usable.iter().zip(coefficients).filter_map(|(k, c)| {
+                    let term = all.get(*k)?.expression().clone();
+                    Some(Expression::Product(vec![Expression::Number(c), term]))
+                });
+                slopes(&Expression::Sum(addends.collect()), &symbols, layout, records)
             })
             .collect()
     }
@@ -151,10 +157,11 @@ impl Weak {
     ) {
         let kernels = kernels(self.half_width, signals.interval);
         let columns = self.columns(layout, terms, signals, &kernels);
-        for ((state, linear), rows) in fitted.iter().zip(&self.linear).zip(rows) {
+        for ((state, passing), rows) in fitted.iter().zip(&self.passing).zip(rows) {
             let Some((channel, order)) = rate_place(&signals.measured, layout, *state) else { continue };
             let rate = self.averages(&signals.measured[channel].values, &kernels[order]);
-            let covariance = self.covariance(signals, (channel, order), linear, &kernels);
+            let both = Kernels { rate: kernels.clone(), column: kernels.clone() };
+            let covariance = both.covariance(&signals.measured, (channel, order), passing, self.stride);
             let whitening = Whitening::new(&covariance, self.floor, rate.len());
             for (whole, column) in rows.columns.iter_mut().zip(&columns) {
                 whitening.apply(column, whole);
@@ -193,37 +200,6 @@ impl Weak {
             })
             .collect()
     }
-
-    /// Covariance of a row with itself and those after it, in the noise of the rate's channel.
-    fn covariance(
-        &self,
-        signals: &Signals,
-        rate: (usize, usize),
-        linear: &[(Symbol, f64)],
-        kernels: &[Vec<f64>; 3],
-    ) -> Vec<f64> {
-        let mut passes = vec![vec![0.0; self.span()]; signals.measured.len()];
-        let mut add = |(channel, order): (usize, usize), factor: f64| {
-            passes[channel].iter_mut().zip(&kernels[order]).for_each(|(p, k)| *p += factor * k);
-        };
-        add(rate, 1.0);
-        for (symbol, coefficient) in linear {
-            if let Some(place) = place(&signals.measured, *symbol) {
-                add(place, -coefficient);
-            }
-        }
-        let noise = |m: &Measured| m.noise.max(LEAST_NOISE * rms(&m.values));
-        let unit = noise(&signals.measured[rate.0]);
-        let mut covariance = vec![0.0; self.overlap() + 1];
-        for (pass, measured) in passes.iter().zip(&signals.measured) {
-            let share = if unit > 0.0 { noise(measured) / unit } else { 1.0 };
-            for (lag, c) in covariance.iter_mut().enumerate() {
-                let shift = (lag * self.stride).min(pass.len());
-                *c += share * share * dot(&pass[shift..], &pass[..pass.len() - shift]);
-            }
-        }
-        covariance
-    }
 }
 
 /// The normalised test function and its derivatives, each with the sign that moving it from the measurement brings.
@@ -253,34 +229,6 @@ fn kernels(half_width: usize, interval: f64) -> [Vec<f64>; 3] {
     let bend = moment(&second, 2) / 2.0;
     second.iter_mut().for_each(|k| *k /= bend);
     [function, first, second]
-}
-
-/// The channel that a symbol is measured by, and how often that must be differentiated.
-fn place(measured: &[Measured], symbol: Symbol) -> Option<(usize, usize)> {
-    let channel = |role: Role| measured.iter().position(|m| m.role == role);
-    match symbol {
-        Symbol::State(i) => Some((channel(Role::Displacement(i))?, 0)),
-        Symbol::Rate(i) => match channel(Role::Velocity(i)) {
-            Some(channel) => Some((channel, 0)),
-            None => Some((channel(Role::Displacement(i))?, 1)),
-        },
-        Symbol::Input(j) => Some((channel(Role::Input(j))?, 0)),
-        Symbol::InputRate(j) => Some((channel(Role::Input(j))?, 1)),
-        Symbol::InputAcceleration(j) => Some((channel(Role::Input(j))?, 2)),
-        _ => None,
-    }
-}
-
-/// The same of a state's rate.
-fn rate_place(measured: &[Measured], layout: &Layout, state: usize) -> Option<(usize, usize)> {
-    let velocity = state.checked_sub(layout.freedoms).filter(|_| layout.kind == Kind::SecondOrder);
-    let Some(freedom) = velocity else {
-        return place(measured, Symbol::State(state)).map(|(channel, order)| (channel, order + 1));
-    };
-    let acceleration = measured.iter().position(|m| m.role == Role::Acceleration(freedom));
-    acceleration
-        .map(|channel| (channel, 0))
-        .or_else(|| place(measured, Symbol::Rate(freedom)).map(|(channel, order)| (channel, order + 1)))
 }
 
 /// A part of a term: a series times a factor, whose derivative of some order is averaged.
@@ -346,56 +294,10 @@ fn total_derivative(expression: &Expression, layout: &Layout, measured: &[Measur
     Some(Part { factor: factor / power, order: 1, source: Source::Path(integral) })
 }
 
-/// The inverse of a stationary banded covariance's Cholesky factor, row by row.
-struct Whitening {
-    /// Each row of the factor, from its diagonal back; the last one goes on.
-    factor: Vec<Vec<f64>>,
-}
-
-impl Whitening {
-    /// Factors the covariance of a row with itself and those after it; a share `floor` of the variance is white.
-    fn new(covariance: &[f64], floor: f64, rows: usize) -> Self {
-        let band = covariance.len() - 1;
-        let mut factor: Vec<Vec<f64>> = Vec::new();
-        let floor = floor * covariance[0];
-        for i in 0..rows.min(SETTLED) {
-            let mut row = vec![0.0; band + 1];
-            for lag in (0..=band.min(i)).rev() {
-                // The entry in column i − lag.
-                let column = i - lag;
-                let other = if lag == 0 { &row } else { &factor[column] };
-                let known: f64 = row[lag + 1..=band.min(i)].iter().zip(&other[1..]).map(|(a, b)| a * b).sum();
-                let sum = covariance[lag] + if lag == 0 { floor } else { 0.0 } - known;
-                row[lag] = if lag == 0 { sum.max(floor).sqrt() } else { sum / factor[column][0] };
-            }
-            let settled = factor.last().is_some_and(|before| {
-                i > band && before.iter().zip(&row).all(|(a, b)| (a - b).abs() <= 1e-12 * covariance[0].sqrt())
-            });
-            factor.push(row);
-            if settled {
-                break;
-            }
-        }
-        Self { factor }
-    }
-
-    /// Appends a whitened column to what there is.
-    fn apply(&self, column: &[f64], whole: &mut Vec<f64>) {
-        let start = whole.len();
-        whole.reserve(column.len());
-        let last = self.factor.len().saturating_sub(1);
-        for (i, value) in column.iter().enumerate() {
-            let row = &self.factor[i.min(last)];
-            let known: f64 = row[1..].iter().zip(whole[start..].iter().rev()).map(|(l, w)| l * w).sum();
-            whole.push((value - known) / row[0]);
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::{Channel, Record};
+    use crate::record::{Channel, Record, Role};
     use crate::signal::{Facts, Smoothing};
     use rand::SeedableRng as _;
     use rand_distr::{Distribution as _, StandardNormal};
@@ -450,7 +352,7 @@ mod tests {
         let signals = signals(motion, 0.0, 3000);
         let terms = terms("x, v, u, x*v");
         for half_width in [NARROWEST, 20, 100, 400] {
-            let weak = Weak::new(&LAYOUT, &[Arc::clone(&signals)], Some(half_width), &[1], usize::MAX).unwrap();
+            let weak = Weak::new(&LAYOUT, &[], &[Arc::clone(&signals)], Some(half_width), &[1], usize::MAX).unwrap();
             let Rows { columns, rate } = rows(&weak, &terms, &signals);
             let found = Reduced::new(&columns, &rate).least_squares(&[0, 1, 2, 3]);
             for (found, truth) in found.iter().zip([-9.0, -1.0, 1.0, 0.0]) {
@@ -463,9 +365,11 @@ mod tests {
     #[test]
     fn noise_alone_gives_rows_that_do_not_hang_together() {
         let signals = signals(|_| [0.0; 2], 1e-3, 200_000);
-        let mut weak = Weak::new(&LAYOUT, &[Arc::clone(&signals)], Some(30), &[1], usize::MAX).unwrap();
+        let mut weak = Weak::new(&LAYOUT, &[], &[Arc::clone(&signals)], Some(30), &[1], usize::MAX).unwrap();
         weak.floor = 1e-9;
-        weak.linear = vec![vec![(Symbol::State(0), -40.0), (Symbol::Rate(0), -2.0), (Symbol::Input(0), 30.0)]];
+        let passing = |(symbol, mean)| Passing { symbol, mean, spread: 0.0 };
+        let slopes = [(Symbol::State(0), -40.0), (Symbol::Rate(0), -2.0), (Symbol::Input(0), 30.0)];
+        weak.passing = vec![slopes.map(passing).to_vec()];
         let Rows { columns, rate } = rows(&weak, &terms("x, v, u"), &signals);
         let residual: Vec<f64> = (0..rate.len())
             .map(|k| rate[k] + 40.0 * columns[0][k] + 2.0 * columns[1][k] - 30.0 * columns[2][k])
@@ -498,7 +402,7 @@ mod tests {
     #[test]
     fn a_record_too_short_is_refused_in_words() {
         let signals = signals(|t| [t.sin(), t.cos()], 0.0, 100);
-        let refused = Weak::new(&LAYOUT, &[signals], Some(50), &[1], usize::MAX).unwrap_err();
+        let refused = Weak::new(&LAYOUT, &[], &[signals], Some(50), &[1], usize::MAX).unwrap_err();
         assert!(refused.to_string().contains("half width 50"), "{refused}");
     }
 }

@@ -1,0 +1,112 @@
+//! What smoothing and noise shift the coefficients by.
+
+use std::sync::Arc;
+
+use rand::SeedableRng as _;
+use rand_distr::{Distribution as _, StandardNormal};
+
+use super::regression::Regression;
+use super::{Outcome, Prepared, Settings};
+use crate::model::Model;
+use crate::record::{Channel, Record, Role};
+use crate::signal::{Signals, Smoothing, central, rms};
+use crate::term::{Layout, Term};
+
+/// Samples, of all records together, that the shift is found on.
+const SAMPLES: usize = 1 << 12;
+/// Main periods of a record that are used at least.
+const PERIODS: f64 = 12.0;
+/// A response whose size is that of the measured motion within this factor is a motion that the shift can be found on.
+const ALIKE: f64 = 2.0;
+
+/// The shift of each coefficient of each fitted equation, in the order of its terms: what the regression makes of the
+/// model's own response, with noise as the sensors', less the coefficients that it was simulated with (indirect inference,
+/// Gouriéroux, Monfort & Renault 1993). The noise is added once and taken away once, so that only the shift it brings
+/// is left. None where the response is not like the motion, or too short.
+pub(super) fn shifts(
+    regression: &Regression,
+    settings: &Settings,
+    model: &Model,
+    records: &[(&Prepared, &[Vec<f64>])],
+) -> Option<Vec<Vec<f64>>> {
+    let mut terms: Vec<Term> = model.equations.iter().flat_map(|e| &e.terms).map(|t| t.term.clone()).collect();
+    terms.sort_by(|a, b| a.as_str().cmp(b.as_str()));
+    terms.dedup();
+    if !records.iter().all(|(prepared, states)| alike(&prepared.record, states)) {
+        return None;
+    }
+    let echo = |sign: f64| {
+        let echoes: Vec<Arc<Signals>> = records
+            .iter()
+            .enumerate()
+            .map(|(k, (prepared, states))| {
+                let record = echo(prepared, &model.layout, states, SAMPLES / records.len(), sign, k as u64);
+                let smoothing =
+                    Smoothing { window: prepared.signals.length as usize, from_data: false, ..settings.smoothing };
+                let smoothing = if settings.smoothing.method.is_global() { smoothing } else { settings.smoothing };
+                Arc::new(Signals::new(&record, &model.layout, &smoothing, &prepared.facts))
+            })
+            .collect();
+        let again = regression.of(&terms, &echoes).ok()?.bounded(settings);
+        Some(again.refitted(model, settings))
+    };
+    let (plus, minus) = rayon::join(|| echo(1.0), || echo(-1.0));
+    let known = regression.fitted().map(|index| model.equations[index].terms.iter().map(|t| t.coefficient));
+    let shift = known
+        .zip(plus?.into_iter().zip(minus?))
+        .map(|(known, (plus, minus))| {
+            known.zip(plus.into_iter().zip(minus)).map(|(c, (p, m))| 0.5 * (p + m) - c).collect()
+        })
+        .collect();
+    Some(shift)
+}
+
+/// True if a response lasted and is as large as the motion.
+fn alike(record: &Record, states: &[Vec<f64>]) -> bool {
+    states.iter().enumerate().all(|(i, state)| {
+        record.channel(Role::Displacement(i)).is_none_or(|c| {
+            let ratio = rms(state) / rms(&c.values);
+            state.len() == c.values.len() && (ALIKE.recip()..ALIKE).contains(&ratio)
+        })
+    })
+}
+
+/// The middle of a record as it would have been measured if the model were true.
+fn echo(prepared: &Prepared, layout: &Layout, states: &[Vec<f64>], samples: usize, sign: f64, seed: u64) -> Record {
+    let Prepared { record, facts, signals, .. } = prepared;
+    let count = record.len();
+    let periods = signals.main_period.map_or(0, |p| (PERIODS * p / record.interval) as usize);
+    let from = (count - count.min(samples.max(periods))) / 2;
+    let mut random = rand_pcg::Pcg64::seed_from_u64(seed);
+    let channel = |(channel, noise): (&Channel, &f64)| {
+        let truth = match channel.role {
+            Role::Displacement(i) => states[i].clone(),
+            Role::Velocity(i) => states[layout.freedoms + i].clone(),
+            Role::Acceleration(i) => central(&states[layout.freedoms + i], record.interval),
+            Role::Input(j) if !prepared.drive.as_measured => signals.inputs[j].clone(),
+            _ => channel.values.to_vec(),
+        };
+        let mut noisy = |value: &f64| -> f64 {
+            let deviate: f64 = StandardNormal.sample(&mut random);
+            value + sign * noise * deviate
+        };
+        Channel { values: truth[from..count - from].iter().map(&mut noisy).collect(), ..channel.clone() }
+    };
+    let channels = record.channels.iter().zip(&facts.channel_noise).map(channel).collect();
+    Record { start: record.time(from), channels, ..(**record).clone() }
+}
+
+impl Outcome {
+    /// Lets the standard errors of unrefined coefficients allow for their shifts.
+    pub(super) fn allow_for(&mut self, shifts: Vec<Vec<f64>>, fitted: impl Iterator<Item = usize>) {
+        for ((fit, index), shift) in self.fits.iter_mut().zip(fitted).zip(shifts) {
+            for (row, i) in fit.covariance.iter_mut().zip(&shift) {
+                row.iter_mut().zip(&shift).for_each(|(c, j)| *c += i * j);
+            }
+            for (term, s) in self.model.equations[index].terms.iter_mut().zip(&shift) {
+                term.std_error = term.std_error.map(|e| e.hypot(*s));
+            }
+            fit.shift = shift;
+        }
+    }
+}
