@@ -16,6 +16,8 @@ use crate::term::{Layout, Term};
 const SAMPLES: usize = 1 << 12;
 /// Main periods of a record that are used at least.
 const PERIODS: f64 = 12.0;
+/// What one row is made from fits into it so many times at least.
+const SPANS: f64 = 16.0;
 /// A response whose size is that of the measured motion within this factor is a motion that the shift can be found on.
 const ALIKE: f64 = 2.0;
 
@@ -40,7 +42,8 @@ pub(super) fn shifts(
             .iter()
             .enumerate()
             .map(|(k, (prepared, states))| {
-                let record = echo(prepared, &model.layout, states, SAMPLES / records.len(), sign, k as u64);
+                let samples = (SAMPLES / records.len()).max((SPANS * regression.span(&prepared.signals)) as usize);
+                let record = echo(prepared, &model.layout, states, samples, sign, k as u64);
                 let smoothing =
                     Smoothing { window: prepared.signals.length as usize, from_data: false, ..settings.smoothing };
                 let smoothing = if settings.smoothing.method.is_global() { smoothing } else { settings.smoothing };
@@ -108,5 +111,44 @@ impl Outcome {
             }
             fit.shift = shift;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::record::{RecordSet, Usage};
+    use crate::rig::{Noise, ScenarioOptions, generate};
+    use crate::study::{Cancel, Form, Study, suggest};
+    use crate::term::{Kind, Symbol, Term};
+
+    #[test]
+    fn the_models_own_response_tells_what_too_much_smoothing_shifts() {
+        let options = ScenarioOptions {
+            duration: Some(60.0),
+            rate: Some(50.0),
+            noise: Some(Noise::Deviation(1e-4)),
+            ..ScenarioOptions::default()
+        };
+        let records = RecordSet::new(generate("duffing-noisy", &options).unwrap().records, Usage::Fit);
+        let mut settings = suggest(&records, Kind::SecondOrder).unwrap();
+        settings.terms = crate::term::list("x, x^3, v, u").unwrap();
+        settings.threshold = 0.0;
+        settings.smoothing.window = 151;
+        let mut study = Study::default();
+        let outcome = study.run(&records, &settings, &Cancel::default()).unwrap();
+        let mut largest = 0.0_f64;
+        for (term, truth) in [("x", -1.0), ("x^3", -0.6), ("v", -0.2), ("u", 1.0)] {
+            let term = Term::parse(term).unwrap();
+            let fitted = outcome.model.leading().unwrap().terms.iter().find(|t| t.term == term).unwrap();
+            let (error, shift) = (fitted.coefficient - truth, outcome.shift(Symbol::Rate(0), &term).unwrap());
+            // The model that responds is the shifted one, so its own shift is a little another.
+            assert!((error - shift).abs() < 0.3 * error.abs() + 1e-3, "{term}: {error} {shift}");
+            assert!(fitted.std_error.unwrap() >= shift.abs());
+            largest = largest.max(error.abs());
+        }
+        assert!(largest > 0.01, "a segment this long shifts nothing: {largest}");
+        settings.form = Form::Weak { half_width: Some(1400 / 4) };
+        let outcome = study.run(&records, &settings, &Cancel::default()).unwrap();
+        assert!(outcome.fits.iter().all(|f| f.shift.iter().all(|s| s.is_finite())));
     }
 }

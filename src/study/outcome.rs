@@ -201,6 +201,14 @@ impl Outcome {
         physical(&self.model, covariance, mass, metres(unit))
     }
 
+    /// What smoothing and noise shift the coefficient of a term by, in the equation of a state; none where it is not known.
+    pub fn shift(&self, state: Symbol, term: &Term) -> Option<f64> {
+        let fit = self.fits.iter().find(|f| f.state == state)?;
+        let index = self.model.layout.state_symbols().position(|s| s == state)?;
+        let place = self.model.equations.get(index)?.terms.iter().position(|t| t.term == *term)?;
+        fit.shift.get(place).copied()
+    }
+
     /// True if some record's response left the data's range.
     pub fn diverged(&self) -> bool {
         self.records.iter().any(|r| r.diverged_at.is_some())

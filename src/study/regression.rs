@@ -188,6 +188,11 @@ impl Regression {
         Self::new(&self.layout, terms, records, &smoothing, weak, &fitted)
     }
 
+    /// Samples that a row is made from.
+    pub(super) fn span(&self, signals: &Signals) -> f64 {
+        if let Origin::Averaged(weak) = &self.origin { weak.span() as f64 } else { signals.length }
+    }
+
     /// The coefficients of a model's own terms, none dropped: one for each term of each fitted equation.
     pub(super) fn refitted(&self, model: &Model, settings: &Settings) -> Vec<Vec<f64>> {
         let plain = Options { threshold: 0.0, ridge: 0.0, scaled: true };

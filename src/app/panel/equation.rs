@@ -9,14 +9,16 @@ use super::{Ask, Desk};
 use crate::app::commands::Command;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, section, share_bar};
-use crate::format::equations::{by_share, is_kinematic};
-use crate::format::number::{align_at_point, format_measured, plain, significant_trimmed};
+use crate::format::equations::{by_share, digits, is_kinematic};
+use crate::format::number::{align_at_point, format_measured, plain, significant, significant_trimmed};
 use crate::model::{Equation, WeightedTerm};
 use crate::study::{EquationFit, Lock, Settings};
 use crate::term::{Expression, Kind, Layout, Symbol, Term};
 
 /// Seconds in which a changed coefficient's ground fades.
 const FLASH: f64 = 0.7;
+/// Share of a standard error from which on a shift is spoken of.
+const SHIFTED: f64 = 0.3;
 const REFINE: &str = "Fit the coefficients of these terms to the response itself (output error), not to the acceleration: nearer to the truth, \
      and slower";
 /// Width of the column of the shares' bars, points.
@@ -163,6 +165,14 @@ fn term_row(
             Some(error) if error > 0.0 && term.coefficient != 0.0 => {
                 let percent = 100.0 * (error / term.coefficient).abs();
                 ui.label(format!("Standard error {} % of the coefficient", significant_trimmed(percent, 2)));
+                let shift = desk.bench.outcome.as_ref().and_then(|o| o.shift(state, &term.term));
+                if let Some(shift) = shift.filter(|s| s.abs() > SHIFTED * error) {
+                    let percent = 100.0 * (shift / term.coefficient).abs();
+                    ui.label(format!(
+                        "{} % of it is what smoothing and noise shift it by, as the model's own response shows",
+                        significant_trimmed(percent, 2)
+                    ));
+                }
             }
             _ => {}
         }
@@ -171,6 +181,10 @@ fn term_row(
         }
         if let Some(sure) = &sure {
             ui.label(format!("Stays in {} % of resampled data sets", plain(100.0 * sure.probability, 0)));
+            if let Some((low, high)) = sure.interval.filter(|_| term.std_error.is_some()) {
+                let end = |end: f64| significant(end, digits(end.abs(), term.std_error));
+                ui.label(format!("where nine of ten coefficients lie from {} to {}", end(low), end(high)));
+            }
             if sure.without_others.is_finite() && sure.without_others < sure.probability - 0.005 {
                 ui.label(format!(
                     "and in {} % where another term is left out of the library",
