@@ -20,7 +20,7 @@ const NOTHING: f64 = 0.01;
 /// that in a fit that a block around the piece is left out of, for a fit draws its own residuals to nothing the more it hangs
 /// on them (Cameron & Miller 2015).
 ///
-/// Where something is known of how residuals hang together, C = LLᵀ, columns and residual are those times L⁻¹, and only
+/// Where something is known of how residuals hang together, `C = LLᵀ`, columns and residual are those times L⁻¹, and only
 /// what is not known is left to the kernel (prewhitening, Andrews & Monahan 1992); `weights` are then the columns times Lᵀ.
 #[derive(Clone, Debug)]
 pub struct Scores {

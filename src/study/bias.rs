@@ -21,6 +21,9 @@ const SPANS: f64 = 16.0;
 /// A response whose size is that of the measured motion within this factor is a motion that the shift can be found on.
 const ALIKE: f64 = 2.0;
 
+/// A fitted record with the states of the model's response to it.
+pub(super) type Responded<'a> = (&'a Prepared, &'a [Vec<f64>]);
+
 /// The shift of each coefficient of each fitted equation, in the order of its terms: what the regression makes of the
 /// model's own response, with noise as the sensors', less the coefficients that it was simulated with (indirect inference,
 /// Gouriéroux, Monfort & Renault 1993). The noise is added once and taken away once, so that only the shift it brings
@@ -29,7 +32,7 @@ pub(super) fn shifts(
     regression: &Regression,
     settings: &Settings,
     model: &Model,
-    records: &[(&Prepared, &[Vec<f64>])],
+    records: &[Responded],
 ) -> Option<Vec<Vec<f64>>> {
     let mut terms: Vec<Term> = model.equations.iter().flat_map(|e| &e.terms).map(|t| t.term.clone()).collect();
     terms.sort_by(|a, b| a.as_str().cmp(b.as_str()));

@@ -251,8 +251,7 @@ impl Study {
     ) -> Option<Vec<Vec<f64>>> {
         let prepared = |o: &RecordOutcome| self.records.iter().find(|p| Arc::ptr_eq(&p.record, &o.record));
         let fitted = records.iter().filter(|o| o.usage == Usage::Fit);
-        let fitted: Option<Vec<(&Prepared, &[Vec<f64>])>> =
-            fitted.map(|o| Some((prepared(o)?, &o.states[..]))).collect();
+        let fitted: Option<Vec<bias::Responded>> = fitted.map(|o| Some((prepared(o)?, &o.states[..]))).collect();
         bias::shifts(regression, settings, model, &fitted?)
     }
 

@@ -169,7 +169,7 @@ fn term_row(
                 if let Some(shift) = shift.filter(|s| s.abs() > SHIFTED * error) {
                     let percent = 100.0 * (shift / term.coefficient).abs();
                     ui.label(format!(
-                        "{} % of it is what smoothing and noise shift it by, as the model's own response shows",
+                        "in it a shift of {} % by smoothing and noise, seen in the model's own response",
                         significant_trimmed(percent, 2)
                     ));
                 }

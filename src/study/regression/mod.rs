@@ -1,17 +1,20 @@
 //! The regression stage: library columns over every fitted record, reduced once, thresholded often.
 
-use std::ops::Range;
+mod rows;
+mod sureness;
+
 use std::sync::Arc;
 
 use super::known::{lock_of, sign_of};
-use super::noise::{Kernels, Whitening, rate_place, slopes};
 use super::weak::{Rows, Weak};
 use super::{EquationFit, Form, Kinematics, Lock, Scaling, Settings, StudyError};
 use crate::model::{Equation, Model, WeightedTerm, kinematic};
-use crate::signal::{Differentiation, SavitzkyGolay, Signals, Smoother, Smoothing, dot};
-use crate::sparse::{Constraint, Options, Reduced, Regressor, Scores, Sign, Solution, drop_path, stlsq};
+use crate::signal::{Differentiation, Signals, Smoothing, dot};
+use crate::sparse::{Constraint, Options, Reduced, Sign, Solution, drop_path, stlsq};
 use crate::study::outcome::{DroppedTerm, PathTerm};
-use crate::term::{Expression, Kind, Layout, Program, SampleBlock, Symbol, Term};
+use crate::term::{Expression, Kind, Layout, Program, Symbol, Term};
+use rows::{filtered, smooth_alike};
+pub(super) use sureness::Resampling;
 
 /// Library columns and the rates to explain, over every fitted record.
 #[derive(Debug)]
@@ -48,26 +51,6 @@ struct Target {
     /// RMS of the rate itself, where rows are weighted and theirs is another.
     rate_rms: f64,
 }
-
-/// One equation's regression, ready to be drawn again.
-pub(super) struct Resampling {
-    pub(super) state: Symbol,
-    pub(super) terms: Vec<Term>,
-    pub(super) constraints: Vec<Constraint>,
-    pub(super) options: Options,
-    pub(super) regressor: Regressor,
-    pub(super) reduced: Reduced,
-    /// How residuals move the moments of `columns`.
-    pub(super) scores: Scores,
-    pub(super) columns: Vec<usize>,
-}
-
-/// Correlation of two coefficients' errors from which on terms are said to be confused: each is three times as uncertain
-/// as it would be alone.
-const CONFUSED: f64 = 0.95;
-
-/// Share of a row's variance that is taken for white where standard errors are sought: what noise does not explain.
-const FLOOR: f64 = 1e-3;
 
 /// Most rows that a regression uses; more say nothing new and cost time.
 const MOST_ROWS: usize = 120_000;
@@ -308,44 +291,6 @@ impl Regression {
         (Model { layout: self.layout, equations, static_ratio: 1.0 }, misfit)
     }
 
-    /// Every equation's regression, ready to be drawn again.
-    pub(super) fn resampling(&self, settings: &Settings) -> Vec<Resampling> {
-        self.targets
-            .iter()
-            .map(|target| {
-                let (constraints, options) = (self.constraints(settings, target), options(settings));
-                let solution = settings.regressor.solve(&target.reduced, &constraints, &options);
-                let others = (0..self.terms.len()).filter(|k| !solution.support.contains(k));
-                let columns: Vec<usize> = solution.support.iter().copied().chain(others).collect();
-                Resampling {
-                    state: target.state,
-                    terms: self.terms.clone(),
-                    constraints,
-                    options,
-                    regressor: settings.regressor,
-                    reduced: target.reduced.clone(),
-                    scores: self.scores(target, &solution, &columns),
-                    columns,
-                }
-            })
-            .collect()
-    }
-
-    /// Pairs of terms that the data hardly tell apart: the correlation of their coefficients' errors in a fit of the
-    /// whole library, strongest first.
-    fn confused(&self, target: &Target) -> Vec<(Term, Term, f64)> {
-        let usable: Vec<usize> = (0..self.terms.len()).filter(|k| !target.reduced.unusable(*k)).collect();
-        let Some(inverse) = target.reduced.inverse_gram(&usable) else { return Vec::new() };
-        let mut pairs: Vec<(Term, Term, f64)> = (0..usable.len())
-            .flat_map(|j| (0..j).map(move |i| (i, j)))
-            .map(|(i, j)| (i, j, inverse[(i, j)] / (inverse[(i, i)] * inverse[(j, j)]).sqrt()))
-            .filter(|(.., correlation)| correlation.abs() > CONFUSED)
-            .map(|(i, j, correlation)| (self.terms[usable[i]].clone(), self.terms[usable[j]].clone(), correlation))
-            .collect();
-        pairs.sort_by(|a, b| b.2.abs().total_cmp(&a.2.abs()));
-        pairs
-    }
-
     /// The state of an index of the state vector.
     pub(super) fn symbol(&self, index: usize) -> Option<Symbol> {
         self.layout.state_symbols().nth(index)
@@ -430,50 +375,6 @@ impl Regression {
         (Equation { terms }, covariance)
     }
 
-    /// How a solution's residuals move the moments of some columns, the kept ones first.
-    fn scores(&self, target: &Target, solution: &Solution, columns: &[usize]) -> Scores {
-        let residual = self.residual(target, solution);
-        let whitenings = self.whitenings(target, solution).unwrap_or_default();
-        let ends = self.starts.iter().skip(1).copied().chain([residual.len()]);
-        let ranges: Vec<Range<usize>> = self.starts.iter().zip(ends).map(|(start, end)| *start..end).collect();
-        let each = |column: &[f64], way: &dyn Fn(&Whitening, &[f64], &mut Vec<f64>)| -> Vec<f64> {
-            if whitenings.is_empty() {
-                return column.to_vec();
-            }
-            let mut whole = Vec::with_capacity(column.len());
-            for (range, whitening) in ranges.iter().zip(&whitenings) {
-                way(whitening, &column[range.clone()], &mut whole);
-            }
-            whole
-        };
-        let weights: Vec<Vec<f64>> =
-            columns.iter().map(|k| each(&target.columns[*k], &Whitening::transposed)).collect();
-        let kept: Vec<Vec<f64>> =
-            solution.support.iter().map(|k| each(&target.columns[*k], &Whitening::apply)).collect();
-        let residual = each(&residual, &Whitening::apply);
-        Scores::new(&target.reduced, &solution.support, [&kept, &weights], &residual, &self.starts, self.block)
-    }
-
-    /// What makes each record's rows hang together no more, as far as that is the sensors' noise; none in the weak form.
-    fn whitenings(&self, target: &Target, solution: &Solution) -> Option<Vec<Whitening>> {
-        let Origin::Smoothed { records, smoothing, stride } = &self.origin else { return None };
-        let addends = self.terms.iter().zip(&solution.coefficients).filter(|(_, c)| **c != 0.0);
-        let addends = addends.map(|(t, c)| Expression::Product(vec![Expression::Number(*c), t.expression().clone()]));
-        let equation = Expression::Sum(addends.collect());
-        let inputs = (0..self.layout.inputs).flat_map(|j| [Symbol::Input(j), Symbol::InputRate(j)]);
-        let symbols: Vec<Symbol> = self.layout.state_symbols().chain(inputs).collect();
-        let passing = slopes(&equation, &symbols, &self.layout, records);
-        let ends = self.starts.iter().skip(1).copied().chain([target.rate.len()]);
-        let whitening = |(signals, rows): (&Arc<Signals>, usize)| {
-            let kernels = Kernels::of_smoothing(smoothing, signals.length, signals.interval)?;
-            let rate = rate_place(&signals.measured, &self.layout, target.index)?;
-            let covariance = kernels.covariance(&signals.measured, rate, &passing, *stride);
-            (covariance[0] > 0.0).then(|| Whitening::new(&covariance, FLOOR, rows))
-        };
-        let rows = self.starts.iter().zip(ends).map(|(start, end)| end - start);
-        records.iter().zip(rows).map(whitening).collect()
-    }
-
     fn residual(&self, target: &Target, solution: &Solution) -> Vec<f64> {
         let mut residual = target.rate.clone();
         for (column, c) in target.columns.iter().zip(&solution.coefficients).filter(|(_, c)| **c != 0.0) {
@@ -528,82 +429,6 @@ impl Regression {
             rate_rms: target.rate_rms,
         }
     }
-}
-
-/// Passes columns through the filter of the whole record that the displacement went through, a sign of states twice, as
-/// in [`filtered`].
-fn smooth_alike(smoothing: &Smoothing, signals: &Signals, jumps: &[bool], columns: &mut [Vec<f64>]) {
-    let count = signals.states.first().map_or(0, Vec::len);
-    let smoother = Smoother::new(smoothing, signals.length, count);
-    if !smoothing.filter_library || !smoothing.method.is_global() || !smoother.is_linear() {
-        return;
-    }
-    for (column, jumps) in columns.iter_mut().zip(jumps) {
-        for _ in 0..1 + usize::from(*jumps) {
-            *column = smoother.smooth(column, signals.interval);
-        }
-    }
-}
-
-/// Samples of a record that are evaluated at once: their columns stay in the cache until they are filtered.
-const CHUNK: usize = 4096;
-
-/// Evaluates the columns, smooths them and appends the rows `inside`, each `stride` samples from the one before.
-///
-/// A rate has passed the derivative's filter twice, from displacement to velocity and on. A column of smoothed states
-/// has passed once and passes once more; a sign of them has not been smoothed at all, and passes twice. `derived` says
-/// that rates are the filter's own derivatives.
-#[expect(clippy::too_many_arguments, reason = "one pass over one record")]
-fn filtered(
-    program: &Program,
-    samples: &SampleBlock<'_>,
-    filter: &SavitzkyGolay,
-    stride: usize,
-    inside: &Range<usize>,
-    derived: bool,
-    jumps: &[bool],
-    columns: &mut [Vec<f64>],
-) {
-    let count = samples.states.first().map_or(0, |s| s.len());
-    let smooth = if derived { filter.companion() } else { filter.weights(0.0, 0) };
-    let twice = convolve(&smooth, &smooth);
-    let reach = twice.len() / 2;
-    let clear_of_ends = inside.start * stride >= reach && inside.end.saturating_sub(1) * stride + reach < count;
-    let rows_at_once = if clear_of_ends { (CHUNK / stride).max(1) } else { inside.len().max(1) };
-    let mut chunk: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
-    let mut from = inside.start;
-    while from < inside.end {
-        let to = inside.end.min(from + rows_at_once);
-        chunk.iter_mut().for_each(Vec::clear);
-        if clear_of_ends {
-            let first = from * stride - reach;
-            let part = samples.slice(first..(to - 1) * stride + reach + 1);
-            program.columns(&part.block(), &mut chunk);
-            for ((column, chunk), jumps) in columns.iter_mut().zip(&chunk).zip(jumps) {
-                let kernel = if *jumps { &twice } else { &smooth };
-                let inset = reach - kernel.len() / 2;
-                column.extend((0..to - from).map(|row| dot(kernel, &chunk[row * stride + inset..][..kernel.len()])));
-            }
-        } else {
-            program.columns(samples, &mut chunk);
-            let mut smooth = vec![0.0; count.div_ceil(stride)];
-            for (column, chunk) in columns.iter_mut().zip(&chunk) {
-                filter.apply_strided(chunk, samples.interval, 0, stride, &mut smooth);
-                column.extend_from_slice(&smooth[from..to]);
-            }
-        }
-        from = to;
-    }
-}
-
-fn convolve(a: &[f64], b: &[f64]) -> Vec<f64> {
-    let mut out = vec![0.0; a.len() + b.len() - 1];
-    for (k, a) in a.iter().enumerate() {
-        for (slot, b) in out[k..].iter_mut().zip(b) {
-            *slot += a * b;
-        }
-    }
-    out
 }
 
 fn enough(rows: usize, terms: &[Term]) -> Result<(), StudyError> {

@@ -1,0 +1,82 @@
+//! A record's library columns, passed through the filter that its rates went through.
+
+use std::ops::Range;
+
+use crate::signal::{SavitzkyGolay, Signals, Smoother, Smoothing, dot};
+use crate::term::{Program, SampleBlock};
+
+/// Passes columns through the filter of the whole record that the displacement went through, a sign of states twice, as
+/// in [`filtered`].
+pub(super) fn smooth_alike(smoothing: &Smoothing, signals: &Signals, jumps: &[bool], columns: &mut [Vec<f64>]) {
+    let count = signals.states.first().map_or(0, Vec::len);
+    let smoother = Smoother::new(smoothing, signals.length, count);
+    if !smoothing.filter_library || !smoothing.method.is_global() || !smoother.is_linear() {
+        return;
+    }
+    for (column, jumps) in columns.iter_mut().zip(jumps) {
+        for _ in 0..1 + usize::from(*jumps) {
+            *column = smoother.smooth(column, signals.interval);
+        }
+    }
+}
+
+/// Samples of a record that are evaluated at once: their columns stay in the cache until they are filtered.
+const CHUNK: usize = 4096;
+
+/// Evaluates the columns, smooths them and appends the rows `inside`, each `stride` samples from the one before.
+///
+/// A rate has passed the derivative's filter twice, from displacement to velocity and on. A column of smoothed states
+/// has passed once and passes once more; a sign of them has not been smoothed at all, and passes twice. `derived` says
+/// that rates are the filter's own derivatives.
+#[expect(clippy::too_many_arguments, reason = "one pass over one record")]
+pub(super) fn filtered(
+    program: &Program,
+    samples: &SampleBlock<'_>,
+    filter: &SavitzkyGolay,
+    stride: usize,
+    inside: &Range<usize>,
+    derived: bool,
+    jumps: &[bool],
+    columns: &mut [Vec<f64>],
+) {
+    let count = samples.states.first().map_or(0, |s| s.len());
+    let smooth = if derived { filter.companion() } else { filter.weights(0.0, 0) };
+    let twice = convolve(&smooth, &smooth);
+    let reach = twice.len() / 2;
+    let clear_of_ends = inside.start * stride >= reach && inside.end.saturating_sub(1) * stride + reach < count;
+    let rows_at_once = if clear_of_ends { (CHUNK / stride).max(1) } else { inside.len().max(1) };
+    let mut chunk: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
+    let mut from = inside.start;
+    while from < inside.end {
+        let to = inside.end.min(from + rows_at_once);
+        chunk.iter_mut().for_each(Vec::clear);
+        if clear_of_ends {
+            let first = from * stride - reach;
+            let part = samples.slice(first..(to - 1) * stride + reach + 1);
+            program.columns(&part.block(), &mut chunk);
+            for ((column, chunk), jumps) in columns.iter_mut().zip(&chunk).zip(jumps) {
+                let kernel = if *jumps { &twice } else { &smooth };
+                let inset = reach - kernel.len() / 2;
+                column.extend((0..to - from).map(|row| dot(kernel, &chunk[row * stride + inset..][..kernel.len()])));
+            }
+        } else {
+            program.columns(samples, &mut chunk);
+            let mut smooth = vec![0.0; count.div_ceil(stride)];
+            for (column, chunk) in columns.iter_mut().zip(&chunk) {
+                filter.apply_strided(chunk, samples.interval, 0, stride, &mut smooth);
+                column.extend_from_slice(&smooth[from..to]);
+            }
+        }
+        from = to;
+    }
+}
+
+fn convolve(a: &[f64], b: &[f64]) -> Vec<f64> {
+    let mut out = vec![0.0; a.len() + b.len() - 1];
+    for (k, a) in a.iter().enumerate() {
+        for (slot, b) in out[k..].iter_mut().zip(b) {
+            *slot += a * b;
+        }
+    }
+    out
+}

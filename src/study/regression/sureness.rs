@@ -1,0 +1,119 @@
+//! How sure a regression's coefficients are: how its residuals move them, and which it can hardly tell apart.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::{Origin, Regression, Target, options};
+use crate::signal::Signals;
+use crate::sparse::{Constraint, Options, Reduced, Regressor, Scores, Solution};
+use crate::study::Settings;
+use crate::study::noise::{Kernels, Whitening, rate_place, slopes};
+use crate::term::{Expression, Symbol, Term};
+
+/// One equation's regression, ready to be drawn again.
+pub(in crate::study) struct Resampling {
+    pub(in crate::study) state: Symbol,
+    pub(in crate::study) terms: Vec<Term>,
+    pub(in crate::study) constraints: Vec<Constraint>,
+    pub(in crate::study) options: Options,
+    pub(in crate::study) regressor: Regressor,
+    pub(in crate::study) reduced: Reduced,
+    /// How residuals move the moments of `columns`.
+    pub(in crate::study) scores: Scores,
+    pub(in crate::study) columns: Vec<usize>,
+}
+
+/// Correlation of two coefficients' errors from which on terms are said to be confused: each is three times as uncertain
+/// as it would be alone.
+const CONFUSED: f64 = 0.95;
+
+/// Share of a row's variance that is taken for white where standard errors are sought: what noise does not explain.
+const FLOOR: f64 = 1e-3;
+
+/// What a whitening does to a column: appended to what there is.
+type Way = fn(&Whitening, &[f64], &mut Vec<f64>);
+
+impl Regression {
+    /// Every equation's regression, ready to be drawn again.
+    pub(in crate::study) fn resampling(&self, settings: &Settings) -> Vec<Resampling> {
+        self.targets
+            .iter()
+            .map(|target| {
+                let (constraints, options) = (self.constraints(settings, target), options(settings));
+                let solution = settings.regressor.solve(&target.reduced, &constraints, &options);
+                let others = (0..self.terms.len()).filter(|k| !solution.support.contains(k));
+                let columns: Vec<usize> = solution.support.iter().copied().chain(others).collect();
+                Resampling {
+                    state: target.state,
+                    terms: self.terms.clone(),
+                    constraints,
+                    options,
+                    regressor: settings.regressor,
+                    reduced: target.reduced.clone(),
+                    scores: self.scores(target, &solution, &columns),
+                    columns,
+                }
+            })
+            .collect()
+    }
+
+    /// Pairs of terms that the data hardly tell apart: the correlation of their coefficients' errors in a fit of the
+    /// whole library, strongest first.
+    pub(super) fn confused(&self, target: &Target) -> Vec<(Term, Term, f64)> {
+        let usable: Vec<usize> = (0..self.terms.len()).filter(|k| !target.reduced.unusable(*k)).collect();
+        let Some(inverse) = target.reduced.inverse_gram(&usable) else { return Vec::new() };
+        let mut pairs: Vec<(Term, Term, f64)> = (0..usable.len())
+            .flat_map(|j| (0..j).map(move |i| (i, j)))
+            .map(|(i, j)| (i, j, inverse[(i, j)] / (inverse[(i, i)] * inverse[(j, j)]).sqrt()))
+            .filter(|(.., correlation)| correlation.abs() > CONFUSED)
+            .map(|(i, j, correlation)| (self.terms[usable[i]].clone(), self.terms[usable[j]].clone(), correlation))
+            .collect();
+        pairs.sort_by(|a, b| b.2.abs().total_cmp(&a.2.abs()));
+        pairs
+    }
+
+    /// How a solution's residuals move the moments of some columns, the kept ones first.
+    pub(super) fn scores(&self, target: &Target, solution: &Solution, columns: &[usize]) -> Scores {
+        let residual = self.residual(target, solution);
+        let whitenings = self.whitenings(target, solution).unwrap_or_default();
+        let each = |column: &[f64], way: Way| -> Vec<f64> {
+            if whitenings.is_empty() {
+                return column.to_vec();
+            }
+            let mut whole = Vec::with_capacity(column.len());
+            for (range, whitening) in self.rows_of_records(column.len()).zip(&whitenings) {
+                way(whitening, &column[range], &mut whole);
+            }
+            whole
+        };
+        let weights: Vec<Vec<f64>> = columns.iter().map(|k| each(&target.columns[*k], Whitening::transposed)).collect();
+        let kept: Vec<Vec<f64>> =
+            solution.support.iter().map(|k| each(&target.columns[*k], Whitening::apply)).collect();
+        let residual = each(&residual, Whitening::apply);
+        Scores::new(&target.reduced, &solution.support, [&kept, &weights], &residual, &self.starts, self.block)
+    }
+
+    /// What makes each record's rows hang together no more, as far as that is the sensors' noise; none in the weak form.
+    fn whitenings(&self, target: &Target, solution: &Solution) -> Option<Vec<Whitening>> {
+        let Origin::Smoothed { records, smoothing, stride } = &self.origin else { return None };
+        let addends = self.terms.iter().zip(&solution.coefficients).filter(|(_, c)| **c != 0.0);
+        let addends = addends.map(|(t, c)| Expression::Product(vec![Expression::Number(*c), t.expression().clone()]));
+        let equation = Expression::Sum(addends.collect());
+        let inputs = (0..self.layout.inputs).flat_map(|j| [Symbol::Input(j), Symbol::InputRate(j)]);
+        let symbols: Vec<Symbol> = self.layout.state_symbols().chain(inputs).collect();
+        let passing = slopes(&equation, &symbols, &self.layout, records);
+        let whitening = |(signals, rows): (&Arc<Signals>, Range<usize>)| {
+            let kernels = Kernels::of_smoothing(smoothing, signals.length, signals.interval)?;
+            let rate = rate_place(&signals.measured, &self.layout, target.index)?;
+            let covariance = kernels.covariance(&signals.measured, rate, &passing, *stride);
+            (covariance[0] > 0.0).then(|| Whitening::new(&covariance, FLOOR, rows.len()))
+        };
+        records.iter().zip(self.rows_of_records(target.rate.len())).map(whitening).collect()
+    }
+
+    /// Each record's rows among all of them.
+    fn rows_of_records(&self, rows: usize) -> impl Iterator<Item = Range<usize>> {
+        let ends = self.starts.iter().skip(1).copied().chain([rows]);
+        self.starts.iter().zip(ends).map(|(start, end)| *start..end)
+    }
+}
