@@ -6,6 +6,7 @@
 mod calculus;
 mod expression;
 mod library;
+mod means;
 mod parse;
 mod print;
 mod program;
@@ -19,6 +20,7 @@ pub use calculus::derivative;
 pub(crate) use expression::sign;
 pub use expression::{Expression, Function, Symbol};
 pub use library::{Family, list, polynomials};
+pub use means::Means;
 pub use parse::TermError;
 pub(crate) use print::latex_number;
 pub(crate) use program::LANES;

@@ -12,7 +12,7 @@ use crate::model::{Equation, Model, WeightedTerm, kinematic};
 use crate::signal::{Differentiation, Signals, Smoothing, dot};
 use crate::sparse::{Constraint, Options, Reduced, Sign, Solution, drop_path, stlsq};
 use crate::study::outcome::{DroppedTerm, PathTerm};
-use crate::term::{Expression, Kind, Layout, Program, Symbol, Term};
+use crate::term::{Expression, Kind, Layout, Means, Program, Symbol, Term};
 use rows::{filtered, smooth_alike};
 pub(super) use sureness::Resampling;
 
@@ -69,7 +69,7 @@ impl Regression {
             return Self::averaged(layout, terms, records, weak, fitted);
         }
         let expressions: Vec<Expression> = terms.iter().map(|t| t.expression().clone()).collect();
-        let program = Program::new(&expressions, layout);
+        let means = Means::new(&expressions, layout);
         let total: usize = records.iter().map(|r| r.states.first().map_or(0, Vec::len)).sum();
         let length = records.iter().map(|r| r.length).fold(f64::INFINITY, f64::min);
         let stride = smoothing.stride(length).max(total.div_ceil(MOST_ROWS));
@@ -90,10 +90,13 @@ impl Regression {
             let slices = signals.slices();
             let samples = slices.block();
             match &filter {
-                Some(filter) => filtered(&program, &samples, filter, stride, &inside, derived, &jumps, &mut columns),
+                Some(filter) => filtered(&means, &samples, filter, stride, &inside, derived, &jumps, &mut columns),
                 None => {
                     let mut full: Vec<Vec<f64>> = vec![Vec::new(); terms.len()];
-                    program.columns(&samples, &mut full);
+                    match smoothing.filter_library {
+                        true => means.columns(&samples, &mut full),
+                        false => Program::new(&expressions, layout).columns(&samples, &mut full),
+                    }
                     smooth_alike(smoothing, signals, &jumps, &mut full);
                     for (column, full) in columns.iter_mut().zip(&full) {
                         column.extend(full.iter().step_by(stride).skip(inside.start).take(inside.len()));
