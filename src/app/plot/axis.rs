@@ -17,12 +17,13 @@ pub fn round_marks(spacing: f64) -> impl Fn(GridInput) -> Vec<GridMark> {
             return Vec::new();
         }
         let power = 10f64.powf(least.log10().floor());
-        let step = [1.0, 2.0, 5.0, 10.0]
-            .map(|s| s * power)
-            .into_iter()
-            .find(|s| *s >= least * (1.0 - 1e-9))
-            .unwrap_or(10.0 * power);
-        let (first, last) = ((low / step).ceil(), (high / step).floor());
+        let steps = [0.5, 1.0, 2.0, 5.0, 10.0].map(|s| s * power);
+        let roomy = (1..steps.len()).find(|k| steps[*k] >= least * (1.0 - 1e-9)).unwrap_or(steps.len() - 1);
+        let ends = |step: f64| ((low / step).ceil(), (high / step).floor());
+        // One mark alone tells no scale: two of the next smaller step do.
+        let (first, last) = ends(steps[roomy]);
+        let step = if last - first < 1.0 { steps[roomy - 1] } else { steps[roomy] };
+        let (first, last) = ends(step);
         // Beyond 2⁵³ steps from zero neighbouring marks fall together.
         if !(last - first <= MOST_MARKS && first.abs().max(last.abs()) < 9e15) {
             return Vec::new();
@@ -127,6 +128,12 @@ mod tests {
         assert_eq!(labels(-0.0023, 0.0023, &Scale::suited(2e-3, "m")), ["−2", "−1", "0", "1", "2"]);
         assert_eq!(labels(12.0, 12.05, &Scale::plain("s")), ["12.00", "12.01", "12.02", "12.03", "12.04", "12.05"]);
         assert_eq!(labels(0.0, 100.0, &Scale::plain("s")), ["0", "20", "40", "60", "80", "100"]);
+    }
+
+    #[test]
+    fn a_low_plot_has_more_than_one_tick() {
+        let marks = round_marks(4.5)(input(-33.0, 33.0, 85.0));
+        assert_eq!(marks.iter().map(|m| m.value).collect::<Vec<_>>(), [-20.0, 0.0, 20.0]);
     }
 
     #[test]
