@@ -526,11 +526,8 @@ impl Plan {
     ) -> Result<Vec<Candidate>, StudyError> {
         let Some(smoothed) = self.smoothed(start, smoothing, cancel)? else { return Ok(Vec::new()) };
         let settings = Settings { smoothing: *smoothing, ..start.clone() };
-        let thresholds = if free.threshold {
-            smoothed.all.thresholds(&settings, MOST_THRESHOLDS, &smoothed.folds)
-        } else {
-            vec![start.threshold]
-        };
+        let thresholds =
+            if free.threshold { smoothed.all.thresholds(&settings, MOST_THRESHOLDS) } else { vec![start.threshold] };
         let mut workspace = Workspace::default();
         let mut candidates: Vec<Candidate> = Vec::with_capacity(thresholds.len());
         for threshold in thresholds {

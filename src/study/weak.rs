@@ -6,7 +6,7 @@ use super::StudyError;
 use super::noise::{Kernels, Passing, Whitening, place, rate_place, slopes};
 use crate::signal::{Measured, Signals, dot};
 use crate::sparse::Reduced;
-use crate::term::{Expression, Kind, Layout, Means, Symbol, Term};
+use crate::term::{Expression, Kind, Layout, Program, Symbol, Term};
 
 /// Exponent of the test functions (1 − s²)ᵖ: five derivatives vanish at the ends, so sums over samples are integrals.
 const EXPONENT: i32 = 6;
@@ -181,7 +181,7 @@ impl Weak {
         let mut along = vec![Vec::new(); on_path.len()];
         let slices = signals.slices();
         let samples = slices.block();
-        Means::new(&on_path, layout).columns(&samples, &mut along);
+        Program::new(&on_path, layout).columns(&samples, &mut along);
         let mut along = along.iter();
         parts
             .iter()

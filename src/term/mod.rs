@@ -6,7 +6,6 @@
 mod calculus;
 mod expression;
 mod library;
-mod means;
 mod parse;
 mod print;
 mod program;
@@ -20,7 +19,6 @@ pub use calculus::derivative;
 pub(crate) use expression::sign;
 pub use expression::{Expression, Function, Symbol};
 pub use library::{Family, list, polynomials};
-pub use means::Means;
 pub use parse::TermError;
 pub(crate) use print::latex_number;
 pub(crate) use program::LANES;

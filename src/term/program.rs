@@ -172,11 +172,6 @@ impl Program {
     /// # Panics
     /// If `columns` does not hold one vector an expression.
     pub fn columns(&self, samples: &SampleBlock<'_>, columns: &mut [Vec<f64>]) {
-        self.columns_under(&[], samples, columns);
-    }
-
-    /// [`Self::columns`] with a series for each sign that is held.
-    pub(super) fn columns_under(&self, signs: &[Vec<f64>], samples: &SampleBlock<'_>, columns: &mut [Vec<f64>]) {
         assert_eq!(columns.len(), self.outputs.len(), "one column for each expression");
         let count = samples.states.first().or(samples.inputs.first()).map_or(0, |s| s.len());
         let mut memory = Slots::new();
@@ -192,9 +187,6 @@ impl Program {
             let symbols = samples.states.iter().chain(samples.inputs).chain(samples.input_rates);
             for (k, values) in symbols.enumerate() {
                 memory[(1 + k) * LANES..][..lanes].copy_from_slice(&values[from..from + lanes]);
-            }
-            for (k, values) in signs.iter().enumerate() {
-                memory[(self.first_sign() + k) * LANES..][..lanes].copy_from_slice(&values[from..from + lanes]);
             }
             self.run_lanes(&mut memory, 0..lanes);
             for (column, output) in columns.iter_mut().zip(&self.outputs) {

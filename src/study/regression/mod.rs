@@ -12,7 +12,7 @@ use crate::model::{Equation, Model, WeightedTerm, kinematic};
 use crate::signal::{Differentiation, Signals, Smoothing, dot};
 use crate::sparse::{Constraint, Options, Reduced, Sign, Solution, drop_path, stlsq};
 use crate::study::outcome::{DroppedTerm, PathTerm};
-use crate::term::{Expression, Kind, Layout, Means, Program, Symbol, Term};
+use crate::term::{Expression, Kind, Layout, Program, Symbol, Term};
 use rows::{filtered, smooth_alike};
 pub(super) use sureness::Resampling;
 
@@ -69,7 +69,7 @@ impl Regression {
             return Self::averaged(layout, terms, records, weak, fitted);
         }
         let expressions: Vec<Expression> = terms.iter().map(|t| t.expression().clone()).collect();
-        let means = Means::new(&expressions, layout);
+        let program = Program::new(&expressions, layout);
         let total: usize = records.iter().map(|r| r.states.first().map_or(0, Vec::len)).sum();
         let length = records.iter().map(|r| r.length).fold(f64::INFINITY, f64::min);
         let stride = smoothing.stride(length).max(total.div_ceil(MOST_ROWS));
@@ -90,13 +90,10 @@ impl Regression {
             let slices = signals.slices();
             let samples = slices.block();
             match &filter {
-                Some(filter) => filtered(&means, &samples, filter, stride, &inside, derived, &jumps, &mut columns),
+                Some(filter) => filtered(&program, &samples, filter, stride, &inside, derived, &jumps, &mut columns),
                 None => {
                     let mut full: Vec<Vec<f64>> = vec![Vec::new(); terms.len()];
-                    match smoothing.filter_library {
-                        true => means.columns(&samples, &mut full),
-                        false => Program::new(&expressions, layout).columns(&samples, &mut full),
-                    }
+                    program.columns(&samples, &mut full);
                     smooth_alike(smoothing, signals, &jumps, &mut full);
                     for (column, full) in columns.iter_mut().zip(&full) {
                         column.extend(full.iter().step_by(stride).skip(inside.start).take(inside.len()));
@@ -253,36 +250,19 @@ impl Regression {
         marks
     }
 
-    /// One threshold for each set of terms that thresholding can leave, at most `most`: the sparsest first. Of the
-    /// thresholds that leave a set the one at which most of `parts`, the regressions of parts of the data, leave it too:
-    /// where to stop is asked, not how well one number suits them all.
-    pub(super) fn thresholds(&self, settings: &Settings, most: usize, parts: &[Self]) -> Vec<f64> {
+    /// One threshold for each set of terms that thresholding can leave, at most `most`: the sparsest first.
+    pub(super) fn thresholds(&self, settings: &Settings, most: usize) -> Vec<f64> {
         let marks = self.marks(settings);
-        let theirs: Vec<f64> = parts.iter().flat_map(|p| p.marks(settings)).collect();
-        let kept = |regression: &Self, threshold: f64| -> Vec<Vec<Term>> {
-            let model = regression.model(&Settings { threshold, ..settings.clone() });
-            model.equations.into_iter().map(|e| e.terms.into_iter().map(|t| t.term).collect()).collect()
-        };
         let mut edges = vec![0.0];
         edges.extend(&marks);
         // The last interval holds no free term at all; it is tried too, for locked terms may do.
-        edges.push(f64::INFINITY);
-        let suited = |below: f64, above: f64| {
-            let middle = super::choose::between(below, above);
-            let mut within: Vec<f64> = theirs.iter().copied().filter(|m| *m > below && *m < above).collect();
-            if within.is_empty() {
-                return middle;
-            }
-            let wanted = kept(self, middle);
-            within.extend([below, above]);
-            within.sort_by(f64::total_cmp);
-            let agreeing = |threshold: f64| parts.iter().filter(|p| kept(p, threshold) == wanted).count();
-            let places = within.windows(2).map(|w| super::choose::between(w[0], w[1]));
-            // The middle of all stays where no other place does better.
-            places.map(|t| (agreeing(t), t)).fold((agreeing(middle), middle), |a, b| if b.0 > a.0 { b } else { a }).1
-        };
-        let mut thresholds: Vec<f64> = edges.windows(2).rev().take(most).map(|w| suited(w[0], w[1])).collect();
-        thresholds.dedup();
+        let mut thresholds: Vec<f64> = edges
+            .iter()
+            .enumerate()
+            .map(|(k, below)| super::choose::between(*below, edges.get(k + 1).copied().unwrap_or(f64::INFINITY)))
+            .collect();
+        thresholds.reverse();
+        thresholds.truncate(most);
         thresholds
     }
 

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::signal::{SavitzkyGolay, Signals, Smoother, Smoothing, dot};
-use crate::term::{Means, SampleBlock};
+use crate::term::{Program, SampleBlock};
 
 /// Passes columns through the filter of the whole record that the displacement went through, a sign of states twice, as
 /// in [`filtered`].
@@ -30,7 +30,7 @@ const CHUNK: usize = 4096;
 /// that rates are the filter's own derivatives.
 #[expect(clippy::too_many_arguments, reason = "one pass over one record")]
 pub(super) fn filtered(
-    means: &Means,
+    program: &Program,
     samples: &SampleBlock<'_>,
     filter: &SavitzkyGolay,
     stride: usize,
@@ -42,8 +42,7 @@ pub(super) fn filtered(
     let count = samples.states.first().map_or(0, |s| s.len());
     let smooth = if derived { filter.companion() } else { filter.weights(0.0, 0) };
     let twice = convolve(&smooth, &smooth);
-    // One sample more on either side: a jump beside the outermost is seen from both.
-    let reach = twice.len() / 2 + 1;
+    let reach = twice.len() / 2;
     let clear_of_ends = inside.start * stride >= reach && inside.end.saturating_sub(1) * stride + reach < count;
     let rows_at_once = if clear_of_ends { (CHUNK / stride).max(1) } else { inside.len().max(1) };
     let mut chunk: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
@@ -54,14 +53,14 @@ pub(super) fn filtered(
         if clear_of_ends {
             let first = from * stride - reach;
             let part = samples.slice(first..(to - 1) * stride + reach + 1);
-            means.columns(&part.block(), &mut chunk);
+            program.columns(&part.block(), &mut chunk);
             for ((column, chunk), jumps) in columns.iter_mut().zip(&chunk).zip(jumps) {
                 let kernel = if *jumps { &twice } else { &smooth };
                 let inset = reach - kernel.len() / 2;
                 column.extend((0..to - from).map(|row| dot(kernel, &chunk[row * stride + inset..][..kernel.len()])));
             }
         } else {
-            means.columns(samples, &mut chunk);
+            program.columns(samples, &mut chunk);
             let mut smooth = vec![0.0; count.div_ceil(stride)];
             for (column, chunk) in columns.iter_mut().zip(&chunk) {
                 filter.apply_strided(chunk, samples.interval, 0, stride, &mut smooth);
