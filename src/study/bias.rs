@@ -58,13 +58,13 @@ pub(super) fn shifts(
     };
     let (plus, minus) = rayon::join(|| echo(1.0), || echo(-1.0));
     let known = regression.fitted().map(|index| model.equations[index].terms.iter().map(|t| t.coefficient));
-    let shift = known
+    let shifts: Vec<Vec<f64>> = known
         .zip(plus?.into_iter().zip(minus?))
         .map(|(known, (plus, minus))| {
             known.zip(plus.into_iter().zip(minus)).map(|(c, (p, m))| 0.5 * (p + m) - c).collect()
         })
         .collect();
-    Some(shift)
+    shifts.iter().flatten().all(|s| s.is_finite()).then_some(shifts)
 }
 
 /// True if a response lasted and is as large as the motion.
