@@ -83,20 +83,21 @@ fn echo(prepared: &Prepared, layout: &Layout, states: &[Vec<f64>], samples: usiz
     let count = record.len();
     let periods = signals.main_period.map_or(0, |p| (PERIODS * p / record.interval) as usize);
     let from = (count - count.min(samples.max(periods))) / 2;
+    let part = from..count - from;
     let mut random = rand_pcg::Pcg64::seed_from_u64(seed);
     let channel = |(channel, noise): (&Channel, &f64)| {
         let truth = match channel.role {
-            Role::Displacement(i) => states[i].clone(),
-            Role::Velocity(i) => states[layout.freedoms + i].clone(),
-            Role::Acceleration(i) => central(&states[layout.freedoms + i], record.interval),
-            Role::Input(j) if !prepared.drive.as_measured => signals.inputs[j].clone(),
-            _ => channel.values.to_vec(),
+            Role::Displacement(i) => states[i][part.clone()].to_vec(),
+            Role::Velocity(i) => states[layout.freedoms + i][part.clone()].to_vec(),
+            Role::Acceleration(i) => central(&states[layout.freedoms + i][part.clone()], record.interval),
+            Role::Input(j) if !prepared.drive.as_measured => signals.inputs[j][part.clone()].to_vec(),
+            _ => channel.values[part.clone()].to_vec(),
         };
         let mut noisy = |value: &f64| -> f64 {
             let deviate: f64 = StandardNormal.sample(&mut random);
             value + sign * noise * deviate
         };
-        Channel { values: truth[from..count - from].iter().map(&mut noisy).collect(), ..channel.clone() }
+        Channel { values: truth.iter().map(&mut noisy).collect(), ..channel.clone() }
     };
     let channels = record.channels.iter().zip(&facts.channel_noise).map(channel).collect();
     Record { start: record.time(from), channels, ..(**record).clone() }
@@ -150,7 +151,7 @@ mod tests {
             largest = largest.max(error.abs());
         }
         assert!(largest > 0.01, "a segment this long shifts nothing: {largest}");
-        settings.form = Form::Weak { half_width: Some(1400 / 4) };
+        settings.form = Form::Weak { half_width: Some(350) };
         let outcome = study.run(&records, &settings, &Cancel::default()).unwrap();
         assert!(outcome.fits.iter().all(|f| f.shift.iter().all(|s| s.is_finite())));
     }

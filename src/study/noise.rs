@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::record::Role;
 use crate::signal::{Measured, Signals, Smoother, Smoothing, dot, mean_and_variance, rms};
-use crate::term::{Expression, Kind, Layout, Program, Symbol, derivative};
+use crate::term::{Expression, Kind, Layout, Program, Symbol, Term, derivative};
 
 /// Noise of a channel, at least, as a share of its RMS: in clean data what is left is the arithmetic's.
 const LEAST_NOISE: f64 = 1e-4;
@@ -25,14 +25,22 @@ pub(super) struct Passing {
     pub(super) spread: f64,
 }
 
-/// The slopes of an equation's right-hand side along the smoothed motion of some records.
-pub(super) fn slopes(
-    equation: &Expression,
-    symbols: &[Symbol],
+/// What a sensor may measure of a layout: its states, inputs and their rates.
+pub(super) fn symbols(layout: &Layout) -> Vec<Symbol> {
+    let inputs = (0..layout.inputs).flat_map(|j| [Symbol::Input(j), Symbol::InputRate(j)]);
+    layout.state_symbols().chain(inputs).collect()
+}
+
+/// The slopes along the smoothed motion of some records of a sum of terms, each with its coefficient.
+pub(super) fn slopes<'a>(
+    terms: impl Iterator<Item = (&'a Term, f64)>,
     layout: &Layout,
     records: &[Arc<Signals>],
 ) -> Vec<Passing> {
-    let slopes: Vec<Expression> = symbols.iter().map(|s| derivative(equation, *s)).collect();
+    let addend = |(t, c): (&Term, f64)| Expression::Product(vec![Expression::Number(c), t.expression().clone()]);
+    let equation = Expression::Sum(terms.map(addend).collect());
+    let symbols = symbols(layout);
+    let slopes: Vec<Expression> = symbols.iter().map(|s| derivative(&equation, *s)).collect();
     let program = Program::new(&slopes, layout);
     let mut along = vec![Vec::new(); slopes.len()];
     for signals in records {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::StudyError;
-use super::noise::{Kernels, Passing, Whitening, place, rate_place, slopes};
+use super::noise::{Kernels, Passing, Whitening, place, rate_place, slopes, symbols};
 use crate::signal::{Measured, Signals, dot};
 use crate::sparse::Reduced;
 use crate::term::{Expression, Kind, Layout, Program, Symbol, Term};
@@ -112,9 +112,7 @@ impl Weak {
         records: &[Arc<Signals>],
         fitted: &[usize],
     ) -> Vec<Vec<Passing>> {
-        let inputs = (0..layout.inputs).flat_map(|j| [Symbol::Input(j), Symbol::InputRate(j)]);
-        let symbols: Vec<Symbol> = layout.state_symbols().chain(inputs).collect();
-        let mut all: Vec<Term> = symbols.iter().map(|s| Term::new(Expression::Symbol(*s))).collect();
+        let mut all: Vec<Term> = symbols(layout).into_iter().map(|s| Term::new(Expression::Symbol(s))).collect();
         all.extend(terms.iter().filter(|t| !all.contains(t)).cloned().collect::<Vec<_>>());
         let mut columns: Vec<Vec<f64>> = vec![Vec::new(); all.len() + 1];
         let mut rates: Vec<Vec<f64>> = vec![Vec::new(); fitted.len()];
@@ -137,11 +135,8 @@ impl Weak {
                 let reduced = Reduced::new(&columns, rate);
                 let usable: Vec<usize> = (0..columns.len()).filter(|k| !reduced.unusable(*k)).collect();
                 let coefficients = reduced.damped(&usable, DAMPING);
-                let addends = usable.iter().zip(coefficients).filter_map(|(k, c)| {
-                    let term = all.get(*k)?.expression().clone();
-                    Some(Expression::Product(vec![Expression::Number(c), term]))
-                });
-                slopes(&Expression::Sum(addends.collect()), &symbols, layout, records)
+                let known = usable.iter().zip(coefficients).filter_map(|(k, c)| Some((all.get(*k)?, c)));
+                slopes(known, layout, records)
             })
             .collect()
     }
@@ -157,10 +152,10 @@ impl Weak {
     ) {
         let kernels = kernels(self.half_width, signals.interval);
         let columns = self.columns(layout, terms, signals, &kernels);
+        let both = Kernels { rate: kernels.clone(), column: kernels.clone() };
         for ((state, passing), rows) in fitted.iter().zip(&self.passing).zip(rows) {
             let Some((channel, order)) = rate_place(&signals.measured, layout, *state) else { continue };
             let rate = self.averages(&signals.measured[channel].values, &kernels[order]);
-            let both = Kernels { rate: kernels.clone(), column: kernels.clone() };
             let covariance = both.covariance(&signals.measured, (channel, order), passing, self.stride);
             let whitening = Whitening::new(&covariance, self.floor, rate.len());
             for (whole, column) in rows.columns.iter_mut().zip(&columns) {

@@ -8,7 +8,7 @@ use crate::signal::Signals;
 use crate::sparse::{Constraint, Options, Reduced, Regressor, Scores, Solution};
 use crate::study::Settings;
 use crate::study::noise::{Kernels, Whitening, rate_place, slopes};
-use crate::term::{Expression, Symbol, Term};
+use crate::term::{Symbol, Term};
 
 /// One equation's regression, ready to be drawn again.
 pub(in crate::study) struct Resampling {
@@ -96,12 +96,8 @@ impl Regression {
     /// What makes each record's rows hang together no more, as far as that is the sensors' noise; none in the weak form.
     fn whitenings(&self, target: &Target, solution: &Solution) -> Option<Vec<Whitening>> {
         let Origin::Smoothed { records, smoothing, stride } = &self.origin else { return None };
-        let addends = self.terms.iter().zip(&solution.coefficients).filter(|(_, c)| **c != 0.0);
-        let addends = addends.map(|(t, c)| Expression::Product(vec![Expression::Number(*c), t.expression().clone()]));
-        let equation = Expression::Sum(addends.collect());
-        let inputs = (0..self.layout.inputs).flat_map(|j| [Symbol::Input(j), Symbol::InputRate(j)]);
-        let symbols: Vec<Symbol> = self.layout.state_symbols().chain(inputs).collect();
-        let passing = slopes(&equation, &symbols, &self.layout, records);
+        let kept = self.terms.iter().zip(solution.coefficients.iter().copied()).filter(|(_, c)| *c != 0.0);
+        let passing = slopes(kept, &self.layout, records);
         let whitening = |(signals, rows): (&Arc<Signals>, Range<usize>)| {
             let kernels = Kernels::of_smoothing(smoothing, signals.length, signals.interval)?;
             let rate = rate_place(&signals.measured, &self.layout, target.index)?;
