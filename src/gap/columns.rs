@@ -19,6 +19,15 @@ pub(super) struct Inputs<'a> {
 }
 
 impl Series {
+    pub(super) fn clock(&self) -> Clock {
+        Clock { start: self.start, interval: self.interval }
+    }
+
+    /// Its motion as smoothed without a model.
+    pub(super) fn path(&self) -> Path {
+        Path { x: self.smoothed.states[0].clone(), v: self.smoothed.states[1].clone() }
+    }
+
     pub(super) fn inputs(&self) -> Inputs<'_> {
         Inputs {
             values: self.inputs.iter().map(Vec::as_slice).collect(),
@@ -36,6 +45,13 @@ impl Series {
     }
 }
 
+/// Time of the first sample and sampling interval, s.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Clock {
+    pub(super) start: f64,
+    pub(super) interval: f64,
+}
+
 /// The value of each term at every sample; internal states run along the motion from zero.
 pub(super) fn forces(
     terms: &[Term],
@@ -46,7 +62,7 @@ pub(super) fn forces(
     path: &Path,
 ) -> Vec<Vec<f64>> {
     let layout = Layout { internals: internals.len(), kind: Kind::SecondOrder, ..*layout };
-    let z = integrate(internals, &layout, series, inputs, path);
+    let z = integrate(internals, &layout, series.clock(), inputs, path);
     let mut states: Vec<&[f64]> = vec![&path.x, &path.v];
     states.extend(z.iter().map(Vec::as_slice));
     let block = SampleBlock {
@@ -66,7 +82,7 @@ pub(super) fn forces(
 fn integrate_linear(
     internals: &[Equation],
     layout: &Layout,
-    series: &Series,
+    clock: Clock,
     inputs: &Inputs<'_>,
     path: &Path,
 ) -> Option<Vec<Vec<f64>>> {
@@ -89,13 +105,13 @@ fn integrate_linear(
             }
         }
         a[(i, count + i)] = 1.0;
-        a[(count + i, 2 * count + i)] = series.interval.recip();
+        a[(count + i, 2 * count + i)] = clock.interval.recip();
         drives.push(if drive.is_empty() { Expression::Number(0.0) } else { Expression::Sum(drive).normal() });
     }
     let states: Vec<&[f64]> = vec![&path.x, &path.v];
     let block = SampleBlock {
-        start: series.start,
-        interval: series.interval,
+        start: clock.start,
+        interval: clock.interval,
         states: &states,
         inputs: &inputs.values,
         input_rates: &inputs.rates,
@@ -103,7 +119,7 @@ fn integrate_linear(
     let n = path.x.len();
     let mut forces = vec![Vec::with_capacity(n); count];
     Program::new(&drives, &outside).columns(&block, &mut forces);
-    let step = (a * series.interval).exp();
+    let step = (a * clock.interval).exp();
     let after = step.view((0, 2 * count), (count, count)).clone_owned();
     let before = step.view((0, count), (count, count)) - &after;
     let mut out = vec![Vec::with_capacity(n); count];
@@ -129,10 +145,10 @@ fn integrate_linear(
 const MOST_LINEAR: usize = 4;
 
 /// Internal states along a motion, by the classical Runge–Kutta method, one step a sample.
-fn integrate(
+pub(super) fn integrate(
     internals: &[Equation],
     layout: &Layout,
-    series: &Series,
+    clock: Clock,
     inputs: &Inputs<'_>,
     path: &Path,
 ) -> Vec<Vec<f64>> {
@@ -142,7 +158,7 @@ fn integrate(
     if count == 0 {
         return Vec::new();
     }
-    if let Some(linear) = integrate_linear(internals, layout, series, inputs, path) {
+    if let Some(linear) = integrate_linear(internals, layout, clock, inputs, path) {
         return linear;
     }
     let expressions: Vec<Expression> = internals
@@ -160,13 +176,13 @@ fn integrate(
     let (time, x, v, z) =
         (address(Symbol::Time), address(Symbol::State(0)), address(Symbol::Rate(0)), address(Symbol::Internal(0)));
     let input = (layout.inputs > 0).then(|| (address(Symbol::Input(0)), address(Symbol::InputRate(0))));
-    let h = series.interval;
+    let h = clock.interval;
     // The displacement between two samples is the cubic that their velocities give, all else a straight line.
     let load = |slots: &mut Slots, k: usize, s: f64| {
         let next = (k + 1).min(n - 1);
         let line = |a: &[f64]| a[k] + s * (a[next] - a[k]);
         let r = 1.0 - s;
-        slots[time] = series.start + h * (k as f64 + s);
+        slots[time] = clock.start + h * (k as f64 + s);
         slots[x] = r * r * ((1.0 + 2.0 * s) * path.x[k] + s * h * path.v[k])
             + s * s * ((1.0 + 2.0 * r) * path.x[next] - r * h * path.v[next]);
         slots[v] = line(&path.v);

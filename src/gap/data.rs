@@ -4,8 +4,8 @@ use std::sync::Arc;
 use super::GapError;
 use crate::format::units::format_si;
 use crate::record::{Record, RecordSet, Role, Usage};
-use crate::refine::Run;
-use crate::signal::{Facts, Signals, Spectrum, rms, standard_deviation};
+use crate::refine::{MeasuredMotion, Run};
+use crate::signal::{Facts, Signals, Spectrum, motion_period, rms, standard_deviation};
 use crate::simulate::InputGrid;
 use crate::study::{base_excited, suggest};
 use crate::term::{Kind, Layout};
@@ -23,8 +23,10 @@ pub(super) struct Series {
     pub(super) inputs: Vec<Vec<f64>>,
     pub(super) input_rates: Vec<Vec<f64>>,
     pub(super) limits: [f64; 2],
-    /// Displacement and velocity at every sample, smoothed without a model: where a simulation may start from.
-    pub(super) rough: [Vec<f64>; 2],
+    /// Displacement, velocity and inputs at every sample, smoothed without a model: where a simulation may start from.
+    pub(super) smoothed: Arc<MeasuredMotion>,
+    /// Which of the fitted, or of the held-out, records it is.
+    index: usize,
 }
 
 /// All records of a search.
@@ -44,6 +46,8 @@ pub(super) struct Data {
     pub(super) stepped: bool,
     /// Main frequency of the fitted motion, Hz.
     pub(super) frequency: f64,
+    /// Period of the fitted motion by its accelerations, s: what segments of records are measured by.
+    pub(super) period: f64,
     pub(super) notices: Vec<String>,
 }
 
@@ -96,7 +100,7 @@ impl Data {
         }
         let smoothing = suggest(&set, kind).map_err(|e| GapError::Records(e.to_string()))?.smoothing;
         let facts: Vec<Facts> = thinned.iter().map(|(r, _)| Facts::new(r, &layout)).collect();
-        let series: Vec<Series> = thinned
+        let mut series: Vec<Series> = thinned
             .iter()
             .zip(&facts)
             .map(|((record, usage), facts)| {
@@ -117,6 +121,12 @@ impl Data {
             .and_then(|s| s.peak())
             .map_or_else(|| 4.0 / first.duration(), |p| p.frequency);
         let noise = f64::sqrt(squares / count);
+        let all: Vec<&[f64]> = series[..fitted].iter().map(|s| &*s.measured).collect();
+        let period = motion_period(&all, series[0].interval, noise).unwrap_or_else(|| frequency.recip());
+        let (fit_part, held_part) = series.split_at_mut(fitted);
+        for part in [fit_part, held_part] {
+            part.iter_mut().enumerate().for_each(|(k, s)| s.index = k);
+        }
         let step = step(series[..fitted].iter().flat_map(|s| s.measured.iter().copied()).collect());
         let stepped = step.is_some_and(|step| step > COARSE * noise);
         let unit = |role: Role| first.channel(role).map_or_else(String::new, |c| c.unit.clone());
@@ -136,6 +146,7 @@ impl Data {
             noise,
             stepped,
             frequency,
+            period,
             notices,
         })
     }
@@ -170,8 +181,9 @@ impl Series {
         let (inputs, input_rates) = (sampled(0), sampled(1));
         let largest = |s: &[f64]| s.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let mut states = signals.states.into_iter();
-        let rough = [states.next().unwrap_or_default(), states.next().unwrap_or_default()];
-        let limits = [ROOM * largest(&rough[0]), ROOM * largest(&rough[1])];
+        let states: Vec<Vec<f64>> = (0..2).map(|_| states.next().unwrap_or_default()).collect();
+        let limits = [ROOM * largest(&states[0]), ROOM * largest(&states[1])];
+        let smoothed = Arc::new(MeasuredMotion { states, inputs: inputs.clone(), input_rates: input_rates.clone() });
         Self {
             name: record.name.as_str().into(),
             usage,
@@ -182,7 +194,8 @@ impl Series {
             inputs,
             input_rates,
             limits,
-            rough,
+            smoothed,
+            index: 0,
         }
     }
 
@@ -198,10 +211,12 @@ impl Series {
     /// A stretch of the record with an initial state of its own.
     pub(super) fn stretch(&self, range: std::ops::Range<usize>) -> Run {
         Run {
+            record: self.index,
             grid: Arc::clone(&self.grid),
-            measured: Arc::clone(&self.measured),
-            limits: self.limits,
-            initial: [self.rough[0][range.start], self.rough[1][range.start]],
+            measured: vec![Arc::clone(&self.measured)],
+            weights: vec![1.0],
+            motion: Arc::clone(&self.smoothed),
+            limits: self.limits.to_vec(),
             range,
         }
     }

@@ -55,7 +55,7 @@ pub(super) fn score(before: &Fitted, after: &Fitted, colour: f64, floor: f64) ->
     let fitted = train(after) - train(before);
     // An internal state's beginning is felt for a moment only: more samples do not determine it better, and it costs what
     // any number fitted does.
-    let passing = |f: &Fitted| (f.composition.internals() * f.refined.point.own.len()) as f64;
+    let passing = |f: &Fitted| f.refined.point.own.iter().map(|own| own.len().saturating_sub(2)).sum::<usize>() as f64;
     let more_passing = passing(after) - passing(before);
     let more = after.refined.unknowns() as f64 - before.refined.unknowns() as f64 - more_passing;
     let penalty = more * n.max(2.0).ln() + PASSING * more_passing;

@@ -110,10 +110,10 @@ impl Search {
 
     /// A model without one of its parts, fitted anew.
     fn without(&self, whole: &Fitted, part: &Part, cancel: &Cancel) -> Option<Fitted> {
-        let Point { shared, own } = &whole.refined.point;
-        let (composition, stays) = whole.composition.lean(part, shared)?;
-        let shared: Vec<f64> = shared.iter().zip(&stays).filter(|(_, stays)| **stays).map(|(s, _)| *s).collect();
-        let start = Point { shared, own: carried(&whole.composition, &composition, own) };
+        let point = &whole.refined.point;
+        let (composition, stays) = whole.composition.lean(part, &point.shared)?;
+        let kept = point.shared.iter().zip(&stays).filter(|(_, stays)| **stays).map(|(s, _)| *s);
+        let start = Point { shared: kept.collect(), ..carried(&whole.composition, &composition, point) };
         let refined = self.data.refine(&composition, &start, self.data.lost(), Pace::Thorough, cancel)?;
         Some(self.data.judge(composition, refined, cancel))
     }

@@ -76,6 +76,7 @@ impl Data {
         let (_, composed) = fitted.composition.model(shared);
         let present = (composed.terms.as_slice(), &shared[..composed.terms.len()]);
         let tangent = self.tangent(fitted);
+        let simulated = fitted.by_record(&fitted.refined.simulated);
         let residual: Vec<f64> = fitted.refined.residuals.iter().flatten().copied().collect();
         let groups = self.groups(motion);
         let mut questions: Vec<(String, Vec<Vec<f64>>, f64)> = groups
@@ -95,7 +96,7 @@ impl Data {
                 &motion.simulated,
                 &motion.variations,
                 present,
-                &fitted.refined.simulated,
+                &simulated,
             );
             // Neighbours on a fine grid ask the same thing: two points of it are one question.
             let asked = 1.0 + form.grid().len() as f64 / 2.0;
@@ -259,6 +260,7 @@ impl Data {
             basis.push(column);
         }
         let deviation = fitted.refined.rmse();
+        let simulated = fitted.by_record(&fitted.refined.simulated);
         let omega = motion.variations.first().map_or(1.0, |v| v.oscillator.stiffness);
         let spring = omega * motion.measured.iter().map(|p| rms(&p.x)).fold(0.0, f64::max);
         let mut sizes = Vec::new();
@@ -269,7 +271,7 @@ impl Data {
                 continue;
             }
             let columns =
-                self.columns(&addition, &motion.simulated, &motion.variations, present, &fitted.refined.simulated);
+                self.columns(&addition, &motion.simulated, &motion.variations, present, &simulated);
             let Some(mut column) = columns.into_iter().next() else { continue };
             basis.remove(&mut column);
             let size = dot(&column, &column).sqrt();

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::data::Data;
 use super::fit::Fitted;
 use crate::format::number::significant;
-use crate::refine::{Options, Point, Run, own_start, refine};
+use crate::refine::{MeasuredMotion, Options, Point, Run, refine};
 use crate::signal::rms;
 use crate::simulate::{InputGrid, Limits, Simulator};
 use crate::study::Cancel;
@@ -44,16 +44,26 @@ impl Data {
                 continue;
             }
             let largest = |s: &[f64]| 10.0 * s.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            let limits = response.states[..2].iter().map(|s| largest(s)).collect();
             let run = Run {
+                record: 0,
                 grid,
-                measured: response.states[0].as_slice().into(),
+                measured: vec![response.states[0].as_slice().into()],
+                weights: vec![1.0],
                 range: 0..count,
-                limits: [largest(&response.states[0]), largest(&response.states[1])],
-                initial: proposal.initial,
+                limits,
+                motion: Arc::new(MeasuredMotion { states: response.states, ..MeasuredMotion::default() }),
             };
             let runs = [run];
-            let start = Point { shared: rival.refined.point.shared.clone(), own: own_start(&rival.composition, &runs) };
-            let options = Options { frozen: false, steps: 6, effort: usize::MAX, bar: None, cancelled: &cancelled };
+            let start = Point::new(&rival.composition, &runs, rival.refined.point.shared.clone(), false);
+            let options = Options {
+                frozen: false,
+                driven: false,
+                steps: 6,
+                effort: usize::MAX,
+                bar: None,
+                cancelled: &cancelled,
+            };
             // A rival that cannot even follow is told apart for certain.
             let apart = refine(&rival.composition, &runs, &start, options).map_or(f64::INFINITY, |r| r.rmse() / noise);
             if apart.is_finite() && found.as_ref().is_none_or(|(a, _)| apart > *a) {

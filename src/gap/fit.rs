@@ -8,7 +8,7 @@ use super::motion::{Oscillator, Variation};
 use super::outcome::Gap;
 use super::structure::Composition;
 use crate::model::Equation;
-use crate::refine::{Bar, Options, Point, Refined, Run, Structure, own_start, refine};
+use crate::refine::{Bar, Goal, Landed, Options, Point, Refined, Run, Structure, climb, cut, levels, refine, shoot};
 use crate::signal::{dot, mean_and_variance, rms};
 use crate::study::Cancel;
 use crate::term::{Expression, Layout, Symbol, Term, derivative};
@@ -18,24 +18,63 @@ use crate::term::{Expression, Layout, Symbol, Term, derivative};
 pub(super) struct Fitted {
     pub(super) composition: Composition,
     pub(super) refined: Arc<Refined>,
-    /// Residual sums of squares on data left out, one a fold.
+    /// What was fitted: whole records, or the segments at which the model still follows them.
+    pub(super) runs: Arc<[Run]>,
+    /// Doublings of the shortest segments; [`WHOLE`] for whole records.
+    pub(super) level: usize,
+    /// Residual sums of squares on data left out, one a fold, over segments as long as the fitted ones.
     pub(super) folds: Vec<Fold>,
     /// Simulated displacement of each held-out record, empty where there is none or it does not last.
     pub(super) held_out: Vec<Vec<f64>>,
     pub(super) gap: Gap,
 }
 
+/// The level at which whole records are fitted.
+pub(super) const WHOLE: usize = usize::MAX;
+
 /// The score of one set of data that was left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Fold {
     pub(super) rss: f64,
     pub(super) samples: usize,
+    /// Initial values that were fitted to it.
+    pub(super) passing: usize,
 }
 
 impl Fold {
     pub(super) fn rmse(&self) -> f64 {
-        (self.rss / self.samples.max(1) as f64).sqrt()
+        (self.rss / self.samples.saturating_sub(self.passing).max(1) as f64).sqrt()
     }
+}
+
+impl Fitted {
+    /// A series per run put together again: one series a fitted record.
+    pub(super) fn by_record(&self, per_run: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        by_record(&self.runs, per_run)
+    }
+
+    /// RMS of the residuals, initial values allowed for.
+    pub(super) fn error(&self) -> f64 {
+        let freedom = self.refined.samples.saturating_sub(self.refined.passing()).max(1);
+        (self.refined.rss / freedom as f64).sqrt()
+    }
+
+    /// RMS of what is left on data never fitted.
+    pub(super) fn held_out_error(&self) -> f64 {
+        let (rss, freedom) = self.folds.iter().fold((0.0, 0), |(rss, freedom), fold| {
+            (rss + fold.rss, freedom + fold.samples.saturating_sub(fold.passing))
+        });
+        if freedom == 0 { self.error() } else { (rss / freedom as f64).sqrt() }
+    }
+}
+
+fn by_record(runs: &[Run], per_run: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let mut out: Vec<Vec<f64>> = Vec::new();
+    for (run, values) in runs.iter().zip(per_run) {
+        out.resize_with(out.len().max(run.record + 1), Vec::new);
+        out[run.record].extend_from_slice(values);
+    }
+    out
 }
 
 /// Steps of a refinement from a good start, and at most.
@@ -47,8 +86,8 @@ const EFFORT: usize = 1_500_000;
 const SURPASSED: f64 = 2.0;
 /// Motion left unexplained (a share of its RMS) above which a fit may have missed its basin.
 const LOST: f64 = 0.3;
-/// Periods of a shooting segment.
-const SEGMENT: f64 = 5.0;
+/// A held-out record that is left with so many times the error of the fitted ones may have been begun wrongly.
+const ASTRAY: f64 = 1.5;
 /// Least width of a secant, as a share of the motion's RMS.
 const SECANT: f64 = 1e-3;
 /// Share of a single record that is fitted when the rest is to judge.
@@ -64,10 +103,6 @@ fn slope(term: &Term, symbol: Symbol) -> f64 {
 
 fn finite(value: f64, otherwise: f64) -> f64 {
     if value.is_finite() { value } else { otherwise }
-}
-
-fn runs(series: &[Series]) -> Vec<Run> {
-    series.iter().map(Series::run).collect()
 }
 
 /// How long a refinement may take.
@@ -95,10 +130,25 @@ impl Data {
             Pace::Again => (2 * EFFORT, None),
             Pace::Rival(bar) => (EFFORT, Some(bar)),
         };
-        Options { frozen: false, steps, effort, bar, cancelled }
+        Options { frozen: false, driven: false, steps, effort, bar, cancelled }
     }
 
-    /// Refines from a point; where the long simulation is lost, by way of short segments.
+    /// What a fit up to a level is to reach.
+    pub(super) fn goal<'a>(&self, top: usize, options: Options<'a>) -> Goal<'a> {
+        Goal { period: self.period, noise: self.noise.max(self.least_noise()), top, options }
+    }
+
+    /// Below this share of the motion a residual is the simulation's own arithmetic.
+    fn least_noise(&self) -> f64 {
+        1e-6 * self.fit().iter().map(|s| rms(&s.measured)).fold(0.0, f64::max)
+    }
+
+    /// The fitted records, each as one run.
+    pub(super) fn whole(&self) -> Vec<Run> {
+        self.fit().iter().map(Series::run).collect()
+    }
+
+    /// Refines along whole records from a point; where that is lost, by way of segments that grow.
     ///
     /// It is lost if it leaves more than `lost`.
     pub(super) fn refine(
@@ -111,27 +161,23 @@ impl Data {
     ) -> Option<Refined> {
         let cancelled = || cancel.is_cancelled();
         let steps = if matches!(pace, Pace::Rival(_)) { 2 * FEW_STEPS + 4 } else { STEPS };
-        let runs = runs(self.fit());
+        let runs = self.whole();
         let direct = refine(composition, &runs, start, Self::options(&cancelled, steps, pace))
             .map(|found| self.again(composition, &runs, found, pace, cancel));
         if direct.as_ref().is_some_and(|f| f.rss <= lost) || pace.surpassed(lost) || cancel.is_cancelled() {
             return direct;
         }
-        let length = |s: &Series| ((SEGMENT / (self.frequency * s.interval)) as usize).max(50);
-        let segments: Vec<Run> = self
-            .fit()
-            .iter()
-            .flat_map(|s| {
-                let n = s.len();
-                let parts = (n / length(s)).clamp(1, 24);
-                (0..parts).map(move |p| s.stretch(p * n / parts..(p + 1) * n / parts))
-            })
-            .collect();
-        let short = Point { shared: start.shared.clone(), own: own_start(composition, &segments) };
-        let shared =
-            refine(composition, &segments, &short, Self::options(&cancelled, FEW_STEPS, Pace::Thorough))?.point.shared;
-        let again = Point { shared, own: own_start(composition, &runs) };
-        let long = refine(composition, &runs, &again, Self::options(&cancelled, steps, pace));
+        let goal = self.goal(WHOLE, Self::options(&cancelled, steps, Pace::Thorough));
+        let first = shoot(composition, &runs, (&start.shared, None), 0, goal, FEW_STEPS);
+        let held = first.map(|first| climb(composition, &runs, first, goal)).unwrap_or_default();
+        let long = match held.into_iter().next_back() {
+            Some(landed) if landed.whole => Some(landed.refined),
+            Some(landed) => {
+                let shared = &landed.refined.point.shared;
+                shoot(composition, &runs, (shared, Some(&landed)), WHOLE, goal, steps).map(|l| l.refined)
+            }
+            None => None,
+        };
         match (direct, long) {
             (Some(a), Some(b)) => Some(if b.rss < a.rss { b } else { a }),
             (a, b) => b.or(a),
@@ -154,14 +200,15 @@ impl Data {
         cancel: &Cancel,
     ) -> Refined {
         let cancelled = || cancel.is_cancelled();
-        let frozen = Options { frozen: true, steps: FEW_STEPS, effort: EFFORT, bar: None, cancelled: &cancelled };
+        let frozen = Options { frozen: true, effort: EFFORT, ..Self::options(&cancelled, FEW_STEPS, Pace::Thorough) };
         let mut point = found.point.clone();
         let mut bettered = false;
         for (r, run) in runs.iter().enumerate() {
-            let alone = std::slice::from_ref(run);
+            let alone = [Run { record: 0, ..run.clone() }];
             let here: f64 = dot(&found.residuals[r], &found.residuals[r]);
-            let start = Point { shared: point.shared.clone(), own: own_start(composition, alone) };
-            if let Some(mut other) = refine(composition, alone, &start, frozen)
+            let mut start = Point::new(composition, &alone, point.shared.clone(), false);
+            start.offsets = found.point.offsets.get(r).copied().into_iter().collect();
+            if let Some(mut other) = refine(composition, &alone, &start, frozen)
                 && other.rss < 0.9 * here
                 && let Some(own) = other.point.own.pop()
             {
@@ -178,52 +225,95 @@ impl Data {
         }
     }
 
-    /// The records (or stretches) that are fitted and those that judge, one pair a fold.
+    /// The records (or parts of one) that are fitted and those that judge, one pair a fold.
     fn folds(&self) -> Vec<(Vec<Run>, Vec<Run>)> {
-        let fit = self.fit();
+        let fit = self.whole();
         if !self.held_out().is_empty() {
             return Vec::new();
         }
-        if let [single] = fit {
-            let cut = (FITTED_SHARE * single.len() as f64) as usize;
-            return vec![(vec![single.stretch(0..cut)], vec![single.stretch(cut..single.len())])];
+        let numbered = |runs: Vec<Run>| -> Vec<Run> {
+            runs.into_iter().enumerate().map(|(record, run)| Run { record, ..run }).collect()
+        };
+        if let [single] = fit.as_slice() {
+            let n = single.range.len();
+            let cut = (FITTED_SHARE * n as f64) as usize;
+            return vec![(vec![single.part(0..cut)], vec![single.part(cut..n)])];
         }
         let groups = fit.len().min(4);
         (0..groups)
             .map(|g| {
-                let (test, train): (Vec<_>, Vec<_>) = fit.iter().enumerate().partition(|(k, _)| k % groups == g);
-                let runs = |list: Vec<(usize, &Series)>| list.into_iter().map(|(_, s)| s.run()).collect();
+                let (test, train): (Vec<_>, Vec<_>) =
+                    fit.iter().cloned().enumerate().partition(|(k, _)| k % groups == g);
+                let runs = |list: Vec<(usize, Run)>| numbered(list.into_iter().map(|(_, run)| run).collect());
                 (runs(train), runs(test))
             })
             .collect()
     }
 
-    /// Holds a refinement against data that were not fitted.
+    /// Holds a refinement of whole records against data that were not fitted.
     pub(super) fn judge(&self, composition: Composition, refined: Refined, cancel: &Cancel) -> Fitted {
+        let landed = Landed { refined, runs: self.whole(), level: WHOLE, whole: true };
+        self.judged(composition, landed, cancel)
+    }
+
+    /// Follows records that were not fitted with the parameters as they are: what each has of its own is fitted.
+    fn follow(
+        &self,
+        composition: &Composition,
+        shared: &[f64],
+        records: &[Run],
+        (level, expected): (usize, f64),
+        cancel: &Cancel,
+    ) -> Option<Landed> {
         let cancelled = || cancel.is_cancelled();
-        let frozen = Options { frozen: true, steps: FEW_STEPS, effort: EFFORT, bar: None, cancelled: &cancelled };
+        let options = Options { frozen: true, effort: EFFORT, ..Self::options(&cancelled, FEW_STEPS, Pace::Thorough) };
+        let goal = Goal { noise: expected.max(self.noise), ..self.goal(level, options) };
+        let direct = shoot(composition, records, (shared, None), level, goal, FEW_STEPS);
+        let top = levels(records, self.period);
+        if direct.as_ref().is_some_and(|d| d.error() < ASTRAY * expected) || top == 0 || level == 0 {
+            return direct;
+        }
+        // A record begun a little wrongly goes astray though the model is right: the beginning is found along segments.
+        let first = shoot(composition, records, (shared, None), 0, goal, FEW_STEPS)?;
+        let longest = climb(composition, records, first, goal).into_iter().next_back();
+        let reached = longest.filter(|l| l.level >= level.min(top));
+        match (direct, reached) {
+            (Some(a), Some(b)) => Some(if b.refined.rss < a.refined.rss { b } else { a }),
+            (a, b) => a.or(b),
+        }
+    }
+
+    /// Holds a fit against data that were not fitted, over segments as long as its own.
+    pub(super) fn judged(&self, composition: Composition, landed: Landed, cancel: &Cancel) -> Fitted {
+        let cancelled = || cancel.is_cancelled();
+        let Landed { refined, runs, level, whole } = landed;
+        let level = if whole { WHOLE } else { level };
         let lost = |runs: &[Run]| {
             let samples = runs.iter().map(|r| r.range.len()).sum();
-            let rss = runs.iter().map(|r| r.measured[r.range.clone()].iter().map(|y| y * y).sum::<f64>()).sum();
-            Fold { rss, samples }
+            let rss = runs.iter().flat_map(|r| &r.measured[0][r.range.clone()]).map(|y| y * y).sum::<f64>();
+            Fold { rss, samples, passing: 0 }
         };
+        let fold = |found: &Option<Landed>, runs: &[Run]| {
+            found.as_ref().map_or_else(
+                || lost(runs),
+                |l| Fold { rss: l.refined.rss, samples: l.refined.samples, passing: l.refined.passing() },
+            )
+        };
+        let freedom = refined.samples.saturating_sub(refined.passing()).max(1) as f64;
+        let expected = (level, (refined.rss / freedom).sqrt());
         let mut held_out = Vec::new();
         let mut folds = Vec::new();
-        let own = |runs: &[Run]| Point { shared: refined.point.shared.clone(), own: own_start(&composition, runs) };
         for s in self.held_out() {
-            let runs = [s.run()];
-            let fit = refine(&composition, &runs, &own(&runs), frozen);
-            folds.push(fit.as_ref().map_or_else(|| lost(&runs), |f| Fold { rss: f.rss, samples: f.samples }));
-            held_out.push(fit.and_then(|mut f| f.simulated.pop()).unwrap_or_default());
+            let runs = [Run { record: 0, ..s.run() }];
+            let fit = self.follow(&composition, &refined.point.shared, &runs, expected, cancel);
+            folds.push(fold(&fit, &runs));
+            held_out.push(fit.map(|l| l.refined.simulated.concat()).unwrap_or_default());
         }
         for (train, test) in self.folds() {
-            let found =
-                refine(&composition, &train, &own(&train), Self::options(&cancelled, FEW_STEPS, Pace::Thorough))
-                    .and_then(|f| {
-                        let start = Point { shared: f.point.shared, own: own_start(&composition, &test) };
-                        refine(&composition, &test, &start, frozen)
-                    });
-            folds.push(found.map_or_else(|| lost(&test), |f| Fold { rss: f.rss, samples: f.samples }));
+            let goal = self.goal(level, Self::options(&cancelled, FEW_STEPS, Pace::Thorough));
+            let found = shoot(&composition, &train, (&refined.point.shared, None), level, goal, FEW_STEPS)
+                .and_then(|f| self.follow(&composition, &f.refined.point.shared, &test, expected, cancel));
+            folds.push(fold(&found, &test));
         }
         let spread = |series: &[Series]| {
             let (mut squares, mut count) = (0.0, 0.0);
@@ -242,7 +332,7 @@ impl Data {
             train_nrmse: refined.rmse() / spread(self.fit()),
             test_nrmse: test_rmse.map(|r| r / spread(judged)),
         };
-        Fitted { composition, refined: Arc::new(refined), folds, held_out, gap }
+        Fitted { composition, refined: Arc::new(refined), runs: runs.into(), level, folds, held_out, gap }
     }
 
     /// Coefficients of terms to start from: with `L` the response of a linear oscillator of the motion's frequency,
@@ -391,20 +481,20 @@ impl Data {
     }
 }
 
-/// What each run has of its own, carried from one composition to another: initial state, the internal states that both
+/// What each record has of its own, carried from one composition to another: initial state, the internal states that both
 /// have, the offset.
-pub(super) fn carried(before: &Composition, after: &Composition, own: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let (old, new) = (before.internals(), after.internals());
-    let (had, has) = (before.offset(), after.offset());
-    own.iter()
-        .map(|values| {
-            let mut next = vec![0.0; 2 + new + usize::from(has)];
-            let kept = 2 + old.min(new);
-            next[..kept].copy_from_slice(&values[..kept]);
-            if had && has {
-                next[2 + new] = values[2 + old];
-            }
-            next
-        })
-        .collect()
+pub(super) fn carried(before: &Composition, after: &Composition, point: &Point) -> Point {
+    let kept = 2 + before.internals().min(after.internals());
+    let own = point.own.iter().map(|values| {
+        let mut next = vec![0.0; 2 + after.internals()];
+        let kept = kept.min(values.len());
+        next[..kept].copy_from_slice(&values[..kept]);
+        next
+    });
+    let offsets = match (before.offset(), after.offset()) {
+        (_, false) => Vec::new(),
+        (true, true) => point.offsets.clone(),
+        (false, true) => vec![0.0; point.own.len()],
+    };
+    Point { shared: Vec::new(), offsets, own: own.collect() }
 }

@@ -7,7 +7,7 @@ use super::fit::{Fitted, Pace, carried};
 use super::screen::{Motion, Screened};
 use super::search::{PROMISING, Search};
 use super::structure::{Composition, choice};
-use crate::refine::{Bar, Options, Point, Refined, misfit};
+use crate::refine::{Bar, Options, Point, Refined, Run, misfit};
 use crate::study::Cancel;
 use crate::term::Term;
 
@@ -66,9 +66,16 @@ impl Search {
         } else {
             screened.starts(index, if before.refined.samples > MANY { 1 } else { STARTS })
         };
-        let runs: Vec<_> = data.fit().iter().map(super::data::Series::run).collect();
+        let runs: Vec<Run> = data.whole();
         let cancelled = || cancel.is_cancelled();
-        let options = Options { frozen: false, steps: 0, effort: usize::MAX, bar: None, cancelled: &cancelled };
+        let options = Options {
+            frozen: false,
+            driven: false,
+            steps: 0,
+            effort: usize::MAX,
+            bar: None,
+            cancelled: &cancelled,
+        };
         let attempt = |inner: &[f64], way: Way| {
             let (composition, point) = self.start(before, &composition, motion, screened, (form, inner, way))?;
             let left = misfit(&composition, &runs, &point, options).unwrap_or(f64::INFINITY);
@@ -167,7 +174,7 @@ impl Search {
                     &motion.measured,
                     &motion.variations,
                     (&old_composed.terms, coefficients),
-                    &before.refined.simulated,
+                    &before.by_record(&before.refined.simulated),
                 );
                 let (moved, own) = screened.together(&columns)?;
                 let now = |k: usize| coefficients[k] + share * moved.get(k).copied().unwrap_or(0.0);
@@ -195,15 +202,16 @@ impl Search {
         let place = after.places(&all_inner).pop()?;
         let physical = form.coefficients.iter().map(|c| c.sign);
         for (value, sign) in shared[place].iter_mut().zip(physical) {
-            if sign == Sign::Against && *value >= 0.0 {
-                *value = -1e-3 * value.abs().max(f64::MIN_POSITIVE);
+            if sign != Sign::Any && (*value == 0.0 || sign.forbids(*value)) {
+                let small = 1e-3 * value.abs().max(f64::MIN_POSITIVE);
+                *value = if sign == Sign::Against { -small } else { small };
             }
         }
         shared.extend_from_slice(&all_inner);
         let mut composition = after.clone();
         composition.scales = data.scales(&composition, &all_inner, &motion.measured);
-        let own = carried(&before.composition, &composition, &before.refined.point.own);
-        Some((composition, Point { shared, own }))
+        let point = carried(&before.composition, &composition, &before.refined.point);
+        Some((composition, Point { shared, ..point }))
     }
 
     /// Goes on with the refinements that ended for want of effort, if they are near the best: rivals are compared at

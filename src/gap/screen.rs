@@ -12,6 +12,7 @@ use super::effects::{Addition, Form};
 use super::fit::Fitted;
 use super::motion::{Smoothed, Variation, smooth};
 use crate::signal::dot;
+use crate::refine::Structure as _;
 use crate::simulate::{Limits, Simulator};
 use crate::study::Cancel;
 use crate::term::Term;
@@ -55,8 +56,7 @@ impl Data {
         let simulator = Simulator::new(&model).ok()?;
         let mut simulated = Vec::new();
         let mut variations: Vec<Variation> = Vec::new();
-        for (s, own) in self.fit().iter().zip(&fitted.refined.point.own) {
-            let states = 2 + composed.internals.len();
+        for (r, s) in self.fit().iter().enumerate() {
             let limits = Limits { states: &s.limits, tolerance: 1e-8, ..Limits::default() };
             let delayed;
             let grid = if composed.delay == 0.0 {
@@ -65,13 +65,24 @@ impl Data {
                 delayed = s.grid.delayed(composed.delay);
                 &delayed
             };
-            let mut response = simulator.run(grid, &own[..states], 0..s.len(), &limits);
-            if response.len() < s.len() {
-                return None;
+            let mut path = Path::default();
+            let mut driven = Vec::new();
+            let runs = fitted.runs.iter().zip(&fitted.refined.point.own).filter(|(run, _)| run.record == r);
+            for (run, own) in runs {
+                let mut initial = own.clone();
+                if initial.len() < 2 + composed.internals.len() {
+                    if driven.is_empty() {
+                        driven = fitted.composition.driven(shared, run);
+                    }
+                    initial.extend(driven.iter().map(|z| z[run.range.start]));
+                }
+                let response = simulator.run(grid, &initial, run.range.clone(), &limits);
+                if response.len() < run.range.len() {
+                    return None;
+                }
+                path.x.extend_from_slice(&response.states[0]);
+                path.v.extend_from_slice(&response.states[1]);
             }
-            let v = response.states.swap_remove(1);
-            let x = response.states.swap_remove(0);
-            let path = Path { x, v };
             variations.push(self.variation(&composed.terms, coefficients, s, &path));
             simulated.push(path);
         }
@@ -80,7 +91,8 @@ impl Data {
         let mut deviation = Vec::new();
         let mut speed = 0.0;
         let period = self.frequency.recip();
-        let residuals: Vec<&[f64]> = fitted.refined.residuals.iter().map(Vec::as_slice).collect();
+        let residuals = fitted.by_record(&fitted.refined.residuals);
+        let residuals: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
         // Records of different rates are smoothed apart; those of one rate share the intensity.
         let alike = self.fit().iter().all(|s| (s.interval / self.fit()[0].interval - 1.0).abs() < 1e-6);
         let mut smoothed: Vec<Smoothed> = Vec::new();
@@ -210,13 +222,23 @@ impl Data {
     /// A sensitivity of each run on all samples, those of one run's own values zero elsewhere.
     fn own_columns(&self, fitted: &Fitted, shared: usize) -> Vec<Vec<f64>> {
         let total: usize = self.fit().iter().map(Series::len).sum();
+        let offsets = usize::from(!fitted.refined.point.offsets.is_empty());
         let mut columns = Vec::new();
-        for (span, sensitivities) in self.spans().zip(&fitted.refined.sensitivities) {
-            for s in &sensitivities[shared..] {
+        if offsets > 0 {
+            for span in self.spans() {
                 let mut column = vec![0.0; total];
-                column[span.clone()].copy_from_slice(s);
+                column[span].fill(1.0);
                 columns.push(column);
             }
+        }
+        let mut from = 0;
+        for (run, sensitivities) in fitted.runs.iter().zip(&fitted.refined.sensitivities) {
+            for s in &sensitivities[shared + offsets..] {
+                let mut column = vec![0.0; total];
+                column[from..from + s.len()].copy_from_slice(s);
+                columns.push(column);
+            }
+            from += run.range.len();
         }
         columns
     }
@@ -239,7 +261,7 @@ impl Data {
         let present = (composed.terms.as_slice(), coefficients);
         let own =
             Addition { terms: composed.terms.clone(), internals: composed.internals.clone(), ..Addition::default() };
-        let simulated = &fitted.refined.simulated;
+        let simulated = &fitted.by_record(&fitted.refined.simulated);
         let base = self.columns(&own, &motion.measured, &motion.variations, present, simulated);
         let mut rest: Vec<Vec<f64>> = (composed.terms.len()..shared.len())
             .map(|j| fitted.refined.sensitivities.iter().flat_map(|run| run[j].iter().copied()).collect())
@@ -449,7 +471,7 @@ fn explain(basis: &Basis, target: &[f64], columns: Vec<Vec<f64>>, form: &Form) -
         .iter()
         .skip(present)
         .zip(&solved)
-        .filter(|(c, v)| c.sign == super::effects::Sign::Against && **v > 0.0)
+        .filter(|(c, v)| c.sign.forbids(**v))
         .count();
     // On the input and for pendulums the column is a difference that the coefficient scales: it must not turn it around.
     let turned = form.coefficients.is_empty() && !form.inner.is_empty() && solved.iter().any(|v| *v < 0.0);

@@ -17,7 +17,7 @@ use super::screen::Motion;
 use super::structure::{Composition, choice};
 use super::words::{titles, why};
 use crate::record::RecordSet;
-use crate::refine::{Bar, Point, Structure as _, own_start};
+use crate::refine::{Bar, Point, Structure as _};
 use crate::signal::rms;
 use crate::study::Cancel;
 use crate::term::Term;
@@ -176,14 +176,14 @@ impl Search {
         let data = &self.data;
         let mut composition = self.base.clone();
         let rough: Vec<Path> =
-            data.fit().iter().map(|s| Path { x: s.rough[0].clone(), v: s.rough[1].clone() }).collect();
+            data.fit().iter().map(|s| s.path()).collect();
         composition.scales = data.scales(&composition, &[], &rough);
-        let runs: Vec<_> = data.fit().iter().map(super::data::Series::run).collect();
+        let runs = data.whole();
         // Where the data alone lead to a start that does not last (one tone leaves directions open), the start leans
         // towards an oscillator of the motion's frequency.
         for prior in PRIORS {
             let shared = data.start(&composition.base, &[], &rough, prior).ok_or(GapError::Base)?;
-            let start = Point { shared, own: own_start(&composition, &runs) };
+            let start = Point::new(&composition, &runs, shared, false);
             if let Some(refined) = data.refine(&composition, &start, data.lost(), Pace::Thorough, cancel) {
                 return Ok(data.judge(composition, refined, cancel));
             }
@@ -250,7 +250,7 @@ impl Search {
         let motion = data.motion(&before).ok_or_else(|| GapError::Stage(titles(&choices)))?;
         let check = || if cancel.is_cancelled() { Err(GapError::Cancelled) } else { Ok(()) };
         check()?;
-        let place = data.place(&before.refined.residuals, &motion);
+        let place = data.place(&before.by_record(&before.refined.residuals), &motion);
         tell(Progress::Place(Box::new(place.clone())));
         let forms = self.forms(&before, &motion);
         let screened = data.screen(&before, &motion, &forms, cancel);

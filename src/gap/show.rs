@@ -135,13 +135,11 @@ impl Search {
                     unit: if q.name == "u_max" { data.input_unit.clone() } else { unit(&data.unit, q.dimension) },
                 }));
                 if fitted.composition.offset() && form.effect == "sensor_offset" {
-                    parameters.extend(data.fit().iter().zip(&refined.point.own).filter_map(|(s, own)| {
-                        Some(Parameter {
-                            name: format!("offset of {}", s.name),
-                            value: *own.last()?,
-                            std_error: None,
-                            unit: data.unit.clone(),
-                        })
+                    parameters.extend(data.fit().iter().zip(&refined.point.offsets).map(|(s, offset)| Parameter {
+                        name: format!("offset of {}", s.name),
+                        value: *offset,
+                        std_error: None,
+                        unit: data.unit.clone(),
                     }));
                 }
                 Added {
@@ -163,7 +161,7 @@ impl Search {
         let composed = fitted.composition.compose(inner);
         let mut squares = vec![0.0; terms.len()];
         for s in data.fit() {
-            let path = Path { x: s.rough[0].clone(), v: s.rough[1].clone() };
+            let path = s.path();
             let columns = forces(&composed.terms, &composed.internals, &data.layout, s, &s.inputs(), &path);
             for ((square, column), (_, c)) in squares.iter_mut().zip(&columns).zip(terms) {
                 *square += c * c * dot(column, column);
@@ -182,7 +180,8 @@ impl Search {
             measured: Arc::clone(&s.measured),
             simulated: simulated.into(),
         };
-        let fit = self.data.fit().iter().zip(&fitted.refined.simulated);
+        let simulated = fitted.by_record(&fitted.refined.simulated);
+        let fit = self.data.fit().iter().zip(&simulated);
         let held = self.data.held_out().iter().zip(&fitted.held_out);
         fit.chain(held).map(|(s, y)| trace(s, y)).collect()
     }

@@ -1,8 +1,9 @@
 use super::effects::{Addition, Form, Sign};
 use super::outcome::Choice;
 use crate::model::{Equation, Model, WeightedTerm};
-use crate::refine::{Instance, Structure};
-use crate::term::{Expression, Function, Layout, Symbol, Term, derivative};
+use super::columns::{Clock, Inputs, Path, integrate};
+use crate::refine::{Instance, Run, Structure};
+use crate::term::{Expression, Function, Kind, Layout, Symbol, Term, derivative};
 
 /// The base model's terms with effects on top: what is fitted.
 ///
@@ -14,6 +15,8 @@ pub(super) struct Composition {
     pub(super) forms: Vec<Form>,
     /// A change of each shared parameter that matters.
     pub(super) scales: Vec<f64>,
+    /// The base model's dampers take energy; else they may also give it.
+    pub(super) passive: bool,
 }
 
 /// A part that a composition may do without.
@@ -37,7 +40,7 @@ pub(super) struct Composed {
 
 impl Composition {
     pub(super) fn new(layout: Layout, base: Vec<Term>) -> Self {
-        Self { layout, base, forms: Vec::new(), scales: Vec::new() }
+        Self { layout, base, forms: Vec::new(), scales: Vec::new(), passive: true }
     }
 
     /// This composition with a further effect, without scales.
@@ -227,12 +230,44 @@ impl Structure for Composition {
         self.scales.clone()
     }
 
+    fn bounds(&self) -> Vec<(f64, f64)> {
+        const OPEN: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+        let middle = self.middle();
+        let places = self.places(&middle);
+        let mut bounds = vec![OPEN; self.compose(&middle).terms.len()];
+        if self.passive {
+            for (k, _) in self.dampers(&middle) {
+                bounds[k] = (f64::NEG_INFINITY, 0.0);
+            }
+        }
+        for (form, place) in self.forms.iter().zip(places) {
+            for (coefficient, k) in form.coefficients.iter().zip(place) {
+                bounds[k] = coefficient.sign.range();
+            }
+        }
+        bounds.extend(self.forms.iter().flat_map(|f| f.inner.iter().map(|i| i.bounds)));
+        bounds
+    }
+
     fn offset(&self) -> bool {
         self.additions(&self.middle()).iter().any(|a| a.offset)
     }
 
     fn internals(&self) -> usize {
         self.compose(&self.middle()).internals.len()
+    }
+
+    fn driven(&self, parameters: &[f64], run: &Run) -> Vec<Vec<f64>> {
+        let composed = self.compose(&parameters[parameters.len() - self.inner_count()..]);
+        let layout = Layout { internals: composed.internals.len(), kind: Kind::SecondOrder, ..self.layout };
+        let motion = &run.motion;
+        let inputs = Inputs {
+            values: motion.inputs.iter().map(Vec::as_slice).collect(),
+            rates: motion.input_rates.iter().map(Vec::as_slice).collect(),
+        };
+        let clock = Clock { start: run.grid.time(0), interval: run.grid.interval() };
+        let path = Path { x: motion.states[0].clone(), v: motion.states[1].clone() };
+        integrate(&composed.internals, &layout, clock, &inputs, &path)
     }
 }
 

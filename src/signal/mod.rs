@@ -16,7 +16,7 @@ pub use noise::standard_deviation;
 pub use savgol::SavitzkyGolay;
 pub(crate) use smoother::Smoother;
 pub use smoothing::{Differentiation, Smoothing};
-pub use spectrum::{Peak, Spectrum};
+pub use spectrum::{Peak, Spectrum, motion_period};
 pub(crate) use sums::{dot, mean_and_variance, rms};
 
 use std::sync::Arc;

@@ -80,6 +80,30 @@ impl Spectrum {
     }
 }
 
+/// Lines that stand so many times above the noise's mean square belong to the motion.
+const ABOVE_NOISE: f64 = 20.0;
+
+/// The period of a motion, s: 2π times the RMS of its velocity over that of its acceleration, by the lines of its spectrum
+/// that stand out of noise of this standard deviation.
+///
+/// Where a displacement wanders slowly under a faster motion, this is the period of the motion that forces make, not of the
+/// wandering. None if nothing stands out.
+pub fn motion_period(series: &[&[f64]], interval: f64, noise: f64) -> Option<f64> {
+    let (mut velocity, mut acceleration) = (0.0, 0.0);
+    for values in series {
+        let Some(spectrum) = Spectrum::new(values, interval) else { continue };
+        // White noise of variance s² has lines of mean square 6 s²/n under a Hann window.
+        let floor = ABOVE_NOISE * 6.0 * noise * noise / values.len() as f64;
+        for (k, a) in spectrum.amplitudes.iter().enumerate().skip(1).filter(|(_, a)| **a * **a > floor) {
+            let f2 = spectrum.frequency(k).powi(2);
+            velocity += values.len() as f64 * f2 * a * a;
+            acceleration += values.len() as f64 * f2 * f2 * a * a;
+        }
+    }
+    let period = (velocity / acceleration).sqrt();
+    (period.is_finite() && period > 0.0).then_some(period)
+}
+
 /// The smallest number from `n` up with no prime factor but 2, 3 and 5.
 pub(super) fn fast_length(n: usize) -> usize {
     let mut best = n.next_power_of_two();
@@ -112,6 +136,17 @@ mod tests {
             assert!((peak.frequency - frequency).abs() < 0.02 / (n as f64 * 1e-2), "{n}: {peak:?}");
             assert!((peak.amplitude - 0.25).abs() < 0.03 * 0.25, "{n}: {peak:?}");
         }
+    }
+
+    #[test]
+    fn the_period_of_a_motion_is_that_of_its_accelerations_not_of_its_wandering() {
+        let slow = tone(4000, 1e-2, 0.1, 1.0);
+        let fast = tone(4000, 1e-2, 1.5, 0.3);
+        let sum: Vec<f64> = slow.iter().zip(&fast).map(|(a, b)| a + b).collect();
+        let period = motion_period(&[&sum], 1e-2, 1e-4).unwrap();
+        // (0.1² + 0.3² 15²) / (0.1⁴ + ...) is that of the fast tone to a part in a thousand.
+        assert!((period * 1.5 - 1.0).abs() < 0.03, "{period}");
+        assert_eq!(motion_period(&[&[0.0; 100]], 1e-2, 1.0), None);
     }
 
     #[test]

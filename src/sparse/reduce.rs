@@ -45,6 +45,14 @@ impl Sign {
         }
     }
 
+    /// The least and the largest admitted value.
+    pub fn range(self) -> (f64, f64) {
+        match self {
+            Self::NotNegative => (0.0, f64::INFINITY),
+            Self::NotPositive => (f64::NEG_INFINITY, 0.0),
+        }
+    }
+
     /// How far a value lies on the admitted side.
     fn along(self, value: f64) -> f64 {
         match self {

@@ -4,8 +4,8 @@ use super::known::Sign;
 use super::{Cancel, EquationFit, Lock, Prepared, StudyError};
 use crate::model::Model;
 use crate::record::Usage;
-use crate::refine::{Instance, Options, Point, Refined, Run, Structure, own_start, refine};
-use crate::signal::mean_and_variance;
+use crate::refine::{Goal, Instance, Landed, Options, Point, Run, Structure, land};
+use crate::signal::{motion_period, rms};
 use crate::term::{Kind, Layout, Term};
 
 /// What refining a model's coefficients came to.
@@ -21,16 +21,10 @@ pub struct Refinement {
 
 /// Steps of the iteration, at most.
 const STEPS: usize = 30;
-/// The same where only a start is sought.
-const FEW_STEPS: usize = 8;
 /// Integration steps after which no further iteration is begun: some seconds.
 const EFFORT: usize = 40_000_000;
-/// Share of the motion's variance that a fit in its basin leaves at most.
-const LOST: f64 = 0.1;
-/// Main periods of a stretch that is simulated by itself to find a start.
-const SEGMENTS: [f64; 2] = [5.0, 1.0];
-/// Most of them in a record.
-const MOST_SEGMENTS: f64 = 24.0;
+/// Noise, as a share of the motion, that a fit to clean data reaches at best: the simulation's own arithmetic.
+const LEAST_NOISE: f64 = 1e-6;
 
 /// The free coefficients of the leading equation.
 struct Coefficients<'a> {
@@ -42,25 +36,22 @@ struct Coefficients<'a> {
     scales: Vec<f64>,
 }
 
-impl Coefficients<'_> {
-    fn admitted(&self, parameters: &[f64]) -> Vec<f64> {
-        let pairs = parameters.iter().zip(&self.free);
-        pairs.map(|(value, (_, sign))| sign.map_or(*value, |sign| sign.nearest(*value))).collect()
-    }
-}
-
 impl Structure for Coefficients<'_> {
     fn instance(&self, parameters: &[f64]) -> Option<Instance> {
         let mut model = self.model.clone();
         let terms = &mut model.equations[self.equation].terms;
-        for (value, (place, _)) in self.admitted(parameters).into_iter().zip(&self.free) {
-            terms[*place].coefficient = value;
+        for (value, (place, _)) in parameters.iter().zip(&self.free) {
+            terms[*place].coefficient = *value;
         }
         Some(Instance { model, delay: 0.0, ceiling: None })
     }
 
     fn scales(&self) -> Vec<f64> {
         self.scales.clone()
+    }
+
+    fn bounds(&self) -> Vec<(f64, f64)> {
+        self.free.iter().map(|(_, sign)| sign.map_or((f64::NEG_INFINITY, f64::INFINITY), Sign::range)).collect()
     }
 
     fn offset(&self) -> bool {
@@ -99,7 +90,8 @@ pub(super) fn refined(
     let runs: Vec<Run> = records
         .iter()
         .filter(|(_, u)| *u == Usage::Fit)
-        .filter_map(|(p, _)| p.drive.run(0..p.record.len(), &p.signals))
+        .enumerate()
+        .filter_map(|(k, (p, _))| p.drive.run(k, &p.signals))
         .collect();
     let terms = &model.equations[1].terms;
     let free: Vec<(usize, Option<Sign>)> = terms
@@ -114,12 +106,12 @@ pub(super) fn refined(
     let before: Vec<f64> = terms.iter().map(|t| t.coefficient).collect();
     let shared: Vec<f64> = free.iter().map(|(k, _)| before[*k]).collect();
     let coefficients = Coefficients { model, equation: 1, free, scales };
-    let Some(found) = search(&coefficients, &runs, records, shared, cancel) else {
+    let Some(Landed { refined: found, .. }) = search(&coefficients, &runs, records, shared, cancel) else {
         cancel.check()?;
         return Ok(Err(NO_START));
     };
     cancel.check()?;
-    let values = coefficients.admitted(&found.point.shared);
+    let values = found.point.shared.clone();
     let places: Vec<usize> = coefficients.free.iter().map(|(k, _)| *k).collect();
     let equation = &mut model.equations[1];
     let force: Vec<f64> = equation.terms.iter().map(|t| t.share / t.coefficient.abs().max(f64::MIN_POSITIVE)).collect();
@@ -144,43 +136,31 @@ pub(super) fn refined(
     Ok(Ok(Refinement { before, rmse: found.rmse(), converged: found.converged }))
 }
 
-/// Refines along whole records; where that is lost, by way of short stretches with an initial state each.
+/// Refines along whole records; where that is lost, by way of segments that grow.
 fn search(
     coefficients: &Coefficients<'_>,
     runs: &[Run],
     records: &[(&Prepared, Usage)],
     shared: Vec<f64>,
     cancel: &Cancel,
-) -> Option<Refined> {
+) -> Option<Landed> {
     let cancelled = || cancel.is_cancelled();
-    let options = |steps| Options { frozen: false, steps, effort: EFFORT, bar: None, cancelled: &cancelled };
-    let start = Point { shared, own: own_start(coefficients, runs) };
-    let direct = refine(coefficients, runs, &start, options(STEPS));
-    let variance: f64 = runs.iter().map(|r| r.measured.len() as f64 * mean_and_variance(&r.measured).1).sum();
-    if direct.as_ref().is_some_and(|f| f.rss < LOST * variance) || cancel.is_cancelled() {
-        return direct;
-    }
-    let stretches = |periods: f64| -> Vec<Run> {
-        let fitted = records.iter().filter(|(_, u)| *u == Usage::Fit).map(|(p, _)| p);
-        let parts = fitted.flat_map(|p| {
-            let n = p.record.len();
-            let period = p.facts.main_period.map_or(0.1 * n as f64, |t| t / p.record.interval);
-            let parts = (n as f64 / (periods * period).max(50.0)).clamp(1.0, MOST_SEGMENTS) as usize;
-            (0..parts).filter_map(move |k| p.drive.run(k * n / parts..(k + 1) * n / parts, &p.signals))
-        });
-        parts.collect()
+    let options =
+        Options { frozen: false, driven: false, steps: STEPS, effort: EFFORT, bar: None, cancelled: &cancelled };
+    let fitted = || records.iter().filter(|(_, u)| *u == Usage::Fit).map(|(p, _)| p);
+    let first = fitted().next()?;
+    let noise = fitted().filter_map(|p| p.signals.noise.first().copied()).fold(0.0, f64::max);
+    let series: Vec<&[f64]> = runs.iter().map(|r| &*r.measured[0]).collect();
+    let period = motion_period(&series, first.record.interval, noise).or(first.facts.main_period);
+    let motion = series.iter().map(|s| rms(s)).fold(0.0, f64::max);
+    let goal = Goal {
+        period: period.unwrap_or_else(|| 0.1 * first.record.duration()),
+        noise: noise.max(LEAST_NOISE * motion),
+        top: usize::MAX,
+        options,
     };
-    let again = SEGMENTS.iter().find_map(|periods| {
-        let segments = stretches(*periods);
-        let short = Point { shared: start.shared.clone(), own: own_start(coefficients, &segments) };
-        let found = refine(coefficients, &segments, &short, options(FEW_STEPS))?;
-        let point = Point { shared: found.point.shared, own: start.own.clone() };
-        refine(coefficients, runs, &point, options(STEPS))
-    });
-    match (direct, again) {
-        (Some(a), Some(b)) => Some(if b.rss < a.rss { b } else { a }),
-        (a, b) => b.or(a),
-    }
+    let start = Point::new(coefficients, runs, shared, false);
+    land(coefficients, runs, &start, goal)
 }
 
 #[cfg(test)]

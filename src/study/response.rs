@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::{Cancel, Prepared, StudyError};
 use crate::model::Model;
 use crate::record::{Record, Role};
-use crate::refine::Run;
+use crate::refine::{MeasuredMotion, Run};
 use crate::signal::{Facts, SavitzkyGolay, Signals, dot, rms};
 use crate::simulate::{InputGrid, Limits, Response, Simulator, Workspace, fit_initial_state};
 use crate::term::Layout;
@@ -75,18 +75,25 @@ impl Drive {
         }
     }
 
-    /// A stretch of the record for refinement; none if it is not of one degree of freedom.
+    /// The record for refinement; none if it is not of second order.
     ///
-    /// `signals` give the state that a later stretch begins with.
-    pub(super) fn run(&self, range: Range<usize>, signals: &Signals) -> Option<Run> {
-        let [x_limit, v_limit] = self.limits[..] else { return None };
-        let [x, v] = &signals.states[..] else { return None };
+    /// `signals` give the states that segments begin with; `record` counts the records that are refined together.
+    pub(super) fn run(&self, record: usize, signals: &Signals) -> Option<Run> {
+        if signals.states.len() != 2 * self.measured.len() || self.limits.len() != signals.states.len() {
+            return None;
+        }
         Some(Run {
+            record,
             grid: Arc::clone(&self.grid),
-            measured: Arc::clone(self.measured.first()?),
-            limits: [x_limit, v_limit],
-            initial: [*x.get(range.start)?, *v.get(range.start)?],
-            range,
+            measured: self.measured.clone(),
+            weights: vec![1.0; self.measured.len()],
+            motion: Arc::new(MeasuredMotion {
+                states: signals.states.clone(),
+                inputs: signals.inputs.clone(),
+                input_rates: signals.input_rates.clone(),
+            }),
+            range: 0..self.grid.len(),
+            limits: self.limits.clone(),
         })
     }
 

@@ -77,7 +77,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
         explanation: "A further mass on a spring of its own rides on this one: a notch and a second peak.",
         separates: "a sweep through the second frequency",
         form: "",
-        coefficients: vec![coefficient("mu", 0, 0, Sign::Any)],
+        coefficients: vec![coefficient("mu", 0, 0, Sign::Along)],
         inner: vec![
             Inner {
                 name: "f_2",

@@ -52,8 +52,27 @@ pub(crate) struct Setting {
 pub(crate) enum Sign {
     /// Against the motion or the displacement: it dissipates or restores.
     Against,
+    /// Along: a mass, which pulls with what it carries.
+    Along,
     /// Either.
     Any,
+}
+
+impl Sign {
+    /// The values that a coefficient may have.
+    pub(crate) fn range(self) -> (f64, f64) {
+        match self {
+            Self::Against => (f64::NEG_INFINITY, 0.0),
+            Self::Along => (0.0, f64::INFINITY),
+            Self::Any => (f64::NEG_INFINITY, f64::INFINITY),
+        }
+    }
+
+    /// True if a coefficient acts the wrong way round.
+    pub(crate) fn forbids(self, value: f64) -> bool {
+        let (low, high) = self.range();
+        !(low..=high).contains(&value)
+    }
 }
 
 /// A coefficient that the effect adds.

@@ -1,0 +1,407 @@
+//! The iteration of Levenberg and Marquardt on simulated responses.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+use super::arrow::{Arrow, Step};
+use super::{Instance, Options, Point, Refined, Run, Structure};
+use crate::simulate::{InputGrid, Limits, Response, Simulator, Workspace};
+
+/// Steps after which a fit is held against the bar.
+const PATIENCE: usize = 4;
+/// A fit whose sum of squares is so many times the bar's, and fell in the last step by less than this share, is hopeless.
+const HOPELESS: (f64, f64) = (1.5, 0.4);
+
+/// Share of the motion's RMS that a parameter is moved by for a difference.
+const NUDGE: f64 = 1e-4;
+
+/// By how much a difference is widened where no step leads down, and the widest one.
+const WIDER: f64 = 8.0;
+const WIDEST: f64 = 64.0;
+
+/// A step that lowers the sum of squares by less than this many noise variances ends the iteration: a small part of
+/// what chance moves it by.
+const NOTICEABLE: f64 = 0.05;
+
+/// A quantity that is positive by its nature changes by this factor in one step at most.
+const FACTOR: f64 = 1.6;
+
+/// Largest error of a sampling interval of the simulation, as a share of the motion: far below [`NUDGE`].
+const TOLERANCE: f64 = 1e-7;
+
+/// Integration steps that locating a change of side is worth.
+const CHANGE: usize = 20;
+
+/// Fits a structure to runs from a point.
+///
+/// None if the model at the start cannot be simulated along every run, or the fit was cancelled.
+pub fn refine(structure: &dyn Structure, runs: &[Run], start: &Point, options: Options<'_>) -> Option<Refined> {
+    Fitter::new(structure, runs, options).fit(start)
+}
+
+/// The sum of squared residuals at a point, nothing fitted; none if the model cannot be simulated there.
+pub fn misfit(structure: &dyn Structure, runs: &[Run], point: &Point, options: Options<'_>) -> Option<f64> {
+    Fitter::new(structure, runs, options).all(point, &mut Vec::new())
+}
+
+struct Fitter<'a> {
+    structure: &'a dyn Structure,
+    runs: &'a [Run],
+    options: Options<'a>,
+    offset: bool,
+    bounds: Vec<(f64, f64)>,
+    /// RMS of the weighted motion.
+    rms: f64,
+    /// Integration steps so far, a change of side counted as [`CHANGE`].
+    spent: AtomicUsize,
+}
+
+/// Memory of one thread's simulations.
+#[derive(Default)]
+struct Scratch {
+    workspace: Workspace,
+    response: Response,
+    initial: Vec<f64>,
+    /// The last delayed inputs of a record.
+    delayed: Vec<Option<(f64, InputGrid)>>,
+}
+
+/// A structure at certain parameters, ready to be simulated.
+struct Ready {
+    instance: Instance,
+    simulator: Simulator,
+    /// Internal states along each record, as the measured motion drives them: `[record][state][sample]`.
+    driven: Vec<Vec<Vec<f64>>>,
+}
+
+impl<'a> Fitter<'a> {
+    fn new(structure: &'a dyn Structure, runs: &'a [Run], options: Options<'a>) -> Self {
+        let (mut square, mut count) = (0.0, 0);
+        for run in runs {
+            square += run.target().map(|y| y * y).sum::<f64>();
+            count += run.rows();
+        }
+        Self {
+            structure,
+            runs,
+            options,
+            offset: structure.offset(),
+            bounds: structure.bounds(),
+            rms: (square / count.max(1) as f64).sqrt().max(f64::MIN_POSITIVE),
+            spent: AtomicUsize::new(0),
+        }
+    }
+
+    fn ready(&self, shared: &[f64]) -> Option<Ready> {
+        let instance = self.structure.instance(shared)?;
+        let simulator = Simulator::new(&instance.model).ok()?;
+        let mut driven = Vec::new();
+        if self.options.driven && self.structure.internals() > 0 {
+            let mut before = usize::MAX;
+            for run in self.runs {
+                if run.record != before {
+                    before = run.record;
+                    driven.resize(run.record + 1, Vec::new());
+                    driven[run.record] = self.structure.driven(shared, run);
+                }
+            }
+        }
+        Some(Ready { instance, simulator, driven })
+    }
+
+    /// Simulates one run into `out`; false if the response does not last.
+    fn simulate(
+        &self,
+        ready: &Ready,
+        index: usize,
+        own: &[f64],
+        offsets: &[f64],
+        scratch: &mut Scratch,
+        out: &mut Vec<f64>,
+    ) -> bool {
+        let run = &self.runs[index];
+        let limits = Limits { states: &run.limits, tolerance: TOLERANCE, cancelled: self.options.cancelled };
+        let Scratch { workspace, response, initial, delayed } = scratch;
+        let delay = ready.instance.delay;
+        let grid = if delay == 0.0 {
+            &*run.grid
+        } else {
+            if delayed.len() <= run.record {
+                delayed.resize(run.record + 1, None);
+            }
+            let slot = &mut delayed[run.record];
+            if slot.as_ref().is_none_or(|(known, _)| *known != delay) {
+                *slot = None;
+            }
+            &slot.get_or_insert_with(|| (delay, run.grid.delayed(delay))).1
+        };
+        initial.clear();
+        initial.extend_from_slice(own);
+        if let Some(driven) = ready.driven.get(run.record) {
+            initial.extend(driven.iter().map(|z| z[run.range.start]));
+        }
+        ready.simulator.run_into(grid, initial, run.range.clone(), &limits, workspace, response);
+        self.spent.fetch_add(response.steps + CHANGE * response.switches, Ordering::Relaxed);
+        out.clear();
+        if response.len() < run.range.len() {
+            return false;
+        }
+        for (i, weight) in run.weights.iter().enumerate() {
+            let offset = offsets.get(run.record * run.weights.len() + i).copied().unwrap_or(0.0);
+            let ceiling = ready.instance.ceiling.map_or(f64::INFINITY, f64::abs);
+            out.extend(response.states[i].iter().map(|x| weight * (x + offset).clamp(-ceiling, ceiling)));
+        }
+        out.iter().all(|y| y.is_finite())
+    }
+
+    fn all(&self, point: &Point, out: &mut Vec<Vec<f64>>) -> Option<f64> {
+        let ready = self.ready(&point.shared)?;
+        out.resize_with(self.runs.len(), Vec::new);
+        let lasts = out
+            .par_iter_mut()
+            .enumerate()
+            .with_min_len(8)
+            .map_init(Scratch::default, |scratch, (index, out)| {
+                let run = &self.runs[index];
+                if !self.simulate(&ready, index, &point.own[index], &point.offsets, scratch, out) {
+                    return None;
+                }
+                Some(run.target().zip(out.iter()).map(|(y, s)| (y - s).powi(2)).sum::<f64>())
+            })
+            .collect::<Vec<Option<f64>>>();
+        let rss = lasts.into_iter().sum::<Option<f64>>()?;
+        rss.is_finite().then_some(rss)
+    }
+
+    /// The difference of the responses to a shared parameter moved by a step, over the step; one column a run.
+    fn shared_columns(
+        &self,
+        point: &Point,
+        index: usize,
+        step: f64,
+        simulated: &[Vec<f64>],
+        scratch: &mut Scratch,
+    ) -> Option<Vec<Vec<f64>>> {
+        let mut moved = point.shared.clone();
+        moved[index] += step;
+        let step = moved[index] - point.shared[index];
+        let ready = self.ready(&moved)?;
+        let mut columns = vec![Vec::new(); self.runs.len()];
+        for (r, column) in columns.iter_mut().enumerate() {
+            if !self.simulate(&ready, r, &point.own[r], &point.offsets, scratch, column) {
+                return None;
+            }
+            column.iter_mut().zip(&simulated[r]).for_each(|(c, s)| *c = (*c - s) / step);
+        }
+        Some(columns)
+    }
+
+    /// What the response of every run does as each unknown moves: `[run][unknown][row]`.
+    fn sensitivities(
+        &self,
+        point: &Point,
+        simulated: &[Vec<f64>],
+        nudge: f64,
+        scales: &mut [f64],
+    ) -> Option<Vec<Vec<Vec<f64>>>> {
+        let shared = if self.options.frozen { 0 } else { point.shared.len() };
+        let found: Vec<Option<Vec<Vec<f64>>>> = (0..shared)
+            .into_par_iter()
+            .map_init(Scratch::default, |scratch, j| {
+                // Forward, else backward where the forward point is out of bounds or its simulation does not last.
+                [nudge * scales[j], -nudge * scales[j]]
+                    .into_iter()
+                    .find_map(|step| self.shared_columns(point, j, step, simulated, scratch))
+            })
+            .collect();
+        let mut columns = vec![Vec::new(); self.runs.len()];
+        let rows: usize = simulated.iter().map(Vec::len).sum();
+        for (found, scale) in found.into_iter().zip(scales.iter_mut()) {
+            let found = found?;
+            let size = (found.iter().flatten().map(|c| c * c).sum::<f64>() / rows as f64).sqrt();
+            if size > 0.0 {
+                // The next difference moves the response by a nudge of its size.
+                *scale = (self.rms / size).clamp(1e-3 * *scale, 1e3 * *scale);
+            }
+            for (run, column) in columns.iter_mut().zip(found) {
+                run.push(column);
+            }
+        }
+        let ready = self.ready(&point.shared)?;
+        let lasts: Vec<bool> = columns
+            .par_iter_mut()
+            .enumerate()
+            .with_min_len(8)
+            .map_init(Scratch::default, |scratch, (r, columns)| {
+                let run = &self.runs[r];
+                if self.offset {
+                    for i in 0..run.weights.len() {
+                        let length = run.range.len();
+                        let mut column = vec![0.0; simulated[r].len()];
+                        column[i * length..(i + 1) * length].fill(run.weights[i]);
+                        columns.push(column);
+                    }
+                }
+                let mut own = point.own[r].clone();
+                (0..own.len()).all(|i| {
+                    let reach = run.limits.get(i).filter(|l| i < run.states() && **l > 0.0).map_or(1.0, |l| 0.1 * l);
+                    let before = own[i];
+                    own[i] = before + nudge * reach;
+                    let step = own[i] - before;
+                    let mut column = Vec::new();
+                    let lasts = self.simulate(&ready, r, &own, &point.offsets, scratch, &mut column);
+                    own[i] = before;
+                    if lasts {
+                        column.iter_mut().zip(&simulated[r]).for_each(|(c, s)| *c = (*c - s) / step);
+                    }
+                    columns.push(column);
+                    lasts
+                })
+            })
+            .collect();
+        lasts.into_iter().all(|l| l).then_some(columns)
+    }
+
+    /// The normal equations.
+    fn arrow(&self, columns: &[Vec<Vec<f64>>], simulated: &[Vec<f64>], shared: usize, offsets: usize) -> Arrow {
+        let mut arrow = Arrow::new(shared + offsets);
+        let mut residual = Vec::new();
+        for ((run, columns), simulated) in self.runs.iter().zip(columns).zip(simulated) {
+            residual.clear();
+            residual.extend(run.target().zip(simulated).map(|(y, s)| y - s));
+            let channels = if offsets > 0 { run.weights.len() } else { 0 };
+            let first = shared + run.record * channels;
+            let places: Vec<usize> = (0..shared).chain(first..first + channels).collect();
+            arrow.push(columns, &places, &residual);
+        }
+        arrow
+    }
+
+    /// What the values of the shared block may be after a step from where they are.
+    fn reach(&self, shared: &[f64]) -> Vec<(f64, f64)> {
+        let positive = |(value, (low, high)): (&f64, &(f64, f64))| {
+            if *low > 0.0 { (low.max(value / FACTOR), high.min(value * FACTOR)) } else { (*low, *high) }
+        };
+        shared.iter().zip(&self.bounds).map(positive).collect()
+    }
+
+    fn fit(&self, start: &Point) -> Option<Refined> {
+        let mut point = start.clone();
+        for (value, (low, high)) in point.shared.iter_mut().zip(&self.bounds) {
+            *value = value.clamp(*low, *high);
+        }
+        let mut simulated = Vec::new();
+        let mut rss = self.all(&point, &mut simulated)?;
+        let samples: usize = self.runs.iter().map(Run::rows).sum();
+        let shared = if self.options.frozen { 0 } else { point.shared.len() };
+        let offsets = point.offsets.len();
+        let own: usize = point.own.iter().map(Vec::len).sum();
+        let freedom = samples.saturating_sub(shared + offsets + own).max(1) as f64;
+        let mut scales = self.structure.scales();
+        let mut trial = Vec::new();
+        let mut damping: f64 = 1e-6;
+        let mut nudge = NUDGE;
+        let mut converged = false;
+        let (mut columns, mut arrow);
+        let mut step = 0;
+        loop {
+            if (self.options.cancelled)() {
+                return None;
+            }
+            columns = self.sensitivities(&point, &simulated, nudge, &mut scales)?;
+            arrow = self.arrow(&columns, &simulated, shared, offsets);
+            if converged || step == self.options.steps || self.spent.load(Ordering::Relaxed) > self.options.effort {
+                break;
+            }
+            step += 1;
+            let began = rss;
+            let mut taken = false;
+            let at: Vec<f64> = point.shared[..shared].iter().chain(&point.offsets).copied().collect();
+            let reach = if shared > 0 { self.reach(&point.shared) } else { Vec::new() };
+            for _ in 0..6 {
+                let Some(by) = arrow.step(damping, &at, &reach) else {
+                    damping = (damping * 10.0).max(1e-6);
+                    continue;
+                };
+                let candidate = moved(&point, &by, shared);
+                match self.all(&candidate, &mut trial) {
+                    Some(found) if found < rss => {
+                        converged = rss - found < NOTICEABLE * found / freedom;
+                        (point, rss) = (candidate, found);
+                        std::mem::swap(&mut simulated, &mut trial);
+                        damping = (damping * 0.1).max(1e-12);
+                        taken = true;
+                        break;
+                    }
+                    // Nothing left to gain beyond the arithmetic's own noise.
+                    Some(found) if found - rss < 1e-9 * rss && damping < 1e-3 => {
+                        converged = true;
+                        break;
+                    }
+                    _ => damping = (damping * 10.0).max(1e-6),
+                }
+                if (self.options.cancelled)() {
+                    return None;
+                }
+            }
+            if converged && !taken {
+                break;
+            }
+            if let Some(bar) = self.options.bar {
+                bar.reached(rss);
+                if step > PATIENCE && rss > HOPELESS.0 * bar.least() && rss > (1.0 - HOPELESS.1) * began {
+                    break;
+                }
+            }
+            if !taken {
+                // No descent along any damped step. A difference may have straddled a stop of the motion, on whose two sides
+                // the response moves differently: a wider one, from the other side, sees past it. One of many rivals is not
+                // worth that.
+                if self.options.frozen || self.options.bar.is_some() || nudge.abs() >= WIDEST * NUDGE {
+                    break;
+                }
+                nudge *= -WIDER;
+                damping = 1e-4;
+            }
+        }
+        let residuals = self
+            .runs
+            .iter()
+            .zip(&simulated)
+            .map(|(run, s)| run.target().zip(s).map(|(y, s)| y - s).collect())
+            .collect();
+        let held = |(value, (low, high)): (&f64, &(f64, f64))| value <= low || value >= high;
+        let mut at_bound: Vec<bool> = point.shared.iter().zip(&self.bounds).map(held).collect();
+        at_bound.resize(point.shared.len(), false);
+        let mut refined = Refined {
+            point,
+            rss,
+            samples,
+            residuals,
+            simulated,
+            sensitivities: columns,
+            covariance: DMatrix::zeros(0, 0),
+            at_bound,
+            converged,
+        };
+        if shared > 0
+            && let Some(covariance) = arrow.inverse(shared, &refined.at_bound)
+        {
+            refined.covariance = covariance * (rss / freedom);
+        }
+        Some(refined)
+    }
+}
+
+fn moved(point: &Point, by: &Step, shared: usize) -> Point {
+    let mut next = point.clone();
+    let (of_shared, of_offsets) = by.shared.split_at(shared);
+    next.shared.iter_mut().zip(of_shared).for_each(|(v, by)| *v += by);
+    next.offsets.iter_mut().zip(of_offsets).for_each(|(v, by)| *v += by);
+    for (values, by) in next.own.iter_mut().zip(&by.own) {
+        values.iter_mut().zip(by.iter()).for_each(|(v, by)| *v += by);
+    }
+    next
+}

@@ -1,0 +1,198 @@
+//! Multiple shooting with a growing horizon: a fit that lands where one long simulation from a rough start would not.
+//!
+//! Each record is cut into segments of about two periods, each with an initial state of its own. From there the segments'
+//! length is doubled while the fit holds, up to the whole record. The longest length at which it holds is the *horizon*: how
+//! far the model predicts before noise and its own sensitivity part it from the measurement.
+
+use super::{Options, Point, Refined, Run, Structure, misfit, refine};
+
+/// Periods of the shortest segments.
+const SHORTEST: f64 = 2.0;
+/// Samples that the shortest segment has at least.
+const LEAST: usize = 16;
+/// Steps at the shortest segments, and at each doubling: most of the way is gone before.
+const STEPS: usize = 8;
+const FEWER: usize = 5;
+/// How many times the error of the shortest segments, or the noise, a longer one may leave.
+const HOLDS: f64 = 1.3;
+/// Share of the motion below which a whole simulation from a carried start is worth a direct fit.
+const NEAR: f64 = 0.3;
+/// How many times the noise the shortest segments leave where the model itself is wrong, and a longer horizon tells nothing.
+const FAR: f64 = 3.0;
+
+/// What a fit is to reach, and how.
+#[derive(Clone, Copy)]
+pub struct Goal<'a> {
+    /// Period of the motion, s: 2π times the RMS of velocity over that of acceleration.
+    pub period: f64,
+    /// Weighted RMS that the noise leaves.
+    pub noise: f64,
+    /// Doublings of the shortest segments to reach; beyond the number there are, whole records.
+    pub top: usize,
+    /// How the fits are done; steps count for the whole record.
+    pub options: Options<'a>,
+}
+
+/// A fit, and how far it predicts.
+#[derive(Clone, Debug)]
+pub struct Landed {
+    /// The fit.
+    pub refined: Refined,
+    /// The runs that were fitted: whole records or segments.
+    pub runs: Vec<Run>,
+    /// How often the shortest segments were doubled.
+    pub level: usize,
+    /// The runs are whole records.
+    pub whole: bool,
+}
+
+impl Landed {
+    /// Root of the mean squared residual, for each value fitted to a run one sample less.
+    pub fn error(&self) -> f64 {
+        let freedom = self.refined.samples.saturating_sub(self.refined.passing()).max(1);
+        (self.refined.rss / freedom as f64).sqrt()
+    }
+
+    /// The longest run, s.
+    pub fn horizon(&self) -> f64 {
+        self.runs.iter().map(|r| r.range.len() as f64 * r.grid.interval()).fold(0.0, f64::max)
+    }
+}
+
+/// Segments that a record has at the shortest length: a power of two, so that doublings join neighbours.
+fn parts(run: &Run, period: f64) -> usize {
+    let length = (SHORTEST * period / run.grid.interval()).max(LEAST as f64);
+    let doublings = (run.range.len() as f64 / length).log2().round().max(0.0);
+    1 << (doublings as u32).min(16)
+}
+
+/// Number of doublings from the shortest segments to whole records.
+pub fn levels(whole: &[Run], period: f64) -> usize {
+    whole.iter().map(|r| parts(r, period).ilog2() as usize).max().unwrap_or(0)
+}
+
+/// The segments of records at so many doublings of the shortest ones.
+pub fn cut(whole: &[Run], period: f64, level: usize) -> Vec<Run> {
+    let segments = whole.iter().flat_map(|run| {
+        let parts = (parts(run, period) >> level.min(16)).max(1);
+        let (from, n) = (run.range.start, run.range.len());
+        (0..parts).map(move |k| run.part(from + k * n / parts..from + (k + 1) * n / parts))
+    });
+    segments.collect()
+}
+
+/// Fits at one length of segments from shared parameters; initial states are those of `before` where it has a run that
+/// begins there, else those of the measured motion.
+pub fn shoot(
+    structure: &dyn Structure,
+    whole: &[Run],
+    (shared, before): (&[f64], Option<&Landed>),
+    level: usize,
+    goal: Goal<'_>,
+    steps: usize,
+) -> Option<Landed> {
+    let runs = cut(whole, goal.period, level);
+    let full = level >= levels(whole, goal.period);
+    let options = Options { driven: !full, steps, ..goal.options };
+    let point = start(structure, &runs, shared, before, !full);
+    let refined = refine(structure, &runs, &point, options)?;
+    Some(Landed { refined, runs, level, whole: full })
+}
+
+/// Where a fit of these runs starts.
+fn start(
+    structure: &dyn Structure,
+    runs: &[Run],
+    shared: &[f64],
+    before: Option<&Landed>,
+    driven: bool,
+) -> Point {
+    let mut point = Point::new(structure, runs, shared.to_vec(), driven);
+    if !driven && structure.internals() > 0 {
+        for (own, run) in point.own.iter_mut().zip(runs) {
+            let first = own.len() - structure.internals();
+            let along = structure.driven(shared, run);
+            own[first..].iter_mut().zip(along).for_each(|(z, along)| *z = along[run.range.start]);
+        }
+    }
+    let Some(before) = before else { return point };
+    point.offsets.clone_from_slice(&before.refined.point.offsets);
+    for (own, run) in point.own.iter_mut().zip(runs) {
+        let known = before.runs.iter().position(|b| b.record == run.record && b.range.start == run.range.start);
+        if let Some(k) = known {
+            own.iter_mut().zip(&before.refined.point.own[k]).for_each(|(o, b)| *o = *b);
+        }
+    }
+    point
+}
+
+/// Doubles the segments of a fit while it holds; the fits at each length, the shortest first. Where the whole record can be
+/// fitted at once the lengths between are left out.
+pub fn climb(structure: &dyn Structure, whole: &[Run], first: Landed, goal: Goal<'_>) -> Vec<Landed> {
+    let top = levels(whole, goal.period).min(goal.top);
+    let bound = HOLDS * first.error().max(goal.noise);
+    let mut held = vec![first];
+    while let Some(last) = held.last().filter(|l| l.level < top && !(goal.options.cancelled)()) {
+        let shared = last.refined.point.shared.clone();
+        // From a good start the whole record is one step away.
+        let runs = cut(whole, goal.period, top);
+        let point = start(structure, &runs, &shared, Some(last), top < levels(whole, goal.period));
+        let motion = (last.refined.samples as f64).recip()
+            * last.runs.iter().map(|r| r.target().map(|y| y * y).sum::<f64>()).sum::<f64>();
+        let near = last.level + 1 < top
+            && misfit(structure, &runs, &point, Options { driven: top < levels(whole, goal.period), ..goal.options })
+                .is_some_and(|rss| rss < NEAR * NEAR * motion * last.refined.samples as f64);
+        let at_once = near
+            .then(|| shoot(structure, whole, (&shared, Some(last)), top, goal, goal.options.steps))
+            .flatten()
+            .filter(|l| l.error() < bound);
+        let next = at_once.or_else(|| {
+            let doubled = |steps: usize| {
+                shoot(structure, whole, (&shared, Some(last)), last.level + 1, goal, steps).filter(|l| l.error() < bound)
+            };
+            doubled(FEWER).or_else(|| doubled(3 * FEWER))
+        });
+        match next {
+            Some(next) => held.push(next),
+            None => break,
+        }
+    }
+    held
+}
+
+/// Fits whole records from a point; where that is lost, by way of segments that grow. The result never fits worse than its
+/// start; where whole records cannot be followed it is the fit at the longest segments that can.
+///
+/// None if the model can be simulated nowhere, or the fit was cancelled.
+pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<'_>) -> Option<Landed> {
+    let top = levels(whole, goal.period);
+    let options = Options { driven: false, ..goal.options };
+    let direct = refine(structure, whole, start, options)
+        .map(|refined| Landed { refined, runs: whole.to_vec(), level: top, whole: true });
+    if direct.as_ref().is_some_and(|d| d.error() < HOLDS * goal.noise) || (goal.options.cancelled)() || top == 0 {
+        return direct;
+    }
+    let Some(first) = shoot(structure, whole, (&start.shared, None), 0, goal, STEPS) else { return direct };
+    // Where the whole record is followed as well as two periods of it, the model is wrong, not the fit.
+    if direct.as_ref().is_some_and(|d| d.error() < HOLDS * first.error().max(goal.noise)) {
+        return direct;
+    }
+    let near = first.error() < FAR * goal.noise;
+    let held = climb(structure, whole, first, goal);
+    let longest = held.into_iter().next_back()?;
+    if longest.whole {
+        return match direct {
+            Some(direct) if direct.refined.rss <= longest.refined.rss => Some(direct),
+            _ => Some(longest),
+        };
+    }
+    if near {
+        return Some(longest);
+    }
+    // Far from the noise at every length: the whole record's own fit tells as much, from whichever start is better.
+    let again = shoot(structure, whole, (&longest.refined.point.shared, Some(&longest)), top, goal, goal.options.steps);
+    match (direct, again) {
+        (Some(a), Some(b)) => Some(if b.refined.rss < a.refined.rss { b } else { a }),
+        (a, b) => a.or(b).or(Some(longest)),
+    }
+}
