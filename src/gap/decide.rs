@@ -1,9 +1,10 @@
 //! Which candidate is named, which are refused, and which the data cannot tell apart.
 
+use nalgebra::{DMatrix, DVector};
+
 use super::effects::{Form, Sign};
 use super::fit::Fitted;
-use crate::format::number::significant;
-use crate::refine::{Structure, inflation};
+use crate::refine::{Refined, inflation};
 
 /// How much better a candidate is than the model that it was added to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -42,31 +43,40 @@ const RICHER: f64 = 4.0;
 /// The same where the response jumps as an inner quantity moves, and chance has more to choose from.
 const JUMPING: f64 = 8.0;
 
+/// Standard errors that a quantity of an effect must lie from zero.
+const CERTAIN: f64 = 2.0;
+
 /// What a number costs that the samples do not determine the better the more there are (Akaike's).
 const PASSING: f64 = 2.0;
 
-/// Scores a model against another, for residuals that vary `colour` times more than white ones where the motion is.
+impl Score {
+    /// True if what is left on data never fitted is far more than noise: the model is wrong in some way still.
+    pub(super) fn is_far(&self, noise: f64) -> bool {
+        self.rmse > FAR * noise
+    }
+}
+
+/// Scores a model against another, for residuals that vary `colour` times more than white ones where the motion is. Both are
+/// fitted over the same segments.
 pub(super) fn score(before: &Fitted, after: &Fitted, colour: f64, floor: f64) -> Score {
     let n = after.refined.samples as f64 / colour;
     // Below the floor a residual is as good as none: clean data must not make every digit a proof.
-    let level = |rss: f64, n: usize| (rss / n.max(1) as f64 + floor * floor).max(f64::MIN_POSITIVE).ln();
-    let train = |f: &Fitted| level(f.refined.rss, f.refined.samples);
-    let left_out = |f: &Fitted| f.folds.iter().fold((0.0, 0), |(r, n), f| (r + f.rss, n + f.samples));
-    let fitted = train(after) - train(before);
+    let level = |error: f64| (error * error + floor * floor).max(f64::MIN_POSITIVE).ln();
+    let fitted = level(after.refined.rmse()) - level(before.refined.rmse());
     // An internal state's beginning is felt for a moment only: more samples do not determine it better, and it costs what
     // any number fitted does.
     let passing = |f: &Fitted| f.refined.point.own.iter().map(|own| own.len().saturating_sub(2)).sum::<usize>() as f64;
     let more_passing = passing(after) - passing(before);
     let more = after.refined.unknowns() as f64 - before.refined.unknowns() as f64 - more_passing;
     let penalty = more * n.max(2.0).ln() + PASSING * more_passing;
-    let ((rss, samples), (rss_before, _)) = (left_out(after), left_out(before));
+    let samples: usize = after.folds.iter().map(|f| f.samples).sum();
     let m = samples as f64 / colour;
-    let held = if samples > 0 { level(rss, samples) - level(rss_before, samples) } else { fitted };
-    let rmse = after.gap.test_rmse.unwrap_or(after.gap.train_rmse);
+    let held =
+        if samples > 0 { level(after.held_out_error()) - level(before.held_out_error()) } else { fitted };
     Score {
         bic: n * fitted + penalty,
         test: m * held,
-        rmse,
+        rmse: after.held_out_error(),
         total: n * fitted.max(TRUSTED * held) + m * held + penalty,
     }
 }
@@ -96,43 +106,50 @@ impl Refusal {
     }
 }
 
-/// Why a candidate is refused; none if it stands.
+/// Why a set of forms is refused, the last ones of a fit; none if it stands.
 pub(super) fn refusal(
-    form: &Form,
+    forms: &[&Form],
     before: &Fitted,
     after: (&Fitted, &Score),
     colour: f64,
     (noise, unit): (f64, &str),
 ) -> Option<Refusal> {
-    unsound(form, after.0, colour).or_else(|| unborne(before, after, noise, unit).map(Refusal::LeftOut))
+    forms
+        .iter()
+        .find_map(|form| unsound(form, after.0, colour))
+        .or_else(|| unborne(before, after, noise, unit).map(Refusal::LeftOut))
 }
 
-/// Why a fitted form is not what its name says.
+/// Why a fitted form is not what its name says, or no part that the data need.
 fn unsound(form: &Form, after: &Fitted, colour: f64) -> Option<Refusal> {
-    let shared = &after.refined.point.shared;
+    let refined = &after.refined;
+    let shared = &refined.point.shared;
     let composition = &after.composition;
-    if let Some(objection) = composition.objection(shared) {
-        return Some(Refusal::Itself(objection));
-    }
-    let doubt = |k: usize| after.refined.std_error(k).map_or(0.0, |e| e * colour.sqrt());
-    let places = composition.places(&shared[shared.len() - composition.inner_count()..]);
-    let own = places.last().cloned().unwrap_or(0..0);
-    for (coefficient, k) in form.coefficients.iter().zip(own) {
-        // A form with more in it needs every part of it.
-        if coefficient.sign == Sign::Against && shared[k].abs() < 2.0 * doubt(k) {
+    let (coefficients, inner) = composition.of(form, shared)?;
+    let doubt = |k: usize| refined.std_error(k).map(|e| e * colour.sqrt());
+    let mut open: Vec<usize> = Vec::new();
+    for (coefficient, k) in form.coefficients.iter().zip(coefficients) {
+        if refined.at_bound[k] {
+            return Some(Refusal::Itself(format!(
+                "its {} comes out zero: to help it would have to act the wrong way round",
+                coefficient.name
+            )));
+        }
+        if coefficient.sign == Sign::Any {
+            open.push(k);
+        } else if shared[k].abs() < CERTAIN * doubt(k).unwrap_or(0.0) {
+            // A form with more in it needs every part of it.
             return Some(Refusal::Undetermined(format!("its {} cannot be told from zero", coefficient.name)));
         }
     }
-    let damper = composition.dampers(&shared[shared.len() - composition.inner_count()..]);
-    if let Some((k, term)) = damper.into_iter().find(|(k, _)| shared[*k] > 3.0 * doubt(*k)) {
-        return Some(Refusal::Itself(format!(
-            "the model's own damper, {}, would have to push: {term} comes out positive",
-            significant(shared[k], 3)
-        )));
+    if !open.is_empty() && wald(refined, &open) < CERTAIN * CERTAIN * colour * open.len() as f64 {
+        return Some(Refusal::Undetermined("its size cannot be told from zero".to_owned()));
     }
-    let first = shared.len() - form.inner.len();
-    for (quantity, k) in form.inner.iter().zip(first..) {
+    for (quantity, k) in form.inner.iter().zip(inner) {
         let (value, (low, high)) = (shared[k], quantity.bounds);
+        if low < 0.0 && high > 0.0 && value.abs() < CERTAIN * doubt(k).unwrap_or(0.0) {
+            return Some(Refusal::Undetermined(format!("its {} cannot be told from zero", quantity.name)));
+        }
         if (value - low).abs() < 0.01 * (high - low).abs().min(value.abs()) || (high - value).abs() < 0.01 * high.abs()
         {
             return Some(Refusal::Itself(format!(
@@ -144,10 +161,22 @@ fn unsound(form: &Form, after: &Fitted, colour: f64) -> Option<Refusal> {
     None
 }
 
+/// Wald's statistic of parameters that are zero without an effect: their squares over their variance, correlations allowed
+/// for. Infinite where the fit gives no covariance.
+fn wald(refined: &Refined, places: &[usize]) -> f64 {
+    let n = places.len();
+    if places.iter().any(|k| *k >= refined.covariance.nrows()) {
+        return f64::INFINITY;
+    }
+    let covariance = DMatrix::from_fn(n, n, |i, j| refined.covariance[(places[i], places[j])]);
+    let values = DVector::from_iterator(n, places.iter().map(|k| refined.point.shared[*k]));
+    covariance.cholesky().map_or(f64::INFINITY, |c| values.dot(&c.solve(&values)))
+}
+
 /// What data never fitted say against a fit.
 pub(super) fn unborne(before: &Fitted, (after, score): (&Fitted, &Score), noise: f64, unit: &str) -> Option<String> {
     let number = |v: f64| crate::format::units::format_si(v, unit, 3);
-    let rms = |f: &Fitted| f.gap.test_rmse.unwrap_or(f.gap.train_rmse);
+    let rms = Fitted::held_out_error;
     let worse = before.folds.iter().zip(&after.folds).find(|(b, a)| a.rmse() > WORSE * b.rmse());
     if let Some((b, a)) = worse {
         return Some(format!(
@@ -169,18 +198,24 @@ pub(super) fn unborne(before: &Fitted, (after, score): (&Fitted, &Score), noise:
     (score.total > -WORTH).then(|| "what it explains is no more than chance might".to_owned())
 }
 
-/// True if a fit explains data never fitted clearly better than another.
-pub(super) fn clearly_better(fit: &Fitted, other: &Fitted) -> bool {
-    fit.gap.test_rmse.zip(other.gap.test_rmse).is_some_and(|(a, b)| SHRUNK * a < b)
+/// True if a single effect does as well as a pair, as far as data tell.
+pub(super) fn fewer_do(single: &Score, pair: &Score, noise: f64) -> bool {
+    if single.is_far(noise) && pair.is_far(noise) {
+        return single.rmse < SHRUNK * pair.rmse;
+    }
+    single.total < pair.total + WORTH
 }
 
-/// The order of candidates that stand, best first: by score, but a form that contains a simpler one must beat it clearly.
+/// The order of candidates that stand, best first: by score, but where all are far from the noise by the error on data never
+/// fitted. A form that contains a simpler one must beat it clearly.
 pub(super) fn order(candidates: &[(usize, &Form, Score)], noise: f64) -> Vec<usize> {
+    let far = candidates.iter().all(|c| c.2.is_far(noise));
+    let rank = |s: &Score| if far { s.rmse } else { s.total };
     let mut left: Vec<&(usize, &Form, Score)> = candidates.iter().collect();
     let mut out = Vec::new();
     while !left.is_empty() {
         let lowest = |list: &[&(usize, &Form, Score)]| {
-            (0..list.len()).min_by(|a, b| list[*a].2.total.total_cmp(&list[*b].2.total)).unwrap_or(0)
+            (0..list.len()).min_by(|a, b| rank(&list[*a].2).total_cmp(&rank(&list[*b].2))).unwrap_or(0)
         };
         let mut best = lowest(&left);
         while let Some(simpler) = left
@@ -189,10 +224,13 @@ pub(super) fn order(candidates: &[(usize, &Form, Score)], noise: f64) -> Vec<usi
             .filter(|(_, c)| left[best].1.contains.contains(&c.1.effect))
             .filter(|(_, c)| {
                 let rich = left[best].2;
+                if rich.is_far(noise) {
+                    return c.2.rmse < CLEARLY * rich.rmse;
+                }
                 let margin = if left[best].1.inner.iter().any(|i| i.jumps) { JUMPING } else { RICHER };
-                c.2.total - rich.total < margin || (rich.rmse > FAR * noise && c.2.rmse < CLEARLY * rich.rmse)
+                c.2.total - rich.total < margin
             })
-            .min_by(|a, b| a.1.2.total.total_cmp(&b.1.2.total))
+            .min_by(|a, b| rank(&a.1.2).total_cmp(&rank(&b.1.2)))
             .map(|(k, _)| k)
         {
             best = simpler;
@@ -202,16 +240,19 @@ pub(super) fn order(candidates: &[(usize, &Form, Score)], noise: f64) -> Vec<usi
     out
 }
 
-/// The candidates that cannot be told from the first.
+/// The candidates that cannot be told from the first. Far from the noise the data refuse what every one of them leaves, and
+/// the error on data never fitted has told them apart.
 pub(super) fn confused(first: (&Form, Score), others: &[(usize, &Form, Score)], apart: f64, noise: f64) -> Vec<usize> {
+    if first.1.is_far(noise) {
+        return Vec::new();
+    }
     others
         .iter()
         .filter(|(_, form, score)| {
             form.effect != first.0.effect
                 && score.total - first.1.total < apart
                 // A richer form fits as well by nature: it is a rival only where it does better than its price.
-                && !(form.contains.contains(&first.0.effect)
-                    && (score.total > first.1.total || first.1.rmse > FAR * noise))
+                && !(form.contains.contains(&first.0.effect) && score.total > first.1.total)
         })
         .map(|(k, _, _)| *k)
         .collect()

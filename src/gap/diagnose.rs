@@ -3,22 +3,18 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::decide::{APART, FAR, clearly_better, score, unborne};
+use super::decide::{FAR, score};
 use super::error::GapError;
 use super::evidence::Seen;
-use super::fit::{Fitted, Pace, carried};
+use super::fit::{Fitted, carried};
 use super::outcome::{Choice, Diagnosis, Finding, Remaining, Round, Stage, Standing, Verdict};
 use super::search::{Listener, Search};
-use super::structure::Part;
 use super::words::{in_company, remaining, sentence, titles};
 use crate::refine::Point;
 use crate::study::Cancel;
 
-/// The effect that moves the zero of what is measured, and the share of the gap from which it may hide another.
-const OFFSET: &str = "sensor_offset";
-const MUCH: f64 = 0.3;
-/// Promising effects that are tried in company.
-const COMPANIONS: usize = 2;
+/// Far from the noise, an effect is needless without which data never fitted are explained so nearly as well.
+const NEEDLESS: f64 = 1.1;
 
 impl Search {
     /// Walks until nothing is missing, nothing more can be named, or the most effects are added.
@@ -31,27 +27,27 @@ impl Search {
         let mut steps: Vec<Step> = Vec::new();
         let mut last = loop {
             let round = self.look(&stage, tell, cancel)?;
-            match Step::of(round) {
-                Ok(step) if steps.len() < self.ask.max_effects => {
-                    if let Some((pair, both)) = self.behind_an_offset(&stage, &step, steps.len(), tell, cancel)? {
-                        steps.extend(pair);
-                        stage = self.lighter(&mut steps, both, cancel)?;
-                        continue;
-                    }
-                    steps.push(step);
-                    // A richer kind takes the simpler one's place, and what a later effect made superfluous goes.
-                    let fitted = self.added(&stage, &choices(&steps), cancel)?;
-                    stage = self.lighter(&mut steps, fitted, cancel)?;
-                }
+            let step = match Step::of(round) {
+                Ok(step) if steps.len() < self.ask.max_effects => step,
                 Ok(step) => break Round { finding: Finding::Unexplained, ..step.round },
-                Err(round) => match self.pair(&stage, &round, steps.len(), tell, cancel)? {
-                    Some((pair, both)) => {
-                        steps.extend(pair);
-                        stage = self.lighter(&mut steps, both, cancel)?;
-                    }
-                    None => break *round,
-                },
+                Err(round) => break *round,
+            };
+            let company = step.round.company.clone().filter(|_| steps.len() + 2 <= self.ask.max_effects);
+            if company.is_none() && step.round.company.is_some() {
+                break Round { finding: Finding::Unexplained, ..step.round };
             }
+            steps.push(step);
+            // A richer kind takes the simpler one's place, and what a later effect made superfluous goes.
+            let mut fitted = self.added(&stage, &choices(&steps), cancel)?;
+            if let Some(second) = company {
+                let known: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
+                let both: Vec<Choice> = known.iter().chain(choices(&steps[steps.len() - 1..]).iter()).chain([&second]).cloned().collect();
+                let together = self.fitted(&both, cancel)?;
+                let step = self.joined(&fitted, second, &together, tell, cancel)?;
+                steps.push(step);
+                fitted = self.stage(&both, cancel)?;
+            }
+            stage = self.lighter(&mut steps, fitted, cancel)?;
         };
         if steps.len() > 1 {
             let mut again = steps.clone();
@@ -98,7 +94,7 @@ impl Search {
             fitted = match GapError::if_possible(self.fitted(&list[..n], cancel))? {
                 Some(fitted) => fitted,
                 None => {
-                    let leaner = self.without(&fitted, &Part::Effect(n), cancel).map(Arc::new);
+                    let leaner = self.without(&fitted, n, cancel).map(Arc::new);
                     leaner.ok_or_else(|| GapError::Stage(titles(&list[..n])))?
                 }
             };
@@ -108,14 +104,14 @@ impl Search {
         Ok(stages)
     }
 
-    /// A model without one of its parts, fitted anew.
-    fn without(&self, whole: &Fitted, part: &Part, cancel: &Cancel) -> Option<Fitted> {
+    /// A model without one of its effects, fitted anew over segments as long.
+    fn without(&self, whole: &Fitted, index: usize, cancel: &Cancel) -> Option<Fitted> {
         let point = &whole.refined.point;
-        let (composition, stays) = whole.composition.lean(part, &point.shared)?;
-        let kept = point.shared.iter().zip(&stays).filter(|(_, stays)| **stays).map(|(s, _)| *s);
-        let start = Point { shared: kept.collect(), ..carried(&whole.composition, &composition, point) };
-        let refined = self.data.refine(&composition, &start, self.data.lost(), Pace::Thorough, cancel)?;
-        Some(self.data.judge(composition, refined, cancel))
+        let (composition, stays) = whole.composition.lean(index, &point.shared)?;
+        let kept = point.shared.iter().zip(&stays).filter(|(_, stays)| **stays).map(|(s, _)| *s).collect();
+        let start = Point { shared: kept, ..carried(&whole.composition, &composition, point) };
+        let refined = self.data.refine_at(&composition, &start, whole.level, cancel)?;
+        Some(self.data.judged(composition, refined, cancel))
     }
 
     /// What a walk made by hand has come to: `rounds[k]` looked at `stages[k]`, and the last stage may not have been
@@ -164,12 +160,12 @@ impl Search {
         remaining: Remaining,
         started: Instant,
     ) -> Diagnosis {
-        let left_out = stages.last().map(|stage| self.left_out(stage)).unwrap_or_default();
+        let held = stages.last().map(|stage| self.held_at_zero(stage)).unwrap_or_default();
         Diagnosis {
             verdict,
             sentence,
             noise_floor: self.data.noise,
-            notices: self.notices().map(str::to_owned).chain(left_out).collect(),
+            notices: self.notices().map(str::to_owned).chain(held).collect(),
             blind: self.audit.blind.clone(),
             rounds,
             stages,
@@ -178,94 +174,30 @@ impl Search {
         }
     }
 
-    /// Two effects that data never fitted bear out together where they bear out neither alone: large effects hide each
-    /// other.
-    fn pair(
+    /// The step to an effect that was found in company of the stage's last: the look at that stage, with the effect first.
+    fn joined(
         &self,
         stage: &Arc<Stage>,
-        round: &Round,
-        added: usize,
+        choice: Choice,
+        together: &Fitted,
         tell: Listener<'_>,
         cancel: &Cancel,
-    ) -> Result<Option<Pair>, GapError> {
-        if round.finding != Finding::Unexplained || added + 2 > self.ask.max_effects {
-            return Ok(None);
-        }
-        let before: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
-        for first in round.promising.iter().take(COMPANIONS) {
-            let Some(place) = round.candidates.iter().position(|c| c.choice == *first) else { continue };
-            let Some(with) = round.candidates[place].stage.clone() else { continue };
-            let Some(looked) = GapError::if_possible(self.look(&with, tell, cancel))? else { continue };
-            let Ok(second) = Step::of(looked) else { continue };
-            let both = GapError::if_possible(self.added(&with, &[first.clone(), second.choice.clone()], cancel))?;
-            let Some(both) = both else { continue };
-            let choices: Vec<Choice> = both.effects.iter().map(|e| e.choice.clone()).collect();
-            // A richer kind of the first is no pair.
-            if choices.len() != before.len() + 2 {
-                continue;
+    ) -> Result<Step, GapError> {
+        let mut round = self.look(stage, tell, cancel)?;
+        if let Some(place) = round.candidates.iter().position(|c| c.choice == choice) {
+            let mut candidate = round.candidates.remove(place);
+            let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
+            let alone = self.fitted(&choices, cancel)?;
+            candidate.standing = Standing::Refitted;
+            if let Some(with) = stage.effects.last() {
+                candidate.why = in_company(&candidate.title, &with.title, (&alone, together), &self.data.unit);
             }
-            let (alone, together) = (self.fitted(&before, cancel)?, self.fitted(&choices, cancel)?);
-            let tint = self.tint(&together);
-            let gained = score(&alone, &together, tint, 0.0);
-            if unborne(&alone, (&together, &gained), self.data.noise, &self.data.unit).is_some() {
-                continue;
-            }
-            let first = self.led(round, place, &second, (&alone, &together));
-            return Ok(Some(([first, second], both)));
+            candidate.stage = Some(Arc::new(self.show(together)));
+            round.candidates.insert(0, candidate);
         }
-        Ok(None)
-    }
-
-    /// Where a shift of the sensor's zero explains much of the gap, and far more than noise would be left without it: the
-    /// effect that is named once the zero is free, if with it the data are explained better than with the one named before.
-    fn behind_an_offset(
-        &self,
-        stage: &Arc<Stage>,
-        step: &Step,
-        added: usize,
-        tell: Listener<'_>,
-        cancel: &Cancel,
-    ) -> Result<Option<Pair>, GapError> {
-        let round = &step.round;
-        let offset = round.candidates.iter().position(|c| c.choice.effect == OFFSET && c.explained > MUCH);
-        let left = round.candidates.first().and_then(|c| c.stage.as_ref()).map_or(0.0, |s| s.gap.train_rmse);
-        let (Some(place), true) = (offset, left > FAR * self.data.noise) else { return Ok(None) };
-        if added + 2 > self.ask.max_effects || step.choice.effect == OFFSET {
-            return Ok(None);
-        }
-        let before: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
-        let zero = round.candidates[place].choice.clone();
-        let path = |list: &[&Choice]| -> Vec<Choice> { before.iter().chain(list.iter().copied()).cloned().collect() };
-        let Ok(free) = self.stage(&path(&[&zero]), cancel) else { return Ok(None) };
-        let Some(looked) = GapError::if_possible(self.look(&free, tell, cancel))? else { return Ok(None) };
-        let Ok(second) = Step::of(looked) else { return Ok(None) };
-        if second.choice == step.choice {
-            return Ok(None);
-        }
-        let both = GapError::if_possible(self.added(&free, &[zero.clone(), second.choice.clone()], cancel))?;
-        let Some(both) = both else { return Ok(None) };
-        let choices: Vec<Choice> = both.effects.iter().map(|e| e.choice.clone()).collect();
-        let Ok(rival) = self.fitted(&path(&[&step.choice, &zero]), cancel) else { return Ok(None) };
-        let (alone, together) = (self.fitted(&before, cancel)?, self.fitted(&choices, cancel)?);
-        let tint = self.tint(&together);
-        let total = |f: &Fitted| score(&alone, f, tint, 0.0).total;
-        if choices.len() != before.len() + 2 || total(&together) > total(&rival) - APART {
-            return Ok(None);
-        }
-        let first = self.led(round, place, &second, (&alone, &together));
-        Ok(Some(([first, second], both)))
-    }
-
-    /// The step to a round's candidate that is named in another's company.
-    fn led(&self, round: &Round, place: usize, other: &Step, gain: (&Fitted, &Fitted)) -> Step {
-        let mut round = round.clone();
-        let mut candidate = round.candidates.remove(place);
-        let choice = candidate.choice.clone();
-        candidate.standing = Standing::Refitted;
-        candidate.why = in_company(&candidate.title, &other.title(), gain, &self.data.unit);
-        round.candidates.insert(0, candidate);
         round.finding = Finding::Named;
-        Step { choice, round }
+        round.company = None;
+        Ok(Step { choice, round })
     }
 
     /// A stage without what its last effect has made superfluous, and the steps that stay.
@@ -280,20 +212,13 @@ impl Search {
     fn dropped(&self, stage: Arc<Stage>, cancel: &Cancel) -> Result<Arc<Stage>, GapError> {
         let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
         let whole = self.fitted(&choices, cancel)?;
-        let shared = &whole.refined.point.shared;
         let tint = self.tint(&whole);
-        let inner = &shared[shared.len() - whole.composition.inner_count()..];
-        // A model that explains the data to the noise has the dampers that they need.
-        let wrong = !choices.is_empty() && whole.gap.test_rmse.is_some_and(|rmse| rmse > FAR * self.data.noise);
-        let dampers = whole.composition.dampers(inner).into_iter().filter(|_| wrong);
-        let parts = (0..choices.len().saturating_sub(1))
-            .map(Part::Effect)
-            .chain(dampers.map(|(k, term)| Part::Damper(k, term.clone())));
-        for part in parts {
-            let Some(without) = self.without(&whole, &part, cancel) else { continue };
-            let gone = match part {
-                Part::Effect(_) => score(&whole, &without, tint, 0.0).total <= 0.0,
-                Part::Damper(..) => clearly_better(&without, &whole),
+        for index in 0..choices.len().saturating_sub(1) {
+            let Some(without) = self.without(&whole, index, cancel) else { continue };
+            let gone = if whole.held_out_error() > FAR * self.data.noise {
+                without.held_out_error() < NEEDLESS * whole.held_out_error()
+            } else {
+                score(&whole, &without, tint, 0.0).total <= 0.0
             };
             if gone {
                 let without = Arc::new(without);
@@ -304,16 +229,16 @@ impl Search {
         Ok(stage)
     }
 
-    /// Dampers of the base model that a stage does without, one sentence each.
-    fn left_out(&self, stage: &Stage) -> Vec<String> {
+    /// Dampers of the base model that a stage holds at zero, one sentence each.
+    fn held_at_zero(&self, stage: &Stage) -> Vec<String> {
         let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
         let Some(fitted) = self.known(&choices) else { return Vec::new() };
-        let gone = self.base_terms().iter().filter(|t| !fitted.composition.base.contains(t));
-        gone.map(|term| {
-            format!(
-                "With what was added, data never fitted are explained clearly better without the linear damper {term}: \
-                 it was left out."
-            )
+        let shared = &fitted.refined.point.shared;
+        let inner = &shared[shared.len() - fitted.composition.inner_count()..];
+        let dampers = fitted.composition.dampers(inner);
+        let held = dampers.into_iter().filter(|(k, _)| fitted.refined.at_bound.get(*k).copied().unwrap_or(false));
+        held.map(|(_, term)| {
+            format!("The linear damper {term} is held at zero: free, it would give energy instead of taking it.")
         })
         .collect()
     }
@@ -368,9 +293,6 @@ impl Search {
     }
 }
 
-/// Two effects that were added together, and the stage with both.
-type Pair = ([Step; 2], Arc<Stage>);
-
 /// The effects of steps.
 fn choices(steps: &[Step]) -> Vec<Choice> {
     steps.iter().map(|s| s.choice.clone()).collect()
@@ -390,10 +312,6 @@ impl Step {
             (Finding::Named | Finding::Ambiguous(_), Some(first)) => Ok(Self { choice: first.choice.clone(), round }),
             _ => Err(Box::new(round)),
         }
-    }
-
-    fn title(&self) -> String {
-        self.round.candidates.first().map_or_else(String::new, |c| c.title.clone())
     }
 
     fn alone(&self) -> bool {

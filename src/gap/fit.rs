@@ -8,7 +8,7 @@ use super::motion::{Oscillator, Variation};
 use super::outcome::Gap;
 use super::structure::Composition;
 use crate::model::Equation;
-use crate::refine::{Bar, Goal, Landed, Options, Point, Refined, Run, Structure, climb, cut, levels, refine, shoot};
+use crate::refine::{Bar, Goal, Landed, Options, Point, Refined, Run, Structure, climb, levels, refine, shoot};
 use crate::signal::{dot, mean_and_variance, rms};
 use crate::study::Cancel;
 use crate::term::{Expression, Layout, Symbol, Term, derivative};
@@ -79,7 +79,7 @@ fn by_record(runs: &[Run], per_run: &[Vec<f64>]) -> Vec<Vec<f64>> {
 
 /// Steps of a refinement from a good start, and at most.
 const STEPS: usize = 24;
-const FEW_STEPS: usize = 8;
+pub(super) const FEW_STEPS: usize = 8;
 /// Integration steps that one of several candidates may take: about half a second.
 const EFFORT: usize = 1_500_000;
 /// How many times less than expected of a fit a rival must have left for the fit not to be sought far from its start.
@@ -124,7 +124,7 @@ impl Pace<'_> {
 }
 
 impl Data {
-    fn options<'a>(cancelled: &'a (dyn Fn() -> bool + Sync), steps: usize, pace: Pace<'a>) -> Options<'a> {
+    pub(super) fn options<'a>(cancelled: &'a (dyn Fn() -> bool + Sync), steps: usize, pace: Pace<'a>) -> Options<'a> {
         let (effort, bar) = match pace {
             Pace::Thorough => (usize::MAX, None),
             Pace::Again => (2 * EFFORT, None),
@@ -182,6 +182,24 @@ impl Data {
             (Some(a), Some(b)) => Some(if b.rss < a.rss { b } else { a }),
             (a, b) => b.or(a),
         }
+    }
+
+    /// Refines from a point over segments of a level.
+    pub(super) fn refine_at(
+        &self,
+        composition: &Composition,
+        start: &Point,
+        level: usize,
+        cancel: &Cancel,
+    ) -> Option<Landed> {
+        let whole = self.whole();
+        if level == WHOLE {
+            let refined = self.refine(composition, start, self.lost(), Pace::Thorough, cancel)?;
+            return Some(Landed { refined, runs: whole, level, whole: true });
+        }
+        let cancelled = || cancel.is_cancelled();
+        let goal = self.goal(level, Self::options(&cancelled, STEPS, Pace::Thorough));
+        shoot(composition, &whole, (&start.shared, None), level, goal, STEPS)
     }
 
     /// The sum of squares above which a fit without expectations has missed its basin.

@@ -19,14 +19,17 @@ mod motion;
 mod outcome;
 mod place;
 mod progress;
+mod ranking;
 mod refit;
 mod screen;
 mod search;
+mod sets;
 mod show;
 mod structure;
 #[cfg(test)]
 mod tests;
 mod walk;
+mod weak;
 mod words;
 
 pub use error::GapError;

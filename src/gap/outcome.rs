@@ -269,8 +269,8 @@ pub struct Round {
     pub candidates: Vec<Candidate>,
     /// What the round came to on its own.
     pub finding: Finding,
-    /// Effects that fit far better, but that data never fitted do not bear out alone; best first. With another they might.
-    pub promising: Vec<Choice>,
+    /// The effect that the first candidate is named in company with: neither explains the data alone.
+    pub company: Option<Choice>,
     /// The experiment that would tell the candidates apart that cannot be told apart.
     pub next_experiment: Option<String>,
     /// Effects by title with the least size, as a share of the spring force, that these data would have shown.

@@ -1,12 +1,14 @@
 //! Refining a model with one form added: where it may start, and which of its starts leads home.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::effects::{Form, Sign, logarithmic};
 use super::fit::{Fitted, Pace, carried};
 use super::screen::{Motion, Screened};
-use super::search::{PROMISING, Search};
-use super::structure::{Composition, choice};
+use super::search::{PROMISING, Refit, Search};
+use super::structure::Composition;
 use crate::refine::{Bar, Options, Point, Refined, Run, misfit};
 use crate::study::Cancel;
 use crate::term::Term;
@@ -38,7 +40,7 @@ const CLOSE: f64 = 2.25;
 
 impl Search {
     /// The effects of which a form is a richer kind are replaced by it.
-    fn with(&self, before: &Composition, form: &Form) -> Composition {
+    pub(super) fn with(&self, before: &Composition, form: &Form) -> Composition {
         let simpler = before
             .forms
             .iter()
@@ -154,16 +156,7 @@ impl Search {
         let old_composed = before.composition.compose(old_inner);
         let coefficients = &old[..old_composed.terms.len()];
         let addition = form.addition(inner);
-        // The inner values in the order of the forms that stay, then the new one's.
-        let mut all_inner = Vec::new();
-        let mut rest = old_inner;
-        for old_form in &before.composition.forms {
-            let (values, others) = rest.split_at(old_form.inner.len());
-            rest = others;
-            if after.forms.iter().any(|f| choice(f) == choice(old_form)) {
-                all_inner.extend_from_slice(values);
-            }
-        }
+        let mut all_inner = after.inner_after(&before.composition, old_inner);
         all_inner.extend_from_slice(inner);
         let composed = after.compose(&all_inner);
         let mut shared = match way {
@@ -212,6 +205,51 @@ impl Search {
         composition.scales = data.scales(&composition, &all_inner, &motion.measured);
         let point = carried(&before.composition, &composition, &before.refined.point);
         Some((composition, Point { shared, ..point }))
+    }
+
+    /// Tries what the best refits contain as special cases, from where those landed: a simpler form that was lost from its own
+    /// start must not lose to a richer one for that.
+    pub(super) fn try_simpler(&self, before: &Fitted, forms: &[Form], refits: &mut Vec<Refit>, cancel: &Cancel) {
+        let least = refits.iter().map(|r| r.fitted.refined.rss).fold(f64::INFINITY, f64::min);
+        let mut tried: Vec<(usize, Fitted)> = Vec::new();
+        for rich in refits.iter().filter(|r| r.fitted.refined.rss < CLOSE * least) {
+            let form = &forms[rich.forms[0]];
+            let simpler = (0..forms.len())
+                .filter(|k| form.contains.contains(&forms[*k].effect) && forms[*k].form == form.form && forms[*k].inner.is_empty());
+            for k in simpler {
+                let known = refits.iter().find(|r| r.forms == [k]).map_or(f64::INFINITY, |r| r.fitted.refined.rss);
+                if known < DISTANT * rich.fitted.refined.rss || cancel.is_cancelled() {
+                    continue;
+                }
+                if let Some(fitted) = self.simplified(before, &rich.fitted, &forms[k], cancel)
+                    && fitted.refined.rss < known
+                {
+                    tried.push((k, fitted));
+                }
+            }
+        }
+        for (k, fitted) in tried {
+            refits.retain(|r| r.forms != [k]);
+            refits.push(Refit { forms: vec![k], fitted: Arc::new(fitted) });
+        }
+    }
+
+    /// The model with a simpler form in a richer one's place, started from that one's values.
+    fn simplified(&self, before: &Fitted, rich: &Fitted, form: &Form, cancel: &Cancel) -> Option<Fitted> {
+        let data = &self.data;
+        let mut composition = self.with(&before.composition, form);
+        let had = &rich.refined.point.shared;
+        let had_inner = &had[had.len() - rich.composition.inner_count()..];
+        let inner = composition.inner_after(&rich.composition, had_inner);
+        let terms = rich.composition.compose(had_inner).terms;
+        let paths: Vec<_> = data.fit().iter().map(super::data::Series::path).collect();
+        composition.scales = data.scales(&composition, &inner, &paths);
+        let value = |(term, scale): (&Term, &f64)| terms.iter().position(|t| t == term).map_or(-scale.abs(), |k| had[k]);
+        let composed = composition.compose(&inner);
+        let shared = composed.terms.iter().zip(&composition.scales).map(value).chain(inner.iter().copied()).collect();
+        let start = Point { shared, ..carried(&rich.composition, &composition, &rich.refined.point) };
+        let landed = data.refine_at(&composition, &start, rich.level, cancel)?;
+        Some(data.judged(composition, landed, cancel))
     }
 
     /// Goes on with the refinements that ended for want of effort, if they are near the best: rivals are compared at

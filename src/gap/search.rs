@@ -6,16 +6,17 @@ use rayon::prelude::*;
 use super::audit::Audit;
 use super::columns::Path;
 use super::data::Data;
-use super::decide::{APART, APART_ON_A_TONE, Refusal, Score, colour, confused, order, refusal, score, unborne};
+use super::decide::{colour, refusal, score};
+use super::ranking::{Decision, merged};
 use super::effects::{Form, Setting, catalogue};
 use super::error::GapError;
 use super::evidence::Seen;
 use super::fit::{Fitted, Pace};
-use super::outcome::{Blind, Candidate, Choice, Evidence, Finding, Round, Stage, Standing};
+use super::outcome::{Blind, Choice, Evidence, Round, Stage};
 use super::progress::Progress;
 use super::screen::Motion;
 use super::structure::{Composition, choice};
-use super::words::{titles, why};
+use super::words::titles;
 use crate::record::RecordSet;
 use crate::refine::{Bar, Point, Structure as _};
 use crate::signal::rms;
@@ -50,24 +51,18 @@ pub struct Search {
     known: Mutex<HashMap<Vec<Choice>, Arc<Fitted>>>,
 }
 
-/// What a round's candidates come to.
-struct Decision {
-    finding: Finding,
-    next_experiment: Option<String>,
-    promising: Vec<Choice>,
+/// A set of effects refitted with the rest of the model.
+pub(super) struct Refit {
+    /// Indices of the forms, one or two.
+    pub(super) forms: Vec<usize>,
+    pub(super) fitted: Arc<Fitted>,
 }
 
-impl Decision {
-    fn nothing() -> Self {
-        Self { finding: Finding::Nothing, next_experiment: None, promising: Vec::new() }
-    }
-}
-
-/// Share of the first's explanation along the motion from which another is its rival on one steady tone.
-const NEARLY: f64 = 0.8;
+/// Times the noise that a fit which explains the data leaves at most: on the data fitted, and on those never fitted.
+const EXPLAINED: (f64, f64) = (1.3, 1.5);
 /// Weights of the oscillator that a base model's start leans towards, beside those of the data.
 const PRIORS: [f64; 3] = [1e-10, 1e-3, 1.0];
-/// Share of the sum of squares that a form must leave at most to be promising where data left out do not bear it out.
+/// Share of the sum of squares that a form must leave at most along the motion for a far better fit to be expected of it.
 pub(super) const PROMISING: f64 = 0.5;
 /// Candidates that are refined.
 const REFINED: usize = 12;
@@ -267,7 +262,7 @@ impl Search {
             candidates,
             finding: decision.finding,
             next_experiment: decision.next_experiment,
-            promising: decision.promising,
+            company: decision.company,
             hidden_up_to: data.detectable(&seen, cancel),
         };
         if !evidence.significant {
@@ -296,7 +291,26 @@ impl Search {
         check()?;
         let refits = self.polished(refits, cancel);
         check()?;
-        let decision = self.decide(&before, &motion, &forms, refits, &mut candidates, cancel);
+        let mut refits: Vec<Refit> = refits
+            .into_iter()
+            .filter_map(|(k, fitted)| Some(Refit { forms: vec![k], fitted: Arc::new(fitted?) }))
+            .collect();
+        self.try_simpler(&before, &forms, &mut refits, cancel);
+        check()?;
+        let mut compared = Arc::clone(&before);
+        if std::env::var("DBG").is_ok() {
+            for r in &refits {
+                eprintln!("DBG fast {:?} {:.3} {:.3}", forms[r.forms[0]], r.fitted.error() / self.data.noise, r.fitted.held_out_error() / self.data.noise);
+            }
+        }
+        if !refits.iter().any(|r| self.explains(&before, &forms, r)) {
+            tell(Progress::Step("Trying effects and pairs along short segments", 0.6));
+            if let Some(sets) = self.sets(&before, &forms, cancel) {
+                (compared, refits) = merged(compared, refits, sets);
+            }
+            check()?;
+        }
+        let decision = self.decide(&compared, &motion, &forms, &refits, &mut candidates, cancel);
         check()?;
         tell(Progress::Ranking(candidates.clone()));
         let round = round(candidates, evidence, decision);
@@ -304,124 +318,22 @@ impl Search {
         Ok(round)
     }
 
-    /// Puts the refitted candidates in order and says what they come to.
-    fn decide(
-        &self,
-        before: &Arc<Fitted>,
-        motion: &Motion,
-        forms: &[Form],
-        refits: Vec<(usize, Option<Fitted>)>,
-        candidates: &mut [Candidate],
-        cancel: &Cancel,
-    ) -> Decision {
+    /// True if a fit stands and leaves next to nothing but noise, on the data fitted and on those never fitted.
+    fn explains(&self, before: &Fitted, forms: &[Form], refit: &Refit) -> bool {
         let data = &self.data;
-        let floor = 1e-6 * data.fit().iter().map(|s| rms(&s.measured)).fold(0.0, f64::max);
-        let refits: Vec<(usize, Arc<Fitted>)> =
-            refits.into_iter().filter_map(|(k, f)| f.map(|f| (k, Arc::new(f)))).collect();
-        // One colour for all, that of the best fit: its residual is nearest to the noise.
-        let nearest = refits.iter().map(|(_, f)| f).min_by(|a, b| a.refined.rss.total_cmp(&b.refined.rss));
-        let colour = nearest.map_or(1.0, |f| self.tint(f));
-        let scored: Vec<(usize, &Form, Score, &Arc<Fitted>)> =
-            refits.iter().map(|(k, f)| (*k, &forms[*k], score(before, f, colour, floor), f)).collect();
-        let mut standing: Vec<(usize, &Form, Score)> = Vec::new();
-        let mut undetermined: Vec<(usize, &Form, Score)> = Vec::new();
-        let mut promising: Vec<(f64, Choice)> = Vec::new();
-        for (k, form, score, fitted) in &scored {
-            // What a cancelled search decides is not looked at.
-            if cancel.is_cancelled() {
-                break;
-            }
-            let refused = refusal(form, before, (fitted, score), colour, (data.noise, &data.unit));
-            match refused {
-                None => standing.push((*k, form, *score)),
-                Some(Refusal::LeftOut(_)) if fitted.refined.rss < PROMISING * before.refined.rss => {
-                    promising.push((fitted.refined.rss, choice(form)));
-                }
-                Some(Refusal::Undetermined(_))
-                    if unborne(before, (fitted, score), data.noise, &data.unit).is_none() =>
-                {
-                    undetermined.push((*k, form, *score));
-                }
-                Some(_) => {}
-            }
-            self.keep(Arc::clone(fitted));
-            if let Some(candidate) = candidates.iter_mut().find(|c| c.choice == choice(form)) {
-                candidate.delta_bic = score.bic;
-                candidate.why = why(form, before, fitted, refused.as_ref().map(Refusal::reason), &data.unit);
-                candidate.curve = self.curve(form, (before, fitted), motion);
-                candidate.stage = Some(Arc::new(self.show(fitted)));
-                candidate.standing =
-                    refused.as_ref().map_or(Standing::Refitted, |r| Standing::Refused(r.reason().to_owned()));
-            }
-        }
-        let apart = if self.audit.single_tone { APART_ON_A_TONE } else { APART };
-        let ranked = order(&standing, data.noise);
-        let title = |k: usize| forms[k].full_title();
-        let mut finding = Finding::Unexplained;
-        let mut rivals: Vec<usize> = Vec::new();
-        if let Some(first) = ranked.first() {
-            let entry = |k: usize| standing.iter().find(|s| s.0 == k);
-            let others = standing.iter().filter(|s| s.0 != *first).chain(&undetermined);
-            let others: Vec<(usize, &Form, Score)> = others.copied().collect();
-            for k in &ranked {
-                let Some((_, form, score)) = entry(*k) else { continue };
-                // Those that do clearly better are told from it.
-                let near = |s: &&(usize, &Form, Score)| s.0 != *k && s.2.total > score.total - apart;
-                let rest = standing.iter().chain(&undetermined).filter(near);
-                let rest: Vec<(usize, &Form, Score)> = rest.copied().collect();
-                let names = confused((form, *score), &rest, apart, data.noise).into_iter().map(title).collect();
-                if let Some(c) = candidates.iter_mut().find(|c| c.choice == choice(form)) {
-                    c.confused_with = names;
-                }
-            }
-            if let Some((_, form, score)) = entry(*first) {
-                rivals = confused((form, *score), &others, apart, data.noise);
-                if self.audit.single_tone {
-                    // What explains as much along a motion of one kind may fail in the refit for reasons of its own.
-                    let explained = |k: usize| {
-                        candidates.iter().find(|c| c.choice == choice(&forms[k])).map_or(0.0, |c| c.explained)
-                    };
-                    rivals.extend(
-                        (0..forms.len())
-                            .filter(|k| forms[*k].effect != form.effect && explained(*k) > NEARLY * explained(*first)),
-                    );
-                    rivals.sort_unstable();
-                    rivals.dedup();
-                }
-            }
-            finding = Finding::Named;
-        }
-        // Best first: those that stand, the refused by score, then the screened.
-        let rank = |c: &Candidate| -> (usize, f64) {
-            let k = forms.iter().position(|f| choice(f) == c.choice);
-            match k.and_then(|k| ranked.iter().position(|r| *r == k)) {
-                Some(place) => (0, place as f64),
-                None => match (k.and_then(|k| scored.iter().find(|s| s.0 == k)), &c.standing) {
-                    (Some(s), _) => (1, s.2.total),
-                    (None, Standing::NotShown(_)) => (3, 0.0),
-                    (None, _) => (2, -c.explained),
-                },
-            }
-        };
-        candidates.sort_by(|a, b| {
-            let (a, b) = (rank(a), rank(b));
-            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-        });
-        let mut next = None;
-        if finding == Finding::Named && !rivals.is_empty() {
-            let places =
-                rivals.iter().filter_map(|k| candidates.iter().position(|c| c.choice == choice(&forms[*k]))).collect();
-            finding = Finding::Ambiguous(places);
-            let fitted = |k: usize| refits.iter().find(|(r, _)| *r == k).map(|(_, f)| f);
-            if let (Some(best), Some(rival)) = (ranked.first().and_then(|k| fitted(*k)), fitted(rivals[0])) {
-                next = data.next_experiment(best, rival, cancel);
-                if next.is_none() {
-                    next = Some(format!("What tells them apart: {}.", forms[rivals[0]].separates));
-                }
-            }
-        }
-        promising.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Decision { finding, next_experiment: next, promising: promising.into_iter().map(|p| p.1).collect() }
+        let fitted = &refit.fitted;
+        let set: Vec<&Form> = refit.forms.iter().map(|k| &forms[*k]).collect();
+        let inflation = self.tint(fitted);
+        fitted.error() < EXPLAINED.0 * data.noise
+            && fitted.held_out_error() < EXPLAINED.1 * data.noise
+            && refusal(
+                &set,
+                before,
+                (fitted, &score(before, fitted, inflation, 0.0)),
+                inflation,
+                (data.noise, &data.unit),
+            )
+            .is_none()
     }
 }
 

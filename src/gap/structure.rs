@@ -1,4 +1,4 @@
-use super::effects::{Addition, Form, Sign};
+use super::effects::{Addition, Form};
 use super::outcome::Choice;
 use crate::model::{Equation, Model, WeightedTerm};
 use super::columns::{Clock, Inputs, Path, integrate};
@@ -17,14 +17,6 @@ pub(super) struct Composition {
     pub(super) scales: Vec<f64>,
     /// The base model's dampers take energy; else they may also give it.
     pub(super) passive: bool,
-}
-
-/// A part that a composition may do without.
-pub(super) enum Part {
-    /// One of its effects, by index.
-    Effect(usize),
-    /// A damper of the base model: the index of its coefficient, and its term.
-    Damper(usize, Term),
 }
 
 /// What a composition comes to at given inner values.
@@ -50,6 +42,20 @@ impl Composition {
         next
     }
 
+    /// The inner values of the effects that this composition shares with another one, in its own order.
+    pub(super) fn inner_after(&self, other: &Self, inner: &[f64]) -> Vec<f64> {
+        let mut kept = Vec::new();
+        let mut rest = inner;
+        for form in &other.forms {
+            let (own, others) = rest.split_at(form.inner.len());
+            rest = others;
+            if self.forms.iter().any(|f| choice(f) == choice(form)) {
+                kept.extend_from_slice(own);
+            }
+        }
+        kept
+    }
+
     /// The same without one of its effects.
     pub(super) fn without(&self, index: usize) -> Self {
         let mut next = self.clone();
@@ -57,27 +63,19 @@ impl Composition {
         next
     }
 
-    /// The same at these parameters without a part, and which of the shared parameters stay. None if an effect of which
-    /// the part is a richer kind would be lost with it.
-    pub(super) fn lean(&self, part: &Part, shared: &[f64]) -> Option<(Self, Vec<bool>)> {
+    /// The same at these parameters without one of its effects, and which of the shared parameters stay. None if an effect of
+    /// which it is a richer kind would be lost with it.
+    pub(super) fn lean(&self, index: usize, shared: &[f64]) -> Option<(Self, Vec<bool>)> {
         let (coefficients, inner) = shared.split_at(shared.len() - self.inner_count());
         let mut stays = vec![true; shared.len()];
-        let mut lean = match part {
-            Part::Effect(index) => {
-                let first: usize = self.forms[..*index].iter().map(|f| f.inner.len()).sum();
-                let own = first..first + self.forms[*index].inner.len();
-                if !self.forms[*index].addition(&inner[own.clone()]).replaces.is_empty() {
-                    return None;
-                }
-                stays[self.places(inner)[*index].clone()].fill(false);
-                stays[coefficients.len()..][own].fill(false);
-                self.without(*index)
-            }
-            Part::Damper(place, term) => {
-                stays[*place] = false;
-                Self { base: self.base.iter().filter(|t| *t != term).cloned().collect(), ..self.clone() }
-            }
-        };
+        let first: usize = self.forms[..index].iter().map(|f| f.inner.len()).sum();
+        let own = first..first + self.forms[index].inner.len();
+        if !self.forms[index].addition(&inner[own.clone()]).replaces.is_empty() {
+            return None;
+        }
+        stays[self.places(inner)[index].clone()].fill(false);
+        stays[coefficients.len()..][own].fill(false);
+        let mut lean = self.without(index);
         lean.scales = self.scales.iter().zip(&stays).filter(|(_, stays)| **stays).map(|(s, _)| *s).collect();
         Some((lean, stays))
     }
@@ -193,15 +191,13 @@ impl Composition {
         (model, composed)
     }
 
-    /// The first gate that the last form's coefficients fail, in words.
-    pub(super) fn objection(&self, shared: &[f64]) -> Option<String> {
-        let inner = &shared[shared.len() - self.inner_count()..];
-        let (form, place) = self.forms.last().zip(self.places(inner).pop())?;
-        form.coefficients.iter().zip(&shared[place]).find(|(c, value)| c.sign == Sign::Against && **value >= 0.0).map(
-            |(c, _)| {
-                format!("it would have to push along instead of against: {} comes out with the wrong sign", c.name)
-            },
-        )
+    /// The places of a form's coefficients and of its inner quantities among the shared parameters.
+    pub(super) fn of(&self, form: &Form, shared: &[f64]) -> Option<(std::ops::Range<usize>, std::ops::Range<usize>)> {
+        let index = self.forms.iter().position(|f| choice(f) == choice(form))?;
+        let first = shared.len() - self.inner_count();
+        let coefficients = self.places(&shared[first..]).swap_remove(index);
+        let from = first + self.forms[..index].iter().map(|f| f.inner.len()).sum::<usize>();
+        Some((coefficients, from..from + form.inner.len()))
     }
 }
 

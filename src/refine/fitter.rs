@@ -28,6 +28,9 @@ const NOTICEABLE: f64 = 0.05;
 /// A quantity that is positive by its nature changes by this factor in one step at most.
 const FACTOR: f64 = 1.6;
 
+/// Dampings tried for one step, each ten times the one before: from a full step to next to none.
+const TRIES: usize = 9;
+
 /// Largest error of a sampling interval of the simulation, as a share of the motion: far below [`NUDGE`].
 const TOLERANCE: f64 = 1e-7;
 
@@ -301,7 +304,7 @@ impl<'a> Fitter<'a> {
         let freedom = samples.saturating_sub(shared + offsets + own).max(1) as f64;
         let mut scales = self.structure.scales();
         let mut trial = Vec::new();
-        let mut damping: f64 = 1e-6;
+        let mut damping: f64 = 1e-5;
         let mut nudge = NUDGE;
         let mut converged = false;
         let (mut columns, mut arrow);
@@ -320,7 +323,7 @@ impl<'a> Fitter<'a> {
             let mut taken = false;
             let at: Vec<f64> = point.shared[..shared].iter().chain(&point.offsets).copied().collect();
             let reach = if shared > 0 { self.reach(&point.shared) } else { Vec::new() };
-            for _ in 0..6 {
+            for _ in 0..TRIES {
                 let Some(by) = arrow.step(damping, &at, &reach) else {
                     damping = (damping * 10.0).max(1e-6);
                     continue;
@@ -357,9 +360,9 @@ impl<'a> Fitter<'a> {
             }
             if !taken {
                 // No descent along any damped step. A difference may have straddled a stop of the motion, on whose two sides
-                // the response moves differently: a wider one, from the other side, sees past it. One of many rivals is not
-                // worth that.
-                if self.options.frozen || self.options.bar.is_some() || nudge.abs() >= WIDEST * NUDGE {
+                // the response moves differently: a wider one, from the other side, sees past it.
+                let widest = if self.options.bar.is_some() { WIDER } else { WIDEST } * NUDGE;
+                if self.options.frozen || nudge.abs() >= widest {
                     break;
                 }
                 nudge *= -WIDER;

@@ -28,6 +28,7 @@ pub use outcome::{
 pub use refined::Refinement;
 pub use settings::{Form, Kinematics, Lock, Scaling, Settings};
 pub use suggest::suggest;
+pub(crate) use weak::test_functions;
 pub use weak::{NARROWEST, suggested_half_width};
 
 pub use crate::signal::{Differentiation, Smoothing};

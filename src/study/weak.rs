@@ -117,7 +117,7 @@ impl Weak {
         let mut columns: Vec<Vec<f64>> = vec![Vec::new(); all.len() + 1];
         let mut rates: Vec<Vec<f64>> = vec![Vec::new(); fitted.len()];
         for signals in records {
-            let kernels = kernels(self.half_width, signals.interval);
+            let kernels = test_functions(self.half_width, signals.interval);
             for (column, averages) in columns.iter_mut().zip(self.columns(layout, &all, signals, &kernels)) {
                 column.extend(averages);
             }
@@ -150,7 +150,7 @@ impl Weak {
         fitted: &[usize],
         rows: &mut [Rows],
     ) {
-        let kernels = kernels(self.half_width, signals.interval);
+        let kernels = test_functions(self.half_width, signals.interval);
         let columns = self.columns(layout, terms, signals, &kernels);
         let both = Kernels { rate: kernels.clone(), column: kernels.clone() };
         for ((state, passing), rows) in fitted.iter().zip(&self.passing).zip(rows) {
@@ -198,7 +198,7 @@ impl Weak {
 }
 
 /// The normalised test function and its derivatives, each with the sign that moving it from the measurement brings.
-fn kernels(half_width: usize, interval: f64) -> [Vec<f64>; 3] {
+pub(crate) fn test_functions(half_width: usize, interval: f64) -> [Vec<f64>; 3] {
     let p = f64::from(EXPONENT);
     let width = half_width as f64 * interval;
     let place = |i: usize| (i as f64 - half_width as f64) / half_width as f64;

@@ -180,6 +180,16 @@ impl Form {
         })
     }
 
+    /// True if it acts on the sensor or the input and has no force of its own that could be regressed on.
+    pub(crate) fn is_outside(&self) -> bool {
+        self.coefficients.is_empty()
+    }
+
+    /// True if one of two forms is a kind of the other, or both are kinds of one effect.
+    pub(crate) fn is_kin(&self, other: &Self) -> bool {
+        self.effect == other.effect || self.contains.contains(&other.effect) || other.contains.contains(&self.effect)
+    }
+
     /// The name with the form behind it.
     pub(crate) fn full_title(&self) -> String {
         if self.form.is_empty() { self.title.to_owned() } else { format!("{}, {}", self.title, self.form) }

@@ -1,0 +1,215 @@
+//! What a round's refitted candidates come to: their order, which is named, and which cannot be told from it.
+
+use std::sync::Arc;
+
+use super::decide::{
+    APART, APART_ON_A_TONE, Refusal, Score, confused, fewer_do, order, refusal, score, unborne,
+};
+use super::effects::Form;
+use super::fit::{Fitted, WHOLE};
+use super::outcome::{Candidate, Choice, Finding, Standing};
+use super::screen::Motion;
+use super::search::{Refit, Search};
+use super::sets::Sets;
+use super::structure::choice;
+use super::words::why;
+use crate::signal::rms;
+use crate::study::Cancel;
+
+/// What a round's candidates come to.
+pub(super) struct Decision {
+    pub(super) finding: Finding,
+    pub(super) next_experiment: Option<String>,
+    pub(super) company: Option<Choice>,
+}
+
+impl Decision {
+    pub(super) fn nothing() -> Self {
+        Self { finding: Finding::Nothing, next_experiment: None, company: None }
+    }
+}
+
+/// Fits of whole records and those along segments, made comparable: where the sets could be followed over whole records the
+/// better fit of each stands, else only what was fitted along the same segments.
+pub(super) fn merged(before: Arc<Fitted>, refits: Vec<Refit>, sets: Sets) -> (Arc<Fitted>, Vec<Refit>) {
+    let Sets { before: again, tried } = sets;
+    if again.level != WHOLE {
+        let tried = tried.into_iter().map(|(forms, fitted)| Refit { forms, fitted: Arc::new(fitted) });
+        return (Arc::new(again), tried.collect());
+    }
+    let mut all = refits;
+    for (forms, fitted) in tried {
+        let fitted = Arc::new(fitted);
+        match all.iter_mut().find(|r| r.forms == forms) {
+            Some(known) if fitted.refined.rss < known.fitted.refined.rss => known.fitted = fitted,
+            Some(_) => {}
+            None => all.push(Refit { forms, fitted }),
+        }
+    }
+    let before = if again.refined.rss < before.refined.rss { Arc::new(again) } else { before };
+    (before, all)
+}
+
+/// A candidate with its score and whether anything speaks against it.
+struct Entry<'a> {
+    form: usize,
+    score: Score,
+    fitted: &'a Arc<Fitted>,
+    refused: Option<Refusal>,
+}
+
+impl Search {
+    /// Puts the refitted candidates in order and says what they come to.
+    pub(super) fn decide(
+        &self,
+        before: &Arc<Fitted>,
+        motion: &Motion,
+        forms: &[Form],
+        refits: &[Refit],
+        candidates: &mut [Candidate],
+        cancel: &Cancel,
+    ) -> Decision {
+        let data = &self.data;
+        let floor = 1e-6 * data.fit().iter().map(|s| rms(&s.measured)).fold(0.0, f64::max);
+        // One variance inflation for all, that of the best fit: its residual is nearest to the noise.
+        let nearest = refits.iter().map(|r| &r.fitted).min_by(|a, b| a.refined.rss.total_cmp(&b.refined.rss));
+        let inflation = nearest.map_or(1.0, |f| self.tint(f));
+        self.keep(Arc::clone(before));
+        let mut singles: Vec<Entry<'_>> = Vec::new();
+        for Refit { forms: set, fitted } in refits {
+            // What a cancelled search decides is not looked at.
+            let (&[k], false) = (set.as_slice(), cancel.is_cancelled()) else { continue };
+            let form = &forms[k];
+            let score = score(before, fitted, inflation, floor);
+            let refused = refusal(&[form], before, (fitted, &score), inflation, (data.noise, &data.unit));
+            self.keep(Arc::clone(fitted));
+            if let Some(candidate) = candidates.iter_mut().find(|c| c.choice == choice(form)) {
+                candidate.delta_bic = score.bic;
+                candidate.why = why(form, before, fitted, refused.as_ref().map(Refusal::reason), &data.unit);
+                candidate.curve = self.curve(form, (before, fitted), motion);
+                candidate.stage = Some(Arc::new(self.show(fitted)));
+                candidate.standing =
+                    refused.as_ref().map_or(Standing::Refitted, |r| Standing::Refused(r.reason().to_owned()));
+            }
+            singles.push(Entry { form: k, score, fitted, refused });
+        }
+        let standing: Vec<(usize, &Form, Score)> =
+            singles.iter().filter(|e| e.refused.is_none()).map(|e| (e.form, &forms[e.form], e.score)).collect();
+        // What the data do not determine, but do not speak against either, is a rival all the same.
+        let undetermined: Vec<(usize, &Form, Score)> = singles
+            .iter()
+            .filter(|e| matches!(e.refused, Some(Refusal::Undetermined(_))))
+            .filter(|e| unborne(before, (e.fitted, &e.score), data.noise, &data.unit).is_none())
+            .map(|e| (e.form, &forms[e.form], e.score))
+            .collect();
+        let apart = if self.audit.single_tone { APART_ON_A_TONE } else { APART };
+        let ranked = order(&standing, data.noise);
+        let title = |k: usize| forms[k].full_title();
+        let mut finding = Finding::Unexplained;
+        let mut rivals: Vec<usize> = Vec::new();
+        let entry = |k: usize| standing.iter().find(|s| s.0 == k);
+        if let Some(first) = ranked.first() {
+            let others: Vec<(usize, &Form, Score)> =
+                standing.iter().filter(|s| s.0 != *first).chain(&undetermined).copied().collect();
+            for k in &ranked {
+                let Some((_, form, score)) = entry(*k) else { continue };
+                // Those that do clearly better are told from it.
+                let near = |s: &&(usize, &Form, Score)| s.0 != *k && s.2.total > score.total - apart;
+                let rest = standing.iter().chain(&undetermined).filter(near);
+                let rest: Vec<(usize, &Form, Score)> = rest.copied().collect();
+                let names = confused((form, *score), &rest, apart, data.noise).into_iter().map(title).collect();
+                if let Some(c) = candidates.iter_mut().find(|c| c.choice == choice(form)) {
+                    c.confused_with = names;
+                }
+            }
+            if let Some((_, form, score)) = entry(*first) {
+                rivals = confused((form, *score), &others, apart, data.noise);
+            }
+            finding = Finding::Named;
+        }
+        let mut first = ranked.first().copied();
+        let mut company = None;
+        let alone = first.and_then(entry).map(|s| s.2);
+        if let Some((lead, second, pair)) =
+            self.better_together(before, forms, refits, (alone, first), (inflation, floor))
+        {
+            self.keep(Arc::clone(pair));
+            company = Some(choice(&forms[second]));
+            first = Some(lead);
+            rivals.clear();
+            finding = Finding::Named;
+        }
+        // Best first: the one named, those that stand, the refused by score, then the screened.
+        let rank = |c: &Candidate| -> (usize, f64) {
+            let k = forms.iter().position(|f| choice(f) == c.choice);
+            if k.is_some() && k == first {
+                return (0, -1.0);
+            }
+            match k.and_then(|k| ranked.iter().position(|r| *r == k)) {
+                Some(place) => (0, place as f64),
+                None => match (k.and_then(|k| singles.iter().find(|s| s.form == k)), &c.standing) {
+                    (Some(s), _) => (1, s.score.total),
+                    (None, Standing::NotShown(_)) => (3, 0.0),
+                    (None, _) => (2, -c.explained),
+                },
+            }
+        };
+        candidates.sort_by(|a, b| {
+            let (a, b) = (rank(a), rank(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
+        let mut next = None;
+        if finding == Finding::Named && !rivals.is_empty() {
+            let places =
+                rivals.iter().filter_map(|k| candidates.iter().position(|c| c.choice == choice(&forms[*k]))).collect();
+            finding = Finding::Ambiguous(places);
+            let fitted = |k: usize| singles.iter().find(|e| e.form == k).map(|e| e.fitted);
+            if let (Some(best), Some(rival)) = (first.and_then(fitted), fitted(rivals[0])) {
+                next = data.next_experiment(best, rival, cancel);
+                if next.is_none() {
+                    next = Some(format!("What tells them apart: {}.", forms[rivals[0]].separates));
+                }
+            }
+        }
+        Decision { finding, next_experiment: next, company }
+    }
+
+    /// The pair that data never fitted bear out though neither of its effects stands alone, or that explains them clearly
+    /// better than the best that does: the effect that is named first, the other, and the fit with both.
+    fn better_together<'a>(
+        &self,
+        before: &Fitted,
+        forms: &[Form],
+        refits: &'a [Refit],
+        (alone, single): (Option<Score>, Option<usize>),
+        (inflation, floor): (f64, f64),
+    ) -> Option<(usize, usize, &'a Arc<Fitted>)> {
+        let data = &self.data;
+        let mut pairs: Vec<(&Refit, Score)> = refits
+            .iter()
+            .filter(|r| r.forms.len() == 2)
+            .map(|r| (r, score(before, &r.fitted, inflation, floor)))
+            .filter(|(r, score)| {
+                let both: Vec<&Form> = r.forms.iter().map(|k| &forms[*k]).collect();
+                refusal(&both, before, (&r.fitted, score), inflation, (data.noise, &data.unit)).is_none()
+            })
+            .collect();
+        let far = pairs.iter().all(|(_, s)| s.is_far(data.noise));
+        pairs.sort_by(|a, b| if far { a.1.rmse.total_cmp(&b.1.rmse) } else { a.1.total.total_cmp(&b.1.total) });
+        let (pair, together) = pairs.first()?;
+        if alone.is_some_and(|alone| fewer_do(&alone, together, data.noise)) {
+            return None;
+        }
+        // A member that stands alone is named by itself: the next round finds the other.
+        if single.is_some_and(|k| pair.forms.contains(&k)) {
+            return None;
+        }
+        let error = |k: usize| {
+            let fit = refits.iter().find(|r| r.forms == [k]);
+            fit.map_or(f64::INFINITY, |r| r.fitted.held_out_error())
+        };
+        let (a, b) = (pair.forms[0], pair.forms[1]);
+        let (lead, second) = if error(b) < error(a) { (b, a) } else { (a, b) };
+        Some((lead, second, &pair.fitted))
+    }
+}

@@ -1,0 +1,323 @@
+//! Base terms and candidates estimated together, from the data alone: the weak form.
+//!
+//! Multiplied by a test function of about a period and integrated by parts, the equation of motion holds for averages of what
+//! was measured; no model has to be simulated, so it does not matter how far off the present one is. Each set of effects is
+//! regressed together with the base model's terms under the bounds of its coefficients. The estimates are where
+//! shooting starts, and their residuals rank the sets; neither is a verdict.
+//!
+//! Source: D. Messenger, D. Bortz, "Weak SINDy", Multiscale Model. Simul. 19 (2021) 1474–1497; test functions (1 − s²)⁶.
+
+use std::collections::HashMap;
+use std::sync::Mutex;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::columns::{Basis, Inputs, Path, forces};
+use super::data::{Data, Series};
+use super::structure::{Composed, Composition};
+use crate::refine::Structure as _;
+use crate::signal::{dot, rms};
+use crate::study::test_functions;
+use crate::term::{Expression, Symbol, Term};
+
+/// Half width of a test function, as a share of the motion's period, and the least in samples.
+const HALF_WIDTH: f64 = 0.4;
+const NARROWEST: usize = 6;
+/// Rows in a half width.
+const ROWS: usize = 6;
+/// A mass slower than this share of the RMS velocity may stand still, held by a force that no term gives.
+const STANDING: f64 = 0.1;
+
+/// Averages over the fitted records.
+pub(super) struct Weak<'a> {
+    data: &'a Data,
+    records: Vec<Rows>,
+    /// Averages of the acceleration, weighted.
+    target: Vec<f64>,
+    /// Averages of terms that no effect changes.
+    known: Mutex<HashMap<String, Vec<f64>>>,
+}
+
+/// How one record is averaged.
+struct Rows {
+    kernels: [Vec<f64>; 3],
+    stride: usize,
+    /// Share of the window, by the test function, in which the mass moves.
+    weights: Vec<f64>,
+    path: Path,
+}
+
+/// What a regression came to.
+#[derive(Clone, Debug)]
+pub(super) struct Estimate {
+    /// Coefficients of the composition's terms.
+    pub(super) coefficients: Vec<f64>,
+    /// Weighted sum of squares left, as a share of the acceleration's.
+    pub(super) left: f64,
+}
+
+impl Rows {
+    fn average(&self, values: &[f64], order: usize) -> Vec<f64> {
+        let kernel = &self.kernels[order];
+        let last = values.len().saturating_sub(kernel.len());
+        (0..=last)
+            .step_by(self.stride)
+            .zip(&self.weights)
+            .map(|(from, weight)| weight * dot(kernel, &values[from..from + kernel.len()]))
+            .collect()
+    }
+}
+
+impl<'a> Weak<'a> {
+    pub(super) fn new(data: &'a Data) -> Self {
+        let velocity = data.fit().iter().map(|s| rms(&s.smoothed.states[1])).fold(0.0, f64::max);
+        let shortest = data.fit().iter().map(Series::len).min().unwrap_or(0);
+        let mut target = Vec::new();
+        let records = data
+            .fit()
+            .iter()
+            .map(|s| {
+                let width = (HALF_WIDTH * data.period / s.interval) as usize;
+                let half = width.max(NARROWEST).min((shortest / 10).max(2));
+                let path = s.path();
+                let still = |k: usize| {
+                    let across = s.input_rates.first().filter(|_| data.base_excited).map_or(path.v[k], |du| path.v[k] - du[k]);
+                    path.v[k].abs().min(across.abs()) < STANDING * velocity
+                };
+                let moving: Vec<f64> = (0..s.len()).map(|k| if still(k) { 0.0 } else { 1.0 }).collect();
+                let mut rows = Rows {
+                    kernels: test_functions(half, s.interval),
+                    stride: (half / ROWS).max(1),
+                    weights: vec![1.0; s.len()],
+                    path,
+                };
+                rows.weights = rows.average(&moving, 0);
+                target.extend(rows.average(&s.measured, 2));
+                rows
+            })
+            .collect();
+        Self { data, records, target, known: Mutex::default() }
+    }
+
+    /// The averages of a term along the measured motion; what is linear in a measured channel is not smoothed before.
+    fn direct(&self, term: &Term) -> Option<Vec<f64>> {
+        let Expression::Symbol(symbol) = term.expression() else { return None };
+        let mut column = Vec::new();
+        for (rows, s) in self.records.iter().zip(self.data.fit()) {
+            let (values, order): (&[f64], usize) = match symbol {
+                Symbol::State(0) => (&s.measured, 0),
+                Symbol::Rate(0) => (&s.measured, 1),
+                Symbol::Input(j) => (&s.inputs[*j], 0),
+                Symbol::InputRate(j) => (&s.inputs[*j], 1),
+                _ => return None,
+            };
+            column.extend(rows.average(values, order));
+        }
+        Some(column)
+    }
+
+    /// The averages of every term of an acceleration.
+    fn columns(&self, composed: &Composed) -> Vec<Vec<f64>> {
+        let plain = composed.delay == 0.0;
+        let internal = |t: &Term| {
+            let mut uses = false;
+            t.expression().visit(&mut |e| uses |= matches!(e, Expression::Symbol(Symbol::Internal(_))));
+            uses
+        };
+        let mut columns: Vec<Option<Vec<f64>>> = composed
+            .terms
+            .iter()
+            .map(|t| {
+                if !plain || internal(t) {
+                    return None;
+                }
+                let known = self.known.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+                known.get(t.as_str()).cloned()
+            })
+            .collect();
+        let missing: Vec<usize> = (0..columns.len()).filter(|k| columns[*k].is_none()).collect();
+        let along: Vec<Term> = missing.iter().map(|k| composed.terms[*k].clone()).collect();
+        let mut fresh: Vec<Vec<f64>> = vec![Vec::new(); along.len()];
+        let taken: Vec<Option<Vec<f64>>> =
+            along.iter().map(|t| if plain { self.direct(t) } else { None }).collect();
+        if taken.iter().any(Option::is_none) {
+            for (rows, s) in self.records.iter().zip(self.data.fit()) {
+                let delayed = (!plain).then(|| s.delayed_inputs(composed.delay));
+                let inputs = delayed.as_ref().map_or_else(
+                    || s.inputs(),
+                    |(values, rates)| Inputs {
+                        values: values.iter().map(Vec::as_slice).collect(),
+                        rates: rates.iter().map(Vec::as_slice).collect(),
+                    },
+                );
+                let values = forces(&along, &composed.internals, &self.data.layout, s, &inputs, &rows.path);
+                for (column, values) in fresh.iter_mut().zip(values) {
+                    column.extend(rows.average(&values, 0));
+                }
+            }
+        }
+        for ((k, fresh), taken) in missing.into_iter().zip(fresh).zip(taken) {
+            let column = taken.unwrap_or(fresh);
+            let term = &composed.terms[k];
+            if plain && !internal(term) {
+                let mut known = self.known.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+                known.insert(term.as_str().to_owned(), column.clone());
+            }
+            columns[k] = Some(column);
+        }
+        columns.into_iter().flatten().collect()
+    }
+
+    /// Estimates a composition's coefficients at these inner values, within their bounds; none where its terms cannot be
+    /// told apart.
+    pub(super) fn estimate(&self, composition: &Composition, inner: &[f64]) -> Option<Estimate> {
+        let composed = composition.compose(inner);
+        let mut columns = self.columns(&composed);
+        let terms = columns.len();
+        let mut bounds = composition.bounds();
+        bounds.truncate(terms);
+        if composition.offset() {
+            // To first order a shifted zero is a constant force, another in each record.
+            let mut from = 0;
+            for rows in &self.records {
+                let mut column = vec![0.0; self.target.len()];
+                column[from..from + rows.weights.len()].copy_from_slice(&rows.weights);
+                from += rows.weights.len();
+                columns.push(column);
+                bounds.push((f64::NEG_INFINITY, f64::INFINITY));
+            }
+        }
+        let (mut coefficients, left) = bounded(&columns, &self.target, &bounds)?;
+        coefficients.truncate(terms);
+        Some(Estimate { coefficients, left: left / dot(&self.target, &self.target).max(f64::MIN_POSITIVE) })
+    }
+}
+
+/// The target and further columns without what a model's own terms explain.
+pub(super) struct Projector {
+    basis: Basis,
+    target: Vec<f64>,
+    own: usize,
+}
+
+impl Weak<'_> {
+    /// Takes a composition's terms out of everything.
+    pub(super) fn projector(&self, composition: &Composition, inner: &[f64]) -> Projector {
+        let mut basis = Basis::default();
+        let columns = self.columns(&composition.compose(inner));
+        let own = columns.len();
+        for column in columns {
+            basis.push(column);
+        }
+        let mut target = self.target.clone();
+        basis.remove(&mut target);
+        Projector { basis, target, own }
+    }
+}
+
+impl Projector {
+    /// The columns that a composition has beyond the projected one, made orthonormal; none where they add nothing of their
+    /// own, or where the composition rewrites the terms that were there.
+    pub(super) fn added(&self, weak: &Weak<'_>, composition: &Composition, inner: &[f64]) -> Option<Vec<Vec<f64>>> {
+        let composed = composition.compose(inner);
+        if composed.terms.len() <= self.own {
+            return None;
+        }
+        let mut own = Basis::default();
+        for mut column in weak.columns(&composed).split_off(self.own) {
+            let whole = dot(&column, &column).sqrt();
+            self.basis.remove(&mut column);
+            self.basis.remove(&mut column);
+            if dot(&column, &column).sqrt() < DISTINCT * whole || !own.push(column) {
+                return None;
+            }
+        }
+        Some(own.columns)
+    }
+
+    /// What orthonormal columns leave of the target.
+    pub(super) fn rest(&self, columns: &[Vec<f64>]) -> Vec<f64> {
+        let mut rest = self.target.clone();
+        for q in columns {
+            let share = dot(q, &rest);
+            rest.iter_mut().zip(q).for_each(|(r, q)| *r -= share * q);
+        }
+        rest
+    }
+
+    /// By how much two sets of orthonormal columns together lower the sum of squares; `rest` is what the first leaves. None
+    /// where they are alike.
+    pub(super) fn gain(&self, first: &[Vec<f64>], rest: &[f64], second: &[Vec<f64>], same: f64) -> Option<f64> {
+        let alone = dot(&self.target, &self.target) - dot(rest, rest);
+        let [column] = second else {
+            let mut basis = Basis { columns: first.to_vec() };
+            let mut gain = alone;
+            for column in second {
+                if basis.push(column.clone()) {
+                    gain += basis.columns.last().map_or(0.0, |q| dot(q, rest).powi(2));
+                }
+            }
+            return Some(gain);
+        };
+        let left = 1.0 - first.iter().map(|q| dot(q, column).powi(2)).sum::<f64>();
+        (left > same).then(|| alone + dot(column, rest).powi(2) / left)
+    }
+}
+
+/// Share of a column that must lie outside what the model has.
+const DISTINCT: f64 = 1e-5;
+
+/// Columns closer to what others make of them than this are not told from them.
+const ALIKE: f64 = 1e-10;
+
+/// Least squares within bounds on the values: those that pass one are held there, and the others sought anew. Returns the
+/// values and the sum of squares left.
+fn bounded(columns: &[Vec<f64>], target: &[f64], bounds: &[(f64, f64)]) -> Option<(Vec<f64>, f64)> {
+    let n = columns.len();
+    let size: Vec<f64> = columns.iter().map(|c| dot(c, c).sqrt()).collect();
+    let scale = |i: usize| if size[i] > 0.0 { size[i].recip() } else { 0.0 };
+    let normal = DMatrix::from_fn(n, n, |i, j| if i == j { 1.0 } else { dot(&columns[i], &columns[j]) * scale(i) * scale(j) });
+    let right = DVector::from_fn(n, |i, _| dot(&columns[i], target) * scale(i));
+    let mut held = vec![0.0; n];
+    let mut free: Vec<usize> = (0..n).filter(|i| size[*i] > 0.0).collect();
+    loop {
+        let rest = |i: usize| right[i] - (0..n).filter(|j| !free.contains(j)).map(|j| normal[(i, j)] * held[j]).sum::<f64>();
+        let part = DMatrix::from_fn(free.len(), free.len(), |i, j| normal[(free[i], free[j])] + if i == j { ALIKE } else { 0.0 });
+        let solved = part.cholesky()?.solve(&DVector::from_iterator(free.len(), free.iter().map(|i| rest(*i))));
+        let mut values = held.clone();
+        free.iter().zip(solved.iter()).for_each(|(i, v)| values[*i] = *v);
+        // The one that passes its bound furthest.
+        let past = |i: &usize| {
+            let (low, high) = bounds[*i];
+            let value = values[*i] * scale(*i);
+            (value.clamp(low, high) - value).abs() * size[*i]
+        };
+        let worst = free.iter().copied().filter(|i| past(i) > 0.0).max_by(|a, b| past(a).total_cmp(&past(b)));
+        let Some(worst) = worst else {
+            let left = dot(target, target) - 2.0 * (0..n).map(|i| values[i] * right[i]).sum::<f64>()
+                + (0..n).map(|i| values[i] * (0..n).map(|j| normal[(i, j)] * values[j]).sum::<f64>()).sum::<f64>();
+            return Some(((0..n).map(|i| values[i] * scale(i)).collect(), left.max(0.0)));
+        };
+        let (low, high) = bounds[worst];
+        held[worst] = (values[worst] * scale(worst)).clamp(low, high) * size[worst];
+        free.retain(|i| *i != worst);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_that_would_pass_its_bound_is_held_there_and_the_rest_fits_best_beside_it() {
+        let columns = vec![vec![1.0, 0.0, 1.0, 0.5], vec![0.0, 1.0, 1.0, -0.5]];
+        let target = vec![1.0, -2.0, 0.0, 1.0];
+        let open = (f64::NEG_INFINITY, f64::INFINITY);
+        let (free, least) = bounded(&columns, &target, &[open, open]).unwrap();
+        assert!(free[1] < 0.0);
+        let (held, left) = bounded(&columns, &target, &[open, (0.0, f64::INFINITY)]).unwrap();
+        assert_eq!(held[1], 0.0);
+        let alone = dot(&columns[0], &target) / dot(&columns[0], &columns[0]);
+        assert!((held[0] - alone).abs() < 1e-8 && left > least);
+    }
+}
