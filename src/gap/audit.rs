@@ -38,6 +38,8 @@ impl Data {
                 &["base_velocity", "input_delay", "input_saturation", "input_gain"],
                 "there is no input in these records",
             );
+        } else if self.input_open {
+            hide(&["input_gain"], "the input's gain cannot be told from the mass, nor is it known what the input is");
         } else if !self.base_excited {
             hide(&["base_velocity", "input_gain"], "the input is a force: its gain cannot be told from the mass");
         }
@@ -45,6 +47,12 @@ impl Data {
             hide(&["pendulum_restoring"], "the displacement is no angle");
         }
         let mut notices = Vec::new();
+        if self.input_open && !still {
+            notices.push(
+                "The header does not say whether the input is a force or the motion of the base: both readings stay open."
+                    .to_owned(),
+            );
+        }
         if single_tone {
             notices.push(
                 "These records hold one steady tone at one amplitude. Such data cannot tell one kind of damping from another, nor one kind of spring: a model fitted to them must not be trusted at other amplitudes or frequencies."

@@ -3,7 +3,7 @@ use std::sync::Arc;
 
 use super::GapError;
 use crate::format::units::format_si;
-use crate::record::{Record, RecordSet, Role, Usage};
+use crate::record::{Channel, Record, RecordSet, Role, Usage};
 use crate::refine::{MeasuredMotion, Run};
 use crate::signal::{Facts, Signals, Spectrum, motion_period, rms, standard_deviation};
 use crate::simulate::InputGrid;
@@ -34,6 +34,8 @@ pub(super) struct Series {
 pub(super) struct Data {
     pub(super) layout: Layout,
     pub(super) base_excited: bool,
+    /// Neither name nor unit of the input says whether it is a force or the motion of the base.
+    pub(super) input_open: bool,
     pub(super) unit: String,
     pub(super) input_unit: String,
     /// Fitted records first, then held-out ones.
@@ -139,6 +141,7 @@ impl Data {
         Ok(Self {
             layout,
             base_excited: base_excited(first, kind),
+            input_open: first.channel(Role::Input(0)).is_some_and(says_nothing) && !base_excited(first, kind),
             unit: unit(Role::Displacement(0)),
             input_unit: unit(Role::Input(0)),
             series,
@@ -158,6 +161,11 @@ impl Data {
     pub(super) fn held_out(&self) -> &[Series] {
         &self.series[self.fitted..]
     }
+}
+
+/// True if a channel's header tells only that it is an input.
+fn says_nothing(input: &Channel) -> bool {
+    input.unit.is_empty() && matches!(input.name.trim().to_lowercase().as_str(), "u" | "input" | "")
 }
 
 impl Series {

@@ -301,6 +301,29 @@ impl Data {
         }
     }
 
+    /// What parameters leave on the held-out records over segments of a level, as RMS; none without such records.
+    pub(super) fn followed(
+        &self,
+        composition: &Composition,
+        shared: &[f64],
+        (level, expected): (usize, f64),
+        cancel: &Cancel,
+    ) -> Option<f64> {
+        if self.held_out().is_empty() {
+            return None;
+        }
+        let (mut rss, mut freedom) = (0.0, 0);
+        for s in self.held_out() {
+            let runs = [Run { record: 0, ..s.run() }];
+            let Some(found) = self.follow(composition, shared, &runs, (level, expected), cancel) else {
+                return Some(f64::INFINITY);
+            };
+            rss += found.refined.rss;
+            freedom += found.refined.samples.saturating_sub(found.refined.passing());
+        }
+        Some((rss / freedom.max(1) as f64).sqrt())
+    }
+
     /// Holds a fit against data that were not fitted, over segments as long as its own.
     pub(super) fn judged(&self, composition: Composition, landed: Landed, cancel: &Cancel) -> Fitted {
         let cancelled = || cancel.is_cancelled();

@@ -37,6 +37,8 @@ const DISTANT: f64 = 2.0;
 /// Refinements that are gone on with at most, and how many times the least sum of squares theirs may be.
 const POLISHED: usize = 4;
 const CLOSE: f64 = 2.25;
+/// Twice the log-likelihood that the present model must gain by another start to be taken from there.
+const BETTER: f64 = 10.0;
 
 impl Search {
     /// The effects of which a form is a richer kind are replaced by it.
@@ -236,19 +238,33 @@ impl Search {
 
     /// The model with a simpler form in a richer one's place, started from that one's values.
     fn simplified(&self, before: &Fitted, rich: &Fitted, form: &Form, cancel: &Cancel) -> Option<Fitted> {
+        self.transplanted(self.with(&before.composition, form), rich, cancel)
+    }
+
+    /// The present model fitted from the best refit's values, if that is better than it was: a model that sits in a worse
+    /// basin than its rivals makes everything seem to help.
+    pub(super) fn rebased(&self, before: &Fitted, refits: &[Refit], cancel: &Cancel) -> Option<Fitted> {
+        let best = refits.iter().min_by(|a, b| a.fitted.refined.rss.total_cmp(&b.fitted.refined.rss))?;
+        let tint = self.tint(&best.fitted);
+        let again = self.transplanted(before.composition.clone(), &best.fitted, cancel)?;
+        let gain = before.refined.samples as f64 / tint * (before.refined.rss / again.refined.rss).ln();
+        (gain > BETTER).then_some(again)
+    }
+
+    /// A composition fitted from the values that another one landed at.
+    fn transplanted(&self, mut composition: Composition, from: &Fitted, cancel: &Cancel) -> Option<Fitted> {
         let data = &self.data;
-        let mut composition = self.with(&before.composition, form);
-        let had = &rich.refined.point.shared;
-        let had_inner = &had[had.len() - rich.composition.inner_count()..];
-        let inner = composition.inner_after(&rich.composition, had_inner);
-        let terms = rich.composition.compose(had_inner).terms;
+        let had = &from.refined.point.shared;
+        let had_inner = &had[had.len() - from.composition.inner_count()..];
+        let inner = composition.inner_after(&from.composition, had_inner);
+        let terms = from.composition.compose(had_inner).terms;
         let paths: Vec<_> = data.fit().iter().map(super::data::Series::path).collect();
         composition.scales = data.scales(&composition, &inner, &paths);
         let value = |(term, scale): (&Term, &f64)| terms.iter().position(|t| t == term).map_or(-scale.abs(), |k| had[k]);
         let composed = composition.compose(&inner);
         let shared = composed.terms.iter().zip(&composition.scales).map(value).chain(inner.iter().copied()).collect();
-        let start = Point { shared, ..carried(&rich.composition, &composition, &rich.refined.point) };
-        let landed = data.refine_at(&composition, &start, rich.level, cancel)?;
+        let start = Point { shared, ..carried(&from.composition, &composition, &from.refined.point) };
+        let landed = data.refine_at(&composition, &start, from.level, cancel)?;
         Some(data.judged(composition, landed, cancel))
     }
 

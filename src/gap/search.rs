@@ -202,6 +202,7 @@ impl Search {
         let (x, v) = (|r: usize, k: usize| motion.measured[r].x[k], |r: usize, k: usize| motion.measured[r].v[k]);
         let setting = Setting {
             base_excited: data.base_excited,
+            input_open: data.input_open,
             has_input: data.layout.inputs > 0 && !self.audit.free,
             terms: composed.terms,
             unit: data.unit.clone(),
@@ -297,6 +298,11 @@ impl Search {
             .collect();
         self.try_simpler(&before, &forms, &mut refits, cancel);
         check()?;
+        if let Some(again) = self.rebased(&before, &refits, cancel) {
+            self.keep(Arc::new(again));
+            check()?;
+            return self.look(stage, tell, cancel);
+        }
         let mut compared = Arc::clone(&before);
         if std::env::var("DBG").is_ok() {
             for r in &refits {

@@ -4,14 +4,16 @@
 //! periods, held against data never fitted, and the best are followed over longer and longer segments. All that are compared
 //! are compared on the same segments, the model without them among them.
 
+use std::collections::HashMap;
+
 use rayon::prelude::*;
 
 use super::effects::Form;
 use super::fit::{FEW_STEPS, Fitted, Pace, WHOLE};
 use super::search::Search;
 use super::structure::Composition;
-use super::weak::Weak;
-use crate::refine::{Bar, Goal, Landed, Structure as _, climb, levels, shoot};
+use super::weak::{Projector, Weak};
+use crate::refine::{Goal, Landed, Structure as _, climb, levels, shoot};
 use crate::study::Cancel;
 
 /// Grid points of a form that are shot from.
@@ -22,12 +24,16 @@ const PAIRS: usize = 6;
 const THINNED: usize = 12;
 /// Sets that are held against data never fitted.
 const JUDGED: usize = 12;
+/// Sets that are fitted on where they have not settled: those whose sum of squares is at most so many times the least.
+const HOPEFUL: f64 = 25.0;
 /// Sets that are followed over longer segments.
 const KEPT: usize = 5;
 /// Share of what the base model leaves in the weak form that a form must explain to be tried.
 const FAINT: f64 = 0.005;
 /// How many times the noise the best leaves where longer segments tell nothing.
 const FAR: f64 = 3.0;
+/// How many times its error along the shortest segments, or the noise, a set may leave on data never fitted along longer ones.
+const HOLDS: f64 = 1.3;
 /// A pair's columns that are alike to this share are one effect twice.
 const SAME: f64 = 1e-4;
 
@@ -64,9 +70,7 @@ impl Search {
         }
         let whole = data.whole();
         let cancelled = || cancel.is_cancelled();
-        let bar = Bar::default();
         let goal = data.goal(WHOLE, super::data::Data::options(&cancelled, FEW_STEPS, Pace::Thorough));
-        let rival = Goal { options: super::data::Data::options(&cancelled, FEW_STEPS, Pace::Rival(&bar)), ..goal };
         trials.sort_by(|a, b| a.left.total_cmp(&b.left));
         if std::env::var("DBG").is_ok() {
             for t in &trials {
@@ -77,7 +81,7 @@ impl Search {
         let mut shot: Vec<(Vec<usize>, Composition, Landed)> = trials
             .into_par_iter()
             .filter_map(|t| {
-                let landed = shoot(&t.composition, &whole, (&t.shared, None), 0, rival, FEW_STEPS)?;
+                let landed = shoot(&t.composition, &whole, (&t.shared, None), 0, goal, FEW_STEPS)?;
                 Some((t.forms, t.composition, landed))
             })
             .collect();
@@ -92,6 +96,16 @@ impl Search {
             new
         });
         shot.truncate(JUDGED);
+        let least = shot.first().map_or(0.0, |s| s.2.refined.rss);
+        shot.par_iter_mut().for_each(|(_, composition, landed)| {
+            if landed.refined.converged || landed.refined.rss > HOPEFUL * least {
+                return;
+            }
+            let shared = landed.refined.point.shared.clone();
+            if let Some(further) = shoot(composition, &whole, (&shared, Some(landed)), 0, goal, 2 * FEW_STEPS) {
+                *landed = further;
+            }
+        });
         let mut judged: Vec<(Vec<usize>, Fitted, Landed)> = shot
             .into_par_iter()
             .map(|(forms, composition, landed)| {
@@ -106,7 +120,7 @@ impl Search {
             eprintln!("period {} noise {} levels {}", data.period, data.noise, levels(&whole, data.period));
             for (f, t, _) in &judged {
                 let names: Vec<String> = f.iter().map(|k| format!("{:?}", forms[*k])).collect();
-                eprintln!("DBG H0 {names:?} train {:.3} held {:.3} {:?}", t.error() / data.noise, t.held_out_error() / data.noise, t.refined.point.shared);
+                eprintln!("DBG H0 conv {} {names:?} train {:.3} held {:.3} {:?}", t.refined.converged, t.error() / data.noise, t.held_out_error() / data.noise, t.refined.point.shared);
             }
         }
         let near = judged[0].1.held_out_error() < FAR * goal.noise && levels(&whole, data.period) > 0;
@@ -122,14 +136,13 @@ impl Search {
                 .into_par_iter()
                 .map(|k| (k, climb(&judged[k].1.composition, &whole, judged[k].2.clone(), goal)))
                 .collect();
-            let longest = climbed.iter().filter_map(|(_, held)| held.last()).map(|l| if l.whole { WHOLE } else { l.level });
-            level = longest.max()?;
+            level = self.common_level(&climbed, &judged, cancel)?;
             tried = climbed
                 .into_par_iter()
                 .filter_map(|(k, held)| {
                     let last = held.into_iter().next_back()?;
                     let composition = judged[k].1.composition.clone();
-                    let there = if last.whole || last.level == level {
+                    let there = if (last.whole && level == WHOLE) || last.level == level {
                         last
                     } else {
                         let shared = &last.refined.point.shared;
@@ -151,6 +164,34 @@ impl Search {
         }
         let before = self.without_them(before, &weak, tried.first().map(|t| &t.1), level, goal, cancel)?;
         (!cancel.is_cancelled()).then_some(Sets { before, tried })
+    }
+
+    /// The longest segments that the best of the sets can follow, on the data fitted and on those never fitted.
+    fn common_level(
+        &self,
+        climbed: &[(usize, Vec<Landed>)],
+        judged: &[(Vec<usize>, Fitted, Landed)],
+        cancel: &Cancel,
+    ) -> Option<usize> {
+        let data = &self.data;
+        let longest = |held: &Vec<Landed>| held.last().map_or(0, |l| if l.whole { WHOLE } else { l.level });
+        let level = climbed.iter().map(|(_, held)| longest(held)).max()?;
+        // Of those that get as far, the one that was best at the beginning.
+        let (k, held) = climbed.iter().filter(|(_, held)| longest(held) == level).min_by_key(|(k, _)| *k)?;
+        let (_, fitted, _) = &judged[*k];
+        let bound = HOLDS * fitted.held_out_error().max(data.noise);
+        let top = levels(&data.whole(), data.period).max(1);
+        let shared = &held.last()?.refined.point.shared;
+        let expected = held.last()?.error();
+        let mut at = level;
+        while at > 0 {
+            let folds = data.followed(&fitted.composition, shared, (at, expected), cancel);
+            if folds.is_none_or(|error| error < bound) {
+                break;
+            }
+            at = if at == WHOLE { top - 1 } else { at - 1 };
+        }
+        Some(at)
     }
 
     /// The model without new effects at a level: from its own values, from the weak form's, and from the best set's motion,
@@ -264,57 +305,78 @@ impl Search {
         singles: &[Trial],
         cancel: &Cancel,
     ) -> Vec<Trial> {
+        let point_of = |projector: &Projector, added: &[(usize, &[f64])]| {
+            let with: Vec<(&Form, &[f64])> = added.iter().map(|(k, inner)| (&forms[*k], *inner)).collect();
+            let (composition, inner) = self.with_all(before, &with);
+            projector.added(weak, &composition, &inner)
+        };
+        let thinned = |k: usize| {
+            let grid = forms[k].grid();
+            let stride = grid.len().div_ceil(THINNED).max(1);
+            grid.into_iter().step_by(stride)
+        };
+        // What rewrites the input is a model of its own; a form that explains nothing alone may do so in company: all take part.
+        let (outside, inside): (Vec<usize>, Vec<usize>) = (0..forms.len()).partition(|k| forms[*k].rewrites_input());
+        let inside: Vec<usize> = inside.into_iter().filter(|k| !forms[*k].is_outside()).collect();
         let (composition, inner) = self.with_all(before, &[]);
         let projector = weak.projector(&composition, &inner);
-        // A form that explains nothing alone may do so in company: all take part.
-        let mut points: Vec<(usize, Vec<f64>, Vec<Vec<f64>>)> = (0..forms.len())
-            .into_par_iter()
+        let mut points: Vec<(usize, Vec<f64>, Vec<Vec<f64>>)> = inside
+            .par_iter()
             .flat_map_iter(|k| {
-                let grid = forms[k].grid();
-                let stride = grid.len().div_ceil(THINNED).max(1);
-                let usable = !forms[k].is_outside();
-                let points: Vec<_> = grid
-                    .into_iter()
-                    .step_by(stride)
-                    .filter(|_| usable && !cancel.is_cancelled())
-                    .filter_map(|inner| {
-                        let (with, all) = self.with_all(before, &[(&forms[k], &inner)]);
-                        let columns = projector.added(weak, &with, &all)?;
-                        Some((k, inner, columns))
-                    })
-                    .collect();
-                points
+                let point = |inner: Vec<f64>| Some((*k, inner.clone(), point_of(&projector, &[(*k, &inner)])?));
+                thinned(*k).filter(|_| !cancel.is_cancelled()).filter_map(point).collect::<Vec<_>>()
             })
             .collect();
         points.sort_by_key(|p| p.0);
+        let mut best: HashMap<(usize, usize), (f64, Vec<f64>, Vec<f64>)> = HashMap::new();
+        let mut offer = |left: f64, a: (usize, &Vec<f64>), b: (usize, &Vec<f64>)| {
+            let entry = best.entry((a.0, b.0)).or_insert((f64::INFINITY, Vec::new(), Vec::new()));
+            if left < entry.0 {
+                *entry = (left, a.1.clone(), b.1.clone());
+            }
+        };
         let gains: Vec<(f64, usize, usize)> = (0..points.len())
             .into_par_iter()
             .flat_map_iter(|a| {
-                let points = &points;
-                let projector = &projector;
+                let (points, projector) = (&points, &projector);
                 let rest = projector.rest(&points[a].2);
                 (a + 1..points.len())
                     .filter(move |b| points[*b].0 != points[a].0)
                     .filter_map(move |b| Some((projector.gain(&points[a].2, &rest, &points[b].2, SAME)?, a, b)))
             })
             .collect();
-        let mut best: std::collections::HashMap<(usize, usize), (f64, usize, usize)> = std::collections::HashMap::new();
         for (gain, a, b) in gains {
-            let entry = best.entry((points[a].0, points[b].0)).or_insert((gain, a, b));
-            if gain > entry.0 {
-                *entry = (gain, a, b);
+            offer(projector.left() - gain, (points[a].0, &points[a].1), (points[b].0, &points[b].1));
+        }
+        for o in outside {
+            for at in thinned(o) {
+                let (composition, inner) = self.with_all(before, &[(&forms[o], &at)]);
+                let projector = weak.projector(&composition, &inner);
+                let lefts: Vec<Option<f64>> = points
+                    .par_iter()
+                    .map(|(k, inner, _)| {
+                        let columns = point_of(&projector, &[(o, &at), (*k, inner)])?;
+                        let rest = projector.rest(&columns);
+                        Some(rest.iter().map(|r| r * r).sum())
+                    })
+                    .collect();
+                for ((k, inner, _), left) in points.iter().zip(lefts) {
+                    if let Some(left) = left {
+                        offer(left, (o, &at), (*k, inner));
+                    }
+                }
             }
         }
-        let mut ranked: Vec<(f64, usize, usize)> = best.into_values().collect();
-        ranked.sort_by(|x, y| y.0.total_cmp(&x.0).then((x.1, x.2).cmp(&(y.1, y.2))));
+        let mut ranked: Vec<((usize, usize), (f64, Vec<f64>, Vec<f64>))> = best.into_iter().collect();
+        ranked.sort_by(|x, y| x.1.0.total_cmp(&y.1.0).then(x.0.cmp(&y.0)));
         let least = singles.iter().map(|t| t.left).fold(f64::INFINITY, f64::min);
         let mut trials: Vec<Trial> = Vec::new();
-        for (_, a, b) in ranked {
+        for ((a, b), (_, at_a, at_b)) in ranked {
             if trials.len() == PAIRS || cancel.is_cancelled() {
                 break;
             }
-            let same = forms[points[a].0].is_kin(&forms[points[b].0]);
-            let trial = self.trial(weak, before, forms, &[(points[a].0, &points[a].1), (points[b].0, &points[b].1)]);
+            let same = forms[a].is_kin(&forms[b]);
+            let trial = self.trial(weak, before, forms, &[(a, &at_a), (b, &at_b)]);
             trials.extend(trial.filter(|t| !same && t.left < least));
         }
         trials

@@ -88,6 +88,11 @@ impl Composition {
         self.forms.iter().map(|f| f.inner.len()).sum()
     }
 
+    /// Number of terms of the acceleration, the same at all inner values.
+    pub(super) fn terms(&self) -> usize {
+        self.compose(&self.middle()).terms.len()
+    }
+
     /// Some inner values within bounds.
     pub(super) fn middle(&self) -> Vec<f64> {
         self.forms.iter().flat_map(|f| f.inner.iter().map(|i| i.grid[i.grid.len() / 2])).collect()

@@ -7,6 +7,7 @@ use crate::term::list;
 fn setting(base_excited: bool) -> Setting {
     Setting {
         base_excited,
+        input_open: false,
         has_input: true,
         terms: list(if base_excited { "x-u, v-du" } else { "x, v, u" }).unwrap(),
         unit: "rad".into(),

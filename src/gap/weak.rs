@@ -27,6 +27,12 @@ const NARROWEST: usize = 6;
 const ROWS: usize = 6;
 /// A mass slower than this share of the RMS velocity may stand still, held by a force that no term gives.
 const STANDING: f64 = 0.1;
+/// A mass that stands still for this share of the time sticks: a smooth motion is as slow for half of it.
+const STICKS: f64 = 0.12;
+/// Where it sticks, test functions are narrower, to fit between the stops, and rows count by this power of the share in which
+/// the mass moves.
+const NARROW: f64 = 0.15;
+const STRICT: i32 = 4;
 
 /// Averages over the fitted records.
 pub(super) struct Weak<'a> {
@@ -72,26 +78,36 @@ impl<'a> Weak<'a> {
     pub(super) fn new(data: &'a Data) -> Self {
         let velocity = data.fit().iter().map(|s| rms(&s.smoothed.states[1])).fold(0.0, f64::max);
         let shortest = data.fit().iter().map(Series::len).min().unwrap_or(0);
+        let moving: Vec<Vec<f64>> = data
+            .fit()
+            .iter()
+            .map(|s| {
+                let v = &s.smoothed.states[1];
+                let across = s.input_rates.first().filter(|_| data.base_excited);
+                let slowest = |k: usize| across.map_or(v[k].abs(), |du| v[k].abs().min((v[k] - du[k]).abs()));
+                (0..s.len()).map(|k| f64::from(u8::from(slowest(k) >= STANDING * velocity))).collect()
+            })
+            .collect();
+        let (moved, all) = moving.iter().flatten().fold((0.0, 0.0), |(m, n), v| (m + v, n + 1.0));
+        let sticks = moved < (1.0 - STICKS) * all;
         let mut target = Vec::new();
         let records = data
             .fit()
             .iter()
-            .map(|s| {
-                let width = (HALF_WIDTH * data.period / s.interval) as usize;
+            .zip(&moving)
+            .map(|(s, moving)| {
+                let width = (if sticks { NARROW } else { HALF_WIDTH } * data.period / s.interval) as usize;
                 let half = width.max(NARROWEST).min((shortest / 10).max(2));
-                let path = s.path();
-                let still = |k: usize| {
-                    let across = s.input_rates.first().filter(|_| data.base_excited).map_or(path.v[k], |du| path.v[k] - du[k]);
-                    path.v[k].abs().min(across.abs()) < STANDING * velocity
-                };
-                let moving: Vec<f64> = (0..s.len()).map(|k| if still(k) { 0.0 } else { 1.0 }).collect();
                 let mut rows = Rows {
                     kernels: test_functions(half, s.interval),
                     stride: (half / ROWS).max(1),
                     weights: vec![1.0; s.len()],
-                    path,
+                    path: s.path(),
                 };
-                rows.weights = rows.average(&moving, 0);
+                rows.weights = rows.average(moving, 0);
+                if sticks {
+                    rows.weights.iter_mut().for_each(|w| *w = w.max(0.0).powi(STRICT));
+                }
                 target.extend(rows.average(&s.measured, 2));
                 rows
             })
@@ -116,19 +132,43 @@ impl<'a> Weak<'a> {
         Some(column)
     }
 
+    /// The averages of what a composition adds to the acceleration: a shifted zero of the sensor, to first order a constant
+    /// force in each record, then its terms.
+    fn columns_of(&self, composition: &Composition, inner: &[f64]) -> Vec<Vec<f64>> {
+        let mut columns = Vec::new();
+        if composition.offset() {
+            let mut from = 0;
+            for rows in &self.records {
+                let mut column = vec![0.0; self.target.len()];
+                column[from..from + rows.weights.len()].copy_from_slice(&rows.weights);
+                from += rows.weights.len();
+                columns.push(column);
+            }
+        }
+        columns.extend(self.columns(&composition.compose(inner)));
+        columns
+    }
+
     /// The averages of every term of an acceleration.
     fn columns(&self, composed: &Composed) -> Vec<Vec<f64>> {
         let plain = composed.delay == 0.0;
-        let internal = |t: &Term| {
-            let mut uses = false;
-            t.expression().visit(&mut |e| uses |= matches!(e, Expression::Symbol(Symbol::Internal(_))));
-            uses
+        // A term of displacement and velocity is the same whatever is done to the input, and beside any other effect.
+        let changes = |t: &Term| {
+            let mut changes = false;
+            t.expression().visit(&mut |e| {
+                changes |= match e {
+                    Expression::Symbol(Symbol::Internal(_)) => true,
+                    Expression::Symbol(Symbol::Input(_) | Symbol::InputRate(_)) => !plain,
+                    _ => false,
+                }
+            });
+            changes
         };
         let mut columns: Vec<Option<Vec<f64>>> = composed
             .terms
             .iter()
             .map(|t| {
-                if !plain || internal(t) {
+                if changes(t) {
                     return None;
                 }
                 let known = self.known.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -139,7 +179,7 @@ impl<'a> Weak<'a> {
         let along: Vec<Term> = missing.iter().map(|k| composed.terms[*k].clone()).collect();
         let mut fresh: Vec<Vec<f64>> = vec![Vec::new(); along.len()];
         let taken: Vec<Option<Vec<f64>>> =
-            along.iter().map(|t| if plain { self.direct(t) } else { None }).collect();
+            along.iter().map(|t| if changes(t) { None } else { self.direct(t) }).collect();
         if taken.iter().any(Option::is_none) {
             for (rows, s) in self.records.iter().zip(self.data.fit()) {
                 let delayed = (!plain).then(|| s.delayed_inputs(composed.delay));
@@ -159,7 +199,7 @@ impl<'a> Weak<'a> {
         for ((k, fresh), taken) in missing.into_iter().zip(fresh).zip(taken) {
             let column = taken.unwrap_or(fresh);
             let term = &composed.terms[k];
-            if plain && !internal(term) {
+            if !changes(term) {
                 let mut known = self.known.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
                 known.insert(term.as_str().to_owned(), column.clone());
             }
@@ -171,24 +211,12 @@ impl<'a> Weak<'a> {
     /// Estimates a composition's coefficients at these inner values, within their bounds; none where its terms cannot be
     /// told apart.
     pub(super) fn estimate(&self, composition: &Composition, inner: &[f64]) -> Option<Estimate> {
-        let composed = composition.compose(inner);
-        let mut columns = self.columns(&composed);
-        let terms = columns.len();
-        let mut bounds = composition.bounds();
-        bounds.truncate(terms);
-        if composition.offset() {
-            // To first order a shifted zero is a constant force, another in each record.
-            let mut from = 0;
-            for rows in &self.records {
-                let mut column = vec![0.0; self.target.len()];
-                column[from..from + rows.weights.len()].copy_from_slice(&rows.weights);
-                from += rows.weights.len();
-                columns.push(column);
-                bounds.push((f64::NEG_INFINITY, f64::INFINITY));
-            }
-        }
-        let (mut coefficients, left) = bounded(&columns, &self.target, &bounds)?;
-        coefficients.truncate(terms);
+        let columns = self.columns_of(composition, inner);
+        let terms = composition.terms();
+        let mut bounds = vec![(f64::NEG_INFINITY, f64::INFINITY); columns.len() - terms];
+        bounds.extend(composition.bounds().into_iter().take(terms));
+        let (coefficients, left) = bounded(&columns, &self.target, &bounds)?;
+        let coefficients = coefficients[columns.len() - terms..].to_vec();
         Some(Estimate { coefficients, left: left / dot(&self.target, &self.target).max(f64::MIN_POSITIVE) })
     }
 }
@@ -204,7 +232,7 @@ impl Weak<'_> {
     /// Takes a composition's terms out of everything.
     pub(super) fn projector(&self, composition: &Composition, inner: &[f64]) -> Projector {
         let mut basis = Basis::default();
-        let columns = self.columns(&composition.compose(inner));
+        let columns = self.columns_of(composition, inner);
         let own = columns.len();
         for column in columns {
             basis.push(column);
@@ -219,12 +247,12 @@ impl Projector {
     /// The columns that a composition has beyond the projected one, made orthonormal; none where they add nothing of their
     /// own, or where the composition rewrites the terms that were there.
     pub(super) fn added(&self, weak: &Weak<'_>, composition: &Composition, inner: &[f64]) -> Option<Vec<Vec<f64>>> {
-        let composed = composition.compose(inner);
-        if composed.terms.len() <= self.own {
+        let mut columns = weak.columns_of(composition, inner);
+        if columns.len() <= self.own {
             return None;
         }
         let mut own = Basis::default();
-        for mut column in weak.columns(&composed).split_off(self.own) {
+        for mut column in columns.split_off(self.own) {
             let whole = dot(&column, &column).sqrt();
             self.basis.remove(&mut column);
             self.basis.remove(&mut column);
@@ -233,6 +261,11 @@ impl Projector {
             }
         }
         Some(own.columns)
+    }
+
+    /// The sum of squares of what the terms leave.
+    pub(super) fn left(&self) -> f64 {
+        dot(&self.target, &self.target)
     }
 
     /// What orthonormal columns leave of the target.

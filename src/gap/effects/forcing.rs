@@ -65,7 +65,7 @@ fn inputs(setting: &Setting, forms: &mut Vec<Form>) {
             build: fixed(vec![term]),
         });
     };
-    if setting.base_excited {
+    if setting.base_excited || setting.input_open {
         input(
             "base_velocity",
             "Base-velocity coupling",
@@ -75,6 +75,8 @@ fn inputs(setting: &Setting, forms: &mut Vec<Form>) {
             "c_b",
             (0, -1),
         );
+    }
+    if setting.base_excited {
         input(
             "input_gain",
             "Input gain",

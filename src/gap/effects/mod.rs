@@ -21,6 +21,8 @@ use crate::term::Term;
 pub(crate) struct Setting {
     /// The input moves the base (a displacement), and the spring acts on `x − u`.
     pub(crate) base_excited: bool,
+    /// The input may be a motion of the base or a force.
+    pub(crate) input_open: bool,
     /// There is an input.
     pub(crate) has_input: bool,
     /// The present model's terms.
@@ -180,9 +182,20 @@ impl Form {
         })
     }
 
-    /// True if it acts on the sensor or the input and has no force of its own that could be regressed on.
+    /// True if it neither has a force of its own that could be regressed on nor changes what the input does.
     pub(crate) fn is_outside(&self) -> bool {
-        self.coefficients.is_empty()
+        self.coefficients.is_empty() && !self.rewrites_input() && !self.sample().offset
+    }
+
+    /// True if it acts through the terms of the input that are there.
+    pub(crate) fn rewrites_input(&self) -> bool {
+        let addition = self.sample();
+        addition.input_limit.is_some() || addition.delay != 0.0
+    }
+
+    /// What it adds at the first point of its grid.
+    fn sample(&self) -> Addition {
+        self.addition(&self.inner.iter().filter_map(|i| i.grid.first().copied()).collect::<Vec<f64>>())
     }
 
     /// True if one of two forms is a kind of the other, or both are kinds of one effect.
