@@ -240,8 +240,10 @@ impl Search {
     /// Cancelled, or a stage that cannot be simulated.
     pub fn look(&self, stage: &Stage, tell: Listener<'_>, cancel: &Cancel) -> Result<Round, GapError> {
         let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
+        let clock = std::time::Instant::now();
         let before = self.fitted(&choices, cancel)?;
         let data = &self.data;
+        let t0 = clock.elapsed();
         tell(Progress::Step("Estimating the missing force", 0.0));
         let motion = data.motion(&before).ok_or_else(|| GapError::Stage(titles(&choices)))?;
         let check = || if cancel.is_cancelled() { Err(GapError::Cancelled) } else { Ok(()) };
@@ -273,6 +275,7 @@ impl Search {
         }
         tell(Progress::Step("Refitting the likeliest effects on the simulated response", 0.3));
         let tried = screened.likeliest(&forms, (EFFORT / before.refined.samples).clamp(FEWEST, REFINED));
+        let t1 = clock.elapsed();
         let bar = Bar::default();
         let done = std::sync::atomic::AtomicUsize::new(0);
         // The likeliest first: those behind them are held against what these reach.
@@ -290,7 +293,9 @@ impl Search {
             })
             .collect();
         check()?;
+        let t2 = clock.elapsed();
         let refits = self.polished(refits, cancel);
+        let t3 = clock.elapsed();
         check()?;
         let mut refits: Vec<Refit> = refits
             .into_iter()
@@ -302,6 +307,9 @@ impl Search {
             self.keep(Arc::new(again));
             check()?;
             return self.look(stage, tell, cancel);
+        }
+        if std::env::var("DBG").is_ok() {
+            eprintln!("DBG time base {t0:?} screen {t1:?} refits {t2:?} polished {t3:?} simpler {:?}", clock.elapsed());
         }
         let mut compared = Arc::clone(&before);
         if std::env::var("DBG").is_ok() {

@@ -8,6 +8,7 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
+use super::data::Data;
 use super::effects::Form;
 use super::fit::{FEW_STEPS, Fitted, Pace, WHOLE};
 use super::search::Search;
@@ -21,11 +22,15 @@ const STARTS: usize = 2;
 /// Pairs that are shot.
 const PAIRS: usize = 6;
 /// Points of a form's grid that stand for it among the pairs.
-const THINNED: usize = 12;
+const THINNED: usize = 8;
 /// Sets that are held against data never fitted.
 const JUDGED: usize = 12;
 /// Sets that are fitted on where they have not settled: those whose sum of squares is at most so many times the least.
 const HOPEFUL: f64 = 25.0;
+/// Times the noise, on the data fitted and on those never fitted, that one effect leaves at most where two are not looked for.
+const ENOUGH: (f64, f64) = (1.15, 1.25);
+/// Trials are shot that leave at most so many times the least in the weak form.
+const PLAUSIBLE: f64 = 30.0;
 /// Sets that are followed over longer segments.
 const KEPT: usize = 5;
 /// Share of what the base model leaves in the weak form that a form must explain to be tried.
@@ -60,58 +65,20 @@ impl Search {
     pub(super) fn sets(&self, before: &Fitted, forms: &[Form], cancel: &Cancel) -> Option<Sets> {
         let data = &self.data;
         let weak = Weak::new(data);
-        let mut trials = self.singles(&weak, before, forms, cancel);
-        trials.extend(self.pairs(&weak, before, forms, &trials, cancel));
-        if std::env::var("DBG").is_ok() {
-            eprintln!("DBG trials {} {:?}", trials.len(), self.trial(&weak, before, forms, &[]).map(|t| (t.left, t.shared)));
-        }
-        if cancel.is_cancelled() {
-            return None;
-        }
+        let clock = std::time::Instant::now();
+        let trials = self.singles(&weak, before, forms, cancel);
         let whole = data.whole();
         let cancelled = || cancel.is_cancelled();
-        let goal = data.goal(WHOLE, super::data::Data::options(&cancelled, FEW_STEPS, Pace::Thorough));
-        trials.sort_by(|a, b| a.left.total_cmp(&b.left));
-        if std::env::var("DBG").is_ok() {
-            for t in &trials {
-                let names: Vec<String> = t.forms.iter().map(|k| format!("{:?}", forms[*k])).collect();
-                eprintln!("DBG weak {names:?} left {:.5} {:?}", t.left.sqrt(), t.shared);
-            }
+        let goal = data.goal(WHOLE, Data::options(&cancelled, FEW_STEPS, Pace::Thorough));
+        let least = trials.iter().map(|t| t.left).fold(f64::INFINITY, f64::min);
+        let mut judged = self.shot(trials, goal, cancel);
+        // Where one effect explains the data along short segments, two are not looked for.
+        let explained = judged.first().is_some_and(|(_, f, _)| f.error() < ENOUGH.0 * goal.noise && f.held_out_error() < ENOUGH.1 * goal.noise);
+        let t1 = clock.elapsed();
+        if !explained && !cancel.is_cancelled() {
+            judged.extend(self.shot(self.pairs(&weak, before, forms, least, cancel), goal, cancel));
         }
-        let mut shot: Vec<(Vec<usize>, Composition, Landed)> = trials
-            .into_par_iter()
-            .filter_map(|t| {
-                let landed = shoot(&t.composition, &whole, (&t.shared, None), 0, goal, FEW_STEPS)?;
-                Some((t.forms, t.composition, landed))
-            })
-            .collect();
-        shot.sort_by(|a, b| a.2.refined.rss.total_cmp(&b.2.refined.rss));
-        // Of several starts of one set the best.
-        let mut seen: Vec<Vec<usize>> = Vec::new();
-        shot.retain(|(forms, ..)| {
-            let new = !seen.contains(forms);
-            if new {
-                seen.push(forms.clone());
-            }
-            new
-        });
-        shot.truncate(JUDGED);
-        let least = shot.first().map_or(0.0, |s| s.2.refined.rss);
-        shot.par_iter_mut().for_each(|(_, composition, landed)| {
-            if landed.refined.converged || landed.refined.rss > HOPEFUL * least {
-                return;
-            }
-            let shared = landed.refined.point.shared.clone();
-            if let Some(further) = shoot(composition, &whole, (&shared, Some(landed)), 0, goal, 2 * FEW_STEPS) {
-                *landed = further;
-            }
-        });
-        let mut judged: Vec<(Vec<usize>, Fitted, Landed)> = shot
-            .into_par_iter()
-            .map(|(forms, composition, landed)| {
-                (forms, data.judged(composition, landed.clone(), cancel), landed)
-            })
-            .collect();
+        let t2 = clock.elapsed();
         if cancel.is_cancelled() || judged.is_empty() {
             return None;
         }
@@ -123,7 +90,7 @@ impl Search {
                 eprintln!("DBG H0 conv {} {names:?} train {:.3} held {:.3} {:?}", t.refined.converged, t.error() / data.noise, t.held_out_error() / data.noise, t.refined.point.shared);
             }
         }
-        let near = judged[0].1.held_out_error() < FAR * goal.noise && levels(&whole, data.period) > 0;
+                let near = judged[0].1.held_out_error() < FAR * goal.noise && levels(&whole, data.period) > 0;
         let mut tried: Vec<(Vec<usize>, Fitted)>;
         let level;
         if near {
@@ -162,8 +129,53 @@ impl Search {
                 eprintln!("DBG level {level} {names:?} train {:.3} held {:.3}", t.error() / data.noise, t.held_out_error() / data.noise);
             }
         }
+        let t6 = clock.elapsed();
         let before = self.without_them(before, &weak, tried.first().map(|t| &t.1), level, goal, cancel)?;
+        if std::env::var("DBG").is_ok() {
+            eprintln!("DBG time singles {t1:?} pairs {t2:?} climbed {t6:?} without {:?}", clock.elapsed());
+        }
         (!cancel.is_cancelled()).then_some(Sets { before, tried })
+    }
+
+    /// Fits trials along the shortest segments, and holds the best against data never fitted: the best of each set, best first.
+    fn shot(&self, mut trials: Vec<Trial>, goal: Goal<'_>, cancel: &Cancel) -> Vec<(Vec<usize>, Fitted, Landed)> {
+        let whole = self.data.whole();
+        let least = trials.iter().map(|t| t.left).fold(f64::INFINITY, f64::min);
+        trials.retain(|t| t.left < PLAUSIBLE * least);
+        let mut shot: Vec<(Vec<usize>, Composition, Landed)> = trials
+            .into_par_iter()
+            .filter_map(|t| {
+                let landed = shoot(&t.composition, &whole, (&t.shared, None), 0, goal, FEW_STEPS)?;
+                Some((t.forms, t.composition, landed))
+            })
+            .collect();
+        shot.sort_by(|a, b| a.2.refined.rss.total_cmp(&b.2.refined.rss));
+        // Of several starts of one set the best.
+        let mut seen: Vec<Vec<usize>> = Vec::new();
+        shot.retain(|(forms, ..)| {
+            let new = !seen.contains(forms);
+            if new {
+                seen.push(forms.clone());
+            }
+            new
+        });
+        shot.truncate(JUDGED);
+        let least = shot.first().map_or(0.0, |s| s.2.refined.rss);
+        shot.par_iter_mut().for_each(|(_, composition, landed)| {
+            if landed.refined.converged || landed.refined.rss > HOPEFUL * least {
+                return;
+            }
+            let shared = landed.refined.point.shared.clone();
+            if let Some(further) = shoot(composition, &whole, (&shared, Some(landed)), 0, goal, 2 * FEW_STEPS) {
+                *landed = further;
+            }
+        });
+        let mut judged: Vec<(Vec<usize>, Fitted, Landed)> = shot
+            .into_par_iter()
+            .map(|(forms, composition, landed)| (forms, self.data.judged(composition, landed.clone(), cancel), landed))
+            .collect();
+        judged.sort_by(|a, b| a.1.held_out_error().total_cmp(&b.1.held_out_error()));
+        judged
     }
 
     /// The longest segments that the best of the sets can follow, on the data fitted and on those never fitted.
@@ -302,7 +314,7 @@ impl Search {
         weak: &Weak<'_>,
         before: &Fitted,
         forms: &[Form],
-        singles: &[Trial],
+        least: f64,
         cancel: &Cancel,
     ) -> Vec<Trial> {
         let point_of = |projector: &Projector, added: &[(usize, &[f64])]| {
@@ -369,7 +381,6 @@ impl Search {
         }
         let mut ranked: Vec<((usize, usize), (f64, Vec<f64>, Vec<f64>))> = best.into_iter().collect();
         ranked.sort_by(|x, y| x.1.0.total_cmp(&y.1.0).then(x.0.cmp(&y.0)));
-        let least = singles.iter().map(|t| t.left).fold(f64::INFINITY, f64::min);
         let mut trials: Vec<Trial> = Vec::new();
         for ((a, b), (_, at_a, at_b)) in ranked {
             if trials.len() == PAIRS || cancel.is_cancelled() {

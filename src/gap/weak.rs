@@ -25,6 +25,8 @@ const HALF_WIDTH: f64 = 0.4;
 const NARROWEST: usize = 6;
 /// Rows in a half width.
 const ROWS: usize = 6;
+/// Rows of all records together, about.
+const MOST_ROWS: usize = 2000;
 /// A mass slower than this share of the RMS velocity may stand still, held by a force that no term gives.
 const STANDING: f64 = 0.1;
 /// A mass that stands still for this share of the time sticks: a smooth motion is as slow for half of it.
@@ -77,6 +79,7 @@ impl Rows {
 impl<'a> Weak<'a> {
     pub(super) fn new(data: &'a Data) -> Self {
         let velocity = data.fit().iter().map(|s| rms(&s.smoothed.states[1])).fold(0.0, f64::max);
+        let total: usize = data.fit().iter().map(Series::len).sum();
         let shortest = data.fit().iter().map(Series::len).min().unwrap_or(0);
         let moving: Vec<Vec<f64>> = data
             .fit()
@@ -100,7 +103,7 @@ impl<'a> Weak<'a> {
                 let half = width.max(NARROWEST).min((shortest / 10).max(2));
                 let mut rows = Rows {
                     kernels: test_functions(half, s.interval),
-                    stride: (half / ROWS).max(1),
+                    stride: (half / ROWS).max(total / MOST_ROWS).max(1),
                     weights: vec![1.0; s.len()],
                     path: s.path(),
                 };

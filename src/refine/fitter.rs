@@ -360,9 +360,9 @@ impl<'a> Fitter<'a> {
             }
             if !taken {
                 // No descent along any damped step. A difference may have straddled a stop of the motion, on whose two sides
-                // the response moves differently: a wider one, from the other side, sees past it.
-                let widest = if self.options.bar.is_some() { WIDER } else { WIDEST } * NUDGE;
-                if self.options.frozen || nudge.abs() >= widest {
+                // the response moves differently: a wider one, from the other side, sees past it. One of many rivals is not
+                // worth that.
+                if self.options.frozen || self.options.bar.is_some() || nudge.abs() >= WIDEST * NUDGE {
                     break;
                 }
                 nudge *= -WIDER;
