@@ -2,13 +2,15 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use super::GapError;
+use super::structure::Composition;
+use super::weak::Weak;
 use crate::format::units::format_si;
 use crate::record::{Channel, Record, RecordSet, Role, Usage};
 use crate::refine::{MeasuredMotion, Run};
-use crate::signal::{Facts, Signals, Spectrum, motion_period, rms, standard_deviation};
+use crate::signal::{Facts, Signals, Spectrum, mean_and_variance, motion_period, rms, standard_deviation};
 use crate::simulate::InputGrid;
 use crate::study::{base_excited, suggest};
-use crate::term::{Kind, Layout};
+use crate::term::{Kind, Layout, Term};
 
 /// A record made ready: thinned where its band allows, its inputs made continuous.
 #[derive(Clone, Debug)]
@@ -46,6 +48,10 @@ pub(super) struct Data {
     pub(super) noise: f64,
     /// The displacement comes in steps that are coarser than its noise.
     pub(super) stepped: bool,
+    /// Without any input the motion keeps itself going: something gives it energy.
+    pub(super) self_sustained: bool,
+    /// Displacement that the data are counted from, where they were measured about another point than zero; else 0.
+    pub(super) datum: f64,
     /// Main frequency of the fitted motion, Hz.
     pub(super) frequency: f64,
     /// Period of the fitted motion by its accelerations, s: what segments of records are measured by.
@@ -123,6 +129,9 @@ impl Data {
             .and_then(|s| s.peak())
             .map_or_else(|| 4.0 / first.duration(), |p| p.frequency);
         let noise = f64::sqrt(squares / count);
+        let still = layout.inputs == 0 || series[..fitted].iter().all(|s| rms(&s.inputs[0]) == 0.0);
+        let fitted_series: Vec<(f64, Arc<[f64]>)> =
+            series[..fitted].iter().map(|s| (s.interval, Arc::clone(&s.measured))).collect();
         let all: Vec<&[f64]> = series[..fitted].iter().map(|s| &*s.measured).collect();
         let period = motion_period(&all, series[0].interval, noise).unwrap_or_else(|| frequency.recip());
         let (fit_part, held_part) = series.split_at_mut(fitted);
@@ -148,10 +157,48 @@ impl Data {
             fitted,
             noise,
             stepped,
+            self_sustained: still && sustained(&fitted_series),
+            datum: 0.0,
             frequency,
             period,
             notices,
         })
+    }
+
+    /// The point that the motion is about, where that lies so far from zero that a shifted origin, not a force, is the reason:
+    /// further than the motion's own RMS. None where the base model has no spring, or a constant of its own.
+    pub(super) fn equilibrium(&self, base: &Composition) -> Option<f64> {
+        let spring = base.base.iter().position(|t| t.as_str() == "x")?;
+        let constant = Term::parse("1").ok()?;
+        if base.base.contains(&constant) {
+            return None;
+        }
+        let free = Composition::new(self.layout, base.base.iter().cloned().chain([constant]).collect());
+        let found = Weak::new(self).estimate(&free, &[])?;
+        let point = -found.coefficients.last()? / found.coefficients[spring];
+        let (mut mean, mut variance) = (0.0, 0.0);
+        for s in self.fit() {
+            let (m, v) = mean_and_variance(&s.measured);
+            mean += m / self.fitted as f64;
+            variance += v / self.fitted as f64;
+        }
+        // The regression's point where it is sound, else the middle of the motion.
+        let point = if (point - mean).abs() < 2.0 * variance.sqrt() { point } else { mean };
+        (point.abs() > variance.sqrt() && point.is_finite()).then_some(point)
+    }
+
+    /// Counts displacements from a point.
+    pub(super) fn count_from(&mut self, point: f64) {
+        self.datum = point;
+        for s in &mut self.series {
+            s.measured = s.measured.iter().map(|x| x - point).collect();
+            let mut smoothed = MeasuredMotion::clone(&s.smoothed);
+            smoothed.states[0].iter_mut().for_each(|x| *x -= point);
+            s.limits[0] = ROOM * smoothed.states[0].iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            s.smoothed = Arc::new(smoothed);
+        }
+        let point = format_si(point, &self.unit, 4);
+        self.notices.push(format!("The motion is about {point}, not about zero: displacements are counted from there."));
     }
 
     pub(super) fn fit(&self) -> &[Series] {
@@ -167,6 +214,26 @@ impl Data {
 fn says_nothing(input: &Channel) -> bool {
     input.unit.is_empty() && matches!(input.name.trim().to_lowercase().as_str(), "u" | "input" | "")
 }
+
+/// Share of its first third's RMS that a motion without input keeps to its last third, if something keeps it going.
+const KEPT: f64 = 0.8;
+
+/// True if some motion does not die away in the course of its record.
+fn sustained(records: &[(f64, Arc<[f64]>)]) -> bool {
+    records.iter().any(|(interval, values)| {
+        let third = values.len() / 3;
+        let spread = |part: &[f64]| mean_and_variance(part).1.sqrt();
+        let lasts = spread(&values[values.len() - third..]) > KEPT * spread(&values[..third]);
+        // Of a few periods the record's end says nothing.
+        let periods = Spectrum::new(values, *interval)
+            .and_then(|s| s.peak())
+            .map_or(0.0, |p| p.frequency * interval * values.len() as f64);
+        lasts && periods > PERIODS
+    })
+}
+
+/// Periods that a motion must last for its decay to be judged.
+const PERIODS: f64 = 5.0;
 
 impl Series {
     fn new(record: &Record, usage: Usage, layout: &Layout, facts: &Facts, signals: Signals) -> Self {

@@ -49,7 +49,7 @@ impl Search {
             }
             stage = self.lighter(&mut steps, fitted, cancel)?;
         };
-        if steps.len() > 1 {
+        if steps.len() > 1 && !(last.finding == Finding::Nothing && steps.iter().all(Step::alone)) {
             let mut again = steps.clone();
             if !self.reconsider(&mut again, tell, cancel)? {
                 steps = again;

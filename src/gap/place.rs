@@ -127,7 +127,11 @@ impl Data {
         let speed = unit(&self.unit, (1, -1));
         let paths = || self.fit().iter().zip(&motion.measured);
         let mut list = vec![
-            Quantity { name: "x", unit: self.unit.clone(), values: paths().map(|(_, p)| p.x.clone()).collect() },
+            Quantity {
+                name: "x",
+                unit: self.unit.clone(),
+                values: paths().map(|(_, p)| p.x.iter().map(|x| x + self.datum).collect()).collect(),
+            },
             Quantity { name: "v", unit: speed.clone(), values: paths().map(|(_, p)| p.v.clone()).collect() },
         ];
         let difference = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();

@@ -248,7 +248,6 @@ impl Search {
         let tint = self.tint(&best.fitted);
         let again = self.transplanted(before.composition.clone(), &best.fitted, cancel)?;
         let gain = before.refined.samples as f64 / tint * (before.refined.rss / again.refined.rss).ln();
-        if std::env::var("DBG").is_ok() { eprintln!("DBG rebased {:?} from {:?}: {:.3} -> {:.3} (best {:.3}) tint {tint:.2}", before.composition.forms, best.fitted.composition.forms, before.error() / self.data.noise, again.error() / self.data.noise, best.fitted.error() / self.data.noise); }
         (gain > BETTER).then_some(again)
     }
 

@@ -83,7 +83,13 @@ impl Search {
             }
         }
         let audit = data.audit();
-        let base = Composition::new(data.layout, terms);
+        let mut base = Composition::new(data.layout, terms);
+        base.passive = !data.self_sustained;
+        let mut data = data;
+        if let Some(datum) = data.equilibrium(&base) {
+            data.count_from(datum);
+            base.datum = true;
+        }
         Ok(Self { data, audit, ask: ask.clone(), base, known: Mutex::default() })
     }
 
@@ -172,12 +178,14 @@ impl Search {
         let mut composition = self.base.clone();
         let rough: Vec<Path> =
             data.fit().iter().map(|s| s.path()).collect();
-        composition.scales = data.scales(&composition, &[], &rough);
+        let inner = composition.middle();
+        composition.scales = data.scales(&composition, &inner, &rough);
         let runs = data.whole();
         // Where the data alone lead to a start that does not last (one tone leaves directions open), the start leans
         // towards an oscillator of the motion's frequency.
         for prior in PRIORS {
             let shared = data.start(&composition.base, &[], &rough, prior).ok_or(GapError::Base)?;
+            let shared = shared.into_iter().chain(inner.iter().copied()).collect();
             let start = Point::new(&composition, &runs, shared, false);
             if let Some(refined) = data.refine(&composition, &start, data.lost(), Pace::Thorough, cancel) {
                 return Ok(data.judge(composition, refined, cancel));
@@ -204,7 +212,7 @@ impl Search {
             base_excited: data.base_excited,
             input_open: data.input_open,
             has_input: data.layout.inputs > 0 && !self.audit.free,
-            terms: composed.terms,
+            terms: fitted.composition.plain_terms(shared),
             unit: data.unit.clone(),
             reach: [over(&x), over(&|r, k| x(r, k) - u(r, k))],
             speed: [over(&v), over(&|r, k| v(r, k) - du(r, k))],
@@ -230,7 +238,7 @@ impl Search {
             .into_iter()
             .filter(|f| !present.contains(&choice(f)))
             .filter(|f| !self.audit.blind.iter().any(|b| b.effect == f.effect))
-            .filter(|f| !(offset && f.effect == "constant_force"))
+            .filter(|f| !((offset || fitted.composition.datum) && f.moves_the_zero(offset)))
             .collect()
     }
 
@@ -240,10 +248,8 @@ impl Search {
     /// Cancelled, or a stage that cannot be simulated.
     pub fn look(&self, stage: &Stage, tell: Listener<'_>, cancel: &Cancel) -> Result<Round, GapError> {
         let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
-        let clock = std::time::Instant::now();
         let before = self.fitted(&choices, cancel)?;
         let data = &self.data;
-        let t0 = clock.elapsed();
         tell(Progress::Step("Estimating the missing force", 0.0));
         let motion = data.motion(&before).ok_or_else(|| GapError::Stage(titles(&choices)))?;
         let check = || if cancel.is_cancelled() { Err(GapError::Cancelled) } else { Ok(()) };
@@ -275,7 +281,6 @@ impl Search {
         }
         tell(Progress::Step("Refitting the likeliest effects on the simulated response", 0.3));
         let tried = screened.likeliest(&forms, (EFFORT / before.refined.samples).clamp(FEWEST, REFINED));
-        let t1 = clock.elapsed();
         let bar = Bar::default();
         let done = std::sync::atomic::AtomicUsize::new(0);
         // The likeliest first: those behind them are held against what these reach.
@@ -293,9 +298,7 @@ impl Search {
             })
             .collect();
         check()?;
-        let t2 = clock.elapsed();
         let refits = self.polished(refits, cancel);
-        let t3 = clock.elapsed();
         check()?;
         let mut refits: Vec<Refit> = refits
             .into_iter()
@@ -308,15 +311,7 @@ impl Search {
             check()?;
             return self.look(stage, tell, cancel);
         }
-        if std::env::var("DBG").is_ok() {
-            eprintln!("DBG time base {t0:?} screen {t1:?} refits {t2:?} polished {t3:?} simpler {:?}", clock.elapsed());
-        }
         let mut compared = Arc::clone(&before);
-        if std::env::var("DBG").is_ok() {
-            for r in &refits {
-                eprintln!("DBG fast {:?} {:.3} {:.3}", forms[r.forms[0]], r.fitted.error() / self.data.noise, r.fitted.held_out_error() / self.data.noise);
-            }
-        }
         if !refits.iter().any(|r| self.explains(&before, &forms, r)) {
             tell(Progress::Step("Trying effects and pairs along short segments", 0.6));
             if let Some(sets) = self.sets(&before, &forms, cancel) {

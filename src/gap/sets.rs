@@ -65,7 +65,6 @@ impl Search {
     pub(super) fn sets(&self, before: &Fitted, forms: &[Form], cancel: &Cancel) -> Option<Sets> {
         let data = &self.data;
         let weak = Weak::new(data);
-        let clock = std::time::Instant::now();
         let trials = self.singles(&weak, before, forms, cancel);
         let whole = data.whole();
         let cancelled = || cancel.is_cancelled();
@@ -74,22 +73,13 @@ impl Search {
         let mut judged = self.shot(trials, goal, cancel);
         // Where one effect explains the data along short segments, two are not looked for.
         let explained = judged.first().is_some_and(|(_, f, _)| f.error() < ENOUGH.0 * goal.noise && f.held_out_error() < ENOUGH.1 * goal.noise);
-        let t1 = clock.elapsed();
         if !explained && !cancel.is_cancelled() {
             judged.extend(self.shot(self.pairs(&weak, before, forms, least, cancel), goal, cancel));
         }
-        let t2 = clock.elapsed();
         if cancel.is_cancelled() || judged.is_empty() {
             return None;
         }
         judged.sort_by(|a, b| a.1.held_out_error().total_cmp(&b.1.held_out_error()));
-        if std::env::var("DBG").is_ok() {
-            eprintln!("period {} noise {} levels {}", data.period, data.noise, levels(&whole, data.period));
-            for (f, t, _) in &judged {
-                let names: Vec<String> = f.iter().map(|k| format!("{:?}", forms[*k])).collect();
-                eprintln!("DBG H0 conv {} {names:?} train {:.3} held {:.3} {:?}", t.refined.converged, t.error() / data.noise, t.held_out_error() / data.noise, t.refined.point.shared);
-            }
-        }
                 let near = judged[0].1.held_out_error() < FAR * goal.noise && levels(&whole, data.period) > 0;
         let mut tried: Vec<(Vec<usize>, Fitted)>;
         let level;
@@ -123,17 +113,7 @@ impl Search {
             tried = judged.into_iter().map(|(forms, fitted, _)| (forms, fitted)).collect();
         }
         tried.sort_by(|a, b| a.1.held_out_error().total_cmp(&b.1.held_out_error()));
-        if std::env::var("DBG").is_ok() {
-            for (f, t) in &tried {
-                let names: Vec<String> = f.iter().map(|k| format!("{:?}", forms[*k])).collect();
-                eprintln!("DBG level {level} {names:?} train {:.3} held {:.3}", t.error() / data.noise, t.held_out_error() / data.noise);
-            }
-        }
-        let t6 = clock.elapsed();
         let before = self.without_them(before, &weak, tried.first().map(|t| &t.1), level, goal, cancel)?;
-        if std::env::var("DBG").is_ok() {
-            eprintln!("DBG time singles {t1:?} pairs {t2:?} climbed {t6:?} without {:?}", clock.elapsed());
-        }
         (!cancel.is_cancelled()).then_some(Sets { before, tried })
     }
 

@@ -8,7 +8,7 @@ use super::fit::Fitted;
 use super::outcome::{Added, Candidate, Choice, Curve, Parameter, Stage, Standing, Trace};
 use super::screen::{Motion, Screened};
 use super::search::Search;
-use super::structure::{choice, with_errors};
+use super::structure::{counted_from, choice, with_errors};
 use super::words::sentence_case;
 use crate::model::Equation;
 use crate::refine::Structure as _;
@@ -102,13 +102,18 @@ impl Search {
         let data = &self.data;
         let refined = &fitted.refined;
         let shared = &refined.point.shared;
-        let (model, composed) = fitted.composition.model(shared);
+        let (mut model, mut composed) = fitted.composition.model(shared);
+        if data.datum != 0.0 {
+            let moved = |t: &Term| counted_from(t, data.datum);
+            composed.terms.iter_mut().for_each(|t| *t = moved(t));
+            model.equations[1..].iter_mut().flat_map(|e| &mut e.terms).for_each(|t| t.term = moved(&t.term));
+        }
         let inflated = self.tint(fitted).sqrt();
         let errors: Vec<Option<f64>> = (0..shared.len()).map(|k| refined.std_error(k).map(|e| e * inflated)).collect();
         let model = with_errors(model, &errors, &self.shares(&model_terms(&composed.terms, shared), fitted));
         let inner = &shared[shared.len() - fitted.composition.inner_count()..];
         let inner_errors = &errors[errors.len() - inner.len()..];
-        let mut rest = 0;
+        let mut rest = usize::from(fitted.composition.datum);
         let effects = fitted
             .composition
             .forms
@@ -177,8 +182,8 @@ impl Search {
             usage: s.usage,
             start: s.start,
             interval: s.interval,
-            measured: Arc::clone(&s.measured),
-            simulated: simulated.into(),
+            measured: s.measured.iter().map(|x| x + self.data.datum).collect(),
+            simulated: simulated.iter().map(|x| x + self.data.datum).collect(),
         };
         let simulated = fitted.by_record(&fitted.refined.simulated);
         let fit = self.data.fit().iter().zip(&simulated);

@@ -7,7 +7,8 @@ use crate::term::{Expression, Function, Kind, Layout, Symbol, Term, derivative};
 
 /// The base model's terms with effects on top: what is fitted.
 ///
-/// Shared parameters are, in order: one coefficient a term of the acceleration, then the inner quantities of each form.
+/// Shared parameters are, in order: one coefficient a term of the acceleration, the equilibrium if it is fitted, then the inner
+/// quantities of each form.
 #[derive(Clone, Debug)]
 pub(super) struct Composition {
     pub(super) layout: Layout,
@@ -17,6 +18,8 @@ pub(super) struct Composition {
     pub(super) scales: Vec<f64>,
     /// The base model's dampers take energy; else they may also give it.
     pub(super) passive: bool,
+    /// Displacements count from an equilibrium that is fitted: the first inner quantity.
+    pub(super) datum: bool,
 }
 
 /// What a composition comes to at given inner values.
@@ -32,7 +35,7 @@ pub(super) struct Composed {
 
 impl Composition {
     pub(super) fn new(layout: Layout, base: Vec<Term>) -> Self {
-        Self { layout, base, forms: Vec::new(), scales: Vec::new(), passive: true }
+        Self { layout, base, forms: Vec::new(), scales: Vec::new(), passive: true, datum: false }
     }
 
     /// This composition with a further effect, without scales.
@@ -44,8 +47,8 @@ impl Composition {
 
     /// The inner values of the effects that this composition shares with another one, in its own order.
     pub(super) fn inner_after(&self, other: &Self, inner: &[f64]) -> Vec<f64> {
-        let mut kept = Vec::new();
-        let mut rest = inner;
+        let mut kept: Vec<f64> = self.datum.then(|| other.equilibrium(inner)).into_iter().collect();
+        let mut rest = other.of_forms(inner);
         for form in &other.forms {
             let (own, others) = rest.split_at(form.inner.len());
             rest = others;
@@ -68,7 +71,7 @@ impl Composition {
     pub(super) fn lean(&self, index: usize, shared: &[f64]) -> Option<(Self, Vec<bool>)> {
         let (coefficients, inner) = shared.split_at(shared.len() - self.inner_count());
         let mut stays = vec![true; shared.len()];
-        let first: usize = self.forms[..index].iter().map(|f| f.inner.len()).sum();
+        let first = usize::from(self.datum) + self.forms[..index].iter().map(|f| f.inner.len()).sum::<usize>();
         let own = first..first + self.forms[index].inner.len();
         if !self.forms[index].addition(&inner[own.clone()]).replaces.is_empty() {
             return None;
@@ -85,7 +88,26 @@ impl Composition {
     }
 
     pub(super) fn inner_count(&self) -> usize {
-        self.forms.iter().map(|f| f.inner.len()).sum()
+        usize::from(self.datum) + self.forms.iter().map(|f| f.inner.len()).sum::<usize>()
+    }
+
+    /// Of all inner values those of the forms.
+    fn of_forms<'a>(&self, inner: &'a [f64]) -> &'a [f64] {
+        &inner[usize::from(self.datum)..]
+    }
+
+    /// The equilibrium among inner values.
+    fn equilibrium(&self, inner: &[f64]) -> f64 {
+        if self.datum { inner[0] } else { 0.0 }
+    }
+
+    /// The terms of the acceleration as they are written, displacements not counted from the equilibrium.
+    pub(super) fn plain_terms(&self, shared: &[f64]) -> Vec<Term> {
+        let mut inner = shared[shared.len() - self.inner_count()..].to_vec();
+        if self.datum {
+            inner[0] = 0.0;
+        }
+        self.compose(&inner).terms
     }
 
     /// Number of terms of the acceleration, the same at all inner values.
@@ -95,11 +117,12 @@ impl Composition {
 
     /// Some inner values within bounds.
     pub(super) fn middle(&self) -> Vec<f64> {
-        self.forms.iter().flat_map(|f| f.inner.iter().map(|i| i.grid[i.grid.len() / 2])).collect()
+        let middle = self.forms.iter().flat_map(|f| f.inner.iter().map(|i| i.grid[i.grid.len() / 2]));
+        self.datum.then_some(0.0).into_iter().chain(middle).collect()
     }
 
     fn additions(&self, inner: &[f64]) -> Vec<Addition> {
-        let mut rest = inner;
+        let mut rest = self.of_forms(inner);
         self.forms
             .iter()
             .map(|form| {
@@ -182,6 +205,14 @@ impl Composition {
                 term.term = limited(&term.term, limit);
             }
         }
+        let equilibrium = self.equilibrium(inner);
+        if equilibrium != 0.0 {
+            let from_there = |term: &Term| counted_from(term, equilibrium);
+            composed.terms.iter_mut().for_each(|t| *t = from_there(t));
+            for term in composed.internals.iter_mut().flat_map(|e| &mut e.terms) {
+                term.term = from_there(&term.term);
+            }
+        }
         composed
     }
 
@@ -201,7 +232,7 @@ impl Composition {
         let index = self.forms.iter().position(|f| choice(f) == choice(form))?;
         let first = shared.len() - self.inner_count();
         let coefficients = self.places(&shared[first..]).swap_remove(index);
-        let from = first + self.forms[..index].iter().map(|f| f.inner.len()).sum::<usize>();
+        let from = first + usize::from(self.datum) + self.forms[..index].iter().map(|f| f.inner.len()).sum::<usize>();
         Some((coefficients, from..from + form.inner.len()))
     }
 }
@@ -212,8 +243,7 @@ pub(super) fn choice(form: &Form) -> Choice {
 
 impl Structure for Composition {
     fn instance(&self, parameters: &[f64]) -> Option<Instance> {
-        let inner = &parameters[parameters.len() - self.inner_count()..];
-        let mut rest = inner;
+        let mut rest = self.of_forms(&parameters[parameters.len() - self.inner_count()..]);
         for form in &self.forms {
             for quantity in &form.inner {
                 let (low, high) = quantity.bounds;
@@ -246,6 +276,7 @@ impl Structure for Composition {
                 bounds[k] = coefficient.sign.range();
             }
         }
+        bounds.extend(self.datum.then_some(OPEN));
         bounds.extend(self.forms.iter().flat_map(|f| f.inner.iter().map(|i| i.bounds)));
         bounds
     }
@@ -288,6 +319,14 @@ fn renumbered(symbol: Symbol, first: usize) -> Option<Expression> {
         Symbol::Internal(i) => Some(Expression::Symbol(Symbol::Internal(first + i))),
         _ => None,
     }
+}
+
+/// A term whose displacement counts from another point.
+pub(super) fn counted_from(term: &Term, point: f64) -> Term {
+    substituted(term, &|symbol| match symbol {
+        Symbol::State(_) => Some(Expression::Sum(vec![Expression::Symbol(symbol), Expression::Number(-point)])),
+        _ => None,
+    })
 }
 
 /// A term with some symbols replaced.

@@ -193,6 +193,13 @@ impl Form {
         addition.input_limit.is_some() || addition.delay != 0.0
     }
 
+    /// True if it does to a linear spring what a shifted zero does; `constant` alone is asked where the sensor's is free already.
+    pub(crate) fn moves_the_zero(&self, constant: bool) -> bool {
+        let addition = self.sample();
+        let steady = matches!(addition.terms.as_slice(), [term] if term.as_str() == "1");
+        steady || (addition.offset && !constant)
+    }
+
     /// What it adds at the first point of its grid.
     fn sample(&self) -> Addition {
         self.addition(&self.inner.iter().filter_map(|i| i.grid.first().copied()).collect::<Vec<f64>>())
