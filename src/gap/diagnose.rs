@@ -8,7 +8,7 @@ use super::error::GapError;
 use super::evidence::Seen;
 use super::fit::{Fitted, carried};
 use super::outcome::{Choice, Diagnosis, Finding, Remaining, Round, Stage, Standing, Verdict};
-use super::search::{Listener, Search};
+use super::search::{Depth, Listener, Search};
 use super::words::{in_company, remaining, sentence, titles};
 use crate::refine::Point;
 use crate::study::Cancel;
@@ -26,10 +26,10 @@ impl Search {
         let mut stage = self.base(cancel)?;
         let mut steps: Vec<Step> = Vec::new();
         let mut last = loop {
-            let round = self.look(&stage, tell, cancel)?;
+            let depth = if steps.len() < self.ask.max_effects { Depth::Refitted } else { Depth::Screened };
+            let round = self.look_into(&stage, depth, tell, cancel)?;
             let step = match Step::of(round) {
-                Ok(step) if steps.len() < self.ask.max_effects => step,
-                Ok(step) => break Round { finding: Finding::Unexplained, ..step.round },
+                Ok(step) => step,
                 Err(round) => break *round,
             };
             let company = step.round.company.clone().filter(|_| steps.len() + 2 <= self.ask.max_effects);
@@ -49,7 +49,8 @@ impl Search {
             }
             stage = self.lighter(&mut steps, fitted, cancel)?;
         };
-        if steps.len() > 1 && !(last.finding == Finding::Nothing && steps.iter().all(Step::alone)) {
+        // Where the data are explained but an effect does not stand alone, another may with the others in place.
+        if steps.len() > 1 && last.finding == Finding::Nothing && !steps.iter().all(Step::alone) {
             let mut again = steps.clone();
             if !self.reconsider(&mut again, tell, cancel)? {
                 steps = again;
@@ -183,7 +184,7 @@ impl Search {
         tell: Listener<'_>,
         cancel: &Cancel,
     ) -> Result<Step, GapError> {
-        let mut round = self.look(stage, tell, cancel)?;
+        let mut round = self.look_into(stage, Depth::Screened, tell, cancel)?;
         if let Some(place) = round.candidates.iter().position(|c| c.choice == choice) {
             let mut candidate = round.candidates.remove(place);
             let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();

@@ -12,7 +12,7 @@ use super::effects::{Form, Setting, catalogue};
 use super::error::GapError;
 use super::evidence::Seen;
 use super::fit::{Fitted, Pace};
-use super::outcome::{Blind, Choice, Evidence, Round, Stage};
+use super::outcome::{Blind, Choice, Evidence, Finding, Round, Stage};
 use super::progress::Progress;
 use super::screen::Motion;
 use super::structure::{Composition, choice};
@@ -49,6 +49,15 @@ pub struct Search {
     pub(super) ask: Ask,
     base: Composition,
     known: Mutex<HashMap<Vec<Choice>, Arc<Fitted>>>,
+}
+
+/// How far a look goes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Depth {
+    /// Whether there is a gap and where, and what the screen says.
+    Screened,
+    /// The likeliest effects are refitted too.
+    Refitted,
 }
 
 /// A set of effects refitted with the rest of the model.
@@ -247,6 +256,17 @@ impl Search {
     /// # Errors
     /// Cancelled, or a stage that cannot be simulated.
     pub fn look(&self, stage: &Stage, tell: Listener<'_>, cancel: &Cancel) -> Result<Round, GapError> {
+        self.look_into(stage, Depth::Refitted, tell, cancel)
+    }
+
+    /// Looks at a stage; effects are refitted only where the depth asks for it.
+    pub(super) fn look_into(
+        &self,
+        stage: &Stage,
+        depth: Depth,
+        tell: Listener<'_>,
+        cancel: &Cancel,
+    ) -> Result<Round, GapError> {
         let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
         let before = self.fitted(&choices, cancel)?;
         let data = &self.data;
@@ -274,8 +294,9 @@ impl Search {
             company: decision.company,
             hidden_up_to: data.detectable(&seen, cancel),
         };
-        if !evidence.significant {
-            let round = round(candidates, evidence, Decision::nothing());
+        if !evidence.significant || depth == Depth::Screened {
+            let finding = if evidence.significant { Finding::Unexplained } else { Finding::Nothing };
+            let round = round(candidates, evidence, Decision { finding, ..Decision::nothing() });
             check()?;
             return Ok(round);
         }
@@ -309,7 +330,7 @@ impl Search {
         if let Some(again) = self.rebased(&before, &refits, cancel) {
             self.keep(Arc::new(again));
             check()?;
-            return self.look(stage, tell, cancel);
+            return self.look_into(stage, depth, tell, cancel);
         }
         let mut compared = Arc::clone(&before);
         if !refits.iter().any(|r| self.explains(&before, &forms, r)) {

@@ -8,7 +8,7 @@
 //! Source: D. Messenger, D. Bortz, "Weak SINDy", Multiscale Model. Simul. 19 (2021) 1474–1497; test functions (1 − s²)⁶.
 
 use std::collections::HashMap;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use nalgebra::{DMatrix, DVector};
 
@@ -44,7 +44,12 @@ pub(super) struct Weak<'a> {
     target: Vec<f64>,
     /// Averages of terms that no effect changes.
     known: Mutex<HashMap<String, Vec<f64>>>,
+    /// Inputs and their rates under each delay, one pair a record.
+    delayed: Mutex<HashMap<u64, Arc<Vec<Delayed>>>>,
 }
+
+/// Inputs and their rates: `[input][sample]`.
+type Delayed = (Vec<Vec<f64>>, Vec<Vec<f64>>);
 
 /// How one record is averaged.
 struct Rows {
@@ -115,7 +120,7 @@ impl<'a> Weak<'a> {
                 rows
             })
             .collect();
-        Self { data, records, target, known: Mutex::default() }
+        Self { data, records, target, known: Mutex::default(), delayed: Mutex::default() }
     }
 
     /// The averages of a term along the measured motion; what is linear in a measured channel is not smoothed before.
@@ -174,7 +179,7 @@ impl<'a> Weak<'a> {
                 if changes(t) {
                     return None;
                 }
-                let known = self.known.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+                let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
                 known.get(t.as_str()).cloned()
             })
             .collect();
@@ -184,9 +189,9 @@ impl<'a> Weak<'a> {
         let taken: Vec<Option<Vec<f64>>> =
             along.iter().map(|t| if changes(t) { None } else { self.direct(t) }).collect();
         if taken.iter().any(Option::is_none) {
-            for (rows, s) in self.records.iter().zip(self.data.fit()) {
-                let delayed = (!plain).then(|| s.delayed_inputs(composed.delay));
-                let inputs = delayed.as_ref().map_or_else(
+            let delayed = (!plain).then(|| self.delayed(composed.delay));
+            for (r, (rows, s)) in self.records.iter().zip(self.data.fit()).enumerate() {
+                let inputs = delayed.as_ref().map(|d| &d[r]).map_or_else(
                     || s.inputs(),
                     |(values, rates)| Inputs {
                         values: values.iter().map(Vec::as_slice).collect(),
@@ -203,12 +208,22 @@ impl<'a> Weak<'a> {
             let column = taken.unwrap_or(fresh);
             let term = &composed.terms[k];
             if !changes(term) {
-                let mut known = self.known.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+                let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
                 known.insert(term.as_str().to_owned(), column.clone());
             }
             columns[k] = Some(column);
         }
         columns.into_iter().flatten().collect()
+    }
+
+    fn delayed(&self, delay: f64) -> Arc<Vec<Delayed>> {
+        let lock = || self.delayed.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = lock().get(&delay.to_bits()) {
+            return Arc::clone(known);
+        }
+        let made = Arc::new(self.data.fit().iter().map(|s| s.delayed_inputs(delay)).collect::<Vec<_>>());
+        lock().insert(delay.to_bits(), Arc::clone(&made));
+        made
     }
 
     /// Estimates a composition's coefficients at these inner values, within their bounds; none where its terms cannot be
