@@ -515,7 +515,7 @@ impl App {
             Command::CopyLatex => (equations::latex(model), "LaTeX"),
             Command::CopyPython => (equations::python(model), "Python"),
             Command::CopyJson => (serde_json::to_string_pretty(model).unwrap_or_default(), "JSON"),
-            _ => (equations::text(model), "text"),
+            _ => (equations::text(model, Some(&outcome.units())), "text"),
         };
         ctx.copy_text(text);
         self.notices.note(format!("The equations are on the clipboard, as {form}"));

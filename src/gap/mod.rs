@@ -30,6 +30,7 @@ mod walk;
 mod words;
 
 pub use error::GapError;
+pub use evidence::LEVEL;
 pub use outcome::{
     Added, Blind, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Gap, Map, MissingForce, Parameter, Place,
     Profile, Remaining, Round, Stage, Standing, Test, Trace, Verdict,

@@ -261,6 +261,24 @@ pub enum ReadError {
         /// Samples in the longest stretch without a gap.
         samples: usize,
     },
+    /// Two files of a set measure different things.
+    #[error(
+        "{file}: the {quantity} `{column}` is in {unit}, in {other} it is in {other_unit}: these cannot be one quantity"
+    )]
+    UnitsDiffer {
+        /// The file's name.
+        file: String,
+        /// What it is, in words: `displacement`.
+        quantity: &'static str,
+        /// The channel's name.
+        column: String,
+        /// Its unit.
+        unit: String,
+        /// The file that comes before.
+        other: String,
+        /// The unit there.
+        other_unit: String,
+    },
     /// A displacement that does not move.
     #[error("{file}, column `{column}`: the displacement is constant ({value}{})", of_record(.record))]
     ConstantDisplacement {
@@ -345,6 +363,9 @@ impl ReadError {
             Self::TooFewSamples { records: 1, .. } => "use a longer measurement, or a higher sampling rate".into(),
             Self::TooFewSamples { .. } => {
                 "check the column that tells the records apart, or join runs that belong together".into()
+            }
+            Self::UnitsDiffer { .. } => {
+                "open the files one by one, or correct the unit in the header; units of one quantity (m and mm) are converted".into()
             }
             Self::ConstantDisplacement { .. } => {
                 "check the sensor and which column is the displacement: `--columns x=NAME`".into()

@@ -6,6 +6,7 @@
 
 mod assemble;
 mod columns;
+mod common;
 mod delimited;
 mod error;
 mod heading;
@@ -27,6 +28,7 @@ pub use error::ReadError;
 pub use table::Format;
 pub use types::{Channel, Record, RecordSet, Role, Usage};
 pub use units::metres;
+pub(crate) use units::{BASES as UNIT_BASES, factors as unit_factors, parse as parse_unit};
 pub use write::write_csv;
 
 use crate::term::Kind;
@@ -63,7 +65,7 @@ pub fn read_files<P: AsRef<Path> + Sync>(paths: &[P], options: &ReadOptions) -> 
     read_set(paths, &[] as &[P], options).map(out_of)
 }
 
-/// Reads files to fit and files to hold out as one set, whose names are unique.
+/// Reads files to fit and files to hold out as one set, whose names are unique and each of whose quantities has one unit.
 ///
 /// An input that is constant in all of them is left out; one that is at rest in some records only stays in all.
 ///
@@ -85,8 +87,10 @@ pub fn read_set<P: AsRef<Path> + Sync>(
             usages.push(usage);
         }
     }
+    let file = |r: &Record| r.source.as_deref().map_or(String::new(), file_name);
+    common::unify(&mut records, &file)?;
     if !options.keep_constant_inputs {
-        assemble::drop_constant_inputs(&mut records, &|r| r.source.as_deref().map_or(String::new(), file_name));
+        assemble::drop_constant_inputs(&mut records, &file);
     }
     let mut set = RecordSet::default();
     set.add(records, Usage::Fit);
