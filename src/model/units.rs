@@ -94,13 +94,20 @@ impl Measure {
 
     /// `m/s^2`, `1/(m^2 s^2)`; `1` for a plain number.
     fn text(&self) -> String {
+        let mut factors = self.0.clone();
+        // Kilograms first, seconds last, as one writes them.
+        factors.sort_by_key(|(name, _)| match name.as_str() {
+            "kg" => 0,
+            "s" => 2,
+            _ => 1,
+        });
         let side = |sign: f64| -> Vec<String> {
             let part = |(name, power): &(String, f64)| match power * sign {
                 p if p <= 0.0 => None,
                 1.0 => Some(name.clone()),
                 p => Some(format!("{name}^{p}")),
             };
-            self.0.iter().filter_map(part).collect()
+            factors.iter().filter_map(part).collect()
         };
         let (above, below) = (side(1.0), side(-1.0));
         let above = if above.is_empty() { "1".to_owned() } else { above.join(" ") };
@@ -301,7 +308,7 @@ mod tests {
                 ][..],
             ),
             ("x [m],u [N]", &[("u", "1/kg"), ("du", "s/kg")]),
-            ("x [mm],u [N]", &[("u", "mm/(s^2 N)")]),
+            ("x [mm],u [N]", &[("u", "mm/(N s^2)")]),
             ("x [m],u [m/s^2]", &[("u", "1"), ("du", "s")]),
             ("x [rad],u [N m]", &[("sin(x)", "rad/s^2"), ("u", "rad/(kg m^2)")]),
             ("x [V],u [V]", &[("x^3", "1/(V^2 s^2)")]),

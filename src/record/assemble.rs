@@ -314,6 +314,11 @@ impl Trajectory<'_> {
                 sampling::significant(interval, 7)
             ));
         }
+        if sampling.bridged > 0 {
+            let count = sampling.bridged;
+            let (steps, were) = if count == 1 { ("step", "was") } else { ("steps", "were") };
+            notices.push(format!("{prefix}{count} {steps} of two or three intervals {were} interpolated over"));
+        }
         if sampling.stretches.iter().any(|s| s.resample.is_some()) {
             notices.push(format!(
                 "{prefix}the time stamps are up to {percent} % of the interval of {} s off an even grid; the samples were interpolated onto it",

@@ -130,7 +130,16 @@ fn read_file(path: &Path, options: &ReadOptions) -> Result<Vec<Record>, ReadErro
     Ok(records)
 }
 
+/// True if a file's first bytes are those of a saved project of the window.
+pub(crate) fn is_project(head: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(head);
+    text.trim_start_matches('\u{feff}').trim_start().starts_with('{') && text.contains("\"sindyscope_project\"")
+}
+
 fn read_bytes(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Vec<Record>, ReadError> {
+    if is_project(&bytes[..bytes.len().min(1 << 16)]) {
+        return Err(ReadError::IsProject { file: file_name(path) });
+    }
     if let Some(rate) = options.rate.filter(|r| !(r.is_normal() && *r > 0.0)) {
         return Err(ReadError::BadRate { rate });
     }
