@@ -39,8 +39,8 @@ fn by_floor(samples: &[f64]) -> Option<f64> {
     let mut windowed = transform.make_input_vec();
     let mut weights = 0.0;
     for (k, (slot, value)) in windowed.iter_mut().zip(samples).enumerate() {
-        // Its leakage falls with the fifth power of the distance: a motion a billion times the noise stays in its place.
-        let weight = (PI * k as f64 / n as f64).sin().powi(4);
+        // Its leakage falls with the seventh power of the distance: a motion a million times the noise stays in its place.
+        let weight = (PI * k as f64 / n as f64).sin().powi(6);
         weights += weight * weight;
         *slot = weight * (value - mean);
     }
