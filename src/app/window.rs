@@ -516,7 +516,7 @@ impl App {
     /// Where the record shown stands among the outcome's, which lacks those that are off.
     fn record_in(&self, outcome: &Outcome) -> usize {
         let shown = self.bench.records.get(self.state.record);
-        let is_shown = |r: &Arc<crate::record::Record>| shown.is_some_and(|s| Arc::ptr_eq(s, r));
+        let is_shown = |r: &Arc<Record>| shown.is_some_and(|s| Arc::ptr_eq(s, r));
         outcome.records.iter().position(|r| is_shown(&r.record)).unwrap_or(0)
     }
 
