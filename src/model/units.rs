@@ -199,7 +199,9 @@ impl Units {
         match expression {
             Expression::Number(_) => Found::Any,
             Expression::Symbol(s) => self.symbol(*s).map_or(Found::Unknown, Found::Known),
-            Expression::Sum(parts) => self.joined(parts, clash),
+            Expression::Sum(parts) | Expression::Call(Function::Max | Function::Min, parts) => {
+                self.joined(parts, clash)
+            }
             Expression::Product(parts) => {
                 let mut product = Measure::default();
                 for part in parts {
@@ -215,15 +217,13 @@ impl Units {
                 Found::Known(measure) => Found::Known(Measure::default().times(&measure, *power)),
                 other => other,
             },
-            Expression::Call(Function::Max | Function::Min, parts) => self.joined(parts, clash),
             Expression::Call(function, parts) => {
                 let mut found = parts.iter().map(|p| self.expression(p, clash)).collect::<Vec<_>>().into_iter();
                 match (function, found.next()) {
-                    (Function::Abs | Function::Clip | Function::DeadZone, Some(first)) => first,
                     (Function::Sqrt, Some(Found::Known(measure))) => {
                         Found::Known(Measure::default().times(&measure, 0.5))
                     }
-                    (Function::Sqrt, Some(first)) => first,
+                    (Function::Abs | Function::Clip | Function::DeadZone | Function::Sqrt, Some(first)) => first,
                     // What else a function makes of its argument is a plain number.
                     _ => Found::Known(Measure::default()),
                 }

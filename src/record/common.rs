@@ -58,8 +58,8 @@ pub(super) fn unify(records: &mut [Record], file: &dyn Fn(&Record) -> String) ->
             }
             let alike = units::parse(target).zip(units::parse(&channel.unit)).filter(|(a, b)| a.is_like(b));
             let Some(factor) = alike.map(|(to, from)| from.factor / to.factor) else {
-                let (unit, other_unit) = (channel.unit.clone(), target.clone());
-                let (quantity, column, other) = (noun, name, origin.clone());
+                let (unit, other_unit) = (channel.unit.as_str().into(), target.as_str().into());
+                let (quantity, column, other) = (noun, name, origin.as_str().into());
                 return Err(ReadError::UnitsDiffer { file: own, quantity, column, unit, other, other_unit });
             };
             if (factor - 1.0).abs() > 1e-12 {

@@ -279,11 +279,11 @@ pub enum ReadError {
         /// The channel's name.
         column: String,
         /// Its unit.
-        unit: String,
+        unit: Box<str>,
         /// The file that comes before.
-        other: String,
+        other: Box<str>,
         /// The unit there.
-        other_unit: String,
+        other_unit: Box<str>,
     },
     /// A displacement that does not move.
     #[error("{file}, column `{column}`: the displacement is constant ({value}{})", of_record(.record))]

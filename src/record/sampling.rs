@@ -184,7 +184,8 @@ fn evened(stamps: &[f64], steps: &[f64], usual: f64, jitter: f64) -> Sampling {
     let ends = (0..steps.len()).filter(|&i| steps[i] > BRIDGED * usual).map(|i| i + 1).chain([stamps.len()]);
     let mut begin = 0;
     let rows: Vec<Range<usize>> = ends.map(|end| std::mem::replace(&mut begin, end)..end).collect();
-    let interval = exact(mean, PLAIN * mean, stamps, &rows);
+    // The ends' own jitter is in the mean.
+    let interval = exact(mean, (PLAIN + 2.0 * jitter / steps.len() as f64) * mean, stamps, &rows);
     let stretches = rows.into_iter().map(|rows| {
         let (start, end) = (stamps[rows.start], stamps[rows.end - 1]);
         let points = ((end - start) / interval + 2.0 * MOST_JITTER).floor() as usize + 1;
