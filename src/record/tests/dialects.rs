@@ -196,7 +196,7 @@ fn jittering_stamps_are_evened_out_with_a_notice() {
     assert_eq!(record.interval, 0.1);
     let told = record.notices.iter().find(|n| n.contains("interpolated")).unwrap();
     assert!(
-        told.starts_with("f.csv: the time stamps are up to 5") && told.contains("% of the interval of 0.1 s"),
+        told.starts_with("f.csv: the time stamps are up to 4") && told.contains("% of the interval of 0.1 s"),
         "{told}"
     );
 }
