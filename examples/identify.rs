@@ -14,6 +14,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     let records = RecordSet::new(read_files(&files, &ReadOptions::default())?, Usage::Fit);
     let settings = suggest(&records, Kind::SecondOrder)?;
     let outcome = Study::default().run(&records, &settings, &Cancel::default())?;
-    println!("{}", equations::text(&outcome.model));
+    println!("{}", equations::text(&outcome.model, Some(&outcome.units())));
     Ok(())
 }

@@ -641,3 +641,68 @@ fn known_physics_and_the_mass_give_the_parameters_of_the_machine() {
     let result: Value = serde_json::from_str(&json).expect("JSON");
     assert_eq!(number(&result["settings"]["fix"]["u"]), 0.5);
 }
+
+/// A decaying motion in a unit, written as its header says it.
+fn decay(folder: &Path, name: &str, unit: &str, factor: f64) {
+    let motion = |t: f64| factor * 0.01 * (-0.1 * t).exp() * (6.0 * t).cos();
+    let rows: String = (0..2000).map(|k| f64::from(k) * 0.01).map(|t| format!("{t:.2},{:.9}\n", motion(t))).collect();
+    std::fs::write(folder.join(name), format!("t [s],x [{unit}]\n{rows}")).expect("a file");
+}
+
+#[test]
+fn metres_and_millimetres_are_scored_in_one_unit_and_radians_are_refused() {
+    let home = folder();
+    decay(home.path(), "m.csv", "m", 1.0);
+    decay(home.path(), "mm.csv", "mm", 1e3);
+    decay(home.path(), "rad.csv", "rad", 1.0);
+    let run = ["identify", "m.csv", "--test", "mm.csv", "--terms", "x, v", "--json", "-"];
+    let result: Value = serde_json::from_str(&done(home.path(), &run)).expect("JSON");
+    let rmse = |part: &str| result[part]["rmse"].as_f64().expect("a figure");
+    assert!(rmse("test") < 1e-4, "millimetres were scored as metres: {}", rmse("test"));
+    let terms = result["equations"][1]["terms"].as_array().expect("terms");
+    let units: Vec<&str> = terms.iter().filter_map(|t| t["unit"].as_str()).collect();
+    assert_eq!(units, ["1/s^2", "1/s"]);
+    let said = refused(home.path(), &["identify", "m.csv", "--test", "rad.csv"], 1);
+    assert!(said.contains("is in rad, in m.csv it is in m"), "{said}");
+}
+
+#[test]
+fn terms_that_add_different_quantities_are_refused() {
+    let home = folder();
+    duffing(home.path());
+    let said = refused(home.path(), &["identify", "fit.csv", "--terms", "x-u, v"], 1);
+    assert!(said.contains("cannot be added or subtracted"), "{said}");
+    let said = refused(home.path(), &["diagnose", "fit.csv", "--terms", "x-u, v"], 1);
+    assert!(said.contains("cannot be added or subtracted"), "{said}");
+}
+
+#[test]
+fn a_saved_project_is_known_by_what_it_holds() {
+    let home = folder();
+    std::fs::write(home.path().join("rig70.sindy"), r#"{ "sindyscope_project": 1, "source": "nothing" }"#)
+        .expect("a file");
+    let said = refused(home.path(), &["identify", "rig70.sindy"], 1);
+    assert!(said.contains("a saved project") && said.contains("sindyscope rig70.sindy"), "{said}");
+}
+
+#[test]
+fn inspect_tells_what_a_file_holds_and_what_is_wrong() {
+    let home = folder();
+    std::fs::write(home.path().join("bad.csv"), "time,volume\n0,1\n1,2\n").expect("a file");
+    let rows: String = (0..60).map(|i| format!("{},{},{}\n", 2 * i, (i * i) % 7, (i * 3) % 5)).collect();
+    std::fs::write(home.path().join("good.csv"), format!("t [ms],x_mm,force (N)\n{rows},,\n")).expect("a file");
+    let said = done(home.path(), &["inspect", "good.csv", "bad.csv"]);
+    for part in
+        ["record good: 60 samples at 500 Hz", "x   x", "displacement in mm, 0 to 4", "input in N", "time was converted"]
+    {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    assert!(said.contains("bad.csv") && said.contains("no column is a displacement"), "{said}");
+    let result: Value =
+        serde_json::from_str(&done(home.path(), &["inspect", "--json", "good.csv", "bad.csv"])).expect("JSON");
+    let good = &result["files"][0];
+    assert_eq!((good["status"].as_str(), good["records"][0]["rate"].as_f64()), (Some("ok"), Some(500.0)));
+    assert_eq!(good["records"][0]["channels"][1]["unit"], "N");
+    assert_eq!(result["files"][1]["status"], "refused");
+    refused(home.path(), &["inspect", "bad.csv"], 1);
+}

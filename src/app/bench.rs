@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use crate::model::Units;
 use crate::record::{Record, RecordSet, Role, Usage};
 use crate::rig::hidden::Truth;
 use crate::signal::Smoothing;
@@ -151,6 +152,11 @@ impl Bench {
         let length = interval.map(|h| h * smoothing.window as f64);
         let share = record.and_then(|r| r.signals.main_period).zip(length).map(|(period, length)| length / period);
         (length, share)
+    }
+
+    /// The units of what terms are made of.
+    pub(crate) fn units(&self, kind: Kind) -> Units {
+        self.records.first().map_or_else(Units::default, |r| Units::of(r, &r.layout(kind)))
     }
 
     /// The unit of the first displacement (or state).

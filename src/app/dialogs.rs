@@ -45,6 +45,15 @@ impl Purpose {
             _ => "Save",
         }
     }
+
+    /// The ending that a file saved for it gets if its name has none.
+    pub(crate) fn ending(self) -> Option<&'static str> {
+        match self {
+            Self::Open => None,
+            Self::Project => Some(project::EXTENSION),
+            Self::Plot | Self::Window => Some("png"),
+        }
+    }
 }
 
 /// A file that a person chose.
@@ -52,6 +61,8 @@ impl Purpose {
 pub(crate) struct Chosen {
     pub(crate) purpose: Purpose,
     pub(crate) paths: Vec<PathBuf>,
+    /// Whether a person was asked about replacing the file that is there, if one is.
+    pub(crate) asked: Option<PathBuf>,
 }
 
 enum Reply {
@@ -70,6 +81,8 @@ pub(crate) struct PathField {
     pub(crate) reason: &'static str,
     /// True until it was given the keyboard.
     pub(crate) fresh: bool,
+    /// The path of a file that is there and that was asked about: sent again, it is replaced.
+    pub(crate) replaces: Option<PathBuf>,
 }
 
 /// The dialogs of one window.
@@ -118,7 +131,11 @@ impl Dialogs {
         let one = |file: Option<rfd::FileHandle>| file.map(|f| vec![f.path().to_owned()]);
         let answer = move |paths: Option<Vec<PathBuf>>| {
             let reply = match paths {
-                Some(paths) => Reply::Chosen(Chosen { purpose, paths }),
+                Some(paths) => {
+                    // The system's own dialog has asked.
+                    let asked = paths.first().cloned();
+                    Reply::Chosen(Chosen { purpose, paths, asked })
+                }
                 None if asked.elapsed() < UNSEEN => Reply::NoDialog(purpose, name),
                 None => Reply::Declined,
             };
@@ -144,7 +161,13 @@ impl Dialogs {
             Purpose::Open => String::new(),
             _ => std::env::current_dir().unwrap_or_default().join(name).display().to_string(),
         };
-        self.field = Some(PathField { purpose, text, reason, fresh: true });
+        self.field = Some(PathField { purpose, text, reason, fresh: true, replaces: None });
+    }
+
+    /// Asks whether a file that is there is to be replaced.
+    pub(crate) fn ask_to_replace(&mut self, purpose: Purpose, path: PathBuf) {
+        let text = path.display().to_string();
+        self.field = Some(PathField { purpose, text, reason: "", fresh: true, replaces: Some(path) });
     }
 
     /// The file that was chosen since the last call.

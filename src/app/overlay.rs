@@ -2,7 +2,7 @@
 
 use egui::{Align2, Color32, Context, FontId, Id, Key, LayerId, Order, Stroke, StrokeKind, Window, vec2};
 
-use super::dialogs::{Chosen, Dialogs};
+use super::dialogs::{Chosen, Dialogs, PathField};
 use super::theme;
 
 /// Covers the window while a file is held over it.
@@ -45,10 +45,15 @@ pub(crate) fn path_field(ctx: &Context, dialogs: &mut Dialogs) -> Option<Chosen>
                 }
                 sent = response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
                 let ready = !field.text.trim().is_empty();
-                sent |= ui.add_enabled(ready, egui::Button::new(field.purpose.verb())).clicked();
+                let verb = if asked(field) { "Replace" } else { field.purpose.verb() };
+                sent |= ui.add_enabled(ready, egui::Button::new(verb)).clicked();
                 sent &= ready;
                 closed |= ui.button("Cancel").clicked();
             });
+            if asked(field) {
+                let color = theme::accents(ui.visuals().dark_mode).caution;
+                ui.colored_label(color, "This file is there already: replace it, or type another name");
+            }
         });
     if !sent && !closed {
         return None;
@@ -56,5 +61,10 @@ pub(crate) fn path_field(ctx: &Context, dialogs: &mut Dialogs) -> Option<Chosen>
     let field = dialogs.field.take()?;
     // A path dragged from a file manager or a terminal may come in quotes.
     let path = field.text.trim().trim_matches(['"', '\'']).to_owned();
-    sent.then(|| Chosen { purpose: field.purpose, paths: vec![path.into()] })
+    sent.then(|| Chosen { purpose: field.purpose, paths: vec![path.into()], asked: field.replaces })
+}
+
+/// True if the path that stands there is the one that was asked about.
+fn asked(field: &PathField) -> bool {
+    field.replaces.as_ref().is_some_and(|path| path.as_os_str() == field.text.trim())
 }

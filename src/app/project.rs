@@ -2,18 +2,22 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use super::errand::{Problem, file_name};
 use super::missing::Walk;
-use super::state::{Edit, Source};
+use super::state::{Edit, Pin, Source};
 use crate::record::{ReadOptions, Usage};
 use crate::study::Settings;
 
 /// The format that this program writes; a higher one is from a newer program.
 const VERSION: u32 = 1;
+
+/// Bytes of a file that are looked at to tell what it is.
+const HEAD: u64 = 1 << 16;
 
 /// The ending of a project's file.
 pub(crate) const EXTENSION: &str = "json";
@@ -36,13 +40,22 @@ pub(crate) struct Project {
     /// What was added to the base model in "What's missing".
     #[serde(default)]
     pub(crate) walk: Walk,
+    /// What was pinned to be compared.
+    #[serde(default)]
+    pub(crate) pins: Vec<Pin>,
 }
 
 impl Project {
     /// A project of these parts.
     pub(crate) fn new(source: Source, reading: ReadOptions, usage: BTreeMap<String, Usage>, edit: &Edit) -> Self {
         let Edit { settings, walk, .. } = edit.clone();
-        Self { sindyscope_project: VERSION, source, reading, usage, settings, walk }
+        Self { sindyscope_project: VERSION, source, reading, usage, settings, walk, pins: Vec::new() }
+    }
+
+    /// This project with pinned settings.
+    #[must_use]
+    pub(crate) fn with_pins(self, pins: Vec<Pin>) -> Self {
+        Self { pins, ..self }
     }
 
     /// Reads a project; its files' paths come out absolute.
@@ -98,9 +111,13 @@ fn relative(file: &Path, folder: &Path) -> PathBuf {
     absolute.strip_prefix(folder).map_or(absolute.clone(), Path::to_owned)
 }
 
-/// True if a file is a project by its name.
+/// True if a file is a project: by what it holds, whatever its name; by its name only if it holds something else or
+/// cannot be read, so that the reason is told.
 pub(crate) fn is_project(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(EXTENSION))
+    let named = || path.extension().is_some_and(|e| e.eq_ignore_ascii_case(EXTENSION));
+    let mut head = Vec::new();
+    let read = fs::File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
+    (read.is_ok() && crate::record::is_project(&head)) || named()
 }
 
 #[cfg(test)]
@@ -115,7 +132,8 @@ mod tests {
         let friction = Choice { effect: "coulomb_friction".into(), form: "to ground".into() };
         let walk = Walk { base: Base::Identified, accepted: vec![friction] };
         let edit = Edit { settings, walk, ..Edit::default() };
-        Project::new(Source::Files(vec![file.to_owned()]), ReadOptions::default(), usage, &edit)
+        let pin = Pin { settings: edit.settings.clone(), usage: vec![Usage::Fit] };
+        Project::new(Source::Files(vec![file.to_owned()]), ReadOptions::default(), usage, &edit).with_pins(vec![pin])
     }
 
     #[test]
@@ -127,6 +145,20 @@ mod tests {
         fs::rename(&here, &there).unwrap();
         let loaded = Project::load(&there.join("study.json")).unwrap();
         assert_eq!(loaded, project(&there.join("run.csv")));
+    }
+
+    #[test]
+    fn a_project_is_known_by_what_it_holds() {
+        let home = tempfile::tempdir().unwrap();
+        for name in ["rig70.sindy", "rig70", "rig70.csv", "rig70.json"] {
+            let path = home.path().join(name);
+            project(&home.path().join("run.csv")).save(&path).unwrap();
+            assert!(is_project(&path), "{name}");
+        }
+        let table = home.path().join("run.txt");
+        fs::write(&table, "t,x\n0,1\n").unwrap();
+        assert!(!is_project(&table));
+        assert!(is_project(&home.path().join("gone.json")) && !is_project(&home.path().join("gone.sindy")));
     }
 
     #[test]

@@ -55,6 +55,25 @@ pub struct Edit {
     pub walk: Walk,
 }
 
+/// What a pinned outcome was made with: enough to make it again.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pin {
+    /// The settings.
+    pub settings: Settings,
+    /// What each record was used for, in the order of reading.
+    #[serde(default)]
+    pub usage: Vec<Usage>,
+}
+
+/// The pins of one source.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PinsOf {
+    /// The source.
+    pub source: Source,
+    /// Its pins, in their order.
+    pub pins: Vec<Pin>,
+}
+
 /// A room of work: what the centre of the window is for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -103,6 +122,8 @@ pub struct State {
     pub project: Option<PathBuf>,
     /// Files opened lately, the newest first.
     pub recent: Vec<PathBuf>,
+    /// The pins of each source lately open, the newest first: another file's come back with it.
+    pub pins: Vec<PinsOf>,
     /// Light, dark or as the system is.
     pub theme: ThemePreference,
     /// Which record the views show.
@@ -121,6 +142,7 @@ impl Default for State {
             suggestion: None,
             project: None,
             recent: Vec::new(),
+            pins: Vec::new(),
             theme: ThemePreference::System,
             record: 0,
             room: Room::default(),
@@ -136,6 +158,20 @@ impl State {
         let kind = if let Source::Sample(sample) = source { sample.kind() } else { Kind::default() };
         let reading = ReadOptions { kind, ..ReadOptions::default() };
         Self { source, reading, theme, ..Self::default() }
+    }
+
+    /// The pins of a source.
+    pub(crate) fn pins_of(&self, source: &Source) -> &[Pin] {
+        self.pins.iter().find(|of| of.source == *source).map_or(&[], |of| &of.pins)
+    }
+
+    /// Keeps the pins of a source, at the head of the list.
+    pub(crate) fn keep_pins(&mut self, source: &Source, pins: Vec<Pin>) {
+        self.pins.retain(|of| of.source != *source);
+        if !pins.is_empty() {
+            self.pins.insert(0, PinsOf { source: source.clone(), pins });
+        }
+        self.pins.truncate(RECENT);
     }
 
     /// Puts a file at the head of the recent ones.
@@ -160,6 +196,21 @@ mod tests {
         let text = serde_json::to_string(&state).unwrap();
         let again: State = serde_json::from_str(&text).unwrap();
         assert_eq!((again.source, again.edit, again.recent.len()), (state.source, state.edit, 1));
+    }
+
+    #[test]
+    fn each_source_keeps_its_pins() {
+        let mut state = State::default();
+        let pin = |threshold| Pin { settings: Settings { threshold, ..Settings::default() }, usage: Vec::new() };
+        let file = Source::Files(vec!["a.csv".into()]);
+        state.keep_pins(&file, vec![pin(0.1), pin(0.2)]);
+        state.keep_pins(&Source::Sample(Sample::Lorenz), vec![pin(0.3)]);
+        let text = serde_json::to_string(&state).unwrap();
+        let again: State = serde_json::from_str(&text).unwrap();
+        assert_eq!(again.pins_of(&file), [pin(0.1), pin(0.2)]);
+        assert_eq!(again.pins_of(&Source::Sample(Sample::Lorenz)), [pin(0.3)]);
+        state.keep_pins(&file, Vec::new());
+        assert!(state.pins_of(&file).is_empty());
     }
 
     #[test]

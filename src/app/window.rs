@@ -18,14 +18,14 @@ use super::panel::{self, Ask, Desk, Typing};
 use super::plot::export::{Sheet, save_png};
 use super::plot::palette;
 use super::project::Project;
-use super::state::{Edit, Room, Sample, Source, State};
+use super::state::{Edit, Pin, Room, Sample, Source, State};
 use super::survey::Survey;
 use super::views::{self, Group, Picture, Request, Search, View, ViewState};
 use super::worker::Worker;
 use super::{AppError, help, overlay, status, theme, toolbar, welcome};
 use crate::format::equations;
 use crate::gap::{Diagnosis, Stage};
-use crate::record::{ReadOptions, RecordSet};
+use crate::record::{ReadOptions, Record, RecordSet, Usage};
 use crate::study::{Ensemble, Landscape, Outcome, Settings, Study, StudyError};
 use crate::term::Kind;
 
@@ -46,6 +46,15 @@ struct Answer {
 
 /// What resampling said, with the number of the outcome's question.
 type Repeated = Option<(u64, Result<Ensemble, StudyError>)>;
+
+/// Pins whose outcomes are to be made again.
+struct Pinned {
+    generation: u64,
+    pins: Vec<(RecordSet, Pin)>,
+}
+
+/// The records' generation, and each pin's outcome if it could be made.
+type Made = (u64, Vec<Option<Arc<Outcome>>>);
 
 /// A picture to be drawn and saved.
 enum PictureJob {
@@ -87,6 +96,10 @@ pub struct App {
     repeats: Worker<Question, Repeated>,
     /// The question that was repeated last.
     repeated: u64,
+    /// Makes pinned outcomes again.
+    pinning: Worker<Pinned, Option<Made>>,
+    /// Pins whose outcomes are not there: yet, or as long as the records are read for another order.
+    waiting_pins: Vec<Pin>,
     shots: (Sender<Shot>, Receiver<Shot>),
     /// The last question asked, its number, and the number of the last one answered.
     asked: Option<(u64, Edit)>,
@@ -139,6 +152,8 @@ impl App {
             survey: Survey::new(wake())?,
             repeats: repeats_worker(wake())?,
             repeated: 0,
+            pinning: pinning_worker(wake())?,
+            waiting_pins: Vec::new(),
             shots: channel(),
             asked: None,
             ticket: 0,
@@ -168,7 +183,8 @@ impl App {
     /// True while something is read, computed or drawn in the background.
     pub fn busy(&self) -> bool {
         let workers = [self.fitting.busy(), self.errands.busy(), self.pictures.busy(), self.survey.busy()];
-        let busy = workers.iter().any(Option::is_some) || self.repeats.busy().is_some();
+        let busy =
+            workers.iter().any(Option::is_some) || self.repeats.busy().is_some() || self.pinning.busy().is_some();
         busy || self.answered != self.ticket || self.missing.waiting() || self.state.views.busy()
     }
 
@@ -215,7 +231,8 @@ impl App {
     pub fn open(&mut self, paths: Vec<PathBuf>) {
         let project = paths.iter().find(|p| super::project::is_project(p)).cloned();
         let paths = project.map_or(paths, |p| vec![p]);
-        let reading = ReadOptions { kind: self.state.reading.kind, ..ReadOptions::default() };
+        // Whatever was open before says nothing of these files.
+        let reading = ReadOptions::default();
         self.begin(Opening { source: Source::Files(paths), reading, edit: None, usage: Vec::new() });
     }
 
@@ -240,6 +257,7 @@ impl App {
             }
         }
         let same = self.state.source == source;
+        let reopened = same && !self.bench.records.is_empty();
         self.bench.open(title, records, truth);
         if matches!(source, Source::Hidden(_)) && !same {
             self.state.room = Room::Missing;
@@ -247,12 +265,22 @@ impl App {
         }
         self.suggestion =
             self.state.suggestion.take().filter(|s| same && s.kind == suggestion.kind).unwrap_or(suggestion);
-        self.history = History::new(edit.clone());
+        if reopened {
+            // Another order of the same records is a step that can be taken back.
+            self.history.note(&edit);
+        } else {
+            self.history = History::new(edit.clone());
+        }
         self.edit = edit;
+        let pins = match &project {
+            Some((_, project)) => project.pins.clone(),
+            None => self.state.pins_of(&source).to_vec(),
+        };
         self.state.project = project.map(|(path, _)| path).or(self.state.project.take().filter(|_| same));
         self.state.record = if same { self.state.record.min(self.bench.records.len().saturating_sub(1)) } else { 0 };
         self.state.source = source;
         self.state.reading = reading;
+        self.bring_back(pins);
         self.state.views.fit();
         self.asked = None;
     }
@@ -282,6 +310,11 @@ impl App {
                 Ok(outcome) => self.bench.take(outcome, held, now),
                 Err(StudyError::Cancelled) => {}
                 Err(error) => self.bench.failure = Some(error.to_string()),
+            }
+        }
+        while let Some(answer) = self.pinning.answer() {
+            if let Some((generation, made)) = answer {
+                self.brought_back(generation, made);
             }
         }
         self.missing.collect();
@@ -389,15 +422,18 @@ impl App {
     }
 
     fn chosen(&mut self, ctx: &Context, chosen: Chosen) {
-        let Chosen { purpose, paths } = chosen;
+        let Chosen { purpose, paths, asked } = chosen;
         let Some(path) = paths.first().cloned() else { return };
+        let path = purpose.ending().map_or(path.clone(), |ending| with_extension(path, ending));
+        if purpose != Purpose::Open && path.exists() && asked.as_ref() != Some(&path) {
+            return self.dialogs.ask_to_replace(purpose, path);
+        }
         match purpose {
             Purpose::Open => self.open(paths),
-            Purpose::Project => self.save_project(&with_extension(path, super::project::EXTENSION)),
-            Purpose::Plot => self.draw_plot(ctx, with_extension(path, "png")),
+            Purpose::Project => self.save_project(&path),
+            Purpose::Plot => self.draw_plot(ctx, path),
             Purpose::Window => {
                 let (send, ctx2) = (self.shots.0.clone(), ctx.clone());
-                let path = with_extension(path, "png");
                 ctx.request_screenshot(move |image| {
                     // The window may be closing.
                     let _ = send.send((path, image));
@@ -407,10 +443,56 @@ impl App {
         }
     }
 
+    /// What is pinned, and what waits to be made again.
+    fn pins(&self) -> Vec<Pin> {
+        let usage = |outcome: &Outcome| {
+            let of = |record: &Arc<Record>| outcome.records.iter().find(|r| Arc::ptr_eq(&r.record, record));
+            self.bench.records.iter().map(|r| of(r).map_or(Usage::Off, |r| r.usage)).collect()
+        };
+        let pin = |outcome: &Arc<Outcome>| Pin { settings: outcome.settings.clone(), usage: usage(outcome) };
+        self.waiting_pins.iter().cloned().chain(self.bench.pins.iter().map(pin)).collect()
+    }
+
+    /// Keeps the pins for the next time that these records are open.
+    fn keep_pins(&mut self) {
+        let pins = self.pins();
+        self.state.keep_pins(&self.state.source.clone(), pins);
+    }
+
+    /// Makes the outcomes of pins again; those of another order wait until the records are read for it.
+    fn bring_back(&mut self, pins: Vec<Pin>) {
+        let kind = self.state.reading.kind;
+        let (now, later) = pins.into_iter().partition(|p: &Pin| p.settings.kind == kind);
+        self.waiting_pins = later;
+        let now: Vec<Pin> = now;
+        if !now.is_empty() {
+            self.waiting_pins.extend(now.iter().cloned());
+            let generation = self.bench.generation;
+            let of = |pin: Pin| (self.bench.set(&pin.usage), pin);
+            self.pinning.ask_instead(Pinned { generation, pins: now.into_iter().map(of).collect() });
+        }
+    }
+
+    /// Puts outcomes that were made again where they were pinned.
+    fn brought_back(&mut self, generation: u64, made: Vec<Option<Arc<Outcome>>>) {
+        if generation != self.bench.generation {
+            return;
+        }
+        let kind = self.state.reading.kind;
+        self.waiting_pins.retain(|p| p.settings.kind != kind);
+        let lost = made.iter().filter(|m| m.is_none()).count();
+        if lost > 0 {
+            self.notices.note(format!("{lost} of {} pins could not be made again from these records", made.len()));
+        }
+        let newer = std::mem::take(&mut self.bench.pins);
+        self.bench.pins = made.into_iter().flatten().chain(newer).collect();
+        self.keep_pins();
+    }
+
     fn save_project(&mut self, path: &Path) {
         let usage = self.bench.records.iter().zip(&self.edit.usage).map(|(r, u)| (r.name.clone(), *u)).collect();
         let reading = self.state.reading.clone();
-        let project = Project::new(self.state.source.clone(), reading, usage, &self.edit);
+        let project = Project::new(self.state.source.clone(), reading, usage, &self.edit).with_pins(self.pins());
         match project.save(path) {
             Ok(()) => {
                 self.state.remember(path);
@@ -434,7 +516,7 @@ impl App {
     /// Where the record shown stands among the outcome's, which lacks those that are off.
     fn record_in(&self, outcome: &Outcome) -> usize {
         let shown = self.bench.records.get(self.state.record);
-        let is_shown = |r: &Arc<crate::record::Record>| shown.is_some_and(|s| Arc::ptr_eq(s, r));
+        let is_shown = |r: &Arc<Record>| shown.is_some_and(|s| Arc::ptr_eq(s, r));
         outcome.records.iter().position(|r| is_shown(&r.record)).unwrap_or(0)
     }
 
@@ -453,6 +535,7 @@ impl App {
             Command::Close => {
                 self.errands.cancel();
                 self.bench.open(String::new(), Vec::new(), None);
+                self.waiting_pins = Vec::new();
                 self.edit = Edit::default();
                 self.history = History::new(Edit::default());
                 self.state.source = Source::Nothing;
@@ -468,12 +551,12 @@ impl App {
             Command::SaveProjectAs => self.dialogs.ask(Purpose::Project, &format!("{stem}.json"), frame, ctx),
             Command::Undo => {
                 if let Some(edit) = self.history.undo(&self.edit) {
-                    self.edit = edit;
+                    self.take_back(edit);
                 }
             }
             Command::Redo => {
                 if let Some(edit) = self.history.redo(&self.edit) {
-                    self.edit = edit;
+                    self.take_back(edit);
                 }
             }
             Command::Choose => {
@@ -515,7 +598,7 @@ impl App {
             Command::CopyLatex => (equations::latex(model), "LaTeX"),
             Command::CopyPython => (equations::python(model), "Python"),
             Command::CopyJson => (serde_json::to_string_pretty(model).unwrap_or_default(), "JSON"),
-            _ => (equations::text(model), "text"),
+            _ => (equations::text(model, Some(&outcome.units())), "text"),
         };
         ctx.copy_text(text);
         self.notices.note(format!("The equations are on the clipboard, as {form}"));
@@ -545,10 +628,22 @@ impl App {
         }
     }
 
+    /// Takes over a step of the history; one of another order needs the records read for it.
+    fn take_back(&mut self, edit: Edit) {
+        let kind = edit.settings.kind;
+        if kind == self.state.reading.kind {
+            self.edit = edit;
+            return;
+        }
+        let reading = ReadOptions { kind, ..self.state.reading.clone() };
+        self.begin(Opening { source: self.state.source.clone(), reading, edit: Some(edit), usage: Vec::new() });
+    }
+
     /// Reads the same source for equations of another order: which columns are states depends on it.
     fn read_as(&mut self, kind: Kind) {
         let reading = ReadOptions { kind, ..self.state.reading.clone() };
         let (source, usage) = (self.state.source.clone(), self.edit.usage.clone());
+        self.history.note(&self.edit);
         self.begin(Opening { source, reading, edit: None, usage });
     }
 
@@ -599,9 +694,13 @@ impl App {
                     self.run(Command::PlotPicture, &ctx, frame);
                 }
                 Some(Request::Set { window, threshold }) => self.set(window, threshold),
-                Some(Request::Pin) => self.bench.pins.push(outcome),
+                Some(Request::Pin) => {
+                    self.bench.pins.push(outcome);
+                    self.keep_pins();
+                }
                 Some(Request::Unpin(index)) => {
                     self.bench.pins.remove(index);
+                    self.keep_pins();
                 }
                 Some(Request::Return(index)) => {
                     self.history.note(&self.edit);
@@ -709,7 +808,9 @@ impl eframe::App for App {
         for ask in asks {
             self.answer(ask, &ctx, frame);
         }
-        self.history.watch(&self.edit, held, now);
+        if !opening {
+            self.history.watch(&self.edit, held, now);
+        }
         if let Some(palette) = &mut self.palette {
             match palette.show(&ctx) {
                 command_palette::Outcome::Open => {}
@@ -748,6 +849,20 @@ fn fitting_worker(wake: impl Fn() + Send + 'static) -> std::io::Result<Worker<Qu
             let result = current.run(&records, &settings, cancel).map(Arc::new);
             study = current;
             Some(Some(Answer { ticket, generation, result }))
+        },
+        || None,
+    )
+}
+
+fn pinning_worker(wake: impl Fn() + Send + 'static) -> std::io::Result<Worker<Pinned, Option<Made>>> {
+    Worker::spawn(
+        "pins",
+        wake,
+        move |Pinned { generation, pins }: Pinned, cancel, _| {
+            let mut study = Study::default();
+            let make = |(records, pin): (RecordSet, Pin)| study.run(&records, &pin.settings, cancel).ok().map(Arc::new);
+            let made = pins.into_iter().map(make).collect();
+            (!cancel.is_cancelled()).then_some(Some((generation, made)))
         },
         || None,
     )

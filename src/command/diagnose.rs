@@ -7,9 +7,11 @@ use super::options::{DataOptions, KindName, Terms, not_negative, odd};
 use super::progress::Progress;
 use super::{Output, diagnosed, json};
 use crate::gap::{self, Ask, Diagnosis, Search};
+use crate::model::Units;
 use crate::record::RecordSet;
 use crate::report;
 use crate::study::Cancel;
+use crate::term::Kind;
 
 /// Most effects that are added unless told otherwise.
 pub(super) const MAX_EFFECTS: u8 = 3;
@@ -58,7 +60,7 @@ pub(super) fn run(options: &Options) -> Output {
     let records = options.data.read().map_err(Failure::from)?;
     let base = options.terms.as_ref();
     let diagnosis = search(&records, base, &options.lock, options.max_effects)?;
-    if let Some(json) = json::write(options.json.as_deref(), &diagnosed::result(&diagnosis))? {
+    if let Some(json) = json::write(options.json.as_deref(), &diagnosed::result(&diagnosis, &records))? {
         return Ok(json);
     }
     let mut text = report::walk(&diagnosis, &records);
@@ -110,6 +112,11 @@ pub(super) fn search(
     if terms.len() > search.base_terms().len() {
         ask.base = Some(terms);
         search = Search::new(records, &ask)?;
+    }
+    if let Some((record, _)) = records.entries.first() {
+        let layout = record.layout(Kind::SecondOrder);
+        let units = Units::of(record, &layout);
+        search.base_terms().iter().try_for_each(|t| units.check(t, &layout)).map_err(Failure::new)?;
     }
     let progress = Progress::new();
     let tell = |progressed: gap::Progress| {

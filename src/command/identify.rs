@@ -33,8 +33,9 @@ pub(super) fn run(options: &Options) -> Output {
         return Ok(json);
     }
     let model = &analysis.outcome.model;
+    let units = analysis.outcome.units();
     let text = match options.format {
-        Some(Form::Text) => equations::text(model),
+        Some(Form::Text) => equations::text(model, Some(&units)),
         Some(Form::Latex) => equations::latex(model),
         Some(Form::Python) => equations::python(model),
         None => {
@@ -46,7 +47,7 @@ pub(super) fn run(options: &Options) -> Output {
                 command: None,
                 diagnosis: None,
             };
-            format!("{}\n{}", equations::text(model), report.summary())
+            format!("{}\n{}", equations::text(model, Some(&units)), report.summary())
         }
     };
     Ok(text.into_bytes())

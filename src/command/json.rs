@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::analysis::Analysis;
 use super::failure::Failure;
 use crate::format::equations::is_kinematic;
-use crate::model::Model;
+use crate::model::{Model, Units};
 use crate::record::Usage;
 use crate::study::{EquationFit, Form, Kinematics, Lock, Outcome, Scaling, Score, Settings, Severity};
 use crate::term::{Kind, Layout, Term};
@@ -35,7 +35,7 @@ pub(super) fn identified(analysis: &Analysis) -> Value {
         "version": VERSION,
         "status": if outcome.diverged() { "diverged" } else { "ok" },
         "settings": settings(&outcome.settings, &outcome.model.layout),
-        "equations": equations(&outcome.model),
+        "equations": equations(&outcome.model, &outcome.units()),
         "train": score(outcome.train),
         "test": score(outcome.test),
         "noise_floor": outcome.noise_floor,
@@ -129,16 +129,16 @@ fn settings(settings: &Settings, layout: &Layout) -> Value {
 }
 
 /// The equations; a coefficient that was given and not fitted has no error: 0.
-pub(super) fn equations(model: &Model) -> Vec<Value> {
-    each_equation(model, &json!(0.0))
+pub(super) fn equations(model: &Model, units: &Units) -> Vec<Value> {
+    each_equation(model, units, &json!(0.0))
 }
 
 /// The equations of a model whose every coefficient but those of `dx/dt = v` was fitted: without an error, none is known.
-pub(super) fn fitted_equations(model: &Model) -> Vec<Value> {
-    each_equation(model, &Value::Null)
+pub(super) fn fitted_equations(model: &Model, units: &Units) -> Vec<Value> {
+    each_equation(model, units, &Value::Null)
 }
 
-fn each_equation(model: &Model, without_error: &Value) -> Vec<Value> {
+fn each_equation(model: &Model, units: &Units, without_error: &Value) -> Vec<Value> {
     model
         .iter()
         .map(|(state, equation)| {
@@ -150,6 +150,7 @@ fn each_equation(model: &Model, without_error: &Value) -> Vec<Value> {
                     json!({
                         "term": t.term.text(&model.layout),
                         "coefficient": t.coefficient,
+                        "unit": units.coefficient(state, &t.term),
                         "std_error": match t.std_error {
                             Some(error) => json!(error),
                             None if known => json!(0.0),

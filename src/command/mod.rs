@@ -7,6 +7,7 @@ mod failure;
 mod generate;
 mod hidden;
 mod identify;
+mod inspect;
 mod json;
 mod options;
 mod progress;
@@ -42,6 +43,8 @@ enum Command {
     Diagnose(diagnose::Options),
     /// The study as a document: figures, equations, tables
     Report(report::Options),
+    /// What files hold: records, channels with name, unit and role, rate and length; what was mended, what is wrong
+    Inspect(inspect::Options),
     /// Make a record of the virtual test rig, whose equation of motion is known
     Generate(generate::Options),
 }
@@ -64,6 +67,7 @@ fn run(arguments: impl IntoIterator<Item = OsString>, out: &mut impl Write, err:
             Some(Command::Identify(options)) => identify::run(&options),
             Some(Command::Diagnose(options)) => diagnose::run(&options),
             Some(Command::Report(options)) => report::run(&options),
+            Some(Command::Inspect(options)) => inspect::run(&options),
             Some(Command::Generate(options)) => generate::run(&options),
         },
     };

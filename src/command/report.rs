@@ -58,7 +58,7 @@ pub(super) fn run(options: &Options) -> Output {
     report.write(&options.out).map_err(Failure::from)?;
     let mut result = json::identified(&analysis);
     if let Some(diagnosis) = &diagnosis {
-        result["diagnosis"] = diagnosed::result(diagnosis);
+        result["diagnosis"] = diagnosed::result(diagnosis, &analysis.records);
     }
     let json = json::write(options.study.json.as_deref(), &result)?;
     Ok(json.unwrap_or_else(|| format!("wrote {}\n", options.out.display()).into_bytes()))

@@ -4,6 +4,7 @@ use super::failure::Failure;
 
 /// What works without a window.
 const COMMANDS: &str = "the commands, which need no display: `sindyscope identify DATA`, `sindyscope diagnose DATA`, `sindyscope report DATA --out FILE`, \
+                        `sindyscope inspect FILE`, \
                         `sindyscope generate list`; `sindyscope --help` describes them";
 
 /// Opens the window with files in it.

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::number::{align_at_point, format_measured};
-use crate::model::{Equation, Model, WeightedTerm, kinematic};
+use crate::model::{Equation, Model, Units, WeightedTerm, kinematic};
 use crate::term::{Expression, Kind, Symbol, latex_number};
 
 /// True if this is the known `dx/dt = v` of a second-order model, and so says nothing that was identified.
@@ -18,9 +18,9 @@ pub fn by_share(equation: &Equation) -> Vec<&WeightedTerm> {
     terms
 }
 
-/// One line a term: coefficient ± standard error, decimal points below each other, then the term as it is typed, then its
-/// share of the rate.
-pub fn text(model: &Model) -> String {
+/// One line a term: coefficient ± standard error, decimal points below each other, then the term as it is typed, its share
+/// of the rate, and the coefficient's unit where it is known and the coefficient no plain number.
+pub fn text(model: &Model, units: Option<&Units>) -> String {
     let mut out = String::new();
     for (state, equation) in model.iter() {
         let name = model.layout.name(state);
@@ -42,6 +42,9 @@ pub fn text(model: &Model) -> String {
             let _ = write!(out, "  {number}  {text:<width$}");
             if term.share > 0.0 {
                 let _ = write!(out, "  {:5.1} %", 100.0 * term.share);
+            }
+            if let Some(unit) = units.and_then(|u| u.coefficient(state, &term.term)).filter(|u| u != "1") {
+                let _ = write!(out, "  {unit}");
             }
             let end = out.trim_end_matches(' ').len();
             out.truncate(end);
@@ -209,7 +212,7 @@ dv/dt =
     -0.0851 ± 0.0009  sgn(v)   10.0 %
     -0.07   ± 0.01    v         0.4 %
 ";
-        assert_eq!(text(&friction()), expected);
+        assert_eq!(text(&friction(), None), expected);
     }
 
     #[test]

@@ -88,14 +88,19 @@ pub fn raised(text: &str) -> String {
     out + rest
 }
 
-/// The unit of a rate: `mm` becomes `mm/s`, `m/s` becomes `m/s²`.
+/// The unit of a rate: `mm` becomes `mm/s`, `m/s^2` becomes `m/s³`.
 pub fn per_second(unit: &str) -> String {
-    match unit.trim() {
-        "" => String::new(),
-        u => match u.strip_suffix("/s") {
-            Some(head) => format!("{head}/s²"),
-            None => format!("{u}/s"),
-        },
+    let unit = raised(unit.trim());
+    let (head, power) = match unit.rsplit_once("/s") {
+        Some((head, "")) => (head, 1),
+        Some((head, "²")) => (head, 2),
+        Some((head, "³")) => (head, 3),
+        _ => (unit.as_str(), 0),
+    };
+    match (head, power) {
+        ("", _) => String::new(),
+        (head, 0) => format!("{head}/s"),
+        (head, power) => format!("{head}/s{}", superscript(power + 1)),
     }
 }
 
@@ -180,6 +185,9 @@ mod tests {
         assert_eq!(format_si(2.34e-8, "", 2), "23×10⁻⁹");
         assert_eq!(per_second("mm"), "mm/s");
         assert_eq!(per_second("mm/s"), "mm/s²");
+        assert_eq!(per_second("m/s^2"), "m/s³");
+        assert_eq!(per_second("mm/s²"), "mm/s³");
+        assert_eq!(per_second("N"), "N/s");
         assert_eq!(per_second(""), "");
     }
 }

@@ -120,7 +120,7 @@ impl Data {
         let (mut squares, mut count) = (0.0, 0.0);
         for s in &series[..fitted] {
             let n = s.measured.len() as f64;
-            squares += n * noise(&s.measured, s.interval).powi(2);
+            squares += n * standard_deviation(&s.measured).unwrap_or(0.0).powi(2);
             count += n;
         }
         let loudest = series[..fitted].iter().max_by(|a, b| rms(&a.measured).total_cmp(&rms(&b.measured)));
@@ -375,20 +375,4 @@ pub(super) fn step(values: Vec<f64>) -> Option<f64> {
         (steps - steps.round()).abs() < 1e-3 * steps.max(1.0)
     };
     levels.iter().all(whole).then_some(step)
-}
-
-/// Standard deviation of the noise in a channel: by differences, or by the floor at the upper end of the spectrum where
-/// the motion is sampled too coarsely for those; the smaller is the one with less motion in it.
-fn noise(values: &[f64], interval: f64) -> f64 {
-    let differences = standard_deviation(values).unwrap_or(0.0);
-    let floor = Spectrum::new(values, interval).map_or(f64::INFINITY, |spectrum| {
-        let lines = spectrum.amplitudes.len();
-        let mut top: Vec<f64> = spectrum.amplitudes[lines - lines / 8..].iter().map(|a| a * a).collect();
-        top.sort_unstable_by(f64::total_cmp);
-        let median = top.get(top.len() / 2).copied().unwrap_or(0.0);
-        // White noise of variance s² has lines of mean square 4 s² Σw²/(Σw)² = 6 s²/n under a Hann window, exponentially
-        // distributed: the median is ln 2 of the mean.
-        (median / std::f64::consts::LN_2 * values.len() as f64 / 6.0).sqrt()
-    });
-    differences.min(floor)
 }

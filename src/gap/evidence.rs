@@ -19,7 +19,7 @@ use crate::study::Cancel;
 use crate::term::Term;
 
 /// Level of the search: the probability of calling a gap where there is none.
-pub(super) const LEVEL: f64 = 1e-4;
+pub const LEVEL: f64 = 1e-4;
 /// The same where the sensor's steps are what is left: they are no chance, and repeat with the motion.
 const LEVEL_OF_STEPS: f64 = 1e-11;
 
@@ -100,7 +100,7 @@ impl Data {
             );
             // Neighbours on a fine grid ask the same thing: two points of it are one question.
             let asked = 1.0 + form.grid().len() as f64 / 2.0;
-            questions.push((format!("Is there a force as of {}?", form.full_title()), columns, asked));
+            questions.push((format!("Has the shape of {}", form.full_title()), columns, asked));
         }
         let mut all = Basis::default();
         for column in tangent
@@ -198,7 +198,7 @@ impl Data {
         state.push(pointwise(&|_, v| crate::term::sign(v)));
         state.push(pointwise(&|x, _| x.abs()));
         state.push(pointwise(&|x, v| x.abs() * crate::term::sign(v)));
-        let mut groups = vec![("Does what is left depend on displacement and velocity?".to_owned(), state)];
+        let mut groups = vec![("Depends on displacement and velocity".to_owned(), state)];
         let lag = |quarters: usize, f: &dyn Fn(f64, f64) -> f64| {
             each(&|_, s, p| {
                 let back = (quarters as f64 * 0.25 / (self.frequency * s.interval)).round() as usize;
@@ -211,7 +211,7 @@ impl Data {
             memory.push(lag(quarters, &|x, _| x.powi(3)));
             memory.push(lag(quarters, &|_, v| crate::term::sign(v)));
         }
-        groups.push(("Does it remember the motion of up to a period ago?".to_owned(), memory));
+        groups.push(("Remembers the motion of up to a period ago".to_owned(), memory));
         let over = |f: &dyn Fn(f64, f64, f64) -> f64| {
             each(&|_, s, p| {
                 let n = s.len() as f64;
@@ -226,7 +226,7 @@ impl Data {
             over(&|t, _, _| t),
             over(&|_, _, _| 1.0),
         ];
-        groups.push(("Does it change in the course of a record?".to_owned(), time));
+        groups.push(("Changes in the course of a record".to_owned(), time));
         if self.layout.inputs > 0 {
             let largest = |pick: fn(&Series) -> &Vec<Vec<f64>>| {
                 self.fit().iter().map(|s| rms(&pick(s)[0])).fold(f64::MIN_POSITIVE, f64::max) * 2.0
@@ -243,7 +243,7 @@ impl Data {
                 input(&|u, _| u.powi(5)),
                 input(&|_, du| crate::term::sign(du)),
             ];
-            groups.push(("Does it depend on the input?".to_owned(), input));
+            groups.push(("Depends on the input".to_owned(), input));
         }
         groups
     }

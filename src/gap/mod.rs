@@ -33,6 +33,7 @@ mod weak;
 mod words;
 
 pub use error::GapError;
+pub use evidence::LEVEL;
 pub use outcome::{
     Added, Blind, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Gap, Map, MissingForce, Parameter, Place,
     Profile, Remaining, Round, Stage, Standing, Test, Trace, Verdict,

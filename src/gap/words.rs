@@ -19,8 +19,8 @@ pub(super) fn remaining(evidence: &Evidence, hidden_up_to: &[(String, f64)]) -> 
     let list: Vec<String> =
         sizes.iter().map(|(title, s)| format!("{} {} %", within(title), significant(100.0 * s, 2))).collect();
     if !list.is_empty() {
-        note.push_str("The smallest that could not have hidden, as a share of the spring force: ");
-        note.push_str(&list.join("; "));
+        note.push_str("Detection limits (share of the spring force): ");
+        note.push_str(&list.join(", "));
         note.push('.');
     }
     Remaining { significant: evidence.significant, p_value: evidence.p_value, note }

@@ -1,8 +1,10 @@
 //! Identified or known equations of motion: terms with coefficients for each state.
 
 mod physical;
+mod units;
 
 pub use physical::{Mass, Physical, physical};
+pub use units::Units;
 
 use serde::{Deserialize, Serialize};
 

@@ -1,6 +1,7 @@
 //! From a file's columns to records: trajectories, units, the even grid, and what is refused.
 
 use super::ReadOptions;
+use super::common;
 use super::error::{ReadError, list};
 use super::heading::label;
 use super::sampling::{self, Irregular, LEAST_SAMPLES, Sampling};
@@ -100,23 +101,15 @@ fn time_unit(file: &str, table: &Table, notices: &mut Vec<String>) -> Result<Sec
     Ok(if known.factor < 1.0 { Seconds(1.0, (1.0 / known.factor).round()) } else { Seconds(known.factor, 1.0) })
 }
 
-/// Brings every length, and what is a length per time, to the unit of the first displacement; gives each channel's unit.
+/// Brings every channel that measures the first displacement's quantity, or that per time, to its unit; gives each
+/// channel's unit.
 fn convert(table: &mut Table, notices: &mut Vec<String>) -> Vec<String> {
     let Table { headings, selection, channels, .. } = table;
     let unit_of = |column: usize| headings[column].unit.clone();
     let mut units: Vec<String> = selection.channels.iter().map(|(_, column)| unit_of(*column)).collect();
     let Some(reference) = units.first().cloned() else { return units };
-    let Some(size) = units::parse(&reference).filter(Unit::is_length).map(|u| u.factor) else { return units };
     for (((role, column), unit), values) in selection.channels.iter().zip(&mut units).zip(channels) {
-        let Some(known) = units::parse(unit).filter(|u| u.length == 1 && !u.other && (-2..=0).contains(&u.time)) else {
-            continue;
-        };
-        let target = match known.time {
-            0 => reference.clone(),
-            -1 => format!("{reference}/s"),
-            _ => format!("{reference}/s^2"),
-        };
-        let factor = known.factor / size;
+        let Some((target, factor)) = common::derived(&reference, unit) else { continue };
         // Two spellings of one unit differ by the rounding of their factors at most.
         if (factor - 1.0).abs() < 1e-12 {
             continue;
@@ -320,6 +313,11 @@ impl Trajectory<'_> {
                 sampling::significant(self.second.of(step), 3),
                 sampling::significant(interval, 7)
             ));
+        }
+        if sampling.bridged > 0 {
+            let count = sampling.bridged;
+            let (steps, were) = if count == 1 { ("step", "was") } else { ("steps", "were") };
+            notices.push(format!("{prefix}{count} {steps} of two or three intervals {were} interpolated over"));
         }
         if sampling.stretches.iter().any(|s| s.resample.is_some()) {
             notices.push(format!(

@@ -386,7 +386,7 @@ fn without_names(
 }
 
 fn read_rows(file: &str, bytes: &[u8], header: Header, choose: &Choose<'_>) -> Result<Table, ReadError> {
-    let Header { separator, headings, line: header_line, end, notices } = header;
+    let Header { separator, headings, line: header_line, end, mut notices } = header;
     let selection = choose(&headings)?;
     let expected = headings.len();
     let mut rows = Rows::new(bytes, end, separator);
@@ -395,11 +395,27 @@ fn read_rows(file: &str, bytes: &[u8], header: Header, choose: &Choose<'_>) -> R
     let mut channels: Vec<Vec<f64>> = vec![Vec::new(); selection.channels.len()];
     let mut labels = Labels::default();
     let mut lines = Vec::new();
+    let mut gaps = Gaps::default();
+    let wanted: Vec<usize> = selection
+        .time
+        .into_iter()
+        .chain(selection.channels.iter().map(|(_, c)| *c))
+        .chain(selection.trajectory)
+        .collect();
+    let needed = wanted.iter().max().map_or(0, |c| c + 1);
     while rows.advance() {
         let cells = rows.len();
         let surplus = (expected..cells).any(|c| !rows.cell(c).is_empty());
-        if cells < expected || surplus {
+        if cells < needed || surplus {
             return Err(ReadError::RowLength { file: file.to_owned(), line: rows.line, cells, expected });
+        }
+        if let Some(column) = wanted.iter().find(|c| is_missing(rows.cell(**c))) {
+            gaps.note(columns.place(&rows, *column), !lines.is_empty());
+            continue;
+        }
+        // Without time stamps nothing would tell that rows between two others are missing.
+        if selection.time.is_none() && gaps.inside {
+            return Err(gaps.error());
         }
         if let Some(column) = selection.time {
             stamps.push(columns.number(&rows, column)?);
@@ -416,11 +432,60 @@ fn read_rows(file: &str, bytes: &[u8], header: Header, choose: &Choose<'_>) -> R
         }
         lines.push(u32::try_from(rows.line).unwrap_or(u32::MAX));
     }
+    if lines.is_empty() && gaps.count > 0 {
+        return Err(gaps.error());
+    }
+    notices.extend(gaps.notice());
     if lines.is_empty() {
         return Err(ReadError::HeaderOnly { file: file.to_owned(), line: header_line });
     }
     let Labels { of_rows: trajectories, names: labels, .. } = labels;
     Ok(Table { headings, selection, stamps, channels, trajectories, labels, lines, notices })
+}
+
+/// True for a cell that says that there is no value.
+fn is_missing(cell: &[u8]) -> bool {
+    // Most cells are numbers: those are told by their first byte.
+    if cell.first().is_some_and(u8::is_ascii_digit) {
+        return false;
+    }
+    let text = text_of(cell);
+    let bare = text.trim_matches('"').trim().to_lowercase();
+    matches!(bare.as_str(), "" | "na" | "n/a" | "#n/a" | "nan" | "null" | "none" | "-" | "--")
+}
+
+/// Rows that lack a value that is needed.
+#[derive(Default)]
+struct Gaps {
+    count: usize,
+    /// File, line and column of the first.
+    first: (String, usize, String),
+    /// True if one stands below a row that is whole.
+    inside: bool,
+}
+
+impl Gaps {
+    fn note(&mut self, place: (String, usize, String), inside: bool) {
+        if self.count == 0 {
+            self.first = place;
+        }
+        self.count += 1;
+        self.inside |= inside;
+    }
+
+    fn error(&self) -> ReadError {
+        let (file, line, column) = self.first.clone();
+        ReadError::MissingCell { file, line, column }
+    }
+
+    fn notice(&self) -> Option<String> {
+        let (_, line, column) = &self.first;
+        match self.count {
+            0 => None,
+            1 => Some(format!("line {line} has no value of `{column}` and was left out")),
+            n => Some(format!("{n} rows without a value, the first of `{column}` in line {line}, were left out")),
+        }
+    }
 }
 
 /// Turns cells into numbers, and remembers how decimals are written.
@@ -464,10 +529,6 @@ impl<'a> Columns<'a> {
     fn refuse(&self, rows: &Rows<'_>, column: usize) -> ReadError {
         let bytes = rows.cell(column);
         let text = text_of(bytes);
-        let bare = text.trim_matches('"').trim().to_lowercase();
-        if matches!(bare.as_str(), "" | "na" | "n/a" | "#n/a" | "null" | "none" | "-" | "--") {
-            return self.missing(rows, column);
-        }
         let mut cell: String = text.chars().take(40).collect();
         if cell.len() < text.len() {
             cell.push('…');

@@ -19,6 +19,12 @@ pub enum ReadError {
         /// The file's name.
         file: String,
     },
+    /// A project that the window saved.
+    #[error("{file}: this is a saved project, not a measurement")]
+    IsProject {
+        /// The file's name.
+        file: String,
+    },
     /// Nothing but blank and comment lines.
     #[error("{file}: the file is empty")]
     Empty {
@@ -261,6 +267,24 @@ pub enum ReadError {
         /// Samples in the longest stretch without a gap.
         samples: usize,
     },
+    /// Two files of a set measure different things.
+    #[error(
+        "{file}: the {quantity} `{column}` is in {unit}, in {other} it is in {other_unit}: these cannot be one quantity"
+    )]
+    UnitsDiffer {
+        /// The file's name.
+        file: String,
+        /// What it is, in words: `displacement`.
+        quantity: &'static str,
+        /// The channel's name.
+        column: String,
+        /// Its unit.
+        unit: Box<str>,
+        /// The file that comes before.
+        other: Box<str>,
+        /// The unit there.
+        other_unit: Box<str>,
+    },
     /// A displacement that does not move.
     #[error("{file}, column `{column}`: the displacement is constant ({value}{})", of_record(.record))]
     ConstantDisplacement {
@@ -280,6 +304,9 @@ impl ReadError {
     pub fn advice(&self) -> String {
         match self {
             Self::Open { .. } => "check the path, and that the file may be read".into(),
+            Self::IsProject { file } => {
+                format!("open it in the window with `sindyscope {file}`; commands take the measurements that it names")
+            }
             Self::NotText { .. } => {
                 "export the measurement as CSV text: a header such as `t,x,u`, then one row a sample".into()
             }
@@ -340,11 +367,14 @@ impl ReadError {
                 "if another run begins there, tell runs apart by a column `record`, or by one file each".into()
             }
             Self::UnevenTime { .. } => {
-                "resample the measurement to even steps (up to 1 % is done here), or, if only the time stamps are bad, give the sampling rate: `--rate HZ`".into()
+                "resample the measurement to even steps (done here where at most one step in ten is half as long again as usual), or, if only the time stamps are bad, give the sampling rate: `--rate HZ`".into()
             }
             Self::TooFewSamples { records: 1, .. } => "use a longer measurement, or a higher sampling rate".into(),
             Self::TooFewSamples { .. } => {
                 "check the column that tells the records apart, or join runs that belong together".into()
+            }
+            Self::UnitsDiffer { .. } => {
+                "open the files one by one, or correct the unit in the header; units of one quantity (m and mm) are converted".into()
             }
             Self::ConstantDisplacement { .. } => {
                 "check the sensor and which column is the displacement: `--columns x=NAME`".into()

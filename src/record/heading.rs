@@ -201,9 +201,9 @@ fn doubt(quantity: Quantity, word: &str, rest: &[&str], unit: &str) -> Option<St
     let fits = match quantity {
         Quantity::Time => known.is_some_and(|u| u.is_time()),
         Quantity::Velocity => known.is_some_and(|u| u.is_rate()),
-        Quantity::Acceleration => known.is_some_and(|u| u.is_acceleration()) || matches!(unit, "g" | "mg"),
+        Quantity::Acceleration => known.is_some_and(|u| u.is_acceleration()),
         // A frequency is no force, whatever the letter.
-        Quantity::Input => !(word.eq_ignore_ascii_case("f") && known.is_some_and(|u| u.time == -1 && u.length == 0)),
+        Quantity::Input => !(word.eq_ignore_ascii_case("f") && known.is_some_and(|u| u.is_frequency())),
         Quantity::Displacement | Quantity::Trajectory => true,
     };
     if !unit.is_empty() && !fits {

@@ -6,6 +6,7 @@
 
 mod assemble;
 mod columns;
+mod common;
 mod delimited;
 mod error;
 mod heading;
@@ -27,6 +28,7 @@ pub use error::ReadError;
 pub use table::Format;
 pub use types::{Channel, Record, RecordSet, Role, Usage};
 pub use units::metres;
+pub(crate) use units::{BASES as UNIT_BASES, factors as unit_factors, parse as parse_unit};
 pub use write::write_csv;
 
 use crate::term::Kind;
@@ -63,7 +65,7 @@ pub fn read_files<P: AsRef<Path> + Sync>(paths: &[P], options: &ReadOptions) -> 
     read_set(paths, &[] as &[P], options).map(out_of)
 }
 
-/// Reads files to fit and files to hold out as one set, whose names are unique.
+/// Reads files to fit and files to hold out as one set, whose names are unique and each of whose quantities has one unit.
 ///
 /// An input that is constant in all of them is left out; one that is at rest in some records only stays in all.
 ///
@@ -85,8 +87,10 @@ pub fn read_set<P: AsRef<Path> + Sync>(
             usages.push(usage);
         }
     }
+    let file = |r: &Record| r.source.as_deref().map_or(String::new(), file_name);
+    common::unify(&mut records, &file)?;
     if !options.keep_constant_inputs {
-        assemble::drop_constant_inputs(&mut records, &|r| r.source.as_deref().map_or(String::new(), file_name));
+        assemble::drop_constant_inputs(&mut records, &file);
     }
     let mut set = RecordSet::default();
     set.add(records, Usage::Fit);
@@ -126,7 +130,16 @@ fn read_file(path: &Path, options: &ReadOptions) -> Result<Vec<Record>, ReadErro
     Ok(records)
 }
 
+/// True if a file's first bytes are those of a saved project of the window.
+pub(crate) fn is_project(head: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(head);
+    text.trim_start_matches('\u{feff}').trim_start().starts_with('{') && text.contains("\"sindyscope_project\"")
+}
+
 fn read_bytes(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Vec<Record>, ReadError> {
+    if is_project(&bytes[..bytes.len().min(1 << 16)]) {
+        return Err(ReadError::IsProject { file: file_name(path) });
+    }
     if let Some(rate) = options.rate.filter(|r| !(r.is_normal() && *r > 0.0)) {
         return Err(ReadError::BadRate { rate });
     }

@@ -6,7 +6,7 @@ use super::math::{self, EquationRows, Math};
 use super::walk;
 use crate::format::equations::{by_share, is_kinematic};
 use crate::format::number::{align_at_point, format_measured, significant, significant_trimmed};
-use crate::format::units::{Scale, format_si};
+use crate::format::units::{Scale, format_si, raised};
 use crate::record::{Role, Usage};
 use crate::study::{Differentiation, Form, Kinematics, Lock, Outcome, Scaling, Score, Severity};
 use crate::term::{Kind, Symbol};
@@ -168,6 +168,7 @@ pub(super) fn percent(value: f64) -> String {
 
 fn coefficients(outcome: &Outcome) -> Vec<Block> {
     let model = &outcome.model;
+    let units = outcome.units();
     let mut blocks = Vec::new();
     let identified: Vec<_> = model.iter().filter(|(s, e)| !is_kinematic(model, *s, e)).collect();
     for (state, equation) in &identified {
@@ -181,6 +182,12 @@ fn coefficients(outcome: &Outcome) -> Vec<Block> {
                     Cell::Formula(math::term(&term.term, &model.layout, false)),
                     Cell::Text(term.term.text(&model.layout)),
                     Cell::Number(number),
+                    Cell::Text(
+                        units
+                            .coefficient(*state, &term.term)
+                            .filter(|u| u != "1")
+                            .map_or_else(String::new, |u| raised(&u)),
+                    ),
                     Cell::Share(term.share),
                 ]
             })
@@ -189,7 +196,7 @@ fn coefficients(outcome: &Outcome) -> Vec<Block> {
             blocks.push(Block::Paragraph(format!("Terms of d{}/dt:", model.layout.name(*state))));
         }
         blocks.push(Block::Table(Table {
-            head: vec!["term", "as typed", "coefficient ± std. error", "share of the rate"],
+            head: vec!["term", "as typed", "coefficient ± std. error", "unit", "share of the rate"],
             rows,
         }));
         blocks.extend(fit_sentence(outcome, *state).map(Block::Paragraph));

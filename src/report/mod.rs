@@ -20,6 +20,7 @@ use std::ffi::OsStr;
 use std::path::Path;
 
 use crate::gap::Diagnosis;
+use crate::model::{Model, Units};
 use crate::record::{RecordSet, Role};
 use crate::study::Outcome;
 
@@ -42,7 +43,9 @@ pub struct Report<'a> {
 
 /// A search for missing effects in plain text, for a terminal.
 pub fn walk(diagnosis: &Diagnosis, records: &RecordSet) -> String {
-    walk::text(diagnosis, displacement_unit(records))
+    let units =
+        |model: &Model| records.entries.first().map_or_else(Units::default, |(r, _)| Units::of(r, &model.layout));
+    walk::text(diagnosis, displacement_unit(records), &units)
 }
 
 /// The unit of the first displacement; gaps are in it.

@@ -8,8 +8,9 @@ use super::figures::Room;
 use super::math;
 use super::walk_figures as figures;
 use crate::format::equations;
-use crate::format::number::{align_at_point, format_measured, significant, significant_trimmed};
-use crate::gap::{Candidate, Diagnosis, Finding, Gap, Parameter, Round, Stage, Standing, Step};
+use crate::format::number::{align_at_point, format_measured, significant, significant_trimmed, superscript};
+use crate::gap::{Candidate, Diagnosis, Finding, Gap, LEVEL, Parameter, Round, Stage, Standing, Step};
+use crate::model::{Model, Units};
 use crate::study::Severity;
 
 /// The section of a report.
@@ -45,12 +46,12 @@ pub(super) fn blocks(diagnosis: &Diagnosis, unit: &str, room: &Room) -> Vec<Bloc
 }
 
 /// What a terminal says.
-pub(super) fn text(diagnosis: &Diagnosis, unit: &str) -> String {
+pub(super) fn text(diagnosis: &Diagnosis, unit: &str, units: &dyn Fn(&Model) -> Units) -> String {
     const INDENT: usize = 15;
     let mut out = String::new();
     let (Some(base), Some(last)) = (diagnosis.stages.first(), diagnosis.stages.last()) else { return out };
     let tested = tested(diagnosis);
-    let _ = write!(out, "Base model\n{}", equations::text(&base.model));
+    let _ = write!(out, "Base model\n{}", equations::text(&base.model, Some(&units(&base.model))));
     let _ = writeln!(out, "gap: {}", gap_words(&base.gap, unit, tested));
     let noise = format_si(diagnosis.noise_floor, unit, 2);
     let _ = writeln!(out, "noise floor {noise} (standard deviation, estimated)");
@@ -83,7 +84,7 @@ pub(super) fn text(diagnosis: &Diagnosis, unit: &str) -> String {
         line("next", step.round.next_experiment.as_deref().unwrap_or_default());
     }
     if !steps.is_empty() {
-        let _ = write!(out, "\nWith what was added\n{}", equations::text(&last.model));
+        let _ = write!(out, "\nWith what was added\n{}", equations::text(&last.model, Some(&units(&last.model))));
         let _ = writeln!(out, "gap: {}", gap_words(&last.gap, unit, tested));
     }
     let mut say = |text: &str| {
@@ -190,7 +191,7 @@ fn round_blocks(round: &Round, step: Option<&Step<'_>>, unit: &str, tested: &'st
             round.place.words()
         )));
     } else {
-        blocks.push(Block::Paragraph(format!("What is left is noise ({}).", p_words(round.evidence.p_value))));
+        blocks.push(Block::Paragraph(format!("What is left is noise ({}).", no_gap(round.evidence.p_value))));
     }
     if let Some(step) = step {
         blocks.push(Block::Paragraph(format!(
@@ -216,6 +217,14 @@ fn round_blocks(round: &Round, step: Option<&Step<'_>>, unit: &str, tested: &'st
         blocks.extend(candidates(round, unit, tested));
     }
     blocks
+}
+
+/// Why there is no gap, with the level that it was held against.
+fn no_gap(p: f64) -> String {
+    if p < LEVEL {
+        return p_words(p);
+    }
+    format!("{}; a gap counts below 10{}", p_words(p), superscript(LEVEL.log10().round() as i32))
 }
 
 fn p_words(p: f64) -> String {
@@ -276,7 +285,8 @@ fn candidates(round: &Round, unit: &str, tested: &'static str) -> Vec<Block> {
 fn remaining(diagnosis: &Diagnosis) -> String {
     let remaining = &diagnosis.remaining;
     let left = if remaining.significant { "Remaining gap" } else { "What is left is noise" };
-    format!("{left} ({}). {}", p_words(remaining.p_value), remaining.note).trim_end().to_owned()
+    let p = if remaining.significant { p_words(remaining.p_value) } else { no_gap(remaining.p_value) };
+    format!("{left} ({p}). {}", remaining.note).trim_end().to_owned()
 }
 
 fn superseded(diagnosis: &Diagnosis) -> Option<String> {

@@ -38,8 +38,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use crate::model::Model;
-use crate::record::{Record, RecordSet, Role, Usage};
+use crate::model::{Model, Units};
+use crate::record::{Record, RecordSet, Role, Usage, metres};
 use crate::signal::{Facts, Signals};
 use crate::simulate::Simulator;
 use crate::term::{Kind, Layout, Term};
@@ -328,6 +328,10 @@ fn check(records: &RecordSet, settings: &Settings) -> Result<Layout, StudyError>
             layout.name(symbol)
         )));
     }
+    if let Some(record) = used.first() {
+        let units = Units::of(record, &layout);
+        terms.iter().try_for_each(|t| units.check(t, &layout)).map_err(StudyError::Setting)?;
+    }
     let Smoothing { method, order, .. } = settings.smoothing;
     if let Some(window) = settings.smoothing.given() {
         if window % 2 == 0 || window < 3 {
@@ -378,6 +382,10 @@ fn milliseconds(since: Instant) -> f64 {
     1e3 * since.elapsed().as_secs_f64()
 }
 
+fn is_length(unit: &str) -> bool {
+    !unit.is_empty() && metres(unit).is_some()
+}
+
 /// True if the layout's inputs move the base: a length or an angle in the displacement's unit, or a name that says so.
 ///
 /// Two voltages are an instrument's input and output: the input stands for a force.
@@ -386,7 +394,7 @@ pub fn base_excited(record: &Record, kind: Kind) -> bool {
     let input = record.channel(Role::Input(0));
     match (kind, displacement, input) {
         (Kind::SecondOrder, Some(x), Some(u)) => {
-            u.name.to_lowercase().contains("base") || (matches!(u.unit.as_str(), "m" | "rad") && u.unit == x.unit)
+            u.name.to_lowercase().contains("base") || (u.unit == x.unit && (u.unit == "rad" || is_length(&u.unit)))
         }
         _ => false,
     }

@@ -3,7 +3,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::{Refinement, Settings};
-use crate::model::{Mass, Model, Physical, physical};
+use crate::model::{Mass, Model, Physical, Units, physical};
 use crate::record::{Record, Role, Usage, metres};
 use crate::signal::Signals;
 use crate::term::{Symbol, Term};
@@ -199,6 +199,11 @@ impl Outcome {
         };
         let unit = record.channel(Role::Displacement(0)).map_or("", |c| c.unit.as_str());
         physical(&self.model, covariance, mass, metres(unit))
+    }
+
+    /// The units of the model's terms.
+    pub fn units(&self) -> Units {
+        self.records.first().map_or_else(Units::default, |r| Units::of(&r.record, &self.model.layout))
     }
 
     /// What smoothing and noise shift the coefficient of a term by, in the equation of a state; none where it is not known.

@@ -32,7 +32,7 @@ fn sentence(ui: &mut Ui, sight: &Sight<'_>) {
         ui.set_min_size(size);
         let text = match (sight.place(), sight.round()) {
             (_, Some(round)) if !round.evidence.significant => {
-                format!("No gap beyond noise ({}): what is left is noise.", words::p_value(round.evidence.p_value))
+                format!("No gap beyond noise ({}): what is left is noise.", words::no_gap(round.evidence.p_value))
             }
             (Some(place), round) => {
                 let verdict = round.map(|r| format!("A gap beyond noise ({}). ", words::p_value(r.evidence.p_value)));

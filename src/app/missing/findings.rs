@@ -174,31 +174,32 @@ fn evidence(ui: &mut Ui, sight: &Sight<'_>) {
     } else {
         (colors.good, "The gap is no more than noise")
     };
-    ui.label(RichText::new(text).color(color)).on_hover_text(words::p_value(whole.p_value));
+    let why = if whole.significant { words::p_value(whole.p_value) } else { words::no_gap(whole.p_value) };
+    ui.label(RichText::new(text).color(color)).on_hover_text(why);
     let (first, rest) = whole.tests.split_at(whole.tests.len().min(SHOWN));
-    questions(ui, first);
+    questions(ui, first, whole.significant);
     if !rest.is_empty() {
         egui::CollapsingHeader::new(RichText::new(format!("{} more questions", rest.len())).weak().size(12.0))
             .id_salt("more questions")
-            .show(ui, |ui| questions(ui, rest));
+            .show(ui, |ui| questions(ui, rest, whole.significant));
     }
 }
 
-fn questions(ui: &mut Ui, tests: &[Test]) {
+fn questions(ui: &mut Ui, tests: &[Test], gap: bool) {
     for test in tests {
         let size = vec2(ui.available_width(), ROW - 3.0);
-        let said = words::chance(test.p_value);
+        let said = words::answer(test.p_value, gap);
         ui.allocate_ui_with_layout(size, Flow::left_to_right(Align::Center), |ui| {
             ui.set_min_size(size);
             ui.with_layout(Flow::right_to_left(Align::Center), |ui| {
-                ui.label(RichText::new(said).weak().size(12.0));
+                ui.label(RichText::new(&said).weak().size(12.0));
                 ui.with_layout(Flow::left_to_right(Align::Center), |ui| {
                     ui.add(egui::Label::new(RichText::new(&test.question).size(12.0)).truncate());
                 });
             });
         })
         .response
-        .on_hover_text(format!("{}: chance alone? {said} ({})", test.question, words::p_value(test.p_value)));
+        .on_hover_text(format!("{}: {said}", test.question));
     }
 }
 

@@ -448,12 +448,9 @@ impl Missing {
     }
 }
 
-/// The unit of displacement: metres where a record does not say.
+/// The unit of displacement; empty if the record does not say.
 fn displacement(bench: &Bench) -> String {
-    match bench.unit().trim() {
-        "" => "m".to_owned(),
-        unit => unit.to_owned(),
-    }
+    bench.unit().trim().to_owned()
 }
 
 /// What the walk is of; none while the equation that it starts from is not known.

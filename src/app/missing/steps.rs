@@ -7,7 +7,7 @@ use crate::app::bench::Bench;
 use crate::app::state::Edit;
 use crate::app::theme::{self, ROW};
 use crate::gap::Standing;
-use crate::term::{Kind, Layout as Symbols, Term};
+use crate::term::{Kind, Layout as Symbols, Term, list};
 
 /// Height of the steps' row, points.
 const HEIGHT: f32 = 34.0;
@@ -200,7 +200,7 @@ fn base(ui: &mut Ui, room: &mut Missing, bench: &Bench, edit: &mut Edit) {
                 _ => super::identified(bench).map_or_else(|| "x, v".to_owned(), |t| text_of(&t, bench)),
             };
             room.typing = Some(text.clone());
-            chosen = parse(&text).ok().map(Base::Typed);
+            chosen = parse(&text, bench).ok().map(Base::Typed);
         }
     });
     combo.response.on_hover_text("The model that the walk starts from: what is missing is missing from it");
@@ -215,7 +215,7 @@ fn base(ui: &mut Ui, room: &mut Missing, bench: &Bench, edit: &mut Edit) {
     }
     if let Base::Typed(terms) = &edit.walk.base {
         let text = room.typing.get_or_insert_with(|| text_of(terms, bench));
-        let parsed = parse(text);
+        let parsed = parse(text, bench);
         let wrong = parsed.is_err();
         let color = wrong.then(|| theme::accents(ui.visuals().dark_mode).wrong);
         let field = egui::TextEdit::singleline(text).desired_width(150.0).text_color_opt(color);
@@ -241,13 +241,15 @@ fn text_of(terms: &[Term], bench: &Bench) -> String {
     terms.iter().map(|t| t.text(&layout)).collect::<Vec<_>>().join(", ")
 }
 
-/// Terms with commas between.
-fn parse(text: &str) -> Result<Vec<Term>, String> {
-    let parts: Vec<&str> = text.split(',').map(str::trim).filter(|p| !p.is_empty()).collect();
-    if parts.is_empty() {
+/// Terms with commas between, which the records can have.
+fn parse(text: &str, bench: &Bench) -> Result<Vec<Term>, String> {
+    let terms = list(text).map_err(|e| e.to_string())?;
+    if terms.is_empty() {
         return Err("type at least one term, as x".to_owned());
     }
-    parts.into_iter().map(|p| Term::parse(p).map_err(|e| e.to_string())).collect()
+    let (layout, units) = (bench.layout(Kind::SecondOrder), bench.units(Kind::SecondOrder));
+    terms.iter().try_for_each(|t| units.check(t, &layout))?;
+    Ok(terms)
 }
 
 #[cfg(test)]
@@ -256,7 +258,9 @@ mod tests {
 
     #[test]
     fn typed_terms_are_read_and_wrong_ones_explained() {
-        assert_eq!(parse("x, v , u").map(|t| t.len()), Ok(3));
+        let parse = |text: &str| parse(text, &Bench::default()).map(|t| t.len());
+        assert_eq!(parse("x, v , u"), Ok(3));
+        assert_eq!(parse("x, clip(x,0.1), max(x,v)"), Ok(3));
         assert!(parse(" , ").is_err());
         assert!(parse("x, x^2*").is_err());
     }

@@ -160,7 +160,7 @@ fn left(ui: &mut Ui, sight: &Sight<'_>, height: f32, acts: &mut Vec<Act>) {
         let (edge, head) = if d.remaining.significant {
             (colors.caution, format!("What is left is more than noise ({}).", words::p_value(d.remaining.p_value)))
         } else {
-            (colors.good, format!("What is left is noise ({}).", words::p_value(d.remaining.p_value)))
+            (colors.good, format!("What is left is noise ({}).", words::no_gap(d.remaining.p_value)))
         };
         card(ui, edge, |ui| {
             ui.add(egui::Label::new(RichText::new(head).strong()).wrap());

@@ -1,26 +1,42 @@
 //! Figures as words, and sentences that stand alone.
 
-use crate::gap::{Finding, Gap, Round, within};
+use crate::gap::{Finding, Gap, LEVEL, Round, within};
 use egui::text::{LayoutJob, TextFormat};
 use egui::{Color32, FontId, RichText, Ui};
 
 use crate::app::theme;
-use crate::format::number::{significant, significant_trimmed};
+use crate::format::number::{significant, significant_trimmed, superscript};
 use crate::format::units::{format_si, per_second};
+
+/// Probability below which an answer that is no yes is no plain no either.
+const HINT: f64 = 0.01;
 
 /// A probability: `p = 0.003`, `p < 10⁻¹²`.
 pub(super) fn p_value(p: f64) -> String {
     if p < 1e-12 { "p < 10⁻¹²".to_owned() } else { format!("p = {}", significant_trimmed(p, 2)) }
 }
 
-/// What a probability says of a gap.
-pub(super) fn chance(p: f64) -> &'static str {
-    match p {
-        p if p < 1e-4 => "surely not",
-        p if p < 0.01 => "hardly",
-        p if p < 0.05 => "maybe",
-        _ => "likely",
+/// The answer to a question about what is left; `gap` tells whether there is one beyond noise at all.
+pub(super) fn answer(p: f64, gap: bool) -> String {
+    let said = match p {
+        p if p < LEVEL && gap => "yes",
+        p if p < HINT => "not clearly",
+        _ => "no sign of it",
+    };
+    format!("{said} ({})", p_value(p))
+}
+
+/// Why there is no gap, with the level that it was held against.
+pub(super) fn no_gap(p: f64) -> String {
+    if p < LEVEL {
+        // Steps of the sensor repeat with the motion as a force does: they are held against a far lower level.
+        return format!("{}: not clear enough for data in steps or a fit as exact as this", p_value(p));
     }
+    format!("{}; a gap counts below {}", p_value(p), power_of_ten(LEVEL))
+}
+
+fn power_of_ten(value: f64) -> String {
+    format!("10{}", superscript(value.log10().round() as i32))
 }
 
 /// What a difference of the Bayesian information criterion says: Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773,
@@ -114,6 +130,16 @@ mod tests {
         assert_eq!(evidence(9.0), "evidence against it");
         assert_eq!(p_value(1e-40), "p < 10⁻¹²");
         assert_eq!(p_value(0.0312), "p = 0.031");
+        assert_eq!(answer(1e-40, true), "yes (p < 10⁻¹²)");
+        assert_eq!(answer(0.4, true), "no sign of it (p = 0.4)");
+        assert_eq!(answer(0.002, true), "not clearly (p = 0.002)");
+    }
+
+    #[test]
+    fn without_a_gap_no_answer_is_yes_and_the_level_is_said() {
+        assert_eq!(answer(1e-5, false), "not clearly (p = 0.00001)");
+        assert_eq!(no_gap(0.042), "p = 0.042; a gap counts below 10⁻⁴");
+        assert!(no_gap(1e-6).contains("not clear enough"));
     }
 
     #[test]

@@ -11,6 +11,7 @@ use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, section, share_bar};
 use crate::format::equations::{by_share, digits, is_kinematic};
 use crate::format::number::{align_at_point, format_measured, plain, significant, significant_trimmed};
+use crate::format::units::raised;
 use crate::model::{Equation, WeightedTerm};
 use crate::study::{EquationFit, Lock, Settings};
 use crate::term::{Expression, Kind, Layout, Symbol, Term};
@@ -115,7 +116,12 @@ fn term_row(
     let dark = ui.visuals().dark_mode;
     let colors = theme::accents(dark);
     let pretty = term.term.pretty(layout);
-    let said = format!("{} {pretty}", number.trim());
+    let units = desk.bench.outcome.as_ref().map(|o| o.units());
+    let unit = units.and_then(|u| u.coefficient(state, &term.term)).filter(|u| u != "1").map(|u| raised(&u));
+    let said = match &unit {
+        Some(unit) => format!("{} {unit} {pretty}", number.trim()),
+        None => format!("{} {pretty}", number.trim()),
+    };
     response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &said));
     if let Some(since) = desk.bench.since_change(state, &term.term, now)
         && since < FLASH
@@ -156,10 +162,23 @@ fn term_row(
     let name_left = left + number_width + 10.0;
     let name = painter.layout_no_wrap(pretty.clone(), FontId::proportional(14.0), ui.visuals().strong_text_color());
     let cut = painter.with_clip_rect(egui::Rect::from_x_y_ranges(name_left..=lock_left - 2.0, rect.y_range()));
+    let name_right = name_left + name.size().x;
     cut.galley(pos2(name_left, middle(name.size().y)), name, text);
+    if let Some(unit) = unit.as_deref() {
+        let weak = ui.visuals().weak_text_color();
+        let unit = painter.layout_no_wrap(unit.to_owned(), FontId::proportional(11.5), weak);
+        // At the lock's left end where there is room, else in the tooltip alone.
+        let unit_left = lock_left - 6.0 - unit.size().x;
+        if unit_left > name_right + 8.0 {
+            painter.galley(pos2(unit_left, middle(unit.size().y)), unit, weak);
+        }
+    }
     popup(&response).show(|ui| menu(ui, desk, &term.term, Some(term.coefficient), layout));
     response.on_hover_ui(|ui| {
         ui.label(RichText::new(&said).strong());
+        if let Some(unit) = &unit {
+            ui.label(format!("The coefficient is in {unit}"));
+        }
         ui.label(format!("{} % of the forces' RMS", significant_trimmed(100.0 * term.share, 3)));
         match term.std_error {
             Some(error) if error > 0.0 && term.coefficient != 0.0 => {

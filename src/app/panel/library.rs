@@ -5,6 +5,7 @@ use egui::{RichText, Ui, vec2};
 use super::Desk;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, row, section, switch};
+use crate::model::Units;
 use crate::study::Settings;
 use crate::term::{Expression, Family, Function, Layout, Symbol, Term, list, polynomials};
 
@@ -34,6 +35,7 @@ const DEGREES: [(usize, &str, &str); 5] = [
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     let settings = &mut desk.edit.settings;
     let layout = desk.bench.layout(settings.kind);
+    let units = desk.bench.units(settings.kind);
     let used = settings.terms.len();
     let differs = settings.terms != desk.suggestion.terms;
     let mut reset = false;
@@ -64,7 +66,9 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing = vec2(4.0, 4.0);
         for (family, label, tooltip) in FAMILIES {
-            let terms = family.terms(&layout);
+            let mut terms = family.terms(&layout);
+            // No spring is stretched by the difference of a length and a force.
+            terms.retain(|t| units.check(t, &layout).is_ok());
             if terms.is_empty() {
                 continue;
             }
@@ -80,7 +84,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     });
     ui.add_space(2.0);
     ticks(ui, settings, &layout);
-    typed(ui, settings, &layout, &mut desk.typing.terms);
+    typed(ui, settings, (&layout, &units), &mut desk.typing.terms);
 }
 
 /// A box to tick for each term on offer, in columns.
@@ -115,11 +119,11 @@ fn ticks(ui: &mut Ui, settings: &mut Settings, layout: &Layout) {
 }
 
 /// The field for terms that no button offers, with what is wrong with them beneath.
-fn typed(ui: &mut Ui, settings: &mut Settings, layout: &Layout, text: &mut String) {
+fn typed(ui: &mut Ui, settings: &mut Settings, (layout, units): (&Layout, &Units), text: &mut String) {
     let read = list(text).map_err(|e| format!("column {}: {}", e.column, e.problem)).and_then(|terms| {
         match terms.iter().find_map(|t| t.foreign_symbol(layout).map(|s| (t, s))) {
             Some((term, symbol)) => Err(format!("{term} needs {}, which the records lack", layout.name(symbol))),
-            None => Ok(terms),
+            None => terms.iter().try_for_each(|t| units.check(t, layout)).map(|()| terms),
         }
     });
     let ready = matches!(&read, Ok(terms) if !terms.is_empty());

@@ -6,6 +6,7 @@ use super::Desk;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, row, section, switch};
 use crate::format::number::{align_at_point, format_measured};
+use crate::model::Units;
 use crate::record::Record;
 use crate::study::{Known, Lock, Outcome, Settings, force_over_mass, known_list};
 use crate::term::{Expression, Kind, Layout, Symbol, Term};
@@ -34,6 +35,7 @@ const SYMMETRIES: [(Symmetry, &str, &str); 3] = [
 
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     let layout = desk.bench.layout(desk.edit.settings.kind);
+    let units = desk.bench.units(desk.edit.settings.kind);
     if layout.kind != Kind::SecondOrder {
         return;
     }
@@ -51,6 +53,10 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing = vec2(4.0, 4.0);
         for (known, label, tooltip) in offered(&layout) {
+            // No spring is stretched by the difference of a length and a force.
+            if !adds(&known, &units, &layout) {
+                continue;
+            }
             let on = settings.known.contains(&known);
             if chip(ui, label, on, false, tooltip).clicked() {
                 set(settings, known, !on);
@@ -111,6 +117,13 @@ fn offered(layout: &Layout) -> Vec<(Known, &'static str, &'static str)> {
 fn tie(first: Symbol, second: Symbol) -> Known {
     let term = |s| Term::new(Expression::Symbol(s));
     Known::Tied { term: term(first), to: term(second), times: -1.0 }
+}
+
+/// True unless a tie adds quantities in different units.
+fn adds(known: &Known, units: &Units, layout: &Layout) -> bool {
+    let Known::Tied { term, to, .. } = known else { return true };
+    let sum = Term::new(Expression::Sum(vec![term.expression().clone(), to.expression().clone()]));
+    units.check(&sum, layout).is_ok()
 }
 
 fn is_other(known: &Known, layout: &Layout) -> bool {

@@ -109,11 +109,9 @@ impl<'a> Scene<'a> {
         self.before.and_then(|r| r.channels.get(self.freedom))
     }
 
-    /// The unit of the displacement (or state) shown. Displacements whose unit is unsaid are in metres: units are SI unless
-    /// a record says otherwise.
+    /// The unit of the displacement (or state) shown; empty if the record does not say.
     pub(super) fn unit(&self) -> String {
-        let unit = self.unit_of(Role::Displacement(self.freedom));
-        if unit.is_empty() && self.second_order() { "m".into() } else { unit }
+        self.unit_of(Role::Displacement(self.freedom))
     }
 
     pub(super) fn unit_of(&self, role: Role) -> String {

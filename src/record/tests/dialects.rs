@@ -173,6 +173,35 @@ fn a_record_column_separates_trajectories() {
 }
 
 #[test]
+fn rows_without_a_value_are_left_out_with_a_notice() {
+    let text = |lacking: &[usize], cell: &str| {
+        file("t,x,w", |i| format!("{i},{},", if lacking.contains(&i) { cell.to_owned() } else { x(i).to_string() }))
+    };
+    for cell in ["", "n/a", "NaN", "-"] {
+        let record = only("f.csv", &text(&[0, 28, 29], cell), &ReadOptions::default());
+        assert_eq!((record.start, record.len()), (1.0, 27), "{cell}");
+        let told = "f.csv: 3 rows without a value, the first of `x` in line 2, were left out";
+        assert!(record.notices.iter().any(|n| n == told), "{:?}", record.notices);
+    }
+    // A column that is not used may be as empty as it likes, and rows may end before it.
+    let short = file("t,x,w", |i| format!("{i},{}", x(i)));
+    assert_eq!(only("f.csv", &short, &ReadOptions::default()).len(), 30);
+}
+
+#[test]
+fn jittering_stamps_are_evened_out_with_a_notice() {
+    let wobble = |i: usize| ((i * 7919) % 101) as f64 / 101.0 - 0.5;
+    let text = file("t,x", |i| format!("{:.6},{:.9}", 0.1 * (i as f64 + 0.1 * wobble(i)), (0.3 * i as f64).sin()));
+    let record = only("f.csv", &text, &ReadOptions::default());
+    assert_eq!(record.interval, 0.1);
+    let told = record.notices.iter().find(|n| n.contains("interpolated")).unwrap();
+    assert!(
+        told.starts_with("f.csv: the time stamps are up to 4") && told.contains("% of the interval of 0.1 s"),
+        "{told}"
+    );
+}
+
+#[test]
 fn records_are_named_after_file_and_label() {
     let two = |a: &str, b: &str| {
         let mut text = String::from("record,t,x\n");

@@ -98,6 +98,79 @@ fn an_input_at_rest_in_some_records_only_stays() {
     assert_eq!(read_files(&[&decay], &keep).unwrap()[0].channels.len(), 2);
 }
 
+/// Two files with these headers, whose every channel holds the same numbers times a factor.
+fn pair(first: &str, second: &str, factor: f64) -> Result<RecordSet, ReadError> {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, header: &str, factor: f64| {
+        let path = folder.path().join(name);
+        let columns = header.split(',').count();
+        let cell = |i: usize, c: usize| if c == 0 { i.to_string() } else { (factor * x(i + c)).to_string() };
+        std::fs::write(&path, file(header, |i| (0..columns).map(|c| cell(i, c)).collect::<Vec<_>>().join(",")))
+            .unwrap();
+        path
+    };
+    read_set(&[&write("a.csv", first, 1.0)], &[&write("b.csv", second, factor)], &ReadOptions::default())
+}
+
+#[test]
+fn a_set_has_one_unit_a_quantity() {
+    for (first, second, factor, units) in [
+        ("t,x [m],u [kN]", "t,x [mm],u [N]", 1e3, "m kN"),
+        ("t,x [mm],v [mm/s]", "t,x [m],v [m/s]", 1e-3, "mm mm/s"),
+        ("t,x [rad]", "t,x [deg]", 180.0 / std::f64::consts::PI, "rad"),
+        ("t,x [V],u [V]", "t,x [mV],u [mV]", 1e3, "V V"),
+        ("t,x [m]", "t,x [metre]", 1.0, "m"),
+    ] {
+        let set = pair(first, second, factor).unwrap();
+        let (a, b) = (&set.entries[0].0, &set.entries[1].0);
+        for (one, two) in a.channels.iter().zip(&b.channels) {
+            assert_eq!(one.unit, two.unit, "{second}");
+            for (p, q) in one.values.iter().zip(&two.values[..]) {
+                assert!((p - q).abs() <= 1e-12 * p.abs(), "{second}: {p} {q}");
+            }
+        }
+        let found: Vec<&str> = b.channels.iter().map(|c| c.unit.as_str()).collect();
+        assert_eq!(found.join(" "), units);
+        let told = b.notices.iter().any(|n| n.contains("was converted from"));
+        assert_eq!(told, factor != 1.0, "{:?}", b.notices);
+    }
+}
+
+#[test]
+fn rates_that_the_first_file_lacks_follow_its_displacement() {
+    let set = pair("t,x [m]", "t,x [mm],v [mm/s]", 1e3).unwrap();
+    let velocity = set.entries[1].0.channel(Role::Velocity(0)).unwrap();
+    assert_eq!((velocity.unit.as_str(), velocity.values[0]), ("m/s", x(2)));
+}
+
+#[test]
+fn a_file_without_a_unit_takes_the_others_and_says_so() {
+    let set = pair("t,x [mm]", "t,x", 1.0).unwrap();
+    let other = &set.entries[1].0;
+    assert_eq!(other.channels[0].unit, "mm");
+    assert_eq!(other.notices, ["b.csv: displacement `x` has no unit; it is taken to be in mm, as in a.csv"]);
+    assert_eq!(pair("t,x", "t,x", 1.0).unwrap().entries[1].0.notices, [""; 0]);
+}
+
+#[test]
+fn quantities_that_cannot_be_one_are_refused() {
+    for (first, second, message) in [
+        (
+            "t,x [m]",
+            "t,x [rad]",
+            "b.csv: the displacement `x` is in rad, in a.csv it is in m: these cannot be one quantity",
+        ),
+        (
+            "t,x [m],u [N]",
+            "t,x [m],u [V]",
+            "b.csv: the input `u` is in V, in a.csv it is in N: these cannot be one quantity",
+        ),
+    ] {
+        let error = pair(first, second, 1.0).unwrap_err();
+        assert_eq!(error.to_string(), message);
+    }
+}
+
 #[test]
 fn the_file_dialog_knows_the_endings() {
     assert!(FORMATS.iter().any(|f| f.extensions.contains(&"csv") && f.extensions.contains(&"txt")));
