@@ -315,7 +315,7 @@ fn a_draw_is_the_same_for_ever_and_its_plant_whatever_watches_it() {
     let request = Request::new(["coulomb_friction"], Shaking::SweepPair, 8);
     let (one, two) = (draw(&request).unwrap(), draw(&request).unwrap());
     assert_eq!(one, two);
-    let watching = Watching { kind: NoiseKind::Coloured, share: 0.05, input_share: 0.0 };
+    let watching = Watching { kind: NoiseKind::Coloured, share: 0.05, input_share: 0.0, jitter: 0.0 };
     let noisy = draw(&Request { watching, ..request.clone() }).unwrap();
     assert_eq!(one.truth.parameters, noisy.truth.parameters);
     assert_ne!(one.fit, noisy.fit);
@@ -368,7 +368,7 @@ fn what_a_static_level_changes_is_known() {
 #[test]
 fn noise_is_of_the_kind_and_size_asked_for() {
     let draw_with = |kind, share| {
-        let watching = Watching { kind, share, input_share: 0.0 };
+        let watching = Watching { kind, share, input_share: 0.0, jitter: 0.0 };
         draw(&Request { watching, ..clean(&["cubic_damping"], Shaking::Tones, 11) }).unwrap()
     };
     let values = |h: &Hidden| -> Vec<f64> {
