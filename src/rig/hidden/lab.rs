@@ -140,31 +140,36 @@ fn rubbed(random: &mut Pcg64) -> Vec<&'static str> {
 /// # Errors
 /// No plant was found that hides the effect so that it can be told.
 pub(super) fn draw(regime: Regime, seed: u64) -> Result<Hidden, RigError> {
+    search(regime, seed).map(|(plan, performed)| plan.hidden(&performed))
+}
+
+/// The first plan whose motion is of the regime.
+fn search(regime: Regime, seed: u64) -> Result<(Plan<'static>, Performed), RigError> {
     let theme = Theme::draw(regime, seed);
     let mut problem = String::new();
     for attempt in 0..MOST_ATTEMPTS {
-        let found = attempted(regime, &theme, seed, attempt).and_then(|(plan, performed)| {
-            match unfit(regime, &plan, &performed) {
-                Some(problem) => Err(RigError::BadOption { option: "regime", problem }),
-                None => plan.hidden(&performed),
-            }
-        });
-        match found {
-            Ok(hidden) => return Ok(hidden),
+        match plan(regime, &theme, seed, attempt).and_then(Plan::perform) {
+            Ok((plan, performed)) => match unfit(regime, &plan, &performed) {
+                None => return Ok((plan, performed)),
+                Some(unfit) => problem = unfit,
+            },
             Err(error) => problem = error.to_string(),
         }
     }
-    Err(RigError::NotDrawn {
-        regime: regime.name(),
-        effects: theme.effects.join(" and "),
-        attempts: MOST_ATTEMPTS,
-        problem,
-    })
+    let effects = theme.effects.join(" and ");
+    Err(RigError::NotDrawn { regime: regime.name(), effects, attempts: MOST_ATTEMPTS, problem })
 }
 
-fn attempted(regime: Regime, theme: &Theme, seed: u64, attempt: u64) -> Result<(Plan<'static>, Performed), RigError> {
-    let plan = plan(regime, theme, seed, attempt)?;
-    plan.perform()
+/// The plan that a case of a regime is made of.
+#[cfg(test)]
+pub(super) fn planned(regime: Regime, seed: u64) -> Plan<'static> {
+    search(regime, seed).map(|(plan, _)| plan).unwrap()
+}
+
+/// The motions that a case of a regime is made of.
+#[cfg(test)]
+pub(super) fn found(regime: Regime, seed: u64) -> Performed {
+    search(regime, seed).map(|(_, performed)| performed).unwrap()
 }
 
 /// Why a case is none of its regime, if it is not.

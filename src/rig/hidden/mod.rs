@@ -148,7 +148,7 @@ pub fn draw(request: &Request) -> Result<Hidden, RigError> {
             Sizes::Ratios(targets, _) => targets.clone(),
             Sizes::Still(..) | Sizes::Strengths(_) => Vec::new(),
         };
-        match plan.perform().and_then(|(plan, performed)| plan.hidden(&performed)) {
+        match plan.perform().map(|(plan, performed)| plan.hidden(&performed)) {
             Ok(hidden) => {
                 let ratios = hidden.truth.ratios.iter().zip(&targets);
                 let weakest = ratios.map(|(ratio, target)| ratio / target).fold(1.0, f64::min);
@@ -325,7 +325,7 @@ impl<'a> Plan<'a> {
     }
 
     /// The records, and what they hide.
-    fn hidden(&self, performed: &Performed) -> Result<Hidden, RigError> {
+    fn hidden(&self, performed: &Performed) -> Hidden {
         let Performed { assembly, motions, ratios, ratio, .. } = performed;
         let mut table = Table::new(self, assembly, motions);
         let (mut fit, mut held_out) = (Vec::new(), Vec::new());
@@ -345,7 +345,7 @@ impl<'a> Plan<'a> {
         };
         let truth = Truth::new(&names, &titles, &assembly.parts, &self.scene, &self.scales, &measured);
         let base_excited = self.scene.drive == Drive::Base;
-        Ok(Hidden { fit, held_out, base_excited, base: self.scene.base_terms(), truth })
+        Hidden { fit, held_out, base_excited, base: self.scene.base_terms(), truth }
     }
 }
 
