@@ -19,6 +19,20 @@ pub enum RigError {
         /// What is wrong and what would do.
         problem: String,
     },
+    /// No plant that is as a regime wants it.
+    #[error(
+        "no case of the regime {regime} with {effects} was found in {attempts} draws ({problem}); take another seed"
+    )]
+    NotDrawn {
+        /// The regime's name.
+        regime: &'static str,
+        /// What was to be hidden.
+        effects: String,
+        /// How many plants were drawn.
+        attempts: u64,
+        /// What was wrong with the last.
+        problem: String,
+    },
     /// The motion grew without bound.
     #[error("the motion grows without bound at t = {time:.6} s; take a smaller amplitude or other parameters")]
     Unbounded {

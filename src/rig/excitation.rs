@@ -1,103 +1,7 @@
-use std::f64::consts::{PI, TAU};
-use std::ops::{Add, Mul};
-
+use super::wave::{Comb, Jet, Move, Spell, Tone, Wave, smooth_step};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-
-/// A function of time at one instant: its value and its first two time derivatives.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Jet(pub [f64; 3]);
-
-impl Add for Jet {
-    type Output = Self;
-
-    fn add(self, Self(b): Self) -> Self {
-        let Self(a) = self;
-        Self([a[0] + b[0], a[1] + b[1], a[2] + b[2]])
-    }
-}
-
-impl Mul for Jet {
-    type Output = Self;
-
-    fn mul(self, Self(b): Self) -> Self {
-        let Self(a) = self;
-        Self([a[0] * b[0], a[1] * b[0] + a[0] * b[1], a[2] * b[0] + 2.0 * a[1] * b[1] + a[0] * b[2]])
-    }
-}
-
-impl Jet {
-    /// `amplitude × cos(phase)`, given the phase's own value and derivatives.
-    fn cosine(amplitude: f64, Self(phase): Self) -> Self {
-        let (sine, cosine) = phase[0].sin_cos();
-        Self([
-            amplitude * cosine,
-            -amplitude * sine * phase[1],
-            -amplitude * (cosine * phase[1] * phase[1] + sine * phase[2]),
-        ])
-    }
-}
-
-/// One harmonic: `amplitude × cos(2π × frequency × t + phase)`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tone {
-    /// Amplitude, in the input's unit.
-    pub amplitude: f64,
-    /// Frequency, Hz.
-    pub frequency: f64,
-    /// Phase at t = 0, rad.
-    pub phase: f64,
-}
-
-/// A sum of harmonics evenly spaced in frequency: each turns at the same rate against the one before, so that their sum costs
-/// two sines an instant, however many they are.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Comb {
-    /// The lowest frequency, Hz.
-    pub lowest: f64,
-    /// The distance from one frequency to the next, Hz.
-    pub spacing: f64,
-    /// Amplitude times cosine and sine of the phase at t = 0, of each harmonic.
-    pub phasors: Vec<[f64; 2]>,
-}
-
-impl Comb {
-    fn at(&self, t: f64) -> Jet {
-        let turned = |rate: f64| (rate * t).sin_cos();
-        let (rate, step) = (TAU * self.lowest, TAU * self.spacing);
-        let ((mut sine, mut cosine), (step_sine, step_cosine)) = (turned(rate), turned(step));
-        let mut jet = [0.0; 3];
-        for (k, [along, across]) in self.phasors.iter().enumerate() {
-            let omega = rate + step * k as f64;
-            let value = along * cosine - across * sine;
-            jet[0] += value;
-            jet[1] -= omega * (along * sine + across * cosine);
-            jet[2] -= omega * omega * value;
-            (sine, cosine) = (sine * step_cosine + cosine * step_sine, cosine * step_cosine - sine * step_sine);
-        }
-        Jet(jet)
-    }
-}
-
-/// What a shaker does before it is faded in and out.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Wave {
-    /// A sum of harmonics; none of them is rest.
-    Tones(Vec<Tone>),
-    /// A sum of harmonics evenly spaced in frequency.
-    Comb(Comb),
-    /// A linear chirp from one frequency to another, starting at zero.
-    Sweep {
-        /// Amplitude, in the input's unit.
-        amplitude: f64,
-        /// Frequency at t = 0, Hz.
-        from: f64,
-        /// Frequency at t = `duration`, Hz.
-        to: f64,
-        /// Duration, s.
-        duration: f64,
-    },
-}
+use std::f64::consts::PI;
 
 /// An input as an analytic function of time, so that its derivatives are exact.
 #[derive(Clone, Debug, PartialEq)]
@@ -153,6 +57,22 @@ impl Excitation {
         Self { wave: Wave::Comb(comb), ..Self::rest() }
     }
 
+    /// The same in spells, with rests between.
+    #[must_use]
+    pub fn in_spells(self, spells: Vec<Spell>) -> Self {
+        Self { wave: Wave::Bursts { wave: Box::new(self.wave), spells }, ..self }
+    }
+
+    /// Moves from place to place, from zero.
+    pub fn moves(moves: Vec<Move>) -> Self {
+        Self { wave: Wave::Moves(moves), ..Self::rest() }
+    }
+
+    /// Straight lines between values at even distances, s, from t = 0 on.
+    pub fn lines(interval: f64, values: Vec<f64>) -> Self {
+        Self { wave: Wave::Lines { interval, values }, ..Self::rest() }
+    }
+
     /// The same, faded in over the first `rise` seconds.
     #[must_use]
     pub fn fading_in(self, rise: f64) -> Self {
@@ -168,29 +88,14 @@ impl Excitation {
     /// The same, all amplitudes times a factor.
     #[must_use]
     pub fn scaled(mut self, factor: f64) -> Self {
-        match &mut self.wave {
-            Wave::Tones(tones) => tones.iter_mut().for_each(|tone| tone.amplitude *= factor),
-            Wave::Comb(comb) => comb.phasors.iter_mut().flatten().for_each(|part| *part *= factor),
-            Wave::Sweep { amplitude, .. } => *amplitude *= factor,
-        }
+        self.wave.scale(factor);
         self
     }
 
     /// Value and derivatives at time `t`, s.
     pub fn at(&self, t: f64) -> Jet {
         let t = t - self.delay;
-        let wave = match &self.wave {
-            Wave::Tones(tones) => tones.iter().fold(Jet::default(), |sum, tone| {
-                let rate = TAU * tone.frequency;
-                sum + Jet::cosine(tone.amplitude, Jet([rate * t + tone.phase, rate, 0.0]))
-            }),
-            Wave::Comb(comb) => comb.at(t),
-            Wave::Sweep { amplitude, from, to, duration } => {
-                let slope = (to - from) / duration;
-                let phase = TAU * (from + 0.5 * slope * t) * t - 0.5 * PI;
-                Jet::cosine(*amplitude, Jet([phase, TAU * (from + slope * t), TAU * slope]))
-            }
-        };
+        let wave = self.wave.at(t);
         let rising = if self.rise > 0.0 { wave * smooth_step(t / self.rise, 1.0 / self.rise) } else { wave };
         match self.fall {
             Some((end, length)) => rising * smooth_step((end - t) / length, -1.0 / length),
@@ -200,7 +105,7 @@ impl Excitation {
 
     /// Instants, in order, at which a higher derivative jumps: an integrator must not step across them.
     pub fn breaks(&self) -> Vec<f64> {
-        let mut breaks = Vec::new();
+        let mut breaks = self.wave.breaks();
         if self.rise > 0.0 {
             breaks.push(self.rise);
         }
@@ -214,26 +119,8 @@ impl Excitation {
 
     /// The highest frequency in it, Hz.
     pub fn highest_frequency(&self) -> f64 {
-        match &self.wave {
-            Wave::Tones(tones) => tones.iter().map(|t| t.frequency).fold(0.0, f64::max),
-            Wave::Comb(comb) => comb.lowest + comb.spacing * comb.phasors.len().saturating_sub(1) as f64,
-            Wave::Sweep { from, to, .. } => from.max(*to),
-        }
+        self.wave.highest_frequency()
     }
-}
-
-/// From 0 at `s` = 0 to 1 at `s` = 1 by 6s⁵ − 15s⁴ + 10s³, twice continuously differentiable; `rate` is ds/dt.
-fn smooth_step(s: f64, rate: f64) -> Jet {
-    if s <= 0.0 {
-        return Jet::default();
-    }
-    if s >= 1.0 {
-        return Jet([1.0, 0.0, 0.0]);
-    }
-    let value = s * s * s * (s * (6.0 * s - 15.0) + 10.0);
-    let slope = 30.0 * s * s * (s - 1.0) * (s - 1.0);
-    let curvature = 60.0 * s * (s - 1.0) * (2.0 * s - 1.0);
-    Jet([value, slope * rate, curvature * rate * rate])
 }
 
 #[cfg(test)]
@@ -247,6 +134,12 @@ mod tests {
             Excitation::multisine(1.0, (0.5, 3.0), 12, 4),
             Excitation::sweep(1.0, 4.0, 1.0, 10.0),
             Excitation::sweep(0.5, 4.0, 1.0, 10.0).scaled(2.0).delayed(0.7),
+            Excitation::harmonic(1.0, 3.0)
+                .in_spells(vec![Spell { from: 1.0, to: 4.0, edge: 0.9 }, Spell { from: 6.0, to: 9.0, edge: 1.2 }]),
+            Excitation::moves(vec![
+                Move { from: 0.5, duration: 2.0, distance: 1.0 },
+                Move { from: 4.0, duration: 1.0, distance: -0.7 },
+            ]),
         ]
     }
 
@@ -275,6 +168,23 @@ mod tests {
         assert_eq!(sweep.at(20.0), Jet::default());
         assert_eq!(sweep.at(25.0), Jet::default());
         assert!((0..2000).any(|k| sweep.at(0.01 * f64::from(k)).0[0].abs() > 1.99));
+    }
+
+    #[test]
+    fn bursts_rest_between_their_spells() {
+        let spells = vec![Spell { from: 1.0, to: 2.0, edge: 0.2 }, Spell { from: 3.0, to: 4.0, edge: 0.2 }];
+        let bursts = Excitation::harmonic(2.0, 5.0).in_spells(spells);
+        assert!([0.5, 1.0, 2.0, 2.5, 4.5].iter().all(|t| bursts.at(*t) == Jet::default()));
+        assert_eq!(bursts.at(1.4), Excitation::harmonic(2.0, 5.0).at(1.4));
+        assert_eq!(bursts.breaks(), [1.0, 1.2, 1.8, 2.0, 3.0, 3.2, 3.8, 4.0]);
+    }
+
+    #[test]
+    fn lines_go_through_their_values_and_break_at_each() {
+        let lines = Excitation::lines(0.5, vec![1.0, 3.0, 2.0]);
+        assert_eq!([0.0, 0.25, 0.5, 0.75, 1.0, 7.0].map(|t| lines.at(t).0[0]), [1.0, 2.0, 3.0, 2.5, 2.0, 2.0]);
+        assert_eq!(lines.at(0.25).0, [2.0, 4.0, 0.0]);
+        assert_eq!(lines.breaks(), [0.5, 1.0]);
     }
 
     #[test]

@@ -14,11 +14,13 @@ mod response;
 mod scenario;
 mod sensor;
 mod span;
+mod wave;
 
 pub use error::RigError;
-pub use excitation::{Comb, Excitation, Jet, Tone, Wave};
+pub use excitation::Excitation;
 pub use plant::{Contact, Plant};
 pub use plants::Parameter;
 pub use response::{Response, Sampling, Stop, respond};
 pub use scenario::{Generated, Scenario, ScenarioOptions, Shaking, generate, scenarios};
 pub use sensor::{Noise, Sensor};
+pub use wave::{Comb, Jet, Move, Spell, Tone, Wave};

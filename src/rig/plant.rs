@@ -1,7 +1,7 @@
 use crate::model::{Equation, Model, WeightedTerm};
 use crate::term::{Expression, Function, Layout, Program, Slots, Symbol, Term, derivative};
 
-use super::excitation::Jet;
+use super::wave::Jet;
 
 /// A place where two surfaces rub: dry friction with stick and slip.
 ///

@@ -75,6 +75,18 @@ pub(super) fn respond_within(
     initial: &[f64],
     sampling: &Sampling,
 ) -> Result<Response, RigError> {
+    let instants: Vec<f64> = (0..sampling.count).map(|k| sampling.time(k)).collect();
+    respond_at(accuracy, plant, inputs, initial, &instants)
+}
+
+/// The same, sampled at any instants, in order and none before 0.
+pub(super) fn respond_at(
+    accuracy: Accuracy,
+    plant: &Plant,
+    inputs: &[Excitation],
+    initial: &[f64],
+    instants: &[f64],
+) -> Result<Response, RigError> {
     let layout = plant.smooth.layout;
     if plant.contacts.len() > Plant::MOST_CONTACTS {
         return Err(RigError::Contacts { given: plant.contacts.len() });
@@ -87,11 +99,11 @@ pub(super) fn respond_within(
             given_inputs: inputs.len(),
         });
     }
-    let end = sampling.time(sampling.count.saturating_sub(1));
+    let end = instants.last().copied().unwrap_or_default();
     let mut breaks: Vec<f64> = inputs.iter().flat_map(Excitation::breaks).filter(|t| *t > 0.0 && *t < end).collect();
     breaks.push(end);
     breaks.sort_by(f64::total_cmp);
-    let mut walk = Walk::new(accuracy, plant, inputs, initial, sampling);
+    let mut walk = Walk::new(accuracy, plant, inputs, initial, instants);
     walk.begin();
     for stop in breaks {
         walk.advance(stop)?;
@@ -99,12 +111,21 @@ pub(super) fn respond_within(
     Ok(walk.response)
 }
 
+/// No step is longer than the whole and one interval more.
+fn longest(instants: &[f64]) -> f64 {
+    match instants {
+        [.., before, last] => 2.0 * last - before,
+        [.., last] => last.max(1.0),
+        [] => 1.0,
+    }
+}
+
 /// A motion in the making.
 struct Walk<'a> {
     phase: Phase<'a>,
     t: f64,
     state: Vec<f64>,
-    sampling: Sampling,
+    instants: &'a [f64],
     emitted: usize,
     response: Response,
     accuracy: Accuracy,
@@ -127,22 +148,22 @@ impl<'a> Walk<'a> {
         plant: &'a Plant,
         inputs: &'a [Excitation],
         initial: &[f64],
-        sampling: &Sampling,
+        instants: &'a [f64],
     ) -> Self {
         let dynamics = Dynamics::new(plant);
         let highest = inputs.iter().map(Excitation::highest_frequency).fold(0.0, f64::max);
         let guards = dynamics.surfaces() + dynamics.contacts();
         let mode = Mode { signs: vec![1.0; dynamics.surfaces()], grips: vec![Grip::Slip(1.0); dynamics.contacts()] };
-        let states = vec![Vec::with_capacity(sampling.count); dynamics.states()];
+        let states = vec![Vec::with_capacity(instants.len()); dynamics.states()];
         Self {
             phase: Phase { dynamics: RefCell::new(dynamics), inputs, mode },
             t: 0.0,
             state: initial.to_vec(),
-            sampling: *sampling,
+            instants,
             emitted: 0,
             response: Response { states, stops: Vec::new() },
             accuracy,
-            longest_step: (1.0 / (accuracy.steps_a_period * highest)).min(sampling.time(sampling.count)),
+            longest_step: (1.0 / (accuracy.steps_a_period * highest)).min(longest(instants)),
             steps_left: MOST_STEPS,
             guards: vec![0.0; guards],
             armed: vec![false; guards],
@@ -171,7 +192,7 @@ impl<'a> Walk<'a> {
         }
         let resting: Vec<bool> = velocities.iter().map(|v| *v == 0.0).collect();
         self.settle(&resting);
-        if self.sampling.start <= 0.0 && self.sampling.count > 0 {
+        if self.instants.first().is_some_and(|t| *t <= 0.0) {
             self.looked.copy_from_slice(&self.state);
             self.emit();
         }
@@ -186,8 +207,8 @@ impl<'a> Walk<'a> {
 
     /// Takes the samples of the span up to `limit`.
     fn emit_until(&mut self, limit: f64) {
-        while self.emitted < self.sampling.count && self.sampling.time(self.emitted) <= limit {
-            self.span.state(self.sampling.time(self.emitted), &mut self.looked);
+        while let Some(t) = self.instants.get(self.emitted).filter(|t| **t <= limit) {
+            self.span.state(*t, &mut self.looked);
             self.emit();
         }
     }

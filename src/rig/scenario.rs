@@ -6,11 +6,12 @@ use crate::record::{Channel, Record, Role};
 use crate::term::{Symbol, Term};
 
 use super::RigError;
-use super::excitation::{Excitation, Tone};
+use super::excitation::Excitation;
 use super::plant::Plant;
 use super::plants::{DUFFING, FRICTION, LORENZ, Parameter, PlantKind};
 use super::response::{Sampling, respond};
 use super::sensor::{Noise, Sensor};
+use super::wave::Tone;
 
 /// The most samples, over all records, that one call makes.
 const MOST_SAMPLES: f64 = 5e6;

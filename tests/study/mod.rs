@@ -7,7 +7,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 use sindyscope::gap::{Ask, Finding, Search, Verdict};
 use sindyscope::record::{RecordSet, Usage};
-use sindyscope::rig::hidden::{NoiseKind, Request, Shaking, Watching, draw, exercised};
+use sindyscope::rig::hidden::{NoiseKind, Regime, Request, Shaking, Watching, draw, draw_in, exercised};
 use sindyscope::study::Cancel;
 
 /// Effects that no data of one kind can tell apart: an algebraic identity or a symmetry, not a lack of skill.
@@ -25,6 +25,8 @@ const TOLD: f64 = 10.0;
 /// One run of the study.
 #[derive(Clone, Debug)]
 pub(crate) struct Case {
+    /// The regime that all but the seed is drawn in; none if the rest of this says what is asked for.
+    pub(crate) regime: Option<Regime>,
     pub(crate) effects: Vec<String>,
     pub(crate) shaking: Shaking,
     pub(crate) watching: Watching,
@@ -64,21 +66,26 @@ impl Result {
     /// The data can tell: rich excitation, an effect of a hundredth of the spring force at least, and where a simpler one
     /// is in it, a response that differs from that one's by more than noise may.
     pub(crate) fn tellable(&self) -> bool {
-        matches!(self.case.shaking, Shaking::Multisine | Shaking::SweepPair)
-            && self.ratio >= 0.01
-            && self.case.effects.iter().all(|e| exercised(e, self.case.shaking))
-            && self.trait_size.is_none_or(|size| SAMPLES * size * size >= TOLD)
+        self.case.regime.is_some()
+            || matches!(self.case.shaking, Shaking::Multisine | Shaking::SweepPair)
+                && self.ratio >= 0.01
+                && self.case.effects.iter().all(|e| exercised(e, self.case.shaking))
+                && self.trait_size.is_none_or(|size| SAMPLES * size * size >= TOLD)
     }
 
+    /// One of the hidden effects is among the first so many of the ranking; nothing is found where nothing is hidden.
     pub(crate) fn top(&self, n: usize) -> bool {
-        let Some(truth) = self.case.effects.first() else { return false };
+        if self.case.effects.is_empty() {
+            return self.verdict == Verdict::NothingMissing;
+        }
         let mut seen: Vec<&String> = Vec::new();
         for name in &self.ranking {
             if !seen.contains(&name) {
                 seen.push(name);
             }
         }
-        self.verdict != Verdict::NothingMissing && seen.iter().take(n).any(|name| tied(name, truth))
+        let hidden = |name: &String| self.case.effects.iter().any(|truth| tied(name, truth));
+        self.verdict != Verdict::NothingMissing && seen.iter().take(n).any(|name| hidden(name))
     }
 
     /// Every hidden effect is among the steps.
@@ -99,17 +106,20 @@ pub(crate) fn run(case: &Case) -> Option<Result> {
         watching: case.watching,
         ..Request::new(case.effects.clone(), case.shaking, case.seed)
     };
-    let hidden = match draw(&request) {
+    let drawn = case.regime.map_or_else(|| draw(&request), |regime| draw_in(regime, case.seed));
+    let hidden = match drawn {
         Ok(hidden) => hidden,
         Err(error) => {
             eprintln!("not drawn: {case:?}: {error}");
             return None;
         }
     };
+    let case = &Case { effects: hidden.truth.effects.clone(), ..case.clone() };
+    let ask = Ask { base: hidden.base, ..Ask::default() };
     let mut records = RecordSet::new(hidden.fit, Usage::Fit);
     records.add(hidden.held_out, Usage::HeldOut);
     let started = Instant::now();
-    let diagnosis = Search::new(&records, &Ask::default()).and_then(|s| s.diagnose(&|_| {}, &Cancel::default()));
+    let diagnosis = Search::new(&records, &ask).and_then(|s| s.diagnose(&|_| {}, &Cancel::default()));
     let milliseconds = 1e3 * started.elapsed().as_secs_f64();
     let diagnosis = match diagnosis {
         Ok(diagnosis) => diagnosis,
@@ -166,12 +176,30 @@ pub(crate) fn cases(
             }
             for &watching in noises {
                 for seed in seeds.clone() {
-                    cases.push(Case { effects: effects.clone(), shaking, watching, seed, ratio: None });
+                    cases.push(Case { regime: None, effects: effects.clone(), shaking, watching, seed, ratio: None });
                 }
             }
         }
     }
     cases
+}
+
+/// Draws of a regime.
+pub(crate) fn in_regime(regime: Regime, draws: u64) -> Vec<Case> {
+    let case = |seed| Case {
+        regime: Some(regime),
+        effects: Vec::new(),
+        shaking: Shaking::Multisine,
+        watching: Watching::white(0.0),
+        seed,
+        ratio: None,
+    };
+    (0..draws).map(case).collect()
+}
+
+/// How many draws of each kind a long study makes: what `SINDYSCOPE_DRAWS` says, or this.
+pub(crate) fn draws(usual: u64) -> u64 {
+    std::env::var("SINDYSCOPE_DRAWS").ok().and_then(|text| text.parse().ok()).unwrap_or(usual)
 }
 
 /// Runs cases side by side, in their order.
@@ -221,6 +249,57 @@ pub(crate) fn confusion(results: &[Result]) -> String {
     out
 }
 
+/// What a study found against what it was to find: printed as it goes, told all at once at the end.
+#[derive(Debug, Default)]
+pub(crate) struct Targets {
+    missed: Vec<String>,
+}
+
+impl Targets {
+    pub(crate) fn at_least(&mut self, what: &str, value: f64, bound: f64) {
+        self.judge(what, value, value >= bound, &format!("{bound} at least"));
+    }
+
+    pub(crate) fn at_most(&mut self, what: &str, value: f64, bound: f64) {
+        self.judge(what, value, value <= bound, &format!("{bound} at most"));
+    }
+
+    fn judge(&mut self, what: &str, value: f64, reached: bool, bound: &str) {
+        let line = format!("{what:<58} {value:7.2}  (target: {bound})");
+        println!("{line}");
+        // What was not drawn at all has missed nothing.
+        if !reached && !value.is_nan() {
+            self.missed.push(line);
+        }
+    }
+
+    /// Fails if a target was missed.
+    pub(crate) fn assert_reached(self) {
+        assert!(self.missed.is_empty(), "missed:\n{}", self.missed.join("\n"));
+    }
+}
+
+/// Of one regime, a line: shares named first, in the first three and wrongly, held-out error over the noise, times.
+pub(crate) fn regime_line(regime: Regime, asked: u64, results: &[Result]) -> String {
+    let part = |f: &dyn Fn(&Result) -> bool| share(results.iter().filter(|r| f(r)).count(), results.len());
+    let seconds: Vec<f64> = results.iter().map(|r| r.milliseconds / 1e3).collect();
+    format!(
+        "{:<16} {:>3} of {asked:<3} {:>7.1} {:>7.1} {:>7.1} {:>9.2} {:>8.2} {:>8.2}",
+        regime.name(),
+        results.len(),
+        part(&|r| r.top(1)),
+        part(&|r| r.top(3)),
+        part(&Result::named_wrong),
+        median(results.iter().map(|r| r.last).collect()),
+        median(seconds.clone()),
+        seconds.iter().copied().fold(f64::NAN, f64::max),
+    )
+}
+
+/// What stands above those lines.
+pub(crate) const REGIME_HEADING: &str =
+    "regime           run of drawn  first %  in 3 %  wrong %  held out  median s  longest s";
+
 pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
@@ -237,11 +316,13 @@ pub(crate) fn of_kind(kind: NoiseKind, share: f64) -> Watching {
 /// A run in which the truth was not named first, or another was named with confidence, in two lines.
 pub(crate) fn miss(r: &Result) -> Option<String> {
     (!r.top(1) || r.named_wrong()).then(|| {
+        let drawn = match r.case.regime {
+            None => format!("{} {} %", r.case.shaking, 100.0 * r.case.watching.share),
+            Some(regime) => regime.to_string(),
+        };
         format!(
-            "{} {} {} % seed {}, {:.3} of the spring force: {:?} {:?} or {:?}, p {:.0e}; held out {:.1} → {:.2} noises{}\n    {}",
+            "{} {drawn} seed {}, {:.3} of the spring force: {:?} {:?} or {:?}, p {:.0e}; held out {:.1} → {:.2} noises{}\n    {}",
             r.case.effects.join("+"),
-            r.case.shaking,
-            100.0 * r.case.watching.share,
             r.case.seed,
             r.ratio,
             r.verdict,

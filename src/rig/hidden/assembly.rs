@@ -6,15 +6,12 @@ use super::parts::{Begins, Parts, Seen};
 use super::scene::{Dice, Drive, Extent, Motion, Scene};
 use super::shaking::Run;
 use crate::model::{Equation, Model};
+use crate::rig::Excitation;
 use crate::rig::RigError;
-use crate::rig::excitation::Excitation;
 use crate::rig::plant::Plant;
-use crate::rig::response::{Stop, respond_within};
+use crate::rig::response::{Stop, respond_at};
 use crate::rig::span::Accuracy;
 use crate::term::{Expression, Program};
-
-/// States of the linear plant.
-const OWN_STATES: usize = 2;
 
 /// A linear plant with effects in it.
 #[derive(Clone, Debug)]
@@ -32,13 +29,15 @@ pub(super) struct Motions {
     pub states: Vec<Vec<f64>>,
     /// One series for each of the plant's inputs and its first and second derivatives: value, rate, acceleration.
     pub inputs: Vec<[Vec<f64>; 3]>,
+    /// What is measured as the input: the first of them, or the force of a control; empty without any.
+    pub applied: Vec<f64>,
     pub stops: Vec<Stop>,
 }
 
 impl Assembly {
     /// Effects with their strengths, in a scene.
     pub(super) fn new(effects: &[(&Effect, Dice)], strengths: &[f64], scene: &Scene) -> Self {
-        let mut first_state = OWN_STATES;
+        let mut first_state = scene.own_states();
         let mut parts = Vec::with_capacity(effects.len());
         // Friction in the joint rubs on the base that moves late, as the spring pulls at it.
         let arriving = usize::from(effects.iter().any(|(effect, _)| effect.name == "input_delay"));
@@ -49,12 +48,14 @@ impl Assembly {
         }
         let inputs = match scene.drive {
             Drive::None => 0,
+            _ if scene.control.is_some() => 2,
             _ if parts.iter().any(|p| p.delay > 0.0) => 2,
             _ => 1,
         };
         let forces = std::iter::once(scene.base()).chain(parts.iter().map(|p| p.force.clone()));
         let known = |terms: Vec<E>| Equation::known(terms.into_iter().map(|e| (e.term(), 1.0)));
         let mut equations = vec![known(vec![v()]), known(forces.collect())];
+        equations.extend(scene.control.map(|control| known(vec![control.filtered_rate()])));
         equations.extend(parts.iter().flat_map(|p| &p.inner).map(|inner| known(vec![inner.rate.clone()])));
         let contacts = parts.iter().filter_map(|p| p.contact.clone()).collect();
         let plant = Plant { smooth: Model::first_order(inputs, equations), contacts };
@@ -81,21 +82,29 @@ impl Assembly {
 
     /// Moves along a run.
     pub(super) fn follow(&self, run: &Run, accuracy: Accuracy) -> Result<Motions, RigError> {
+        self.follow_at(run, (0..run.sampling.count).map(|k| run.sampling.time(k)).collect(), accuracy)
+    }
+
+    /// The same, seen at any instants in order.
+    pub(super) fn follow_at(&self, run: &Run, times: Vec<f64>, accuracy: Accuracy) -> Result<Motions, RigError> {
         let run = run.scaled(self.level(), self.level());
         let delay: f64 = self.parts.iter().map(|p| p.delay).sum();
         let inputs: Vec<Excitation> = match (&run.excitation, self.plant.smooth.layout.inputs) {
+            (Some(reference), 2) if self.scene.control.is_some() => {
+                vec![reference.clone(), run.noise.clone().unwrap_or_else(Excitation::rest)]
+            }
             (Some(excitation), 2) => vec![excitation.clone(), excitation.clone().delayed(delay)],
             (Some(excitation), _) => vec![excitation.clone()],
             (None, _) => Vec::new(),
         };
         let mut initial = run.initial.to_vec();
+        initial.resize(self.scene.own_states(), 0.0);
         initial.extend(self.parts.iter().flat_map(|p| &p.inner).map(|inner| match inner.begins {
             Begins::Zero => 0.0,
             Begins::Displacement => run.initial[0],
             Begins::Velocity => run.initial[1],
         }));
-        let response = respond_within(accuracy, &self.plant, &inputs, &initial, &run.sampling)?;
-        let times: Vec<f64> = (0..run.sampling.count).map(|k| run.sampling.time(k)).collect();
+        let response = respond_at(accuracy, &self.plant, &inputs, &initial, &times)?;
         let series = |input: &Excitation| {
             let mut jet: [Vec<f64>; 3] = Default::default();
             for t in &times {
@@ -106,23 +115,23 @@ impl Assembly {
             jet
         };
         let inputs = inputs.iter().map(series).collect();
-        Ok(Motions { times, states: response.states, inputs, stops: response.stops })
+        let mut motions =
+            Motions { times, states: response.states, inputs, applied: Vec::new(), stops: response.stops };
+        motions.applied = match (self.scene.control, motions.inputs.first()) {
+            (Some(control), _) => self.along(&motions, &[control.force()]).remove(0),
+            (None, Some([u, ..])) => u.clone(),
+            (None, None) => Vec::new(),
+        };
+        Ok(motions)
     }
 
-    /// The missing acceleration of each effect over a motion, one series an effect. What changes the sensor counts as the
-    /// spring force of what it changes, `shift` being the record's own share of a shifted zero.
-    pub(super) fn missing(&self, motions: &Motions, shift: f64) -> Vec<Vec<f64>> {
+    /// Values of expressions along a motion, one series each.
+    pub(super) fn along(&self, motions: &Motions, expressions: &[E]) -> Vec<Vec<f64>> {
         let layout = self.plant.smooth.layout;
-        let none = || E(Expression::Number(0.0));
-        let contacts: Vec<E> = self.parts.iter().map(|p| p.contact.as_ref().map_or_else(none, sliding_force)).collect();
-        let mut expressions: Vec<Expression> = self.parts.iter().map(|p| p.force.0.clone()).collect();
-        expressions.extend(contacts.into_iter().map(|e| e.0));
-        expressions.push(self.scene.base().0);
-        let expressions: Vec<Expression> = expressions.iter().map(Expression::normal).collect();
+        let expressions: Vec<Expression> = expressions.iter().map(|e| e.0.normal()).collect();
         let program = Program::new(&expressions, &layout);
         let mut slots = program.slots();
-        let count = self.parts.len();
-        let mut missing = vec![Vec::with_capacity(motions.times.len()); count];
+        let mut values = vec![Vec::with_capacity(motions.times.len()); expressions.len()];
         for (k, t) in motions.times.iter().enumerate() {
             slots[0] = *t;
             for (j, series) in motions.states.iter().enumerate() {
@@ -135,7 +144,26 @@ impl Assembly {
                 }
             }
             program.run(&mut slots);
-            let output = |index: usize| slots[program.output(index)];
+            for (index, series) in values.iter_mut().enumerate() {
+                series.push(slots[program.output(index)]);
+            }
+        }
+        values
+    }
+
+    /// The missing acceleration of each effect over a motion, one series an effect. What changes the sensor counts as the
+    /// spring force of what it changes, `shift` being the record's own share of a shifted zero.
+    pub(super) fn missing(&self, motions: &Motions, shift: f64) -> Vec<Vec<f64>> {
+        let none = || E(Expression::Number(0.0));
+        let contacts: Vec<E> = self.parts.iter().map(|p| p.contact.as_ref().map_or_else(none, sliding_force)).collect();
+        let mut expressions: Vec<E> = self.parts.iter().map(|p| p.force.clone()).collect();
+        expressions.extend(contacts);
+        expressions.push(self.scene.base());
+        let values = self.along(motions, &expressions);
+        let count = self.parts.len();
+        let mut missing = vec![Vec::with_capacity(motions.times.len()); count];
+        for (k, t) in motions.times.iter().enumerate() {
+            let output = |index: usize| values[index][k];
             let smooth: f64 = (0..count).map(output).sum::<f64>() + output(2 * count);
             let mut contact = 0;
             for (j, part) in self.parts.iter().enumerate() {
@@ -164,7 +192,7 @@ impl Assembly {
         if in_joint { motions.inputs.last().map_or(0.0, |jet| jet[2][sample]) } else { 0.0 }
     }
 
-    /// Deflection and velocity of the joint's spring, displacement and velocity of the mass, and the input, over a motion.
+    /// Displacement and velocity of the mass, deflection and velocity of the joint's spring, and the input, over a motion.
     pub(super) fn series(&self, motions: &Motions) -> [Vec<f64>; 5] {
         let (x, v) = (motions.states[0].clone(), motions.states[1].clone());
         let (u, du) = motions.inputs.first().map_or((&[][..], &[][..]), |jet| (&jet[0][..], &jet[1][..]));
@@ -173,7 +201,7 @@ impl Assembly {
             Drive::Force | Drive::None => a.to_vec(),
         };
         let (r, w) = (less(&x, u), less(&v, du));
-        [x, v, r, w, u.to_vec()]
+        [x, v, r, w, motions.applied.clone()]
     }
 }
 
@@ -194,6 +222,12 @@ pub(super) fn extents(assembly: &Assembly, motions: &[Motions]) -> Motion {
     }
     let [x, v, r, w, u] = all.map(|series| Extent::of(series.into_iter()));
     Motion { x, v, r, w, u }
+}
+
+/// What forces are compared with: the spring's, or the input where there is no spring.
+pub(super) fn reference(assembly: &Assembly, motion: &Motions) -> Vec<f64> {
+    let [_, _, deflection, _, input] = assembly.series(motion);
+    if assembly.scene.sprung { deflection } else { input }
 }
 
 /// Share of the sampled time in which a contact sticks.

@@ -1,6 +1,6 @@
 //! The strengths of effects, found so that their missing forces are of the size asked for.
 
-use super::assembly::{Assembly, Motions, extents, stuck_share};
+use super::assembly::{Assembly, Motions, extents, reference, stuck_share};
 use super::catalogue::Effect;
 use super::scene::{Dice, Extent, Motion, Scene};
 use super::shaking::Run;
@@ -15,8 +15,6 @@ const FOLLOWING_ROUNDS: usize = 4;
 const NEAR: f64 = 0.03;
 /// What will do if nothing nearer was found: half to twice as much.
 const NEAR_ENOUGH: f64 = std::f64::consts::LN_2;
-/// The largest share of the time in which friction may hold the mass.
-const MOST_STUCK: f64 = 0.4;
 /// The least share in which a static level above the sliding one must.
 const LEAST_STUCK: f64 = 0.02;
 /// Samples left out between two that are measured while calibrating.
@@ -24,13 +22,18 @@ const COARSER: usize = 3;
 
 /// Finds strengths with which each effect's missing force has its ratio to the spring's force; an effect that cannot reach it
 /// within what is sensible stays at its bound.
+///
+/// Friction holds the mass for `most_stuck` of the time at most.
 pub(super) fn calibrate(
     effects: &[(&Effect, Dice)],
     targets: &[f64],
+    most_stuck: f64,
     scene: &mut Scene,
     runs: &[Run],
 ) -> Result<Assembly, RigError> {
-    let runs: Vec<Run> = runs.iter().filter(|r| !r.held_out).map(|r| r.coarse(COARSER)).collect();
+    // What a control hears changes the size of nothing.
+    let quiet = |run: &Run| Run { noise: None, ..run.coarse(COARSER) };
+    let runs: Vec<Run> = runs.iter().filter(|r| !r.held_out).map(quiet).collect();
     let mut targets = targets.to_vec();
     let mut most: Vec<f64> = effects.iter().map(|(e, _)| e.most).collect();
     let mut strengths: Vec<f64> =
@@ -56,7 +59,7 @@ pub(super) fn calibrate(
         let (ratios, _) = measure(&assembly, &motions);
         let stuck = stuck_share(&motions);
         let must_stick = effects.iter().any(|(e, _)| e.name == "static_friction");
-        if stuck > MOST_STUCK {
+        if stuck > most_stuck {
             for (j, (effect, _)) in effects.iter().enumerate() {
                 if assembly.parts[j].contact.is_some() {
                     strengths[j] *= 0.7;
@@ -103,6 +106,57 @@ pub(super) fn calibrate(
     })
 }
 
+/// Simulations after which no other strength of friction is sought, in each of two rounds.
+const MOST_HALVINGS: usize = 9;
+/// How near to the share of time asked for is near enough.
+const NEAR_STILL: f64 = 0.1;
+
+/// Finds the strength of friction with which it holds the mass still about a share of the time, and in each record for a share within
+/// bounds.
+pub(super) fn hold(
+    effects: &[(&Effect, Dice)],
+    share: f64,
+    bounds: (f64, f64),
+    scene: &mut Scene,
+    runs: &[Run],
+) -> Result<Assembly, RigError> {
+    let runs: Vec<Run> = runs.iter().map(|r| r.coarse(COARSER)).collect();
+    let (mut least, mut most) = (0.01, 3.0);
+    for round in 0..2 {
+        let scale = scene.motion.x.rms;
+        let mut nearest: Option<(f64, Assembly, Vec<Motions>)> = None;
+        for _ in 0..MOST_HALVINGS {
+            let middle = f64::sqrt(least * most);
+            let assembly = Assembly::new(effects, &vec![middle; effects.len()], scene);
+            let motions: Vec<Motions> =
+                runs.iter().map(|run| assembly.follow(run, Accuracy::DRAFT)).collect::<Result<_, _>>()?;
+            let still = stuck_share(&motions);
+            let each: Vec<f64> = motions.iter().map(|m| stuck_share(std::slice::from_ref(m))).collect();
+            let within = each.iter().all(|still| (bounds.0..bounds.1).contains(still));
+            let distance = (still - share).abs() + if within { 0.0 } else { 1.0 };
+            if nearest.as_ref().is_none_or(|(least, ..)| distance < *least) {
+                nearest = Some((distance, assembly, motions));
+            }
+            if distance < NEAR_STILL {
+                break;
+            }
+            if still < share { least = middle } else { most = middle }
+        }
+        let Some((distance, assembly, motions)) = nearest else { break };
+        if round == 1 && distance < 1.0 {
+            return Ok(assembly);
+        }
+        // Widths in velocity follow the motion, which is known now; strengths are counted in its displacement.
+        scene.motion = extents(&assembly, &motions);
+        let change = scale / scene.motion.x.rms;
+        (least, most) = (0.2 * least * change, 5.0 * most * change);
+    }
+    Err(RigError::BadOption {
+        option: "regime",
+        problem: "no strength of the friction holds the mass still for the share of time asked for".to_owned(),
+    })
+}
+
 /// RMS missing force over RMS spring force: of each effect, and of all together.
 pub(super) fn measure(assembly: &Assembly, motions: &[Motions]) -> (Vec<f64>, f64) {
     let mut apart = vec![Vec::new(); assembly.parts.len()];
@@ -114,8 +168,7 @@ pub(super) fn measure(assembly: &Assembly, motions: &[Motions]) -> (Vec<f64>, f6
         for (all, own) in apart.iter_mut().zip(missing) {
             all.extend(own);
         }
-        let [_, _, deflection, _, _] = assembly.series(motion);
-        spring.extend(deflection);
+        spring.extend(reference(assembly, motion));
     }
     let rms = |values: &[f64]| Extent::of(values.iter().copied()).rms;
     let spring = rms(&spring).max(f64::MIN_POSITIVE);

@@ -9,10 +9,15 @@ mod algebra;
 mod assembly;
 mod calibrate;
 mod catalogue;
+mod chance;
 mod driving;
+mod exciting;
 mod friction;
+mod judge;
+mod lab;
 mod memory;
 mod parts;
+mod regime;
 mod scene;
 mod shaking;
 mod stiffness;
@@ -29,16 +34,20 @@ use rand_pcg::Pcg64;
 use crate::record::{Channel, Record, Role};
 
 use super::RigError;
+use super::sensor::Sensor;
 use super::span::Accuracy;
+use crate::term::Term;
 use assembly::{Assembly, Motions};
-use calibrate::{calibrate, linear_motion, measure, shift};
+use calibrate::{calibrate, hold, linear_motion, measure, shift};
 use catalogue::Effect;
+use chance::log_uniform;
 use parts::Seen;
-use scene::{Dice, Drive, Extent, Motion, Scene};
+use scene::{Dice, Drive, Extent, Scene};
 use shaking::{Run, Subject, Test};
 use truth::Scales;
 
 pub use catalogue::{exercised, names, outside_names, pairs, possible, title};
+pub use regime::Regime;
 pub use shaking::Shaking;
 pub use truth::{TrueParameter, Truth};
 pub use watching::{NoiseKind, Watching};
@@ -47,6 +56,8 @@ pub use watching::{NoiseKind, Watching};
 const MOST_ATTEMPTS: u64 = 8;
 /// The least of the ratio asked for that is accepted at the first try.
 const LEAST_REACHED: f64 = 0.3;
+/// The largest share of the time in which friction may hold the mass.
+const MOST_STUCK: f64 = 0.4;
 /// Ratios of missing force to spring force that are drawn.
 const RATIOS: (f64, f64) = (0.02, 0.15);
 /// The largest ratio that may be asked for.
@@ -102,6 +113,8 @@ pub struct Hidden {
     pub held_out: Vec<Record>,
     /// True if the input is the base's displacement; a force or nothing otherwise.
     pub base_excited: bool,
+    /// Terms of the base model that the search is told; none for its own choice.
+    pub base: Option<Vec<Term>>,
     /// What is hidden.
     pub truth: Truth,
 }
@@ -131,8 +144,11 @@ pub fn draw(request: &Request) -> Result<Hidden, RigError> {
     let mut weak: Option<Hidden> = None;
     for attempt in 0..MOST_ATTEMPTS {
         let plan = Plan::draw(request, &effects, attempt)?;
-        let targets = plan.targets.clone();
-        match plan.perform(request) {
+        let targets = match &plan.sizes {
+            Sizes::Ratios(targets, _) => targets.clone(),
+            Sizes::Still(..) | Sizes::Strengths(_) => Vec::new(),
+        };
+        match plan.perform().map(|(plan, performed)| plan.hidden(&performed)) {
             Ok(hidden) => {
                 let ratios = hidden.truth.ratios.iter().zip(&targets);
                 let weakest = ratios.map(|(ratio, target)| ratio / target).fold(1.0, f64::min);
@@ -160,6 +176,14 @@ pub fn blind(seed: u64) -> Result<Hidden, RigError> {
     draw(&Request::blind(shaking, seed))
 }
 
+/// Draws a case of a regime: effect, plant, excitation and sensors.
+///
+/// # Errors
+/// No plant was found that hides the effect drawn so that it can be told; another seed will do.
+pub fn draw_in(regime: Regime, seed: u64) -> Result<Hidden, RigError> {
+    if regime == Regime::Usual { blind(seed) } else { lab::draw(regime, seed) }
+}
+
 fn known(name: &str, shaking: Shaking) -> Result<&'static Effect, RigError> {
     let bad = |problem: String| RigError::BadOption { option: "--effect", problem };
     let effect = catalogue::find(name).ok_or_else(|| {
@@ -180,13 +204,42 @@ fn spread(seed: u64, text: &str) -> u64 {
     seed.to_le_bytes().into_iter().chain(text.bytes()).fold(0xcbf2_9ce4_8422_2325, hash)
 }
 
+/// How large effects are to be.
+#[derive(Clone, Debug, PartialEq)]
+enum Sizes {
+    /// RMS missing force over RMS spring force (input, where there is no spring), of each, and the largest share of the
+    /// time in which friction may hold the mass.
+    Ratios(Vec<f64>, f64),
+    /// Share of the time in which friction holds the mass still, and the bounds of it in each record.
+    Still(f64, (f64, f64)),
+    /// Their strengths.
+    Strengths(Vec<f64>),
+}
+
 /// A drawn plant and test, before the effects have their strengths.
 struct Plan<'a> {
     effects: Vec<(&'a Effect, Dice)>,
-    targets: Vec<f64>,
+    sizes: Sizes,
     scene: Scene,
     runs: Vec<Run>,
     scales: Scales,
+    watching: Watching,
+    seed: u64,
+    /// Standard deviation of the noise that a control hears, without unit.
+    heard: Option<f64>,
+}
+
+/// A plan carried out, without units.
+struct Performed {
+    assembly: Assembly,
+    /// One a run, in their order.
+    motions: Vec<Motions>,
+    ratios: Vec<f64>,
+    ratio: f64,
+    /// RMS of what an effect changes beyond the simpler one that it contains.
+    beyond_simpler: Option<f64>,
+    /// RMS of what the base model cannot follow.
+    beyond_base: Option<f64>,
 }
 
 impl<'a> Plan<'a> {
@@ -194,8 +247,6 @@ impl<'a> Plan<'a> {
         let key = format!("{} {} {attempt}", request.effects.join(" "), request.shaking);
         let random = &mut Pcg64::seed_from_u64(spread(request.seed, &key));
         let drive = drive(effects, request.shaking, random)?;
-        let log_uniform =
-            |random: &mut Pcg64, low: f64, high: f64| (low.ln() + (high / low).ln() * random.random::<f64>()).exp();
         let frequency = log_uniform(random, 0.2, 50.0);
         // Who waits for a tone to be steady has a plant in which it becomes so.
         let least_damping = if request.shaking == Shaking::SingleTone { 0.01 } else { 0.003 };
@@ -220,18 +271,32 @@ impl<'a> Plan<'a> {
         let damping = 2.0 * damping_ratio;
         let subject = Subject { drive, damping, rubs: effects.iter().any(|e| e.rubs) };
         let Test { runs, origin, length: duration } = shaking::draw(request.shaking, subject, request.samples, random);
-        let mut scene =
-            Scene { damping, drive, origin, length: duration, motion: Motion::default(), first_state: 0, arriving: 0 };
-        let runs = levelled(&mut scene, runs, request.shaking)?;
+        let mut scene = Scene::linear(damping, drive, origin, duration);
+        // A steady tone's initial state belongs to its input; a displaced start is relative to the forced motion.
+        let runs = brought_to_one(&mut scene, runs, request.shaking == Shaking::SingleTone)?;
         let interval = runs.first().map_or(1.0, |r| r.sampling.interval);
         let scales = Scales::new(length, frequency * TAU, interval, mass, turns, drive);
-        Ok(Self { effects: dice, targets, scene, runs, scales })
+        let sizes = Sizes::Ratios(targets, MOST_STUCK);
+        let Request { watching, seed, .. } = *request;
+        Ok(Self { effects: dice, sizes, scene, runs, scales, watching, seed, heard: None })
     }
 
-    fn perform(mut self, request: &Request) -> Result<Hidden, RigError> {
-        let assembly = calibrate(&self.effects, &self.targets, &mut self.scene, &self.runs)?;
-        let motions: Vec<Motions> =
-            self.runs.iter().map(|run| assembly.follow(run, Accuracy::FINE)).collect::<Result<_, _>>()?;
+    /// Gives the effects their sizes and sets the plant in motion.
+    fn perform(mut self) -> Result<(Self, Performed), RigError> {
+        let assembly = match &self.sizes {
+            Sizes::Ratios(targets, stuck) => calibrate(&self.effects, targets, *stuck, &mut self.scene, &self.runs)?,
+            Sizes::Still(share, bounds) => hold(&self.effects, *share, *bounds, &mut self.scene, &self.runs)?,
+            Sizes::Strengths(strengths) => Assembly::new(&self.effects, strengths, &self.scene),
+        };
+        let instants = |(index, run): (usize, &Run)| {
+            self.watching.instants(&run.sampling, spread(self.seed, &format!("clock {index}")))
+        };
+        let motions: Vec<Motions> = self
+            .runs
+            .iter()
+            .enumerate()
+            .map(|each| assembly.follow_at(each.1, instants(each), Accuracy::FINE))
+            .collect::<Result<_, _>>()?;
         let fitted: Vec<Motions> =
             self.runs.iter().zip(&motions).filter(|(run, _)| !run.held_out).map(|(_, m)| m.clone()).collect();
         let (ratios, ratio) = measure(&assembly, &fitted);
@@ -244,9 +309,25 @@ impl<'a> Plan<'a> {
         };
         let beyond_simpler = simpler.map(|simpler| {
             let change = fitted.iter().zip(&simpler).flat_map(|(a, b)| a.states[0].iter().zip(&b.states[0]));
-            Extent::of(change.map(|(a, b)| a - b)).rms * self.scales.length
+            Extent::of(change.map(|(a, b)| a - b)).rms
         });
-        let mut table = Table::new(&self, &assembly, &motions, request);
+        // The linear plant of what excites itself has no response.
+        let beyond_base = (self.scene.damping > 0.0 && !self.effects.is_empty())
+            .then(|| judge::beyond_base(&assembly, &self.scene, &fitted));
+        Ok((self, Performed { assembly, motions, ratios, ratio, beyond_simpler, beyond_base }))
+    }
+
+    /// Standard deviation of the displacement sensor's noise, without unit.
+    fn deviation(&self, performed: &Performed) -> f64 {
+        let fitted = self.runs.iter().zip(&performed.motions).filter(|(run, _)| !run.held_out);
+        let x = Extent::of(fitted.flat_map(|(_, m)| m.states[0].iter().copied())).rms;
+        self.heard.unwrap_or_else(|| self.watching.deviation(x))
+    }
+
+    /// The records, and what they hide.
+    fn hidden(&self, performed: &Performed) -> Hidden {
+        let Performed { assembly, motions, ratios, ratio, .. } = performed;
+        let mut table = Table::new(self, assembly, motions);
         let (mut fit, mut held_out) = (Vec::new(), Vec::new());
         for (index, run) in self.runs.iter().enumerate() {
             let record = table.record(index, run);
@@ -254,15 +335,17 @@ impl<'a> Plan<'a> {
         }
         let names: Vec<&'static str> = self.effects.iter().map(|(e, _)| e.name).collect();
         let titles: Vec<&'static str> = self.effects.iter().map(|(e, _)| e.title).collect();
-        let truth = Truth::new(
-            &names,
-            &titles,
-            &assembly.parts,
-            &self.scene,
-            &self.scales,
-            &truth::Measured { ratios, ratio, noise: table.noise, beyond_simpler, offsets: table.offsets },
-        );
-        Ok(Hidden { fit, held_out, base_excited: self.scene.drive == Drive::Base, truth })
+        let measured = truth::Measured {
+            ratios: ratios.clone(),
+            ratio: *ratio,
+            noise: table.noise,
+            beyond_simpler: performed.beyond_simpler.map(|size| size * self.scales.length),
+            beyond_base: performed.beyond_base.map(|size| size * self.scales.length),
+            offsets: table.offsets,
+        };
+        let truth = Truth::new(&names, &titles, &assembly.parts, &self.scene, &self.scales, &measured);
+        let base_excited = self.scene.drive == Drive::Base;
+        Hidden { fit, held_out, base_excited, base: self.scene.base_terms(), truth }
     }
 }
 
@@ -280,13 +363,12 @@ fn drive(effects: &[&Effect], shaking: Shaking, random: &mut Pcg64) -> Result<Dr
     })
 }
 
-/// Brings the runs to the level at which the linear plant's largest displacement is 1, and notes its motion.
-fn levelled(scene: &mut Scene, runs: Vec<Run>, shaking: Shaking) -> Result<Vec<Run>, RigError> {
-    // A steady tone's initial state belongs to its input; a displaced start is relative to the forced motion.
-    let steady = shaking == Shaking::SingleTone;
+/// Brings the runs to the level at which the linear plant's largest displacement is 1, and notes its motion; initial states
+/// that belong to a steady motion keep to it, others are relative to the forced motion.
+fn brought_to_one(scene: &mut Scene, runs: Vec<Run>, steady: bool) -> Result<Vec<Run>, RigError> {
     let state = |kept: f64| if steady { kept } else { 1.0 };
     let mut level = 1.0;
-    if shaking != Shaking::Decay {
+    if scene.drive != Drive::None {
         let forced: Vec<Run> = runs.iter().map(|r| r.scaled(1.0, if steady { 1.0 } else { 0.0 })).collect();
         level = 1.0 / linear_motion(scene, &forced)?.x.peak;
     }
@@ -302,7 +384,6 @@ struct Table<'a> {
     plan: &'a Plan<'a>,
     assembly: &'a Assembly,
     motions: &'a [Motions],
-    watching: Watching,
     seed: u64,
     /// RMS displacement and input over the fitted records, without unit.
     rms: (f64, f64),
@@ -313,19 +394,17 @@ struct Table<'a> {
 }
 
 impl<'a> Table<'a> {
-    fn new(plan: &'a Plan<'a>, assembly: &'a Assembly, motions: &'a [Motions], request: &Request) -> Self {
+    fn new(plan: &'a Plan<'a>, assembly: &'a Assembly, motions: &'a [Motions]) -> Self {
         let fitted = || plan.runs.iter().zip(motions).filter(|(run, _)| !run.held_out).map(|(_, m)| m);
         let x = Extent::of(fitted().flat_map(|m| m.states[0].iter().copied())).rms;
-        let u =
-            Extent::of(fitted().flat_map(|m| m.inputs.first().into_iter().flat_map(|jet| jet[0].iter().copied()))).rms;
-        let watching = request.watching;
-        let noise = watching.deviation(x) * plan.scales.length;
-        let seed = spread(request.seed, "sensors");
-        Self { plan, assembly, motions, watching, seed, rms: (x, u), noise, offsets: Vec::new() }
+        let u = Extent::of(fitted().flat_map(|m| m.applied.iter().copied())).rms;
+        let noise = plan.heard.unwrap_or_else(|| plan.watching.deviation(x)) * plan.scales.length;
+        let seed = spread(plan.seed, "sensors");
+        Self { plan, assembly, motions, seed, rms: (x, u), noise, offsets: Vec::new() }
     }
 
     fn record(&mut self, index: usize, run: &Run) -> Record {
-        let Plan { scales, scene, .. } = self.plan;
+        let Plan { scales, scene, watching, .. } = self.plan;
         let motion = &self.motions[index];
         let mut displacement: Vec<f64> = motion.states[0].clone();
         match self.assembly.seen() {
@@ -337,13 +416,24 @@ impl<'a> Table<'a> {
             }
             Seen::Clipped(limit) => displacement.iter_mut().for_each(|x| *x = x.clamp(-limit, limit)),
         }
+        if let Some(datum) = scene.datum {
+            displacement.iter_mut().for_each(|x| *x -= datum);
+        }
+        // What a control hears is what is recorded.
+        let heard = motion.inputs.get(1).filter(|_| self.plan.heard.is_some());
+        if let Some([noise, ..]) = heard {
+            displacement.iter_mut().zip(noise).for_each(|(x, noise)| *x += noise);
+        }
         displacement.iter_mut().for_each(|x| *x *= scales.length);
         let stream = 2 * index as u64;
-        let values = self.watching.displacement(&displacement, self.rms.0 * scales.length, self.seed, stream);
+        let values = match heard {
+            Some(_) => Sensor::PERFECT.measure(&displacement, self.seed, stream),
+            None => watching.displacement(&displacement, self.rms.0 * scales.length, self.seed, stream),
+        };
         let mut channels = vec![channel("x", Role::Displacement(0), scales.unit, values)];
-        if let Some([u, ..]) = motion.inputs.first() {
-            let clean: Vec<f64> = u.iter().map(|u| u * scales.input).collect();
-            let values = self.watching.input(&clean, self.rms.1 * scales.input, self.seed, stream + 1);
+        if !motion.applied.is_empty() {
+            let clean: Vec<f64> = motion.applied.iter().map(|u| u * scales.input).collect();
+            let values = watching.input(&clean, self.rms.1 * scales.input, self.seed, stream + 1);
             channels.push(channel("u", Role::Input(0), scales.input_unit, values));
         }
         Record {

@@ -3,7 +3,8 @@
 //! Everything here is without units: lengths over the amplitude scale, times over 1/ω₀. So the stiffness over mass is 1
 //! and the natural period 2π, and one tolerance of integration is right from micrometres to metres.
 
-use super::algebra::{E, du, u, v, x};
+use super::algebra::{E, du, state, u, v, x};
+use crate::term::Term;
 
 /// How far a quantity goes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -52,11 +53,48 @@ pub(super) enum Drive {
     None,
 }
 
+/// A force that follows a reference by what the displacement sensor shows: proportional to the distance and to its rate, which
+/// is the sensor's through a filter of first order. Inputs 0 and 1 of the plant are the reference and the sensor's noise,
+/// state 2 is the filter's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Control {
+    /// Force over mass and distance.
+    pub proportional: f64,
+    /// Force over mass and rate of the distance.
+    pub derivative: f64,
+    /// Time constant of the filter.
+    pub filter: f64,
+}
+
+impl Control {
+    fn seen() -> E {
+        x() + u(1)
+    }
+
+    /// Rate of what the sensor shows.
+    pub(super) fn filtered_rate(&self) -> E {
+        (Self::seen() - state(2)) * (1.0 / self.filter)
+    }
+
+    pub(super) fn force(&self) -> E {
+        (u(0) - Self::seen()) * self.proportional + (du(0) - self.filtered_rate()) * self.derivative
+    }
+}
+
 /// What an effect is fitted into.
 #[derive(Clone, Debug)]
 pub(super) struct Scene {
-    /// Viscous damping over mass, 2ζ.
+    /// False for a mass that no spring holds.
+    pub sprung: bool,
+    /// Viscous damping over mass, 2ζ; negative where the motion excites itself.
     pub damping: f64,
+    /// True if the damper's other end does not move with the base.
+    pub grounded_damper: bool,
+    /// Cubic stiffness over mass that is known, not hidden.
+    pub cubic: f64,
+    /// Where the sensor shows zero, over the spring's rest; none where it is at rest itself.
+    pub datum: Option<f64>,
+    pub control: Option<Control>,
     pub drive: Drive,
     /// The time at which the records begin.
     pub origin: f64,
@@ -100,14 +138,58 @@ impl Scene {
         }
     }
 
-    /// Acceleration of the linear plant that nothing is hidden in.
+    /// A linear spring and damper without anything else yet.
+    pub(super) fn linear(damping: f64, drive: Drive, origin: f64, length: f64) -> Self {
+        Self {
+            sprung: true,
+            damping,
+            grounded_damper: false,
+            cubic: 0.0,
+            datum: None,
+            control: None,
+            drive,
+            origin,
+            length,
+            motion: Motion::default(),
+            first_state: 0,
+            arriving: 0,
+        }
+    }
+
+    /// Acceleration of the plant that nothing is hidden in.
     pub(super) fn base(&self) -> E {
         let Coordinate { q, p, .. } = self.coordinate(false);
-        let restoring = -q - p * self.damping;
-        match self.drive {
-            Drive::Force => restoring + u(0),
-            Drive::Base | Drive::None => restoring,
+        let damper = if self.grounded_damper { v() } else { p };
+        let stiff = if self.cubic > 0.0 { -q.clone() - q.power(3.0) * self.cubic } else { -q };
+        let restoring = if self.sprung { stiff - damper * self.damping } else { -(damper * self.damping) };
+        match (self.drive, self.control) {
+            (Drive::Force, Some(control)) => restoring + control.force(),
+            (Drive::Force, None) => restoring + u(0),
+            (Drive::Base | Drive::None, _) => restoring,
         }
+    }
+
+    /// Terms of that plant, in the coordinates of the records; none where it is the spring, damper and input that everyone
+    /// would begin with.
+    pub(super) fn base_terms(&self) -> Option<Vec<Term>> {
+        let usual = self.sprung && !self.grounded_damper && self.cubic <= 0.0 && self.datum.is_none();
+        if usual {
+            return None;
+        }
+        let (q, p) = if self.drive == Drive::Base { ("x-u", "v-du") } else { ("x", "v") };
+        let list = [
+            (self.datum.is_some(), "1".to_owned()),
+            (self.sprung, q.to_owned()),
+            (true, if self.grounded_damper { "v" } else { p }.to_owned()),
+            (self.cubic > 0.0, format!("({q})^3")),
+            (self.drive == Drive::Force, "u".to_owned()),
+        ];
+        Some(list.iter().filter(|(there, _)| *there).filter_map(|(_, text)| Term::parse(text).ok()).collect())
+    }
+
+    /// States before those of effects: displacement, velocity, and the control's.
+    pub(super) fn own_states(&self) -> usize {
+        if self.control.is_some() { 3 } else { 2 }
     }
 }
 

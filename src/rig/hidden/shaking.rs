@@ -6,9 +6,10 @@ use std::f64::consts::TAU;
 use std::fmt;
 use std::str::FromStr;
 
+use super::chance::sign;
 use super::scene::Drive;
-use crate::rig::excitation::{Excitation, Tone};
 use crate::rig::response::Sampling;
+use crate::rig::{Excitation, Tone};
 
 /// How a plant with a hidden effect is shaken. The band is 0.3 to 2.2 times the natural frequency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -74,6 +75,8 @@ const NATURAL: f64 = 1.0 / TAU;
 pub(super) struct Run {
     pub name: String,
     pub excitation: Option<Excitation>,
+    /// The displacement sensor's noise where a control hears it.
+    pub noise: Option<Excitation>,
     /// Displacement and velocity at t = 0.
     pub initial: [f64; 2],
     pub sampling: Sampling,
@@ -121,6 +124,7 @@ pub(super) fn draw(shaking: Shaking, subject: Subject, samples: usize, random: &
     let run = |excitation: Option<Excitation>, initial: [f64; 2], held: bool| Run {
         name: String::new(),
         excitation,
+        noise: None,
         initial,
         sampling: Sampling { start: origin, interval, count: if held { held_out } else { count } },
         held_out: held,
@@ -177,10 +181,6 @@ pub(super) fn draw(shaking: Shaking, subject: Subject, samples: usize, random: &
         run.name = if run.held_out { "held out".to_owned() } else { (index + 1).to_string() };
     }
     Test { runs, origin, length }
-}
-
-fn sign(random: &mut Pcg64) -> f64 {
-    if random.random::<bool>() { 1.0 } else { -1.0 }
 }
 
 /// Displacement and velocity at t = 0 of the linear plant's steady motion.

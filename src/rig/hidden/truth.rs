@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::parts::{Dimension, PLAIN, Parts, RATE, STIFFNESS};
+use super::parts::{Dimension, LENGTH, PLAIN, Parts, RATE, STIFFNESS};
 use super::scene::{Drive, Scene};
 use crate::rig::scenario::short;
 
@@ -40,6 +40,9 @@ pub struct Truth {
     /// RMS over the fitted records of what an effect changes of the displacement beyond the simpler one that it contains
     /// (friction with a static level: Coulomb's), in the displacement's unit; none where there is no simpler one.
     pub beyond_simpler: Option<f64>,
+    /// RMS over the fitted records of the displacement that the base model cannot follow, to first order, in the displacement's
+    /// unit; none where nothing is hidden or the base model excites itself.
+    pub beyond_base: Option<f64>,
     /// All of it in words.
     pub description: String,
 }
@@ -57,6 +60,7 @@ pub(super) struct Measured {
     pub ratio: f64,
     pub noise: f64,
     pub beyond_simpler: Option<f64>,
+    pub beyond_base: Option<f64>,
     pub offsets: Vec<(String, f64)>,
 }
 
@@ -136,11 +140,21 @@ impl Truth {
             value: scales.value(value, dimension),
             unit: scales.unit(dimension),
         };
-        let mut parameters = vec![of(None, "k", 1.0, STIFFNESS), of(None, "c", scene.damping, RATE)];
+        let mut parameters = Vec::new();
+        if scene.sprung {
+            parameters.push(of(None, "k", 1.0, STIFFNESS));
+        }
+        parameters.push(of(None, "c", scene.damping, RATE));
         if scene.drive == Drive::Force {
             let unit = if scales.unit == "rad" { "1/(kg m^2)" } else { "1/kg" };
             let mobility = TrueParameter { value: scales.mobility, unit: unit.to_owned(), ..of(None, "b", 0.0, PLAIN) };
             parameters.push(mobility);
+        }
+        if scene.cubic > 0.0 {
+            parameters.push(of(None, "k_3", scene.cubic, Dimension::Of { length: -2, time: -2 }));
+        }
+        if let Some(datum) = scene.datum {
+            parameters.push(of(None, "y_0", datum, LENGTH));
         }
         let mut sentences = Vec::new();
         for ((name, title), part) in names.iter().zip(titles).zip(parts) {
@@ -160,19 +174,26 @@ impl Truth {
         }
         let natural_frequency = scales.rate / TAU;
         let damping_ratio = 0.5 * scene.damping;
-        let driven = match scene.drive {
-            Drive::Base => "its base moved",
-            Drive::Force => "driven by a force",
-            Drive::None => "left to itself",
+        let driven = match (scene.drive, scene.control) {
+            (Drive::Base, _) => "its base moved",
+            (Drive::Force, None) => "driven by a force",
+            (Drive::Force, Some(_)) => "driven by a force that follows a reference",
+            (Drive::None, _) => "left to itself",
         };
         let hidden = if sentences.is_empty() {
             "Nothing is hidden".to_owned()
         } else {
             let percent = short(percent(measured.ratio));
-            format!("Hidden: {}; the missing force is {percent} % of the spring's", sentences.join(" and "))
+            let of = if scene.sprung { "the spring's" } else { "the input" };
+            format!("Hidden: {}; the missing force is {percent} % of {of}", sentences.join(" and "))
+        };
+        let kind = match (scene.sprung, scene.cubic > 0.0) {
+            (false, _) => "a mass without a spring, counted with",
+            (true, false) => "a linear oscillator of",
+            (true, true) => "an oscillator with a known cubic spring of",
         };
         let description = format!(
-            "{hidden}. The rest is a linear oscillator of {} Hz and {} % of critical damping, {driven}.",
+            "{hidden}. The rest is {kind} {} Hz and {} % of critical damping, {driven}.",
             short(significant(natural_frequency)),
             short(percent(damping_ratio)),
         );
@@ -185,6 +206,7 @@ impl Truth {
             damping_ratio,
             noise: measured.noise,
             beyond_simpler: measured.beyond_simpler,
+            beyond_base: measured.beyond_base,
             description,
         }
     }

@@ -7,6 +7,7 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
 
+use crate::rig::response::Sampling;
 use crate::rig::sensor::{Noise, Sensor};
 
 /// Correlation of coloured noise from one sample to the next.
@@ -65,12 +66,14 @@ pub struct Watching {
     pub share: f64,
     /// Standard deviation of the input's white noise as a share of its RMS.
     pub input_share: f64,
+    /// Standard deviation of the instants at which samples are taken, in sampling intervals; the records count them as even.
+    pub jitter: f64,
 }
 
 impl Watching {
     /// White noise on the displacement, and a thousandth on the input where there is any.
     pub fn white(share: f64) -> Self {
-        Self { kind: NoiseKind::White, share, input_share: if share > 0.0 { 1e-3 } else { 0.0 } }
+        Self { kind: NoiseKind::White, share, input_share: if share > 0.0 { 1e-3 } else { 0.0 }, jitter: 0.0 }
     }
 
     /// The standard deviation of the displacement's noise for an RMS displacement.
@@ -79,6 +82,16 @@ impl Watching {
             NoiseKind::White | NoiseKind::Coloured => self.share * rms,
             NoiseKind::Quantised => self.share * rms / 12.0_f64.sqrt(),
         }
+    }
+
+    /// The instants at which a record's samples are taken: never before 0, and never one after the next.
+    pub(super) fn instants(&self, sampling: &Sampling, seed: u64) -> Vec<f64> {
+        let even = (0..sampling.count).map(|k| sampling.time(k));
+        let Some(normal) = Normal::new(0.0, self.jitter).ok().filter(|_| self.jitter > 0.0) else {
+            return even.collect();
+        };
+        let mut random = Pcg64::seed_from_u64(seed);
+        even.map(|t| (t + sampling.interval * normal.sample(&mut random).clamp(-0.4, 0.4)).max(0.0)).collect()
     }
 
     /// Records a clean displacement, whose RMS over the fitted records is given.

@@ -1,0 +1,231 @@
+use std::f64::consts::{PI, TAU};
+use std::ops::{Add, Mul};
+
+/// A function of time at one instant: its value and its first two time derivatives.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Jet(pub [f64; 3]);
+
+impl Add for Jet {
+    type Output = Self;
+
+    fn add(self, Self(b): Self) -> Self {
+        let Self(a) = self;
+        Self([a[0] + b[0], a[1] + b[1], a[2] + b[2]])
+    }
+}
+
+impl Mul for Jet {
+    type Output = Self;
+
+    fn mul(self, Self(b): Self) -> Self {
+        let Self(a) = self;
+        Self([a[0] * b[0], a[1] * b[0] + a[0] * b[1], a[2] * b[0] + 2.0 * a[1] * b[1] + a[0] * b[2]])
+    }
+}
+
+impl Jet {
+    /// `amplitude × cos(phase)`, given the phase's own value and derivatives.
+    pub(super) fn cosine(amplitude: f64, Self(phase): Self) -> Self {
+        let (sine, cosine) = phase[0].sin_cos();
+        Self([
+            amplitude * cosine,
+            -amplitude * sine * phase[1],
+            -amplitude * (cosine * phase[1] * phase[1] + sine * phase[2]),
+        ])
+    }
+}
+
+/// One harmonic: `amplitude × cos(2π × frequency × t + phase)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tone {
+    /// Amplitude, in the input's unit.
+    pub amplitude: f64,
+    /// Frequency, Hz.
+    pub frequency: f64,
+    /// Phase at t = 0, rad.
+    pub phase: f64,
+}
+
+/// A sum of harmonics evenly spaced in frequency: each turns at the same rate against the one before, so that their sum costs
+/// two sines an instant, however many they are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comb {
+    /// The lowest frequency, Hz.
+    pub lowest: f64,
+    /// The distance from one frequency to the next, Hz.
+    pub spacing: f64,
+    /// Amplitude times cosine and sine of the phase at t = 0, of each harmonic.
+    pub phasors: Vec<[f64; 2]>,
+}
+
+impl Comb {
+    fn at(&self, t: f64) -> Jet {
+        let turned = |rate: f64| (rate * t).sin_cos();
+        let (rate, step) = (TAU * self.lowest, TAU * self.spacing);
+        let ((mut sine, mut cosine), (step_sine, step_cosine)) = (turned(rate), turned(step));
+        let mut jet = [0.0; 3];
+        for (k, [along, across]) in self.phasors.iter().enumerate() {
+            let omega = rate + step * k as f64;
+            let value = along * cosine - across * sine;
+            jet[0] += value;
+            jet[1] -= omega * (along * sine + across * cosine);
+            jet[2] -= omega * omega * value;
+            (sine, cosine) = (sine * step_cosine + cosine * step_sine, cosine * step_cosine - sine * step_sine);
+        }
+        Jet(jet)
+    }
+}
+
+/// What a shaker does before it is faded in and out.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Wave {
+    /// A sum of harmonics; none of them is rest.
+    Tones(Vec<Tone>),
+    /// A sum of harmonics evenly spaced in frequency.
+    Comb(Comb),
+    /// A linear chirp from one frequency to another, starting at zero.
+    Sweep {
+        /// Amplitude, in the input's unit.
+        amplitude: f64,
+        /// Frequency at t = 0, Hz.
+        from: f64,
+        /// Frequency at t = `duration`, Hz.
+        to: f64,
+        /// Duration, s.
+        duration: f64,
+    },
+    /// Another wave in spells, with rests between.
+    Bursts {
+        /// What each spell shows of.
+        wave: Box<Wave>,
+        /// When it is on, in order, none overlapping another.
+        spells: Vec<Spell>,
+    },
+    /// Moves from place to place, each at rest where it begins and ends; from zero.
+    Moves(Vec<Move>),
+    /// Straight lines between values at even distances from t = 0 on; the last is held.
+    Lines {
+        /// Distance between two values, s.
+        interval: f64,
+        /// The values.
+        values: Vec<f64>,
+    },
+}
+
+/// A time in which a wave is on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spell {
+    /// When it begins, s.
+    pub from: f64,
+    /// When it has ended, s.
+    pub to: f64,
+    /// Time in which it fades in, and out, s.
+    pub edge: f64,
+}
+
+/// A smooth move over a distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Move {
+    /// When it begins, s.
+    pub from: f64,
+    /// How long it takes, s.
+    pub duration: f64,
+    /// How far it goes.
+    pub distance: f64,
+}
+
+impl Wave {
+    /// Value and derivatives at time `t`, s.
+    pub(super) fn at(&self, t: f64) -> Jet {
+        match self {
+            Self::Tones(tones) => tones.iter().fold(Jet::default(), |sum, tone| {
+                let rate = TAU * tone.frequency;
+                sum + Jet::cosine(tone.amplitude, Jet([rate * t + tone.phase, rate, 0.0]))
+            }),
+            Self::Comb(comb) => comb.at(t),
+            Self::Sweep { amplitude, from, to, duration } => {
+                let slope = (to - from) / duration;
+                let phase = TAU * (from + 0.5 * slope * t) * t - 0.5 * PI;
+                Jet::cosine(*amplitude, Jet([phase, TAU * (from + slope * t), TAU * slope]))
+            }
+            Self::Bursts { wave, spells } => spells
+                .iter()
+                .find(|s| s.from < t && t < s.to)
+                .map_or_else(Jet::default, |s| wave.at(t) * window(t, s.from, s.to, s.edge)),
+            Self::Moves(moves) => moves.iter().fold(Jet::default(), |sum, step| {
+                let share = smooth_step((t - step.from) / step.duration, 1.0 / step.duration);
+                sum + share * Jet([step.distance, 0.0, 0.0])
+            }),
+            Self::Lines { interval, values } => line(t / interval, values, *interval),
+        }
+    }
+
+    pub(super) fn scale(&mut self, factor: f64) {
+        match self {
+            Self::Tones(tones) => tones.iter_mut().for_each(|tone| tone.amplitude *= factor),
+            Self::Comb(comb) => comb.phasors.iter_mut().flatten().for_each(|part| *part *= factor),
+            Self::Sweep { amplitude, .. } => *amplitude *= factor,
+            Self::Bursts { wave, .. } => wave.scale(factor),
+            Self::Moves(moves) => moves.iter_mut().for_each(|step| step.distance *= factor),
+            Self::Lines { values, .. } => values.iter_mut().for_each(|value| *value *= factor),
+        }
+    }
+
+    /// Instants at which a derivative jumps, in no order.
+    pub(super) fn breaks(&self) -> Vec<f64> {
+        match self {
+            Self::Tones(_) | Self::Comb(_) | Self::Sweep { .. } => Vec::new(),
+            Self::Bursts { spells, .. } => {
+                spells.iter().flat_map(|s| [s.from, s.from + s.edge, s.to - s.edge, s.to]).collect()
+            }
+            Self::Moves(moves) => moves.iter().flat_map(|step| [step.from, step.from + step.duration]).collect(),
+            Self::Lines { interval, values } => (1..values.len()).map(|k| interval * k as f64).collect(),
+        }
+    }
+
+    /// The highest frequency in it, Hz; none of lines, each of which is a phase of its own.
+    pub(super) fn highest_frequency(&self) -> f64 {
+        match self {
+            Self::Tones(tones) => tones.iter().map(|t| t.frequency).fold(0.0, f64::max),
+            Self::Comb(comb) => comb.lowest + comb.spacing * comb.phasors.len().saturating_sub(1) as f64,
+            Self::Sweep { from, to, .. } => from.max(*to),
+            Self::Bursts { wave, .. } => wave.highest_frequency(),
+            Self::Moves(moves) => moves.iter().map(|step| 1.0 / step.duration).fold(0.0, f64::max),
+            Self::Lines { .. } => 0.0,
+        }
+    }
+}
+
+/// Zero at both ends of a time, one in between, and smooth.
+fn window(t: f64, from: f64, to: f64, edge: f64) -> Jet {
+    smooth_step((t - from) / edge, 1.0 / edge) * smooth_step((to - t) / edge, -1.0 / edge)
+}
+
+/// The line through the values before and after a position, counted in them.
+fn line(position: f64, values: &[f64], interval: f64) -> Jet {
+    let last = values.len().saturating_sub(1);
+    let before = position.floor().max(0.0);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number, zero or more")]
+    let index = before as usize;
+    match (values.get(index), values.get(index + 1)) {
+        (Some(a), Some(b)) => {
+            let slope = b - a;
+            Jet([a + slope * (position - before), slope / interval, 0.0])
+        }
+        _ => Jet([values.get(last).copied().unwrap_or_default(), 0.0, 0.0]),
+    }
+}
+
+/// From 0 at `s` = 0 to 1 at `s` = 1 by 6s⁵ − 15s⁴ + 10s³, twice continuously differentiable; `rate` is ds/dt.
+pub(super) fn smooth_step(s: f64, rate: f64) -> Jet {
+    if s <= 0.0 {
+        return Jet::default();
+    }
+    if s >= 1.0 {
+        return Jet([1.0, 0.0, 0.0]);
+    }
+    let value = s * s * s * (s * (6.0 * s - 15.0) + 10.0);
+    let slope = 30.0 * s * s * (s - 1.0) * (s - 1.0);
+    let curvature = 60.0 * s * (s - 1.0) * (2.0 * s - 1.0);
+    Jet([value, slope * rate, curvature * rate * rate])
+}
