@@ -209,7 +209,6 @@ impl Search {
     pub(super) fn forms(&self, fitted: &Fitted, motion: &Motion) -> Vec<Form> {
         let data = &self.data;
         let shared = &fitted.refined.point.shared;
-        let (_, composed) = fitted.composition.model(shared);
         let largest = |values: &dyn Fn(usize) -> f64, n: usize| (0..n).map(values).map(f64::abs).fold(0.0, f64::max);
         let over = |pick: &dyn Fn(usize, usize) -> f64| {
             data.fit().iter().enumerate().map(|(r, s)| largest(&|k| pick(r, k), s.len())).fold(0.0, f64::max)

@@ -1,8 +1,7 @@
 //! Fitted models and candidates as values to be drawn and read.
 
-use std::sync::Arc;
 
-use super::columns::{Path, forces};
+use super::columns::forces;
 use super::effects::{Axis, Form, Sign, unit};
 use super::fit::Fitted;
 use super::outcome::{Added, Candidate, Choice, Curve, Parameter, Stage, Standing, Trace};

@@ -326,7 +326,7 @@ fn the_walk_is_told_in_every_document() {
         place: Place { sentence: "Near zero velocity.".into(), ..Place::default() },
         candidates: vec![candidate, rival],
         finding: Finding::Ambiguous(vec![1]),
-        promising: Vec::new(),
+        company: None,
         next_experiment: Some("Run it slowly.".into()),
         hidden_up_to: Vec::new(),
     };
