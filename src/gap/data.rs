@@ -198,7 +198,8 @@ impl Data {
             s.smoothed = Arc::new(smoothed);
         }
         let point = format_si(point, &self.unit, 4);
-        self.notices.push(format!("The motion is about {point}, not about zero: displacements are counted from there."));
+        self.notices
+            .push(format!("The motion is about {point}, not about zero: displacements are counted from there."));
     }
 
     pub(super) fn fit(&self) -> &[Series] {

@@ -71,8 +71,7 @@ pub(super) fn score(before: &Fitted, after: &Fitted, colour: f64, floor: f64) ->
     let penalty = more * n.max(2.0).ln() + PASSING * more_passing;
     let samples: usize = after.folds.iter().map(|f| f.samples).sum();
     let m = samples as f64 / colour;
-    let held =
-        if samples > 0 { level(after.held_out_error()) - level(before.held_out_error()) } else { fitted };
+    let held = if samples > 0 { level(after.held_out_error()) - level(before.held_out_error()) } else { fitted };
     Score {
         bic: n * fitted + penalty,
         test: m * held,

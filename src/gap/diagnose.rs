@@ -41,7 +41,8 @@ impl Search {
             let mut fitted = self.added(&stage, &choices(&steps), cancel)?;
             if let Some(second) = company {
                 let known: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
-                let both: Vec<Choice> = known.iter().chain(choices(&steps[steps.len() - 1..]).iter()).chain([&second]).cloned().collect();
+                let both: Vec<Choice> =
+                    known.iter().chain(choices(&steps[steps.len() - 1..]).iter()).chain([&second]).cloned().collect();
                 let together = self.fitted(&both, cancel)?;
                 let step = self.joined(&fitted, second, &together, tell, cancel)?;
                 steps.push(step);

@@ -91,13 +91,8 @@ impl Data {
                 return None;
             }
             let form = &forms[hit.form];
-            let columns = self.columns(
-                &form.addition(&hit.inner),
-                &motion.simulated,
-                &motion.variations,
-                present,
-                &simulated,
-            );
+            let columns =
+                self.columns(&form.addition(&hit.inner), &motion.simulated, &motion.variations, present, &simulated);
             // Neighbours on a fine grid ask the same thing: two points of it are one question.
             let asked = 1.0 + form.grid().len() as f64 / 2.0;
             questions.push((format!("Has the shape of {}", form.full_title()), columns, asked));
@@ -270,8 +265,7 @@ impl Data {
             if addition.terms.len() != 1 {
                 continue;
             }
-            let columns =
-                self.columns(&addition, &motion.simulated, &motion.variations, present, &simulated);
+            let columns = self.columns(&addition, &motion.simulated, &motion.variations, present, &simulated);
             let Some(mut column) = columns.into_iter().next() else { continue };
             basis.remove(&mut column);
             let size = dot(&column, &column).sqrt();

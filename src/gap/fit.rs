@@ -455,7 +455,11 @@ impl Data {
         if composition.datum {
             scales.push(0.01 * f64::sqrt(motion / count as f64));
         }
-        scales.extend(inner[usize::from(composition.datum)..].iter().map(|v| if *v == 0.0 { 0.01 / self.frequency } else { 0.2 * v.abs() }));
+        scales.extend(
+            inner[usize::from(composition.datum)..]
+                .iter()
+                .map(|v| if *v == 0.0 { 0.01 / self.frequency } else { 0.2 * v.abs() }),
+        );
         scales
     }
 

@@ -2,9 +2,7 @@
 
 use std::sync::Arc;
 
-use super::decide::{
-    APART, APART_ON_A_TONE, Refusal, Score, confused, fewer_do, order, refusal, score, unborne,
-};
+use super::decide::{APART, APART_ON_A_TONE, Refusal, Score, confused, fewer_do, order, refusal, score, unborne};
 use super::effects::Form;
 use super::fit::{Fitted, WHOLE};
 use super::outcome::{Candidate, Choice, Finding, Standing};

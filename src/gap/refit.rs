@@ -72,14 +72,8 @@ impl Search {
         };
         let runs: Vec<Run> = data.whole();
         let cancelled = || cancel.is_cancelled();
-        let options = Options {
-            frozen: false,
-            driven: false,
-            steps: 0,
-            effort: usize::MAX,
-            bar: None,
-            cancelled: &cancelled,
-        };
+        let options =
+            Options { frozen: false, driven: false, steps: 0, effort: usize::MAX, bar: None, cancelled: &cancelled };
         let attempt = |inner: &[f64], way: Way| {
             let (composition, point) = self.start(before, &composition, motion, screened, (form, inner, way))?;
             let left = misfit(&composition, &runs, &point, options).unwrap_or(f64::INFINITY);
@@ -216,8 +210,9 @@ impl Search {
         let mut tried: Vec<(usize, Fitted)> = Vec::new();
         for rich in refits.iter().filter(|r| r.fitted.refined.rss < CLOSE * least) {
             let form = &forms[rich.forms[0]];
-            let simpler = (0..forms.len())
-                .filter(|k| form.contains.contains(&forms[*k].effect) && forms[*k].form == form.form && forms[*k].inner.is_empty());
+            let simpler = (0..forms.len()).filter(|k| {
+                form.contains.contains(&forms[*k].effect) && forms[*k].form == form.form && forms[*k].inner.is_empty()
+            });
             for k in simpler {
                 let known = refits.iter().find(|r| r.forms == [k]).map_or(f64::INFINITY, |r| r.fitted.refined.rss);
                 if known < DISTANT * rich.fitted.refined.rss || cancel.is_cancelled() {
@@ -260,7 +255,8 @@ impl Search {
         let terms = from.composition.compose(had_inner).terms;
         let paths: Vec<_> = data.fit().iter().map(super::data::Series::path).collect();
         composition.scales = data.scales(&composition, &inner, &paths);
-        let value = |(term, scale): (&Term, &f64)| terms.iter().position(|t| t == term).map_or(-scale.abs(), |k| had[k]);
+        let value =
+            |(term, scale): (&Term, &f64)| terms.iter().position(|t| t == term).map_or(-scale.abs(), |k| had[k]);
         let composed = composition.compose(&inner);
         let shared = composed.terms.iter().zip(&composition.scales).map(value).chain(inner.iter().copied()).collect();
         let start = Point { shared, ..carried(&from.composition, &composition, &from.refined.point) };

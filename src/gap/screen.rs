@@ -11,8 +11,8 @@ use super::data::{Data, Series};
 use super::effects::{Addition, Form};
 use super::fit::Fitted;
 use super::motion::{Smoothed, Variation, smooth};
-use crate::signal::dot;
 use crate::refine::Structure as _;
+use crate::signal::dot;
 use crate::simulate::{Limits, Simulator};
 use crate::study::Cancel;
 use crate::term::Term;
@@ -466,13 +466,7 @@ fn explain(basis: &Basis, target: &[f64], columns: Vec<Vec<f64>>, form: &Form) -
         let later: f64 = (j + 1..m).map(|l| triangle[l][j] * solved[l]).sum();
         solved[j] = (shares[j] - later) / triangle[j][j];
     }
-    let wrong = form
-        .coefficients
-        .iter()
-        .skip(present)
-        .zip(&solved)
-        .filter(|(c, v)| c.sign.forbids(**v))
-        .count();
+    let wrong = form.coefficients.iter().skip(present).zip(&solved).filter(|(c, v)| c.sign.forbids(**v)).count();
     // On the input and for pendulums the column is a difference that the coefficient scales: it must not turn it around.
     let turned = form.coefficients.is_empty() && !form.inner.is_empty() && solved.iter().any(|v| *v < 0.0);
     if (wrong > 0 && wrong + present == form.coefficients.len()) || turned {

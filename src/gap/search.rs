@@ -7,13 +7,13 @@ use super::audit::Audit;
 use super::columns::Path;
 use super::data::Data;
 use super::decide::{colour, refusal, score};
-use super::ranking::{Decision, merged};
 use super::effects::{Form, Setting, catalogue};
 use super::error::GapError;
 use super::evidence::Seen;
 use super::fit::{Fitted, Pace};
 use super::outcome::{Blind, Choice, Evidence, Finding, Round, Stage};
 use super::progress::Progress;
+use super::ranking::{Decision, merged};
 use super::screen::Motion;
 use super::structure::{Composition, choice};
 use super::words::titles;
@@ -185,8 +185,7 @@ impl Search {
     fn fit_base(&self, cancel: &Cancel) -> Result<Fitted, GapError> {
         let data = &self.data;
         let mut composition = self.base.clone();
-        let rough: Vec<Path> =
-            data.fit().iter().map(|s| s.path()).collect();
+        let rough: Vec<Path> = data.fit().iter().map(|s| s.path()).collect();
         let inner = composition.middle();
         composition.scales = data.scales(&composition, &inner, &rough);
         let runs = data.whole();

@@ -72,7 +72,9 @@ impl Search {
         let least = trials.iter().map(|t| t.left).fold(f64::INFINITY, f64::min);
         let mut judged = self.shot(trials, goal, cancel);
         // Where one effect explains the data along short segments, two are not looked for.
-        let explained = judged.first().is_some_and(|(_, f, _)| f.error() < ENOUGH.0 * goal.noise && f.held_out_error() < ENOUGH.1 * goal.noise);
+        let explained = judged
+            .first()
+            .is_some_and(|(_, f, _)| f.error() < ENOUGH.0 * goal.noise && f.held_out_error() < ENOUGH.1 * goal.noise);
         if !explained && !cancel.is_cancelled() {
             judged.extend(self.shot(self.pairs(&weak, before, forms, least, cancel), goal, cancel));
         }
@@ -80,7 +82,7 @@ impl Search {
             return None;
         }
         judged.sort_by(|a, b| a.1.held_out_error().total_cmp(&b.1.held_out_error()));
-                let near = judged[0].1.held_out_error() < FAR * goal.noise && levels(&whole, data.period) > 0;
+        let near = judged[0].1.held_out_error() < FAR * goal.noise && levels(&whole, data.period) > 0;
         let mut tried: Vec<(Vec<usize>, Fitted)>;
         let level;
         if near {
@@ -289,14 +291,7 @@ impl Search {
     }
 
     /// The pairs that leave least in the weak form, the base model projected off.
-    fn pairs(
-        &self,
-        weak: &Weak<'_>,
-        before: &Fitted,
-        forms: &[Form],
-        least: f64,
-        cancel: &Cancel,
-    ) -> Vec<Trial> {
+    fn pairs(&self, weak: &Weak<'_>, before: &Fitted, forms: &[Form], least: f64, cancel: &Cancel) -> Vec<Trial> {
         let point_of = |projector: &Projector, added: &[(usize, &[f64])]| {
             let with: Vec<(&Form, &[f64])> = added.iter().map(|(k, inner)| (&forms[*k], *inner)).collect();
             let (composition, inner) = self.with_all(before, &with);

@@ -1,13 +1,12 @@
 //! Fitted models and candidates as values to be drawn and read.
 
-
 use super::columns::forces;
 use super::effects::{Axis, Form, Sign, unit};
 use super::fit::Fitted;
 use super::outcome::{Added, Candidate, Choice, Curve, Parameter, Stage, Standing, Trace};
 use super::screen::{Motion, Screened};
 use super::search::Search;
-use super::structure::{counted_from, choice, with_errors};
+use super::structure::{choice, counted_from, with_errors};
 use super::words::sentence_case;
 use crate::model::Equation;
 use crate::refine::Structure as _;

@@ -1,7 +1,7 @@
+use super::columns::{Clock, Inputs, Path, integrate};
 use super::effects::{Addition, Form};
 use super::outcome::Choice;
 use crate::model::{Equation, Model, WeightedTerm};
-use super::columns::{Clock, Inputs, Path, integrate};
 use crate::refine::{Instance, Run, Structure};
 use crate::term::{Expression, Function, Kind, Layout, Symbol, Term, derivative};
 

@@ -327,13 +327,17 @@ fn bounded(columns: &[Vec<f64>], target: &[f64], bounds: &[(f64, f64)]) -> Optio
     let n = columns.len();
     let size: Vec<f64> = columns.iter().map(|c| dot(c, c).sqrt()).collect();
     let scale = |i: usize| if size[i] > 0.0 { size[i].recip() } else { 0.0 };
-    let normal = DMatrix::from_fn(n, n, |i, j| if i == j { 1.0 } else { dot(&columns[i], &columns[j]) * scale(i) * scale(j) });
+    let normal =
+        DMatrix::from_fn(n, n, |i, j| if i == j { 1.0 } else { dot(&columns[i], &columns[j]) * scale(i) * scale(j) });
     let right = DVector::from_fn(n, |i, _| dot(&columns[i], target) * scale(i));
     let mut held = vec![0.0; n];
     let mut free: Vec<usize> = (0..n).filter(|i| size[*i] > 0.0).collect();
     loop {
-        let rest = |i: usize| right[i] - (0..n).filter(|j| !free.contains(j)).map(|j| normal[(i, j)] * held[j]).sum::<f64>();
-        let part = DMatrix::from_fn(free.len(), free.len(), |i, j| normal[(free[i], free[j])] + if i == j { ALIKE } else { 0.0 });
+        let rest =
+            |i: usize| right[i] - (0..n).filter(|j| !free.contains(j)).map(|j| normal[(i, j)] * held[j]).sum::<f64>();
+        let part = DMatrix::from_fn(free.len(), free.len(), |i, j| {
+            normal[(free[i], free[j])] + if i == j { ALIKE } else { 0.0 }
+        });
         let solved = part.cholesky()?.solve(&DVector::from_iterator(free.len(), free.iter().map(|i| rest(*i))));
         let mut values = held.clone();
         free.iter().zip(solved.iter()).for_each(|(i, v)| values[*i] = *v);

@@ -123,7 +123,8 @@ impl Arrow {
             }
         }
         let shared = DVector::from_column_slice(&step);
-        let own = self.runs.iter().zip(&inverses).map(|(own, inverse)| inverse * (&own.gradient - &own.cross * &shared));
+        let own =
+            self.runs.iter().zip(&inverses).map(|(own, inverse)| inverse * (&own.gradient - &own.cross * &shared));
         Some(Step { own: own.collect(), shared: step })
     }
 

@@ -100,13 +100,7 @@ pub fn shoot(
 }
 
 /// Where a fit of these runs starts.
-fn start(
-    structure: &dyn Structure,
-    runs: &[Run],
-    shared: &[f64],
-    before: Option<&Landed>,
-    driven: bool,
-) -> Point {
+fn start(structure: &dyn Structure, runs: &[Run], shared: &[f64], before: Option<&Landed>, driven: bool) -> Point {
     let mut point = Point::new(structure, runs, shared.to_vec(), driven);
     if !driven && structure.internals() > 0 {
         for (own, run) in point.own.iter_mut().zip(runs) {
@@ -148,7 +142,8 @@ pub fn climb(structure: &dyn Structure, whole: &[Run], first: Landed, goal: Goal
             .filter(|l| l.error() < bound);
         let next = at_once.or_else(|| {
             let doubled = |steps: usize| {
-                shoot(structure, whole, (&shared, Some(last)), last.level + 1, goal, steps).filter(|l| l.error() < bound)
+                shoot(structure, whole, (&shared, Some(last)), last.level + 1, goal, steps)
+                    .filter(|l| l.error() < bound)
             };
             doubled(FEWER).or_else(|| doubled(3 * FEWER))
         });
@@ -167,8 +162,12 @@ pub fn climb(structure: &dyn Structure, whole: &[Run], first: Landed, goal: Goal
 pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<'_>) -> Option<Landed> {
     let top = levels(whole, goal.period);
     let options = Options { driven: false, ..goal.options };
-    let direct = refine(structure, whole, start, options)
-        .map(|refined| Landed { refined, runs: whole.to_vec(), level: top, whole: true });
+    let direct = refine(structure, whole, start, options).map(|refined| Landed {
+        refined,
+        runs: whole.to_vec(),
+        level: top,
+        whole: true,
+    });
     if direct.as_ref().is_some_and(|d| d.error() < HOLDS * goal.noise) || (goal.options.cancelled)() || top == 0 {
         return direct;
     }

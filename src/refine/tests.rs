@@ -3,7 +3,7 @@ use std::sync::Arc;
 use rand::SeedableRng as _;
 use rand_distr::{Distribution as _, Normal};
 
-use super::{Instance, Options, MeasuredMotion, Point, Run, Structure, inflation, refine};
+use super::{Instance, MeasuredMotion, Options, Point, Run, Structure, inflation, refine};
 use crate::model::{Equation, Model};
 use crate::record::Role;
 use crate::rig::{ScenarioOptions, generate};
@@ -53,14 +53,18 @@ fn ninety_five_per_cent_intervals_hold_the_truth_and_errors_are_near_the_least_p
             record: 0,
             grid: Arc::clone(&grid),
             range: 0..measured.len(),
-            motion: Arc::new(MeasuredMotion { states: vec![measured.clone(), vec![0.0; measured.len()]], ..MeasuredMotion::default() }),
+            motion: Arc::new(MeasuredMotion {
+                states: vec![measured.clone(), vec![0.0; measured.len()]],
+                ..MeasuredMotion::default()
+            }),
             measured: vec![measured.into()],
             weights: vec![1.0],
             limits: vec![20.0, 20.0],
         };
         let runs = [run];
         let start = Point::new(&Duffing, &runs, vec![-1.1, -0.3, 0.9, -0.5], false);
-        let options = Options { frozen: false, driven: false, steps: 30, effort: usize::MAX, bar: None, cancelled: &|| false };
+        let options =
+            Options { frozen: false, driven: false, steps: 30, effort: usize::MAX, bar: None, cancelled: &|| false };
         let fit = refine(&Duffing, &runs, &start, options).unwrap();
         for (k, truth) in TRUTH.iter().enumerate() {
             let (error, deviation) = (fit.point.shared[k] - truth, fit.std_error(k).unwrap());
