@@ -144,7 +144,7 @@ pub(super) fn draw(regime: Regime, seed: u64) -> Result<Hidden, RigError> {
 }
 
 /// The first plan whose motion is of the regime.
-fn search(regime: Regime, seed: u64) -> Result<(Plan<'static>, Performed), RigError> {
+pub(super) fn search(regime: Regime, seed: u64) -> Result<(Plan<'static>, Performed), RigError> {
     let theme = Theme::draw(regime, seed);
     let mut problem = String::new();
     for attempt in 0..MOST_ATTEMPTS {
@@ -158,18 +158,6 @@ fn search(regime: Regime, seed: u64) -> Result<(Plan<'static>, Performed), RigEr
     }
     let effects = theme.effects.join(" and ");
     Err(RigError::NotDrawn { regime: regime.name(), effects, attempts: MOST_ATTEMPTS, problem })
-}
-
-/// The plan that a case of a regime is made of.
-#[cfg(test)]
-pub(super) fn planned(regime: Regime, seed: u64) -> Plan<'static> {
-    search(regime, seed).map(|(plan, _)| plan).unwrap()
-}
-
-/// The motions that a case of a regime is made of.
-#[cfg(test)]
-pub(super) fn found(regime: Regime, seed: u64) -> Performed {
-    search(regime, seed).map(|(_, performed)| performed).unwrap()
 }
 
 /// Why a case is none of its regime, if it is not.
