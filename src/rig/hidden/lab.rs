@@ -244,13 +244,10 @@ fn plan(regime: Regime, theme: &Theme, seed: u64, attempt: u64) -> Result<Plan<'
     let effects: Vec<&'static Effect> = theme.effects.iter().filter_map(|name| catalogue::find(name)).collect();
     let Numbers { frequency, damping, samples_a_period, watching } = Numbers::draw(regime, random);
     let drive = match (regime, theme.manner) {
-        (Regime::NoSpring | Regime::ClosedLoop, _) => Drive::Force,
+        (Regime::Sticking, Manner::Tones) if random.random_bool(0.8) => Drive::Base,
         (_, Manner::Releases(_)) => Drive::None,
-        (Regime::Sticking, Manner::Multisine) => Drive::Force,
-        (Regime::Sticking, _) if random.random_bool(0.8) => Drive::Base,
-        (Regime::Sticking, _) => Drive::Force,
         // A spring to the moving base is never at rest: it has no zero of its own.
-        (Regime::Datum, _) => Drive::Force,
+        (Regime::NoSpring | Regime::ClosedLoop | Regime::Sticking | Regime::Datum, _) => Drive::Force,
         _ => drive(&effects, Shaking::Multisine, random)?,
     };
     let samples = log_uniform(random, SAMPLES.0, SAMPLES.1).max(FEWEST_PERIODS * samples_a_period).min(SAMPLES.1);
