@@ -97,7 +97,7 @@ pub enum Wave {
     /// Another wave in spells, with rests between.
     Bursts {
         /// What each spell shows of.
-        wave: Box<Wave>,
+        wave: Box<Self>,
         /// When it is on, in order, none overlapping another.
         spells: Vec<Spell>,
     },

@@ -144,7 +144,7 @@ pub(super) fn draw(regime: Regime, seed: u64) -> Result<Hidden, RigError> {
 }
 
 /// The first plan whose motion is of the regime.
-fn search(regime: Regime, seed: u64) -> Result<(Plan<'static>, Performed), RigError> {
+pub(super) fn search(regime: Regime, seed: u64) -> Result<(Plan<'static>, Performed), RigError> {
     let theme = Theme::draw(regime, seed);
     let mut problem = String::new();
     for attempt in 0..MOST_ATTEMPTS {
@@ -158,18 +158,6 @@ fn search(regime: Regime, seed: u64) -> Result<(Plan<'static>, Performed), RigEr
     }
     let effects = theme.effects.join(" and ");
     Err(RigError::NotDrawn { regime: regime.name(), effects, attempts: MOST_ATTEMPTS, problem })
-}
-
-/// The plan that a case of a regime is made of.
-#[cfg(test)]
-pub(super) fn planned(regime: Regime, seed: u64) -> Plan<'static> {
-    search(regime, seed).map(|(plan, _)| plan).unwrap()
-}
-
-/// The motions that a case of a regime is made of.
-#[cfg(test)]
-pub(super) fn found(regime: Regime, seed: u64) -> Performed {
-    search(regime, seed).map(|(_, performed)| performed).unwrap()
 }
 
 /// Why a case is none of its regime, if it is not.
@@ -256,13 +244,10 @@ fn plan(regime: Regime, theme: &Theme, seed: u64, attempt: u64) -> Result<Plan<'
     let effects: Vec<&'static Effect> = theme.effects.iter().filter_map(|name| catalogue::find(name)).collect();
     let Numbers { frequency, damping, samples_a_period, watching } = Numbers::draw(regime, random);
     let drive = match (regime, theme.manner) {
-        (Regime::NoSpring | Regime::ClosedLoop, _) => Drive::Force,
+        (Regime::Sticking, Manner::Tones) if random.random_bool(0.8) => Drive::Base,
         (_, Manner::Releases(_)) => Drive::None,
-        (Regime::Sticking, Manner::Multisine) => Drive::Force,
-        (Regime::Sticking, _) if random.random_bool(0.8) => Drive::Base,
-        (Regime::Sticking, _) => Drive::Force,
         // A spring to the moving base is never at rest: it has no zero of its own.
-        (Regime::Datum, _) => Drive::Force,
+        (Regime::NoSpring | Regime::ClosedLoop | Regime::Sticking | Regime::Datum, _) => Drive::Force,
         _ => drive(&effects, Shaking::Multisine, random)?,
     };
     let samples = log_uniform(random, SAMPLES.0, SAMPLES.1).max(FEWEST_PERIODS * samples_a_period).min(SAMPLES.1);

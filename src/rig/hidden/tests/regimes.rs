@@ -8,8 +8,8 @@ use crate::rig::response::Sampling;
 const DENSELY: f64 = 320.0;
 
 /// A case without noise, so densely sampled that it can be differentiated.
-fn dense(regime: Regime, seed: u64) -> (Plan<'static>, Performed) {
-    let mut plan = lab::planned(regime, seed);
+fn dense(regime: Regime, seed: u64) -> Hidden {
+    let (mut plan, performed) = lab::search(regime, seed).unwrap();
     let finer = (DENSELY * plan.runs[0].sampling.interval / TAU).ceil();
     for run in &mut plan.runs {
         run.noise = None;
@@ -19,7 +19,9 @@ fn dense(regime: Regime, seed: u64) -> (Plan<'static>, Performed) {
     plan.scales.interval /= finer;
     plan.heard = plan.heard.map(|_| 0.0);
     plan.watching = Watching::white(0.0);
-    plan.perform().unwrap()
+    let follow = |run: &Run| performed.assembly.follow(run, Accuracy::FINE).unwrap();
+    let motions = plan.runs.iter().map(follow).collect();
+    plan.hidden(&Performed { motions, ..performed })
 }
 
 /// What a record's acceleration has beyond the plant that the search is told of, over the RMS of the largest known force.
@@ -46,8 +48,7 @@ fn cases_obey_the_equation_that_they_claim() {
         .flat_map(|regime| (0..3).map(move |seed| (regime, seed)))
         .collect();
     cases.par_iter().for_each(|(regime, seed)| {
-        let (plan, performed) = dense(*regime, *seed);
-        let hidden = plan.hidden(&performed);
+        let hidden = dense(*regime, *seed);
         for record in &hidden.fit {
             let mut path = Path::of(record);
             let datum = hidden.truth.parameter(None, "y_0").unwrap_or_default();
@@ -71,7 +72,7 @@ fn cases_obey_the_equation_that_they_claim() {
 fn a_case_that_sticks_stands_still_for_a_tenth_to_seven_tenths_of_every_record() {
     (0..4_u64).into_par_iter().for_each(|seed| {
         let hidden = draw_in(Regime::Sticking, seed).unwrap();
-        let clean = lab::found(Regime::Sticking, seed);
+        let (_, clean) = lab::search(Regime::Sticking, seed).unwrap();
         for motion in &clean.motions {
             let still = motion.states[1].iter().filter(|v| **v == 0.0).count() as f64 / motion.times.len() as f64;
             // A sample more or less at each end of some dozens of stops.
@@ -84,7 +85,7 @@ fn a_case_that_sticks_stands_still_for_a_tenth_to_seven_tenths_of_every_record()
 #[test]
 fn a_closed_loop_follows_its_reference_and_its_force_hears_the_noise() {
     (0..4_u64).into_par_iter().for_each(|seed| {
-        let clean = lab::found(Regime::ClosedLoop, seed);
+        let (_, clean) = lab::search(Regime::ClosedLoop, seed).unwrap();
         for motion in &clean.motions {
             let [reference, noise] = [0, 1].map(|input: usize| motion.inputs[input][0].clone());
             let apart = reference.iter().zip(&motion.states[0]).map(|(r, x)| r - x);
