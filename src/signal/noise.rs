@@ -13,6 +13,8 @@ const BANDS: usize = 32;
 const SAMPLES_A_BAND: usize = 16;
 /// A band this many times as strong as the quiet ones holds motion.
 const MOTION: f64 = 10.0;
+/// What differences find of noise that is coloured is less than this share of the whole.
+const WHITE: f64 = 0.8;
 /// Levels from which on values in whole steps are taken for a converter's; fewer are a signal that is made in steps.
 const LEVELS: usize = 16;
 
@@ -24,7 +26,13 @@ const LEVELS: usize = 16;
 /// filter has taken out of part of the spectrum is not counted there, nor is it taken for the whole. Values in whole steps
 /// have at least the error of rounding.
 pub fn standard_deviation(samples: &[f64]) -> Option<f64> {
-    let found = if samples.len() < SHORTEST { by_differences(samples)? } else { by_floor(samples)? };
+    let differences = by_differences(samples)?;
+    let floor = if samples.len() < SHORTEST { None } else { by_floor(samples) };
+    let found = match floor {
+        // They agree on white noise alone: there differences have the least motion left in them.
+        Some(floor) if differences > floor || differences < WHITE * floor => floor,
+        _ => differences,
+    };
     // An error that is uniform between two steps.
     let rounding = step(samples).map_or(0.0, |step| step / 12f64.sqrt());
     Some(found.max(rounding))
@@ -87,7 +95,7 @@ fn step(samples: &[f64]) -> Option<f64> {
     levels.iter().all(whole).then_some(step)
 }
 
-/// For records too short for a spectrum: differences of rising order take the smooth motion away and keep white noise,
+/// Of white noise, and for records too short for a spectrum: differences of rising order take the smooth motion away and keep white noise,
 /// whose variance order `d` multiplies by the binomial coefficient `C(2d, d)` (von Neumann 1941; Gasser, Sroka &
 /// Jennen-Steinmetz 1986); the smallest estimate is the one with the least motion left in it. None below 20 samples.
 fn by_differences(samples: &[f64]) -> Option<f64> {
