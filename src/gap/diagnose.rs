@@ -6,10 +6,11 @@ use std::time::Instant;
 use super::decide::{FAR, score};
 use super::error::GapError;
 use super::evidence::Seen;
-use super::fit::{Fitted, carried};
+use super::fit::{Fitted, WHOLE, carried};
 use super::outcome::{Choice, Diagnosis, Finding, Remaining, Round, Stage, Standing, Verdict};
 use super::search::{Depth, Listener, Search};
 use super::words::{in_company, remaining, sentence, titles};
+use crate::format::number::significant;
 use crate::refine::Point;
 use crate::study::Cancel;
 
@@ -162,7 +163,7 @@ impl Search {
         remaining: Remaining,
         started: Instant,
     ) -> Diagnosis {
-        let held = stages.last().map(|stage| self.held_at_zero(stage)).unwrap_or_default();
+        let held = stages.last().map(|stage| self.said_of(stage)).unwrap_or_default();
         Diagnosis {
             verdict,
             sentence,
@@ -231,8 +232,20 @@ impl Search {
         Ok(stage)
     }
 
-    /// Dampers of the base model that a stage holds at zero, one sentence each.
-    fn held_at_zero(&self, stage: &Stage) -> Vec<String> {
+    /// How far a model predicts that does not follow whole records, in a sentence.
+    fn horizon(&self, fitted: &Fitted) -> Option<String> {
+        let longest = fitted.runs.iter().map(|r| r.range.len() as f64 * r.grid.interval()).fold(0.0, f64::max);
+        (fitted.level != WHOLE).then(|| {
+            format!(
+                "Errors are those of stretches of {} s, each begun anew: over longer ones noise and the model's own sensitivity \
+                 part the simulation from the measurement.",
+                significant(longest, 3)
+            )
+        })
+    }
+
+    /// What is to be said of a stage: dampers of the base model held at zero, and how far it predicts.
+    fn said_of(&self, stage: &Stage) -> Vec<String> {
         let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
         let Some(fitted) = self.known(&choices) else { return Vec::new() };
         let shared = &fitted.refined.point.shared;
@@ -242,6 +255,7 @@ impl Search {
         held.map(|(_, term)| {
             format!("The linear damper {term} is held at zero: free, it would give energy instead of taking it.")
         })
+        .chain(self.horizon(&fitted))
         .collect()
     }
 

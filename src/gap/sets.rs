@@ -52,6 +52,14 @@ struct Trial {
     left: f64,
 }
 
+/// Inner values of two forms, and what they leave of the acceleration together in the weak form.
+#[derive(Default)]
+struct PairPoint {
+    left: f64,
+    first: Vec<f64>,
+    second: Vec<f64>,
+}
+
 /// Sets of effects fitted on the same segments.
 pub(super) struct Sets {
     /// The model without any.
@@ -277,7 +285,7 @@ impl Search {
                     .collect();
                 trials.sort_by(|a, b| a.left.total_cmp(&b.left));
                 // The second start is not the best one's neighbour.
-                let second = trials.iter().skip(2).next().map(|_| 2);
+                let second = (trials.len() > 2).then_some(2);
                 let chosen: Vec<usize> = std::iter::once(0).chain(second).take(STARTS).collect();
                 let mut index = 0;
                 trials.retain(|_| {
@@ -315,11 +323,11 @@ impl Search {
             })
             .collect();
         points.sort_by_key(|p| p.0);
-        let mut best: HashMap<(usize, usize), (f64, Vec<f64>, Vec<f64>)> = HashMap::new();
+        let mut best: HashMap<(usize, usize), PairPoint> = HashMap::new();
         let mut offer = |left: f64, a: (usize, &Vec<f64>), b: (usize, &Vec<f64>)| {
-            let entry = best.entry((a.0, b.0)).or_insert((f64::INFINITY, Vec::new(), Vec::new()));
-            if left < entry.0 {
-                *entry = (left, a.1.clone(), b.1.clone());
+            let entry = best.entry((a.0, b.0)).or_insert(PairPoint { left: f64::INFINITY, ..PairPoint::default() });
+            if left < entry.left {
+                *entry = PairPoint { left, first: a.1.clone(), second: b.1.clone() };
             }
         };
         let gains: Vec<(f64, usize, usize)> = (0..points.len())
@@ -354,15 +362,15 @@ impl Search {
                 }
             }
         }
-        let mut ranked: Vec<((usize, usize), (f64, Vec<f64>, Vec<f64>))> = best.into_iter().collect();
-        ranked.sort_by(|x, y| x.1.0.total_cmp(&y.1.0).then(x.0.cmp(&y.0)));
+        let mut ranked: Vec<((usize, usize), PairPoint)> = best.into_iter().collect();
+        ranked.sort_by(|x, y| x.1.left.total_cmp(&y.1.left).then(x.0.cmp(&y.0)));
         let mut trials: Vec<Trial> = Vec::new();
-        for ((a, b), (_, at_a, at_b)) in ranked {
+        for ((a, b), point) in ranked {
             if trials.len() == PAIRS || cancel.is_cancelled() {
                 break;
             }
             let same = forms[a].is_kin(&forms[b]);
-            let trial = self.trial(weak, before, forms, &[(a, &at_a), (b, &at_b)]);
+            let trial = self.trial(weak, before, forms, &[(a, &point.first), (b, &point.second)]);
             trials.extend(trial.filter(|t| !same && t.left < least));
         }
         trials

@@ -5,7 +5,7 @@
 //! regressed together with the base model's terms under the bounds of its coefficients. The estimates are where
 //! shooting starts, and their residuals rank the sets; neither is a verdict.
 //!
-//! Source: D. Messenger, D. Bortz, "Weak SINDy", Multiscale Model. Simul. 19 (2021) 1474–1497; test functions (1 − s²)⁶.
+//! Source: D. Messenger, D. Bortz, "Weak sparse identification of nonlinear dynamics", Multiscale Model. Simul. 19 (2021) 1474–1497; test functions (1 − s²)⁶.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};

@@ -22,6 +22,13 @@ struct Own {
     gradient: DVector<f64>,
 }
 
+/// The shared block and its right side with the runs' own values eliminated, and the inverse of each run's own block.
+struct Condensed {
+    whole: DMatrix<f64>,
+    gradient: DVector<f64>,
+    inverses: Vec<DMatrix<f64>>,
+}
+
 /// A step: the shared part, and one a run.
 pub(super) struct Step {
     pub(super) shared: Vec<f64>,
@@ -62,9 +69,8 @@ impl Arrow {
         self.runs.push(Own { square, cross, gradient });
     }
 
-    /// The shared block with the runs' own values eliminated, and its right side; `damping` is added to every diagonal as a
-    /// share of it.
-    fn condensed(&self, damping: f64) -> Option<(DMatrix<f64>, DVector<f64>, Vec<DMatrix<f64>>)> {
+    /// Eliminates the runs' own values; `damping` is added to the diagonal of each of their blocks as a share of it.
+    fn condensed(&self, damping: f64) -> Option<Condensed> {
         let mut whole = self.whole.clone();
         let mut gradient = self.gradient.clone();
         let mut inverses = Vec::with_capacity(self.runs.len());
@@ -75,13 +81,13 @@ impl Arrow {
             gradient -= product.transpose() * &own.gradient;
             inverses.push(inverse);
         }
-        Some((whole, gradient, inverses))
+        Some(Condensed { whole, gradient, inverses })
     }
 
     /// The step of Levenberg and Marquardt from shared values `at` within `bounds` (`limit`: the largest change of each).
     /// A value that would pass a bound is held there and the others are sought anew.
     pub(super) fn step(&self, damping: f64, at: &[f64], bounds: &[(f64, f64)]) -> Option<Step> {
-        let (whole, gradient, inverses) = self.condensed(damping)?;
+        let Condensed { whole, gradient, inverses } = self.condensed(damping)?;
         let n = gradient.len();
         let mut step = vec![0.0; n];
         let mut free: Vec<usize> = (0..n).collect();
@@ -130,7 +136,7 @@ impl Arrow {
 
     /// The inverse of the condensed shared block over the first `count` shared values, those in `held` left out (zero).
     pub(super) fn inverse(&self, count: usize, held: &[bool]) -> Option<DMatrix<f64>> {
-        let (whole, ..) = self.condensed(0.0)?;
+        let whole = self.condensed(0.0)?.whole;
         let free: Vec<usize> = (0..whole.nrows()).filter(|i| !held.get(*i).copied().unwrap_or(false)).collect();
         let part = DMatrix::from_fn(free.len(), free.len(), |i, j| whole[(free[i], free[j])]);
         let inverse = scaled_inverse(&part, 0.0)?;
@@ -169,7 +175,7 @@ mod tests {
 
     /// Three runs of six rows with two shared columns and two of their own each.
     fn columns(run: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
-        let value = |k: usize, row: usize| ((7 * run + 3 * k + row * row) as f64).sin();
+        let value = |k: usize, row: usize| (((k + 2) * (row + 1)) as f64 * 0.7 + 1.3 * run as f64).sin();
         ((0..4).map(|k| (0..6).map(|row| value(k, row)).collect()).collect(), (0..6).map(|r| value(9, r)).collect())
     }
 
