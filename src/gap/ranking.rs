@@ -48,6 +48,11 @@ pub(super) fn merged(before: Arc<Fitted>, refits: Vec<Refit>, sets: Sets) -> (Ar
     (before, all)
 }
 
+/// Share of the first's explanation along the motion from which another is its rival on one steady tone.
+const NEARLY: f64 = 0.8;
+/// A refit that leaves so many times the first's error is refused by the data.
+const REFUSED: f64 = 1.2;
+
 /// A candidate with its score and whether anything speaks against it.
 struct Entry<'a> {
     form: usize,
@@ -122,6 +127,22 @@ impl Search {
             }
             if let Some((_, form, score)) = entry(*first) {
                 rivals = confused((form, *score), &others, apart, data.noise);
+                if self.audit.single_tone {
+                    // What explains as much along a motion of one kind may not have been refitted; what was, and leaves far
+                    // more, the data refuse.
+                    let explained = |k: usize| {
+                        candidates.iter().find(|c| c.choice == choice(&forms[k])).map_or(0.0, |c| c.explained)
+                    };
+                    let error = |k: usize| singles.iter().find(|e| e.form == k).map(|e| e.fitted.error());
+                    let best = error(*first).unwrap_or(f64::INFINITY);
+                    rivals.extend((0..forms.len()).filter(|k| {
+                        forms[*k].effect != form.effect
+                            && explained(*k) > NEARLY * explained(*first)
+                            && error(*k).is_none_or(|e| e < REFUSED * best)
+                    }));
+                    rivals.sort_unstable();
+                    rivals.dedup();
+                }
             }
             finding = Finding::Named;
         }

@@ -331,7 +331,8 @@ impl Search {
             return self.look_into(stage, depth, tell, cancel);
         }
         let mut compared = Arc::clone(&before);
-        if !refits.iter().any(|r| self.explains(&before, &forms, r)) {
+        // One steady tone tells sets apart as little as single effects.
+        if !self.audit.single_tone && !refits.iter().any(|r| self.explains(&before, &forms, r)) {
             tell(Progress::Step("Trying effects and pairs along short segments", 0.6));
             if let Some(sets) = self.sets(&before, &forms, cancel) {
                 (compared, refits) = merged(compared, refits, sets);

@@ -76,7 +76,7 @@ impl Search {
         let trials = self.singles(&weak, before, forms, cancel);
         let whole = data.whole();
         let cancelled = || cancel.is_cancelled();
-        let goal = data.goal(WHOLE, Data::options(&cancelled, FEW_STEPS, Pace::Thorough));
+        let goal = data.goal(WHOLE, Data::options(&cancelled, FEW_STEPS, Pace::Again));
         let least = trials.iter().map(|t| t.left).fold(f64::INFINITY, f64::min);
         let mut judged = self.shot(trials, goal, cancel);
         // Where one effect explains the data along short segments, two are not looked for.
