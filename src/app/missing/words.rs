@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn without_a_gap_no_answer_is_yes_and_the_level_is_said() {
-        assert_eq!(answer(1e-5, false), "not clearly (p = 0.00001)");
+        assert_eq!(answer(1e-5, false), "not clearly (p = 1×10⁻⁵)");
         assert_eq!(no_gap(0.042), "p = 0.042; a gap counts below 10⁻⁴");
         assert!(no_gap(1e-6).contains("not clear enough"));
     }
