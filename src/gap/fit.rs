@@ -81,9 +81,11 @@ fn by_record(runs: &[Run], per_run: &[Vec<f64>]) -> Vec<Vec<f64>> {
 const STEPS: usize = 24;
 pub(super) const FEW_STEPS: usize = 8;
 /// Integration steps that one of several candidates may take: about half a second.
-const EFFORT: usize = 1_500_000;
+const EFFORT: usize = 800_000;
 /// How many times less than expected of a fit a rival must have left for the fit not to be sought far from its start.
 const SURPASSED: f64 = 2.0;
+/// How many times the least sum of squares leaves a rival so far behind that its score does not matter.
+const BEHIND: f64 = 2.25;
 /// Motion left unexplained (a share of its RMS) above which a fit may have missed its basin.
 const LOST: f64 = 0.3;
 /// A held-out record that is left with so many times the error of the fitted ones may have been begun wrongly.
@@ -116,7 +118,24 @@ pub(super) enum Pace<'a> {
     Rival(&'a Bar),
 }
 
+/// How hard data that were not fitted are tried to be followed.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Care {
+    /// A beginning that leads astray is sought along short segments.
+    Full,
+    /// As the first attempt has it: for a rival that is far behind.
+    Little,
+}
+
 impl Pace<'_> {
+    /// How hard a fit of this sum of squares is tried to be followed beyond the data fitted.
+    pub(super) fn care(self, rss: f64) -> Care {
+        match self {
+            Self::Rival(bar) if rss > BEHIND * bar.least() => Care::Little,
+            _ => Care::Full,
+        }
+    }
+
     /// True if a rival does far better than this one is expected to.
     pub(super) fn surpassed(self, expected: f64) -> bool {
         matches!(self, Self::Rival(bar) if SURPASSED * bar.least() < expected)
@@ -127,7 +146,7 @@ impl Data {
     pub(super) fn options<'a>(cancelled: &'a (dyn Fn() -> bool + Sync), steps: usize, pace: Pace<'a>) -> Options<'a> {
         let (effort, bar) = match pace {
             Pace::Thorough => (usize::MAX, None),
-            Pace::Again => (2 * EFFORT, None),
+            Pace::Again => (4 * EFFORT, None),
             Pace::Rival(bar) => (EFFORT, Some(bar)),
         };
         Options { frozen: false, driven: false, steps, effort, bar, cancelled }
@@ -269,9 +288,9 @@ impl Data {
     }
 
     /// Holds a refinement of whole records against data that were not fitted.
-    pub(super) fn judge(&self, composition: Composition, refined: Refined, cancel: &Cancel) -> Fitted {
+    pub(super) fn judge(&self, composition: Composition, refined: Refined, care: Care, cancel: &Cancel) -> Fitted {
         let landed = Landed { refined, runs: self.whole(), level: WHOLE, whole: true };
-        self.judged(composition, landed, cancel)
+        self.judged_with(composition, landed, care, cancel)
     }
 
     /// Follows records that were not fitted with the parameters as they are: what each has of its own is fitted.
@@ -281,6 +300,7 @@ impl Data {
         shared: &[f64],
         records: &[Run],
         (level, expected): (usize, f64),
+        care: Care,
         cancel: &Cancel,
     ) -> Option<Landed> {
         let cancelled = || cancel.is_cancelled();
@@ -288,7 +308,8 @@ impl Data {
         let goal = Goal { noise: expected.max(self.noise), ..self.goal(level, options) };
         let direct = shoot(composition, records, (shared, None), level, goal, FEW_STEPS);
         let top = levels(records, self.period);
-        if direct.as_ref().is_some_and(|d| d.error() < ASTRAY * expected) || top == 0 || level == 0 {
+        let near = direct.as_ref().is_some_and(|d| d.error() < ASTRAY * expected);
+        if near || top == 0 || level == 0 || care == Care::Little {
             return direct;
         }
         // A record begun a little wrongly goes astray though the model is right: the beginning is found along segments.
@@ -315,7 +336,7 @@ impl Data {
         let (mut rss, mut freedom) = (0.0, 0);
         for s in self.held_out() {
             let runs = [Run { record: 0, ..s.run() }];
-            let Some(found) = self.follow(composition, shared, &runs, (level, expected), cancel) else {
+            let Some(found) = self.follow(composition, shared, &runs, (level, expected), Care::Full, cancel) else {
                 return Some(f64::INFINITY);
             };
             rss += found.refined.rss;
@@ -326,6 +347,10 @@ impl Data {
 
     /// Holds a fit against data that were not fitted, over segments as long as its own.
     pub(super) fn judged(&self, composition: Composition, landed: Landed, cancel: &Cancel) -> Fitted {
+        self.judged_with(composition, landed, Care::Full, cancel)
+    }
+
+    fn judged_with(&self, composition: Composition, landed: Landed, care: Care, cancel: &Cancel) -> Fitted {
         let cancelled = || cancel.is_cancelled();
         let Landed { refined, runs, level, whole } = landed;
         let level = if whole { WHOLE } else { level };
@@ -346,14 +371,14 @@ impl Data {
         let mut folds = Vec::new();
         for s in self.held_out() {
             let runs = [Run { record: 0, ..s.run() }];
-            let fit = self.follow(&composition, &refined.point.shared, &runs, expected, cancel);
+            let fit = self.follow(&composition, &refined.point.shared, &runs, expected, care, cancel);
             folds.push(fold(&fit, &runs));
             held_out.push(fit.map(|l| l.refined.simulated.concat()).unwrap_or_default());
         }
         for (train, test) in self.folds() {
             let goal = self.goal(level, Self::options(&cancelled, FEW_STEPS, Pace::Thorough));
             let found = shoot(&composition, &train, (&refined.point.shared, None), level, goal, FEW_STEPS)
-                .and_then(|f| self.follow(&composition, &f.refined.point.shared, &test, expected, cancel));
+                .and_then(|f| self.follow(&composition, &f.refined.point.shared, &test, expected, care, cancel));
             folds.push(fold(&found, &test));
         }
         let spread = |series: &[Series]| {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::effects::{Form, Sign, logarithmic};
-use super::fit::{Fitted, Pace, carried};
+use super::fit::{Care, Fitted, Pace, carried};
 use super::screen::{Motion, Screened};
 use super::search::{PROMISING, Refit, Search};
 use super::structure::Composition;
@@ -134,7 +134,8 @@ impl Search {
                 }
             }
         }
-        Some(data.judge(composition, refined, cancel))
+        let care = pace.care(refined.rss);
+        Some(data.judge(composition, refined, care, cancel))
     }
 
     /// Where a refinement starts; inner values are those of the grid.
@@ -283,7 +284,7 @@ impl Search {
             let better =
                 self.data.refine(&fitted.composition, &fitted.refined.point, f64::INFINITY, Pace::Again, cancel);
             if let Some(better) = better.filter(|b| b.rss < fitted.refined.rss) {
-                *fitted = self.data.judge(fitted.composition.clone(), better, cancel);
+                *fitted = self.data.judge(fitted.composition.clone(), better, Care::Full, cancel);
             }
         });
         refits

@@ -10,7 +10,7 @@ use super::decide::{colour, refusal, score};
 use super::effects::{Form, Setting, catalogue};
 use super::error::GapError;
 use super::evidence::Seen;
-use super::fit::{Fitted, Pace};
+use super::fit::{Care, Fitted, Pace};
 use super::outcome::{Blind, Choice, Evidence, Finding, Round, Stage};
 use super::progress::Progress;
 use super::ranking::{Decision, merged};
@@ -196,7 +196,7 @@ impl Search {
             let shared = shared.into_iter().chain(inner.iter().copied()).collect();
             let start = Point::new(&composition, &runs, shared, false);
             if let Some(refined) = data.refine(&composition, &start, data.lost(), Pace::Thorough, cancel) {
-                return Ok(data.judge(composition, refined, cancel));
+                return Ok(data.judge(composition, refined, Care::Full, cancel));
             }
             if cancel.is_cancelled() {
                 return Err(GapError::Cancelled);

@@ -14,7 +14,7 @@ use super::fit::{FEW_STEPS, Fitted, Pace, WHOLE};
 use super::search::Search;
 use super::structure::Composition;
 use super::weak::{Projector, Weak};
-use crate::refine::{Goal, Landed, Structure as _, climb, levels, shoot};
+use crate::refine::{Bar, Goal, Landed, Options, Structure as _, climb, levels, shoot};
 use crate::study::Cancel;
 
 /// Grid points of a form that are shot from.
@@ -33,6 +33,8 @@ const ENOUGH: (f64, f64) = (1.15, 1.25);
 const PLAUSIBLE: f64 = 30.0;
 /// Sets that are followed over longer segments.
 const KEPT: usize = 5;
+/// How many times the best's error on data never fitted a set may leave along the shortest segments to be followed further.
+const BEHIND: f64 = 1.5;
 /// Share of what the base model leaves in the weak form that a form must explain to be tried.
 const FAINT: f64 = 0.005;
 /// How many times the noise the best leaves where longer segments tell nothing.
@@ -94,7 +96,10 @@ impl Search {
         let mut tried: Vec<(Vec<usize>, Fitted)>;
         let level;
         if near {
-            let mut kept: Vec<usize> = (0..judged.len().min(KEPT)).collect();
+            // What the best leaves far behind along short segments does not overtake it along longer ones.
+            let nearest = judged[0].1.held_out_error().max(goal.noise);
+            let mut kept: Vec<usize> =
+                (0..judged.len().min(KEPT)).filter(|k| judged[*k].1.held_out_error() < BEHIND * nearest).collect();
             for size in [1, 2] {
                 let first = (0..judged.len()).find(|k| judged[*k].0.len() == size);
                 kept.extend(first.filter(|k| !kept.contains(k)));
@@ -132,14 +137,20 @@ impl Search {
         let whole = self.data.whole();
         let least = trials.iter().map(|t| t.left).fold(f64::INFINITY, f64::min);
         trials.retain(|t| t.left < PLAUSIBLE * least);
+        // The likeliest first: the others are given up where they stay behind what these reach.
+        trials.sort_by(|a, b| a.left.total_cmp(&b.left));
+        let bar = Bar::default();
+        let among_rivals = Goal { options: Options { bar: Some(&bar), ..goal.options }, ..goal };
         let mut shot: Vec<(Vec<usize>, Composition, Landed)> = trials
-            .into_par_iter()
+            .into_iter()
+            .par_bridge()
             .filter_map(|t| {
-                let landed = shoot(&t.composition, &whole, (&t.shared, None), 0, goal, FEW_STEPS)?;
+                let landed = shoot(&t.composition, &whole, (&t.shared, None), 0, among_rivals, FEW_STEPS)?;
                 Some((t.forms, t.composition, landed))
             })
             .collect();
-        shot.sort_by(|a, b| a.2.refined.rss.total_cmp(&b.2.refined.rss));
+        // Ties as they come: the order must not depend on which thread was first.
+        shot.sort_by(|a, b| a.2.refined.rss.total_cmp(&b.2.refined.rss).then_with(|| a.0.cmp(&b.0)));
         // Of several starts of one set the best.
         let mut seen: Vec<Vec<usize>> = Vec::new();
         shot.retain(|(forms, ..)| {

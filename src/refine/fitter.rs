@@ -31,6 +31,11 @@ const FACTOR: f64 = 1.6;
 /// Dampings tried for one step, each ten times the one before: from a full step to next to none.
 const TRIES: usize = 9;
 
+/// Steps in a row whose sensitivities are those of the last ones, corrected by what the response did (a secant), and the
+/// dampings tried for one of them.
+const SECANTS: usize = 3;
+const SECANT_TRIES: usize = 2;
+
 /// Largest error of a sampling interval of the simulation, as a share of the motion: far below [`NUDGE`].
 const TOLERANCE: f64 = 1e-7;
 
@@ -282,6 +287,42 @@ impl<'a> Fitter<'a> {
         arrow
     }
 
+    /// Corrects sensitivities by what a step did to the responses, `before` and `after`, by the smallest change that makes
+    /// them agree with it (C. G. Broyden, Math. Comp. 19 (1965) 577–593), each unknown measured by what it does to the response.
+    fn follow(
+        &self,
+        columns: &mut [Vec<Vec<f64>>],
+        (before, after): (&[Vec<f64>], &[Vec<f64>]),
+        by: &Step,
+        (shared, offsets): (usize, usize),
+    ) {
+        let mut missed = Vec::new();
+        for (r, (run, columns)) in self.runs.iter().zip(columns).enumerate() {
+            let channels = if offsets > 0 { run.weights.len() } else { 0 };
+            let first = shared + run.record * channels;
+            let moved: Vec<f64> = by.shared[..shared]
+                .iter()
+                .chain(&by.shared[first..first + channels])
+                .chain(by.own[r].iter())
+                .copied()
+                .collect();
+            let sizes: Vec<f64> = columns.iter().map(|c| c.iter().map(|v| v * v).sum()).collect();
+            let length: f64 = moved.iter().zip(&sizes).map(|(m, s)| m * m * s).sum();
+            if length <= 0.0 || !length.is_finite() {
+                continue;
+            }
+            missed.clear();
+            missed.extend(after[r].iter().zip(&before[r]).map(|(a, b)| a - b));
+            for (column, m) in columns.iter().zip(&moved) {
+                missed.iter_mut().zip(column).for_each(|(e, c)| *e -= m * c);
+            }
+            for ((column, m), size) in columns.iter_mut().zip(&moved).zip(&sizes) {
+                let share = m * size / length;
+                column.iter_mut().zip(&missed).for_each(|(c, e)| *c += share * e);
+            }
+        }
+    }
+
     /// What the values of the shared block may be after a step from where they are.
     fn reach(&self, shared: &[f64]) -> Vec<(f64, f64)> {
         let positive = |(value, (low, high)): (&f64, &(f64, f64))| {
@@ -307,23 +348,36 @@ impl<'a> Fitter<'a> {
         let mut damping: f64 = 1e-5;
         let mut nudge = NUDGE;
         let mut converged = false;
-        let (mut columns, mut arrow);
+        let mut columns = Vec::new();
+        let mut arrow;
+        // Secant updates of the sensitivities since they were computed.
+        let mut updates = 0;
+        let mut fresh = true;
         let mut step = 0;
         loop {
             if (self.options.cancelled)() {
                 return None;
             }
-            columns = self.sensitivities(&point, &simulated, nudge, &mut scales)?;
+            if fresh {
+                columns = self.sensitivities(&point, &simulated, nudge, &mut scales)?;
+                updates = 0;
+            }
             arrow = self.arrow(&columns, &simulated, shared, offsets);
-            if converged || step == self.options.steps || self.spent.load(Ordering::Relaxed) > self.options.effort {
+            let ended = step >= self.options.steps || self.spent.load(Ordering::Relaxed) > self.options.effort;
+            if converged || ended {
+                if updates > 0 {
+                    columns = self.sensitivities(&point, &simulated, nudge, &mut scales)?;
+                    arrow = self.arrow(&columns, &simulated, shared, offsets);
+                }
                 break;
             }
             step += 1;
             let began = rss;
             let mut taken = false;
+            let mut at_once = false;
             let at: Vec<f64> = point.shared[..shared].iter().chain(&point.offsets).copied().collect();
             let reach = if shared > 0 { self.reach(&point.shared) } else { Vec::new() };
-            for _ in 0..TRIES {
+            for attempt in 0..if updates > 0 { SECANT_TRIES } else { TRIES } {
                 let Some(by) = arrow.step(damping, &at, &reach) else {
                     damping = (damping * 10.0).max(1e-6);
                     continue;
@@ -335,7 +389,10 @@ impl<'a> Fitter<'a> {
                         (point, rss) = (candidate, found);
                         std::mem::swap(&mut simulated, &mut trial);
                         damping = (damping * 0.1).max(1e-12);
-                        taken = true;
+                        (taken, at_once) = (true, attempt == 0);
+                        if at_once && updates < SECANTS && shared + offsets > 1 {
+                            self.follow(&mut columns, (&trial, &simulated), &by, (shared, offsets));
+                        }
                         break;
                     }
                     // Nothing left to gain beyond the arithmetic's own noise.
@@ -349,9 +406,18 @@ impl<'a> Fitter<'a> {
                     return None;
                 }
             }
-            if converged && !taken {
+            if updates > 0 && (converged || !taken) {
+                // A secant is no proof: the sensitivities themselves are asked.
+                converged = false;
+                fresh = true;
+                continue;
+            }
+            if converged {
+                // The last step was next to none: the sensitivities are still those of the point.
                 break;
             }
+            fresh = !at_once || updates >= SECANTS || shared + offsets <= 1;
+            updates += 1;
             if let Some(bar) = self.options.bar {
                 bar.reached(rss);
                 if step > PATIENCE && rss > HOPELESS.0 * bar.least() && rss > (1.0 - HOPELESS.1) * began {
