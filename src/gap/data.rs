@@ -60,9 +60,9 @@ pub(super) struct Data {
 }
 
 /// Fitted samples up to which nothing is thinned.
-const AMPLE: usize = 12_000;
+const AMPLE: usize = 8_000;
 /// Samples a period of the fastest motion that thinning leaves.
-const PER_PERIOD: f64 = 40.0;
+const PER_PERIOD: f64 = 24.0;
 /// Share of the displacement's energy that lies below its "fastest motion".
 const BAND: f64 = 0.999;
 /// Steps of the displacement, in deviations of its noise, that noise no longer blurs: uniform between two steps, an error has

@@ -16,6 +16,8 @@ pub(super) struct Score {
     pub(super) test: f64,
     /// RMSE of the data left out.
     pub(super) rmse: f64,
+    /// The larger of that and of the fitted data's.
+    pub(super) largest: f64,
     /// Both together; a gain on the fitted data counts only as far as the data left out bear it out.
     pub(super) total: f64,
 }
@@ -25,7 +27,7 @@ pub(super) const APART: f64 = 10.0;
 /// How many times the gain of the data left out, sample for sample, a gain on the fitted data may count.
 const TRUSTED: f64 = 3.0;
 /// Gain in score that a candidate needs at least.
-const WORTH: f64 = 10.0;
+pub(super) const WORTH: f64 = 10.0;
 /// Gain that the data left out must show by themselves.
 const SHOWN: f64 = 4.0;
 /// By how much no single record left out may get worse.
@@ -35,7 +37,9 @@ pub(super) const APART_ON_A_TONE: f64 = 200.0;
 /// Where what is left is this many times the noise, the model is wrong in some way still, and likelihoods say too much:
 pub(super) const FAR: f64 = 3.0;
 /// then a richer form must make the error on data left out this many times smaller than the simpler one does.
-const CLEARLY: f64 = 1.25;
+pub(super) const CLEARLY: f64 = 1.25;
+/// a rival is told from the first where it leaves so many times its error,
+const NEARLY: f64 = 1.1;
 /// and any form must make that error this many times smaller: of a model that is wrong, nearly every term mends something.
 const SHRUNK: f64 = 1.3;
 /// By how much a form with more in it must beat the simpler one that it contains.
@@ -50,9 +54,10 @@ const CERTAIN: f64 = 2.0;
 const PASSING: f64 = 2.0;
 
 impl Score {
-    /// True if what is left on data never fitted is far more than noise: the model is wrong in some way still.
+    /// True if what is left is far more than noise, on the data fitted or on those that were not: the model is wrong in some
+    /// way still.
     pub(super) fn is_far(&self, noise: f64) -> bool {
-        self.rmse > FAR * noise
+        self.largest > FAR * noise
     }
 }
 
@@ -76,6 +81,7 @@ pub(super) fn score(before: &Fitted, after: &Fitted, colour: f64, floor: f64) ->
         bic: n * fitted + penalty,
         test: m * held,
         rmse: after.held_out_error(),
+        largest: after.held_out_error().max(after.error()),
         total: n * fitted.max(TRUSTED * held) + m * held + penalty,
     }
 }
@@ -187,7 +193,7 @@ pub(super) fn unborne(before: &Fitted, (after, score): (&Fitted, &Score), noise:
     if score.test > -SHOWN {
         return Some(format!("data never fitted get no better: {} → {}", number(rms(before)), number(rms(after))));
     }
-    if score.rmse > FAR * noise && rms(before) < SHRUNK * rms(after) {
+    if score.is_far(noise) && rms(before) < SHRUNK * rms(after) {
         return Some(format!(
             "far more than noise is left, and data never fitted get hardly better: {} → {}",
             number(rms(before)),
@@ -199,7 +205,7 @@ pub(super) fn unborne(before: &Fitted, (after, score): (&Fitted, &Score), noise:
 
 /// True if a single effect does as well as a pair, as far as data tell.
 pub(super) fn fewer_do(single: &Score, pair: &Score, noise: f64) -> bool {
-    if single.is_far(noise) && pair.is_far(noise) {
+    if single.is_far(noise) || pair.is_far(noise) {
         return single.rmse < SHRUNK * pair.rmse;
     }
     single.total < pair.total + WORTH
@@ -239,19 +245,23 @@ pub(super) fn order(candidates: &[(usize, &Form, Score)], noise: f64) -> Vec<usi
     out
 }
 
-/// The candidates that cannot be told from the first. Far from the noise the data refuse what every one of them leaves, and
-/// the error on data never fitted has told them apart.
+/// The candidates that cannot be told from the first. Far from the noise likelihoods say too much, and rivals are those with
+/// which data never fitted are explained nearly as well.
 pub(super) fn confused(first: (&Form, Score), others: &[(usize, &Form, Score)], apart: f64, noise: f64) -> Vec<usize> {
-    if first.1.is_far(noise) {
-        return Vec::new();
-    }
+    let far = first.1.is_far(noise);
+    let as_good = |score: &Score| {
+        if far { score.rmse < NEARLY * first.1.rmse } else { score.total - first.1.total < apart }
+    };
+    let better = |score: &Score| {
+        if far { score.rmse < first.1.rmse } else { score.total <= first.1.total }
+    };
     others
         .iter()
         .filter(|(_, form, score)| {
             form.effect != first.0.effect
-                && score.total - first.1.total < apart
+                && as_good(score)
                 // A richer form fits as well by nature: it is a rival only where it does better than its price.
-                && !(form.contains.contains(&first.0.effect) && score.total > first.1.total)
+                && !(form.contains.contains(&first.0.effect) && !better(score))
         })
         .map(|(k, _, _)| *k)
         .collect()

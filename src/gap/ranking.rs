@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use super::decide::{APART, APART_ON_A_TONE, Refusal, Score, confused, fewer_do, order, refusal, score, unborne};
+use super::decide::{
+    APART, APART_ON_A_TONE, CLEARLY, Refusal, Score, WORTH, confused, fewer_do, order, refusal, score, unborne,
+};
 use super::effects::Form;
 use super::fit::{Fitted, WHOLE};
 use super::outcome::{Candidate, Choice, Finding, Standing};
@@ -219,16 +221,15 @@ impl Search {
         if alone.is_some_and(|alone| fewer_do(&alone, together, data.noise)) {
             return None;
         }
-        // A member that stands alone is named by itself: the next round finds the other.
-        if single.is_some_and(|k| pair.forms.contains(&k)) {
+        // A member that stands alone is named by itself: the next round finds the other. So is one that does in another pair
+        // that data never fitted cannot tell from the best.
+        let as_good = |s: &Score| if far { s.rmse < CLEARLY * together.rmse } else { s.total < together.total + WORTH };
+        if single.is_some_and(|k| pairs.iter().any(|(r, s)| r.forms.contains(&k) && as_good(s))) {
             return None;
         }
-        let error = |k: usize| {
-            let fit = refits.iter().find(|r| r.forms == [k]);
-            fit.map_or(f64::INFINITY, |r| r.fitted.held_out_error())
-        };
         let (a, b) = (pair.forms[0], pair.forms[1]);
-        let (lead, second) = if error(b) < error(a) { (b, a) } else { (a, b) };
+        let force = |k: usize| self.share(&forms[k], &pair.fitted);
+        let (lead, second) = if force(b) > force(a) { (b, a) } else { (a, b) };
         Some((lead, second, &pair.fitted))
     }
 }

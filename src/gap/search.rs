@@ -1,4 +1,5 @@
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
@@ -10,11 +11,11 @@ use super::decide::{colour, refusal, score};
 use super::effects::{Form, Setting, catalogue};
 use super::error::GapError;
 use super::evidence::Seen;
-use super::fit::{Care, Fitted, Pace};
+use super::fit::{Care, Fitted, Pace, WHOLE};
 use super::outcome::{Blind, Choice, Evidence, Finding, Round, Stage};
 use super::progress::Progress;
 use super::ranking::{Decision, merged};
-use super::screen::Motion;
+use super::screen::{Motion, Screened};
 use super::structure::{Composition, choice};
 use super::words::titles;
 use crate::record::RecordSet;
@@ -298,32 +299,12 @@ impl Search {
             check()?;
             return Ok(round);
         }
-        tell(Progress::Step("Refitting the likeliest effects on the simulated response", 0.3));
-        let tried = screened.likeliest(&forms, (EFFORT / before.refined.samples).clamp(FEWEST, REFINED));
-        let bar = Bar::default();
-        let done = std::sync::atomic::AtomicUsize::new(0);
-        // The likeliest first: those behind them are held against what these reach.
-        let refits: Vec<(usize, Option<Fitted>)> = tried
-            .iter()
-            .par_bridge()
-            .map(|k| {
-                let fitted = self.refit(&before, &motion, &screened, (*k, &forms[*k]), Some(&bar), cancel);
-                let n = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
-                tell(Progress::Step(
-                    "Refitting the likeliest effects on the simulated response",
-                    0.3 + 0.7 * n as f64 / tried.len() as f64,
-                ));
-                (*k, fitted)
-            })
-            .collect();
-        check()?;
-        let refits = self.polished(refits, cancel);
-        check()?;
-        let mut refits: Vec<Refit> = refits
-            .into_iter()
-            .filter_map(|(k, fitted)| Some(Refit { forms: vec![k], fitted: Arc::new(fitted?) }))
-            .collect();
-        self.try_simpler(&before, &forms, &mut refits, cancel);
+        // A model that follows stretches only has its rivals along those.
+        let mut refits = if before.level == WHOLE || self.audit.single_tone {
+            self.refitted(&before, &motion, (&forms, &screened), tell, cancel)
+        } else {
+            Vec::new()
+        };
         check()?;
         if let Some(again) = self.rebased(&before, &refits, cancel) {
             self.keep(Arc::new(again));
@@ -345,6 +326,41 @@ impl Search {
         let round = round(candidates, evidence, decision);
         check()?;
         Ok(round)
+    }
+
+    /// The likeliest effects, each refitted along whole records with the rest of the model.
+    fn refitted(
+        &self,
+        before: &Fitted,
+        motion: &Motion,
+        (forms, screened): (&[Form], &Screened),
+        tell: Listener<'_>,
+        cancel: &Cancel,
+    ) -> Vec<Refit> {
+        let step = |done: f64| {
+            tell(Progress::Step("Refitting the likeliest effects on the simulated response", 0.3 + 0.7 * done));
+        };
+        step(0.0);
+        let tried = screened.likeliest(forms, (EFFORT / before.refined.samples).clamp(FEWEST, REFINED));
+        let bar = Bar::default();
+        let done = AtomicUsize::new(0);
+        // The likeliest first: those behind them are held against what these reach.
+        let refits: Vec<(usize, Option<Fitted>)> = tried
+            .iter()
+            .par_bridge()
+            .map(|k| {
+                let fitted = self.refit(before, motion, screened, (*k, &forms[*k]), Some(&bar), cancel);
+                step((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / tried.len() as f64);
+                (*k, fitted)
+            })
+            .collect();
+        let mut refits: Vec<Refit> = self
+            .polished(refits, cancel)
+            .into_iter()
+            .filter_map(|(k, fitted)| Some(Refit { forms: vec![k], fitted: Arc::new(fitted?) }))
+            .collect();
+        self.try_simpler(before, forms, &mut refits, cancel);
+        refits
     }
 
     /// True if a fit stands and leaves next to nothing but noise, on the data fitted and on those never fitted.

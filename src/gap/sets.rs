@@ -21,6 +21,10 @@ use crate::study::Cancel;
 const STARTS: usize = 2;
 /// Pairs that are shot.
 const PAIRS: usize = 6;
+/// Pairs with the best single effect in them that are shot at most, beyond those if need be.
+const WITH_FIRST: usize = 3;
+/// A pair with a richer form in it leaves its place to one with the simpler form that leaves less than so many times as much.
+const HARDLY: f64 = 1.1;
 /// Points of a form's grid that stand for it among the pairs.
 const THINNED: usize = 8;
 /// Sets that are held against data never fitted.
@@ -86,13 +90,16 @@ impl Search {
             .first()
             .is_some_and(|(_, f, _)| f.error() < ENOUGH.0 * goal.noise && f.held_out_error() < ENOUGH.1 * goal.noise);
         if !explained && !cancel.is_cancelled() {
-            judged.extend(self.shot(self.pairs(&weak, before, forms, least, cancel), goal, cancel));
+            let first = judged.first().map(|(set, ..)| set[0]);
+            let pairs = self.pairs(&weak, before, forms, (least, first), cancel);
+            judged.extend(self.shot(pairs, goal, cancel));
         }
         if cancel.is_cancelled() || judged.is_empty() {
             return None;
         }
         judged.sort_by(|a, b| a.1.held_out_error().total_cmp(&b.1.held_out_error()));
-        let near = judged[0].1.held_out_error() < FAR * goal.noise && levels(&whole, data.period) > 0;
+        let left = |f: &Fitted| f.held_out_error().max(f.error());
+        let near = left(&judged[0].1) < FAR * goal.noise && levels(&whole, data.period) > 0;
         let mut tried: Vec<(Vec<usize>, Fitted)>;
         let level;
         if near {
@@ -233,16 +240,16 @@ impl Search {
             level: b.level,
             whole: b.level == WHOLE,
         });
-        let mut fits: Vec<Landed> = Vec::new();
-        for shared in &starts {
-            let mut alike = motion.clone();
-            if composition.offset() != best.is_some_and(|b| !b.refined.point.offsets.is_empty()) {
-                alike = None;
-            }
-            for states in [None, alike.as_ref()] {
-                fits.extend(shoot(composition, &whole, (shared, states), level, goal, 2 * FEW_STEPS));
-            }
-        }
+        let same_zero = composition.offset() == best.is_some_and(|b| !b.refined.point.offsets.is_empty());
+        let alike = motion.as_ref().filter(|_| same_zero);
+        let bar = Bar::default();
+        let goal = Goal { options: Options { bar: Some(&bar), ..goal.options }, ..goal };
+        let mut fits: Vec<Landed> = starts
+            .par_iter()
+            .flat_map_iter(|shared| [Some((shared, None)), alike.map(|alike| (shared, Some(alike)))])
+            .flatten()
+            .filter_map(|(shared, states)| shoot(composition, &whole, (shared, states), level, goal, 2 * FEW_STEPS))
+            .collect();
         if level == WHOLE && before.level == WHOLE {
             fits.push(Landed {
                 refined: (*before.refined).clone(),
@@ -310,7 +317,14 @@ impl Search {
     }
 
     /// The pairs that leave least in the weak form, the base model projected off.
-    fn pairs(&self, weak: &Weak<'_>, before: &Fitted, forms: &[Form], least: f64, cancel: &Cancel) -> Vec<Trial> {
+    fn pairs(
+        &self,
+        weak: &Weak<'_>,
+        before: &Fitted,
+        forms: &[Form],
+        (least, first): (f64, Option<usize>),
+        cancel: &Cancel,
+    ) -> Vec<Trial> {
         let point_of = |projector: &Projector, added: &[(usize, &[f64])]| {
             let with: Vec<(&Form, &[f64])> = added.iter().map(|(k, inner)| (&forms[*k], *inner)).collect();
             let (composition, inner) = self.with_all(before, &with);
@@ -375,11 +389,32 @@ impl Search {
         }
         let mut ranked: Vec<((usize, usize), PairPoint)> = best.into_iter().collect();
         ranked.sort_by(|x, y| x.1.left.total_cmp(&y.1.left).then(x.0.cmp(&y.0)));
+        let lefts: HashMap<(usize, usize), f64> = ranked.iter().map(|(pair, point)| (*pair, point.left)).collect();
+        let left = |a: usize, b: usize| lefts.get(&(a, b)).or_else(|| lefts.get(&(b, a))).copied();
         let mut trials: Vec<Trial> = Vec::new();
+        let mut with_first = 0;
         for ((a, b), point) in ranked {
-            if trials.len() == PAIRS || cancel.is_cancelled() {
+            if cancel.is_cancelled() {
                 break;
             }
+            // Some of the best effect alone and another take part, wherever they rank.
+            let has_first = first.is_some_and(|k| k == a || k == b);
+            let (full, without) = (trials.len() >= PAIRS, first.is_none() || with_first >= WITH_FIRST);
+            if full && without {
+                break;
+            }
+            if full && !has_first {
+                continue;
+            }
+            // A richer form that explains next to nothing more leaves its place to the simpler one.
+            let as_well = |rich: usize, other: usize| {
+                let simpler = (0..forms.len()).filter(|k| forms[rich].is_richer_kind_of(&forms[*k]));
+                simpler.filter_map(|k| left(k, other)).any(|l| l < HARDLY * point.left)
+            };
+            if as_well(a, b) || as_well(b, a) {
+                continue;
+            }
+            with_first += usize::from(has_first);
             let same = forms[a].is_kin(&forms[b]);
             let trial = self.trial(weak, before, forms, &[(a, &point.first), (b, &point.second)]);
             trials.extend(trial.filter(|t| !same && t.left < least));

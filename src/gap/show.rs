@@ -174,6 +174,14 @@ impl Search {
         squares.iter().map(|s| if sum > 0.0 { f64::sqrt(*s) / sum } else { 0.0 }).collect()
     }
 
+    /// RMS of a form's force over the fitted records, as a share of all forces of the acceleration.
+    pub(super) fn share(&self, form: &Form, fitted: &Fitted) -> f64 {
+        let shared = &fitted.refined.point.shared;
+        let composed = fitted.composition.compose(&shared[shared.len() - fitted.composition.inner_count()..]);
+        let shares = self.shares(&model_terms(&composed.terms, shared), fitted);
+        fitted.composition.of(form, shared).map_or(0.0, |(coefficients, _)| shares[coefficients].iter().sum())
+    }
+
     fn traces(&self, fitted: &Fitted) -> Vec<Trace> {
         let trace = |s: &super::data::Series, simulated: &[f64]| Trace {
             record: s.name.clone(),

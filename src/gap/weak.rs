@@ -143,18 +143,21 @@ impl<'a> Weak<'a> {
     /// The averages of what a composition adds to the acceleration: a shifted zero of the sensor, to first order a constant
     /// force in each record, then its terms.
     fn columns_of(&self, composition: &Composition, inner: &[f64]) -> Vec<Vec<f64>> {
-        let mut columns = Vec::new();
-        if composition.offset() {
-            let mut from = 0;
-            for rows in &self.records {
-                let mut column = vec![0.0; self.target.len()];
-                column[from..from + rows.weights.len()].copy_from_slice(&rows.weights);
-                from += rows.weights.len();
-                columns.push(column);
-            }
-        }
+        let mut columns = if composition.offset() { self.constants() } else { Vec::new() };
         columns.extend(self.columns(&composition.compose(inner)));
         columns
+    }
+
+    /// The averages of a constant force in each record.
+    fn constants(&self) -> Vec<Vec<f64>> {
+        let mut from = 0;
+        let column = |rows: &Rows| {
+            let mut column = vec![0.0; self.target.len()];
+            column[from..from + rows.weights.len()].copy_from_slice(&rows.weights);
+            from += rows.weights.len();
+            column
+        };
+        self.records.iter().map(column).collect()
     }
 
     /// The averages of every term of an acceleration.
@@ -243,21 +246,21 @@ impl<'a> Weak<'a> {
 pub(super) struct Projector {
     basis: Basis,
     target: Vec<f64>,
-    own: usize,
+    /// Terms of the composition that is projected off, and whether the sensor's zero is free in it.
+    terms: usize,
+    offset: bool,
 }
 
 impl Weak<'_> {
     /// Takes a composition's terms out of everything.
     pub(super) fn projector(&self, composition: &Composition, inner: &[f64]) -> Projector {
         let mut basis = Basis::default();
-        let columns = self.columns_of(composition, inner);
-        let own = columns.len();
-        for column in columns {
+        for column in self.columns_of(composition, inner) {
             basis.push(column);
         }
         let mut target = self.target.clone();
         basis.remove(&mut target);
-        Projector { basis, target, own }
+        Projector { basis, target, terms: composition.terms(), offset: composition.offset() }
     }
 }
 
@@ -265,12 +268,14 @@ impl Projector {
     /// The columns that a composition has beyond the projected one, made orthonormal; none where they add nothing of their
     /// own, or where the composition rewrites the terms that were there.
     pub(super) fn added(&self, weak: &Weak<'_>, composition: &Composition, inner: &[f64]) -> Option<Vec<Vec<f64>>> {
-        let mut columns = weak.columns_of(composition, inner);
-        if columns.len() <= self.own {
+        let mut terms = weak.columns(&composition.compose(inner));
+        let mut columns = if composition.offset() && !self.offset { weak.constants() } else { Vec::new() };
+        columns.extend(terms.split_off(self.terms.min(terms.len())));
+        if columns.is_empty() {
             return None;
         }
         let mut own = Basis::default();
-        for mut column in columns.split_off(self.own) {
+        for mut column in columns {
             let whole = dot(&column, &column).sqrt();
             self.basis.remove(&mut column);
             self.basis.remove(&mut column);

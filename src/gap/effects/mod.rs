@@ -210,6 +210,11 @@ impl Form {
         self.effect == other.effect || self.contains.contains(&other.effect) || other.contains.contains(&self.effect)
     }
 
+    /// True if the other is a special case of it at the same place. A sensor's zero, free in each record, is more than a force.
+    pub(crate) fn is_richer_kind_of(&self, other: &Self) -> bool {
+        self.contains.contains(&other.effect) && self.form == other.form && !self.sample().offset
+    }
+
     /// The name with the form behind it.
     pub(crate) fn full_title(&self) -> String {
         if self.form.is_empty() { self.title.to_owned() } else { format!("{}, {}", self.title, self.form) }
