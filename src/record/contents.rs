@@ -80,7 +80,7 @@ impl<'a> Column<'a> {
 
     /// The same column, known by the file to be the time.
     #[must_use]
-    pub(super) fn as_time(mut self) -> Self {
+    pub(super) fn into_time(mut self) -> Self {
         self.heading.meaning = Meaning::Known(Key { quantity: Quantity::Time, number: None });
         // What a format calls the time is in seconds where the unit is none of time.
         if units::parse(&self.heading.unit).is_none_or(|unit| !unit.is_time()) {

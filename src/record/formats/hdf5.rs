@@ -37,6 +37,9 @@ fn read(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
     let mut walk =
         Walk { room: (bytes.len() as u64).saturating_mul(MOST_DEFLATED), seen: 0, contents: Contents::default() };
     walk.group(&file.root(), "", 0).map_err(damaged)?;
+    if let ([], [first, ..]) = (&walk.contents.columns[..], &walk.contents.notices[..]) {
+        return Err(Flaw::new(format!("nothing in it can be used: {first}")).try_this(VERSION_7));
+    }
     Ok(walk.contents)
 }
 
@@ -97,6 +100,8 @@ impl Walk<'_> {
         if !number || is_text || is_empty {
             return Ok(());
         }
+        // Files of before 2008 keep their data in ways that are not read.
+        dataset.layout()?;
         let (rows, columns) = match dataset.shape()?[..] {
             [] => (1, 1),
             [n] => (n, 1),

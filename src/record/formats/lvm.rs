@@ -212,7 +212,7 @@ impl Segment {
             let unit = if is_x || Some(index) == own_time { "s" } else { unit.as_str() };
             let column = Column::new(&name, unit, len, Box::new(move || Ok(values.clone())));
             let column = Column { base, group: group.to_owned(), ..column };
-            contents.columns.push(if is_x { column.as_time() } else { column });
+            contents.columns.push(if is_x { column.into_time() } else { column });
         }
     }
 }

@@ -96,20 +96,20 @@ fn version_5(bytes: &[u8], order: Order) -> Result<Contents<'_>, Flaw> {
                 // Deflate gives at most a thousandfold, so a file's size bounds this.
                 let packed = &bytes[tag.start..tag.start + tag.len];
                 let whole = ZlibDecoder::new(packed).read_to_end(&mut inflated);
-                let source = Source::Inflated(inflated.into());
-                let inner = source.clone();
-                let mut inside = Cursor::new(inner.bytes(), 0, order);
-                let result = Tag::read(&mut inside).and_then(|tag| {
-                    if tag.kind == MATRIX { matrix(&source, tag, order, "", 0, &mut contents) } else { Ok(()) }
-                });
-                match (whole, result) {
-                    (Ok(_), Ok(())) => {}
-                    (Err(error), _) => {
-                        contents
-                            .notices
-                            .push(format!("a variable's compressed data are damaged ({error}); it was left out"));
+                if let Err(error) = whole {
+                    let what = format!("a variable's compressed data are damaged ({error}); it was left out");
+                    contents.notices.push(what);
+                } else {
+                    let source = Source::Inflated(inflated.into());
+                    let inner = source.clone();
+                    let mut inside = Cursor::new(inner.bytes(), 0, order);
+                    let result = Tag::read(&mut inside).and_then(|tag| match tag.kind {
+                        MATRIX => matrix(&source, tag, order, "", 0, &mut contents),
+                        _ => Ok(()),
+                    });
+                    if let Err(flaw) = result {
+                        contents.notices.push(format!("a variable was left out: {}", flaw.what));
                     }
-                    (_, Err(flaw)) => contents.notices.push(format!("a variable was left out: {}", flaw.what)),
                 }
             }
             MATRIX => {
@@ -230,6 +230,10 @@ fn matrix<'a>(
         (prefix, "") => prefix.to_owned(),
         (prefix, own) => format!("{prefix}.{own}"),
     };
+    // What functions and objects refer to stands in a variable without a name.
+    if name.is_empty() {
+        return Ok(());
+    }
     let elements = extents.iter().try_fold(1usize, |product, n| product.checked_mul(*n));
     let Some(elements) = elements else {
         return Err(Flaw::at(format!("the size of `{name}` is impossible"), dimensions.start));

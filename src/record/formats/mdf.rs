@@ -404,7 +404,8 @@ fn conversion(file: &File<'_>, at: Option<usize>) -> Result<(Conversion, String)
         values.push(cursor.f64().map_err(damaged)?);
     }
     let conversion = match (kind, &values[..]) {
-        (0, _) => Conversion::None,
+        // None, or to texts: the numbers behind them remain.
+        (0 | 7.., _) => Conversion::None,
         (1, [offset, factor, ..]) => Conversion::Linear(*offset, *factor),
         (2, [a, b, c, d, e, f, ..]) => Conversion::Rational([*a, *b, *c, *d, *e, *f]),
         (4 | 5, pairs) if pairs.len() >= 2 => {
@@ -412,8 +413,6 @@ fn conversion(file: &File<'_>, at: Option<usize>) -> Result<(Conversion, String)
             pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
             Conversion::Table(pairs, kind == 4)
         }
-        // To texts: the numbers behind them remain.
-        (7.., _) => Conversion::None,
         (3, _) => return Err("a formula".into()),
         _ => return Err(format!("kind {kind}")),
     };
@@ -483,7 +482,7 @@ fn channels<'a>(
         let column = Column::new(&name, &unit, len, Box::new(decode));
         let column = Column { group: own_name.clone(), ..column };
         let is_time = matches!(kind, 2 | 3) && sync <= 1;
-        contents.columns.push(if is_time { column.as_time() } else { column });
+        contents.columns.push(if is_time { column.into_time() } else { column });
     }
     if !left_out.is_empty() {
         let names = super::super::error::list(&left_out);

@@ -1,6 +1,6 @@
 //! `NumPy`'s `.npy` and `.npz`.
 //!
-//! After NEP 1, *A Simple File Format for NumPy Arrays*. A structured array's fields are named columns; a plain matrix has
+//! After NEP 1, *A Simple File Format for `NumPy` Arrays*. A structured array's fields are named columns; a plain matrix has
 //! columns without names.
 
 use std::io::{Cursor as Seek, Read};
@@ -203,8 +203,8 @@ enum Literal {
     /// A number, `True`, `False` or `None`.
     Word(String),
     /// A list or a tuple.
-    List(Vec<Literal>),
-    Map(Vec<(Literal, Literal)>),
+    List(Vec<Self>),
+    Map(Vec<(Self, Self)>),
 }
 
 impl Literal {

@@ -1,4 +1,4 @@
-//! Sheets of Excel and OpenDocument, read as the text that they would be exported as.
+//! Sheets of Excel and `OpenDocument`, read as the text that they would be exported as.
 //!
 //! Every rule for text (header, row of units, comments, missing values) then counts for them too, and lines in messages are
 //! the sheet's rows.

@@ -356,7 +356,7 @@ fn chunks(
             // The last chunk may be cut short.
             let begin = start.saturating_add(begin);
             let room = (raw.end + stride).saturating_sub(begin.saturating_add(number.size()));
-            let held = if stride == 0 { 0 } else { room / stride };
+            let held = room.checked_div(stride).unwrap_or(0);
             let piece = Piece { start: begin, stride, count: index.count.min(held), number, order, bit: index.place.2 };
             if piece.count > 0 {
                 add(&mut objects[*object].pieces, piece);
