@@ -74,8 +74,15 @@ pub(super) struct Column<'a> {
 impl<'a> Column<'a> {
     /// A column with the unit that the file gives apart from the name.
     pub(super) fn new(name: &str, unit: &str, len: usize, decode: Decode<'a>) -> Self {
-        let name = if name.trim().is_empty() { Heading::unnamed() } else { named(name, unit) };
-        Self { heading: name, group: String::new(), base: TimeBase::Unknown, len, decode }
+        let mut heading = if name.trim().is_empty() { Heading::unnamed() } else { named(name, unit) };
+        // A field of a structure is what its own name says: `run.x` is a displacement, not a number of a run.
+        if let Some((_, field)) = name.rsplit_once('.') {
+            let field = named(field, unit);
+            if field.meaning != Meaning::Unknown {
+                heading.meaning = field.meaning;
+            }
+        }
+        Self { heading, group: String::new(), base: TimeBase::Unknown, len, decode }
     }
 
     /// The same column, known by the file to be the time.

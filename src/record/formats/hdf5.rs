@@ -140,7 +140,10 @@ impl Walk<'_> {
 
 fn text(value: &AttrValue) -> Option<String> {
     match value {
-        AttrValue::String(text) | AttrValue::AsciiString(text) => Some(text.trim_end_matches('\0').to_owned()),
+        AttrValue::String(text)
+        | AttrValue::AsciiString(text)
+        | AttrValue::VarLenString(text)
+        | AttrValue::VarLenAsciiString(text) => Some(text.trim_end_matches('\0').to_owned()),
         _ => None,
     }
 }

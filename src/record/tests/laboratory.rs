@@ -419,6 +419,17 @@ fn one_measurement_reads_alike_from_every_format() {
 }
 
 #[test]
+fn a_field_of_a_structure_is_what_its_own_name_says() {
+    let fields = ["run.t", "run.x", "run.force"].into_iter().zip(COLUMNS);
+    let matrices: Vec<u8> =
+        fields.flat_map(|(name, (_, _, values))| mat_matrix(name, SAMPLES, 1, &doubles(values))).collect();
+    let bytes = [mat_header(), matrices].concat();
+    let record = &read_text("run.mat", bytes, &ReadOptions::default()).unwrap()[0];
+    let roles: Vec<_> = record.channels.iter().map(|c| (c.name.as_str(), c.role)).collect();
+    assert_eq!(roles, [("run.x", Role::Displacement(0)), ("run.force", Role::Input(0))]);
+}
+
+#[test]
 fn a_format_is_known_by_its_content_whatever_its_name() {
     for (name, bytes, _) in files().into_iter().filter(|(name, ..)| *name != "run4.mat") {
         let other = format!("{name}.csv");
