@@ -75,7 +75,7 @@ impl Command {
             Self::Open => (
                 "Files",
                 "Open…",
-                "Open measurements (CSV) or a saved project; several files become several records",
+                "Open measurements (CSV, MATLAB, TDMS, …) or a saved project; several files become several records",
                 Some((CTRL, Key::O)),
             ),
             Self::OpenPath => ("Files", "Open a path…", "Type or paste the path of a file", Some((CTRL_SHIFT, Key::O))),

@@ -17,7 +17,7 @@ use crate::term::{self, Kind, Term, TermError};
 /// Data, and how they are read.
 #[derive(Debug, Args)]
 pub(super) struct DataOptions {
-    /// Measurements to fit: CSV files
+    /// Measurements to fit: CSV, MATLAB, TDMS and other files
     #[arg(required = true, value_name = "DATA")]
     pub(super) data: Vec<PathBuf>,
     /// Held-out measurements: never fitted, only simulated and scored

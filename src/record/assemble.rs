@@ -2,7 +2,7 @@
 
 use super::ReadOptions;
 use super::common;
-use super::error::{ReadError, list};
+use super::error::{ReadError, Row, list};
 use super::heading::label;
 use super::sampling::{self, Irregular, LEAST_SAMPLES, Sampling};
 use super::table::Table;
@@ -135,7 +135,7 @@ fn trajectories(table: &mut Table, notices: &mut Vec<String>) -> Vec<(Option<Str
     match (table.labels.len(), column) {
         (0, _) | (_, None) => vec![(None, RowSet::All)],
         (1, _) => vec![(Some(table.labels[0].clone()), RowSet::All)],
-        (n, Some(column)) if n == table.lines.len() => {
+        (n, Some(column)) if n == table.rows.len() => {
             let name = label(&table.headings, column);
             notices.push(format!("column `{name}` differs in every row, so it was not taken to tell records apart"));
             table.labels.clear();
@@ -166,17 +166,17 @@ struct Trajectory<'a> {
 impl Trajectory<'_> {
     fn len(&self) -> usize {
         match &self.rows {
-            RowSet::All => self.table.lines.len(),
+            RowSet::All => self.table.rows.len(),
             RowSet::Some(rows) => rows.len(),
         }
     }
 
-    fn line(&self, row: usize) -> usize {
+    fn place(&self, row: usize) -> Row {
         let row = match &self.rows {
             RowSet::All => row,
             RowSet::Some(rows) => rows[row],
         };
-        self.table.lines[row] as usize
+        self.table.place(row)
     }
 
     fn values(&self, column: &[f64], range: std::ops::Range<usize>) -> Vec<f64> {
@@ -275,15 +275,15 @@ impl Trajectory<'_> {
         let (file, column) = (self.file.to_owned(), label(&self.table.headings, time));
         match error {
             Irregular::Repeated { row } => {
-                ReadError::RepeatedTime { file, line: self.line(row), column, time: stamps[row] }
+                ReadError::RepeatedTime { file, row: self.place(row), column, time: stamps[row] }
             }
             Irregular::Falling { row } => {
                 let (before, time) = (stamps[row - 1], stamps[row]);
-                ReadError::FallingTime { file, line: self.line(row), column, before, time }
+                ReadError::FallingTime { file, row: self.place(row), column, before, time }
             }
             Irregular::Uneven { row, step, usual, jitter } => ReadError::UnevenTime {
                 file,
-                line: self.line(row),
+                row: self.place(row),
                 column,
                 step: sampling::significant(self.second.of(step), 4),
                 usual: sampling::significant(self.second.of(usual), 4),
@@ -334,7 +334,7 @@ impl Trajectory<'_> {
             })
             .collect();
         let at = |row: usize| {
-            format!("before line {} (t = {} s)", self.line(row), sampling::significant(self.second.of(stamps[row]), 6))
+            format!("before {} (t = {} s)", self.place(row), sampling::significant(self.second.of(stamps[row]), 6))
         };
         if gaps.len() <= GAPS_TOLD {
             for (row, length) in gaps {

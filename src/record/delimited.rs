@@ -5,25 +5,26 @@ use std::collections::HashMap;
 
 use csv::{ByteRecord, Reader, ReaderBuilder};
 
-use super::error::ReadError;
+use super::error::{ReadError, Row};
 use super::heading::{Heading, label};
-use super::table::{Choose, Format, Table};
+use super::table::{Choose, Format, LARGEST, Reader as FormatReader, Table};
 use super::units;
 
 /// Text separated by commas, semicolons, tabs or blanks.
-pub(super) const FORMAT: Format =
-    Format { name: "CSV and other text", extensions: &["csv", "tsv", "txt", "dat", "asc"], read };
+pub(super) const FORMAT: Format = Format {
+    name: "CSV and other text",
+    extensions: &["csv", "tsv", "txt", "dat", "asc"],
+    recognises: |_| false,
+    reader: FormatReader::Rows(read),
+};
 
 /// The header is looked for in so many rows.
 const HEAD_ROWS: usize = 200;
 
-/// Numbers beyond this are no measurement, and sums of their squares overflow.
-const LARGEST: f64 = 1e100;
-
 /// What can stand between cells, the likeliest reading first: a comma may be part of a number, a blank part of a name.
 const SEPARATORS: [u8; 4] = [b';', b'\t', b',', b' '];
 
-fn read(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Table, ReadError> {
+pub(super) fn read(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Table, ReadError> {
     let bytes = decode(bytes).ok_or_else(|| ReadError::NotText { file: file.to_owned() })?;
     let header = find_header(file, &bytes, choose)?;
     read_rows(file, &bytes, header, choose)
@@ -67,7 +68,7 @@ fn decode(bytes: &[u8]) -> Option<Cow<'_, [u8]>> {
 }
 
 /// Text in UTF-8, or else in Latin-1, in which every byte is a character.
-fn text_of(bytes: &[u8]) -> String {
+pub(super) fn text_of(bytes: &[u8]) -> String {
     std::str::from_utf8(bytes).map_or_else(|_| bytes.iter().map(|b| char::from(*b)).collect(), str::to_owned)
 }
 
@@ -174,7 +175,7 @@ fn trim(cell: &[u8]) -> &[u8] {
 }
 
 /// A cell's number, with decimal point or comma; may be NaN or infinite.
-fn number(cell: &[u8]) -> Option<f64> {
+pub(super) fn number(cell: &[u8]) -> Option<f64> {
     std::str::from_utf8(cell).ok()?.parse().ok().or_else(|| odd_number(cell))
 }
 
@@ -440,7 +441,7 @@ fn read_rows(file: &str, bytes: &[u8], header: Header, choose: &Choose<'_>) -> R
         return Err(ReadError::HeaderOnly { file: file.to_owned(), line: header_line });
     }
     let Labels { of_rows: trajectories, names: labels, .. } = labels;
-    Ok(Table { headings, selection, stamps, channels, trajectories, labels, lines, notices })
+    Ok(Table { headings, selection, stamps, channels, trajectories, labels, rows: lines, by_sample: false, notices })
 }
 
 /// True for a cell that says that there is no value.
@@ -475,7 +476,7 @@ impl Gaps {
 
     fn error(&self) -> ReadError {
         let (file, line, column) = self.first.clone();
-        ReadError::MissingCell { file, line, column }
+        ReadError::MissingCell { file, row: Row::Line(line), column }
     }
 
     fn notice(&self) -> Option<String> {
@@ -507,7 +508,7 @@ impl<'a> Columns<'a> {
 
     fn missing(&self, rows: &Rows<'_>, column: usize) -> ReadError {
         let (file, line, column) = self.place(rows, column);
-        ReadError::MissingCell { file, line, column }
+        ReadError::MissingCell { file, row: Row::Line(line), column }
     }
 
     fn number(&mut self, rows: &Rows<'_>, column: usize) -> Result<f64, ReadError> {
@@ -536,8 +537,8 @@ impl<'a> Columns<'a> {
         let (file, line, column) = self.place(rows, column);
         match number(bytes) {
             None => ReadError::NotANumber { file, line, column, cell },
-            Some(value) if !value.is_finite() => ReadError::NotFinite { file, line, column, cell },
-            Some(value) if value.abs() > LARGEST => ReadError::TooLarge { file, line, column, cell },
+            Some(value) if !value.is_finite() => ReadError::NotFinite { file, row: Row::Line(line), column, cell },
+            Some(value) if value.abs() > LARGEST => ReadError::TooLarge { file, row: Row::Line(line), column, cell },
             Some(_) => ReadError::MixedDecimals { file, line, column, cell },
         }
     }

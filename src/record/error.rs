@@ -1,6 +1,24 @@
 use super::heading::{Key, article};
 use super::sampling::LEAST_SAMPLES;
 
+/// Where a row of numbers stands in its file, from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Row {
+    /// A line of text.
+    Line(usize),
+    /// A sample of a file that has no lines.
+    Sample(usize),
+}
+
+impl std::fmt::Display for Row {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Sample(sample) => write!(f, "sample {sample}"),
+        }
+    }
+}
+
 /// Why measurements cannot be read: the message says what is wrong and where, [`ReadError::advice`] what to try.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -18,6 +36,20 @@ pub enum ReadError {
     NotText {
         /// The file's name.
         file: String,
+    },
+    /// The bytes are not what the format says.
+    #[error("{file}: this {format} file cannot be read: {what}{}", at_byte(.at))]
+    Malformed {
+        /// The file's name.
+        file: String,
+        /// The format's name.
+        format: &'static str,
+        /// What is wrong, as a clause.
+        what: String,
+        /// The byte where it was found, from 0.
+        at: Option<usize>,
+        /// What to try; the general advice if empty.
+        advice: &'static str,
     },
     /// A project that the window saved.
     #[error("{file}: this is a saved project, not a measurement")]
@@ -156,12 +188,12 @@ pub enum ReadError {
         expected: usize,
     },
     /// An empty cell.
-    #[error("{file}, line {line}, column `{column}`: the value is missing")]
+    #[error("{file}, {row}, column `{column}`: the value is missing")]
     MissingCell {
         /// The file's name.
         file: String,
-        /// The row's line.
-        line: usize,
+        /// Where the row stands.
+        row: Row,
         /// The column.
         column: String,
     },
@@ -178,24 +210,24 @@ pub enum ReadError {
         cell: String,
     },
     /// A cell that holds NaN or an infinity.
-    #[error("{file}, line {line}, column `{column}`: `{cell}` is not a finite number")]
+    #[error("{file}, {row}, column `{column}`: `{cell}` is not a finite number")]
     NotFinite {
         /// The file's name.
         file: String,
-        /// The row's line.
-        line: usize,
+        /// Where the row stands.
+        row: Row,
         /// The column.
         column: String,
         /// What stands there.
         cell: String,
     },
     /// A number beyond all measurement, whose square would overflow soon.
-    #[error("{file}, line {line}, column `{column}`: `{cell}` is too large")]
+    #[error("{file}, {row}, column `{column}`: `{cell}` is too large")]
     TooLarge {
         /// The file's name.
         file: String,
-        /// The row's line.
-        line: usize,
+        /// Where the row stands.
+        row: Row,
         /// The column.
         column: String,
         /// What stands there.
@@ -214,40 +246,40 @@ pub enum ReadError {
         cell: String,
     },
     /// Two samples have one time.
-    #[error("{file}, line {line}, column `{column}`: the time {time} is there twice")]
+    #[error("{file}, {row}, column `{column}`: the time {time} is there twice")]
     RepeatedTime {
         /// The file's name.
         file: String,
-        /// The second one's line.
-        line: usize,
+        /// Where the second one stands.
+        row: Row,
         /// The time column.
         column: String,
         /// The time, in the file's unit.
         time: f64,
     },
     /// Time runs backwards.
-    #[error("{file}, line {line}, column `{column}`: the time falls from {before} to {time}")]
+    #[error("{file}, {row}, column `{column}`: the time falls from {before} to {time}")]
     FallingTime {
         /// The file's name.
         file: String,
-        /// The line where it falls.
-        line: usize,
+        /// Where it falls.
+        row: Row,
         /// The time column.
         column: String,
         /// The time before, in the file's unit.
         before: f64,
-        /// The time in that line, in the file's unit.
+        /// The time there, in the file's unit.
         time: f64,
     },
     /// The sampling is too uneven to be evened out.
     #[error(
-        "{file}, line {line}, column `{column}`: the sampling is uneven: a step of {step} s where {usual} s is usual ({percent} % off)"
+        "{file}, {row}, column `{column}`: the sampling is uneven: a step of {step} s where {usual} s is usual ({percent} % off)"
     )]
     UnevenTime {
         /// The file's name.
         file: String,
-        /// The line of the worst step.
-        line: usize,
+        /// Where the worst step ends.
+        row: Row,
         /// The time column.
         column: String,
         /// The worst step, s.
@@ -307,6 +339,10 @@ impl ReadError {
             Self::IsProject { file } => {
                 format!("open it in the window with `sindyscope {file}`; commands take the measurements that it names")
             }
+            Self::Malformed { advice: "", .. } => {
+                "copy or export the measurement anew, whole; CSV text with a header such as `t,x,u` always does".into()
+            }
+            Self::Malformed { advice, .. } => (*advice).into(),
             Self::NotText { .. } => {
                 "export the measurement as CSV text: a header such as `t,x,u`, then one row a sample".into()
             }
@@ -418,6 +454,10 @@ fn doubts(doubtful: &[(String, String)]) -> String {
 
 fn longest(records: usize) -> String {
     if records > 1 { format!("in the longest of {records} records, ") } else { String::new() }
+}
+
+fn at_byte(at: &Option<usize>) -> String {
+    at.map_or(String::new(), |byte| format!(" (at byte {byte})"))
 }
 
 fn of_record(record: &Option<String>) -> String {

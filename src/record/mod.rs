@@ -1,14 +1,16 @@
 //! Measured samples: trajectories with their channels, units and roles, read from files and written to them.
 //!
-//! A file passes through four hands. A format's reader ([`FORMATS`]; `delimited` for CSV) finds the header and turns the
-//! wanted columns into numbers; `heading` and `columns` decide which these are; `sampling` finds the even grid behind the
+//! A file passes through four hands. A format's reader ([`FORMATS`]; `delimited` for CSV, one file in `formats` for each
+//! other) finds the header and turns the wanted columns into numbers; `heading` and `columns` decide which these are; `sampling` finds the even grid behind the
 //! time stamps; `assemble` makes records of it all. What was found and done on the way stands in each record's notices.
 
 mod assemble;
 mod columns;
 mod common;
+mod contents;
 mod delimited;
 mod error;
+mod formats;
 mod heading;
 mod sampling;
 mod table;
@@ -24,7 +26,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 pub use columns::{ColumnMap, ColumnMapError};
-pub use error::ReadError;
+pub use error::{ReadError, Row};
+pub use formats::FORMATS;
 pub use table::Format;
 pub use types::{Channel, Record, RecordSet, Role, Usage};
 pub use units::metres;
@@ -32,9 +35,6 @@ pub(crate) use units::{BASES as UNIT_BASES, factors as unit_factors, parse as pa
 pub use write::write_csv;
 
 use crate::term::Kind;
-
-/// The formats that measurements are read from; the first reads whatever has an unknown ending.
-pub const FORMATS: &[Format] = &[delimited::FORMAT];
 
 /// What a file's header does not say.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -145,8 +145,8 @@ fn read_bytes(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Vec<Re
     }
     let file = file_name(path);
     let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let format = FORMATS.iter().find(|f| f.extensions.contains(&ending.as_str())).unwrap_or(&FORMATS[0]);
-    let table = (format.read)(&file, bytes, &|headings| columns::assign(&file, headings, options))?;
+    let format = formats::of(&ending, bytes);
+    let table = format.read(&file, bytes, &|headings| columns::assign(&file, headings, options))?;
     let stem = path.file_stem().map_or_else(|| file.clone(), |s| s.to_string_lossy().into_owned());
     assemble::records(&file, &stem, table, options)
 }

@@ -1,7 +1,8 @@
 //! What every format's reader hands on: named columns of finite numbers.
 
 use super::columns::Selection;
-use super::error::ReadError;
+use super::contents::{self, Contents, Flaw};
+use super::error::{ReadError, Row};
 use super::heading::Heading;
 
 /// A file format that measurements are read from.
@@ -11,9 +12,35 @@ pub struct Format {
     pub name: &'static str,
     /// Endings of its files, without the dot, in lower case.
     pub extensions: &'static [&'static str],
-    /// Reads a file's bytes; the function given decides from the headings which columns are wanted.
-    pub(super) read: fn(&str, &[u8], &Choose<'_>) -> Result<Table, ReadError>,
+    /// True if a file's first bytes are those of this format, whatever its ending.
+    pub(super) recognises: fn(&[u8]) -> bool,
+    pub(super) reader: Reader,
 }
+
+/// How a format is read.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Reader {
+    /// Row by row, the columns chosen on the way.
+    Rows(fn(&str, &[u8], &Choose<'_>) -> Result<Table, ReadError>),
+    /// Column by column, each decoded only where it is wanted.
+    Columns(for<'a> fn(&'a [u8]) -> Result<Contents<'a>, Flaw>),
+}
+
+impl Format {
+    /// Reads a file's bytes; the function given decides from the headings which columns are wanted.
+    pub(super) fn read(&self, file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Table, ReadError> {
+        match self.reader {
+            Reader::Rows(read) => read(file, bytes, choose),
+            Reader::Columns(read) => {
+                let contents = read(bytes).map_err(|flaw| flaw.of(file, self.name))?;
+                contents::table(file, self.name, contents, choose)
+            }
+        }
+    }
+}
+
+/// Numbers beyond this are no measurement, and sums of their squares overflow.
+pub(super) const LARGEST: f64 = 1e100;
 
 /// Decides from the headings which columns are wanted.
 pub(super) type Choose<'a> = dyn Fn(&[Heading]) -> Result<Selection, ReadError> + 'a;
@@ -33,8 +60,18 @@ pub(super) struct Table {
     pub(super) trajectories: Vec<u32>,
     /// The labels of the trajectories, in order of appearance.
     pub(super) labels: Vec<String>,
-    /// The line in which each row stands, from 1.
-    pub(super) lines: Vec<u32>,
+    /// The line in which each row stands, or its number in the file, from 1.
+    pub(super) rows: Vec<u32>,
+    /// True if `rows` are numbers of samples, false if they are lines of a text.
+    pub(super) by_sample: bool,
     /// What the reader found and did.
     pub(super) notices: Vec<String>,
+}
+
+impl Table {
+    /// Where a row stands in its file.
+    pub(super) fn place(&self, row: usize) -> Row {
+        let number = self.rows[row] as usize;
+        if self.by_sample { Row::Sample(number) } else { Row::Line(number) }
+    }
 }

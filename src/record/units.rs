@@ -192,6 +192,8 @@ const OTHERS: &[(&str, Unit)] = &[
     ("psi", pressure(POUND / (0.0254 * 0.0254))),
     ("lb", force(POUND)),
     ("lbf", force(POUND)),
+    ("pound", force(POUND)),
+    ("pounds", force(POUND)),
     ("kip", force(1e3 * POUND)),
     ("dB", Unit::of(Base::Level, 1.0)),
     ("px", Unit::of(Base::Pixel, 1.0)),

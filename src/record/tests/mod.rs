@@ -1,6 +1,8 @@
 //! What the room promises, through its public functions.
 
 mod dialects;
+mod foreign;
+mod laboratory;
 mod measured;
 mod messages;
 mod round_trip;

@@ -1,0 +1,166 @@
+//! Sheets of Excel and `OpenDocument`, read as the text that they would be exported as.
+//!
+//! Every rule for text (header, row of units, comments, missing values) then counts for them too, and lines in messages are
+//! the sheet's rows.
+
+use std::fmt::Write;
+use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use calamine::{Data, DataRef, Reader as _, Sheets, open_workbook_auto_from_rs};
+
+use super::super::contents::Flaw;
+use super::super::delimited;
+use super::super::error::ReadError;
+use super::super::table::{Choose, Format, Reader, Table};
+
+pub(in super::super) const FORMAT: Format = Format {
+    name: "Excel or OpenDocument",
+    extensions: &["xlsx", "xlsm", "xlsb", "xls", "ods"],
+    recognises: |bytes| {
+        let head = &bytes[..bytes.len().min(4096)];
+        let has = |name: &[u8]| head.windows(name.len()).any(|w| w == name);
+        let zipped = bytes.starts_with(b"PK\x03\x04")
+            && (has(b"[Content_Types].xml") || has(b"xl/") || has(b"opendocument.spreadsheet"));
+        zipped || bytes.starts_with(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1")
+    },
+    reader: Reader::Rows(read),
+};
+
+/// Cells of one sheet, empty ones between others included; more are no table.
+const MOST_CELLS: usize = 200_000_000;
+
+/// Seconds of a day, the unit in which sheets count time.
+const DAY: f64 = 86_400.0;
+
+fn read(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Table, ReadError> {
+    // The library that reads sheets is not proof against every damaged file.
+    let texts = catch_unwind(AssertUnwindSafe(|| texts(bytes)));
+    let texts = texts.unwrap_or_else(|_| Err(Flaw::new("it is damaged"))).map_err(|flaw| flaw.of(file, FORMAT.name))?;
+    let mut first: Option<ReadError> = None;
+    let count = texts.len();
+    for (index, (name, text)) in texts.iter().enumerate() {
+        match delimited::read(file, text.as_bytes(), choose) {
+            Ok(mut table) => {
+                if count > 1 {
+                    let others: Vec<&str> =
+                        texts.iter().enumerate().filter(|(i, _)| *i != index).map(|(_, (n, _))| n.as_str()).collect();
+                    table.notices.push(format!("sheet `{name}` was read, not {}", super::super::error::list(&others)));
+                }
+                return Ok(table);
+            }
+            Err(error) => {
+                // A sheet with a header says more of what is wrong than an empty or a described one.
+                let is_table = !matches!(error, ReadError::Empty { .. } | ReadError::HeaderOnly { .. });
+                let better = first
+                    .as_ref()
+                    .is_none_or(|f| is_table && matches!(f, ReadError::Empty { .. } | ReadError::HeaderOnly { .. }));
+                if better {
+                    first = Some(error);
+                }
+            }
+        }
+    }
+    Err(first.unwrap_or_else(|| ReadError::Empty { file: file.to_owned() }))
+}
+
+/// Each sheet's name and text.
+fn texts(bytes: &[u8]) -> Result<Vec<(String, String)>, Flaw> {
+    let damaged = |error: calamine::Error| {
+        let text = error.to_string();
+        if text.to_lowercase().contains("password") {
+            return Flaw::new("it is protected by a password").try_this("save it without a password");
+        }
+        Flaw::new(format!("it is damaged or cut short ({text})"))
+    };
+    let mut book = open_workbook_auto_from_rs(Cursor::new(bytes)).map_err(damaged)?;
+    let mut texts = Vec::new();
+    for name in book.sheet_names() {
+        let mut text = Rows::default();
+        if let Sheets::Xlsx(book) = &mut book {
+            // Cell by cell: a range would have room for all that a far corner spans.
+            let mut cells = book.worksheet_cells_reader(&name).map_err(|e| damaged(e.into()))?;
+            while let Some(cell) = cells.next_cell().map_err(|e| damaged(e.into()))? {
+                let (row, column) = cell.get_position();
+                match cell.get_value() {
+                    DataRef::SharedString(shared) => text.add(row, column, Cell::Text(shared))?,
+                    value => text.add_data(row, column, &Data::from(value.clone()))?,
+                }
+            }
+        } else {
+            let range = book.worksheet_range(&name).map_err(damaged)?;
+            let (row, column) = range.start().unwrap_or_default();
+            for (r, c, value) in range.used_cells() {
+                text.add_data(row + r as u32, column + c as u32, value)?;
+            }
+        }
+        if !text.text.trim().is_empty() {
+            texts.push((name, text.text));
+        }
+    }
+    Ok(texts)
+}
+
+enum Cell<'a> {
+    Text(&'a str),
+    Number(f64),
+}
+
+/// Rows of text with tabs between the cells.
+#[derive(Default)]
+struct Rows {
+    text: String,
+    row: u32,
+    column: u32,
+    cells: usize,
+}
+
+impl Rows {
+    fn add_data(&mut self, row: u32, column: u32, data: &Data) -> Result<(), Flaw> {
+        match data {
+            Data::Int(value) => self.add(row, column, Cell::Number(*value as f64)),
+            Data::Float(value) => self.add(row, column, Cell::Number(*value)),
+            Data::Bool(value) => self.add(row, column, Cell::Number(f64::from(u8::from(*value)))),
+            // A time of day or a date, in seconds, to the microsecond that its digits hold.
+            Data::DateTime(value) => {
+                let seconds = (value.as_f64() * DAY * 1e6).round() / 1e6;
+                self.add(row, column, Cell::Number(seconds))
+            }
+            Data::String(value) | Data::DateTimeIso(value) | Data::DurationIso(value) => {
+                self.add(row, column, Cell::Text(value))
+            }
+            Data::Error(_) => self.add(row, column, Cell::Text("nan")),
+            _ => Ok(()),
+        }
+    }
+
+    fn add(&mut self, row: u32, column: u32, cell: Cell<'_>) -> Result<(), Flaw> {
+        // A row that comes late would stand in the wrong line.
+        if row < self.row || (row == self.row && column < self.column) {
+            return Err(Flaw::new(format!("its cells are out of order at row {}", row + 1)));
+        }
+        let steps = (row - self.row) as usize + if row > self.row { column } else { column - self.column } as usize;
+        self.cells = self.cells.saturating_add(steps + 1);
+        if self.cells > MOST_CELLS {
+            return Err(Flaw::new("its sheet has too many cells").try_this("export the sheet as CSV"));
+        }
+        if row > self.row {
+            (self.row..row).for_each(|_| self.text.push('\n'));
+            (self.row, self.column) = (row, 0);
+        }
+        (self.column..column).for_each(|_| self.text.push('\t'));
+        self.column = column;
+        match cell {
+            // In quotes a cell would be read to the closing one.
+            Cell::Text(text) => self.text.extend(text.chars().map(|c| match c {
+                '\t' | '\n' | '\r' | '\0' => ' ',
+                '"' => '\'',
+                other => other,
+            })),
+            Cell::Number(value) => {
+                let _ = write!(self.text, "{value:?}");
+            }
+        }
+        Ok(())
+    }
+}
