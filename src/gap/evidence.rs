@@ -25,6 +25,8 @@ const LEVEL_OF_STEPS: f64 = 1e-11;
 
 /// Residual, as a share of the motion, below which a fit is exact.
 const EXACT: f64 = 3e-6;
+/// Residual, as a share of the noise, below which nothing is left that the sensor could have shown.
+const BELOW: f64 = 0.5;
 
 /// Order of the autoregression that describes the residual's colour.
 const COLOUR: usize = 6;
@@ -152,9 +154,9 @@ impl Data {
         tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
         let p_value = tests.first().map_or(1.0, |t| t.p_value);
         let level = if self.stepped { LEVEL_OF_STEPS } else { LEVEL };
-        // Below this the simulation's own arithmetic is what is left.
+        // Below this the simulation's own arithmetic, or the sensor's, is what is left.
         let motion = self.fit().iter().map(|s| rms(&s.measured)).fold(0.0, f64::max);
-        let exact = fitted.refined.rmse() < EXACT * motion;
+        let exact = fitted.refined.rmse() < (EXACT * motion).max(BELOW * self.noise);
         Some(Evidence { significant: p_value < level && !exact, p_value: if exact { 1.0 } else { p_value }, tests })
     }
 

@@ -435,23 +435,22 @@ mod tests {
 
     #[test]
     fn the_choice_is_not_much_worse_than_the_best_point_of_the_map() {
-        for held_out in [true, false] {
-            let (records, settings) = friction(held_out);
-            let map = full(&records, &settings, (13, 13));
-            let error = |place: Place| map.cell(place).unwrap().error;
-            let (best, parsimonious) = (map.best.unwrap(), map.parsimonious.unwrap());
-            assert!(map.known().all(|(_, cell)| cell.error >= error(best)));
-            assert!(error(parsimonious) <= 2.0 * error(best));
-            assert!(map.cell(parsimonious).unwrap().terms <= map.cell(best).unwrap().terms);
-            let free = Free { window: true, order: true, threshold: true, form: true, refine: true };
-            let chosen = choose(&records, &settings, free, &Cancel::default(), &|_| {}).unwrap().settings;
-            let test = |settings: &Settings| {
-                let outcome = Study::default().run(&records, settings, &Cancel::default()).unwrap();
-                outcome.test.or(outcome.train).unwrap().nrmse
-            };
-            let best = test(&map.settings_at(best, &settings));
-            assert!(test(&chosen) <= 2.0 * best, "{} {best}", test(&chosen));
-        }
+        // Without held-out data: the study of the choice (`tests/choice.rs`) has both.
+        let (records, settings) = friction(false);
+        let map = full(&records, &settings, (13, 13));
+        let error = |place: Place| map.cell(place).unwrap().error;
+        let (best, parsimonious) = (map.best.unwrap(), map.parsimonious.unwrap());
+        assert!(map.known().all(|(_, cell)| cell.error >= error(best)));
+        assert!(error(parsimonious) <= 2.0 * error(best));
+        assert!(map.cell(parsimonious).unwrap().terms <= map.cell(best).unwrap().terms);
+        let free = Free { window: true, order: true, threshold: true, form: true, refine: true };
+        let chosen = choose(&records, &settings, free, &Cancel::default(), &|_| {}).unwrap().settings;
+        let test = |settings: &Settings| {
+            let outcome = Study::default().run(&records, settings, &Cancel::default()).unwrap();
+            outcome.test.or(outcome.train).unwrap().nrmse
+        };
+        let best = test(&map.settings_at(best, &settings));
+        assert!(test(&chosen) <= 2.0 * best, "{} {best}", test(&chosen));
     }
 
     #[test]
