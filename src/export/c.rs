@@ -51,10 +51,13 @@ pub(super) fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> S
         "Build:  cc -O2 STEM.c -o STEM -lm".replace("STEM", stem),
         format!("Run:    ./{stem} {} response.csv", input_file(stem)),
         "        (further arguments: another initial state)".into(),
-        "Reads CSV: evenly spaced times and the inputs, by header name or in this order; writes time and states.".into(),
+        "Reads CSV: evenly spaced times and the inputs, by header name or in this order; writes time and states."
+            .into(),
     ];
     let mut out = comment("//", &export.head(switched, &usage));
-    out.push_str("#include <ctype.h>\n#include <math.h>\n#include <stdio.h>\n#include <stdlib.h>\n#include <string.h>\n\n");
+    out.push_str(
+        "#include <ctype.h>\n#include <math.h>\n#include <stdio.h>\n#include <stdlib.h>\n#include <string.h>\n\n",
+    );
     let numbers = |values: &[f64]| values.iter().map(|v| literal(*v)).collect::<Vec<_>>().join(", ");
     let count = switched.states.len();
     out.push_str(&format!(
@@ -80,22 +83,20 @@ pub(super) fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> S
         let rows: Vec<String> = each.chain(["{0}".to_owned()]).collect();
         out.push_str(&format!("static const char *{what}_names[INPUTS + 1][8] = {{{}}};\n", rows.join(", ")));
     }
-    out.push_str("\n/* The model: X holds the states, U each input with its first two derivatives, s the held signs. */\n\n");
+    out.push_str(
+        "\n/* The model: X holds the states, U each input with its first two derivatives, s the held signs. */\n\n",
+    );
     let style = C(switched);
     let body: Vec<String> = (0..count).map(|i| format!("    f[{i}] = {};", switched.rate(i, &style))).collect();
     out.push_str(&function("rates", false, "f", &body, layout));
     let surfaces = &switched.surfaces;
-    let body: Vec<String> = surfaces
-        .iter()
-        .enumerate()
-        .map(|(k, s)| format!("    g[{k}] = {};", written(&s.expression, &style)))
-        .collect();
+    let body: Vec<String> =
+        surfaces.iter().enumerate().map(|(k, s)| format!("    g[{k}] = {};", written(&s.expression, &style))).collect();
     out.push_str("/* The functions at whose zeros the signs change. */\n");
     out.push_str(&function("surfaces", false, "g", &body, layout));
     let rate = |i: usize| format!("f[{i}]");
-    let body: Vec<String> = (0..surfaces.len())
-        .map(|k| format!("    g[{k}] = {};", switched.surface_rate(k, &style, rate)))
-        .collect();
+    let body: Vec<String> =
+        (0..surfaces.len()).map(|k| format!("    g[{k}] = {};", switched.surface_rate(k, &style, rate))).collect();
     out.push_str("/* Their rates, the states changing by f. */\n");
     out.push_str(&function("surface_rates", true, "g", &body, layout));
     out.push_str(INTEGRATOR);
@@ -121,15 +122,19 @@ fn function(name: &str, reads_rates: bool, out: &str, body: &[String], layout: &
         define(Symbol::InputAcceleration(j), format!("U[{j}][2]"));
     }
     code.push_str(&body);
-    let mut parameters = vec![("double t", "t"), ("const double *X", "X"), ("double (*U)[3]", "U"), ("const double *s", "s")];
+    let mut parameters =
+        vec![("double t", "t"), ("const double *X", "X"), ("double (*U)[3]", "U"), ("const double *s", "s")];
     if reads_rates {
         parameters.push(("const double *f", "f"));
     }
     let result = format!("double *{out}");
     parameters.push((&result, out));
     let list: Vec<&str> = parameters.iter().map(|(declaration, _)| *declaration).collect();
-    let unused: Vec<String> =
-        parameters.iter().filter(|(_, name)| !mentions(&code, name)).map(|(_, name)| format!("(void){name};")).collect();
+    let unused: Vec<String> = parameters
+        .iter()
+        .filter(|(_, name)| !mentions(&code, name))
+        .map(|(_, name)| format!("(void){name};"))
+        .collect();
     let mut text = format!("static void {name}({})\n{{\n", list.join(", "));
     if !unused.is_empty() {
         text.push_str(&format!("    {}\n", unused.join(" ")));

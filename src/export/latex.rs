@@ -38,7 +38,9 @@ pub(super) fn document(export: &Export<'_>, switched: &Switched) -> String {
             latex_number(&literal(switched.hold))
         ));
     }
-    out.push_str("\\begin{center}\n\\begin{tabular}{llrrl}\nrate & term & coefficient & standard error & unit \\\\ \\hline\n");
+    out.push_str(
+        "\\begin{center}\n\\begin{tabular}{llrrl}\nrate & term & coefficient & standard error & unit \\\\ \\hline\n",
+    );
     for (state, equation) in model.iter() {
         for t in &equation.terms {
             let number = |x: f64| format!("${}$", latex_number(&literal(x)));

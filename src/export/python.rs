@@ -51,7 +51,8 @@ pub(super) fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> S
     let usage = [
         format!("Run:  python3 {stem}.py {} response.csv", input_file(stem)),
         "      (further arguments: another initial state); needs NumPy and SciPy.".into(),
-        "Reads CSV: evenly spaced times and the inputs, by header name or in this order; writes time and states.".into(),
+        "Reads CSV: evenly spaced times and the inputs, by header name or in this order; writes time and states."
+            .into(),
     ];
     let mut out = comment("#", &export.head(switched, &usage));
     out.push_str("\nimport csv\nimport sys\n\nimport numpy as np\nfrom scipy.integrate import DOP853\nfrom scipy.optimize import brentq\n\n");
@@ -60,11 +61,16 @@ pub(super) fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> S
     let quoted = |names: Vec<String>| list(names.iter().map(|n| format!("\"{n}\"")).collect());
     out.push_str(&format!("STATES = {}\n", quoted(switched.states.iter().map(|s| layout.name(*s)).collect())));
     out.push_str(&format!("INITIAL = {}\n", numbers(&export.initial())));
-    out.push_str(&format!("SCALE = {}  # largest magnitude of each state: what an error is held against\n", numbers(&export.scale())));
+    out.push_str(&format!(
+        "SCALE = {}  # largest magnitude of each state: what an error is held against\n",
+        numbers(&export.scale())
+    ));
     out.push_str(&format!("HOLD = {}  # a sticking sign holds up to this magnitude\n", literal(switched.hold)));
     let slides = switched.surfaces.iter().map(|s| if s.slides { "True" } else { "False" }.to_owned());
     out.push_str(&format!("SLIDES = {}  # surfaces that the motion can stay on\n", list(slides.collect())));
-    let names = |symbol: fn(usize) -> Symbol| list((0..layout.inputs).map(|j| quoted(export.header_names(symbol(j)))).collect());
+    let names = |symbol: fn(usize) -> Symbol| {
+        list((0..layout.inputs).map(|j| quoted(export.header_names(symbol(j)))).collect())
+    };
     out.push_str(&format!("INPUT_NAMES = {}\n", names(Symbol::Input)));
     out.push_str(&format!("RATE_NAMES = {}\n\n\n", names(Symbol::InputRate)));
     let style = Python(switched);

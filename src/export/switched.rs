@@ -19,7 +19,7 @@ pub(super) struct Switched {
 /// A function at whose zero the equations switch.
 pub(super) struct Surface {
     pub(super) expression: Expression,
-    /// The motion may stay on the surface: the rates jump there and the states move it.
+    /// The motion may stay on the surface: its sign acts on the states that move it.
     pub(super) slides: bool,
     /// Derivative by each state that it depends on.
     gradient: Vec<(usize, Expression)>,
@@ -46,9 +46,11 @@ impl Switched {
                 let by_state = states.iter().map(|s| derivative(&expression, *s)).enumerate();
                 let gradient: Vec<(usize, Expression)> =
                     by_state.filter(|(_, d)| *d != Expression::Number(0.0)).collect();
-                let jumps = all.iter().any(|e| has_sign_of(e, &expression));
+                // The motion can be held at zero only by a sign that acts on it.
+                let held =
+                    |(state, _): &(usize, Expression)| rates[*state].iter().any(|(_, e)| has_sign_of(e, &expression));
                 Surface {
-                    slides: jumps && !gradient.is_empty(),
+                    slides: gradient.iter().any(held),
                     gradient,
                     drift: in_signs(&drift(&expression, &layout)),
                     expression,

@@ -165,7 +165,7 @@ static void solve(int m, double a[][SURFACES + 1], double *b, double *x)
 /* The rates; stuck signs take the values that keep their surfaces at zero. */
 static void motion(double t, const double *X, double *f)
 {
-    int list[SURFACES + 1], m = stuck_list(list);
+    int list[SURFACES + 1] = {0}, m = stuck_list(list);
     double b[SURFACES + 1], x[SURFACES + 1], column[SURFACES + 1][STATES], effect[SURFACES + 1][SURFACES + 1];
     effects(t, X, list, m, f, b, column, effect);
     for (int i = 0; i < m; i++) b[i] = -b[i], x[i] = side[list[i]];
@@ -179,7 +179,7 @@ static void motion(double t, const double *X, double *f)
 /* Moves the state back on to the surfaces that it is stuck on. */
 static void project(double t, double *X)
 {
-    int list[SURFACES + 1], m = stuck_list(list);
+    int list[SURFACES + 1] = {0}, m = stuck_list(list);
     double U[INPUTS + 1][3], g[SURFACES + 1], f[STATES], b[SURFACES + 1], x[SURFACES + 1] = {0};
     double column[SURFACES + 1][STATES], effect[SURFACES + 1][SURFACES + 1];
     if (!m) return;
@@ -196,7 +196,7 @@ static void project(double t, double *X)
    zero where its sign is at a bound, by projected Gauss-Seidel sweeps. `changed` has just come there, or is -1. */
 static void settle(double t, double *X, int changed)
 {
-    int active[SURFACES + 1], m = 0;
+    int active[SURFACES + 1] = {0}, m = 0;
     double f[STATES], slope[SURFACES + 1], before[SURFACES + 1], s[SURFACES + 1];
     double column[SURFACES + 1][STATES], effect[SURFACES + 1][SURFACES + 1];
     for (int k = 0; k < SURFACES; k++)
