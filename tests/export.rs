@@ -26,6 +26,8 @@ struct Case {
     input: String,
     times: Vec<f64>,
     states: Vec<Vec<f64>>,
+    /// Samples whose states are compared.
+    compared: usize,
 }
 
 const PROGRAMS: [Format; 3] = [Format::C, Format::Python, Format::Matlab];
@@ -42,6 +44,7 @@ impl Case {
             input: drive(record),
             times: (0..record.record.len()).map(|k| record.record.time(k)).collect(),
             states: record.states.clone(),
+            compared: record.record.len(),
         }
     }
 
@@ -76,7 +79,7 @@ impl Case {
             input.push_str(&(row.join(", ") + "\n"));
         }
         let programs = PROGRAMS.map(|f| (f, export.text(f, name).expect("a program"))).to_vec();
-        Self { name, programs, input, times, states: response.states }
+        Self { name, programs, input, times, states: response.states, compared: samples }
     }
 
     /// Runs the program of a language and holds its response against the simulator's.
@@ -102,7 +105,7 @@ impl Case {
         for (i, expected) in self.states.iter().enumerate() {
             let largest = expected.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
             assert!(largest > 0.0, "{} moves", self.name);
-            for (k, (row, x)) in rows.iter().zip(expected).enumerate() {
+            for (k, (row, x)) in rows.iter().zip(expected).enumerate().take(self.compared) {
                 assert!((row[0] - self.times[k]).abs() < 1e-9, "{} at sample {k}", self.name);
                 let share = (row[1 + i] - x).abs() / largest;
                 assert!(share <= AGREE, "{} in {}: state {i} at sample {k} is {share:e} off", self.name, format.name());
@@ -160,9 +163,13 @@ fn stick_slip() -> Case {
     Case::studied("stick_slip", &outcome)
 }
 
+/// Chaos: an error grows by e in about 1.1 s, so only the first four are compared.
 fn lorenz() -> Case {
     let terms = "x1, x2, x3, x1*x2, x1*x3";
-    Case::studied("lorenz", &identified("lorenz.csv", Kind::FirstOrder, terms, &[]))
+    let mut case = Case::studied("lorenz", &identified("lorenz.csv", Kind::FirstOrder, terms, &[]));
+    case.compared = case.times.iter().filter(|t| **t < case.times[0] + 4.0).count();
+    assert!(case.compared > 100, "{} samples are compared", case.compared);
+    case
 }
 
 /// Two masses that rub on the ground and on each other, the second between stops; it holds more than it pulls.
@@ -178,7 +185,7 @@ fn rubbing() -> Model {
 
 fn two_masses() -> Case {
     let base = |t: f64| 0.004 * (11.0 * t).sin() + 0.002 * (23.0 * t).cos();
-    Case::known("two_masses", &rubbing(), &[0.003, -0.002, 0.0, 0.0], (1500, 0.004), &[base], 60)
+    Case::known("two_masses", &rubbing(), &[0.003, -0.002, 0.0, 0.0], (1500, 0.004), &[base], 40)
 }
 
 /// Two masses as they are identified from both displacements.
@@ -222,7 +229,7 @@ fn everything() -> Case {
     assert_eq!(model.layout, layout);
     let force = |t: f64| (3.0 * t).sin();
     let base = |t: f64| 0.1 * (5.0 * t).cos();
-    Case::known("everything", &model, &[0.2, 0.0, 0.0], (1600, 0.005), &[force, base], 40)
+    Case::known("everything", &model, &[0.2, 0.0, 0.0], (1600, 0.005), &[force, base], 25)
 }
 
 fn each_agrees(format: Format, run: impl Fn(&Path, &str) -> Command, cases: &[fn() -> Case]) {
@@ -296,7 +303,7 @@ fn files(here: &TempDir, outcome: &Outcome) -> Vec<PathBuf> {
 
 #[test]
 fn every_file_says_what_it_is() {
-    let outcome = identified("friction.csv", Kind::SecondOrder, "x-u, v-du, sgn(v)", &[]);
+    let outcome = identified("friction.csv", Kind::SecondOrder, "x-u, v-du, sgn(v)", &[("sgn(v)", -0.08)]);
     let here = tempfile::tempdir().expect("a folder for the test");
     let written = files(&here, &outcome);
     assert_eq!(written.len(), Format::ALL.len() + 4, "four programs have their inputs beside them: {written:?}");
@@ -329,7 +336,12 @@ fn every_file_says_what_it_is() {
 
 #[test]
 fn the_latex_is_whole() {
-    let mut outcome = identified("friction.csv", Kind::SecondOrder, "x-u, v-du, sgn(v), v*|v|", &[]);
+    let mut outcome = identified(
+        "friction.csv",
+        Kind::SecondOrder,
+        "x-u, v-du, sgn(v), v*|v|",
+        &[("sgn(v)", -0.08), ("v*|v|", -0.01)],
+    );
     let mut record = (*outcome.records[0].record).clone();
     record.name = "run_1 at 50% {#2}".into();
     outcome.records[0].record = std::sync::Arc::new(record);

@@ -48,7 +48,7 @@ impl Style for C<'_> {
 pub(super) fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
     let layout = &switched.layout;
     let usage = [
-        "Build:  cc -O2 STEM.c -o STEM -lm".replace("STEM", stem),
+        format!("Build:  cc -O2 {stem}.c -o {stem} -lm"),
         format!("Run:    ./{stem} {} response.csv", input_file(stem)),
         "        (further arguments: another initial state)".into(),
         "Reads CSV: evenly spaced times and the inputs, by header name or in this order; writes time and states."
