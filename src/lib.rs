@@ -5,12 +5,13 @@
 //! [`sparse`] (sparse regression) → [`model`] (equations of motion) → [`simulate`] (the model's response) →
 //! [`study`] (settings and records in, outcome out) →
 //! [`diagram`] (the outcome's forces, frequency response, decay and residual, as numbers to draw). [`refine`] fits the simulated response itself, and [`gap`] finds what a
-//! model lacks. [`rig`] is the virtual test rig that makes records with a known truth.
+//! model lacks. [`export`] writes the model for other programs. [`rig`] is the virtual test rig that makes records with a known truth.
 
 #[cfg(feature = "desktop")]
 pub mod app;
 pub mod command;
 pub mod diagram;
+pub mod export;
 pub mod format;
 pub mod gap;
 pub mod model;

@@ -74,7 +74,8 @@ fn help_names_every_command_and_option() {
         assert!(help.contains(command), "{help}");
     }
     let help = done(here.path(), &["identify", "--help"]);
-    for option in ["test", "columns", "terms", "lock", "window", "order", "threshold", "ridge", "kind", "json", "rate"]
+    for option in
+        ["test", "columns", "terms", "lock", "window", "order", "threshold", "ridge", "kind", "json", "rate", "export"]
     {
         assert!(help.contains(&format!("--{option}")), "--{option}");
     }

@@ -16,6 +16,7 @@ pub(crate) enum Command {
     Close,
     SaveProject,
     SaveProjectAs,
+    ExportModel,
     Undo,
     Redo,
     Choose,
@@ -58,7 +59,8 @@ impl Command {
         let mut all = vec![Self::Open, Self::OpenPath];
         all.extend(Sample::ALL.map(Self::Sample));
         all.push(Self::Demonstration);
-        all.extend([Self::Close, Self::SaveProject, Self::SaveProjectAs, Self::PlotPicture, Self::WindowPicture]);
+        all.extend([Self::Close, Self::SaveProject, Self::SaveProjectAs, Self::ExportModel]);
+        all.extend([Self::PlotPicture, Self::WindowPicture]);
         all.extend([Self::Undo, Self::Redo, Self::Choose, Self::Reset]);
         all.extend([Self::CopyText, Self::CopyLatex, Self::CopyPython, Self::CopyJson]);
         if Room::ALL.len() > 1 {
@@ -96,6 +98,12 @@ impl Command {
             Self::SaveProjectAs => {
                 ("Files", "Save project as…", "Save the project under another name", Some((CTRL_SHIFT, Key::S)))
             }
+            Self::ExportModel => (
+                "Files",
+                "Export model…",
+                "Save the equations to take along: LaTeX, text, JSON, or a program in Python, MATLAB, Modelica or C",
+                None,
+            ),
             Self::PlotPicture => (
                 "Pictures",
                 "Save picture of the plot…",

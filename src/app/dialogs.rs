@@ -10,6 +10,7 @@ use std::thread::{self, Thread};
 use std::time::{Duration, Instant};
 
 use super::project;
+use crate::export::Format;
 
 /// A dialog that vanishes faster than this was never seen by a person: the system has none.
 const UNSEEN: Duration = Duration::from_millis(400);
@@ -21,6 +22,8 @@ pub(crate) enum Purpose {
     Open,
     /// To save the project to.
     Project,
+    /// To export the model to, in the form that the name's ending says.
+    Model,
     /// To save a picture of the plot to.
     Plot,
     /// To save a picture of the window to.
@@ -33,6 +36,7 @@ impl Purpose {
         match self {
             Self::Open => "Open measurements or a project",
             Self::Project => "Save the project",
+            Self::Model => "Export the model (.tex .txt .json .py .m .mo .c)",
             Self::Plot => "Save a picture of the plot",
             Self::Window => "Save a picture of the window",
         }
@@ -51,6 +55,7 @@ impl Purpose {
         match self {
             Self::Open => None,
             Self::Project => Some(project::EXTENSION),
+            Self::Model => Some(Format::Python.ending()),
             Self::Plot | Self::Window => Some("png"),
         }
     }
@@ -120,6 +125,11 @@ impl Dialogs {
                 dialog.add_filter("Measurements and projects", &endings).add_filter("All files", &["*"])
             }
             Purpose::Project => dialog.add_filter("Project", &[project::EXTENSION]).set_file_name(name),
+            Purpose::Model => {
+                let all = Format::ALL.map(Format::ending);
+                let each = |d: rfd::AsyncFileDialog, f: Format| d.add_filter(f.name(), &[f.ending()]);
+                Format::ALL.into_iter().fold(dialog.add_filter("Every form", &all), each).set_file_name(name)
+            }
             Purpose::Plot | Purpose::Window => dialog.add_filter("PNG picture", &["png"]).set_file_name(name),
         };
         // In tests there is no window to belong to.

@@ -23,6 +23,7 @@ use super::survey::Survey;
 use super::views::{self, Group, Picture, Request, Search, View, ViewState};
 use super::worker::Worker;
 use super::{AppError, help, overlay, status, theme, toolbar, welcome};
+use crate::export::{self, Format};
 use crate::format::equations;
 use crate::gap::{Diagnosis, Stage};
 use crate::record::{ReadOptions, Record, RecordSet, Usage};
@@ -431,6 +432,7 @@ impl App {
         match purpose {
             Purpose::Open => self.open(paths),
             Purpose::Project => self.save_project(&path),
+            Purpose::Model => self.export_model(&path),
             Purpose::Plot => self.draw_plot(ctx, path),
             Purpose::Window => {
                 let (send, ctx2) = (self.shots.0.clone(), ctx.clone());
@@ -503,6 +505,17 @@ impl App {
         }
     }
 
+    fn export_model(&mut self, path: &Path) {
+        let Some(outcome) = &self.bench.outcome else { return };
+        match export::write(outcome, path) {
+            Ok(written) => {
+                let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
+                self.notices.done(format!("Saved {}", names.join(" and ")));
+            }
+            Err(problem) => self.notices.error(problem.to_string()),
+        }
+    }
+
     fn draw_plot(&mut self, ctx: &Context, path: PathBuf) {
         let Some(outcome) = self.bench.outcome.clone() else { return };
         let record = self.record_in(&outcome);
@@ -565,7 +578,11 @@ impl App {
                 self.errands.ask_instead(Errand::Choose { generation, records, settings: self.edit.settings.clone() });
             }
             Command::Reset => self.edit.settings = self.suggestion.clone(),
-            Command::PlotPicture if self.bench.outcome.is_none() => {}
+            Command::PlotPicture | Command::ExportModel if self.bench.outcome.is_none() => {}
+            Command::ExportModel => {
+                let name = format!("{stem}.{}", Format::Python.ending());
+                self.dialogs.ask(Purpose::Model, &name, frame, ctx);
+            }
             // Plots, maps and figures belong together there.
             Command::PlotPicture if self.state.room == Room::Missing => {
                 self.dialogs.ask(Purpose::Window, &format!("{stem}-missing.png"), frame, ctx);

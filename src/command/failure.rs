@@ -1,6 +1,7 @@
 use std::fmt;
 use std::path::Path;
 
+use crate::export::ExportError;
 use crate::gap::GapError;
 use crate::record::ReadError;
 use crate::report::ReportError;
@@ -110,6 +111,18 @@ impl From<ReportError> for Failure {
             ReportError::Ending(_) => "give --out a name that ends in .html or .png",
             ReportError::Write { .. } => "check that the folder exists and may be written to",
             ReportError::Picture(_) => "write the report to .html",
+        };
+        Self::new(error.to_string()).try_this(advice)
+    }
+}
+
+impl From<ExportError> for Failure {
+    fn from(error: ExportError) -> Self {
+        let advice = match error {
+            ExportError::Ending(_) => "give --export a name like model.py",
+            ExportError::Model(_) => "use fewer terms with --terms, or other ones",
+            ExportError::Coefficient(_) => "drop the term with --drop",
+            ExportError::Write { .. } => "check that the folder exists and may be written to",
         };
         Self::new(error.to_string()).try_this(advice)
     }

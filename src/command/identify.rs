@@ -1,8 +1,12 @@
+use std::path::PathBuf;
+
 use clap::{Args, ValueEnum};
 
 use super::analysis::analyse;
+use super::failure::Failure;
 use super::options::StudyOptions;
 use super::{Output, json};
+use crate::export;
 use crate::format::equations;
 use crate::report::Report;
 
@@ -14,6 +18,10 @@ pub(super) struct Options {
     /// Print the equations of motion alone, in this form
     #[arg(long, value_enum, value_name = "FORM", help_heading = "Output")]
     format: Option<Form>,
+    /// Write the model to take along, in the form that the name's ending says: .tex .txt .json .py .m .mo .c; beside a
+    /// program also the first record's time and inputs (…_input.csv). May be given several times
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    export: Vec<PathBuf>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -28,7 +36,14 @@ enum Form {
 
 /// Identifies and prints.
 pub(super) fn run(options: &Options) -> Output {
+    // Said before the work is done, not after.
+    for path in &options.export {
+        export::Format::of(path).map_err(Failure::from)?;
+    }
     let analysis = analyse(&options.study)?;
+    for path in &options.export {
+        export::write(&analysis.outcome, path).map_err(Failure::from)?;
+    }
     if let Some(json) = json::write(options.study.json.as_deref(), &json::identified(&analysis))? {
         return Ok(json);
     }

@@ -72,6 +72,7 @@ fn outcome(terms: &[(&str, f64)], motions: &[Motion]) -> Outcome {
                     notices: Vec::new(),
                 }),
                 usage: Usage::Fit,
+                driven_as_measured: true,
                 signals: Arc::new(Signals {
                     start: 0.0,
                     interval: INTERVAL,

@@ -71,7 +71,7 @@ pub fn latex(model: &Model) -> String {
                 let digits = digits(term.coefficient.abs(), term.std_error);
                 let number = latex_number(&short_number(term.coefficient.abs(), digits));
                 let text = term.term.latex(layout);
-                let text = if is_sum(term) { format!("\\left({text}\\right)") } else { text };
+                let text = if needs_brackets(term, &text) { format!("\\left({text}\\right)") } else { text };
                 let _ = match text.as_str() {
                     "1" => write!(line, "{sign}{number}"),
                     t => write!(line, "{sign}{number} \\, {t}"),
@@ -143,7 +143,7 @@ pub fn python(model: &Model) -> String {
             };
             let number = term.coefficient.abs();
             let text = term.term.python(layout);
-            let text = if is_sum(term) { format!("({text})") } else { text };
+            let text = if needs_brackets(term, &text) { format!("({text})") } else { text };
             let _ = match text.as_str() {
                 "1" => write!(line, "{sign}{number:?}"),
                 text if number == 1.0 => write!(line, "{sign}{text}"),
@@ -156,9 +156,9 @@ pub fn python(model: &Model) -> String {
     out
 }
 
-/// True if the term needs brackets behind its coefficient.
-fn is_sum(term: &WeightedTerm) -> bool {
-    matches!(term.term.expression(), Expression::Sum(_))
+/// True if the term, written as `text`, needs brackets behind its coefficient.
+fn needs_brackets(term: &WeightedTerm, text: &str) -> bool {
+    matches!(term.term.expression(), Expression::Sum(_)) || text.starts_with('-')
 }
 
 /// Significant digits that a standard error leaves a value: two uncertain ones; five where no error is known.
@@ -245,6 +245,8 @@ def rate(t, state, inputs):
         let model = Model::second_order(1, vec![Equation::known([(Term::parse("x-u").expect("a term"), -4.0)])]);
         assert!(latex(&model).contains("-4 \\, \\left(x-u\\right)"), "{}", latex(&model));
         assert!(python(&model).contains("-4.0*(x-u)"), "{}", python(&model));
+        let model = Model::second_order(1, vec![Equation::known([(Term::parse("-x").expect("a term"), -4.0)])]);
+        assert!(latex(&model).contains("-4 \\, \\left(-x\\right)"), "{}", latex(&model));
     }
 
     #[test]

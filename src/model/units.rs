@@ -159,6 +159,11 @@ impl Units {
         Some(rate.times(&term, -1.0).shortened().text())
     }
 
+    /// The unit of a symbol: `m/s`; none if a file does not say.
+    pub fn of_symbol(&self, symbol: Symbol) -> Option<String> {
+        self.symbol(symbol).map(|measure| measure.text())
+    }
+
     /// Refuses a term that adds what cannot be added: `x-u` of a length and an acceleration.
     ///
     /// # Errors

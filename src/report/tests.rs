@@ -55,6 +55,7 @@ fn record_outcome(name: &str, usage: Usage, samples: usize) -> RecordOutcome {
     RecordOutcome {
         record: Arc::new(record),
         usage,
+        driven_as_measured: true,
         signals: Arc::new(signals),
         states: vec![response.clone(), velocity(0.01)],
         channels: vec![study::Channel { symbol: Symbol::State(0), response, error, score: Some(score(samples)) }],

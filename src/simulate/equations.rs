@@ -1,7 +1,7 @@
 use super::SimulateError;
 use super::grid::External;
 use crate::model::Model;
-use crate::term::{Expression, Function, Layout, Program, Symbol, derivative};
+use crate::term::{Expression, Function, Layout, Program, Symbol, derivative, drift};
 
 /// A model taken apart for speed: what depends on time and inputs alone is computed over whole blocks of samples; what
 /// is linear in the states or in a held sign is a matrix; only the rest is a program run at every stage.
@@ -265,18 +265,6 @@ fn jumps_at(e: &Expression, surface: &Expression) -> bool {
         }
     });
     found
-}
-
-/// Time derivative at fixed states; the third derivative of an input counts as zero.
-fn drift(e: &Expression, layout: &Layout) -> Expression {
-    let mut parts = vec![derivative(e, Symbol::Time)];
-    for j in 0..layout.inputs {
-        let pairs = [(Symbol::Input(j), Symbol::InputRate(j)), (Symbol::InputRate(j), Symbol::InputAcceleration(j))];
-        for (by, rate) in pairs {
-            parts.push(Expression::Product(vec![derivative(e, by), Expression::Symbol(rate)]));
-        }
-    }
-    Expression::Sum(parts).normal()
 }
 
 fn externals<'a>(expressions: impl Iterator<Item = &'a Expression>, layout: &Layout) -> Vec<(usize, External)> {

@@ -291,6 +291,7 @@ impl Study {
                 record: Arc::clone(record),
                 usage: *usage,
                 signals: Arc::clone(&prepared.signals),
+                driven_as_measured: prepared.drive.as_measured,
                 states: response.states.clone(),
                 channels,
                 diverged_at: response.diverged_at,

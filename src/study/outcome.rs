@@ -62,6 +62,8 @@ pub struct RecordOutcome {
     pub usage: Usage,
     /// The record smoothed and differentiated.
     pub signals: Arc<Signals>,
+    /// Whether the inputs drove the simulation as measured; else as smoothed.
+    pub driven_as_measured: bool,
     /// Simulated state vector, one series a state (displacements, then velocities), each as long as the response lasted.
     pub states: Vec<Vec<f64>>,
     /// Each displacement (or state) held against its measurement.

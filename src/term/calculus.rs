@@ -1,3 +1,4 @@
+use super::Layout;
 use super::expression::{Expression, Function, Symbol};
 
 /// The partial derivative of an expression; jumps have derivative zero, kinks that of the side they are on.
@@ -55,6 +56,36 @@ fn raw(e: &Expression, by: Symbol) -> Expression {
             Expression::Product(vec![outer, raw(&a, by)])
         }
     }
+}
+
+/// Time derivative at fixed states; the third derivative of an input counts as zero.
+pub(crate) fn drift(e: &Expression, layout: &Layout) -> Expression {
+    let mut parts = vec![derivative(e, Symbol::Time)];
+    for j in 0..layout.inputs {
+        let pairs = [(Symbol::Input(j), Symbol::InputRate(j)), (Symbol::InputRate(j), Symbol::InputAcceleration(j))];
+        for (by, rate) in pairs {
+            parts.push(Expression::Product(vec![derivative(e, by), Expression::Symbol(rate)]));
+        }
+    }
+    Expression::Sum(parts).normal()
+}
+
+/// The same function with `max`, `min`, `clip`, `dz` and `step` written with `|·|` and `sgn` alone, at every depth.
+pub(crate) fn in_signs(e: &Expression) -> Expression {
+    fn rewritten(e: &Expression) -> Expression {
+        let each = |parts: &[Expression]| parts.iter().map(rewritten).collect();
+        match e {
+            Expression::Number(_) | Expression::Symbol(_) => e.clone(),
+            Expression::Sum(parts) => Expression::Sum(each(parts)),
+            Expression::Product(parts) => Expression::Product(each(parts)),
+            Expression::Power(base, exponent) => Expression::Power(Box::new(rewritten(base)), *exponent),
+            Expression::Call(function, arguments) => match without_bounds(*function, arguments) {
+                Some(plain) => rewritten(&plain),
+                None => Expression::Call(*function, each(arguments)),
+            },
+        }
+    }
+    rewritten(&e.normal()).normal()
 }
 
 /// `max`, `min`, `clip`, `dz` and `step` written with `|·|` and `sgn` alone, so that one mechanism switches them all.

@@ -16,11 +16,12 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 pub use calculus::derivative;
+pub(crate) use calculus::{drift, in_signs};
 pub(crate) use expression::sign;
 pub use expression::{Expression, Function, Symbol};
 pub use library::{Family, list, polynomials};
 pub use parse::TermError;
-pub(crate) use print::latex_number;
+pub(crate) use print::{Style, latex_number, written};
 pub(crate) use program::LANES;
 pub use program::{Program, SampleBlock, SampleStretch, Slots};
 

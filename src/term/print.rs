@@ -11,8 +11,12 @@ enum Binding {
 }
 
 /// A way of writing mathematics in one line.
-trait Style {
+pub(crate) trait Style {
     fn symbol(&self, symbol: Symbol) -> String;
+    /// What stands for a part that is computed elsewhere; it must bind like a name.
+    fn substitute(&self, _: &Expression) -> Option<String> {
+        None
+    }
     fn number(&self, value: f64) -> String {
         number(value)
     }
@@ -27,7 +31,15 @@ trait Style {
     }
 }
 
+/// An expression in a style.
+pub(crate) fn written(e: &Expression, style: &impl Style) -> String {
+    write(e, style).0
+}
+
 fn write(e: &Expression, style: &impl Style) -> (String, Binding) {
+    if let Some(text) = style.substitute(e) {
+        return (text, Binding::Atom);
+    }
     match e {
         Expression::Number(n) if *n < 0.0 => (style.number(*n), Binding::Sum),
         Expression::Number(n) => (style.number(*n), Binding::Atom),

@@ -123,6 +123,7 @@ fn record_of(index: usize, case: &Case) -> RecordOutcome {
             notices: Vec::new(),
         }),
         usage: case.usage,
+        driven_as_measured: true,
         signals: Arc::new(Signals {
             start: 0.0,
             interval,

@@ -1,0 +1,20 @@
+//! The model as plain text.
+
+use super::Export;
+use super::switched::Switched;
+
+/// The equations with errors and units, then every coefficient in full.
+pub(super) fn document(export: &Export<'_>, switched: &Switched) -> String {
+    let layout = &export.model.layout;
+    let mut lines = vec!["Equations of motion identified by Sindyscope.".to_owned()];
+    lines.extend(export.description(switched));
+    lines.push(String::new());
+    lines.push("Coefficients in full:".into());
+    for (state, equation) in export.model.iter() {
+        for t in &equation.terms {
+            lines.push(format!("  d{}/dt  {:?}  {}", layout.name(state), t.coefficient, t.term.text(layout)));
+        }
+    }
+    lines.extend(export.initial_states(switched, "Initial states:"));
+    lines.join("\n") + "\n"
+}
