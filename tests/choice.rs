@@ -152,7 +152,6 @@ fn the_choice_is_at_most_twice_the_best_point_of_the_map() {
     ];
     // The threshold alone keeps two needless terms here.
     cases.push(system("duffing-noisy", 3, true));
-    cases.push(system("friction-noisy", 1, false));
     let worst = worst(cases.into_iter(), 9);
     assert!(worst <= 2.0, "{worst}");
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::Value;
-use sindyscope::export::{Export, Format, Start, drive, write};
+use sindyscope::export::{Export, ExportError, Format, Start, drive, write};
 use sindyscope::model::{Equation, Model, Units};
 use sindyscope::record::{ReadOptions, read_set};
 use sindyscope::simulate::{InputGrid, Limits, Simulator};
@@ -32,6 +32,15 @@ struct Case {
 
 const PROGRAMS: [Format; 3] = [Format::C, Format::Python, Format::Matlab];
 
+/// The programs that a model has: all, but where it switches those that have no events.
+fn programs(export: &Export<'_>, name: &str) -> Vec<(Format, String)> {
+    let written = PROGRAMS.into_iter().filter_map(|f| match export.text(f, name) {
+        Err(ExportError::Switches(_)) => None,
+        text => Some((f, text.expect("a program"))),
+    });
+    written.collect()
+}
+
 impl Case {
     /// The first record's response as a study found it.
     fn studied(name: &'static str, outcome: &Outcome) -> Self {
@@ -40,7 +49,7 @@ impl Case {
         let export = Export::of(outcome);
         Self {
             name,
-            programs: PROGRAMS.map(|f| (f, export.text(f, name).expect("a program"))).to_vec(),
+            programs: programs(&export, name),
             input: drive(record),
             times: (0..record.record.len()).map(|k| record.record.time(k)).collect(),
             states: record.states.clone(),
@@ -78,7 +87,7 @@ impl Case {
             let row: Vec<String> = std::iter::once(t).chain(series.iter().map(|s| &s[k])).map(f64::to_string).collect();
             input.push_str(&(row.join(", ") + "\n"));
         }
-        let programs = PROGRAMS.map(|f| (f, export.text(f, name).expect("a program"))).to_vec();
+        let programs = programs(&export, name);
         Self { name, programs, input, times, states: response.states, compared: samples }
     }
 
@@ -291,11 +300,14 @@ fn matlab_functions_agree_in_octave() {
         command
     };
     // Octave takes a minute for what C does in a hundredth of a second.
-    each_agrees(Format::Matlab, run, &[duffing, stick_slip]);
+    each_agrees(Format::Matlab, run, &[duffing]);
 }
 
-fn files(here: &TempDir, outcome: &Outcome) -> Vec<PathBuf> {
-    Format::ALL
+/// Forms that hold a model only where nothing switches in it.
+const SMOOTH: [Format; 2] = [Format::Matlab, Format::Modelica];
+
+fn files(here: &TempDir, outcome: &Outcome, formats: &[Format]) -> Vec<PathBuf> {
+    formats
         .iter()
         .flat_map(|f| write(outcome, &here.path().join(format!("my model.{}", f.ending()))).expect("written"))
         .collect()
@@ -304,26 +316,34 @@ fn files(here: &TempDir, outcome: &Outcome) -> Vec<PathBuf> {
 #[test]
 fn every_file_says_what_it_is() {
     let outcome = identified("friction.csv", Kind::SecondOrder, "x-u, v-du, sgn(v)", &[("sgn(v)", -0.08)]);
+    let smooth = identified("duffing.csv", Kind::SecondOrder, "x, v, u, x^3", &[]);
     let here = tempfile::tempdir().expect("a folder for the test");
-    let written = files(&here, &outcome);
-    assert_eq!(written.len(), Format::ALL.len() + 4, "four programs have their inputs beside them: {written:?}");
+    let others: Vec<Format> = Format::ALL.into_iter().filter(|f| !SMOOTH.contains(f)).collect();
+    let written = files(&here, &outcome, &others);
+    assert_eq!(written.len(), others.len() + 2, "two programs have their inputs beside them: {written:?}");
+    let written = files(&here, &smooth, &SMOOTH);
+    assert_eq!(written.len(), SMOOTH.len() + 2, "so have these: {written:?}");
     let read = |ending: &str| fs::read_to_string(here.path().join(format!("my model.{ending}"))).expect("a file");
-    for (ending, sign, run) in [
-        ("py", "#", "python3 my model.py"),
-        ("m", "%", "my_model('my model_input.csv'"),
-        ("c", "//", "cc -O2"),
-        ("mo", "//", "my_model.Experiment"),
+    for (ending, sign, run, parts) in [
+        ("py", "#", "python3 my model.py", ["sgn(v)", "Sticking"]),
+        ("c", "//", "cc -O2", ["sgn(v)", "Sticking"]),
+        ("m", "%", "my_model('my model_input.csv'", ["x^3", "u"]),
+        ("mo", "//", "my_model.Experiment", ["x^3", "u"]),
     ] {
         let head: Vec<String> = read(ending).lines().take_while(|l| l.starts_with(sign)).map(str::to_owned).collect();
         let head = head.join("\n");
-        for part in ["Sindyscope", "dv/dt =", "sgn(v)", "Units:", "x in m", "v in m/s", "Sticking", run] {
+        for part in ["Sindyscope", "dv/dt =", "Units:", "x in m", "v in m/s", run].into_iter().chain(parts) {
             assert!(head.contains(part), "{ending} says {part:?}:\n{head}");
         }
     }
-    for t in &outcome.model.equations[1].terms {
-        for ending in ["py", "m", "c", "mo", "txt"] {
+    for (outcome, endings) in [(&outcome, ["py", "c", "txt"].as_slice()), (&smooth, &["m", "mo"])] {
+        for (t, ending) in outcome.model.equations[1].terms.iter().flat_map(|t| endings.iter().map(move |e| (t, e))) {
             assert!(read(ending).contains(&format!("{:?}", t.coefficient.abs())), "{ending} has {}", t.coefficient);
         }
+    }
+    for format in SMOOTH {
+        let refused = Export::of(&outcome).text(format, "model").expect_err("a model that switches");
+        assert!(refused.to_string().contains(".py and .c"), "{refused}");
     }
     let json: Value = serde_json::from_str(&read("json")).expect("JSON");
     let terms = json["equations"][1]["terms"].as_array().expect("terms");

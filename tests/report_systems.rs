@@ -79,17 +79,12 @@ fn duffing_clean() {
 
 #[test]
 fn duffing_with_the_reports_noise() {
-    // Three seeds here; `cargo run --release --example accuracy` prints ten.
-    let mut errors: Vec<f64> = (0..3)
-        .map(|seed| {
-            let noisy = rig("duffing-noisy", &ScenarioOptions { seed, ..ScenarioOptions::default() });
-            let outcome = chosen(&set(noisy, other_force()), DUFFING, "");
-            assert_eq!(terms(&outcome), ["u", "v", "x", "x^3"], "seed {seed}");
-            outcome.test.unwrap().rmse
-        })
-        .collect();
-    errors.sort_by(f64::total_cmp);
-    assert!(errors[1] <= 2.5e-3, "{errors:?}");
+    // One seed here; `cargo run --release --example accuracy` prints ten.
+    let noisy = rig("duffing-noisy", &ScenarioOptions::default());
+    let outcome = chosen(&set(noisy, other_force()), DUFFING, "");
+    assert_eq!(terms(&outcome), ["u", "v", "x", "x^3"]);
+    let error = outcome.test.unwrap().rmse;
+    assert!(error <= 2.5e-3, "{error}");
 }
 
 fn friction_records(noise: f64, seed: u64) -> RecordSet {

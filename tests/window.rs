@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use egui::{Key, Modifiers, Theme, accesskit::Role};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
-use egui_kittest::{Harness, TestRenderer};
+use egui_kittest::{Harness, SnapshotOptions, TestRenderer};
 use sindyscope::app::plot::raster::Rasterizer;
 use sindyscope::app::{App, Edit, Sample, Source, State};
 use sindyscope::record::{Usage, write_csv};
@@ -567,8 +567,13 @@ fn snapshot(window: &mut Window, name: &str) {
     // Times differ from run to run.
     let times = window.0.get_by_label_contains("fitted in").rect();
     window.0.mask(egui::Rect::from_min_max(times.min, egui::pos2(400.0, times.max.y)));
-    window.0.snapshot(name);
+    // A figure of a rival that was given up may differ in its last digit: when it was given up depends on who was first.
+    let options = SnapshotOptions::default().max_failed_pixels(DIGITS);
+    window.0.snapshot_options(name, &options);
 }
+
+/// Pixels of about two digits.
+const DIGITS: usize = 60;
 
 #[test]
 fn it_looks_as_it_did_in_the_light_theme() {

@@ -122,6 +122,7 @@ impl From<ExportError> for Failure {
             ExportError::Ending(_) => "give --export a name like model.py",
             ExportError::Model(_) => "use fewer terms with --terms, or other ones",
             ExportError::Coefficient(_) => "drop the term with --drop",
+            ExportError::Switches(_) => "give --export a name that ends in .py or .c",
             ExportError::Write { .. } => "check that the folder exists and may be written to",
         };
         Self::new(error.to_string()).try_this(advice)

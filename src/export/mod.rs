@@ -109,6 +109,9 @@ pub enum ExportError {
     /// A coefficient is not a number.
     #[error("the model cannot be exported: the coefficient of {0} is not a finite number")]
     Coefficient(String),
+    /// The form cannot hold a model that sticks or switches.
+    #[error("a model with dry friction, stops or other switches cannot be exported to {0}, but to .py and .c it can")]
+    Switches(&'static str),
     /// The file could not be written.
     #[error("cannot write {path}: {source}")]
     Write {
@@ -171,7 +174,8 @@ impl<'a> Export<'a> {
     /// The text of a file; `stem` is the file's name without its ending.
     ///
     /// # Errors
-    /// A model that cannot be simulated, or a coefficient that is not a number.
+    /// A model that cannot be simulated, or that switches where the form has no events for it; a coefficient that is not a
+    /// number.
     pub fn text(&self, format: Format, stem: &str) -> Result<String, ExportError> {
         Simulator::new(self.model)?;
         let weighted = self.model.equations.iter().flat_map(|e| &e.terms);
@@ -179,6 +183,9 @@ impl<'a> Export<'a> {
             return Err(ExportError::Coefficient(term.term.text(&self.model.layout)));
         }
         let switched = Switched::new(self.model);
+        if matches!(format, Format::Matlab | Format::Modelica) && !switched.surfaces.is_empty() {
+            return Err(ExportError::Switches(format.name()));
+        }
         Ok(match format {
             Format::Latex => latex::document(self, &switched),
             Format::Text => text::document(self, &switched),

@@ -434,8 +434,8 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "most of a minute; `tests/choice.rs` asks the same"]
     fn the_choice_is_not_much_worse_than_the_best_point_of_the_map() {
-        // Without held-out data: the study of the choice (`tests/choice.rs`) has both.
         let (records, settings) = friction(false);
         let map = full(&records, &settings, (13, 13));
         let error = |place: Place| map.cell(place).unwrap().error;
