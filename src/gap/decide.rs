@@ -261,7 +261,7 @@ pub(super) fn confused(first: (&Form, Score), others: &[(usize, &Form, Score)], 
             form.effect != first.0.effect
                 && as_good(score)
                 // A richer form fits as well by nature: it is a rival only where it does better than its price.
-                && !(form.contains.contains(&first.0.effect) && !better(score))
+                && (better(score) || !form.contains.contains(&first.0.effect))
         })
         .map(|(k, _, _)| *k)
         .collect()

@@ -9,8 +9,11 @@ use super::*;
 /// A column: name, unit, samples, sampling interval if the file tells it apart from the columns, first and last value.
 type Held = (String, String, usize, Option<f64>, f64, f64);
 
+/// Columns and notices, or why there are none.
+type Found = Result<(Vec<Held>, Vec<String>), String>;
+
 /// What a file's reader finds, before any column is chosen.
-fn held(path: &str) -> Option<Result<(Vec<Held>, Vec<String>), String>> {
+fn held(path: &str) -> Option<Found> {
     let path = folder()?.join("formats").join(path);
     let Ok(bytes) = std::fs::read(&path) else {
         println!("skipped: {} is not at hand", path.display());

@@ -545,7 +545,7 @@ fn damage(whole: &[u8], case: usize, chance: &mut Pcg64Mcg) -> Vec<u8> {
         }
     }
     // The first bytes stay in half of the cases, so that the format is still recognised.
-    if case % 2 == 0 {
+    if case.is_multiple_of(2) {
         let head = bytes.len().min(16);
         bytes[..head].copy_from_slice(&whole[..head]);
     }
