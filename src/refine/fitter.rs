@@ -289,7 +289,7 @@ impl<'a> Fitter<'a> {
 
     /// Corrects sensitivities by what a step did to the responses, `before` and `after`, by the smallest change that makes
     /// them agree with it (C. G. Broyden, Math. Comp. 19 (1965) 577–593), each unknown measured by what it does to the response.
-    fn follow(
+    fn secant(
         &self,
         columns: &mut [Vec<Vec<f64>>],
         (before, after): (&[Vec<f64>], &[Vec<f64>]),
@@ -391,7 +391,7 @@ impl<'a> Fitter<'a> {
                         damping = (damping * 0.1).max(1e-12);
                         (taken, at_once) = (true, attempt == 0);
                         if at_once && updates < SECANTS && shared + offsets > 1 {
-                            self.follow(&mut columns, (&trial, &simulated), &by, (shared, offsets));
+                            self.secant(&mut columns, (&trial, &simulated), &by, (shared, offsets));
                         }
                         break;
                     }

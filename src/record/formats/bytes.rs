@@ -1,5 +1,7 @@
 //! Numbers in bytes, never read beyond the end.
 
+use std::sync::Arc;
+
 use super::super::contents::Flaw;
 
 /// Which byte comes first.
@@ -189,5 +191,21 @@ impl<'a> Cursor<'a> {
         let at = self.at;
         let value = self.u64()?;
         usize::try_from(value).map_err(|_| Flaw::at(format!("{value} is no size"), at))
+    }
+}
+
+/// Bytes that values are decoded from: the file's own, or those that were inflated.
+#[derive(Clone)]
+pub(super) enum Source<'a> {
+    File(&'a [u8]),
+    Inflated(Arc<[u8]>),
+}
+
+impl Source<'_> {
+    pub(super) fn bytes(&self) -> &[u8] {
+        match self {
+            Self::File(bytes) => bytes,
+            Self::Inflated(bytes) => bytes,
+        }
     }
 }

@@ -4,13 +4,12 @@
 //! row, where it is wider than high), the fields of structures are variables named `structure.field`.
 
 use std::io::Read;
-use std::sync::Arc;
 
 use flate2::read::ZlibDecoder;
 
 use super::super::contents::{Column, Contents, Flaw};
 use super::super::table::{Format, Reader};
-use super::bytes::{Cursor, Number, Order, Strided};
+use super::bytes::{Cursor, Number, Order, Source, Strided};
 
 pub(in super::super) const FORMAT: Format = Format {
     name: "MATLAB",
@@ -34,22 +33,6 @@ fn read(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
     match order {
         Some(order) => version_5(bytes, order),
         None => version_4(bytes),
-    }
-}
-
-/// Bytes that variables are decoded from: the file's own, or those that were inflated.
-#[derive(Clone)]
-enum Source<'a> {
-    File(&'a [u8]),
-    Inflated(Arc<[u8]>),
-}
-
-impl Source<'_> {
-    fn bytes(&self) -> &[u8] {
-        match self {
-            Self::File(bytes) => bytes,
-            Self::Inflated(bytes) => bytes,
-        }
     }
 }
 

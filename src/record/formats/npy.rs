@@ -4,11 +4,10 @@
 //! columns without names.
 
 use std::io::{Cursor as Seek, Read};
-use std::sync::Arc;
 
 use super::super::contents::{Column, Contents, Flaw};
 use super::super::table::{Format, Reader};
-use super::bytes::{Cursor, Number, Order, Strided};
+use super::bytes::{Cursor, Number, Order, Source, Strided};
 
 pub(in super::super) const FORMAT: Format = Format {
     name: "NumPy array",
@@ -39,21 +38,6 @@ const MOST_COLUMNS: usize = 10_000;
 
 /// Arrays in an archive that are looked at.
 const MOST_ARRAYS: usize = 10_000;
-
-#[derive(Clone)]
-enum Source<'a> {
-    File(&'a [u8]),
-    Inflated(Arc<[u8]>),
-}
-
-impl Source<'_> {
-    fn bytes(&self) -> &[u8] {
-        match self {
-            Self::File(bytes) => bytes,
-            Self::Inflated(bytes) => bytes,
-        }
-    }
-}
 
 fn read_archive(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
     let mut archive = zip::ZipArchive::new(Seek::new(bytes))
