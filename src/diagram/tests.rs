@@ -55,7 +55,7 @@ fn outcome(terms: &[(&str, f64)], motions: &[Motion]) -> Outcome {
         name: name.into(),
         role,
         unit: "m".into(),
-        values: values.into(),
+        values: values.into(), estimated: false,
     };
     let records = motions
         .iter()

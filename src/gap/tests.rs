@@ -20,6 +20,7 @@ fn setting(base_excited: bool) -> Setting {
         pulsations: vec![1.0],
         interval: 0.01,
         measured: 1.1,
+        derivatives: 0,
     }
 }
 

@@ -24,7 +24,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use nalgebra::DMatrix;
 
 use crate::model::Model;
-use crate::simulate::InputGrid;
+use crate::simulate::{InputGrid, Response};
 
 pub use fitter::{misfit, refine};
 pub use horizon::{Goal, Landed, climb, cut, land, levels, shoot};
@@ -79,6 +79,42 @@ pub struct MeasuredMotion {
     pub input_rates: Vec<Vec<f64>>,
 }
 
+/// What a sensor shows of a motion; degrees of freedom count from zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Output {
+    /// A displacement.
+    Displacement(usize),
+    /// A velocity.
+    Velocity(usize),
+    /// An acceleration.
+    Acceleration(usize),
+}
+
+impl Output {
+    /// What it shows of a response of so many degrees of freedom; of an acceleration the response must have its rates.
+    pub fn of(self, response: &Response, freedoms: usize) -> &[f64] {
+        match self {
+            Self::Displacement(k) => &response.states[k],
+            Self::Velocity(k) => &response.states[freedoms + k],
+            Self::Acceleration(k) => &response.rates[freedoms + k],
+        }
+    }
+
+    /// How often it is the displacement's derivative.
+    pub fn derivatives(self) -> usize {
+        match self {
+            Self::Displacement(_) => 0,
+            Self::Velocity(_) => 1,
+            Self::Acceleration(_) => 2,
+        }
+    }
+
+    /// True for an acceleration, which jumps where friction changes its side.
+    pub fn is_rate(self) -> bool {
+        matches!(self, Self::Acceleration(_))
+    }
+}
+
 /// A record, or a segment of one.
 #[derive(Clone, Debug)]
 pub struct Run {
@@ -86,9 +122,11 @@ pub struct Run {
     pub record: usize,
     /// The record's inputs.
     pub grid: Arc<InputGrid>,
-    /// The record's measured displacements, one series each.
+    /// What was measured.
+    pub outputs: Vec<Output>,
+    /// The measured series, one an output.
     pub measured: Vec<Arc<[f64]>>,
-    /// What the residual of each displacement counts.
+    /// What the residual of each output counts.
     pub weights: Vec<f64>,
     /// The record's motion.
     pub motion: Arc<MeasuredMotion>,
@@ -109,12 +147,12 @@ impl Run {
         Self { range, ..self.clone() }
     }
 
-    /// Number of residuals: samples times displacements.
+    /// Number of residuals: samples times outputs.
     pub fn rows(&self) -> usize {
         self.range.len() * self.measured.len()
     }
 
-    /// Weighted measured values, displacement after displacement.
+    /// Weighted measured values, output after output.
     fn target(&self) -> impl Iterator<Item = f64> + '_ {
         let weighted = self.measured.iter().zip(&self.weights);
         weighted.flat_map(|(m, w)| m[self.range.clone()].iter().map(move |y| w * y))
@@ -122,7 +160,12 @@ impl Run {
 
     /// Number of displacements and velocities.
     fn states(&self) -> usize {
-        2 * self.measured.len()
+        self.motion.states.len()
+    }
+
+    /// True if the rates of states are measured, which jump where friction changes its side.
+    fn shows_rates(&self) -> bool {
+        self.outputs.iter().any(|o| o.is_rate())
     }
 }
 
@@ -200,7 +243,7 @@ pub struct Refined {
     pub rss: f64,
     /// Number of residuals over all runs.
     pub samples: usize,
-    /// For each run, measured minus simulated, weighted, displacement after displacement.
+    /// For each run, measured minus simulated, weighted, output after output.
     pub residuals: Vec<Vec<f64>>,
     /// For each run, simulated as the sensor shows it, weighted likewise.
     pub simulated: Vec<Vec<f64>>,

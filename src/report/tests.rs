@@ -27,7 +27,7 @@ fn record_outcome(name: &str, usage: Usage, samples: usize) -> RecordOutcome {
         name: name.into(),
         role,
         unit: unit.into(),
-        values: values.into(),
+        values: values.into(), estimated: false,
     };
     let record = Record {
         name: name.into(),

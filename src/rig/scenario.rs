@@ -449,6 +449,7 @@ impl Setup {
                 role: Role::Displacement(i),
                 unit: unit.to_owned(),
                 values: self.sensor.measure(clean, seed, stream(i)).into(),
+                estimated: false,
             })
             .collect();
         if let Some(excitation) = &run.excitation {
@@ -458,6 +459,7 @@ impl Setup {
                 role: Role::Input(0),
                 unit: input_unit.to_owned(),
                 values: Arc::from(self.input_sensor.measure(&clean, seed, stream(layout.freedoms))),
+                estimated: false,
             });
         }
         let record = Record {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::{Cancel, Prepared, StudyError};
 use crate::model::Model;
 use crate::record::{Record, Role};
-use crate::refine::{MeasuredMotion, Run};
+use crate::refine::{MeasuredMotion, Output, Run};
 use crate::signal::{Facts, SavitzkyGolay, Signals, dot, rms};
 use crate::simulate::{InputGrid, Limits, Response, Simulator, Workspace, fit_initial_state};
 use crate::term::Layout;
@@ -85,6 +85,7 @@ impl Drive {
         Some(Run {
             record,
             grid: Arc::clone(&self.grid),
+            outputs: (0..self.measured.len()).map(Output::Displacement).collect(),
             measured: self.measured.clone(),
             weights: vec![1.0; self.measured.len()],
             motion: Arc::new(MeasuredMotion {

@@ -100,7 +100,7 @@ fn record_of(index: usize, case: &Case) -> RecordOutcome {
             name: format!("x{}", freedom + 1),
             role: Role::Displacement(freedom),
             unit: "m".into(),
-            values: values.into(),
+            values: values.into(), estimated: false,
         });
     }
     for input in 0..inputs {
@@ -108,7 +108,7 @@ fn record_of(index: usize, case: &Case) -> RecordOutcome {
             name: "force".into(),
             role: Role::Input(input),
             unit: "N".into(),
-            values: (0..n).map(force).collect(),
+            values: (0..n).map(force).collect(), estimated: false,
         });
     }
     let all = |which: usize| -> Vec<Vec<f64>> { (0..freedoms).map(|f| series(f, which, 0.0, n)).collect() };
