@@ -95,7 +95,7 @@ fn record_of(index: usize, case: &Case) -> RecordOutcome {
         let rmse = (error.iter().map(|e| e * e).sum::<f64>() / lasts.max(1) as f64).sqrt();
         let max_error = error.iter().copied().fold(0.0, f64::max);
         let score = Score { rmse, nrmse: rmse / 1e-3, max_error, best_fit: 98.76, samples: lasts };
-        scored.push(Channel { symbol: Symbol::State(freedom), response, error, score: (lasts > 0).then_some(score) });
+        scored.push(Channel { symbol: Symbol::State(freedom), role: Role::Displacement(freedom), response, error, score: (lasts > 0).then_some(score) });
         channels.push(RecordChannel {
             name: format!("x{}", freedom + 1),
             role: Role::Displacement(freedom),
