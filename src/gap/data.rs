@@ -184,15 +184,18 @@ impl Data {
     }
 
     /// The point that the motion is about, where that lies so far from zero that a shifted origin, not a force, is the reason:
-    /// further than the motion's own RMS. None where the base model has no spring, or a constant of its own.
+    /// further than the motion's own RMS. None where the base model has no spring. A constant force beside a linear spring is
+    /// such a point.
     pub(super) fn equilibrium(&self, base: &Composition) -> Option<f64> {
         let spring = base.base.iter().position(|t| t.as_str() == "x")?;
         let constant = Term::parse("1").ok()?;
         // Velocity and acceleration are the same about any point.
-        if base.base.contains(&constant) || self.output != Output::Displacement(0) {
+        if self.output != Output::Displacement(0) {
             return None;
         }
-        let free = Composition::new(self.layout, base.base.iter().cloned().chain([constant]).collect());
+        let others = base.base.iter().filter(|t| **t != constant).cloned();
+        let free = Composition::new(self.layout, others.chain([constant.clone()]).collect());
+        let spring = if base.base[..spring].contains(&constant) { spring - 1 } else { spring };
         let found = Weak::new(self).estimate(&free, &[])?;
         let point = -found.coefficients.last()? / found.coefficients[spring];
         let (mut mean, mut variance) = (0.0, 0.0);

@@ -99,6 +99,7 @@ impl Search {
         let mut data = data;
         if let Some(datum) = data.equilibrium(&base) {
             data.count_from(datum);
+            base.base.retain(|t| t.as_str() != "1");
             base.datum = true;
         }
         Ok(Self { data, audit, ask: ask.clone(), base, known: Mutex::default() })
