@@ -7,7 +7,7 @@ use super::weak::Weak;
 use crate::format::units::format_si;
 use crate::record::{Channel, Record, RecordSet, Role, Usage};
 use crate::refine::{MeasuredMotion, Output, Run};
-use crate::signal::{Facts, Signals, Spectrum, mean_and_variance, motion_period, rms, standard_deviation};
+use crate::signal::{Facts, Signals, Spectrum, main_period, mean_and_variance, motion_period, rms, standard_deviation};
 use crate::simulate::InputGrid;
 use crate::study::{base_excited, suggest};
 use crate::term::{Kind, Layout, Term};
@@ -131,22 +131,21 @@ impl Data {
             squares += n * standard_deviation(&s.measured).unwrap_or(0.0).powi(2);
             count += n;
         }
+        let noise = f64::sqrt(squares / count);
+        let of_displacement = if output == Output::Displacement(0) { noise } else { 0.0 };
         // A velocity or an acceleration makes more of what is fast than the displacement does.
         let moved = |s: &Series| -> Arc<[f64]> {
             if output == Output::Displacement(0) { Arc::clone(&s.measured) } else { s.smoothed.states[0].as_slice().into() }
         };
         let loudest = series[..fitted].iter().max_by(|a, b| rms(&moved(a)).total_cmp(&rms(&moved(b))));
         let frequency = loudest
-            .and_then(|s| Spectrum::new(&moved(s), s.interval))
-            .and_then(|s| s.peak())
-            .map_or_else(|| 4.0 / first.duration(), |p| p.frequency);
-        let noise = f64::sqrt(squares / count);
+            .and_then(|s| main_period(&moved(s), s.interval, of_displacement))
+            .map_or_else(|| 4.0 / first.duration(), f64::recip);
         let still = layout.inputs == 0 || series[..fitted].iter().all(|s| rms(&s.inputs[0]) == 0.0);
         let fitted_series: Vec<(f64, Arc<[f64]>)> =
             series[..fitted].iter().map(|s| (s.interval, Arc::clone(&s.measured))).collect();
         let motions: Vec<Arc<[f64]>> = series[..fitted].iter().map(moved).collect();
         let all: Vec<&[f64]> = motions.iter().map(|m| &**m).collect();
-        let of_displacement = if output == Output::Displacement(0) { noise } else { 0.0 };
         let period = motion_period(&all, series[0].interval, of_displacement).unwrap_or_else(|| frequency.recip());
         let (fit_part, held_part) = series.split_at_mut(fitted);
         for part in [fit_part, held_part] {
