@@ -608,9 +608,7 @@ fn with_facts(records: &RecordSet, usage: Usage, layout: &Layout) -> Vec<(Arc<Re
 
 /// Variance of what each record's sensors show, summed.
 fn variances(records: &[(Arc<Record>, Arc<Facts>)]) -> Vec<f64> {
-    let of = |record: &Record| {
-        record.sensors().map(|c| mean_and_variance(&c.values).1).sum()
-    };
+    let of = |record: &Record| record.sensors().map(|c| mean_and_variance(&c.values).1).sum();
     records.iter().map(|(record, _)| of(record)).collect()
 }
 
@@ -687,8 +685,7 @@ impl Smoothed {
                     // The last one takes what does not fill another.
                     let to = if block + 1 == blocks { judge.range.len() } else { (block + 1) * judge.block };
                     let from = block * judge.block;
-                    let error =
-                        squared_error(drive, &response, from..to) / plan.variance[judge.record];
+                    let error = squared_error(drive, &response, from..to) / plan.variance[judge.record];
                     let failed = lasted < to || !error.is_finite() || error > DIVERGED;
                     judgement.failed += usize::from(failed);
                     judgement.errors.push(if failed { DIVERGED } else { error });
