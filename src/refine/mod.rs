@@ -100,6 +100,13 @@ impl Output {
         }
     }
 
+    /// The mass whose motion it shows.
+    pub fn mass(self) -> usize {
+        match self {
+            Self::Displacement(k) | Self::Velocity(k) | Self::Acceleration(k) => k,
+        }
+    }
+
     /// How often it is the displacement's derivative.
     pub fn derivatives(self) -> usize {
         match self {
@@ -153,7 +160,7 @@ impl Run {
     }
 
     /// Weighted measured values, output after output.
-    fn target(&self) -> impl Iterator<Item = f64> + '_ {
+    pub(crate) fn target(&self) -> impl Iterator<Item = f64> + '_ {
         let weighted = self.measured.iter().zip(&self.weights);
         weighted.flat_map(|(m, w)| m[self.range.clone()].iter().map(move |y| w * y))
     }
