@@ -185,7 +185,7 @@ fn records(outcome: &Outcome) -> Vec<Value> {
             let channels: Vec<Value> = r
                 .channels
                 .iter()
-                .map(|c| json!({ "state": outcome.model.layout.name(c.symbol), "score": score(c.score) }))
+                .map(|c| json!({ "state": c.name(&outcome.model.layout), "score": score(c.score) }))
                 .collect();
             json!({
                 "name": r.record.name,

@@ -202,7 +202,9 @@ impl StudyOptions {
         }
         settings.known = self.constrain.iter().flat_map(|c| c.known.iter().cloned()).collect();
         settings.mass = self.mass;
-        settings.refine = self.refine == Some(Whether::Yes);
+        if let Some(refine) = self.refine {
+            settings.refine = refine == Whether::Yes;
+        }
     }
 
     /// Fixes the force's coefficient where `u=1/m` asks for it.

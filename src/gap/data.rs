@@ -8,7 +8,9 @@ use super::weak::Weak;
 use crate::format::units::format_si;
 use crate::record::{Channel, Record, RecordSet, Role, Usage};
 use crate::refine::{MeasuredMotion, Output, Run};
-use crate::signal::{Facts, Signals, Spectrum, dot, mean_and_variance, motion_period, rms, standard_deviation};
+use crate::signal::{
+    Facts, Signals, Spectrum, dot, main_period, mean_and_variance, motion_period, rms, standard_deviation,
+};
 use crate::simulate::InputGrid;
 use crate::study::{base_excited, suggest};
 use crate::term::{Kind, Layout, Term};
@@ -139,6 +141,7 @@ impl Data {
         let noises: Vec<f64> = (0..sensors.len()).map(|i| pooled_noise(&series[..fitted], i)).collect();
         let weights = weights(&series[..fitted], &noises);
         series.iter_mut().for_each(|s| s.weights.clone_from(&weights));
+        let of_displacement = |i: usize| if outputs[i] == Output::Displacement(i) { noises[i] } else { 0.0 };
         // A velocity or an acceleration makes more of what is fast than the displacement does.
         let moved = |s: &Series, i: usize| -> Arc<[f64]> {
             if outputs[i] == Output::Displacement(i) {
@@ -149,9 +152,8 @@ impl Data {
         };
         let loudest = series[..fitted].iter().max_by(|a, b| rms(&moved(a, 0)).total_cmp(&rms(&moved(b, 0))));
         let frequency = loudest
-            .and_then(|s| Spectrum::new(&moved(s, 0), s.interval))
-            .and_then(|s| s.peak())
-            .map_or_else(|| 4.0 / first.duration(), |p| p.frequency);
+            .and_then(|s| main_period(&moved(s, 0), s.interval, of_displacement(0)))
+            .map_or_else(|| 4.0 / first.duration(), f64::recip);
         let noise = noises.first().copied().unwrap_or(0.0);
         let still = layout.inputs == 0 || series[..fitted].iter().all(|s| rms(&s.inputs[0]) == 0.0);
         let fitted_series: Vec<(f64, Arc<[f64]>)> =
@@ -159,8 +161,7 @@ impl Data {
         let period_of = |i: usize| {
             let motions: Vec<Arc<[f64]>> = series[..fitted].iter().map(|s| moved(s, i)).collect();
             let all: Vec<&[f64]> = motions.iter().map(|m| &**m).collect();
-            let of_displacement = if outputs[i] == Output::Displacement(i) { noises[i] } else { 0.0 };
-            motion_period(&all, series[0].interval, of_displacement)
+            motion_period(&all, series[0].interval, of_displacement(i))
         };
         let period = (0..sensors.len()).filter_map(period_of).reduce(f64::min).unwrap_or_else(|| frequency.recip());
         let (fit_part, held_part) = series.split_at_mut(fitted);
@@ -202,15 +203,18 @@ impl Data {
     }
 
     /// The point that the motion is about, where that lies so far from zero that a shifted origin, not a force, is the reason:
-    /// further than the motion's own RMS. None where the base model has no spring, or a constant of its own.
+    /// further than the motion's own RMS. None where the base model has no spring. A constant force beside a linear spring is
+    /// such a point.
     pub(super) fn equilibrium(&self, base: &Composition) -> Option<f64> {
         let spring = base.base.iter().position(|t| t.term.as_str() == "x")?;
         let constant = Placed { mass: 0, term: Term::parse("1").ok()? };
         // Velocity and acceleration are the same about any point; of several masses each would have its own.
-        if base.base.contains(&constant) || self.outputs != [Output::Displacement(0)] {
+        if self.outputs != [Output::Displacement(0)] {
             return None;
         }
-        let free = Composition::new(self.layout, base.base.iter().cloned().chain([constant]).collect());
+        let others = base.base.iter().filter(|t| **t != constant).cloned();
+        let free = Composition::new(self.layout, others.chain([constant.clone()]).collect());
+        let spring = if base.base[..spring].contains(&constant) { spring - 1 } else { spring };
         let found = Weak::new(self).estimate(&free, &[])?;
         let point = -found.coefficients.last()? / found.coefficients[spring];
         let (mut mean, mut variance) = (0.0, 0.0);

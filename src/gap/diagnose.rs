@@ -28,7 +28,10 @@ impl Search {
         let mut steps: Vec<Step> = Vec::new();
         let mut last = loop {
             let depth = if steps.len() < self.ask.max_effects { Depth::Refitted } else { Depth::Screened };
-            let round = self.look_into(&stage, depth, tell, cancel)?;
+            // What cannot be simulated or fitted on cannot be gone on with: the walk ends before it.
+            let Some(round) = GapError::if_possible(self.look_into(&stage, depth, tell, cancel))? else {
+                break ended(steps.pop())?;
+            };
             let step = match Step::of(round) {
                 Ok(step) => step,
                 Err(round) => break *round,
@@ -39,13 +42,19 @@ impl Search {
             }
             steps.push(step);
             // A richer kind takes the simpler one's place, and what a later effect made superfluous goes.
-            let mut fitted = self.added(&stage, &choices(&steps), cancel)?;
+            let Some(mut fitted) = GapError::if_possible(self.added(&stage, &choices(&steps), cancel))? else {
+                break ended(steps.pop())?;
+            };
             if let Some(second) = company {
                 let known: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
                 let both: Vec<Choice> =
                     known.iter().chain(choices(&steps[steps.len() - 1..]).iter()).chain([&second]).cloned().collect();
-                let together = self.fitted(&both, cancel)?;
-                let step = self.joined(&fitted, second, &together, tell, cancel)?;
+                let joined = self
+                    .fitted(&both, cancel)
+                    .and_then(|together| self.joined(&fitted, second, &together, tell, cancel));
+                let Some(step) = GapError::if_possible(joined)? else {
+                    break ended(steps.pop())?;
+                };
                 steps.push(step);
                 fitted = self.stage(&both, cancel)?;
             }
@@ -312,6 +321,11 @@ impl Search {
         }
         Ok(exchanged)
     }
+}
+
+/// The round at which a walk ends because its last step cannot be gone on with.
+fn ended(last: Option<Step>) -> Result<Round, GapError> {
+    last.map(|step| Round { finding: Finding::Unexplained, ..step.round }).ok_or(GapError::Base)
 }
 
 /// The effects of steps.

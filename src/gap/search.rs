@@ -18,6 +18,7 @@ use super::ranking::{Decision, merged};
 use super::screen::{Motion, Screened};
 use super::site::Placed;
 use super::structure::{Composition, choice};
+use super::weak::Weak;
 use super::words::titles;
 use crate::record::RecordSet;
 use crate::refine::{Bar, Point, Structure as _};
@@ -105,6 +106,7 @@ impl Search {
         let mut data = data;
         if let Some(datum) = data.equilibrium(&base) {
             data.count_from(datum);
+            base.base.retain(|t| t.term.as_str() != "1");
             base.datum = true;
         }
         Ok(Self { data, audit, ask: ask.clone(), base, known: Mutex::default() })
@@ -210,7 +212,20 @@ impl Search {
                 return Err(GapError::Cancelled);
             }
         }
-        Err(GapError::Base)
+        // A model that no whole record can be simulated with may follow short segments.
+        let starts = Weak::new(data)
+            .estimate(&composition, &inner)
+            .map(|e| e.coefficients)
+            .into_iter()
+            .chain(data.start(&composition.base, &[], &rough, PRIORS[1]));
+        for shared in starts {
+            let shared = shared.into_iter().chain(inner.iter().copied()).collect();
+            let start = Point::new(&composition, &runs, shared, false);
+            if let Some(landed) = data.refine_at(&composition, &start, 0, cancel) {
+                return Ok(data.judged(composition, landed, cancel));
+            }
+        }
+        if cancel.is_cancelled() { Err(GapError::Cancelled) } else { Err(GapError::Base) }
     }
 
     pub(super) fn forms(&self, fitted: &Fitted, motion: &Motion) -> Vec<Form> {

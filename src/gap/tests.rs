@@ -3,7 +3,7 @@ use super::effects::{Frame, Setting, catalogue};
 use super::motion::{Oscillator, Seen, Slopes, Variation, smooth};
 use super::outcome::Curve;
 use super::site::Placed;
-use crate::refine::Output;
+use crate::simulate::Output;
 use crate::term::list;
 
 fn setting(masses: usize, base_excited: bool) -> Setting {

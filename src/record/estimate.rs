@@ -18,6 +18,8 @@ const SMOOTH: usize = 2;
 /// Share of the lines that are taken to be noise, and how many times their power a motion must have.
 const QUIET: f64 = 0.2;
 const CLEAR: f64 = 30.0;
+/// Share of an input's, or of a motion's, power below which it is not driven, or does not move.
+const FAINT: f64 = 2e-3;
 /// Where the integration ends below the slowest motion, as a share of its frequency: of a velocity, of an acceleration. The
 /// slowest motion loses two to three parts in a hundred; noise below it would grow with the inverse third power.
 const BELOW: [f64; 2] = [0.15, 0.4];
@@ -38,7 +40,9 @@ pub(super) fn complete(channels: &mut Vec<Channel>, interval: f64) -> Vec<String
         let Some((source, order)) = velocity.or_else(|| has(Role::Acceleration(freedom)).map(|c| (c, 2))) else {
             continue;
         };
-        let (values, slowest) = integrated(&source.values, interval, order);
+        let inputs: Vec<&[f64]> =
+            channels.iter().filter(|c| matches!(c.role, Role::Input(_))).map(|c| &*c.values).collect();
+        let (values, slowest) = integrated(&source.values, &inputs, interval, order);
         let name = if several { format!("x{}", freedom + 1) } else { "x".to_owned() };
         notices.push(format!(
             "the displacement {name} was not measured; it is estimated from the {} `{}`, without what is slower than {:.2e} Hz",
@@ -71,12 +75,13 @@ pub(super) fn displacement_unit(unit: &str, order: usize) -> String {
     }
 }
 
-/// The series integrated `order` times (1 or 2), and the frequency below which nothing is in it, Hz.
-fn integrated(values: &[f64], interval: f64, order: usize) -> (Vec<f64>, f64) {
+/// The series integrated `order` times (1 or 2), and the frequency below which nothing is in it, Hz; `inputs` are what drives
+/// the motion.
+fn integrated(values: &[f64], inputs: &[&[f64]], interval: f64, order: usize) -> (Vec<f64>, f64) {
     let n = values.len();
     let mean = values.iter().sum::<f64>() / n as f64;
     let centred: Vec<f64> = values.iter().map(|v| v - mean).collect();
-    let rate = (TAU * BELOW[order - 1] * slowest(&centred, interval) * interval).max(SLOWEST);
+    let rate = (TAU * BELOW[order - 1] * slowest(&centred, inputs, interval) * interval).max(SLOWEST);
     let weight = rate.powi(2 * order as i32);
     // Differences of the displacement, and the means of the series that equal them to the fourth order.
     let mut right = vec![0.0; n];
@@ -128,30 +133,50 @@ fn solve(bands: &mut [[f64; 3]], right: &mut [f64]) {
     }
 }
 
-/// The lowest frequency at which a series clearly moves, Hz.
-fn slowest(values: &[f64], interval: f64) -> f64 {
+/// The lowest frequency of a motion, Hz: above the noise, and not below both what drives it and what most of it is. What an
+/// accelerometer shows below that is its own drift.
+fn slowest(values: &[f64], inputs: &[&[f64]], interval: f64) -> f64 {
     let n = values.len();
     let least = LEAST_PERIODS / (n as f64 * interval);
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(n);
-    let mut windowed: Vec<f64> =
-        values.iter().enumerate().map(|(k, v)| v * (0.5 - 0.5 * (TAU * k as f64 / n as f64).cos())).collect();
-    let mut lines = transform.make_output_vec();
-    if transform.process(&mut windowed, &mut lines).is_err() {
-        return least;
-    }
-    let power: Vec<f64> = lines.iter().map(|l| l.norm_sqr()).collect();
+    let Some(power) = power(values) else { return least };
     let smooth: Vec<f64> = (0..power.len())
         .map(|k| {
             let part = &power[k.saturating_sub(SMOOTH)..(k + SMOOTH + 1).min(power.len())];
             part.iter().sum::<f64>() / part.len() as f64
         })
         .collect();
-    let mut ordered = smooth.clone();
+    let mut ordered = smooth;
     ordered.sort_by(f64::total_cmp);
     let noise = ordered[(QUIET * (ordered.len() - 1) as f64) as usize];
     let frequency = |k: usize| k as f64 / (n as f64 * interval);
-    let first = (0..power.len()).find(|k| frequency(*k) >= least && power[*k] > CLEAR * noise);
-    first.map_or(least, frequency)
+    let clear = (0..power.len()).find(|k| frequency(*k) >= least && power[*k] > CLEAR * noise).map_or(least, frequency);
+    let driven = inputs.iter().filter_map(|u| {
+        let mean = u.iter().sum::<f64>() / u.len() as f64;
+        Some(frequency(first_share(&self::power(&u.iter().map(|u| u - mean).collect::<Vec<f64>>())?, FAINT)?))
+    });
+    let band = driven.chain(first_share(&power, FAINT).map(frequency)).fold(f64::INFINITY, f64::min);
+    if band.is_finite() { clear.max(band) } else { clear }
+}
+
+/// Power of each line of a series under a Hann window.
+fn power(values: &[f64]) -> Option<Vec<f64>> {
+    let n = values.len();
+    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(n);
+    let mut windowed: Vec<f64> =
+        values.iter().enumerate().map(|(k, v)| v * (0.5 - 0.5 * (TAU * k as f64 / n as f64).cos())).collect();
+    let mut lines = transform.make_output_vec();
+    transform.process(&mut windowed, &mut lines).ok()?;
+    Some(lines.iter().map(|l| l.norm_sqr()).collect())
+}
+
+/// The line below which a share of the whole power lies; none where there is none.
+fn first_share(power: &[f64], share: f64) -> Option<usize> {
+    let whole: f64 = power.iter().sum();
+    let mut sum = 0.0;
+    power.iter().position(|p| {
+        sum += p;
+        whole > 0.0 && sum >= share * whole
+    })
 }
 
 #[cfg(test)]
@@ -177,7 +202,7 @@ mod tests {
     fn a_displacement_comes_back_from_velocity_and_from_acceleration() {
         let [x, v, a] = motion(2000, 0.01);
         for (series, order) in [(v, 1), (a, 2)] {
-            let (found, _) = integrated(&series, 0.01, order);
+            let (found, _) = integrated(&series, &[], 0.01, order);
             assert!(error(&found, &x) < 0.04, "order {order}: {}", error(&found, &x));
         }
     }
@@ -190,7 +215,7 @@ mod tests {
         let mut rng = rand_pcg::Pcg64::seed_from_u64(4);
         let noise = Normal::new(0.0, 2.0).unwrap();
         let shown: Vec<f64> = a.iter().map(|a| a + 30.0 + noise.sample(&mut rng)).collect();
-        let (found, _) = integrated(&shown, 0.01, 2);
+        let (found, _) = integrated(&shown, &[], 0.01, 2);
         assert!(error(&found, &x) < 0.05, "{}", error(&found, &x));
     }
 

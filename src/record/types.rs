@@ -114,6 +114,11 @@ impl Record {
             .find_map(|role| self.channel(role).filter(|c| !c.estimated))
     }
 
+    /// What tells most of each degree of freedom, the first one first.
+    pub fn sensors(&self) -> impl Iterator<Item = &Channel> {
+        (0..self.channels.len()).map_while(|freedom| self.sensor(freedom))
+    }
+
     /// The channels that were measured.
     pub fn measured(&self) -> impl Iterator<Item = &Channel> {
         self.channels.iter().filter(|c| !c.estimated)

@@ -24,7 +24,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use nalgebra::DMatrix;
 
 use crate::model::Model;
-use crate::simulate::{InputGrid, Response};
+use crate::simulate::InputGrid;
+pub use crate::simulate::Output;
 
 pub use fitter::{misfit, refine};
 pub use horizon::{Goal, Landed, climb, cut, land, levels, shoot};
@@ -77,49 +78,6 @@ pub struct MeasuredMotion {
     pub inputs: Vec<Vec<f64>>,
     /// Their rates.
     pub input_rates: Vec<Vec<f64>>,
-}
-
-/// What a sensor shows of a motion; degrees of freedom count from zero.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Output {
-    /// A displacement.
-    Displacement(usize),
-    /// A velocity.
-    Velocity(usize),
-    /// An acceleration.
-    Acceleration(usize),
-}
-
-impl Output {
-    /// What it shows of a response of so many degrees of freedom; of an acceleration the response must have its rates.
-    pub fn of(self, response: &Response, freedoms: usize) -> &[f64] {
-        match self {
-            Self::Displacement(k) => &response.states[k],
-            Self::Velocity(k) => &response.states[freedoms + k],
-            Self::Acceleration(k) => &response.rates[freedoms + k],
-        }
-    }
-
-    /// The mass whose motion it shows.
-    pub fn mass(self) -> usize {
-        match self {
-            Self::Displacement(k) | Self::Velocity(k) | Self::Acceleration(k) => k,
-        }
-    }
-
-    /// How often it is the displacement's derivative.
-    pub fn derivatives(self) -> usize {
-        match self {
-            Self::Displacement(_) => 0,
-            Self::Velocity(_) => 1,
-            Self::Acceleration(_) => 2,
-        }
-    }
-
-    /// True for an acceleration, which jumps where friction changes its side.
-    pub fn is_rate(self) -> bool {
-        matches!(self, Self::Acceleration(_))
-    }
 }
 
 /// A record, or a segment of one.

@@ -3,7 +3,7 @@ use std::sync::Arc;
 use rand::SeedableRng as _;
 use rand_distr::{Distribution as _, Normal};
 
-use super::{Instance, MeasuredMotion, Options, Point, Run, Structure, inflation, refine};
+use super::{Instance, MeasuredMotion, Options, Output, Point, Run, Structure, inflation, refine};
 use crate::model::{Equation, Model};
 use crate::record::Role;
 use crate::rig::{ScenarioOptions, generate};

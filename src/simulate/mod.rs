@@ -15,6 +15,7 @@ mod equations;
 mod grid;
 mod initial;
 mod integrate;
+mod output;
 mod switching;
 #[cfg(test)]
 mod tests;
@@ -23,6 +24,7 @@ use std::ops::Range;
 
 pub use grid::InputGrid;
 pub use initial::{InitialState, fit_initial_state};
+pub use output::Output;
 
 use crate::model::Model;
 use crate::term::{Expression, Layout, Slots};

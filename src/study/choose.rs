@@ -12,9 +12,9 @@ use super::response::Drive;
 use super::suggest::odd;
 use super::{Cancel, Form, Outcome, Regressor, Settings, Smoothing, Study, StudyError, check};
 use crate::model::Model;
-use crate::record::{Record, RecordSet, Role, Usage};
+use crate::record::{Record, RecordSet, Usage};
 use crate::signal::{Differentiation, Facts, Signals, dot, mean_and_variance};
-use crate::simulate::{Simulator, Workspace};
+use crate::simulate::{Output, Response, Simulator, Workspace};
 use crate::term::Layout;
 
 /// Which settings [`choose`] may change.
@@ -82,7 +82,7 @@ pub(super) struct Plan {
     /// What is simulated.
     records: Vec<(Arc<Record>, Arc<Facts>)>,
     folds: Vec<Fold>,
-    /// Variance of each record's displacements, summed.
+    /// Variance of what each record's sensors show, summed.
     variance: Vec<f64>,
 }
 
@@ -606,12 +606,9 @@ fn with_facts(records: &RecordSet, usage: Usage, layout: &Layout) -> Vec<(Arc<Re
     records.with(usage).map(|r| (Arc::clone(r), Arc::new(Facts::new(r, layout)))).collect()
 }
 
-/// Variance of each record's displacements, summed.
+/// Variance of what each record's sensors show, summed.
 fn variances(records: &[(Arc<Record>, Arc<Facts>)]) -> Vec<f64> {
-    let of = |record: &Record| {
-        let displacements = record.channels.iter().filter(|c| matches!(c.role, Role::Displacement(_)));
-        displacements.map(|c| mean_and_variance(&c.values).1).sum()
-    };
+    let of = |record: &Record| record.sensors().map(|c| mean_and_variance(&c.values).1).sum();
     records.iter().map(|(record, _)| of(record)).collect()
 }
 
@@ -688,14 +685,13 @@ impl Smoothed {
                     // The last one takes what does not fill another.
                     let to = if block + 1 == blocks { judge.range.len() } else { (block + 1) * judge.block };
                     let from = block * judge.block;
-                    let error =
-                        squared_error(&drive.measured, &response.states, from..to) / plan.variance[judge.record];
+                    let error = squared_error(drive, &response, from..to) / plan.variance[judge.record];
                     let failed = lasted < to || !error.is_finite() || error > DIVERGED;
                     judgement.failed += usize::from(failed);
                     judgement.errors.push(if failed { DIVERGED } else { error });
                 }
-                if let (Some(y), Some(x)) = (drive.measured.first(), response.states.first()) {
-                    correlation.add(y, x);
+                if let (Some(y), Some(shown)) = (drive.measured.first(), drive.outputs.first()) {
+                    correlation.add(y, shown.of(&response, plan.layout.freedoms));
                 }
             }
         }
@@ -737,13 +733,15 @@ impl Correlation {
     }
 }
 
-/// Mean squared error over a block of samples, summed over displacements.
-fn squared_error(measured: &[Arc<[f64]>], states: &[Vec<f64>], block: Range<usize>) -> f64 {
-    let channel = |(y, x): (&Arc<[f64]>, &Vec<f64>)| {
+/// Mean squared error over a block of samples, summed over sensors.
+fn squared_error(drive: &Drive, response: &Response, block: Range<usize>) -> f64 {
+    let freedoms = drive.outputs.len();
+    let channel = |(y, shown): (&Arc<[f64]>, &Output)| {
+        let x = shown.of(response, freedoms);
         let (Some(y), Some(x)) = (y.get(block.clone()), x.get(block.clone())) else { return f64::INFINITY };
         y.iter().zip(x).map(|(y, x)| (y - x) * (y - x)).sum::<f64>() / y.len().max(1) as f64
     };
-    measured.iter().zip(states).map(channel).sum()
+    drive.measured.iter().zip(&drive.outputs).map(channel).sum()
 }
 
 /// A threshold well inside an interval between two marks.

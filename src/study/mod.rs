@@ -278,14 +278,15 @@ impl Study {
                 *pool = None;
             }
             for (i, symbol) in self.layout.state_symbols().take(self.layout.freedoms).enumerate() {
-                let Some(channel) = record.channel(Role::Displacement(i)) else { continue };
-                let series = response.states[i].clone();
+                let (Some(channel), Some(shown)) = (record.sensor(i), prepared.drive.outputs.get(i)) else { continue };
+                let zero = prepared.drive.zeros[i];
+                let series: Vec<f64> = shown.of(&response, self.layout.freedoms).iter().map(|s| s + zero).collect();
                 let mut error = Vec::with_capacity(series.len());
                 let tally = score::Tally::compare(&channel.values, &series, &mut error);
                 if i == 0 {
                     *pool = pool.map(|p| p.plus(tally));
                 }
-                channels.push(Channel { symbol, response: series, error, score: tally.score() });
+                channels.push(Channel { symbol, role: channel.role, response: series, error, score: tally.score() });
             }
             outcomes.push(RecordOutcome {
                 record: Arc::clone(record),
@@ -368,12 +369,14 @@ fn check(records: &RecordSet, settings: &Settings) -> Result<Layout, StudyError>
     Ok(layout)
 }
 
-/// RMS over the fitted records of the first displacement's noise.
+/// RMS over the fitted records of the first sensor's noise.
 fn noise_floor<'a>(records: impl Iterator<Item = (&'a Prepared, Usage)>) -> Option<f64> {
     let (mut squares, mut samples) = (0.0, 0.0);
     for (prepared, _) in records.filter(|(_, usage)| *usage == Usage::Fit) {
         let n = prepared.record.len() as f64;
-        squares += n * prepared.facts.noise.first().map_or(0.0, |s| s * s);
+        let sensor = prepared.record.sensor(0).map(|c| c.role);
+        let index = prepared.record.channels.iter().position(|c| Some(c.role) == sensor);
+        squares += n * index.map_or(0.0, |k| prepared.facts.channel_noise[k].powi(2));
         samples += n;
     }
     (samples > 0.0).then(|| f64::sqrt(squares / samples))

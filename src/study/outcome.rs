@@ -6,7 +6,7 @@ use super::{Refinement, Settings};
 use crate::model::{Mass, Model, Physical, Units, physical};
 use crate::record::{Record, Role, Usage, metres};
 use crate::signal::Signals;
-use crate::term::{Symbol, Term};
+use crate::term::{Layout, Symbol, Term};
 
 /// Why a study has no outcome; each says what to do.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -40,17 +40,30 @@ pub struct Score {
     pub samples: usize,
 }
 
-/// One displacement (or state) of a record: measured, simulated, error.
+/// One degree of freedom (or state) of a record: what its sensor showed, what is simulated of that, error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// Which state.
+    /// Which displacement or state.
     pub symbol: Symbol,
-    /// The simulated response, one value a sample until it diverged.
+    /// What the sensor measures of it.
+    pub role: Role,
+    /// The same of the simulated response, one value a sample until it diverged.
     pub response: Vec<f64>,
     /// E(t) = |measured − simulated|, as long as `response`.
     pub error: Vec<f64>,
     /// The errors in figures; none if the response diverged at once.
     pub score: Option<Score>,
+}
+
+impl Channel {
+    /// The name of what the sensor measures: `x`, `a2`.
+    pub fn name(&self, layout: &Layout) -> String {
+        match self.role {
+            Role::Displacement(_) | Role::Input(_) => layout.name(self.symbol),
+            role if layout.freedoms > 1 => format!("{}{}", role.symbol(), role.index() + 1),
+            role => role.symbol().to_owned(),
+        }
+    }
 }
 
 /// What a study says of one record.
