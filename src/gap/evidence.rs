@@ -25,6 +25,9 @@ const LEVEL_OF_STEPS: f64 = 1e-11;
 
 /// Residual, as a share of the motion, below which a fit is exact.
 const EXACT: f64 = 3e-6;
+/// Times the noise that a model with effects in it may leave: an input's own noise and rounding, and what the noise's estimate
+/// is off by, come to that, and what would explain it bears no name.
+const SETTLED: f64 = 1.05;
 /// Residual, as a share of the noise, below which nothing is left that the sensor could have shown.
 const BELOW: f64 = 0.5;
 
@@ -165,7 +168,13 @@ impl Data {
         // Below this the simulation's own arithmetic, or the sensor's, is what is left.
         let motion = self.loudest();
         let exact = fitted.refined.rmse() < (EXACT * motion).max(BELOW * self.noise);
-        Some(Evidence { significant: p_value < level && !exact, p_value: if exact { 1.0 } else { p_value }, tests })
+        let left = fitted.error().max(fitted.held_out_error());
+        let settled = !fitted.composition.forms.is_empty() && left < SETTLED * self.noise;
+        Some(Evidence {
+            significant: p_value < level && !exact && !settled,
+            p_value: if exact { 1.0 } else { p_value },
+            tests,
+        })
     }
 
     /// The response to a force on one mass that is given at every sample of every fitted record.
