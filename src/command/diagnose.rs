@@ -22,7 +22,7 @@ pub(super) struct Options {
     #[command(flatten)]
     data: DataOptions,
 
-    /// Terms of the base model's acceleration, to which effects are added: "x, v, u" [default: a linear spring and damper]
+    /// Terms of every acceleration of the base model, to which effects are added: "x, v, u" [default: linear springs and dampers]
     #[arg(long, value_name = "LIST", help_heading = "Base model")]
     terms: Option<Terms>,
     /// Known physics: these terms are in the base model besides
@@ -101,22 +101,14 @@ pub(super) fn search(
     known: &[Terms],
     max_effects: u8,
 ) -> Result<Diagnosis, Failure> {
-    let mut ask = Ask { base: base.map(|Terms(terms)| terms.clone()), max_effects: usize::from(max_effects) };
-    let mut search = Search::new(records, &ask)?;
-    let mut terms = search.base_terms().to_vec();
-    for term in known.iter().flat_map(|Terms(terms)| terms) {
-        if !terms.contains(term) {
-            terms.push(term.clone());
-        }
-    }
-    if terms.len() > search.base_terms().len() {
-        ask.base = Some(terms);
-        search = Search::new(records, &ask)?;
-    }
+    let known = known.iter().flat_map(|Terms(terms)| terms.iter().cloned()).collect();
+    let base = base.map(|Terms(terms)| terms.clone());
+    let ask = Ask { base, known, max_effects: usize::from(max_effects), ..Ask::default() };
+    let search = Search::new(records, &ask)?;
     if let Some((record, _)) = records.entries.first() {
         let layout = record.layout(Kind::SecondOrder);
         let units = Units::of(record, &layout);
-        search.base_terms().iter().try_for_each(|t| units.check(t, &layout)).map_err(Failure::new)?;
+        search.base_terms().try_for_each(|t| units.check(t, &layout)).map_err(Failure::new)?;
     }
     let progress = Progress::new();
     let tell = |progressed: gap::Progress| {

@@ -1,5 +1,7 @@
 //! The search for missing effects as JSON, for scripts. A number that does not exist is `null`.
 
+use std::collections::BTreeMap;
+
 use serde_json::{Value, json};
 
 use super::json::{VERSION, fitted_equations};
@@ -55,8 +57,10 @@ fn step(step: &Step<'_>) -> Value {
     json!({
         "effect": step.added.choice.effect,
         "form": step.added.choice.form,
+        "place": step.added.place.map(|site| site.to_string()),
         "title": step.added.title,
         "terms": step.added.terms,
+        "equations": step.added.equations.iter().cloned().collect::<BTreeMap<_, _>>(),
         "where": step.round.place.words(),
         "parameters": step.added.parameters.iter().map(parameter).collect::<Vec<_>>(),
         "gap": gap(&step.after.gap),
@@ -64,6 +68,11 @@ fn step(step: &Step<'_>) -> Value {
         "delta_bic": named,
         "alternatives": step.alternatives().map(|c| alternative(c, named)).collect::<Vec<_>>(),
         "indistinguishable": indistinguishable,
+        "indistinguishable_places": step.indistinguishable().iter().map(|c| json!({
+            "effect": c.choice.effect,
+            "place": c.place.map(|site| site.to_string()),
+            "title": c.title,
+        })).collect::<Vec<_>>(),
         "next_experiment": step.round.next_experiment,
     })
 }
@@ -82,6 +91,7 @@ fn alternative(candidate: &Candidate, named: f64) -> Value {
     json!({
         "effect": candidate.choice.effect,
         "form": candidate.choice.form,
+        "place": candidate.place.map(|site| site.to_string()),
         "title": candidate.title,
         "delta_bic": candidate.delta_bic - named,
         "train_rmse": candidate.stage.as_ref().map(|s| s.gap.train_rmse),
@@ -105,6 +115,7 @@ fn round(round: &Round) -> Value {
         "candidates": round.candidates.iter().map(|c| json!({
             "effect": c.choice.effect,
             "form": c.choice.form,
+            "place": c.place.map(|site| site.to_string()),
             "explained": c.explained,
             "delta_bic": c.delta_bic,
             "test_rmse": c.stage.as_ref().and_then(|s| s.gap.test_rmse),

@@ -261,8 +261,13 @@ impl Search {
         let inner = &shared[shared.len() - fitted.composition.inner_count()..];
         let dampers = fitted.composition.dampers(inner);
         let held = dampers.into_iter().filter(|(k, _)| fitted.refined.at_bound.get(*k).copied().unwrap_or(false));
-        held.map(|(_, term)| {
-            format!("The linear damper {term} is held at zero: free, it would give energy instead of taking it.")
+        held.map(|(_, placed)| {
+            let term = &placed.term;
+            let whose = match self.data.masses() {
+                1 => String::new(),
+                _ => format!(" of mass {}", placed.mass + 1),
+            };
+            format!("The linear damper {term}{whose} is held at zero: free, it would give energy instead of taking it.")
         })
         .chain(self.horizon(&fitted))
         .collect()

@@ -2,6 +2,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::site::Site;
 use crate::model::Model;
 use crate::record::Usage;
 
@@ -94,8 +95,14 @@ pub struct Added {
     pub choice: Choice,
     /// Its name for people.
     pub title: String,
+    /// Where it acts; none of the input and of the sensor.
+    #[serde(default)]
+    pub place: Option<Site>,
     /// What it added, as terms.
     pub terms: Vec<String>,
+    /// The equations that they stand in, by the velocity whose rate each gives.
+    #[serde(default)]
+    pub equations: Vec<(String, Vec<String>)>,
     /// Its quantities.
     pub parameters: Vec<Parameter>,
 }
@@ -129,6 +136,8 @@ pub struct Candidate {
     pub choice: Choice,
     /// Its name for people: "Coulomb (dry) friction to ground".
     pub title: String,
+    /// Where it acts; none of the input and of the sensor.
+    pub place: Option<Site>,
     /// What it is, in plain words.
     pub explanation: &'static str,
     /// How far it has come.

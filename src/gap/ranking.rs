@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::data::LEAST_NOISE;
 use super::decide::{
     APART, APART_ON_A_TONE, CLEARLY, Refusal, Score, WORTH, confused, fewer_do, order, refusal, score, unborne,
 };
@@ -13,7 +14,6 @@ use super::search::{Refit, Search};
 use super::sets::Sets;
 use super::structure::choice;
 use super::words::why;
-use crate::signal::rms;
 use crate::study::Cancel;
 
 /// What a round's candidates come to.
@@ -75,7 +75,7 @@ impl Search {
         cancel: &Cancel,
     ) -> Decision {
         let data = &self.data;
-        let floor = 1e-6 * data.fit().iter().map(|s| rms(&s.measured)).fold(0.0, f64::max);
+        let floor = LEAST_NOISE * data.loudest();
         // One variance inflation for all, that of the best fit: its residual is nearest to the noise.
         let nearest = refits.iter().map(|r| &r.fitted).min_by(|a, b| a.refined.rss.total_cmp(&b.refined.rss));
         let inflation = nearest.map_or(1.0, |f| self.tint(f));
@@ -138,7 +138,7 @@ impl Search {
                     let error = |k: usize| singles.iter().find(|e| e.form == k).map(|e| e.fitted.error());
                     let best = error(*first).unwrap_or(f64::INFINITY);
                     rivals.extend((0..forms.len()).filter(|k| {
-                        forms[*k].effect != form.effect
+                        (forms[*k].effect != form.effect || forms[*k].is_elsewhere(form))
                             && explained(*k) > NEARLY * explained(*first)
                             && error(*k).is_none_or(|e| e < REFUSED * best)
                     }));

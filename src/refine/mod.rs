@@ -118,7 +118,7 @@ impl Run {
     }
 
     /// Weighted measured values, output after output.
-    fn target(&self) -> impl Iterator<Item = f64> + '_ {
+    pub(crate) fn target(&self) -> impl Iterator<Item = f64> + '_ {
         let weighted = self.measured.iter().zip(&self.weights);
         weighted.flat_map(|(m, w)| m[self.range.clone()].iter().map(move |y| w * y))
     }

@@ -304,13 +304,16 @@ fn the_walk_is_told_in_every_document() {
     let added = Added {
         choice: choice.clone(),
         title: "Coulomb friction <to> ground".into(),
+        place: Some(crate::gap::Site::Ground(0)),
         terms: vec!["sgn(v)".into()],
+        equations: vec![("v".into(), vec!["sgn(v)".into()])],
         parameters: vec![Parameter { name: "F_c".into(), value: 0.125, std_error: Some(0.001), unit: "m/s^2".into() }],
     };
     let (base, after) = (stage(Vec::new(), 0.2), stage(vec![added.clone()], 0.01));
     let candidate = Candidate {
         choice,
         title: added.title.clone(),
+        place: added.place,
         explanation: "A force of constant size.",
         standing: Standing::Refitted,
         explained: 0.9,

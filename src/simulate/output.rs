@@ -21,6 +21,13 @@ impl Output {
         }
     }
 
+    /// The mass whose motion it shows.
+    pub fn mass(self) -> usize {
+        match self {
+            Self::Displacement(k) | Self::Velocity(k) | Self::Acceleration(k) => k,
+        }
+    }
+
     /// How often it is the displacement's derivative.
     pub fn derivatives(self) -> usize {
         match self {
