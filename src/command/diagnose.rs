@@ -101,12 +101,15 @@ pub(super) fn search(
     known: &[Terms],
     max_effects: u8,
 ) -> Result<Diagnosis, Failure> {
-    let mut ask = Ask { base: base.map(|Terms(terms)| terms.clone()), max_effects: usize::from(max_effects) };
+    let base = base.map(Terms::for_all).transpose()?;
+    let mut ask = Ask { base, max_effects: usize::from(max_effects) };
     let mut search = Search::new(records, &ask)?;
     let mut terms = search.base_terms().to_vec();
-    for term in known.iter().flat_map(|Terms(terms)| terms) {
-        if !terms.contains(term) {
-            terms.push(term.clone());
+    for list in known {
+        for term in list.for_all()? {
+            if !terms.contains(&term) {
+                terms.push(term);
+            }
         }
     }
     if terms.len() > search.base_terms().len() {
