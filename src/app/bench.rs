@@ -159,9 +159,9 @@ impl Bench {
         self.records.first().map_or_else(Units::default, |r| Units::of(r, &r.layout(kind)))
     }
 
-    /// The unit of the first displacement (or state).
+    /// The unit of what the first sensor shows.
     pub(crate) fn unit(&self) -> &str {
-        let channel = self.records.first().and_then(|r| r.channel(Role::Displacement(0)));
+        let channel = self.records.first().and_then(|r| r.sensor(0));
         channel.map_or("", |c| c.unit.as_str())
     }
 }

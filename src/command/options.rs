@@ -195,7 +195,9 @@ impl StudyOptions {
             settings.kinematics = Kinematics::Fitted;
         }
         settings.mass = self.mass;
-        settings.refine = self.refine == Some(Whether::Yes);
+        if let Some(refine) = self.refine {
+            settings.refine = refine == Whether::Yes;
+        }
         Ok(())
     }
 

@@ -55,7 +55,7 @@ fn outcome(terms: &[(&str, f64)], motions: &[Motion]) -> Outcome {
         name: name.into(),
         role,
         unit: "m".into(),
-        values: values.into(),
+        values: values.into(), estimated: false,
     };
     let records = motions
         .iter()
@@ -88,6 +88,7 @@ fn outcome(terms: &[(&str, f64)], motions: &[Motion]) -> Outcome {
                 states: vec![m.x.clone(), m.v.clone()],
                 channels: vec![Channel {
                     symbol: Symbol::State(0),
+                    role: Role::Displacement(0),
                     response: m.x.clone(),
                     error: vec![0.0; m.x.len()],
                     score: None,

@@ -6,7 +6,7 @@ use super::structure::Composition;
 use super::weak::Weak;
 use crate::format::units::format_si;
 use crate::record::{Channel, Record, RecordSet, Role, Usage};
-use crate::refine::{MeasuredMotion, Run};
+use crate::refine::{MeasuredMotion, Output, Run};
 use crate::signal::{Facts, Signals, Spectrum, mean_and_variance, motion_period, rms, standard_deviation};
 use crate::simulate::InputGrid;
 use crate::study::{base_excited, suggest};
@@ -19,6 +19,8 @@ pub(super) struct Series {
     pub(super) usage: Usage,
     pub(super) start: f64,
     pub(super) interval: f64,
+    /// What the sensor shows, and what it showed.
+    pub(super) output: Output,
     pub(super) measured: Arc<[f64]>,
     pub(super) grid: Arc<InputGrid>,
     /// Inputs and their rates at the samples.
@@ -38,13 +40,17 @@ pub(super) struct Data {
     pub(super) base_excited: bool,
     /// Neither name nor unit of the input says whether it is a force or the motion of the base.
     pub(super) input_open: bool,
+    /// Unit of displacement.
     pub(super) unit: String,
     pub(super) input_unit: String,
+    /// What the sensor shows, and its unit.
+    pub(super) output: Output,
+    pub(super) shown_unit: String,
     /// Fitted records first, then held-out ones.
     pub(super) series: Vec<Series>,
     /// Number of fitted records.
     pub(super) fitted: usize,
-    /// Standard deviation of the measurement noise, without a model.
+    /// Standard deviation of the sensor's noise, without a model.
     pub(super) noise: f64,
     /// The displacement comes in steps that are coarser than its noise.
     pub(super) stepped: bool,
@@ -107,13 +113,15 @@ impl Data {
             set.entries.push((Arc::new(record.clone()), *usage));
         }
         let smoothing = suggest(&set, kind).map_err(|e| GapError::Records(e.to_string()))?.smoothing;
+        let sensor = first.sensor(0).map_or(Role::Displacement(0), |c| c.role);
+        let output = shown(sensor);
         let facts: Vec<Facts> = thinned.iter().map(|(r, _)| Facts::new(r, &layout)).collect();
         let mut series: Vec<Series> = thinned
             .iter()
             .zip(&facts)
             .map(|((record, usage), facts)| {
                 let signals = Signals::new(record, &layout, &smoothing, facts);
-                Series::new(record, *usage, &layout, facts, signals)
+                Series::new((record, sensor), *usage, &layout, facts, signals)
             })
             .collect();
         let fitted = fit.len();
@@ -123,17 +131,23 @@ impl Data {
             squares += n * standard_deviation(&s.measured).unwrap_or(0.0).powi(2);
             count += n;
         }
-        let loudest = series[..fitted].iter().max_by(|a, b| rms(&a.measured).total_cmp(&rms(&b.measured)));
+        // A velocity or an acceleration makes more of what is fast than the displacement does.
+        let moved = |s: &Series| -> Arc<[f64]> {
+            if output == Output::Displacement(0) { Arc::clone(&s.measured) } else { s.smoothed.states[0].as_slice().into() }
+        };
+        let loudest = series[..fitted].iter().max_by(|a, b| rms(&moved(a)).total_cmp(&rms(&moved(b))));
         let frequency = loudest
-            .and_then(|s| Spectrum::new(&s.measured, s.interval))
+            .and_then(|s| Spectrum::new(&moved(s), s.interval))
             .and_then(|s| s.peak())
             .map_or_else(|| 4.0 / first.duration(), |p| p.frequency);
         let noise = f64::sqrt(squares / count);
         let still = layout.inputs == 0 || series[..fitted].iter().all(|s| rms(&s.inputs[0]) == 0.0);
         let fitted_series: Vec<(f64, Arc<[f64]>)> =
             series[..fitted].iter().map(|s| (s.interval, Arc::clone(&s.measured))).collect();
-        let all: Vec<&[f64]> = series[..fitted].iter().map(|s| &*s.measured).collect();
-        let period = motion_period(&all, series[0].interval, noise).unwrap_or_else(|| frequency.recip());
+        let motions: Vec<Arc<[f64]>> = series[..fitted].iter().map(moved).collect();
+        let all: Vec<&[f64]> = motions.iter().map(|m| &**m).collect();
+        let of_displacement = if output == Output::Displacement(0) { noise } else { 0.0 };
+        let period = motion_period(&all, series[0].interval, of_displacement).unwrap_or_else(|| frequency.recip());
         let (fit_part, held_part) = series.split_at_mut(fitted);
         for part in [fit_part, held_part] {
             part.iter_mut().enumerate().for_each(|(k, s)| s.index = k);
@@ -141,10 +155,12 @@ impl Data {
         let step = step(series[..fitted].iter().flat_map(|s| s.measured.iter().copied()).collect());
         let stepped = step.is_some_and(|step| step > COARSE * noise);
         let unit = |role: Role| first.channel(role).map_or_else(String::new, |c| c.unit.clone());
+        let shown_unit = unit(sensor);
         if let Some(step) = step.filter(|_| stepped) {
-            let step = format_si(step, &unit(Role::Displacement(0)), 3);
+            let step = format_si(step, &shown_unit, 3);
+            let shown = sensor.noun();
             notices.push(format!(
-                "The displacement comes in steps of {step}, coarser than its noise. Such steps repeat with the motion as a missing force does: a gap must be far clearer than usual to count."
+                "The {shown} comes in steps of {step}, coarser than its noise. Such steps repeat with the motion as a missing force does: a gap must be far clearer than usual to count."
             ));
         }
         Ok(Self {
@@ -153,6 +169,8 @@ impl Data {
             input_open: first.channel(Role::Input(0)).is_some_and(says_nothing) && !base_excited(first, kind),
             unit: unit(Role::Displacement(0)),
             input_unit: unit(Role::Input(0)),
+            output,
+            shown_unit,
             series,
             fitted,
             noise,
@@ -166,14 +184,18 @@ impl Data {
     }
 
     /// The point that the motion is about, where that lies so far from zero that a shifted origin, not a force, is the reason:
-    /// further than the motion's own RMS. None where the base model has no spring, or a constant of its own.
+    /// further than the motion's own RMS. None where the base model has no spring. A constant force beside a linear spring is
+    /// such a point.
     pub(super) fn equilibrium(&self, base: &Composition) -> Option<f64> {
         let spring = base.base.iter().position(|t| t.as_str() == "x")?;
         let constant = Term::parse("1").ok()?;
-        if base.base.contains(&constant) {
+        // Velocity and acceleration are the same about any point.
+        if self.output != Output::Displacement(0) {
             return None;
         }
-        let free = Composition::new(self.layout, base.base.iter().cloned().chain([constant]).collect());
+        let others = base.base.iter().filter(|t| **t != constant).cloned();
+        let free = Composition::new(self.layout, others.chain([constant.clone()]).collect());
+        let spring = if base.base[..spring].contains(&constant) { spring - 1 } else { spring };
         let found = Weak::new(self).estimate(&free, &[])?;
         let point = -found.coefficients.last()? / found.coefficients[spring];
         let (mut mean, mut variance) = (0.0, 0.0);
@@ -236,8 +258,23 @@ fn sustained(records: &[(f64, Arc<[f64]>)]) -> bool {
 /// Periods that a motion must last for its decay to be judged.
 const PERIODS: f64 = 5.0;
 
+/// What a channel of the first degree of freedom shows.
+fn shown(role: Role) -> Output {
+    match role {
+        Role::Velocity(i) => Output::Velocity(i),
+        Role::Acceleration(i) => Output::Acceleration(i),
+        Role::Displacement(i) | Role::Input(i) => Output::Displacement(i),
+    }
+}
+
 impl Series {
-    fn new(record: &Record, usage: Usage, layout: &Layout, facts: &Facts, signals: Signals) -> Self {
+    fn new(
+        (record, sensor): (&Record, Role),
+        usage: Usage,
+        layout: &Layout,
+        facts: &Facts,
+        signals: Signals,
+    ) -> Self {
         let channel = |role: Role| record.channel(role).map_or_else(|| Arc::from([]), |c| Arc::clone(&c.values));
         let raw: Vec<Arc<[f64]>> = (0..layout.inputs).map(|j| channel(Role::Input(j))).collect();
         let quiet =
@@ -265,7 +302,8 @@ impl Series {
             usage,
             start: record.start,
             interval: record.interval,
-            measured: channel(Role::Displacement(0)),
+            measured: channel(sensor),
+            output: shown(sensor),
             grid: Arc::new(grid),
             inputs,
             input_rates,
@@ -289,6 +327,7 @@ impl Series {
         Run {
             record: self.index,
             grid: Arc::clone(&self.grid),
+            outputs: vec![self.output],
             measured: vec![Arc::clone(&self.measured)],
             weights: vec![1.0],
             motion: Arc::clone(&self.smoothed),
@@ -303,7 +342,7 @@ fn thinning(records: &[&Arc<Record>]) -> usize {
     let fastest = records
         .iter()
         .filter_map(|r| {
-            let x = &r.channel(Role::Displacement(0))?.values;
+            let x = &r.sensor(0)?.values;
             let spectrum = Spectrum::new(x, r.interval)?;
             let total: f64 = spectrum.amplitudes.iter().skip(1).map(|a| a * a).sum();
             let mut sum = 0.0;

@@ -83,7 +83,7 @@ impl Search {
         rounds.push(last);
         let remaining =
             rounds.last().map_or_else(Remaining::default, |round| remaining(&round.evidence, &round.hidden_up_to));
-        let sentence = sentence(verdict, &stages, &rounds, &self.data.unit);
+        let sentence = sentence(verdict, &stages, &rounds, &self.data.shown_unit);
         Ok(self.diagnosis((verdict, sentence), rounds, stages, remaining, started))
     }
 
@@ -147,10 +147,10 @@ impl Search {
         let sentence = match verdict {
             // What was not looked for cannot be said to have no name.
             Verdict::Unexplained if open && added => {
-                sentence(Verdict::Named, &stages, &rounds, &self.data.unit) + " What is left is more than noise."
+                sentence(Verdict::Named, &stages, &rounds, &self.data.shown_unit) + " What is left is more than noise."
             }
             Verdict::Unexplained if open => "Something is missing: the gap is more than noise.".to_owned(),
-            verdict => sentence(verdict, &stages, &rounds, &self.data.unit),
+            verdict => sentence(verdict, &stages, &rounds, &self.data.shown_unit),
         };
         Ok(self.diagnosis((verdict, sentence), rounds, stages, remaining, started))
     }
@@ -193,7 +193,7 @@ impl Search {
             let alone = self.fitted(&choices, cancel)?;
             candidate.standing = Standing::Refitted;
             if let Some(with) = stage.effects.last() {
-                candidate.why = in_company(&candidate.title, &with.title, (&alone, together), &self.data.unit);
+                candidate.why = in_company(&candidate.title, &with.title, (&alone, together), &self.data.shown_unit);
             }
             candidate.stage = Some(Arc::new(self.show(together)));
             round.candidates.insert(0, candidate);

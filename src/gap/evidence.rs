@@ -165,7 +165,7 @@ impl Data {
         let mut response = Vec::new();
         let mut column = Vec::new();
         for (force, variation) in force.iter().zip(&motion.variations) {
-            variation.respond(force, &mut response);
+            variation.respond(force, self.output, &mut response);
             column.extend_from_slice(&response);
         }
         column

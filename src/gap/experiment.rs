@@ -39,7 +39,8 @@ impl Data {
             let grid = Arc::new(InputGrid::new(0.0, interval, count, &inputs, None));
             let mut initial = vec![0.0; 2 + composed.internals.len()];
             initial[..2].copy_from_slice(&proposal.initial);
-            let response = simulator.run(&grid, &initial, 0..count, &Limits::default());
+            let wanted = Limits { rates: self.output.is_rate(), ..Limits::default() };
+            let response = simulator.run(&grid, &initial, 0..count, &wanted);
             if response.len() < count {
                 continue;
             }
@@ -48,11 +49,15 @@ impl Data {
             let run = Run {
                 record: 0,
                 grid,
-                measured: vec![response.states[0].as_slice().into()],
+                outputs: vec![self.output],
+                measured: vec![self.output.of(&response, 1).into()],
                 weights: vec![1.0],
                 range: 0..count,
                 limits,
-                motion: Arc::new(MeasuredMotion { states: response.states, ..MeasuredMotion::default() }),
+                motion: Arc::new(MeasuredMotion {
+                    states: response.states[..2].to_vec(),
+                    ..MeasuredMotion::default()
+                }),
             };
             let runs = [run];
             let start = Point::new(&rival.composition, &runs, rival.refined.point.shared.clone(), false);

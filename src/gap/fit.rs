@@ -8,7 +8,7 @@ use super::motion::{Oscillator, Variation};
 use super::outcome::Gap;
 use super::structure::Composition;
 use crate::model::Equation;
-use crate::refine::{Bar, Goal, Landed, Options, Point, Refined, Run, Structure, climb, levels, refine, shoot};
+use crate::refine::{Bar, Goal, Landed, Options, Output, Point, Refined, Run, Structure, climb, levels, refine, shoot};
 use crate::signal::{dot, mean_and_variance, rms};
 use crate::study::Cancel;
 use crate::term::{Expression, Layout, Symbol, Term, derivative};
@@ -415,7 +415,8 @@ impl Data {
             let known: Vec<f64> = path.x.iter().zip(&path.v).map(|(x, v)| k * x + c * v).collect();
             let mut response = Vec::new();
             oscillator.respond(&known, &mut response);
-            let mut target: Vec<f64> = s.measured.iter().zip(&response).map(|(y, r)| y - r).collect();
+            let moved = if self.output == Output::Displacement(0) { &s.measured[..] } else { &path.x[..] };
+            let mut target: Vec<f64> = moved.iter().zip(&response).map(|(y, r)| y - r).collect();
             let mut free = super::columns::Basis::default();
             for column in oscillator.free(s.len()) {
                 free.push(column);

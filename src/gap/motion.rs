@@ -8,7 +8,9 @@
 //! Source: T. Rogers, T. Friis, "A latent restoring force approach to nonlinear system identification", MSSP 180 (2022)
 //! 109426, with the Matérn process replaced by its limit, a random walk.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, RowVector3, Vector3};
+
+use crate::refine::Output;
 
 /// Displacement and velocity of a linear oscillator `p″ = −k p − c p′ + φ` from one sample to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,6 +73,8 @@ pub(super) struct Variation {
     /// For each interval: the share of velocity that half its excess damping leaves, and the velocity per displacement that
     /// half its excess stiffness takes. Empty where there is none.
     kicks: Vec<(f64, f64)>,
+    /// Stiffness and damping over each interval.
+    slopes: Vec<(f64, f64)>,
 }
 
 /// Most that one interval's negative damping may multiply a velocity by, as a logarithm.
@@ -83,20 +87,30 @@ impl Variation {
         let kick = |(k, c): &(f64, f64)| {
             ((-half * (c - oscillator.damping)).min(SPUR).exp(), half * (k - oscillator.stiffness))
         };
-        Self { oscillator, kicks: slopes.iter().map(kick).collect() }
+        Self { oscillator, kicks: slopes.iter().map(kick).collect(), slopes: slopes.to_vec() }
     }
 
-    /// The response to a force from rest, written into `out`.
-    pub(super) fn respond(&self, force: &[f64], out: &mut Vec<f64>) {
+    /// What a sensor shows of the response to a force from rest, written into `out`.
+    pub(super) fn respond(&self, force: &[f64], output: Output, out: &mut Vec<f64>) {
         let oscillator = &self.oscillator;
-        if self.kicks.is_empty() {
+        if self.kicks.is_empty() && output == Output::Displacement(0) {
             return oscillator.respond(force, out);
         }
+        let still = (1.0, 0.0);
+        let kicks = self.kicks.iter().chain(std::iter::repeat(&still));
+        let shown = |k: usize, p: f64, v: f64, force: f64| match output {
+            Output::Displacement(_) => p,
+            Output::Velocity(_) => v,
+            Output::Acceleration(_) => {
+                let (stiffness, damping) = self.slopes_at(k);
+                force - stiffness * p - damping * v
+            }
+        };
         out.clear();
         let (mut p, mut v) = (0.0, 0.0);
         let Some(mut now) = force.first().copied() else { return };
-        out.push(0.0);
-        for (&next, (left, pull)) in force[1..].iter().zip(&self.kicks) {
+        out.push(shown(0, p, v, now));
+        for ((k, &next), (left, pull)) in force.iter().enumerate().skip(1).zip(kicks) {
             v = left * v - pull * p;
             let [[a, b], [c, d]] = oscillator.step;
             (p, v) = (
@@ -104,11 +118,21 @@ impl Variation {
                 c * p + d * v + oscillator.before[1] * now + oscillator.after[1] * next,
             );
             v = left * v - pull * p;
-            out.push(p);
+            out.push(shown(k, p, v, next));
             now = next;
         }
     }
+
+    /// Stiffness and damping at a sample; across a jump, whose slope is none, those of the oscillator.
+    fn slopes_at(&self, k: usize) -> (f64, f64) {
+        let own = (self.oscillator.stiffness, self.oscillator.damping);
+        let (stiffness, damping) = self.slopes.get(k).copied().unwrap_or(own);
+        if (damping - own.1).abs() * self.oscillator.interval > STEEP { own } else { (stiffness, damping) }
+    }
 }
+
+/// Damping that takes more than this share of the velocity within a sample is a jump's.
+const STEEP: f64 = 0.5;
 
 /// What the smoother says of `e` at every sample.
 #[derive(Clone, Debug, Default)]
@@ -124,12 +148,23 @@ pub(super) struct Smoothed {
 struct Walk {
     f: Matrix3<f64>,
     q: Matrix3<f64>,
+    /// What the sensor shows of (e, e′, f).
+    shown: RowVector3<f64>,
 }
 
+/// Periods within which a force that no sensor of velocity or acceleration sees, a constant one, is forgotten.
+const FORGOTTEN: f64 = 5.0;
+
 /// Transition and process noise of (e, e′, f) for a random walk of unit intensity.
-fn walk(oscillator: &Oscillator) -> Walk {
+fn walk(oscillator: &Oscillator, period: f64, output: Output) -> Walk {
     let h = oscillator.interval;
-    let a = Matrix3::new(0.0, 1.0, 0.0, -oscillator.stiffness, -oscillator.damping, 1.0, 0.0, 0.0, 0.0);
+    let (stiffness, damping) = (oscillator.stiffness, oscillator.damping);
+    let (shown, back) = match output {
+        Output::Displacement(_) => (RowVector3::new(1.0, 0.0, 0.0), 0.0),
+        Output::Velocity(_) => (RowVector3::new(0.0, 1.0, 0.0), -(FORGOTTEN * period).recip()),
+        Output::Acceleration(_) => (RowVector3::new(-stiffness, -damping, 1.0), -(FORGOTTEN * period).recip()),
+    };
+    let a = Matrix3::new(0.0, 1.0, 0.0, -stiffness, -damping, 1.0, 0.0, 0.0, back);
     let mut q = Matrix3::zeros();
     // Gauss–Legendre, five points: exact to order nine, and the step is short beside the period.
     for (x, w) in [
@@ -142,7 +177,7 @@ fn walk(oscillator: &Oscillator) -> Walk {
         let g = (a * (0.5 * h * (1.0 + x))).exp() * Vector3::z();
         q += g * g.transpose() * (0.5 * h * w);
     }
-    Walk { f: (a * h).exp(), q }
+    Walk { f: (a * h).exp(), q, shown }
 }
 
 /// A Kalman filter's covariance and gain, which settle: from then on they are not computed again.
@@ -179,10 +214,11 @@ impl<'a> Filter<'a> {
 
     fn see(&mut self) {
         let p = self.predicted;
-        let s = p[(0, 0)] + 1.0;
+        let seen = p * self.walk.shown.transpose();
+        let s = (self.walk.shown * seen)[0] + 1.0;
         self.innovation = (s, s.ln());
-        self.gain = p.column(0) / s;
-        self.filtered = p - self.gain * p.row(0);
+        self.gain = seen / s;
+        self.filtered = p - self.gain * seen.transpose();
     }
 
     fn next(&mut self) {
@@ -205,7 +241,7 @@ fn likelihood(walk: &Walk, series: &[&[f64]], ratio: f64) -> (f64, f64) {
         let (mut m, p) = start(e, ratio, walk);
         let mut filter = Filter::new(walk, p, ratio);
         for y in *e {
-            let innovation = y - m[0];
+            let innovation = y - (walk.shown * m)[0];
             squares += innovation * innovation / filter.innovation.0;
             logs += filter.innovation.1;
             m = walk.f * (m + filter.gain * innovation);
@@ -219,6 +255,14 @@ fn likelihood(walk: &Walk, series: &[&[f64]], ratio: f64) -> (f64, f64) {
 
 /// A wide start: the first samples decide.
 fn start(e: &[f64], ratio: f64, walk: &Walk) -> (Vector3<f64>, Matrix3<f64>) {
+    if walk.shown[0] != 1.0 {
+        // A force of a hundred deviations of what is shown, or the motion that shows as much.
+        let rate = walk.shown[0].abs().max(walk.shown[1]).max(f64::MIN_POSITIVE);
+        let (moved, pushed) = (1e4 / (rate * rate), 1e4 * ratio * walk.q[(2, 2)]);
+        let fast = if walk.shown[0] == 0.0 { 1e4 } else { 1e4 / rate };
+        let far = if walk.shown[0] == 0.0 { fast * walk.f[(0, 1)].powi(2) * 1e4 } else { moved };
+        return (Vector3::zeros(), Matrix3::from_diagonal(&Vector3::new(far, fast, pushed.max(1e-300))));
+    }
     let wide = 1e4;
     let h2 = walk.f[(0, 1)].powi(2).max(f64::MIN_POSITIVE);
     let force = (ratio * walk.q[(2, 2)] * 1e4).max(1e-300);
@@ -230,12 +274,13 @@ fn start(e: &[f64], ratio: f64, walk: &Walk) -> (Vector3<f64>, Matrix3<f64>) {
 
 /// Smooths what a response leaves of several records of one interval.
 ///
-/// `period` is the motion's, s.
-pub(super) fn smooth(oscillator: &Oscillator, series: &[&[f64]], period: f64) -> Vec<Smoothed> {
-    let walk = walk(oscillator);
+/// `period` is the motion's, s; `output` what the sensor shows.
+pub(super) fn smooth(oscillator: &Oscillator, series: &[&[f64]], period: f64, output: Output) -> Vec<Smoothed> {
+    let walk = walk(oscillator, period, output);
     let omega = std::f64::consts::TAU / period;
-    // The force's change over a period, in units of ω² times the noise's deviation.
-    let ratio = |exponent: f64| (10f64.powf(exponent) * omega * omega).powi(2) / period;
+    // The force's change over a period, in units of ω² (of a velocity ω) times the noise's deviation.
+    let unit = omega.powi(2 - output.derivatives() as i32);
+    let ratio = |exponent: f64| (10f64.powf(exponent) * unit).powi(2) / period;
     let value = |exponent: f64| likelihood(&walk, series, ratio(exponent)).0;
     let mut best = (f64::NEG_INFINITY, 0.0);
     for k in 0..8 {
@@ -271,7 +316,7 @@ fn smoother(walk: &Walk, e: &[f64], ratio: f64, variance: f64) -> Smoothed {
         if !filter.settled {
             covariances.push((filter.predicted, filter.filtered));
         }
-        m += filter.gain * (y - m[0]);
+        m += filter.gain * (y - (walk.shown * m)[0]);
         filtered.push(m);
         m = walk.f * m;
         filter.next();

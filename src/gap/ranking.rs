@@ -86,11 +86,11 @@ impl Search {
             let (&[k], false) = (set.as_slice(), cancel.is_cancelled()) else { continue };
             let form = &forms[k];
             let score = score(before, fitted, inflation, floor);
-            let refused = refusal(&[form], before, (fitted, &score), inflation, (data.noise, &data.unit));
+            let refused = refusal(&[form], before, (fitted, &score), inflation, (data.noise, &data.shown_unit));
             self.keep(Arc::clone(fitted));
             if let Some(candidate) = candidates.iter_mut().find(|c| c.choice == choice(form)) {
                 candidate.delta_bic = score.bic;
-                candidate.why = why(form, before, fitted, refused.as_ref().map(Refusal::reason), &data.unit);
+                candidate.why = why(form, before, fitted, refused.as_ref().map(Refusal::reason), &data.shown_unit);
                 candidate.curve = self.curve(form, (before, fitted), motion);
                 candidate.stage = Some(Arc::new(self.show(fitted)));
                 candidate.standing =
@@ -104,7 +104,7 @@ impl Search {
         let undetermined: Vec<(usize, &Form, Score)> = singles
             .iter()
             .filter(|e| matches!(e.refused, Some(Refusal::Undetermined(_))))
-            .filter(|e| unborne(before, (e.fitted, &e.score), data.noise, &data.unit).is_none())
+            .filter(|e| unborne(before, (e.fitted, &e.score), data.noise, &data.shown_unit).is_none())
             .map(|e| (e.form, &forms[e.form], e.score))
             .collect();
         let apart = if self.audit.single_tone { APART_ON_A_TONE } else { APART };
@@ -212,7 +212,7 @@ impl Search {
             .map(|r| (r, score(before, &r.fitted, inflation, floor)))
             .filter(|(r, score)| {
                 let both: Vec<&Form> = r.forms.iter().map(|k| &forms[*k]).collect();
-                refusal(&both, before, (&r.fitted, score), inflation, (data.noise, &data.unit)).is_none()
+                refusal(&both, before, (&r.fitted, score), inflation, (data.noise, &data.shown_unit)).is_none()
             })
             .collect();
         let far = pairs.iter().all(|(_, s)| s.is_far(data.noise));

@@ -97,10 +97,10 @@ impl Data {
         let alike = self.fit().iter().all(|s| (s.interval / self.fit()[0].interval - 1.0).abs() < 1e-6);
         let mut smoothed: Vec<Smoothed> = Vec::new();
         if alike {
-            smoothed = smooth(&variations.first()?.oscillator, &residuals, period);
+            smoothed = smooth(&variations.first()?.oscillator, &residuals, period, self.output);
         } else {
             for (variation, e) in variations.iter().zip(&residuals) {
-                smoothed.append(&mut smooth(&variation.oscillator, &[e], period));
+                smoothed.append(&mut smooth(&variation.oscillator, &[e], period, self.output));
             }
         }
         for (((s, path), smoothed), variation) in self.fit().iter().zip(&simulated).zip(smoothed).zip(&variations) {
@@ -168,7 +168,7 @@ impl Data {
                 forces(&addition.terms, &addition.internals, &self.layout, s, &s.inputs(), path)
             };
             for (column, force) in columns.iter_mut().zip(&forces) {
-                variation.respond(force, &mut response);
+                variation.respond(force, self.output, &mut response);
                 column.extend_from_slice(&response);
             }
         }

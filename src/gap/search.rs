@@ -19,7 +19,7 @@ use super::screen::{Motion, Screened};
 use super::structure::{Composition, choice};
 use super::words::titles;
 use crate::record::RecordSet;
-use crate::refine::{Bar, Point, Structure as _};
+use crate::refine::{Bar, Output, Point, Structure as _};
 use crate::signal::rms;
 use crate::study::Cancel;
 use crate::term::Term;
@@ -95,9 +95,11 @@ impl Search {
         let audit = data.audit();
         let mut base = Composition::new(data.layout, terms);
         base.passive = !data.self_sustained;
+        base.zero = data.output.is_rate();
         let mut data = data;
         if let Some(datum) = data.equilibrium(&base) {
             data.count_from(datum);
+            base.base.retain(|t| t.as_str() != "1");
             base.datum = true;
         }
         Ok(Self { data, audit, ask: ask.clone(), base, known: Mutex::default() })
@@ -222,6 +224,7 @@ impl Search {
             has_input: data.layout.inputs > 0 && !self.audit.free,
             terms: fitted.composition.plain_terms(shared),
             unit: data.unit.clone(),
+            derivatives: data.output.derivatives(),
             reach: [over(&x), over(&|r, k| x(r, k) - u(r, k))],
             speed: [over(&v), over(&|r, k| v(r, k) - du(r, k))],
             input: over(&u),
@@ -246,7 +249,11 @@ impl Search {
             .into_iter()
             .filter(|f| !present.contains(&choice(f)))
             .filter(|f| !self.audit.blind.iter().any(|b| b.effect == f.effect))
-            .filter(|f| !((offset || fitted.composition.datum) && f.moves_the_zero(offset)))
+            .filter(|f| {
+                // The zero of a velocity or an acceleration is not that of the spring.
+                let tied = data.output == Output::Displacement(0) && (offset || fitted.composition.datum);
+                !(tied && f.moves_the_zero(offset) || fitted.composition.zero && f.is_offset())
+            })
             .collect()
     }
 
@@ -376,7 +383,7 @@ impl Search {
                 before,
                 (fitted, &score(before, fitted, inflation, 0.0)),
                 inflation,
-                (data.noise, &data.unit),
+                (data.noise, &data.shown_unit),
             )
             .is_none()
     }

@@ -142,7 +142,7 @@ impl Search {
                         name: format!("offset of {}", s.name),
                         value: *offset,
                         std_error: None,
-                        unit: data.unit.clone(),
+                        unit: data.shown_unit.clone(),
                     }));
                 }
                 Added {

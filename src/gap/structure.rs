@@ -20,6 +20,8 @@ pub(super) struct Composition {
     pub(super) passive: bool,
     /// Displacements count from an equilibrium that is fitted: the first inner quantity.
     pub(super) datum: bool,
+    /// The sensor's zero is free in each record, as that of an accelerometer is.
+    pub(super) zero: bool,
 }
 
 /// What a composition comes to at given inner values.
@@ -35,7 +37,7 @@ pub(super) struct Composed {
 
 impl Composition {
     pub(super) fn new(layout: Layout, base: Vec<Term>) -> Self {
-        Self { layout, base, forms: Vec::new(), scales: Vec::new(), passive: true, datum: false }
+        Self { layout, base, forms: Vec::new(), scales: Vec::new(), passive: true, datum: false, zero: false }
     }
 
     /// This composition with a further effect, without scales.
@@ -282,7 +284,7 @@ impl Structure for Composition {
     }
 
     fn offset(&self) -> bool {
-        self.additions(&self.middle()).iter().any(|a| a.offset)
+        self.zero || self.additions(&self.middle()).iter().any(|a| a.offset)
     }
 
     fn internals(&self) -> usize {

@@ -2,6 +2,7 @@ use super::data::step;
 use super::effects::{Setting, catalogue};
 use super::motion::{Oscillator, Variation, smooth};
 use super::outcome::Curve;
+use crate::simulate::Output;
 use crate::term::list;
 
 fn setting(base_excited: bool) -> Setting {
@@ -20,6 +21,7 @@ fn setting(base_excited: bool) -> Setting {
         pulsations: vec![1.0],
         interval: 0.01,
         measured: 1.1,
+        derivatives: 0,
     }
 }
 
@@ -71,7 +73,7 @@ fn a_variation_follows_the_slopes_it_is_given() {
     let (interval, n) = (0.02, 1000);
     let force: Vec<f64> = (0..n).map(|k| (0.9 * interval * k as f64).sin()).collect();
     let (mut kicked, mut own) = (Vec::new(), Vec::new());
-    Variation::new(Oscillator::new(4.0, 0.4, interval), &vec![(5.0, 0.7); n]).respond(&force, &mut kicked);
+    Variation::new(Oscillator::new(4.0, 0.4, interval), &vec![(5.0, 0.7); n]).respond(&force, Output::Displacement(0), &mut kicked);
     Oscillator::new(5.0, 0.7, interval).respond(&force, &mut own);
     let largest = own.iter().fold(0.0_f64, |m, p| m.max(p.abs()));
     // Strang's splitting errs by the square of the step beside the period: (0.02 × √5)² / 12.
@@ -100,7 +102,7 @@ fn the_smoother_finds_a_known_missing_force_and_knows_how_well() {
         let noise: f64 = StandardNormal.sample(&mut random);
         *e += 1e-3 * noise;
     }
-    let found = smooth(&oscillator, &[&left], 1.0).pop().unwrap();
+    let found = smooth(&oscillator, &[&left], 1.0, Output::Displacement(0)).pop().unwrap();
     let deviation = |k: usize| (found.force[k] - force[k]) / found.force_deviation[k];
     // Errors of neighbouring samples go together over some ten: 4000 samples tell their size to about 4 %; the
     // intensity is taken from steps of a quarter of a decade.

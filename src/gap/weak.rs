@@ -116,7 +116,7 @@ impl<'a> Weak<'a> {
                 if sticks {
                     rows.weights.iter_mut().for_each(|w| *w = w.max(0.0).powi(STRICT));
                 }
-                target.extend(rows.average(&s.measured, 2));
+                target.extend(rows.average(&s.measured, 2 - data.output.derivatives()));
                 rows
             })
             .collect();
@@ -128,9 +128,10 @@ impl<'a> Weak<'a> {
         let Expression::Symbol(symbol) = term.expression() else { return None };
         let mut column = Vec::new();
         for (rows, s) in self.records.iter().zip(self.data.fit()) {
+            let known = self.data.output.derivatives();
             let (values, order): (&[f64], usize) = match symbol {
-                Symbol::State(0) => (&s.measured, 0),
-                Symbol::Rate(0) => (&s.measured, 1),
+                Symbol::State(0) if known == 0 => (&s.measured, 0),
+                Symbol::Rate(0) if known < 2 => (&s.measured, 1 - known),
                 Symbol::Input(j) => (&s.inputs[*j], 0),
                 Symbol::InputRate(j) => (&s.inputs[*j], 1),
                 _ => return None,

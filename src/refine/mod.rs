@@ -25,6 +25,7 @@ use nalgebra::DMatrix;
 
 use crate::model::Model;
 use crate::simulate::InputGrid;
+pub use crate::simulate::Output;
 
 pub use fitter::{misfit, refine};
 pub use horizon::{Goal, Horizon, Landed, climb, cut, holds, horizon, land, levels, shoot};
@@ -86,9 +87,11 @@ pub struct Run {
     pub record: usize,
     /// The record's inputs.
     pub grid: Arc<InputGrid>,
-    /// The record's measured displacements, one series each.
+    /// What was measured.
+    pub outputs: Vec<Output>,
+    /// The measured series, one an output.
     pub measured: Vec<Arc<[f64]>>,
-    /// What the residual of each displacement counts.
+    /// What the residual of each output counts.
     pub weights: Vec<f64>,
     /// The record's motion.
     pub motion: Arc<MeasuredMotion>,
@@ -109,12 +112,12 @@ impl Run {
         Self { range, ..self.clone() }
     }
 
-    /// Number of residuals: samples times displacements.
+    /// Number of residuals: samples times outputs.
     pub fn rows(&self) -> usize {
         self.range.len() * self.measured.len()
     }
 
-    /// Weighted measured values, displacement after displacement.
+    /// Weighted measured values, output after output.
     fn target(&self) -> impl Iterator<Item = f64> + '_ {
         let weighted = self.measured.iter().zip(&self.weights);
         weighted.flat_map(|(m, w)| m[self.range.clone()].iter().map(move |y| w * y))
@@ -122,7 +125,12 @@ impl Run {
 
     /// Number of displacements and velocities.
     fn states(&self) -> usize {
-        2 * self.measured.len()
+        self.motion.states.len()
+    }
+
+    /// True if the rates of states are measured, which jump where friction changes its side.
+    fn shows_rates(&self) -> bool {
+        self.outputs.iter().any(|o| o.is_rate())
     }
 }
 
@@ -200,7 +208,7 @@ pub struct Refined {
     pub rss: f64,
     /// Number of residuals over all runs.
     pub samples: usize,
-    /// For each run, measured minus simulated, weighted, displacement after displacement.
+    /// For each run, measured minus simulated, weighted, output after output.
     pub residuals: Vec<Vec<f64>>,
     /// For each run, simulated as the sensor shows it, weighted likewise.
     pub simulated: Vec<Vec<f64>>,

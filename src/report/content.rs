@@ -8,7 +8,7 @@ use crate::format::equations::{by_share, is_kinematic};
 use crate::format::number::{align_at_point, format_measured, significant, significant_trimmed};
 use crate::format::units::{Scale, format_si, raised};
 use crate::model::Mode;
-use crate::record::{Role, Usage};
+use crate::record::Usage;
 use crate::study::{Differentiation, Form, Kinematics, Lock, Outcome, Scaling, Score, Severity};
 use crate::term::{Kind, Symbol};
 
@@ -122,9 +122,9 @@ pub(super) fn summary(report: &Report<'_>) -> Vec<Block> {
     blocks
 }
 
-/// The unit of the first displacement; errors are in it.
+/// The unit of what the first sensor shows; errors are in it.
 pub(super) fn displacement_unit(outcome: &Outcome) -> &str {
-    outcome.records.first().and_then(|r| r.record.channel(Role::Displacement(0))).map_or("", |c| c.unit.as_str())
+    outcome.records.first().and_then(|r| r.record.sensor(0)).map_or("", |c| c.unit.as_str())
 }
 
 fn subtitle(outcome: &Outcome) -> String {
@@ -307,7 +307,7 @@ fn errors(outcome: &Outcome, unit: &str) -> Table {
         .flat_map(|r| r.channels.iter().map(move |c| (r, c)))
         .map(|(r, c)| {
             let name = if r.channels.len() > 1 {
-                format!("{}, {}", r.record.name, outcome.model.layout.name(c.symbol))
+                format!("{}, {}", r.record.name, c.name(&outcome.model.layout))
             } else {
                 r.record.name.clone()
             };

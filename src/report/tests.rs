@@ -27,7 +27,7 @@ fn record_outcome(name: &str, usage: Usage, samples: usize) -> RecordOutcome {
         name: name.into(),
         role,
         unit: unit.into(),
-        values: values.into(),
+        values: values.into(), estimated: false,
     };
     let record = Record {
         name: name.into(),
@@ -58,7 +58,13 @@ fn record_outcome(name: &str, usage: Usage, samples: usize) -> RecordOutcome {
         driven_as_measured: true,
         signals: Arc::new(signals),
         states: vec![response.clone(), velocity(0.01)],
-        channels: vec![study::Channel { symbol: Symbol::State(0), response, error, score: Some(score(samples)) }],
+        channels: vec![study::Channel {
+            symbol: Symbol::State(0),
+            role: Role::Displacement(0),
+            response,
+            error,
+            score: Some(score(samples)),
+        }],
         diverged_at: None,
     }
 }

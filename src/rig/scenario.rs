@@ -472,6 +472,7 @@ impl Setup {
                 role: Role::Displacement(i),
                 unit: unit.to_owned(),
                 values: self.sensor.measure(clean, seed, stream(i)).into(),
+                estimated: false,
             })
             .collect();
         if let Some(excitation) = &run.excitation {
@@ -481,6 +482,7 @@ impl Setup {
                 role: Role::Input(0),
                 unit: input_unit.to_owned(),
                 values: Arc::from(self.input_sensor.measure(&clean, seed, stream(layout.freedoms))),
+                estimated: false,
             });
         }
         let record = Record {

@@ -12,9 +12,9 @@ use super::response::Drive;
 use super::suggest::odd;
 use super::{Cancel, Form, Outcome, Regressor, Settings, Smoothing, Study, StudyError, check};
 use crate::model::Model;
-use crate::record::{Record, RecordSet, Role, Usage};
+use crate::record::{Record, RecordSet, Usage};
 use crate::signal::{Differentiation, Facts, Signals, dot, mean_and_variance};
-use crate::simulate::{Simulator, Workspace};
+use crate::simulate::{Output, Response, Simulator, Workspace};
 use crate::term::{Kind, Layout, Symbol, Term};
 
 /// Which settings [`choose`] may change.
@@ -82,7 +82,7 @@ pub(super) struct Plan {
     /// What is simulated.
     records: Vec<(Arc<Record>, Arc<Facts>)>,
     folds: Vec<Fold>,
-    /// Variance of each record's displacements (or states).
+    /// Variance of what each of a record's sensors shows.
     variance: Vec<Vec<f64>>,
 }
 
@@ -490,7 +490,7 @@ impl Plan {
             }
             folds
         };
-        Self { layout, variance: variances(&records, &layout), pieces, records, folds }
+        Self { layout, variance: variances(&records), pieces, records, folds }
     }
 
     /// Everything marked fit is fitted, and what is held out judges: in one go as the window shows it, or in stretches
@@ -507,7 +507,7 @@ impl Plan {
                 ranges.into_iter().map(|(record, range)| Stretch { record, range, block: block(record) }).collect();
         }
         let folds = vec![Fold { fitted: (0..pieces.len()).collect(), judges }];
-        Self { layout, variance: variances(&records, &layout), pieces, records, folds }
+        Self { layout, variance: variances(&records), pieces, records, folds }
     }
 
     /// Judges every threshold of every way, on the cores there are.
@@ -625,11 +625,10 @@ fn with_facts(records: &RecordSet, usage: Usage, layout: &Layout) -> Vec<(Arc<Re
     records.with(usage).map(|r| (Arc::clone(r), Arc::new(Facts::new(r, layout)))).collect()
 }
 
-/// Variance of each record's displacements (or states), in their order.
-fn variances(records: &[(Arc<Record>, Arc<Facts>)], layout: &Layout) -> Vec<Vec<f64>> {
+/// Variance of what each of a record's sensors shows, in their order.
+fn variances(records: &[(Arc<Record>, Arc<Facts>)]) -> Vec<Vec<f64>> {
     let of = |record: &Record| {
-        let displacements = (0..layout.freedoms).filter_map(|i| record.channel(Role::Displacement(i)));
-        displacements.map(|c| mean_and_variance(&c.values).1).collect()
+        record.sensors().map(|c| mean_and_variance(&c.values).1).collect()
     };
     records.iter().map(|(record, _)| of(record)).collect()
 }
@@ -707,14 +706,13 @@ impl Smoothed {
                     // The last one takes what does not fill another.
                     let to = if block + 1 == blocks { judge.range.len() } else { (block + 1) * judge.block };
                     let from = block * judge.block;
-                    let variance = &plan.variance[judge.record];
-                    let error = squared_error(&drive.measured, &response.states, variance, from..to);
+                    let error = squared_error(drive, &response, &plan.variance[judge.record], from..to);
                     let failed = lasted < to || !error.is_finite() || error > DIVERGED;
                     judgement.failed += usize::from(failed);
                     judgement.errors.push(if failed { DIVERGED } else { error });
                 }
-                if let (Some(y), Some(x)) = (drive.measured.first(), response.states.first()) {
-                    correlation.add(y, x);
+                if let (Some(y), Some(shown)) = (drive.measured.first(), drive.outputs.first()) {
+                    correlation.add(y, shown.of(&response, plan.layout.freedoms));
                 }
             }
         }
@@ -756,13 +754,15 @@ impl Correlation {
     }
 }
 
-/// Mean squared error over a block of samples as a share of the variance, mean over displacements (or states).
-fn squared_error(measured: &[Arc<[f64]>], states: &[Vec<f64>], variance: &[f64], block: Range<usize>) -> f64 {
-    let channel = |((y, x), variance): ((&Arc<[f64]>, &Vec<f64>), &f64)| {
+/// Mean squared error over a block of samples as a share of the variance, mean over sensors.
+fn squared_error(drive: &Drive, response: &Response, variance: &[f64], block: Range<usize>) -> f64 {
+    let freedoms = drive.outputs.len();
+    let channel = |((y, shown), variance): ((&Arc<[f64]>, &Output), &f64)| {
+        let x = shown.of(response, freedoms);
         let (Some(y), Some(x)) = (y.get(block.clone()), x.get(block.clone())) else { return f64::INFINITY };
         y.iter().zip(x).map(|(y, x)| (y - x) * (y - x)).sum::<f64>() / y.len().max(1) as f64 / variance
     };
-    measured.iter().zip(states).zip(variance).map(channel).sum::<f64>() / measured.len().max(1) as f64
+    drive.measured.iter().zip(&drive.outputs).zip(variance).map(channel).sum::<f64>() / drive.measured.len().max(1) as f64
 }
 
 /// A threshold well inside an interval between two marks.

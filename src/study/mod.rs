@@ -106,6 +106,13 @@ impl Prepared {
         let drive = Arc::new(Drive::new(record, layout, &facts, &signals, 0..record.len()));
         Self { record: Arc::clone(record), facts, smoothing: *smoothing, signals, drive }
     }
+
+    /// Noise of what tells most of a degree of freedom; zero where nothing does.
+    fn sensor_noise(&self, freedom: usize) -> f64 {
+        let sensor = self.record.sensor(freedom).map(|c| c.role);
+        let index = self.record.channels.iter().position(|c| Some(c.role) == sensor);
+        index.and_then(|k| self.facts.channel_noise.get(k).copied()).unwrap_or(0.0)
+    }
 }
 
 /// What a regression's columns depend on; signals by identity, which their `Arc`s keep alive.
@@ -185,15 +192,14 @@ impl Study {
         let of = |o: &RecordOutcome| self.records.iter().find(|p| Arc::ptr_eq(&p.record, &o.record));
         let outcomes: Vec<&RecordOutcome> = outcome.records.iter().filter(|o| o.usage == usage).collect();
         let records: Vec<&Prepared> = outcomes.iter().filter_map(|o| of(o)).collect();
-        let lasts = |o: &&RecordOutcome| {
-            o.diverged_at.is_none()
-                && o.channels
-                    .iter()
-                    .zip(&o.signals.noise)
-                    .all(|(c, noise)| c.score.is_some_and(|s| crate::refine::holds(s.rmse, *noise)))
+        let lasts = |(o, prepared): (&&RecordOutcome, &&Prepared)| {
+            let holds = |(i, c): (usize, &Channel)| {
+                c.score.is_some_and(|s| crate::refine::holds(s.rmse, prepared.sensor_noise(i)))
+            };
+            o.diverged_at.is_none() && o.channels.iter().enumerate().all(holds)
         };
         let score = if usage == Usage::Fit { outcome.train } else { outcome.test };
-        if let Some(score) = score.filter(|_| outcomes.iter().all(lasts)) {
+        if let Some(score) = score.filter(|_| outcomes.iter().zip(&records).all(lasts)) {
             // As the response itself tells: no stretch needs to be begun anew.
             let longest = records.iter().map(|p| p.record.len() as f64 * p.record.interval).fold(0.0, f64::max);
             return Ok(Some(Horizon { seconds: longest, rmse: score.rmse }));
@@ -314,14 +320,15 @@ impl Study {
                 *pool = None;
             }
             for (i, symbol) in self.layout.state_symbols().take(self.layout.freedoms).enumerate() {
-                let Some(channel) = record.channel(Role::Displacement(i)) else { continue };
-                let series = response.states[i].clone();
+                let (Some(channel), Some(shown)) = (record.sensor(i), prepared.drive.outputs.get(i)) else { continue };
+                let zero = prepared.drive.zeros[i];
+                let series: Vec<f64> = shown.of(&response, self.layout.freedoms).iter().map(|s| s + zero).collect();
                 let mut error = Vec::with_capacity(series.len());
                 let tally = score::Tally::compare(&channel.values, &series, &mut error);
                 if i == 0 {
                     *pool = pool.map(|p| p.plus(tally));
                 }
-                channels.push(Channel { symbol, response: series, error, score: tally.score() });
+                channels.push(Channel { symbol, role: channel.role, response: series, error, score: tally.score() });
             }
             outcomes.push(RecordOutcome {
                 record: Arc::clone(record),
@@ -404,12 +411,12 @@ fn check(records: &RecordSet, settings: &Settings) -> Result<Layout, StudyError>
     Ok(layout)
 }
 
-/// RMS over the fitted records of the first displacement's noise.
+/// RMS over the fitted records of the first sensor's noise.
 fn noise_floor<'a>(records: impl Iterator<Item = (&'a Prepared, Usage)>) -> Option<f64> {
     let (mut squares, mut samples) = (0.0, 0.0);
     for (prepared, _) in records.filter(|(_, usage)| *usage == Usage::Fit) {
         let n = prepared.record.len() as f64;
-        squares += n * prepared.facts.noise.first().map_or(0.0, |s| s * s);
+        squares += n * prepared.sensor_noise(0).powi(2);
         samples += n;
     }
     (samples > 0.0).then(|| f64::sqrt(squares / samples))

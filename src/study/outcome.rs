@@ -41,17 +41,30 @@ pub struct Score {
     pub samples: usize,
 }
 
-/// One displacement (or state) of a record: measured, simulated, error.
+/// One degree of freedom (or state) of a record: what its sensor showed, what is simulated of that, error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// Which state.
+    /// Which displacement or state.
     pub symbol: Symbol,
-    /// The simulated response, one value a sample until it diverged.
+    /// What the sensor measures of it.
+    pub role: Role,
+    /// The same of the simulated response, one value a sample until it diverged.
     pub response: Vec<f64>,
     /// E(t) = |measured − simulated|, as long as `response`.
     pub error: Vec<f64>,
     /// The errors in figures; none if the response diverged at once.
     pub score: Option<Score>,
+}
+
+impl Channel {
+    /// The name of what the sensor measures: `x`, `a2`.
+    pub fn name(&self, layout: &Layout) -> String {
+        match self.role {
+            Role::Displacement(_) | Role::Input(_) => layout.name(self.symbol),
+            role if layout.freedoms > 1 => format!("{}{}", role.symbol(), role.index() + 1),
+            role => role.symbol().to_owned(),
+        }
+    }
 }
 
 /// What a study says of one record.
@@ -85,11 +98,15 @@ pub struct SensorScore {
 }
 
 impl RecordOutcome {
-    /// The errors of every displacement, velocity and acceleration that was measured, the response's accelerations being
-    /// the slopes of its velocities.
+    /// The errors of every displacement, velocity and acceleration that was measured. What no score is made of yet is held
+    /// against the response's states, an acceleration against the slopes of its velocities.
     pub fn sensors(&self, layout: &Layout) -> Vec<SensorScore> {
         let velocity = |i: usize| self.states.get(layout.freedoms + i).filter(|_| layout.kind == Kind::SecondOrder);
         let of_channel = |channel: &crate::record::Channel| {
+            let unit = channel.unit.clone();
+            if let Some(known) = self.channels.iter().find(|c| c.role == channel.role) {
+                return Some(SensorScore { name: known.name(layout), unit, score: known.score });
+            }
             let (name, response) = match channel.role {
                 Role::Displacement(i) => (layout.name(Symbol::State(i)), self.states.get(i)?.clone()),
                 Role::Velocity(i) => (layout.name(Symbol::Rate(i)), velocity(i)?.clone()),
@@ -97,12 +114,12 @@ impl RecordOutcome {
                     let name = layout.name(Symbol::Rate(i)).replacen('v', "a", 1);
                     (name, central(velocity(i)?, self.record.interval))
                 }
-                _ => return None,
+                Role::Input(_) => return None,
             };
             let score = Tally::compare(&channel.values, &response, &mut Vec::new()).score();
-            Some(SensorScore { name, unit: channel.unit.clone(), score })
+            Some(SensorScore { name, unit, score })
         };
-        self.record.channels.iter().filter_map(of_channel).collect()
+        self.record.measured().filter_map(of_channel).collect()
     }
 }
 

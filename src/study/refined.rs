@@ -157,7 +157,7 @@ pub(super) fn refined(
 fn runs(records: &[&Prepared]) -> (Vec<Run>, f64) {
     let mut runs: Vec<Run> = records.iter().enumerate().filter_map(|(k, p)| p.drive.run(k, &p.signals)).collect();
     let of_channel = |i: usize| {
-        let noise = records.iter().filter_map(|p| p.signals.noise.get(i).copied()).fold(0.0, f64::max);
+        let noise = records.iter().map(|p| p.sensor_noise(i)).fold(0.0, f64::max);
         let motion = runs.iter().map(|r| rms(&r.measured[i])).fold(0.0, f64::max);
         noise.max(LEAST_NOISE * motion).max(f64::MIN_POSITIVE)
     };

@@ -28,6 +28,8 @@ pub fn suggest(records: &RecordSet, kind: Kind) -> Result<Settings, StudyError> 
         smoothing: Smoothing { window, ..smoothing },
         terms: library(&layout, base_excited(record, kind)),
         threshold: 0.02,
+        // What regression is told of a motion that no sensor showed is an estimate.
+        refine: record.channels.iter().any(|c| c.estimated),
         ..Settings::default()
     })
 }

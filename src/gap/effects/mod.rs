@@ -45,8 +45,9 @@ pub(crate) struct Setting {
     pub(crate) pulsations: Vec<f64>,
     /// Sampling interval, s: what is faster cannot be seen.
     pub(crate) interval: f64,
-    /// Largest magnitude of the displacement as measured.
+    /// Largest magnitude of what the sensor shows, and how often that is the displacement's derivative.
     pub(crate) measured: f64,
+    pub(crate) derivatives: usize,
 }
 
 /// Which sign of a coefficient is physical.
@@ -198,6 +199,11 @@ impl Form {
         let addition = self.sample();
         let steady = matches!(addition.terms.as_slice(), [term] if term.as_str() == "1");
         steady || (addition.offset && !constant)
+    }
+
+    /// True if it is the sensor's zero.
+    pub(crate) fn is_offset(&self) -> bool {
+        self.sample().offset
     }
 
     /// What it adds at the first point of its grid.

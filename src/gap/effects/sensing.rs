@@ -23,8 +23,8 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
         form: "",
         coefficients: Vec::new(),
         inner: vec![Inner {
-            name: "x_max",
-            dimension: (1, 0),
+            name: ["x_max", "v_max", "a_max"][setting.derivatives.min(2)],
+            dimension: (1, -(setting.derivatives as i32)),
             grid: even(0.75 * highest, 0.99 * highest, 13),
             bounds: (0.5 * highest, 1.02 * highest),
             jumps: false,
