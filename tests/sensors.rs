@@ -89,7 +89,11 @@ fn what_is_missing_is_named_from_a_velocity_or_an_acceleration_alone() {
         let diagnosis = Search::new(&records, &ask).unwrap().diagnose(&|_| {}, &Cancel::default()).unwrap();
         let steps: Vec<&str> =
             diagnosis.stages.iter().skip(1).filter_map(|s| Some(s.effects.last()?.choice.effect.as_str())).collect();
-        assert_eq!((diagnosis.verdict, steps.as_slice()), (Verdict::Named, ["cubic_stiffness"].as_slice()), "{quantity}");
+        assert_eq!(
+            (diagnosis.verdict, steps.as_slice()),
+            (Verdict::Named, ["cubic_stiffness"].as_slice()),
+            "{quantity}"
+        );
         let left = diagnosis.stages.last().unwrap().gap.test_rmse.unwrap();
         assert!(left < 1.15 * noise, "{quantity}: {left} of {noise}");
     }

@@ -55,7 +55,8 @@ fn outcome(terms: &[(&str, f64)], motions: &[Motion]) -> Outcome {
         name: name.into(),
         role,
         unit: "m".into(),
-        values: values.into(), estimated: false,
+        values: values.into(),
+        estimated: false,
     };
     let records = motions
         .iter()

@@ -133,7 +133,11 @@ impl Data {
         }
         // A velocity or an acceleration makes more of what is fast than the displacement does.
         let moved = |s: &Series| -> Arc<[f64]> {
-            if output == Output::Displacement(0) { Arc::clone(&s.measured) } else { s.smoothed.states[0].as_slice().into() }
+            if output == Output::Displacement(0) {
+                Arc::clone(&s.measured)
+            } else {
+                s.smoothed.states[0].as_slice().into()
+            }
         };
         let loudest = series[..fitted].iter().max_by(|a, b| rms(&moved(a)).total_cmp(&rms(&moved(b))));
         let frequency = loudest
@@ -268,13 +272,7 @@ fn shown(role: Role) -> Output {
 }
 
 impl Series {
-    fn new(
-        (record, sensor): (&Record, Role),
-        usage: Usage,
-        layout: &Layout,
-        facts: &Facts,
-        signals: Signals,
-    ) -> Self {
+    fn new((record, sensor): (&Record, Role), usage: Usage, layout: &Layout, facts: &Facts, signals: Signals) -> Self {
         let channel = |role: Role| record.channel(role).map_or_else(|| Arc::from([]), |c| Arc::clone(&c.values));
         let raw: Vec<Arc<[f64]>> = (0..layout.inputs).map(|j| channel(Role::Input(j))).collect();
         let quiet =

@@ -54,10 +54,7 @@ impl Data {
                 weights: vec![1.0],
                 range: 0..count,
                 limits,
-                motion: Arc::new(MeasuredMotion {
-                    states: response.states[..2].to_vec(),
-                    ..MeasuredMotion::default()
-                }),
+                motion: Arc::new(MeasuredMotion { states: response.states[..2].to_vec(), ..MeasuredMotion::default() }),
             };
             let runs = [run];
             let start = Point::new(&rival.composition, &runs, rival.refined.point.shared.clone(), false);

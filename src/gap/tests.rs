@@ -73,7 +73,11 @@ fn a_variation_follows_the_slopes_it_is_given() {
     let (interval, n) = (0.02, 1000);
     let force: Vec<f64> = (0..n).map(|k| (0.9 * interval * k as f64).sin()).collect();
     let (mut kicked, mut own) = (Vec::new(), Vec::new());
-    Variation::new(Oscillator::new(4.0, 0.4, interval), &vec![(5.0, 0.7); n]).respond(&force, Output::Displacement(0), &mut kicked);
+    Variation::new(Oscillator::new(4.0, 0.4, interval), &vec![(5.0, 0.7); n]).respond(
+        &force,
+        Output::Displacement(0),
+        &mut kicked,
+    );
     Oscillator::new(5.0, 0.7, interval).respond(&force, &mut own);
     let largest = own.iter().fold(0.0_f64, |m, p| m.max(p.abs()));
     // Strang's splitting errs by the square of the step beside the period: (0.02 × √5)² / 12.

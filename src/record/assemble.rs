@@ -2,8 +2,8 @@
 
 use super::ReadOptions;
 use super::common;
-use super::estimate;
 use super::error::{ReadError, Row, list};
+use super::estimate;
 use super::heading::label;
 use super::sampling::{self, Irregular, LEAST_SAMPLES, Sampling};
 use super::table::Table;

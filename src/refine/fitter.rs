@@ -133,7 +133,8 @@ impl<'a> Fitter<'a> {
         out: &mut Vec<f64>,
     ) -> bool {
         let run = &self.runs[index];
-        let limits = Limits { states: &run.limits, tolerance: TOLERANCE, cancelled: self.options.cancelled, rates: self.rates };
+        let limits =
+            Limits { states: &run.limits, tolerance: TOLERANCE, cancelled: self.options.cancelled, rates: self.rates };
         let Scratch { workspace, response, initial, delayed } = scratch;
         let delay = ready.instance.delay;
         let grid = if delay == 0.0 {

@@ -27,7 +27,8 @@ fn record_outcome(name: &str, usage: Usage, samples: usize) -> RecordOutcome {
         name: name.into(),
         role,
         unit: unit.into(),
-        values: values.into(), estimated: false,
+        values: values.into(),
+        estimated: false,
     };
     let record = Record {
         name: name.into(),

@@ -342,7 +342,7 @@ pub struct Generated {
 /// bound.
 pub fn generate(name: &str, options: &ScenarioOptions) -> Result<Generated, RigError> {
     let scenario =
-        SCENARIOS.iter().find(|s| s.name == name.replace('_', "-")).ok_or_else(|| RigError::UnknownScenario {
+        SCENARIOS.iter().find(|s| s.name == name).ok_or_else(|| RigError::UnknownScenario {
             name: name.to_owned(),
             known: SCENARIOS.iter().map(|s| s.name).collect::<Vec<_>>().join(", "),
         })?;

@@ -627,9 +627,7 @@ fn with_facts(records: &RecordSet, usage: Usage, layout: &Layout) -> Vec<(Arc<Re
 
 /// Variance of what each of a record's sensors shows, in their order.
 fn variances(records: &[(Arc<Record>, Arc<Facts>)]) -> Vec<Vec<f64>> {
-    let of = |record: &Record| {
-        record.sensors().map(|c| mean_and_variance(&c.values).1).collect()
-    };
+    let of = |record: &Record| record.sensors().map(|c| mean_and_variance(&c.values).1).collect();
     records.iter().map(|(record, _)| of(record)).collect()
 }
 
@@ -762,7 +760,8 @@ fn squared_error(drive: &Drive, response: &Response, variance: &[f64], block: Ra
         let (Some(y), Some(x)) = (y.get(block.clone()), x.get(block.clone())) else { return f64::INFINITY };
         y.iter().zip(x).map(|(y, x)| (y - x) * (y - x)).sum::<f64>() / y.len().max(1) as f64 / variance
     };
-    drive.measured.iter().zip(&drive.outputs).zip(variance).map(channel).sum::<f64>() / drive.measured.len().max(1) as f64
+    drive.measured.iter().zip(&drive.outputs).zip(variance).map(channel).sum::<f64>()
+        / drive.measured.len().max(1) as f64
 }
 
 /// A threshold well inside an interval between two marks.

@@ -78,7 +78,8 @@ impl Drive {
                 _ => 0.0,
             })
             .collect();
-        let measured = sensors().zip(&zeros).map(|(c, zero)| c.values[samples.clone()].iter().map(|v| v - zero).collect());
+        let measured =
+            sensors().zip(&zeros).map(|(c, zero)| c.values[samples.clone()].iter().map(|v| v - zero).collect());
         let measured = measured.collect();
         let smoothed: Vec<f64> = signals.states.iter().map(|s| s[samples.start]).collect();
         let period = signals.main_period.map_or(0.1 * samples.len() as f64, |p| p / record.interval);
@@ -136,7 +137,8 @@ impl Drive {
         let mut initial = fit(&guesses, self.opening);
         // A motion that no sensor showed is guessed at roughly: what lasts a short while is sought over longer ones.
         let mut opening = self.opening;
-        while self.outputs.iter().any(|o| o.derivatives() > 0) && opening < self.grid.len() && initial.after < FOLLOWED {
+        while self.outputs.iter().any(|o| o.derivatives() > 0) && opening < self.grid.len() && initial.after < FOLLOWED
+        {
             opening = (LONGER * opening).min(self.grid.len());
             initial = fit(&[&initial.state], opening);
         }

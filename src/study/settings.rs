@@ -128,6 +128,17 @@ impl Settings {
         }
     }
 
+    /// Decides about a term in all equations, whatever was decided in single ones; of none, the threshold decides.
+    pub fn decide_for_all(&mut self, term: &Term, lock: Option<Lock>) {
+        for own in self.own.values_mut() {
+            own.locks.remove(term);
+        }
+        match lock {
+            Some(lock) => drop(self.locks.insert(term.clone(), lock)),
+            None => drop(self.locks.remove(term)),
+        }
+    }
+
     /// Decides about a term in one of several equations; in the only one there is, it is a decision for all.
     pub fn decide(&mut self, freedom: usize, freedoms: usize, term: Term, lock: Lock) {
         self.own_locks((freedoms > 1).then_some(freedom)).insert(term, lock);
