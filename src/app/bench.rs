@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::model::Units;
-use crate::record::{Record, RecordSet, Role, Usage};
+use crate::record::{Record, RecordSet, Usage};
 use crate::rig::hidden::Truth;
 use crate::signal::Smoothing;
 use crate::study::{Ensemble, Inclusion, Outcome, suggested_half_width};

@@ -43,6 +43,8 @@ fn gap(gap: &Gap) -> Value {
         "test_rmse": gap.test_rmse,
         "train_nrmse": gap.train_nrmse,
         "test_nrmse": gap.test_nrmse,
+        "horizon": gap.horizon,
+        "rmse_at_horizon": gap.train_rmse,
     })
 }
 

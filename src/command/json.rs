@@ -176,6 +176,8 @@ pub(super) fn equations(model: &Model, units: &Units) -> Vec<Value> {
                             None if known => json!(0.0),
                             None => Value::Null,
                         },
+                        // Signs are all that bounds a coefficient, and one that a sign holds is zero.
+                        "at_bound": t.coefficient == 0.0 && t.std_error.is_none(),
                         "share": t.share,
                     })
                 })

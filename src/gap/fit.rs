@@ -438,6 +438,7 @@ impl Data {
             test_rmse,
             train_nrmse: train_rmse / spread(self.fit()),
             test_nrmse: test_rmse.map(|r| r / spread(judged)),
+            horizon: runs.iter().map(|r| r.range.len() as f64 * r.grid.interval()).fold(0.0, f64::max),
         };
         Fitted { composition, refined: Arc::new(refined), runs: runs.into(), level, folds, held_out, gap }
     }

@@ -43,6 +43,8 @@ pub struct Gap {
     pub train_nrmse: f64,
     /// `test_rmse` over the standard deviation of the same data.
     pub test_nrmse: Option<f64>,
+    /// The longest run that the errors are those of, s: a record's length, or that of the stretches that were begun anew.
+    pub horizon: f64,
 }
 
 /// A record's simulated response beside its measurement, at the samples that were compared.

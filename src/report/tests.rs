@@ -296,7 +296,8 @@ fn the_walk_is_told_in_every_document() {
             measured: Arc::clone(&measured),
             simulated: measured.iter().map(|m| m * (1.0 + rmse)).collect(),
         };
-        let gap = Gap { train_rmse: rmse, test_rmse: Some(f64::NAN), train_nrmse: rmse, test_nrmse: None };
+        let gap =
+            Gap { train_rmse: rmse, test_rmse: Some(f64::NAN), train_nrmse: rmse, test_nrmse: None, horizon: 10.0 };
         let traces = vec![trace(Usage::Fit), trace(Usage::HeldOut)];
         Arc::new(Stage { model: outcome.model.clone(), effects, gap, traces })
     };

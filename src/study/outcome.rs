@@ -221,7 +221,7 @@ pub struct Outcome {
     pub model: Model,
     /// The regression of each fitted equation.
     pub fits: Vec<EquationFit>,
-    /// How the coefficients' errors hang together.
+    /// How the coefficients' errors are correlated.
     pub covariance: Covariance,
     /// What fitting the response itself changed, if that was asked for and possible.
     pub refinement: Option<Refinement>,

@@ -8,7 +8,6 @@ use super::scene::Scene;
 use super::{Request, View, ViewState};
 use crate::app::plot::palette::Ink;
 use crate::app::plot::units;
-use crate::term::Symbol;
 
 /// A stretch is worth marking if its error exceeds the noise that stands in every comparison by this factor.
 const ABOVE_NOISE: f64 = 1.25;

@@ -62,6 +62,7 @@ fn outcome_of(cases: &[Case]) -> Arc<Outcome> {
         model: Model { layout, equations: vec![Equation { terms: Vec::new() }; layout.states()], static_ratio: 1.0 },
         refinement: None,
         fits: Vec::new(),
+        covariance: crate::study::Covariance::default(),
         train: records[0].channels[0].score,
         test: None,
         records,
