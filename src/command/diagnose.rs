@@ -11,7 +11,7 @@ use crate::model::Units;
 use crate::record::RecordSet;
 use crate::report;
 use crate::study::Cancel;
-use crate::term::Kind;
+use crate::term::{Kind, Term};
 
 /// Most effects that are added unless told otherwise.
 pub(super) const MAX_EFFECTS: u8 = 3;
@@ -101,9 +101,9 @@ pub(super) fn search(
     known: &[Terms],
     max_effects: u8,
 ) -> Result<Diagnosis, Failure> {
-    let known = known.iter().flat_map(|Terms(terms)| terms.iter().cloned()).collect();
-    let base = base.map(|Terms(terms)| terms.clone());
-    let ask = Ask { base, known, max_effects: usize::from(max_effects), ..Ask::default() };
+    let base = base.map(Terms::for_all).transpose()?;
+    let lists: Vec<Vec<Term>> = known.iter().map(Terms::for_all).collect::<Result<_, _>>()?;
+    let ask = Ask { base, known: lists.concat(), max_effects: usize::from(max_effects), ..Ask::default() };
     let search = Search::new(records, &ask)?;
     if let Some((record, _)) = records.entries.first() {
         let layout = record.layout(Kind::SecondOrder);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
-use super::json::{VERSION, fitted_equations};
+use super::json::{VERSION, equations};
 use crate::gap::{Candidate, Diagnosis, Finding, Gap, Parameter, Round, Stage, Step};
 use crate::model::{Model, Units};
 use crate::record::RecordSet;
@@ -14,10 +14,7 @@ pub(super) fn result(diagnosis: &Diagnosis, records: &RecordSet) -> Value {
     let units =
         |model: &Model| records.entries.first().map_or_else(Units::default, |(r, _)| Units::of(r, &model.layout));
     let stage = |stage: Option<&Stage>| {
-        stage.map_or(
-            Value::Null,
-            |s| json!({ "equations": fitted_equations(&s.model, &units(&s.model)), "gap": gap(&s.gap) }),
-        )
+        stage.map_or(Value::Null, |s| json!({ "equations": equations(&s.model, &units(&s.model)), "gap": gap(&s.gap) }))
     };
     json!({
         "version": VERSION,

@@ -102,6 +102,7 @@ fn outcome(terms: &[(&str, f64)], motions: &[Motion]) -> Outcome {
     // The series are exact: no filter has touched them.
     settings.smoothing.filter_library = false;
     Outcome {
+        covariance: crate::study::Covariance::default(),
         refinement: None,
         settings,
         model,

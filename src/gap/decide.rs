@@ -178,6 +178,9 @@ fn unsound(form: &Form, after: &Fitted, colour: f64) -> Option<Refusal> {
         if low < 0.0 && high > 0.0 && value.abs() < CERTAIN * doubt(k).unwrap_or(0.0) {
             return Some(Refusal::Undetermined(format!("its {} cannot be told from zero", quantity.name)));
         }
+        if quantity.jumps && value - low < CERTAIN * doubt(k).unwrap_or(0.0) {
+            return Some(Refusal::Undetermined(format!("its {} cannot be told from {low}", quantity.name)));
+        }
         if (value - low).abs() < 0.01 * (high - low).abs().min(value.abs()) || (high - value).abs() < 0.01 * high.abs()
         {
             return Some(Refusal::Itself(format!(

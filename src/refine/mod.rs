@@ -28,7 +28,7 @@ use crate::simulate::InputGrid;
 pub use crate::simulate::Output;
 
 pub use fitter::{misfit, refine};
-pub use horizon::{Goal, Landed, climb, cut, land, levels, shoot};
+pub use horizon::{Goal, Horizon, Landed, climb, cut, holds, horizon, land, levels, shoot};
 pub use statistics::{autoregression, inflation};
 
 /// What one set of parameters makes.
@@ -139,7 +139,7 @@ impl Run {
 pub struct Point {
     /// Shared parameters.
     pub shared: Vec<f64>,
-    /// The sensor's offset in each record; empty where it has none.
+    /// The sensors' offsets, record after record; empty where they have none.
     pub offsets: Vec<f64>,
     /// For each run: displacements, velocities and, unless they are driven, internal states at the first sample.
     pub own: Vec<Vec<f64>>,
@@ -155,7 +155,8 @@ impl Point {
             own.resize(own.len() + internals, 0.0);
             own
         });
-        Self { shared, offsets: if structure.offset() { vec![0.0; records] } else { Vec::new() }, own: own.collect() }
+        let offsets = if structure.offset() { records * runs.first().map_or(0, |r| r.outputs.len()) } else { 0 };
+        Self { shared, offsets: vec![0.0; offsets], own: own.collect() }
     }
 }
 

@@ -7,6 +7,7 @@ use super::walk;
 use crate::format::equations::{by_share, is_kinematic};
 use crate::format::number::{align_at_point, format_measured, significant, significant_trimmed};
 use crate::format::units::{Scale, format_si, raised};
+use crate::model::Mode;
 use crate::record::Usage;
 use crate::study::{Differentiation, Form, Kinematics, Lock, Outcome, Scaling, Score, Severity};
 use crate::term::{Kind, Symbol};
@@ -62,6 +63,7 @@ pub(super) fn blocks(report: &Report<'_>, room: &Room) -> Vec<Block> {
     blocks.push(Block::Equations(math::equations(&outcome.model)));
     blocks.extend(coefficients(outcome));
     blocks.extend(physical(outcome));
+    blocks.extend(modes(outcome));
     blocks.push(Block::Heading("Response and error"));
     blocks.push(Block::Table(errors(outcome, unit)));
     blocks.extend(figures::all(outcome, room).into_iter().map(Block::Figure));
@@ -104,6 +106,7 @@ pub(super) fn summary(report: &Report<'_>) -> Vec<Block> {
         }
     }
     blocks.extend(physical(outcome));
+    blocks.extend(modes(outcome));
     blocks.push(Block::Heading("Settings"));
     blocks.push(Block::Table(settings(outcome)));
     blocks.extend(report.choice.map(|reason| Block::Paragraph(sentence(reason))));
@@ -233,6 +236,41 @@ fn physical(outcome: &Outcome) -> Vec<Block> {
     vec![
         Block::Subheading("Physical parameters".into()),
         Block::Table(Table { head: vec!["parameter", "value ± std. error", "unit", ""], rows }),
+    ]
+}
+
+/// Natural frequencies, damping ratios and shapes of several masses; those of one are among its parameters.
+fn modes(outcome: &Outcome) -> Vec<Block> {
+    let found = outcome.modes();
+    if outcome.model.layout.freedoms < 2 || found.is_empty() {
+        return Vec::new();
+    }
+    let column = |of: &dyn Fn(&Mode) -> String| align_at_point(&found.iter().map(of).collect::<Vec<_>>());
+    let frequencies = column(&|m| format_measured(m.frequency, m.frequency_error));
+    let dampings = column(&|m| format_measured(m.damping, m.damping_error));
+    let swing = |m: &Mode| -> String {
+        let one = |i: usize| {
+            let size = format_measured(m.shape[i], m.shape_error[i]);
+            let degrees = m.phase[i].to_degrees();
+            if degrees.abs() < 0.5 { size } else { format!("{size} ({} °)", significant(degrees, 2)) }
+        };
+        (0..m.shape.len()).map(one).collect::<Vec<_>>().join(", ")
+    };
+    let rows = found
+        .iter()
+        .enumerate()
+        .map(|(k, mode)| {
+            vec![
+                Cell::Number(frequencies[k].clone()),
+                Cell::Text("Hz".into()),
+                Cell::Number(dampings[k].clone()),
+                Cell::Text(swing(mode)),
+            ]
+        })
+        .collect();
+    vec![
+        Block::Subheading("Natural modes of the linear part, at rest".into()),
+        Block::Table(Table { head: vec!["frequency ± std. error", "", "damping ratio", "shape (phase)"], rows }),
     ]
 }
 

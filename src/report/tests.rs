@@ -103,12 +103,12 @@ fn outcome() -> Outcome {
             drop_marks: Vec::new(),
             path: Vec::new(),
             confused: Vec::new(),
-            covariance: Vec::new(),
             shift: Vec::new(),
             condition: 12.0,
             residual_rms: 0.02,
             rate_rms: 1.0,
         }],
+        covariance: study::Covariance::default(),
         refinement: None,
         records: vec![
             record_outcome("long", Usage::Fit, 6000),

@@ -120,7 +120,8 @@ pub(crate) struct Inner {
     pub(crate) grid: Vec<f64>,
     /// Values beyond these are not this effect.
     pub(crate) bounds: (f64, f64),
-    /// The response jumps where it passes certain values: each at which a stop begins or ends.
+    /// The response jumps where it passes certain values: each at which a stop begins or ends. At its least value the effect
+    /// is the simpler one that it contains.
     pub(crate) jumps: bool,
 }
 
