@@ -101,9 +101,15 @@ pub(super) fn search(
     known: &[Terms],
     max_effects: u8,
 ) -> Result<Diagnosis, Failure> {
-    let base = base.map(Terms::for_all).transpose()?;
     let lists: Vec<Vec<Term>> = known.iter().map(Terms::for_all).collect::<Result<_, _>>()?;
-    let ask = Ask { base, known: lists.concat(), max_effects: usize::from(max_effects), ..Ask::default() };
+    let mut ask = Ask { known: lists.concat(), max_effects: usize::from(max_effects), ..Ask::default() };
+    for part in base.iter().flat_map(|terms| &terms.0) {
+        let list = match part.freedom(Kind::SecondOrder).map_err(Failure::new)? {
+            None => ask.base.get_or_insert_default(),
+            Some(mass) => ask.own.entry(mass).or_default(),
+        };
+        list.extend(part.entries.iter().cloned());
+    }
     let search = Search::new(records, &ask)?;
     if let Some((record, _)) = records.entries.first() {
         let layout = record.layout(Kind::SecondOrder);

@@ -70,12 +70,25 @@ impl Oscillator {
 
     /// The state after an interval in which the forces on some masses go from one value to another.
     fn advance(&self, state: &[f64], forces: &[(usize, &[f64])], k: usize, next: &mut [f64]) {
-        let (n, m) = (self.masses(), state.len());
-        for (i, (value, row)) in next.iter_mut().zip(self.step.chunks_exact(m)).enumerate() {
-            *value = row.iter().zip(state).map(|(a, s)| a * s).sum();
-            for (mass, force) in forces {
-                *value += self.before[i * n + mass] * force[k] + self.after[i * n + mass] * force[k + 1];
+        let Self { step, before, after, .. } = self;
+        // One mass, written out: the search spends much of its time here.
+        if let ([p, v], [(_, force)], [p_next, v_next]) = (state, forces, &mut *next) {
+            let (now, then) = (force[k], force[k + 1]);
+            *p_next = step[0] * p + step[1] * v + before[0] * now + after[0] * then;
+            *v_next = step[2] * p + step[3] * v + before[1] * now + after[1] * then;
+            return;
+        }
+        let m = state.len();
+        for (i, next) in next.iter_mut().enumerate() {
+            let mut value = 0.0;
+            for (j, state) in state.iter().enumerate() {
+                value += step[i * m + j] * state;
             }
+            for (mass, force) in forces {
+                let place = i * m / 2 + mass;
+                value += before[place] * force[k] + after[place] * force[k + 1];
+            }
+            *next = value;
         }
     }
 
@@ -170,7 +183,10 @@ impl Variation {
         let (Some(left), Some(pull)) = (self.left.get(place.clone()), self.pull.get(place)) else { return };
         let (p, v) = state.split_at_mut(n);
         for (i, kicked) in scratch[..n].iter_mut().enumerate() {
-            *kicked = (0..n).map(|j| left[i * n + j] * v[j] - pull[i * n + j] * p[j]).sum();
+            *kicked = 0.0;
+            for (j, v) in v.iter().enumerate() {
+                *kicked += left[i * n + j] * v - pull[i * n + j] * p[j];
+            }
         }
         v.copy_from_slice(&scratch[..n]);
     }

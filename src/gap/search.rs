@@ -93,6 +93,12 @@ impl Search {
     /// Records that do not go together or are too short; a base term of something that they lack.
     pub fn new(records: &RecordSet, ask: &Ask) -> Result<Self, GapError> {
         let data = Data::new(records)?;
+        let masses = data.masses();
+        if let Some(mass) = ask.own.keys().find(|mass| **mass >= masses) {
+            let (number, there) =
+                (mass + 1, if masses == 1 { "one mass".to_owned() } else { format!("{masses} masses") });
+            return Err(GapError::Records(format!("there is no equation of v{number}: the records have {there}")));
+        }
         let terms = base_terms(&data, ask);
         for Placed { term, .. } in &terms {
             if let Some(symbol) = term.foreign_symbol(&data.layout) {
