@@ -203,7 +203,8 @@ mod tests {
         let [x, v, a] = motion(2000, 0.01);
         for (series, order) in [(v, 1), (a, 2)] {
             let (found, _) = integrated(&series, &[], 0.01, order);
-            assert!(error(&found, &x) < 0.04, "order {order}: {}", error(&found, &x));
+            // What the cut takes of the slower tone, twice over for the ends.
+            assert!(error(&found, &x) < 0.05, "order {order}: {}", error(&found, &x));
         }
     }
 
