@@ -12,7 +12,7 @@ use crate::signal::{
     Facts, Signals, Spectrum, dot, main_period, mean_and_variance, motion_period, rms, standard_deviation,
 };
 use crate::simulate::InputGrid;
-use crate::study::{base_excited, suggest};
+use crate::study::{base_excited, output, suggest};
 use crate::term::{Kind, Layout, Term};
 
 /// A record made ready: thinned where its band allows, its inputs made continuous.
@@ -127,7 +127,7 @@ impl Data {
                 return Err(GapError::Records(format!("record `{name}` has no {noun}, record `{other}` has")));
             }
         }
-        let outputs: Vec<Output> = sensors.iter().copied().map(shown).collect();
+        let outputs: Vec<Output> = sensors.iter().copied().map(output).collect();
         let facts: Vec<Facts> = thinned.iter().map(|(r, _)| Facts::new(r, &layout)).collect();
         let mut series: Vec<Series> = thinned
             .iter()
@@ -206,7 +206,6 @@ impl Data {
     /// further than the motion's own RMS. None where the base model has no spring. A constant force beside a linear spring is
     /// such a point.
     pub(super) fn equilibrium(&self, base: &Composition) -> Option<f64> {
-        let spring = base.base.iter().position(|t| t.term.as_str() == "x")?;
         let constant = Placed { mass: 0, term: Term::parse("1").ok()? };
         // Velocity and acceleration are the same about any point; of several masses each would have its own.
         if self.outputs != [Output::Displacement(0)] {
@@ -214,7 +213,7 @@ impl Data {
         }
         let others = base.base.iter().filter(|t| **t != constant).cloned();
         let free = Composition::new(self.layout, others.chain([constant.clone()]).collect());
-        let spring = if base.base[..spring].contains(&constant) { spring - 1 } else { spring };
+        let spring = free.base.iter().position(|t| t.term.as_str() == "x")?;
         let found = Weak::new(self).estimate(&free, &[])?;
         let point = -found.coefficients.last()? / found.coefficients[spring];
         let (mut mean, mut variance) = (0.0, 0.0);
@@ -313,15 +312,6 @@ fn weights(series: &[Series], noises: &[f64]) -> Vec<f64> {
     floored.iter().map(|noise| floored[0] / noise).collect()
 }
 
-/// What a channel shows.
-fn shown(role: Role) -> Output {
-    match role {
-        Role::Velocity(i) => Output::Velocity(i),
-        Role::Acceleration(i) => Output::Acceleration(i),
-        Role::Displacement(i) | Role::Input(i) => Output::Displacement(i),
-    }
-}
-
 impl Series {
     fn new(
         (record, sensors): (&Record, &[Role]),
@@ -358,7 +348,7 @@ impl Series {
             start: record.start,
             interval: record.interval,
             measured: sensors.iter().map(|role| channel(*role)).collect(),
-            outputs: sensors.iter().copied().map(shown).collect(),
+            outputs: sensors.iter().copied().map(output).collect(),
             weights: vec![1.0; sensors.len()],
             grid: Arc::new(grid),
             inputs,

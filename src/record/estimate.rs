@@ -138,10 +138,10 @@ fn solve(bands: &mut [[f64; 3]], right: &mut [f64]) {
 fn slowest(values: &[f64], inputs: &[&[f64]], interval: f64) -> f64 {
     let n = values.len();
     let least = LEAST_PERIODS / (n as f64 * interval);
-    let Some(power) = power(values) else { return least };
-    let smooth: Vec<f64> = (0..power.len())
+    let Some(lines) = power(values) else { return least };
+    let smooth: Vec<f64> = (0..lines.len())
         .map(|k| {
-            let part = &power[k.saturating_sub(SMOOTH)..(k + SMOOTH + 1).min(power.len())];
+            let part = &lines[k.saturating_sub(SMOOTH)..(k + SMOOTH + 1).min(lines.len())];
             part.iter().sum::<f64>() / part.len() as f64
         })
         .collect();
@@ -149,12 +149,12 @@ fn slowest(values: &[f64], inputs: &[&[f64]], interval: f64) -> f64 {
     ordered.sort_by(f64::total_cmp);
     let noise = ordered[(QUIET * (ordered.len() - 1) as f64) as usize];
     let frequency = |k: usize| k as f64 / (n as f64 * interval);
-    let clear = (0..power.len()).find(|k| frequency(*k) >= least && power[*k] > CLEAR * noise).map_or(least, frequency);
+    let clear = (0..lines.len()).find(|k| frequency(*k) >= least && lines[*k] > CLEAR * noise).map_or(least, frequency);
     let driven = inputs.iter().filter_map(|u| {
         let mean = u.iter().sum::<f64>() / u.len() as f64;
-        Some(frequency(first_share(&self::power(&u.iter().map(|u| u - mean).collect::<Vec<f64>>())?, FAINT)?))
+        Some(frequency(first_share(&power(&u.iter().map(|u| u - mean).collect::<Vec<f64>>())?, FAINT)?))
     });
-    let band = driven.chain(first_share(&power, FAINT).map(frequency)).fold(f64::INFINITY, f64::min);
+    let band = driven.chain(first_share(&lines, FAINT).map(frequency)).fold(f64::INFINITY, f64::min);
     if band.is_finite() { clear.max(band) } else { clear }
 }
 

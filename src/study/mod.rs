@@ -29,6 +29,7 @@ pub use outcome::{
     StudyError, Warning, force_over_mass,
 };
 pub use refined::Refinement;
+pub(crate) use response::output;
 pub use settings::{Form, Kinematics, Lock, Own, Scaling, Settings};
 pub use suggest::suggest;
 pub(crate) use weak::test_functions;

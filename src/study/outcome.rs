@@ -59,11 +59,7 @@ pub struct Channel {
 impl Channel {
     /// The name of what the sensor measures: `x`, `a2`.
     pub fn name(&self, layout: &Layout) -> String {
-        match self.role {
-            Role::Displacement(_) | Role::Input(_) => layout.name(self.symbol),
-            role if layout.freedoms > 1 => format!("{}{}", role.symbol(), role.index() + 1),
-            role => role.symbol().to_owned(),
-        }
+        sensor_name(self.role, layout)
     }
 }
 
@@ -84,6 +80,16 @@ pub struct RecordOutcome {
     pub channels: Vec<Channel>,
     /// Time at which the response left the data's range, s.
     pub diverged_at: Option<f64>,
+}
+
+/// The name of what is measured, as the interface writes it: `x1`, `v2`, `a1`.
+fn sensor_name(role: Role, layout: &Layout) -> String {
+    match role {
+        Role::Displacement(i) => layout.name(Symbol::State(i)),
+        Role::Velocity(i) => layout.name(Symbol::Rate(i)),
+        Role::Acceleration(i) => layout.name(Symbol::Rate(i)).replacen('v', "a", 1),
+        Role::Input(j) => layout.name(Symbol::Input(j)),
+    }
 }
 
 /// A measured channel that the model's response can be held against, with its errors.
@@ -107,15 +113,13 @@ impl RecordOutcome {
             if let Some(known) = self.channels.iter().find(|c| c.role == channel.role) {
                 return Some(SensorScore { name: known.name(layout), unit, score: known.score });
             }
-            let (name, response) = match channel.role {
-                Role::Displacement(i) => (layout.name(Symbol::State(i)), self.states.get(i)?.clone()),
-                Role::Velocity(i) => (layout.name(Symbol::Rate(i)), velocity(i)?.clone()),
-                Role::Acceleration(i) => {
-                    let name = layout.name(Symbol::Rate(i)).replacen('v', "a", 1);
-                    (name, central(velocity(i)?, self.record.interval))
-                }
+            let response = match channel.role {
+                Role::Displacement(i) => self.states.get(i)?.clone(),
+                Role::Velocity(i) => velocity(i)?.clone(),
+                Role::Acceleration(i) => central(velocity(i)?, self.record.interval),
                 Role::Input(_) => return None,
             };
+            let name = sensor_name(channel.role, layout);
             let score = Tally::compare(&channel.values, &response, &mut Vec::new()).score();
             Some(SensorScore { name, unit, score })
         };

@@ -149,7 +149,7 @@ impl Drive {
 }
 
 /// What a channel shows of the motion.
-pub(super) fn output(role: Role) -> Output {
+pub(crate) fn output(role: Role) -> Output {
     match role {
         Role::Displacement(i) | Role::Input(i) => Output::Displacement(i),
         Role::Velocity(i) => Output::Velocity(i),
