@@ -116,19 +116,26 @@ impl Search {
                 .map(|k| (k, climb(&judged[k].1.composition, &whole, judged[k].2.clone(), goal)))
                 .collect();
             level = self.common_level(&climbed, &judged, cancel)?;
-            tried = climbed
+            let mut landed: Vec<(usize, Landed)> = climbed
                 .into_par_iter()
                 .filter_map(|(k, held)| {
                     let last = held.into_iter().next_back()?;
-                    let composition = judged[k].1.composition.clone();
                     let there = if (last.whole && level == WHOLE) || last.level == level {
                         last
                     } else {
                         let shared = &last.refined.point.shared;
-                        shoot(&composition, &whole, (shared, Some(&last)), level, goal, FEW_STEPS)?
+                        shoot(&judged[k].1.composition, &whole, (shared, Some(&last)), level, goal, FEW_STEPS)?
                     };
-                    Some((judged[k].0.clone(), data.judged(composition, there, cancel)))
+                    Some((k, there))
                 })
+                .collect();
+            // Rivals are compared at their best.
+            let least = landed.iter().map(|(_, l)| l.refined.rss).fold(f64::INFINITY, f64::min);
+            let composition = |k: usize| &judged[k].1.composition;
+            landed.par_iter_mut().for_each(|(k, landed)| self.settled(composition(*k), landed, (level, least), goal));
+            tried = landed
+                .into_par_iter()
+                .map(|(k, there)| (judged[k].0.clone(), data.judged(composition(k).clone(), there, cancel)))
                 .collect();
         } else {
             level = 0;
@@ -169,21 +176,25 @@ impl Search {
         });
         shot.truncate(JUDGED);
         let least = shot.first().map_or(0.0, |s| s.2.refined.rss);
-        shot.par_iter_mut().for_each(|(_, composition, landed)| {
-            if landed.refined.converged || landed.refined.rss > HOPEFUL * least {
-                return;
-            }
-            let shared = landed.refined.point.shared.clone();
-            if let Some(further) = shoot(composition, &whole, (&shared, Some(landed)), 0, goal, 2 * FEW_STEPS) {
-                *landed = further;
-            }
-        });
+        shot.par_iter_mut().for_each(|(_, composition, landed)| self.settled(composition, landed, (0, least), goal));
         let mut judged: Vec<(Vec<usize>, Fitted, Landed)> = shot
             .into_par_iter()
             .map(|(forms, composition, landed)| (forms, self.data.judged(composition, landed.clone(), cancel), landed))
             .collect();
         judged.sort_by(|a, b| a.1.held_out_error().total_cmp(&b.1.held_out_error()));
         judged
+    }
+
+    /// Goes on with a fit that ended for want of steps, if it is near the least sum of squares.
+    fn settled(&self, composition: &Composition, landed: &mut Landed, (level, least): (usize, f64), goal: Goal<'_>) {
+        if landed.refined.converged || landed.refined.rss > HOPEFUL * least {
+            return;
+        }
+        let shared = &landed.refined.point.shared;
+        let further = shoot(composition, &self.data.whole(), (shared, Some(landed)), level, goal, 2 * FEW_STEPS);
+        if let Some(further) = further.filter(|f| f.refined.rss < landed.refined.rss) {
+            *landed = further;
+        }
     }
 
     /// The longest segments that the best of the sets can follow, on the data fitted and on those never fitted.

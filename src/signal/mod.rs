@@ -9,6 +9,7 @@ mod smoothing;
 mod spectral;
 pub mod spectrum;
 mod spline;
+mod standing;
 mod sums;
 
 pub use difference::central;
@@ -17,6 +18,7 @@ pub use savgol::SavitzkyGolay;
 pub(crate) use smoother::Smoother;
 pub use smoothing::{Differentiation, Smoothing};
 pub use spectrum::{Peak, Spectrum, main_period, motion_period};
+pub(crate) use standing::standstills;
 pub(crate) use sums::{dot, mean_and_variance, rms};
 
 use std::sync::Arc;

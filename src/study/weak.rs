@@ -1,9 +1,11 @@
 //! The weak form: equations held against averages over test functions that take the derivatives off the measurement.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::StudyError;
 use super::noise::{Kernels, Passing, Whitening, place, rate_place, slopes, symbols};
+use super::regression::Raster;
 use crate::signal::{Measured, Signals, dot};
 use crate::sparse::Reduced;
 use crate::term::{Expression, Kind, Layout, Program, Symbol, Term};
@@ -92,6 +94,12 @@ impl Weak {
         self.stride
     }
 
+    /// How its rows lie on a record's samples.
+    pub(super) fn raster(&self, signals: &Signals) -> Raster {
+        let rows = (length(signals).saturating_sub(self.span()) / self.stride) + 1;
+        Raster { rows, first: self.half_width, stride: self.stride, reach: self.half_width }
+    }
+
     /// Samples that one row averages over.
     pub(super) fn span(&self) -> usize {
         2 * self.half_width + 1
@@ -141,14 +149,14 @@ impl Weak {
             .collect()
     }
 
-    /// Appends a record's whitened rows to those of each fitted state.
+    /// Appends a record's rows that are kept, whitened, to those of each fitted state.
     pub(super) fn append(
         &self,
         layout: &Layout,
         terms: &[Term],
         signals: &Signals,
         fitted: &[usize],
-        rows: &mut [Rows],
+        (kept, rows): (&[Range<usize>], &mut [Rows]),
     ) {
         let kernels = test_functions(self.half_width, signals.interval);
         let columns = self.columns(layout, terms, signals, &kernels);
@@ -157,11 +165,14 @@ impl Weak {
             let Some((channel, order)) = rate_place(&signals.measured, layout, *state) else { continue };
             let rate = self.averages(&signals.measured[channel].values, &kernels[order]);
             let covariance = both.covariance(&signals.measured, (channel, order), passing, self.stride);
-            let whitening = Whitening::new(&covariance, self.floor, rate.len());
-            for (whole, column) in rows.columns.iter_mut().zip(&columns) {
-                whitening.apply(column, whole);
+            let longest = kept.iter().map(Range::len).max().unwrap_or(0);
+            let whitening = Whitening::new(&covariance, self.floor, longest);
+            for stretch in kept {
+                for (whole, column) in rows.columns.iter_mut().zip(&columns) {
+                    whitening.apply(&column[stretch.clone()], whole);
+                }
+                whitening.apply(&rate[stretch.clone()], &mut rows.rate);
             }
-            whitening.apply(&rate, &mut rows.rate);
         }
     }
 
@@ -329,7 +340,8 @@ mod tests {
 
     fn rows(weak: &Weak, terms: &[Term], signals: &Signals) -> Rows {
         let mut rows = [Rows { columns: vec![Vec::new(); terms.len()], rate: Vec::new() }];
-        weak.append(&LAYOUT, terms, signals, &[1], &mut rows);
+        let all = 0..weak.raster(signals).rows;
+        weak.append(&LAYOUT, terms, signals, &[1], (&[all], &mut rows));
         let [rows] = rows;
         rows
     }

@@ -1,9 +1,11 @@
 //! The regression stage: library columns over every fitted record, reduced once, thresholded often.
 
 mod rows;
+mod sliding;
 mod sureness;
 mod written;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::covariance::Covariance;
@@ -16,6 +18,8 @@ use crate::sparse::{Constraint, Options, Reduced, Scores, Sign, Solution, drop_p
 use crate::study::outcome::{DroppedTerm, PathTerm};
 use crate::term::{Expression, Kind, Layout, Program, Symbol, Term};
 use rows::{filtered, smooth_alike};
+pub(super) use sliding::Raster;
+use sliding::{Moving, keep};
 pub(super) use sureness::Resampling;
 
 /// Library columns and the rates to explain, over every fitted record.
@@ -27,6 +31,8 @@ pub(super) struct Regression {
     targets: Vec<Target>,
     /// First row of each record.
     starts: Vec<usize>,
+    /// The record and the rows of each stretch in which rows follow one another without a gap.
+    stretches: Vec<(usize, Range<usize>)>,
     /// Rows over which residuals hang together.
     block: usize,
     origin: Origin,
@@ -82,12 +88,18 @@ impl Regression {
         let mut rates: Vec<Vec<f64>> = vec![Vec::new(); fitted.len()];
         let mut starts = Vec::with_capacity(records.len());
         let mut block = 1;
-        for signals in records {
+        let inside = |signals: &Signals| {
             let count = signals.states.first().map_or(0, Vec::len);
-            let rows = count.div_ceil(stride);
             // A record of a few segments cannot spare both ends.
             let margin = smoothing.margin(signals.length).min(count / 8).div_ceil(stride);
-            let inside = margin..rows - margin;
+            margin..count.div_ceil(stride) - margin
+        };
+        let moving = Moving::new(layout, terms, records, |signals| {
+            let inside = inside(signals);
+            Raster { rows: inside.len(), first: inside.start * stride, stride, reach: signals.length.ceil() as usize }
+        });
+        for (signals, moving) in records.iter().zip(&moving.rows) {
+            let inside = inside(signals);
             starts.push(rates.first().map_or(0, Vec::len));
             let slices = signals.slices();
             let samples = slices.block();
@@ -105,6 +117,7 @@ impl Regression {
             for (rate, state) in rates.iter_mut().zip(fitted) {
                 rate.extend(signals.rates[*state].iter().step_by(stride).skip(inside.start).take(inside.len()));
             }
+            keep(moving, starts[starts.len() - 1], columns.iter_mut().chain(&mut rates));
             let together = 2.0 * signals.length.max(1.0) * signals.interval;
             let together = signals.main_period.unwrap_or(together).max(together);
             block = block.max((together / (signals.interval * stride as f64)).ceil() as usize);
@@ -123,7 +136,8 @@ impl Regression {
             })
             .collect();
         let origin = Origin::Smoothed { records: records.to_vec(), smoothing: *smoothing, stride };
-        Ok(Self { layout: *layout, terms: terms.to_vec(), targets, starts, block, origin })
+        let stretches = moving.stretches();
+        Ok(Self { layout: *layout, terms: terms.to_vec(), targets, starts, stretches, block, origin })
     }
 
     /// The same in the weak form.
@@ -137,9 +151,10 @@ impl Regression {
         let mut rows = vec![Rows { columns: vec![Vec::new(); terms.len()], rate: Vec::new() }; fitted.len()];
         let mut starts = Vec::with_capacity(records.len());
         let mut block = 1;
-        for signals in records {
+        let moving = Moving::new(layout, terms, records, |signals| weak.raster(signals));
+        for (signals, moving) in records.iter().zip(&moving.rows) {
             starts.push(rows.first().map_or(0, |r| r.rate.len()));
-            weak.append(layout, terms, signals, fitted, &mut rows);
+            weak.append(layout, terms, signals, fitted, (moving, &mut rows));
             let row = signals.interval * weak.stride() as f64;
             let together = weak.span() as f64 * signals.interval;
             let together = signals.main_period.unwrap_or(together).max(together);
@@ -161,7 +176,8 @@ impl Regression {
             })
             .collect();
         let origin = Origin::Averaged(weak.clone());
-        Ok(Self { layout: *layout, terms: terms.to_vec(), targets, starts, block, origin })
+        let stretches = moving.stretches();
+        Ok(Self { layout: *layout, terms: terms.to_vec(), targets, starts, stretches, block, origin })
     }
 
     /// The regression of other records on some terms, their rows made in the same way.
@@ -232,6 +248,7 @@ impl Regression {
             terms: first.terms.clone(),
             targets,
             starts: Vec::new(),
+            stretches: Vec::new(),
             block: first.block,
             origin: Origin::Joined,
         }

@@ -1,6 +1,5 @@
 //! How sure a regression's coefficients are: how its residuals move them, and which it can hardly tell apart.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use super::{Origin, Regression, Target, options};
@@ -82,8 +81,8 @@ impl Regression {
                 return column.to_vec();
             }
             let mut whole = Vec::with_capacity(column.len());
-            for (range, whitening) in self.rows_of_records(column.len()).zip(&whitenings) {
-                way(whitening, &column[range], &mut whole);
+            for (record, rows) in &self.stretches {
+                way(&whitenings[*record], &column[rows.clone()], &mut whole);
             }
             whole
         };
@@ -99,18 +98,13 @@ impl Regression {
         let Origin::Smoothed { records, smoothing, stride } = &self.origin else { return None };
         let kept = self.terms.iter().zip(solution.coefficients.iter().copied()).filter(|(_, c)| *c != 0.0);
         let passing = slopes(kept, &self.layout, records);
-        let whitening = |(signals, rows): (&Arc<Signals>, Range<usize>)| {
+        let whitening = |(record, signals): (usize, &Arc<Signals>)| {
+            let longest = self.stretches.iter().filter(|(r, _)| *r == record).map(|(_, rows)| rows.len()).max();
             let kernels = Kernels::of_smoothing(smoothing, signals.length, signals.interval)?;
             let rate = rate_place(&signals.measured, &self.layout, target.index)?;
             let covariance = kernels.covariance(&signals.measured, rate, &passing, *stride);
-            (covariance[0] > 0.0).then(|| Whitening::new(&covariance, FLOOR, rows.len()))
+            (covariance[0] > 0.0).then(|| Whitening::new(&covariance, FLOOR, longest.unwrap_or(0)))
         };
-        records.iter().zip(self.rows_of_records(target.rate.len())).map(whitening).collect()
-    }
-
-    /// Each record's rows among all of them.
-    fn rows_of_records(&self, rows: usize) -> impl Iterator<Item = Range<usize>> {
-        let ends = self.starts.iter().skip(1).copied().chain([rows]);
-        self.starts.iter().zip(ends).map(|(start, end)| *start..end)
+        records.iter().enumerate().map(whitening).collect()
     }
 }
