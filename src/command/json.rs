@@ -252,6 +252,11 @@ fn records(outcome: &Outcome) -> Vec<Value> {
                 "rate": r.record.interval.recip(),
                 "diverged_at": r.diverged_at,
                 "channels": channels,
+                "standing": {
+                    "share": r.standing_share(),
+                    "stops": r.standing.len(),
+                    "stops_simulated": r.sticks.len(),
+                },
             })
         })
         .collect()

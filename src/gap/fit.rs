@@ -73,6 +73,12 @@ impl Fitted {
         (self.refined.rss / freedom as f64).sqrt()
     }
 
+    /// Where the fit landed, to go on from.
+    pub(super) fn landed(&self) -> Landed {
+        let (level, whole) = (self.level, self.level == WHOLE);
+        Landed { refined: (*self.refined).clone(), runs: self.runs.to_vec(), level, whole }
+    }
+
     /// RMS of what is left on data never fitted.
     pub(super) fn held_out_error(&self) -> f64 {
         let (rss, freedom) = self.folds.iter().fold((0.0, 0), |(rss, freedom), fold| {
@@ -225,7 +231,7 @@ impl Data {
             Some(landed) if landed.whole => Some(landed.refined),
             Some(landed) => {
                 let shared = &landed.refined.point.shared;
-                shoot(composition, &runs, (shared, Some(&landed)), WHOLE, goal, steps).map(|l| l.refined)
+                shoot(composition, &runs, (shared, Some(landed.of(composition))), WHOLE, goal, steps).map(|l| l.refined)
             }
             None => None,
         };

@@ -358,7 +358,7 @@ impl Search {
         // One steady tone tells sets apart as little as single effects.
         if !self.audit.single_tone && !refits.iter().any(|r| self.explains(&before, &forms, r)) {
             tell(Progress::Step("Trying effects and pairs along short segments", 0.6));
-            if let Some(sets) = self.sets(&before, &forms, cancel) {
+            if let Some(sets) = self.sets(&before, &forms, &refits, cancel) {
                 (compared, refits) = merged(compared, refits, sets);
             }
             check()?;

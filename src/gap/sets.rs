@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::data::Data;
 use super::effects::Form;
 use super::fit::{FEW_STEPS, Fitted, Pace, WHOLE};
-use super::search::Search;
+use super::search::{Refit, Search};
 use super::structure::Composition;
 use super::weak::{Projector, Weak};
 use crate::refine::{Bar, Goal, Landed, Options, Structure as _, climb, levels, shoot};
@@ -31,6 +31,9 @@ const THINNED: usize = 8;
 const JUDGED: usize = 12;
 /// Sets that are fitted on where they have not settled: those whose sum of squares is at most so many times the least.
 const HOPEFUL: f64 = 25.0;
+/// Times that such a fit goes on at most, and what it leaves then, as a share of what it left before, to go on once more.
+const ROUNDS: usize = 8;
+const HELPS: f64 = 0.8;
 /// Times the noise, on the data fitted and on those never fitted, that one effect leaves at most where two are not looked for.
 const ENOUGH: (f64, f64) = (1.15, 1.25);
 /// Trials are shot that leave at most so many times the least in the weak form.
@@ -76,7 +79,7 @@ pub(super) struct Sets {
 
 impl Search {
     /// Tries single effects and pairs; none if cancelled, or if nothing can be followed.
-    pub(super) fn sets(&self, before: &Fitted, forms: &[Form], cancel: &Cancel) -> Option<Sets> {
+    pub(super) fn sets(&self, before: &Fitted, forms: &[Form], refits: &[Refit], cancel: &Cancel) -> Option<Sets> {
         let data = &self.data;
         let weak = Weak::new(data);
         let trials = self.singles(&weak, before, forms, cancel);
@@ -116,6 +119,7 @@ impl Search {
                 .map(|k| (k, climb(&judged[k].1.composition, &whole, judged[k].2.clone(), goal)))
                 .collect();
             level = self.common_level(&climbed, &judged, cancel)?;
+            let composition = |k: usize| &judged[k].1.composition;
             let mut landed: Vec<(usize, Landed)> = climbed
                 .into_par_iter()
                 .filter_map(|(k, held)| {
@@ -124,14 +128,27 @@ impl Search {
                         last
                     } else {
                         let shared = &last.refined.point.shared;
-                        shoot(&judged[k].1.composition, &whole, (shared, Some(&last)), level, goal, FEW_STEPS)?
+                        shoot(composition(k), &whole, (shared, Some(last.of(composition(k)))), level, goal, FEW_STEPS)?
                     };
-                    Some((k, there))
+                    // Whole records may have led to a better basin than segments that grew.
+                    let refit = refits.iter().find(|r| r.forms == judged[k].0);
+                    let again = refit.filter(|_| level != WHOLE).and_then(|r| {
+                        let landed = r.fitted.landed();
+                        let shared = &landed.refined.point.shared;
+                        shoot(
+                            &r.fitted.composition,
+                            &whole,
+                            (shared, Some(landed.of(&r.fitted.composition))),
+                            level,
+                            goal,
+                            FEW_STEPS,
+                        )
+                    });
+                    Some((k, again.filter(|a| a.refined.rss < there.refined.rss).unwrap_or(there)))
                 })
                 .collect();
             // Rivals are compared at their best.
             let least = landed.iter().map(|(_, l)| l.refined.rss).fold(f64::INFINITY, f64::min);
-            let composition = |k: usize| &judged[k].1.composition;
             landed.par_iter_mut().for_each(|(k, landed)| self.settled(composition(*k), landed, (level, least), goal));
             tried = landed
                 .into_par_iter()
@@ -185,15 +202,23 @@ impl Search {
         judged
     }
 
-    /// Goes on with a fit that ended for want of steps, if it is near the least sum of squares.
+    /// Goes on with a fit that ended for want of steps, if it is near the least sum of squares, while that helps much: at a
+    /// switch a step is as often too long as too short, and a fit may be far from where it ends.
     fn settled(&self, composition: &Composition, landed: &mut Landed, (level, least): (usize, f64), goal: Goal<'_>) {
-        if landed.refined.converged || landed.refined.rss > HOPEFUL * least {
-            return;
-        }
-        let shared = &landed.refined.point.shared;
-        let further = shoot(composition, &self.data.whole(), (shared, Some(landed)), level, goal, 2 * FEW_STEPS);
-        if let Some(further) = further.filter(|f| f.refined.rss < landed.refined.rss) {
+        let whole = self.data.whole();
+        for _ in 0..ROUNDS {
+            if landed.refined.converged || landed.refined.rss > HOPEFUL * least {
+                return;
+            }
+            let shared = &landed.refined.point.shared;
+            let further =
+                shoot(composition, &whole, (shared, Some(landed.of(composition))), level, goal, 2 * FEW_STEPS);
+            let Some(further) = further.filter(|f| f.refined.rss < landed.refined.rss) else { return };
+            let much = further.refined.rss < HELPS * landed.refined.rss;
             *landed = further;
+            if !much {
+                return;
+            }
         }
     }
 
@@ -245,29 +270,19 @@ impl Search {
         if let Some(estimate) = weak.estimate(composition, inner) {
             starts.push(estimate.coefficients.iter().chain(inner).copied().collect());
         }
-        let motion = best.map(|b| Landed {
-            refined: (*b.refined).clone(),
-            runs: b.runs.to_vec(),
-            level: b.level,
-            whole: b.level == WHOLE,
-        });
-        let same_zero = composition.offset() == best.is_some_and(|b| !b.refined.point.offsets.is_empty());
-        let alike = motion.as_ref().filter(|_| same_zero);
+        let same_zero = |best: &&Fitted| best.composition.offset() == composition.offset();
+        let motion = best.filter(same_zero).map(|best| (best.landed(), &best.composition));
+        let motion = motion.as_ref().map(|(landed, composition)| landed.of(*composition));
         let bar = Bar::default();
         let goal = Goal { options: Options { bar: Some(&bar), ..goal.options }, ..goal };
         let mut fits: Vec<Landed> = starts
             .par_iter()
-            .flat_map_iter(|shared| [Some((shared, None)), alike.map(|alike| (shared, Some(alike)))])
+            .flat_map_iter(|shared| [Some((shared, None)), motion.map(|motion| (shared, Some(motion)))])
             .flatten()
             .filter_map(|(shared, states)| shoot(composition, &whole, (shared, states), level, goal, 2 * FEW_STEPS))
             .collect();
         if level == WHOLE && before.level == WHOLE {
-            fits.push(Landed {
-                refined: (*before.refined).clone(),
-                runs: before.runs.to_vec(),
-                level: WHOLE,
-                whole: true,
-            });
+            fits.push(before.landed());
         }
         let least = fits.into_iter().min_by(|a, b| a.refined.rss.total_cmp(&b.refined.rss))?;
         Some(data.judged(composition.clone(), least, cancel))

@@ -5,6 +5,7 @@
 //! far the model predicts before noise and its own sensitivity part it from the measurement.
 
 use super::{Options, Point, Refined, Run, Structure, misfit, refine};
+use crate::simulate::{Limits, Response, Simulator};
 
 /// Periods of the shortest segments.
 const SHORTEST: f64 = 2.0;
@@ -46,11 +47,23 @@ pub struct Landed {
     pub whole: bool,
 }
 
+/// A fit whose motion another one starts on.
+#[derive(Clone, Copy)]
+pub struct Before<'a> {
+    landed: &'a Landed,
+    structure: &'a dyn Structure,
+}
+
 impl Landed {
     /// Root of the mean squared residual, for each value fitted to a run one sample less.
     pub fn error(&self) -> f64 {
         let freedom = self.refined.samples.saturating_sub(self.refined.passing()).max(1);
         (self.refined.rss / freedom as f64).sqrt()
+    }
+
+    /// The fit as one to start from, found with a structure.
+    pub fn of<'a>(&'a self, structure: &'a dyn Structure) -> Before<'a> {
+        Before { landed: self, structure }
     }
 
     /// The longest run, s.
@@ -113,12 +126,12 @@ pub fn cut(whole: &[Run], period: f64, level: usize) -> Vec<Run> {
     segments.collect()
 }
 
-/// Fits at one length of segments from shared parameters; initial states are those of `before` where it has a run that
-/// begins there, else those of the measured motion.
+/// Fits at one length of segments from shared parameters; initial states are those of `before` where its motion passes
+/// there, else those of the measured motion.
 pub fn shoot(
     structure: &dyn Structure,
     whole: &[Run],
-    (shared, before): (&[f64], Option<&Landed>),
+    (shared, before): (&[f64], Option<Before<'_>>),
     level: usize,
     goal: Goal<'_>,
     steps: usize,
@@ -132,7 +145,7 @@ pub fn shoot(
 }
 
 /// Where a fit of these runs starts.
-fn start(structure: &dyn Structure, runs: &[Run], shared: &[f64], before: Option<&Landed>, driven: bool) -> Point {
+fn start(structure: &dyn Structure, runs: &[Run], shared: &[f64], before: Option<Before<'_>>, driven: bool) -> Point {
     let mut point = Point::new(structure, runs, shared.to_vec(), driven);
     if !driven && structure.internals() > 0 {
         for (own, run) in point.own.iter_mut().zip(runs) {
@@ -142,14 +155,72 @@ fn start(structure: &dyn Structure, runs: &[Run], shared: &[f64], before: Option
         }
     }
     let Some(before) = before else { return point };
-    point.offsets.clone_from_slice(&before.refined.point.offsets);
+    let mut passed = Passed::new(before);
+    let Before { landed: before, structure: had } = before;
+    if point.offsets.len() == before.refined.point.offsets.len() {
+        point.offsets.clone_from_slice(&before.refined.point.offsets);
+    }
+    let carried = |run: &Run| {
+        let internals = if had.internals() == structure.internals() { had.internals() } else { 0 };
+        run.motion.states.len() + internals
+    };
     for (own, run) in point.own.iter_mut().zip(runs) {
         let known = before.runs.iter().position(|b| b.record == run.record && b.range.start == run.range.start);
-        if let Some(k) = known {
-            own.iter_mut().zip(&before.refined.point.own[k]).for_each(|(o, b)| *o = *b);
+        let state = match known {
+            Some(k) => Some(before.refined.point.own[k].clone()),
+            None => passed.state(run),
+        };
+        if let Some(state) = state {
+            own.iter_mut().zip(state).take(carried(run)).for_each(|(o, b)| *o = b);
         }
     }
     point
+}
+
+/// The motion that a fit found, for runs that begin within its own: simulated once a run, when first asked for.
+struct Passed<'a> {
+    before: Before<'a>,
+    simulator: Option<(Simulator, f64)>,
+    responses: Vec<Option<Response>>,
+}
+
+impl<'a> Passed<'a> {
+    fn new(before: Before<'a>) -> Self {
+        let instance = before.structure.instance(&before.landed.refined.point.shared);
+        let simulator = instance.and_then(|i| Some((Simulator::new(&i.model).ok()?, i.delay)));
+        Self { before, simulator, responses: vec![None; before.landed.runs.len()] }
+    }
+
+    /// The state at a run's beginning; none if no run of the fit holds it.
+    fn state(&mut self, run: &Run) -> Option<Vec<f64>> {
+        let at = run.range.start;
+        let holds = |b: &Run| b.record == run.record && b.range.contains(&at);
+        let Before { landed, structure } = self.before;
+        let k = landed.runs.iter().position(holds)?;
+        if self.responses[k].is_none() {
+            let (simulator, delay) = self.simulator.as_ref()?;
+            let from = &landed.runs[k];
+            let point = &landed.refined.point;
+            let mut initial = point.own[k].clone();
+            let states = from.motion.states.len();
+            if initial.len() < states + structure.internals() {
+                let along = structure.driven(&point.shared, from);
+                initial.extend(along.iter().map(|z| z[from.range.start]));
+            }
+            let delayed;
+            let grid = if *delay == 0.0 {
+                &*from.grid
+            } else {
+                delayed = from.grid.delayed(*delay);
+                &delayed
+            };
+            let limits = Limits { states: &from.limits, ..Limits::default() };
+            self.responses[k] = Some(simulator.run(grid, &initial, from.range.clone(), &limits));
+        }
+        let index = at - landed.runs[k].range.start;
+        let response = self.responses[k].as_ref()?;
+        response.states.iter().map(|s| s.get(index).copied()).collect()
+    }
 }
 
 /// Doubles the segments of a fit while it holds; the fits at each length, the shortest first. Where the whole record can be
@@ -162,19 +233,19 @@ pub fn climb(structure: &dyn Structure, whole: &[Run], first: Landed, goal: Goal
         let shared = last.refined.point.shared.clone();
         // From a good start the whole record is one step away.
         let runs = cut(whole, goal.period, top);
-        let point = start(structure, &runs, &shared, Some(last), top < levels(whole, goal.period));
+        let point = start(structure, &runs, &shared, Some(last.of(structure)), top < levels(whole, goal.period));
         let motion = (last.refined.samples as f64).recip()
             * last.runs.iter().map(|r| r.target().map(|y| y * y).sum::<f64>()).sum::<f64>();
         let near = last.level + 1 < top
             && misfit(structure, &runs, &point, Options { driven: top < levels(whole, goal.period), ..goal.options })
                 .is_some_and(|rss| rss < NEAR * NEAR * motion * last.refined.samples as f64);
         let at_once = near
-            .then(|| shoot(structure, whole, (&shared, Some(last)), top, goal, goal.options.steps))
+            .then(|| shoot(structure, whole, (&shared, Some(last.of(structure))), top, goal, goal.options.steps))
             .flatten()
             .filter(|l| l.error() < bound);
         let next = at_once.or_else(|| {
             let doubled = |steps: usize| {
-                shoot(structure, whole, (&shared, Some(last)), last.level + 1, goal, steps)
+                shoot(structure, whole, (&shared, Some(last.of(structure))), last.level + 1, goal, steps)
                     .filter(|l| l.error() < bound)
             };
             doubled(FEWER).or_else(|| doubled(3 * FEWER))
@@ -221,7 +292,14 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
         return Some(longest);
     }
     // Far from the noise at every length: the whole record's own fit tells as much, from whichever start is better.
-    let again = shoot(structure, whole, (&longest.refined.point.shared, Some(&longest)), top, goal, goal.options.steps);
+    let again = shoot(
+        structure,
+        whole,
+        (&longest.refined.point.shared, Some(longest.of(structure))),
+        top,
+        goal,
+        goal.options.steps,
+    );
     match (direct, again) {
         (Some(a), Some(b)) => Some(if b.refined.rss < a.refined.rss { b } else { a }),
         (a, b) => a.or(b).or(Some(longest)),

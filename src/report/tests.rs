@@ -57,6 +57,8 @@ fn record_outcome(name: &str, usage: Usage, samples: usize) -> RecordOutcome {
         record: Arc::new(record),
         usage,
         driven_as_measured: true,
+        standing: std::sync::Arc::default(),
+        sticks: Vec::new(),
         signals: Arc::new(signals),
         states: vec![response.clone(), velocity(0.01)],
         channels: vec![study::Channel {

@@ -39,6 +39,7 @@ pub use crate::signal::{Differentiation, Smoothing};
 pub use crate::sparse::Regressor;
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -46,10 +47,10 @@ use std::time::Instant;
 use crate::model::{Model, Units};
 use crate::record::{Record, RecordSet, Role, Usage, metres};
 use crate::signal::{Facts, Signals};
-use crate::simulate::Simulator;
-use crate::term::{Kind, Layout, Term};
+use crate::simulate::{Response, Simulator};
+use crate::term::{Expression, Kind, Layout, Term};
 use known::candidate_terms;
-use regression::{Regression, fitted_states};
+use regression::{Regression, fitted_states, sliding, standing};
 use response::{Drive, Responses};
 
 /// A flag that stops a computation from outside; clones share it.
@@ -77,11 +78,16 @@ impl Cancel {
     }
 }
 
+/// Sampling intervals that a response sticks for at least to be told of: what is measured shows no shorter ones.
+const SHORTEST_STICK: f64 = 5.0;
+
 /// Runs studies and keeps what the next one can use again: a moved threshold smooths nothing anew.
 #[derive(Debug, Default)]
 pub struct Study {
     layout: Layout,
     records: Vec<Prepared>,
+    /// The velocities whose sign the library takes.
+    sliding: Vec<Expression>,
     regression: Option<(RegressionKey, Arc<Regression>)>,
     responses: Responses,
 }
@@ -94,6 +100,8 @@ struct Prepared {
     smoothing: Smoothing,
     signals: Arc<Signals>,
     drive: Arc<Drive>,
+    /// Samples at which something stands whose velocity's sign the library takes; none if not asked yet.
+    standing: Option<Arc<[Range<usize>]>>,
 }
 
 impl Prepared {
@@ -105,7 +113,7 @@ impl Prepared {
     fn with_facts(record: &Arc<Record>, layout: &Layout, smoothing: &Smoothing, facts: Arc<Facts>) -> Self {
         let signals = Arc::new(Signals::new(record, layout, smoothing, &facts));
         let drive = Arc::new(Drive::new(record, layout, &facts, &signals, 0..record.len()));
-        Self { record: Arc::clone(record), facts, smoothing: *smoothing, signals, drive }
+        Self { record: Arc::clone(record), facts, smoothing: *smoothing, signals, drive, standing: None }
     }
 
     /// Noise of what tells most of a degree of freedom; zero where nothing does.
@@ -146,6 +154,7 @@ impl Study {
         let started = Instant::now();
         let layout = check(records, settings)?;
         self.prepare(records, &layout, &settings.smoothing, cancel)?;
+        self.find_standstills(settings);
         let regression = self.regression(records, settings)?;
         cancel.check()?;
         let (mut model, fits, mut covariance) = regression.identify(settings);
@@ -254,6 +263,16 @@ impl Study {
         Ok(())
     }
 
+    /// Where each record stands, found anew only for other velocities or other records.
+    fn find_standstills(&mut self, settings: &Settings) {
+        let sliding = sliding(&candidate_terms(settings, &self.layout));
+        let same = sliding == self.sliding;
+        for prepared in self.records.iter_mut().filter(|p| !same || p.standing.is_none()) {
+            prepared.standing = Some(standing(&sliding, &self.layout, &prepared.signals).into());
+        }
+        self.sliding = sliding;
+    }
+
     fn regression(&mut self, records: &RecordSet, settings: &Settings) -> Result<Arc<Regression>, StudyError> {
         let signals = self
             .records
@@ -337,6 +356,8 @@ impl Study {
                 signals: Arc::clone(&prepared.signals),
                 driven_as_measured: prepared.drive.as_measured,
                 states: response.states.clone(),
+                standing: prepared.standing.clone().unwrap_or_default(),
+                sticks: sticks(&response, prepared.record.interval),
                 channels,
                 diverged_at: response.diverged_at,
             });
@@ -344,6 +365,21 @@ impl Study {
         let [train, test] = pooled.map(|p| p.and_then(|p| p.score()));
         Ok((outcomes, train, test))
     }
+}
+
+/// When a response sticks for longer than sampling would hide, s; what sticks at once and on is one.
+fn sticks(response: &Response, interval: f64) -> Vec<Range<f64>> {
+    let mut all: Vec<Range<f64>> = response.sticks.iter().map(|s| s.from..s.to).collect();
+    all.sort_by(|a, b| a.start.total_cmp(&b.start));
+    let mut joined: Vec<Range<f64>> = Vec::new();
+    for stick in all {
+        match joined.last_mut() {
+            Some(last) if stick.start <= last.end => last.end = last.end.max(stick.end),
+            _ => joined.push(stick),
+        }
+    }
+    joined.retain(|s| s.end - s.start > SHORTEST_STICK * interval);
+    joined
 }
 
 /// The records' common layout, after holding the settings against it.

@@ -1,3 +1,4 @@
+use std::ops::Range;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -76,10 +77,22 @@ pub struct RecordOutcome {
     pub driven_as_measured: bool,
     /// Simulated state vector, one series a state (displacements, then velocities), each as long as the response lasted.
     pub states: Vec<Vec<f64>>,
+    /// Samples at which something was measured to stand whose velocity's sign is in the library.
+    pub standing: Arc<[Range<usize>]>,
+    /// When the response sticks, s; moments left out.
+    pub sticks: Vec<Range<f64>>,
     /// Each displacement (or state) held against its measurement.
     pub channels: Vec<Channel>,
     /// Time at which the response left the data's range, s.
     pub diverged_at: Option<f64>,
+}
+
+impl RecordOutcome {
+    /// Share of the samples at which something was measured to stand.
+    pub fn standing_share(&self) -> f64 {
+        let standing: usize = self.standing.iter().map(Range::len).sum();
+        standing as f64 / self.record.len().max(1) as f64
+    }
 }
 
 /// The name of what is measured, as the interface writes it: `x1`, `v2`, `a1`.

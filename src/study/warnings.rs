@@ -22,6 +22,7 @@ pub(super) fn warnings(outcome: &Outcome, records: &RecordSet, refused: Option<&
     found.extend(damping_sign(outcome));
     found.extend(segment(outcome));
     found.extend(unmodelled(outcome));
+    found.extend(standing(outcome));
     found.extend(never_tested(outcome, records));
     found.sort_by_key(|w| std::cmp::Reverse(w.severity));
     found
@@ -286,6 +287,28 @@ fn unmodelled(outcome: &Outcome) -> Option<Warning> {
         let text =
             format!("The error is {above} ({:.1} % of the motion): the equation lacks something", 100.0 * score.nrmse);
         warning(Severity::Caution, text)
+    })
+}
+
+/// Share of the samples from which on standing still is told of.
+const STANDING: f64 = 0.02;
+
+/// A motion that stands is fitted by the regression only where it slides.
+fn standing(outcome: &Outcome) -> Option<Warning> {
+    let fitted = || outcome.records.iter().filter(|r| r.usage == Usage::Fit);
+    let all: usize = fitted().map(|r| r.record.len()).sum();
+    let standing: usize = fitted().flat_map(|r| r.standing.iter()).map(std::ops::Range::len).sum();
+    let share = standing as f64 / all.max(1) as f64;
+    (share > STANDING).then(|| {
+        let stops: usize = fitted().map(|r| r.standing.len()).sum();
+        let simulated: usize = fitted().map(|r| r.sticks.len()).sum();
+        let text = format!(
+            "The motion stands still for {:.0} % of the samples ({stops} stops measured, {simulated} simulated): dry friction \
+             holds it there with whatever force it takes. The regression fits only the samples at which it slides; the \
+             simulation sticks and slides by itself",
+            100.0 * share
+        );
+        warning(Severity::Note, text)
     })
 }
 

@@ -133,6 +133,8 @@ fn record_of(index: usize, case: &Case) -> RecordOutcome {
         }),
         usage: case.usage,
         driven_as_measured: true,
+        standing: std::sync::Arc::default(),
+        sticks: Vec::new(),
         signals: Arc::new(Signals {
             start: 0.0,
             interval,

@@ -18,8 +18,8 @@ use crate::sparse::{Constraint, Options, Reduced, Scores, Sign, Solution, drop_p
 use crate::study::outcome::{DroppedTerm, PathTerm};
 use crate::term::{Expression, Kind, Layout, Program, Symbol, Term};
 use rows::{filtered, smooth_alike};
-pub(super) use sliding::Raster;
 use sliding::{Moving, keep};
+pub(super) use sliding::{Raster, sliding, standing};
 pub(super) use sureness::Resampling;
 
 /// Library columns and the rates to explain, over every fitted record.

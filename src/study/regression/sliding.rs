@@ -10,18 +10,13 @@ use crate::term::{Expression, Function, Layout, Symbol, Term, derivative};
 /// Least share of the rows that are left: with fewer, all are fitted.
 const LEAST: f64 = 0.05;
 
-/// The stretches of a record's samples in which something stands whose velocity's sign is among the terms, in order.
+/// The stretches of a record's samples in which something stands, in order; `sliding` are the velocities whose sign is taken.
 ///
 /// Only where the displacements that it moves by are measured.
-pub(in crate::study) fn standing(terms: &[Term], layout: &Layout, signals: &Signals) -> Vec<Range<usize>> {
+pub(in crate::study) fn standing(sliding: &[Expression], layout: &Layout, signals: &Signals) -> Vec<Range<usize>> {
     let Some(period) = signals.main_period else { return Vec::new() };
-    let mut seen: Vec<Vec<(usize, f64)>> = Vec::new();
     let mut all: Vec<Range<usize>> = Vec::new();
-    for velocity in terms.iter().flat_map(sliding_velocities) {
-        let Some(parts) = displacement(&velocity, layout, signals) else { continue };
-        if parts.is_empty() || seen.contains(&parts) {
-            continue;
-        }
+    for parts in sliding.iter().filter_map(|velocity| displacement(velocity, layout, signals)) {
         let samples = signals.states.first().map_or(0, Vec::len);
         let mut motion = vec![0.0; samples];
         let mut variance = 0.0;
@@ -31,7 +26,6 @@ pub(in crate::study) fn standing(terms: &[Term], layout: &Layout, signals: &Sign
             variance += (factor * measured.noise).powi(2);
         }
         all.extend(standstills(&motion, variance.sqrt(), period / signals.interval));
-        seen.push(parts);
     }
     all.sort_by_key(|r| r.start);
     let mut joined: Vec<Range<usize>> = Vec::new();
@@ -42,6 +36,22 @@ pub(in crate::study) fn standing(terms: &[Term], layout: &Layout, signals: &Sign
         }
     }
     joined
+}
+
+/// The velocities whose sign some terms take, each once.
+pub(in crate::study) fn sliding<'a>(terms: impl IntoIterator<Item = &'a Term>) -> Vec<Expression> {
+    let mut found: Vec<Expression> = Vec::new();
+    for term in terms {
+        term.expression().visit(&mut |e| {
+            if let Expression::Call(Function::Sgn, arguments) = e
+                && let Some(velocity) = arguments.first()
+                && !found.contains(velocity)
+            {
+                found.push(velocity.clone());
+            }
+        });
+    }
+    found
 }
 
 /// How the rows of a record lie on its samples.
@@ -70,8 +80,9 @@ impl Moving {
         records: &[Arc<Signals>],
         raster: impl Fn(&Signals) -> Raster,
     ) -> Self {
+        let sliding = sliding(terms);
         let rasters: Vec<Raster> = records.iter().map(|signals| raster(signals)).collect();
-        let moving = |(signals, raster): (&Arc<Signals>, &Raster)| moving(&standing(terms, layout, signals), raster);
+        let moving = |(signals, raster): (&Arc<Signals>, &Raster)| moving(&standing(&sliding, layout, signals), raster);
         let rows: Vec<Vec<Range<usize>>> = records.iter().zip(&rasters).map(moving).collect();
         let left: usize = rows.iter().flatten().map(Range::len).sum();
         let all: usize = rasters.iter().map(|r| r.rows).sum();
@@ -126,17 +137,6 @@ fn moving(standing: &[Range<usize>], raster: &Raster) -> Vec<Range<usize>> {
     kept
 }
 
-/// The velocities whose sign a term takes.
-fn sliding_velocities(term: &Term) -> Vec<Expression> {
-    let mut found = Vec::new();
-    term.expression().visit(&mut |e| {
-        if let Expression::Call(Function::Sgn, arguments) = e {
-            found.extend(arguments.first().cloned());
-        }
-    });
-    found
-}
-
 /// The channels that a sum of velocities is the rate of, with their factors; none if it is anything else, or one is not
 /// measured.
 fn displacement(velocity: &Expression, layout: &Layout, signals: &Signals) -> Option<Vec<(usize, f64)>> {
@@ -181,7 +181,7 @@ mod tests {
 
     #[test]
     fn only_signs_of_velocities_tell_of_sliding() {
-        let count = |text: &str| sliding_velocities(&Term::parse(text).unwrap()).len();
-        assert_eq!([count("x"), count("sgn(v)"), count("|x|*sgn(v-du)"), count("v*|v|")], [0, 1, 1, 0]);
+        let count = |text: &str| sliding(&crate::term::list(text).unwrap()).len();
+        assert_eq!([count("x"), count("sgn(v), |x|*sgn(v)"), count("sgn(v), sgn(v-du)"), count("v*|v|")], [0, 1, 2, 0]);
     }
 }
