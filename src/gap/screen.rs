@@ -397,6 +397,10 @@ const ALIKE: usize = 2;
 const FAINT: f64 = 0.01;
 /// Forms that are refined though the best leaves far less.
 const ALWAYS: usize = 5;
+/// How many times the screen may overestimate what a form leaves.
+const OVERESTIMATED: f64 = 4.0;
+/// Difference of two forms' BIC from which on nothing could make them rivals: ten times what tells them apart.
+const BEYOND_DOUBT: f64 = 100.0;
 /// What a further form may leave along the measured motion, in what the best leaves.
 const NEAR: f64 = 3.0;
 
@@ -421,6 +425,18 @@ impl Screened {
             }
         }
         chosen
+    }
+
+    /// True if a form cannot come near another that explains the data, by what both leave along the measured motion of so
+    /// many independent samples; the screen may overestimate that several times.
+    pub(super) fn outdone(&self, form: usize, by: usize, samples: f64) -> bool {
+        let hit = |form: usize| self.hits.iter().find(|h| h.form == form);
+        let (Some(this), Some(best)) = (hit(form), hit(by)) else { return false };
+        let behind = |whole: f64, gain: fn(&Hit) -> f64| {
+            let (left, least) = (whole - gain(this), (whole - gain(best)).max(f64::MIN_POSITIVE));
+            samples * ((left - least).max(0.0) / (OVERESTIMATED * least)).ln_1p()
+        };
+        behind(self.rss, |h| h.gain).min(behind(self.free_rss, |h| h.free_gain)) > BEYOND_DOUBT
     }
 
     /// The sum of squares above which a refinement of a form has missed its basin: several times what the form leaves along

@@ -83,6 +83,8 @@ const PRIORS: [f64; 3] = [1e-10, 1e-3, 1.0];
 pub(super) const PROMISING: f64 = 0.5;
 /// Candidates that are refined.
 const REFINED: usize = 12;
+/// Candidates that are refined before the others: one for each of the two cores that a search is made for.
+const LEADERS: usize = 2;
 /// Samples times candidates from which fewer are refined, and the fewest.
 const EFFORT: usize = 36_000;
 const FEWEST: usize = 9;
@@ -388,15 +390,25 @@ impl Search {
         let bar = Bar::default();
         let done = AtomicUsize::new(0);
         // The likeliest first: those behind them are held against what these reach.
-        let refits: Vec<(usize, Option<Fitted>)> = tried
-            .iter()
-            .par_bridge()
-            .map(|k| {
+        let wave = |forms_of_wave: &[usize]| -> Vec<(usize, Option<Fitted>)> {
+            let fit = |k: &usize| {
                 let fitted = self.refit(before, motion, screened, (*k, &forms[*k]), Some(&bar), cancel);
                 step((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / tried.len() as f64);
                 (*k, fitted)
-            })
-            .collect();
+            };
+            forms_of_wave.iter().par_bridge().map(fit).collect()
+        };
+        let (first, rest) = tried.split_at(tried.len().min(LEADERS));
+        let mut refits = wave(first);
+        // Where one explains the data, those that the screen leaves far behind are not refitted; one tone tells too little.
+        let explains = |(k, fitted): &(usize, Option<Fitted>)| {
+            let fitted = Arc::new(fitted.clone()?);
+            let samples = before.refined.samples as f64 / self.tint(&fitted);
+            self.explains(before, forms, &Refit { forms: vec![*k], fitted }).then_some((*k, samples))
+        };
+        let lead = refits.iter().find_map(explains).filter(|_| !self.audit.single_tone);
+        let near = |k: &&usize| lead.is_none_or(|(lead, samples)| !screened.outdone(**k, lead, samples));
+        refits.extend(wave(&rest.iter().filter(near).copied().collect::<Vec<usize>>()));
         let mut refits: Vec<Refit> = self
             .polished(refits, cancel)
             .into_iter()
