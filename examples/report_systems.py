@@ -4,7 +4,7 @@
 Run it as a program, or cell by cell (`# %%`) in an editor that knows such cells:
 
     pip install -r examples/requirements.txt
-    python3 examples/report_systems.py
+    python3 examples/report_systems.py [WORD]        (only systems whose name holds the word)
 
 The program is `sindyscope`, or what the environment's SINDYSCOPE names. Without PySINDY its columns stay empty. Both get the
 report's segment length, threshold and library; the last column is Sindyscope with its coefficients refined. Each error is that of
@@ -145,7 +145,8 @@ def number(value, form=".2e"):
 def main():
     empty = {"equation": {}, "error": None, "milliseconds": None}
     rows, equations = [], []
-    for system in SYSTEMS:
+    word = sys.argv[1] if __name__ == "__main__" and len(sys.argv) > 1 else ""
+    for system in [s for s in SYSTEMS if word in s[0]]:
         ours, refined = sindyscope(system), sindyscope(system, "--refine")
         theirs = package(system) if pysindy else empty
         cell = (lambda v, f=".2e": number(v, f)) if pysindy else (lambda *_: "")
