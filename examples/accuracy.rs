@@ -1,4 +1,4 @@
-//! Prints the README's tables: the report's five systems identified in five ways, and what the program finds of itself.
+//! Prints the tables of docs/reference/figures.md: the report's five systems identified in five ways, and what the program finds of itself.
 //!
 //! `cargo run --profile study --no-default-features --example accuracy [SEEDS] [WORD]`: twenty seeds unless another number
 //! is given; only systems whose name holds the word, if one is.

@@ -1,4 +1,4 @@
-//! What the search finds on real measurements, as the table of the README:
+//! What the search finds on real measurements, as the table of docs/reference/figures.md:
 //! `SINDYSCOPE_DATA=FOLDER cargo run --release --no-default-features --example measurements [NAME …]`.
 //!
 //! The folder (default `../shared/data`) is not part of the project; a set that is not there is said to be skipped.

@@ -70,7 +70,7 @@ const CHOSEN: [&str; 8] = ["--terms", "x, v, u, x^2, x^3", "--window", "65", "--
 fn help_names_every_command_and_option() {
     let here = folder();
     let help = done(here.path(), &["--help"]);
-    for command in ["identify", "diagnose", "report", "generate"] {
+    for command in ["identify", "diagnose", "report", "inspect", "effects", "generate"] {
         assert!(help.contains(command), "{help}");
     }
     let help = done(here.path(), &["identify", "--help"]);
@@ -85,6 +85,22 @@ fn help_names_every_command_and_option() {
     {
         assert!(help.contains(&format!("--{option}")), "--{option}");
     }
+}
+
+#[test]
+fn the_catalogue_is_told_to_people_and_to_scripts() {
+    let here = folder();
+    let list = done(here.path(), &["effects"]);
+    let all: Value = serde_json::from_str(&done(here.path(), &["effects", "--json"])).expect("JSON");
+    let effects = all["effects"].as_array().expect("a list");
+    assert_eq!((all["version"].as_u64(), effects.len()), (Some(1), 29));
+    assert!(effects.iter().all(|e| list.contains(e["effect"].as_str().expect("a name"))));
+    let one: Value =
+        serde_json::from_str(&done(here.path(), &["effects", "coulomb_friction", "--json"])).expect("JSON");
+    assert_eq!(one["effects"][0]["forms"][0]["terms"][0], "sgn(v)");
+    assert_eq!(one["effects"][0]["parameters"][0]["unit"], "m/s^2");
+    assert!(done(here.path(), &["effects", "clearance"]).contains("dz(x,0.5)"));
+    refused(here.path(), &["effects", "no_such_effect"], 2);
 }
 
 #[test]

@@ -424,3 +424,34 @@ fn the_command_writes_what_it_is_asked_for() {
     }
     assert!(!here.path().join("b_input.csv").exists(), "a document needs no inputs");
 }
+
+#[test]
+fn a_form_that_cannot_hold_the_model_takes_nothing_from_the_others() {
+    let here = tempfile::tempdir().expect("a folder for the test");
+    let sample = Path::new(env!("CARGO_MANIFEST_DIR")).join("sample_data/duffing.csv");
+    let output = Command::new(env!("CARGO_BIN_EXE_sindyscope"))
+        .arg("identify")
+        .arg(sample)
+        .args([
+            "--terms",
+            "x, v, u, x^3",
+            "--fix",
+            "sgn(v)=-0.01",
+            "--window",
+            "31",
+            "--order",
+            "5",
+            "--threshold",
+            "0.01",
+        ])
+        .args(["--export", "a.m", "--export", "b.c", "--json", "result.json"])
+        .current_dir(here.path())
+        .output()
+        .expect("the program starts");
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("MATLAB") && said.contains(".py"), "{said}");
+    for (file, there) in [("a.m", false), ("b.c", true), ("result.json", true)] {
+        assert_eq!(here.path().join(file).is_file(), there, "{file}");
+    }
+}

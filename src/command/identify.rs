@@ -45,10 +45,14 @@ pub(super) fn run(options: &Options) -> Output {
         export::Format::of(path).map_err(Failure::from)?;
     }
     let analysis = analyse(&options.study)?;
-    for path in &options.export {
-        export::write(&analysis.outcome, path).map_err(Failure::from)?;
+    // A form that cannot hold the model takes nothing from the others, nor from the result.
+    let refused = options.export.iter().filter_map(|path| export::write(&analysis.outcome, path).err());
+    let refused: Vec<_> = refused.collect();
+    let json = json::write(options.study.json.as_deref(), &json::identified(&analysis))?;
+    if let Some(first) = refused.into_iter().next() {
+        return Err(Failure::from(first).into());
     }
-    if let Some(json) = json::write(options.study.json.as_deref(), &json::identified(&analysis))? {
+    if let Some(json) = json {
         return Ok(json);
     }
     let model = &analysis.outcome.model;

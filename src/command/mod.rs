@@ -3,6 +3,7 @@
 mod analysis;
 mod diagnose;
 mod diagnosed;
+mod effects;
 mod failure;
 mod generate;
 mod hidden;
@@ -45,6 +46,8 @@ enum Command {
     Report(report::Options),
     /// What files hold: records, channels with name, unit and role, rate and length; what was mended, what is wrong
     Inspect(inspect::Options),
+    /// The catalogue of effects that `diagnose` looks for: what each is, its terms and parameters, what it is mistaken for
+    Effects(effects::Options),
     /// Make a record of the virtual test rig, whose equation of motion is known
     Generate(generate::Options),
 }
@@ -68,6 +71,7 @@ fn run(arguments: impl IntoIterator<Item = OsString>, out: &mut impl Write, err:
             Some(Command::Diagnose(options)) => diagnose::run(&options),
             Some(Command::Report(options)) => report::run(&options),
             Some(Command::Inspect(options)) => inspect::run(&options),
+            Some(Command::Effects(options)) => effects::run(&options),
             Some(Command::Generate(options)) => generate::run(&options),
         },
     };

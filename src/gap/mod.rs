@@ -15,6 +15,7 @@ mod error;
 mod evidence;
 mod experiment;
 mod fit;
+mod guide;
 mod motion;
 mod outcome;
 mod place;
@@ -35,6 +36,7 @@ mod words;
 
 pub use error::GapError;
 pub use evidence::LEVEL;
+pub use guide::{Entry, EntryForm, EntryParameter, guide};
 pub use outcome::{
     Added, Blind, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Gap, Map, MissingForce, Parameter, Place,
     Profile, Remaining, Round, Stage, Standing, Test, Trace, Verdict,

@@ -3,7 +3,7 @@ use std::sync::Arc;
 
 use crate::model::Model;
 use crate::record::{Channel, Record, Role};
-use crate::term::{Symbol, Term};
+use crate::term::{Expression, Symbol, Term};
 
 use super::RigError;
 use super::excitation::Excitation;
@@ -503,7 +503,10 @@ impl Setup {
             let mut line = format!("truth: d{}/dt =", truth.layout.name(state));
             for (k, part) in equation.terms.iter().enumerate() {
                 let sign = if part.coefficient < 0.0 { "-" } else { "+" };
-                let term = part.term.text(&truth.layout);
+                let term = match part.term.expression() {
+                    Expression::Sum(_) => format!("({})", part.term.text(&truth.layout)),
+                    _ => part.term.text(&truth.layout),
+                };
                 let sign = if k == 0 && sign == "+" { String::new() } else { format!(" {sign}") };
                 let size = part.coefficient.abs();
                 let factor = if size == 1.0 { String::new() } else { format!("{size:?}*") };

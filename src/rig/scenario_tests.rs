@@ -41,6 +41,13 @@ fn every_scenario_makes_what_it_says() {
 }
 
 #[test]
+fn a_force_between_masses_is_told_in_brackets() {
+    let comments = made("two-masses", &brief(0)).comments;
+    let told = comments.iter().any(|c| c == "truth: dv2/dt = - 600.0*(x2-x1) - 1.2*(v2-v1)");
+    assert!(told, "{comments:?}");
+}
+
+#[test]
 fn truths_are_the_reports() {
     let coefficients = |name: &str| -> Vec<(String, f64)> {
         let truth = made(name, &brief(0)).truth;

@@ -302,7 +302,7 @@ function inputs = read_inputs(file, model)
     lines = lines(cellfun(@(line) ~isempty(line) && ~any(line(1) == '#%'), lines));
     count = numel(model.input_names);
     columns = [1:count + 1, zeros(1, count)];
-    if ~isempty(lines) && isnan(str2double(strtok(lines{1}, [',;', 9])))
+    if ~isempty(lines) && isnan(str2double(strtok(lines{1}, [',;', char(9)])))
         header = cellfun(@first_word, strsplit(lines{1}, {',', ';', char(9)}), 'UniformOutput', false);
         wanted = [{{'t', 'time'}}, model.input_names, model.rate_names];
         for i = 1:numel(wanted)

@@ -3,7 +3,7 @@ use super::{Axis, Form, Setting, Sign, coefficient, fixed, term};
 /// Damping that is smooth in the velocity.
 pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
     for frame in setting.frames() {
-        let mut push = |effect, title, explanation, separates, text: &str, name, dimension: (i32, i32)| {
+        let mut push = |effect, title, explanation, separates, formula, text: &str, name, dimension: (i32, i32)| {
             let term = term(text, frame);
             if setting.has(&term, frame.site) {
                 return;
@@ -13,6 +13,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                 title,
                 explanation,
                 separates,
+                formula,
                 form: frame.form.clone(),
                 site: Some(frame.site),
                 coefficients: vec![coefficient(name, dimension.0, dimension.1, Sign::Against)],
@@ -27,6 +28,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             "Viscous damping",
             "A force in proportion to the velocity, against it.",
             "two amplitudes and two frequencies",
+            r"-c\,w",
             "W",
             "c",
             (0, -1),
@@ -36,6 +38,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             "Quadratic damping",
             "Drag of a fluid: a force with the square of the velocity, against it.",
             "amplitudes that differ three times or more",
+            r"-c_2\,w\,|w|",
             "W*|W|",
             "c_2",
             (-1, 0),
@@ -45,6 +48,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             "Cubic damping",
             "A force with the third power of the velocity, against it.",
             "the same amplitude at two frequencies",
+            r"-c_3\,w^3",
             "W^3",
             "c_3",
             (-2, 1),
@@ -54,6 +58,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             "Displacement-dependent damping",
             "Damping that grows with the square of the displacement.",
             "the same amplitude at two frequencies",
+            r"-c_x\,r^2\,w",
             "R^2*W",
             "c_x",
             (-2, -1),

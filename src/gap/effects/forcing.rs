@@ -18,6 +18,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             title: "Stiffness drift",
             explanation: "The spring gets stiffer or softer in the course of the record, as by warming.",
             separates: "the same amplitude early and late in the record",
+            formula: r"\frac{dk}{dt}\,t\,r",
             coefficients: vec![coefficient("dk/dt", 0, -3, Sign::Any)],
             inner: Vec::new(),
             contains: &[],
@@ -40,6 +41,7 @@ fn constant(setting: &Setting, forms: &mut Vec<Form>) {
             title: "Constant force",
             explanation: "A steady push, as of gravity or a preload: the same in every record.",
             separates: "nothing tells it from a sensor offset that is the same in every record",
+            formula: r"b",
             form: frame.form,
             site: Some(frame.site),
             coefficients: vec![coefficient("b", 1, -2, Sign::Any)],
@@ -53,7 +55,7 @@ fn constant(setting: &Setting, forms: &mut Vec<Form>) {
 
 fn inputs(setting: &Setting, forms: &mut Vec<Form>) {
     let period = setting.frequency.recip();
-    let mut input = |effect, title, explanation, separates, text: &str, name, dimension: (i32, i32)| {
+    let mut input = |effect, title, explanation, separates, formula, text: &str, name, dimension: (i32, i32)| {
         let term = known(text);
         for (mass, frame) in setting.each_mass().into_iter().enumerate() {
             let site = Site::Base(mass);
@@ -65,6 +67,7 @@ fn inputs(setting: &Setting, forms: &mut Vec<Form>) {
                 title,
                 explanation,
                 separates,
+                formula,
                 form: frame.form,
                 site: Some(site),
                 coefficients: vec![coefficient(name, dimension.0, dimension.1, Sign::Any)],
@@ -81,6 +84,7 @@ fn inputs(setting: &Setting, forms: &mut Vec<Form>) {
             "Base-velocity coupling",
             "A force in proportion to the velocity of the base.",
             "two octaves of frequency, also above resonance",
+            r"c_b\,\dot u",
             "du",
             "c_b",
             (0, -1),
@@ -92,6 +96,7 @@ fn inputs(setting: &Setting, forms: &mut Vec<Form>) {
             "Input gain",
             "The base moves more (or less) than its sensor says.",
             "a slow motion of the base, which the mass follows",
+            r"k\,u",
             "u",
             "gain k",
             (0, -2),
@@ -102,6 +107,7 @@ fn inputs(setting: &Setting, forms: &mut Vec<Form>) {
         title: "Input delay",
         explanation: "The input acts later (or earlier) than it was recorded, as by different filters of two channels.",
         separates: "a wide band of frequencies, or the edges of a pulse",
+        formula: r"u(t)\;\to\; u(t-\tau)",
         form: String::new(),
         site: None,
         coefficients: Vec::new(),
@@ -121,6 +127,7 @@ fn inputs(setting: &Setting, forms: &mut Vec<Form>) {
         title: "Input saturation",
         explanation: "The shaker cannot give more than a limit, though the recorded signal asks for it.",
         separates: "input levels below and above the limit",
+        formula: r"u\;\to\;\max(-u_{max},\min(u,u_{max}))",
         form: String::new(),
         site: None,
         coefficients: Vec::new(),
@@ -151,6 +158,7 @@ fn harmonics(setting: &Setting, forms: &mut Vec<Form>) {
             title: "Unmeasured harmonic force",
             explanation: "A force at one frequency that no channel recorded, as of an unbalance or of hum.",
             separates: "a record with the input off",
+            formula: r"P_{\cos}\cos 2\pi f t+P_{\sin}\sin 2\pi f t",
             form: frame.form,
             site: Some(frame.site),
             coefficients: vec![coefficient("P cos", 1, -2, Sign::Any), coefficient("P sin", 1, -2, Sign::Any)],
@@ -173,6 +181,7 @@ fn harmonics(setting: &Setting, forms: &mut Vec<Form>) {
             title: "Parametric stiffness",
             explanation: "The spring's stiffness pulsates at a frequency of its own.",
             separates: "another frequency of excitation: the sidebands move with it",
+            formula: r"(k_{p,\cos}\cos 2\pi f t+k_{p,\sin}\sin 2\pi f t)\,r",
             form: frame.form,
             site: Some(frame.site),
             coefficients: vec![coefficient("k_p cos", 0, -2, Sign::Any), coefficient("k_p sin", 0, -2, Sign::Any)],

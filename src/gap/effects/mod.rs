@@ -175,6 +175,8 @@ pub(crate) struct Form {
     pub(crate) explanation: &'static str,
     /// What an experiment needs to show it apart from others.
     pub(crate) separates: &'static str,
+    /// What it adds to the acceleration, in LaTeX: `r` and `w` are displacement and velocity across its place.
+    pub(crate) formula: &'static str,
     /// Which form: `to ground`, `between masses 1 and 2`; empty if there is one.
     pub(crate) form: String,
     /// Where it acts; none of the input and of the sensor.
@@ -287,15 +289,25 @@ impl Form {
     }
 }
 
+/// A family of effects: its name, and what appends those that make sense for a setting.
+type Family = (&'static str, fn(&Setting, &mut Vec<Form>));
+
+/// The families in the catalogue's order.
+pub(super) const FAMILIES: [Family; 6] = [
+    ("Friction", friction::add),
+    ("Damping", damping::add),
+    ("Stiffness", stiffness::add),
+    ("Forces that remember", memory::add),
+    ("Forcing", forcing::add),
+    ("Sensors", sensing::add),
+];
+
 /// Every effect in every form that makes sense for the data and the present model.
 pub(crate) fn catalogue(setting: &Setting) -> Vec<Form> {
     let mut forms = Vec::new();
-    friction::add(setting, &mut forms);
-    damping::add(setting, &mut forms);
-    stiffness::add(setting, &mut forms);
-    memory::add(setting, &mut forms);
-    forcing::add(setting, &mut forms);
-    sensing::add(setting, &mut forms);
+    for (_, add) in FAMILIES {
+        add(setting, &mut forms);
+    }
     // What acts between two masses acts on both, on each by its own mass.
     for form in &mut forms {
         if let Some(Site::Joint(i, j)) = form.site {

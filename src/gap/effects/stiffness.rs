@@ -10,7 +10,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
 }
 
 fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
-    let mut push = |effect, title, explanation, separates, text: &str, name, length, sign| {
+    let mut push = |effect, title, explanation, separates, formula, text: &str, name, length, sign| {
         let term = term(text, frame);
         if setting.has(&term, frame.site) {
             return;
@@ -20,6 +20,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
             title,
             explanation,
             separates,
+            formula,
             form: frame.form.clone(),
             site: Some(frame.site),
             coefficients: vec![coefficient(name, length, -2, sign)],
@@ -34,6 +35,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
         "Linear stiffness",
         "A spring in proportion to the displacement.",
         "a wide band of frequencies",
+        r"k\,r",
         "R",
         "k",
         0,
@@ -44,6 +46,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
         "Quadratic stiffness",
         "A spring that is stiffer on one side than on the other.",
         "two amplitudes: the mean shifts with the amplitude squared",
+        r"k_2\,r^2",
         "R^2",
         "k_2",
         -1,
@@ -54,6 +57,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
         "Cubic stiffness",
         "A spring that hardens (or, with the other sign, softens) with the displacement.",
         "amplitudes that differ three times or more",
+        r"k_3\,r^3",
         "R^3",
         "k_3",
         -2,
@@ -64,6 +68,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
         "Quintic stiffness",
         "A spring that hardens (or softens) only at the largest displacements.",
         "the largest safe amplitude",
+        r"k_5\,r^5",
         "R^5",
         "k_5",
         -4,
@@ -74,6 +79,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
         "Bilinear stiffness",
         "A spring with one stiffness when pulled and another when pushed, as of a breathing crack.",
         "two amplitudes: the share of the second harmonic stays the same",
+        r"k_b\max(r,0)",
         "max(R,0)",
         "k_b",
         0,
@@ -95,6 +101,7 @@ fn contacts(frame: &Frame, forms: &mut Vec<Form>) {
         title: "Clearance",
         explanation: "A gap on both sides, then further springs: freeplay, or side stops.",
         separates: "amplitudes just below and just above the gap",
+        formula: r"-k_c\,(r-\max(-d,\min(r,d)))",
         form: frame.form.clone(),
         site: Some(frame.site),
         coefficients: vec![coefficient("k_c", 0, -2, Sign::Against)],
@@ -116,6 +123,7 @@ fn contacts(frame: &Frame, forms: &mut Vec<Form>) {
             title: "One-sided stop",
             explanation: "Contact with a further spring on one side only, beyond a gap.",
             separates: "amplitudes just below and just above the gap",
+            formula: r"-k_s\max(r-d,0)\quad\text{or}\quad -k_s\min(r+d,0)",
             form: with_words(&frame.form, side),
             site: Some(frame.site),
             coefficients: vec![coefficient("k_s", 0, -2, Sign::Against)],
@@ -142,6 +150,7 @@ fn pendulum(setting: &Setting, forms: &mut Vec<Form>) {
             title: "Pendulum restoring force",
             explanation: "Gravity on a pendulum: the restoring torque goes with the sine of the angle, in place of the spring.",
             separates: "swings beyond one radian",
+            formula: r"-(g/l)\,\sin r\quad\text{in place of the spring}",
             form: frame.form.clone(),
             site: Some(frame.site),
             coefficients: vec![coefficient("g/l", 0, -2, Sign::Against)],

@@ -1,0 +1,143 @@
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+use serde_json::{Map, Value, json};
+
+use super::Output;
+use super::json::{self, VERSION};
+use crate::format::number::significant_trimmed;
+use crate::gap::{Entry, EntryForm, guide};
+
+/// Options of `effects`.
+#[derive(Debug, Args)]
+pub(super) struct Options {
+    /// An effect to describe; every effect with one line if none is given
+    #[arg(value_parser = names(), hide_possible_values = true, value_name = "EFFECT")]
+    effect: Option<String>,
+    /// Tell it as JSON, on standard output or in a file
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
+    json: Option<PathBuf>,
+}
+
+fn names() -> PossibleValuesParser {
+    PossibleValuesParser::new(guide().iter().map(|e| e.effect))
+}
+
+/// Describes the catalogue of effects that a model may lack.
+pub(super) fn run(options: &Options) -> Output {
+    let mut entries = guide();
+    if let Some(wanted) = &options.effect {
+        entries.retain(|e| e.effect == wanted);
+    }
+    let result = json!({ "version": VERSION, "effects": entries.iter().map(entry).collect::<Vec<_>>() });
+    if let Some(text) = json::write(options.json.as_deref(), &result)? {
+        return Ok(text);
+    }
+    if options.json.is_some() {
+        return Ok(Vec::new());
+    }
+    let text = match (&options.effect, entries.as_slice()) {
+        (Some(_), [only]) => described(only),
+        _ => listed(&entries),
+    };
+    Ok(text.into_bytes())
+}
+
+fn entry(entry: &Entry) -> Value {
+    json!({
+        "effect": entry.effect,
+        "title": entry.title,
+        "family": entry.family,
+        "explanation": entry.explanation,
+        "formula": entry.formula,
+        "axis": entry.axis,
+        "parameters": entry.parameters.iter().map(|p| json!({
+            "name": p.name,
+            "unit": p.unit,
+            "positive": p.positive,
+            "inner": p.inner,
+        })).collect::<Vec<_>>(),
+        "forms": entry.forms.iter().map(form).collect::<Vec<_>>(),
+        "contains": entry.contains,
+        "contained_in": entry.contained_in,
+        "shifts_the_zero_as": entry.shifts_the_zero_as,
+        "separates": entry.separates,
+    })
+}
+
+fn form(form: &EntryForm) -> Value {
+    let example: Map<String, Value> = form.example.iter().map(|(n, v)| ((*n).to_owned(), json!(v))).collect();
+    let states: Map<String, Value> = form
+        .states
+        .iter()
+        .map(|(state, terms)| {
+            let terms: Vec<Value> = terms.iter().map(|(t, c)| json!({ "term": t, "coefficient": c })).collect();
+            (state.clone(), Value::Array(terms))
+        })
+        .collect();
+    json!({
+        "form": form.form,
+        "place": form.place,
+        "example": example,
+        "terms": form.terms,
+        "states": states,
+        "replaces": form.replaces,
+    })
+}
+
+fn listed(entries: &[Entry]) -> String {
+    let mut out = String::new();
+    let width = entries.iter().map(|e| e.effect.len()).max().unwrap_or(0);
+    let mut family = "";
+    for entry in entries {
+        if entry.family != family {
+            family = entry.family;
+            let _ = writeln!(out, "{}{family}", if out.is_empty() { "" } else { "\n" });
+        }
+        let _ = writeln!(out, "  {:<width$}  {}", entry.effect, entry.explanation);
+    }
+    out.push_str("\n`sindyscope effects NAME` says more of one.\n");
+    out
+}
+
+fn described(entry: &Entry) -> String {
+    let mut out = format!("{} ({})\n{}\n\n", entry.title, entry.effect, entry.explanation);
+    let mut line = |name: &str, text: String| {
+        if !text.is_empty() {
+            let _ = writeln!(out, "{name:<14}{text}");
+        }
+    };
+    for form in &entry.forms {
+        let given: Vec<String> =
+            form.example.iter().map(|(name, v)| format!("{name} = {}", significant_trimmed(*v, 3))).collect();
+        let mut text = form.terms.join(", ");
+        for (state, terms) in &form.states {
+            let terms: Vec<String> = terms.iter().map(|(t, c)| format!("{} {t}", significant_trimmed(*c, 4))).collect();
+            let _ = write!(text, "; d{state}/dt = {}", terms.join(", "));
+        }
+        for (before, after) in [("for ", given.join(", ")), ("in place of ", form.replaces.join(", "))] {
+            if !text.is_empty() && !after.is_empty() {
+                let _ = write!(text, "  ({before}{after})");
+            }
+        }
+        if !text.is_empty() && !form.form.is_empty() {
+            let _ = write!(text, "  {}", form.form);
+        }
+        line("terms", text);
+    }
+    for parameter in &entry.parameters {
+        let mut text = parameter.name.clone();
+        if !parameter.unit.is_empty() {
+            let _ = write!(text, " in {}", parameter.unit);
+        }
+        text.push_str(if parameter.positive { ", not negative" } else { ", of either sign" });
+        line("parameter", text);
+    }
+    line("contains", entry.contains.join(", "));
+    line("contained in", entry.contained_in.join(", "));
+    line("like", entry.shifts_the_zero_as.join(", "));
+    line("told apart by", entry.separates.to_owned());
+    out
+}
