@@ -79,6 +79,7 @@ fn file_menu(ui: &mut Ui, bar: &Toolbar<'_>, asked: &mut Vec<Asked>) {
     };
     entry(ui, Command::Open, true);
     entry(ui, Command::OpenPath, true);
+    entry(ui, Command::AddRecords, open);
     ui.separator();
     ui.weak("Samples");
     for sample in Sample::ALL {

@@ -23,6 +23,10 @@ pub(super) const AXIS_WIDTH: f32 = 72.0;
 /// Height of the time axis' ticks and label, points.
 const TIME_AXIS_HEIGHT: f32 = 34.0;
 
+/// Distance of neighbouring samples on the screen below which an error is a band, points, and how strong that is drawn.
+const MERGED: f64 = 0.6;
+const BAND: f32 = 0.32;
+
 /// Distance of neighbouring samples on the screen from which on each is marked, points.
 const SAMPLES_MARKED: f64 = 7.0;
 
@@ -287,6 +291,7 @@ fn plot<'a>(
     let (noise, diverged) = (scene.color(Ink::NoiseFloor), scene.color(Ink::Diverged));
     let diverged_at = scene.record.diverged_at;
     let (cache, hidden) = (&state.cache, &state.hidden);
+    let drawn = |ink: Ink| panel.curves.iter().any(|c| c.ink == ink) && !hidden.contains(&ink);
     plot.show(ui, move |plot| {
         let fitted = must_fit || plot.response().double_clicked();
         if fitted {
@@ -314,11 +319,13 @@ fn plot<'a>(
                     PlotPoints::Borrowed(ready.points())
                 }
             };
+            let apart = curve.samples.interval * plot.transform().dpos_dvalue_x();
+            let banded = curve.ink == Ink::Error && apart < MERGED && drawn(Ink::ErrorRms);
+            let color = if banded { color.gamma_multiply(BAND) } else { color };
             let stroke = Stroke::new(curve.ink.width(), color);
             // Bands are drawn upright, so that a wide line loses its width on steep flanks; few enough points need none.
             let line = Line::new("", points()).stroke(stroke).style(curve.ink.style()).allow_band(false);
             plot.line(line.allow_hover(false));
-            let apart = curve.samples.interval * plot.transform().dpos_dvalue_x();
             if curve.part != Part::Ghost && (apart > SAMPLES_MARKED || curve.samples.values.len() == 1) {
                 let radius = if curve.ink == Ink::Measured { 2.6 } else { 1.8 };
                 plot.points(Points::new("", points()).radius(radius).color(color).allow_hover(false));
