@@ -256,12 +256,7 @@ fn open(opening: &Opening) -> Result<Opened, Problem> {
         Some(read) => read,
         None => records(&opening)?,
     };
-    // What a person holds out by hand is not cut once more.
-    let mut by_hand = raw.clone();
-    for (record, usage) in &mut by_hand.entries {
-        *usage = opening.usage.get(&record.name).copied().unwrap_or(*usage);
-    }
-    let (set, undone) = prepare::prepare_leniently(&by_hand, &steps);
+    let (set, undone) = prepare::prepare_leniently(&raw, &steps);
     let records: Vec<Arc<Record>> = set.entries.iter().map(|(record, _)| Arc::clone(record)).collect();
     let edit = opening.edit.as_ref();
     let usage: Vec<Usage> = match edit.filter(|e| e.usage.len() == records.len()) {

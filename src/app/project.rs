@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::disk;
 use super::errand::{Problem, file_name};
-use super::missing::Walk;
+use super::missing::{Step, Walk};
 use super::state::{Edit, Pin, Room, Source};
 use super::views::{View, ViewState};
 use crate::record::prepare::Preparation;
@@ -64,6 +64,8 @@ pub(crate) struct Project {
 #[serde(default)]
 pub(crate) struct Shown {
     pub(crate) room: Room,
+    /// The step of the walk in "What's missing".
+    pub(crate) step: Step,
     pub(crate) view: View,
     /// The record's name.
     pub(crate) record: String,

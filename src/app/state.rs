@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use egui::ThemePreference;
 use serde::{Deserialize, Serialize};
 
-use super::missing::Walk;
+use super::missing::{Step, Walk};
 use super::views::{View, ViewState};
 use crate::record::prepare::Preparation;
 use crate::record::{ReadOptions, Usage};
@@ -143,6 +143,8 @@ pub struct State {
     pub record: usize,
     /// Whether the whole record is shown above the plots, to be cut by dragging.
     pub cutting: bool,
+    /// The step of the walk in "What's missing" that is in view.
+    pub(crate) step: Step,
     pub(crate) room: Room,
     pub(crate) view: View,
     pub(crate) views: ViewState,
@@ -162,6 +164,7 @@ impl Default for State {
             theme: ThemePreference::System,
             record: 0,
             cutting: false,
+            step: Step::default(),
             room: Room::default(),
             view: View::default(),
             views: ViewState::default(),

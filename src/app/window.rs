@@ -177,6 +177,7 @@ impl App {
             state,
         };
         if app.state.source != Source::Nothing {
+            app.missing.begin_at(app.state.step);
             let State { source, reading, edit, checksums, .. } = app.state.clone();
             app.begin(Opening { reading, edit, checksums, ..Opening::of(source) });
         }

@@ -423,7 +423,7 @@ fn read_rows(file: &str, bytes: &[u8], header: Header, choose: &Choose<'_>) -> R
         }
         match selection.time {
             Some(column) => stamps.push(columns.number(&rows, column)?),
-            None => places.push(place),
+            None => places.push(place - 1.0),
         }
         for ((_, column), values) in selection.channels.iter().zip(&mut channels) {
             values.push(columns.number(&rows, *column)?);

@@ -222,6 +222,17 @@ impl Missing {
         self.work.expected() || self.work.busy().is_some()
     }
 
+    /// The step that is in view.
+    pub(crate) fn step(&self) -> Step {
+        self.step
+    }
+
+    /// Begins with a step in view: that of a walk that comes back.
+    pub(crate) fn begin_at(&mut self, step: Step) {
+        self.forget();
+        self.step = step;
+    }
+
     /// Looks as soon as the base is fitted: a demonstration.
     pub(crate) fn look_by_itself(&mut self) {
         self.by_itself = true;

@@ -106,6 +106,7 @@ pub(crate) fn right(ui: &mut Ui, desk: &mut Desk<'_>, now: f64) {
         if let Some(outcome) = &desk.bench.outcome {
             physics::found(ui, outcome);
         }
+        physics::question(ui, desk);
         fit::warnings(ui, desk);
         ui.add_space(8.0);
     });

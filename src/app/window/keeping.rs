@@ -33,6 +33,7 @@ impl App {
     /// What survives a restart.
     pub fn state(&self) -> State {
         let mut state = self.state.clone();
+        state.step = self.missing.step();
         if !self.bench.records.is_empty() {
             state.edit = Some(self.edit.clone());
             state.suggestion = Some(self.suggestion.clone());
@@ -127,12 +128,12 @@ impl App {
 
     pub(super) fn save_project(&mut self, path: &Path) {
         let usage = self.bench.records.iter().zip(&self.edit.usage).map(|(r, u)| (r.name.clone(), *u)).collect();
-        let State { source, reading, room, view, views, .. } = self.state.clone();
+        let State { source, reading, room, step, view, views, .. } = self.state();
         let record = self.bench.records.get(self.state.record).map_or(String::new(), |r| r.name.clone());
         let project = Project::new(source, reading, usage, &self.edit)
             .with_checksums(&self.state.checksums)
             .with_pins(self.pins())
-            .with_shown(Shown { room, view, record, views });
+            .with_shown(Shown { room, step, view, record, views });
         match project.save(path) {
             Ok(()) => {
                 self.state.remember(path);

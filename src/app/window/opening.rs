@@ -92,10 +92,15 @@ impl App {
         for note in notes {
             self.notices.note(note);
         }
-        let going_on: Vec<Pin> = if goes_on { self.pins() } else { Vec::new() };
         let count = records.len();
-        let stay = unchanged && was_open && reading.kind == self.state.reading.kind;
-        let pinned = (std::mem::take(&mut self.bench.pins), std::mem::take(&mut self.bench.pinned));
+        let mut going_on: Vec<Pin> = if goes_on { self.pins() } else { Vec::new() };
+        for pin in &mut going_on {
+            // A record that was not there had no part in it.
+            pin.usage.resize(pin.usage.len().max(count), Usage::Off);
+        }
+        let stay = unchanged && was_open && reading.kind == self.state.reading.kind && project.is_none();
+        let old = std::mem::take(&mut self.bench);
+        self.bench.generation = old.generation;
         self.bench.open(title, records, raw, truth);
         self.bench.undone = undone;
         if matches!(source, Source::Hidden(_)) && !same {
@@ -111,26 +116,24 @@ impl App {
             self.history = History::new(edit.clone());
         }
         self.edit = edit;
-        let mut pins = match &project {
+        let pins = match &project {
             Some((_, project)) => project.pins.clone(),
             None if goes_on => going_on,
             None => self.state.kept(&source).map(|k| k.pins.clone()).unwrap_or_default(),
         };
-        for pin in &mut pins {
-            // A record that was not there had no part in it.
-            pin.usage.resize(pin.usage.len().max(count), Usage::Off);
-        }
         self.state.record = if same { self.state.record.min(count.saturating_sub(1)) } else { 0 };
         if let Some(shown) = project.as_ref().and_then(|(_, project)| project.shown.clone()) {
             (self.state.room, self.state.view, self.state.views) = (shown.room, shown.view, shown.views);
+            self.missing.begin_at(shown.step);
             let named = self.bench.records.iter().position(|r| r.name == shown.record);
             self.state.record = named.unwrap_or(self.state.record);
         }
         self.state.project = project.map(|(path, _)| path).or(self.state.project.take().filter(|_| same));
         (self.state.source, self.state.reading, self.state.checksums) = (source, reading, checksums);
         if stay {
-            // Outcomes of the records as they were prepared before can be compared all the same.
-            (self.bench.pins, self.bench.pinned) = pinned;
+            // Outcomes of the records as they were prepared before can be compared all the same, and the last one stays in
+            // view until the new one comes.
+            (self.bench.pins, self.bench.pinned, self.bench.outcome) = (old.pins, old.pinned, old.outcome);
         } else {
             self.bring_back(pins);
         }
