@@ -286,17 +286,21 @@ impl Trajectory<'_> {
                 let last = stamps[stretch.rows.end - 1];
                 resample = Some((((last - start) / interval + ON_GRID).floor() + 1.0).max(0.0) as usize);
             }
-            if let Some(points) = resample {
-                let few = stretch.rows.len() < sampling::FEWEST_STAMPS || points == 0;
-                if few && joins {
-                    // Too short to be put onto the grid: it counts as missing, too.
-                    continue;
+            let few = stretch.rows.len() < sampling::FEWEST_STAMPS || resample == Some(0);
+            if resample.is_some() && few {
+                // Too short to be put onto the grid: it counts as missing, or as a stretch too short to be used.
+                if !joins {
+                    pieces.push(Piece { start, columns });
                 }
+                continue;
+            }
+            if let Some(points) = resample {
                 sampling::resample(&stamps[stretch.rows.clone()], &mut columns, start, interval, points);
             }
             match before {
                 Some(before) if joins => {
-                    let missing = ((start - before.start) / interval).round() as usize - before.len();
+                    let place = ((start - before.start) / interval).round() as usize;
+                    let missing = place.saturating_sub(before.len());
                     for (whole, column) in before.columns.iter_mut().zip(columns) {
                         let filled = super::prepare::fill(whole, &column, missing);
                         whole.extend(filled.into_iter().chain(column));

@@ -5,6 +5,7 @@ use egui::{DragValue, Id, Label, RichText, Ui, WidgetInfo};
 use super::{Ask, Desk};
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, section};
+use crate::record::Usage;
 use crate::record::prepare::{MOST_DECIMATED, Preparation, Treatment};
 
 /// The share that the button holds out.
@@ -47,7 +48,8 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
             ui.add(Label::new(RichText::new(format!("not done: {reason}")).color(color).small()).wrap());
         }
     }
-    if !steps.iter().any(|s| matches!(s.treatment, Treatment::HoldOut { .. })) {
+    // Where something is held out already, more of it is in the menu.
+    if !desk.edit.usage.contains(&Usage::HeldOut) {
         let button = ui.button("Hold out the last 30 %");
         let tooltip = "The last part of each record that is fitted is never fitted, only simulated and scored";
         if button.on_hover_text(tooltip).clicked() {
