@@ -367,7 +367,7 @@ fn records_are_added_to_those_that_are_open() {
     std::fs::create_dir(&folder).unwrap();
     let second = friction(&folder);
     window.click("Add record…");
-    window.give_path(&second, "Add");
+    window.give_path(&second, "Add files");
     assert_eq!(window.app().outcome().unwrap().records.len(), 4);
     assert_eq!(window.app().settings().threshold, 0.004, "the study goes on");
 }

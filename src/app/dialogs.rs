@@ -52,7 +52,7 @@ impl Purpose {
     pub(crate) fn verb(self) -> &'static str {
         match self {
             Self::Open => "Open",
-            Self::Add => "Add",
+            Self::Add => "Add files",
             Self::Locate => "Choose",
             Self::Project | Self::Model | Self::Plot | Self::Window => "Save",
         }

@@ -44,7 +44,10 @@ impl App {
     /// Has the state written once it has changed and nothing is being dragged.
     pub(super) fn keep(&mut self, ctx: &Context) {
         let (now, held) = ctx.input(|i| (i.time, i.pointer.any_down()));
-        let Some(mut keeper) = self.keeper.take().filter(|_| !held) else { return };
+        if held {
+            return;
+        }
+        let Some(mut keeper) = self.keeper.take() else { return };
         if let Some(wait) = keeper.watch(|| self.state(), now) {
             ctx.request_repaint_after_secs(wait as f32);
         }
