@@ -5,7 +5,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use sindyscope::model::{Equation, Model};
-use sindyscope::simulate::{InputGrid, Limits, Response, Simulator, Workspace, fit_initial_state};
+use sindyscope::simulate::{InputGrid, Limits, Output, Response, Simulator, Workspace, fit_initial_state};
 use sindyscope::term::Term;
 
 fn simulator(inputs: usize, terms: &[(&str, f64)]) -> Simulator {
@@ -57,7 +57,8 @@ fn simulate(c: &mut Criterion) {
     c.bench_function("initial state from 2000 samples", |b| {
         b.iter(|| {
             let guess = black_box([0.00101, 0.021]);
-            fit_initial_state(&simulator, &grid, &[&measured], &[&guess], 2000, &Limits::default(), &mut workspace)
+            let shown = [(Output::Displacement(0), &measured[..])];
+            fit_initial_state(&simulator, &grid, &shown, &[&guess], 2000, &Limits::default(), &mut workspace)
         });
     });
 }

@@ -6,8 +6,9 @@
 
 mod study;
 
-use sindyscope::gap::Verdict;
+use sindyscope::gap::{Site, Verdict};
 use sindyscope::rig::hidden::{NoiseKind, Regime, Shaking, names, outside_names, pairs};
+use study::two_masses;
 use study::{
     Case, REGIME_HEADING, Targets, cases, confusion, draws, in_regime, median, miss, of_kind, regime_line, run,
     run_all, share, white,
@@ -72,6 +73,23 @@ fn nothing_is_found_where_nothing_is_hidden() {
         let found = run(&one("", shaking, 0.05, 3)).unwrap();
         assert_eq!(found.verdict, Verdict::NothingMissing, "{shaking}: {:?}", found.steps);
     }
+}
+
+#[test]
+fn friction_between_two_masses_is_named_with_its_place() {
+    let found = two_masses::diagnosed(&two_masses::rubbing(0.3));
+    let steps = found.steps();
+    let [step] = steps.as_slice() else { panic!("{}", found.sentence) };
+    let named = (found.verdict, step.added.choice.effect.as_str(), step.added.place);
+    assert_eq!(named, (Verdict::Named, "coulomb_friction", Some(Site::Joint(0, 1))), "{}", found.sentence);
+    let sizes: Vec<f64> = step.added.parameters.iter().map(|p| p.value).collect();
+    assert!((sizes[0] - 0.3).abs() < 0.015 && (sizes[1] - 0.48).abs() < 0.024, "{sizes:?}");
+}
+
+#[test]
+fn nothing_is_found_between_two_masses_that_do_not_rub() {
+    let found = two_masses::diagnosed(&two_masses::rubbing(0.0));
+    assert_eq!(found.verdict, Verdict::NothingMissing, "{}", found.sentence);
 }
 
 #[test]

@@ -28,6 +28,7 @@ fn run(records: &RecordSet, settings: &Settings) -> Outcome {
 }
 
 #[test]
+#[ignore = "half a minute where tests are not optimised; run with --profile study"]
 fn every_regressor_finds_the_equation_once_its_threshold_is_chosen() {
     let (records, settings) = duffing();
     let free = Free { window: false, order: false, threshold: true, form: false, refine: false };
@@ -78,6 +79,7 @@ fn differentiated(settings: &Settings, method: Differentiation) -> Settings {
 }
 
 #[test]
+#[ignore = "half a minute where tests are not optimised; run with --profile study"]
 fn every_differentiation_finds_the_equation_once_its_strength_is_chosen() {
     let (records, settings) = duffing();
     let free = Free { window: true, order: false, threshold: true, form: false, refine: false };

@@ -123,7 +123,13 @@ fn the_smoothing_spline_is_that_of_scipy() {
         source: None,
         start: 0.0,
         interval: fixture["interval"].as_f64().unwrap(),
-        channels: vec![Channel { name: "x".into(), role: Role::Displacement(0), unit: "m".into(), values }],
+        channels: vec![Channel {
+            name: "x".into(),
+            role: Role::Displacement(0),
+            unit: "m".into(),
+            values,
+            estimated: false,
+        }],
         notices: Vec::new(),
     };
     let layout = record.layout(Kind::SecondOrder);

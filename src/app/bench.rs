@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::state::Pin;
 use crate::model::Units;
 use crate::record::prepare::PrepareError;
-use crate::record::{Record, RecordSet, Role, Usage};
+use crate::record::{Record, RecordSet, Usage};
 use crate::rig::hidden::Truth;
 use crate::signal::Smoothing;
 use crate::study::{Ensemble, Inclusion, Outcome, suggested_half_width};
@@ -177,9 +177,9 @@ impl Bench {
         self.records.first().map_or_else(Units::default, |r| Units::of(r, &r.layout(kind)))
     }
 
-    /// The unit of the first displacement (or state).
+    /// The unit of what the first sensor shows.
     pub(crate) fn unit(&self) -> &str {
-        let channel = self.records.first().and_then(|r| r.channel(Role::Displacement(0)));
+        let channel = self.records.first().and_then(|r| r.sensor(0));
         channel.map_or("", |c| c.unit.as_str())
     }
 }

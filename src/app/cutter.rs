@@ -9,8 +9,8 @@ use super::plot::decimate::{Envelope, Samples};
 use super::plot::palette::{self, Ink};
 use super::plot::units::Scale;
 use super::theme;
+use crate::record::Record;
 use crate::record::prepare::{Preparation, Treatment};
-use crate::record::{Record, Role};
 
 /// Height of the strip, points.
 const HEIGHT: f32 = 64.0;
@@ -76,7 +76,7 @@ impl Cutter {
         shown: usize,
     ) -> Option<Vec<Preparation>> {
         let record = bench.origin(shown)?;
-        let channel = record.channel(Role::Displacement(0)).or_else(|| record.channels.first())?;
+        let channel = record.sensor(0).or_else(|| record.channels.first())?;
         let target = (bench.raw.entries.len() > 1).then_some(record.name.as_str());
         let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::hover());
         let (start, end) = (record.start, record.start + record.duration());

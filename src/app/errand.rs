@@ -63,7 +63,7 @@ pub(crate) enum Delivery {
     /// They cannot be opened.
     NotOpened(Box<Refused>),
     /// Settings were chosen.
-    Chosen { generation: u64, choice: Result<Choice, StudyError> },
+    Chosen { generation: u64, choice: Result<Box<Choice>, StudyError> },
     /// The work itself failed.
     Crashed,
 }
@@ -130,7 +130,7 @@ pub(crate) fn run(errand: Errand, cancel: &Cancel, progress: &(dyn Fn(f64) + Syn
         Errand::Choose { generation, records, settings } => {
             let free = Free { window: true, order: true, threshold: true, form: true, refine: true };
             let choice = choose(&records, &settings, free, cancel, progress);
-            Delivery::Chosen { generation, choice }
+            Delivery::Chosen { generation, choice: choice.map(Box::new) }
         }
     };
     (!cancel.is_cancelled()).then_some(delivery)

@@ -1,13 +1,15 @@
 use super::failure::Failure;
 use super::options::StudyOptions;
 use super::progress::Progress;
-use crate::record::RecordSet;
-use crate::study::{Cancel, Free, Outcome, Study, choose, suggest};
+use crate::record::{RecordSet, Usage};
+use crate::study::{Cancel, Free, Horizon, Outcome, Study, choose, suggest};
 
 /// A study with how its settings came about.
 pub(super) struct Analysis {
     pub(super) records: RecordSet,
     pub(super) outcome: Outcome,
+    /// How far free runs predict what was fitted, and what was held out.
+    pub(super) horizons: [Option<Horizon>; 2],
     /// How the settings that were not given were chosen.
     pub(super) choice: Option<String>,
 }
@@ -17,7 +19,7 @@ pub(super) fn analyse(options: &StudyOptions) -> Result<Analysis, Failure> {
     let records = options.data.read()?;
     let cancel = Cancel::default();
     let mut settings = suggest(&records, options.data.kind.into())?;
-    options.apply(&mut settings);
+    options.apply(&mut settings)?;
     options.apply_mass(&mut settings, &records)?;
     let free = Free {
         window: options.window_is_free(),
@@ -35,6 +37,9 @@ pub(super) fn analyse(options: &StudyOptions) -> Result<Analysis, Failure> {
         settings = chosen.settings;
         choice = Some(chosen.reason);
     }
-    let outcome = Study::default().run(&records, &settings, &cancel)?;
-    Ok(Analysis { records, outcome, choice })
+    let mut study = Study::default();
+    let outcome = study.run(&records, &settings, &cancel)?;
+    let horizon = |usage: Usage| study.horizon(&outcome, usage, &cancel);
+    let horizons = [horizon(Usage::Fit)?, horizon(Usage::HeldOut)?];
+    Ok(Analysis { records, outcome, horizons, choice })
 }

@@ -11,7 +11,7 @@ use crate::model::Units;
 use crate::record::RecordSet;
 use crate::report;
 use crate::study::Cancel;
-use crate::term::Kind;
+use crate::term::{Kind, Term};
 
 /// Most effects that are added unless told otherwise.
 pub(super) const MAX_EFFECTS: u8 = 3;
@@ -22,7 +22,7 @@ pub(super) struct Options {
     #[command(flatten)]
     data: DataOptions,
 
-    /// Terms of the base model's acceleration, to which effects are added: "x, v, u" [default: a linear spring and damper]
+    /// Terms of every acceleration of the base model, to which effects are added: "x, v, u" [default: linear springs and dampers]
     #[arg(long, value_name = "LIST", help_heading = "Base model")]
     terms: Option<Terms>,
     /// Known physics: these terms are in the base model besides
@@ -101,22 +101,20 @@ pub(super) fn search(
     known: &[Terms],
     max_effects: u8,
 ) -> Result<Diagnosis, Failure> {
-    let mut ask = Ask { base: base.map(|Terms(terms)| terms.clone()), max_effects: usize::from(max_effects) };
-    let mut search = Search::new(records, &ask)?;
-    let mut terms = search.base_terms().to_vec();
-    for term in known.iter().flat_map(|Terms(terms)| terms) {
-        if !terms.contains(term) {
-            terms.push(term.clone());
-        }
+    let lists: Vec<Vec<Term>> = known.iter().map(Terms::for_all).collect::<Result<_, _>>()?;
+    let mut ask = Ask { known: lists.concat(), max_effects: usize::from(max_effects), ..Ask::default() };
+    for part in base.iter().flat_map(|terms| &terms.0) {
+        let list = match part.freedom(Kind::SecondOrder).map_err(Failure::new)? {
+            None => ask.base.get_or_insert_default(),
+            Some(mass) => ask.own.entry(mass).or_default(),
+        };
+        list.extend(part.entries.iter().cloned());
     }
-    if terms.len() > search.base_terms().len() {
-        ask.base = Some(terms);
-        search = Search::new(records, &ask)?;
-    }
+    let search = Search::new(records, &ask)?;
     if let Some((record, _)) = records.entries.first() {
         let layout = record.layout(Kind::SecondOrder);
         let units = Units::of(record, &layout);
-        search.base_terms().iter().try_for_each(|t| units.check(t, &layout)).map_err(Failure::new)?;
+        search.base_terms().try_for_each(|t| units.check(t, &layout)).map_err(Failure::new)?;
     }
     let progress = Progress::new();
     let tell = |progressed: gap::Progress| {

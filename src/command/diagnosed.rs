@@ -1,8 +1,10 @@
 //! The search for missing effects as JSON, for scripts. A number that does not exist is `null`.
 
+use std::collections::BTreeMap;
+
 use serde_json::{Value, json};
 
-use super::json::{VERSION, fitted_equations};
+use super::json::{VERSION, equations};
 use crate::gap::{Candidate, Diagnosis, Finding, Gap, Parameter, Round, Stage, Step};
 use crate::model::{Model, Units};
 use crate::record::RecordSet;
@@ -12,10 +14,7 @@ pub(super) fn result(diagnosis: &Diagnosis, records: &RecordSet) -> Value {
     let units =
         |model: &Model| records.entries.first().map_or_else(Units::default, |(r, _)| Units::of(r, &model.layout));
     let stage = |stage: Option<&Stage>| {
-        stage.map_or(
-            Value::Null,
-            |s| json!({ "equations": fitted_equations(&s.model, &units(&s.model)), "gap": gap(&s.gap) }),
-        )
+        stage.map_or(Value::Null, |s| json!({ "equations": equations(&s.model, &units(&s.model)), "gap": gap(&s.gap) }))
     };
     json!({
         "version": VERSION,
@@ -44,6 +43,8 @@ fn gap(gap: &Gap) -> Value {
         "test_rmse": gap.test_rmse,
         "train_nrmse": gap.train_nrmse,
         "test_nrmse": gap.test_nrmse,
+        "horizon": gap.horizon,
+        "rmse_at_horizon": gap.train_rmse,
     })
 }
 
@@ -55,8 +56,10 @@ fn step(step: &Step<'_>) -> Value {
     json!({
         "effect": step.added.choice.effect,
         "form": step.added.choice.form,
+        "place": step.added.place.map(|site| site.to_string()),
         "title": step.added.title,
         "terms": step.added.terms,
+        "equations": step.added.equations.iter().cloned().collect::<BTreeMap<_, _>>(),
         "where": step.round.place.words(),
         "parameters": step.added.parameters.iter().map(parameter).collect::<Vec<_>>(),
         "gap": gap(&step.after.gap),
@@ -64,6 +67,11 @@ fn step(step: &Step<'_>) -> Value {
         "delta_bic": named,
         "alternatives": step.alternatives().map(|c| alternative(c, named)).collect::<Vec<_>>(),
         "indistinguishable": indistinguishable,
+        "indistinguishable_places": step.indistinguishable().iter().map(|c| json!({
+            "effect": c.choice.effect,
+            "place": c.place.map(|site| site.to_string()),
+            "title": c.title,
+        })).collect::<Vec<_>>(),
         "next_experiment": step.round.next_experiment,
     })
 }
@@ -82,6 +90,7 @@ fn alternative(candidate: &Candidate, named: f64) -> Value {
     json!({
         "effect": candidate.choice.effect,
         "form": candidate.choice.form,
+        "place": candidate.place.map(|site| site.to_string()),
         "title": candidate.title,
         "delta_bic": candidate.delta_bic - named,
         "train_rmse": candidate.stage.as_ref().map(|s| s.gap.train_rmse),
@@ -105,6 +114,7 @@ fn round(round: &Round) -> Value {
         "candidates": round.candidates.iter().map(|c| json!({
             "effect": c.choice.effect,
             "form": c.choice.form,
+            "place": c.place.map(|site| site.to_string()),
             "explained": c.explained,
             "delta_bic": c.delta_bic,
             "test_rmse": c.stage.as_ref().and_then(|s| s.gap.test_rmse),

@@ -2,13 +2,17 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::analysis::analyse;
+use super::analysis::{Analysis, analyse};
 use super::failure::Failure;
 use super::options::StudyOptions;
 use super::{Output, json};
 use crate::export;
 use crate::format::equations;
+use crate::format::number::significant;
+use crate::format::units::format_si;
+use crate::record::{Role, Usage};
 use crate::report::Report;
+use crate::study::Horizon;
 
 /// Options of `identify`.
 #[derive(Debug, Args)]
@@ -62,8 +66,31 @@ pub(super) fn run(options: &Options) -> Output {
                 command: None,
                 diagnosis: None,
             };
-            format!("{}\n{}", equations::text(model, Some(&units)), report.summary())
+            let mut text = format!("{}\n{}", equations::text(model, Some(&units)), report.summary());
+            text.push_str(&predicts(&analysis));
+            text
         }
     };
     Ok(text.into_bytes())
+}
+
+/// How far free runs predict, where that is not the whole record; a line for what was fitted and one for what was held out.
+fn predicts(analysis: &Analysis) -> String {
+    let outcome = &analysis.outcome;
+    let unit = analysis.records.entries.first().and_then(|(r, _)| r.channel(Role::Displacement(0)));
+    let unit = unit.map_or("", |c| c.unit.as_str());
+    let of = |(usage, horizon): (Usage, Option<Horizon>)| {
+        let longest = outcome.records.iter().filter(|r| r.usage == usage).map(|r| r.record.duration());
+        let (longest, Horizon { seconds, rmse }) = (longest.fold(0.0, f64::max), horizon?);
+        let what = if usage == Usage::Fit { "what was fitted" } else { "what was held out" };
+        (seconds < 0.99 * longest).then(|| {
+            format!(
+                "Of {what} a free run predicts {} s of {} s, with an error of {}.\n",
+                significant(seconds, 3),
+                significant(longest, 3),
+                format_si(rmse, unit, 3)
+            )
+        })
+    };
+    [Usage::Fit, Usage::HeldOut].into_iter().zip(analysis.horizons).filter_map(of).collect()
 }

@@ -7,10 +7,10 @@ use serde_json::{Value, json};
 use super::analysis::Analysis;
 use super::failure::Failure;
 use crate::format::equations::is_kinematic;
-use crate::model::{Model, Units};
+use crate::model::{Mode, Model, Units};
 use crate::record::Usage;
-use crate::study::{EquationFit, Form, Kinematics, Lock, Outcome, Scaling, Score, Settings, Severity};
-use crate::term::{Kind, Layout, Term};
+use crate::study::{EquationFit, Form, Horizon, Kinematics, Lock, Outcome, Scaling, Score, Settings, Severity};
+use crate::term::{Kind, Layout, Symbol, Term};
 
 /// The version of the fields below.
 pub(super) const VERSION: u32 = 1;
@@ -36,8 +36,8 @@ pub(super) fn identified(analysis: &Analysis) -> Value {
         "status": if outcome.diverged() { "diverged" } else { "ok" },
         "settings": settings(&outcome.settings, &outcome.model.layout),
         "equations": equations(&outcome.model, &outcome.units()),
-        "train": score(outcome.train),
-        "test": score(outcome.test),
+        "train": run(outcome.train, analysis.horizons[0]),
+        "test": run(outcome.test, analysis.horizons[1]),
         "noise_floor": outcome.noise_floor,
         "elapsed_ms": { "fit": outcome.elapsed.fit, "simulate": outcome.elapsed.simulate },
         "probabilities": probabilities(outcome),
@@ -49,6 +49,7 @@ pub(super) fn identified(analysis: &Analysis) -> Value {
             "std_error": p.std_error,
             "unit": p.unit,
         })).collect::<Vec<_>>(),
+        "modes": outcome.modes().iter().map(mode).collect::<Vec<_>>(),
         "refinement": outcome.refinement.as_ref().map(|r| json!({
             "rmse": r.rmse,
             "converged": r.converged,
@@ -92,7 +93,13 @@ fn settings(settings: &Settings, layout: &Layout) -> Value {
         })
         .collect();
     let smoothing = &settings.smoothing;
+    let mut all: Vec<Term> = Vec::new();
+    for freedom in 0..layout.freedoms {
+        let terms = settings.of_equation(freedom).into_owned().terms;
+        all.extend(terms.into_iter().filter(|t| !all.contains(t)).collect::<Vec<_>>());
+    }
     json!({
+        "by_equation": by_equation(settings, layout),
         "window": smoothing.window,
         "order": smoothing.order,
         "form": match settings.form {
@@ -106,7 +113,7 @@ fn settings(settings: &Settings, layout: &Layout) -> Value {
         "regressor": settings.regressor.name(),
         "threshold": settings.threshold,
         "ridge": settings.ridge,
-        "terms": settings.terms.iter().map(text).collect::<Vec<_>>(),
+        "terms": all.iter().map(text).collect::<Vec<_>>(),
         "lock": locked(Lock::In),
         "drop": locked(Lock::Out),
         "fix": fixed,
@@ -128,17 +135,30 @@ fn settings(settings: &Settings, layout: &Layout) -> Value {
     })
 }
 
-/// The equations; a coefficient that was given and not fitted has no error: 0.
+/// What single equations have of their own, by the velocity's (first order: the state's) name.
+fn by_equation(settings: &Settings, layout: &Layout) -> Value {
+    let each = settings.own.iter().map(|(freedom, own)| {
+        let symbol = match layout.kind {
+            Kind::SecondOrder => Symbol::Rate(*freedom),
+            Kind::FirstOrder => Symbol::State(*freedom),
+        };
+        let text = |t: &Term| t.text(layout);
+        let locked = |wanted: Lock| -> Vec<String> {
+            own.locks.iter().filter(|(_, l)| **l == wanted).map(|(t, _)| text(t)).collect()
+        };
+        let value = json!({
+            "terms": own.terms.as_ref().map(|terms| terms.iter().map(text).collect::<Vec<_>>()),
+            "lock": locked(Lock::In),
+            "drop": locked(Lock::Out),
+            "constrain": own.known.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        });
+        (layout.name(symbol), value)
+    });
+    Value::Object(each.collect())
+}
+
+/// The equations. What is not known of an error is null; that of `dx/dt = v` is known, 0.
 pub(super) fn equations(model: &Model, units: &Units) -> Vec<Value> {
-    each_equation(model, units, &json!(0.0))
-}
-
-/// The equations of a model whose every coefficient but those of `dx/dt = v` was fitted: without an error, none is known.
-pub(super) fn fitted_equations(model: &Model, units: &Units) -> Vec<Value> {
-    each_equation(model, units, &Value::Null)
-}
-
-fn each_equation(model: &Model, units: &Units, without_error: &Value) -> Vec<Value> {
     model
         .iter()
         .map(|(state, equation)| {
@@ -154,8 +174,10 @@ fn each_equation(model: &Model, units: &Units, without_error: &Value) -> Vec<Val
                         "std_error": match t.std_error {
                             Some(error) => json!(error),
                             None if known => json!(0.0),
-                            None => without_error.clone(),
+                            None => Value::Null,
                         },
+                        // Signs are all that bounds a coefficient, and one that a sign holds is zero.
+                        "at_bound": t.coefficient == 0.0 && t.std_error.is_none(),
                         "share": t.share,
                     })
                 })
@@ -163,6 +185,19 @@ fn each_equation(model: &Model, units: &Units, without_error: &Value) -> Vec<Val
             json!({ "state": model.layout.name(state), "terms": terms })
         })
         .collect()
+}
+
+/// Angles in radians.
+fn mode(mode: &Mode) -> Value {
+    json!({
+        "frequency": mode.frequency,
+        "std_error": mode.frequency_error,
+        "damping": mode.damping,
+        "damping_std_error": mode.damping_error,
+        "shape": mode.shape,
+        "shape_std_error": mode.shape_error,
+        "phase": mode.phase,
+    })
 }
 
 fn score(score: Option<Score>) -> Value {
@@ -177,15 +212,34 @@ fn score(score: Option<Score>) -> Value {
     })
 }
 
+/// The errors of a free run, and how far it predicts.
+fn run(of_run: Option<Score>, horizon: Option<Horizon>) -> Value {
+    let mut value = score(of_run);
+    if let (None, Some(_)) = (of_run, horizon) {
+        value = json!({ "rmse": null, "nrmse": null, "max_error": null, "samples": 0, "best_fit": null });
+    }
+    if let Value::Object(fields) = &mut value {
+        fields.insert("horizon".into(), json!(horizon.map(|h| h.seconds)));
+        fields.insert("rmse_at_horizon".into(), json!(horizon.map(|h| h.rmse)));
+    }
+    value
+}
+
 fn records(outcome: &Outcome) -> Vec<Value> {
     outcome
         .records
         .iter()
         .map(|r| {
             let channels: Vec<Value> = r
-                .channels
-                .iter()
-                .map(|c| json!({ "state": outcome.model.layout.name(c.symbol), "score": score(c.score) }))
+                .sensors(&outcome.model.layout)
+                .into_iter()
+                .map(|c| {
+                    let mut value = json!({ "name": c.name, "unit": c.unit });
+                    if let (Value::Object(to), Value::Object(figures)) = (&mut value, score(c.score)) {
+                        to.extend(figures);
+                    }
+                    value
+                })
                 .collect();
             json!({
                 "name": r.record.name,

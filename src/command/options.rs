@@ -1,5 +1,6 @@
 //! The options that every command which runs a study takes.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -11,9 +12,8 @@ use crate::record::prepare::{self, Preparation, Treatment};
 use crate::record::{ColumnMap, ReadOptions, RecordSet, read_set};
 use crate::study::{
     Differentiation, Form, Kinematics, Known, Lock, NARROWEST, Regressor, Scaling, Settings, force_over_mass,
-    known_list,
 };
-use crate::term::{self, Kind, Term, TermError};
+use crate::term::{Kind, Part, Term, by_equation};
 
 /// Data, and how they are read.
 #[derive(Debug, Args)]
@@ -51,19 +51,21 @@ pub(super) struct StudyOptions {
     #[command(flatten)]
     pub(super) data: DataOptions,
 
-    /// Candidate terms of the acceleration (first order: of every state): "x, v, u, x^3, sgn(v)" [default: by the kind of data]
+    /// Candidate terms of every acceleration (first order: of every state): "x, v, u, x^3, sgn(v)"; or of each its own:
+    /// "v1: x1, x2-x1, u; v2: x2-x1" [default: by the kind of data]
     #[arg(long, value_name = "LIST", help_heading = "Library")]
     terms: Option<Terms>,
-    /// Terms kept whatever the threshold: known physics
+    /// Terms kept whatever the threshold: known physics; of all equations or of each, as in --terms
     #[arg(long, value_name = "LIST", help_heading = "Library")]
     lock: Vec<Terms>,
-    /// Terms never used
+    /// Terms never used; of all equations or of each
     #[arg(long, value_name = "LIST", help_heading = "Library")]
     drop: Vec<Terms>,
-    /// A term kept at a coefficient that is known
+    /// A term kept at a coefficient that is known; of one equation alone: "v2: x2-x1=-600"
     #[arg(long, value_name = "TERM=VALUE", help_heading = "Library")]
-    fix: Vec<FixedTerm>,
-    /// Known physics: x=-u (one spring across the joint), v=-du, v<=0, x>=0, passive, odd or even (stiffness), u=1/m
+    fix: Vec<FixedTerms>,
+    /// Known physics: x=-u (one spring across the joint), v=-du, v<=0, x>=0, passive, odd or even (stiffness), u=1/m; of
+    /// all equations or of each: "v2: x2-x1<=0"
     #[arg(long, value_name = "LIST", help_heading = "Physics")]
     constrain: Vec<Constraints>,
     /// The moving mass, kg: coefficients are told as forces too
@@ -170,17 +172,9 @@ impl StudyOptions {
     }
 
     /// Puts what was asked for over what was suggested.
-    pub(super) fn apply(&self, settings: &mut Settings) {
+    pub(super) fn apply(&self, settings: &mut Settings) -> Result<(), Failure> {
         settings.kind = self.data.kind.into();
-        if let Some(Terms(terms)) = &self.terms {
-            settings.terms.clone_from(terms);
-        }
-        let decided = |lists: &[Terms], lock: Lock| -> Vec<(Term, Lock)> {
-            lists.iter().flat_map(|l| &l.0).map(|t| (t.clone(), lock)).collect()
-        };
-        settings.locks.extend(decided(&self.lock, Lock::In));
-        settings.locks.extend(decided(&self.drop, Lock::Out));
-        settings.locks.extend(self.fix.iter().map(|f| (f.term.clone(), Lock::Fixed(f.value))));
+        self.apply_lists(settings).map_err(Failure::new)?;
         if let Some(method) = self.differentiation {
             settings.smoothing.method = method.into();
         }
@@ -222,9 +216,41 @@ impl StudyOptions {
         if self.fit_kinematics {
             settings.kinematics = Kinematics::Fitted;
         }
-        settings.known = self.constrain.iter().flat_map(|c| c.known.iter().cloned()).collect();
         settings.mass = self.mass;
-        settings.refine = self.refine == Some(Whether::Yes);
+        if let Some(refine) = self.refine {
+            settings.refine = refine == Whether::Yes;
+        }
+        Ok(())
+    }
+
+    /// What is asked of terms, for all equations and for each.
+    fn apply_lists(&self, settings: &mut Settings) -> Result<(), String> {
+        let kind = settings.kind;
+        for part in self.terms.iter().flat_map(|t| &t.0) {
+            match part.freedom(kind)? {
+                None => settings.terms.clone_from(&part.entries),
+                Some(i) => settings.own.entry(i).or_default().terms = Some(part.entries.clone()),
+            }
+        }
+        for (lists, lock) in [(&self.lock, Lock::In), (&self.drop, Lock::Out)] {
+            for part in lists.iter().flat_map(|t| &t.0) {
+                let freedom = part.freedom(kind)?;
+                let locks = settings.own_locks(freedom);
+                locks.extend(part.entries.iter().map(|t| (t.clone(), lock)));
+            }
+        }
+        for part in self.fix.iter().flat_map(|f| &f.0) {
+            let freedom = part.freedom(kind)?;
+            let locks = settings.own_locks(freedom);
+            locks.extend(part.entries.iter().map(|f| (f.term.clone(), Lock::Fixed(f.value))));
+        }
+        for part in self.constrain.iter().flat_map(|c| &c.known) {
+            match part.freedom(kind)? {
+                None => settings.known.extend(part.entries.iter().cloned()),
+                Some(i) => settings.own.entry(i).or_default().known.extend(part.entries.iter().cloned()),
+            }
+        }
+        Ok(())
     }
 
     /// Fixes the force's coefficient where `u=1/m` asks for it.
@@ -279,21 +305,8 @@ impl StudyOptions {
         if settings.kind == Kind::FirstOrder {
             option("kind", "first-order");
         }
-        let list = |terms: &mut dyn Iterator<Item = &Term>| terms.map(Term::as_str).collect::<Vec<_>>().join(", ");
-        option("terms", &list(&mut settings.terms.iter()));
-        for (name, lock) in [("lock", Lock::In), ("drop", Lock::Out)] {
-            let terms = list(&mut settings.locks.iter().filter(|(_, l)| **l == lock).map(|(t, _)| t));
-            if !terms.is_empty() {
-                option(name, &terms);
-            }
-        }
-        for (term, lock) in &settings.locks {
-            if let Lock::Fixed(value) = lock {
-                option("fix", &format!("{term}={value}"));
-            }
-        }
-        if !settings.known.is_empty() {
-            option("constrain", &settings.known.iter().map(Known::to_string).collect::<Vec<_>>().join(", "));
+        for (name, list) in lists(settings) {
+            option(name, &list);
         }
         if let Some(mass) = settings.mass {
             option("mass", &mass.to_string());
@@ -378,22 +391,78 @@ impl std::fmt::Display for Span {
     }
 }
 
-/// A list of terms.
+/// The lists that say what settings say of terms, each with its option: those for all equations, then those of each.
+fn lists(settings: &Settings) -> Vec<(&'static str, String)> {
+    let mut found = Vec::new();
+    let mut of = |head: &str, terms: Option<&Vec<Term>>, locks: &BTreeMap<Term, Lock>, known: &[Known]| {
+        let list = |terms: &mut dyn Iterator<Item = &Term>| terms.map(Term::as_str).collect::<Vec<_>>().join(", ");
+        if let Some(terms) = terms {
+            found.push(("terms", format!("{head}{}", list(&mut terms.iter()))));
+        }
+        for (name, lock) in [("lock", Lock::In), ("drop", Lock::Out)] {
+            let terms = list(&mut locks.iter().filter(|(_, l)| **l == lock).map(|(t, _)| t));
+            if !terms.is_empty() {
+                found.push((name, format!("{head}{terms}")));
+            }
+        }
+        for (term, lock) in locks {
+            if let Lock::Fixed(value) = lock {
+                found.push(("fix", format!("{head}{term}={value}")));
+            }
+        }
+        if !known.is_empty() {
+            let known = known.iter().map(Known::to_string).collect::<Vec<_>>().join(", ");
+            found.push(("constrain", format!("{head}{known}")));
+        }
+    };
+    of("", Some(&settings.terms), &settings.locks, &settings.known);
+    for (freedom, own) in &settings.own {
+        let symbol = if settings.kind == Kind::SecondOrder { 'v' } else { 'x' };
+        of(&format!("{symbol}{}: ", freedom + 1), own.terms.as_ref(), &own.locks, &own.known);
+    }
+    // The lists of terms come in one option.
+    let terms: Vec<String> = found.iter().filter(|(name, _)| *name == "terms").map(|(_, list)| list.clone()).collect();
+    if terms.len() > 1 {
+        found.retain(|(name, _)| *name != "terms");
+        let each = terms[1..].join("; ");
+        found.insert(0, ("terms", each));
+    }
+    found
+}
+
+/// A list of terms, for all equations or for each.
 #[derive(Clone, Debug)]
-pub(super) struct Terms(pub(super) Vec<Term>);
+pub(super) struct Terms(pub(super) Vec<Part<Term>>);
 
-impl FromStr for Terms {
-    type Err = TermError;
-
-    fn from_str(text: &str) -> Result<Self, TermError> {
-        term::list(text).map(Self)
+impl Terms {
+    /// The list, where it must be one for all equations.
+    ///
+    /// # Errors
+    /// It has lists for single ones.
+    pub(super) fn for_all(&self) -> Result<Vec<Term>, Failure> {
+        if self.0.iter().any(|part| part.equation.is_some()) {
+            return Err(Failure::new("a list for each equation is not possible here")
+                .try_this("give one list for all equations, without `v1:`"));
+        }
+        Ok(self.0.iter().flat_map(|part| part.entries.iter().cloned()).collect())
     }
 }
 
-/// A list of what is known.
+impl FromStr for Terms {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        by_equation(text, |piece| {
+            Term::parse(piece).map_err(|e| (e.column - 1, format!("{:?} is no term: {}", e.text, e.problem)))
+        })
+        .map(Self)
+    }
+}
+
+/// A list of what is known, for all equations or for each.
 #[derive(Clone, Debug)]
 struct Constraints {
-    known: Vec<Known>,
+    known: Vec<Part<Known>>,
     /// `u=1/m`: the force's coefficient follows from the mass.
     unit_mass: bool,
 }
@@ -402,18 +471,37 @@ impl FromStr for Constraints {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let is_mass = |part: &&str| part.replace(' ', "") == "u=1/m";
-        let unit_mass = text.split([',', ';']).any(|part| is_mass(&part));
-        let rest: Vec<&str> = text.split([',', ';']).filter(|part| !is_mass(part)).collect();
-        Ok(Self { known: known_list(&rest.join(","))?, unit_mass })
+        let is_mass = |part: &str| part.replace(' ', "") == "u=1/m";
+        let read = |piece: &str| if is_mass(piece) { Ok(None) } else { piece.parse().map(Some).map_err(|e| (0, e)) };
+        let mut unit_mass = false;
+        let known = by_equation(text, read)?
+            .into_iter()
+            .map(|part: Part<Option<Known>>| {
+                unit_mass |= part.entries.contains(&None);
+                Part { equation: part.equation, entries: part.entries.into_iter().flatten().collect() }
+            })
+            .collect();
+        Ok(Self { known, unit_mass })
     }
 }
 
 /// A term at a coefficient.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 struct FixedTerm {
     term: Term,
     value: f64,
+}
+
+/// Terms at coefficients, for all equations or for each.
+#[derive(Clone, Debug)]
+struct FixedTerms(Vec<Part<FixedTerm>>);
+
+impl FromStr for FixedTerms {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        by_equation(text, |piece| piece.parse().map_err(|e| (0, e))).map(Self)
+    }
 }
 
 impl FromStr for FixedTerm {

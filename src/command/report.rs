@@ -70,7 +70,7 @@ impl Options {
         let mut text = String::new();
         if self.diagnose {
             text.push_str(" --diagnose");
-            if let Some(Terms(terms)) = &self.base {
+            if let Some(Ok(terms)) = self.base.as_ref().map(Terms::for_all) {
                 let list: Vec<&str> = terms.iter().map(Term::as_str).collect();
                 text.push_str(&format!(" --base {}", quoted(&list.join(", "))));
             }

@@ -41,19 +41,19 @@ fn wrong_values_are_said_with_the_option() {
     }
 }
 
+/// The options of a report on `a b.csv`.
+fn parse(arguments: &[&str]) -> super::report::Options {
+    let words = [&["sindyscope", "report", "a b.csv", "--out", "r.png"], arguments].concat();
+    match Cli::try_parse_from(words).expect("options").command {
+        Some(Command::Report(options)) => options,
+        _ => panic!("report was asked for"),
+    }
+}
+
 #[test]
 fn what_was_given_goes_over_what_was_suggested() {
     use crate::study::{Kinematics, Lock, Regressor, Scaling, Settings};
     use crate::term::Term;
-    let parse = |arguments: &[&str]| match Cli::try_parse_from(
-        [&["sindyscope", "report", "a b.csv", "--out", "r.png"], arguments].concat(),
-    )
-    .expect("options")
-    .command
-    {
-        Some(Command::Report(options)) => options,
-        _ => panic!("report was asked for"),
-    };
     let term = |text: &str| Term::parse(text).expect("a term");
     let options = parse(&[
         "--terms",
@@ -83,7 +83,7 @@ fn what_was_given_goes_over_what_was_suggested() {
     ]);
     let mut settings = Settings::default();
     settings.smoothing.window = 5;
-    options.study().apply(&mut settings);
+    options.study().apply(&mut settings).expect("sound");
     assert_eq!(settings.terms, ["x", "v", "u"].map(term));
     assert_eq!(settings.known.iter().map(ToString::to_string).collect::<Vec<_>>(), ["x=-u", "v<=0", "odd"]);
     assert_eq!((settings.mass, settings.refine), (Some(2.5), true));
@@ -107,15 +107,55 @@ fn what_was_given_goes_over_what_was_suggested() {
     );
 
     let mut short = Settings::default();
-    parse(&["--window", "3"]).study().apply(&mut short);
+    parse(&["--window", "3"]).study().apply(&mut short).expect("sound");
     assert_eq!((short.smoothing.window, short.smoothing.order), (3, 2));
     assert!(!parse(&["--method", "difference"]).study().window_is_free(), "nothing to choose without a segment");
     let spline = parse(&["--differentiation", "spline", "--window", "21", "--threshold", "0.1"]);
     let mut settings = Settings { terms: vec![term("x")], ..Settings::default() };
-    spline.study().apply(&mut settings);
+    spline.study().apply(&mut settings).expect("sound");
     assert!(!spline.study().order_is_free() && !spline.study().window_is_free());
     assert_eq!(
         spline.study().command("identify", &settings, None),
         "sindyscope identify 'a b.csv' --terms x --differentiation spline --window 21 --threshold 0.1"
     );
+}
+
+#[test]
+fn lists_for_each_equation_are_taken_and_come_back_in_the_command() {
+    use crate::study::{Lock, Settings};
+    use crate::term::Term;
+    let term = |text: &str| Term::parse(text).expect("a term");
+    let options = parse(&[
+        "--terms",
+        "v1: x1, x2-x1, u; v2: x2-x1",
+        "--lock",
+        "v2: x2-x1",
+        "--drop",
+        "v1: u",
+        "--fix",
+        "v1: x1=-400",
+        "--constrain",
+        "v2: x2-x1<=0",
+    ]);
+    let mut settings = Settings::default();
+    options.study().apply(&mut settings).expect("sound");
+    let first = &settings.own[&0];
+    assert_eq!(first.terms.as_deref().expect("a list"), ["x1", "x2-x1", "u"].map(term));
+    assert_eq!((first.locks[&term("u")], first.locks[&term("x1")]), (Lock::Out, Lock::Fixed(-400.0)));
+    assert_eq!(settings.own[&1].locks[&term("x2-x1")], Lock::In);
+    assert_eq!(settings.own[&1].known.len(), 1);
+    assert!(settings.locks.is_empty() && settings.known.is_empty());
+    let command = options.study().command("identify", &settings, None);
+    for part in [
+        "--terms 'v1: x, x2-x, u; v2: x2-x'",
+        "--drop 'v1: u'",
+        "--fix 'v1: x=-400'",
+        "--lock 'v2: x2-x'",
+        "--constrain 'v2: x2-x<=0'",
+    ] {
+        assert!(command.contains(part), "{command}");
+    }
+    let mut wrong = Settings::default();
+    let refused = parse(&["--terms", "x1: x2"]).study().apply(&mut wrong);
+    assert!(format!("{refused:?}").contains("v1: "), "{refused:?}");
 }

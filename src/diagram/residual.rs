@@ -4,7 +4,6 @@ use realfft::RealFftPlanner;
 
 use super::element::equation_residual;
 use crate::format::number::superscript;
-use crate::record::Role;
 use crate::signal::mean_and_variance;
 use crate::study::{Outcome, RecordOutcome};
 use crate::term::{Kind, Layout, Symbol, sign};
@@ -122,8 +121,8 @@ impl Residual {
         let layout = outcome.model.layout;
         let (start, residual) = match source {
             Source::Response => {
-                let measured = record.record.channel(Role::Displacement(freedom))?;
-                let response = &record.channels.get(freedom)?.response;
+                let shown = record.channels.get(freedom)?;
+                let (measured, response) = (record.record.channel(shown.role)?, &shown.response);
                 (0, measured.values.iter().zip(response).map(|(m, r)| m - r).collect::<Vec<f64>>())
             }
             Source::Equation => {

@@ -56,6 +56,7 @@ fn outcome(terms: &[(&str, f64)], motions: &[Motion]) -> Outcome {
         role,
         unit: "m".into(),
         values: values.into(),
+        estimated: false,
     };
     let records = motions
         .iter()
@@ -88,6 +89,7 @@ fn outcome(terms: &[(&str, f64)], motions: &[Motion]) -> Outcome {
                 states: vec![m.x.clone(), m.v.clone()],
                 channels: vec![Channel {
                     symbol: Symbol::State(0),
+                    role: Role::Displacement(0),
                     response: m.x.clone(),
                     error: vec![0.0; m.x.len()],
                     score: None,
@@ -100,6 +102,7 @@ fn outcome(terms: &[(&str, f64)], motions: &[Motion]) -> Outcome {
     // The series are exact: no filter has touched them.
     settings.smoothing.filter_library = false;
     Outcome {
+        covariance: crate::study::Covariance::default(),
         refinement: None,
         settings,
         model,

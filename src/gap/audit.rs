@@ -71,7 +71,7 @@ impl Data {
 
 /// Frequency and amplitude of a record that is one steady tone.
 fn tone(s: &Series, noise: f64) -> Option<(f64, f64)> {
-    let spectrum = Spectrum::new(&s.measured, s.interval)?;
+    let spectrum = Spectrum::new(&s.measured[0], s.interval)?;
     let peak = spectrum.peak()?;
     let line = (peak.frequency / spectrum.step).round() as usize;
     let energy = |range: std::ops::Range<usize>| -> f64 {
@@ -85,8 +85,8 @@ fn tone(s: &Series, noise: f64) -> Option<(f64, f64)> {
         return None;
     }
     let periods = (peak.frequency * s.interval * s.len() as f64) as usize;
-    let parts: Vec<f64> = s.measured.chunks_exact(s.len() / (periods / 3).clamp(3, 12)).map(rms).collect();
-    alike(&parts, STEADY).then(|| (peak.frequency, rms(&s.measured)))
+    let parts: Vec<f64> = s.measured[0].chunks_exact(s.len() / (periods / 3).clamp(3, 12)).map(rms).collect();
+    alike(&parts, STEADY).then(|| (peak.frequency, rms(&s.measured[0])))
 }
 
 fn alike(values: &[f64], tolerance: f64) -> bool {

@@ -5,11 +5,28 @@ use crate::model::Equation;
 use crate::simulate::InputGrid;
 use crate::term::{Expression, Kind, Layout, Program, SampleBlock, Slots, Symbol, Term};
 
-/// Displacement and velocity along a record.
+/// Displacements and velocities along a record: `[mass][sample]`.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Path {
-    pub(super) x: Vec<f64>,
-    pub(super) v: Vec<f64>,
+    pub(super) x: Vec<Vec<f64>>,
+    pub(super) v: Vec<Vec<f64>>,
+}
+
+impl Path {
+    /// That of displacements, then velocities, and no more.
+    pub(super) fn of(states: &[Vec<f64>]) -> Self {
+        let (x, v) = states.split_at(states.len() / 2);
+        Self { x: x.to_vec(), v: v.to_vec() }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.x.first().map_or(0, Vec::len)
+    }
+
+    /// Displacements, then velocities.
+    fn states(&self) -> Vec<&[f64]> {
+        self.x.iter().chain(&self.v).map(Vec::as_slice).collect()
+    }
 }
 
 /// The inputs that a force is evaluated with.
@@ -25,7 +42,7 @@ impl Series {
 
     /// Its motion as smoothed without a model.
     pub(super) fn path(&self) -> Path {
-        Path { x: self.smoothed.states[0].clone(), v: self.smoothed.states[1].clone() }
+        Path::of(&self.smoothed.states)
     }
 
     pub(super) fn inputs(&self) -> Inputs<'_> {
@@ -54,7 +71,7 @@ pub(super) struct Clock {
 
 /// The value of each term at every sample; internal states run along the motion from zero.
 pub(super) fn forces(
-    terms: &[Term],
+    terms: &[impl AsRef<Term>],
     internals: &[Equation],
     layout: &Layout,
     series: &Series,
@@ -63,7 +80,7 @@ pub(super) fn forces(
 ) -> Vec<Vec<f64>> {
     let layout = Layout { internals: internals.len(), kind: Kind::SecondOrder, ..*layout };
     let z = integrate(internals, &layout, series.clock(), inputs, path);
-    let mut states: Vec<&[f64]> = vec![&path.x, &path.v];
+    let mut states = path.states();
     states.extend(z.iter().map(Vec::as_slice));
     let block = SampleBlock {
         start: series.start,
@@ -72,8 +89,8 @@ pub(super) fn forces(
         inputs: &inputs.values,
         input_rates: &inputs.rates,
     };
-    let expressions: Vec<Expression> = terms.iter().map(|t| t.expression().clone()).collect();
-    let mut columns = vec![Vec::with_capacity(path.x.len()); terms.len()];
+    let expressions: Vec<Expression> = terms.iter().map(|t| t.as_ref().expression().clone()).collect();
+    let mut columns = vec![Vec::with_capacity(path.len()); terms.len()];
     Program::new(&expressions, &layout).columns(&block, &mut columns);
     columns
 }
@@ -108,7 +125,7 @@ fn integrate_linear(
         a[(count + i, 2 * count + i)] = clock.interval.recip();
         drives.push(if drive.is_empty() { Expression::Number(0.0) } else { Expression::Sum(drive).normal() });
     }
-    let states: Vec<&[f64]> = vec![&path.x, &path.v];
+    let states = path.states();
     let block = SampleBlock {
         start: clock.start,
         interval: clock.interval,
@@ -116,7 +133,7 @@ fn integrate_linear(
         inputs: &inputs.values,
         input_rates: &inputs.rates,
     };
-    let n = path.x.len();
+    let n = path.len();
     let mut forces = vec![Vec::with_capacity(n); count];
     Program::new(&drives, &outside).columns(&block, &mut forces);
     let step = (a * clock.interval).exp();
@@ -153,7 +170,7 @@ pub(super) fn integrate(
     path: &Path,
 ) -> Vec<Vec<f64>> {
     const STEPS: usize = 1;
-    let n = path.x.len();
+    let n = path.len();
     let count = internals.len();
     if count == 0 {
         return Vec::new();
@@ -173,8 +190,9 @@ pub(super) fn integrate(
     let program = Program::new(&expressions, layout);
     let mut slots: Slots = program.slots();
     let address = |s: Symbol| Program::address(layout, s);
-    let (time, x, v, z) =
-        (address(Symbol::Time), address(Symbol::State(0)), address(Symbol::Rate(0)), address(Symbol::Internal(0)));
+    let (time, z) = (address(Symbol::Time), address(Symbol::Internal(0)));
+    let places: Vec<(usize, usize)> =
+        (0..path.x.len()).map(|i| (address(Symbol::State(i)), address(Symbol::Rate(i)))).collect();
     let input = (layout.inputs > 0).then(|| (address(Symbol::Input(0)), address(Symbol::InputRate(0))));
     let h = clock.interval;
     // The displacement between two samples is the cubic that their velocities give, all else a straight line.
@@ -183,9 +201,11 @@ pub(super) fn integrate(
         let line = |a: &[f64]| a[k] + s * (a[next] - a[k]);
         let r = 1.0 - s;
         slots[time] = clock.start + h * (k as f64 + s);
-        slots[x] = r * r * ((1.0 + 2.0 * s) * path.x[k] + s * h * path.v[k])
-            + s * s * ((1.0 + 2.0 * r) * path.x[next] - r * h * path.v[next]);
-        slots[v] = line(&path.v);
+        for ((x, v), (displacement, velocity)) in places.iter().zip(path.x.iter().zip(&path.v)) {
+            slots[*x] = r * r * ((1.0 + 2.0 * s) * displacement[k] + s * h * velocity[k])
+                + s * s * ((1.0 + 2.0 * r) * displacement[next] - r * h * velocity[next]);
+            slots[*v] = line(velocity);
+        }
         if let (Some((u, du)), Some(values), Some(rates)) = (input, inputs.values.first(), inputs.rates.first()) {
             slots[u] = line(values);
             slots[du] = line(rates);

@@ -2,14 +2,17 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use super::GapError;
+use super::site::Placed;
 use super::structure::Composition;
 use super::weak::Weak;
 use crate::format::units::format_si;
 use crate::record::{Channel, Record, RecordSet, Role, Usage};
-use crate::refine::{MeasuredMotion, Run};
-use crate::signal::{Facts, Signals, Spectrum, mean_and_variance, motion_period, rms, standard_deviation};
+use crate::refine::{MeasuredMotion, Output, Run};
+use crate::signal::{
+    Facts, Signals, Spectrum, dot, main_period, mean_and_variance, motion_period, rms, standard_deviation,
+};
 use crate::simulate::InputGrid;
-use crate::study::{base_excited, suggest};
+use crate::study::{base_excited, output, suggest};
 use crate::term::{Kind, Layout, Term};
 
 /// A record made ready: thinned where its band allows, its inputs made continuous.
@@ -19,13 +22,17 @@ pub(super) struct Series {
     pub(super) usage: Usage,
     pub(super) start: f64,
     pub(super) interval: f64,
-    pub(super) measured: Arc<[f64]>,
+    /// What each mass's sensor shows, what it showed, and what its residuals count beside the first's.
+    pub(super) outputs: Vec<Output>,
+    pub(super) measured: Vec<Arc<[f64]>>,
+    weights: Vec<f64>,
     pub(super) grid: Arc<InputGrid>,
     /// Inputs and their rates at the samples.
     pub(super) inputs: Vec<Vec<f64>>,
     pub(super) input_rates: Vec<Vec<f64>>,
-    pub(super) limits: [f64; 2],
-    /// Displacement, velocity and inputs at every sample, smoothed without a model: where a simulation may start from.
+    /// Magnitude of each displacement, then of each velocity, that a simulation may reach.
+    pub(super) limits: Vec<f64>,
+    /// Displacements, velocities and inputs at every sample, smoothed without a model: where a simulation may start from.
     pub(super) smoothed: Arc<MeasuredMotion>,
     /// Which of the fitted, or of the held-out, records it is.
     index: usize,
@@ -38,13 +45,19 @@ pub(super) struct Data {
     pub(super) base_excited: bool,
     /// Neither name nor unit of the input says whether it is a force or the motion of the base.
     pub(super) input_open: bool,
+    /// Unit of displacement.
     pub(super) unit: String,
     pub(super) input_unit: String,
+    /// What the sensor of each mass shows, and the unit of the first.
+    pub(super) outputs: Vec<Output>,
+    pub(super) shown_unit: String,
+    /// What the residuals of each sensor count: the first's noise over its own, so that all are told in the first's unit.
+    pub(super) weights: Vec<f64>,
     /// Fitted records first, then held-out ones.
     pub(super) series: Vec<Series>,
     /// Number of fitted records.
     pub(super) fitted: usize,
-    /// Standard deviation of the measurement noise, without a model.
+    /// Standard deviation of the first sensor's noise, without a model; of all weighted residuals that of their noise.
     pub(super) noise: f64,
     /// The displacement comes in steps that are coarser than its noise.
     pub(super) stepped: bool,
@@ -68,6 +81,8 @@ const BAND: f64 = 0.999;
 /// Steps of the displacement, in deviations of its noise, that noise no longer blurs: uniform between two steps, an error has
 /// a deviation of 0.29 of one.
 const COARSE: f64 = 2.0;
+/// Below this share of the motion a residual is the simulation's own arithmetic.
+pub(super) const LEAST_NOISE: f64 = 1e-6;
 /// Largest motion that a simulation may reach, in those measured.
 const ROOM: f64 = 10.0;
 
@@ -75,9 +90,6 @@ impl Data {
     pub(super) fn new(records: &RecordSet) -> Result<Self, GapError> {
         let kind = Kind::SecondOrder;
         let layout = records.layout(kind).map_err(GapError::Records)?;
-        if layout.freedoms != 1 {
-            return Err(GapError::Freedoms(layout.freedoms));
-        }
         if layout.inputs > 1 {
             return Err(GapError::Inputs(layout.inputs));
         }
@@ -107,44 +119,66 @@ impl Data {
             set.entries.push((Arc::new(record.clone()), *usage));
         }
         let smoothing = suggest(&set, kind).map_err(|e| GapError::Records(e.to_string()))?.smoothing;
+        let sensors: Vec<Role> =
+            (0..layout.freedoms).map(|i| first.sensor(i).map_or(Role::Displacement(i), |c| c.role)).collect();
+        for (record, role) in thinned.iter().flat_map(|(r, _)| sensors.iter().map(move |role| (r, *role))) {
+            if record.channel(role).is_none() {
+                let (noun, name, other) = (role.noun(), &record.name, &first.name);
+                return Err(GapError::Records(format!("record `{name}` has no {noun}, record `{other}` has")));
+            }
+        }
+        let outputs: Vec<Output> = sensors.iter().copied().map(output).collect();
         let facts: Vec<Facts> = thinned.iter().map(|(r, _)| Facts::new(r, &layout)).collect();
         let mut series: Vec<Series> = thinned
             .iter()
             .zip(&facts)
             .map(|((record, usage), facts)| {
                 let signals = Signals::new(record, &layout, &smoothing, facts);
-                Series::new(record, *usage, &layout, facts, signals)
+                Series::new((record, &sensors), *usage, &layout, facts, signals)
             })
             .collect();
         let fitted = fit.len();
-        let (mut squares, mut count) = (0.0, 0.0);
-        for s in &series[..fitted] {
-            let n = s.measured.len() as f64;
-            squares += n * standard_deviation(&s.measured).unwrap_or(0.0).powi(2);
-            count += n;
-        }
-        let loudest = series[..fitted].iter().max_by(|a, b| rms(&a.measured).total_cmp(&rms(&b.measured)));
+        let noises: Vec<f64> = (0..sensors.len()).map(|i| pooled_noise(&series[..fitted], i)).collect();
+        let weights = weights(&series[..fitted], &noises);
+        series.iter_mut().for_each(|s| s.weights.clone_from(&weights));
+        let of_displacement = |i: usize| if outputs[i] == Output::Displacement(i) { noises[i] } else { 0.0 };
+        // A velocity or an acceleration makes more of what is fast than the displacement does.
+        let moved = |s: &Series, i: usize| -> Arc<[f64]> {
+            if outputs[i] == Output::Displacement(i) {
+                Arc::clone(&s.measured[i])
+            } else {
+                s.smoothed.states[i].as_slice().into()
+            }
+        };
+        let loudest = series[..fitted].iter().max_by(|a, b| rms(&moved(a, 0)).total_cmp(&rms(&moved(b, 0))));
         let frequency = loudest
-            .and_then(|s| Spectrum::new(&s.measured, s.interval))
-            .and_then(|s| s.peak())
-            .map_or_else(|| 4.0 / first.duration(), |p| p.frequency);
-        let noise = f64::sqrt(squares / count);
+            .and_then(|s| main_period(&moved(s, 0), s.interval, of_displacement(0)))
+            .map_or_else(|| 4.0 / first.duration(), f64::recip);
+        let noise = noises.first().copied().unwrap_or(0.0);
         let still = layout.inputs == 0 || series[..fitted].iter().all(|s| rms(&s.inputs[0]) == 0.0);
         let fitted_series: Vec<(f64, Arc<[f64]>)> =
-            series[..fitted].iter().map(|s| (s.interval, Arc::clone(&s.measured))).collect();
-        let all: Vec<&[f64]> = series[..fitted].iter().map(|s| &*s.measured).collect();
-        let period = motion_period(&all, series[0].interval, noise).unwrap_or_else(|| frequency.recip());
+            series[..fitted].iter().map(|s| (s.interval, Arc::clone(&s.measured[0]))).collect();
+        let period_of = |i: usize| {
+            let motions: Vec<Arc<[f64]>> = series[..fitted].iter().map(|s| moved(s, i)).collect();
+            let all: Vec<&[f64]> = motions.iter().map(|m| &**m).collect();
+            motion_period(&all, series[0].interval, of_displacement(i))
+        };
+        let period = (0..sensors.len()).filter_map(period_of).reduce(f64::min).unwrap_or_else(|| frequency.recip());
         let (fit_part, held_part) = series.split_at_mut(fitted);
         for part in [fit_part, held_part] {
             part.iter_mut().enumerate().for_each(|(k, s)| s.index = k);
         }
-        let step = step(series[..fitted].iter().flat_map(|s| s.measured.iter().copied()).collect());
-        let stepped = step.is_some_and(|step| step > COARSE * noise);
+        let steps: Vec<Option<f64>> = (0..sensors.len())
+            .map(|i| step(series[..fitted].iter().flat_map(|s| s.measured[i].iter().copied()).collect()))
+            .collect();
+        let coarsest = (0..sensors.len()).find(|i| steps[*i].is_some_and(|step| step > COARSE * noises[*i]));
         let unit = |role: Role| first.channel(role).map_or_else(String::new, |c| c.unit.clone());
-        if let Some(step) = step.filter(|_| stepped) {
-            let step = format_si(step, &unit(Role::Displacement(0)), 3);
+        let shown_unit = unit(sensors[0]);
+        if let Some((i, step)) = coarsest.and_then(|i| Some((i, steps[i]?))) {
+            let step = format_si(step, &unit(sensors[i]), 3);
+            let shown = sensors[i].noun();
             notices.push(format!(
-                "The displacement comes in steps of {step}, coarser than its noise. Such steps repeat with the motion as a missing force does: a gap must be far clearer than usual to count."
+                "The {shown} comes in steps of {step}, coarser than its noise. Such steps repeat with the motion as a missing force does: a gap must be far clearer than usual to count."
             ));
         }
         Ok(Self {
@@ -153,10 +187,13 @@ impl Data {
             input_open: first.channel(Role::Input(0)).is_some_and(says_nothing) && !base_excited(first, kind),
             unit: unit(Role::Displacement(0)),
             input_unit: unit(Role::Input(0)),
+            outputs,
+            shown_unit,
+            weights,
             series,
             fitted,
             noise,
-            stepped,
+            stepped: coarsest.is_some(),
             self_sustained: still && sustained(&fitted_series),
             datum: 0.0,
             frequency,
@@ -166,19 +203,22 @@ impl Data {
     }
 
     /// The point that the motion is about, where that lies so far from zero that a shifted origin, not a force, is the reason:
-    /// further than the motion's own RMS. None where the base model has no spring, or a constant of its own.
+    /// further than the motion's own RMS. None where the base model has no spring. A constant force beside a linear spring is
+    /// such a point.
     pub(super) fn equilibrium(&self, base: &Composition) -> Option<f64> {
-        let spring = base.base.iter().position(|t| t.as_str() == "x")?;
-        let constant = Term::parse("1").ok()?;
-        if base.base.contains(&constant) {
+        let constant = Placed { mass: 0, term: Term::parse("1").ok()? };
+        // Velocity and acceleration are the same about any point; of several masses each would have its own.
+        if self.outputs != [Output::Displacement(0)] {
             return None;
         }
-        let free = Composition::new(self.layout, base.base.iter().cloned().chain([constant]).collect());
+        let others = base.base.iter().filter(|t| **t != constant).cloned();
+        let free = Composition::new(self.layout, others.chain([constant.clone()]).collect());
+        let spring = free.base.iter().position(|t| t.term.as_str() == "x")?;
         let found = Weak::new(self).estimate(&free, &[])?;
         let point = -found.coefficients.last()? / found.coefficients[spring];
         let (mut mean, mut variance) = (0.0, 0.0);
         for s in self.fit() {
-            let (m, v) = mean_and_variance(&s.measured);
+            let (m, v) = mean_and_variance(&s.measured[0]);
             mean += m / self.fitted as f64;
             variance += v / self.fitted as f64;
         }
@@ -191,7 +231,7 @@ impl Data {
     pub(super) fn count_from(&mut self, point: f64) {
         self.datum = point;
         for s in &mut self.series {
-            s.measured = s.measured.iter().map(|x| x - point).collect();
+            s.measured[0] = s.measured[0].iter().map(|x| x - point).collect();
             let mut smoothed = MeasuredMotion::clone(&s.smoothed);
             smoothed.states[0].iter_mut().for_each(|x| *x -= point);
             s.limits[0] = ROOM * smoothed.states[0].iter().fold(0.0, |m: f64, x| m.max(x.abs()));
@@ -200,6 +240,21 @@ impl Data {
         let point = format_si(point, &self.unit, 4);
         self.notices
             .push(format!("The motion is about {point}, not about zero: displacements are counted from there."));
+    }
+
+    /// Number of masses.
+    pub(super) fn masses(&self) -> usize {
+        self.layout.freedoms
+    }
+
+    /// True if some sensor shows an acceleration, whose zero is free.
+    pub(super) fn shows_rates(&self) -> bool {
+        self.outputs.iter().any(|o| o.is_rate())
+    }
+
+    /// The weighted sum of squares of all that was measured in the fitted records.
+    pub(super) fn squares(&self) -> f64 {
+        self.fit().iter().map(Series::squares).sum()
     }
 
     pub(super) fn fit(&self) -> &[Series] {
@@ -236,8 +291,35 @@ fn sustained(records: &[(f64, Arc<[f64]>)]) -> bool {
 /// Periods that a motion must last for its decay to be judged.
 const PERIODS: f64 = 5.0;
 
+/// Noise of the sensor of a mass over several records.
+fn pooled_noise(series: &[Series], mass: usize) -> f64 {
+    let (mut squares, mut count) = (0.0, 0.0);
+    for s in series {
+        let n = s.len() as f64;
+        squares += n * standard_deviation(&s.measured[mass]).unwrap_or(0.0).powi(2);
+        count += n;
+    }
+    f64::sqrt(squares / count)
+}
+
+/// The first sensor's noise over each one's; noise is never less than the arithmetic's own share of the motion.
+fn weights(series: &[Series], noises: &[f64]) -> Vec<f64> {
+    let floored = |(i, noise): (usize, &f64)| {
+        let largest = series.iter().map(|s| rms(&s.measured[i])).fold(0.0, f64::max);
+        noise.max(LEAST_NOISE * largest).max(f64::MIN_POSITIVE)
+    };
+    let floored: Vec<f64> = noises.iter().enumerate().map(floored).collect();
+    floored.iter().map(|noise| floored[0] / noise).collect()
+}
+
 impl Series {
-    fn new(record: &Record, usage: Usage, layout: &Layout, facts: &Facts, signals: Signals) -> Self {
+    fn new(
+        (record, sensors): (&Record, &[Role]),
+        usage: Usage,
+        layout: &Layout,
+        facts: &Facts,
+        signals: Signals,
+    ) -> Self {
         let channel = |role: Role| record.channel(role).map_or_else(|| Arc::from([]), |c| Arc::clone(&c.values));
         let raw: Vec<Arc<[f64]>> = (0..layout.inputs).map(|j| channel(Role::Input(j))).collect();
         let quiet =
@@ -257,15 +339,17 @@ impl Series {
         let (inputs, input_rates) = (sampled(0), sampled(1));
         let largest = |s: &[f64]| s.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let mut states = signals.states.into_iter();
-        let states: Vec<Vec<f64>> = (0..2).map(|_| states.next().unwrap_or_default()).collect();
-        let limits = [ROOM * largest(&states[0]), ROOM * largest(&states[1])];
+        let states: Vec<Vec<f64>> = (0..2 * layout.freedoms).map(|_| states.next().unwrap_or_default()).collect();
+        let limits = states.iter().map(|s| ROOM * largest(s)).collect();
         let smoothed = Arc::new(MeasuredMotion { states, inputs: inputs.clone(), input_rates: input_rates.clone() });
         Self {
             name: record.name.as_str().into(),
             usage,
             start: record.start,
             interval: record.interval,
-            measured: channel(Role::Displacement(0)),
+            measured: sensors.iter().map(|role| channel(*role)).collect(),
+            outputs: sensors.iter().copied().map(output).collect(),
+            weights: vec![1.0; sensors.len()],
             grid: Arc::new(grid),
             inputs,
             input_rates,
@@ -276,7 +360,12 @@ impl Series {
     }
 
     pub(super) fn len(&self) -> usize {
-        self.measured.len()
+        self.measured.first().map_or(0, |m| m.len())
+    }
+
+    /// The weighted sum of squares of what was measured.
+    pub(super) fn squares(&self) -> f64 {
+        self.measured.iter().zip(&self.weights).map(|(m, w)| w * w * dot(m, m)).sum()
     }
 
     /// The whole record as one run.
@@ -289,10 +378,11 @@ impl Series {
         Run {
             record: self.index,
             grid: Arc::clone(&self.grid),
-            measured: vec![Arc::clone(&self.measured)],
-            weights: vec![1.0],
+            outputs: self.outputs.clone(),
+            measured: self.measured.clone(),
+            weights: self.weights.clone(),
             motion: Arc::clone(&self.smoothed),
-            limits: self.limits.to_vec(),
+            limits: self.limits.clone(),
             range,
         }
     }
@@ -302,8 +392,9 @@ impl Series {
 fn thinning(records: &[&Arc<Record>]) -> usize {
     let fastest = records
         .iter()
-        .filter_map(|r| {
-            let x = &r.channel(Role::Displacement(0))?.values;
+        .flat_map(|r| (0..r.layout(Kind::SecondOrder).freedoms).map(move |i| (r, i)))
+        .filter_map(|(r, i)| {
+            let x = &r.sensor(i)?.values;
             let spectrum = Spectrum::new(x, r.interval)?;
             let total: f64 = spectrum.amplitudes.iter().skip(1).map(|a| a * a).sum();
             let mut sum = 0.0;
@@ -350,7 +441,7 @@ fn thin(record: &Record, stride: usize) -> Record {
             .map(|c| {
                 let centre = c * stride;
                 if centre >= half && centre + half <= last {
-                    return crate::signal::dot(&kernel, &v[centre - half..=centre + half]);
+                    return dot(&kernel, &v[centre - half..=centre + half]);
                 }
                 kernel.iter().enumerate().map(|(k, w)| w * at((centre + k) as isize - half as isize)).sum()
             })

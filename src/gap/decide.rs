@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::effects::{Form, Sign};
 use super::fit::Fitted;
+use super::site::Site;
 use crate::refine::{Refined, inflation};
 
 /// How much better a candidate is than the model that it was added to.
@@ -70,7 +71,9 @@ pub(super) fn score(before: &Fitted, after: &Fitted, colour: f64, floor: f64) ->
     let fitted = level(after.refined.rmse()) - level(before.refined.rmse());
     // An internal state's beginning is felt for a moment only: more samples do not determine it better, and it costs what
     // any number fitted does.
-    let passing = |f: &Fitted| f.refined.point.own.iter().map(|own| own.len().saturating_sub(2)).sum::<usize>() as f64;
+    let states = 2 * after.composition.layout.freedoms;
+    let passing =
+        |f: &Fitted| f.refined.point.own.iter().map(|own| own.len().saturating_sub(states)).sum::<usize>() as f64;
     let more_passing = passing(after) - passing(before);
     let more = after.refined.unknowns() as f64 - before.refined.unknowns() as f64 - more_passing;
     let penalty = more * n.max(2.0).ln() + PASSING * more_passing;
@@ -88,7 +91,9 @@ pub(super) fn score(before: &Fitted, after: &Fitted, colour: f64, floor: f64) ->
 
 /// How much the residuals of a fit are coloured where the motion is.
 pub(super) fn colour(fitted: &Fitted, frequency: f64, interval: f64) -> f64 {
-    let series: Vec<&[f64]> = fitted.refined.residuals.iter().map(Vec::as_slice).collect();
+    // The series of each sensor in each run by itself.
+    let runs = fitted.refined.residuals.iter().zip(fitted.runs.iter());
+    let series: Vec<&[f64]> = runs.flat_map(|(e, run)| e.chunks(run.range.len().max(1))).collect();
     inflation(&series, frequency * interval)
 }
 
@@ -133,7 +138,7 @@ fn unsound(form: &Form, after: &Fitted, colour: f64) -> Option<Refusal> {
     let (coefficients, inner) = composition.of(form, shared)?;
     let doubt = |k: usize| refined.std_error(k).map(|e| e * colour.sqrt());
     let mut open: Vec<usize> = Vec::new();
-    for (coefficient, k) in form.coefficients.iter().zip(coefficients) {
+    for (coefficient, k) in form.coefficients.iter().zip(coefficients.clone()) {
         if refined.at_bound[k] {
             return Some(Refusal::Itself(format!(
                 "its {} comes out zero: to help it would have to act the wrong way round",
@@ -147,6 +152,24 @@ fn unsound(form: &Form, after: &Fitted, colour: f64) -> Option<Refusal> {
             return Some(Refusal::Undetermined(format!("its {} cannot be told from zero", coefficient.name)));
         }
     }
+    if let Some(Site::Joint(..)) = form.site {
+        // A joint pulls its two masses opposite ways: both parts have one sign as shown, and neither is nothing.
+        let parts: Vec<(f64, f64)> = form
+            .coefficients
+            .iter()
+            .zip(coefficients)
+            .map(|(c, k)| (c.shown(shared[k]), CERTAIN * doubt(k).unwrap_or(0.0)))
+            .collect();
+        for pair in parts.chunks_exact(2) {
+            if pair.iter().any(|(value, doubt)| value.abs() < *doubt) {
+                let reason = "its force on one of the two masses cannot be told from zero";
+                return Some(Refusal::Undetermined(reason.to_owned()));
+            }
+            if pair[0].0 * pair[1].0 < 0.0 {
+                return Some(Refusal::Itself("it would have to push both masses the same way".to_owned()));
+            }
+        }
+    }
     if !open.is_empty() && wald(refined, &open) < CERTAIN * CERTAIN * colour * open.len() as f64 {
         return Some(Refusal::Undetermined("its size cannot be told from zero".to_owned()));
     }
@@ -154,6 +177,9 @@ fn unsound(form: &Form, after: &Fitted, colour: f64) -> Option<Refusal> {
         let (value, (low, high)) = (shared[k], quantity.bounds);
         if low < 0.0 && high > 0.0 && value.abs() < CERTAIN * doubt(k).unwrap_or(0.0) {
             return Some(Refusal::Undetermined(format!("its {} cannot be told from zero", quantity.name)));
+        }
+        if quantity.jumps && value - low < CERTAIN * doubt(k).unwrap_or(0.0) {
+            return Some(Refusal::Undetermined(format!("its {} cannot be told from {low}", quantity.name)));
         }
         if (value - low).abs() < 0.01 * (high - low).abs().min(value.abs()) || (high - value).abs() < 0.01 * high.abs()
         {
@@ -226,7 +252,7 @@ pub(super) fn order(candidates: &[(usize, &Form, Score)], noise: f64) -> Vec<usi
         while let Some(simpler) = left
             .iter()
             .enumerate()
-            .filter(|(_, c)| left[best].1.contains.contains(&c.1.effect))
+            .filter(|(_, c)| left[best].1.includes(c.1))
             .filter(|(_, c)| {
                 let rich = left[best].2;
                 if rich.is_far(noise) {
@@ -258,10 +284,10 @@ pub(super) fn confused(first: (&Form, Score), others: &[(usize, &Form, Score)], 
     others
         .iter()
         .filter(|(_, form, score)| {
-            form.effect != first.0.effect
+            (form.effect != first.0.effect || form.is_elsewhere(first.0))
                 && as_good(score)
                 // A richer form fits as well by nature: it is a rival only where it does better than its price.
-                && (better(score) || !form.contains.contains(&first.0.effect))
+                && (better(score) || !form.includes(first.0))
         })
         .map(|(k, _, _)| *k)
         .collect()

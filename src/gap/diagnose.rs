@@ -28,7 +28,10 @@ impl Search {
         let mut steps: Vec<Step> = Vec::new();
         let mut last = loop {
             let depth = if steps.len() < self.ask.max_effects { Depth::Refitted } else { Depth::Screened };
-            let round = self.look_into(&stage, depth, tell, cancel)?;
+            // What cannot be simulated or fitted on cannot be gone on with: the walk ends before it.
+            let Some(round) = GapError::if_possible(self.look_into(&stage, depth, tell, cancel))? else {
+                break ended(steps.pop())?;
+            };
             let step = match Step::of(round) {
                 Ok(step) => step,
                 Err(round) => break *round,
@@ -39,13 +42,19 @@ impl Search {
             }
             steps.push(step);
             // A richer kind takes the simpler one's place, and what a later effect made superfluous goes.
-            let mut fitted = self.added(&stage, &choices(&steps), cancel)?;
+            let Some(mut fitted) = GapError::if_possible(self.added(&stage, &choices(&steps), cancel))? else {
+                break ended(steps.pop())?;
+            };
             if let Some(second) = company {
                 let known: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
                 let both: Vec<Choice> =
                     known.iter().chain(choices(&steps[steps.len() - 1..]).iter()).chain([&second]).cloned().collect();
-                let together = self.fitted(&both, cancel)?;
-                let step = self.joined(&fitted, second, &together, tell, cancel)?;
+                let joined = self
+                    .fitted(&both, cancel)
+                    .and_then(|together| self.joined(&fitted, second, &together, tell, cancel));
+                let Some(step) = GapError::if_possible(joined)? else {
+                    break ended(steps.pop())?;
+                };
                 steps.push(step);
                 fitted = self.stage(&both, cancel)?;
             }
@@ -83,7 +92,7 @@ impl Search {
         rounds.push(last);
         let remaining =
             rounds.last().map_or_else(Remaining::default, |round| remaining(&round.evidence, &round.hidden_up_to));
-        let sentence = sentence(verdict, &stages, &rounds, &self.data.unit);
+        let sentence = sentence(verdict, &stages, &rounds, &self.data.shown_unit);
         Ok(self.diagnosis((verdict, sentence), rounds, stages, remaining, started))
     }
 
@@ -147,10 +156,10 @@ impl Search {
         let sentence = match verdict {
             // What was not looked for cannot be said to have no name.
             Verdict::Unexplained if open && added => {
-                sentence(Verdict::Named, &stages, &rounds, &self.data.unit) + " What is left is more than noise."
+                sentence(Verdict::Named, &stages, &rounds, &self.data.shown_unit) + " What is left is more than noise."
             }
             Verdict::Unexplained if open => "Something is missing: the gap is more than noise.".to_owned(),
-            verdict => sentence(verdict, &stages, &rounds, &self.data.unit),
+            verdict => sentence(verdict, &stages, &rounds, &self.data.shown_unit),
         };
         Ok(self.diagnosis((verdict, sentence), rounds, stages, remaining, started))
     }
@@ -193,7 +202,7 @@ impl Search {
             let alone = self.fitted(&choices, cancel)?;
             candidate.standing = Standing::Refitted;
             if let Some(with) = stage.effects.last() {
-                candidate.why = in_company(&candidate.title, &with.title, (&alone, together), &self.data.unit);
+                candidate.why = in_company(&candidate.title, &with.title, (&alone, together), &self.data.shown_unit);
             }
             candidate.stage = Some(Arc::new(self.show(together)));
             round.candidates.insert(0, candidate);
@@ -252,8 +261,13 @@ impl Search {
         let inner = &shared[shared.len() - fitted.composition.inner_count()..];
         let dampers = fitted.composition.dampers(inner);
         let held = dampers.into_iter().filter(|(k, _)| fitted.refined.at_bound.get(*k).copied().unwrap_or(false));
-        held.map(|(_, term)| {
-            format!("The linear damper {term} is held at zero: free, it would give energy instead of taking it.")
+        held.map(|(_, placed)| {
+            let term = &placed.term;
+            let whose = match self.data.masses() {
+                1 => String::new(),
+                _ => format!(" of mass {}", placed.mass + 1),
+            };
+            format!("The linear damper {term}{whose} is held at zero: free, it would give energy instead of taking it.")
         })
         .chain(self.horizon(&fitted))
         .collect()
@@ -307,6 +321,11 @@ impl Search {
         }
         Ok(exchanged)
     }
+}
+
+/// The round at which a walk ends because its last step cannot be gone on with.
+fn ended(last: Option<Step>) -> Result<Round, GapError> {
+    last.map(|step| Round { finding: Finding::Unexplained, ..step.round }).ok_or(GapError::Base)
 }
 
 /// The effects of steps.

@@ -13,10 +13,10 @@ use super::effects::{Addition, Form};
 use super::fit::Fitted;
 use super::outcome::{Evidence, Test};
 use super::screen::{Motion, Screened};
+use super::site::Placed;
 use crate::refine::autoregression;
 use crate::signal::{dot, rms};
 use crate::study::Cancel;
-use crate::term::Term;
 
 /// Level of the search: the probability of calling a gap where there is none.
 pub const LEVEL: f64 = 1e-4;
@@ -25,6 +25,9 @@ const LEVEL_OF_STEPS: f64 = 1e-11;
 
 /// Residual, as a share of the motion, below which a fit is exact.
 const EXACT: f64 = 3e-6;
+/// Times the noise that a model with effects in it may leave: an input's own noise and rounding, and what the noise's estimate
+/// is off by, come to that, and what would explain it bears no name.
+const SETTLED: f64 = 1.05;
 /// Residual, as a share of the noise, below which nothing is left that the sensor could have shown.
 const BELOW: f64 = 0.5;
 
@@ -36,25 +39,33 @@ const NAMED: usize = 12;
 
 /// The residual's colour, whitened away.
 pub(super) struct Whitener {
-    coefficients: Vec<f64>,
+    /// For each sensor: its autoregression, and the first one's innovation over its own.
+    sensors: Vec<(Vec<f64>, f64)>,
     spans: Vec<std::ops::Range<usize>>,
 }
 
 impl Whitener {
     fn new(data: &Data, residual: &[f64]) -> Self {
         let spans: Vec<_> = data.spans().collect();
-        let series: Vec<&[f64]> = spans.iter().map(|s| &residual[s.clone()]).collect();
-        Self { coefficients: autoregression(&series, COLOUR).0, spans }
+        let count = data.outputs.len();
+        let of = |sensor: usize| {
+            let own = spans.iter().skip(sensor).step_by(count);
+            let series: Vec<&[f64]> = own.map(|s| &residual[s.clone()]).collect();
+            autoregression(&series, COLOUR)
+        };
+        let fitted: Vec<(Vec<f64>, f64)> = (0..count).map(of).collect();
+        let first = fitted[0].1;
+        let relative = |own: f64| if own > 0.0 && first > 0.0 { (first / own).sqrt() } else { 1.0 };
+        Self { sensors: fitted.into_iter().map(|(a, variance)| (a, relative(variance))).collect(), spans }
     }
 
     fn apply(&self, column: &[f64]) -> Vec<f64> {
-        let order = self.coefficients.len();
         let mut out = Vec::with_capacity(column.len());
-        for span in &self.spans {
+        for (span, (coefficients, scale)) in self.spans.iter().zip(self.sensors.iter().cycle()) {
             let part = &column[span.clone()];
-            out.extend((order..part.len()).map(|n| {
-                let predicted: f64 = self.coefficients.iter().enumerate().map(|(k, a)| a * part[n - 1 - k]).sum();
-                part[n] - predicted
+            out.extend((coefficients.len()..part.len()).map(|n| {
+                let predicted: f64 = coefficients.iter().enumerate().map(|(k, a)| a * part[n - 1 - k]).sum();
+                scale * (part[n] - predicted)
             }));
         }
         out
@@ -79,12 +90,12 @@ impl Data {
         let present = (composed.terms.as_slice(), &shared[..composed.terms.len()]);
         let tangent = self.tangent(fitted);
         let simulated = fitted.by_record(&fitted.refined.simulated);
-        let residual: Vec<f64> = fitted.refined.residuals.iter().flatten().copied().collect();
+        let residual = fitted.rows(&fitted.refined.residuals);
         let groups = self.groups(motion);
         let mut questions: Vec<(String, Vec<Vec<f64>>, f64)> = groups
             .into_iter()
             .map(|(question, forces)| {
-                let columns = forces.iter().map(|f| self.respond(f, motion)).collect();
+                let columns = forces.iter().map(|(mass, f)| self.respond(*mass, f, motion)).collect();
                 (question, columns, 1.0)
             })
             .collect();
@@ -155,93 +166,57 @@ impl Data {
         let p_value = tests.first().map_or(1.0, |t| t.p_value);
         let level = if self.stepped { LEVEL_OF_STEPS } else { LEVEL };
         // Below this the simulation's own arithmetic, or the sensor's, is what is left.
-        let motion = self.fit().iter().map(|s| rms(&s.measured)).fold(0.0, f64::max);
+        let motion = self.loudest();
         let exact = fitted.refined.rmse() < (EXACT * motion).max(BELOW * self.noise);
-        Some(Evidence { significant: p_value < level && !exact, p_value: if exact { 1.0 } else { p_value }, tests })
+        let left = fitted.error().max(fitted.held_out_error());
+        let settled = !fitted.composition.forms.is_empty() && left < SETTLED * self.noise;
+        Some(Evidence {
+            significant: p_value < level && !exact && !settled,
+            p_value: if exact { 1.0 } else { p_value },
+            tests,
+        })
     }
 
-    /// The response to a force that is given at every sample of every fitted record.
-    fn respond(&self, force: &[Vec<f64>], motion: &Motion) -> Vec<f64> {
+    /// The response to a force on one mass that is given at every sample of every fitted record.
+    fn respond(&self, mass: usize, force: &[Vec<f64>], motion: &Motion) -> Vec<f64> {
         let mut response = Vec::new();
         let mut column = Vec::new();
+        let shown = self.shown();
         for (force, variation) in force.iter().zip(&motion.variations) {
-            variation.respond(force, &mut response);
+            variation.respond(&[(mass, force)], &shown, &mut response);
             column.extend_from_slice(&response);
         }
         column
     }
 
-    /// Questions that name no effect: forces of any shape in the state, in the input, in time, and with memory.
-    fn groups(&self, motion: &Motion) -> Vec<(String, Vec<Vec<Vec<f64>>>)> {
-        let scale = |pick: fn(&Path) -> &Vec<f64>| {
-            motion.simulated.iter().map(|p| rms(pick(p))).fold(f64::MIN_POSITIVE, f64::max) * 2.0
-        };
-        let (sx, sv) = (scale(|p| &p.x), scale(|p| &p.v));
-        let each = |f: &dyn Fn(usize, &Series, &Path) -> Vec<f64>| -> Vec<Vec<f64>> {
-            self.fit().iter().zip(&motion.simulated).enumerate().map(|(k, (s, p))| f(k, s, p)).collect()
-        };
-        let pointwise = |f: &dyn Fn(f64, f64) -> f64| {
-            each(&|_, _, p| p.x.iter().zip(&p.v).map(|(x, v)| f(x / sx, v / sv)).collect())
-        };
-        let mut state = Vec::new();
-        for i in 0..=5_i32 {
-            for j in 0..=(5 - i) {
-                if i + j >= 2 {
-                    state.push(pointwise(&|x, v| x.powi(i) * v.powi(j)));
-                }
-            }
-        }
-        state.push(pointwise(&|_, _| 1.0));
-        state.push(pointwise(&|_, v| crate::term::sign(v)));
-        state.push(pointwise(&|x, _| x.abs()));
-        state.push(pointwise(&|x, v| x.abs() * crate::term::sign(v)));
-        let mut groups = vec![("Depends on displacement and velocity".to_owned(), state)];
-        let lag = |quarters: usize, f: &dyn Fn(f64, f64) -> f64| {
-            each(&|_, s, p| {
-                let back = (quarters as f64 * 0.25 / (self.frequency * s.interval)).round() as usize;
-                (0..s.len()).map(|k| if k >= back { f(p.x[k - back] / sx, p.v[k - back] / sv) } else { 0.0 }).collect()
-            })
-        };
-        let mut memory = Vec::new();
-        for quarters in [1, 2, 3] {
-            memory.push(lag(quarters, &|x, _| x));
-            memory.push(lag(quarters, &|x, _| x.powi(3)));
-            memory.push(lag(quarters, &|_, v| crate::term::sign(v)));
-        }
-        groups.push(("Remembers the motion of up to a period ago".to_owned(), memory));
-        let over = |f: &dyn Fn(f64, f64, f64) -> f64| {
-            each(&|_, s, p| {
-                let n = s.len() as f64;
-                (0..s.len()).map(|k| f(2.0 * k as f64 / n - 1.0, p.x[k] / sx, p.v[k] / sv)).collect()
-            })
-        };
-        let time: Vec<Vec<Vec<f64>>> = vec![
-            over(&|t, x, _| t * x),
-            over(&|t, _, v| t * v),
-            over(&|t, x, _| t * t * x),
-            over(&|t, _, v| t * t * v),
-            over(&|t, _, _| t),
-            over(&|_, _, _| 1.0),
+    /// Questions that name no effect: forces of any shape in the state, in the input, in time, and with memory, on each mass.
+    fn groups(&self, motion: &Motion) -> Vec<Question> {
+        type Kind = fn(&Shapes<'_>) -> Vec<PerRecord>;
+        let kinds: [(&str, Kind); 4] = [
+            ("Depends on displacement and velocity", |s| s.state()),
+            ("Remembers the motion of up to a period ago", |s| s.memory()),
+            ("Changes in the course of a record", |s| s.time()),
+            ("Depends on the input", |s| s.input()),
         ];
-        groups.push(("Changes in the course of a record".to_owned(), time));
-        if self.layout.inputs > 0 {
-            let largest = |pick: fn(&Series) -> &Vec<Vec<f64>>| {
-                self.fit().iter().map(|s| rms(&pick(s)[0])).fold(f64::MIN_POSITIVE, f64::max) * 2.0
-            };
-            let (su, sdu) = (largest(|s| &s.inputs), largest(|s| &s.input_rates));
-            let input = |f: &dyn Fn(f64, f64) -> f64| {
-                each(&|_, s, _| s.inputs[0].iter().zip(&s.input_rates[0]).map(|(u, du)| f(u / su, du / sdu)).collect())
-            };
-            let input = vec![
-                input(&|u, _| u),
-                input(&|_, du| du),
-                input(&|u, _| u * u),
-                input(&|u, _| u.powi(3)),
-                input(&|u, _| u.powi(5)),
-                input(&|_, du| crate::term::sign(du)),
-            ];
-            groups.push(("Depends on the input".to_owned(), input));
+        let masses = self.masses();
+        let mut groups: Vec<Question> = Vec::new();
+        for (words, kind) in kinds {
+            let mut forces = Vec::new();
+            for mass in 0..masses {
+                let shapes = Shapes { data: self, motion, mass, other: None };
+                forces.extend(kind(&shapes).into_iter().map(|f| (mass, f)));
+            }
+            groups.push((words.to_owned(), forces));
         }
+        for other in 1..masses {
+            let mut forces = Vec::new();
+            for mass in [other - 1, other] {
+                let shapes = Shapes { data: self, motion, mass: other - 1, other: Some(other) };
+                forces.extend(shapes.state().into_iter().map(|f| (mass, f)));
+            }
+            groups.push((format!("Depends on the motion between masses {other} and {}", other + 1), forces));
+        }
+        groups.retain(|(_, forces)| !forces.is_empty());
         groups
     }
 
@@ -251,40 +226,160 @@ impl Data {
         let Seen { fitted, motion, forms, screened } = *seen;
         let shared = &fitted.refined.point.shared;
         let (_, composed) = fitted.composition.model(shared);
-        let present: (&[Term], &[f64]) = (&composed.terms, &shared[..composed.terms.len()]);
+        let present: (&[Placed], &[f64]) = (&composed.terms, &shared[..composed.terms.len()]);
         let mut basis = Basis::default();
         for column in self.tangent(fitted) {
             basis.push(column);
         }
         let deviation = fitted.refined.rmse();
         let simulated = fitted.by_record(&fitted.refined.simulated);
-        let omega = motion.variations.first().map_or(1.0, |v| v.oscillator.stiffness);
-        let spring = omega * motion.measured.iter().map(|p| rms(&p.x)).fold(0.0, f64::max);
+        let spring = |mass: usize| {
+            let stiffness = motion.variations.first().map_or(1.0, |v| v.oscillator.stiffness[(mass, mass)]);
+            stiffness * motion.measured.iter().map(|p| rms(&p.x[mass])).fold(0.0, f64::max)
+        };
         let mut sizes = Vec::new();
         for hit in screened.hits.iter().take_while(|_| !cancel.is_cancelled()) {
             let form = &forms[hit.form];
             let addition: Addition = form.addition(&hit.inner);
-            if addition.terms.len() != 1 {
+            // In a joint, what acts on the one mass and what acts on the other.
+            let single = matches!(addition.terms.as_slice(), [_])
+                || matches!(addition.terms.as_slice(), [a, b] if a.mass != b.mass);
+            if !single {
                 continue;
             }
             let columns = self.columns(&addition, &motion.simulated, &motion.variations, present, &simulated);
-            let Some(mut column) = columns.into_iter().next() else { continue };
-            basis.remove(&mut column);
-            let size = dot(&column, &column).sqrt();
-            let force: f64 = self
-                .fit()
-                .iter()
-                .zip(&motion.simulated)
-                .map(|(s, p)| {
-                    let f =
-                        super::columns::forces(&addition.terms, &addition.internals, &self.layout, s, &s.inputs(), p);
-                    rms(&f[0])
-                })
-                .fold(0.0, f64::max);
-            if size > 0.0 && spring > 0.0 {
-                sizes.push((form.full_title(), 3.0 * deviation / size * force / spring));
-            }
+            let limit = |mut column: Vec<f64>, k: usize| -> Option<f64> {
+                basis.remove(&mut column);
+                let size = dot(&column, &column).sqrt();
+                let shape = |(s, p): (&Series, &Path)| {
+                    let terms = &addition.terms[k..=k];
+                    rms(&super::columns::forces(terms, &addition.internals, &self.layout, s, &s.inputs(), p)[0])
+                };
+                let force = self.fit().iter().zip(&motion.simulated).map(shape).fold(0.0, f64::max);
+                let spring = spring(addition.terms[k].mass);
+                (size > 0.0 && spring > 0.0).then(|| 3.0 * deviation / size * force / spring)
+            };
+            let least = columns.into_iter().enumerate().filter_map(|(k, c)| limit(c, k)).reduce(f64::min);
+            sizes.extend(least.map(|least| (form.full_title(), least)));
         }
         sizes
+    }
+}
+
+/// A question in words, and the forces that it asks for, each with the mass that it acts on.
+type Question = (String, Vec<(usize, PerRecord)>);
+/// One value a sample: `[record][sample]`.
+type PerRecord = Vec<Vec<f64>>;
+
+/// Shapes of forces that follow the motion of one mass, or that between it and another.
+struct Shapes<'a> {
+    data: &'a Data,
+    motion: &'a Motion,
+    mass: usize,
+    other: Option<usize>,
+}
+
+impl Shapes<'_> {
+    /// Displacement and velocity, each by twice its largest RMS.
+    fn scaled(&self) -> Vec<(Vec<f64>, Vec<f64>)> {
+        let across = |all: &[Vec<f64>]| -> Vec<f64> {
+            match self.other {
+                None => all[self.mass].clone(),
+                Some(other) => all[self.mass].iter().zip(&all[other]).map(|(a, b)| a - b).collect(),
+            }
+        };
+        let paths = || self.motion.simulated.iter();
+        let mut pairs: Vec<(Vec<f64>, Vec<f64>)> = paths().map(|p| (across(&p.x), across(&p.v))).collect();
+        let scale = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::MIN_POSITIVE, f64::max) * 2.0;
+        let sx = scale(&mut pairs.iter().map(|p| rms(&p.0)));
+        let sv = scale(&mut pairs.iter().map(|p| rms(&p.1)));
+        for (x, v) in &mut pairs {
+            x.iter_mut().for_each(|x| *x /= sx);
+            v.iter_mut().for_each(|v| *v /= sv);
+        }
+        pairs
+    }
+
+    fn state(&self) -> Vec<PerRecord> {
+        let pairs = self.scaled();
+        let pointwise = |f: &dyn Fn(f64, f64) -> f64| -> PerRecord {
+            pairs.iter().map(|(x, v)| x.iter().zip(v).map(|(x, v)| f(*x, *v)).collect()).collect()
+        };
+        let mut state = Vec::new();
+        for i in 0..=5_i32 {
+            for j in 0..=(5 - i) {
+                if i + j >= 2 {
+                    state.push(pointwise(&|x, v| x.powi(i) * v.powi(j)));
+                }
+            }
+        }
+        if self.other.is_none() {
+            state.push(pointwise(&|_, _| 1.0));
+        }
+        state.push(pointwise(&|_, v| crate::term::sign(v)));
+        state.push(pointwise(&|x, _| x.abs()));
+        state.push(pointwise(&|x, v| x.abs() * crate::term::sign(v)));
+        state
+    }
+
+    fn memory(&self) -> Vec<PerRecord> {
+        let pairs = self.scaled();
+        let lag = |quarters: usize, f: &dyn Fn(f64, f64) -> f64| -> PerRecord {
+            let series = |(s, (x, v)): (&Series, &(Vec<f64>, Vec<f64>))| {
+                let back = (quarters as f64 * 0.25 / (self.data.frequency * s.interval)).round() as usize;
+                (0..s.len()).map(|k| if k >= back { f(x[k - back], v[k - back]) } else { 0.0 }).collect()
+            };
+            self.data.fit().iter().zip(&pairs).map(series).collect()
+        };
+        let mut memory = Vec::new();
+        for quarters in [1, 2, 3] {
+            memory.push(lag(quarters, &|x, _| x));
+            memory.push(lag(quarters, &|x, _| x.powi(3)));
+            memory.push(lag(quarters, &|_, v| crate::term::sign(v)));
+        }
+        memory
+    }
+
+    fn time(&self) -> Vec<PerRecord> {
+        let pairs = self.scaled();
+        let over = |f: &dyn Fn(f64, f64, f64) -> f64| -> PerRecord {
+            let series = |(x, v): &(Vec<f64>, Vec<f64>)| {
+                let n = x.len() as f64;
+                (0..x.len()).map(|k| f(2.0 * k as f64 / n - 1.0, x[k], v[k])).collect()
+            };
+            pairs.iter().map(series).collect()
+        };
+        vec![
+            over(&|t, x, _| t * x),
+            over(&|t, _, v| t * v),
+            over(&|t, x, _| t * t * x),
+            over(&|t, _, v| t * t * v),
+            over(&|t, _, _| t),
+            over(&|_, _, _| 1.0),
+        ]
+    }
+
+    fn input(&self) -> Vec<PerRecord> {
+        let data = self.data;
+        if data.layout.inputs == 0 {
+            return Vec::new();
+        }
+        let largest = |pick: fn(&Series) -> &Vec<Vec<f64>>| {
+            data.fit().iter().map(|s| rms(&pick(s)[0])).fold(f64::MIN_POSITIVE, f64::max) * 2.0
+        };
+        let (su, sdu) = (largest(|s| &s.inputs), largest(|s| &s.input_rates));
+        let input = |f: &dyn Fn(f64, f64) -> f64| -> PerRecord {
+            let series =
+                |s: &Series| s.inputs[0].iter().zip(&s.input_rates[0]).map(|(u, du)| f(u / su, du / sdu)).collect();
+            data.fit().iter().map(series).collect()
+        };
+        vec![
+            input(&|u, _| u),
+            input(&|_, du| du),
+            input(&|u, _| u * u),
+            input(&|u, _| u.powi(3)),
+            input(&|u, _| u.powi(5)),
+            input(&|_, du| crate::term::sign(du)),
+        ]
     }
 }

@@ -18,7 +18,8 @@ const SAMPLES: f64 = 40.0;
 struct Proposal {
     text: String,
     input: Vec<f64>,
-    initial: [f64; 2],
+    /// Displacement of the first mass.
+    released: f64,
 }
 
 impl Data {
@@ -37,22 +38,28 @@ impl Data {
         for proposal in self.menu(interval, count) {
             let inputs: Vec<&[f64]> = if self.layout.inputs > 0 { vec![&proposal.input] } else { Vec::new() };
             let grid = Arc::new(InputGrid::new(0.0, interval, count, &inputs, None));
-            let mut initial = vec![0.0; 2 + composed.internals.len()];
-            initial[..2].copy_from_slice(&proposal.initial);
-            let response = simulator.run(&grid, &initial, 0..count, &Limits::default());
+            let states = 2 * self.masses();
+            let mut initial = vec![0.0; states + composed.internals.len()];
+            initial[0] = proposal.released;
+            let wanted = Limits { rates: self.shows_rates(), ..Limits::default() };
+            let response = simulator.run(&grid, &initial, 0..count, &wanted);
             if response.len() < count {
                 continue;
             }
             let largest = |s: &[f64]| 10.0 * s.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-            let limits = response.states[..2].iter().map(|s| largest(s)).collect();
+            let limits = response.states[..states].iter().map(|s| largest(s)).collect();
             let run = Run {
                 record: 0,
                 grid,
-                measured: vec![response.states[0].as_slice().into()],
-                weights: vec![1.0],
+                outputs: self.outputs.clone(),
+                measured: self.outputs.iter().map(|o| o.of(&response, self.masses()).into()).collect(),
+                weights: self.weights.clone(),
                 range: 0..count,
                 limits,
-                motion: Arc::new(MeasuredMotion { states: response.states, ..MeasuredMotion::default() }),
+                motion: Arc::new(MeasuredMotion {
+                    states: response.states[..states].to_vec(),
+                    ..MeasuredMotion::default()
+                }),
             };
             let runs = [run];
             let start = Point::new(&rival.composition, &runs, rival.refined.point.shared.clone(), false);
@@ -90,11 +97,12 @@ impl Data {
         let time = |k: usize| interval * k as f64;
         let reach = self.fit().iter().map(|s| s.limits[0] / 10.0).fold(0.0, f64::max);
         let mut menu = Vec::new();
+        let whose = if self.masses() > 1 { "the first mass" } else { "it" };
         for factor in [1.0, 0.3, 2.0] {
             menu.push(Proposal {
-                text: format!("Let it go from {} {} without input", significant(factor * reach, 2), self.unit),
+                text: format!("Let {whose} go from {} {} without input", significant(factor * reach, 2), self.unit),
                 input: vec![0.0; count],
-                initial: [factor * reach, 0.0],
+                released: factor * reach,
             });
         }
         if self.layout.inputs == 0 {
@@ -112,7 +120,7 @@ impl Data {
                 menu.push(Proposal {
                     text: format!("Run a tone of {} Hz from rest at {name}", hz(tone * f)),
                     input: (0..count).map(|k| factor * level * (TAU * tone * f * time(k)).sin()).collect(),
-                    initial: [0.0, 0.0],
+                    released: 0.0,
                 });
             }
             let (low, high) = (0.3 * f, 2.5 * f);
@@ -125,7 +133,7 @@ impl Data {
                         factor * level * (TAU * (low * t + 0.5 * (high - low) * t * t / length)).sin()
                     })
                     .collect(),
-                initial: [0.0, 0.0],
+                released: 0.0,
             });
         }
         menu

@@ -3,15 +3,16 @@
 use std::sync::Arc;
 
 use super::columns::{Inputs, Path, forces};
-use super::data::{Data, Series};
-use super::motion::{Oscillator, Variation};
+use super::data::{Data, LEAST_NOISE, Series};
+use super::motion::{Oscillator, Slopes, Variation};
 use super::outcome::Gap;
+use super::site::{Placed, accelerations};
 use super::structure::Composition;
 use crate::model::Equation;
-use crate::refine::{Bar, Goal, Landed, Options, Point, Refined, Run, Structure, climb, levels, refine, shoot};
+use crate::refine::{Bar, Goal, Landed, Options, Output, Point, Refined, Run, Structure, climb, levels, refine, shoot};
 use crate::signal::{dot, mean_and_variance, rms};
 use crate::study::Cancel;
-use crate::term::{Expression, Layout, Symbol, Term, derivative};
+use crate::term::{Expression, Layout, Symbol, derivative};
 
 /// A composition fitted to the fitted records, and held against data that were not.
 #[derive(Clone, Debug)]
@@ -39,6 +40,8 @@ pub(super) struct Fold {
     pub(super) samples: usize,
     /// Initial values that were fitted to it.
     pub(super) passing: usize,
+    /// Sum of squares and samples of the first sensor alone.
+    pub(super) first: (f64, usize),
 }
 
 impl Fold {
@@ -48,9 +51,20 @@ impl Fold {
 }
 
 impl Fitted {
-    /// A series per run put together again: one series a fitted record.
+    /// A series per run put together again: one a fitted record, its sensors' series one behind the other.
     pub(super) fn by_record(&self, per_run: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        by_record(&self.runs, per_run)
+        by_record(&self.runs, &slices(per_run))
+    }
+
+    /// The same of all records, one behind the other.
+    pub(super) fn rows(&self, per_run: &[Vec<f64>]) -> Vec<f64> {
+        self.by_record(per_run).concat()
+    }
+
+    /// What a shared parameter does to all rows.
+    pub(super) fn sensitivity(&self, parameter: usize) -> Vec<f64> {
+        let series: Vec<&[f64]> = self.refined.sensitivities.iter().map(|run| run[parameter].as_slice()).collect();
+        by_record(&self.runs, &series).concat()
     }
 
     /// RMS of the residuals, initial values allowed for.
@@ -68,13 +82,26 @@ impl Fitted {
     }
 }
 
-fn by_record(runs: &[Run], per_run: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let mut out: Vec<Vec<f64>> = Vec::new();
+fn by_record(runs: &[Run], per_run: &[&[f64]]) -> Vec<Vec<f64>> {
+    let mut sensors: Vec<Vec<Vec<f64>>> = Vec::new();
     for (run, values) in runs.iter().zip(per_run) {
-        out.resize_with(out.len().max(run.record + 1), Vec::new);
-        out[run.record].extend_from_slice(values);
+        sensors.resize_with(sensors.len().max(run.record + 1), || vec![Vec::new(); run.outputs.len()]);
+        let parts = values.chunks(run.range.len().max(1));
+        sensors[run.record].iter_mut().zip(parts).for_each(|(whole, part)| whole.extend_from_slice(part));
     }
-    out
+    sensors.into_iter().map(|sensors| sensors.concat()).collect()
+}
+
+fn slices(series: &[Vec<f64>]) -> Vec<&[f64]> {
+    series.iter().map(Vec::as_slice).collect()
+}
+
+/// Sum of squares and samples of the first sensor's rows of runs.
+fn of_first(runs: &[Run], residuals: &[Vec<f64>]) -> (f64, usize) {
+    runs.iter().zip(residuals).fold((0.0, 0), |(squares, samples), (run, e)| {
+        let first = &e[..run.range.len().min(e.len())];
+        (squares + dot(first, first), samples + first.len())
+    })
 }
 
 /// Steps of a refinement from a good start, and at most.
@@ -96,8 +123,8 @@ const SECANT: f64 = 1e-3;
 const FITTED_SHARE: f64 = 0.7;
 
 /// The derivative of a term, where it is a constant.
-fn slope(term: &Term, symbol: Symbol) -> f64 {
-    match derivative(term.expression(), symbol) {
+fn slope(term: &Placed, symbol: Symbol) -> f64 {
+    match derivative(term.term.expression(), symbol) {
         Expression::Number(n) => n,
         _ => 0.0,
     }
@@ -157,9 +184,14 @@ impl Data {
         Goal { period: self.period, noise: self.noise.max(self.least_noise()), top, options }
     }
 
-    /// Below this share of the motion a residual is the simulation's own arithmetic.
+    /// Below this a residual is the simulation's own arithmetic.
     fn least_noise(&self) -> f64 {
-        1e-6 * self.fit().iter().map(|s| rms(&s.measured)).fold(0.0, f64::max)
+        LEAST_NOISE * self.loudest()
+    }
+
+    /// The largest RMS of what the first sensor showed of a fitted record.
+    pub(super) fn loudest(&self) -> f64 {
+        self.fit().iter().map(|s| rms(&s.measured[0])).fold(0.0, f64::max)
     }
 
     /// The fitted records, each as one run.
@@ -223,7 +255,7 @@ impl Data {
 
     /// The sum of squares above which a fit without expectations has missed its basin.
     pub(super) fn lost(&self) -> f64 {
-        LOST * LOST * self.fit().iter().map(|s| dot(&s.measured, &s.measured)).sum::<f64>()
+        LOST * LOST * self.squares()
     }
 
     /// Begins each record anew from where it was measured to begin, and goes on where that helps: an initial state may have
@@ -244,7 +276,8 @@ impl Data {
             let alone = [Run { record: 0, ..run.clone() }];
             let here: f64 = dot(&found.residuals[r], &found.residuals[r]);
             let mut start = Point::new(composition, &alone, point.shared.clone(), false);
-            start.offsets = found.point.offsets.get(r).copied().into_iter().collect();
+            let sensors = run.outputs.len();
+            start.offsets = found.point.offsets.chunks(sensors).nth(r).map(<[f64]>::to_vec).unwrap_or_default();
             if let Some(mut other) = refine(composition, &alone, &start, frozen)
                 && other.rss < 0.9 * here
                 && let Some(own) = other.point.own.pop()
@@ -355,14 +388,20 @@ impl Data {
         let Landed { refined, runs, level, whole } = landed;
         let level = if whole { WHOLE } else { level };
         let lost = |runs: &[Run]| {
-            let samples = runs.iter().map(|r| r.range.len()).sum();
-            let rss = runs.iter().flat_map(|r| &r.measured[0][r.range.clone()]).map(|y| y * y).sum::<f64>();
-            Fold { rss, samples, passing: 0 }
+            let shown: Vec<Vec<f64>> = runs.iter().map(|r| r.target().collect()).collect();
+            let rss = shown.iter().map(|y| dot(y, y)).sum::<f64>();
+            let samples = runs.iter().map(Run::rows).sum();
+            Fold { rss, samples, passing: 0, first: of_first(runs, &shown) }
         };
         let fold = |found: &Option<Landed>, runs: &[Run]| {
             found.as_ref().map_or_else(
                 || lost(runs),
-                |l| Fold { rss: l.refined.rss, samples: l.refined.samples, passing: l.refined.passing() },
+                |l| Fold {
+                    rss: l.refined.rss,
+                    samples: l.refined.samples,
+                    passing: l.refined.passing(),
+                    first: of_first(&l.runs, &l.refined.residuals),
+                },
             )
         };
         let freedom = refined.samples.saturating_sub(refined.passing()).max(1) as f64;
@@ -373,7 +412,7 @@ impl Data {
             let runs = [Run { record: 0, ..s.run() }];
             let fit = self.follow(&composition, &refined.point.shared, &runs, expected, care, cancel);
             folds.push(fold(&fit, &runs));
-            held_out.push(fit.map(|l| l.refined.simulated.concat()).unwrap_or_default());
+            held_out.push(fit.map(|l| by_record(&l.runs, &slices(&l.refined.simulated)).concat()).unwrap_or_default());
         }
         for (train, test) in self.folds() {
             let goal = self.goal(level, Self::options(&cancelled, FEW_STEPS, Pace::Thorough));
@@ -384,43 +423,60 @@ impl Data {
         let spread = |series: &[Series]| {
             let (mut squares, mut count) = (0.0, 0.0);
             for s in series {
-                squares += s.len() as f64 * mean_and_variance(&s.measured).1;
+                squares += s.len() as f64 * mean_and_variance(&s.measured[0]).1;
                 count += s.len() as f64;
             }
             f64::sqrt(squares / f64::max(count, 1.0))
         };
-        let samples: usize = folds.iter().map(|f| f.samples).sum();
-        let test_rmse = (samples > 0).then(|| (folds.iter().map(|f| f.rss).sum::<f64>() / samples as f64).sqrt());
+        let root = |(squares, samples): (f64, usize)| (squares / samples.max(1) as f64).sqrt();
+        let test = folds.iter().fold((0.0, 0), |(s, n), f| (s + f.first.0, n + f.first.1));
+        let test_rmse = (test.1 > 0).then(|| root(test));
+        let train_rmse = root(of_first(&runs, &refined.residuals));
         let judged = if self.held_out().is_empty() { self.fit() } else { self.held_out() };
         let gap = Gap {
-            train_rmse: refined.rmse(),
+            train_rmse,
             test_rmse,
-            train_nrmse: refined.rmse() / spread(self.fit()),
+            train_nrmse: train_rmse / spread(self.fit()),
             test_nrmse: test_rmse.map(|r| r / spread(judged)),
+            horizon: runs.iter().map(|r| r.range.len() as f64 * r.grid.interval()).fold(0.0, f64::max),
         };
         Fitted { composition, refined: Arc::new(refined), runs: runs.into(), level, folds, held_out, gap }
     }
 
     /// Coefficients of terms to start from: with `L` the response of a linear oscillator of the motion's frequency,
-    /// `measured − L[k x + c v] = Σ coefficient · L[term]` but for free vibrations, in which everything is linear.
+    /// `measured − L[k x + c v] = Σ coefficient · L[term]` for each mass, but for free vibrations, in which everything is linear.
     /// Coefficients are drawn to that oscillator's by `prior`, a share of the data's own weight.
-    pub(super) fn start(&self, terms: &[Term], internals: &[Equation], paths: &[Path], prior: f64) -> Option<Vec<f64>> {
+    pub(super) fn start(
+        &self,
+        terms: &[Placed],
+        internals: &[Equation],
+        paths: &[Path],
+        prior: f64,
+    ) -> Option<Vec<f64>> {
         let omega = std::f64::consts::TAU * self.frequency;
         let (k, c) = (omega * omega, 0.1 * omega);
         let m = terms.len();
         let mut normal = nalgebra::DMatrix::zeros(m, m);
         let mut right = nalgebra::DVector::<f64>::zeros(m);
         for (s, path) in self.fit().iter().zip(paths) {
-            let oscillator = Oscillator::new(k, c, s.interval);
-            let known: Vec<f64> = path.x.iter().zip(&path.v).map(|(x, v)| k * x + c * v).collect();
-            let mut response = Vec::new();
-            oscillator.respond(&known, &mut response);
-            let mut target: Vec<f64> = s.measured.iter().zip(&response).map(|(y, r)| y - r).collect();
+            let oscillator = Oscillator::single(k, c, s.interval);
             let mut free = super::columns::Basis::default();
             for column in oscillator.free(s.len()) {
                 free.push(column);
             }
-            free.remove(&mut target);
+            let mut response = Vec::new();
+            let targets: Vec<Vec<f64>> = (0..self.masses())
+                .map(|mass| {
+                    let (x, v) = (&path.x[mass], &path.v[mass]);
+                    let known: Vec<f64> = x.iter().zip(v).map(|(x, v)| k * x + c * v).collect();
+                    oscillator.respond(&known, &mut response);
+                    let shown = self.outputs[mass] == Output::Displacement(mass);
+                    let moved = if shown { &s.measured[mass][..] } else { &x[..] };
+                    let mut target: Vec<f64> = moved.iter().zip(&response).map(|(y, r)| y - r).collect();
+                    free.remove(&mut target);
+                    target
+                })
+                .collect();
             let columns: Vec<Vec<f64>> = forces(terms, internals, &self.layout, s, &s.inputs(), path)
                 .iter()
                 .map(|f| {
@@ -431,8 +487,8 @@ impl Data {
                 })
                 .collect();
             for (i, a) in columns.iter().enumerate() {
-                right[i] += dot(a, &target);
-                for (j, b) in columns.iter().enumerate() {
+                right[i] += dot(a, &targets[terms[i].mass]);
+                for (j, b) in columns.iter().enumerate().filter(|(j, _)| terms[*j].mass == terms[i].mass) {
                     normal[(i, j)] += dot(a, b);
                 }
             }
@@ -443,10 +499,12 @@ impl Data {
             normal[(i, j)] * scale[i] * scale[j] + if i == j { prior } else { 0.0 }
         });
         let mut expected = vec![0.0; m];
-        for (symbol, value) in [(Symbol::State(0), -k), (Symbol::Rate(0), -c)] {
-            let first = terms.iter().position(|t| slope(t, symbol) != 0.0);
-            if let Some(i) = first {
-                expected[i] = value / slope(&terms[i], symbol);
+        for mass in 0..self.masses() {
+            for (symbol, value) in [(Symbol::State(mass), -k), (Symbol::Rate(mass), -c)] {
+                let first = terms.iter().position(|t| t.mass == mass && slope(t, symbol) != 0.0);
+                if let Some(i) = first {
+                    expected[i] = value / slope(&terms[i], symbol);
+                }
             }
         }
         let pull = |i: usize| if scale[i] > 0.0 { prior * expected[i] / scale[i] } else { 0.0 };
@@ -460,25 +518,26 @@ impl Data {
         let composed = composition.compose(inner);
         let omega = std::f64::consts::TAU * self.frequency;
         let mut squares = vec![0.0; composed.terms.len()];
-        let (mut motion, mut count) = (0.0, 0);
+        let (mut motion, mut count) = (vec![0.0; self.masses()], 0);
         for (s, path) in self.fit().iter().zip(paths) {
             let columns = forces(&composed.terms, &composed.internals, &self.layout, s, &s.inputs(), path);
             for (square, column) in squares.iter_mut().zip(&columns) {
                 *square += dot(column, column);
             }
-            motion += dot(&path.x, &path.x);
+            motion.iter_mut().zip(&path.x).for_each(|(motion, x)| *motion += dot(x, x));
             count += s.len();
         }
-        let acceleration = omega * omega * f64::sqrt(motion / count as f64);
+        let moved = |mass: usize| f64::sqrt(motion[mass] / count as f64);
         let mut scales: Vec<f64> = squares
             .iter()
-            .map(|s| {
+            .zip(&composed.terms)
+            .map(|(s, placed)| {
                 let size = f64::sqrt(s / count as f64);
-                if size > 0.0 { 0.01 * acceleration / size } else { 1.0 }
+                if size > 0.0 { 0.01 * omega * omega * moved(placed.mass) / size } else { 1.0 }
             })
             .collect();
         if composition.datum {
-            scales.push(0.01 * f64::sqrt(motion / count as f64));
+            scales.push(0.01 * moved(0));
         }
         scales.extend(
             inner[usize::from(composition.datum)..]
@@ -488,21 +547,22 @@ impl Data {
         scales
     }
 
-    /// What a small force does along a simulated motion under an acceleration of these terms.
-    pub(super) fn variation(&self, terms: &[Term], coefficients: &[f64], s: &Series, path: &Path) -> Variation {
+    /// What a small force does along a simulated motion under accelerations of these terms.
+    pub(super) fn variation(&self, terms: &[Placed], coefficients: &[f64], s: &Series, path: &Path) -> Variation {
         let oscillator = self.oscillator(terms, coefficients, s.interval);
         let layout = Layout { internals: 0, ..self.layout };
+        let masses = self.masses();
         // Internal states stand still while displacement and velocity are varied.
-        let (own, weights): (Vec<Term>, Vec<f64>) = terms
+        let (own, weights): (Vec<Placed>, Vec<f64>) = terms
             .iter()
             .zip(coefficients)
-            .filter(|(t, _)| layout.covers(t.expression()))
+            .filter(|(t, _)| layout.covers(t.term.expression()))
             .map(|(t, c)| (t.clone(), *c))
             .unzip();
         // A sign has no slope but a jump.
-        let linear = |t: &Term| {
-            let constant = |symbol| matches!(derivative(t.expression(), symbol), Expression::Number(_));
-            !t.switches() && constant(Symbol::State(0)) && constant(Symbol::Rate(0))
+        let linear = |t: &Placed| {
+            let constant = |symbol| matches!(derivative(t.term.expression(), symbol), Expression::Number(_));
+            !t.term.switches() && (0..masses).all(|i| constant(Symbol::State(i)) && constant(Symbol::Rate(i)))
         };
         if own.iter().all(linear) {
             return Variation::new(oscillator, &[]);
@@ -516,50 +576,105 @@ impl Data {
             values: values.iter().map(Vec::as_slice).collect(),
             rates: rates.iter().map(Vec::as_slice).collect(),
         };
-        let force = |x: Vec<f64>, v: Vec<f64>| -> Vec<f64> {
-            let columns = forces(&own, &[], &self.layout, s, &inputs, &Path { x, v });
-            (0..n).map(|k| columns.iter().zip(&weights).map(|(f, c)| c * f[k]).sum()).collect()
+        let force = |path: &Path| -> Vec<Vec<f64>> {
+            let columns = forces(&own, &[], &self.layout, s, &inputs, path);
+            accelerations(masses, &own, &weights, &columns, n)
         };
-        // As wide as the sample's own change, against ground or across the joint: no jump falls between two secants.
-        let width = |a: &[f64], input: Option<&Vec<f64>>| -> Vec<f64> {
-            let least = SECANT * rms(a);
+        // As wide as the sample's own change, against ground, across the joints and to the base: no jump falls between two
+        // secants.
+        let width = |all: &[Vec<f64>], mass: usize, input: Option<&Vec<f64>>| -> Vec<f64> {
+            let least = SECANT * rms(&all[mass]);
+            let step = |a: &[f64], k: usize| a[next(k)] - a[k];
             let change = |k: usize| {
-                let across = input.filter(|_| self.base_excited).map_or(0.0, |u| u[next(k)] - u[k]);
-                let own = a[next(k)] - a[k];
-                own.abs().max((own - across).abs()).max(least)
+                let own = step(&all[mass], k);
+                let joints = [mass.checked_sub(1), Some(mass + 1)].into_iter().flatten().filter_map(|j| all.get(j));
+                let base = input.filter(|_| self.base_excited);
+                joints.chain(base).map(|other| (own - step(other, k)).abs()).fold(own.abs().max(least), f64::max)
             };
             (0..n).map(change).collect()
         };
-        let aside = |a: &[f64], width: &[f64], side: f64| -> Vec<f64> {
-            a.iter().zip(width).map(|(a, w)| a + side * w).collect()
-        };
-        let (x, v) = (middle(&path.x), middle(&path.v));
-        let (wx, wv) = (width(&path.x, s.inputs.first()), width(&path.v, s.input_rates.first()));
-        let pulls = [0.5, -0.5].map(|side| force(aside(&x, &wx, side), v.clone()));
-        let drags = [0.5, -0.5].map(|side| force(x.clone(), aside(&v, &wv, side)));
-        let slopes: Vec<(f64, f64)> = (0..n)
-            .map(|k| ((pulls[1][k] - pulls[0][k]) / wx[k], (drags[1][k] - drags[0][k]) / wv[k]))
-            .map(|(k, c)| (finite(k, oscillator.stiffness), finite(c, oscillator.damping)))
-            .collect();
-        Variation::new(oscillator, &slopes)
+        let centre =
+            Path { x: path.x.iter().map(|x| middle(x)).collect(), v: path.v.iter().map(|v| middle(v)).collect() };
+        let mut slopes = Slopes { stiffness: vec![0.0; n * masses * masses], damping: vec![0.0; n * masses * masses] };
+        for j in 0..masses {
+            let wx = width(&path.x, j, s.inputs.first());
+            let wv = width(&path.v, j, s.input_rates.first());
+            let aside = |series: &mut [f64], width: &[f64], side: f64| {
+                series.iter_mut().zip(width).for_each(|(a, w)| *a += side * w);
+            };
+            let [pushed, pulled] = [0.5, -0.5].map(|side| {
+                let mut moved = centre.clone();
+                aside(&mut moved.x[j], &wx, side);
+                force(&moved)
+            });
+            let [faster, slower] = [0.5, -0.5].map(|side| {
+                let mut moved = centre.clone();
+                aside(&mut moved.v[j], &wv, side);
+                force(&moved)
+            });
+            for i in 0..masses {
+                for k in 0..n {
+                    let place = (k * masses + i) * masses + j;
+                    let stiffness = (pulled[i][k] - pushed[i][k]) / wx[k];
+                    let damping = (slower[i][k] - faster[i][k]) / wv[k];
+                    slopes.stiffness[place] = finite(stiffness, oscillator.stiffness[(i, j)]);
+                    slopes.damping[place] = finite(damping, oscillator.damping[(i, j)]);
+                }
+            }
+        }
+        Variation::along(oscillator, slopes)
     }
 
-    /// The oscillator that an acceleration is, to first order, in displacement and velocity.
-    pub(super) fn oscillator(&self, terms: &[Term], coefficients: &[f64], interval: f64) -> Oscillator {
-        let total = |symbol: Symbol| -> f64 { terms.iter().zip(coefficients).map(|(t, c)| c * slope(t, symbol)).sum() };
-        let (k, c) = (-total(Symbol::State(0)), -total(Symbol::Rate(0)));
+    /// The linear system that accelerations are, to first order, in displacements and velocities.
+    pub(super) fn oscillator(&self, terms: &[Placed], coefficients: &[f64], interval: f64) -> Oscillator {
+        let total = |mass: usize, symbol: Symbol| -> f64 {
+            let of_mass = terms.iter().zip(coefficients).filter(|(t, _)| t.mass == mass);
+            of_mass.map(|(t, c)| c * slope(t, symbol)).sum()
+        };
         let omega = std::f64::consts::TAU * self.frequency;
+        let n = self.masses();
+        let stiffness = nalgebra::DMatrix::from_fn(n, n, |i, j| -total(i, Symbol::State(j)));
+        let damping = nalgebra::DMatrix::from_fn(n, n, |i, j| -total(i, Symbol::Rate(j)));
+        if n > 1 {
+            return settling(&stiffness, &damping, omega, interval);
+        }
+        let (k, c) = (stiffness[0], damping[0]);
         let k = if k > 0.05 * omega * omega { k } else { omega * omega };
-        Oscillator::new(k, c.max(0.002 * k.sqrt()), interval)
+        Oscillator::single(k, c.max(LEAST_DAMPING * k.sqrt()), interval)
     }
+}
+
+/// Twice the least damping ratio of the linear system that stands for a model.
+const LEAST_DAMPING: f64 = 0.002;
+
+/// A linear system whose free vibrations die away: damping is added as needed, and one that is pushed away from rest is
+/// replaced by masses that vibrate each for itself at the motion's frequency.
+fn settling(
+    stiffness: &nalgebra::DMatrix<f64>,
+    damping: &nalgebra::DMatrix<f64>,
+    omega: f64,
+    interval: f64,
+) -> Oscillator {
+    let n = stiffness.nrows();
+    let unit = nalgebra::DMatrix::<f64>::identity(n, n);
+    for added in [0.0, 1.0, 3.0, 10.0, 30.0, 100.0] {
+        let more = damping + &unit * (added * LEAST_DAMPING * omega);
+        let values = Oscillator::matrix(stiffness, &more).complex_eigenvalues();
+        let settles = |v: &nalgebra::Complex<f64>| v.re <= -0.4 * LEAST_DAMPING * v.norm() && v.norm() > 0.1 * omega;
+        if values.iter().all(settles) {
+            return Oscillator::new(stiffness.clone(), more, interval);
+        }
+    }
+    Oscillator::new(&unit * (omega * omega), unit * (LEAST_DAMPING * omega), interval)
 }
 
 /// What each record has of its own, carried from one composition to another: initial state, the internal states that both
 /// have, the offset.
 pub(super) fn carried(before: &Composition, after: &Composition, point: &Point) -> Point {
-    let kept = 2 + before.internals().min(after.internals());
+    let states = 2 * after.layout.freedoms;
+    let kept = states + before.internals().min(after.internals());
     let own = point.own.iter().map(|values| {
-        let mut next = vec![0.0; 2 + after.internals()];
+        let mut next = vec![0.0; states + after.internals()];
         let kept = kept.min(values.len());
         next[..kept].copy_from_slice(&values[..kept]);
         next
@@ -567,7 +682,7 @@ pub(super) fn carried(before: &Composition, after: &Composition, point: &Point) 
     let offsets = match (before.offset(), after.offset()) {
         (_, false) => Vec::new(),
         (true, true) => point.offsets.clone(),
-        (false, true) => vec![0.0; point.own.len()],
+        (false, true) => vec![0.0; point.own.len() * after.layout.freedoms],
     };
     Point { shared: Vec::new(), offsets, own: own.collect() }
 }

@@ -25,6 +25,7 @@ mod screen;
 mod search;
 mod sets;
 mod show;
+mod site;
 mod structure;
 #[cfg(test)]
 mod tests;
@@ -40,5 +41,6 @@ pub use outcome::{
 };
 pub use progress::Progress;
 pub use search::{Ask, Listener, Search};
+pub use site::Site;
 pub use walk::Step;
 pub use words::within;

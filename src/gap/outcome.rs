@@ -2,6 +2,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::site::Site;
 use crate::model::Model;
 use crate::record::Usage;
 
@@ -42,6 +43,8 @@ pub struct Gap {
     pub train_nrmse: f64,
     /// `test_rmse` over the standard deviation of the same data.
     pub test_nrmse: Option<f64>,
+    /// The longest run that the errors are those of, s: a record's length, or that of the stretches that were begun anew.
+    pub horizon: f64,
 }
 
 /// A record's simulated response beside its measurement, at the samples that were compared.
@@ -94,8 +97,14 @@ pub struct Added {
     pub choice: Choice,
     /// Its name for people.
     pub title: String,
+    /// Where it acts; none of the input and of the sensor.
+    #[serde(default)]
+    pub place: Option<Site>,
     /// What it added, as terms.
     pub terms: Vec<String>,
+    /// The equations that they stand in, by the velocity whose rate each gives.
+    #[serde(default)]
+    pub equations: Vec<(String, Vec<String>)>,
     /// Its quantities.
     pub parameters: Vec<Parameter>,
 }
@@ -129,6 +138,8 @@ pub struct Candidate {
     pub choice: Choice,
     /// Its name for people: "Coulomb (dry) friction to ground".
     pub title: String,
+    /// Where it acts; none of the input and of the sensor.
+    pub place: Option<Site>,
     /// What it is, in plain words.
     pub explanation: &'static str,
     /// How far it has come.

@@ -3,10 +3,12 @@
 use crate::format::units::raised;
 use std::f64::consts::TAU;
 
+use super::columns::Path;
 use super::data::{Data, Series};
 use super::effects::unit;
 use super::outcome::{Map, MissingForce, Place, Profile};
 use super::screen::Motion;
+use super::site::Site;
 use crate::format::number::significant;
 use crate::signal::{Spectrum, mean_and_variance, rms};
 
@@ -77,27 +79,46 @@ fn visits<'a>(cells: usize, series: impl Iterator<Item = (&'a [Option<usize>], &
 }
 
 struct Quantity {
-    name: &'static str,
+    name: String,
+    /// The motion across a site, not of the input or of time.
+    motion: Option<Across>,
     unit: String,
     /// One series a record.
     values: Vec<Vec<f64>>,
 }
 
+/// A displacement or a velocity across a site.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Across {
+    Displacement(Site),
+    Velocity(Site),
+}
+
 impl Data {
+    /// The mass that lacks most of the force that moves it.
+    pub(super) fn lead(&self, motion: &Motion) -> usize {
+        let lacks = |mass: usize| {
+            let paths = motion.measured.iter().map(|p| rms(&p.x[mass])).fold(f64::MIN_POSITIVE, f64::max);
+            motion.missing_of(mass).into_iter().map(rms).fold(0.0, f64::max) / paths
+        };
+        (1..self.masses()).fold(0, |lead, mass| if lacks(mass) > lacks(lead) { mass } else { lead })
+    }
+
     /// Where the gap is.
     pub(super) fn place(&self, residuals: &[Vec<f64>], motion: &Motion) -> Place {
-        let missing: Vec<&[f64]> = motion.missing.iter().map(Vec::as_slice).collect();
+        let lead = self.lead(motion);
+        let missing = motion.missing_of(lead);
         let force = self
             .fit()
             .iter()
-            .zip(&motion.missing)
-            .zip(&motion.deviation)
+            .zip(&missing)
+            .zip(motion.deviation.iter().map(|record| &record[lead]))
             .zip(residuals)
             .map(|(((s, force), deviation), e)| MissingForce {
                 record: s.name.clone(),
                 start: s.start,
                 interval: s.interval,
-                force: force.as_slice().into(),
+                force: (*force).into(),
                 deviation: deviation.as_slice().into(),
                 worst: self.worst(s, e),
             })
@@ -105,85 +126,81 @@ impl Data {
         let quantities = self.quantities(motion);
         let mut profiles: Vec<Profile> = quantities.iter().map(|q| profile(q, &missing)).collect();
         profiles.sort_by(|a, b| b.share.total_cmp(&a.share));
-        let find = |name: &str| quantities.iter().find(|q| q.name == name);
-        let map = match (find(self.across()), find(self.upwards())) {
+        let find = |across: Across| quantities.iter().find(|q| q.motion == Some(across));
+        let spring = if self.base_excited { Site::Base(lead) } else { Site::Ground(lead) };
+        let map = match (find(Across::Displacement(spring)), find(Across::Velocity(Site::Ground(lead)))) {
             (Some(x), Some(v)) => map(x, v, &missing),
             _ => Map::default(),
         };
         let acceleration = raised(&unit(&self.unit, (1, -2)));
-        let sentence = sentence(&profiles, &missing, &motion.measured, &acceleration);
+        let whose = (self.masses() > 1).then_some(lead);
+        let sentence = sentence(&profiles, &quantities, (&missing, &motion.measured), (lead, whose), &acceleration);
         Place { sentence, force, map, profiles }
-    }
-
-    fn across(&self) -> &'static str {
-        if self.base_excited { "x − u" } else { "x" }
-    }
-
-    fn upwards(&self) -> &'static str {
-        "v"
     }
 
     fn quantities(&self, motion: &Motion) -> Vec<Quantity> {
         let speed = unit(&self.unit, (1, -1));
-        let paths = || self.fit().iter().zip(&motion.measured);
-        let mut list = vec![
-            Quantity {
-                name: "x",
-                unit: self.unit.clone(),
-                values: paths().map(|(_, p)| p.x.iter().map(|x| x + self.datum).collect()).collect(),
-            },
-            Quantity { name: "v", unit: speed.clone(), values: paths().map(|(_, p)| p.v.clone()).collect() },
-        ];
-        let difference = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();
-        if self.layout.inputs > 0 {
-            if self.base_excited {
-                list.push(Quantity {
-                    name: "x − u",
-                    unit: self.unit.clone(),
-                    values: paths().map(|(s, p)| difference(&p.x, &s.inputs[0])).collect(),
-                });
-                list.push(Quantity {
-                    name: "v − du",
-                    unit: speed,
-                    values: paths().map(|(s, p)| difference(&p.v, &s.input_rates[0])).collect(),
-                });
-            }
+        let masses = self.masses();
+        let of = |pick: &dyn Fn(&Series, &Path, usize) -> f64| -> Vec<Vec<f64>> {
+            let pairs = self.fit().iter().zip(&motion.measured);
+            pairs.map(|(s, p)| (0..s.len()).map(|k| pick(s, p, k)).collect()).collect()
+        };
+        let input = |series: &[Vec<f64>], k: usize| series.first().map_or(0.0, |u| u[k]);
+        let mut list = Vec::new();
+        for site in Site::all(masses, self.base_excited) {
+            let datum = if matches!(site, Site::Ground(_)) { self.datum } else { 0.0 };
             list.push(Quantity {
-                name: "u",
+                name: site.words("x", "u", masses),
+                motion: Some(Across::Displacement(site)),
+                unit: self.unit.clone(),
+                values: of(&|s, p, k| site.across(|i| p.x[i][k], input(&s.inputs, k)) + datum),
+            });
+            list.push(Quantity {
+                name: site.words("v", "du", masses),
+                motion: Some(Across::Velocity(site)),
+                unit: speed.clone(),
+                values: of(&|s, p, k| site.across(|i| p.v[i][k], input(&s.input_rates, k))),
+            });
+        }
+        if self.layout.inputs > 0 {
+            list.push(Quantity {
+                name: "u".into(),
+                motion: None,
                 unit: self.input_unit.clone(),
                 values: self.fit().iter().map(|s| s.inputs[0].clone()).collect(),
             });
             list.push(Quantity {
-                name: "du",
+                name: "du".into(),
+                motion: None,
                 unit: unit(&self.input_unit, (1, -1)),
                 values: self.fit().iter().map(|s| s.input_rates[0].clone()).collect(),
             });
         }
+        let lead = self.lead(motion);
         let omega = TAU * self.frequency;
         list.push(Quantity {
-            name: "amplitude",
+            name: "amplitude".into(),
+            motion: None,
             unit: self.unit.clone(),
-            values: paths().map(|(_, p)| p.x.iter().zip(&p.v).map(|(x, v)| x.hypot(v / omega)).collect()).collect(),
+            values: of(&|_, p, k| p.x[lead][k].hypot(p.v[lead][k] / omega)),
         });
         list.push(Quantity {
-            name: "phase",
+            name: "phase".into(),
+            motion: None,
             unit: "rad".into(),
-            values: paths().map(|(_, p)| p.x.iter().zip(&p.v).map(|(x, v)| (-v / omega).atan2(*x)).collect()).collect(),
+            values: of(&|_, p, k| (-p.v[lead][k] / omega).atan2(p.x[lead][k])),
         });
         list.push(Quantity {
-            name: "t",
+            name: "t".into(),
+            motion: None,
             unit: "s".into(),
-            values: self
-                .fit()
-                .iter()
-                .map(|s| (0..s.len()).map(|k| s.start + s.interval * k as f64).collect())
-                .collect(),
+            values: of(&|s, _, k| s.start + s.interval * k as f64),
         });
         list
     }
 
     /// Frequencies that stand out in series along the fitted records, Hz, in order: each with neighbours half a line apart.
-    pub(super) fn lines(&self, series: &[Vec<f64>]) -> Vec<f64> {
+    pub(super) fn lines(&self, series: &[&[f64]]) -> Vec<f64> {
         const PEAKS: usize = 24;
         let (low, high) = (0.1 * self.frequency, 4.0 * self.frequency);
         let mut peaks: Vec<(f64, f64, f64)> = Vec::new();
@@ -245,8 +262,8 @@ fn map(across: &Quantity, up: &Quantity, missing: &[&[f64]]) -> Map {
         .collect();
     let found = visits(CELLS * CELLS, cells.iter().map(Vec::as_slice).zip(missing.iter().copied()));
     Map {
-        across: (across.name.into(), across.unit.clone()),
-        up: (up.name.into(), up.unit.clone()),
+        across: (across.name.clone(), across.unit.clone()),
+        up: (up.name.clone(), up.unit.clone()),
         columns,
         rows,
         mean: found.iter().map(Visits::mean).collect(),
@@ -260,7 +277,7 @@ fn profile(quantity: &Quantity, missing: &[&[f64]]) -> Profile {
         quantity.values.iter().map(|v| v.iter().map(|v| bin(&edges, *v)).collect()).collect();
     let found = visits(BINS, places.iter().map(Vec::as_slice).zip(missing.iter().copied()));
     Profile {
-        axis: (quantity.name.into(), quantity.unit.clone()),
+        axis: (quantity.name.clone(), quantity.unit.clone()),
         at: edges.windows(2).map(|e| 0.5 * (e[0] + e[1])).collect(),
         mean: found.iter().map(Visits::mean).collect(),
         error: found.iter().map(|v| v.error().unwrap_or(f64::NAN)).collect(),
@@ -295,21 +312,31 @@ fn share(places: &[Vec<Option<usize>>], missing: &[&[f64]]) -> f64 {
     if whole > 0.0 { (1.0 - left / whole).max(0.0) } else { 0.0 }
 }
 
-/// What a force of springs, dampers and friction goes with; other quantities must explain more to be spoken of.
-const STATE: [&str; 4] = ["x", "v", "x − u", "v − du"];
+/// A force of springs, dampers and friction goes with the motion; other quantities must explain more to be spoken of.
 const SECOND: f64 = 0.75;
 /// Share of the force's RMS that its mean makes up where it is called constant.
 const CONSTANT: f64 = 0.9;
 
 /// One plain sentence on the profile that explains most.
-fn sentence(profiles: &[Profile], missing: &[&[f64]], paths: &[super::columns::Path], acceleration: &str) -> String {
+fn sentence(
+    profiles: &[Profile],
+    quantities: &[Quantity],
+    (missing, paths): (&[&[f64]], &[Path]),
+    (lead, whose): (usize, Option<usize>),
+    acceleration: &str,
+) -> String {
+    let subject = match whose {
+        Some(mass) => format!("The missing force on mass {}", mass + 1),
+        None => "The missing force".to_owned(),
+    };
+    let motion = |p: &Profile| quantities.iter().find(|q| q.name == p.axis.0).and_then(|q| q.motion);
     let size = |v: f64| format!("{} {acceleration}", significant(v.abs(), 2)).trim().to_owned();
     let whole = rms(&missing.iter().flat_map(|m| m.iter().copied()).collect::<Vec<f64>>());
     let (mean, _) = mean_and_variance(&missing.iter().flat_map(|m| m.iter().copied()).collect::<Vec<f64>>());
     if mean.abs() > CONSTANT * whole {
-        return format!("The missing force is the same everywhere: {} one way.", size(mean));
+        return format!("{subject} is the same everywhere: {} one way.", size(mean));
     }
-    let weight = |p: &Profile| p.share * if STATE.contains(&p.axis.0.as_str()) { 1.0 } else { SECOND };
+    let weight = |p: &Profile| p.share * if motion(p).is_some() { 1.0 } else { SECOND };
     let best = profiles.iter().max_by(|a, b| weight(a).total_cmp(&weight(b)));
     let Some(top) = best.filter(|p| p.share > 0.05) else {
         return format!("Spread over the whole motion, {} RMS; no single quantity orders it.", size(whole));
@@ -317,7 +344,7 @@ fn sentence(profiles: &[Profile], missing: &[&[f64]], paths: &[super::columns::P
     // Power of the missing force: does it act against the motion?
     let (mut power, mut energy) = (0.0, 0.0);
     for (force, path) in missing.iter().zip(paths) {
-        for (f, v) in force.iter().zip(&path.v) {
+        for (f, v) in force.iter().zip(&path.v[lead]) {
             power += f * v;
             energy += (f * v).abs();
         }
@@ -339,15 +366,20 @@ fn sentence(profiles: &[Profile], missing: &[&[f64]], paths: &[super::columns::P
         mean_and_variance(&part).0
     };
     let (inside, outside) = (level(true), level(false));
-    let axis = match top.axis.0.as_str() {
-        "v" => "velocity",
-        "v − du" => "velocity across the joint",
-        "x" => "displacement",
-        "x − u" => "displacement across the joint",
-        "u" => "input",
-        "du" => "rate of the input",
-        "t" => "time",
-        other => other,
+    let across = |noun: &str, site: Site| match (site, whose.is_some()) {
+        (Site::Ground(_), false) => noun.to_owned(),
+        (Site::Base(_), false) => format!("{noun} across the joint"),
+        (Site::Ground(i), true) => format!("{noun} of mass {}", i + 1),
+        (Site::Joint(i, j), _) => format!("{noun} between masses {} and {}", i + 1, j + 1),
+        (Site::Base(i), true) => format!("{noun} of mass {} against the base", i + 1),
+    };
+    let axis = match (motion(top), top.axis.0.as_str()) {
+        (Some(Across::Velocity(site)), _) => across("velocity", site),
+        (Some(Across::Displacement(site)), _) => across("displacement", site),
+        (None, "u") => "input".to_owned(),
+        (None, "du") => "rate of the input".to_owned(),
+        (None, "t") => "time".to_owned(),
+        (None, other) => other.to_owned(),
     };
     let sides = {
         let side = |s: f64| {
@@ -355,16 +387,7 @@ fn sentence(profiles: &[Profile], missing: &[&[f64]], paths: &[super::columns::P
             mean_and_variance(&part).0
         };
         let (left, right) = (side(-1.0), side(1.0));
-        if left * right < 0.0
-            && matches!(
-                axis,
-                "velocity" | "velocity across the joint" | "displacement" | "displacement across the joint"
-            )
-        {
-            ", with opposite sign on the two sides of zero"
-        } else {
-            ""
-        }
+        if left * right < 0.0 && motion(top).is_some() { ", with opposite sign on the two sides of zero" } else { "" }
     };
     let shape = if outside > 2.0 * inside {
         format!("most at large {axis}, up to {}", size(outside))
@@ -373,5 +396,5 @@ fn sentence(profiles: &[Profile], missing: &[&[f64]], paths: &[super::columns::P
     } else {
         format!("at nearly every {axis}, about {}", size(0.5 * (inside + outside)))
     };
-    format!("The missing force goes with the {axis} ({:.0} % of it): {shape}{way}{sides}.", 100.0 * top.share)
+    format!("{subject} goes with the {axis} ({:.0} % of it): {shape}{way}{sides}.", 100.0 * top.share)
 }

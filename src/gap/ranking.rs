@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::data::LEAST_NOISE;
 use super::decide::{
     APART, APART_ON_A_TONE, CLEARLY, Refusal, Score, WORTH, confused, fewer_do, order, refusal, score, unborne,
 };
@@ -13,7 +14,6 @@ use super::search::{Refit, Search};
 use super::sets::Sets;
 use super::structure::choice;
 use super::words::why;
-use crate::signal::rms;
 use crate::study::Cancel;
 
 /// What a round's candidates come to.
@@ -75,7 +75,7 @@ impl Search {
         cancel: &Cancel,
     ) -> Decision {
         let data = &self.data;
-        let floor = 1e-6 * data.fit().iter().map(|s| rms(&s.measured)).fold(0.0, f64::max);
+        let floor = LEAST_NOISE * data.loudest();
         // One variance inflation for all, that of the best fit: its residual is nearest to the noise.
         let nearest = refits.iter().map(|r| &r.fitted).min_by(|a, b| a.refined.rss.total_cmp(&b.refined.rss));
         let inflation = nearest.map_or(1.0, |f| self.tint(f));
@@ -86,11 +86,11 @@ impl Search {
             let (&[k], false) = (set.as_slice(), cancel.is_cancelled()) else { continue };
             let form = &forms[k];
             let score = score(before, fitted, inflation, floor);
-            let refused = refusal(&[form], before, (fitted, &score), inflation, (data.noise, &data.unit));
+            let refused = refusal(&[form], before, (fitted, &score), inflation, (data.noise, &data.shown_unit));
             self.keep(Arc::clone(fitted));
             if let Some(candidate) = candidates.iter_mut().find(|c| c.choice == choice(form)) {
                 candidate.delta_bic = score.bic;
-                candidate.why = why(form, before, fitted, refused.as_ref().map(Refusal::reason), &data.unit);
+                candidate.why = why(form, before, fitted, refused.as_ref().map(Refusal::reason), &data.shown_unit);
                 candidate.curve = self.curve(form, (before, fitted), motion);
                 candidate.stage = Some(Arc::new(self.show(fitted)));
                 candidate.standing =
@@ -104,7 +104,7 @@ impl Search {
         let undetermined: Vec<(usize, &Form, Score)> = singles
             .iter()
             .filter(|e| matches!(e.refused, Some(Refusal::Undetermined(_))))
-            .filter(|e| unborne(before, (e.fitted, &e.score), data.noise, &data.unit).is_none())
+            .filter(|e| unborne(before, (e.fitted, &e.score), data.noise, &data.shown_unit).is_none())
             .map(|e| (e.form, &forms[e.form], e.score))
             .collect();
         let apart = if self.audit.single_tone { APART_ON_A_TONE } else { APART };
@@ -138,7 +138,7 @@ impl Search {
                     let error = |k: usize| singles.iter().find(|e| e.form == k).map(|e| e.fitted.error());
                     let best = error(*first).unwrap_or(f64::INFINITY);
                     rivals.extend((0..forms.len()).filter(|k| {
-                        forms[*k].effect != form.effect
+                        (forms[*k].effect != form.effect || forms[*k].is_elsewhere(form))
                             && explained(*k) > NEARLY * explained(*first)
                             && error(*k).is_none_or(|e| e < REFUSED * best)
                     }));
@@ -212,7 +212,7 @@ impl Search {
             .map(|r| (r, score(before, &r.fitted, inflation, floor)))
             .filter(|(r, score)| {
                 let both: Vec<&Form> = r.forms.iter().map(|k| &forms[*k]).collect();
-                refusal(&both, before, (&r.fitted, score), inflation, (data.noise, &data.unit)).is_none()
+                refusal(&both, before, (&r.fitted, score), inflation, (data.noise, &data.shown_unit)).is_none()
             })
             .collect();
         let far = pairs.iter().all(|(_, s)| s.is_far(data.noise));

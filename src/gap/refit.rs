@@ -8,10 +8,10 @@ use super::effects::{Form, Sign, logarithmic};
 use super::fit::{Care, Fitted, Pace, carried};
 use super::screen::{Motion, Screened};
 use super::search::{PROMISING, Refit, Search};
+use super::site::Placed;
 use super::structure::Composition;
 use crate::refine::{Bar, Options, Point, Refined, Run, misfit};
 use crate::study::Cancel;
-use crate::term::Term;
 
 /// Inner values that a form is refined from; one where there are many samples.
 const STARTS: usize = 2;
@@ -168,20 +168,19 @@ impl Search {
                 );
                 let (moved, own) = screened.together(&columns)?;
                 let now = |k: usize| coefficients[k] + share * moved.get(k).copied().unwrap_or(0.0);
-                let replaced: f64 = addition
-                    .replaces
-                    .iter()
-                    .filter_map(|term| old_composed.terms.iter().position(|t| t == term))
-                    .map(now)
-                    .sum();
+                let replaced = |mass: usize| -> f64 {
+                    let gone = addition.replaces.iter().filter(|t| t.mass == mass);
+                    gone.filter_map(|term| old_composed.terms.iter().position(|t| t == term)).map(now).sum()
+                };
                 // Terms may be rewritten by an effect on the input: what they were is told by their place.
                 let sources = after.sources(&before.composition, &all_inner, old_inner);
                 let mut fresh = own.iter();
-                let value = |(source, term): (&Option<usize>, &Term)| match source {
+                let value = |(source, term): (&Option<usize>, &Placed)| match source {
                     Some(k) => now(*k),
                     None => {
                         // A term that a replaced, simpler effect had already keeps what it had.
-                        let had = old_composed.terms.iter().position(|t| t == term).map_or(replaced, now);
+                        let had = old_composed.terms.iter().position(|t| t == term);
+                        let had = had.map_or_else(|| replaced(term.mass), now);
                         had + share * fresh.next().copied().unwrap_or(0.0)
                     }
                 };
@@ -257,7 +256,7 @@ impl Search {
         let paths: Vec<_> = data.fit().iter().map(super::data::Series::path).collect();
         composition.scales = data.scales(&composition, &inner, &paths);
         let value =
-            |(term, scale): (&Term, &f64)| terms.iter().position(|t| t == term).map_or(-scale.abs(), |k| had[k]);
+            |(term, scale): (&Placed, &f64)| terms.iter().position(|t| t == term).map_or(-scale.abs(), |k| had[k]);
         let composed = composition.compose(&inner);
         let shared = composed.terms.iter().zip(&composition.scales).map(value).chain(inner.iter().copied()).collect();
         let start = Point { shared, ..carried(&from.composition, &composition, &from.refined.point) };

@@ -10,12 +10,12 @@ use super::columns::{Basis, Path, forces};
 use super::data::{Data, Series};
 use super::effects::{Addition, Form};
 use super::fit::Fitted;
-use super::motion::{Smoothed, Variation, smooth};
-use crate::refine::Structure as _;
-use crate::signal::dot;
+use super::motion::{Seen, Smoothed, Variation, smooth};
+use super::site::{Placed, accelerations};
+use crate::refine::{Output, Structure as _};
+use crate::signal::{dot, rms};
 use crate::simulate::{Limits, Simulator};
 use crate::study::Cancel;
-use crate::term::Term;
 
 /// The motion of every fitted record under a fitted model.
 pub(super) struct Motion {
@@ -23,14 +23,21 @@ pub(super) struct Motion {
     pub(super) simulated: Vec<Path>,
     /// As measured: the simulation and what the smoother says it missed.
     pub(super) measured: Vec<Path>,
-    /// What the model lacks at every sample, force per mass.
-    pub(super) missing: Vec<Vec<f64>>,
+    /// What the model lacks, force per unit of mass: `[record][mass][sample]`.
+    pub(super) missing: Vec<Vec<Vec<f64>>>,
     /// Its standard deviation.
-    pub(super) deviation: Vec<Vec<f64>>,
+    pub(super) deviation: Vec<Vec<Vec<f64>>>,
     /// What a small force does along each record.
     pub(super) variations: Vec<Variation>,
-    /// Standard deviation of the velocity's error along the measured motion.
-    pub(super) speed_noise: f64,
+    /// Standard deviation of each velocity's error along the measured motion.
+    pub(super) speed_noise: Vec<f64>,
+}
+
+impl Motion {
+    /// The missing force on one mass, a series a record.
+    pub(super) fn missing_of(&self, mass: usize) -> Vec<&[f64]> {
+        self.missing.iter().map(|record| record[mass].as_slice()).collect()
+    }
 }
 
 /// A form at its best inner values.
@@ -65,12 +72,13 @@ impl Data {
                 delayed = s.grid.delayed(composed.delay);
                 &delayed
             };
-            let mut path = Path::default();
+            let masses = self.masses();
+            let mut path = Path { x: vec![Vec::new(); masses], v: vec![Vec::new(); masses] };
             let mut driven = Vec::new();
             let runs = fitted.runs.iter().zip(&fitted.refined.point.own).filter(|(run, _)| run.record == r);
             for (run, own) in runs {
                 let mut initial = own.clone();
-                if initial.len() < 2 + composed.internals.len() {
+                if initial.len() < 2 * masses + composed.internals.len() {
                     if driven.is_empty() {
                         driven = fitted.composition.driven(shared, run);
                     }
@@ -80,8 +88,9 @@ impl Data {
                 if response.len() < run.range.len() {
                     return None;
                 }
-                path.x.extend_from_slice(&response.states[0]);
-                path.v.extend_from_slice(&response.states[1]);
+                let (x, rest) = response.states.split_at(masses);
+                path.x.iter_mut().zip(x).for_each(|(path, x)| path.extend_from_slice(x));
+                path.v.iter_mut().zip(rest).for_each(|(path, v)| path.extend_from_slice(v));
             }
             variations.push(self.variation(&composed.terms, coefficients, s, &path));
             simulated.push(path);
@@ -89,47 +98,64 @@ impl Data {
         let mut measured = Vec::new();
         let mut missing = Vec::new();
         let mut deviation = Vec::new();
-        let mut speed = 0.0;
-        let period = self.frequency.recip();
+        let mut speed = vec![0.0; self.masses()];
         let residuals = fitted.by_record(&fitted.refined.residuals);
         let residuals: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
+        let (shown, reach) = (self.shown(), self.reach());
+        let seen = Seen { period: self.frequency.recip(), outputs: &shown, reach: &reach };
         // Records of different rates are smoothed apart; those of one rate share the intensity.
         let alike = self.fit().iter().all(|s| (s.interval / self.fit()[0].interval - 1.0).abs() < 1e-6);
         let mut smoothed: Vec<Smoothed> = Vec::new();
         if alike {
-            smoothed = smooth(&variations.first()?.oscillator, &residuals, period);
+            smoothed = smooth(&variations.first()?.oscillator, &residuals, seen);
         } else {
             for (variation, e) in variations.iter().zip(&residuals) {
-                smoothed.append(&mut smooth(&variation.oscillator, &[e], period));
+                smoothed.append(&mut smooth(&variation.oscillator, &[e], seen));
             }
         }
         for (((s, path), smoothed), variation) in self.fit().iter().zip(&simulated).zip(smoothed).zip(&variations) {
-            let there = Path {
-                x: path.x.iter().zip(&smoothed.displacement).map(|(a, b)| a + b).collect(),
-                v: path.v.iter().zip(&smoothed.velocity).map(|(a, b)| a + b).collect(),
+            let sum = |a: &[Vec<f64>], b: &[Vec<f64>]| -> Vec<Vec<f64>> {
+                a.iter().zip(b).map(|(a, b)| a.iter().zip(b).map(|(a, b)| a + b).collect()).collect()
             };
-            let acceleration = |path: &Path| -> Vec<f64> {
+            let there = Path { x: sum(&path.x, &smoothed.displacement), v: sum(&path.v, &smoothed.velocity) };
+            let acceleration = |path: &Path| -> Vec<Vec<f64>> {
                 let columns = forces(&composed.terms, &composed.internals, &self.layout, s, &s.inputs(), path);
-                (0..s.len()).map(|k| columns.iter().zip(coefficients).map(|(f, c)| c * f[k]).sum()).collect()
+                accelerations(self.masses(), &composed.terms, coefficients, &columns, s.len())
             };
             let (here, there_force) = (acceleration(path), acceleration(&there));
-            let (k, c) = (variation.oscillator.stiffness, variation.oscillator.damping);
-            missing.push(
-                (0..s.len())
-                    .map(|i| {
-                        smoothed.force[i] + here[i]
-                            - there_force[i]
-                            - k * smoothed.displacement[i]
-                            - c * smoothed.velocity[i]
-                    })
-                    .collect(),
-            );
-            speed += smoothed.velocity_deviation.iter().map(|d| d * d).sum::<f64>();
+            let (stiffness, damping) = (&variation.oscillator.stiffness, &variation.oscillator.damping);
+            let linear = |i: usize, k: usize| -> f64 {
+                let part = |j: usize| {
+                    stiffness[(i, j)] * smoothed.displacement[j][k] + damping[(i, j)] * smoothed.velocity[j][k]
+                };
+                (0..self.masses()).map(part).sum()
+            };
+            let lacking = |i: usize| {
+                let at = |k: usize| smoothed.force[i][k] + here[i][k] - there_force[i][k] - linear(i, k);
+                (0..s.len()).map(at).collect()
+            };
+            missing.push((0..self.masses()).map(lacking).collect());
+            for (speed, deviation) in speed.iter_mut().zip(&smoothed.velocity_deviation) {
+                *speed += dot(deviation, deviation);
+            }
             deviation.push(smoothed.force_deviation);
             measured.push(there);
         }
         let count: usize = self.fit().iter().map(Series::len).sum();
-        Some(Motion { simulated, measured, missing, deviation, variations, speed_noise: (speed / count as f64).sqrt() })
+        let speed_noise = speed.iter().map(|s| f64::sqrt(s / count as f64)).collect();
+        Some(Motion { simulated, measured, missing, deviation, variations, speed_noise })
+    }
+
+    /// What each mass's sensor shows, and what it counts.
+    pub(super) fn shown(&self) -> Vec<(Output, f64)> {
+        self.outputs.iter().copied().zip(self.weights.iter().copied()).collect()
+    }
+
+    /// How far each mass moves beside the first.
+    fn reach(&self) -> Vec<f64> {
+        let moved = |i: usize| self.fit().iter().map(|s| rms(&s.smoothed.states[i])).fold(0.0, f64::max);
+        let first = moved(0).max(f64::MIN_POSITIVE);
+        (0..self.masses()).map(|i| (moved(i) / first).max(f64::MIN_POSITIVE)).collect()
     }
 
     /// The responses of an addition's columns, records one behind the other.
@@ -140,52 +166,75 @@ impl Data {
         addition: &Addition,
         paths: &[Path],
         variations: &[Variation],
-        present: (&[Term], &[f64]),
+        present: (&[Placed], &[f64]),
         simulated: &[Vec<f64>],
     ) -> Vec<Vec<f64>> {
-        let total: usize = self.fit().iter().map(Series::len).sum();
+        let total = self.total();
         if addition.offset {
-            return self
-                .spans()
-                .map(|span| {
-                    let mut column = vec![0.0; total];
-                    column[span].fill(1.0);
-                    column
-                })
-                .collect();
+            return self.offsets();
         }
         if let Some(level) = addition.ceiling {
-            return vec![simulated.iter().flatten().map(|y| y.clamp(-level, level) - y).collect()];
+            return vec![self.clipped(level, simulated)];
         }
         let on_input = addition.delay != 0.0 || addition.input_limit.is_some();
         let count = if on_input { 1 } else { addition.terms.len() };
         let mut columns = vec![Vec::with_capacity(total); count];
         let mut response = Vec::new();
+        let shown = self.shown();
         for ((s, path), variation) in self.fit().iter().zip(paths).zip(variations) {
-            let forces = if on_input {
-                vec![self.input_change(addition, s, path, present)]
-            } else {
-                forces(&addition.terms, &addition.internals, &self.layout, s, &s.inputs(), path)
-            };
-            for (column, force) in columns.iter_mut().zip(&forces) {
-                variation.respond(force, &mut response);
+            if on_input {
+                let changes = self.input_change(addition, s, path, present);
+                let forces: Vec<(usize, &[f64])> = changes.iter().map(Vec::as_slice).enumerate().collect();
+                variation.respond(&forces, &shown, &mut response);
+                columns[0].extend_from_slice(&response);
+                continue;
+            }
+            let forces = forces(&addition.terms, &addition.internals, &self.layout, s, &s.inputs(), path);
+            for ((column, force), placed) in columns.iter_mut().zip(&forces).zip(&addition.terms) {
+                variation.respond(&[(placed.mass, force)], &shown, &mut response);
                 column.extend_from_slice(&response);
             }
         }
         columns
     }
 
-    /// What a change of the input does to the acceleration.
+    /// Rows of all fitted records: samples times sensors.
+    fn total(&self) -> usize {
+        self.fit().iter().map(|s| s.len() * self.outputs.len()).sum()
+    }
+
+    /// One column for each sensor of each record: its weight there.
+    fn offsets(&self) -> Vec<Vec<f64>> {
+        let total = self.total();
+        let each = self.spans().zip(self.weights.iter().cycle());
+        each.map(|(span, weight)| {
+            let mut column = vec![0.0; total];
+            column[span].fill(*weight);
+            column
+        })
+        .collect()
+    }
+
+    /// What sensors that show no more than ± a level leave of a simulated response.
+    fn clipped(&self, level: f64, simulated: &[Vec<f64>]) -> Vec<f64> {
+        let mut column = simulated.concat();
+        for (span, weight) in self.spans().zip(self.weights.iter().cycle()) {
+            column[span].iter_mut().for_each(|y| *y = (*y).clamp(-level * weight, level * weight) - *y);
+        }
+        column
+    }
+
+    /// What a change of the input does to the accelerations.
     fn input_change(
         &self,
         addition: &Addition,
         s: &Series,
         path: &Path,
-        (terms, coefficients): (&[Term], &[f64]),
-    ) -> Vec<f64> {
-        let total = |inputs: &super::columns::Inputs<'_>| -> Vec<f64> {
+        (terms, coefficients): (&[Placed], &[f64]),
+    ) -> Vec<Vec<f64>> {
+        let total = |inputs: &super::columns::Inputs<'_>| -> Vec<Vec<f64>> {
             let columns = forces(terms, &[], &self.layout, s, inputs, path);
-            (0..s.len()).map(|k| columns.iter().zip(coefficients).map(|(f, c)| c * f[k]).sum()).collect()
+            accelerations(self.masses(), terms, coefficients, &columns, s.len())
         };
         let before = total(&s.inputs());
         let (values, rates) = match addition.input_limit {
@@ -206,39 +255,45 @@ impl Data {
             values: values.iter().map(Vec::as_slice).collect(),
             rates: rates.iter().map(Vec::as_slice).collect(),
         };
-        total(&changed).iter().zip(&before).map(|(a, b)| a - b).collect()
+        let mut changes = total(&changed);
+        for (change, before) in changes.iter_mut().zip(&before) {
+            change.iter_mut().zip(before).for_each(|(a, b)| *a -= b);
+        }
+        changes
     }
 
-    /// The place of each fitted record among all samples.
+    /// The place of each sensor of each fitted record among all rows.
     pub(super) fn spans(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
         let mut next = 0;
-        self.fit().iter().map(move |s| {
+        let sensors = self.outputs.len();
+        self.fit().iter().flat_map(move |s| std::iter::repeat_n(s, sensors)).map(move |s| {
             let span = next..next + s.len();
             next = span.end;
             span
         })
     }
 
-    /// A sensitivity of each run on all samples, those of one run's own values zero elsewhere.
+    /// A sensitivity of each run on all rows, those of one run's own values zero elsewhere.
     fn own_columns(&self, fitted: &Fitted, shared: usize) -> Vec<Vec<f64>> {
-        let total: usize = self.fit().iter().map(Series::len).sum();
-        let offsets = usize::from(!fitted.refined.point.offsets.is_empty());
-        let mut columns = Vec::new();
-        if offsets > 0 {
-            for span in self.spans() {
-                let mut column = vec![0.0; total];
-                column[span].fill(1.0);
-                columns.push(column);
-            }
-        }
-        let mut from = 0;
+        let total = self.total();
+        let free = !fitted.refined.point.offsets.is_empty();
+        let mut columns = if free { self.offsets() } else { Vec::new() };
+        let offsets = if free { self.outputs.len() } else { 0 };
+        let spans: Vec<_> = self.spans().collect();
+        let mut before = (usize::MAX, 0);
         for (run, sensitivities) in fitted.runs.iter().zip(&fitted.refined.sensitivities) {
+            // Where the run begins in its record, runs of one record standing behind one another.
+            let from = if before.0 == run.record { before.1 } else { 0 };
+            let length = run.range.len();
             for s in &sensitivities[shared + offsets..] {
                 let mut column = vec![0.0; total];
-                column[from..from + s.len()].copy_from_slice(s);
+                for (i, part) in s.chunks(length.max(1)).enumerate() {
+                    let place = spans[run.record * self.outputs.len() + i].start + from;
+                    column[place..place + part.len()].copy_from_slice(part);
+                }
                 columns.push(column);
             }
-            from += run.range.len();
+            before = (run.record, from + length);
         }
         columns
     }
@@ -246,9 +301,7 @@ impl Data {
     /// What the fitted model's own parameters can do to the response: its exact sensitivities.
     pub(super) fn tangent(&self, fitted: &Fitted) -> Vec<Vec<f64>> {
         let shared = fitted.refined.point.shared.len();
-        let mut columns: Vec<Vec<f64>> = (0..shared)
-            .map(|j| fitted.refined.sensitivities.iter().flat_map(|run| run[j].iter().copied()).collect())
-            .collect();
+        let mut columns: Vec<Vec<f64>> = (0..shared).map(|j| fitted.sensitivity(j)).collect();
         columns.extend(self.own_columns(fitted, shared));
         columns
     }
@@ -263,15 +316,13 @@ impl Data {
             Addition { terms: composed.terms.clone(), internals: composed.internals.clone(), ..Addition::default() };
         let simulated = &fitted.by_record(&fitted.refined.simulated);
         let base = self.columns(&own, &motion.measured, &motion.variations, present, simulated);
-        let mut rest: Vec<Vec<f64>> = (composed.terms.len()..shared.len())
-            .map(|j| fitted.refined.sensitivities.iter().flat_map(|run| run[j].iter().copied()).collect())
-            .collect();
+        let mut rest: Vec<Vec<f64>> = (composed.terms.len()..shared.len()).map(|j| fitted.sensitivity(j)).collect();
         rest.extend(self.own_columns(fitted, shared.len()));
         let mut basis = Basis::default();
         for column in base.iter().chain(&rest) {
             basis.push(column.clone());
         }
-        let residual: Vec<f64> = fitted.refined.residuals.iter().flatten().copied().collect();
+        let residual = fitted.rows(&fitted.refined.residuals);
         let mut target = residual.clone();
         basis.remove(&mut target);
         let rss = dot(&target, &target);
@@ -311,13 +362,7 @@ impl Data {
         hits.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         // A record's offset hides other effects where it is large: each is also tried with the offsets out of the way.
         let mut free = basis;
-        for column in self.columns(
-            &Addition { offset: true, ..Addition::default() },
-            &motion.measured,
-            &motion.variations,
-            present,
-            simulated,
-        ) {
+        for column in self.offsets() {
             free.push(column);
         }
         free.remove(&mut target);
@@ -365,7 +410,8 @@ impl Screened {
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mut chosen: Vec<usize> = Vec::new();
         for (share, form) in ranked {
-            let alike = chosen.iter().filter(|k| forms[**k].effect == forms[form].effect).count();
+            let same = |k: &&usize| forms[**k].effect == forms[form].effect && !forms[**k].is_elsewhere(&forms[form]);
+            let alike = chosen.iter().filter(same).count();
             let near = self.hits.iter().filter(|h| h.form == form).any(|h| {
                 self.rss - h.gain < NEAR * (self.rss - gain)
                     || self.free_rss - h.free_gain < NEAR * (self.free_rss - free)

@@ -1,4 +1,4 @@
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -6,9 +6,9 @@ use rayon::prelude::*;
 
 use super::audit::Audit;
 use super::columns::Path;
-use super::data::Data;
+use super::data::{Data, Series};
 use super::decide::{colour, refusal, score};
-use super::effects::{Form, Setting, catalogue};
+use super::effects::{Form, Frame, Setting, catalogue};
 use super::error::GapError;
 use super::evidence::Seen;
 use super::fit::{Care, Fitted, Pace, WHOLE};
@@ -16,26 +16,33 @@ use super::outcome::{Blind, Choice, Evidence, Finding, Round, Stage};
 use super::progress::Progress;
 use super::ranking::{Decision, merged};
 use super::screen::{Motion, Screened};
+use super::site::Placed;
 use super::structure::{Composition, choice};
+use super::weak::Weak;
 use super::words::titles;
 use crate::record::RecordSet;
 use crate::refine::{Bar, Point, Structure as _};
 use crate::signal::rms;
 use crate::study::Cancel;
-use crate::term::Term;
+use crate::term::{Expression, Symbol, Term};
 
 /// What is asked of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ask {
-    /// Terms of the base model's acceleration; none for a linear spring and damper that suit the data.
+    /// Terms of every acceleration of the base model; none for a linear spring and damper that suit the data, of several
+    /// masses for every displacement, velocity and input.
     pub base: Option<Vec<Term>>,
+    /// Terms of single accelerations, by mass counted from zero, in place of those for all.
+    pub own: BTreeMap<usize, Vec<Term>>,
+    /// Known physics: terms that every acceleration has besides.
+    pub known: Vec<Term>,
     /// Most effects that are added.
     pub max_effects: usize,
 }
 
 impl Default for Ask {
     fn default() -> Self {
-        Self { base: None, max_effects: 3 }
+        Self { base: None, own: BTreeMap::new(), known: Vec::new(), max_effects: 3 }
     }
 }
 
@@ -80,14 +87,20 @@ const REFINED: usize = 12;
 const EFFORT: usize = 36_000;
 const FEWEST: usize = 9;
 impl Search {
-    /// Prepares records of one displacement and at most one input.
+    /// Prepares records of one mass or several and at most one input.
     ///
     /// # Errors
     /// Records that do not go together or are too short; a base term of something that they lack.
     pub fn new(records: &RecordSet, ask: &Ask) -> Result<Self, GapError> {
         let data = Data::new(records)?;
-        let terms = ask.base.clone().unwrap_or_else(|| base_terms(&data));
-        for term in &terms {
+        let masses = data.masses();
+        if let Some(mass) = ask.own.keys().find(|mass| **mass >= masses) {
+            let (number, there) =
+                (mass + 1, if masses == 1 { "one mass".to_owned() } else { format!("{masses} masses") });
+            return Err(GapError::Records(format!("there is no equation of v{number}: the records have {there}")));
+        }
+        let terms = base_terms(&data, ask);
+        for Placed { term, .. } in &terms {
             if let Some(symbol) = term.foreign_symbol(&data.layout) {
                 return Err(GapError::Symbol { term: term.to_string(), symbol: data.layout.name(symbol) });
             }
@@ -95,9 +108,11 @@ impl Search {
         let audit = data.audit();
         let mut base = Composition::new(data.layout, terms);
         base.passive = !data.self_sustained;
+        base.zero = data.shows_rates();
         let mut data = data;
         if let Some(datum) = data.equilibrium(&base) {
             data.count_from(datum);
+            base.base.retain(|t| t.term.as_str() != "1");
             base.datum = true;
         }
         Ok(Self { data, audit, ask: ask.clone(), base, known: Mutex::default() })
@@ -118,9 +133,9 @@ impl Search {
         self.data.noise
     }
 
-    /// Terms of the base model's acceleration.
-    pub fn base_terms(&self) -> &[Term] {
-        &self.base.base
+    /// Terms of the base model's accelerations.
+    pub fn base_terms(&self) -> impl Iterator<Item = &Term> {
+        self.base.base.iter().map(|placed| &placed.term)
     }
 
     /// The base model, fitted.
@@ -203,42 +218,65 @@ impl Search {
                 return Err(GapError::Cancelled);
             }
         }
-        Err(GapError::Base)
+        // A model that no whole record can be simulated with may follow short segments.
+        let starts = Weak::new(data)
+            .estimate(&composition, &inner)
+            .map(|e| e.coefficients)
+            .into_iter()
+            .chain(data.start(&composition.base, &[], &rough, PRIORS[1]));
+        for shared in starts {
+            let shared = shared.into_iter().chain(inner.iter().copied()).collect();
+            let start = Point::new(&composition, &runs, shared, false);
+            if let Some(landed) = data.refine_at(&composition, &start, 0, cancel) {
+                return Ok(data.judged(composition, landed, cancel));
+            }
+        }
+        if cancel.is_cancelled() { Err(GapError::Cancelled) } else { Err(GapError::Base) }
     }
 
     pub(super) fn forms(&self, fitted: &Fitted, motion: &Motion) -> Vec<Form> {
         let data = &self.data;
         let shared = &fitted.refined.point.shared;
-        let largest = |values: &dyn Fn(usize) -> f64, n: usize| (0..n).map(values).map(f64::abs).fold(0.0, f64::max);
         let over = |pick: &dyn Fn(usize, usize) -> f64| {
-            data.fit().iter().enumerate().map(|(r, s)| largest(&|k| pick(r, k), s.len())).fold(0.0, f64::max)
+            let largest = |(r, s): (usize, &Series)| (0..s.len()).map(|k| pick(r, k).abs()).fold(0.0, f64::max);
+            data.fit().iter().enumerate().map(largest).fold(0.0, f64::max)
         };
         let u = |r: usize, k: usize| data.fit()[r].inputs.first().map_or(0.0, |u| u[k]);
         let du = |r: usize, k: usize| data.fit()[r].input_rates.first().map_or(0.0, |u| u[k]);
-        let (x, v) = (|r: usize, k: usize| motion.measured[r].x[k], |r: usize, k: usize| motion.measured[r].v[k]);
+        let mut frames = Frame::all(data.masses(), data.base_excited);
+        for frame in &mut frames {
+            let site = frame.site;
+            frame.reach = over(&|r, k| site.across(|i| motion.measured[r].x[i][k], u(r, k)));
+            frame.speed = over(&|r, k| site.across(|i| motion.measured[r].v[i][k], du(r, k)));
+            let (first, second) = site.masses();
+            frame.speed_noise = second.map_or(motion.speed_noise[first], |second| {
+                motion.speed_noise[first].hypot(motion.speed_noise[second])
+            });
+        }
+        let lead = data.lead(motion);
+        let missing = motion.missing_of(lead);
         let setting = Setting {
             base_excited: data.base_excited,
             input_open: data.input_open,
             has_input: data.layout.inputs > 0 && !self.audit.free,
+            frames,
             terms: fitted.composition.plain_terms(shared),
             unit: data.unit.clone(),
-            reach: [over(&x), over(&|r, k| x(r, k) - u(r, k))],
-            speed: [over(&v), over(&|r, k| v(r, k) - du(r, k))],
+            derivatives: data.outputs[0].derivatives(),
             input: over(&u),
-            speed_noise: motion.speed_noise,
             frequency: data.frequency,
-            lines: data.lines(&motion.missing),
+            lines: data.lines(&missing),
             pulsations: {
                 let spring = |r: usize| if data.base_excited { data.fit()[r].inputs.first() } else { None };
                 let product = |r: usize, k: usize| {
-                    motion.missing[r][k] * (motion.measured[r].x[k] - spring(r).map_or(0.0, |u| u[k]))
+                    missing[r][k] * (motion.measured[r].x[lead][k] - spring(r).map_or(0.0, |u| u[k]))
                 };
                 let products: Vec<Vec<f64>> =
                     (0..data.fit().len()).map(|r| (0..data.fit()[r].len()).map(|k| product(r, k)).collect()).collect();
-                data.lines(&products)
+                data.lines(&products.iter().map(Vec::as_slice).collect::<Vec<_>>())
             },
             interval: data.fit()[0].interval,
-            measured: over(&|r, k| data.fit()[r].measured[k]),
+            measured: over(&|r, k| data.fit()[r].measured[0][k]),
         };
         let present = fitted.composition.choices();
         let offset = fitted.composition.offset();
@@ -246,7 +284,12 @@ impl Search {
             .into_iter()
             .filter(|f| !present.contains(&choice(f)))
             .filter(|f| !self.audit.blind.iter().any(|b| b.effect == f.effect))
-            .filter(|f| !((offset || fitted.composition.datum) && f.moves_the_zero(offset)))
+            .filter(|f| {
+                // The zero of a velocity or an acceleration is not that of the spring.
+                let moved = data.outputs.iter().all(|o| o.derivatives() == 0);
+                let tied = moved && (offset || fitted.composition.datum);
+                !(tied && f.moves_the_zero(offset) || fitted.composition.zero && f.is_offset())
+            })
             .collect()
     }
 
@@ -376,21 +419,47 @@ impl Search {
                 before,
                 (fitted, &score(before, fitted, inflation, 0.0)),
                 inflation,
-                (data.noise, &data.unit),
+                (data.noise, &data.shown_unit),
             )
             .is_none()
     }
 }
 
-/// A linear spring and damper: across the joint where the base moves, with the force where one acts.
-fn base_terms(data: &Data) -> Vec<Term> {
+/// What was asked for of each mass; else a linear spring and damper: across the joint where the base moves, with the force where
+/// one acts. Of several masses, how they hang together is not known: every displacement, velocity and input in every equation.
+fn base_terms(data: &Data, ask: &Ask) -> Vec<Placed> {
     let known = |text: &str| Term::parse(text).ok();
     let still = data.fit().iter().all(|s| s.inputs.iter().all(|u| rms(u) == 0.0));
-    let list: &[&str] = match (data.layout.inputs, data.base_excited) {
-        (0, _) => &["x", "v"],
-        (_, true) => &["x-u", "v-du"],
-        (_, false) if still => &["x", "v"],
-        _ => &["x", "v", "u"],
+    let masses = data.masses();
+    let of_all: Vec<Term> = match (&ask.base, data.layout.inputs) {
+        (Some(base), _) => base.clone(),
+        (None, inputs) if masses > 1 => {
+            let states = (0..masses).map(Symbol::State).chain((0..masses).map(Symbol::Rate));
+            let driven = (0..inputs).filter(|_| !still).flat_map(|j| {
+                let rate = Some(Symbol::InputRate(j)).filter(|_| data.base_excited);
+                std::iter::once(Symbol::Input(j)).chain(rate)
+            });
+            states.chain(driven).map(|symbol| Term::new(Expression::Symbol(symbol))).collect()
+        }
+        (None, inputs) => {
+            let list: &[&str] = match (inputs, data.base_excited) {
+                (0, _) => &["x", "v"],
+                (_, true) => &["x-u", "v-du"],
+                (_, false) if still => &["x", "v"],
+                _ => &["x", "v", "u"],
+            };
+            list.iter().filter_map(|t| known(t)).collect()
+        }
     };
-    list.iter().filter_map(|t| known(t)).collect()
+    let mut placed = Vec::new();
+    for mass in 0..masses {
+        let of_mass = ask.own.get(&mass).unwrap_or(&of_all);
+        for term in of_mass.iter().chain(&ask.known) {
+            let next = Placed { mass, term: term.clone() };
+            if !placed.contains(&next) {
+                placed.push(next);
+            }
+        }
+    }
+    placed
 }

@@ -1,17 +1,18 @@
 //! Fitted models and candidates as values to be drawn and read.
 
 use super::columns::forces;
-use super::effects::{Axis, Form, Sign, unit};
+use super::effects::{Axis, Form, unit};
 use super::fit::Fitted;
 use super::outcome::{Added, Candidate, Choice, Curve, Parameter, Stage, Standing, Trace};
 use super::screen::{Motion, Screened};
 use super::search::Search;
+use super::site::{Placed, Site};
 use super::structure::{choice, counted_from, with_errors};
 use super::words::sentence_case;
 use crate::model::Equation;
 use crate::refine::Structure as _;
 use crate::signal::dot;
-use crate::term::Term;
+use crate::term::{Symbol, Term};
 
 /// Points of a curve on a card.
 const POINTS: usize = 400;
@@ -25,24 +26,33 @@ impl Search {
         let each = |f: &dyn Fn(usize, usize) -> f64| -> Vec<Vec<f64>> {
             fit.iter().enumerate().map(|(r, s)| (0..s.len()).map(|k| f(r, k)).collect()).collect()
         };
-        let (x, v) = (|r: usize, k: usize| motion.measured[r].x[k], |r: usize, k: usize| motion.measured[r].v[k]);
+        let site = form.site.unwrap_or(Site::Ground(0));
+        let masses = self.data.masses();
         match form.axis {
-            Axis::Displacement { joint: false } => ("x".into(), length.clone(), each(&x)),
-            Axis::Displacement { joint: true } => ("x − u".into(), length.clone(), each(&|r, k| x(r, k) - u(r, k))),
-            Axis::Velocity { joint: false } => ("v".into(), unit(length, (1, -1)), each(&v)),
-            Axis::Velocity { joint: true } => {
-                ("v − du".into(), unit(length, (1, -1)), each(&|r, k| v(r, k) - du(r, k)))
+            Axis::Displacement => {
+                let across = |r: usize, k: usize| site.across(|i| motion.measured[r].x[i][k], u(r, k));
+                (site.words("x", "u", masses), length.clone(), each(&across))
+            }
+            Axis::Velocity => {
+                let across = |r: usize, k: usize| site.across(|i| motion.measured[r].v[i][k], du(r, k));
+                (site.words("v", "du", masses), unit(length, (1, -1)), each(&across))
             }
             Axis::Input => ("u".into(), self.data.input_unit.clone(), each(&u)),
             Axis::Time => ("t".into(), "s".into(), each(&|r, k| fit[r].start + fit[r].interval * k as f64)),
         }
     }
 
+    /// The mass that a form acts on, of a joint the first; where it acts on none, that which lacks most.
+    fn acts_on(&self, form: &Form, motion: &Motion) -> usize {
+        form.site.map_or_else(|| self.data.lead(motion), |site| site.masses().0)
+    }
+
     pub(super) fn measured_curve(&self, form: &Form, motion: &Motion) -> Curve {
         let (axis, unit, values) = self.axis(form, motion);
         let total: usize = values.iter().map(Vec::len).sum();
         let stride = (total / POINTS).max(1);
-        let pairs = values.iter().flatten().zip(motion.missing.iter().flatten());
+        let missing = motion.missing_of(self.acts_on(form, motion));
+        let pairs = values.iter().flatten().zip(missing.into_iter().flatten());
         let measured = pairs.step_by(stride).map(|(a, f)| [*a, *f]).collect();
         Curve { axis, unit, measured, effect: Vec::new() }
     }
@@ -64,21 +74,24 @@ impl Search {
         let old = &before.refined.point.shared;
         let old_composed = before.composition.compose(&old[old.len() - before.composition.inner_count()..]);
         let composed = fitted.composition.compose(inner);
-        let sum = |columns: &[Vec<f64>], coefficients: &[f64], k: usize| -> f64 {
-            columns.iter().zip(coefficients).map(|(f, c)| c * f[k]).sum()
+        let mass = self.acts_on(form, motion);
+        let sum = |terms: &[Placed], columns: &[Vec<f64>], coefficients: &[f64], k: usize| -> f64 {
+            let forces = terms.iter().zip(columns).zip(coefficients).filter(|((t, _), _)| t.mass == mass);
+            forces.map(|((_, f), c)| c * f[k]).sum()
         };
         let mut force = Vec::new();
         // What the effect has to make up for: the missing force, and what the other terms gave back or took over since.
         let mut wanted = Vec::new();
-        for ((s, path), missing) in data.fit().iter().zip(&motion.measured).zip(&motion.missing) {
+        for ((s, path), missing) in data.fit().iter().zip(&motion.measured).zip(motion.missing_of(mass)) {
             let columns =
-                |terms: &[Term], internals: &[Equation]| forces(terms, internals, &data.layout, s, &s.inputs(), path);
+                |terms: &[Placed], internals: &[Equation]| forces(terms, internals, &data.layout, s, &s.inputs(), path);
             let then = columns(&old_composed.terms, &old_composed.internals);
             let now = columns(&composed.terms, &composed.internals);
             for (k, missing) in missing.iter().enumerate() {
-                let own = sum(&now[place.clone()], &shared[place.clone()], k);
+                let own = sum(&composed.terms[place.clone()], &now[place.clone()], &shared[place.clone()], k);
                 force.push(own);
-                wanted.push(missing + sum(&then, old, k) - (sum(&now, shared, k) - own));
+                let (then, now) = (sum(&old_composed.terms, &then, old, k), sum(&composed.terms, &now, shared, k));
+                wanted.push(missing + then - (now - own));
             }
         }
         let total = force.len();
@@ -103,12 +116,12 @@ impl Search {
         let (mut model, mut composed) = fitted.composition.model(shared);
         if data.datum != 0.0 {
             let moved = |t: &Term| counted_from(t, data.datum);
-            composed.terms.iter_mut().for_each(|t| *t = moved(t));
+            composed.terms.iter_mut().for_each(|t| t.term = moved(&t.term));
             model.equations[1..].iter_mut().flat_map(|e| &mut e.terms).for_each(|t| t.term = moved(&t.term));
         }
         let inflated = self.tint(fitted).sqrt();
         let errors: Vec<Option<f64>> = (0..shared.len()).map(|k| refined.std_error(k).map(|e| e * inflated)).collect();
-        let model = with_errors(model, &errors, &self.shares(&model_terms(&composed.terms, shared), fitted));
+        let model = with_errors(model, &composed.terms, &errors, &self.shares(&composed.terms, shared, fitted));
         let inner = &shared[shared.len() - fitted.composition.inner_count()..];
         let inner_errors = &errors[errors.len() - inner.len()..];
         let mut rest = usize::from(fitted.composition.datum);
@@ -125,8 +138,8 @@ impl Search {
                     .iter()
                     .zip(place.clone())
                     .map(|(c, k)| Parameter {
-                        name: c.name.to_owned(),
-                        value: if c.sign == Sign::Against { -shared[k] } else { shared[k] },
+                        name: c.name.clone(),
+                        value: c.shown(shared[k]),
                         std_error: errors[k],
                         unit: unit(&data.unit, c.dimension),
                     })
@@ -138,17 +151,30 @@ impl Search {
                     unit: if q.name == "u_max" { data.input_unit.clone() } else { unit(&data.unit, q.dimension) },
                 }));
                 if fitted.composition.offset() && form.effect == "sensor_offset" {
-                    parameters.extend(data.fit().iter().zip(&refined.point.offsets).map(|(s, offset)| Parameter {
-                        name: format!("offset of {}", s.name),
+                    let several = data.masses() > 1;
+                    let sensors = data.fit().iter().flat_map(|s| (0..data.masses()).map(move |i| (s, i)));
+                    parameters.extend(sensors.zip(&refined.point.offsets).map(|((s, i), offset)| Parameter {
+                        name: format!(
+                            "offset of {}{}",
+                            s.name,
+                            if several { format!(", mass {}", i + 1) } else { String::new() }
+                        ),
                         value: *offset,
                         std_error: None,
-                        unit: data.unit.clone(),
+                        unit: data.shown_unit.clone(),
                     }));
                 }
                 Added {
                     choice: choice(form),
                     title: form.full_title(),
-                    terms: composed.terms[place].iter().map(|t| t.text(&model.layout)).collect(),
+                    place: form.site,
+                    terms: distinct(composed.terms[place.clone()].iter().map(|t| t.term.text(&model.layout))),
+                    equations: {
+                        let of = |mass: usize| composed.terms[place.clone()].iter().filter(move |t| t.mass == mass);
+                        let texts = |mass| of(mass).map(|t| t.term.text(&model.layout)).collect::<Vec<_>>();
+                        let each = (0..data.masses()).map(|mass| (model.layout.name(Symbol::Rate(mass)), texts(mass)));
+                        each.filter(|(_, texts)| !texts.is_empty()).collect()
+                    },
                     parameters,
                 }
             })
@@ -156,29 +182,30 @@ impl Search {
         Stage { model, effects, gap: fitted.gap, traces: self.traces(fitted) }
     }
 
-    /// RMS of each term's force over the fitted records, as a share of their sum.
-    fn shares(&self, terms: &[(Term, f64)], fitted: &Fitted) -> Vec<f64> {
+    /// RMS of each term's force over the fitted records, as a share of their sum in its equation.
+    fn shares(&self, terms: &[Placed], shared: &[f64], fitted: &Fitted) -> Vec<f64> {
         let data = &self.data;
-        let inner =
-            &fitted.refined.point.shared[fitted.refined.point.shared.len() - fitted.composition.inner_count()..];
+        let inner = &shared[shared.len() - fitted.composition.inner_count()..];
         let composed = fitted.composition.compose(inner);
         let mut squares = vec![0.0; terms.len()];
         for s in data.fit() {
             let path = s.path();
             let columns = forces(&composed.terms, &composed.internals, &data.layout, s, &s.inputs(), &path);
-            for ((square, column), (_, c)) in squares.iter_mut().zip(&columns).zip(terms) {
+            for ((square, column), c) in squares.iter_mut().zip(&columns).zip(shared) {
                 *square += c * c * dot(column, column);
             }
         }
-        let sum: f64 = squares.iter().map(|s| f64::sqrt(*s)).sum();
-        squares.iter().map(|s| if sum > 0.0 { f64::sqrt(*s) / sum } else { 0.0 }).collect()
+        let mut sums = vec![0.0; data.masses()];
+        terms.iter().zip(&squares).for_each(|(t, s)| sums[t.mass] += f64::sqrt(*s));
+        let share = |(t, s): (&Placed, &f64)| if sums[t.mass] > 0.0 { f64::sqrt(*s) / sums[t.mass] } else { 0.0 };
+        terms.iter().zip(&squares).map(share).collect()
     }
 
     /// RMS of a form's force over the fitted records, as a share of all forces of the acceleration.
     pub(super) fn share(&self, form: &Form, fitted: &Fitted) -> f64 {
         let shared = &fitted.refined.point.shared;
         let composed = fitted.composition.compose(&shared[shared.len() - fitted.composition.inner_count()..]);
-        let shares = self.shares(&model_terms(&composed.terms, shared), fitted);
+        let shares = self.shares(&composed.terms, shared, fitted);
         fitted.composition.of(form, shared).map_or(0.0, |(coefficients, _)| shares[coefficients].iter().sum())
     }
 
@@ -188,8 +215,8 @@ impl Search {
             usage: s.usage,
             start: s.start,
             interval: s.interval,
-            measured: s.measured.iter().map(|x| x + self.data.datum).collect(),
-            simulated: simulated.iter().map(|x| x + self.data.datum).collect(),
+            measured: s.measured[0].iter().map(|x| x + self.data.datum).collect(),
+            simulated: simulated.iter().take(s.len()).map(|x| x + self.data.datum).collect(),
         };
         let simulated = fitted.by_record(&fitted.refined.simulated);
         let fit = self.data.fit().iter().zip(&simulated);
@@ -216,6 +243,7 @@ impl Search {
                 Candidate {
                     choice: choice(form),
                     title: form.full_title(),
+                    place: form.site,
                     explanation: form.explanation,
                     standing: Standing::Screened,
                     explained: (hit.gain / (whole - noise)).clamp(0.0, 1.0),
@@ -235,6 +263,7 @@ impl Search {
                 list.push(Candidate {
                     choice: choice(form),
                     title: form.full_title(),
+                    place: form.site,
                     explanation: form.explanation,
                     standing: Standing::Refused("it would have to act the wrong way round".to_owned()),
                     explained: 0.0,
@@ -250,6 +279,7 @@ impl Search {
             if !list.iter().any(|c| c.choice.effect == blind.effect) {
                 list.push(Candidate {
                     choice: Choice { effect: blind.effect.to_owned(), form: String::new() },
+                    place: None,
                     title: sentence_case(&blind.effect.replace('_', " ")),
                     explanation: "",
                     standing: Standing::NotShown(blind.reason.clone()),
@@ -266,6 +296,12 @@ impl Search {
     }
 }
 
-fn model_terms(terms: &[Term], shared: &[f64]) -> Vec<(Term, f64)> {
-    terms.iter().cloned().zip(shared.iter().copied()).collect()
+/// Texts without repetition.
+fn distinct(texts: impl Iterator<Item = String>) -> Vec<String> {
+    texts.fold(Vec::new(), |mut list, text| {
+        if !list.contains(&text) {
+            list.push(text);
+        }
+        list
+    })
 }

@@ -1,18 +1,19 @@
 use super::columns::{Clock, Inputs, Path, integrate};
 use super::effects::{Addition, Form};
 use super::outcome::Choice;
+use super::site::Placed;
 use crate::model::{Equation, Model, WeightedTerm};
 use crate::refine::{Instance, Run, Structure};
 use crate::term::{Expression, Function, Kind, Layout, Symbol, Term, derivative};
 
 /// The base model's terms with effects on top: what is fitted.
 ///
-/// Shared parameters are, in order: one coefficient a term of the acceleration, the equilibrium if it is fitted, then the inner
+/// Shared parameters are, in order: one coefficient a term of an acceleration, the equilibrium if it is fitted, then the inner
 /// quantities of each form.
 #[derive(Clone, Debug)]
 pub(super) struct Composition {
     pub(super) layout: Layout,
-    pub(super) base: Vec<Term>,
+    pub(super) base: Vec<Placed>,
     pub(super) forms: Vec<Form>,
     /// A change of each shared parameter that matters.
     pub(super) scales: Vec<f64>,
@@ -20,12 +21,14 @@ pub(super) struct Composition {
     pub(super) passive: bool,
     /// Displacements count from an equilibrium that is fitted: the first inner quantity.
     pub(super) datum: bool,
+    /// The sensor's zero is free in each record, as that of an accelerometer is.
+    pub(super) zero: bool,
 }
 
 /// What a composition comes to at given inner values.
 pub(super) struct Composed {
-    /// Terms of the acceleration.
-    pub(super) terms: Vec<Term>,
+    /// Terms of the accelerations.
+    pub(super) terms: Vec<Placed>,
     /// Equations of the internal states.
     pub(super) internals: Vec<Equation>,
     pub(super) delay: f64,
@@ -34,8 +37,8 @@ pub(super) struct Composed {
 }
 
 impl Composition {
-    pub(super) fn new(layout: Layout, base: Vec<Term>) -> Self {
-        Self { layout, base, forms: Vec::new(), scales: Vec::new(), passive: true, datum: false }
+    pub(super) fn new(layout: Layout, base: Vec<Placed>) -> Self {
+        Self { layout, base, forms: Vec::new(), scales: Vec::new(), passive: true, datum: false, zero: false }
     }
 
     /// This composition with a further effect, without scales.
@@ -101,8 +104,8 @@ impl Composition {
         if self.datum { inner[0] } else { 0.0 }
     }
 
-    /// The terms of the acceleration as they are written, displacements not counted from the equilibrium.
-    pub(super) fn plain_terms(&self, shared: &[f64]) -> Vec<Term> {
+    /// The terms of the accelerations as they are written, displacements not counted from the equilibrium.
+    pub(super) fn plain_terms(&self, shared: &[f64]) -> Vec<Placed> {
         let mut inner = shared[shared.len() - self.inner_count()..].to_vec();
         if self.datum {
             inner[0] = 0.0;
@@ -110,7 +113,7 @@ impl Composition {
         self.compose(&inner).terms
     }
 
-    /// Number of terms of the acceleration, the same at all inner values.
+    /// Number of terms of the accelerations, the same at all inner values.
     pub(super) fn terms(&self) -> usize {
         self.compose(&self.middle()).terms.len()
     }
@@ -148,23 +151,22 @@ impl Composition {
             .collect()
     }
 
-    /// The base model's terms that are linear in velocity, each with the index of its coefficient.
-    pub(super) fn dampers(&self, inner: &[f64]) -> Vec<(usize, &Term)> {
-        let replaced: Vec<Term> = self.additions(inner).into_iter().flat_map(|a| a.replaces).collect();
+    /// The base model's terms that grow with the velocity of the mass whose equation they stand in, each with the index of
+    /// its coefficient: whatever else moves, a damper there takes energy.
+    pub(super) fn dampers(&self, inner: &[f64]) -> Vec<(usize, &Placed)> {
+        let replaced: Vec<Placed> = self.additions(inner).into_iter().flat_map(|a| a.replaces).collect();
         let kept = self.base.iter().filter(|t| !replaced.contains(t)).enumerate();
-        kept.filter(
-            |(_, t)| matches!(derivative(t.expression(), Symbol::Rate(0)), Expression::Number(slope) if slope > 0.0),
-        )
-        .collect()
+        let slope = |t: &Placed| derivative(t.term.expression(), Symbol::Rate(t.mass));
+        kept.filter(|(_, t)| matches!(slope(t), Expression::Number(slope) if slope > 0.0)).collect()
     }
 
     /// For each term at these inner values, its index among another composition's terms, if that has it.
     pub(super) fn sources(&self, other: &Self, inner: &[f64], other_inner: &[f64]) -> Vec<Option<usize>> {
-        let replaced = |c: &Self, inner: &[f64]| -> Vec<Term> {
+        let replaced = |c: &Self, inner: &[f64]| -> Vec<Placed> {
             c.additions(inner).into_iter().flat_map(|a| a.replaces).collect()
         };
         let (gone, other_gone) = (replaced(self, inner), replaced(other, other_inner));
-        let other_base: Vec<&Term> = other.base.iter().filter(|t| !other_gone.contains(t)).collect();
+        let other_base: Vec<&Placed> = other.base.iter().filter(|t| !other_gone.contains(t)).collect();
         let other_places = other.places(other_inner);
         let base = self.base.iter().filter(|t| !gone.contains(t));
         let mut sources: Vec<Option<usize>> = base.map(|t| other_base.iter().position(|o| *o == t)).collect();
@@ -189,7 +191,7 @@ impl Composition {
             let moved = |term: &Term| {
                 if first == 0 { term.clone() } else { substituted(term, &|s| renumbered(s, first)) }
             };
-            composed.terms.extend(addition.terms.iter().map(moved));
+            composed.terms.extend(addition.terms.iter().map(|t| t.map(moved)));
             composed.internals.extend(
                 addition
                     .internals
@@ -198,8 +200,8 @@ impl Composition {
             );
         }
         if let Some(limit) = additions.iter().filter_map(|a| a.input_limit).reduce(f64::min) {
-            for term in &mut composed.terms {
-                *term = limited(term, limit);
+            for placed in &mut composed.terms {
+                placed.term = limited(&placed.term, limit);
             }
             for term in composed.internals.iter_mut().flat_map(|e| &mut e.terms) {
                 term.term = limited(&term.term, limit);
@@ -208,7 +210,7 @@ impl Composition {
         let equilibrium = self.equilibrium(inner);
         if equilibrium != 0.0 {
             let from_there = |term: &Term| counted_from(term, equilibrium);
-            composed.terms.iter_mut().for_each(|t| *t = from_there(t));
+            composed.terms.iter_mut().for_each(|t| t.term = from_there(&t.term));
             for term in composed.internals.iter_mut().flat_map(|e| &mut e.terms) {
                 term.term = from_there(&term.term);
             }
@@ -220,9 +222,11 @@ impl Composition {
     pub(super) fn model(&self, shared: &[f64]) -> (Model, Composed) {
         let (coefficients, inner) = shared.split_at(shared.len() - self.inner_count());
         let composed = self.compose(inner);
-        let acceleration = Equation::known(composed.terms.iter().cloned().zip(coefficients.iter().copied()));
+        let weighted = || composed.terms.iter().zip(coefficients.iter().copied());
+        let of = |mass: usize| weighted().filter(move |(t, _)| t.mass == mass).map(|(t, c)| (t.term.clone(), c));
+        let accelerations = (0..self.layout.freedoms).map(|mass| Equation::known(of(mass))).collect();
         let mut model =
-            Model::second_order(self.layout.inputs, vec![acceleration]).with_internals(composed.internals.clone());
+            Model::second_order(self.layout.inputs, accelerations).with_internals(composed.internals.clone());
         model.static_ratio = composed.static_ratio;
         (model, composed)
     }
@@ -238,7 +242,7 @@ impl Composition {
 }
 
 pub(super) fn choice(form: &Form) -> Choice {
-    Choice { effect: form.effect.to_owned(), form: form.form.to_owned() }
+    Choice { effect: form.effect.to_owned(), form: form.form.clone() }
 }
 
 impl Structure for Composition {
@@ -282,7 +286,7 @@ impl Structure for Composition {
     }
 
     fn offset(&self) -> bool {
-        self.additions(&self.middle()).iter().any(|a| a.offset)
+        self.zero || self.additions(&self.middle()).iter().any(|a| a.offset)
     }
 
     fn internals(&self) -> usize {
@@ -298,15 +302,20 @@ impl Structure for Composition {
             rates: motion.input_rates.iter().map(Vec::as_slice).collect(),
         };
         let clock = Clock { start: run.grid.time(0), interval: run.grid.interval() };
-        let path = Path { x: motion.states[0].clone(), v: motion.states[1].clone() };
+        let path = Path::of(&motion.states);
         integrate(&composed.internals, &layout, clock, &inputs, &path)
     }
 }
 
-/// Standard errors and shares into a model's acceleration.
-pub(super) fn with_errors(mut model: Model, errors: &[Option<f64>], shares: &[f64]) -> Model {
-    if let Some(equation) = model.equations.get_mut(1) {
-        for (k, WeightedTerm { std_error, share, .. }) in equation.terms.iter_mut().enumerate() {
+/// Standard errors and shares, one a term, into a model's accelerations.
+pub(super) fn with_errors(mut model: Model, terms: &[Placed], errors: &[Option<f64>], shares: &[f64]) -> Model {
+    let freedoms = model.layout.freedoms;
+    let mut places = vec![0; freedoms];
+    for (k, placed) in terms.iter().enumerate() {
+        let place = places[placed.mass];
+        places[placed.mass] += 1;
+        let equation = model.equations.get_mut(freedoms + placed.mass);
+        if let Some(WeightedTerm { std_error, share, .. }) = equation.and_then(|e| e.terms.get_mut(place)) {
             *std_error = errors.get(k).copied().flatten();
             *share = shares.get(k).copied().unwrap_or(0.0);
         }

@@ -14,6 +14,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::columns::{Basis, Inputs, Path, forces};
 use super::data::{Data, Series};
+use super::site::Placed;
 use super::structure::{Composed, Composition};
 use crate::refine::Structure as _;
 use crate::signal::{dot, rms};
@@ -39,11 +40,16 @@ const STRICT: i32 = 4;
 /// Averages over the fitted records.
 pub(super) struct Weak<'a> {
     data: &'a Data,
-    records: Vec<Rows>,
-    /// Averages of the acceleration, weighted.
+    /// For each mass, how its equation is averaged over each record.
+    equations: Vec<Vec<Rows>>,
+    /// What the rows of each mass's equation count beside the first's.
+    scales: Vec<f64>,
+    /// Averages of the accelerations, weighted: the rows of one equation behind those of the other.
     target: Vec<f64>,
     /// Averages of terms that no effect changes.
-    known: Mutex<HashMap<String, Vec<f64>>>,
+    known: Mutex<HashMap<(usize, String), Vec<f64>>>,
+    /// The measured motion of each record.
+    paths: Vec<Path>,
     /// Inputs and their rates under each delay, one pair a record.
     delayed: Mutex<HashMap<u64, Arc<Vec<Delayed>>>>,
 }
@@ -57,7 +63,6 @@ struct Rows {
     stride: usize,
     /// Share of the window, by the test function, in which the mass moves.
     weights: Vec<f64>,
-    path: Path,
 }
 
 /// What a regression came to.
@@ -81,56 +86,74 @@ impl Rows {
     }
 }
 
+/// How the equation of one mass is averaged over each record, and the averages of its acceleration.
+fn equation(data: &Data, mass: usize) -> (Vec<Rows>, Vec<f64>) {
+    let place = data.masses() + mass;
+    let velocity = data.fit().iter().map(|s| rms(&s.smoothed.states[place])).fold(0.0, f64::max);
+    let total: usize = data.fit().iter().map(Series::len).sum();
+    let shortest = data.fit().iter().map(Series::len).min().unwrap_or(0);
+    let moving: Vec<Vec<f64>> = data
+        .fit()
+        .iter()
+        .map(|s| {
+            let v = &s.smoothed.states[place];
+            let across = s.input_rates.first().filter(|_| data.base_excited);
+            let slowest = |k: usize| across.map_or(v[k].abs(), |du| v[k].abs().min((v[k] - du[k]).abs()));
+            (0..s.len()).map(|k| f64::from(u8::from(slowest(k) >= STANDING * velocity))).collect()
+        })
+        .collect();
+    let (moved, all) = moving.iter().flatten().fold((0.0, 0.0), |(m, n), v| (m + v, n + 1.0));
+    let sticks = moved < (1.0 - STICKS) * all;
+    let mut target = Vec::new();
+    let records = data
+        .fit()
+        .iter()
+        .zip(&moving)
+        .map(|(s, moving)| {
+            let width = (if sticks { NARROW } else { HALF_WIDTH } * data.period / s.interval) as usize;
+            let half = width.max(NARROWEST).min((shortest / 10).max(2));
+            let mut rows = Rows {
+                kernels: test_functions(half, s.interval),
+                stride: (half / ROWS).max(total / MOST_ROWS).max(1),
+                weights: vec![1.0; s.len()],
+            };
+            rows.weights = rows.average(moving, 0);
+            if sticks {
+                rows.weights.iter_mut().for_each(|w| *w = w.max(0.0).powi(STRICT));
+            }
+            target.extend(rows.average(&s.measured[mass], 2 - data.outputs[mass].derivatives()));
+            rows
+        })
+        .collect();
+    (records, target)
+}
+
 impl<'a> Weak<'a> {
     pub(super) fn new(data: &'a Data) -> Self {
-        let velocity = data.fit().iter().map(|s| rms(&s.smoothed.states[1])).fold(0.0, f64::max);
-        let total: usize = data.fit().iter().map(Series::len).sum();
-        let shortest = data.fit().iter().map(Series::len).min().unwrap_or(0);
-        let moving: Vec<Vec<f64>> = data
-            .fit()
-            .iter()
-            .map(|s| {
-                let v = &s.smoothed.states[1];
-                let across = s.input_rates.first().filter(|_| data.base_excited);
-                let slowest = |k: usize| across.map_or(v[k].abs(), |du| v[k].abs().min((v[k] - du[k]).abs()));
-                (0..s.len()).map(|k| f64::from(u8::from(slowest(k) >= STANDING * velocity))).collect()
-            })
-            .collect();
-        let (moved, all) = moving.iter().flatten().fold((0.0, 0.0), |(m, n), v| (m + v, n + 1.0));
-        let sticks = moved < (1.0 - STICKS) * all;
+        let each: Vec<(Vec<Rows>, Vec<f64>)> = (0..data.masses()).map(|mass| equation(data, mass)).collect();
+        let first = rms(&each[0].1);
+        let relative = |target: &[f64]| Some(first / rms(target)).filter(|s| s.is_finite() && *s > 0.0).unwrap_or(1.0);
+        let scales: Vec<f64> = each.iter().map(|(_, target)| relative(target)).collect();
         let mut target = Vec::new();
-        let records = data
-            .fit()
-            .iter()
-            .zip(&moving)
-            .map(|(s, moving)| {
-                let width = (if sticks { NARROW } else { HALF_WIDTH } * data.period / s.interval) as usize;
-                let half = width.max(NARROWEST).min((shortest / 10).max(2));
-                let mut rows = Rows {
-                    kernels: test_functions(half, s.interval),
-                    stride: (half / ROWS).max(total / MOST_ROWS).max(1),
-                    weights: vec![1.0; s.len()],
-                    path: s.path(),
-                };
-                rows.weights = rows.average(moving, 0);
-                if sticks {
-                    rows.weights.iter_mut().for_each(|w| *w = w.max(0.0).powi(STRICT));
-                }
-                target.extend(rows.average(&s.measured, 2));
-                rows
-            })
-            .collect();
-        Self { data, records, target, known: Mutex::default(), delayed: Mutex::default() }
+        let mut equations = Vec::new();
+        for ((rows, own), scale) in each.into_iter().zip(&scales) {
+            target.extend(own.iter().map(|a| scale * a));
+            equations.push(rows);
+        }
+        let paths = data.fit().iter().map(Series::path).collect();
+        Self { data, equations, scales, target, paths, known: Mutex::default(), delayed: Mutex::default() }
     }
 
-    /// The averages of a term along the measured motion; what is linear in a measured channel is not smoothed before.
-    fn direct(&self, term: &Term) -> Option<Vec<f64>> {
-        let Expression::Symbol(symbol) = term.expression() else { return None };
+    /// The averages of a term along the measured motion over one mass's equation; what is linear in a measured channel is not
+    /// smoothed before.
+    fn direct(&self, placed: &Placed) -> Option<Vec<f64>> {
+        let Expression::Symbol(symbol) = placed.term.expression() else { return None };
         let mut column = Vec::new();
-        for (rows, s) in self.records.iter().zip(self.data.fit()) {
+        for (rows, s) in self.equations[placed.mass].iter().zip(self.data.fit()) {
+            let known = |i: usize| s.outputs.get(i).map_or(2, |o| o.derivatives());
             let (values, order): (&[f64], usize) = match symbol {
-                Symbol::State(0) => (&s.measured, 0),
-                Symbol::Rate(0) => (&s.measured, 1),
+                Symbol::State(i) if known(*i) == 0 => (&s.measured[*i], 0),
+                Symbol::Rate(i) if known(*i) < 2 => (&s.measured[*i], 1 - known(*i)),
                 Symbol::Input(j) => (&s.inputs[*j], 0),
                 Symbol::InputRate(j) => (&s.inputs[*j], 1),
                 _ => return None,
@@ -138,6 +161,21 @@ impl<'a> Weak<'a> {
             column.extend(rows.average(values, order));
         }
         Some(column)
+    }
+
+    /// The rows of one mass's equation among all.
+    fn span(&self, mass: usize) -> std::ops::Range<usize> {
+        let rows = |equation: &Vec<Rows>| equation.iter().map(|r| r.weights.len()).sum::<usize>();
+        let from: usize = self.equations[..mass].iter().map(rows).sum();
+        from..from + rows(&self.equations[mass])
+    }
+
+    /// A column that is zero but in one mass's equation.
+    fn padded(&self, mass: usize, own: &[f64]) -> Vec<f64> {
+        let span = self.span(mass);
+        let mut column = vec![0.0; self.target.len()];
+        column[span].iter_mut().zip(own).for_each(|(c, v)| *c = self.scales[mass] * v);
+        column
     }
 
     /// The averages of what a composition adds to the acceleration: a shifted zero of the sensor, to first order a constant
@@ -148,19 +186,22 @@ impl<'a> Weak<'a> {
         columns
     }
 
-    /// The averages of a constant force in each record.
+    /// The averages of a constant force on each mass in each record.
     fn constants(&self) -> Vec<Vec<f64>> {
-        let mut from = 0;
-        let column = |rows: &Rows| {
-            let mut column = vec![0.0; self.target.len()];
-            column[from..from + rows.weights.len()].copy_from_slice(&rows.weights);
-            from += rows.weights.len();
-            column
-        };
-        self.records.iter().map(column).collect()
+        let mut columns = Vec::new();
+        for (mass, equation) in self.equations.iter().enumerate() {
+            let mut from = 0;
+            for rows in equation {
+                let mut own = vec![0.0; self.span(mass).len()];
+                own[from..from + rows.weights.len()].copy_from_slice(&rows.weights);
+                from += rows.weights.len();
+                columns.push(self.padded(mass, &own));
+            }
+        }
+        columns
     }
 
-    /// The averages of every term of an acceleration.
+    /// The averages of every term of the accelerations.
     fn columns(&self, composed: &Composed) -> Vec<Vec<f64>> {
         let plain = composed.delay == 0.0;
         // A term of displacement and velocity is the same whatever is done to the input, and beside any other effect.
@@ -175,25 +216,26 @@ impl<'a> Weak<'a> {
             });
             changes
         };
+        let key = |placed: &Placed| (placed.mass, placed.term.as_str().to_owned());
         let mut columns: Vec<Option<Vec<f64>>> = composed
             .terms
             .iter()
-            .map(|t| {
-                if changes(t) {
+            .map(|placed| {
+                if changes(&placed.term) {
                     return None;
                 }
                 let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-                known.get(t.as_str()).cloned()
+                known.get(&key(placed)).cloned()
             })
             .collect();
         let missing: Vec<usize> = (0..columns.len()).filter(|k| columns[*k].is_none()).collect();
-        let along: Vec<Term> = missing.iter().map(|k| composed.terms[*k].clone()).collect();
+        let along: Vec<Placed> = missing.iter().map(|k| composed.terms[*k].clone()).collect();
         let mut fresh: Vec<Vec<f64>> = vec![Vec::new(); along.len()];
         let taken: Vec<Option<Vec<f64>>> =
-            along.iter().map(|t| if changes(t) { None } else { self.direct(t) }).collect();
+            along.iter().map(|t| if changes(&t.term) { None } else { self.direct(t) }).collect();
         if taken.iter().any(Option::is_none) {
             let delayed = (!plain).then(|| self.delayed(composed.delay));
-            for (r, (rows, s)) in self.records.iter().zip(self.data.fit()).enumerate() {
+            for (r, (path, s)) in self.paths.iter().zip(self.data.fit()).enumerate() {
                 let inputs = delayed.as_ref().map(|d| &d[r]).map_or_else(
                     || s.inputs(),
                     |(values, rates)| Inputs {
@@ -201,18 +243,18 @@ impl<'a> Weak<'a> {
                         rates: rates.iter().map(Vec::as_slice).collect(),
                     },
                 );
-                let values = forces(&along, &composed.internals, &self.data.layout, s, &inputs, &rows.path);
-                for (column, values) in fresh.iter_mut().zip(values) {
-                    column.extend(rows.average(&values, 0));
+                let values = forces(&along, &composed.internals, &self.data.layout, s, &inputs, path);
+                for ((column, values), placed) in fresh.iter_mut().zip(values).zip(&along) {
+                    column.extend(self.equations[placed.mass][r].average(&values, 0));
                 }
             }
         }
         for ((k, fresh), taken) in missing.into_iter().zip(fresh).zip(taken) {
-            let column = taken.unwrap_or(fresh);
-            let term = &composed.terms[k];
-            if !changes(term) {
+            let placed = &composed.terms[k];
+            let column = self.padded(placed.mass, &taken.unwrap_or(fresh));
+            if !changes(&placed.term) {
                 let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-                known.insert(term.as_str().to_owned(), column.clone());
+                known.insert(key(placed), column.clone());
             }
             columns[k] = Some(column);
         }

@@ -1,8 +1,10 @@
 //! Identified or known equations of motion: terms with coefficients for each state.
 
+mod modes;
 mod physical;
 mod units;
 
+pub use modes::{Mode, modes};
 pub use physical::{Mass, Physical, physical};
 pub use units::Units;
 

@@ -128,7 +128,7 @@ pub fn physical(model: &Model, covariance: &[Vec<f64>], mass: Mass, metre: Optio
 }
 
 /// The slope of an expression by a symbol at rest; zero where it has none.
-fn slope(expression: &Expression, by: Symbol) -> f64 {
+pub(super) fn slope(expression: &Expression, by: Symbol) -> f64 {
     let value = derivative(expression, by).value(&|_| 0.0);
     if value.is_finite() { value } else { 0.0 }
 }

@@ -3,6 +3,7 @@
 use super::ReadOptions;
 use super::common;
 use super::error::{ReadError, Row, list};
+use super::estimate;
 use super::heading::label;
 use super::sampling::{self, Irregular, LEAST_SAMPLES, Sampling};
 use super::table::Table;
@@ -107,7 +108,7 @@ fn convert(table: &mut Table, notices: &mut Vec<String>) -> Vec<String> {
     let Table { headings, selection, channels, .. } = table;
     let unit_of = |column: usize| headings[column].unit.clone();
     let mut units: Vec<String> = selection.channels.iter().map(|(_, column)| unit_of(*column)).collect();
-    let Some(reference) = units.first().cloned() else { return units };
+    let Some(reference) = reference(&selection.channels, &units) else { return units };
     for (((role, column), unit), values) in selection.channels.iter().zip(&mut units).zip(channels) {
         let Some((target, factor)) = common::derived(&reference, unit) else { continue };
         // Two spellings of one unit differ by the rounding of their factors at most.
@@ -122,6 +123,22 @@ fn convert(table: &mut Table, notices: &mut Vec<String>) -> Vec<String> {
         *unit = target;
     }
     units
+}
+
+/// The unit that the others are brought to: the first displacement's, or that which goes with the first velocity or
+/// acceleration where no displacement was measured.
+fn reference(channels: &[(Role, usize)], units: &[String]) -> Option<String> {
+    let (role, unit) = channels.iter().map(|(role, _)| *role).zip(units).next()?;
+    let order: usize = match role {
+        Role::Velocity(_) => 1,
+        Role::Acceleration(_) => 2,
+        Role::Displacement(_) | Role::Input(_) => return Some(unit.clone()),
+    };
+    let length = estimate::displacement_unit(unit, order);
+    let derived = units::parse(&length).is_some() && !length.contains(' ');
+    // Multiples of gravity become metres per second squared.
+    let metres = units::parse("m").zip(units::parse(unit)).and_then(|(m, unit)| m.rates_to(&unit));
+    (derived || metres.is_some_and(|n| n as usize == order)).then(|| if derived { length } else { "m".to_owned() })
 }
 
 /// Which rows belong to each trajectory: a range where they stand together.
@@ -246,7 +263,13 @@ impl Trajectory<'_> {
                 continue;
             }
             let name = if split { format!("{} part {}", self.name, records.len() + 1) } else { self.name.clone() };
-            let (start, channels) = (second.of(start), self.channels(columns));
+            let (start, mut channels) = (second.of(start), self.channels(columns));
+            for told in estimate::complete(&mut channels, interval) {
+                let told = format!("{}{told}", self.prefix());
+                if !notices.contains(&told) {
+                    notices.push(told);
+                }
+            }
             records.push(Record { name, source: None, start, interval, channels, notices: Vec::new() });
         }
         if records.is_empty() {
@@ -332,7 +355,7 @@ impl Trajectory<'_> {
             .map(|(((role, column), unit), values)| {
                 let heading = &self.table.headings[*column];
                 let name = if heading.stem.is_empty() { role.symbol().to_owned() } else { heading.stem.clone() };
-                Channel { name, role: *role, unit: unit.clone(), values: values.into() }
+                Channel { name, role: *role, unit: unit.clone(), values: values.into(), estimated: false }
             })
             .collect()
     }

@@ -159,7 +159,8 @@ impl Assignment<'_> {
         let velocities = self.numbered(Quantity::Velocity)?;
         let accelerations = self.numbered(Quantity::Acceleration)?;
         let inputs = self.numbered(Quantity::Input)?;
-        if displacements.is_empty() {
+        let second_order = self.options.kind == Kind::SecondOrder;
+        if displacements.is_empty() && velocities.is_empty() && (accelerations.is_empty() || !second_order) {
             let doubtful = self.headings.iter().filter_map(|h| match &h.meaning {
                 Meaning::Doubtful(key, why) if key.quantity != Quantity::Time => Some((h.name.clone(), why.clone())),
                 _ => None,
@@ -184,12 +185,22 @@ impl Assignment<'_> {
             (None, Some(_)) => None,
         };
 
-        self.in_sequence(&displacements)?;
+        // A degree of freedom may be measured in any way.
+        let mut moving = displacements.clone();
+        if second_order || displacements.is_empty() {
+            for (number, column) in velocities.iter().chain(accelerations.iter().filter(|_| second_order)) {
+                if moving.iter().all(|(known, _)| known != number) {
+                    moving.push((*number, *column));
+                }
+            }
+        }
+        moving.sort_unstable();
+        self.in_sequence(&moving)?;
         self.in_sequence(&inputs)?;
         let mut channels: Vec<(Role, usize)> = Vec::new();
         let freedoms = displacements.len();
-        channels.extend(displacements.iter().enumerate().map(|(i, (_, column))| (Role::Displacement(i), *column)));
-        if self.options.kind == Kind::FirstOrder {
+        channels.extend(displacements.iter().map(|(number, column)| (Role::Displacement(number - 1), *column)));
+        if !second_order {
             for (i, (_, column)) in velocities.iter().enumerate() {
                 self.notices.push(format!("the velocity `{}` is state x{}", self.name(*column), freedoms + i + 1));
                 channels.push((Role::Displacement(freedoms + i), *column));
@@ -200,13 +211,7 @@ impl Assignment<'_> {
         } else {
             type MakeRole = fn(usize) -> Role;
             for (of, role) in [(velocities, Role::Velocity as MakeRole), (accelerations, Role::Acceleration)] {
-                for (number, column) in of {
-                    if number <= freedoms {
-                        channels.push((role(number - 1), column));
-                    } else {
-                        self.taken[column] = None;
-                    }
-                }
+                channels.extend(of.into_iter().map(|(number, column)| (role(number - 1), column)));
             }
         }
         channels.extend(inputs.iter().enumerate().map(|(j, (_, column))| (Role::Input(j), *column)));
@@ -440,7 +445,9 @@ mod tests {
             ("t;x;y;z", "", SecondOrder, "t0 x1=1"),
             ("t;x1;x2;y", "", FirstOrder, "t0 x1=1 x2=2"),
             ("t;x;v;a;u", "", FirstOrder, "t0 x1=1 x2=2 u1=4"),
-            ("t;x;v2", "", SecondOrder, "t0 x1=1"),
+            ("t;x;v2", "", SecondOrder, "t0 x1=1 v2=2"),
+            ("t;a;u", "", SecondOrder, "t0 a1=1 u1=2"),
+            ("t;a1;v2", "", SecondOrder, "t0 v2=2 a1=1"),
         ] {
             assert_eq!(choose(header, map, kind).unwrap().0, want, "{header} {map}");
         }
@@ -451,7 +458,6 @@ mod tests {
         for (header, kind, want) in [
             ("t;x;temp", Kind::SecondOrder, "column `temp` is not used"),
             ("t;x;p;q", Kind::SecondOrder, "columns `p` and `q` are not used"),
-            ("t;x;v2", Kind::SecondOrder, "column `v2` is not used"),
             (
                 "t;x;v_V",
                 Kind::SecondOrder,

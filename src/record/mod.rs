@@ -10,6 +10,7 @@ mod common;
 mod contents;
 mod delimited;
 mod error;
+mod estimate;
 mod formats;
 mod heading;
 pub mod prepare;

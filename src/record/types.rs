@@ -60,6 +60,8 @@ pub struct Channel {
     pub unit: String,
     /// One value a sample, in `unit`; every value is finite.
     pub values: Arc<[f64]>,
+    /// No sensor showed it: it was estimated from what was measured, and no model is held against it.
+    pub estimated: bool,
 }
 
 /// One trajectory: evenly sampled channels of one length.
@@ -103,6 +105,23 @@ impl Record {
     /// The channel with a role.
     pub fn channel(&self, role: Role) -> Option<&Channel> {
         self.channels.iter().find(|c| c.role == role)
+    }
+
+    /// What tells most of a degree of freedom: its displacement where that was measured, else velocity or acceleration.
+    pub fn sensor(&self, freedom: usize) -> Option<&Channel> {
+        [Role::Displacement(freedom), Role::Velocity(freedom), Role::Acceleration(freedom)]
+            .into_iter()
+            .find_map(|role| self.channel(role).filter(|c| !c.estimated))
+    }
+
+    /// What tells most of each degree of freedom, the first one first.
+    pub fn sensors(&self) -> impl Iterator<Item = &Channel> {
+        (0..self.channels.len()).map_while(|freedom| self.sensor(freedom))
+    }
+
+    /// The channels that were measured.
+    pub fn measured(&self) -> impl Iterator<Item = &Channel> {
+        self.channels.iter().filter(|c| !c.estimated)
     }
 
     /// The samples of a range of indices, cut to those that there are; the name stays.

@@ -60,6 +60,8 @@ struct Fitter<'a> {
     options: Options<'a>,
     offset: bool,
     bounds: Vec<(f64, f64)>,
+    /// Some output is an acceleration.
+    rates: bool,
     /// RMS of the weighted motion.
     rms: f64,
     /// Integration steps so far, a change of side counted as [`CHANGE`].
@@ -97,6 +99,7 @@ impl<'a> Fitter<'a> {
             options,
             offset: structure.offset(),
             bounds: structure.bounds(),
+            rates: runs.iter().any(Run::shows_rates),
             rms: (square / count.max(1) as f64).sqrt().max(f64::MIN_POSITIVE),
             spent: AtomicUsize::new(0),
         }
@@ -130,7 +133,8 @@ impl<'a> Fitter<'a> {
         out: &mut Vec<f64>,
     ) -> bool {
         let run = &self.runs[index];
-        let limits = Limits { states: &run.limits, tolerance: TOLERANCE, cancelled: self.options.cancelled };
+        let limits =
+            Limits { states: &run.limits, tolerance: TOLERANCE, cancelled: self.options.cancelled, rates: self.rates };
         let Scratch { workspace, response, initial, delayed } = scratch;
         let delay = ready.instance.delay;
         let grid = if delay == 0.0 {
@@ -156,10 +160,11 @@ impl<'a> Fitter<'a> {
         if response.len() < run.range.len() {
             return false;
         }
-        for (i, weight) in run.weights.iter().enumerate() {
+        let freedoms = run.states() / 2;
+        for (i, (output, weight)) in run.outputs.iter().zip(&run.weights).enumerate() {
             let offset = offsets.get(run.record * run.weights.len() + i).copied().unwrap_or(0.0);
             let ceiling = ready.instance.ceiling.map_or(f64::INFINITY, f64::abs);
-            out.extend(response.states[i].iter().map(|x| weight * (x + offset).clamp(-ceiling, ceiling)));
+            out.extend(output.of(response, freedoms).iter().map(|x| weight * (x + offset).clamp(-ceiling, ceiling)));
         }
         out.iter().all(|y| y.is_finite())
     }
@@ -183,12 +188,40 @@ impl<'a> Fitter<'a> {
         rss.is_finite().then_some(rss)
     }
 
+    /// On which sides of its surfaces each run's motion is, where that matters: `[run][sample]`.
+    fn sides(&self, ready: &Ready, point: &Point) -> Vec<Vec<u64>> {
+        if !self.rates || ready.simulator.surfaces().len() == 0 {
+            return Vec::new();
+        }
+        (0..self.runs.len())
+            .into_par_iter()
+            .map_init(Scratch::default, |scratch, r| {
+                let mut out = Vec::new();
+                self.simulate(ready, r, &point.own[r], &point.offsets, scratch, &mut out);
+                std::mem::take(&mut scratch.response.sides)
+            })
+            .collect()
+    }
+
+    /// Makes a difference of responses a slope. A sample of an acceleration that a jump has passed over tells none.
+    fn slope(&self, run: usize, column: &mut [f64], (simulated, step): (&[f64], f64), sides: (&[Vec<u64>], &[u64])) {
+        column.iter_mut().zip(simulated).for_each(|(c, s)| *c = (*c - s) / step);
+        let Some(before) = sides.0.get(run) else { return };
+        let length = self.runs[run].range.len();
+        for (output, column) in self.runs[run].outputs.iter().zip(column.chunks_mut(length.max(1))) {
+            if output.is_rate() {
+                let passed = before.iter().zip(sides.1).map(|(a, b)| a != b);
+                column.iter_mut().zip(passed).filter(|(_, passed)| *passed).for_each(|(c, _)| *c = 0.0);
+            }
+        }
+    }
+
     /// The difference of the responses to a shared parameter moved by a step, over the step; one column a run.
     fn shared_columns(
         &self,
         point: &Point,
-        index: usize,
-        step: f64,
+        (index, step): (usize, f64),
+        sides: &[Vec<u64>],
         simulated: &[Vec<f64>],
         scratch: &mut Scratch,
     ) -> Option<Vec<Vec<f64>>> {
@@ -201,7 +234,7 @@ impl<'a> Fitter<'a> {
             if !self.simulate(&ready, r, &point.own[r], &point.offsets, scratch, column) {
                 return None;
             }
-            column.iter_mut().zip(&simulated[r]).for_each(|(c, s)| *c = (*c - s) / step);
+            self.slope(r, column, (&simulated[r], step), (sides, &scratch.response.sides));
         }
         Some(columns)
     }
@@ -215,13 +248,15 @@ impl<'a> Fitter<'a> {
         scales: &mut [f64],
     ) -> Option<Vec<Vec<Vec<f64>>>> {
         let shared = if self.options.frozen { 0 } else { point.shared.len() };
+        let ready = self.ready(&point.shared)?;
+        let sides = self.sides(&ready, point);
         let found: Vec<Option<Vec<Vec<f64>>>> = (0..shared)
             .into_par_iter()
             .map_init(Scratch::default, |scratch, j| {
                 // Forward, else backward where the forward point is out of bounds or its simulation does not last.
                 [nudge * scales[j], -nudge * scales[j]]
                     .into_iter()
-                    .find_map(|step| self.shared_columns(point, j, step, simulated, scratch))
+                    .find_map(|step| self.shared_columns(point, (j, step), &sides, simulated, scratch))
             })
             .collect();
         let mut columns = vec![Vec::new(); self.runs.len()];
@@ -237,7 +272,6 @@ impl<'a> Fitter<'a> {
                 run.push(column);
             }
         }
-        let ready = self.ready(&point.shared)?;
         let lasts: Vec<bool> = columns
             .par_iter_mut()
             .enumerate()
@@ -262,7 +296,7 @@ impl<'a> Fitter<'a> {
                     let lasts = self.simulate(&ready, r, &own, &point.offsets, scratch, &mut column);
                     own[i] = before;
                     if lasts {
-                        column.iter_mut().zip(&simulated[r]).for_each(|(c, s)| *c = (*c - s) / step);
+                        self.slope(r, &mut column, (&simulated[r], step), (&sides, &scratch.response.sides));
                     }
                     columns.push(column);
                     lasts
@@ -390,7 +424,7 @@ impl<'a> Fitter<'a> {
                         std::mem::swap(&mut simulated, &mut trial);
                         damping = (damping * 0.1).max(1e-12);
                         (taken, at_once) = (true, attempt == 0);
-                        if at_once && updates < SECANTS && shared + offsets > 1 {
+                        if at_once && updates < SECANTS && shared + offsets > 1 && !self.rates {
                             self.secant(&mut columns, (&trial, &simulated), &by, (shared, offsets));
                         }
                         break;
@@ -416,7 +450,8 @@ impl<'a> Fitter<'a> {
                 // The last step was next to none: the sensitivities are still those of the point.
                 break;
             }
-            fresh = !at_once || updates >= SECANTS || shared + offsets <= 1;
+            // A secant across jumps of an acceleration is none.
+            fresh = !at_once || updates >= SECANTS || shared + offsets <= 1 || self.rates;
             updates += 1;
             if let Some(bar) = self.options.bar {
                 bar.reached(rss);

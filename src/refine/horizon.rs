@@ -59,6 +59,38 @@ impl Landed {
     }
 }
 
+/// How far a free run of a model predicts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Horizon {
+    /// The longest run that fits its measurement as well as the shortest, or as the noise allows, s: the record's length
+    /// where that lasts.
+    pub seconds: f64,
+    /// RMS error of the first displacement in runs of that length, each from the initial state that fits it best.
+    pub rmse: f64,
+}
+
+/// True if an error is no more than noise leaves, by chance or by what it does to an initial state.
+pub fn holds(error: f64, noise: f64) -> bool {
+    error < HOLDS * noise
+}
+
+/// The horizon of a model at given shared parameters, which stay: only initial states are fitted.
+///
+/// None where the model can be followed over no stretch, or it was cancelled.
+pub fn horizon(structure: &dyn Structure, whole: &[Run], shared: &[f64], goal: Goal<'_>) -> Option<Horizon> {
+    let goal = Goal { options: Options { frozen: true, ..goal.options }, ..goal };
+    let top = levels(whole, goal.period);
+    let at = |level: usize| shoot(structure, whole, (shared, None), level, goal, STEPS);
+    let longest = match at(top) {
+        Some(whole) if top == 0 || holds(whole.error(), goal.noise) => whole,
+        _ => climb(structure, whole, at(0)?, goal).pop()?,
+    };
+    let weight = longest.runs.first()?.weights.first()?;
+    let first = || longest.refined.residuals.iter().zip(&longest.runs).flat_map(|(r, run)| &r[..run.range.len()]);
+    let square = first().map(|e| e * e).sum::<f64>() / first().count().max(1) as f64;
+    Some(Horizon { seconds: longest.horizon(), rmse: square.sqrt() / weight })
+}
+
 /// Segments that a record has at the shortest length: a power of two, so that doublings join neighbours.
 fn parts(run: &Run, period: f64) -> usize {
     let length = (SHORTEST * period / run.grid.interval()).max(LEAST as f64);

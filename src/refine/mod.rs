@@ -25,9 +25,10 @@ use nalgebra::DMatrix;
 
 use crate::model::Model;
 use crate::simulate::InputGrid;
+pub use crate::simulate::Output;
 
 pub use fitter::{misfit, refine};
-pub use horizon::{Goal, Landed, climb, cut, land, levels, shoot};
+pub use horizon::{Goal, Horizon, Landed, climb, cut, holds, horizon, land, levels, shoot};
 pub use statistics::{autoregression, inflation};
 
 /// What one set of parameters makes.
@@ -86,9 +87,11 @@ pub struct Run {
     pub record: usize,
     /// The record's inputs.
     pub grid: Arc<InputGrid>,
-    /// The record's measured displacements, one series each.
+    /// What was measured.
+    pub outputs: Vec<Output>,
+    /// The measured series, one an output.
     pub measured: Vec<Arc<[f64]>>,
-    /// What the residual of each displacement counts.
+    /// What the residual of each output counts.
     pub weights: Vec<f64>,
     /// The record's motion.
     pub motion: Arc<MeasuredMotion>,
@@ -109,20 +112,25 @@ impl Run {
         Self { range, ..self.clone() }
     }
 
-    /// Number of residuals: samples times displacements.
+    /// Number of residuals: samples times outputs.
     pub fn rows(&self) -> usize {
         self.range.len() * self.measured.len()
     }
 
-    /// Weighted measured values, displacement after displacement.
-    fn target(&self) -> impl Iterator<Item = f64> + '_ {
+    /// Weighted measured values, output after output.
+    pub(crate) fn target(&self) -> impl Iterator<Item = f64> + '_ {
         let weighted = self.measured.iter().zip(&self.weights);
         weighted.flat_map(|(m, w)| m[self.range.clone()].iter().map(move |y| w * y))
     }
 
     /// Number of displacements and velocities.
     fn states(&self) -> usize {
-        2 * self.measured.len()
+        self.motion.states.len()
+    }
+
+    /// True if the rates of states are measured, which jump where friction changes its side.
+    fn shows_rates(&self) -> bool {
+        self.outputs.iter().any(|o| o.is_rate())
     }
 }
 
@@ -131,7 +139,7 @@ impl Run {
 pub struct Point {
     /// Shared parameters.
     pub shared: Vec<f64>,
-    /// The sensor's offset in each record; empty where it has none.
+    /// The sensors' offsets, record after record; empty where they have none.
     pub offsets: Vec<f64>,
     /// For each run: displacements, velocities and, unless they are driven, internal states at the first sample.
     pub own: Vec<Vec<f64>>,
@@ -147,7 +155,8 @@ impl Point {
             own.resize(own.len() + internals, 0.0);
             own
         });
-        Self { shared, offsets: if structure.offset() { vec![0.0; records] } else { Vec::new() }, own: own.collect() }
+        let offsets = if structure.offset() { records * runs.first().map_or(0, |r| r.outputs.len()) } else { 0 };
+        Self { shared, offsets: vec![0.0; offsets], own: own.collect() }
     }
 }
 
@@ -200,7 +209,7 @@ pub struct Refined {
     pub rss: f64,
     /// Number of residuals over all runs.
     pub samples: usize,
-    /// For each run, measured minus simulated, weighted, displacement after displacement.
+    /// For each run, measured minus simulated, weighted, output after output.
     pub residuals: Vec<Vec<f64>>,
     /// For each run, simulated as the sensor shows it, weighted likewise.
     pub simulated: Vec<Vec<f64>>,

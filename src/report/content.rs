@@ -7,7 +7,8 @@ use super::walk;
 use crate::format::equations::{by_share, is_kinematic};
 use crate::format::number::{align_at_point, format_measured, significant, significant_trimmed};
 use crate::format::units::{Scale, format_si, raised};
-use crate::record::{Role, Usage};
+use crate::model::Mode;
+use crate::record::Usage;
 use crate::study::{Differentiation, Form, Kinematics, Lock, Outcome, Scaling, Score, Severity};
 use crate::term::{Kind, Symbol};
 
@@ -62,6 +63,7 @@ pub(super) fn blocks(report: &Report<'_>, room: &Room) -> Vec<Block> {
     blocks.push(Block::Equations(math::equations(&outcome.model)));
     blocks.extend(coefficients(outcome));
     blocks.extend(physical(outcome));
+    blocks.extend(modes(outcome));
     blocks.push(Block::Heading("Response and error"));
     blocks.push(Block::Table(errors(outcome, unit)));
     blocks.extend(figures::all(outcome, room).into_iter().map(Block::Figure));
@@ -104,6 +106,7 @@ pub(super) fn summary(report: &Report<'_>) -> Vec<Block> {
         }
     }
     blocks.extend(physical(outcome));
+    blocks.extend(modes(outcome));
     blocks.push(Block::Heading("Settings"));
     blocks.push(Block::Table(settings(outcome)));
     blocks.extend(report.choice.map(|reason| Block::Paragraph(sentence(reason))));
@@ -119,9 +122,9 @@ pub(super) fn summary(report: &Report<'_>) -> Vec<Block> {
     blocks
 }
 
-/// The unit of the first displacement; errors are in it.
+/// The unit of what the first sensor shows; errors are in it.
 pub(super) fn displacement_unit(outcome: &Outcome) -> &str {
-    outcome.records.first().and_then(|r| r.record.channel(Role::Displacement(0))).map_or("", |c| c.unit.as_str())
+    outcome.records.first().and_then(|r| r.record.sensor(0)).map_or("", |c| c.unit.as_str())
 }
 
 fn subtitle(outcome: &Outcome) -> String {
@@ -236,6 +239,41 @@ fn physical(outcome: &Outcome) -> Vec<Block> {
     ]
 }
 
+/// Natural frequencies, damping ratios and shapes of several masses; those of one are among its parameters.
+fn modes(outcome: &Outcome) -> Vec<Block> {
+    let found = outcome.modes();
+    if outcome.model.layout.freedoms < 2 || found.is_empty() {
+        return Vec::new();
+    }
+    let column = |of: &dyn Fn(&Mode) -> String| align_at_point(&found.iter().map(of).collect::<Vec<_>>());
+    let frequencies = column(&|m| format_measured(m.frequency, m.frequency_error));
+    let dampings = column(&|m| format_measured(m.damping, m.damping_error));
+    let swing = |m: &Mode| -> String {
+        let one = |i: usize| {
+            let size = format_measured(m.shape[i], m.shape_error[i]);
+            let degrees = m.phase[i].to_degrees();
+            if degrees.abs() < 0.5 { size } else { format!("{size} ({} °)", significant(degrees, 2)) }
+        };
+        (0..m.shape.len()).map(one).collect::<Vec<_>>().join(", ")
+    };
+    let rows = found
+        .iter()
+        .enumerate()
+        .map(|(k, mode)| {
+            vec![
+                Cell::Number(frequencies[k].clone()),
+                Cell::Text("Hz".into()),
+                Cell::Number(dampings[k].clone()),
+                Cell::Text(swing(mode)),
+            ]
+        })
+        .collect();
+    vec![
+        Block::Subheading("Natural modes of the linear part, at rest".into()),
+        Block::Table(Table { head: vec!["frequency ± std. error", "", "damping ratio", "shape (phase)"], rows }),
+    ]
+}
+
 /// What was tried and dropped, and how well the rate is explained.
 fn fit_sentence(outcome: &Outcome, state: Symbol) -> Option<String> {
     let layout = &outcome.model.layout;
@@ -269,7 +307,7 @@ fn errors(outcome: &Outcome, unit: &str) -> Table {
         .flat_map(|r| r.channels.iter().map(move |c| (r, c)))
         .map(|(r, c)| {
             let name = if r.channels.len() > 1 {
-                format!("{}, {}", r.record.name, outcome.model.layout.name(c.symbol))
+                format!("{}, {}", r.record.name, c.name(&outcome.model.layout))
             } else {
                 r.record.name.clone()
             };

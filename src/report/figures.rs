@@ -92,18 +92,9 @@ fn select(outcome: &Outcome, most: usize) -> Vec<&RecordOutcome> {
         .collect()
 }
 
-/// What a state's channel measures, as the records call it.
-fn role(symbol: Symbol) -> Option<Role> {
-    match symbol {
-        Symbol::State(i) => Some(Role::Displacement(i)),
-        Symbol::Rate(i) => Some(Role::Velocity(i)),
-        _ => None,
-    }
-}
-
 /// The measurement that a channel is held against, and its unit.
 fn measured<'a>(record: &'a Record, channel: &Channel) -> Option<(&'a [f64], &'a str)> {
-    record.channel(role(channel.symbol)?).map(|c| (&*c.values, c.unit.as_str()))
+    record.channel(channel.role).map(|c| (&*c.values, c.unit.as_str()))
 }
 
 /// The stretch around the largest error that a detail shows, if the record is too long to tell single periods apart.
@@ -131,7 +122,7 @@ fn response(outcome: &Outcome, record: &RecordOutcome, name: &str) -> Option<Fig
     let last = channels.len().checked_sub(1)?;
     for (index, channel) in channels.iter().enumerate() {
         let Some((values, unit)) = measured(&record.record, channel) else { continue };
-        let symbol = layout.name(channel.symbol);
+        let symbol = channel.name(layout);
         let noise = outcome.noise_floor.filter(|_| index == 0);
         let heights =
             if last == 0 { (RESPONSE_HEIGHT, ERROR_HEIGHT) } else { (0.7 * RESPONSE_HEIGHT, 0.7 * ERROR_HEIGHT) };

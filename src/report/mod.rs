@@ -21,7 +21,7 @@ use std::path::Path;
 
 use crate::gap::Diagnosis;
 use crate::model::{Model, Units};
-use crate::record::{RecordSet, Role};
+use crate::record::RecordSet;
 use crate::study::Outcome;
 
 /// What a report is made of.
@@ -50,7 +50,7 @@ pub fn walk(diagnosis: &Diagnosis, records: &RecordSet) -> String {
 
 /// The unit of the first displacement; gaps are in it.
 fn displacement_unit(records: &RecordSet) -> &str {
-    records.entries.iter().find_map(|(r, _)| r.channel(Role::Displacement(0))).map_or("", |c| c.unit.as_str())
+    records.entries.iter().find_map(|(r, _)| r.sensor(0)).map_or("", |c| c.unit.as_str())
 }
 
 /// The kinds of document that can be written.

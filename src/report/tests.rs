@@ -28,6 +28,7 @@ fn record_outcome(name: &str, usage: Usage, samples: usize) -> RecordOutcome {
         role,
         unit: unit.into(),
         values: values.into(),
+        estimated: false,
     };
     let record = Record {
         name: name.into(),
@@ -58,7 +59,13 @@ fn record_outcome(name: &str, usage: Usage, samples: usize) -> RecordOutcome {
         driven_as_measured: true,
         signals: Arc::new(signals),
         states: vec![response.clone(), velocity(0.01)],
-        channels: vec![study::Channel { symbol: Symbol::State(0), response, error, score: Some(score(samples)) }],
+        channels: vec![study::Channel {
+            symbol: Symbol::State(0),
+            role: Role::Displacement(0),
+            response,
+            error,
+            score: Some(score(samples)),
+        }],
         diverged_at: None,
     }
 }
@@ -96,12 +103,12 @@ fn outcome() -> Outcome {
             drop_marks: Vec::new(),
             path: Vec::new(),
             confused: Vec::new(),
-            covariance: Vec::new(),
             shift: Vec::new(),
             condition: 12.0,
             residual_rms: 0.02,
             rate_rms: 1.0,
         }],
+        covariance: study::Covariance::default(),
         refinement: None,
         records: vec![
             record_outcome("long", Usage::Fit, 6000),
@@ -289,7 +296,8 @@ fn the_walk_is_told_in_every_document() {
             measured: Arc::clone(&measured),
             simulated: measured.iter().map(|m| m * (1.0 + rmse)).collect(),
         };
-        let gap = Gap { train_rmse: rmse, test_rmse: Some(f64::NAN), train_nrmse: rmse, test_nrmse: None };
+        let gap =
+            Gap { train_rmse: rmse, test_rmse: Some(f64::NAN), train_nrmse: rmse, test_nrmse: None, horizon: 10.0 };
         let traces = vec![trace(Usage::Fit), trace(Usage::HeldOut)];
         Arc::new(Stage { model: outcome.model.clone(), effects, gap, traces })
     };
@@ -297,13 +305,16 @@ fn the_walk_is_told_in_every_document() {
     let added = Added {
         choice: choice.clone(),
         title: "Coulomb friction <to> ground".into(),
+        place: Some(crate::gap::Site::Ground(0)),
         terms: vec!["sgn(v)".into()],
+        equations: vec![("v".into(), vec!["sgn(v)".into()])],
         parameters: vec![Parameter { name: "F_c".into(), value: 0.125, std_error: Some(0.001), unit: "m/s^2".into() }],
     };
     let (base, after) = (stage(Vec::new(), 0.2), stage(vec![added.clone()], 0.01));
     let candidate = Candidate {
         choice,
         title: added.title.clone(),
+        place: added.place,
         explanation: "A force of constant size.",
         standing: Standing::Refitted,
         explained: 0.9,

@@ -90,6 +90,104 @@ pub(super) static LORENZ: PlantKind = PlantKind {
     units: ("", ""),
 };
 
+/// Two masses in a chain, a force on the first: ground – 1 – 2 (– ground).
+pub(super) static TWO_MASSES: PlantKind = PlantKind {
+    parameters: &[
+        mass("m1", 2.0),
+        mass("m2", 1.0),
+        spring("k1", 800.0, "stiffness between ground and mass 1"),
+        spring("k12", 600.0, "stiffness between masses 1 and 2"),
+        spring("k2", 0.0, "stiffness between mass 2 and ground"),
+        damper("c1", 2.0, "damping between ground and mass 1"),
+        damper("c12", 1.2, "damping between masses 1 and 2"),
+        damper("c2", 0.0, "damping between mass 2 and ground"),
+        rubbing("F1", "friction between ground and mass 1"),
+        rubbing("F12", "friction between masses 1 and 2"),
+        rubbing("F2", "friction between mass 2 and ground"),
+    ],
+    build: |p| chain(&p[..2], &p[2..5], &p[5..8], &p[8..]),
+    units: ("m", "N"),
+};
+
+/// Three masses in a chain, a force on the first: ground – 1 – 2 – 3 (– ground).
+pub(super) static THREE_MASSES: PlantKind = PlantKind {
+    parameters: &[
+        mass("m1", 2.0),
+        mass("m2", 1.5),
+        mass("m3", 1.0),
+        spring("k1", 1000.0, "stiffness between ground and mass 1"),
+        spring("k12", 900.0, "stiffness between masses 1 and 2"),
+        spring("k23", 700.0, "stiffness between masses 2 and 3"),
+        spring("k3", 0.0, "stiffness between mass 3 and ground"),
+        damper("c1", 2.0, "damping between ground and mass 1"),
+        damper("c12", 1.2, "damping between masses 1 and 2"),
+        damper("c23", 0.9, "damping between masses 2 and 3"),
+        damper("c3", 0.0, "damping between mass 3 and ground"),
+        rubbing("F1", "friction between ground and mass 1"),
+        rubbing("F12", "friction between masses 1 and 2"),
+        rubbing("F23", "friction between masses 2 and 3"),
+        rubbing("F3", "friction between mass 3 and ground"),
+    ],
+    build: |p| chain(&p[..3], &p[3..7], &p[7..11], &p[11..]),
+    units: ("m", "N"),
+};
+
+const fn mass(name: &'static str, value: f64) -> Parameter {
+    at_least(1e-9, parameter(name, value, "kg", "a mass"))
+}
+
+const fn spring(name: &'static str, value: f64, meaning: &'static str) -> Parameter {
+    parameter(name, value, "N/m", meaning)
+}
+
+const fn damper(name: &'static str, value: f64, meaning: &'static str) -> Parameter {
+    parameter(name, value, "N s/m", meaning)
+}
+
+const fn rubbing(name: &'static str, meaning: &'static str) -> Parameter {
+    at_least(0.0, parameter(name, 0.0, "N", meaning))
+}
+
+/// Masses in a row between two grounds; springs, dampers and dry friction (Coulomb's) in each place from the first
+/// ground on, one more than there are masses. The force acts on the first mass.
+fn chain(masses: &[f64], springs: &[f64], dampers: &[f64], frictions: &[f64]) -> Plant {
+    let n = masses.len();
+    let mut forces: Vec<Vec<(Term, f64)>> = vec![Vec::new(); n];
+    let mut contacts = Vec::new();
+    for place in 0..=n {
+        let partners = [place.checked_sub(1), Some(place).filter(|i| *i < n)];
+        // What is further along the chain less what is before it; a ground does not move.
+        let across = |symbol: fn(usize) -> Symbol| {
+            let [before, after] = partners.map(|i| i.map(|i| Expression::Symbol(symbol(i))));
+            Term::new(match (before, after) {
+                (Some(before), Some(after)) => Expression::Sum(vec![after, before.negated()]),
+                (Some(only), None) | (None, Some(only)) => only,
+                (None, None) => Expression::Number(0.0),
+            })
+        };
+        let (stretch, speed) = (across(Symbol::State), across(Symbol::Rate));
+        // The mass beyond the place is held back by it, the one before it is pulled on; at the last ground only that one
+        // is there, and it is held back.
+        let pulls = |i: usize| if place < n && i + 1 == place { 1.0 } else { -1.0 };
+        let mut acts_on = Vec::new();
+        for i in partners.into_iter().flatten() {
+            for (term, strength) in [(&stretch, springs[place]), (&speed, dampers[place])] {
+                if strength != 0.0 {
+                    forces[i].push((term.clone(), pulls(i) * strength / masses[i]));
+                }
+            }
+            acts_on.push((n + i, -pulls(i) / masses[i]));
+        }
+        if frictions[place] > 0.0 {
+            let one = Term::new(Expression::Number(1.0));
+            let sliding = vec![(one, frictions[place])];
+            contacts.push(Contact { velocity: speed, acts_on, sliding, holding_ratio: 1.0 });
+        }
+    }
+    forces[0].push((symbol(U), 1.0 / masses[0]));
+    Plant { smooth: Model::second_order(1, forces.into_iter().map(Equation::known).collect()), contacts }
+}
+
 const X: Symbol = Symbol::State(0);
 const V: Symbol = Symbol::Rate(0);
 const U: Symbol = Symbol::Input(0);

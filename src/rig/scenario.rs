@@ -8,7 +8,7 @@ use crate::term::{Symbol, Term};
 use super::RigError;
 use super::excitation::Excitation;
 use super::plant::Plant;
-use super::plants::{DUFFING, FRICTION, LORENZ, Parameter, PlantKind};
+use super::plants::{DUFFING, FRICTION, LORENZ, Parameter, PlantKind, THREE_MASSES, TWO_MASSES};
 use super::response::{Sampling, respond};
 use super::sensor::{Noise, Sensor};
 use super::wave::Tone;
@@ -121,7 +121,7 @@ const FRICTION_TONES: Scenario = Scenario {
     ..BASIS
 };
 
-static SCENARIOS: [Scenario; 13] = [
+static SCENARIOS: [Scenario; 15] = [
     DUFFING_TONE,
     Scenario {
         name: "duffing-noisy",
@@ -221,7 +221,29 @@ static SCENARIOS: [Scenario; 13] = [
         plant: &LORENZ,
         ..BASIS
     },
+    TWO_MASSES_SHAKEN,
+    Scenario {
+        name: "three-masses",
+        summary: "three masses in a chain, random-phase multisine force on the first; --set F23=0.5: friction between 2 and 3",
+        initial: &[0.0; 6],
+        plant: &THREE_MASSES,
+        ..TWO_MASSES_SHAKEN
+    },
 ];
+
+const TWO_MASSES_SHAKEN: Scenario = Scenario {
+    name: "two-masses",
+    summary: "two masses in a chain, random-phase multisine force on the first; --set F12=0.5: friction between them",
+    shaking: Shaking::Multisine,
+    rate: 200.0,
+    duration: 20.0,
+    amplitude: 4.0,
+    frequencies: &[0.5, 12.0],
+    lines: 60,
+    initial: &[0.0; 4],
+    plant: &TWO_MASSES,
+    ..BASIS
+};
 
 /// Every scenario of the rig.
 pub fn scenarios() -> &'static [Scenario] {
@@ -449,6 +471,7 @@ impl Setup {
                 role: Role::Displacement(i),
                 unit: unit.to_owned(),
                 values: self.sensor.measure(clean, seed, stream(i)).into(),
+                estimated: false,
             })
             .collect();
         if let Some(excitation) = &run.excitation {
@@ -458,6 +481,7 @@ impl Setup {
                 role: Role::Input(0),
                 unit: input_unit.to_owned(),
                 values: Arc::from(self.input_sensor.measure(&clean, seed, stream(layout.freedoms))),
+                estimated: false,
             });
         }
         let record = Record {

@@ -16,7 +16,7 @@ pub use noise::standard_deviation;
 pub use savgol::SavitzkyGolay;
 pub(crate) use smoother::Smoother;
 pub use smoothing::{Differentiation, Smoothing};
-pub use spectrum::{Peak, Spectrum, motion_period};
+pub use spectrum::{Peak, Spectrum, main_period, motion_period};
 pub(crate) use sums::{dot, mean_and_variance, rms};
 
 use std::sync::Arc;
@@ -81,9 +81,9 @@ impl Facts {
             record.channels.iter().map(|c| standard_deviation(&c.values).unwrap_or(0.0)).collect();
         let noise =
             |role: Role| record.channels.iter().position(|c| c.role == role).map_or(0.0, |index| channel_noise[index]);
-        let main = values(Role::Displacement(0)).and_then(|x| Spectrum::new(x, record.interval)).and_then(|s| s.peak());
+        let first = Role::Displacement(0);
         Self {
-            main_period: main.map(|peak| peak.frequency.recip()),
+            main_period: values(first).and_then(|x| main_period(x, record.interval, noise(first))),
             noise: (0..layout.freedoms).map(|i| noise(Role::Displacement(i))).collect(),
             input_noise: (0..layout.inputs).map(|j| noise(Role::Input(j))).collect(),
             channel_noise,

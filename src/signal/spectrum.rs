@@ -104,6 +104,17 @@ pub fn motion_period(series: &[&[f64]], interval: f64, noise: f64) -> Option<f64
     (period.is_finite() && period > 0.0).then_some(period)
 }
 
+/// Share of a displacement's strongest period below which the period of the motion that forces make tells more.
+const WANDERING: f64 = 0.25;
+
+/// The main period of a displacement whose noise has this standard deviation, s: that of its strongest line, but where a free
+/// mass wanders slowly under a much faster motion that of the motion. None if it does not oscillate.
+pub fn main_period(values: &[f64], interval: f64, noise: f64) -> Option<f64> {
+    let strongest = Spectrum::new(values, interval)?.peak()?.frequency.recip();
+    let motion = motion_period(&[values], interval, noise).filter(|p| *p < WANDERING * strongest);
+    Some(motion.unwrap_or(strongest))
+}
+
 /// The smallest number from `n` up with no prime factor but 2, 3 and 5.
 pub(super) fn fast_length(n: usize) -> usize {
     let mut best = n.next_power_of_two();

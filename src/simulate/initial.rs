@@ -1,6 +1,6 @@
 use nalgebra::{DMatrix, DVector};
 
-use super::{InputGrid, Limits, Response, Simulator, Workspace};
+use super::{InputGrid, Limits, Output, Response, Simulator, Workspace};
 
 /// An initial state fitted to the beginning of a record.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,14 +23,14 @@ const DIFFERENCE: f64 = 1e-4;
 /// Fits the initial state to the first `window` samples, so that the noise of the first sample does not displace the
 /// whole response.
 ///
-/// `measured` holds the displacements (or the states of first-order equations) as they were measured, one series each.
+/// `measured` holds what sensors showed, one series each; a state of first-order equations counts as a displacement.
 /// Starts from the guess whose response is nearest and steps by Gauss and Newton with the damping of Levenberg and
 /// Marquardt; that guess is kept where no step betters it, as when the response diverges within the window. A chaotic
 /// system needs a window shorter than the time in which it forgets its initial state.
 pub fn fit_initial_state(
     simulator: &Simulator,
     grid: &InputGrid,
-    measured: &[&[f64]],
+    measured: &[(Output, &[f64])],
     guesses: &[&[f64]],
     window: usize,
     limits: &Limits<'_>,
@@ -43,11 +43,14 @@ pub fn fit_initial_state(
         state
     });
     let states: Vec<Vec<f64>> = states.collect();
-    let observed = measured.len().min(n);
-    let window = measured.iter().map(|m| m.len()).fold(window.min(grid.len()), usize::min);
+    let observed = measured.len();
+    let freedoms = simulator.layout().freedoms;
+    let rates = measured.iter().any(|(output, _)| output.is_rate());
+    let limits = &Limits { rates, ..*limits };
+    let window = measured.iter().map(|(_, m)| m.len()).fold(window.min(grid.len()), usize::min);
     let weights: Vec<f64> = measured[..observed]
         .iter()
-        .map(|m| {
+        .map(|(_, m)| {
             let square: f64 = m[..window].iter().map(|v| v * v).sum();
             (square / window as f64).sqrt().recip()
         })
@@ -63,7 +66,8 @@ pub fn fit_initial_state(
         }
         for (k, weight) in weights.iter().enumerate() {
             let out = &mut residual[k * window..(k + 1) * window];
-            for ((r, m), s) in out.iter_mut().zip(measured[k]).zip(&response.states[k]) {
+            let (output, measured) = measured[k];
+            for ((r, m), s) in out.iter_mut().zip(measured).zip(output.of(response, freedoms)) {
                 *r = weight * (m - s);
             }
         }

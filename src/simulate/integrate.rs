@@ -158,11 +158,12 @@ impl<'a, const N: usize> Machine<'a, N> {
             return;
         }
         self.store(response);
-        if sample == last {
+        if sample == last && !limits.rates {
             return;
         }
         self.instants(sample, &[Node::new(0.0, self.equations.derivatives)]);
         self.begin(SINGLE, self.grid.time(sample), response);
+        self.store_rates(response);
         while sample < last {
             if (limits.cancelled)() {
                 response.cancelled = true;
@@ -202,6 +203,7 @@ impl<'a, const N: usize> Machine<'a, N> {
                     return;
                 }
                 self.store(response);
+                self.store_rates(response);
                 response.steps += parts;
                 if self.stiffness_changed {
                     self.stiffness_changed = false;
@@ -224,6 +226,17 @@ impl<'a, const N: usize> Machine<'a, N> {
             series.push(self.x[i]);
             self.scale[i] = self.scale[i].max(self.x[i].abs());
         }
+    }
+
+    /// The rates at the present state, and on which sides of the surfaces it is, where they are asked for.
+    fn store_rates(&self, response: &mut Response) {
+        if response.rates.is_empty() {
+            return;
+        }
+        for (series, rate) in response.rates.iter_mut().zip(self.rate) {
+            series.push(rate);
+        }
+        response.sides.push(self.work.sides.iter().fold(0, |all, side| (all << 2) | side.code()));
     }
 
     /// One step from the present state, switching where the equations do.

@@ -15,6 +15,7 @@ mod equations;
 mod grid;
 mod initial;
 mod integrate;
+mod output;
 mod switching;
 #[cfg(test)]
 mod tests;
@@ -23,6 +24,7 @@ use std::ops::Range;
 
 pub use grid::InputGrid;
 pub use initial::{InitialState, fit_initial_state};
+pub use output::Output;
 
 use crate::model::Model;
 use crate::term::{Expression, Layout, Slots};
@@ -69,11 +71,13 @@ pub struct Limits<'a> {
     pub tolerance: f64,
     /// Asked now and then; the run ends early once it is true.
     pub cancelled: &'a dyn Fn() -> bool,
+    /// The rates of the states are wanted too.
+    pub rates: bool,
 }
 
 impl Default for Limits<'_> {
     fn default() -> Self {
-        Self { states: &[], tolerance: 1e-9, cancelled: &|| false }
+        Self { states: &[], tolerance: 1e-9, cancelled: &|| false, rates: false }
     }
 }
 
@@ -93,6 +97,11 @@ pub struct Stick {
 pub struct Response {
     /// One series a state, one value a sample from the first of the run, as long as the response lasted.
     pub states: Vec<Vec<f64>>,
+    /// The states' rates, likewise, where they were asked for; at an instant at which they jump, those after it.
+    pub rates: Vec<Vec<f64>>,
+    /// At every sample, on which sides of its surfaces the motion was, where rates were asked for: two samples of unlike
+    /// sides lie on two sides of a jump.
+    pub sides: Vec<u64>,
     /// Time at which a state left its limits, s.
     pub diverged_at: Option<f64>,
     /// Sticking, in the order in which it began.
@@ -118,12 +127,14 @@ impl Response {
         self.len() == 0
     }
 
-    fn clear(&mut self, states: usize, samples: usize) {
+    fn clear(&mut self, states: usize, samples: usize, rates: bool) {
         self.states.resize_with(states, Vec::new);
-        for s in &mut self.states {
+        self.rates.resize_with(if rates { states } else { 0 }, Vec::new);
+        for s in self.states.iter_mut().chain(&mut self.rates) {
             s.clear();
             s.reserve(samples);
         }
+        self.sides.clear();
         self.sticks.clear();
         self.diverged_at = None;
         self.switches = 0;
@@ -200,7 +211,7 @@ impl Simulator {
         response: &mut Response,
     ) {
         let samples = samples.start.min(grid.len())..samples.end.min(grid.len());
-        response.clear(self.equations.states, samples.len());
+        response.clear(self.equations.states, samples.len(), limits.rates);
         if samples.is_empty() {
             return;
         }

@@ -56,6 +56,15 @@ impl Change {
 }
 
 impl Side {
+    /// Below, above, or held at zero.
+    pub(super) fn code(&self) -> u64 {
+        match self.sliding {
+            true => 3,
+            false if self.sign > 0.0 => 2,
+            false => u64::from(self.sign < 0.0),
+        }
+    }
+
     #[inline]
     fn change(&self, length: f64, hold: f64) -> Option<Change> {
         if self.sliding {

@@ -3,7 +3,7 @@ use std::f64::consts::TAU;
 use differential_equations::prelude::*;
 use proptest::prelude::*;
 
-use super::{InputGrid, Limits, Response, Simulator, Workspace, fit_initial_state};
+use super::{InputGrid, Limits, Output, Response, Simulator, Workspace, fit_initial_state};
 use crate::model::{Equation, Model};
 use crate::term::Term;
 
@@ -456,14 +456,15 @@ fn an_initial_state_is_found_through_noise() {
     let measured: Vec<f64> = clean.states[0].iter().map(|x| x + noise.sample(&mut generator)).collect();
     let mut workspace = Workspace::default();
     let guess = [0.0031, -0.05];
-    let fit = fit_initial_state(&simulator, &grid, &[&measured], &[&guess], 2000, &Limits::default(), &mut workspace);
+    let shown = [(Output::Displacement(0), &measured[..])];
+    let fit = fit_initial_state(&simulator, &grid, &shown, &[&guess], 2000, &Limits::default(), &mut workspace);
     // Noise over the root of the samples, times four.
     assert!((fit.state[0] - truth[0]).abs() < 4.0 * 1e-5 * (2.0 / 2000.0_f64).sqrt(), "{:?}", fit.state);
     assert!((fit.state[1] - truth[1]).abs() < 4.0 * 1e-5 * k.sqrt() * (2.0 / 2000.0_f64).sqrt(), "{:?}", fit.state);
     assert!(fit.after < 0.05 * fit.before);
     // A model that cannot follow leaves the guess alone or betters it.
     let wrong = second(1, &[&[("x", 50.0)]]);
-    let fit = fit_initial_state(&wrong, &grid, &[&measured], &[&guess], 2000, &Limits::default(), &mut workspace);
+    let fit = fit_initial_state(&wrong, &grid, &shown, &[&guess], 2000, &Limits::default(), &mut workspace);
     assert!(fit.after <= fit.before && fit.state.iter().all(|x| x.is_finite()));
 }
 
@@ -482,7 +483,8 @@ fn lorenz_starts_from_a_fitted_state() {
     let truth = [-8.0, 7.0, 27.0];
     let clean = all(&simulator, &grid, &truth);
     assert_eq!(clean.len(), 5000);
-    let measured: Vec<&[f64]> = clean.states.iter().map(Vec::as_slice).collect();
+    let shown = clean.states.iter().enumerate().map(|(i, s)| (Output::Displacement(i), s.as_slice()));
+    let measured: Vec<(Output, &[f64])> = shown.collect();
     let fit = fit_initial_state(
         &simulator,
         &grid,

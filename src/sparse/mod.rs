@@ -11,8 +11,10 @@ mod sr3;
 mod ssr;
 mod stlsq;
 mod uncertainty;
+mod writing;
 
 pub use reduce::{Reduced, Sign};
 pub use regressor::{Regressor, drop_path};
 pub use stlsq::{Constraint, Options, Solution, stlsq};
 pub use uncertainty::Scores;
+pub use writing::Redundancy;

@@ -1,5 +1,8 @@
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 
+use super::Redundancy;
 use crate::signal::{dot, rms};
 
 /// Columns and one target reduced to a small triangle that every least-squares problem on a subset of them can be
@@ -16,6 +19,8 @@ pub struct Reduced {
     rows: usize,
     /// The sign that each column's coefficient may have; empty if any.
     signs: Vec<Option<Sign>>,
+    /// Which columns are sums of others, if any.
+    pub(super) redundancy: Option<Arc<Redundancy>>,
 }
 
 /// A sign that a coefficient may have.
@@ -88,7 +93,7 @@ impl Reduced {
         }
         let triangle =
             DMatrix::from_fn(width, width, |i, j| if i <= j { work.stack[j * work.height + i] } else { 0.0 });
-        Self { triangle, scale, target_scale, rows, signs: Vec::new() }
+        Self { triangle, scale, target_scale, rows, signs: Vec::new(), redundancy: None }
     }
 
     /// The same columns with a target whose moments Θᵀy with some of them are larger by `moments`, in the data's units, and
@@ -134,6 +139,7 @@ impl Reduced {
         stacked.triangle /= factor;
         stacked.rows = rows;
         stacked.signs = parts.first().map_or_else(Vec::new, |p| p.signs.clone());
+        stacked.redundancy = parts.first().and_then(|p| p.redundancy.clone());
         stacked
     }
 

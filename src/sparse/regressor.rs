@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::front::Front;
+use super::writing::{self, one_writing};
 use super::{Constraint, Options, Reduced, Solution, bayes, best_subset, frols, sr3, ssr, stlsq};
 
 /// Ways to a sparse solution. Each starts from the same reduction, ends with plain least squares on the columns that it
@@ -63,13 +64,15 @@ impl Regressor {
         }
     }
 
-    /// The sparse solution at the options' threshold; `constraints` holds one entry a column.
+    /// The sparse solution at the options' threshold; `constraints` holds one entry a column. Of columns that are sums of
+    /// each other those are used that write the same with the smallest forces.
     pub fn solve(self, reduced: &Reduced, constraints: &[Constraint], options: &Options) -> Solution {
+        let written = |solve: &dyn Fn(&[Constraint]) -> Solution| writing::solve(reduced, constraints, options, solve);
         match self {
-            Self::Stlsq => stlsq(reduced, constraints, options),
-            Self::Sr3L0 => sr3::sr3(reduced, constraints, options, sr3::Penalty::Count),
-            Self::Sr3L1 => sr3::sr3(reduced, constraints, options, sr3::Penalty::Magnitude),
-            Self::Bayes => bayes::bayes(reduced, constraints, options),
+            Self::Stlsq => written(&|c| stlsq(reduced, c, options)),
+            Self::Sr3L0 => written(&|c| sr3::sr3(reduced, c, options, sr3::Penalty::Count)),
+            Self::Sr3L1 => written(&|c| sr3::sr3(reduced, c, options, sr3::Penalty::Magnitude)),
+            Self::Bayes => written(&|c| bayes::bayes(reduced, c, options)),
             Self::Ssr | Self::Frols | Self::BestSubset => {
                 self.front(reduced, constraints, options).solution(reduced, constraints, options)
             }
@@ -87,6 +90,7 @@ impl Regressor {
     }
 
     fn front(self, reduced: &Reduced, constraints: &[Constraint], options: &Options) -> Front {
+        let constraints = &one_writing(reduced, constraints, options);
         match self {
             Self::Ssr => ssr::ssr(reduced, constraints, options),
             Self::Frols => frols::frols(reduced, constraints),
@@ -101,7 +105,7 @@ impl Regressor {
     /// narrowed down to 0.1 %.
     pub fn path(self, reduced: &Reduced, constraints: &[Constraint], options: &Options) -> Vec<(f64, Solution)> {
         match self {
-            Self::Stlsq => exact(&|threshold| stlsq(reduced, constraints, &Options { threshold, ..*options })),
+            Self::Stlsq => exact(&|threshold| self.solve(reduced, constraints, &Options { threshold, ..*options })),
             Self::Ssr | Self::Frols | Self::BestSubset => {
                 let front = self.front(reduced, constraints, options);
                 exact(&|threshold| front.solution(reduced, constraints, &Options { threshold, ..*options }))

@@ -94,26 +94,35 @@ impl Scores {
     /// hard edges, in which the outermost find none, would overstate their sum. None where the columns are dependent or
     /// there are fewer than two blocks more than columns.
     pub fn covariance(&self) -> Option<DMatrix<f64>> {
-        let bread = self.bread.as_ref()?;
-        if self.kept > 0 && self.blocks < self.kept as f64 + 2.0 {
+        self.covariance_with(self)
+    }
+
+    /// The same between the kept columns' coefficients and those of another fit of the same rows.
+    pub fn covariance_with(&self, other: &Self) -> Option<DMatrix<f64>> {
+        let breads = self.bread.as_ref().zip(other.bread.as_ref());
+        let (bread, others) = breads?;
+        if [self, other].iter().any(|s| s.kept > 0 && s.blocks < s.kept as f64 + 2.0) {
             return None;
         }
-        let mut meat = DMatrix::<f64>::zeros(self.kept, self.kept);
+        let mut meat = DMatrix::<f64>::zeros(self.kept, other.kept);
         let window = self.window();
         let side = window.len() / 2;
-        let mut sum = DVector::zeros(self.kept);
-        for scores in &self.records {
+        let mut sums = [DVector::zeros(self.kept), DVector::zeros(other.kept)];
+        for (scores, other) in self.records.iter().zip(&other.records) {
             let pieces = scores.ncols();
             for centre in 0..pieces + 2 * side {
-                sum.fill(0.0);
                 let near = centre.saturating_sub(2 * side)..pieces.min(centre + 1);
-                for t in near {
-                    sum.axpy(window[t + 2 * side - centre], &scores.column(t).rows(0, self.kept), 1.0);
+                for (sum, scores) in sums.iter_mut().zip([scores, other]) {
+                    let kept = sum.len();
+                    sum.fill(0.0);
+                    for t in near.clone() {
+                        sum.axpy(window[t + 2 * side - centre], &scores.column(t).rows(0, kept), 1.0);
+                    }
                 }
-                meat.ger(1.0, &sum, &sum, 1.0);
+                meat.ger(1.0, &sums[0], &sums[1], 1.0);
             }
         }
-        Some(bread * meat * bread)
+        Some(bread * meat * others)
     }
 
     /// Weights of neighbouring pieces, their squares' sum one: Parzen's kernel is what such a triangle of half its width

@@ -106,13 +106,9 @@ fn echo(prepared: &Prepared, layout: &Layout, states: &[Vec<f64>], samples: usiz
 impl Outcome {
     /// Lets the standard errors of unrefined coefficients allow for their shifts.
     pub(super) fn allow_for(&mut self, shifts: Vec<Vec<f64>>, fitted: impl Iterator<Item = usize>) {
-        for ((fit, index), shift) in self.fits.iter_mut().zip(fitted).zip(shifts) {
-            for (row, i) in fit.covariance.iter_mut().zip(&shift) {
-                row.iter_mut().zip(&shift).for_each(|(c, j)| *c += i * j);
-            }
-            for (term, s) in self.model.equations[index].terms.iter_mut().zip(&shift) {
-                term.std_error = term.std_error.map(|e| e.hypot(*s));
-            }
+        self.covariance.add_product(&shifts.concat());
+        self.covariance.tell(&mut self.model, fitted);
+        for (fit, shift) in self.fits.iter_mut().zip(shifts) {
             fit.shift = shift;
         }
     }

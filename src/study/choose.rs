@@ -12,10 +12,10 @@ use super::response::Drive;
 use super::suggest::odd;
 use super::{Cancel, Form, Outcome, Regressor, Settings, Smoothing, Study, StudyError, check};
 use crate::model::Model;
-use crate::record::{Record, RecordSet, Role, Usage};
+use crate::record::{Record, RecordSet, Usage};
 use crate::signal::{Differentiation, Facts, Signals, dot, mean_and_variance};
-use crate::simulate::{Simulator, Workspace};
-use crate::term::Layout;
+use crate::simulate::{Output, Response, Simulator, Workspace};
+use crate::term::{Kind, Layout, Symbol, Term};
 
 /// Which settings [`choose`] may change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,7 +56,7 @@ const MOST_SAMPLES: usize = 40_000;
 const DIVERGED: f64 = 100.0;
 /// Rounds of smoothings around the best so far, at most.
 const MOST_ROUNDS: usize = 4;
-/// Thresholds tried for one smoothing, at most.
+/// Thresholds tried for one smoothing, at most, for each degree of freedom.
 const MOST_THRESHOLDS: usize = 10;
 
 /// A stretch of a record that judges.
@@ -76,14 +76,14 @@ struct Fold {
 
 /// What is fitted and what judges it.
 pub(super) struct Plan {
-    layout: Layout,
+    pub(super) layout: Layout,
     /// What is fitted, by itself or together: whole records, or the first part of a single one.
     pub(super) pieces: Vec<(Arc<Record>, Arc<Facts>)>,
     /// What is simulated.
     records: Vec<(Arc<Record>, Arc<Facts>)>,
     folds: Vec<Fold>,
-    /// Variance of each record's displacements, summed.
-    variance: Vec<f64>,
+    /// Variance of what each of a record's sensors shows.
+    variance: Vec<Vec<f64>>,
 }
 
 /// How columns and rates are made.
@@ -169,8 +169,17 @@ pub fn choose(
         let (lean, found) = plan.without_needless(records, settings, cancel)?;
         (settings, error) = (lean, found.unwrap_or(error));
     }
-    let dropped: Vec<String> =
+    let mut dropped: Vec<String> =
         settings.locks.keys().filter(|t| !start.locks.contains_key(*t)).map(ToString::to_string).collect();
+    for (freedom, own) in &settings.own {
+        let before = start.own.get(freedom);
+        let new = own.locks.keys().filter(|t| !before.is_some_and(|b| b.locks.contains_key(*t)));
+        let equation = match layout.kind {
+            Kind::SecondOrder => layout.name(Symbol::Rate(*freedom)),
+            Kind::FirstOrder => layout.name(Symbol::State(*freedom)),
+        };
+        dropped.extend(new.map(|t| format!("{} of d{equation}/dt", t.text(&layout))));
+    }
     let dropped =
         if dropped.is_empty() { String::new() } else { format!("; dropped as needless: {}", dropped.join(", ")) };
     let judged = match plan.pieces.len() {
@@ -211,20 +220,27 @@ pub(super) const EQUAL: f64 = 3e-4;
 /// What is chosen is at most so many times worse than the best.
 const WORST: f64 = 1.25;
 
-/// How far the first displacements of two outcomes lie apart, mean square over the motion's variance; none if their terms
+/// How far the displacements of two outcomes lie apart, mean square over the motion's variance; none if their terms
 /// differ or a response does not last.
 fn distance(outcome: &Outcome, other: &Outcome) -> Option<f64> {
-    let terms = |o: &Outcome| o.model.leading().map(|e| e.terms.iter().map(|t| t.term.clone()).collect::<Vec<_>>());
+    let terms = |o: &Outcome| -> Vec<Vec<Term>> {
+        o.model.equations.iter().map(|e| e.terms.iter().map(|t| t.term.clone()).collect()).collect()
+    };
     if terms(outcome) != terms(other) || outcome.diverged() {
         return None;
     }
-    let (mut squares, mut spread) = (0.0, 0.0);
-    for (a, b) in outcome.records.iter().zip(&other.records) {
-        let (a, b) = (a.states.first()?, b.states.first()?);
-        squares += a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
-        spread += b.len() as f64 * mean_and_variance(b).1;
-    }
-    Some(squares / spread).filter(|d| d.is_finite())
+    let freedoms = outcome.model.layout.freedoms;
+    let apart = |i: usize| {
+        let (mut squares, mut spread) = (0.0, 0.0);
+        for (a, b) in outcome.records.iter().zip(&other.records) {
+            let (a, b) = (a.states.get(i)?, b.states.get(i)?);
+            squares += a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+            spread += b.len() as f64 * mean_and_variance(b).1;
+        }
+        Some(squares / spread)
+    };
+    let sum: f64 = (0..freedoms).map(apart).sum::<Option<f64>>()?;
+    Some(sum / freedoms.max(1) as f64).filter(|d| d.is_finite())
 }
 
 /// The candidate with the fewest terms whose error is within one standard error (of the difference) of the best.
@@ -526,8 +542,11 @@ impl Plan {
     ) -> Result<Vec<Candidate>, StudyError> {
         let Some(smoothed) = self.smoothed(start, smoothing, cancel)? else { return Ok(Vec::new()) };
         let settings = Settings { smoothing: *smoothing, ..start.clone() };
-        let thresholds =
-            if free.threshold { smoothed.all.thresholds(&settings, MOST_THRESHOLDS) } else { vec![start.threshold] };
+        let thresholds = if free.threshold {
+            smoothed.all.thresholds(&settings, MOST_THRESHOLDS * self.layout.freedoms)
+        } else {
+            vec![start.threshold]
+        };
         let mut workspace = Workspace::default();
         let mut candidates: Vec<Candidate> = Vec::with_capacity(thresholds.len());
         for threshold in thresholds {
@@ -564,7 +583,7 @@ impl Plan {
 
     /// The pieces' regressions; none if the smoothing leaves too few rows.
     fn regressions(&self, settings: &Settings, cancel: &Cancel) -> Result<Option<Vec<Regression>>, StudyError> {
-        let terms = candidate_terms(settings);
+        let terms = candidate_terms(settings, &self.layout);
         let fitted = fitted_states(&self.layout, settings.kinematics);
         let mut signals = Vec::with_capacity(self.pieces.len());
         for (piece, facts) in &self.pieces {
@@ -606,12 +625,9 @@ fn with_facts(records: &RecordSet, usage: Usage, layout: &Layout) -> Vec<(Arc<Re
     records.with(usage).map(|r| (Arc::clone(r), Arc::new(Facts::new(r, layout)))).collect()
 }
 
-/// Variance of each record's displacements, summed.
-fn variances(records: &[(Arc<Record>, Arc<Facts>)]) -> Vec<f64> {
-    let of = |record: &Record| {
-        let displacements = record.channels.iter().filter(|c| matches!(c.role, Role::Displacement(_)));
-        displacements.map(|c| mean_and_variance(&c.values).1).sum()
-    };
+/// Variance of what each of a record's sensors shows, in their order.
+fn variances(records: &[(Arc<Record>, Arc<Facts>)]) -> Vec<Vec<f64>> {
+    let of = |record: &Record| record.sensors().map(|c| mean_and_variance(&c.values).1).collect();
     records.iter().map(|(record, _)| of(record)).collect()
 }
 
@@ -688,14 +704,13 @@ impl Smoothed {
                     // The last one takes what does not fill another.
                     let to = if block + 1 == blocks { judge.range.len() } else { (block + 1) * judge.block };
                     let from = block * judge.block;
-                    let error =
-                        squared_error(&drive.measured, &response.states, from..to) / plan.variance[judge.record];
+                    let error = squared_error(drive, &response, &plan.variance[judge.record], from..to);
                     let failed = lasted < to || !error.is_finite() || error > DIVERGED;
                     judgement.failed += usize::from(failed);
                     judgement.errors.push(if failed { DIVERGED } else { error });
                 }
-                if let (Some(y), Some(x)) = (drive.measured.first(), response.states.first()) {
-                    correlation.add(y, x);
+                if let (Some(y), Some(shown)) = (drive.measured.first(), drive.outputs.first()) {
+                    correlation.add(y, shown.of(&response, plan.layout.freedoms));
                 }
             }
         }
@@ -737,13 +752,16 @@ impl Correlation {
     }
 }
 
-/// Mean squared error over a block of samples, summed over displacements.
-fn squared_error(measured: &[Arc<[f64]>], states: &[Vec<f64>], block: Range<usize>) -> f64 {
-    let channel = |(y, x): (&Arc<[f64]>, &Vec<f64>)| {
+/// Mean squared error over a block of samples as a share of the variance, mean over sensors.
+fn squared_error(drive: &Drive, response: &Response, variance: &[f64], block: Range<usize>) -> f64 {
+    let freedoms = drive.outputs.len();
+    let channel = |((y, shown), variance): ((&Arc<[f64]>, &Output), &f64)| {
+        let x = shown.of(response, freedoms);
         let (Some(y), Some(x)) = (y.get(block.clone()), x.get(block.clone())) else { return f64::INFINITY };
-        y.iter().zip(x).map(|(y, x)| (y - x) * (y - x)).sum::<f64>() / y.len().max(1) as f64
+        y.iter().zip(x).map(|(y, x)| (y - x) * (y - x)).sum::<f64>() / y.len().max(1) as f64 / variance
     };
-    measured.iter().zip(states).map(channel).sum()
+    drive.measured.iter().zip(&drive.outputs).zip(variance).map(channel).sum::<f64>()
+        / drive.measured.len().max(1) as f64
 }
 
 /// A threshold well inside an interval between two marks.

@@ -3,20 +3,47 @@
 use rayon::prelude::*;
 
 use super::choose::{EQUAL, Plan, ratio, refined_fit, shortened};
-use super::{Cancel, Lock, Settings, StudyError};
+use super::{Cancel, Lock, Outcome, Score, Settings, StudyError};
 use crate::record::{RecordSet, Usage};
-use crate::term::Term;
+use crate::term::{Kind, Term};
 
-/// Terms that are taken out at most.
+/// Terms that are taken out at most, for each equation.
 const MOST: usize = 6;
 
 /// A fit of settings to the response.
 struct Fit {
     settings: Settings,
-    terms: Vec<Term>,
-    /// Mean squared error as a share of the motion's variance, with what no measurement supports added.
-    left: f64,
+    /// The terms of every acceleration (state), each with the number of its equation.
+    terms: Vec<(usize, Term)>,
+    /// Of each displacement (state) the mean squared error as a share of its variance, with what no measurement supports
+    /// added.
+    left: Vec<f64>,
     samples: usize,
+}
+
+impl Fit {
+    fn new(settings: Settings, outcome: &Outcome) -> Self {
+        let layout = outcome.model.layout;
+        let first = if layout.kind == Kind::SecondOrder { layout.freedoms } else { 0 };
+        let equations = outcome.model.equations[first..].iter().take(layout.freedoms).enumerate();
+        let terms = equations.flat_map(|(i, e)| e.terms.iter().map(move |t| (i, t.term.clone()))).collect();
+        let scores = |channel: usize| outcome.records.iter().filter_map(move |r| r.channels.get(channel)?.score);
+        let left = |channel: usize| {
+            let sum = |of: fn(&Score) -> f64| -> f64 { scores(channel).map(|s| s.samples as f64 * of(&s)).sum() };
+            sum(|s| s.rmse * s.rmse) / sum(|s| (s.rmse / s.nrmse).powi(2)) + EQUAL * EQUAL
+        };
+        Self {
+            settings,
+            terms,
+            left: (0..layout.freedoms).map(left).collect(),
+            samples: scores(0).map(|s| s.samples).sum(),
+        }
+    }
+
+    /// Logarithms of what is left, summed: twice the log-likelihood lost, for each sample.
+    fn loss(&self) -> f64 {
+        self.left.iter().map(|left| left.ln()).sum()
+    }
 }
 
 impl Plan {
@@ -42,34 +69,30 @@ impl Plan {
         let fit = |settings: Settings| -> Result<Option<Fit>, StudyError> {
             let settings = Settings { refine: true, ..settings };
             let Some(outcome) = refined_fit(&whole, &all, &settings, cancel)? else { return Ok(None) };
-            let terms = outcome.model.leading().map(|e| e.terms.iter().map(|t| t.term.clone()).collect());
-            Ok(outcome.train.zip(terms).map(|(score, terms)| Fit {
-                settings,
-                terms,
-                left: score.nrmse * score.nrmse + EQUAL * EQUAL,
-                samples: score.samples,
-            }))
+            Ok(Some(Fit::new(settings, &outcome)).filter(|fit| fit.left.iter().all(|l| l.is_finite())))
         };
         let Some(mut present) = fit(settings.clone())? else { return Ok((settings, None)) };
         let pieces = self.shortened();
         let judged = |fit: &Fit| self.judge_refined(&pieces, &fit.settings, cancel);
         let mut errors: Option<Vec<f64>> = None;
-        for _ in 0..MOST {
-            let open = present.terms.iter().filter(|t| !present.settings.locks.contains_key(*t));
+        let equations = self.layout.freedoms;
+        for _ in 0..MOST * equations {
+            let open = |(i, t): &&(usize, Term)| !present.settings.of_equation(*i).locks.contains_key(t);
+            let open = present.terms.iter().filter(open);
             let tried: Result<Vec<Option<Fit>>, StudyError> = open
                 .collect::<Vec<_>>()
                 .into_par_iter()
-                .map(|term| {
+                .map(|(equation, term)| {
                     let mut settings = present.settings.clone();
-                    settings.locks.insert(term.clone(), Lock::Out);
+                    settings.decide(*equation, equations, term.clone(), Lock::Out);
                     fit(settings)
                 })
                 .collect();
             let fewer = tried?.into_iter().flatten().filter(|f| f.terms.len() < present.terms.len());
-            let Some(next) = fewer.min_by(|a, b| a.left.total_cmp(&b.left)) else { break };
+            let Some(next) = fewer.min_by(|a, b| a.loss().total_cmp(&b.loss())) else { break };
             let n = present.samples as f64;
             let gone = (present.terms.len() - next.terms.len()) as f64;
-            if n * (next.left / present.left).ln() > gone * n.ln() {
+            if n * (next.loss() - present.loss()) > gone * n.ln() {
                 break;
             }
             let known = match errors.take() {

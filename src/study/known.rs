@@ -6,7 +6,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use super::{Kinematics, Lock, Settings, StudyError};
-use crate::term::{Expression, Kind, Layout, Symbol, Term};
+use crate::term::{Expression, Kind, Layout, Symbol, Term, pieces};
 
 pub use crate::sparse::Sign;
 
@@ -72,7 +72,8 @@ impl FromStr for Known {
         let Some((left, right)) = text.split_once('=') else {
             return Err(format!("`{text}` is none of `x=-u`, `v<=0`, `v>=0`, `passive`, `odd`, `even`"));
         };
-        let (times, to) = apart(term(right)?.expression());
+        let (times, to) = term(right)?.expression().apart();
+        let to = Term::new(to);
         let term = term(left)?;
         if to == term || times == 0.0 {
             return Err(format!("`{text}` ties a term to itself or to nothing: write `x=-u`"));
@@ -101,29 +102,7 @@ impl<'de> Deserialize<'de> for Known {
 /// # Errors
 /// The first that is none.
 pub fn known_list(text: &str) -> Result<Vec<Known>, String> {
-    let mut parts = vec![String::new()];
-    let mut depth = 0_i32;
-    for c in text.chars() {
-        depth += i32::from(c == '(') - i32::from(c == ')');
-        match c {
-            ',' | ';' if depth == 0 => parts.push(String::new()),
-            _ => parts.last_mut().into_iter().for_each(|p| p.push(c)),
-        }
-    }
-    parts.iter().filter(|p| !p.trim().is_empty()).map(|p| p.parse()).collect()
-}
-
-/// The number in front of an expression, and the rest as a term.
-fn apart(expression: &Expression) -> (f64, Term) {
-    let Expression::Product(factors) = expression else {
-        return match expression {
-            Expression::Number(n) => (*n, Term::new(Expression::Number(1.0))),
-            other => (1.0, Term::new(other.clone())),
-        };
-    };
-    let number = |e: &Expression| if let Expression::Number(n) = e { Some(*n) } else { None };
-    let rest: Vec<Expression> = factors.iter().filter(|e| number(e).is_none()).cloned().collect();
-    (factors.iter().filter_map(number).product(), Term::new(Expression::Product(rest)))
+    pieces(text).into_iter().map(|(_, piece)| piece.parse()).collect()
 }
 
 /// What a tie makes of two terms: one, whose coefficient is the first's.
@@ -132,8 +111,23 @@ fn merged(term: &Term, to: &Term, times: f64) -> Term {
     Term::new(Expression::Sum(vec![term.expression().clone(), second]))
 }
 
-/// The library's terms together with those locked in or fixed, each once, as what is known makes them.
-pub(super) fn candidate_terms(settings: &Settings) -> Vec<Term> {
+/// The candidates of all equations together, each once.
+pub(super) fn candidate_terms(settings: &Settings, layout: &Layout) -> Vec<Term> {
+    if settings.own.is_empty() {
+        return offered(settings);
+    }
+    let mut terms: Vec<Term> = Vec::new();
+    for term in (0..layout.freedoms).flat_map(|freedom| offered(&settings.of_equation(freedom))) {
+        if !terms.contains(&term) {
+            terms.push(term);
+        }
+    }
+    terms
+}
+
+/// The library's terms together with those locked in or fixed, each once, as what is known makes them; of settings that
+/// stand for one equation.
+pub(super) fn offered(settings: &Settings) -> Vec<Term> {
     let offered = |t: &&Term| match settings.known.iter().find_map(stiffness) {
         Some(keeps_odd) => stiffness_of(t).is_none_or(|shape| shape.stays(keeps_odd)),
         None => true,
@@ -267,8 +261,42 @@ fn stiffness_of(term: &Term) -> Option<Shape> {
     Some(shape)
 }
 
-/// Holds what is known against the rest of the settings.
+/// Holds what is known, for all equations and for each, against the rest of the settings.
 pub(super) fn check(settings: &Settings, layout: &Layout) -> Result<(), StudyError> {
+    let name = |freedom: usize| match layout.kind {
+        Kind::SecondOrder => layout.name(Symbol::Rate(freedom)),
+        Kind::FirstOrder => layout.name(Symbol::State(freedom)),
+    };
+    if let Some(foreign) = settings.own.keys().find(|freedom| **freedom >= layout.freedoms) {
+        let there: Vec<String> = (0..layout.freedoms).map(name).collect();
+        return Err(StudyError::Setting(format!(
+            "there is no equation of {}: the records have {}",
+            Layout { freedoms: foreign + 1, ..*layout }.name(match layout.kind {
+                Kind::SecondOrder => Symbol::Rate(*foreign),
+                Kind::FirstOrder => Symbol::State(*foreign),
+            }),
+            there.join(", ")
+        )));
+    }
+    if settings.own.is_empty() {
+        return check_one(settings, layout);
+    }
+    for freedom in 0..layout.freedoms {
+        let settings = settings.of_equation(freedom);
+        let named = |problem: String| StudyError::Setting(format!("equation of {}: {problem}", name(freedom)));
+        check_one(&settings, layout).map_err(|e| named(e.to_string()))?;
+        let terms = offered(&settings);
+        if terms.is_empty() {
+            return Err(named("its library is empty: add at least one term".into()));
+        }
+        if let Some((term, symbol)) = terms.iter().find_map(|t| t.foreign_symbol(layout).map(|s| (t, s))) {
+            return Err(named(format!("the term {term} needs {}, which the records do not have", layout.name(symbol))));
+        }
+    }
+    Ok(())
+}
+
+fn check_one(settings: &Settings, layout: &Layout) -> Result<(), StudyError> {
     let mut tied: Vec<&Term> = Vec::new();
     for known in &settings.known {
         if let Known::Tied { term, to, .. } = known {
@@ -316,7 +344,7 @@ mod tests {
     }
 
     fn offered(terms: &str, known: &str) -> String {
-        candidate_terms(&settings(terms, known)).iter().map(Term::as_str).collect::<Vec<_>>().join(", ")
+        super::offered(&settings(terms, known)).iter().map(Term::as_str).collect::<Vec<_>>().join(", ")
     }
 
     /// Two tones of the friction rig, base driven.
@@ -374,7 +402,7 @@ mod tests {
     #[test]
     fn locks_and_signs_of_tied_terms_are_their_own() {
         let mut settings = settings("x, u, v, du", "x=-2*u, v=-du, v<=0");
-        let tied = candidate_terms(&settings)[0].clone();
+        let tied = super::offered(&settings)[0].clone();
         assert_eq!(tied.as_str(), "x-0.5*u");
         settings.locks.insert(Term::parse("u").unwrap(), Lock::Fixed(150.0));
         assert_eq!(lock_of(&settings, &tied), Some(Lock::Fixed(-300.0)));

@@ -2,6 +2,7 @@
 
 mod bias;
 mod choose;
+mod covariance;
 mod eliminate;
 mod ensemble;
 mod known;
@@ -17,16 +18,19 @@ mod suggest;
 mod warnings;
 mod weak;
 
+pub use crate::refine::Horizon;
 pub use choose::{Choice, Free, choose};
+pub use covariance::Covariance;
 pub use ensemble::{Ensemble, Inclusion};
 pub use known::{Known, Sign, known_list};
 pub use landscape::{Cell, Judge, Landscape, Place, landscape};
 pub use outcome::{
-    Channel, DroppedTerm, Elapsed, EquationFit, Outcome, PathTerm, RecordOutcome, Remedy, Score, Severity, StudyError,
-    Warning, force_over_mass,
+    Channel, DroppedTerm, Elapsed, EquationFit, Outcome, PathTerm, RecordOutcome, Remedy, Score, SensorScore, Severity,
+    StudyError, Warning, force_over_mass,
 };
 pub use refined::Refinement;
-pub use settings::{Form, Kinematics, Lock, Scaling, Settings};
+pub(crate) use response::output;
+pub use settings::{Form, Kinematics, Lock, Own, Scaling, Settings};
 pub use suggest::suggest;
 pub(crate) use weak::test_functions;
 pub use weak::{NARROWEST, suggested_half_width};
@@ -34,6 +38,7 @@ pub use weak::{NARROWEST, suggested_half_width};
 pub use crate::signal::{Differentiation, Smoothing};
 pub use crate::sparse::Regressor;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -102,6 +107,13 @@ impl Prepared {
         let drive = Arc::new(Drive::new(record, layout, &facts, &signals, 0..record.len()));
         Self { record: Arc::clone(record), facts, smoothing: *smoothing, signals, drive }
     }
+
+    /// Noise of what tells most of a degree of freedom; zero where nothing does.
+    fn sensor_noise(&self, freedom: usize) -> f64 {
+        let sensor = self.record.sensor(freedom).map(|c| c.role);
+        let index = self.record.channels.iter().position(|c| Some(c.role) == sensor);
+        index.and_then(|k| self.facts.channel_noise.get(k).copied()).unwrap_or(0.0)
+    }
 }
 
 /// What a regression's columns depend on; signals by identity, which their `Arc`s keep alive.
@@ -112,6 +124,7 @@ struct RegressionKey {
     smoothing: Smoothing,
     form: Form,
     known: Vec<Known>,
+    own: BTreeMap<usize, Own>,
     signals: Vec<SameSignals>,
 }
 
@@ -135,11 +148,11 @@ impl Study {
         self.prepare(records, &layout, &settings.smoothing, cancel)?;
         let regression = self.regression(records, settings)?;
         cancel.check()?;
-        let (mut model, mut fits) = regression.identify(settings);
+        let (mut model, fits, mut covariance) = regression.identify(settings);
         let mut refinement = None;
         let mut refused = None;
         if settings.refine {
-            match self.refine(records, settings, &mut model, &mut fits, cancel)? {
+            match self.refine(records, settings, &mut model, &mut covariance, cancel)? {
                 Ok(done) => refinement = Some(done),
                 Err(reason) => refused = Some(reason),
             }
@@ -153,6 +166,7 @@ impl Study {
             settings: settings.clone(),
             model,
             fits,
+            covariance,
             refinement,
             records: outcomes,
             train,
@@ -170,20 +184,48 @@ impl Study {
         Ok(outcome)
     }
 
-    /// Fits the leading equation's coefficients to the response; the inner error says why not.
+    /// How far free runs of an outcome's model predict the records of one usage, all together; none where there are none,
+    /// or the model follows them nowhere.
+    ///
+    /// # Errors
+    /// Cancelled.
+    pub fn horizon(&self, outcome: &Outcome, usage: Usage, cancel: &Cancel) -> Result<Option<Horizon>, StudyError> {
+        let of = |o: &RecordOutcome| self.records.iter().find(|p| Arc::ptr_eq(&p.record, &o.record));
+        let outcomes: Vec<&RecordOutcome> = outcome.records.iter().filter(|o| o.usage == usage).collect();
+        let records: Vec<&Prepared> = outcomes.iter().filter_map(|o| of(o)).collect();
+        let lasts = |(o, prepared): (&&RecordOutcome, &&Prepared)| {
+            let holds = |(i, c): (usize, &Channel)| {
+                c.score.is_some_and(|s| crate::refine::holds(s.rmse, prepared.sensor_noise(i)))
+            };
+            o.diverged_at.is_none() && o.channels.iter().enumerate().all(holds)
+        };
+        let score = if usage == Usage::Fit { outcome.train } else { outcome.test };
+        if let Some(score) = score.filter(|_| outcomes.iter().zip(&records).all(lasts)) {
+            // As the response itself tells: no stretch needs to be begun anew.
+            let longest = records.iter().map(|p| p.record.len() as f64 * p.record.interval).fold(0.0, f64::max);
+            return Ok(Some(Horizon { seconds: longest, rmse: score.rmse }));
+        }
+        let found = refined::horizon_of(&outcome.model, &records, cancel);
+        cancel.check()?;
+        Ok(found)
+    }
+
+    /// Fits the coefficients to the response; the inner error says why not.
     fn refine(
         &self,
         records: &RecordSet,
         settings: &Settings,
         model: &mut Model,
-        fits: &mut [EquationFit],
+        covariance: &mut Covariance,
         cancel: &Cancel,
     ) -> Result<Result<Refinement, &'static str>, StudyError> {
-        let Some(fit) = fits.last_mut() else { return Ok(Err(refined::ONE_FREEDOM)) };
         let prepared: Vec<(&Prepared, Usage)> =
             self.records.iter().zip(&records.entries).map(|(p, (_, usage))| (p, *usage)).collect();
-        let decided = |term: &Term| (known::lock_of(settings, term), known::sign_of(settings, term, 0));
-        refined::refined(model, fit, &prepared, &decided, cancel)
+        let decided = |freedom: usize, term: &Term| {
+            let settings = settings.of_equation(freedom);
+            (known::lock_of(&settings, term), known::sign_of(&settings, term, freedom))
+        };
+        refined::refined(model, covariance, &prepared, &decided, cancel)
     }
 
     /// Signals of every record that is not off, keeping those that are still right.
@@ -221,11 +263,12 @@ impl Study {
             .map(|(prepared, _)| SameSignals(Arc::clone(&prepared.signals)))
             .collect();
         let key = RegressionKey {
-            terms: candidate_terms(settings),
+            terms: candidate_terms(settings, &self.layout),
             fitted: fitted_states(&self.layout, settings.kinematics),
             smoothing: settings.smoothing,
             form: settings.form,
             known: settings.known.clone(),
+            own: settings.own.clone(),
             signals,
         };
         if let Some((known, regression)) = &self.regression
@@ -278,14 +321,15 @@ impl Study {
                 *pool = None;
             }
             for (i, symbol) in self.layout.state_symbols().take(self.layout.freedoms).enumerate() {
-                let Some(channel) = record.channel(Role::Displacement(i)) else { continue };
-                let series = response.states[i].clone();
+                let (Some(channel), Some(shown)) = (record.sensor(i), prepared.drive.outputs.get(i)) else { continue };
+                let zero = prepared.drive.zeros[i];
+                let series: Vec<f64> = shown.of(&response, self.layout.freedoms).iter().map(|s| s + zero).collect();
                 let mut error = Vec::with_capacity(series.len());
                 let tally = score::Tally::compare(&channel.values, &series, &mut error);
                 if i == 0 {
                     *pool = pool.map(|p| p.plus(tally));
                 }
-                channels.push(Channel { symbol, response: series, error, score: tally.score() });
+                channels.push(Channel { symbol, role: channel.role, response: series, error, score: tally.score() });
             }
             outcomes.push(RecordOutcome {
                 record: Arc::clone(record),
@@ -319,7 +363,7 @@ fn check(records: &RecordSet, settings: &Settings) -> Result<Layout, StudyError>
         return Err(StudyError::RecordsDiffer("the records hold no displacement: say which column it is".into()));
     }
     known::check(settings, &layout)?;
-    let terms = candidate_terms(settings);
+    let terms = candidate_terms(settings, &layout);
     if terms.is_empty() {
         return Err(StudyError::Setting("the library is empty: add at least one term".into()));
     }
@@ -368,12 +412,12 @@ fn check(records: &RecordSet, settings: &Settings) -> Result<Layout, StudyError>
     Ok(layout)
 }
 
-/// RMS over the fitted records of the first displacement's noise.
+/// RMS over the fitted records of the first sensor's noise.
 fn noise_floor<'a>(records: impl Iterator<Item = (&'a Prepared, Usage)>) -> Option<f64> {
     let (mut squares, mut samples) = (0.0, 0.0);
     for (prepared, _) in records.filter(|(_, usage)| *usage == Usage::Fit) {
         let n = prepared.record.len() as f64;
-        squares += n * prepared.facts.noise.first().map_or(0.0, |s| s * s);
+        squares += n * prepared.sensor_noise(0).powi(2);
         samples += n;
     }
     (samples > 0.0).then(|| f64::sqrt(squares / samples))

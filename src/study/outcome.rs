@@ -2,11 +2,12 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Refinement, Settings};
-use crate::model::{Mass, Model, Physical, Units, physical};
+use super::score::Tally;
+use super::{Covariance, Refinement, Settings};
+use crate::model::{Mass, Mode, Model, Physical, Units, modes, physical};
 use crate::record::{Record, Role, Usage, metres};
-use crate::signal::Signals;
-use crate::term::{Symbol, Term};
+use crate::signal::{Signals, central};
+use crate::term::{Kind, Layout, Symbol, Term};
 
 /// Why a study has no outcome; each says what to do.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -40,17 +41,26 @@ pub struct Score {
     pub samples: usize,
 }
 
-/// One displacement (or state) of a record: measured, simulated, error.
+/// One degree of freedom (or state) of a record: what its sensor showed, what is simulated of that, error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// Which state.
+    /// Which displacement or state.
     pub symbol: Symbol,
-    /// The simulated response, one value a sample until it diverged.
+    /// What the sensor measures of it.
+    pub role: Role,
+    /// The same of the simulated response, one value a sample until it diverged.
     pub response: Vec<f64>,
     /// E(t) = |measured − simulated|, as long as `response`.
     pub error: Vec<f64>,
     /// The errors in figures; none if the response diverged at once.
     pub score: Option<Score>,
+}
+
+impl Channel {
+    /// The name of what the sensor measures: `x`, `a2`.
+    pub fn name(&self, layout: &Layout) -> String {
+        sensor_name(self.role, layout)
+    }
 }
 
 /// What a study says of one record.
@@ -70,6 +80,51 @@ pub struct RecordOutcome {
     pub channels: Vec<Channel>,
     /// Time at which the response left the data's range, s.
     pub diverged_at: Option<f64>,
+}
+
+/// The name of what is measured, as the interface writes it: `x1`, `v2`, `a1`.
+fn sensor_name(role: Role, layout: &Layout) -> String {
+    match role {
+        Role::Displacement(i) => layout.name(Symbol::State(i)),
+        Role::Velocity(i) => layout.name(Symbol::Rate(i)),
+        Role::Acceleration(i) => layout.name(Symbol::Rate(i)).replacen('v', "a", 1),
+        Role::Input(j) => layout.name(Symbol::Input(j)),
+    }
+}
+
+/// A measured channel that the model's response can be held against, with its errors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorScore {
+    /// Its name as the interface writes it: `x1`, `v2`, `a1`.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// The errors in figures, in its unit; none if the response diverged at once.
+    pub score: Option<Score>,
+}
+
+impl RecordOutcome {
+    /// The errors of every displacement, velocity and acceleration that was measured. What no score is made of yet is held
+    /// against the response's states, an acceleration against the slopes of its velocities.
+    pub fn sensors(&self, layout: &Layout) -> Vec<SensorScore> {
+        let velocity = |i: usize| self.states.get(layout.freedoms + i).filter(|_| layout.kind == Kind::SecondOrder);
+        let of_channel = |channel: &crate::record::Channel| {
+            let unit = channel.unit.clone();
+            if let Some(known) = self.channels.iter().find(|c| c.role == channel.role) {
+                return Some(SensorScore { name: known.name(layout), unit, score: known.score });
+            }
+            let response = match channel.role {
+                Role::Displacement(i) => self.states.get(i)?.clone(),
+                Role::Velocity(i) => velocity(i)?.clone(),
+                Role::Acceleration(i) => central(velocity(i)?, self.record.interval),
+                Role::Input(_) => return None,
+            };
+            let name = sensor_name(channel.role, layout);
+            let score = Tally::compare(&channel.values, &response, &mut Vec::new()).score();
+            Some(SensorScore { name, unit, score })
+        };
+        self.record.measured().filter_map(of_channel).collect()
+    }
 }
 
 /// A term that was tried and dropped.
@@ -108,11 +163,8 @@ pub struct EquationFit {
     /// Pairs of the library's terms whose coefficients' errors are correlated by more than 0.95, with the correlation,
     /// strongest first: the data hardly tell them apart.
     pub confused: Vec<(Term, Term, f64)>,
-    /// Covariance of the coefficients' errors, in the order of the equation's terms; zero where a coefficient was given,
-    /// empty where it is not known.
-    pub covariance: Vec<Vec<f64>>,
     /// What smoothing and noise shift each of the equation's coefficients by, as the model's own response tells, which
-    /// `covariance` allows for; empty where it is not known or the coefficients were refined.
+    /// the covariance allows for; empty where it is not known or the coefficients were refined.
     pub shift: Vec<f64>,
     /// Posterior probability that each term of the library belongs; empty but for [`Regressor::Bayes`](super::Regressor).
     pub probability: Vec<(Term, f64)>,
@@ -173,6 +225,8 @@ pub struct Outcome {
     pub model: Model,
     /// The regression of each fitted equation.
     pub fits: Vec<EquationFit>,
+    /// How the coefficients' errors are correlated.
+    pub covariance: Covariance,
     /// What fitting the response itself changed, if that was asked for and possible.
     pub refinement: Option<Refinement>,
     /// Each record that is not off, in the set's order.
@@ -193,14 +247,21 @@ impl Outcome {
     /// What the leading equation's coefficients say in the words of mechanics.
     pub fn physical(&self) -> Vec<Physical> {
         let Some(record) = self.records.first().map(|r| &*r.record) else { return Vec::new() };
-        let covariance = self.fits.last().map_or(&[][..], |f| &f.covariance);
+        let covariance = self.covariance.of_equation(self.fits.len().saturating_sub(1));
         let mass = match self.settings.mass {
             Some(mass) => Mass::Given(mass),
             None if is_force(record) => Mass::FromForce,
             None => Mass::Unknown,
         };
         let unit = record.channel(Role::Displacement(0)).map_or("", |c| c.unit.as_str());
-        physical(&self.model, covariance, mass, metres(unit))
+        physical(&self.model, &covariance, mass, metres(unit))
+    }
+
+    /// Natural frequencies, damping ratios and shapes of the equations' linear part.
+    pub fn modes(&self) -> Vec<Mode> {
+        // Where dx/dt was fitted too, its coefficients come first.
+        let known = self.model.layout.freedoms == self.fits.len();
+        modes(&self.model, if known { self.covariance.all() } else { &[] })
     }
 
     /// The units of the model's terms.

@@ -1,17 +1,17 @@
 //! Refinement by output error: the coefficients of the terms that the regression kept, fitted to the response itself.
 
 use super::known::Sign;
-use super::{Cancel, EquationFit, Lock, Prepared, StudyError};
+use super::{Cancel, Covariance, Lock, Prepared, StudyError};
 use crate::model::Model;
 use crate::record::Usage;
-use crate::refine::{Goal, Instance, Landed, Options, Point, Run, Structure, land};
+use crate::refine::{Goal, Horizon, Instance, Landed, Options, Point, Refined, Run, Structure, horizon, land, refine};
 use crate::signal::{motion_period, rms};
-use crate::term::{Kind, Layout, Term};
+use crate::term::{Kind, Term};
 
 /// What refining a model's coefficients came to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refinement {
-    /// The coefficients of the leading equation as the regression left them, in the order of its terms.
+    /// The coefficients as the regression left them: equation after equation, terms in their order.
     pub before: Vec<f64>,
     /// RMSE of the fitted records' first displacement, each from the initial state that fits it best.
     pub rmse: f64,
@@ -25,23 +25,33 @@ const STEPS: usize = 30;
 const EFFORT: usize = 40_000_000;
 /// Noise, as a share of the motion, that a fit to clean data reaches at best: the simulation's own arithmetic.
 const LEAST_NOISE: f64 = 1e-6;
+/// Fits with weights from what the one before left, at most.
+const REWEIGHED: usize = 2;
+/// Weighed residuals of two displacements within this factor are weighed right.
+const ALIKE: f64 = 1.25;
 
-/// The free coefficients of the leading equation.
+/// A coefficient that is sought.
+struct Free {
+    /// Index of its equation.
+    equation: usize,
+    /// Its place among the equation's terms.
+    place: usize,
+    /// The sign that it may have.
+    sign: Option<Sign>,
+}
+
+/// The free coefficients of every acceleration.
 struct Coefficients<'a> {
     model: &'a Model,
-    /// Index of the equation.
-    equation: usize,
-    /// Each free coefficient's place among the equation's terms, and the sign that it may have.
-    free: Vec<(usize, Option<Sign>)>,
+    free: Vec<Free>,
     scales: Vec<f64>,
 }
 
 impl Structure for Coefficients<'_> {
     fn instance(&self, parameters: &[f64]) -> Option<Instance> {
         let mut model = self.model.clone();
-        let terms = &mut model.equations[self.equation].terms;
-        for (value, (place, _)) in parameters.iter().zip(&self.free) {
-            terms[*place].coefficient = *value;
+        for (value, Free { equation, place, .. }) in parameters.iter().zip(&self.free) {
+            model.equations[*equation].terms[*place].coefficient = *value;
         }
         Some(Instance { model, delay: 0.0, ceiling: None })
     }
@@ -51,7 +61,7 @@ impl Structure for Coefficients<'_> {
     }
 
     fn bounds(&self) -> Vec<(f64, f64)> {
-        self.free.iter().map(|(_, sign)| sign.map_or((f64::NEG_INFINITY, f64::INFINITY), Sign::range)).collect()
+        self.free.iter().map(|f| f.sign.map_or((f64::NEG_INFINITY, f64::INFINITY), Sign::range)).collect()
     }
 
     fn offset(&self) -> bool {
@@ -64,103 +74,187 @@ impl Structure for Coefficients<'_> {
 }
 
 /// Why a model cannot be refined; said beside the unrefined one.
-pub(super) const ONE_FREEDOM: &str =
-    "Not refined: the response is fitted only for one degree of freedom of second order";
+pub(super) const SECOND_ORDER: &str =
+    "Not refined: the response is fitted only where displacements are measured and velocities follow from them";
 pub(super) const NO_START: &str =
     "Not refined: the response of the regression's equation leaves the data's range, so there is nothing to start from";
 
-/// What is decided about a term: its lock, and the sign that its coefficient may have.
-type Decided<'a> = &'a dyn Fn(&Term) -> (Option<Lock>, Option<Sign>);
+/// What is decided about a term of a degree of freedom's equation: its lock, and the sign that its coefficient may have.
+type Decided<'a> = &'a dyn Fn(usize, &Term) -> (Option<Lock>, Option<Sign>);
 
-/// Fits the leading equation's coefficients to the fitted records' response; those that were fixed stay.
+/// Fits the coefficients of all accelerations to the fitted records' response, every displacement's residual weighed by its
+/// noise; those that were fixed stay.
 ///
 /// The inner error says why nothing was refined.
 pub(super) fn refined(
     model: &mut Model,
-    fit: &mut EquationFit,
+    covariance: &mut Covariance,
     records: &[(&Prepared, Usage)],
     decided: Decided<'_>,
     cancel: &Cancel,
 ) -> Result<Result<Refinement, &'static str>, StudyError> {
     let layout = model.layout;
-    let one = Layout { kind: Kind::SecondOrder, freedoms: 1, inputs: layout.inputs, internals: 0 };
-    if layout != one {
-        return Ok(Err(ONE_FREEDOM));
+    if layout.kind != Kind::SecondOrder || layout.internals > 0 {
+        return Ok(Err(SECOND_ORDER));
     }
-    let runs: Vec<Run> = records
-        .iter()
-        .filter(|(_, u)| *u == Usage::Fit)
-        .enumerate()
-        .filter_map(|(k, (p, _))| p.drive.run(k, &p.signals))
-        .collect();
-    let terms = &model.equations[1].terms;
-    let free: Vec<(usize, Option<Sign>)> = terms
-        .iter()
-        .enumerate()
-        .map(|(k, t)| (k, decided(&t.term)))
-        .filter(|(_, (lock, _))| !matches!(lock, Some(Lock::Fixed(_))))
-        .map(|(k, (_, sign))| (k, sign))
-        .collect();
-    // One hundredth of all forces together.
-    let scales = free.iter().map(|(k, _)| 0.01 * terms[*k].coefficient.abs() / terms[*k].share.max(1e-9)).collect();
-    let before: Vec<f64> = terms.iter().map(|t| t.coefficient).collect();
-    let shared: Vec<f64> = free.iter().map(|(k, _)| before[*k]).collect();
-    let coefficients = Coefficients { model, equation: 1, free, scales };
-    let Some(Landed { refined: found, .. }) = search(&coefficients, &runs, records, shared, cancel) else {
+    let fitted: Vec<&Prepared> = records.iter().filter(|(_, u)| *u == Usage::Fit).map(|(p, _)| *p).collect();
+    let (runs, noise) = runs(&fitted);
+    let accelerations = layout.freedoms..layout.states();
+    let terms =
+        || accelerations.clone().flat_map(|e| model.equations[e].terms.iter().enumerate().map(move |(k, t)| (e, k, t)));
+    let mut free = Vec::new();
+    let mut scales = Vec::new();
+    for (equation, place, term) in terms() {
+        let (lock, sign) = decided(equation - layout.freedoms, &term.term);
+        if !matches!(lock, Some(Lock::Fixed(_))) {
+            free.push(Free { equation, place, sign });
+            // One hundredth of all forces together.
+            scales.push(0.01 * term.coefficient.abs() / term.share.max(1e-9));
+        }
+    }
+    let before: Vec<f64> = terms().map(|(.., t)| t.coefficient).collect();
+    let shared: Vec<f64> = free.iter().map(|f| model.equations[f.equation].terms[f.place].coefficient).collect();
+    let coefficients = Coefficients { model, free, scales };
+    let landed = search(&coefficients, &runs, &fitted, noise, shared, cancel);
+    let landed = landed.and_then(|landed| reweighed(&coefficients, landed, cancel));
+    let Some(Landed { refined: found, runs, .. }) = landed else {
         cancel.check()?;
         return Ok(Err(NO_START));
     };
     cancel.check()?;
-    let values = found.point.shared.clone();
-    let places: Vec<usize> = coefficients.free.iter().map(|(k, _)| *k).collect();
-    let equation = &mut model.equations[1];
-    let force: Vec<f64> = equation.terms.iter().map(|t| t.share / t.coefficient.abs().max(f64::MIN_POSITIVE)).collect();
-    fit.covariance = Vec::new();
-    for (index, (place, value)) in places.iter().zip(values).enumerate() {
-        equation.terms[*place].coefficient = value;
-        equation.terms[*place].std_error = found.std_error(index);
-    }
-    if found.covariance.nrows() == places.len() {
-        let n = equation.terms.len();
-        fit.covariance = vec![vec![0.0; n]; n];
-        for (i, a) in places.iter().enumerate() {
-            for (j, b) in places.iter().enumerate() {
-                fit.covariance[*a][*b] = found.covariance[(i, j)];
-            }
+    let free = coefficients.free;
+    *covariance = Covariance::unknown(model.equations[accelerations.clone()].iter().map(|e| e.terms.len()));
+    let places: Vec<Option<usize>> = terms()
+        .map(|(equation, place, _)| free.iter().position(|f| (f.equation, f.place) == (equation, place)))
+        .collect();
+    let known = found.covariance.nrows() == free.len();
+    let at: Vec<(usize, usize)> = terms().map(|(equation, place, _)| (equation - layout.freedoms, place)).collect();
+    for (i, a) in places.iter().enumerate() {
+        for (j, b) in places.iter().enumerate().skip(i) {
+            let entry = match a.zip(*b) {
+                Some(places) if known => found.covariance[places],
+                Some(_) => f64::NAN,
+                None => 0.0,
+            };
+            covariance.set(at[i], at[j], entry);
         }
     }
-    let total: f64 = equation.terms.iter().zip(&force).map(|(t, f)| t.coefficient.abs() * f).sum();
-    for (term, force) in equation.terms.iter_mut().zip(&force) {
-        term.share = if total > 0.0 { term.coefficient.abs() * force / total } else { 0.0 };
+    for (value, f) in found.point.shared.iter().zip(&free) {
+        let term = &mut model.equations[f.equation].terms[f.place];
+        term.share *= (value / term.coefficient).abs();
+        term.coefficient = *value;
     }
-    Ok(Ok(Refinement { before, rmse: found.rmse(), converged: found.converged }))
+    covariance.tell(model, accelerations.clone());
+    for equation in &mut model.equations[accelerations] {
+        let total: f64 = equation.terms.iter().map(|t| t.share).sum();
+        equation.terms.iter_mut().for_each(|t| t.share = if total > 0.0 { t.share / total } else { 0.0 });
+    }
+    Ok(Ok(Refinement { before, rmse: residual_rms(&found, &runs, 0), converged: found.converged }))
+}
+
+/// The runs of some records, every displacement (or state) weighed by its noise so that the first counts one; and the noise of
+/// the first.
+fn runs(records: &[&Prepared]) -> (Vec<Run>, f64) {
+    let mut runs: Vec<Run> = records.iter().enumerate().filter_map(|(k, p)| p.drive.run(k, &p.signals)).collect();
+    let of_channel = |i: usize| {
+        let noise = records.iter().map(|p| p.sensor_noise(i)).fold(0.0, f64::max);
+        let motion = runs.iter().map(|r| rms(&r.measured[i])).fold(0.0, f64::max);
+        noise.max(LEAST_NOISE * motion).max(f64::MIN_POSITIVE)
+    };
+    let noise: Vec<f64> = (0..runs.first().map_or(0, |r| r.measured.len())).map(of_channel).collect();
+    let weights: Vec<f64> = noise.iter().map(|n| noise[0] / n).collect();
+    runs.iter_mut().for_each(|run| run.weights.clone_from(&weights));
+    (runs, noise.first().copied().unwrap_or(0.0))
 }
 
 /// Refines along whole records; where that is lost, by way of segments that grow.
 fn search(
     coefficients: &Coefficients<'_>,
     runs: &[Run],
-    records: &[(&Prepared, Usage)],
+    records: &[&Prepared],
+    noise: f64,
     shared: Vec<f64>,
     cancel: &Cancel,
 ) -> Option<Landed> {
     let cancelled = || cancel.is_cancelled();
-    let options =
-        Options { frozen: false, driven: false, steps: STEPS, effort: EFFORT, bar: None, cancelled: &cancelled };
-    let fitted = || records.iter().filter(|(_, u)| *u == Usage::Fit).map(|(p, _)| p);
-    let first = fitted().next()?;
-    let noise = fitted().filter_map(|p| p.signals.noise.first().copied()).fold(0.0, f64::max);
-    let series: Vec<&[f64]> = runs.iter().map(|r| &*r.measured[0]).collect();
-    let period = motion_period(&series, first.record.interval, noise).or(first.facts.main_period);
-    let motion = series.iter().map(|s| rms(s)).fold(0.0, f64::max);
-    let goal = Goal {
-        period: period.unwrap_or_else(|| 0.1 * first.record.duration()),
-        noise: noise.max(LEAST_NOISE * motion),
-        top: usize::MAX,
-        options,
-    };
+    let goal = goal(records, runs, noise, &cancelled)?;
     let start = Point::new(coefficients, runs, shared, false);
     land(coefficients, runs, &start, goal)
+}
+
+/// Fits anew with every displacement weighed by what is left of it, where that is more than its noise would leave: a model
+/// that misses one displacement by more than its noise is not to follow it at the others' cost.
+fn reweighed(coefficients: &Coefficients<'_>, mut landed: Landed, cancel: &Cancel) -> Option<Landed> {
+    let cancelled = || cancel.is_cancelled();
+    let options =
+        Options { frozen: false, driven: false, steps: STEPS, effort: EFFORT, bar: None, cancelled: &cancelled };
+    for _ in 0..REWEIGHED {
+        let Some(weights) = landed.runs.first().map(|r| r.weights.clone()) else { break };
+        let left: Vec<f64> = (0..weights.len()).map(|i| residual_rms(&landed.refined, &landed.runs, i)).collect();
+        let alike = |l: &f64| (ALIKE.recip()..ALIKE).contains(&(l / left[0]));
+        if left.iter().all(alike) || !left.iter().all(|l| *l > 0.0) {
+            break;
+        }
+        let weights: Vec<f64> = weights.iter().zip(&left).map(|(w, l)| w * left[0] / l).collect();
+        landed.runs.iter_mut().for_each(|run| run.weights.clone_from(&weights));
+        landed.refined = refine(coefficients, &landed.runs, &landed.refined.point, options)?;
+    }
+    Some(landed)
+}
+
+/// RMS of the weighed residuals of a displacement (or state).
+fn residual_rms(found: &Refined, runs: &[Run], channel: usize) -> f64 {
+    let part = |(r, run): (&'_ Vec<f64>, &Run)| -> (f64, usize) {
+        let length = run.range.len();
+        let own = &r[channel * length..(channel + 1) * length];
+        (own.iter().map(|e| e * e).sum(), length)
+    };
+    let parts: Vec<(f64, usize)> = found.residuals.iter().zip(runs).map(part).collect();
+    let count: usize = parts.iter().map(|p| p.1).sum();
+    (parts.iter().map(|p| p.0).sum::<f64>() / count.max(1) as f64).sqrt()
+}
+
+/// What a fit of some records is to reach; none of nothing.
+fn goal<'a>(
+    records: &[&Prepared],
+    runs: &[Run],
+    noise: f64,
+    cancelled: &'a (dyn Fn() -> bool + Sync),
+) -> Option<Goal<'a>> {
+    let first = records.first()?;
+    let series: Vec<&[f64]> = runs.iter().map(|r| &*r.measured[0]).collect();
+    let period = motion_period(&series, first.record.interval, noise).or(first.facts.main_period);
+    let options = Options { frozen: false, driven: false, steps: STEPS, effort: EFFORT, bar: None, cancelled };
+    let period = period.unwrap_or_else(|| 0.1 * first.record.duration());
+    Some(Goal { period, noise, top: usize::MAX, options })
+}
+
+/// A model as it is.
+struct Fixed<'a>(&'a Model);
+
+impl Structure for Fixed<'_> {
+    fn instance(&self, _: &[f64]) -> Option<Instance> {
+        Some(Instance { model: self.0.clone(), delay: 0.0, ceiling: None })
+    }
+
+    fn scales(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    fn offset(&self) -> bool {
+        false
+    }
+
+    fn internals(&self) -> usize {
+        0
+    }
+}
+
+/// How far free runs of a model predict some records.
+pub(super) fn horizon_of(model: &Model, records: &[&Prepared], cancel: &Cancel) -> Option<Horizon> {
+    let (runs, noise) = runs(records);
+    let cancelled = || cancel.is_cancelled();
+    horizon(&Fixed(model), &runs, &[], goal(records, &runs, noise, &cancelled)?)
 }
 
 #[cfg(test)]
@@ -229,7 +323,7 @@ mod tests {
         let terms = &outcome.model.leading().unwrap().terms;
         let fixed = terms.iter().position(|t| t.term.as_str() == "u").unwrap();
         assert_eq!((terms[fixed].coefficient, terms[fixed].std_error), (1.0, None));
-        let covariance = &outcome.fits[0].covariance;
+        let covariance = outcome.covariance.of_equation(0);
         for (i, term) in terms.iter().enumerate() {
             let error = covariance[i][i].sqrt();
             assert!((error - term.std_error.unwrap_or(0.0)).abs() <= 1e-12 * error, "{}", term.term);

@@ -7,8 +7,8 @@ use super::{Cancel, Prepared, StudyError};
 use crate::model::Model;
 use crate::record::{Record, Role};
 use crate::refine::{MeasuredMotion, Run};
-use crate::signal::{Facts, SavitzkyGolay, Signals, dot, rms};
-use crate::simulate::{InputGrid, Limits, Response, Simulator, Workspace, fit_initial_state};
+use crate::signal::{Facts, SavitzkyGolay, Signals, dot, mean_and_variance, rms};
+use crate::simulate::{InputGrid, Limits, Output, Response, Simulator, Workspace, fit_initial_state};
 use crate::term::Layout;
 
 /// What drives the simulation of a record, or of a stretch of it: its inputs, the measured motion that the initial state
@@ -18,7 +18,10 @@ pub(super) struct Drive {
     grid: Arc<InputGrid>,
     /// State vectors at the first sample that the initial state is sought from.
     guesses: [Vec<f64>; 2],
-    /// Displacements (or states) as measured.
+    /// What the sensors show, what they show of no motion (an accelerometer's zero is never right), and what they showed
+    /// beyond that.
+    pub(super) outputs: Vec<Output>,
+    pub(super) zeros: Vec<f64>,
     pub(super) measured: Vec<Arc<[f64]>>,
     limits: Vec<f64>,
     /// Samples that the initial state is fitted to.
@@ -31,6 +34,10 @@ pub(super) struct Drive {
 const RANGE: f64 = 10.0;
 /// Main periods that an initial state is fitted to.
 const OPENING_PERIODS: f64 = 4.0;
+/// How many times as long the next opening is that an initial state is sought over, and the error, as a share of what is
+/// measured, up to which the last one counts as found.
+const LONGER: usize = 3;
+const FOLLOWED: f64 = 0.5;
 /// Main periods that a polynomial is fitted to, and its order.
 const GUESS_PERIODS: f64 = 0.25;
 const GUESS_ORDER: usize = 3;
@@ -61,13 +68,26 @@ impl Drive {
             let rates: Vec<&[f64]> = signals.input_rates.iter().map(|s| &s[samples.clone()]).collect();
             InputGrid::new(start, record.interval, samples.len(), &inputs, Some(&rates))
         };
-        let measured: Vec<Arc<[f64]>> =
+        let displacements: Vec<Arc<[f64]>> =
             (0..layout.freedoms).filter_map(|i| channel(Role::Displacement(i))).map(Arc::from).collect();
+        let sensors = || record.sensors().take(layout.freedoms);
+        let outputs: Vec<Output> = sensors().map(|c| output(c.role)).collect();
+        let zeros: Vec<f64> = sensors()
+            .map(|c| match c.role {
+                Role::Acceleration(i) => zero(&c.values, signals.states.get(layout.freedoms + i), record.interval),
+                _ => 0.0,
+            })
+            .collect();
+        let measured =
+            sensors().zip(&zeros).map(|(c, zero)| c.values[samples.clone()].iter().map(|v| v - zero).collect());
+        let measured = measured.collect();
         let smoothed: Vec<f64> = signals.states.iter().map(|s| s[samples.start]).collect();
         let period = signals.main_period.map_or(0.1 * samples.len() as f64, |p| p / record.interval);
         Self {
             grid: Arc::new(grid),
-            guesses: [polynomial_guess(&measured, smoothed.len(), period, record.interval), smoothed],
+            guesses: [polynomial_guess(&displacements, smoothed.len(), period, record.interval), smoothed],
+            outputs,
+            zeros,
             measured,
             limits: signals.states.iter().map(|s| RANGE * s.iter().fold(0.0_f64, |m, v| m.max(v.abs()))).collect(),
             as_measured: quiet,
@@ -75,16 +95,18 @@ impl Drive {
         }
     }
 
-    /// The record for refinement; none if it is not of second order.
+    /// The record for refinement; none if some displacement (or state) is not measured.
     ///
     /// `signals` give the states that segments begin with; `record` counts the records that are refined together.
     pub(super) fn run(&self, record: usize, signals: &Signals) -> Option<Run> {
-        if signals.states.len() != 2 * self.measured.len() || self.limits.len() != signals.states.len() {
+        let complete = [1, 2].iter().any(|orders| orders * self.measured.len() == signals.states.len());
+        if self.measured.is_empty() || !complete {
             return None;
         }
         Some(Run {
             record,
             grid: Arc::clone(&self.grid),
+            outputs: self.outputs.clone(),
             measured: self.measured.clone(),
             weights: vec![1.0; self.measured.len()],
             motion: Arc::new(MeasuredMotion {
@@ -104,14 +126,42 @@ impl Drive {
         workspace: &mut Workspace,
         cancelled: &dyn Fn() -> bool,
     ) -> Response {
-        let limits = Limits { states: &self.limits, cancelled, ..Limits::default() };
-        let measured: Vec<&[f64]> = self.measured.iter().map(|m| &**m).collect();
+        let rates = self.outputs.iter().any(|o| o.is_rate());
+        let limits = Limits { states: &self.limits, cancelled, rates, ..Limits::default() };
+        let measured: Vec<(Output, &[f64])> =
+            self.outputs.iter().copied().zip(self.measured.iter().map(|m| &**m)).collect();
         let guesses = self.guesses.each_ref().map(Vec::as_slice);
-        let initial = fit_initial_state(simulator, &self.grid, &measured, &guesses, self.opening, &limits, workspace);
+        let mut fit = |guesses: &[&[f64]], opening: usize| {
+            fit_initial_state(simulator, &self.grid, &measured, guesses, opening, &limits, workspace)
+        };
+        let mut initial = fit(&guesses, self.opening);
+        // A motion that no sensor showed is guessed at roughly: what lasts a short while is sought over longer ones.
+        let mut opening = self.opening;
+        while self.outputs.iter().any(|o| o.derivatives() > 0) && opening < self.grid.len() && initial.after < FOLLOWED
+        {
+            opening = (LONGER * opening).min(self.grid.len());
+            initial = fit(&[&initial.state], opening);
+        }
         let mut response = Response::default();
         simulator.run_into(&self.grid, &initial.state, 0..self.grid.len(), &limits, workspace, &mut response);
         response
     }
+}
+
+/// What a channel shows of the motion.
+pub(crate) fn output(role: Role) -> Output {
+    match role {
+        Role::Displacement(i) | Role::Input(i) => Output::Displacement(i),
+        Role::Velocity(i) => Output::Velocity(i),
+        Role::Acceleration(i) => Output::Acceleration(i),
+    }
+}
+
+/// An accelerometer's zero: over a record the acceleration's mean is what the velocity has changed by.
+fn zero(values: &[f64], velocity: Option<&Vec<f64>>, interval: f64) -> f64 {
+    let last = values.len().saturating_sub(1).max(1);
+    let changed = velocity.and_then(|v| Some(v.last()? - v.first()?)).unwrap_or(0.0) / (last as f64 * interval);
+    mean_and_variance(values).0 - changed
 }
 
 /// The state at the first sample by a polynomial over the beginning of the motion: smoothing that suits the regression

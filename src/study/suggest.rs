@@ -1,7 +1,7 @@
 use super::{Settings, Smoothing, StudyError, base_excited};
 use crate::record::{RecordSet, Role, Usage};
 use crate::signal::{Facts, mean_and_variance};
-use crate::term::{Family, Function, Kind, Layout, Symbol, Term, polynomials};
+use crate::term::{Expression, Family, Function, Kind, Layout, Symbol, Term, polynomials};
 
 /// Settings to start from: a library by the kind of data, smoothing from the signals' noise and period; nothing is simulated.
 ///
@@ -28,6 +28,8 @@ pub fn suggest(records: &RecordSet, kind: Kind) -> Result<Settings, StudyError> 
         smoothing: Smoothing { window, ..smoothing },
         terms: library(&layout, base_excited(record, kind)),
         threshold: 0.02,
+        // What regression is told of a motion that no sensor showed is an estimate.
+        refine: record.channels.iter().any(|c| c.estimated),
         ..Settings::default()
     })
 }
@@ -53,14 +55,15 @@ fn library(layout: &Layout, base: bool) -> Vec<Term> {
             terms.extend(polynomials(&states, 2, true));
             terms
         }
+        Kind::SecondOrder if layout.freedoms > 1 => chain(layout.freedoms),
         Kind::SecondOrder => {
             let mut terms = Family::States.terms(layout);
             let displacements: Vec<Symbol> = (0..layout.freedoms).map(Symbol::State).collect();
             terms.extend(polynomials(&displacements, 3, false).into_iter().skip(displacements.len()));
             terms.extend(Family::QuadraticDamping.terms(layout));
             terms.extend((0..layout.freedoms).map(|i| {
-                let v = crate::term::Expression::Symbol(Symbol::Rate(i));
-                Term::new(crate::term::Expression::call(Function::Sgn, v))
+                let v = Expression::Symbol(Symbol::Rate(i));
+                Term::new(Expression::call(Function::Sgn, v))
             }));
             terms
         }
@@ -74,4 +77,19 @@ fn library(layout: &Layout, base: bool) -> Vec<Term> {
         terms.extend(Family::Constant.terms(layout));
     }
     terms
+}
+
+/// What masses in a row are usually made of: springs (linear and cubic), dampers and dry friction between each and the
+/// ground, and between neighbours. Every displacement and velocity is there by itself, so that masses coupled in another
+/// order find their linear forces too.
+fn chain(masses: usize) -> Vec<Term> {
+    let across = |symbol: fn(usize) -> Symbol| -> Vec<Expression> {
+        let of = |i: usize| Expression::Symbol(symbol(i));
+        let neighbours = (1..masses).map(|i| Expression::Sum(vec![of(i), of(i - 1).negated()]));
+        (0..masses).map(of).chain(neighbours).collect()
+    };
+    let (stretches, speeds) = (across(Symbol::State), across(Symbol::Rate));
+    let cubes = stretches.iter().map(|x| Expression::Power(Box::new(x.clone()), 3.0));
+    let friction = speeds.iter().map(|v| Expression::call(Function::Sgn, v.clone()));
+    stretches.iter().chain(&speeds).cloned().chain(cubes).chain(friction).map(Term::new).collect()
 }

@@ -212,7 +212,7 @@ fn undamped(outcome: &Outcome) -> Option<Warning> {
     let term = Term::new(Expression::Symbol(Symbol::Rate(freedom)));
     let name = term.pretty(&layout);
     let mut settings = outcome.settings.clone();
-    settings.locks.insert(term, Lock::In);
+    settings.decide(freedom, layout.freedoms, term, Lock::In);
     Some(Warning {
         severity: Severity::Caution,
         text: format!(

@@ -310,7 +310,8 @@ mod tests {
         let mut series = |which: usize| -> Arc<[f64]> {
             (0..count).map(|k| motion(INTERVAL * k as f64)[which] + deviate()).collect()
         };
-        let channel = |role, values| Channel { name: String::new(), role, unit: String::new(), values };
+        let channel =
+            |role, values| Channel { name: String::new(), role, unit: String::new(), values, estimated: false };
         let record = Record {
             name: String::new(),
             source: None,

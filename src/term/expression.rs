@@ -165,6 +165,19 @@ impl Expression {
         Self::Call(function, vec![argument])
     }
 
+    /// The number in front of an expression, and the rest of it; of a number, one.
+    pub fn apart(&self) -> (f64, Self) {
+        let Self::Product(factors) = self else {
+            return match self {
+                Self::Number(n) => (*n, Self::Number(1.0)),
+                other => (1.0, other.clone()),
+            };
+        };
+        let number = |e: &Self| if let Self::Number(n) = e { Some(*n) } else { None };
+        let rest: Vec<Self> = factors.iter().filter(|e| number(e).is_none()).cloned().collect();
+        (factors.iter().filter_map(number).product(), Self::Product(rest))
+    }
+
     /// This expression times −1.
     pub fn negated(self) -> Self {
         Self::Product(vec![Self::Number(-1.0), self])

@@ -1,5 +1,5 @@
 use super::expression::{Expression, Function, Symbol};
-use super::{Kind, Layout, Term, TermError};
+use super::{Kind, Layout, Term};
 
 /// A family of candidate terms that a library can include at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -97,36 +97,4 @@ fn monomials(symbols: &[Symbol], from: usize, left: usize, exponents: &mut [usiz
         monomials(symbols, from + 1, left - e, exponents, terms);
     }
     exponents[from] = 0;
-}
-
-/// Reads a list of terms as an option or a text field gives it: separated by commas outside brackets, or by semicolons.
-///
-/// # Errors
-/// The first entry that is no term.
-pub fn list(text: &str) -> Result<Vec<Term>, TermError> {
-    let mut terms: Vec<Term> = Vec::new();
-    let mut depth = 0_usize;
-    let mut start = 0;
-    let mut push = |piece: &str| -> Result<(), TermError> {
-        if !piece.trim().is_empty() {
-            let term = Term::parse(piece.trim())?;
-            if !terms.contains(&term) {
-                terms.push(term);
-            }
-        }
-        Ok(())
-    };
-    for (at, c) in text.char_indices() {
-        match c {
-            '(' => depth += 1,
-            ')' => depth = depth.saturating_sub(1),
-            ',' | ';' | '\n' if depth == 0 => {
-                push(&text[start..at])?;
-                start = at + 1;
-            }
-            _ => {}
-        }
-    }
-    push(&text[start..])?;
-    Ok(terms)
 }

@@ -6,6 +6,7 @@
 mod calculus;
 mod expression;
 mod library;
+mod lists;
 mod parse;
 mod print;
 mod program;
@@ -19,7 +20,8 @@ pub use calculus::derivative;
 pub(crate) use calculus::{drift, in_signs};
 pub(crate) use expression::sign;
 pub use expression::{Expression, Function, Symbol};
-pub use library::{Family, list, polynomials};
+pub use library::{Family, polynomials};
+pub use lists::{Part, by_equation, list, pieces};
 pub use parse::TermError;
 pub(crate) use print::{Style, latex_number, written};
 pub(crate) use program::LANES;

@@ -1,5 +1,7 @@
 //! The study of hidden effects: the virtual rig hides one, the search is given the records alone.
 
+pub(crate) mod two_masses;
+
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::time::Instant;

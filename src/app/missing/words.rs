@@ -30,7 +30,7 @@ pub(super) fn answer(p: f64, gap: bool) -> String {
 pub(super) fn no_gap(p: f64) -> String {
     if p < LEVEL {
         // Steps of the sensor repeat with the motion as a force does: they are held against a far lower level.
-        return format!("{}: not clear enough for data in steps or a fit as exact as this", p_value(p));
+        return format!("{}: not clear enough beside what noise, steps and arithmetic leave", p_value(p));
     }
     format!("{}; a gap counts below {}", p_value(p), power_of_ten(LEVEL))
 }

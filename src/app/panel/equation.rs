@@ -284,7 +284,7 @@ fn menu(ui: &mut Ui, desk: &mut Desk<'_>, term: &Term, coefficient: Option<f64>,
         clicked
     };
     if entry(ui, lock.is_none(), "Let the threshold decide", "Kept while it is larger than the threshold") {
-        settings.locks.remove(term);
+        settings.decide_for_all(term, None);
     }
     if entry(ui, lock == Some(Lock::In), "Always keep", "Known physics: kept whatever the threshold") {
         set_lock(settings, term, Lock::In);
@@ -316,7 +316,7 @@ fn menu(ui: &mut Ui, desk: &mut Desk<'_>, term: &Term, coefficient: Option<f64>,
 }
 
 fn set_lock(settings: &mut Settings, term: &Term, lock: Lock) {
-    settings.locks.insert(term.clone(), lock);
+    settings.decide_for_all(term, Some(lock));
 }
 
 /// A value to start typing from: as many digits as one reads.

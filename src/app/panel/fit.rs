@@ -190,7 +190,7 @@ fn several(ui: &mut Ui, desk: &Desk<'_>, outcome: &Outcome) {
     for channel in &record.channels {
         let size = vec2(ui.available_width(), ROW - 4.0);
         ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-            let name = super::equation::symbol(channel.symbol, &outcome.model.layout);
+            let name = channel.name(&outcome.model.layout);
             ui.add_sized(vec2(24.0, ROW - 4.0), egui::Label::new(RichText::new(name)));
             let text = channel.score.map_or_else(
                 || "diverged at once".to_owned(),

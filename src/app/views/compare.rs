@@ -146,8 +146,8 @@ fn plots(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState, shown: &[Shown<'
         let most = scene.measured().iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let largest = series.iter().flat_map(|s| s.0).filter(|v| v.is_finite()).fold(0.0_f64, |m, v| m.max(v.abs()));
         let largest = largest.min(if k == 0 { 1.5 * most } else { most }).max(f64::MIN_POSITIVE);
-        let scale = Scale::suited(largest, &scene.unit());
-        let symbol = if k == 0 { scene.layout.name(Symbol::State(scene.freedom)) } else { "E".into() };
+        let scale = Scale::suited(largest, &scene.shown().1);
+        let symbol = if k == 0 { scene.shown().0 } else { "E".into() };
         let time = scene.time_scale();
         let id = Id::unique(("view", View::Compare, name));
         let must_fit = state.cache.must_fit(View::Compare, name);
@@ -203,7 +203,7 @@ struct Table {
 }
 
 fn table(scene: &Scene<'_>, shown: &[Shown<'_>]) -> Table {
-    let unit = scene.unit();
+    let (_, unit) = scene.shown();
     let mut rows: Vec<(String, Vec<String>)> = Vec::new();
     let mut row = |name: &str, cell: &dyn Fn(&Outcome) -> String| {
         rows.push((name.to_owned(), shown.iter().map(|s| cell(s.outcome)).collect()));

@@ -78,7 +78,7 @@ fn of_the_record(ui: &mut Ui, view: View, scene: &Scene<'_>, state: &ViewState) 
         && let Some(score) = scene.channel().and_then(|c| c.score.as_ref())
     {
         ui.weak("·");
-        let rmse = units::format_si(score.rmse, &scene.unit(), 3);
+        let rmse = units::format_si(score.rmse, &scene.shown().1, 3);
         ui.label(format!("RMSE {rmse}, fit {} %", number::plain(score.best_fit, 2)))
             .on_hover_text("Root mean square of E(t), and 100 (1 − ‖y−ŷ‖ / ‖y−ȳ‖), on this record");
     }

@@ -19,7 +19,7 @@ const SUSPECT: f64 = 0.15;
 pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Option<Request> {
     let (index, freedom, source, layout) = (scene.index, scene.freedom, state.residual_of, scene.layout);
     let unit = match source {
-        Source::Response => scene.unit(),
+        Source::Response => scene.shown().1,
         Source::Equation if scene.second_order() => per_second(&per_second(&scene.unit())),
         Source::Equation => per_second(&scene.unit()),
     };

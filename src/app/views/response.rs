@@ -10,7 +10,6 @@ use super::scene::Scene;
 use super::{Request, View, ViewState};
 use crate::app::plot::palette::Ink;
 use crate::app::plot::units;
-use crate::term::Symbol;
 
 /// A stretch is worth marking if its error exceeds the noise that stands in every comparison by this factor.
 const ABOVE_NOISE: f64 = 1.25;
@@ -23,12 +22,12 @@ const SHARE: f64 = 0.04;
 const DENSE: usize = 2000;
 
 pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Option<Request> {
-    let unit = scene.unit();
+    let (name, unit) = scene.shown();
     let (response, error) = scene.channel().map_or((&[][..], &[][..]), |c| (&c.response, &c.error));
     let ghost = scene.channel_before();
     let curve = |ink, name, values, part| Curve { ink, name, samples: scene.samples(values), part };
 
-    let mut upper = Panel::new("response", scene.layout.name(Symbol::State(scene.freedom)), unit.clone());
+    let mut upper = Panel::new("response", name, unit.clone());
     upper.share = 1.6;
     upper.curves.push(curve(Ink::Measured, "measured", scene.measured(), Part::Leads));
     if let Some(ghost) = ghost {

@@ -82,8 +82,9 @@ impl<'a> Scene<'a> {
         if interval > 0.0 && interval.is_finite() { interval } else { 1.0 }
     }
 
+    /// What the sensor showed.
     pub(super) fn measured(&self) -> &'a [f64] {
-        self.record.record.channel(Role::Displacement(self.freedom)).map_or(&[], |c| &c.values)
+        self.record.record.sensor(self.freedom).map_or(&[], |c| &c.values)
     }
 
     /// Smoothed state of an index into the state vector.
@@ -107,6 +108,14 @@ impl<'a> Scene<'a> {
 
     pub(super) fn channel_before(&self) -> Option<&'a crate::study::Channel> {
         self.before.and_then(|r| r.channels.get(self.freedom))
+    }
+
+    /// Name and unit of what the sensor shows; a displacement, or what the record has in its place.
+    pub(super) fn shown(&self) -> (String, String) {
+        let displacement = || self.layout.name(Symbol::State(self.freedom));
+        let name = self.channel().map_or_else(displacement, |c| c.name(&self.layout));
+        let unit = self.record.record.sensor(self.freedom).map(|c| c.unit.trim().to_owned());
+        (name, unit.unwrap_or_default())
     }
 
     /// The unit of the displacement (or state) shown; empty if the record does not say.

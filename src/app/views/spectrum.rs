@@ -38,7 +38,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
         (Ink::Identified, "identified", spectra.identified.as_ref()),
         (Ink::Error, "error", spectra.error.as_ref()),
     ];
-    let unit = scene.unit();
+    let (_, unit) = scene.shown();
     let level = noise_level(scene);
     let mut entries: Vec<Entry<'_>> =
         curves.iter().filter(|c| c.2.is_some()).map(|c| Entry { ink: c.0, name: c.1 }).collect();
@@ -174,8 +174,7 @@ fn spectra(ui: &Ui, scene: &Scene<'_>, state: &mut ViewState) -> Arc<OnceLock<Sp
     let level = noise_level(scene);
     let compute = move || {
         let record = &outcome.records[index];
-        let role = crate::record::Role::Displacement(freedom);
-        let measured = record.record.channel(role).map_or(&[][..], |c| &c.values);
+        let measured = record.record.sensor(freedom).map_or(&[][..], |c| &c.values);
         let response = record.channels.get(freedom).map_or(&[][..], |c| &c.response);
         let error: Vec<f64> = measured.iter().zip(response).map(|(m, r)| m - r).collect();
         let (measured, identified, error) =

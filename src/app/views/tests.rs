@@ -62,6 +62,7 @@ fn outcome_of(cases: &[Case]) -> Arc<Outcome> {
         model: Model { layout, equations: vec![Equation { terms: Vec::new() }; layout.states()], static_ratio: 1.0 },
         refinement: None,
         fits: Vec::new(),
+        covariance: crate::study::Covariance::default(),
         train: records[0].channels[0].score,
         test: None,
         records,
@@ -95,12 +96,19 @@ fn record_of(index: usize, case: &Case) -> RecordOutcome {
         let rmse = (error.iter().map(|e| e * e).sum::<f64>() / lasts.max(1) as f64).sqrt();
         let max_error = error.iter().copied().fold(0.0, f64::max);
         let score = Score { rmse, nrmse: rmse / 1e-3, max_error, best_fit: 98.76, samples: lasts };
-        scored.push(Channel { symbol: Symbol::State(freedom), response, error, score: (lasts > 0).then_some(score) });
+        scored.push(Channel {
+            symbol: Symbol::State(freedom),
+            role: Role::Displacement(freedom),
+            response,
+            error,
+            score: (lasts > 0).then_some(score),
+        });
         channels.push(RecordChannel {
             name: format!("x{}", freedom + 1),
             role: Role::Displacement(freedom),
             unit: "m".into(),
             values: values.into(),
+            estimated: false,
         });
     }
     for input in 0..inputs {
@@ -109,6 +117,7 @@ fn record_of(index: usize, case: &Case) -> RecordOutcome {
             role: Role::Input(input),
             unit: "N".into(),
             values: (0..n).map(force).collect(),
+            estimated: false,
         });
     }
     let all = |which: usize| -> Vec<Vec<f64>> { (0..freedoms).map(|f| series(f, which, 0.0, n)).collect() };

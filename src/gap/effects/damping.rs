@@ -2,10 +2,10 @@ use super::{Axis, Form, Setting, Sign, coefficient, fixed, term};
 
 /// Damping that is smooth in the velocity.
 pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
-    for &frame in setting.frames() {
+    for frame in setting.frames() {
         let mut push = |effect, title, explanation, separates, text: &str, name, dimension: (i32, i32)| {
             let term = term(text, frame);
-            if setting.has(&term) {
+            if setting.has(&term, frame.site) {
                 return;
             }
             forms.push(Form {
@@ -13,11 +13,12 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                 title,
                 explanation,
                 separates,
-                form: frame.form,
+                form: frame.form.clone(),
+                site: Some(frame.site),
                 coefficients: vec![coefficient(name, dimension.0, dimension.1, Sign::Against)],
                 inner: Vec::new(),
                 contains: &[],
-                axis: Axis::Velocity { joint: frame.joint },
+                axis: Axis::Velocity,
                 build: fixed(vec![term]),
             });
         };

@@ -2,16 +2,18 @@ use super::{Addition, Axis, Form, Inner, Setting, Sign, coefficient, fixed, loga
 
 /// Dry friction in its kinds.
 pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
-    for &frame in setting.frames() {
+    for frame in setting.frames() {
         let sliding = term("sgn(W)", frame);
-        let axis = Axis::Velocity { joint: frame.joint };
-        if !setting.has(&sliding) {
+        let axis = Axis::Velocity;
+        let site = Some(frame.site);
+        if !setting.has(&sliding, frame.site) {
             forms.push(Form {
                 effect: "coulomb_friction",
                 title: "Coulomb (dry) friction",
                 explanation: "A force of constant size against the motion, whatever the speed.",
                 separates: "a free decay until the motion stops, or small amplitudes beside large ones",
-                form: frame.form,
+                form: frame.form.clone(),
+                site,
                 coefficients: vec![coefficient("F_c", 1, -2, Sign::Against)],
                 inner: Vec::new(),
                 contains: &[],
@@ -19,14 +21,16 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                 build: fixed(vec![sliding.clone()]),
             });
         }
-        let speed = setting.speed(frame);
-        let slowest = (2.0 * setting.speed_noise).max(0.01 * speed).min(0.3 * speed);
+        let speed = frame.speed;
+        let there = frame.clone();
+        let slowest = (2.0 * frame.speed_noise).max(0.01 * speed).min(0.3 * speed);
         forms.push(Form {
             effect: "stribeck_friction",
             title: "Stribeck friction",
             explanation: "Dry friction that is larger at low speed and falls to its sliding level as the motion gets faster.",
             separates: "many reversals at low speed: a slow, large motion of the base",
-            form: frame.form,
+            form: frame.form.clone(),
+            site,
             coefficients: vec![
                 coefficient("F_c", 1, -2, Sign::Against),
                 coefficient("F_s - F_c", 1, -2, Sign::Against),
@@ -41,10 +45,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             contains: &["coulomb_friction"],
             axis,
             build: shared(move |inner| Addition {
-                terms: vec![
-                    sliding.clone(),
-                    term(&format!("sgn(W)*exp(-(W/{:e})^2)", inner[0]), frame),
-                ],
+                terms: vec![sliding.clone(), term(&format!("sgn(W)*exp(-(W/{:e})^2)", inner[0]), &there)],
                 ..Addition::default()
             }),
         });
@@ -54,7 +55,8 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             title: "Static friction (stick-slip)",
             explanation: "The mass sticks until the pull exceeds a level above that of sliding, then slips.",
             separates: "motion slow and small enough that the mass stops in every period",
-            form: frame.form,
+            form: frame.form.clone(),
+            site,
             coefficients: vec![coefficient("F_c", 1, -2, Sign::Against)],
             inner: vec![Inner {
                 name: "F_s/F_c",
@@ -76,7 +78,8 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             title: "Position-dependent friction",
             explanation: "Dry friction that grows with the displacement (also called structural or rate-independent damping).",
             separates: "the same amplitude at two frequencies an octave apart",
-            form: frame.form,
+            form: frame.form.clone(),
+            site,
             coefficients: vec![coefficient("h", 0, -2, Sign::Against)],
             inner: Vec::new(),
             contains: &[],

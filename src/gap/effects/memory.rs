@@ -1,22 +1,34 @@
 use std::f64::consts::TAU;
 
-use super::{Addition, Axis, Form, Inner, Setting, Sign, coefficient, known, logarithmic, shared, term};
+use super::{
+    Addition, Axis, Form, Frame, Inner, Setting, Sign, coefficient, known, logarithmic, shared, term, with_words,
+};
 use crate::model::Equation;
 
 /// Forces that remember: they have states of their own.
 pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
-    let frame = setting.spring();
-    let joint = frame.joint;
-    let reach = setting.reach(frame);
+    for frame in setting.springs() {
+        hysteresis(setting, &frame, forms);
+        relaxation(setting, &frame, forms);
+    }
+    for frame in setting.each_mass() {
+        second_mode(setting, &frame, forms);
+    }
+}
+
+fn hysteresis(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
+    let reach = frame.reach;
     // A yield displacement that is crossed within a sample cannot be told from dry friction.
-    let least = (0.04 * reach).max(setting.speed(frame) * setting.interval).min(0.5 * reach);
+    let least = (0.04 * reach).max(frame.speed * setting.interval).min(0.5 * reach);
     for (form, power) in [("", 1), ("rounder", 2)] {
+        let frame = frame.clone();
         forms.push(Form {
             effect: "bouc_wen_hysteresis",
             title: "Bouc–Wen hysteresis",
             explanation: "A spring in series with a slider: stiff at each reversal, then yielding, so that the force runs in loops.",
             separates: "slow loops at three amplitudes, with reversals in between",
-            form,
+            form: with_words(&frame.form, form),
+            site: Some(frame.site),
             coefficients: vec![coefficient("k_h", 0, -2, Sign::Against)],
             inner: vec![
                 Inner {
@@ -29,7 +41,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                 Inner { name: "shape", dimension: (0, 0), grid: vec![0.5, 0.9], bounds: (0.1, 1.5), jumps: false },
             ],
             contains: &["coulomb_friction"],
-            axis: Axis::Displacement { joint },
+            axis: Axis::Displacement,
             build: shared(move |inner| {
                 let (yields, shape) = (inner[0].powi(power), inner[1]);
                 let (loops, slims) =
@@ -37,15 +49,19 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                 Addition {
                     terms: vec![known("z")],
                     internals: vec![Equation::known([
-                        (term("W", frame), 1.0),
-                        (term(loops, frame), -shape / yields),
-                        (term(slims, frame), -(1.0 - shape) / yields),
+                        (term("W", &frame), 1.0),
+                        (term(loops, &frame), -shape / yields),
+                        (term(slims, &frame), -(1.0 - shape) / yields),
                     ])],
                     ..Addition::default()
                 }
             }),
         });
     }
+}
+
+fn relaxation(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
+    let frame = frame.clone();
     let fastest = 0.5 * setting.interval;
     let slowest = 20.0 / (TAU * setting.frequency);
     forms.push(Form {
@@ -53,7 +69,8 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
         title: "Viscoelastic relaxation",
         explanation: "A spring in series with a damper (a Maxwell branch): stiff to fast motion, soft to slow.",
         separates: "frequencies around the relaxation rate, or a step that is held",
-        form: "",
+        form: frame.form.clone(),
+        site: Some(frame.site),
         coefficients: vec![coefficient("k_v", 0, -2, Sign::Against)],
         inner: vec![Inner {
             name: "tau",
@@ -63,20 +80,25 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             jumps: false,
         }],
         contains: &["viscous_damping", "linear_stiffness"],
-        axis: Axis::Displacement { joint },
+        axis: Axis::Displacement,
         build: shared(move |inner| Addition {
             terms: vec![known("z")],
-            internals: vec![Equation::known([(term("W", frame), 1.0), (known("z"), -1.0 / inner[0])])],
+            internals: vec![Equation::known([(term("W", &frame), 1.0), (known("z"), -1.0 / inner[0])])],
             ..Addition::default()
         }),
     });
+}
+
+fn second_mode(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
+    let frame = frame.clone();
     let highest = 0.3 / setting.interval;
     forms.push(Form {
         effect: "second_mode",
         title: "Second mode",
         explanation: "A further mass on a spring of its own rides on this one: a notch and a second peak.",
         separates: "a sweep through the second frequency",
-        form: "",
+        form: frame.form.clone(),
+        site: Some(frame.site),
         coefficients: vec![coefficient("mu", 0, 0, Sign::Along)],
         inner: vec![
             Inner {
@@ -89,20 +111,20 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             Inner { name: "zeta_2", dimension: (0, 0), grid: vec![0.012, 0.05], bounds: (1e-4, 0.6), jumps: false },
         ],
         contains: &["linear_stiffness"],
-        axis: Axis::Displacement { joint: false },
-        build: shared(|inner| {
+        axis: Axis::Displacement,
+        build: shared(move |inner| {
             let omega = TAU * inner[0];
             let (spring, damper) = (omega * omega, 2.0 * inner[1] * omega);
-            let force = format!("{spring:e}*(z1-x)+{damper:e}*(z2-v)");
+            let force = format!("{spring:e}*(z1-R)+{damper:e}*(z2-W)");
             Addition {
-                terms: vec![known(&force)],
+                terms: vec![term(&force, &frame)],
                 internals: vec![
                     Equation::known([(known("z2"), 1.0)]),
                     Equation::known([
                         (known("z1"), -spring),
-                        (known("x"), spring),
+                        (term("R", &frame), spring),
                         (known("z2"), -damper),
-                        (known("v"), damper),
+                        (term("W", &frame), damper),
                     ]),
                 ],
                 ..Addition::default()

@@ -13,8 +13,9 @@ mod stiffness;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
+use super::site::{Placed, Site};
 use crate::model::Equation;
-use crate::term::Term;
+use crate::term::{Expression, Term};
 
 /// What the catalogue needs to know of the data and of the base model.
 #[derive(Clone, Debug)]
@@ -25,18 +26,14 @@ pub(crate) struct Setting {
     pub(crate) input_open: bool,
     /// There is an input.
     pub(crate) has_input: bool,
+    /// Where forces may act.
+    pub(crate) frames: Vec<Frame>,
     /// The present model's terms.
-    pub(crate) terms: Vec<Term>,
+    pub(crate) terms: Vec<Placed>,
     /// Unit of displacement; empty if unknown.
     pub(crate) unit: String,
-    /// Largest magnitude of `x`, and of `x − u` where the base moves.
-    pub(crate) reach: [f64; 2],
-    /// Largest magnitude of `v`, and of `v − du`.
-    pub(crate) speed: [f64; 2],
     /// Largest magnitude of the input.
     pub(crate) input: f64,
-    /// Standard deviation of the noise of the velocity along the estimated motion.
-    pub(crate) speed_noise: f64,
     /// Main frequency of the motion, Hz.
     pub(crate) frequency: f64,
     /// Frequencies that stand out in the missing force, Hz.
@@ -45,8 +42,9 @@ pub(crate) struct Setting {
     pub(crate) pulsations: Vec<f64>,
     /// Sampling interval, s: what is faster cannot be seen.
     pub(crate) interval: f64,
-    /// Largest magnitude of the displacement as measured.
+    /// Largest magnitude of what the sensor shows, and how often that is the displacement's derivative.
     pub(crate) measured: f64,
+    pub(crate) derivatives: usize,
 }
 
 /// Which sign of a coefficient is physical.
@@ -81,11 +79,34 @@ impl Sign {
 #[derive(Clone, Debug)]
 pub(crate) struct Coefficient {
     /// Its usual symbol; the quantity shown is the coefficient times −1 where the sign is `Against`.
-    pub(crate) name: &'static str,
+    pub(crate) name: String,
     /// Powers of length and of time in its unit.
     pub(crate) dimension: (i32, i32),
     /// Its physical sign.
     pub(crate) sign: Sign,
+    /// It acts on the second mass of a joint, the other way round than on the first.
+    pub(crate) mirrored: bool,
+}
+
+impl Coefficient {
+    /// The quantity that is shown for a value: positive where it acts as its name says.
+    pub(crate) fn shown(&self, value: f64) -> f64 {
+        match self.sign {
+            Sign::Against => -value,
+            Sign::Any if self.mirrored => -value,
+            Sign::Along | Sign::Any => value,
+        }
+    }
+
+    /// The same of one mass of a joint, counted from zero.
+    fn of(&self, mass: usize, mirrored: bool) -> Self {
+        let sign = match (self.sign, mirrored) {
+            (Sign::Against, true) => Sign::Along,
+            (Sign::Along, true) => Sign::Against,
+            (sign, _) => sign,
+        };
+        Self { name: format!("{},{}", self.name, mass + 1), sign, mirrored, ..*self }
+    }
 }
 
 /// A quantity inside a term: a gap, a velocity, a time constant.
@@ -99,19 +120,20 @@ pub(crate) struct Inner {
     pub(crate) grid: Vec<f64>,
     /// Values beyond these are not this effect.
     pub(crate) bounds: (f64, f64),
-    /// The response jumps where it passes certain values: each at which a stop begins or ends.
+    /// The response jumps where it passes certain values: each at which a stop begins or ends. At its least value the effect
+    /// is the simpler one that it contains.
     pub(crate) jumps: bool,
 }
 
 /// What an effect adds to a model at given inner values.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Addition {
-    /// Terms of the acceleration, each with a coefficient to be fitted.
-    pub(crate) terms: Vec<Term>,
+#[derive(Clone, Debug)]
+pub(crate) struct Addition<T = Placed> {
+    /// Terms of accelerations, each with a coefficient to be fitted.
+    pub(crate) terms: Vec<T>,
     /// Equations of its own internal states, called `z` or `z1, z2` in its terms.
     pub(crate) internals: Vec<Equation>,
     /// Terms of the model that it replaces.
-    pub(crate) replaces: Vec<Term>,
+    pub(crate) replaces: Vec<T>,
     /// The input acts later by this, s.
     pub(crate) delay: f64,
     /// The input acts only within ± this.
@@ -124,7 +146,23 @@ pub(crate) struct Addition {
     pub(crate) offset: bool,
 }
 
-type Build = Arc<dyn Fn(&[f64]) -> Addition + Send + Sync>;
+impl<T> Default for Addition<T> {
+    fn default() -> Self {
+        Self {
+            terms: Vec::new(),
+            internals: Vec::new(),
+            replaces: Vec::new(),
+            delay: 0.0,
+            input_limit: None,
+            static_ratio: None,
+            ceiling: None,
+            offset: false,
+        }
+    }
+}
+
+/// What an effect adds to the equation of the mass that it acts on.
+type Build = Arc<dyn Fn(&[f64]) -> Addition<Term> + Send + Sync>;
 
 /// An effect in one of its forms.
 #[derive(Clone)]
@@ -137,9 +175,11 @@ pub(crate) struct Form {
     pub(crate) explanation: &'static str,
     /// What an experiment needs to show it apart from others.
     pub(crate) separates: &'static str,
-    /// Which form: `to ground`, `in the joint`; empty if there is one.
-    pub(crate) form: &'static str,
-    /// Coefficients of the terms, in their order.
+    /// Which form: `to ground`, `between masses 1 and 2`; empty if there is one.
+    pub(crate) form: String,
+    /// Where it acts; none of the input and of the sensor.
+    pub(crate) site: Option<Site>,
+    /// Coefficients of the terms, in their order; a joint has two for each, one a mass.
     pub(crate) coefficients: Vec<Coefficient>,
     /// Inner quantities.
     pub(crate) inner: Vec<Inner>,
@@ -153,10 +193,10 @@ pub(crate) struct Form {
 /// The quantity that a force is drawn over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Axis {
-    /// Displacement, or that across the joint.
-    Displacement { joint: bool },
-    /// Velocity, or that across the joint.
-    Velocity { joint: bool },
+    /// The displacement across its site.
+    Displacement,
+    /// The velocity across its site.
+    Velocity,
     /// The input.
     Input,
     /// Time.
@@ -172,7 +212,28 @@ impl std::fmt::Debug for Form {
 impl Form {
     /// What it adds at these inner values.
     pub(crate) fn addition(&self, inner: &[f64]) -> Addition {
-        (self.build)(inner)
+        let Addition { terms, internals, replaces, delay, input_limit, static_ratio, ceiling, offset } =
+            (self.build)(inner);
+        let (first, second) = self.site.map_or((0, None), Site::masses);
+        let placed = |terms: Vec<Term>| -> Vec<Placed> {
+            let both = |term: Term| {
+                let mirrored = second.map(|mass| Placed { mass, term: term.clone() });
+                std::iter::once(Placed { mass: first, term }).chain(mirrored)
+            };
+            terms.into_iter().flat_map(both).collect()
+        };
+        let (terms, replaces) = (placed(terms), placed(replaces));
+        Addition { terms, internals, replaces, delay, input_limit, static_ratio, ceiling, offset }
+    }
+
+    /// True if both act on masses, and not on the same ones.
+    pub(crate) fn is_elsewhere(&self, other: &Self) -> bool {
+        self.site.zip(other.site).is_some_and(|(a, b)| a.masses() != b.masses())
+    }
+
+    /// True if the other is a special or limiting case of it on the same masses.
+    pub(crate) fn includes(&self, other: &Self) -> bool {
+        self.contains.contains(&other.effect) && !self.is_elsewhere(other)
     }
 
     /// Every combination of the inner grids.
@@ -196,8 +257,13 @@ impl Form {
     /// True if it does to a linear spring what a shifted zero does; `constant` alone is asked where the sensor's is free already.
     pub(crate) fn moves_the_zero(&self, constant: bool) -> bool {
         let addition = self.sample();
-        let steady = matches!(addition.terms.as_slice(), [term] if term.as_str() == "1");
+        let steady = matches!(addition.terms.as_slice(), [placed] if placed.term.as_str() == "1");
         steady || (addition.offset && !constant)
+    }
+
+    /// True if it is the sensor's zero.
+    pub(crate) fn is_offset(&self) -> bool {
+        self.sample().offset
     }
 
     /// What it adds at the first point of its grid.
@@ -207,7 +273,7 @@ impl Form {
 
     /// True if one of two forms is a kind of the other, or both are kinds of one effect.
     pub(crate) fn is_kin(&self, other: &Self) -> bool {
-        self.effect == other.effect || self.contains.contains(&other.effect) || other.contains.contains(&self.effect)
+        !self.is_elsewhere(other) && (self.effect == other.effect || self.includes(other) || other.includes(self))
     }
 
     /// True if the other is a special case of it at the same place. A sensor's zero, free in each record, is more than a force.
@@ -230,6 +296,12 @@ pub(crate) fn catalogue(setting: &Setting) -> Vec<Form> {
     memory::add(setting, &mut forms);
     forcing::add(setting, &mut forms);
     sensing::add(setting, &mut forms);
+    // What acts between two masses acts on both, on each by its own mass.
+    for form in &mut forms {
+        if let Some(Site::Joint(i, j)) = form.site {
+            form.coefficients = form.coefficients.iter().flat_map(|c| [c.of(i, false), c.of(j, true)]).collect();
+        }
+    }
     forms
 }
 
@@ -258,47 +330,116 @@ pub(crate) fn unit(length: &str, (l, t): (i32, i32)) -> String {
     }
 }
 
-/// Where a term of position or velocity acts.
-#[derive(Clone, Copy)]
-struct Frame {
-    form: &'static str,
-    joint: bool,
+/// Where a term of position or velocity acts, and how far and how fast the motion goes there.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Frame {
+    pub(crate) site: Site,
+    /// The place in words; empty where there is no other.
+    pub(crate) form: String,
     /// Displacement and velocity as text.
-    r: &'static str,
-    w: &'static str,
+    r: String,
+    w: String,
+    /// Largest magnitudes of both.
+    pub(crate) reach: f64,
+    pub(crate) speed: f64,
+    /// Standard deviation of the noise of that velocity along the estimated motion.
+    pub(crate) speed_noise: f64,
 }
 
-const GROUND: Frame = Frame { form: "to ground", joint: false, r: "x", w: "v" };
-const JOINT: Frame = Frame { form: "in the joint", joint: true, r: "(x-u)", w: "(v-du)" };
-const ALONE: Frame = Frame { form: "", joint: false, r: "x", w: "v" };
+impl Frame {
+    /// Every place of a chain of masses, reach and speed left open.
+    pub(crate) fn all(masses: usize, base_moves: bool) -> Vec<Self> {
+        // One mass has displacement and velocity without numbers.
+        let number = |i: usize| if masses > 1 { (i + 1).to_string() } else { String::new() };
+        let across = |symbol: char, site: Site| match site {
+            Site::Ground(i) => format!("{symbol}{}", number(i)),
+            Site::Joint(i, j) => format!("({symbol}{}-{symbol}{})", number(i), number(j)),
+            Site::Base(i) if symbol == 'x' => format!("(x{}-u)", number(i)),
+            Site::Base(i) => format!("(v{}-du)", number(i)),
+        };
+        let words = |site: Site| match site {
+            Site::Ground(_) if masses == 1 && !base_moves => String::new(),
+            Site::Ground(_) if masses == 1 => "to ground".to_owned(),
+            Site::Base(_) if masses == 1 => "in the joint".to_owned(),
+            Site::Ground(i) => format!("to ground at mass {}", i + 1),
+            Site::Joint(i, j) => format!("between masses {} and {}", i + 1, j + 1),
+            Site::Base(i) => format!("to the base at mass {}", i + 1),
+        };
+        let frame = |site| Self {
+            site,
+            form: words(site),
+            r: across('x', site),
+            w: across('v', site),
+            reach: 0.0,
+            speed: 0.0,
+            speed_noise: 0.0,
+        };
+        Site::all(masses, base_moves).into_iter().map(frame).collect()
+    }
+}
 
 impl Setting {
-    /// To ground and in the joint where the base moves, else the one there is.
-    fn frames(&self) -> &'static [Frame] {
-        if self.base_excited { &[GROUND, JOINT] } else { &[ALONE] }
+    /// Every place that a force may act at.
+    fn frames(&self) -> &[Frame] {
+        &self.frames
     }
 
-    /// The frame in which the spring acts.
-    fn spring(&self) -> Frame {
-        if self.base_excited { Frame { form: "", ..JOINT } } else { ALONE }
+    fn masses(&self) -> usize {
+        self.frames.iter().filter(|f| matches!(f.site, Site::Ground(_))).count()
     }
 
-    fn reach(&self, frame: Frame) -> f64 {
-        self.reach[usize::from(frame.joint)]
+    /// The places of springs: of one mass the joint where the base moves, of several every one.
+    fn springs(&self) -> Vec<Frame> {
+        if self.masses() > 1 {
+            return self.frames.clone();
+        }
+        self.frames.last().map(|f| Frame { form: String::new(), ..f.clone() }).into_iter().collect()
     }
 
-    fn speed(&self, frame: Frame) -> f64 {
-        self.speed[usize::from(frame.joint)]
+    /// Each mass by itself.
+    fn each_mass(&self) -> Vec<Frame> {
+        let alone = self.masses() == 1;
+        let grounds = self.frames.iter().filter(|f| matches!(f.site, Site::Ground(_)));
+        let named = |(k, f): (usize, &Frame)| {
+            let form = if alone { String::new() } else { format!("on mass {}", k + 1) };
+            Frame { form, ..f.clone() }
+        };
+        grounds.enumerate().map(named).collect()
     }
 
-    fn has(&self, term: &Term) -> bool {
-        self.terms.contains(term)
+    /// True if the present model has the term at a place already, by itself or as the sum of its parts.
+    fn has(&self, term: &Term, site: Site) -> bool {
+        let (first, second) = site.masses();
+        let there = |mass: usize, e: &Expression| self.terms.iter().any(|t| t.mass == mass && t.term.expression() == e);
+        let part = |mass: usize, e: &Expression| match e {
+            Expression::Symbol(_) => there(mass, e),
+            Expression::Product(parts) => match parts.as_slice() {
+                [Expression::Number(_), symbol @ Expression::Symbol(_)] => there(mass, symbol),
+                _ => false,
+            },
+            _ => false,
+        };
+        let has = |mass: usize| match term.expression() {
+            e if there(mass, e) => true,
+            Expression::Sum(parts) => parts.iter().all(|e| part(mass, e)),
+            _ => false,
+        };
+        has(first) && second.is_none_or(has)
     }
 }
 
 /// A term written with the frame's displacement for `R` and velocity for `W`.
-fn term(text: &str, frame: Frame) -> Term {
-    known(&text.replace('R', frame.r).replace('W', frame.w))
+fn term(text: &str, frame: &Frame) -> Term {
+    known(&text.replace('R', &frame.r).replace('W', &frame.w))
+}
+
+/// A form's words behind those of its place.
+fn with_words(place: &str, words: &str) -> String {
+    match (place, words) {
+        (place, "") => place.to_owned(),
+        ("", words) => words.to_owned(),
+        (place, words) => format!("{place}, {words}"),
+    }
 }
 
 /// A term of the catalogue itself.
@@ -306,7 +447,7 @@ fn known(text: &str) -> Term {
     Term::parse(text).unwrap_or_else(|error| unreachable!("the catalogue's own terms are well formed: {error}"))
 }
 
-fn shared(f: impl Fn(&[f64]) -> Addition + Send + Sync + 'static) -> Build {
+fn shared(f: impl Fn(&[f64]) -> Addition<Term> + Send + Sync + 'static) -> Build {
     Arc::new(f)
 }
 
@@ -326,6 +467,6 @@ fn even(from: f64, to: f64, count: usize) -> Vec<f64> {
     (0..count).map(|k| from + (to - from) * k as f64 / (count.max(2) - 1) as f64).collect()
 }
 
-const fn coefficient(name: &'static str, length: i32, time: i32, sign: Sign) -> Coefficient {
-    Coefficient { name, dimension: (length, time), sign }
+fn coefficient(name: &str, length: i32, time: i32, sign: Sign) -> Coefficient {
+    Coefficient { name: name.to_owned(), dimension: (length, time), sign, mirrored: false }
 }

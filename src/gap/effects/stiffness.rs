@@ -1,18 +1,18 @@
-use super::{Addition, Axis, Form, Frame, Inner, Setting, Sign, coefficient, even, fixed, shared, term};
+use super::{Addition, Axis, Form, Frame, Inner, Setting, Sign, coefficient, even, fixed, shared, term, with_words};
 
 /// Restoring forces.
 pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
-    for &frame in setting.frames() {
+    for frame in setting.frames() {
         powers(setting, frame, forms);
-        contacts(setting, frame, forms);
+        contacts(frame, forms);
     }
     pendulum(setting, forms);
 }
 
-fn powers(setting: &Setting, frame: Frame, forms: &mut Vec<Form>) {
+fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
     let mut push = |effect, title, explanation, separates, text: &str, name, length, sign| {
         let term = term(text, frame);
-        if setting.has(&term) {
+        if setting.has(&term, frame.site) {
             return;
         }
         forms.push(Form {
@@ -20,11 +20,12 @@ fn powers(setting: &Setting, frame: Frame, forms: &mut Vec<Form>) {
             title,
             explanation,
             separates,
-            form: frame.form,
+            form: frame.form.clone(),
+            site: Some(frame.site),
             coefficients: vec![coefficient(name, length, -2, sign)],
             inner: Vec::new(),
             contains: &[],
-            axis: Axis::Displacement { joint: frame.joint },
+            axis: Axis::Displacement,
             build: fixed(vec![term]),
         });
     };
@@ -80,8 +81,8 @@ fn powers(setting: &Setting, frame: Frame, forms: &mut Vec<Form>) {
     );
 }
 
-fn contacts(setting: &Setting, frame: Frame, forms: &mut Vec<Form>) {
-    let reach = setting.reach(frame);
+fn contacts(frame: &Frame, forms: &mut Vec<Form>) {
+    let reach = frame.reach;
     let gap = |from: f64| Inner {
         name: "d",
         dimension: (1, 0),
@@ -94,36 +95,35 @@ fn contacts(setting: &Setting, frame: Frame, forms: &mut Vec<Form>) {
         title: "Clearance",
         explanation: "A gap on both sides, then further springs: freeplay, or side stops.",
         separates: "amplitudes just below and just above the gap",
-        form: frame.form,
+        form: frame.form.clone(),
+        site: Some(frame.site),
         coefficients: vec![coefficient("k_c", 0, -2, Sign::Against)],
         inner: vec![gap(0.03)],
         contains: &[],
-        axis: Axis::Displacement { joint: frame.joint },
-        build: shared(move |inner| Addition {
-            terms: vec![term(&format!("dz(R,{:e})", inner[0]), frame)],
-            ..Addition::default()
-        }),
+        axis: Axis::Displacement,
+        build: {
+            let frame = frame.clone();
+            shared(move |inner| Addition {
+                terms: vec![term(&format!("dz(R,{:e})", inner[0]), &frame)],
+                ..Addition::default()
+            })
+        },
     });
     for (side, text) in [("above", "max(R-D,0)"), ("below", "min(R+D,0)")] {
-        let form = match (frame.form, side) {
-            ("", side) => side,
-            ("to ground", "above") => "to ground, above",
-            ("to ground", _) => "to ground, below",
-            (_, "above") => "in the joint, above",
-            _ => "in the joint, below",
-        };
+        let there = frame.clone();
         forms.push(Form {
             effect: "one_sided_stop",
             title: "One-sided stop",
             explanation: "Contact with a further spring on one side only, beyond a gap.",
             separates: "amplitudes just below and just above the gap",
-            form,
+            form: with_words(&frame.form, side),
+            site: Some(frame.site),
             coefficients: vec![coefficient("k_s", 0, -2, Sign::Against)],
             inner: vec![gap(0.03)],
             contains: &[],
-            axis: Axis::Displacement { joint: frame.joint },
+            axis: Axis::Displacement,
             build: shared(move |inner| Addition {
-                terms: vec![term(&text.replace('D', &format!("{:e}", inner[0])), frame)],
+                terms: vec![term(&text.replace('D', &format!("{:e}", inner[0])), &there)],
                 ..Addition::default()
             }),
         });
@@ -132,25 +132,27 @@ fn contacts(setting: &Setting, frame: Frame, forms: &mut Vec<Form>) {
 
 fn pendulum(setting: &Setting, forms: &mut Vec<Form>) {
     let angle = matches!(setting.unit.as_str(), "rad" | "");
-    let frame = setting.spring();
-    let spring = term("R", frame);
-    if !angle || setting.reach(frame) < 0.05 || !setting.has(&spring) {
-        return;
+    for frame in setting.springs() {
+        let spring = term("R", &frame);
+        if !angle || frame.reach < 0.05 || !setting.has(&spring, frame.site) {
+            continue;
+        }
+        forms.push(Form {
+            effect: "pendulum_restoring",
+            title: "Pendulum restoring force",
+            explanation: "Gravity on a pendulum: the restoring torque goes with the sine of the angle, in place of the spring.",
+            separates: "swings beyond one radian",
+            form: frame.form.clone(),
+            site: Some(frame.site),
+            coefficients: vec![coefficient("g/l", 0, -2, Sign::Against)],
+            inner: Vec::new(),
+            contains: &[],
+            axis: Axis::Displacement,
+            build: shared(move |_| Addition {
+                terms: vec![term("sin(R)", &frame)],
+                replaces: vec![spring.clone()],
+                ..Addition::default()
+            }),
+        });
     }
-    forms.push(Form {
-        effect: "pendulum_restoring",
-        title: "Pendulum restoring force",
-        explanation: "Gravity on a pendulum: the restoring torque goes with the sine of the angle, in place of the spring.",
-        separates: "swings beyond one radian",
-        form: "",
-        coefficients: vec![coefficient("g/l", 0, -2, Sign::Against)],
-        inner: Vec::new(),
-        contains: &[],
-        axis: Axis::Displacement { joint: frame.joint },
-        build: shared(move |_| Addition {
-            terms: vec![term("sin(R)", frame)],
-            replaces: vec![spring.clone()],
-            ..Addition::default()
-        }),
-    });
 }

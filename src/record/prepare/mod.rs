@@ -269,6 +269,7 @@ mod tests {
             role,
             unit: "m".into(),
             values: (0..samples).map(|i| tone(i as f64 * 1e-3 + shift)).collect(),
+            estimated: false,
         };
         let channels = vec![channel(Role::Displacement(0), "x", 0.0), channel(Role::Input(0), "u", 0.1)];
         Record { name: name.into(), source: None, start: 2.0, interval: 1e-3, channels, notices: Vec::new() }

@@ -13,7 +13,7 @@ fn written(records: &[Record], comments: &[String]) -> String {
 }
 
 fn channel(role: Role, name: &str, unit: &str, values: Vec<f64>) -> Channel {
-    Channel { name: name.into(), role, unit: unit.into(), values: values.into() }
+    Channel { name: name.into(), role, unit: unit.into(), values: values.into(), estimated: false }
 }
 
 fn record(name: &str, start: f64, interval: f64, channels: Vec<Channel>) -> Record {

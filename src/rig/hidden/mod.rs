@@ -448,7 +448,7 @@ impl<'a> Table<'a> {
 }
 
 fn channel(name: &str, role: Role, unit: &str, values: Vec<f64>) -> Channel {
-    Channel { name: name.to_owned(), role, unit: unit.to_owned(), values: Arc::from(values) }
+    Channel { name: name.to_owned(), role, unit: unit.to_owned(), values: Arc::from(values), estimated: false }
 }
 
 #[cfg(test)]

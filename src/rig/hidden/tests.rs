@@ -245,6 +245,7 @@ fn decays_obey_their_equation_too() {
 }
 
 #[test]
+#[ignore = "half a minute where tests are not optimised; run with --profile study"]
 fn pairs_are_both_there() {
     pairs().par_iter().filter(|p| !p.contains(&"second_mode")).for_each(|pair| {
         let hidden = draw(&Request { samples: DENSE, ..clean(pair, Shaking::Multisine, 5) }).unwrap();
@@ -392,6 +393,7 @@ fn friction_that_sticks_holds_the_mass_still_up_to_its_static_level() {
 }
 
 #[test]
+#[ignore = "half a minute where tests are not optimised; run with --profile study"]
 fn what_a_static_level_changes_is_known() {
     let beyond = |effect: &str, seed| draw(&clean(&[effect], Shaking::Multisine, seed)).unwrap().truth.beyond_simpler;
     assert!((0..5).all(|seed| beyond("coulomb_friction", seed).is_none()));

@@ -2,15 +2,17 @@
 
 mod rows;
 mod sureness;
+mod written;
 
 use std::sync::Arc;
 
-use super::known::{lock_of, sign_of};
+use super::covariance::Covariance;
+use super::known::{lock_of, offered, sign_of};
 use super::weak::{Rows, Weak};
 use super::{EquationFit, Form, Kinematics, Lock, Scaling, Settings, StudyError};
 use crate::model::{Equation, Model, WeightedTerm, kinematic};
 use crate::signal::{Differentiation, Signals, Smoothing, dot};
-use crate::sparse::{Constraint, Options, Reduced, Sign, Solution, drop_path, stlsq};
+use crate::sparse::{Constraint, Options, Reduced, Scores, Sign, Solution, drop_path, stlsq};
 use crate::study::outcome::{DroppedTerm, PathTerm};
 use crate::term::{Expression, Kind, Layout, Program, Symbol, Term};
 use rows::{filtered, smooth_alike};
@@ -110,11 +112,12 @@ impl Regression {
         enough(rates.first().map_or(0, Vec::len), terms)?;
         let symbols: Vec<Symbol> = layout.state_symbols().collect();
         let columns = Arc::new(columns);
+        let redundancy = written::redundancy(terms);
         let targets = fitted
             .iter()
             .zip(rates)
             .map(|(index, rate)| {
-                let reduced = Reduced::new(&columns, &rate);
+                let reduced = Reduced::new(&columns, &rate).redundant(redundancy.clone());
                 let rate_rms = reduced.target_scale();
                 Target { state: symbols[*index], index: *index, columns: Arc::clone(&columns), rate, reduced, rate_rms }
             })
@@ -144,11 +147,12 @@ impl Regression {
         }
         enough(rows.first().map_or(0, |r| r.rate.len()), terms)?;
         let symbols: Vec<Symbol> = layout.state_symbols().collect();
+        let redundancy = written::redundancy(terms);
         let targets = fitted
             .iter()
             .zip(rows)
             .map(|(index, Rows { columns, rate })| {
-                let reduced = Reduced::new(&columns, &rate);
+                let reduced = Reduced::new(&columns, &rate).redundant(redundancy.clone());
                 let squares: f64 = records.iter().map(|s| dot(&s.rates[*index], &s.rates[*index])).sum();
                 let samples: usize = records.iter().map(|s| s.rates[*index].len()).sum();
                 let rate_rms = (squares / samples.max(1) as f64).sqrt();
@@ -201,12 +205,9 @@ impl Regression {
     /// The same with the signs that are known of the forces' coefficients.
     pub(super) fn bounded(mut self, settings: &Settings) -> Self {
         for target in &mut self.targets {
-            let freedom = match self.layout.kind {
-                Kind::SecondOrder => target.index.checked_sub(self.layout.freedoms),
-                Kind::FirstOrder => Some(target.index),
-            };
-            let Some(freedom) = freedom else { continue };
-            let signs: Vec<Option<Sign>> = self.terms.iter().map(|t| sign_of(settings, t, freedom)).collect();
+            let Some(freedom) = freedom(&self.layout, target) else { continue };
+            let settings = settings.of_equation(freedom);
+            let signs: Vec<Option<Sign>> = self.terms.iter().map(|t| sign_of(&settings, t, freedom)).collect();
             target.reduced = target.reduced.clone().bounded(&signs);
         }
         self
@@ -303,12 +304,14 @@ impl Regression {
 
     fn constraints(&self, settings: &Settings, target: &Target) -> Vec<Constraint> {
         // A decision about a term of the force says nothing about dx/dt.
-        if self.layout.kind == Kind::SecondOrder && target.index < self.layout.freedoms {
-            return vec![Constraint::Free; self.terms.len()];
-        }
+        let Some(freedom) = freedom(&self.layout, target) else { return vec![Constraint::Free; self.terms.len()] };
+        let offers = self.offers(settings, target);
+        let settings = settings.of_equation(freedom);
         self.terms
             .iter()
-            .map(|term| match lock_of(settings, term) {
+            .zip(offers)
+            .map(|(term, offered)| match lock_of(&settings, term) {
+                _ if !offered => Constraint::Out,
                 Some(Lock::In) => Constraint::In,
                 Some(Lock::Out) => Constraint::Out,
                 Some(Lock::Fixed(value)) => Constraint::Fixed(value),
@@ -317,17 +320,29 @@ impl Regression {
             .collect()
     }
 
+    /// Whether each term is a candidate of one equation.
+    fn offers(&self, settings: &Settings, target: &Target) -> Vec<bool> {
+        match freedom(&self.layout, target) {
+            Some(freedom) if !settings.own.is_empty() => {
+                let offered = offered(&settings.of_equation(freedom));
+                self.terms.iter().map(|t| offered.contains(t)).collect()
+            }
+            _ => vec![true; self.terms.len()],
+        }
+    }
+
     fn unfitted_equations(&self) -> Vec<Equation> {
         let empty = Equation { terms: Vec::new() };
         let kinematic = (0..self.layout.freedoms).map(kinematic).filter(|_| self.layout.kind == Kind::SecondOrder);
         kinematic.chain(std::iter::repeat(empty)).take(self.layout.states()).collect()
     }
 
-    /// Thresholds every equation.
-    pub(super) fn identify(&self, settings: &Settings) -> (Model, Vec<EquationFit>) {
+    /// Thresholds every equation; with the covariance of all coefficients' errors.
+    pub(super) fn identify(&self, settings: &Settings) -> (Model, Vec<EquationFit>, Covariance) {
         let options = options(settings);
         let mut equations = self.unfitted_equations();
         let mut fits = Vec::with_capacity(self.targets.len());
+        let mut scores: Vec<(Scores, Vec<Option<usize>>)> = Vec::with_capacity(self.targets.len());
         for target in &self.targets {
             let constraints = self.constraints(settings, target);
             let mut solution = settings.regressor.solve(&target.reduced, &constraints, &options);
@@ -335,16 +350,24 @@ impl Regression {
             let Solution { support, coefficients, .. } = &mut solution;
             support.retain(|k| coefficients[*k] != 0.0 || constraints[*k] == Constraint::In);
             let path = settings.regressor.path(&target.reduced, &constraints, &options);
-            let (equation, covariance) = self.equation(target, &solution, &constraints);
+            let (equation, places) = self.equation(target, &solution, &constraints);
             equations[target.index] = equation;
-            fits.push(EquationFit { covariance, ..self.fit(target, &solution, &constraints, &path) });
+            scores.push((self.scores(target, &solution, &solution.support), places));
+            fits.push(self.fit(target, &solution, &constraints, &path, &self.offers(settings, target)));
         }
-        (Model { layout: self.layout, equations, static_ratio: 1.0 }, fits)
+        let mut model = Model { layout: self.layout, equations, static_ratio: 1.0 };
+        let covariance = Covariance::of_regression(&scores);
+        covariance.tell(&mut model, self.fitted());
+        (model, fits, covariance)
     }
 
-    /// An equation, and the covariance of its coefficients' errors where that is known.
-    fn equation(&self, target: &Target, solution: &Solution, constraints: &[Constraint]) -> (Equation, Vec<Vec<f64>>) {
-        let covariance = self.scores(target, solution, &solution.support).covariance();
+    /// An equation, and the place of each of its terms among the columns that were fitted; none for a fixed one.
+    fn equation(
+        &self,
+        target: &Target,
+        solution: &Solution,
+        constraints: &[Constraint],
+    ) -> (Equation, Vec<Option<usize>>) {
         let scale = target.reduced.scale();
         let force: f64 = solution.coefficients.iter().zip(scale).map(|(c, s)| (c * s).abs()).sum();
         let kept: Vec<usize> = (0..self.terms.len())
@@ -353,26 +376,17 @@ impl Regression {
         let places: Vec<Option<usize>> = kept.iter().map(|k| solution.support.iter().position(|s| s == k)).collect();
         let terms = kept
             .iter()
-            .zip(&places)
-            .map(|(k, place)| {
+            .map(|k| {
                 let coefficient = solution.coefficients[*k];
                 WeightedTerm {
                     term: self.terms[*k].clone(),
                     coefficient,
-                    std_error: place
-                        .and_then(|i| covariance.as_ref().map(|c| c[(i, i)].max(0.0).sqrt()))
-                        .filter(|e| e.is_finite()),
+                    std_error: None,
                     share: if force > 0.0 { (coefficient * scale[*k]).abs() / force } else { 0.0 },
                 }
             })
             .collect();
-        let entry =
-            |i: &Option<usize>, j: &Option<usize>| i.zip(*j).zip(covariance.as_ref()).map_or(0.0, |(p, c)| c[p]);
-        let covariance = match &covariance {
-            Some(_) => places.iter().map(|i| places.iter().map(|j| entry(i, j)).collect()).collect(),
-            None => Vec::new(),
-        };
-        (Equation { terms }, covariance)
+        (Equation { terms }, places)
     }
 
     fn residual(&self, target: &Target, solution: &Solution) -> Vec<f64> {
@@ -406,10 +420,11 @@ impl Regression {
         solution: &Solution,
         constraints: &[Constraint],
         path: &[(f64, Solution)],
+        offers: &[bool],
     ) -> EquationFit {
         let drops = drop_path(path);
         let dropped = (0..self.terms.len())
-            .filter(|k| !solution.support.contains(k) && !matches!(constraints[*k], Constraint::Fixed(_)))
+            .filter(|k| offers[*k] && !solution.support.contains(k) && !matches!(constraints[*k], Constraint::Fixed(_)))
             .map(|k| DroppedTerm {
                 term: self.terms[k].clone(),
                 fell_at: drops.iter().find(|(_, column)| *column == k).map(|(at, _)| *at),
@@ -422,12 +437,19 @@ impl Regression {
             path: self.path(target, path),
             condition: target.reduced.condition(&solution.support),
             confused: self.confused(target),
-            covariance: Vec::new(),
             shift: Vec::new(),
             probability: self.terms.iter().cloned().zip(solution.probability.iter().copied()).collect(),
             residual_rms: solution.residual_rms * target.rate_rms / target.reduced.target_scale(),
             rate_rms: target.rate_rms,
         }
+    }
+}
+
+/// The degree of freedom (first order: the state) whose force a target is; none of dx/dt.
+fn freedom(layout: &Layout, target: &Target) -> Option<usize> {
+    match layout.kind {
+        Kind::SecondOrder => target.index.checked_sub(layout.freedoms),
+        Kind::FirstOrder => Some(target.index),
     }
 }
 

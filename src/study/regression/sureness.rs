@@ -61,6 +61,7 @@ impl Regression {
     /// whole library, strongest first.
     pub(super) fn confused(&self, target: &Target) -> Vec<(Term, Term, f64)> {
         let usable: Vec<usize> = (0..self.terms.len()).filter(|k| !target.reduced.unusable(*k)).collect();
+        let usable = target.reduced.independent(&usable);
         let Some(inverse) = target.reduced.inverse_gram(&usable) else { return Vec::new() };
         let mut pairs: Vec<(Term, Term, f64)> = (0..usable.len())
             .flat_map(|j| (0..j).map(move |i| (i, j)))

@@ -1,0 +1,100 @@
+//! Records without a displacement: an accelerometer or a laser vibrometer alone.
+#![allow(clippy::unwrap_used, reason = "a test may end by a panic")]
+
+use std::fmt::Write as _;
+
+use rand::SeedableRng as _;
+use rand_distr::{Distribution as _, Normal};
+use sindyscope::gap::{Ask, Search, Verdict};
+use sindyscope::record::{ReadOptions, RecordSet, Role, Usage, read_files};
+use sindyscope::rig::{ScenarioOptions, generate};
+use sindyscope::study::{Cancel, Study, suggest};
+use sindyscope::term::{Kind, Term, list};
+
+/// Samples of the rig's fine record for one of the sensor's.
+const FINE: usize = 20;
+/// Noise as a share of what the sensor shows, and an accelerometer's zero in deviations of that noise.
+const NOISE: f64 = 0.01;
+const ZERO: f64 = 5.0;
+
+/// Duffing's oscillator, x″ = −x − 0.2 x′ − 0.6 x³ + u, as a sensor of velocity (`v`) or acceleration (`a`) shows it: read from
+/// a file that holds time, that and the force.
+fn shown(quantity: &str, seed: u64, usage: Usage) -> (RecordSet, f64) {
+    let rate = 10.0 * FINE as f64;
+    let options = ScenarioOptions { seed, duration: Some(200.0), rate: Some(rate), ..ScenarioOptions::default() };
+    let fine = generate("duffing-multisine", &options).unwrap().records.remove(0);
+    let values = |role| fine.channel(role).unwrap().values.to_vec();
+    let (x, u) = (values(Role::Displacement(0)), values(Role::Input(0)));
+    let h = fine.interval;
+    let at: Vec<usize> = (FINE..x.len() - 1).step_by(FINE).collect();
+    let clean: Vec<f64> = at
+        .iter()
+        .map(|&k| match quantity {
+            "v" => (x[k + 1] - x[k - 1]) / (2.0 * h),
+            _ => (x[k + 1] - 2.0 * x[k] + x[k - 1]) / (h * h),
+        })
+        .collect();
+    let spread = (clean.iter().map(|v| v * v).sum::<f64>() / clean.len() as f64).sqrt();
+    let mut generator = rand_pcg::Pcg64::seed_from_u64(seed);
+    let noise = Normal::new(if quantity == "a" { ZERO * NOISE * spread } else { 0.0 }, NOISE * spread).unwrap();
+    let mut text = format!("t [s],{quantity},u\n");
+    for (&k, value) in at.iter().zip(&clean) {
+        writeln!(text, "{},{},{}", fine.time(k), value + noise.sample(&mut generator), u[k]).unwrap();
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("shown.csv");
+    std::fs::write(&path, text).unwrap();
+    (RecordSet::new(read_files(&[&path], &ReadOptions::default()).unwrap(), usage), NOISE * spread)
+}
+
+fn both(quantity: &str) -> (RecordSet, f64) {
+    let (mut records, noise) = shown(quantity, 1, Usage::Fit);
+    records.entries.extend(shown(quantity, 2, Usage::HeldOut).0.entries);
+    (records, noise)
+}
+
+#[test]
+fn a_displacement_that_was_not_measured_is_said_to_be_an_estimate() {
+    let (records, _) = shown("a", 1, Usage::Fit);
+    let record = &records.entries[0].0;
+    assert_eq!(record.sensor(0).unwrap().role, Role::Acceleration(0));
+    assert!(record.channel(Role::Displacement(0)).unwrap().estimated);
+    assert!(record.notices.iter().any(|n| n.contains("estimated from the acceleration `a`")), "{:?}", record.notices);
+}
+
+#[test]
+fn one_sensor_of_velocity_or_acceleration_gives_the_equation_and_an_error_of_its_noise() {
+    for quantity in ["v", "a"] {
+        let (records, noise) = both(quantity);
+        let mut settings = suggest(&records, Kind::SecondOrder).unwrap();
+        settings.terms = list("x, v, x^3, u").unwrap();
+        settings.threshold = 0.0;
+        let outcome = Study::default().run(&records, &settings, &Cancel::default()).unwrap();
+        for (term, truth) in [("x", -1.0), ("v", -0.2), ("x^3", -0.6), ("u", 1.0)] {
+            let term = Term::parse(term).unwrap();
+            let found = outcome.model.leading().unwrap().terms.iter().find(|t| t.term == term).unwrap();
+            assert!((found.coefficient - truth).abs() < 0.01, "{quantity}: {term} {}", found.coefficient);
+            assert!((found.coefficient - truth).abs() < 4.0 * found.std_error.unwrap(), "{quantity}: {term}");
+        }
+        let held_out = outcome.test.unwrap().rmse;
+        assert!(held_out < 1.15 * noise, "{quantity}: {held_out} of {noise}");
+    }
+}
+
+#[test]
+fn what_is_missing_is_named_from_a_velocity_or_an_acceleration_alone() {
+    for quantity in ["v", "a"] {
+        let (records, noise) = both(quantity);
+        let ask = Ask { base: Some(list("x, v, u").unwrap()), ..Ask::default() };
+        let diagnosis = Search::new(&records, &ask).unwrap().diagnose(&|_| {}, &Cancel::default()).unwrap();
+        let steps: Vec<&str> =
+            diagnosis.stages.iter().skip(1).filter_map(|s| Some(s.effects.last()?.choice.effect.as_str())).collect();
+        assert_eq!(
+            (diagnosis.verdict, steps.as_slice()),
+            (Verdict::Named, ["cubic_stiffness"].as_slice()),
+            "{quantity}"
+        );
+        let left = diagnosis.stages.last().unwrap().gap.test_rmse.unwrap();
+        assert!(left < 1.15 * noise, "{quantity}: {left} of {noise}");
+    }
+}
