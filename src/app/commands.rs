@@ -183,7 +183,8 @@ impl Command {
 
     /// The commands whose keys were pressed.
     pub(crate) fn pressed(ctx: &egui::Context) -> Vec<Self> {
-        let typing = ctx.text_edit_focused();
+        // An open list or menu keeps single keys to itself, as a field does.
+        let typing = ctx.text_edit_focused() || egui::Popup::is_any_open(ctx);
         let mut keyed: Vec<(Self, KeyboardShortcut)> =
             Self::all().into_iter().filter_map(|c| c.spec().key.map(|key| (c, key))).collect();
         // A shortcut matches with extra modifiers too: the ones with more go first.

@@ -18,7 +18,7 @@ use crate::term::{Kind, list};
 #[derive(Debug)]
 pub(crate) enum Errand {
     /// Read records and find settings to start from.
-    Open(Opening),
+    Open(Box<Opening>),
     /// Choose settings by simulation error.
     Choose { generation: u64, records: RecordSet, settings: Settings },
 }
@@ -125,7 +125,7 @@ pub(crate) fn run(errand: Errand, cancel: &Cancel, progress: &(dyn Fn(f64) + Syn
     let delivery = match errand {
         Errand::Open(opening) => match open(&opening) {
             Ok(opened) => Delivery::Opened(Box::new(opened)),
-            Err(problem) => Delivery::NotOpened(Box::new(Refused { opening, problem })),
+            Err(problem) => Delivery::NotOpened(Box::new(Refused { opening: *opening, problem })),
         },
         Errand::Choose { generation, records, settings } => {
             let free = Free { window: true, order: true, threshold: true, form: true, refine: true };

@@ -363,7 +363,10 @@ impl App {
     fn chosen(&mut self, ctx: &Context, chosen: Chosen) {
         let Chosen { purpose, paths, asked } = chosen;
         let Some(path) = paths.first().cloned() else { return };
-        let path = purpose.ending().map_or(path.clone(), |ending| with_extension(path, ending));
+        let named = purpose.ending().map_or(path.clone(), |ending| with_extension(path, ending));
+        let picture = matches!(purpose, Purpose::Plot | Purpose::Window);
+        // A picture is never something else than its name says.
+        let path = if picture { named.with_extension("png") } else { named };
         if purpose.saves() && path.exists() && asked.as_ref() != Some(&path) {
             return self.dialogs.ask_to_replace(purpose, path);
         }
@@ -557,10 +560,11 @@ impl App {
                 }
                 return;
             }
-            if self.state.cutting && !self.bench.records.is_empty() {
-                if let Some(steps) = self.cutter.show(ui, &self.bench, &self.edit.steps, self.state.record) {
-                    self.prepare(steps);
-                }
+            if self.state.cutting
+                && !self.bench.records.is_empty()
+                && let Some(steps) = self.cutter.show(ui, &self.bench, &self.edit.steps, self.state.record)
+            {
+                self.prepare(steps);
             }
             let Some(outcome) = self.bench.outcome.clone() else {
                 if self.bench.records.is_empty() {
@@ -836,42 +840,59 @@ fn with_extension(path: PathBuf, extension: &str) -> PathBuf {
     if path.extension().is_some() { path } else { path.with_extension(extension) }
 }
 
-/// The tabs above the plots: groups on the left, the views of the one that is open behind them.
+/// Width from which on the groups and the views of one stand in one row, points.
+const ONE_ROW: f32 = 600.0;
+
+/// The tabs above the plots: groups on the left, the views of the one that is open behind them, or beneath.
 fn tabs(ui: &mut Ui, shown: &mut View, views: &mut ViewState) {
     views.remember(*shown);
-    ui.horizontal(|ui| {
-        ui.spacing_mut().item_spacing.x = 2.0;
-        let colors = theme::accents(ui.visuals().dark_mode);
-        let open = shown.group();
-        egui::Frame::new().fill(colors.card).corner_radius(4.0).stroke(Stroke::new(1.0, colors.line)).show(ui, |ui| {
-            for group in Group::ALL {
-                let on = open == group;
-                let fill = if on { colors.accent_ground } else { egui::Color32::TRANSPARENT };
-                let color = if on { ui.visuals().strong_text_color() } else { ui.visuals().text_color() };
-                let button =
-                    egui::Button::new(RichText::new(group.label()).color(color)).fill(fill).stroke(Stroke::NONE);
-                let response = ui.add(button).on_hover_text(group.tooltip());
-                response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Tab, true, on, group.label()));
-                if response.clicked() && !on {
-                    *shown = views.recent(group);
-                }
-            }
+    if ui.available_width() >= ONE_ROW {
+        ui.horizontal(|ui| {
+            groups(ui, shown, views);
+            ui.add_space(8.0);
+            views_of_group(ui, shown);
         });
-        ui.add_space(8.0);
-        for view in open.views() {
-            let on = *shown == view;
-            let color = if on { ui.visuals().strong_text_color() } else { ui.visuals().weak_text_color() };
-            let text = RichText::new(view.label()).color(color);
-            let button = egui::Button::new(text).frame_when_inactive(false).stroke(Stroke::NONE);
-            let response = ui.add(button).on_hover_text(Command::View(view).hint(ui.ctx()));
-            response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Tab, true, on, view.label()));
-            if on {
-                let line = response.rect.bottom() + 1.0;
-                ui.painter().hline(response.rect.x_range().shrink(6.0), line, Stroke::new(2.0, colors.accent));
-            }
-            if response.clicked() {
-                *shown = view;
+    } else {
+        ui.horizontal(|ui| groups(ui, shown, views));
+        ui.horizontal_wrapped(|ui| views_of_group(ui, shown));
+    }
+}
+
+fn groups(ui: &mut Ui, shown: &mut View, views: &ViewState) {
+    ui.spacing_mut().item_spacing.x = 2.0;
+    let colors = theme::accents(ui.visuals().dark_mode);
+    let open = shown.group();
+    egui::Frame::new().fill(colors.card).corner_radius(4.0).stroke(Stroke::new(1.0, colors.line)).show(ui, |ui| {
+        for group in Group::ALL {
+            let on = open == group;
+            let fill = if on { colors.accent_ground } else { egui::Color32::TRANSPARENT };
+            let color = if on { ui.visuals().strong_text_color() } else { ui.visuals().text_color() };
+            let button = egui::Button::new(RichText::new(group.label()).color(color)).fill(fill).stroke(Stroke::NONE);
+            let response = ui.add(button).on_hover_text(group.tooltip());
+            response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Tab, true, on, group.label()));
+            if response.clicked() && !on {
+                *shown = views.recent(group);
             }
         }
     });
+}
+
+fn views_of_group(ui: &mut Ui, shown: &mut View) {
+    ui.spacing_mut().item_spacing.x = 2.0;
+    let accent = theme::accents(ui.visuals().dark_mode).accent;
+    for view in shown.group().views() {
+        let on = *shown == view;
+        let color = if on { ui.visuals().strong_text_color() } else { ui.visuals().weak_text_color() };
+        let text = RichText::new(view.label()).color(color);
+        let button = egui::Button::new(text).frame_when_inactive(false).stroke(Stroke::NONE);
+        let response = ui.add(button).on_hover_text(Command::View(view).hint(ui.ctx()));
+        response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Tab, true, on, view.label()));
+        if on {
+            let line = response.rect.bottom() + 1.0;
+            ui.painter().hline(response.rect.x_range().shrink(6.0), line, Stroke::new(2.0, accent));
+        }
+        if response.clicked() {
+            *shown = view;
+        }
+    }
 }

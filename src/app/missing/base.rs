@@ -1,5 +1,7 @@
 //! The left column of the room: the model that the walk starts from, what was added to it, and where it may go from here.
 
+use std::collections::BTreeMap;
+
 use egui::{RichText, Ui};
 
 use super::{Act, Base, Missing, Sight};
@@ -62,15 +64,33 @@ pub(super) fn settings(stage: &Stage, old: &Settings) -> Result<Settings, String
         let effect = stage.effects.last().map_or("the model", |e| e.title.as_str());
         return Err(format!("{effect} {inner}: copy the model, or put the walk into a report"));
     }
-    let mut terms: Vec<Term> = Vec::new();
-    let rates = stage.model.iter().filter(|(state, _)| matches!(state, Symbol::Rate(_)));
-    for term in rates.flat_map(|(_, equation)| &equation.terms) {
-        if !terms.contains(&term.term) {
-            terms.push(term.term.clone());
+    let mut settings = Settings {
+        kind: Kind::SecondOrder,
+        terms: Vec::new(),
+        locks: BTreeMap::new(),
+        known: Vec::new(),
+        own: BTreeMap::new(),
+        refine: true,
+        ..old.clone()
+    };
+    let freedoms = stage.model.layout.freedoms;
+    for (state, equation) in stage.model.iter() {
+        let Symbol::Rate(freedom) = state else { continue };
+        let terms: Vec<Term> = equation.terms.iter().map(|t| t.term.clone()).collect();
+        for term in &terms {
+            settings.decide(freedom, freedoms, term.clone(), Lock::In);
+        }
+        // An effect of one mass is none of the others'.
+        if freedoms > 1 {
+            settings.own.entry(freedom).or_default().terms = Some(terms.clone());
+        }
+        for term in terms {
+            if !settings.terms.contains(&term) {
+                settings.terms.push(term);
+            }
         }
     }
-    let locks = terms.iter().map(|t| (t.clone(), Lock::In)).collect();
-    Ok(Settings { kind: Kind::SecondOrder, terms, locks, known: Vec::new(), refine: true, ..old.clone() })
+    Ok(settings)
 }
 
 /// The choice of the model that the walk starts from.

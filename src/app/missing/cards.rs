@@ -107,7 +107,6 @@ pub(super) fn card(
         let behind = behind(candidate, sight);
         let color = match candidate.standing {
             Standing::Refitted if behind.is_none_or(|d| d <= 2.0) => colors.good,
-            Standing::Refitted => ui.visuals().weak_text_color(),
             Standing::Refused(_) => colors.caution,
             _ => ui.visuals().weak_text_color(),
         };

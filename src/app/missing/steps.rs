@@ -9,6 +9,8 @@ use crate::gap::Standing;
 
 /// Height of the steps' row, points.
 const HEIGHT: f32 = 34.0;
+/// Width from which on every step's name stands beside its number; in less, the one in view alone has it, points.
+const ROOMY: f32 = 530.0;
 /// Radius of a step's number, points.
 const RADIUS: f32 = 10.0;
 
@@ -56,6 +58,7 @@ fn reached(sight: &Sight<'_>, step: Step) -> bool {
 fn stepper(ui: &mut Ui, shown: Step, sight: &Sight<'_>, acts: &mut Vec<Act>) {
     ui.spacing_mut().item_spacing.x = 0.0;
     let colors = theme::accents(sight.dark);
+    let roomy = ui.available_width() >= ROOMY;
     for (k, step) in Step::ALL.into_iter().enumerate() {
         let (on, ready) = (shown == step, reached(sight, step));
         let color = match (on, ready) {
@@ -64,8 +67,10 @@ fn stepper(ui: &mut Ui, shown: Step, sight: &Sight<'_>, acts: &mut Vec<Act>) {
             (false, false) => ui.visuals().weak_text_color(),
         };
         let font = egui::FontId::proportional(14.0);
-        let galley = ui.painter().layout_no_wrap(step.label().to_owned(), font, color);
-        let size = vec2(2.0 * RADIUS + 6.0 + galley.size().x + 10.0, HEIGHT);
+        let label = if on || roomy { step.label() } else { "" };
+        let galley = ui.painter().layout_no_wrap(label.to_owned(), font, color);
+        let width = if label.is_empty() { 0.0 } else { galley.size().x + 10.0 };
+        let size = vec2(2.0 * RADIUS + 6.0 + width, HEIGHT);
         let (rect, response) = ui.allocate_exact_size(size, Sense::click());
         response.widget_info(|| WidgetInfo::selected(egui::Role::Tab, true, on, step.label()));
         let painter = ui.painter();
@@ -83,7 +88,7 @@ fn stepper(ui: &mut Ui, shown: Step, sight: &Sight<'_>, acts: &mut Vec<Act>) {
         painter.text(center, egui::Align2::CENTER_CENTER, (k + 1).to_string(), number, ink);
         let at = pos2(center.x + RADIUS + 6.0, rect.center().y - 0.5 * galley.size().y);
         painter.galley(at, galley, color);
-        if response.on_hover_text(step.tooltip()).clicked() {
+        if response.on_hover_text(format!("{}: {}", step.label(), step.tooltip())).clicked() {
             acts.push(Act::Go(step));
         }
         if k + 1 < Step::ALL.len() {

@@ -54,7 +54,7 @@ impl App {
     pub(super) fn begin(&mut self, opening: Opening) {
         self.refused = None;
         self.under_way = Some(UnderWay::Opening);
-        self.errands.ask_instead(Errand::Open(opening));
+        self.errands.ask_instead(Errand::Open(Box::new(opening)));
     }
 
     pub(super) fn open_sample(&mut self, sample: Sample) {
