@@ -93,7 +93,7 @@ fn headline(ui: &mut Ui, outcome: &Outcome, unit: &str) {
     // Error and noise are compared at a glance: in one unit, unless that makes numbers too long.
     let figures = score.map(|s| s.rmse).into_iter().chain(floor);
     let (least, most) = figures.fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
-    let common = Some(Scale::suited(least, unit)).filter(|scale| least > 0.0 && most * scale.factor < 1e4);
+    let common = Some(Scale::suited(least, unit)).filter(|scale| least > 0.0 && most * scale.factor < 1e3);
     let in_unit =
         |value: f64| common.as_ref().map_or_else(|| format_si(value, unit, 3), |scale| scale.format(value, 3));
     let figure = score.map_or_else(|| "diverged".to_owned(), |s| in_unit(s.rmse));
