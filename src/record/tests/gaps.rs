@@ -24,7 +24,7 @@ fn bridging(bridge: usize) -> ReadOptions {
 fn assert_is_motion(record: &Record) {
     let far = values(record, Role::Displacement(0)).into_iter().enumerate().map(|(i, v)| (v - motion(i)).abs());
     let far = far.fold(0.0, f64::max);
-    assert!(record.len() == 200 && far < 1e-3, "{} samples, {far}", record.len());
+    assert!(record.len() == 200 && far < 3e-3, "{} samples, {far}", record.len());
 }
 
 #[test]
