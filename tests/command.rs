@@ -703,6 +703,48 @@ fn a_saved_project_is_known_by_what_it_holds() {
 }
 
 #[test]
+fn the_end_of_each_record_is_held_out_and_records_are_cropped() {
+    let here = folder();
+    duffing(here.path());
+    let samples = |more: &[&str]| {
+        let arguments = [&["identify", "fit.csv", "--json", "-"], more, &CHOSEN[..]].concat();
+        let result: Value = serde_json::from_str(&done(here.path(), &arguments)).expect("JSON");
+        (number(&result["train"]["samples"]), result["test"]["samples"].as_f64())
+    };
+    let (whole, none) = samples(&[]);
+    assert_eq!(none, None);
+    let (fitted, held_out) = samples(&["--hold-out", "0.3"]);
+    assert_eq!((fitted, held_out), ((0.7 * whole).round(), Some(whole - (0.7 * whole).round())));
+    let (cropped, held_out) = samples(&["--crop", ":8", "--hold-out", "0.25"]);
+    assert!(cropped + held_out.unwrap() < whole && cropped / held_out.unwrap() > 2.9);
+    // Files that are held out are the held-out data.
+    let (fitted, held_out) = samples(&["--hold-out", "0.3", "--test", "test.csv"]);
+    assert!(fitted == whole && held_out.is_some());
+    let said = refused(here.path(), &["identify", "fit.csv", "--crop", "1e6:"], 1);
+    assert!(said.contains("leaves 0 samples") && said.contains("--crop"), "{said}");
+    refused(here.path(), &["identify", "fit.csv", "--hold-out", "30"], 2);
+}
+
+#[test]
+fn missing_samples_are_bridged_or_split_the_record() {
+    let here = folder();
+    duffing(here.path());
+    let whole = std::fs::read_to_string(here.path().join("fit.csv")).expect("data");
+    let header = whole.lines().position(|l| l.starts_with('t')).expect("a header");
+    let lines = whole.lines().enumerate().map(|(i, line)| match i.checked_sub(header + 300) {
+        Some(0..4) => line.split(',').next().map_or(String::new(), |t| format!("{t},NaN,NaN")),
+        _ => line.to_owned(),
+    });
+    std::fs::write(here.path().join("holes.csv"), lines.collect::<Vec<_>>().join("\n")).expect("a file");
+    let records = |bridge: &str| {
+        let arguments = [&["identify", "holes.csv", "--bridge", bridge, "--json", "-"], &CHOSEN[..]].concat();
+        let result: Value = serde_json::from_str(&done(here.path(), &arguments)).expect("JSON");
+        result["records"].as_array().expect("records").len()
+    };
+    assert_eq!((records("3"), records("4")), (2, 1));
+}
+
+#[test]
 fn inspect_tells_what_a_file_holds_and_what_is_wrong() {
     let home = folder();
     std::fs::write(home.path().join("bad.csv"), "time,volume\n0,1\n1,2\n").expect("a file");

@@ -36,12 +36,22 @@ struct Window(Harness<'static, App>);
 
 impl Window {
     fn open(state: State) -> Self {
+        let dark = state.theme == egui::ThemePreference::Dark;
+        Self::build(dark, |ctx| App::with_state(ctx, state).unwrap())
+    }
+
+    /// As the program starts: with the session that lies there, if one does, and with files.
+    fn revived(session: &Path, files: Vec<PathBuf>) -> Self {
+        Self::build(false, |ctx| App::revived(ctx, session.to_owned(), files).unwrap())
+    }
+
+    fn build(dark: bool, app: impl FnOnce(&egui::Context) -> App) -> Self {
         let harness = Harness::builder()
             .with_size([1280.0, 800.0])
-            .with_theme(if state.theme == egui::ThemePreference::Dark { Theme::Dark } else { Theme::Light })
+            .with_theme(if dark { Theme::Dark } else { Theme::Light })
             .with_max_steps(60)
             .renderer(Software::default())
-            .build_eframe(|cc| App::with_state(&cc.egui_ctx, state).unwrap().without_dialogs());
+            .build_eframe(|cc| app(&cc.egui_ctx).without_dialogs());
         let mut window = Self(harness);
         window.settle();
         window
@@ -253,6 +263,7 @@ fn a_project_brings_everything_back() {
     let home = tempfile::tempdir().unwrap();
     let mut window = Window::of_files(vec![friction(home.path())]);
     window.slide("Threshold", 0.005);
+    window.press(CTRL, Key::Num5);
     window.press(CTRL, Key::S);
     let path = home.path().join("study.json");
     let offered = window.0.get_by_role_and_label(Role::TextInput, "Path").value().unwrap();
@@ -266,6 +277,170 @@ fn a_project_brings_everything_back() {
     assert_eq!(again.app().settings(), &saved);
     assert_eq!(again.app().outcome().unwrap().records.len(), 2);
     assert!(again.shows("study.json"));
+    let shown = |window: &Window| serde_json::to_value(window.app().state()).unwrap()["view"].clone();
+    assert_eq!(shown(&again), shown(&window), "what was in view is in view");
+}
+
+impl Window {
+    /// Sends off the path field with this path in it.
+    fn give_path(&mut self, path: &Path, verb: &str) {
+        self.press(CTRL, Key::A);
+        self.type_into("Path", path.to_str().unwrap());
+        self.click(verb);
+    }
+}
+
+#[test]
+fn a_window_that_was_killed_comes_back_as_it_was() {
+    let home = tempfile::tempdir().unwrap();
+    let session = home.path().join("state/session.json");
+    let data = friction(home.path());
+    let mut window = Window::revived(&session, vec![data.clone()]);
+    window.slide("Threshold", 0.004);
+    window.click("Use of record 4.611Hz");
+    window.0.get_by_role_and_label(Role::Button, "held out").click();
+    window.settle();
+    window.slide("Segment", 21.0);
+    window.press(CTRL, Key::Num3);
+    let left = serde_json::to_value(window.app().state()).unwrap();
+    // No farewell: neither a save nor an exit is called.
+    drop(window);
+    let again = Window::revived(&session, Vec::new());
+    assert_eq!(serde_json::to_value(again.app().state()).unwrap(), left);
+    assert_eq!(again.app().records().with(Usage::HeldOut).count(), 1);
+    assert_eq!(again.app().outcome().unwrap().settings.threshold, 0.004);
+    drop(again);
+
+    // Another file and back again: what was done with the first is there.
+    let folder = home.path().join("other");
+    std::fs::create_dir(&folder).unwrap();
+    let mut other = Window::revived(&session, vec![friction(&folder)]);
+    assert_eq!(other.app().records().with(Usage::HeldOut).count(), 0);
+    other.0.state_mut().open(vec![data]);
+    other.settle();
+    assert_eq!(other.app().settings().threshold, 0.004);
+    assert_eq!(other.app().records().with(Usage::HeldOut).count(), 1);
+}
+
+#[test]
+fn a_file_that_moved_is_named_and_may_be_chosen_anew() {
+    let home = tempfile::tempdir().unwrap();
+    let data = friction(home.path());
+    let mut window = Window::of_files(vec![data.clone()]);
+    window.slide("Threshold", 0.005);
+    window.press(CTRL, Key::S);
+    // Without an ending of its own: what it holds tells what it is.
+    let project = home.path().join("study.rig70");
+    window.give_path(&project, "Save");
+    let elsewhere = home.path().join("measured.csv");
+    std::fs::rename(&data, &elsewhere).unwrap();
+
+    let mut again = Window::of_files(vec![project]);
+    assert!(again.app().outcome().is_none());
+    assert!(again.shows("friction.csv is not in "));
+    again.click("Choose the file…");
+    again.give_path(&elsewhere, "Choose");
+    assert_eq!(again.app().settings().threshold, 0.005);
+    assert!(again.app().outcome().is_some() && !again.shows("Choose the file…"));
+}
+
+#[test]
+fn saving_over_a_file_asks_first() {
+    let home = tempfile::tempdir().unwrap();
+    let path = home.path().join("precious.json");
+    std::fs::write(&path, "precious").unwrap();
+    let mut window = Window::sample();
+    window.press(CTRL | Modifiers::SHIFT, Key::S);
+    window.give_path(&path, "Save");
+    assert!(window.shows("This file is there already"));
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), "precious");
+    window.click("Replace");
+    assert!(std::fs::read_to_string(&path).unwrap().contains("sindyscope_project"));
+}
+
+#[test]
+fn records_are_added_to_those_that_are_open() {
+    let home = tempfile::tempdir().unwrap();
+    let mut window = Window::of_files(vec![friction(home.path())]);
+    window.slide("Threshold", 0.004);
+    let folder = home.path().join("second");
+    std::fs::create_dir(&folder).unwrap();
+    let second = friction(&folder);
+    window.click("Add record…");
+    window.give_path(&second, "Add files");
+    assert_eq!(window.app().outcome().unwrap().records.len(), 4);
+    assert_eq!(window.app().settings().threshold, 0.004, "the study goes on");
+}
+
+/// Drags from a labelled thing by so many points to the right.
+fn drag_by(window: &mut Window, label: &str, distance: f32) {
+    let from = window.0.get_by_label(label).rect().center();
+    window.0.hover_at(from);
+    window.0.run_steps(2);
+    window.0.drag_at(from);
+    window.0.run_steps(1);
+    for share in [0.3, 0.7, 1.0] {
+        window.0.hover_at(from + egui::vec2(share * distance, 0.0));
+        window.0.run_steps(1);
+    }
+    window.0.drop_at(from + egui::vec2(distance, 0.0));
+    window.settle();
+}
+
+#[test]
+fn the_last_part_is_held_out_by_a_button_and_by_dragging_and_undo_takes_it_back() {
+    let home = tempfile::tempdir().unwrap();
+    let data = shaken(home.path()).swap_remove(0);
+    let mut window = Window::of_files(vec![data]);
+    let held_out = |window: &Window| {
+        let set = window.app().records();
+        let samples = |usage| set.with(usage).map(|r| r.len()).sum::<usize>() as f64;
+        samples(Usage::HeldOut) / (samples(Usage::Fit) + samples(Usage::HeldOut))
+    };
+    window.click("Hold out the last 30 %");
+    assert!((held_out(&window) - 0.3).abs() < 0.002);
+    assert!(window.shows("held-out error") && window.app().outcome().unwrap().test.is_some());
+
+    window.click("✂ on the plot");
+    drag_by(&mut window, "Held out from here on", -100.0);
+    let more = held_out(&window);
+    assert!(more > 0.4 && more < 0.6, "{more}");
+    let whole: usize = window.app().records().entries.iter().map(|(r, _)| r.len()).sum();
+    drag_by(&mut window, "Crop: the record begins here", 150.0);
+    let cropped: usize = window.app().records().entries.iter().map(|(r, _)| r.len()).sum();
+    assert!(cropped < whole * 9 / 10, "{cropped} of {whole}");
+    assert!((held_out(&window) - more).abs() < 0.002, "the share stays");
+    assert!(window.shows("Crop to"));
+
+    window.press(CTRL, Key::Z);
+    window.press(CTRL, Key::Z);
+    assert!((held_out(&window) - 0.3).abs() < 0.002, "{}", held_out(&window));
+    window.click("Take step 1 out");
+    assert_eq!(held_out(&window), 0.0);
+    window.press(CTRL, Key::Z);
+    assert!((held_out(&window) - 0.3).abs() < 0.002);
+
+    window.press(CTRL, Key::S);
+    let project = home.path().join("study.json");
+    window.give_path(&project, "Save");
+    let again = Window::of_files(vec![project]);
+    assert!((held_out(&again) - 0.3).abs() < 0.002, "the steps are in the project");
+}
+
+#[test]
+fn a_decimated_record_is_studied_with_a_segment_that_lasts_as_long() {
+    let home = tempfile::tempdir().unwrap();
+    let mut window = Window::of_files(vec![friction(home.path())]);
+    window.slide("Segment", 41.0);
+    let step = |window: &Window| window.app().records().entries[0].0.interval;
+    let before = step(&window);
+    window.click("Add step ⏷");
+    window.click("Decimate");
+    assert!((step(&window) / before - 2.0).abs() < 1e-9);
+    assert_eq!(window.app().settings().smoothing.window, 21);
+    assert!(window.app().outcome().is_some());
+    window.press(CTRL, Key::Z);
+    assert_eq!((step(&window), window.app().settings().smoothing.window), (before, 41));
 }
 
 #[test]
@@ -331,7 +506,7 @@ fn a_dropped_file_is_opened() {
     let home = tempfile::tempdir().unwrap();
     let path = friction(home.path());
     let mut window = Window::open(start(Source::Nothing));
-    assert!(window.shows("Drop a CSV file"));
+    assert!(window.shows("Drop measurements or a project"));
     window.0.input_mut().hovered_files.push(egui::HoveredFile { path: Some(path.clone()), ..Default::default() });
     window.0.run_steps(2);
     window.0.input_mut().hovered_files.clear();
@@ -661,11 +836,19 @@ fn a_walk_leads_from_a_file_to_a_shrunken_gap() {
     window.press(CTRL, Key::A);
     window.type_into("Path", path.to_str().unwrap());
     window.click("Save");
-    let mut again = Window::of_files(vec![path]);
-    again.click("What's missing");
+    let again = Window::of_files(vec![path]);
+    assert!(again.shows("BASE MODEL"), "the room that was in view comes back too");
     assert_eq!(again.app().walk().accepted, walk, "the walk is saved with the project");
     let refitted = again.app().stage().expect("refitted").gap.test_rmse.unwrap();
     assert!((refitted / stage.gap.test_rmse.unwrap() - 1.0).abs() < 0.01, "{refitted}");
+
+    let before = window.app().settings().clone();
+    window.click("Use in Identify");
+    assert!(window.terms().contains(&"sgn(v)".to_owned()), "{:?}", window.terms());
+    let found = window.app().outcome().unwrap().test.unwrap().rmse;
+    assert!((found / stage.gap.test_rmse.unwrap() - 1.0).abs() < 0.2, "the same model: {found}");
+    window.press(CTRL, Key::Z);
+    assert_eq!(window.app().settings(), &before);
 }
 
 #[test]

@@ -3,7 +3,9 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use super::state::Pin;
 use crate::model::Units;
+use crate::record::prepare::PrepareError;
 use crate::record::{Record, RecordSet, Usage};
 use crate::rig::hidden::Truth;
 use crate::signal::Smoothing;
@@ -16,8 +18,12 @@ const GHOST: f64 = 1.2;
 /// The records that are open and what is known of them.
 #[derive(Debug, Default)]
 pub(crate) struct Bench {
-    /// The records, in the order of reading.
+    /// The records, prepared, in the order of reading.
     pub(crate) records: Vec<Arc<Record>>,
+    /// The records as they were measured, before any step of the preparation.
+    pub(crate) raw: RecordSet,
+    /// Why a step was not done, for each of them.
+    pub(crate) undone: Vec<Option<PrepareError>>,
     /// A name for them all: a file's, or a sample's.
     pub(crate) title: String,
     /// Changes whenever other records are opened, so that a late answer is recognised.
@@ -28,6 +34,8 @@ pub(crate) struct Bench {
     pub(crate) outcome: Option<Arc<Outcome>>,
     /// Outcomes kept to be compared.
     pub(crate) pins: Vec<Arc<Outcome>>,
+    /// What each of them was made with.
+    pub(crate) pinned: Vec<Pin>,
     /// How sure its terms are; for a moment still that of the outcome before.
     pub(crate) ensemble: Option<Arc<Ensemble>>,
     /// Why the newest settings have no outcome.
@@ -41,9 +49,19 @@ pub(crate) struct Bench {
 
 impl Bench {
     /// Puts other records on the bench.
-    pub(crate) fn open(&mut self, title: String, records: Vec<Arc<Record>>, truth: Option<Truth>) {
+    pub(crate) fn open(&mut self, title: String, records: Vec<Arc<Record>>, raw: RecordSet, truth: Option<Truth>) {
         let generation = self.generation + 1;
-        *self = Self { records, title, generation, truth, ..Self::default() };
+        *self = Self { records, raw, title, generation, truth, ..Self::default() };
+    }
+
+    /// The record as it was measured that a prepared one came from.
+    pub(crate) fn origin(&self, prepared: usize) -> Option<&Arc<Record>> {
+        let name = &self.records.get(prepared)?.name;
+        let whole = |raw: &Record| raw.name == *name;
+        // The part that is held out bears the whole's name and the time from which on it lasts.
+        let part = |raw: &Record| name.strip_prefix(raw.name.as_str()).is_some_and(|rest| rest.starts_with(" from "));
+        let raw = || self.raw.entries.iter().map(|(record, _)| record);
+        raw().find(|r| whole(r)).or_else(|| raw().filter(|r| part(r)).max_by_key(|r| r.name.len()))
     }
 
     /// The records with their usage.

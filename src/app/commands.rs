@@ -11,6 +11,7 @@ use super::views::View;
 pub(crate) enum Command {
     Open,
     OpenPath,
+    AddRecords,
     Sample(Sample),
     Demonstration,
     Close,
@@ -56,7 +57,7 @@ const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 impl Command {
     /// Every command, in the order of the help.
     pub(crate) fn all() -> Vec<Self> {
-        let mut all = vec![Self::Open, Self::OpenPath];
+        let mut all = vec![Self::Open, Self::OpenPath, Self::AddRecords];
         all.extend(Sample::ALL.map(Self::Sample));
         all.push(Self::Demonstration);
         all.extend([Self::Close, Self::SaveProject, Self::SaveProjectAs, Self::ExportModel]);
@@ -81,6 +82,12 @@ impl Command {
                 Some((CTRL, Key::O)),
             ),
             Self::OpenPath => ("Files", "Open a path…", "Type or paste the path of a file", Some((CTRL_SHIFT, Key::O))),
+            Self::AddRecords => (
+                "Files",
+                "Add records…",
+                "Open further measurements beside those that are open, as more records of the same study",
+                None,
+            ),
             Self::Sample(sample) => ("Files", sample.label(), sample.tooltip(), None),
             Self::Demonstration => (
                 "Files",
@@ -92,7 +99,7 @@ impl Command {
             Self::SaveProject => (
                 "Files",
                 "Save project",
-                "Save which files are open, how they are used and all settings",
+                "Save which files are open, how they are used, all settings, the walk and the views, as one text file",
                 Some((CTRL, Key::S)),
             ),
             Self::SaveProjectAs => {
@@ -176,7 +183,8 @@ impl Command {
 
     /// The commands whose keys were pressed.
     pub(crate) fn pressed(ctx: &egui::Context) -> Vec<Self> {
-        let typing = ctx.text_edit_focused();
+        // An open list or menu keeps single keys to itself, as a field does.
+        let typing = ctx.text_edit_focused() || egui::Popup::is_any_open(ctx);
         let mut keyed: Vec<(Self, KeyboardShortcut)> =
             Self::all().into_iter().filter_map(|c| c.spec().key.map(|key| (c, key))).collect();
         // A shortcut matches with extra modifiers too: the ones with more go first.

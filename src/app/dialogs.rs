@@ -20,6 +20,10 @@ const UNSEEN: Duration = Duration::from_millis(400);
 pub(crate) enum Purpose {
     /// To be read: measurements or a project.
     Open,
+    /// To be read beside what is open.
+    Add,
+    /// To be read in place of a file that is not where it was.
+    Locate,
     /// To save the project to.
     Project,
     /// To export the model to, in the form that the name's ending says.
@@ -35,6 +39,8 @@ impl Purpose {
     pub(crate) fn title(self) -> &'static str {
         match self {
             Self::Open => "Open measurements or a project",
+            Self::Add => "Add records",
+            Self::Locate => "Choose where the file is now",
             Self::Project => "Save the project",
             Self::Model => "Export the model (.tex .txt .json .py .m .mo .c)",
             Self::Plot => "Save a picture of the plot",
@@ -46,14 +52,21 @@ impl Purpose {
     pub(crate) fn verb(self) -> &'static str {
         match self {
             Self::Open => "Open",
-            _ => "Save",
+            Self::Add => "Add files",
+            Self::Locate => "Choose",
+            Self::Project | Self::Model | Self::Plot | Self::Window => "Save",
         }
+    }
+
+    /// True if something is written to the file.
+    pub(crate) fn saves(self) -> bool {
+        self.ending().is_some()
     }
 
     /// The ending that a file saved for it gets if its name has none.
     pub(crate) fn ending(self) -> Option<&'static str> {
         match self {
-            Self::Open => None,
+            Self::Open | Self::Add | Self::Locate => None,
             Self::Project => Some(project::EXTENSION),
             Self::Model => Some(Format::Python.ending()),
             Self::Plot | Self::Window => Some("png"),
@@ -118,10 +131,12 @@ impl Dialogs {
         }
         let mut dialog = rfd::AsyncFileDialog::new().set_title(purpose.title());
         dialog = match purpose {
-            Purpose::Open => {
+            Purpose::Open | Purpose::Add | Purpose::Locate => {
                 let mut endings: Vec<&str> =
                     crate::record::FORMATS.iter().flat_map(|f| f.extensions).copied().collect();
-                endings.push(project::EXTENSION);
+                if purpose == Purpose::Open {
+                    endings.push(project::EXTENSION);
+                }
                 dialog.add_filter("Measurements and projects", &endings).add_filter("All files", &["*"])
             }
             Purpose::Project => dialog.add_filter("Project", &[project::EXTENSION]).set_file_name(name),
@@ -154,22 +169,29 @@ impl Dialogs {
             ctx.request_repaint();
         };
         // The dialog belongs to this thread, the waiting to another: frames go on meanwhile.
-        let waiting = if purpose == Purpose::Open {
-            let files = dialog.pick_files();
-            let wait = move || answer(block_on(files).map(|l| l.iter().map(|f| f.path().to_owned()).collect()));
-            thread::Builder::new().name("dialog".into()).spawn(wait)
-        } else {
-            let file = dialog.save_file();
-            thread::Builder::new().name("dialog".into()).spawn(move || answer(one(block_on(file))))
+        let thread = thread::Builder::new().name("dialog".into());
+        let waiting = match purpose {
+            Purpose::Open | Purpose::Add => {
+                let files = dialog.pick_files();
+                thread.spawn(move || answer(block_on(files).map(|l| l.iter().map(|f| f.path().to_owned()).collect())))
+            }
+            Purpose::Locate => {
+                let file = dialog.pick_file();
+                thread.spawn(move || answer(one(block_on(file))))
+            }
+            Purpose::Project | Purpose::Model | Purpose::Plot | Purpose::Window => {
+                let file = dialog.save_file();
+                thread.spawn(move || answer(one(block_on(file))))
+            }
         };
         self.open = waiting.is_ok();
     }
 
     /// Offers a path field.
     pub(crate) fn type_path(&mut self, purpose: Purpose, name: &str, reason: &'static str) {
-        let text = match purpose {
-            Purpose::Open => String::new(),
-            _ => std::env::current_dir().unwrap_or_default().join(name).display().to_string(),
+        let text = match purpose.saves() {
+            false => String::new(),
+            true => std::env::current_dir().unwrap_or_default().join(name).display().to_string(),
         };
         self.field = Some(PathField { purpose, text, reason, fresh: true, replaces: None });
     }

@@ -1,11 +1,14 @@
 //! Work that takes its time and is not a study: reading files, choosing settings.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::missing::Walk;
 use super::project::{self, Project};
 use super::state::{Edit, Sample, Source};
+use super::{disk, moved};
+use crate::record::prepare::{self, Preparation, PrepareError};
 use crate::record::{ReadOptions, Record, RecordSet, Usage, read_set, read_text};
 use crate::rig::hidden::{Request, Shaking, Truth, draw};
 use crate::study::{Cancel, Choice, Free, Settings, StudyError, choose, suggest};
@@ -15,20 +18,41 @@ use crate::term::{Kind, list};
 #[derive(Debug)]
 pub(crate) enum Errand {
     /// Read records and find settings to start from.
-    Open(Opening),
+    Open(Box<Opening>),
     /// Choose settings by simulation error.
     Choose { generation: u64, records: RecordSet, settings: Settings },
 }
 
 /// What to open, and what is known about it already.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Opening {
     pub(crate) source: Source,
     pub(crate) reading: ReadOptions,
     /// Settings and usages that belong to it, from the last time.
     pub(crate) edit: Option<Edit>,
-    /// The usages to keep, if there are as many records as usages.
-    pub(crate) usage: Vec<Usage>,
+    /// The usages to keep where `edit` has none or other records, by the records' names.
+    pub(crate) usage: BTreeMap<String, Usage>,
+    /// What is done to the records, where `edit` does not say.
+    pub(crate) steps: Vec<Preparation>,
+    /// What its files held the last time, in their order.
+    pub(crate) checksums: Vec<String>,
+    /// Files that are no longer where they were, each with where a person found it.
+    pub(crate) moved: Vec<(PathBuf, PathBuf)>,
+    /// True if the study that is open goes on, with more or other records.
+    pub(crate) goes_on: bool,
+    /// The records as they were read, if they need not be read again.
+    pub(crate) read: Option<Read>,
+    /// True if the settings are the program's own choice and follow it.
+    pub(crate) follows: bool,
+    /// Sampling interval that lengths in the settings count in, s, if they are to last as long at another.
+    pub(crate) interval: Option<f64>,
+}
+
+impl Opening {
+    /// A source of which nothing else is known.
+    pub(crate) fn of(source: Source) -> Self {
+        Self { source, ..Self::default() }
+    }
 }
 
 /// What was brought back.
@@ -51,9 +75,22 @@ pub(crate) struct Opened {
     pub(crate) reading: ReadOptions,
     pub(crate) title: String,
     pub(crate) records: Vec<Arc<Record>>,
+    /// The records as they were measured, before any step.
+    pub(crate) raw: RecordSet,
+    /// Why a step was not done, for each of them.
+    pub(crate) undone: Vec<Option<PrepareError>>,
     pub(crate) edit: Edit,
     pub(crate) suggestion: Settings,
     pub(crate) project: Option<(PathBuf, Project)>,
+    /// What the files hold, in the order of the source.
+    pub(crate) checksums: Vec<String>,
+    /// What is good to know: files that were found elsewhere, or that changed.
+    pub(crate) notes: Vec<String>,
+    pub(crate) goes_on: bool,
+    /// The source as it was asked for: its files may have been found elsewhere.
+    pub(crate) asked: Source,
+    /// True if the settings are those of an earlier time.
+    pub(crate) remembered: bool,
     /// What the records hide, if the virtual rig made them blind.
     pub(crate) truth: Option<Truth>,
 }
@@ -72,6 +109,15 @@ pub(crate) struct Problem {
     pub(crate) advice: String,
     /// The file's columns, where saying which is which would help.
     pub(crate) columns: Vec<String>,
+    /// The file that is not where it was.
+    pub(crate) missing: Option<PathBuf>,
+}
+
+impl Problem {
+    /// What is wrong, and what to try.
+    pub(crate) fn new(what: impl Into<String>, advice: impl Into<String>) -> Self {
+        Self { what: what.into(), advice: advice.into(), columns: Vec::new(), missing: None }
+    }
 }
 
 /// Does an errand; nothing comes back if it was cancelled.
@@ -79,7 +125,7 @@ pub(crate) fn run(errand: Errand, cancel: &Cancel, progress: &(dyn Fn(f64) + Syn
     let delivery = match errand {
         Errand::Open(opening) => match open(&opening) {
             Ok(opened) => Delivery::Opened(Box::new(opened)),
-            Err(problem) => Delivery::NotOpened(Box::new(Refused { opening, problem })),
+            Err(problem) => Delivery::NotOpened(Box::new(Refused { opening: *opening, problem })),
         },
         Errand::Choose { generation, records, settings } => {
             let free = Free { window: true, order: true, threshold: true, form: true, refine: true };
@@ -172,41 +218,64 @@ impl Sample {
 }
 
 fn open(opening: &Opening) -> Result<Opened, Problem> {
-    let mut opening = opening.clone();
+    let (mut opening, asked) = (opening.clone(), opening.source.clone());
+    let remembered = opening.edit.is_some();
     let mut read = None;
     let project = match &opening.source {
         Source::Files(paths) => paths.iter().find(|p| project::is_project(p)).cloned(),
         _ => None,
     };
+    let mut known = moved::Known::default();
+    if let Source::Files(files) = &opening.source {
+        known.checksums = files.iter().cloned().zip(opening.checksums.iter().cloned()).collect();
+    }
     if let Some(path) = project {
         let project = Project::load(&path)?;
         opening.source = project.source.clone();
         opening.reading = project.reading.clone();
+        opening.usage = project.usage.clone();
         opening.edit = None;
+        known.checksums = project.checksums.clone();
+        known.folder = path.parent().map(Path::to_owned);
         read = Some((path, project));
     }
-    let Read { title, set, truth } = records(&opening)?;
-    let records: Vec<Arc<Record>> = set.entries.iter().map(|(record, _)| Arc::clone(record)).collect();
-    let edit = opening.edit.as_ref().filter(|e| e.usage.len() == records.len());
-    let mut usage: Vec<Usage> = match (edit, opening.usage.len() == records.len()) {
-        (Some(edit), _) => edit.usage.clone(),
-        (None, true) => opening.usage.clone(),
-        (None, false) => set.entries.iter().map(|(_, usage)| *usage).collect(),
-    };
-    if let Some((_, project)) = &read {
-        for (record, usage) in records.iter().zip(&mut usage) {
-            *usage = project.usage.get(&record.name).copied().unwrap_or(*usage);
-        }
+    let (mut checksums, mut notes) = (Vec::new(), Vec::new());
+    if let Source::Files(files) = &mut opening.source {
+        known.moved.clone_from(&opening.moved);
+        moved::find(files, &known, &mut notes)?;
+        // A file that vanishes now is told by the reader.
+        checksums = files.iter().map(|file| disk::checksum(file).unwrap_or_default()).collect();
     }
+    let steps = match (&read, &opening.edit) {
+        (Some((_, project)), _) => project.steps.clone(),
+        (None, Some(edit)) => edit.steps.clone(),
+        (None, None) => opening.steps.clone(),
+    };
+    opening.reading.bridge = prepare::bridged(&steps);
+    let Read { title, set: raw, truth } = match opening.read.take() {
+        Some(read) => read,
+        None => records(&opening)?,
+    };
+    let (set, undone) = prepare::prepare_leniently(&raw, &steps);
+    let records: Vec<Arc<Record>> = set.entries.iter().map(|(record, _)| Arc::clone(record)).collect();
+    let edit = opening.edit.as_ref();
+    let usage: Vec<Usage> = match edit.filter(|e| e.usage.len() == records.len()) {
+        Some(edit) => edit.usage.clone(),
+        None => {
+            let named = |(record, own): &(Arc<Record>, Usage)| opening.usage.get(&record.name).copied().unwrap_or(*own);
+            set.entries.iter().map(named).collect()
+        }
+    };
     // Settings are suggested from everything that may be fitted, also where nothing is.
     let all = RecordSet { entries: records.iter().map(|r| (Arc::clone(r), Usage::Fit)).collect() };
     let wanted = RecordSet { entries: records.iter().cloned().zip(usage.iter().copied()).collect() };
     let suggestion = suggest(&wanted, opening.reading.kind)
         .or_else(|_| suggest(&all, opening.reading.kind))
-        .map_err(|e| Problem { what: e.to_string(), advice: String::new(), columns: Vec::new() })?;
+        .map_err(|e| Problem::new(e.to_string(), ""))?;
     let settings = match (&read, edit) {
         (Some((_, project)), _) => project.settings.clone(),
-        (None, Some(edit)) => edit.settings.clone(),
+        (None, Some(_)) if opening.follows => suggestion.clone(),
+        (None, Some(edit)) => lasting(&edit.settings, opening.interval, records.first()),
         (None, None) => match opening.source {
             Source::Sample(sample) => sample.settings(&suggestion),
             _ => suggestion.clone(),
@@ -217,30 +286,57 @@ fn open(opening: &Opening) -> Result<Opened, Problem> {
         (None, Some(edit)) => edit.walk.clone(),
         (None, None) => Walk::default(),
     };
-    let edit = Edit { settings, usage, walk };
-    let Opening { source, reading, .. } = opening;
+    let edit = Edit { settings, usage, steps, walk };
+    let Opening { source, reading, goes_on, .. } = opening;
     let title = read.as_ref().map_or(title, |(path, _)| file_name(path));
-    Ok(Opened { source, reading, title, records, edit, suggestion, project: read, truth })
+    Ok(Opened {
+        source,
+        reading,
+        title,
+        records,
+        raw,
+        undone,
+        remembered: read.is_none() && edit.settings != suggestion && remembered,
+        edit,
+        suggestion,
+        project: read,
+        checksums,
+        notes,
+        goes_on,
+        asked,
+        truth,
+    })
+}
+
+/// Settings whose segment lasts as long as it did at another sampling interval.
+fn lasting(settings: &Settings, interval: Option<f64>, record: Option<&Arc<Record>>) -> Settings {
+    let mut settings = settings.clone();
+    if let (Some(old), Some(new)) = (interval, record.map(|r| r.interval))
+        && (old / new - 1.0).abs() > 1e-9
+    {
+        let least = settings.smoothing.order + 2;
+        let window = ((settings.smoothing.window as f64 * old / new).round() as usize).max(least);
+        settings.smoothing = settings.smoothing.with_window(window | 1);
+    }
+    settings
 }
 
 /// What a source holds.
-struct Read {
-    title: String,
-    set: RecordSet,
-    truth: Option<Truth>,
+#[derive(Clone, Debug)]
+pub(crate) struct Read {
+    pub(crate) title: String,
+    pub(crate) set: RecordSet,
+    pub(crate) truth: Option<Truth>,
 }
 
 /// Reads what a source names.
 fn records(opening: &Opening) -> Result<Read, Problem> {
     let problem = |e: crate::record::ReadError| Problem {
-        what: e.to_string(),
-        advice: e.advice(),
         columns: e.columns().unwrap_or_default().to_vec(),
+        ..Problem::new(e.to_string(), e.advice())
     };
     match &opening.source {
-        Source::Nothing => {
-            Err(Problem { what: "there is nothing to open".into(), advice: String::new(), columns: Vec::new() })
-        }
+        Source::Nothing => Err(Problem::new("there is nothing to open", "")),
         Source::Sample(sample) => {
             let (fitted, held_out) = sample.files();
             let mut set = RecordSet::default();
@@ -273,11 +369,8 @@ fn records(opening: &Opening) -> Result<Read, Problem> {
             Ok(Read { title, set, truth: None })
         }
         Source::Hidden(seed) => {
-            let hidden = draw(&Request::blind(Shaking::Multisine, *seed)).map_err(|e| Problem {
-                what: format!("the virtual rig made no records: {e}"),
-                advice: "draw another effect".into(),
-                columns: Vec::new(),
-            })?;
+            let hidden = draw(&Request::blind(Shaking::Multisine, *seed))
+                .map_err(|e| Problem::new(format!("the virtual rig made no records: {e}"), "draw another effect"))?;
             let mut set = RecordSet::new(hidden.fit, Usage::Fit);
             set.add(hidden.held_out, Usage::HeldOut);
             Ok(Read { title: "a hidden effect".into(), set, truth: Some(hidden.truth) })

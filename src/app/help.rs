@@ -14,6 +14,11 @@ const READING: &[(&str, &str)] = &[
         "Held out",
         "a record that is never fitted, only simulated: its error is the honest figure, and the one in large type",
     ),
+    (
+        "Prepare",
+        "steps that are done to the records before they are studied, in order; the measurement itself stays as it is, and \
+         everything you decide is kept within a second, also if the program is killed",
+    ),
     ("Threshold", "terms smaller than it are dropped; the marks under the slider show at which value each one falls"),
     (
         "What's missing",
@@ -36,6 +41,9 @@ const MOUSE: &[(&str, &str)] = &[
 ];
 
 pub(crate) fn show(ctx: &Context, open: &mut bool) {
+    if *open && ctx.input_mut(|i| i.consume_key(egui::Modifiers::NONE, egui::Key::Escape)) {
+        *open = false;
+    }
     let middle = ctx.content_rect().center();
     Window::new("Help")
         .open(open)

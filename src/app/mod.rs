@@ -3,16 +3,20 @@
 mod bench;
 mod command_palette;
 mod commands;
+mod cutter;
 mod dialogs;
+mod disk;
 mod errand;
 mod help;
 mod history;
 pub(crate) mod missing;
+mod moved;
 mod notices;
 mod overlay;
 mod panel;
 pub mod plot;
 mod project;
+mod session;
 mod state;
 mod status;
 mod survey;
@@ -60,11 +64,12 @@ pub fn run(files: Vec<PathBuf>) -> Result<(), AppError> {
     }
     let options = eframe::NativeOptions { viewport, ..Default::default() };
     let create = move |cc: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, _> {
-        let mut state: State = cc.storage.and_then(|s| eframe::get_value(s, eframe::APP_KEY)).unwrap_or_default();
-        if !files.is_empty() {
-            state = State { source: Source::Files(files), edit: None, project: None, record: 0, ..state };
-        }
-        Ok(Box::new(App::with_state(&cc.egui_ctx, state)?))
+        let app = match session::file() {
+            Some(session) => App::revived(&cc.egui_ctx, session, files),
+            // A system without a folder for the app: nothing outlasts the window but saved projects.
+            None => App::with_state(&cc.egui_ctx, State::default().with_files(files)),
+        };
+        Ok(Box::new(app?))
     };
     eframe::run_native("Sindyscope", options, Box::new(create)).map_err(|e| {
         // What the system says begins with places in other programs' sources; its last words name the reason.

@@ -62,6 +62,19 @@ impl Notices {
         self.tell(Level::Error, text.into());
     }
 
+    /// Notes what is said elsewhere already, to be read again.
+    pub(crate) fn log(&mut self, level: Level, text: impl Into<String>) {
+        self.log.push(Message { level, text: text.into() });
+        if self.log.len() > KEPT {
+            self.log.remove(0);
+        }
+    }
+
+    /// Other records are open: what was said of those before stands in the log alone.
+    pub(crate) fn settle(&mut self) {
+        self.unread = 0;
+    }
+
     fn tell(&mut self, level: Level, text: String) {
         let (icon, color, seconds) = match level {
             Level::Done => ("✔", Color32::from_rgb(0x2E, 0x9E, 0x6B), 4),
@@ -71,10 +84,7 @@ impl Notices {
         let mut toast = Toast::custom(wrapped(&text), ToastLevel::Custom(icon.into(), color));
         toast.duration(Some(Duration::from_secs(seconds))).show_progress_bar(false);
         self.toasts.add(toast);
-        self.log.push(Message { level, text });
-        if self.log.len() > KEPT {
-            self.log.remove(0);
-        }
+        self.log(level, text);
         self.unread += 1;
     }
 

@@ -1,4 +1,6 @@
-//! A saved project: which records, how they are used, with which settings.
+//! A saved project: which records, how they are used, with which settings, what was found missing, what was in view.
+//!
+//! One text file, a line a value, in an order of its own: a version control system shows what changed.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -7,14 +9,17 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::disk;
 use super::errand::{Problem, file_name};
-use super::missing::Walk;
-use super::state::{Edit, Pin, Source};
+use super::missing::{Step, Walk};
+use super::state::{Edit, Pin, Room, Source};
+use super::views::{View, ViewState};
+use crate::record::prepare::Preparation;
 use crate::record::{ReadOptions, Usage};
 use crate::study::Settings;
 
-/// The format that this program writes; a higher one is from a newer program.
-const VERSION: u32 = 1;
+/// The format that this program writes; a higher one is from a newer program. The first had no checksums, no steps and no views.
+const VERSION: u32 = 2;
 
 /// Bytes of a file that are looked at to tell what it is.
 const HEAD: u64 = 1 << 16;
@@ -23,15 +28,21 @@ const HEAD: u64 = 1 << 16;
 pub(crate) const EXTENSION: &str = "json";
 
 /// Everything that brings a study back.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Project {
     /// What kind of file this is.
     sindyscope_project: u32,
     /// Where the records come from; files relative to the project's folder where they lie in or below it.
     pub(crate) source: Source,
+    /// What each file held, by its path as `source` has it.
+    #[serde(default)]
+    pub(crate) checksums: BTreeMap<PathBuf, String>,
     /// What the files' headers do not say.
     #[serde(default)]
     pub(crate) reading: ReadOptions,
+    /// What is done to the records before they are studied, in order.
+    #[serde(default)]
+    pub(crate) steps: Vec<Preparation>,
     /// What each record is used for, by its name.
     #[serde(default)]
     pub(crate) usage: BTreeMap<String, Usage>,
@@ -43,13 +54,39 @@ pub(crate) struct Project {
     /// What was pinned to be compared.
     #[serde(default)]
     pub(crate) pins: Vec<Pin>,
+    /// What was in view.
+    #[serde(default)]
+    pub(crate) shown: Option<Shown>,
+}
+
+/// What the window shows of a project.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub(crate) struct Shown {
+    pub(crate) room: Room,
+    /// The step of the walk in "What's missing".
+    pub(crate) step: Step,
+    pub(crate) view: View,
+    /// The record's name.
+    pub(crate) record: String,
+    pub(crate) views: ViewState,
 }
 
 impl Project {
     /// A project of these parts.
     pub(crate) fn new(source: Source, reading: ReadOptions, usage: BTreeMap<String, Usage>, edit: &Edit) -> Self {
-        let Edit { settings, walk, .. } = edit.clone();
-        Self { sindyscope_project: VERSION, source, reading, usage, settings, walk, pins: Vec::new() }
+        let Edit { settings, walk, steps, .. } = edit.clone();
+        let (checksums, pins, shown) = (BTreeMap::new(), Vec::new(), None);
+        Self { sindyscope_project: VERSION, source, checksums, reading, steps, usage, settings, walk, pins, shown }
+    }
+
+    /// This project with what its files held when they were read, in their order.
+    #[must_use]
+    pub(crate) fn with_checksums(mut self, checksums: &[String]) -> Self {
+        if let Source::Files(files) = &self.source {
+            self.checksums = files.iter().cloned().zip(checksums.iter().cloned()).collect();
+        }
+        self
     }
 
     /// This project with pinned settings.
@@ -58,9 +95,15 @@ impl Project {
         Self { pins, ..self }
     }
 
+    /// This project with what is in view.
+    #[must_use]
+    pub(crate) fn with_shown(self, shown: Shown) -> Self {
+        Self { shown: Some(shown), ..self }
+    }
+
     /// Reads a project; its files' paths come out absolute.
     pub(crate) fn load(path: &Path) -> Result<Self, Problem> {
-        let problem = |what: String, advice: &str| Problem { what, advice: advice.into(), columns: Vec::new() };
+        let problem = |what: String, advice: &str| Problem::new(what, advice);
         let name = file_name(path);
         let text = fs::read_to_string(path)
             .map_err(|e| problem(format!("{name}: {e}"), "check the path, and that the file may be read"))?;
@@ -81,6 +124,7 @@ impl Project {
             for file in files {
                 *file = folder.join(&file);
             }
+            project.checksums = project.checksums.into_iter().map(|(file, sum)| (folder.join(file), sum)).collect();
         }
         Ok(project)
     }
@@ -92,23 +136,20 @@ impl Project {
         let folder = absolute.parent().unwrap_or(Path::new("")).to_owned();
         if let Source::Files(files) = &mut project.source {
             for file in files {
-                *file = relative(file, &folder);
+                *file = disk::relative(file, &folder);
             }
+            let near = |(file, sum)| (disk::relative(file, &folder), sum);
+            project.checksums = self.checksums.iter().map(|(file, sum)| near((file, sum.clone()))).collect();
         }
         let fail = |e: String| format!("the project was not saved: {e}; choose another folder ({})", path.display());
         let text = serde_json::to_string_pretty(&project).map_err(|e| fail(e.to_string()))?;
-        fs::write(path, text + "\n").map_err(|e| fail(e.to_string()))
+        disk::replace(path, &(text + "\n")).map_err(|e| fail(e.to_string()))
     }
 }
 
 #[derive(Deserialize)]
 struct Version {
     sindyscope_project: u32,
-}
-
-fn relative(file: &Path, folder: &Path) -> PathBuf {
-    let absolute = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
-    absolute.strip_prefix(folder).map_or(absolute.clone(), Path::to_owned)
 }
 
 /// True if a file is a project: by what it holds, whatever its name; by its name only if it holds something else or
@@ -125,15 +166,53 @@ mod tests {
     use super::*;
     use crate::app::missing::Base;
     use crate::gap::Choice;
+    use crate::record::prepare::Treatment;
 
     fn project(file: &Path) -> Project {
         let usage = BTreeMap::from([("2 Hz".to_owned(), Usage::HeldOut)]);
         let settings = Settings { threshold: 0.03, ..Settings::default() };
         let friction = Choice { effect: "coulomb_friction".into(), form: "to ground".into() };
         let walk = Walk { base: Base::Identified, accepted: vec![friction] };
-        let edit = Edit { settings, walk, ..Edit::default() };
-        let pin = Pin { settings: edit.settings.clone(), usage: vec![Usage::Fit] };
-        Project::new(Source::Files(vec![file.to_owned()]), ReadOptions::default(), usage, &edit).with_pins(vec![pin])
+        let steps = vec![Treatment::HoldOut { share: 0.3 }.into()];
+        let edit = Edit { settings, walk, steps, ..Edit::default() };
+        let pin = Pin { settings: edit.settings.clone(), usage: vec![Usage::Fit], steps: Vec::new() };
+        let shown = Shown { view: View::Spectrum, record: "2 Hz".into(), ..Shown::default() };
+        Project::new(Source::Files(vec![file.to_owned()]), ReadOptions::default(), usage, &edit)
+            .with_checksums(&["12 bytes, crc32 0badcafe".to_owned()])
+            .with_pins(vec![pin])
+            .with_shown(shown)
+    }
+
+    #[test]
+    fn a_project_reads_well_in_a_diff() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("study.json");
+        let text = |project: &Project| {
+            project.save(&path).unwrap();
+            fs::read_to_string(&path).unwrap()
+        };
+        let before = project(&home.path().join("run.csv"));
+        let mut after = before.clone();
+        after.settings.threshold = 0.05;
+        after.usage.insert("2 Hz".into(), Usage::Off);
+        let (one, two) = (text(&before), text(&after));
+        assert_eq!(one, text(&before), "the same project is the same text");
+        assert!(one.starts_with("{\n  \"sindyscope_project\": 2,\n") && one.contains("\"run.csv\""), "{one}");
+        let differ: Vec<_> = one.lines().zip(two.lines()).filter(|(a, b)| a != b).collect();
+        assert_eq!(differ.len(), 2, "{differ:?}");
+    }
+
+    #[test]
+    fn a_project_of_the_first_format_is_read() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("old.json");
+        let settings = serde_json::to_string(&Settings::default()).unwrap();
+        let text =
+            format!(r#"{{"sindyscope_project": 1, "source": {{"files": ["run.csv"]}}, "settings": {settings}}}"#);
+        fs::write(&path, text).unwrap();
+        let loaded = Project::load(&path).unwrap();
+        assert_eq!(loaded.source, Source::Files(vec![home.path().join("run.csv")]));
+        assert!(loaded.checksums.is_empty() && loaded.shown.is_none());
     }
 
     #[test]
@@ -144,7 +223,8 @@ mod tests {
         project(&here.join("run.csv")).save(&here.join("study.json")).unwrap();
         fs::rename(&here, &there).unwrap();
         let loaded = Project::load(&there.join("study.json")).unwrap();
-        assert_eq!(loaded, project(&there.join("run.csv")));
+        let value = |p: &Project| serde_json::to_value(p).unwrap();
+        assert_eq!(value(&loaded), value(&project(&there.join("run.csv"))));
     }
 
     #[test]

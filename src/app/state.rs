@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use egui::ThemePreference;
 use serde::{Deserialize, Serialize};
 
-use super::missing::Walk;
+use super::missing::{Step, Walk};
 use super::views::{View, ViewState};
+use crate::record::prepare::Preparation;
 use crate::record::{ReadOptions, Usage};
 use crate::study::Settings;
 use crate::term::Kind;
@@ -51,6 +52,8 @@ pub struct Edit {
     pub settings: Settings,
     /// What each record is used for, in the order of reading.
     pub usage: Vec<Usage>,
+    /// What is done to the records before they are studied.
+    pub steps: Vec<Preparation>,
     /// What was added to the base model in "What's missing".
     pub walk: Walk,
 }
@@ -63,13 +66,21 @@ pub struct Pin {
     /// What each record was used for, in the order of reading.
     #[serde(default)]
     pub usage: Vec<Usage>,
+    /// What was done to the records before.
+    #[serde(default)]
+    pub steps: Vec<Preparation>,
 }
 
-/// The pins of one source.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PinsOf {
+/// What was left with a source when another was opened: it comes back with it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Kept {
     /// The source.
     pub source: Source,
+    /// What its files' headers do not say.
+    pub reading: ReadOptions,
+    /// Its settings and usages, if they are other than the program's own choice.
+    pub edit: Option<Edit>,
     /// Its pins, in their order.
     pub pins: Vec<Pin>,
 }
@@ -122,12 +133,18 @@ pub struct State {
     pub project: Option<PathBuf>,
     /// Files opened lately, the newest first.
     pub recent: Vec<PathBuf>,
-    /// The pins of each source lately open, the newest first: another file's come back with it.
-    pub pins: Vec<PinsOf>,
+    /// What was left with each source lately open, the newest first.
+    pub kept: Vec<Kept>,
+    /// What the files held when they were read last, in the order of the source: `120 bytes, crc32 …`.
+    pub checksums: Vec<String>,
     /// Light, dark or as the system is.
     pub theme: ThemePreference,
     /// Which record the views show.
     pub record: usize,
+    /// Whether the whole record is shown above the plots, to be cut by dragging.
+    pub cutting: bool,
+    /// The step of the walk in "What's missing" that is in view.
+    pub(crate) step: Step,
     pub(crate) room: Room,
     pub(crate) view: View,
     pub(crate) views: ViewState,
@@ -142,9 +159,12 @@ impl Default for State {
             suggestion: None,
             project: None,
             recent: Vec::new(),
-            pins: Vec::new(),
+            kept: Vec::new(),
+            checksums: Vec::new(),
             theme: ThemePreference::System,
             record: 0,
+            cutting: false,
+            step: Step::default(),
             room: Room::default(),
             view: View::default(),
             views: ViewState::default(),
@@ -160,27 +180,59 @@ impl State {
         Self { source, reading, theme, ..Self::default() }
     }
 
-    /// The pins of a source.
-    pub(crate) fn pins_of(&self, source: &Source) -> &[Pin] {
-        self.pins.iter().find(|of| of.source == *source).map_or(&[], |of| &of.pins)
+    /// What was left with a source.
+    pub(crate) fn kept(&self, source: &Source) -> Option<&Kept> {
+        self.kept.iter().find(|k| k.source == *source)
     }
 
     /// Keeps the pins of a source, at the head of the list.
     pub(crate) fn keep_pins(&mut self, source: &Source, pins: Vec<Pin>) {
-        self.pins.retain(|of| of.source != *source);
-        if !pins.is_empty() {
-            self.pins.insert(0, PinsOf { source: source.clone(), pins });
+        let old = self.kept(source).cloned().unwrap_or_default();
+        self.keep(Kept { source: source.clone(), pins, ..old });
+    }
+
+    /// Keeps what is left with the source that is open, its pins as they are.
+    pub(crate) fn keep_edit(&mut self, edit: Option<Edit>) {
+        if self.source == Source::Nothing {
+            return;
         }
-        self.pins.truncate(RECENT);
+        let pins = self.kept(&self.source).map(|k| k.pins.clone()).unwrap_or_default();
+        self.keep(Kept { source: self.source.clone(), reading: self.reading.clone(), edit, pins });
+    }
+
+    fn keep(&mut self, kept: Kept) {
+        self.kept.retain(|k| k.source != kept.source);
+        if kept.edit.is_some() || !kept.pins.is_empty() {
+            self.kept.insert(0, kept);
+        }
+        self.kept.truncate(RECENT);
+    }
+
+    /// The state with files open instead of what was, if there are any; what was left with them comes back.
+    #[must_use]
+    pub(crate) fn with_files(mut self, files: Vec<PathBuf>) -> Self {
+        let source = Source::Files(files.into_iter().map(absolute).collect());
+        if source == self.source || source == Source::Files(Vec::new()) {
+            return self;
+        }
+        self.keep_edit(self.edit.clone());
+        let kept = self.kept(&source).cloned().unwrap_or_default();
+        let Kept { reading, edit, .. } = kept;
+        Self { source, reading, edit, suggestion: None, project: None, checksums: Vec::new(), record: 0, ..self }
     }
 
     /// Puts a file at the head of the recent ones.
     pub fn remember(&mut self, path: &std::path::Path) {
-        let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        let path = absolute(path.to_owned());
         self.recent.retain(|p| *p != path);
         self.recent.insert(0, path);
         self.recent.truncate(RECENT);
     }
+}
+
+/// A path that holds wherever the program is started next.
+pub(crate) fn absolute(path: PathBuf) -> PathBuf {
+    std::path::absolute(&path).unwrap_or(path)
 }
 
 #[cfg(test)]
@@ -201,16 +253,36 @@ mod tests {
     #[test]
     fn each_source_keeps_its_pins() {
         let mut state = State::default();
-        let pin = |threshold| Pin { settings: Settings { threshold, ..Settings::default() }, usage: Vec::new() };
+        let pin = |threshold| Pin {
+            settings: Settings { threshold, ..Settings::default() },
+            usage: Vec::new(),
+            steps: Vec::new(),
+        };
         let file = Source::Files(vec!["a.csv".into()]);
         state.keep_pins(&file, vec![pin(0.1), pin(0.2)]);
         state.keep_pins(&Source::Sample(Sample::Lorenz), vec![pin(0.3)]);
         let text = serde_json::to_string(&state).unwrap();
         let again: State = serde_json::from_str(&text).unwrap();
-        assert_eq!(again.pins_of(&file), [pin(0.1), pin(0.2)]);
-        assert_eq!(again.pins_of(&Source::Sample(Sample::Lorenz)), [pin(0.3)]);
+        assert_eq!(again.kept(&file).unwrap().pins, [pin(0.1), pin(0.2)]);
+        assert_eq!(again.kept(&Source::Sample(Sample::Lorenz)).unwrap().pins, [pin(0.3)]);
         state.keep_pins(&file, Vec::new());
-        assert!(state.pins_of(&file).is_empty());
+        assert!(state.kept(&file).is_none());
+    }
+
+    #[test]
+    fn what_is_left_with_a_file_comes_back_with_it() {
+        let edit = Edit { usage: vec![Usage::HeldOut], ..Edit::default() };
+        let reading = ReadOptions { rate: Some(100.0), ..ReadOptions::default() };
+        let first = State {
+            source: Source::Files(vec![absolute("a.csv".into())]),
+            edit: Some(edit.clone()),
+            reading: reading.clone(),
+            ..State::default()
+        };
+        let second = first.with_files(vec!["b.csv".into()]);
+        assert_eq!((second.edit.clone(), second.reading.rate), (None, None));
+        let again = second.with_files(vec!["a.csv".into()]);
+        assert_eq!((again.edit, again.reading), (Some(edit), reading));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The bar at the top: the file, the rooms, what helps everywhere.
 
-use egui::{Align, Layout, Margin, Panel, RichText, Ui};
+use egui::{Align, Layout, Margin, Panel, RichText, Ui, vec2};
 
 use super::commands::Command;
 use super::errand::file_name;
@@ -8,6 +8,10 @@ use super::state::{Room, Sample, State};
 use super::theme::ROW;
 use super::widgets::{icon, switch};
 use crate::app::bench::Bench;
+
+/// Width kept for the file's name, points, and its most characters.
+const TITLE: f32 = 190.0;
+const LONGEST: usize = 22;
 
 /// What the bar shows.
 pub(crate) struct Toolbar<'a> {
@@ -32,7 +36,14 @@ pub(crate) fn show(ui: &mut Ui, bar: &mut Toolbar<'_>) -> Vec<Asked> {
             ui.set_min_height(ROW + 2.0);
             ui.label(RichText::new("Sindyscope").size(15.0).strong());
             ui.add_space(6.0);
-            ui.menu_button(title(bar), |ui| file_menu(ui, bar, &mut asked));
+            // The rooms stay where they are, however long the file's name is.
+            let size = vec2(TITLE, ROW + 2.0);
+            ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
+                ui.set_min_size(size);
+                let name = title(bar);
+                let menu = ui.menu_button(format!("{} ⏷", shortened(&name)), |ui| file_menu(ui, bar, &mut asked));
+                menu.response.on_hover_text(name);
+            });
             if Room::ALL.len() > 1 {
                 ui.add_space(12.0);
                 switch(ui, &mut bar.state.room, &Room::ALL.map(|r| (r, r.label(), r.tooltip())));
@@ -60,13 +71,24 @@ pub(crate) fn show(ui: &mut Ui, bar: &mut Toolbar<'_>) -> Vec<Asked> {
 }
 
 fn title(bar: &Toolbar<'_>) -> String {
-    let name = match (&bar.state.project, bar.bench.records.is_empty()) {
+    match (&bar.state.project, bar.bench.records.is_empty()) {
         (Some(project), _) => file_name(project),
         (None, true) if bar.opening => "opening…".to_owned(),
         (None, true) => "no file".to_owned(),
         (None, false) => bar.bench.title.clone(),
-    };
-    format!("{name} ⏷")
+    }
+}
+
+/// A name with its middle left out where it is longer than the bar has room for.
+fn shortened(name: &str) -> String {
+    let count = name.chars().count();
+    if count <= LONGEST {
+        return name.to_owned();
+    }
+    let (head, tail) = (LONGEST / 2, LONGEST - LONGEST / 2 - 1);
+    let first: String = name.chars().take(head).collect();
+    let last: String = name.chars().skip(count - tail).collect();
+    format!("{first}…{last}")
 }
 
 fn file_menu(ui: &mut Ui, bar: &Toolbar<'_>, asked: &mut Vec<Asked>) {
@@ -79,6 +101,7 @@ fn file_menu(ui: &mut Ui, bar: &Toolbar<'_>, asked: &mut Vec<Asked>) {
     };
     entry(ui, Command::Open, true);
     entry(ui, Command::OpenPath, true);
+    entry(ui, Command::AddRecords, open);
     ui.separator();
     ui.weak("Samples");
     for sample in Sample::ALL {

@@ -32,7 +32,7 @@ pub(crate) fn show(ui: &mut Ui, opening: bool) -> Option<Command> {
             let fill = if response.hovered() { colors.accent_ground } else { ui.visuals().faint_bg_color };
             ui.painter().rect(zone, 8.0, fill, Stroke::new(1.0, colors.accent), StrokeKind::Inside);
             let font = egui::FontId::proportional(15.0);
-            let text = "Drop a CSV file or a project here, or click to open one";
+            let text = "Drop measurements or a project here, or click to open them";
             let ink = ui.visuals().text_color();
             ui.painter().text(zone.center(), egui::Align2::CENTER_CENTER, text, font, ink);
             response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, text));
@@ -67,7 +67,8 @@ pub(crate) fn show(ui: &mut Ui, opening: bool) -> Option<Command> {
                 egui::Label::new(
                     RichText::new(
                         "Time, a displacement (x, several: x1, x2, …) and what drives it (u: a force or the base's motion), evenly \
-                         sampled, in a CSV with a header; several files, or a column `record`, make several records",
+                         sampled, in a CSV with a header; several files, or a column `record`, make several records. MATLAB, HDF5, NumPy, \
+                         Excel, OpenDocument, LabVIEW, TDMS, UFF, MDF and WAV files open alike",
                     )
                     .weak(),
                 )

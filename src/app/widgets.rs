@@ -74,6 +74,10 @@ pub(crate) fn switch<T: Copy + PartialEq>(ui: &mut Ui, value: &mut T, choices: &
             let button = egui::Button::new(text).fill(fill).stroke(Stroke::NONE).min_size(vec2(0.0, ROW - 2.0));
             let response = ui.add(button).on_hover_text(*tooltip);
             response.widget_info(|| WidgetInfo::selected(egui::Role::RadioButton, true, on, *label));
+            if response.has_focus() {
+                let ring = Stroke::new(1.0, colors.accent);
+                ui.painter().rect_stroke(response.rect, 3.0, ring, StrokeKind::Inside);
+            }
             if response.clicked() && !on {
                 *value = *choice;
                 changed = true;

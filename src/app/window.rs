@@ -1,5 +1,8 @@
 //! The app itself: state and background work brought together, frame by frame.
 
+mod keeping;
+mod opening;
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -9,16 +12,17 @@ use egui::{CentralPanel, ColorImage, Context, Margin, RichText, Stroke, Theme, T
 use super::bench::Bench;
 use super::command_palette::{self, Palette};
 use super::commands::Command;
+use super::cutter::Cutter;
 use super::dialogs::{Chosen, Dialogs, Purpose};
-use super::errand::{self, Delivery, Errand, Opened, Opening, Refused, file_name};
+use super::errand::{self, Delivery, Errand, Opening, Refused, file_name};
 use super::history::History;
-use super::missing::{Missing, Walk};
-use super::notices::Notices;
+use super::missing::{Act, Missing, Walk};
+use super::notices::{Level, Notices};
 use super::panel::{self, Ask, Desk, Typing};
 use super::plot::export::{Sheet, save_png};
 use super::plot::palette;
-use super::project::Project;
-use super::state::{Edit, Pin, Room, Sample, Source, State};
+use super::session::Keeper;
+use super::state::{Edit, Pin, Room, Source, State};
 use super::survey::Survey;
 use super::views::{self, Group, Picture, Request, Search, View, ViewState};
 use super::worker::Worker;
@@ -26,9 +30,8 @@ use super::{AppError, help, overlay, status, theme, toolbar, welcome};
 use crate::export::{self, Format};
 use crate::format::equations;
 use crate::gap::{Diagnosis, Stage};
-use crate::record::{ReadOptions, Record, RecordSet, Usage};
+use crate::record::{Record, RecordSet};
 use crate::study::{Ensemble, Landscape, Outcome, Settings, Study, StudyError};
-use crate::term::Kind;
 
 /// A study to be run.
 struct Question {
@@ -108,7 +111,10 @@ pub struct App {
     answered: u64,
     under_way: Option<UnderWay>,
     refused: Option<Refused>,
+    /// Writes the state down whenever it has changed; none in tests that need none.
+    keeper: Option<Keeper>,
     typing: Typing,
+    cutter: Cutter,
     palette: Option<Palette>,
     help_open: bool,
     log_open: bool,
@@ -161,7 +167,9 @@ impl App {
             answered: 0,
             under_way: None,
             refused: None,
+            keeper: None,
             typing: Typing::default(),
+            cutter: Cutter::default(),
             palette: None,
             help_open: false,
             log_open: false,
@@ -169,8 +177,9 @@ impl App {
             state,
         };
         if app.state.source != Source::Nothing {
-            let State { source, reading, edit, .. } = app.state.clone();
-            app.begin(Opening { source, reading, edit, usage: Vec::new() });
+            app.missing.begin_at(app.state.step);
+            let State { source, reading, edit, checksums, .. } = app.state.clone();
+            app.begin(Opening { reading, edit, checksums, ..Opening::of(source) });
         }
         Ok(app)
     }
@@ -186,6 +195,7 @@ impl App {
         let workers = [self.fitting.busy(), self.errands.busy(), self.pictures.busy(), self.survey.busy()];
         let busy =
             workers.iter().any(Option::is_some) || self.repeats.busy().is_some() || self.pinning.busy().is_some();
+        let busy = busy || self.keeper.as_ref().is_some_and(Keeper::busy);
         busy || self.answered != self.ticket || self.missing.waiting() || self.state.views.busy()
     }
 
@@ -217,73 +227,6 @@ impl App {
     /// What the walk in "What's missing" has come to, once it was asked: for a report.
     pub fn diagnosis(&self) -> Option<&Arc<Diagnosis>> {
         self.missing.diagnosis(&self.edit.walk)
-    }
-
-    /// What survives a restart.
-    pub fn state(&self) -> State {
-        let open = !self.bench.records.is_empty();
-        let mut state = self.state.clone();
-        state.edit = open.then(|| self.edit.clone()).or(state.edit);
-        state.suggestion = open.then(|| self.suggestion.clone()).or(state.suggestion);
-        state
-    }
-
-    /// Opens files: measurements, or a project.
-    pub fn open(&mut self, paths: Vec<PathBuf>) {
-        let project = paths.iter().find(|p| super::project::is_project(p)).cloned();
-        let paths = project.map_or(paths, |p| vec![p]);
-        // Whatever was open before says nothing of these files.
-        let reading = ReadOptions::default();
-        self.begin(Opening { source: Source::Files(paths), reading, edit: None, usage: Vec::new() });
-    }
-
-    fn begin(&mut self, opening: Opening) {
-        self.refused = None;
-        self.under_way = Some(UnderWay::Opening);
-        self.errands.ask_instead(Errand::Open(opening));
-    }
-
-    fn open_sample(&mut self, sample: Sample) {
-        let reading = ReadOptions { kind: sample.kind(), ..ReadOptions::default() };
-        self.begin(Opening { source: Source::Sample(sample), reading, edit: None, usage: Vec::new() });
-    }
-
-    fn opened(&mut self, opened: Opened) {
-        let Opened { source, reading, title, records, edit, suggestion, project, truth } = opened;
-        self.typing = Typing::default();
-        if let Source::Files(paths) = &source {
-            let remembered = project.as_ref().map(|(path, _)| std::slice::from_ref(path)).unwrap_or(paths);
-            for path in remembered.iter().rev() {
-                self.state.remember(path);
-            }
-        }
-        let same = self.state.source == source;
-        let reopened = same && !self.bench.records.is_empty();
-        self.bench.open(title, records, truth);
-        if matches!(source, Source::Hidden(_)) && !same {
-            self.state.room = Room::Missing;
-            self.missing.look_by_itself();
-        }
-        self.suggestion =
-            self.state.suggestion.take().filter(|s| same && s.kind == suggestion.kind).unwrap_or(suggestion);
-        if reopened {
-            // Another order of the same records is a step that can be taken back.
-            self.history.note(&edit);
-        } else {
-            self.history = History::new(edit.clone());
-        }
-        self.edit = edit;
-        let pins = match &project {
-            Some((_, project)) => project.pins.clone(),
-            None => self.state.pins_of(&source).to_vec(),
-        };
-        self.state.project = project.map(|(path, _)| path).or(self.state.project.take().filter(|_| same));
-        self.state.record = if same { self.state.record.min(self.bench.records.len().saturating_sub(1)) } else { 0 };
-        self.state.source = source;
-        self.state.reading = reading;
-        self.bring_back(pins);
-        self.state.views.fit();
-        self.asked = None;
     }
 
     /// Takes in what the background work brought.
@@ -318,6 +261,9 @@ impl App {
                 self.brought_back(generation, made);
             }
         }
+        if let Some(problem) = self.keeper.as_ref().and_then(Keeper::failure) {
+            self.notices.error(format!("The session was not saved: {problem}; save a project instead"));
+        }
         self.missing.collect();
         self.survey.collect();
         while let Some(answer) = self.repeats.answer() {
@@ -342,14 +288,13 @@ impl App {
         match delivery {
             Delivery::Opened(opened) => self.opened(*opened),
             Delivery::NotOpened(refused) => {
-                self.notices.error(refused.problem.what.clone());
+                // The card in the left column says it for all to see.
+                self.notices.log(Level::Error, refused.problem.what.clone());
                 if let Source::Files(paths) = &refused.opening.source {
                     self.state.recent.retain(|p| !paths.contains(p) || p.exists());
                 }
+                // A source that cannot be read just now stays the one to come back to, with all that belongs to it.
                 self.refused = Some(*refused);
-                if self.bench.records.is_empty() {
-                    self.state.source = Source::Nothing;
-                }
             }
             Delivery::Chosen { generation, .. } if generation != self.bench.generation => {}
             Delivery::Chosen { choice: Ok(choice), .. } => {
@@ -415,22 +360,20 @@ impl App {
         });
     }
 
-    fn dropped(&mut self, ctx: &Context) {
-        let files: Vec<PathBuf> = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).collect());
-        if !files.is_empty() {
-            self.open(files);
-        }
-    }
-
     fn chosen(&mut self, ctx: &Context, chosen: Chosen) {
         let Chosen { purpose, paths, asked } = chosen;
         let Some(path) = paths.first().cloned() else { return };
-        let path = purpose.ending().map_or(path.clone(), |ending| with_extension(path, ending));
-        if purpose != Purpose::Open && path.exists() && asked.as_ref() != Some(&path) {
+        let named = purpose.ending().map_or(path.clone(), |ending| with_extension(path, ending));
+        let picture = matches!(purpose, Purpose::Plot | Purpose::Window);
+        // A picture is never something else than its name says.
+        let path = if picture { named.with_extension("png") } else { named };
+        if purpose.saves() && path.exists() && asked.as_ref() != Some(&path) {
             return self.dialogs.ask_to_replace(purpose, path);
         }
         match purpose {
             Purpose::Open => self.open(paths),
+            Purpose::Add => self.add_records(paths),
+            Purpose::Locate => self.located(path),
             Purpose::Project => self.save_project(&path),
             Purpose::Model => self.export_model(&path),
             Purpose::Plot => self.draw_plot(ctx, path),
@@ -442,66 +385,6 @@ impl App {
                     ctx2.request_repaint();
                 });
             }
-        }
-    }
-
-    /// What is pinned, and what waits to be made again.
-    fn pins(&self) -> Vec<Pin> {
-        let usage = |outcome: &Outcome| {
-            let of = |record: &Arc<Record>| outcome.records.iter().find(|r| Arc::ptr_eq(&r.record, record));
-            self.bench.records.iter().map(|r| of(r).map_or(Usage::Off, |r| r.usage)).collect()
-        };
-        let pin = |outcome: &Arc<Outcome>| Pin { settings: outcome.settings.clone(), usage: usage(outcome) };
-        self.waiting_pins.iter().cloned().chain(self.bench.pins.iter().map(pin)).collect()
-    }
-
-    /// Keeps the pins for the next time that these records are open.
-    fn keep_pins(&mut self) {
-        let pins = self.pins();
-        self.state.keep_pins(&self.state.source.clone(), pins);
-    }
-
-    /// Makes the outcomes of pins again; those of another order wait until the records are read for it.
-    fn bring_back(&mut self, pins: Vec<Pin>) {
-        let kind = self.state.reading.kind;
-        let (now, later) = pins.into_iter().partition(|p: &Pin| p.settings.kind == kind);
-        self.waiting_pins = later;
-        let now: Vec<Pin> = now;
-        if !now.is_empty() {
-            self.waiting_pins.extend(now.iter().cloned());
-            let generation = self.bench.generation;
-            let of = |pin: Pin| (self.bench.set(&pin.usage), pin);
-            self.pinning.ask_instead(Pinned { generation, pins: now.into_iter().map(of).collect() });
-        }
-    }
-
-    /// Puts outcomes that were made again where they were pinned.
-    fn brought_back(&mut self, generation: u64, made: Vec<Option<Arc<Outcome>>>) {
-        if generation != self.bench.generation {
-            return;
-        }
-        let kind = self.state.reading.kind;
-        self.waiting_pins.retain(|p| p.settings.kind != kind);
-        let lost = made.iter().filter(|m| m.is_none()).count();
-        if lost > 0 {
-            self.notices.note(format!("{lost} of {} pins could not be made again from these records", made.len()));
-        }
-        let newer = std::mem::take(&mut self.bench.pins);
-        self.bench.pins = made.into_iter().flatten().chain(newer).collect();
-        self.keep_pins();
-    }
-
-    fn save_project(&mut self, path: &Path) {
-        let usage = self.bench.records.iter().zip(&self.edit.usage).map(|(r, u)| (r.name.clone(), *u)).collect();
-        let reading = self.state.reading.clone();
-        let project = Project::new(self.state.source.clone(), reading, usage, &self.edit).with_pins(self.pins());
-        match project.save(path) {
-            Ok(()) => {
-                self.state.remember(path);
-                self.state.project = Some(path.to_owned());
-                self.notices.done(format!("Saved {}", path.display()));
-            }
-            Err(problem) => self.notices.error(problem),
         }
     }
 
@@ -542,20 +425,13 @@ impl App {
             Command::Sample(sample) => self.open_sample(sample),
             Command::Demonstration => {
                 let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
-                let source = Source::Hidden(now.map_or(1, |d| d.as_micros() as u64));
-                self.begin(Opening { source, reading: ReadOptions::default(), edit: None, usage: Vec::new() });
+                self.begin(Opening::of(Source::Hidden(now.map_or(1, |d| d.as_micros() as u64))));
             }
-            Command::Close => {
-                self.errands.cancel();
-                self.bench.open(String::new(), Vec::new(), None);
-                self.waiting_pins = Vec::new();
-                self.edit = Edit::default();
-                self.history = History::new(Edit::default());
-                self.state.source = Source::Nothing;
-                self.state.project = None;
-                self.state.edit = None;
-                self.refused = None;
+            Command::AddRecords => {
+                let purpose = if self.bench.records.is_empty() { Purpose::Open } else { Purpose::Add };
+                self.dialogs.ask(purpose, "", frame, ctx);
             }
+            Command::Close => self.close(),
             Command::SaveProject | Command::Choose if self.bench.records.is_empty() => {}
             Command::SaveProject => match self.state.project.clone() {
                 Some(path) => self.save_project(&path),
@@ -608,6 +484,31 @@ impl App {
         }
     }
 
+    /// Does what the room "What's missing" asks for.
+    fn walk_on(&mut self, act: Act, ctx: &Context) {
+        match act {
+            Act::Use => match self.missing.taken_over(&self.edit) {
+                Some(Ok(settings)) => {
+                    self.history.note(&self.edit);
+                    self.edit.settings = settings;
+                    self.history.note(&self.edit);
+                    self.state.room = Room::Identify;
+                    self.notices.done("The model of the walk is the equation here; undo takes it back");
+                }
+                Some(Err(problem)) => self.notices.error(problem),
+                None => {}
+            },
+            Act::Copy => {
+                if let Some(stage) = self.missing.stage(&self.edit.walk) {
+                    let units = self.bench.units(stage.model.layout.kind);
+                    ctx.copy_text(equations::text(&stage.model, Some(&units)));
+                    self.notices.note("The equations are on the clipboard, as text");
+                }
+            }
+            act => self.missing.act(act, &self.bench, &mut self.edit),
+        }
+    }
+
     fn copy(&mut self, command: Command, ctx: &Context) {
         let Some(outcome) = &self.bench.outcome else { return };
         let model = &outcome.model;
@@ -636,6 +537,9 @@ impl App {
                     *old = usage;
                 }
             }
+            Ask::Prepare(steps) => self.prepare(steps),
+            Ask::Cut => self.state.cutting = !self.state.cutting,
+            Ask::Locate => self.dialogs.ask(Purpose::Locate, "", frame, ctx),
             Ask::ReadAgain(reading) => {
                 if let Some(refused) = self.refused.take() {
                     self.begin(Opening { reading, ..refused.opening });
@@ -645,35 +549,22 @@ impl App {
         }
     }
 
-    /// Takes over a step of the history; one of another order needs the records read for it.
-    fn take_back(&mut self, edit: Edit) {
-        let kind = edit.settings.kind;
-        if kind == self.state.reading.kind {
-            self.edit = edit;
-            return;
-        }
-        let reading = ReadOptions { kind, ..self.state.reading.clone() };
-        self.begin(Opening { source: self.state.source.clone(), reading, edit: Some(edit), usage: Vec::new() });
-    }
-
-    /// Reads the same source for equations of another order: which columns are states depends on it.
-    fn read_as(&mut self, kind: Kind) {
-        let reading = ReadOptions { kind, ..self.state.reading.clone() };
-        let (source, usage) = (self.state.source.clone(), self.edit.usage.clone());
-        self.history.note(&self.edit);
-        self.begin(Opening { source, reading, edit: None, usage });
-    }
-
     fn centre(&mut self, ui: &mut Ui, frame: &eframe::Frame) {
         let dark = ui.visuals().dark_mode;
         let opening = self.under_way == Some(UnderWay::Opening);
         let outline = egui::Frame::new().fill(palette::ground(dark)).inner_margin(Margin::symmetric(10, 4));
         CentralPanel::default().frame(outline).show(ui, |ui| {
             if self.state.room == Room::Missing && !self.bench.records.is_empty() {
-                for act in self.missing.show(ui, &self.bench, &mut self.edit) {
-                    self.missing.act(act, &self.bench, &mut self.edit);
+                for act in self.missing.show(ui, &self.bench, &self.edit) {
+                    self.walk_on(act, ui.ctx());
                 }
                 return;
+            }
+            if self.state.cutting
+                && !self.bench.records.is_empty()
+                && let Some(steps) = self.cutter.show(ui, &self.bench, &self.edit.steps, self.state.record)
+            {
+                self.prepare(steps);
             }
             let Some(outcome) = self.bench.outcome.clone() else {
                 if self.bench.records.is_empty() {
@@ -712,12 +603,10 @@ impl App {
                 }
                 Some(Request::Set { window, threshold }) => self.set(window, threshold),
                 Some(Request::Pin) => {
-                    self.bench.pins.push(outcome);
-                    self.keep_pins();
+                    self.pin(outcome);
                 }
                 Some(Request::Unpin(index)) => {
-                    self.bench.pins.remove(index);
-                    self.keep_pins();
+                    self.unpin(index);
                 }
                 Some(Request::Return(index)) => {
                     self.history.note(&self.edit);
@@ -809,12 +698,31 @@ impl eframe::App for App {
                 edit: &mut self.edit,
                 suggestion: &self.suggestion,
                 shown: self.state.record,
+                cutting: self.state.cutting,
                 choosing,
                 refused: self.refused.as_ref(),
                 typing: &mut self.typing,
                 asks: &mut asks,
             };
-            panel::left(ui, &mut desk);
+            let mut acts = Vec::new();
+            let missing = &mut self.missing;
+            panel::left(ui, &mut desk, self.state.room, |ui, desk| {
+                acts = missing.controls(ui, desk.bench, desk.edit);
+            });
+            for act in acts {
+                self.walk_on(act, &ctx);
+            }
+            let mut desk = Desk {
+                bench: &self.bench,
+                edit: &mut self.edit,
+                suggestion: &self.suggestion,
+                shown: self.state.record,
+                cutting: self.state.cutting,
+                choosing,
+                refused: self.refused.as_ref(),
+                typing: &mut self.typing,
+                asks: &mut asks,
+            };
             if self.state.room == Room::Missing && !self.bench.records.is_empty() {
                 panel::findings(ui, |ui| self.missing.findings(ui, &self.bench, &self.edit));
             } else if !self.bench.records.is_empty() {
@@ -847,10 +755,17 @@ impl eframe::App for App {
         // What was just changed is asked for at once, not with the next event.
         self.ask();
         self.look_around();
+        self.keep(&ctx);
     }
 
-    fn save(&mut self, storage: &mut dyn eframe::Storage) {
-        eframe::set_value(storage, eframe::APP_KEY, &self.state());
+    /// The session's file holds the state; the system's storage only the window's place.
+    fn save(&mut self, _storage: &mut dyn eframe::Storage) {}
+
+    fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
+        let state = self.state();
+        if let Some(keeper) = &mut self.keeper {
+            keeper.finish(&state);
+        }
     }
 }
 
@@ -925,42 +840,59 @@ fn with_extension(path: PathBuf, extension: &str) -> PathBuf {
     if path.extension().is_some() { path } else { path.with_extension(extension) }
 }
 
-/// The tabs above the plots: groups on the left, the views of the one that is open behind them.
+/// Width from which on the groups and the views of one stand in one row, points.
+const ONE_ROW: f32 = 600.0;
+
+/// The tabs above the plots: groups on the left, the views of the one that is open behind them, or beneath.
 fn tabs(ui: &mut Ui, shown: &mut View, views: &mut ViewState) {
     views.remember(*shown);
-    ui.horizontal(|ui| {
-        ui.spacing_mut().item_spacing.x = 2.0;
-        let colors = theme::accents(ui.visuals().dark_mode);
-        let open = shown.group();
-        egui::Frame::new().fill(colors.card).corner_radius(4.0).stroke(Stroke::new(1.0, colors.line)).show(ui, |ui| {
-            for group in Group::ALL {
-                let on = open == group;
-                let fill = if on { colors.accent_ground } else { egui::Color32::TRANSPARENT };
-                let color = if on { ui.visuals().strong_text_color() } else { ui.visuals().text_color() };
-                let button =
-                    egui::Button::new(RichText::new(group.label()).color(color)).fill(fill).stroke(Stroke::NONE);
-                let response = ui.add(button).on_hover_text(group.tooltip());
-                response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Tab, true, on, group.label()));
-                if response.clicked() && !on {
-                    *shown = views.recent(group);
-                }
-            }
+    if ui.available_width() >= ONE_ROW {
+        ui.horizontal(|ui| {
+            groups(ui, shown, views);
+            ui.add_space(8.0);
+            views_of_group(ui, shown);
         });
-        ui.add_space(8.0);
-        for view in open.views() {
-            let on = *shown == view;
-            let color = if on { ui.visuals().strong_text_color() } else { ui.visuals().weak_text_color() };
-            let text = RichText::new(view.label()).color(color);
-            let button = egui::Button::new(text).frame_when_inactive(false).stroke(Stroke::NONE);
-            let response = ui.add(button).on_hover_text(Command::View(view).hint(ui.ctx()));
-            response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Tab, true, on, view.label()));
-            if on {
-                let line = response.rect.bottom() + 1.0;
-                ui.painter().hline(response.rect.x_range().shrink(6.0), line, Stroke::new(2.0, colors.accent));
-            }
-            if response.clicked() {
-                *shown = view;
+    } else {
+        ui.horizontal(|ui| groups(ui, shown, views));
+        ui.horizontal_wrapped(|ui| views_of_group(ui, shown));
+    }
+}
+
+fn groups(ui: &mut Ui, shown: &mut View, views: &ViewState) {
+    ui.spacing_mut().item_spacing.x = 2.0;
+    let colors = theme::accents(ui.visuals().dark_mode);
+    let open = shown.group();
+    egui::Frame::new().fill(colors.card).corner_radius(4.0).stroke(Stroke::new(1.0, colors.line)).show(ui, |ui| {
+        for group in Group::ALL {
+            let on = open == group;
+            let fill = if on { colors.accent_ground } else { egui::Color32::TRANSPARENT };
+            let color = if on { ui.visuals().strong_text_color() } else { ui.visuals().text_color() };
+            let button = egui::Button::new(RichText::new(group.label()).color(color)).fill(fill).stroke(Stroke::NONE);
+            let response = ui.add(button).on_hover_text(group.tooltip());
+            response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Tab, true, on, group.label()));
+            if response.clicked() && !on {
+                *shown = views.recent(group);
             }
         }
     });
+}
+
+fn views_of_group(ui: &mut Ui, shown: &mut View) {
+    ui.spacing_mut().item_spacing.x = 2.0;
+    let accent = theme::accents(ui.visuals().dark_mode).accent;
+    for view in shown.group().views() {
+        let on = *shown == view;
+        let color = if on { ui.visuals().strong_text_color() } else { ui.visuals().weak_text_color() };
+        let text = RichText::new(view.label()).color(color);
+        let button = egui::Button::new(text).frame_when_inactive(false).stroke(Stroke::NONE);
+        let response = ui.add(button).on_hover_text(Command::View(view).hint(ui.ctx()));
+        response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Tab, true, on, view.label()));
+        if on {
+            let line = response.rect.bottom() + 1.0;
+            ui.painter().hline(response.rect.x_range().shrink(6.0), line, Stroke::new(2.0, accent));
+        }
+        if response.clicked() {
+            *shown = view;
+        }
+    }
 }

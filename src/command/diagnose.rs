@@ -57,7 +57,7 @@ pub(super) fn run(options: &Options) -> Output {
     if options.data.kind == KindName::FirstOrder {
         return Err(first_order().into());
     }
-    let records = options.data.read().map_err(Failure::from)?;
+    let records = options.data.read()?;
     let base = options.terms.as_ref();
     let diagnosis = search(&records, base, &options.lock, options.max_effects)?;
     if let Some(json) = json::write(options.json.as_deref(), &diagnosed::result(&diagnosis, &records))? {

@@ -46,6 +46,7 @@ pub(super) fn run(options: &Options) -> Output {
         rate: options.rate,
         kind: options.kind.into(),
         keep_constant_inputs: true,
+        ..ReadOptions::default()
     };
     let inspected: Vec<Inspected<'_>> =
         options.files.iter().map(|file| Inspected { file, found: read_files(&[file], &reading) }).collect();

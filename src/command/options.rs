@@ -8,7 +8,8 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 
 use super::failure::Failure;
-use crate::record::{ColumnMap, ReadError, ReadOptions, RecordSet, read_set};
+use crate::record::prepare::{self, Preparation, Treatment};
+use crate::record::{ColumnMap, ReadOptions, RecordSet, read_set};
 use crate::study::{
     Differentiation, Form, Kinematics, Known, Lock, NARROWEST, Regressor, Scaling, Settings, force_over_mass,
 };
@@ -32,6 +33,16 @@ pub(super) struct DataOptions {
     /// Displacements given and velocities derived, or every state given
     #[arg(long, value_enum, default_value_t)]
     pub(super) kind: KindName,
+
+    /// Use each record from T0 to T1 only, s; either may be left out: "5:"
+    #[arg(long, value_name = "T0:T1", allow_hyphen_values = true, help_heading = "Preparation")]
+    crop: Option<Span>,
+    /// Hold out this share of each record's end, as 0.3; files given with --test are held out instead
+    #[arg(long, value_name = "SHARE", value_parser = share, allow_negative_numbers = true, help_heading = "Preparation")]
+    hold_out: Option<f64>,
+    /// Fill in up to N samples that are missing together (lost, empty or NaN); a longer gap splits the record
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true, help_heading = "Preparation")]
+    bridge: usize,
 }
 
 /// Data, and how it is identified.
@@ -112,13 +123,24 @@ impl DataOptions {
             columns: self.columns.clone().unwrap_or_default(),
             rate: self.rate,
             kind: self.kind.into(),
+            bridge: self.bridge,
             ..ReadOptions::default()
         }
     }
 
-    /// Reads the records.
-    pub(super) fn read(&self) -> Result<RecordSet, ReadError> {
-        read_set(&self.data, &self.test, &self.reading())
+    /// Reads the records and prepares them.
+    pub(super) fn read(&self) -> Result<RecordSet, Failure> {
+        let set = read_set(&self.data, &self.test, &self.reading())?;
+        prepare::prepare(&set, &self.preparation()).map_err(|e| {
+            Failure::new(e.to_string()).try_this("give other times with --crop, or another share with --hold-out")
+        })
+    }
+
+    /// What is done to the records before they are used.
+    fn preparation(&self) -> Vec<Preparation> {
+        let crop = self.crop.map(|Span { from, to }| Treatment::Crop { from, to });
+        let hold_out = self.hold_out.filter(|_| self.test.is_empty()).map(|share| Treatment::HoldOut { share });
+        crop.into_iter().chain(hold_out).map(Into::into).collect()
     }
 }
 
@@ -271,6 +293,15 @@ impl StudyOptions {
         if let Some(rate) = self.data.rate {
             option("rate", &rate.to_string());
         }
+        if let Some(crop) = &self.data.crop {
+            option("crop", &crop.to_string());
+        }
+        if let Some(share) = self.data.hold_out.filter(|_| self.data.test.is_empty()) {
+            option("hold-out", &share.to_string());
+        }
+        if self.data.bridge > 0 {
+            option("bridge", &self.data.bridge.to_string());
+        }
         if settings.kind == Kind::FirstOrder {
             option("kind", "first-order");
         }
@@ -329,6 +360,34 @@ pub(super) fn quoted(text: &str) -> String {
         text.to_owned()
     } else {
         format!("'{}'", text.replace('\'', "'\\''"))
+    }
+}
+
+/// From one time to another, s; none for the record's own beginning or end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Span {
+    from: Option<f64>,
+    to: Option<f64>,
+}
+
+impl FromStr for Span {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (from, to) = text.split_once(':').ok_or("it is two times with a colon between them, as 2:40")?;
+        let time = |text: &str| if text.trim().is_empty() { Ok(None) } else { finite(text.trim()).map(Some) };
+        let (from, to) = (time(from)?, time(to)?);
+        if from.zip(to).is_some_and(|(from, to)| from >= to) {
+            return Err("the first time lies before the second".into());
+        }
+        Ok(Self { from, to })
+    }
+}
+
+impl std::fmt::Display for Span {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let time = |t: Option<f64>| t.map_or(String::new(), |t| t.to_string());
+        write!(f, "{}:{}", time(self.from), time(self.to))
     }
 }
 
@@ -468,6 +527,11 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
 /// A number that is zero or above.
 pub(super) fn not_negative(text: &str) -> Result<f64, String> {
     finite(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("it cannot be negative".into()) })
+}
+
+/// A share between none and all.
+fn share(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|v| if v > 0.0 && v < 1.0 { Ok(v) } else { Err("it lies between 0 and 1, as 0.3".into()) })
 }
 
 fn half_width(text: &str) -> Result<usize, String> {

@@ -19,6 +19,8 @@ pub enum Ink {
     Error,
     /// The error before the last change.
     ErrorGhost,
+    /// The error's root mean square over a few periods.
+    ErrorRms,
     /// A mean over many samples, or the curve that chance would give.
     Mean,
     /// The measurement noise's level.
@@ -31,12 +33,13 @@ pub enum Ink {
 
 impl Ink {
     /// Every ink.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Measured,
         Self::Identified,
         Self::Ghost,
         Self::Error,
         Self::ErrorGhost,
+        Self::ErrorRms,
         Self::Mean,
         Self::NoiseFloor,
         Self::Input,
@@ -51,6 +54,7 @@ impl Ink {
             Self::Ghost => (0xD3_A4_8E, 0x7A_5F_45),
             Self::Error => (0x00_6B_4F, 0x3C_CF_A3),
             Self::ErrorGhost => (0xC6_DD_D6, 0x22_42_39),
+            Self::ErrorRms => (0x00_3B_2A, 0xB4_FF_E4),
             Self::Mean | Self::NoiseFloor => (0x20_20_20, 0xF0_F0_F0),
             Self::Input => (0x7B_3F_73, 0xDF_9B_C8),
             Self::Diverged => (0xB0_00_20, 0xFF_6B_6B),
@@ -65,6 +69,7 @@ impl Ink {
             Self::Identified => 1.3,
             Self::Ghost | Self::ErrorGhost | Self::Error => 1.0,
             Self::Input | Self::Mean => 1.4,
+            Self::ErrorRms => 1.8,
             Self::NoiseFloor | Self::Diverged => 1.2,
         }
     }

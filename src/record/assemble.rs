@@ -168,6 +168,21 @@ fn trajectories(table: &mut Table, notices: &mut Vec<String>) -> Vec<(Option<Str
     }
 }
 
+/// A stretch may lie so far off the grid of the one before, in intervals, and is taken to lie on it.
+const ON_GRID: f64 = 0.02;
+
+/// A stretch of even samples; `columns[channel][sample]`, its start in the stamps' unit.
+struct Piece {
+    start: f64,
+    columns: Vec<Vec<f64>>,
+}
+
+impl Piece {
+    fn len(&self) -> usize {
+        self.columns.first().map_or(0, Vec::len)
+    }
+}
+
 /// One trajectory of a file, on its way to records.
 struct Trajectory<'a> {
     file: &'a str,
@@ -209,40 +224,46 @@ impl Trajectory<'_> {
 
     fn records(&self, options: &ReadOptions) -> Result<Vec<Record>, ReadError> {
         let mut notices = Vec::new();
-        let (stamps, sampling) = match (self.table.selection.time, options.rate) {
+        let (stamps, sampling, second) = match (self.table.selection.time, options.rate) {
             (Some(column), _) => {
                 let mut stamps = self.values(&self.table.stamps, 0..self.len());
                 let sampling = sampling::analyse(&mut stamps).map_err(|e| self.irregular(e, &stamps, column))?;
-                self.tell(&sampling, &stamps, &mut notices);
-                (stamps, sampling)
+                (stamps, sampling, self.second)
             }
-            (None, rate) => (Vec::new(), Sampling::even(self.len(), 1.0 / rate.unwrap_or(1.0))),
+            (None, rate) => {
+                let rate = Seconds(1.0, rate.unwrap_or(1.0));
+                let places = if self.table.stamps.is_empty() { &[][..] } else { &self.table.stamps };
+                match self.values(places, 0..self.len().min(places.len())) {
+                    none if none.is_empty() => (none, Sampling::even(self.len(), 1.0), rate),
+                    places => {
+                        let sampling = Sampling::with_missing(&places);
+                        (places, sampling, rate)
+                    }
+                }
+            }
         };
-        let long = |rows: &std::ops::Range<usize>| rows.len() >= LEAST_SAMPLES;
-        let longest = sampling.stretches.iter().map(|s| s.rows.len()).max().unwrap_or(0);
+        self.tell(&sampling, &stamps, (second, options.bridge), &mut notices);
+        let pieces = self.pieces(&stamps, &sampling, options.bridge);
+        let long = |piece: &Piece| piece.len() >= LEAST_SAMPLES;
+        let longest = pieces.iter().map(Piece::len).max().unwrap_or(0);
         if longest < LEAST_SAMPLES {
             return Err(self.too_few(longest));
         }
-        let split = sampling.stretches.iter().filter(|s| long(&s.rows)).count() > 1;
-        let interval = self.second.exactly(sampling.interval);
+        let split = pieces.iter().filter(|p| long(p)).count() > 1;
+        let (count, short) = (pieces.len(), pieces.iter().filter(|p| !long(p)).count());
+        let interval = second.exactly(sampling.interval);
         let mut records: Vec<Record> = Vec::new();
         let mut still = 0;
-        for stretch in sampling.stretches.iter().filter(|s| long(&s.rows)) {
-            let columns = self.table.channels.iter();
-            let mut columns: Vec<Vec<f64>> = columns.map(|c| self.values(c, stretch.rows.clone())).collect();
-            if let Some(points) = stretch.resample {
-                let stamps = &stamps[stretch.rows.clone()];
-                sampling::resample(stamps, &mut columns, stretch.start, sampling.interval, points);
-            }
+        for Piece { start, columns } in pieces.into_iter().filter(long) {
             if let Some((channel, value)) = self.still(&columns) {
                 still += 1;
-                if sampling.stretches.len() == still {
+                if count == still {
                     return Err(self.constant(channel, value));
                 }
                 continue;
             }
             let name = if split { format!("{} part {}", self.name, records.len() + 1) } else { self.name.clone() };
-            let (start, mut channels) = (self.second.of(stretch.start), self.channels(columns));
+            let (start, mut channels) = (second.of(start), self.channels(columns));
             for told in estimate::complete(&mut channels, interval) {
                 let told = format!("{}{told}", self.prefix());
                 if !notices.contains(&told) {
@@ -254,7 +275,6 @@ impl Trajectory<'_> {
         if records.is_empty() {
             return Err(self.constant(0, self.table.channels[0][0]));
         }
-        let short = sampling.stretches.iter().filter(|s| !long(&s.rows)).count();
         let fewer = format!("fewer than {LEAST_SAMPLES} samples");
         for (count, what) in [(short, fewer.as_str()), (still, "no motion")] {
             notices.extend(match count {
@@ -267,6 +287,52 @@ impl Trajectory<'_> {
             record.notices.clone_from(&notices);
         }
         Ok(records)
+    }
+
+    /// The stretches between gaps, those joined between which no more than `bridge` samples are missing.
+    fn pieces(&self, stamps: &[f64], sampling: &Sampling, bridge: usize) -> Vec<Piece> {
+        let interval = sampling.interval;
+        let mut pieces: Vec<Piece> = Vec::new();
+        for stretch in &sampling.stretches {
+            let columns = self.table.channels.iter();
+            let mut columns: Vec<Vec<f64>> = columns.map(|c| self.values(c, stretch.rows.clone())).collect();
+            let before = pieces.last_mut();
+            // Samples from the end of the piece before to the beginning of this one, on that piece's grid.
+            let apart = before.as_ref().map(|b| (stretch.start - b.start) / interval - (b.len() - 1) as f64);
+            let joins = bridge > 0 && apart.is_some_and(|steps| steps.round() - 1.0 <= bridge as f64);
+            let on_grid = apart.is_some_and(|steps| (steps - steps.round()).abs() <= ON_GRID);
+            let mut start = stretch.start;
+            let mut resample = stretch.resample;
+            if let (Some(before), true, false) = (&before, joins, on_grid && resample.is_none()) {
+                let first = ((stretch.start - before.start) / interval - ON_GRID).ceil();
+                start = before.start + first * interval;
+                let last = stamps[stretch.rows.end - 1];
+                resample = Some((((last - start) / interval + ON_GRID).floor() + 1.0).max(0.0) as usize);
+            }
+            let few = stretch.rows.len() < sampling::FEWEST_STAMPS || resample == Some(0);
+            if resample.is_some() && few {
+                // Too short to be put onto the grid: it counts as missing, or as a stretch too short to be used.
+                if !joins {
+                    pieces.push(Piece { start, columns });
+                }
+                continue;
+            }
+            if let Some(points) = resample {
+                sampling::resample(&stamps[stretch.rows.clone()], &mut columns, start, interval, points);
+            }
+            match before {
+                Some(before) if joins => {
+                    let place = ((start - before.start) / interval).round() as usize;
+                    let missing = place.saturating_sub(before.len());
+                    for (whole, column) in before.columns.iter_mut().zip(columns) {
+                        let filled = super::prepare::fill(whole, &column, missing);
+                        whole.extend(filled.into_iter().chain(column));
+                    }
+                }
+                _ => pieces.push(Piece { start, columns }),
+            }
+        }
+        pieces
     }
 
     /// The first displacement that is constant, with its value.
@@ -320,9 +386,9 @@ impl Trajectory<'_> {
         self.label.as_ref().map_or(String::new(), |l| format!("record `{l}`: "))
     }
 
-    fn tell(&self, sampling: &Sampling, stamps: &[f64], notices: &mut Vec<String>) {
+    fn tell(&self, sampling: &Sampling, stamps: &[f64], (second, bridge): (Seconds, usize), notices: &mut Vec<String>) {
         let prefix = self.prefix();
-        let interval = self.second.of(sampling.interval);
+        let interval = second.of(sampling.interval);
         let percent = sampling::significant(100.0 * sampling.jitter, 2);
         if let Some(given) = sampling.odd_first {
             let taken = sampling::significant(stamps[0], 6);
@@ -333,7 +399,7 @@ impl Trajectory<'_> {
         if let Some(step) = sampling.rounded_to {
             notices.push(format!(
                 "{prefix}the time stamps are rounded to {} s; the sampling was taken as even, one sample every {} s",
-                sampling::significant(self.second.of(step), 3),
+                sampling::significant(second.of(step), 3),
                 sampling::significant(interval, 7)
             ));
         }
@@ -351,13 +417,17 @@ impl Trajectory<'_> {
         let gaps: Vec<(usize, f64)> = sampling
             .stretches
             .windows(2)
-            .map(|pair| {
-                let row = pair[1].rows.start;
-                (row, self.second.of(stamps[row] - stamps[row - 1]))
-            })
+            .map(|pair| pair[1].rows.start)
+            .filter(|row| sampling.missing(stamps[*row] - stamps[row - 1]) > bridge)
+            .map(|row| (row, second.of(stamps[row] - stamps[row - 1])))
             .collect();
+        let filled = sampling.stretches.len().saturating_sub(1 + gaps.len());
+        if filled > 0 {
+            let (gaps, were) = if filled == 1 { ("gap", "was") } else { ("gaps", "were") };
+            notices.push(format!("{prefix}{filled} {gaps} of up to {bridge} samples {were} bridged"));
+        }
         let at = |row: usize| {
-            format!("before {} (t = {} s)", self.place(row), sampling::significant(self.second.of(stamps[row]), 6))
+            format!("before {} (t = {} s)", self.place(row), sampling::significant(second.of(stamps[row]), 6))
         };
         if gaps.len() <= GAPS_TOLD {
             for (row, length) in gaps {

@@ -315,6 +315,10 @@ struct Filling<'a> {
     trajectories: Vec<u32>,
     labels: Vec<String>,
     rows: Vec<u32>,
+    /// The number of each row, counting those without values; of all sheets.
+    places: Vec<f64>,
+    /// Rows so far, with those without values.
+    counted: usize,
     /// Rows without a value: how many, and sample and column of the first.
     missing: usize,
     first_missing: Option<(usize, usize)>,
@@ -332,6 +336,8 @@ impl<'a> Filling<'a> {
             trajectories: Vec::new(),
             labels: Vec::new(),
             rows: Vec::new(),
+            places: Vec::new(),
+            counted: 0,
             missing: 0,
             first_missing: None,
         }
@@ -347,12 +353,14 @@ impl<'a> Filling<'a> {
         let whole = self.whole_rows(sheet, &wanted)?;
         for row in (0..sheet.len).filter(|row| whole.as_ref().is_none_or(|w| w[*row])) {
             self.rows.push(u32::try_from(row + 1).unwrap_or(u32::MAX));
+            self.places.push((self.counted + row) as f64);
             if let Some(values) = &trajectory {
                 self.label(values[row].to_string());
             } else if let Some(run) = &run {
                 self.label(run.clone());
             }
         }
+        self.counted += sheet.len;
         let kept = |values: Vec<f64>| match &whole {
             None => values,
             Some(whole) => values.into_iter().zip(whole).filter(|(_, keep)| **keep).map(|(v, _)| v).collect(),
@@ -402,7 +410,8 @@ impl<'a> Filling<'a> {
             }
         }
         if let Some(rows) = &whole
-            && let Some(row) = inside(rows).filter(|_| self.selection.time.is_none())
+            // Rows of several records may be mixed: then their numbers do not tell which are missing.
+            && let Some(row) = inside(rows).filter(|_| self.selection.time.is_none() && self.selection.trajectory.is_some())
         {
             let column = wanted.iter().find(|(_, values)| values[row].is_nan()).map_or(0, |(c, _)| *c);
             let (file, column) = (self.file.to_owned(), label(self.headings, column));
@@ -437,10 +446,11 @@ impl<'a> Filling<'a> {
             let (file, column) = (self.file.to_owned(), label(self.headings, column));
             return Err(ReadError::MissingCell { file, row: Row::Sample(row + 1), column });
         }
+        let gaps = selection.time.is_none() && self.places.windows(2).any(|w| w[1] - w[0] > 1.0);
         Ok(Table {
             headings: self.headings.to_vec(),
             selection,
-            stamps: self.stamps,
+            stamps: if gaps { self.places } else { self.stamps },
             channels: self.channels,
             trajectories: self.trajectories,
             labels: self.labels,

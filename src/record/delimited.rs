@@ -397,6 +397,8 @@ fn read_rows(file: &str, bytes: &[u8], header: Header, choose: &Choose<'_>) -> R
     let mut labels = Labels::default();
     let mut lines = Vec::new();
     let mut gaps = Gaps::default();
+    // Where no time tells where a row stands, its number does.
+    let (mut places, mut place) = (Vec::new(), 0.0);
     let wanted: Vec<usize> = selection
         .time
         .into_iter()
@@ -410,16 +412,18 @@ fn read_rows(file: &str, bytes: &[u8], header: Header, choose: &Choose<'_>) -> R
         if cells < needed || surplus {
             return Err(ReadError::RowLength { file: file.to_owned(), line: rows.line, cells, expected });
         }
+        place += 1.0;
         if let Some(column) = wanted.iter().find(|c| is_missing(rows.cell(**c))) {
             gaps.note(columns.place(&rows, *column), !lines.is_empty());
             continue;
         }
-        // Without time stamps nothing would tell that rows between two others are missing.
-        if selection.time.is_none() && gaps.inside {
+        // Rows of several records may be mixed: then their numbers do not tell which are missing.
+        if selection.time.is_none() && selection.trajectory.is_some() && gaps.inside {
             return Err(gaps.error());
         }
-        if let Some(column) = selection.time {
-            stamps.push(columns.number(&rows, column)?);
+        match selection.time {
+            Some(column) => stamps.push(columns.number(&rows, column)?),
+            None => places.push(place - 1.0),
         }
         for ((_, column), values) in selection.channels.iter().zip(&mut channels) {
             values.push(columns.number(&rows, *column)?);
@@ -437,6 +441,9 @@ fn read_rows(file: &str, bytes: &[u8], header: Header, choose: &Choose<'_>) -> R
         return Err(gaps.error());
     }
     notices.extend(gaps.notice());
+    if selection.time.is_none() && places.windows(2).any(|w| w[1] - w[0] > 1.0) {
+        stamps = places;
+    }
     if lines.is_empty() {
         return Err(ReadError::HeaderOnly { file: file.to_owned(), line: header_line });
     }

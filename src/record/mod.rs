@@ -13,6 +13,7 @@ mod error;
 mod estimate;
 mod formats;
 mod heading;
+pub mod prepare;
 mod sampling;
 mod table;
 mod types;
@@ -47,6 +48,8 @@ pub struct ReadOptions {
     pub rate: Option<f64>,
     /// Order of the equations: for first order every velocity is a state, and so are `y` and `z`.
     pub kind: Kind,
+    /// So many samples that are missing together are filled in; more split the record. None by itself.
+    pub bridge: usize,
     /// Keeps inputs that are constant throughout, for records that join others in which they are not.
     pub keep_constant_inputs: bool,
 }

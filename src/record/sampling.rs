@@ -66,6 +66,25 @@ impl Sampling {
     }
 }
 
+impl Sampling {
+    /// Samples known to be even, some of which are missing: `places` are the numbers of those that are there.
+    pub(super) fn with_missing(places: &[f64]) -> Self {
+        let mut stretches: Vec<Stretch> = Vec::new();
+        for (row, place) in places.iter().enumerate() {
+            match stretches.last_mut() {
+                Some(last) if place - places[row - 1] == 1.0 => last.rows.end = row + 1,
+                _ => stretches.push(Stretch { rows: row..row + 1, start: *place, resample: None }),
+            }
+        }
+        Self { stretches, ..Self::even(places.len(), 1.0) }
+    }
+
+    /// Samples that are missing in a step from one sample to the next.
+    pub(super) fn missing(&self, step: f64) -> usize {
+        ((step / self.interval).round() - 1.0).max(0.0) as usize
+    }
+}
+
 /// Why stamps give no even grid; rows are those of the later stamp.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Irregular {
@@ -354,6 +373,9 @@ fn decade(value: f64) -> i32 {
 
 /// Stamps on either side that a value between them is interpolated from.
 const NODES: usize = 4;
+
+/// Fewer stamps than these are not resampled.
+pub(super) const FEWEST_STAMPS: usize = 4;
 
 /// Stamps closer together than this share of the interval say the same: their difference is the noise's.
 const CLOSE: f64 = 0.3;

@@ -52,7 +52,8 @@ pub(super) struct Table {
     pub(super) headings: Vec<Heading>,
     /// Which of them are wanted.
     pub(super) selection: Selection,
-    /// Time stamps in the file's unit; empty if no time column is wanted.
+    /// Time stamps in the file's unit. If no time column is wanted: the number of each row, counting those without values,
+    /// where such rows are missing between others; else empty.
     pub(super) stamps: Vec<f64>,
     /// One column for each of the selection's channels, in that order, in the file's unit.
     pub(super) channels: Vec<Vec<f64>>,

@@ -222,6 +222,7 @@ pub(super) fn class(ink: Ink) -> &'static str {
         Ink::Ghost => "ghost",
         Ink::Error => "error",
         Ink::ErrorGhost => "error-ghost",
+        Ink::ErrorRms => "error-rms",
         Ink::Mean => "mean",
         Ink::NoiseFloor => "noise",
         Ink::Input => "input",

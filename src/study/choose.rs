@@ -11,6 +11,7 @@ use super::regression::{self, Regression, fitted_states};
 use super::response::Drive;
 use super::suggest::odd;
 use super::{Cancel, Form, Outcome, Regressor, Settings, Smoothing, Study, StudyError, check};
+use crate::format::number::significant_trimmed;
 use crate::model::Model;
 use crate::record::{Record, RecordSet, Usage};
 use crate::signal::{Differentiation, Facts, Signals, dot, mean_and_variance};
@@ -201,9 +202,9 @@ pub fn choose(
         s => s.method.title().to_owned(),
     };
     let reason = format!(
-        "{regressor}{form}{smoothing} and threshold {:.2e}{refined}: simulation error {:.2e} of the motion on {judged}; {} settings tried{dropped}",
+        "{regressor}{form}{smoothing} and threshold {:.2e}{refined}: simulation error {} % of the motion's standard deviation on {judged}; {} settings tried{dropped}",
         settings.threshold,
-        error.sqrt(),
+        significant_trimmed(100.0 * error.sqrt(), 2),
         tried.len(),
     );
     Ok(Choice { settings, reason, error: error.sqrt() })

@@ -52,7 +52,7 @@ fn diverged(outcome: &Outcome) -> Option<Warning> {
     Some(warning(
         Severity::Wrong,
         format!(
-            "The response to {} leaves the data's range: diverged at t = {at:.3} s. A term is missing, or one is wrong",
+            "On record {} the simulated response diverges at {at:.3} s: a term is missing, or one is wrong",
             first.record.name
         ),
     ))

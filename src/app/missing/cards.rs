@@ -15,15 +15,25 @@ pub(super) const HEIGHT: f32 = 304.0;
 /// Height of its plot, points.
 const PLOT: f32 = 138.0;
 
-/// One line on how far a candidate has come.
-pub(super) fn standing(candidate: &Candidate, looking: bool) -> String {
+/// One line on how far a candidate has come: the first against the model without it, the others against the first.
+pub(super) fn standing(candidate: &Candidate, sight: &Sight<'_>) -> String {
+    let looking = sight.looking();
     match &candidate.standing {
-        Standing::Refitted => words::evidence(candidate.delta_bic).to_owned(),
+        Standing::Refitted => match behind(candidate, sight) {
+            None => words::evidence(candidate.delta_bic).to_owned(),
+            Some(delta) => words::against_first(delta).to_owned(),
+        },
         Standing::Screened if looking => "screened; refitted if it is among the likeliest".to_owned(),
         Standing::Screened => "screened only, not refitted".to_owned(),
         Standing::Refused(_) => "refused".to_owned(),
         Standing::NotShown(_) => "these data cannot show it".to_owned(),
     }
+}
+
+/// By how much a rival's criterion lies above that of the first candidate that stands; none for that one itself.
+fn behind(candidate: &Candidate, sight: &Sight<'_>) -> Option<f64> {
+    let first = sight.candidates().iter().find(|c| stands(c))?;
+    (first.choice != candidate.choice).then_some(candidate.delta_bic - first.delta_bic)
 }
 
 /// A card; `rank` is shown where the candidate stands.
@@ -93,15 +103,20 @@ pub(super) fn card(
         None => {}
     });
     line(ui, 18.0, |ui| {
-        let said = standing(candidate, sight.looking());
+        let said = standing(candidate, sight);
+        let behind = behind(candidate, sight);
         let color = match candidate.standing {
-            Standing::Refitted => colors.good,
+            Standing::Refitted if behind.is_none_or(|d| d <= 2.0) => colors.good,
             Standing::Refused(_) => colors.caution,
             _ => ui.visuals().weak_text_color(),
         };
         ui.label(RichText::new(said).color(color));
         if candidate.stage.is_some() {
-            ui.label(RichText::new(words::delta_bic(candidate.delta_bic)).weak());
+            let (value, hint) = match behind {
+                None => (candidate.delta_bic, "Against the model without it; negative speaks for the effect"),
+                Some(delta) => (delta, "Against the first candidate; positive speaks for that one"),
+            };
+            ui.label(RichText::new(words::delta_bic(value)).weak()).on_hover_text(hint);
         }
     });
     let reason = match &candidate.standing {
@@ -111,7 +126,10 @@ pub(super) fn card(
     let confused = if candidate.confused_with.is_empty() {
         String::new()
     } else {
-        format!("Cannot be told from: {}.", candidate.confused_with.join(", "))
+        let named = sight.round().is_some_and(|r| r.finding == crate::gap::Finding::Named);
+        // Where one is named, what looks like it comes to the same motion here and has more to it than is needed.
+        let words = if named { "Moves alike here, with more to it" } else { "Cannot be told from" };
+        format!("{words}: {}.", candidate.confused_with.join(", "))
     };
     let color = ui.visuals().text_color();
     let rest = pos2(inner.left(), ui.cursor().top() + 2.0);
@@ -172,7 +190,7 @@ pub(super) fn row(
         || format!("explains {} %", significant_trimmed(100.0 * candidate.explained, 2)),
         |stage| words::shrinks(&before.gap, &stage.gap, sight.unit),
     );
-    let texts = [title, RichText::new(gap).color(text), RichText::new(standing(candidate, sight.looking())).weak()];
+    let texts = [title, RichText::new(gap).color(text), RichText::new(standing(candidate, sight)).weak()];
     for ((from, to), text) in cells.into_iter().zip(texts) {
         let x = |share: f32| rect.left() + 9.0 + share * (rect.width() - 12.0);
         let cell = Rect::from_x_y_ranges(x(from)..=x(to) - 4.0, rect.y_range());

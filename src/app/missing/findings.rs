@@ -92,7 +92,8 @@ fn equation(ui: &mut Ui, sight: &Sight<'_>, stage: Option<&Stage>, preview: bool
     };
     section(ui, "EQUATION", aside, |_| {});
     let Some(stage) = stage else {
-        ui.weak("the base model is being fitted");
+        let failed = sight.known.failure.is_some();
+        ui.weak(if failed { "There is no base model" } else { "the base model is being fitted" });
         return;
     };
     let layout = stage.model.layout;

@@ -5,6 +5,7 @@
 //! function of both and asks for [`Act`]s; none computes anything.
 
 mod add;
+mod base;
 mod cards;
 mod compare;
 mod findings;
@@ -27,6 +28,7 @@ use super::bench::Bench;
 use super::state::Edit;
 use super::worker::Busy;
 use crate::gap::{Blind, Candidate, Choice, Diagnosis, Place, Round, Stage, Standing};
+use crate::study::Settings;
 use crate::term::{Kind, Term};
 pub(crate) use walk::Step;
 pub use walk::{Base, Walk};
@@ -53,6 +55,10 @@ pub(crate) enum Act {
     Accept(Choice),
     /// Take the last effect back.
     Undo,
+    /// Take the model as it stands over as the equation of Identify.
+    Use,
+    /// Copy the model as it stands.
+    Copy,
 }
 
 /// Everything found for one set of records and one base.
@@ -214,6 +220,17 @@ impl Missing {
     /// True until everything asked for has come.
     pub(crate) fn waiting(&self) -> bool {
         self.work.expected() || self.work.busy().is_some()
+    }
+
+    /// The step that is in view.
+    pub(crate) fn step(&self) -> Step {
+        self.step
+    }
+
+    /// Begins with a step in view: that of a walk that comes back.
+    pub(crate) fn begin_at(&mut self, step: Step) {
+        self.forget();
+        self.step = step;
     }
 
     /// Looks as soon as the base is fitted: a demonstration.
@@ -388,6 +405,8 @@ impl Missing {
                 self.step = Step::Verify;
                 self.ask(bench, edit, Want::Conclusion);
             }
+            // The window does these: they concern more than the room.
+            Act::Use | Act::Copy => {}
             Act::Undo => {
                 edit.walk.accepted.pop();
                 self.pass_over();
@@ -397,13 +416,13 @@ impl Missing {
     }
 
     /// Draws the centre.
-    pub(crate) fn show(&mut self, ui: &mut Ui, bench: &Bench, edit: &mut Edit) -> Vec<Act> {
+    pub(crate) fn show(&mut self, ui: &mut Ui, bench: &Bench, edit: &Edit) -> Vec<Act> {
         let mut acts = Vec::new();
         self.hovered = None;
         ui.spacing_mut().item_spacing = vec2(6.0, 3.0);
         let known = std::mem::take(&mut self.known);
-        steps::show(ui, self, &known, bench, edit, &mut acts);
         let walk = edit.walk.clone();
+        steps::show(ui, self, &known, bench, &walk, &mut acts);
         let unit = displacement(bench);
         let sight =
             Sight { walk: &walk, known: &known, running: self.running, unit: &unit, dark: ui.visuals().dark_mode };
@@ -411,7 +430,7 @@ impl Missing {
             ui.visuals_mut().extreme_bg_color = crate::app::plot::palette::ground(sight.dark);
             match (&known.failure, sight.stage()) {
                 (Some(failure), _) => {
-                    if words::failure(ui, failure) {
+                    if words::failure(ui, failure, walk != Walk::default()) {
                         acts.push(Act::Restart);
                     }
                 }
@@ -429,6 +448,16 @@ impl Missing {
         self.known = known;
         self.plots.tidy();
         acts
+    }
+
+    /// Draws the room's part of the left column.
+    pub(crate) fn controls(&mut self, ui: &mut Ui, bench: &Bench, edit: &mut Edit) -> Vec<Act> {
+        base::column(ui, self, bench, edit)
+    }
+
+    /// The settings of Identify that take the model as it stands over; none while it is being fitted.
+    pub(crate) fn taken_over(&self, edit: &Edit) -> Option<Result<Settings, String>> {
+        self.stage(&edit.walk).map(|stage| base::settings(stage, &edit.settings))
     }
 
     /// Draws the right column.

@@ -469,10 +469,28 @@ pub(super) fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
     (low - margin, high + margin)
 }
 
+/// Shares of the points below and above which a lone one does not set the limits.
+const OUTLYING: f64 = 0.005;
+
+/// Least and largest value with a margin, without the few that lie far off: one outlier must not flatten a plot.
+fn usual_extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let mut sorted: Vec<f64> = values.filter(|v| v.is_finite()).collect();
+    if sorted.is_empty() {
+        return extent(sorted.into_iter());
+    }
+    sorted.sort_by(f64::total_cmp);
+    let cut = (OUTLYING * sorted.len() as f64).ceil() as usize;
+    let (low, high) = (sorted[cut.min(sorted.len() - 1)], sorted[sorted.len().saturating_sub(1 + cut)]);
+    let (least, most) = (sorted[0], sorted[sorted.len() - 1]);
+    // Only what lies beyond all the others' range is an outlier.
+    let reach = high - low;
+    extent([least.max(low - reach), most.min(high + reach)].into_iter())
+}
+
 /// The small plot of a card: the measured missing force as points, the effect's curve through them.
 pub(super) fn curve(ui: &Ui, rect: Rect, curve: &Curve, unit: &str, color: Color32, faded: bool) {
     let x = extent(curve.measured.iter().chain(&curve.effect).map(|p| p[0]));
-    let y = extent(curve.measured.iter().chain(&curve.effect).map(|p| p[1]));
+    let y = usual_extent(curve.measured.iter().chain(&curve.effect).map(|p| p[1]));
     let axes = Axes::draw(ui, rect, (x, &curve.axis, &curve.unit), (y, "missing force", unit));
     let dark = ui.visuals().dark_mode;
     let strength = if faded { 0.45 } else { 1.0 };

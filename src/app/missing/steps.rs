@@ -1,30 +1,22 @@
-//! The top of the room: the four steps, the one button that leads through them, the base model, and what runs.
+//! The top of the room: the four steps, the one button that leads through them, and what runs.
 
 use egui::{Align, Color32, Layout, Rect, RichText, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 
-use super::{Act, Base, Known, Missing, Sight, Step, displacement, stands, work};
+use super::{Act, Known, Missing, Sight, Step, Walk, base, displacement, stands, work};
 use crate::app::bench::Bench;
-use crate::app::state::Edit;
 use crate::app::theme::{self, ROW};
 use crate::gap::Standing;
-use crate::term::{Kind, Layout as Symbols, Term, list};
 
 /// Height of the steps' row, points.
 const HEIGHT: f32 = 34.0;
+/// Width from which on every step's name stands beside its number; in less, the one in view alone has it, points.
+const ROOMY: f32 = 530.0;
 /// Radius of a step's number, points.
 const RADIUS: f32 = 10.0;
 
-pub(super) fn show(
-    ui: &mut Ui,
-    room: &mut Missing,
-    known: &Known,
-    bench: &Bench,
-    edit: &mut Edit,
-    acts: &mut Vec<Act>,
-) {
-    let walk = edit.walk.clone();
+pub(super) fn show(ui: &mut Ui, room: &mut Missing, known: &Known, bench: &Bench, walk: &Walk, acts: &mut Vec<Act>) {
     let unit = displacement(bench);
-    let sight = Sight { walk: &walk, known, running: room.running, unit: &unit, dark: ui.visuals().dark_mode };
+    let sight = Sight { walk, known, running: room.running, unit: &unit, dark: ui.visuals().dark_mode };
     let size = vec2(ui.available_width(), HEIGHT);
     ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
         ui.set_min_size(size);
@@ -34,7 +26,7 @@ pub(super) fn show(
     let size = vec2(ui.available_width(), ROW + 2.0);
     ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
         ui.set_min_size(size);
-        base(ui, room, bench, edit);
+        ui.weak(format!("Base: {}", base::label(&walk.base)));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if bench.truth.is_some() && !room.revealed {
                 let button = egui::Button::new("Reveal the truth");
@@ -66,6 +58,7 @@ fn reached(sight: &Sight<'_>, step: Step) -> bool {
 fn stepper(ui: &mut Ui, shown: Step, sight: &Sight<'_>, acts: &mut Vec<Act>) {
     ui.spacing_mut().item_spacing.x = 0.0;
     let colors = theme::accents(sight.dark);
+    let roomy = ui.available_width() >= ROOMY;
     for (k, step) in Step::ALL.into_iter().enumerate() {
         let (on, ready) = (shown == step, reached(sight, step));
         let color = match (on, ready) {
@@ -74,8 +67,10 @@ fn stepper(ui: &mut Ui, shown: Step, sight: &Sight<'_>, acts: &mut Vec<Act>) {
             (false, false) => ui.visuals().weak_text_color(),
         };
         let font = egui::FontId::proportional(14.0);
-        let galley = ui.painter().layout_no_wrap(step.label().to_owned(), font, color);
-        let size = vec2(2.0 * RADIUS + 6.0 + galley.size().x + 10.0, HEIGHT);
+        let label = if on || roomy { step.label() } else { "" };
+        let galley = ui.painter().layout_no_wrap(label.to_owned(), font, color);
+        let width = if label.is_empty() { 0.0 } else { galley.size().x + 10.0 };
+        let size = vec2(2.0 * RADIUS + 6.0 + width, HEIGHT);
         let (rect, response) = ui.allocate_exact_size(size, Sense::click());
         response.widget_info(|| WidgetInfo::selected(egui::Role::Tab, true, on, step.label()));
         let painter = ui.painter();
@@ -93,7 +88,7 @@ fn stepper(ui: &mut Ui, shown: Step, sight: &Sight<'_>, acts: &mut Vec<Act>) {
         painter.text(center, egui::Align2::CENTER_CENTER, (k + 1).to_string(), number, ink);
         let at = pos2(center.x + RADIUS + 6.0, rect.center().y - 0.5 * galley.size().y);
         painter.galley(at, galley, color);
-        if response.on_hover_text(step.tooltip()).clicked() {
+        if response.on_hover_text(format!("{}: {}", step.label(), step.tooltip())).clicked() {
             acts.push(Act::Go(step));
         }
         if k + 1 < Step::ALL.len() {
@@ -173,95 +168,4 @@ fn under_way(ui: &mut Ui, sight: &Sight<'_>, acts: &mut Vec<Act>) {
         acts.push(Act::Cancel);
     }
     ui.add(egui::Label::new(RichText::new(running.sentence).weak()).truncate());
-}
-
-/// The choice of the model that the walk starts from.
-fn base(ui: &mut Ui, room: &mut Missing, bench: &Bench, edit: &mut Edit) {
-    ui.weak("Base");
-    let label = match &edit.walk.base {
-        Base::Linear => "linear spring and damper",
-        Base::Identified => "the identified equation",
-        Base::Typed(_) => "typed terms",
-    };
-    let mut chosen = None;
-    let combo = egui::ComboBox::from_id_salt("base model").width(176.0).selected_text(label).show_ui(ui, |ui| {
-        let walk = &edit.walk;
-        if ui.selectable_label(walk.base == Base::Linear, "linear spring and damper").clicked() {
-            chosen = Some(Base::Linear);
-        }
-        let second = bench.outcome.as_ref().is_some_and(|o| o.model.layout.kind == Kind::SecondOrder);
-        let identified = egui::Button::selectable(walk.base == Base::Identified, "the identified equation");
-        if ui.add_enabled(second, identified).clicked() {
-            chosen = Some(Base::Identified);
-        }
-        if ui.selectable_label(matches!(walk.base, Base::Typed(_)), "typed terms").clicked() {
-            let text = match &walk.base {
-                Base::Typed(terms) => text_of(terms, bench),
-                _ => super::identified(bench).map_or_else(|| "x, v".to_owned(), |t| text_of(&t, bench)),
-            };
-            room.typing = Some(text.clone());
-            chosen = parse(&text, bench).ok().map(Base::Typed);
-        }
-    });
-    combo.response.on_hover_text("The model that the walk starts from: what is missing is missing from it");
-    if let Some(base) = chosen {
-        if !matches!(base, Base::Typed(_)) {
-            room.typing = None;
-        }
-        if base != edit.walk.base {
-            edit.walk.base = base;
-            edit.walk.accepted.clear();
-        }
-    }
-    if let Base::Typed(terms) = &edit.walk.base {
-        let text = room.typing.get_or_insert_with(|| text_of(terms, bench));
-        let parsed = parse(text, bench);
-        let wrong = parsed.is_err();
-        let color = wrong.then(|| theme::accents(ui.visuals().dark_mode).wrong);
-        let field = egui::TextEdit::singleline(text).desired_width(150.0).text_color_opt(color);
-        let response = ui.add(field).accessible_name("Base terms");
-        let hint = match &parsed {
-            Ok(_) => "Terms of the acceleration, with commas between: x, v, u. Enter takes them over".to_owned(),
-            Err(problem) => problem.clone(),
-        };
-        let sent = response.lost_focus();
-        response.on_hover_text(hint);
-        if sent
-            && let Ok(terms) = parsed
-            && edit.walk.base != Base::Typed(terms.clone())
-        {
-            edit.walk.base = Base::Typed(terms);
-            edit.walk.accepted.clear();
-        }
-    }
-}
-
-fn text_of(terms: &[Term], bench: &Bench) -> String {
-    let layout: Symbols = bench.layout(Kind::SecondOrder);
-    terms.iter().map(|t| t.text(&layout)).collect::<Vec<_>>().join(", ")
-}
-
-/// Terms with commas between, which the records can have.
-fn parse(text: &str, bench: &Bench) -> Result<Vec<Term>, String> {
-    let terms = list(text).map_err(|e| e.to_string())?;
-    if terms.is_empty() {
-        return Err("type at least one term, as x".to_owned());
-    }
-    let (layout, units) = (bench.layout(Kind::SecondOrder), bench.units(Kind::SecondOrder));
-    terms.iter().try_for_each(|t| units.check(t, &layout))?;
-    Ok(terms)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn typed_terms_are_read_and_wrong_ones_explained() {
-        let parse = |text: &str| parse(text, &Bench::default()).map(|t| t.len());
-        assert_eq!(parse("x, v , u"), Ok(3));
-        assert_eq!(parse("x, clip(x,0.1), max(x,v)"), Ok(3));
-        assert!(parse(" , ").is_err());
-        assert!(parse("x, x^2*").is_err());
-    }
 }

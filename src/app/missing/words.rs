@@ -39,6 +39,17 @@ fn power_of_ten(value: f64) -> String {
     format!("10{}", superscript(value.log10().round() as i32))
 }
 
+/// What a rival's difference of the Bayesian information criterion to the first candidate says, by the same scale.
+pub(super) fn against_first(delta_bic: f64) -> &'static str {
+    match delta_bic {
+        d if d < -2.0 => "likelier on the fitted data, worse on others",
+        d if d <= 2.0 => "as likely as the first",
+        d if d <= 6.0 => "some evidence for the first instead",
+        d if d <= 10.0 => "strong evidence for the first instead",
+        _ => "very strong evidence for the first instead",
+    }
+}
+
 /// What a difference of the Bayesian information criterion says: Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773,
 /// with a step of its own for odds beyond 20 000 to 1.
 pub(super) fn evidence(delta_bic: f64) -> &'static str {
@@ -102,8 +113,8 @@ pub(super) fn two(ui: &Ui, first: &str, color: Color32, rest: &str) -> LayoutJob
     job
 }
 
-/// Why nothing can be searched for, in the middle of the room; true if one wants to begin again.
-pub(super) fn failure(ui: &mut Ui, text: &str) -> bool {
+/// Why nothing can be searched for, in the middle of the room; true if one wants to begin again, where that may help.
+pub(super) fn failure(ui: &mut Ui, text: &str, may_help: bool) -> bool {
     let mut again = false;
     let width = ui.available_width().min(520.0);
     ui.vertical_centered(|ui| {
@@ -114,7 +125,7 @@ pub(super) fn failure(ui: &mut Ui, text: &str) -> bool {
         let color = theme::accents(ui.visuals().dark_mode).wrong;
         ui.add(egui::Label::new(RichText::new(sentence).color(color)).wrap());
         ui.add_space(8.0);
-        again = ui.button("Begin again with a linear base").clicked();
+        again = may_help && ui.button("Begin again with a linear base").clicked();
     });
     again
 }
@@ -128,6 +139,8 @@ mod tests {
         assert_eq!(evidence(-300.0), "overwhelming evidence");
         assert_eq!(evidence(-7.0), "strong evidence");
         assert_eq!(evidence(9.0), "evidence against it");
+        assert_eq!(against_first(482.0), "very strong evidence for the first instead");
+        assert_eq!(against_first(0.3), "as likely as the first");
         assert_eq!(p_value(1e-40), "p < 10⁻¹²");
         assert_eq!(p_value(0.0312), "p = 0.031");
         assert_eq!(answer(1e-40, true), "yes (p < 10⁻¹²)");

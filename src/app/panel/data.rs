@@ -21,14 +21,21 @@ const MOST_ROWS: f32 = 9.0;
 
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     let mut asks = Vec::new();
+    let addable = !desk.bench.records.is_empty();
     section(
         ui,
         "DATA",
         |ui| {
-            let open = ui.button("Open…").on_hover_text(Command::Open.hint(ui.ctx()));
-            if open.clicked() {
-                asks.push(Ask::Do(Command::Open));
+            // From right to left.
+            let mut button = |label: &str, command: Command| {
+                if ui.button(label).on_hover_text(command.hint(ui.ctx())).clicked() {
+                    asks.push(Ask::Do(command));
+                }
+            };
+            if addable {
+                button("Add record…", Command::AddRecords);
             }
+            button("Open…", Command::Open);
         },
         |_| {},
     );

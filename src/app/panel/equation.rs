@@ -202,7 +202,7 @@ fn term_row(
             ui.label(format!("Stays in {} % of resampled data sets", plain(100.0 * sure.probability, 0)));
             if let Some((low, high)) = sure.interval.filter(|_| term.std_error.is_some()) {
                 let end = |end: f64| significant(end, digits(end.abs(), term.std_error));
-                ui.label(format!("where nine of ten coefficients lie from {} to {}", end(low), end(high)));
+                ui.label(format!("90 % interval of its coefficient there: {} to {}", end(low), end(high)));
             }
             if sure.without_others.is_finite() && sure.without_others < sure.probability - 0.005 {
                 ui.label(format!(

@@ -89,8 +89,14 @@ fn headline(ui: &mut Ui, outcome: &Outcome, unit: &str) {
         ),
     };
     let colors = theme::accents(ui.visuals().dark_mode);
-    let figure = score.map_or_else(|| "diverged".to_owned(), |s| format_si(s.rmse, unit, 3));
     let floor = outcome.noise_floor.filter(|f| *f > 0.0);
+    // Error and noise are compared at a glance: in one unit, unless that makes numbers too long.
+    let figures = score.map(|s| s.rmse).into_iter().chain(floor);
+    let (least, most) = figures.fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
+    let common = Some(Scale::suited(least, unit)).filter(|scale| least > 0.0 && most * scale.factor < 1e3);
+    let in_unit =
+        |value: f64| common.as_ref().map_or_else(|| format_si(value, unit, 3), |scale| scale.format(value, 3));
+    let figure = score.map_or_else(|| "diverged".to_owned(), |s| in_unit(s.rmse));
     let color = match (score, floor) {
         (None, _) => colors.wrong,
         (Some(s), Some(floor)) if s.rmse <= 1.3 * floor => colors.good,
@@ -117,7 +123,7 @@ fn headline(ui: &mut Ui, outcome: &Outcome, unit: &str) {
             });
         };
         cell(ui, &figure, color, what, tooltip);
-        let floor = floor.map_or_else(|| "–".to_owned(), |f| format_si(f, unit, 3));
+        let floor = floor.map_or_else(|| "–".to_owned(), in_unit);
         let weak = ui.visuals().weak_text_color();
         let tooltip = "The measurement noise's standard deviation, estimated without a model: no model can do better";
         cell(ui, &floor, weak, "noise floor", tooltip);

@@ -5,6 +5,7 @@ mod equation;
 mod fit;
 mod library;
 mod physics;
+mod preparation;
 mod refusal;
 mod smoothing;
 mod threshold;
@@ -14,9 +15,10 @@ use egui::{Margin, Panel, ScrollArea, Ui, UiBuilder};
 use super::bench::Bench;
 use super::commands::Command;
 use super::errand::Refused;
-use super::state::Edit;
+use super::state::{Edit, Room};
 use super::worker::Busy;
 use crate::record::ReadOptions;
+use crate::record::prepare::Preparation;
 use crate::study::{Remedy, Settings};
 use crate::term::{Kind, Term};
 
@@ -33,6 +35,12 @@ pub(crate) enum Ask {
     Remedy(Remedy),
     /// Read what was refused once more, with what its header does not say.
     ReadAgain(ReadOptions),
+    /// Prepare the records by these steps.
+    Prepare(Vec<Preparation>),
+    /// Show the whole record above the plots, to be cut by dragging, or hide it.
+    Cut,
+    /// Choose where a file is that is not where it was.
+    Locate,
     /// Stop choosing settings.
     StopChoosing,
 }
@@ -44,6 +52,8 @@ pub(crate) struct Desk<'a> {
     pub(crate) suggestion: &'a Settings,
     /// The record that the views show.
     pub(crate) shown: usize,
+    /// Whether the whole record is shown above the plots, to be cut.
+    pub(crate) cutting: bool,
     /// Whether settings are being chosen.
     pub(crate) choosing: Option<Busy>,
     /// What was not opened, and why.
@@ -67,17 +77,23 @@ pub(crate) struct Typing {
     pub(crate) rate: String,
 }
 
-/// The left column: data and settings.
-pub(crate) fn left(ui: &mut Ui, desk: &mut Desk<'_>) {
+/// The left column: data and settings; in the room "What's missing", what counts there.
+pub(crate) fn left(ui: &mut Ui, desk: &mut Desk<'_>, room: Room, walk: impl FnOnce(&mut Ui, &mut Desk<'_>)) {
     column(Panel::left("settings").default_size(304.0).size_range(272.0..=420.0), ui, |ui| {
         data::show(ui, desk);
         if desk.bench.records.is_empty() {
             return;
         }
-        smoothing::show(ui, desk);
-        library::show(ui, desk);
-        threshold::show(ui, desk);
-        physics::show(ui, desk);
+        preparation::show(ui, desk);
+        match room {
+            Room::Identify => {
+                smoothing::show(ui, desk);
+                library::show(ui, desk);
+                threshold::show(ui, desk);
+                physics::show(ui, desk);
+            }
+            Room::Missing => walk(ui, desk),
+        }
         ui.add_space(8.0);
     });
 }
@@ -90,6 +106,7 @@ pub(crate) fn right(ui: &mut Ui, desk: &mut Desk<'_>, now: f64) {
         if let Some(outcome) = &desk.bench.outcome {
             physics::found(ui, outcome);
         }
+        physics::question(ui, desk);
         fit::warnings(ui, desk);
         ui.add_space(8.0);
     });

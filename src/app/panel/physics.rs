@@ -4,7 +4,7 @@ use egui::{RichText, Ui, vec2};
 
 use super::Desk;
 use crate::app::theme::{self, ROW};
-use crate::app::widgets::{chip, row, section, switch};
+use crate::app::widgets::{card, chip, row, section, switch};
 use crate::format::number::{align_at_point, format_measured};
 use crate::model::Units;
 use crate::record::Record;
@@ -89,6 +89,37 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
         mass(ui, settings, desk.bench.records.first().map(|r| &**r));
     }
     typed(ui, settings, &mut desk.typing.known);
+}
+
+/// How many times the noise an error is from which on the joint is asked for.
+const FAR: f64 = 3.0;
+
+/// Where a base moves the mass and the fit is poor: what is known of the joint? Asked until something is said.
+pub(super) fn question(ui: &mut Ui, desk: &mut Desk<'_>) {
+    let (layout, units) = (desk.bench.layout(desk.edit.settings.kind), desk.bench.units(desk.edit.settings.kind));
+    let Some(outcome) = &desk.bench.outcome else { return };
+    let tied = |k: &Known| matches!(k, Known::Tied { .. }) && adds(k, &units, &layout);
+    let joint: Vec<Known> = offered(&layout).into_iter().map(|(known, ..)| known).filter(tied).collect();
+    let score = outcome.test.or(outcome.train).filter(|s| s.rmse.is_finite());
+    let poor = score.is_none_or(|s| outcome.noise_floor.is_some_and(|noise| s.rmse > FAR * noise));
+    if layout.kind != Kind::SecondOrder || joint.is_empty() || !desk.edit.settings.known.is_empty() || !poor {
+        return;
+    }
+    let accent = theme::accents(ui.visuals().dark_mode).accent;
+    let settings = &mut desk.edit.settings;
+    card(ui, accent, |ui| {
+        let text = "Does the base move the mass through one spring and one damper? An answer is fitted at once; undo takes it back.";
+        ui.add(egui::Label::new(text).wrap());
+        ui.horizontal_wrapped(|ui| {
+            if ui.button("Yes, one of each").on_hover_text("x − u and v − du: two coefficients less").clicked() {
+                settings.known.clone_from(&joint);
+            }
+            let hint = "x − u and v − du, and no damping or friction term feeds energy in";
+            if ui.button("Yes, and damping takes energy").on_hover_text(hint).clicked() {
+                settings.known = joint.iter().cloned().chain([Known::Passive]).collect();
+            }
+        });
+    });
 }
 
 /// What one click says.

@@ -26,7 +26,11 @@ pub(super) fn show(ui: &mut Ui, refused: &Refused, typing: &mut Typing, asks: &m
         if !refused.problem.advice.is_empty() {
             ui.add(Label::new(RichText::new(&refused.problem.advice).weak()).wrap());
         }
-        if matches!(refused.opening.source, Source::Files(_)) {
+        if refused.problem.missing.is_some() {
+            if ui.button("Choose the file…").clicked() {
+                asks.push(Ask::Locate);
+            }
+        } else if matches!(refused.opening.source, Source::Files(_)) {
             ui.separator();
             form(ui, refused, typing, asks);
         }

@@ -144,7 +144,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     let linear = local || global && smoothing.method != Differentiation::TotalVariation;
     ui.add_enabled_ui(linear, |ui| {
         row(ui, "", "", |ui| {
-            ui.checkbox(&mut smoothing.filter_library, "filter the library alike").on_hover_text(
+            ui.checkbox(&mut smoothing.filter_library, "filter the library columns too").on_hover_text(
                 "Passes every library column through the filter that the displacement went through; without it the \
                  smoothing biases the coefficients",
             );

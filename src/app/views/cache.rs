@@ -86,6 +86,8 @@ pub(super) struct Cache {
     pub(super) drawn: HashMap<CurveKey, Drawn>,
     pub(super) series: HashMap<CurveKey, Arc<[f64]>>,
     pub(super) worst: Option<Option<Stretch>>,
+    /// The error's running root mean square, where it is too dense to be read.
+    pub(super) running: Option<Arc<[f64]>>,
     /// Range of the phase portrait along both axes.
     pub(super) portrait: Option<[(f64, f64); 2]>,
     pub(super) spectra: Option<Arc<OnceLock<Spectra>>>,

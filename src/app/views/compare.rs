@@ -54,7 +54,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, picture: &Picture<'_>, state:
     }
     let room = ui.available_height();
     let below = (ROW * (table.rows.len() + 1) as f32).min(0.42 * room);
-    let height = ((room - below - 16.0) / 2.0).max(60.0);
+    let height = ((room - below - 16.0 - legend::HEIGHT) / 2.0).max(60.0);
     let range = plots(ui, scene, state, &shown, height);
     ScrollArea::both().id_salt("table of pins").max_height(below).auto_shrink([false, false]).show(ui, |ui| {
         table.show(ui, &shown);
@@ -123,6 +123,15 @@ fn plots(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState, shown: &[Shown<'
     let interval = scene.interval();
     let start = scene.record.record.start;
     let link = Id::unique("pinned plots");
+    ui.horizontal(|ui| {
+        ui.add_space(AXIS_WIDTH);
+        let measured = ("measured", scene.color(Ink::Measured));
+        for (name, color) in std::iter::once(measured).chain(shown.iter().map(|s| (s.name.as_str(), s.color))) {
+            legend::swatch(ui, color);
+            ui.label(name);
+            ui.add_space(8.0);
+        }
+    });
     for (k, name) in ["response", "error"].into_iter().enumerate() {
         let series: Vec<(&[f64], Color32, f32)> = shown
             .iter()
@@ -172,7 +181,9 @@ fn plots(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState, shown: &[Shown<'
                     let mut points = Vec::new();
                     let all = values.iter().enumerate().map(|(k, v)| PlotPoint::new(start + interval * k as f64, *v));
                     decimate::columns(all, visible.clone(), columns, &mut points);
-                    let line = Line::new("", PlotPoints::Owned(points)).stroke(Stroke::new(*width, *color));
+                    // A wide line drawn as a band loses its width on steep flanks and gains peaks.
+                    let line = Line::new("", PlotPoints::Owned(points)).allow_band(false);
+                    let line = line.stroke(Stroke::new(*width, *color));
                     plot.line(line.allow_hover(false));
                 }
             });

@@ -11,6 +11,9 @@ use crate::term::Symbol;
 
 const HEIGHT: f32 = 24.0;
 
+/// Width kept for what is chosen of a view that tells errors, points.
+const OPTIONS: f32 = 84.0;
+
 pub(super) fn show(
     ui: &mut Ui,
     view: View,
@@ -45,7 +48,10 @@ pub(super) fn show(
             asked = back.or(on).map(Request::ShowRecord);
         }
         if !together {
-            of_the_record(ui, view, scene, state);
+            let size = egui::vec2((ui.available_width() - OPTIONS).max(0.0), HEIGHT);
+            ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
+                of_the_record(ui, view, scene, state);
+            });
         }
         if state.printing {
             return;
@@ -79,7 +85,8 @@ fn of_the_record(ui: &mut Ui, view: View, scene: &Scene<'_>, state: &ViewState) 
     {
         ui.weak("·");
         let rmse = units::format_si(score.rmse, &scene.shown().1, 3);
-        ui.label(format!("RMSE {rmse}, fit {} %", number::plain(score.best_fit, 2)))
+        let text = format!("RMSE {rmse}, fit {} %", number::plain(score.best_fit, 2));
+        ui.add(egui::Label::new(text).truncate())
             .on_hover_text("Root mean square of E(t), and 100 (1 − ‖y−ŷ‖ / ‖y−ȳ‖), on this record");
     }
 }

@@ -85,10 +85,11 @@ fn one(ui: &mut Ui, scene: &Scene<'_>, entry: &Entry<'_>, on: bool) -> egui::Res
 }
 
 /// The shade of a stretch of time, to be named beside it.
-pub(super) fn swatch(ui: &mut Ui, tint: egui::Color32) {
-    let (rect, _) = ui.allocate_exact_size(vec2(16.0, 11.0), Sense::hover());
+pub(super) fn swatch(ui: &mut Ui, tint: egui::Color32) -> egui::Response {
+    let (rect, response) = ui.allocate_exact_size(vec2(16.0, 11.0), Sense::hover());
     let frame = Stroke::new(1.0, tint.gamma_multiply(4.0));
     ui.painter().rect(rect, 1.0, tint, frame, egui::StrokeKind::Inside);
+    response
 }
 
 /// How a view is to be read, in one sentence above it.

@@ -23,6 +23,13 @@ pub(super) const AXIS_WIDTH: f32 = 72.0;
 /// Height of the time axis' ticks and label, points.
 const TIME_AXIS_HEIGHT: f32 = 34.0;
 
+/// Width from which on a legend has room for all that it may say, points.
+const ROOMY: f32 = 520.0;
+
+/// Distance of neighbouring samples on the screen below which an error is a band, points, and how strong that is drawn.
+const MERGED: f64 = 0.6;
+const BAND: f32 = 0.32;
+
 /// Distance of neighbouring samples on the screen from which on each is marked, points.
 const SAMPLES_MARKED: f64 = 7.0;
 
@@ -145,7 +152,8 @@ pub(super) fn stack(
 fn legend_row(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState, panel: &Panel<'_>, first: bool) {
     let size = vec2(ui.available_width(), legend::HEIGHT);
     ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-        ui.add_space(AXIS_WIDTH);
+        let roomy = ui.available_width() >= ROOMY;
+        ui.add_space(if roomy { AXIS_WIDTH } else { 4.0 });
         let mut entries: Vec<Entry<'_>> = panel
             .curves
             .iter()
@@ -153,18 +161,21 @@ fn legend_row(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState, panel: &Pan
             .map(|c| Entry { ink: c.ink, name: c.name })
             .collect();
         if let Some((name, _)) = &panel.level {
-            entries.push(Entry { ink: Ink::NoiseFloor, name });
+            // In little room without its value, which stands in the right column too.
+            let words = name.split(|c: char| c.is_ascii_digit()).next().unwrap_or(name).trim_end();
+            entries.push(Entry { ink: Ink::NoiseFloor, name: if roomy { name } else { words } });
         }
         legend::entries(ui, scene, &entries, &mut state.hidden, state.printing);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if let Some(mark) = &panel.mark {
                 if state.printing {
                     ui.label(&mark.text);
-                } else if ui.link(&mark.text).on_hover_text("Go there; so does a click on the shaded stretch").clicked()
+                } else if roomy
+                    && ui.link(&mark.text).on_hover_text("Go there; so does a click on the shaded stretch").clicked()
                 {
                     state.cache.go_to = Some(mark.surroundings());
                 }
-                legend::swatch(ui, palette::worst(scene.dark));
+                legend::swatch(ui, palette::worst(scene.dark)).on_hover_text(&mark.text);
             }
             if first && scene.record.usage == Usage::HeldOut {
                 ui.label("held out");
@@ -287,6 +298,7 @@ fn plot<'a>(
     let (noise, diverged) = (scene.color(Ink::NoiseFloor), scene.color(Ink::Diverged));
     let diverged_at = scene.record.diverged_at;
     let (cache, hidden) = (&state.cache, &state.hidden);
+    let drawn = |ink: Ink| panel.curves.iter().any(|c| c.ink == ink) && !hidden.contains(&ink);
     plot.show(ui, move |plot| {
         let fitted = must_fit || plot.response().double_clicked();
         if fitted {
@@ -314,11 +326,13 @@ fn plot<'a>(
                     PlotPoints::Borrowed(ready.points())
                 }
             };
+            let apart = curve.samples.interval * plot.transform().dpos_dvalue_x();
+            let banded = curve.ink == Ink::Error && apart < MERGED && drawn(Ink::ErrorRms);
+            let color = if banded { color.gamma_multiply(BAND) } else { color };
             let stroke = Stroke::new(curve.ink.width(), color);
             // Bands are drawn upright, so that a wide line loses its width on steep flanks; few enough points need none.
             let line = Line::new("", points()).stroke(stroke).style(curve.ink.style()).allow_band(false);
             plot.line(line.allow_hover(false));
-            let apart = curve.samples.interval * plot.transform().dpos_dvalue_x();
             if curve.part != Part::Ghost && (apart > SAMPLES_MARKED || curve.samples.values.len() == 1) {
                 let radius = if curve.ink == Ink::Measured { 2.6 } else { 1.8 };
                 plot.points(Points::new("", points()).radius(radius).color(color).allow_hover(false));

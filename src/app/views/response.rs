@@ -1,5 +1,7 @@
 //! Measured and identified displacement, and the error between them.
 
+use std::sync::Arc;
+
 use egui::Ui;
 
 use super::cache::Stretch;
@@ -15,6 +17,9 @@ const ABOVE_NOISE: f64 = 1.25;
 /// Length of the worst stretch in main periods of the response, and as a share of the record where it has none.
 const PERIODS: f64 = 3.0;
 const SHARE: f64 = 0.04;
+
+/// From so many samples on the error is a band on the screen, through which its running root mean square is drawn.
+const DENSE: usize = 2000;
 
 pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Option<Request> {
     let (name, unit) = scene.shown();
@@ -40,6 +45,10 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
         lower.curves.push(curve(Ink::ErrorGhost, "before", &ghost.error, Part::Ghost));
     }
     lower.curves.push(curve(Ink::Error, "error", error, Part::Leads));
+    let running = Arc::clone(state.cache.running.get_or_insert_with(|| running_rms(scene, error)));
+    if !running.is_empty() {
+        lower.curves.push(curve(Ink::ErrorRms, "running RMS", &running, Part::Follows));
+    }
     lower.level = scene.noise().map(|n| (format!("noise floor {}", units::format_si(n, &unit, 2)), n));
     let worst = *state.cache.worst.get_or_insert_with(|| worst_stretch(scene, error));
     lower.mark = worst.map(|Stretch { from, to, rms }| Mark {
@@ -54,6 +63,30 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
         });
     }
     panel::stack(ui, View::Response, scene, state, &[upper, lower])
+}
+
+/// The error's root mean square over a main period, or a hundredth of the record, centred on each sample; none of a record
+/// short enough to be read sample by sample.
+fn running_rms(scene: &Scene<'_>, error: &[f64]) -> Arc<[f64]> {
+    let n = error.len();
+    if n < DENSE {
+        return Arc::new([]);
+    }
+    let period = scene.record.signals.main_period.map_or(0.0, |p| p / scene.interval());
+    let half = (0.5 * period.max(0.01 * n as f64)) as usize;
+    let mut sums = Vec::with_capacity(n + 1);
+    let mut sum = 0.0;
+    sums.push(sum);
+    for value in error {
+        sum += if value.is_finite() { value * value } else { 0.0 };
+        sums.push(sum);
+    }
+    (0..n)
+        .map(|i| {
+            let (from, to) = (i.saturating_sub(half), (i + half + 1).min(n));
+            ((sums[to] - sums[from]).max(0.0) / (to - from) as f64).sqrt()
+        })
+        .collect()
 }
 
 /// The stretch of a few periods on which the error's root mean square is largest; none if the record is hardly longer, or

@@ -445,7 +445,7 @@ fn the_pointer_reads_values() {
     let mut harness = Stage::new(View::Response, &[Case::default()]).harness(SIZE, Theme::Light);
     harness.hover_at(pos2(400.0, 200.0));
     harness.run();
-    for name in ["t", "x measured", "x identified", "E"] {
+    for name in ["t", "x measured", "x identified", "E error"] {
         harness.get_by_label(name);
     }
     let id = egui::Id::unique(("view", View::Response, "response"));

@@ -94,7 +94,12 @@ fn every_error_says_what_where_and_what_to_try() {
         (with_row("t,x", 4, "0.4"), none(), "f.csv, line 6: 1 cells where the header has 2", "correct the row"),
         (with_row("t,x", 0, "0.4"), none(), "f.csv, line 2: 1 cells where the header has 2", "correct the row"),
         (with_row("t,x", 4, "0,4,1,5"), none(), "f.csv, line 6: 4 cells where the header has 2", "a decimal comma"),
-        (with_row("s,x", 4, "0.4,"), rate(10.0), "f.csv, line 6, column `x`: the value is missing", "delete the row"),
+        (
+            file("s,x,record", |i| if i == 4 { "0.4,,a".into() } else { format!("{i},{},a", x(i)) }),
+            rate(10.0),
+            "f.csv, line 6, column `x`: the value is missing",
+            "delete the row",
+        ),
         (file("t,x", |i| format!("{i},")), none(), "f.csv, line 2, column `x`: the value is missing", "delete the row"),
         (with_row("t,x", 4, "0.4,o.5"), none(), "f.csv, line 6, column `x`: `o.5` is not a number", "correct the cell"),
         (

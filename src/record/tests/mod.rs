@@ -2,6 +2,7 @@
 
 mod dialects;
 mod foreign;
+mod gaps;
 mod laboratory;
 mod measured;
 mod messages;

@@ -149,10 +149,11 @@ proptest! {
         map in proptest::option::of("(t|x|x1|x2|u|v|record)=[0-9tx]"),
         rate in proptest::option::of(number()),
         first_order in any::<bool>(),
+        bridge in 0..6usize,
     ) {
         let columns: ColumnMap = map.unwrap_or_default().parse().unwrap();
         let kind = if first_order { Kind::FirstOrder } else { Kind::SecondOrder };
-        let options = ReadOptions { columns, rate, kind, keep_constant_inputs: false };
+        let options = ReadOptions { columns, rate, kind, bridge, ..ReadOptions::default() };
         match read_text("f.csv", &text, &options) {
             Ok(records) => {
                 for record in &records {

@@ -1,0 +1,97 @@
+//! Files as a whole: written so that no reader ever finds half of one, and told apart by what they hold.
+
+use std::fs::{self, File};
+use std::io::{self, Read as _, Write as _};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use flate2::Crc;
+
+/// Bytes read at a time.
+const CHUNK: usize = 1 << 16;
+
+/// Replaces a file's text: whoever reads it, also after a crash or a power cut, finds the old text or the new one.
+///
+/// # Errors
+/// The folder cannot be made or written to; the old file is as it was.
+pub(crate) fn replace(path: &Path, text: &str) -> io::Result<()> {
+    static COUNT: AtomicU64 = AtomicU64::new(0);
+    // A link stays a link: what it points to is replaced.
+    let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    fs::create_dir_all(folder)?;
+    let name = path.file_name().ok_or(io::ErrorKind::InvalidFilename)?.to_string_lossy();
+    // Two windows, or two saves of one, never share a temporary file.
+    let own = format!(".{name}.{}-{}.tmp", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+    let temporary = folder.join(own);
+    let written = File::create(&temporary).and_then(|mut file| {
+        file.write_all(text.as_bytes())?;
+        file.sync_all()
+    });
+    let renamed = written.and_then(|()| fs::rename(&temporary, &path));
+    if renamed.is_err() {
+        // What is left of a failed attempt is of no use; that it cannot be removed changes nothing.
+        let _ = fs::remove_file(&temporary);
+    }
+    renamed
+}
+
+/// What tells a file's contents from another's, as text: length and CRC-32.
+///
+/// # Errors
+/// The file cannot be read.
+pub(crate) fn checksum(path: &Path) -> io::Result<String> {
+    let mut file = File::open(path)?;
+    let (mut crc, mut length, mut chunk) = (Crc::new(), 0u64, vec![0; CHUNK]);
+    loop {
+        let read = file.read(&mut chunk)?;
+        if read == 0 {
+            return Ok(format!("{length} bytes, crc32 {:08x}", crc.sum()));
+        }
+        crc.update(&chunk[..read]);
+        length += read as u64;
+    }
+}
+
+/// A file seen from a folder: relative where it lies in or below it, absolute elsewhere.
+pub(crate) fn relative(file: &Path, folder: &Path) -> PathBuf {
+    let absolute = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+    absolute.strip_prefix(folder).map_or(absolute.clone(), Path::to_owned)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_replaced_whole_and_nothing_is_left_beside_it() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("below/session.json");
+        replace(&path, "one").unwrap();
+        replace(&path, "two").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "two");
+        assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn what_cannot_be_written_leaves_no_trace() {
+        let home = tempfile::tempdir().unwrap();
+        let folder = home.path().join("taken");
+        fs::create_dir(&folder).unwrap();
+        fs::write(folder.join("inside"), "").unwrap();
+        assert!(replace(&folder, "text").is_err(), "a folder is no file");
+        assert_eq!(fs::read_dir(home.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_checksum_tells_contents_apart_and_not_names() {
+        let home = tempfile::tempdir().unwrap();
+        let [a, b, c] = ["a", "b", "c"].map(|n| home.path().join(n));
+        for (path, text) in [(&a, "t,x\n0,1\n"), (&b, "t,x\n0,1\n"), (&c, "t,x\n0,2\n")] {
+            fs::write(path, text).unwrap();
+        }
+        assert_eq!(checksum(&a).unwrap(), checksum(&b).unwrap());
+        assert_ne!(checksum(&a).unwrap(), checksum(&c).unwrap());
+        assert!(checksum(&a).unwrap().starts_with("8 bytes, crc32 "));
+    }
+}

@@ -1,0 +1,190 @@
+//! The left column of the room: the model that the walk starts from, what was added to it, and where it may go from here.
+
+use std::collections::BTreeMap;
+
+use egui::{RichText, Ui};
+
+use super::{Act, Base, Missing, Sight};
+use crate::app::bench::Bench;
+use crate::app::state::Edit;
+use crate::app::theme;
+use crate::app::widgets::section;
+use crate::gap::Stage;
+use crate::study::{Lock, Settings};
+use crate::term::{Kind, Layout as Symbols, Symbol, Term, list};
+
+/// The base model and the walk.
+pub(super) fn column(ui: &mut Ui, room: &mut Missing, bench: &Bench, edit: &mut Edit) -> Vec<Act> {
+    let mut acts = Vec::new();
+    section(ui, "BASE MODEL", |_| {}, |_| {});
+    show(ui, &mut room.typing, bench, edit);
+    section(ui, "SEARCH", |_| {}, |_| {});
+    let sight =
+        Sight { walk: &edit.walk, known: &room.known, running: room.running, unit: "", dark: ui.visuals().dark_mode };
+    let stage = room.known.stages.get(&edit.walk.accepted);
+    match stage {
+        Some(stage) if !stage.effects.is_empty() => {
+            for (k, effect) in stage.effects.iter().enumerate() {
+                let color = super::stage_color(k + 1, sight.dark);
+                ui.horizontal(|ui| {
+                    let (mark, _) = ui.allocate_exact_size(egui::vec2(4.0, 16.0), egui::Sense::hover());
+                    ui.painter().rect_filled(mark, 1.0, color);
+                    ui.add(egui::Label::new(&effect.title).truncate());
+                });
+            }
+        }
+        _ => {
+            ui.weak("Nothing was added yet");
+        }
+    }
+    ui.horizontal_wrapped(|ui| {
+        let begun = !edit.walk.accepted.is_empty();
+        let mut button = |ui: &mut Ui, label: &str, hint: &str, enabled: bool, act: Act| {
+            let response = ui.add_enabled(enabled, egui::Button::new(label));
+            if response.on_hover_text(hint).on_disabled_hover_text(hint).clicked() {
+                acts.push(act);
+            }
+        };
+        let hint = "Take the model with all that was added as the equation of Identify, its coefficients fitted there";
+        button(ui, "Use in Identify", hint, stage.is_some(), Act::Use);
+        button(ui, "Copy", "Copy the model as plain text", stage.is_some(), Act::Copy);
+        button(ui, "Begin again", "Take every effect out of the model", begun, Act::Restart);
+    });
+    if let Some(problem) = stage.and_then(|s| settings(s, &edit.settings).err()) {
+        let color = theme::accents(sight.dark).caution;
+        ui.add(egui::Label::new(RichText::new(problem).size(12.0).color(color)).wrap());
+    }
+    acts
+}
+
+/// The settings of Identify that keep a stage's terms and fit their coefficients to the response.
+pub(super) fn settings(stage: &Stage, old: &Settings) -> Result<Settings, String> {
+    if stage.model.layout.internals > 0 {
+        let inner = "has a state of its own, for which the library of Identify has no term";
+        let effect = stage.effects.last().map_or("the model", |e| e.title.as_str());
+        return Err(format!("{effect} {inner}: copy the model, or put the walk into a report"));
+    }
+    let mut settings = Settings {
+        kind: Kind::SecondOrder,
+        terms: Vec::new(),
+        locks: BTreeMap::new(),
+        known: Vec::new(),
+        own: BTreeMap::new(),
+        refine: true,
+        ..old.clone()
+    };
+    let freedoms = stage.model.layout.freedoms;
+    for (state, equation) in stage.model.iter() {
+        let Symbol::Rate(freedom) = state else { continue };
+        let terms: Vec<Term> = equation.terms.iter().map(|t| t.term.clone()).collect();
+        for term in &terms {
+            settings.decide(freedom, freedoms, term.clone(), Lock::In);
+        }
+        // An effect of one mass is none of the others'.
+        if freedoms > 1 {
+            settings.own.entry(freedom).or_default().terms = Some(terms.clone());
+        }
+        for term in terms {
+            if !settings.terms.contains(&term) {
+                settings.terms.push(term);
+            }
+        }
+    }
+    Ok(settings)
+}
+
+/// The choice of the model that the walk starts from.
+pub(super) fn show(ui: &mut Ui, typing: &mut Option<String>, bench: &Bench, edit: &mut Edit) {
+    let mut chosen = None;
+    let width = ui.available_width() - 8.0;
+    let combo = egui::ComboBox::from_id_salt("base model").width(width).selected_text(label(&edit.walk.base));
+    let combo = combo.show_ui(ui, |ui| {
+        let walk = &edit.walk;
+        if ui.selectable_label(walk.base == Base::Linear, "linear spring and damper").clicked() {
+            chosen = Some(Base::Linear);
+        }
+        let second = bench.outcome.as_ref().is_some_and(|o| o.model.layout.kind == Kind::SecondOrder);
+        let identified = egui::Button::selectable(walk.base == Base::Identified, "the identified equation");
+        if ui.add_enabled(second, identified).clicked() {
+            chosen = Some(Base::Identified);
+        }
+        if ui.selectable_label(matches!(walk.base, Base::Typed(_)), "typed terms").clicked() {
+            let text = match &walk.base {
+                Base::Typed(terms) => text_of(terms, bench),
+                _ => super::identified(bench).map_or_else(|| "x, v".to_owned(), |t| text_of(&t, bench)),
+            };
+            *typing = Some(text.clone());
+            chosen = parse(&text, bench).ok().map(Base::Typed);
+        }
+    });
+    combo.response.on_hover_text("The model that the walk starts from: what is missing is missing from it");
+    if let Some(base) = chosen {
+        if !matches!(base, Base::Typed(_)) {
+            *typing = None;
+        }
+        if base != edit.walk.base {
+            edit.walk.base = base;
+            edit.walk.accepted.clear();
+        }
+    }
+    if let Base::Typed(terms) = &edit.walk.base {
+        let text = typing.get_or_insert_with(|| text_of(terms, bench));
+        let parsed = parse(text, bench);
+        let wrong = parsed.is_err();
+        let color = wrong.then(|| theme::accents(ui.visuals().dark_mode).wrong);
+        let field = egui::TextEdit::singleline(text).desired_width(f32::INFINITY).text_color_opt(color);
+        let response = ui.add(field).accessible_name("Base terms");
+        let hint = match &parsed {
+            Ok(_) => "Terms of the acceleration, with commas between: x, v, u. Enter takes them over".to_owned(),
+            Err(problem) => problem.clone(),
+        };
+        let sent = response.lost_focus();
+        response.on_hover_text(hint);
+        if sent
+            && let Ok(terms) = parsed
+            && edit.walk.base != Base::Typed(terms.clone())
+        {
+            edit.walk.base = Base::Typed(terms);
+            edit.walk.accepted.clear();
+        }
+    }
+}
+
+/// What a base is called.
+pub(super) fn label(base: &Base) -> &'static str {
+    match base {
+        Base::Linear => "linear spring and damper",
+        Base::Identified => "the identified equation",
+        Base::Typed(_) => "typed terms",
+    }
+}
+
+fn text_of(terms: &[Term], bench: &Bench) -> String {
+    let layout: Symbols = bench.layout(Kind::SecondOrder);
+    terms.iter().map(|t| t.text(&layout)).collect::<Vec<_>>().join(", ")
+}
+
+/// Terms with commas between, which the records can have.
+fn parse(text: &str, bench: &Bench) -> Result<Vec<Term>, String> {
+    let terms = list(text).map_err(|e| e.to_string())?;
+    if terms.is_empty() {
+        return Err("type at least one term, as x".to_owned());
+    }
+    let (layout, units) = (bench.layout(Kind::SecondOrder), bench.units(Kind::SecondOrder));
+    terms.iter().try_for_each(|t| units.check(t, &layout))?;
+    Ok(terms)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn typed_terms_are_read_and_wrong_ones_explained() {
+        let parse = |text: &str| parse(text, &Bench::default()).map(|t| t.len());
+        assert_eq!(parse("x, v , u"), Ok(3));
+        assert_eq!(parse("x, clip(x,0.1), max(x,v)"), Ok(3));
+        assert!(parse(" , ").is_err());
+        assert!(parse("x, x^2*").is_err());
+    }
+}

@@ -1,0 +1,183 @@
+//! PREPARE: what is done to the records before they are studied, step by step.
+
+use egui::{DragValue, Id, Label, RichText, Ui, WidgetInfo};
+
+use super::{Ask, Desk};
+use crate::app::theme::{self, ROW};
+use crate::app::widgets::{chip, section};
+use crate::record::Usage;
+use crate::record::prepare::{MOST_DECIMATED, Preparation, Treatment};
+
+/// The share that the button holds out.
+const SHARE: f64 = 0.3;
+
+/// Samples that the menu's bridge spans at first.
+const BRIDGE: usize = 10;
+
+pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
+    let mut asks = Vec::new();
+    let steps = &desk.edit.steps;
+    let with = |treatment: Treatment| Ask::Prepare(steps.iter().cloned().chain([treatment.into()]).collect());
+    section(
+        ui,
+        "PREPARE",
+        |ui| {
+            let menu = ui.menu_button("Add step ⏷", |ui| {
+                ui.set_min_width(200.0);
+                for (label, tooltip, treatment) in OFFERED {
+                    if ui.button(label).on_hover_text(tooltip).clicked() {
+                        asks.push(with(treatment));
+                    }
+                }
+            });
+            menu.response.on_hover_text("What is done to the records before they are studied, in order");
+            let tooltip =
+                "Show the whole record above the plots: drag its ends to crop it, the divider to hold a part out";
+            if chip(ui, "✂ on the plot", desk.cutting, false, tooltip).clicked() {
+                asks.push(Ask::Cut);
+            }
+        },
+        |_| {},
+    );
+    for (index, step) in steps.iter().enumerate() {
+        if let Some(new) = row(ui, desk, index, step) {
+            asks.push(Ask::Prepare(new));
+        }
+        if let Some(Some(reason)) = desk.bench.undone.get(index) {
+            let color = theme::accents(ui.visuals().dark_mode).caution;
+            ui.add(Label::new(RichText::new(format!("not done: {reason}")).color(color).small()).wrap());
+        }
+    }
+    // Where something is held out already, more of it is in the menu.
+    if !desk.edit.usage.contains(&Usage::HeldOut) {
+        let button = ui.button("Hold out the last 30 %");
+        let tooltip = "The last part of each record that is fitted is never fitted, only simulated and scored";
+        if button.on_hover_text(tooltip).clicked() {
+            asks.push(with(Treatment::HoldOut { share: SHARE }));
+        }
+    }
+    desk.asks.append(&mut asks);
+}
+
+/// What the menu offers.
+const OFFERED: [(&str, &str, Treatment); 6] = [
+    ("Crop", "Use a record from one time to another only", Treatment::Crop { from: None, to: None }),
+    (
+        "Hold out the last part",
+        "The last part of each record that is fitted is never fitted, only simulated and scored",
+        Treatment::HoldOut { share: SHARE },
+    ),
+    ("Remove offset", "Take each channel's mean away", Treatment::RemoveOffset),
+    ("Remove linear trend", "Take each channel's straight line of least squares away", Treatment::RemoveTrend),
+    ("Decimate", "Keep one sample in two, behind a low-pass", Treatment::Decimate { factor: 2 }),
+    (
+        "Bridge gaps",
+        "Fill in samples that are missing where they are few; longer gaps split the record",
+        Treatment::Bridge { longest: BRIDGE },
+    ),
+];
+
+/// One step; gives all steps if it was changed or taken out.
+fn row(ui: &mut Ui, desk: &Desk<'_>, index: usize, step: &Preparation) -> Option<Vec<Preparation>> {
+    let steps = &desk.edit.steps;
+    let changed = |treatment: Treatment| {
+        let mut new = steps.clone();
+        new[index].treatment = treatment;
+        Some(new)
+    };
+    let mut asked = None;
+    ui.horizontal(|ui| {
+        ui.set_min_height(ROW);
+        ui.spacing_mut().item_spacing.x = 4.0;
+        let id = Id::unique(("step", index));
+        match step.treatment {
+            Treatment::Crop { from, to } => {
+                ui.label("Crop to");
+                let whole = whole(desk, step);
+                let (mut from, mut to) = (from.unwrap_or(whole.0), to.unwrap_or(whole.1));
+                let speed = 0.002 * (whole.1 - whole.0).max(1e-6);
+                let one = value(ui, id.with("from"), "Crop from", &mut from, |d| d.speed(speed).suffix(" s"));
+                ui.label("…");
+                let two = value(ui, id.with("to"), "Crop to", &mut to, |d| d.speed(speed).suffix(" s"));
+                if one || two {
+                    asked = changed(Treatment::Crop { from: Some(from), to: Some(to) });
+                }
+            }
+            Treatment::HoldOut { share } => {
+                ui.label("Hold out the last");
+                let mut percent = 100.0 * share;
+                if value(ui, id, "Share held out", &mut percent, |d| {
+                    d.range(0.1..=99.9).speed(0.2).max_decimals(1).suffix(" %")
+                }) {
+                    asked = changed(Treatment::HoldOut { share: percent / 100.0 });
+                }
+            }
+            Treatment::RemoveOffset => {
+                ui.label("Remove offset");
+            }
+            Treatment::RemoveTrend => {
+                ui.label("Remove linear trend");
+            }
+            Treatment::Decimate { factor } => {
+                ui.label("Decimate by");
+                let mut number = factor as f64;
+                if value(ui, id, "Factor", &mut number, |d| {
+                    d.range(2.0..=MOST_DECIMATED as f64).speed(0.05).max_decimals(0)
+                }) {
+                    asked = changed(Treatment::Decimate { factor: number as usize });
+                }
+            }
+            Treatment::Bridge { longest } => {
+                ui.label("Bridge gaps up to");
+                let mut number = longest as f64;
+                if value(ui, id, "Longest gap bridged", &mut number, |d| {
+                    d.range(1.0..=10_000.0).speed(0.1).max_decimals(0).suffix(" samples")
+                }) {
+                    asked = changed(Treatment::Bridge { longest: number as usize });
+                }
+            }
+        }
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            let out = ui.add(egui::Button::new("×").frame_when_inactive(false)).on_hover_text("Take this step out");
+            out.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, format!("Take step {} out", index + 1)));
+            if out.clicked() {
+                let mut new = steps.clone();
+                new.remove(index);
+                asked = Some(new);
+            }
+            if desk.bench.raw.entries.len() > 1 && !matches!(step.treatment, Treatment::Bridge { .. }) {
+                let text = step.record.as_deref().unwrap_or("every record");
+                ui.add(Label::new(RichText::new(text).weak()).truncate()).on_hover_text(text);
+            }
+        });
+    });
+    asked
+}
+
+/// A number to drag or to type; true once it is left changed.
+fn value(
+    ui: &mut Ui,
+    id: Id,
+    name: &str,
+    number: &mut f64,
+    limits: impl for<'a> FnOnce(DragValue<'a>) -> DragValue<'a>,
+) -> bool {
+    let mut held = ui.data(|d| d.get_temp::<f64>(id)).unwrap_or(*number);
+    let response = ui.add(limits(DragValue::new(&mut held))).accessible_name(name);
+    let done = response.drag_stopped() || response.lost_focus();
+    if !done && (response.dragged() || response.has_focus()) {
+        ui.data_mut(|d| d.insert_temp(id, held));
+        return false;
+    }
+    ui.data_mut(|d| d.remove::<f64>(id));
+    let changed = done && held != *number;
+    *number = held;
+    changed
+}
+
+/// From when to when the record lasts that a step is for, s.
+fn whole(desk: &Desk<'_>, step: &Preparation) -> (f64, f64) {
+    let named = |name: &String| desk.bench.raw.entries.iter().map(|(r, _)| r).find(|r| r.name == *name);
+    let record = step.record.as_ref().and_then(named).or_else(|| desk.bench.origin(desk.shown));
+    record.map_or((0.0, 1.0), |r| (r.start, r.start + r.duration()))
+}
