@@ -81,6 +81,7 @@ fn parameter(parameter: &Parameter) -> Value {
         "name": parameter.name,
         "value": parameter.value,
         "std_error": parameter.std_error,
+        "at_bound": parameter.at_bound,
         "unit": parameter.unit,
     })
 }

@@ -74,7 +74,7 @@ fn outcome(terms: &[(&str, f64)], motions: &[Motion]) -> Outcome {
                 }),
                 usage: Usage::Fit,
                 driven_as_measured: true,
-                standing: std::sync::Arc::default(),
+                standing: Arc::default(),
                 sticks: Vec::new(),
                 signals: Arc::new(Signals {
                     start: 0.0,

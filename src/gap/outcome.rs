@@ -73,6 +73,8 @@ pub struct Parameter {
     pub value: f64,
     /// Its standard error, if the data give one.
     pub std_error: Option<f64>,
+    /// True if it is held at a physical bound, which leaves it no error.
+    pub at_bound: bool,
     /// Its unit, per unit of mass where it is a force.
     pub unit: String,
 }

@@ -124,6 +124,7 @@ impl Search {
         let model = with_errors(model, &composed.terms, &errors, &self.shares(&composed.terms, shared, fitted));
         let inner = &shared[shared.len() - fitted.composition.inner_count()..];
         let inner_errors = &errors[errors.len() - inner.len()..];
+        let at_bound = |k: usize| refined.at_bound.get(k).copied().unwrap_or(false);
         let mut rest = usize::from(fitted.composition.datum);
         let effects = fitted
             .composition
@@ -141,6 +142,7 @@ impl Search {
                         name: c.name.clone(),
                         value: c.shown(shared[k]),
                         std_error: errors[k],
+                        at_bound: at_bound(k),
                         unit: unit(&data.unit, c.dimension),
                     })
                     .collect();
@@ -148,6 +150,7 @@ impl Search {
                     name: q.name.to_owned(),
                     value: inner[k],
                     std_error: inner_errors[k],
+                    at_bound: at_bound(shared.len() - inner.len() + k),
                     unit: if q.name == "u_max" { data.input_unit.clone() } else { unit(&data.unit, q.dimension) },
                 }));
                 if fitted.composition.offset() && form.effect == "sensor_offset" {
@@ -161,6 +164,7 @@ impl Search {
                         ),
                         value: *offset,
                         std_error: None,
+                        at_bound: false,
                         unit: data.shown_unit.clone(),
                     }));
                 }

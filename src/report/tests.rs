@@ -57,7 +57,7 @@ fn record_outcome(name: &str, usage: Usage, samples: usize) -> RecordOutcome {
         record: Arc::new(record),
         usage,
         driven_as_measured: true,
-        standing: std::sync::Arc::default(),
+        standing: Arc::default(),
         sticks: Vec::new(),
         signals: Arc::new(signals),
         states: vec![response.clone(), velocity(0.01)],
@@ -310,7 +310,7 @@ fn the_walk_is_told_in_every_document() {
         place: Some(crate::gap::Site::Ground(0)),
         terms: vec!["sgn(v)".into()],
         equations: vec![("v".into(), vec!["sgn(v)".into()])],
-        parameters: vec![Parameter { name: "F_c".into(), value: 0.125, std_error: Some(0.001), unit: "m/s^2".into() }],
+        parameters: vec![Parameter { name: "F_c".into(), value: 0.125, std_error: Some(0.001), at_bound: false, unit: "m/s^2".into() }],
     };
     let (base, after) = (stage(Vec::new(), 0.2), stage(vec![added.clone()], 0.01));
     let candidate = Candidate {

@@ -86,6 +86,15 @@ pub fn worst(dark: bool) -> Color32 {
     }
 }
 
+/// Shade of stretches in which a motion stands still.
+pub fn stands(dark: bool) -> Color32 {
+    if dark {
+        Color32::from_rgba_unmultiplied(120, 170, 230, 26)
+    } else {
+        Color32::from_rgba_unmultiplied(40, 90, 160, 26)
+    }
+}
+
 /// Grid lines and the plot's frame.
 pub fn grid(dark: bool) -> Color32 {
     rgb(palette::grid(dark))

@@ -76,6 +76,8 @@ pub(super) struct Panel<'a> {
     pub(super) magnitude_up_to: Option<f64>,
     /// A stretch of time to mark: a click on it goes there.
     pub(super) mark: Option<Mark>,
+    /// Stretches of time that are shaded, and what they are.
+    pub(super) shaded: Option<(String, Vec<(f64, f64)>)>,
     /// What to say where nothing is drawn.
     pub(super) empty: Option<String>,
     /// Share of the height.
@@ -93,6 +95,7 @@ impl Panel<'_> {
             log: false,
             magnitude_up_to: None,
             mark: None,
+            shaded: None,
             empty: None,
             share: 1.0,
         }
@@ -176,6 +179,12 @@ fn legend_row(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState, panel: &Pan
                     state.cache.go_to = Some(mark.surroundings());
                 }
                 legend::swatch(ui, palette::worst(scene.dark)).on_hover_text(&mark.text);
+            }
+            if let Some((text, _)) = &panel.shaded {
+                if roomy {
+                    ui.label(text);
+                }
+                legend::swatch(ui, palette::stands(scene.dark)).on_hover_text(text);
             }
             if first && scene.record.usage == Usage::HeldOut {
                 ui.label("held out");
@@ -310,6 +319,11 @@ fn plot<'a>(
         }
         if held_out {
             plot.span(palette::quiet(Span::new("", start..=end), palette::held_out(dark)));
+        }
+        if let Some((_, stretches)) = &panel.shaded {
+            for (from, to) in stretches {
+                plot.span(palette::quiet(Span::new("", *from..=*to), palette::stands(dark)));
+            }
         }
         if let Some(mark) = &panel.mark {
             plot.span(palette::quiet(Span::new("", mark.from..=mark.to), palette::worst(dark)));

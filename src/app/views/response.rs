@@ -10,6 +10,7 @@ use super::scene::Scene;
 use super::{Request, View, ViewState};
 use crate::app::plot::palette::Ink;
 use crate::app::plot::units;
+use crate::study::RecordOutcome;
 
 /// A stretch is worth marking if its error exceeds the noise that stands in every comparison by this factor.
 const ABOVE_NOISE: f64 = 1.25;
@@ -34,6 +35,8 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
         upper.curves.push(curve(Ink::Ghost, "before", &ghost.response, Part::Ghost));
     }
     upper.curves.push(curve(Ink::Identified, "identified", response, Part::Follows));
+
+    upper.shaded = stops(scene);
 
     let mut lower = Panel::new("error", "E".into(), unit.clone());
     lower.log = state.log_error;
@@ -87,6 +90,22 @@ fn running_rms(scene: &Scene<'_>, error: &[f64]) -> Arc<[f64]> {
             ((sums[to] - sums[from]).max(0.0) / (to - from) as f64).sqrt()
         })
         .collect()
+}
+
+/// Most stretches that are shaded one by one; more are told of in words alone.
+const SHADED: usize = 400;
+
+/// Where the measured motion stands still, and how often it and the response do; none where it never does.
+fn stops(scene: &Scene<'_>) -> Option<(String, Vec<(f64, f64)>)> {
+    let RecordOutcome { record, standing, sticks, .. } = scene.record;
+    if standing.is_empty() {
+        return None;
+    }
+    let share = 100.0 * scene.record.standing_share();
+    let text = format!("{} stops measured ({share:.0} % of the time), {} simulated", standing.len(), sticks.len());
+    let at = |k: usize| record.start + k as f64 * record.interval;
+    let stretches = standing.iter().take(SHADED).map(|r| (at(r.start), at(r.end.saturating_sub(1)))).collect();
+    Some((text, stretches))
 }
 
 /// The stretch of a few periods on which the error's root mean square is largest; none if the record is hardly longer, or

@@ -54,6 +54,9 @@ pub(in crate::study) fn sliding<'a>(terms: impl IntoIterator<Item = &'a Term>) -
     found
 }
 
+/// Shares of what a row is made of that must be clear of a standstill: what lies further out weighs little, if slides are short.
+const REACHES: [f64; 2] = [1.0, 0.5];
+
 /// How the rows of a record lie on its samples.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::study) struct Raster {
@@ -82,12 +85,17 @@ impl Moving {
     ) -> Self {
         let sliding = sliding(terms);
         let rasters: Vec<Raster> = records.iter().map(|signals| raster(signals)).collect();
-        let moving = |(signals, raster): (&Arc<Signals>, &Raster)| moving(&standing(&sliding, layout, signals), raster);
-        let rows: Vec<Vec<Range<usize>>> = records.iter().zip(&rasters).map(moving).collect();
-        let left: usize = rows.iter().flatten().map(Range::len).sum();
+        let standing: Vec<Vec<Range<usize>>> =
+            records.iter().map(|signals| standing(&sliding, layout, signals)).collect();
         let all: usize = rasters.iter().map(|r| r.rows).sum();
-        if left >= 3 * terms.len() && left as f64 >= LEAST * all as f64 {
-            return Self { rows };
+        for share in REACHES {
+            let near = |raster: &Raster| Raster { reach: (share * raster.reach as f64) as usize, ..*raster };
+            let moving = |(standing, raster): (&Vec<Range<usize>>, &Raster)| moving(standing, &near(raster));
+            let rows: Vec<Vec<Range<usize>>> = standing.iter().zip(&rasters).map(moving).collect();
+            let left: usize = rows.iter().flatten().map(Range::len).sum();
+            if left >= 3 * terms.len() && left as f64 >= LEAST * all as f64 {
+                return Self { rows };
+            }
         }
         let whole = |raster: &Raster| std::iter::once(0..raster.rows).collect();
         Self { rows: rasters.iter().map(whole).collect() }
