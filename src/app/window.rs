@@ -538,6 +538,10 @@ impl App {
                 }
             }
             Ask::Prepare(steps) => self.prepare(steps),
+            // The strip stands above the plots of Identify: from the other room it leads there.
+            Ask::Cut if self.state.room != Room::Identify => {
+                (self.state.room, self.state.cutting) = (Room::Identify, true);
+            }
             Ask::Cut => self.state.cutting = !self.state.cutting,
             Ask::Locate => self.dialogs.ask(Purpose::Locate, "", frame, ctx),
             Ask::ReadAgain(reading) => {
@@ -698,7 +702,7 @@ impl eframe::App for App {
                 edit: &mut self.edit,
                 suggestion: &self.suggestion,
                 shown: self.state.record,
-                cutting: self.state.cutting,
+                cutting: self.state.cutting && self.state.room == Room::Identify,
                 choosing,
                 refused: self.refused.as_ref(),
                 typing: &mut self.typing,
@@ -717,7 +721,7 @@ impl eframe::App for App {
                 edit: &mut self.edit,
                 suggestion: &self.suggestion,
                 shown: self.state.record,
-                cutting: self.state.cutting,
+                cutting: self.state.cutting && self.state.room == Room::Identify,
                 choosing,
                 refused: self.refused.as_ref(),
                 typing: &mut self.typing,
