@@ -310,7 +310,13 @@ fn the_walk_is_told_in_every_document() {
         place: Some(crate::gap::Site::Ground(0)),
         terms: vec!["sgn(v)".into()],
         equations: vec![("v".into(), vec!["sgn(v)".into()])],
-        parameters: vec![Parameter { name: "F_c".into(), value: 0.125, std_error: Some(0.001), at_bound: false, unit: "m/s^2".into() }],
+        parameters: vec![Parameter {
+            name: "F_c".into(),
+            value: 0.125,
+            std_error: Some(0.001),
+            at_bound: false,
+            unit: "m/s^2".into(),
+        }],
     };
     let (base, after) = (stage(Vec::new(), 0.2), stage(vec![added.clone()], 0.01));
     let candidate = Candidate {

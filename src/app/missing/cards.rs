@@ -24,7 +24,7 @@ pub(super) fn standing(candidate: &Candidate, sight: &Sight<'_>) -> String {
             Some(delta) => words::against_first(delta).to_owned(),
         },
         Standing::Screened if looking => "screened; refitted if it is among the likeliest".to_owned(),
-        Standing::Screened => "screened only, not refitted".to_owned(),
+        Standing::Screened => "screened only".to_owned(),
         Standing::Refused(_) => "refused".to_owned(),
         Standing::NotShown(_) => "these data cannot show it".to_owned(),
     }
