@@ -193,7 +193,7 @@ fn ninety_per_cent_intervals_of_two_masses_hold_the_truth() {
     }
     let all = held.iter().map(|h| h.1).sum::<usize>() as f64 / (held.len() as u64 * DRAWS) as f64;
     println!("all: {:.1} %", 100.0 * all);
-    // A share of 100 draws is known to 3 %; coefficients of one motion hang together.
+    // A share of 100 draws is known to 3 %; coefficients of one motion are correlated.
     assert!((0.85..=0.95).contains(&all), "{all}");
     assert!(held.iter().all(|h| (80..=99).contains(&h.1)), "{held:?}");
 }

@@ -89,8 +89,9 @@ pub(super) fn score(before: &Fitted, after: &Fitted, colour: f64, floor: f64) ->
     }
 }
 
-/// How much the residuals of a fit are coloured where the motion is.
-pub(super) fn colour(fitted: &Fitted, frequency: f64, interval: f64) -> f64 {
+/// Variance inflation: how many times as uncertain as under white residuals a fit is, its residuals being correlated where the
+/// motion is.
+pub(super) fn variance_inflation(fitted: &Fitted, frequency: f64, interval: f64) -> f64 {
     // The series of each sensor in each run by itself.
     let runs = fitted.refined.residuals.iter().zip(fitted.runs.iter());
     let series: Vec<&[f64]> = runs.flat_map(|(e, run)| e.chunks(run.range.len().max(1))).collect();
@@ -127,7 +128,7 @@ pub(super) fn refusal(
     forms
         .iter()
         .find_map(|form| unsound(form, after.0, colour))
-        .or_else(|| unborne(before, after, noise, unit).map(Refusal::LeftOut))
+        .or_else(|| unsupported(before, after, noise, unit).map(Refusal::LeftOut))
 }
 
 /// Why a fitted form is not what its name says, or no part that the data need.
@@ -205,7 +206,12 @@ fn wald(refined: &Refined, places: &[usize]) -> f64 {
 }
 
 /// What data never fitted say against a fit.
-pub(super) fn unborne(before: &Fitted, (after, score): (&Fitted, &Score), noise: f64, unit: &str) -> Option<String> {
+pub(super) fn unsupported(
+    before: &Fitted,
+    (after, score): (&Fitted, &Score),
+    noise: f64,
+    unit: &str,
+) -> Option<String> {
     let number = |v: f64| crate::format::units::format_si(v, unit, 3);
     let rms = Fitted::held_out_error;
     let worse = before.folds.iter().zip(&after.folds).find(|(b, a)| a.rmse() > WORSE * b.rmse());

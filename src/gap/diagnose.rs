@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::decide::{FAR, score};
 use super::error::GapError;
-use super::evidence::Seen;
+use super::evidence::Examined;
 use super::fit::{Fitted, WHOLE, carried};
 use super::outcome::{Choice, Diagnosis, Finding, Remaining, Round, Stage, Standing, Verdict};
 use super::search::{Depth, Listener, Search};
@@ -119,7 +119,7 @@ impl Search {
     /// A model without one of its effects, fitted anew over segments as long.
     fn without(&self, whole: &Fitted, index: usize, cancel: &Cancel) -> Option<Fitted> {
         let point = &whole.refined.point;
-        let (composition, stays) = whole.composition.lean(index, &point.shared)?;
+        let (composition, stays) = whole.composition.reduced(index, &point.shared)?;
         let kept = point.shared.iter().zip(&stays).filter(|(_, stays)| **stays).map(|(s, _)| *s).collect();
         let start = Point { shared: kept, ..carried(&whole.composition, &composition, point) };
         let refined = self.data.refine_at(&composition, &start, whole.level, cancel)?;
@@ -224,13 +224,13 @@ impl Search {
     fn dropped(&self, stage: Arc<Stage>, cancel: &Cancel) -> Result<Arc<Stage>, GapError> {
         let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
         let whole = self.fitted(&choices, cancel)?;
-        let tint = self.tint(&whole);
+        let inflation = self.inflation(&whole);
         for index in 0..choices.len().saturating_sub(1) {
             let Some(without) = self.without(&whole, index, cancel) else { continue };
             let gone = if whole.held_out_error() > FAR * self.data.noise {
                 without.held_out_error() < NEEDLESS * whole.held_out_error()
             } else {
-                score(&whole, &without, tint, 0.0).total <= 0.0
+                score(&whole, &without, inflation, 0.0).total <= 0.0
             };
             if gone {
                 let without = Arc::new(without);
@@ -280,7 +280,7 @@ impl Search {
         let motion = self.data.motion(&fitted).ok_or_else(|| GapError::Stage(titles(&choices)))?;
         let forms = self.forms(&fitted, &motion);
         let screened = self.data.screen(&fitted, &motion, &forms, cancel);
-        let seen = Seen { fitted: &fitted, motion: &motion, forms: &forms, screened: &screened };
+        let seen = Examined { fitted: &fitted, motion: &motion, forms: &forms, screened: &screened };
         let evidence = self.data.evidence(&seen, cancel).ok_or(GapError::Cancelled)?;
         Ok(remaining(&evidence, &self.data.detectable(&seen, cancel)))
     }

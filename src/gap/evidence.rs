@@ -32,7 +32,7 @@ const SETTLED: f64 = 1.05;
 const BELOW: f64 = 0.5;
 
 /// Order of the autoregression that describes the residual's colour.
-const COLOUR: usize = 6;
+const ORDER: usize = 6;
 
 /// Hits of the screen that are asked for by name.
 const NAMED: usize = 12;
@@ -51,7 +51,7 @@ impl Whitener {
         let of = |sensor: usize| {
             let own = spans.iter().skip(sensor).step_by(count);
             let series: Vec<&[f64]> = own.map(|s| &residual[s.clone()]).collect();
-            autoregression(&series, COLOUR)
+            autoregression(&series, ORDER)
         };
         let fitted: Vec<(Vec<f64>, f64)> = (0..count).map(of).collect();
         let first = fitted[0].1;
@@ -74,7 +74,7 @@ impl Whitener {
 
 /// A fitted model, the motion under it, and what the screen says of the catalogue's forms.
 #[derive(Clone, Copy)]
-pub(super) struct Seen<'a> {
+pub(super) struct Examined<'a> {
     pub(super) fitted: &'a Fitted,
     pub(super) motion: &'a Motion,
     pub(super) forms: &'a [Form],
@@ -83,8 +83,8 @@ pub(super) struct Seen<'a> {
 
 impl Data {
     /// Asks whether the fitted model leaves more than noise; none if cancelled.
-    pub(super) fn evidence(&self, seen: &Seen<'_>, cancel: &Cancel) -> Option<Evidence> {
-        let Seen { fitted, motion, forms, screened } = *seen;
+    pub(super) fn evidence(&self, seen: &Examined<'_>, cancel: &Cancel) -> Option<Evidence> {
+        let Examined { fitted, motion, forms, screened } = *seen;
         let shared = &fitted.refined.point.shared;
         let (_, composed) = fitted.composition.model(shared);
         let present = (composed.terms.as_slice(), &shared[..composed.terms.len()]);
@@ -222,8 +222,8 @@ impl Data {
 
     /// The least size of each form's effect that these data would have shown, in words: three standard errors of its first
     /// coefficient, as a share of the spring force. Of a cancelled search it is not complete.
-    pub(super) fn detectable(&self, seen: &Seen<'_>, cancel: &Cancel) -> Vec<(String, f64)> {
-        let Seen { fitted, motion, forms, screened } = *seen;
+    pub(super) fn detectable(&self, seen: &Examined<'_>, cancel: &Cancel) -> Vec<(String, f64)> {
+        let Examined { fitted, motion, forms, screened } = *seen;
         let shared = &fitted.refined.point.shared;
         let (_, composed) = fitted.composition.model(shared);
         let present: (&[Placed], &[f64]) = (&composed.terms, &shared[..composed.terms.len()]);

@@ -239,7 +239,7 @@ pub(super) struct Smoothed {
 
 /// What the sensors see of a system, and how its forces wander.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Seen<'a> {
+pub(super) struct Sensing<'a> {
     /// Period of the motion, s.
     pub(super) period: f64,
     /// What each mass's sensor shows, and what it counts.
@@ -262,7 +262,7 @@ struct Walk {
 const FORGOTTEN: f64 = 5.0;
 
 /// Transition and process noise of (e, e′, f) for random walks of unit intensity.
-fn walk(oscillator: &Oscillator, seen: Seen<'_>) -> Walk {
+fn walk(oscillator: &Oscillator, seen: Sensing<'_>) -> Walk {
     let n = oscillator.masses();
     let h = oscillator.interval;
     let system = Oscillator::matrix(&oscillator.stiffness, &oscillator.damping);
@@ -458,7 +458,7 @@ fn start(e: &[f64], ratio: f64, walk: &Walk) -> (DVector<f64>, DMatrix<f64>) {
 }
 
 /// Smooths what a response leaves of several records of one interval, weighted, one sensor's series behind the other's.
-pub(super) fn smooth(oscillator: &Oscillator, series: &[&[f64]], seen: Seen<'_>) -> Vec<Smoothed> {
+pub(super) fn smooth(oscillator: &Oscillator, series: &[&[f64]], seen: Sensing<'_>) -> Vec<Smoothed> {
     let walk = walk(oscillator, seen);
     let omega = std::f64::consts::TAU / seen.period;
     // The force's change over a period, in units of ω² (of a velocity ω) times the noise's deviation.

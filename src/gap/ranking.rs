@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::data::LEAST_NOISE;
 use super::decide::{
-    APART, APART_ON_A_TONE, CLEARLY, Refusal, Score, WORTH, confused, fewer_do, order, refusal, score, unborne,
+    APART, APART_ON_A_TONE, CLEARLY, Refusal, Score, WORTH, confused, fewer_do, order, refusal, score, unsupported,
 };
 use super::effects::Form;
 use super::fit::{Fitted, WHOLE};
@@ -78,7 +78,7 @@ impl Search {
         let floor = LEAST_NOISE * data.loudest();
         // One variance inflation for all, that of the best fit: its residual is nearest to the noise.
         let nearest = refits.iter().map(|r| &r.fitted).min_by(|a, b| a.refined.rss.total_cmp(&b.refined.rss));
-        let inflation = nearest.map_or(1.0, |f| self.tint(f));
+        let inflation = nearest.map_or(1.0, |f| self.inflation(f));
         self.keep(Arc::clone(before));
         let mut singles: Vec<Entry<'_>> = Vec::new();
         for Refit { forms: set, fitted } in refits {
@@ -104,7 +104,7 @@ impl Search {
         let undetermined: Vec<(usize, &Form, Score)> = singles
             .iter()
             .filter(|e| matches!(e.refused, Some(Refusal::Undetermined(_))))
-            .filter(|e| unborne(before, (e.fitted, &e.score), data.noise, &data.shown_unit).is_none())
+            .filter(|e| unsupported(before, (e.fitted, &e.score), data.noise, &data.shown_unit).is_none())
             .map(|e| (e.form, &forms[e.form], e.score))
             .collect();
         let apart = if self.audit.single_tone { APART_ON_A_TONE } else { APART };

@@ -240,9 +240,9 @@ impl Search {
     /// basin than its rivals makes everything seem to help.
     pub(super) fn rebased(&self, before: &Fitted, refits: &[Refit], cancel: &Cancel) -> Option<Fitted> {
         let best = refits.iter().min_by(|a, b| a.fitted.refined.rss.total_cmp(&b.fitted.refined.rss))?;
-        let tint = self.tint(&best.fitted);
+        let inflation = self.inflation(&best.fitted);
         let again = self.transplanted(before.composition.clone(), &best.fitted, cancel)?;
-        let gain = before.refined.samples as f64 / tint * (before.refined.rss / again.refined.rss).ln();
+        let gain = before.refined.samples as f64 / inflation * (before.refined.rss / again.refined.rss).ln();
         (gain > BETTER).then_some(again)
     }
 

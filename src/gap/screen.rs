@@ -10,7 +10,7 @@ use super::columns::{Basis, Path, forces};
 use super::data::{Data, Series};
 use super::effects::{Addition, Form};
 use super::fit::Fitted;
-use super::motion::{Seen, Smoothed, Variation, smooth};
+use super::motion::{Sensing, Smoothed, Variation, smooth};
 use super::site::{Placed, accelerations};
 use crate::refine::{Output, Structure as _};
 use crate::signal::{dot, rms};
@@ -102,7 +102,7 @@ impl Data {
         let residuals = fitted.by_record(&fitted.refined.residuals);
         let residuals: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
         let (shown, reach) = (self.shown(), self.reach());
-        let seen = Seen { period: self.frequency.recip(), outputs: &shown, reach: &reach };
+        let seen = Sensing { period: self.frequency.recip(), outputs: &shown, reach: &reach };
         // Records of different rates are smoothed apart; those of one rate share the intensity.
         let alike = self.fit().iter().all(|s| (s.interval / self.fit()[0].interval - 1.0).abs() < 1e-6);
         let mut smoothed: Vec<Smoothed> = Vec::new();

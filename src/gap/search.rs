@@ -7,10 +7,10 @@ use rayon::prelude::*;
 use super::audit::Audit;
 use super::columns::Path;
 use super::data::{Data, Series};
-use super::decide::{colour, refusal, score};
+use super::decide::{refusal, score, variance_inflation};
 use super::effects::{Form, Frame, Setting, catalogue};
 use super::error::GapError;
-use super::evidence::Seen;
+use super::evidence::Examined;
 use super::fit::{Care, Fitted, Pace, WHOLE};
 use super::outcome::{Blind, Choice, Evidence, Finding, Round, Stage};
 use super::progress::Progress;
@@ -157,9 +157,9 @@ impl Search {
         Ok(Arc::new(self.show(&fitted)))
     }
 
-    /// How much a fit's residuals are coloured where the motion is.
-    pub(super) fn tint(&self, fitted: &Fitted) -> f64 {
-        colour(fitted, self.data.frequency, self.data.fit()[0].interval)
+    /// Variance inflation of a fit whose residuals are correlated.
+    pub(super) fn inflation(&self, fitted: &Fitted) -> f64 {
+        variance_inflation(fitted, self.data.frequency, self.data.fit()[0].interval)
     }
 
     pub(super) fn known(&self, choices: &[Choice]) -> Option<Arc<Fitted>> {
@@ -326,7 +326,7 @@ impl Search {
         let mut candidates = self.screened(&before, &motion, &forms, &screened);
         tell(Progress::Ranking(candidates.clone()));
         tell(Progress::Step("Asking whether the gap is more than noise", 0.2));
-        let seen = Seen { fitted: &before, motion: &motion, forms: &forms, screened: &screened };
+        let seen = Examined { fitted: &before, motion: &motion, forms: &forms, screened: &screened };
         let evidence = data.evidence(&seen, cancel).ok_or(GapError::Cancelled)?;
         let round = |candidates, evidence: Evidence, decision: Decision| Round {
             before: Arc::new(self.show(&before)),
@@ -403,7 +403,7 @@ impl Search {
         // Where one explains the data, those that the screen leaves far behind are not refitted; one tone tells too little.
         let explains = |(k, fitted): &(usize, Option<Fitted>)| {
             let fitted = Arc::new(fitted.clone()?);
-            let samples = before.refined.samples as f64 / self.tint(&fitted);
+            let samples = before.refined.samples as f64 / self.inflation(&fitted);
             self.explains(before, forms, &Refit { forms: vec![*k], fitted }).then_some((*k, samples))
         };
         let lead = refits.iter().find_map(explains).filter(|_| !self.audit.single_tone);
@@ -423,7 +423,7 @@ impl Search {
         let data = &self.data;
         let fitted = &refit.fitted;
         let set: Vec<&Form> = refit.forms.iter().map(|k| &forms[*k]).collect();
-        let inflation = self.tint(fitted);
+        let inflation = self.inflation(fitted);
         fitted.error() < EXPLAINED.0 * data.noise
             && fitted.held_out_error() < EXPLAINED.1 * data.noise
             && refusal(
@@ -438,7 +438,7 @@ impl Search {
 }
 
 /// What was asked for of each mass; else a linear spring and damper: across the joint where the base moves, with the force where
-/// one acts. Of several masses, how they hang together is not known: every displacement, velocity and input in every equation.
+/// one acts. Of several masses, how they are coupled is not known: every displacement, velocity and input in every equation.
 fn base_terms(data: &Data, ask: &Ask) -> Vec<Placed> {
     let known = |text: &str| Term::parse(text).ok();
     let still = data.fit().iter().all(|s| s.inputs.iter().all(|u| rms(u) == 0.0));

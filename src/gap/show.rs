@@ -119,7 +119,7 @@ impl Search {
             composed.terms.iter_mut().for_each(|t| t.term = moved(&t.term));
             model.equations[1..].iter_mut().flat_map(|e| &mut e.terms).for_each(|t| t.term = moved(&t.term));
         }
-        let inflated = self.tint(fitted).sqrt();
+        let inflated = self.inflation(fitted).sqrt();
         let errors: Vec<Option<f64>> = (0..shared.len()).map(|k| refined.std_error(k).map(|e| e * inflated)).collect();
         let model = with_errors(model, &composed.terms, &errors, &self.shares(&composed.terms, shared, fitted));
         let inner = &shared[shared.len() - fitted.composition.inner_count()..];

@@ -71,7 +71,7 @@ impl Composition {
 
     /// The same at these parameters without one of its effects, and which of the shared parameters stay. None if an effect of
     /// which it is a richer kind would be lost with it.
-    pub(super) fn lean(&self, index: usize, shared: &[f64]) -> Option<(Self, Vec<bool>)> {
+    pub(super) fn reduced(&self, index: usize, shared: &[f64]) -> Option<(Self, Vec<bool>)> {
         let (coefficients, inner) = shared.split_at(shared.len() - self.inner_count());
         let mut stays = vec![true; shared.len()];
         let first = usize::from(self.datum) + self.forms[..index].iter().map(|f| f.inner.len()).sum::<usize>();
@@ -81,9 +81,9 @@ impl Composition {
         }
         stays[self.places(inner)[index].clone()].fill(false);
         stays[coefficients.len()..][own].fill(false);
-        let mut lean = self.without(index);
-        lean.scales = self.scales.iter().zip(&stays).filter(|(_, stays)| **stays).map(|(s, _)| *s).collect();
-        Some((lean, stays))
+        let mut reduced = self.without(index);
+        reduced.scales = self.scales.iter().zip(&stays).filter(|(_, stays)| **stays).map(|(s, _)| *s).collect();
+        Some((reduced, stays))
     }
 
     pub(super) fn choices(&self) -> Vec<Choice> {

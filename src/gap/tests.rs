@@ -1,6 +1,6 @@
 use super::data::step;
 use super::effects::{Frame, Setting, catalogue};
-use super::motion::{Oscillator, Seen, Slopes, Variation, smooth};
+use super::motion::{Oscillator, Sensing, Slopes, Variation, smooth};
 use super::outcome::Curve;
 use super::site::Placed;
 use crate::simulate::Output;
@@ -177,7 +177,7 @@ fn the_smoother_finds_a_known_missing_force_and_knows_how_well() {
         let noise: f64 = StandardNormal.sample(&mut random);
         *e += 1e-3 * noise;
     }
-    let found = smooth(&oscillator, &[&left], Seen { period: 1.0, outputs: &SHOWN, reach: &[1.0] }).pop().unwrap();
+    let found = smooth(&oscillator, &[&left], Sensing { period: 1.0, outputs: &SHOWN, reach: &[1.0] }).pop().unwrap();
     let deviation = |k: usize| (found.force[0][k] - force[k]) / found.force_deviation[0][k];
     // Errors of neighbouring samples go together over some ten: 4000 samples tell their size to about 4 %; the
     // intensity is taken from steps of a quarter of a decade.

@@ -14,13 +14,13 @@ const WIDE: usize = 3 * PIECES / 4;
 /// Sum of leverages below which a fit without some rows is the same.
 const NOTHING: f64 = 0.01;
 
-/// How residuals that hang together over up to a block of rows move a fit: the scores of pieces of the rows.
+/// How residuals that are correlated over up to a block of rows move a fit: the scores of pieces of the rows.
 ///
 /// A score is what the rows' residuals do to the moments Θᵀy. Those of kept columns are the mean of the score itself and of
 /// that in a fit that a block around the piece is left out of, for a fit draws its own residuals to nothing the more it hangs
 /// on them (Cameron & Miller 2015).
 ///
-/// Where something is known of how residuals hang together, `C = LLᵀ`, columns and residual are those times L⁻¹, and only
+/// Where something is known of how residuals are correlated, `C = LLᵀ`, columns and residual are those times L⁻¹, and only
 /// what is not known is left to the kernel (prewhitening, Andrews & Monahan 1992); `weights` are then the columns times Lᵀ.
 #[derive(Clone, Debug)]
 pub struct Scores {
@@ -126,7 +126,7 @@ impl Scores {
     }
 
     /// Weights of neighbouring pieces, their squares' sum one: Parzen's kernel is what such a triangle of half its width
-    /// makes of scores that do not hang together.
+    /// makes of uncorrelated scores.
     fn window(&self) -> Vec<f64> {
         let half = (self.reach + 1) as f64 / 2.0;
         let side = half.ceil() as usize - 1;
@@ -137,7 +137,7 @@ impl Scores {
     }
 
     /// What another draw of the residuals might change the moments by, the kept columns' first: each piece's score times a
-    /// random number that hangs together over blocks as the kernel does (dependent wild bootstrap, Shao 2010).
+    /// random number that is correlated over blocks as the kernel does (dependent wild bootstrap, Shao 2010).
     pub fn draw(&self, random: &mut impl Rng) -> DVector<f64> {
         let window = self.window();
         let mut sum = DVector::zeros(self.records.first().map_or(0, DMatrix::nrows));

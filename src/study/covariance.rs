@@ -1,4 +1,4 @@
-//! How the errors of the identified coefficients hang together, over all equations.
+//! How the errors of the identified coefficients are correlated, over all equations.
 
 use crate::model::Model;
 use crate::sparse::Scores;

@@ -1,4 +1,4 @@
-//! How sure each term is: the regression repeated on resampled data, and with terms left out of the library.
+//! How certain each term is: the regression repeated on resampled data, and with terms left out of the library.
 
 use rand::SeedableRng as _;
 use rayon::prelude::*;
@@ -50,7 +50,7 @@ const REPEATS: usize = 200;
 const NINETY: f64 = 1.645;
 
 impl Study {
-    /// Repeats the regression on data whose residuals are drawn anew, hanging together over blocks as they do (Shao 2010),
+    /// Repeats the regression on data whose residuals are drawn anew, correlated over blocks as they do (Shao 2010),
     /// with the whole library and with each term in turn left out of it (after Fasel et al. 2022). Intervals allow for
     /// what smoothing and noise shift the coefficients by. The same records and settings give the same answer.
     ///

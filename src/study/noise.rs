@@ -1,5 +1,4 @@
-//! What the sensors' noise does to a regression's rows: how it passes the equation, and how to make rows of it that do not
-//! hang together.
+//! What the sensors' noise does to a regression's rows: how it passes the equation, and how to make uncorrelated rows of it.
 
 use std::sync::Arc;
 
@@ -114,7 +113,7 @@ impl Kernels {
             passes[channel].iter_mut().zip(kernel).for_each(|(p, k)| *p += factor * k);
         };
         add(rate.0, &self.rate[rate.1], 1.0);
-        // What passes at one time and not at another hangs together with nothing else.
+        // What passes at one time and not at another is correlated with nothing else.
         let mut others = Vec::new();
         for Passing { symbol, mean, spread } in passing {
             if let Some((channel, order)) = place(measured, *symbol) {

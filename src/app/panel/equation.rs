@@ -146,7 +146,7 @@ fn term_row(
     share_bar(ui, bar, term.share, colors.accent);
     let sure = desk.bench.inclusion(state, &term.term).cloned();
     if let Some(sure) = &sure {
-        sureness(ui, pos2(bar.left() - 9.0, rect.center().y), sure.probability);
+        inclusion(ui, pos2(bar.left() - 9.0, rect.center().y), sure.probability);
     }
     let text = ui.visuals().text_color();
     let painter = ui.painter().with_clip_rect(rect);
@@ -240,7 +240,7 @@ fn confused(desk: &Desk<'_>, state: Symbol, term: &Term) -> Vec<(Term, f64)> {
 }
 
 /// How often a term stays when the data are resampled: an upright bar.
-fn sureness(ui: &Ui, at: egui::Pos2, probability: f64) {
+fn inclusion(ui: &Ui, at: egui::Pos2, probability: f64) {
     let colors = theme::accents(ui.visuals().dark_mode);
     let color = match probability {
         p if p >= 0.95 => colors.good,

@@ -2,7 +2,7 @@
 
 use super::algebra::{E, v};
 use super::catalogue::Effect;
-use super::parts::{Begins, Parts, Seen};
+use super::parts::{Begins, Parts, SensorFault};
 use super::scene::{Dice, Drive, Extent, Motion, Scene};
 use super::shaking::Run;
 use crate::model::{Equation, Model};
@@ -68,8 +68,8 @@ impl Assembly {
     }
 
     /// What the displacement sensor does.
-    pub(super) fn seen(&self) -> Seen {
-        self.parts.iter().map(|p| p.seen).find(|s| *s != Seen::True).unwrap_or_default()
+    pub(super) fn seen(&self) -> SensorFault {
+        self.parts.iter().map(|p| p.seen).find(|s| *s != SensorFault::True).unwrap_or_default()
     }
 
     /// The same with friction that holds no harder than it slides, if it does.
@@ -176,9 +176,9 @@ impl Assembly {
                     contact += 1;
                 }
                 force += match part.seen {
-                    Seen::True => 0.0,
-                    Seen::Shifted(size) => size * shift,
-                    Seen::Clipped(limit) => motions.states[0][k].clamp(-limit, limit) - motions.states[0][k],
+                    SensorFault::True => 0.0,
+                    SensorFault::Shifted(size) => size * shift,
+                    SensorFault::Clipped(limit) => motions.states[0][k].clamp(-limit, limit) - motions.states[0][k],
                 };
                 missing[j].push(force);
             }

@@ -1,7 +1,7 @@
 //! Hidden effects on what drives the mass, and on what measures it.
 
 use super::algebra::{E, du, number, u};
-use super::parts::{ACCELERATION, Dimension, LENGTH, PLAIN, Parts, RATE, Seen, TIME};
+use super::parts::{ACCELERATION, Dimension, LENGTH, PLAIN, Parts, RATE, SensorFault, TIME};
 use super::scene::{Dice, Drive, Scene};
 use super::time::wave;
 use crate::term::Function;
@@ -60,12 +60,12 @@ pub(super) fn harmonic(s: f64, dice: &Dice, scene: &Scene) -> Parts {
 
 /// A displacement sensor with another zero in every record.
 pub(super) fn offset(s: f64, _: &Dice, scene: &Scene) -> Parts {
-    Parts { seen: Seen::Shifted(s * scene.motion.r.rms), ..Parts::new("") }
+    Parts { seen: SensorFault::Shifted(s * scene.motion.r.rms), ..Parts::new("") }
 }
 
 /// A displacement sensor that ends at ±L.
 pub(super) fn clipping(s: f64, _: &Dice, scene: &Scene) -> Parts {
     let limit = (1.0 - s) * scene.motion.x.peak;
     let parts = Parts::new("").with("L", limit, LENGTH);
-    Parts { seen: Seen::Clipped(limit), ..parts }
+    Parts { seen: SensorFault::Clipped(limit), ..parts }
 }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
 
 use super::assembly::{Assembly, Motions};
 use super::calibrate::shift;
-use super::parts::Seen;
+use super::parts::SensorFault;
 use super::scene::{Drive, Extent, Scene};
 
 /// The least damping of the plant that a residual force is given to: what is driven at an undamped resonance grows for ever.
@@ -13,7 +13,7 @@ const LEAST_DAMPING: f64 = 4e-3;
 /// RMS over the motions of the displacement that the known terms cannot follow with any coefficients and initial states: to
 /// first order about the coefficients that explain most of the acceleration.
 pub(super) fn beyond_base(assembly: &Assembly, scene: &Scene, motions: &[Motions]) -> f64 {
-    if assembly.parts.iter().any(|p| p.seen != Seen::True) {
+    if assembly.parts.iter().any(|p| p.seen != SensorFault::True) {
         let errors = motions.iter().enumerate().flat_map(|(k, motion)| {
             let missing = assembly.missing(motion, shift(k));
             (0..motion.times.len()).map(move |i| missing.iter().map(|m| m[i]).sum::<f64>()).collect::<Vec<_>>()

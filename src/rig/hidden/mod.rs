@@ -41,7 +41,7 @@ use assembly::{Assembly, Motions};
 use calibrate::{calibrate, hold, linear_motion, measure, shift};
 use catalogue::Effect;
 use chance::log_uniform;
-use parts::Seen;
+use parts::SensorFault;
 use scene::{Dice, Drive, Extent, Scene};
 use shaking::{Run, Subject, Test};
 use truth::Scales;
@@ -408,13 +408,13 @@ impl<'a> Table<'a> {
         let motion = &self.motions[index];
         let mut displacement: Vec<f64> = motion.states[0].clone();
         match self.assembly.seen() {
-            Seen::True => {}
-            Seen::Shifted(size) => {
+            SensorFault::True => {}
+            SensorFault::Shifted(size) => {
                 let offset = size * shift(index);
                 displacement.iter_mut().for_each(|x| *x += offset);
                 self.offsets.push((run.name.clone(), offset * scales.length));
             }
-            Seen::Clipped(limit) => displacement.iter_mut().for_each(|x| *x = x.clamp(-limit, limit)),
+            SensorFault::Clipped(limit) => displacement.iter_mut().for_each(|x| *x = x.clamp(-limit, limit)),
         }
         if let Some(datum) = scene.datum {
             displacement.iter_mut().for_each(|x| *x -= datum);

@@ -48,7 +48,7 @@ pub(super) enum Begins {
 
 /// What happens between the motion and its displacement sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) enum Seen {
+pub(super) enum SensorFault {
     #[default]
     True,
     /// Shifted, in each record by its own share of this.
@@ -68,7 +68,7 @@ pub(super) struct Parts {
     pub delay: f64,
     /// Factor on all excitations and initial displacements.
     pub level: f64,
-    pub seen: Seen,
+    pub seen: SensorFault,
     pub constants: Vec<Constant>,
     /// Where it acts, in words; empty where there is only one place.
     pub place: &'static str,
@@ -82,7 +82,7 @@ impl Parts {
             contact: None,
             delay: 0.0,
             level: 1.0,
-            seen: Seen::True,
+            seen: SensorFault::True,
             constants: Vec::new(),
             place,
         }

@@ -2,7 +2,7 @@
 
 mod rows;
 mod sliding;
-mod sureness;
+mod uncertainty;
 mod written;
 
 use std::ops::Range;
@@ -20,7 +20,7 @@ use crate::term::{Expression, Kind, Layout, Program, Symbol, Term};
 use rows::{filtered, smooth_alike};
 use sliding::{Moving, keep};
 pub(super) use sliding::{Raster, sliding, standing};
-pub(super) use sureness::Resampling;
+pub(super) use uncertainty::Resampling;
 
 /// Library columns and the rates to explain, over every fitted record.
 #[derive(Debug)]
@@ -33,7 +33,7 @@ pub(super) struct Regression {
     starts: Vec<usize>,
     /// The record and the rows of each stretch in which rows follow one another without a gap.
     stretches: Vec<(usize, Range<usize>)>,
-    /// Rows over which residuals hang together.
+    /// Rows over which residuals are correlated.
     block: usize,
     origin: Origin,
 }

@@ -1,4 +1,4 @@
-//! How sure a regression's coefficients are: how its residuals move them, and which it can hardly tell apart.
+//! How uncertain a regression's coefficients are: how its residuals move them, and which it can hardly tell apart.
 
 use std::sync::Arc;
 
@@ -93,7 +93,7 @@ impl Regression {
         Scores::new(&target.reduced, &solution.support, [&kept, &weights], &residual, &self.starts, self.block)
     }
 
-    /// What makes each record's rows hang together no more, as far as that is the sensors' noise; none in the weak form.
+    /// What makes each record's rows uncorrelated, as far as they are correlated by the sensors' noise; none in the weak form.
     fn whitenings(&self, target: &Target, solution: &Solution) -> Option<Vec<Whitening>> {
         let Origin::Smoothed { records, smoothing, stride } = &self.origin else { return None };
         let kept = self.terms.iter().zip(solution.coefficients.iter().copied()).filter(|(_, c)| *c != 0.0);
