@@ -23,7 +23,7 @@ from mkdocs.structure.files import File
 BLOCK = re.compile(r"^```console(?P<options>[^\n]*)\n(?P<body>.*?)^```\s*$", re.MULTILINE | re.DOTALL)
 SHOWN = re.compile(r"\boutput(?:=(\d+))?")
 SVG = re.compile(r"<svg\b.*?</svg>", re.DOTALL)
-SECONDS = 60
+SECONDS = 300  # a search by a program that is not optimised, beside a build
 
 log = logging.getLogger("mkdocs.hooks.program")
 pages = {}
