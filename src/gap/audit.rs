@@ -61,7 +61,13 @@ impl Data {
         }
         if self.held_out().is_empty() {
             notices.push(match fit.len() {
-                1 => "No record is held out: the last 30 % of the record judge, after a fit to the rest.".to_owned(),
+                1 => {
+                    let left_out = self.left_out(fit[0].len() as f64 * fit[0].interval);
+                    let parts =
+                        left_out.iter().map(|(from, to)| format!("from {:.0} to {:.0} %", 1e2 * from, 1e2 * to));
+                    let parts = parts.collect::<Vec<String>>().join(" and ");
+                    format!("No record is held out: what lies {parts} of the record judges a fit to the rest.")
+                }
                 n => format!("No record is held out: each of the {n} in turn judges a fit to the others."),
             });
         }

@@ -60,8 +60,8 @@ impl Search {
             }
             stage = self.lighter(&mut steps, fitted, cancel)?;
         };
-        // Where the data are explained but an effect does not stand alone, another may with the others in place.
-        if steps.len() > 1 && last.finding == Finding::Nothing && !steps.iter().all(Step::alone) {
+        // An effect that does not stand alone, or another in its place, may with the others there.
+        if steps.len() > 1 && !steps.iter().all(Step::alone) {
             let mut again = steps.clone();
             if !self.reconsider(&mut again, tell, cancel)? {
                 steps = again;
@@ -71,16 +71,7 @@ impl Search {
                 last = self.look(&stage, tell, cancel)?;
             }
         }
-        // Those that stand alone first; the interface lists rivals under the last.
-        let mut sorted = steps.clone();
-        sorted.sort_by_key(|s| !s.alone());
-        let stages = match GapError::if_possible(self.stages(&sorted, cancel))? {
-            Some(stages) => {
-                steps = sorted;
-                stages
-            }
-            None => self.stages(&steps, cancel)?,
-        };
+        let (steps, stages) = self.in_order(steps, cancel)?;
         let ambiguous = steps.iter().any(|s| !s.alone());
         let verdict = match last.finding {
             Finding::Nothing if steps.is_empty() => Verdict::NothingMissing,
@@ -96,24 +87,44 @@ impl Search {
         Ok(self.diagnosis((verdict, sentence), rounds, stages, remaining, started))
     }
 
-    /// The base model, and one stage a step. A stage that cannot be fitted from the one before it is fitted from the one
-    /// after it.
-    fn stages(&self, steps: &[Step], cancel: &Cancel) -> Result<Vec<Arc<Stage>>, GapError> {
-        let list = choices(steps);
-        let mut fitted = self.fitted(&list, cancel)?;
+    /// Steps in the order in which a person follows them, with the base model and one stage a step: the largest first, and
+    /// last those that do not stand alone, for the interface lists rivals under the last.
+    ///
+    /// All stages follow stretches as long as the last one's: errors of unlike stretches do not compare.
+    fn in_order(&self, mut steps: Vec<Step>, cancel: &Cancel) -> Result<(Vec<Step>, Vec<Arc<Stage>>), GapError> {
+        let mut fitted = self.fitted(&choices(&steps), cancel)?;
         let mut stages = vec![Arc::new(self.show(&fitted))];
-        for n in (0..list.len()).rev() {
-            fitted = match GapError::if_possible(self.fitted(&list[..n], cancel))? {
-                Some(fitted) => fitted,
-                None => {
-                    let leaner = self.without(&fitted, n, cancel).map(Arc::new);
-                    leaner.ok_or_else(|| GapError::Stage(titles(&list[..n])))?
+        let mut ordered = Vec::new();
+        while !steps.is_empty() {
+            let open = steps.iter().any(|s| !s.alone());
+            let mut least: Option<(usize, Arc<Fitted>)> = None;
+            for index in (0..steps.len()).filter(|k| steps[*k].alone() != open) {
+                let Some(leaner) = self.leaner(&fitted, index, cancel)? else { continue };
+                if least.as_ref().is_none_or(|(_, l)| leaner.held_out_error() < l.held_out_error()) {
+                    least = Some((index, leaner));
                 }
-            };
-            stages.push(Arc::new(self.show(&fitted)));
+            }
+            let (index, leaner) = least.ok_or_else(|| GapError::Stage(titles(&choices(&steps))))?;
+            ordered.push(steps.remove(index));
+            stages.push(Arc::new(self.show(&leaner)));
+            fitted = leaner;
         }
+        ordered.reverse();
         stages.reverse();
-        Ok(stages)
+        Ok((ordered, stages))
+    }
+
+    /// A model without one of its effects along stretches as long; where that cannot be followed, however it was fitted.
+    fn leaner(&self, whole: &Fitted, index: usize, cancel: &Cancel) -> Result<Option<Arc<Fitted>>, GapError> {
+        let mut list = whole.composition.choices();
+        list.remove(index);
+        if let Some(known) = self.known(&list).filter(|k| k.level == whole.level) {
+            return Ok(Some(known));
+        }
+        match self.without(whole, index, cancel) {
+            Some(leaner) => Ok(Some(Arc::new(leaner))),
+            None => GapError::if_possible(self.fitted(&list, cancel)),
+        }
     }
 
     /// A model without one of its effects, fitted anew over segments as long.

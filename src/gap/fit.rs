@@ -125,8 +125,12 @@ const LOST: f64 = 0.3;
 const ASTRAY: f64 = 1.5;
 /// Least width of a secant, as a share of the motion's RMS.
 const SECANT: f64 = 1e-3;
-/// Share of a single record that is fitted when the rest is to judge.
-const FITTED_SHARE: f64 = 0.7;
+/// Parts of a single record that judge a fit to the rest, as shares of its length: in a decay or a sweep its beginning, its
+/// middle and its end each tell what the others cannot.
+const LEFT_OUT: [(f64, f64); 2] = [(0.2, 0.35), (0.65, 0.8)];
+/// Periods that such a part lasts at least, for its own initial state explains the first ones; a shorter record's end judges.
+const LASTING: f64 = 3.0;
+const LEFT_OUT_AT_END: [(f64, f64); 1] = [(0.7, 1.0)];
 
 /// The derivative of a term, where it is a constant.
 fn slope(term: &Placed, symbol: Symbol) -> f64 {
@@ -301,6 +305,12 @@ impl Data {
         }
     }
 
+    /// The parts of a single record of this duration that judge a fit to the rest, as shares of its length.
+    pub(super) fn left_out(&self, duration: f64) -> &'static [(f64, f64)] {
+        let shortest = LEFT_OUT.iter().map(|(from, to)| (to - from) * duration).fold(f64::INFINITY, f64::min);
+        if shortest < LASTING * self.period { &LEFT_OUT_AT_END } else { &LEFT_OUT }
+    }
+
     /// The records (or parts of one) that are fitted and those that judge, one pair a fold.
     fn folds(&self) -> Vec<(Vec<Run>, Vec<Run>)> {
         let fit = self.whole();
@@ -311,9 +321,15 @@ impl Data {
             runs.into_iter().enumerate().map(|(record, run)| Run { record, ..run }).collect()
         };
         if let [single] = fit.as_slice() {
-            let n = single.range.len();
-            let cut = (FITTED_SHARE * n as f64) as usize;
-            return vec![(vec![single.part(0..cut)], vec![single.part(cut..n)])];
+            let n = single.range.len() as f64;
+            let at = |share: f64| (share * n) as usize;
+            let left_out = self.left_out(n * single.grid.interval());
+            let test = left_out.iter().map(|(from, to)| single.part(at(*from)..at(*to))).collect();
+            let starts = std::iter::once(0.0).chain(left_out.iter().map(|(_, to)| *to));
+            let ends = left_out.iter().map(|(from, _)| *from).chain([1.0]);
+            let rest = starts.zip(ends).map(|(from, to)| single.part(at(from)..at(to)));
+            let train = rest.filter(|run| !run.range.is_empty()).collect();
+            return vec![(train, test)];
         }
         let groups = fit.len().min(4);
         (0..groups)

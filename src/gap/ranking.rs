@@ -46,8 +46,8 @@ pub(super) fn merged(before: Arc<Fitted>, refits: Vec<Refit>, sets: Sets) -> (Ar
             None => all.push(Refit { forms, fitted }),
         }
     }
-    let before = if again.refined.rss < before.refined.rss { Arc::new(again) } else { before };
-    (before, all)
+    let better = before.level != WHOLE || again.refined.rss < before.refined.rss;
+    (if better { Arc::new(again) } else { before }, all)
 }
 
 /// Share of the first's explanation along the motion from which another is its rival on one steady tone.

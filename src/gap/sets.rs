@@ -48,6 +48,10 @@ const FAINT: f64 = 0.005;
 const FAR: f64 = 3.0;
 /// How many times its error along the shortest segments, or the noise, a set may leave on data never fitted along longer ones.
 const HOLDS: f64 = 1.3;
+/// Share of the motion below which whole records have not been lost.
+const NEAR: f64 = 0.3;
+/// How many times the contrast between a set and the model without it must grow for longer segments to judge.
+const MORE: f64 = 1.3;
 /// A pair's columns that are alike to this share are one effect twice.
 const SAME: f64 = 1e-4;
 
@@ -77,6 +81,47 @@ pub(super) struct Sets {
     pub(super) tried: Vec<(Vec<usize>, Fitted)>,
 }
 
+impl Sets {
+    /// How many times the error of the best set the model without it leaves on data never fitted.
+    fn contrast(&self) -> f64 {
+        self.tried.first().map_or(1.0, |(_, best)| self.before.held_out_error() / best.held_out_error())
+    }
+}
+
+/// What sets are compared with, and how they are fitted.
+#[derive(Clone, Copy)]
+struct Comparison<'a> {
+    /// The model without them.
+    before: &'a Fitted,
+    weak: &'a Weak<'a>,
+    /// The sets along the shortest segments, best first.
+    judged: &'a [Judged],
+    /// What was fitted to whole records.
+    refits: &'a [Refit],
+    goal: Goal<'a>,
+}
+
+/// A set of forms by index, fitted along the shortest segments.
+type Judged = (Vec<usize>, Fitted, Landed);
+
+/// The sets that are followed over longer segments: the best of all, and of either size the best on data never fitted and on
+/// those fitted. What the best leaves far behind along short segments does not overtake it along longer ones.
+fn followed_further(judged: &[Judged], noise: f64) -> Vec<usize> {
+    let nearest = judged[0].1.held_out_error().max(noise);
+    let mut kept: Vec<usize> =
+        (0..judged.len().min(KEPT)).filter(|k| judged[*k].1.held_out_error() < BEHIND * nearest).collect();
+    for size in [1, 2] {
+        let of_size = || (0..judged.len()).filter(|k| judged[*k].0.len() == size);
+        let fits_best = of_size().min_by(|a, b| judged[*a].1.error().total_cmp(&judged[*b].1.error()));
+        for k in of_size().next().into_iter().chain(fits_best) {
+            if !kept.contains(&k) {
+                kept.push(k);
+            }
+        }
+    }
+    kept
+}
+
 impl Search {
     /// Tries single effects and pairs; none if cancelled, or if nothing can be followed.
     pub(super) fn sets(&self, before: &Fitted, forms: &[Form], refits: &[Refit], cancel: &Cancel) -> Option<Sets> {
@@ -102,69 +147,90 @@ impl Search {
         }
         judged.sort_by(|a, b| a.1.held_out_error().total_cmp(&b.1.held_out_error()));
         let left = |f: &Fitted| f.held_out_error().max(f.error());
-        let near = left(&judged[0].1) < FAR * goal.noise && levels(&whole, data.period) > 0;
-        let mut tried: Vec<(Vec<usize>, Fitted)>;
-        let level;
-        if near {
-            // What the best leaves far behind along short segments does not overtake it along longer ones.
-            let nearest = judged[0].1.held_out_error().max(goal.noise);
-            let mut kept: Vec<usize> =
-                (0..judged.len().min(KEPT)).filter(|k| judged[*k].1.held_out_error() < BEHIND * nearest).collect();
-            for size in [1, 2] {
-                let first = (0..judged.len()).find(|k| judged[*k].0.len() == size);
-                kept.extend(first.filter(|k| !kept.contains(k)));
-            }
-            let climbed: Vec<(usize, Vec<Landed>)> = kept
-                .into_par_iter()
-                .map(|k| (k, climb(&judged[k].1.composition, &whole, judged[k].2.clone(), goal)))
-                .collect();
-            level = self.common_level(&climbed, &judged, cancel)?;
-            let composition = |k: usize| &judged[k].1.composition;
-            let mut landed: Vec<(usize, Landed)> = climbed
-                .into_par_iter()
-                .filter_map(|(k, held)| {
-                    let last = held.into_iter().next_back()?;
-                    let there = if (last.whole && level == WHOLE) || last.level == level {
-                        last
-                    } else {
-                        let shared = &last.refined.point.shared;
-                        shoot(composition(k), &whole, (shared, Some(last.of(composition(k)))), level, goal, FEW_STEPS)?
-                    };
-                    // Whole records may have led to a better basin than segments that grew.
-                    let refit = refits.iter().find(|r| r.forms == judged[k].0);
-                    let again = refit.filter(|_| level != WHOLE).and_then(|r| {
-                        let landed = r.fitted.landed();
-                        let shared = &landed.refined.point.shared;
-                        shoot(
-                            &r.fitted.composition,
-                            &whole,
-                            (shared, Some(landed.of(&r.fitted.composition))),
-                            level,
-                            goal,
-                            FEW_STEPS,
-                        )
-                    });
-                    Some((k, again.filter(|a| a.refined.rss < there.refined.rss).unwrap_or(there)))
-                })
-                .collect();
-            // Rivals are compared at their best.
-            let least = landed.iter().map(|(_, l)| l.refined.rss).fold(f64::INFINITY, f64::min);
-            landed.par_iter_mut().for_each(|(k, landed)| self.settled(composition(*k), landed, (level, least), goal));
-            tried = landed
-                .into_par_iter()
-                .map(|(k, there)| (judged[k].0.clone(), data.judged(composition(k).clone(), there, cancel)))
-                .collect();
-        } else {
-            level = 0;
-            tried = judged.into_iter().map(|(forms, fitted, _)| (forms, fitted)).collect();
+        let comparison = Comparison { before, weak: &weak, judged: &judged, refits, goal };
+        if left(&judged[0].1) > FAR * goal.noise || levels(&whole, data.period) == 0 {
+            let tried = judged.iter().map(|(forms, fitted, _)| (forms.clone(), fitted.clone())).collect();
+            return self.compared(&comparison, tried, 0, cancel);
         }
+        let kept = followed_further(&judged, goal.noise);
+        let climbed: Vec<(usize, Vec<Landed>)> = kept
+            .into_par_iter()
+            .map(|k| (k, climb(&judged[k].1.composition, &whole, judged[k].2.clone(), goal)))
+            .collect();
+        let level = self.common_level(&climbed, &judged, cancel)?;
+        let longest: Vec<(usize, Landed)> =
+            climbed.into_iter().filter_map(|(k, held)| Some((k, held.into_iter().next_back()?))).collect();
+        let tried = self.along(&comparison, &longest, level, cancel);
+        let there = self.compared(&comparison, tried, level, cancel)?;
+        if level == WHOLE {
+            return Some(there);
+        }
+        // Along short segments an initial state makes up for much of a wrong force: where none of the sets is the whole
+        // truth, longer ones may tell them apart all the same.
+        let tried = self.along(&comparison, &longest, WHOLE, cancel);
+        let further = self.compared(&comparison, tried, WHOLE, cancel);
+        let lost = NEAR * data.loudest();
+        let tells_more =
+            |s: &Sets| s.tried.first().is_some_and(|(_, f)| left(f) < lost) && s.contrast() > MORE * there.contrast();
+        Some(further.filter(tells_more).unwrap_or(there))
+    }
+
+    /// The sets, fitted along segments of a level from what they were fitted to along others.
+    fn along(
+        &self,
+        comparison: &Comparison<'_>,
+        from: &[(usize, Landed)],
+        level: usize,
+        cancel: &Cancel,
+    ) -> Vec<(Vec<usize>, Fitted)> {
+        let Comparison { judged, refits, goal, .. } = *comparison;
+        let data = &self.data;
+        let whole = data.whole();
+        let composition = |k: usize| &judged[k].1.composition;
+        let mut landed: Vec<(usize, Landed)> = from
+            .par_iter()
+            .filter_map(|(k, last)| {
+                let there = if (last.whole && level == WHOLE) || last.level == level {
+                    last.clone()
+                } else {
+                    let start = (&*last.refined.point.shared, Some(last.of(composition(*k))));
+                    shoot(composition(*k), &whole, start, level, goal, FEW_STEPS)?
+                };
+                // Whole records may have led to a better basin than segments that grew.
+                let refit = refits.iter().find(|r| r.forms == judged[*k].0);
+                let again = refit.filter(|_| level != WHOLE).and_then(|r| {
+                    let landed = r.fitted.landed();
+                    let start = (&*landed.refined.point.shared, Some(landed.of(&r.fitted.composition)));
+                    shoot(&r.fitted.composition, &whole, start, level, goal, FEW_STEPS)
+                });
+                Some((*k, again.filter(|a| a.refined.rss < there.refined.rss).unwrap_or(there)))
+            })
+            .collect();
+        // Rivals are compared at their best.
+        let least = landed.iter().map(|(_, l)| l.refined.rss).fold(f64::INFINITY, f64::min);
+        landed.par_iter_mut().for_each(|(k, landed)| self.settled(composition(*k), landed, (level, least), goal));
+        landed
+            .into_par_iter()
+            .map(|(k, there)| (judged[k].0.clone(), data.judged(composition(k).clone(), there, cancel)))
+            .collect()
+    }
+
+    /// Sets beside the model without them, along segments as long; none if cancelled.
+    fn compared(
+        &self,
+        comparison: &Comparison<'_>,
+        mut tried: Vec<(Vec<usize>, Fitted)>,
+        level: usize,
+        cancel: &Cancel,
+    ) -> Option<Sets> {
+        let Comparison { before, weak, goal, .. } = *comparison;
         tried.sort_by(|a, b| a.1.held_out_error().total_cmp(&b.1.held_out_error()));
-        let before = self.without_them(before, &weak, tried.first().map(|t| &t.1), level, goal, cancel)?;
+        let before = self.without_them(before, weak, tried.first().map(|t| &t.1), level, goal, cancel)?;
         (!cancel.is_cancelled()).then_some(Sets { before, tried })
     }
 
     /// Fits trials along the shortest segments, and holds the best against data never fitted: the best of each set, best first.
-    fn shot(&self, mut trials: Vec<Trial>, goal: Goal<'_>, cancel: &Cancel) -> Vec<(Vec<usize>, Fitted, Landed)> {
+    fn shot(&self, mut trials: Vec<Trial>, goal: Goal<'_>, cancel: &Cancel) -> Vec<Judged> {
         let whole = self.data.whole();
         let least = trials.iter().map(|t| t.left).fold(f64::INFINITY, f64::min);
         trials.retain(|t| t.left < PLAUSIBLE * least);
@@ -194,7 +260,7 @@ impl Search {
         shot.truncate(JUDGED);
         let least = shot.first().map_or(0.0, |s| s.2.refined.rss);
         shot.par_iter_mut().for_each(|(_, composition, landed)| self.settled(composition, landed, (0, least), goal));
-        let mut judged: Vec<(Vec<usize>, Fitted, Landed)> = shot
+        let mut judged: Vec<Judged> = shot
             .into_par_iter()
             .map(|(forms, composition, landed)| (forms, self.data.judged(composition, landed.clone(), cancel), landed))
             .collect();
@@ -223,12 +289,7 @@ impl Search {
     }
 
     /// The longest segments that the best of the sets can follow, on the data fitted and on those never fitted.
-    fn common_level(
-        &self,
-        climbed: &[(usize, Vec<Landed>)],
-        judged: &[(Vec<usize>, Fitted, Landed)],
-        cancel: &Cancel,
-    ) -> Option<usize> {
+    fn common_level(&self, climbed: &[(usize, Vec<Landed>)], judged: &[Judged], cancel: &Cancel) -> Option<usize> {
         let data = &self.data;
         let longest = |held: &Vec<Landed>| held.last().map_or(0, |l| if l.whole { WHOLE } else { l.level });
         let level = climbed.iter().map(|(_, held)| longest(held)).max()?;

@@ -83,21 +83,47 @@ impl Spectrum {
 /// Lines that stand so many times above the noise's mean square belong to the motion.
 const ABOVE_NOISE: f64 = 20.0;
 
+/// Lines more than so many times as fast as the fastest below them are a band of their own,
+const OCTAVE: f64 = 2.0;
+/// and belong to the motion only where their sum of squares is at least this share of that below them.
+const HEARD: f64 = 1e-4;
+
 /// The period of a motion, s: 2π times the RMS of its velocity over that of its acceleration, by the lines of its spectrum
 /// that stand out of noise of this standard deviation.
 ///
 /// Where a displacement wanders slowly under a faster motion, this is the period of the motion that forces make, not of the
-/// wandering. None if nothing stands out.
+/// wandering. A faint band far above the others is a sensor's hum, not motion. None if nothing stands out.
 pub fn motion_period(series: &[&[f64]], interval: f64, noise: f64) -> Option<f64> {
     let (mut velocity, mut acceleration) = (0.0, 0.0);
     for values in series {
         let Some(spectrum) = Spectrum::new(values, interval) else { continue };
         // White noise of variance s² has lines of mean square 6 s²/n under a Hann window.
         let floor = ABOVE_NOISE * 6.0 * noise * noise / values.len() as f64;
-        for (k, a) in spectrum.amplitudes.iter().enumerate().skip(1).filter(|(_, a)| **a * **a > floor) {
-            let f2 = spectrum.frequency(k).powi(2);
-            velocity += values.len() as f64 * f2 * a * a;
-            acceleration += values.len() as f64 * f2 * f2 * a * a;
+        let lines: Vec<(usize, f64)> = spectrum
+            .amplitudes
+            .iter()
+            .map(|a| a * a)
+            .enumerate()
+            .skip(1)
+            .filter(|(_, square)| *square > floor)
+            .collect();
+        let apart = |pair: &[(usize, f64)]| pair[1].0 as f64 > OCTAVE * pair[0].0.max(MAIN_LOBE) as f64;
+        let starts: Vec<usize> = (1..lines.len()).filter(|k| apart(&lines[k - 1..=*k])).collect();
+        let mut below = 0.0;
+        for (from, to) in
+            std::iter::once(0).chain(starts.iter().copied()).zip(starts.iter().copied().chain([lines.len()]))
+        {
+            let band = &lines[from..to];
+            let squares: f64 = band.iter().map(|(_, square)| square).sum();
+            if squares < HEARD * below {
+                continue;
+            }
+            below += squares;
+            for (k, square) in band {
+                let f2 = spectrum.frequency(*k).powi(2);
+                velocity += values.len() as f64 * f2 * square;
+                acceleration += values.len() as f64 * f2 * f2 * square;
+            }
         }
     }
     let period = (velocity / acceleration).sqrt();
