@@ -28,9 +28,21 @@ pub(super) struct Options {
     /// Seed of the noise and of a multisine's phases
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Noise on every displacement or state: a standard deviation (1e-5) or a share of the peak (1%)
+    /// What is measured of the motion: x, v or a of every mass, or of one (x1,a2)
+    #[arg(long, value_name = "CHANNEL,…", value_delimiter = ',')]
+    measure: Option<Vec<String>>,
+    /// Noise on every channel of the motion: a standard deviation (1e-5) or a share of the peak (1%)
     #[arg(long, value_name = "LEVEL")]
     noise: Option<Noise>,
+    /// What the motion's sensors show of nothing, in the channel's unit
+    #[arg(long, value_name = "VALUE", value_parser = finite, allow_hyphen_values = true)]
+    offset: Option<f64>,
+    /// How fast that grows, in the channel's unit per second
+    #[arg(long, value_name = "VALUE", value_parser = finite, allow_hyphen_values = true)]
+    drift: Option<f64>,
+    /// Corner of the first-order high-pass that the motion's sensors are read through; 0 is none
+    #[arg(long, value_name = "HZ", value_parser = not_negative, allow_negative_numbers = true)]
+    high_pass: Option<f64>,
     /// Noise on the input, likewise
     #[arg(long, value_name = "LEVEL")]
     input_noise: Option<Noise>,
@@ -119,7 +131,11 @@ fn make(options: &Options) -> Result<(Vec<Record>, Vec<String>), Stop> {
     }
     let wanted = ScenarioOptions {
         seed: options.seed,
+        measure: options.measure.clone(),
         noise: options.noise,
+        offset: options.offset,
+        drift: options.drift,
+        high_pass: options.high_pass,
         input_noise: options.input_noise,
         resolution: options.resolution,
         rate: options.rate,
@@ -145,6 +161,10 @@ fn make(options: &Options) -> Result<(Vec<Record>, Vec<String>), Stop> {
 /// The records of a rig that hides something, which draws everything else by itself.
 fn hide(options: &Options) -> Result<(Vec<Record>, Vec<String>), Stop> {
     let idle = [
+        ("--measure", options.measure.is_some()),
+        ("--offset", options.offset.is_some()),
+        ("--drift", options.drift.is_some()),
+        ("--high-pass", options.high_pass.is_some()),
         ("--input-noise", options.input_noise.is_some()),
         ("--resolution", options.resolution.is_some()),
         ("--rate", options.rate.is_some()),
@@ -208,6 +228,14 @@ fn defaults(scenario: &Scenario) -> String {
     let _ = write!(text, " --rate {} --duration {}", ascii(scenario.rate), ascii(scenario.duration));
     if scenario.settle > 0.0 {
         let _ = write!(text, " --settle {}", ascii(scenario.settle));
+    }
+    if !scenario.measures.is_empty() {
+        let _ = write!(text, " --measure {}", scenario.measures.join(","));
+    }
+    for (option, value) in [("offset", scenario.sensor.offset), ("high-pass", scenario.sensor.high_pass)] {
+        if value != 0.0 {
+            let _ = write!(text, " --{option} {}", ascii(value));
+        }
     }
     if scenario.sensor.noise != Noise::NONE {
         let _ = write!(text, " --noise {}", scenario.sensor.noise);

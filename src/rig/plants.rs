@@ -104,8 +104,12 @@ pub(super) static TWO_MASSES: PlantKind = PlantKind {
         rubbing("F1", "friction between ground and mass 1"),
         rubbing("F12", "friction between masses 1 and 2"),
         rubbing("F2", "friction between mass 2 and ground"),
+        hardening("h1", "cubic stiffness between ground and mass 1"),
+        hardening("h12", "cubic stiffness between masses 1 and 2"),
+        hardening("h2", "cubic stiffness between mass 2 and ground"),
+        FORCED,
     ],
-    build: |p| chain(&p[..2], &p[2..5], &p[5..8], &p[8..]),
+    build: |p| chain(&p[..2], &p[2..14], p[14]),
     units: ("m", "N"),
 };
 
@@ -127,8 +131,13 @@ pub(super) static THREE_MASSES: PlantKind = PlantKind {
         rubbing("F12", "friction between masses 1 and 2"),
         rubbing("F23", "friction between masses 2 and 3"),
         rubbing("F3", "friction between mass 3 and ground"),
+        hardening("h1", "cubic stiffness between ground and mass 1"),
+        hardening("h12", "cubic stiffness between masses 1 and 2"),
+        hardening("h23", "cubic stiffness between masses 2 and 3"),
+        hardening("h3", "cubic stiffness between mass 3 and ground"),
+        FORCED,
     ],
-    build: |p| chain(&p[..3], &p[3..7], &p[7..11], &p[11..]),
+    build: |p| chain(&p[..3], &p[3..19], p[19]),
     units: ("m", "N"),
 };
 
@@ -148,10 +157,20 @@ const fn rubbing(name: &'static str, meaning: &'static str) -> Parameter {
     at_least(0.0, parameter(name, 0.0, "N", meaning))
 }
 
-/// Masses in a row between two grounds; springs, dampers and dry friction (Coulomb's) in each place from the first
-/// ground on, one more than there are masses. The force acts on the first mass.
-fn chain(masses: &[f64], springs: &[f64], dampers: &[f64], frictions: &[f64]) -> Plant {
+const fn hardening(name: &'static str, meaning: &'static str) -> Parameter {
+    parameter(name, 0.0, "N/m^3", meaning)
+}
+
+/// The mass that the force acts on, by its number.
+const FORCED: Parameter = at_least(1.0, parameter("at", 1.0, "", "the mass that the force acts on, by its number"));
+
+/// Masses in a row between two grounds; in each place from the first ground on, one more than there are masses, a spring, a
+/// damper, dry friction (Coulomb's) and a cubic spring: all springs first, and so on. The force acts on the mass of that number.
+fn chain(masses: &[f64], parts: &[f64], forced: f64) -> Plant {
     let n = masses.len();
+    let mut kinds = parts.chunks_exact(n + 1);
+    let mut next = || kinds.next().unwrap_or_default();
+    let (springs, dampers, frictions, hardenings) = (next(), next(), next(), next());
     let mut forces: Vec<Vec<(Term, f64)>> = vec![Vec::new(); n];
     let mut contacts = Vec::new();
     for place in 0..=n {
@@ -166,12 +185,14 @@ fn chain(masses: &[f64], springs: &[f64], dampers: &[f64], frictions: &[f64]) ->
             })
         };
         let (stretch, speed) = (across(Symbol::State), across(Symbol::Rate));
+        let cube = Term::new(Expression::Power(Box::new(stretch.expression().clone()), 3.0));
         // The mass beyond the place is held back by it, the one before it is pulled on; at the last ground only that one
         // is there, and it is held back.
         let pulls = |i: usize| if place < n && i + 1 == place { 1.0 } else { -1.0 };
         let mut acts_on = Vec::new();
         for i in partners.into_iter().flatten() {
-            for (term, strength) in [(&stretch, springs[place]), (&speed, dampers[place])] {
+            let acting = [(&stretch, springs[place]), (&speed, dampers[place]), (&cube, hardenings[place])];
+            for (term, strength) in acting {
                 if strength != 0.0 {
                     forces[i].push((term.clone(), pulls(i) * strength / masses[i]));
                 }
@@ -184,7 +205,9 @@ fn chain(masses: &[f64], springs: &[f64], dampers: &[f64], frictions: &[f64]) ->
             contacts.push(Contact { velocity: speed, acts_on, sliding, holding_ratio: 1.0 });
         }
     }
-    forces[0].push((symbol(U), 1.0 / masses[0]));
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small number, clamped")]
+    let forced = (forced as usize).clamp(1, n) - 1;
+    forces[forced].push((symbol(U), 1.0 / masses[forced]));
     Plant { smooth: Model::second_order(1, forces.into_iter().map(Equation::known).collect()), contacts }
 }
 

@@ -48,6 +48,8 @@ pub struct Stop {
 pub struct Response {
     /// One series a state.
     pub states: Vec<Vec<f64>>,
+    /// The states' time derivatives, likewise: of a mass's velocity its acceleration.
+    pub rates: Vec<Vec<f64>>,
     /// Each time in which a contact stuck, in the order in which they began.
     pub stops: Vec<Stop>,
 }
@@ -155,13 +157,14 @@ impl<'a> Walk<'a> {
         let guards = dynamics.surfaces() + dynamics.contacts();
         let mode = Mode { signs: vec![1.0; dynamics.surfaces()], grips: vec![Grip::Slip(1.0); dynamics.contacts()] };
         let states = vec![Vec::with_capacity(instants.len()); dynamics.states()];
+        let rates = states.clone();
         Self {
             phase: Phase { dynamics: RefCell::new(dynamics), inputs, mode },
             t: 0.0,
             state: initial.to_vec(),
             instants,
             emitted: 0,
-            response: Response { states, stops: Vec::new() },
+            response: Response { states, rates, stops: Vec::new() },
             accuracy,
             longest_step: (1.0 / (accuracy.steps_a_period * highest)).min(longest(instants)),
             steps_left: MOST_STEPS,
@@ -194,12 +197,16 @@ impl<'a> Walk<'a> {
         self.settle(&resting);
         if self.instants.first().is_some_and(|t| *t <= 0.0) {
             self.looked.copy_from_slice(&self.state);
-            self.emit();
+            self.emit(self.t);
         }
     }
 
-    fn emit(&mut self) {
-        for (series, value) in self.response.states.iter_mut().zip(&self.looked) {
+    /// Takes a sample of the state that was looked at.
+    fn emit(&mut self, t: f64) {
+        self.phase.evaluate(t, &self.looked);
+        self.phase.dynamics.borrow().rates(&self.phase.mode.grips, &mut self.scratch);
+        let Response { states, rates, .. } = &mut self.response;
+        for (series, value) in states.iter_mut().zip(&self.looked).chain(rates.iter_mut().zip(&self.scratch)) {
             series.push(*value);
         }
         self.emitted += 1;
@@ -209,7 +216,7 @@ impl<'a> Walk<'a> {
     fn emit_until(&mut self, limit: f64) {
         while let Some(t) = self.instants.get(self.emitted).filter(|t| **t <= limit) {
             self.span.state(*t, &mut self.looked);
-            self.emit();
+            self.emit(*t);
         }
     }
 

@@ -3,7 +3,7 @@ use std::sync::Arc;
 
 use crate::model::Model;
 use crate::record::{Channel, Record, Role};
-use crate::term::{Expression, Symbol, Term};
+use crate::term::{Expression, Kind, Symbol, Term};
 
 use super::RigError;
 use super::excitation::Excitation;
@@ -62,7 +62,9 @@ pub struct Scenario {
     pub lines: usize,
     /// State at t = 0: displacements, then velocities. A release begins at its amplitude instead.
     pub initial: &'static [f64],
-    /// What measures the displacements (or states).
+    /// What is measured of the motion, as in [`ScenarioOptions::measure`]; every displacement (or state) where nothing is said.
+    pub measures: &'static [&'static str],
+    /// What measures the motion.
     pub sensor: Sensor,
     /// What measures the input.
     pub input_sensor: Sensor,
@@ -95,6 +97,7 @@ const BASIS: Scenario = Scenario {
     frequencies: &[],
     lines: 0,
     initial: &[0.0, 0.0],
+    measures: &[],
     sensor: Sensor::PERFECT,
     input_sensor: Sensor::PERFECT,
     plant: &DUFFING,
@@ -121,12 +124,24 @@ const FRICTION_TONES: Scenario = Scenario {
     ..BASIS
 };
 
-static SCENARIOS: [Scenario; 15] = [
+const FRICTION_MULTISINE: Scenario = Scenario {
+    name: "friction-multisine",
+    summary: "base-excited mass with dry friction, random-phase multisine base motion",
+    shaking: Shaking::Multisine,
+    duration: 32.0,
+    amplitude: 1e-3,
+    frequencies: &[1.0, 8.0],
+    lines: 29,
+    initial: &[0.0, 0.0],
+    ..FRICTION_TONES
+};
+
+static SCENARIOS: [Scenario; 18] = [
     DUFFING_TONE,
     Scenario {
         name: "duffing-noisy",
         summary: "the same, noise of 0.01 m on the displacement",
-        sensor: Sensor { noise: Noise::Deviation(0.01), resolution: 0.0 },
+        sensor: Sensor { noise: Noise::Deviation(0.01), ..Sensor::PERFECT },
         ..DUFFING_TONE
     },
     Scenario {
@@ -159,7 +174,7 @@ static SCENARIOS: [Scenario; 15] = [
     Scenario {
         name: "friction-noisy",
         summary: "the same, noise of 1e-5 m on the displacement",
-        sensor: Sensor { noise: Noise::Deviation(1e-5), resolution: 0.0 },
+        sensor: Sensor { noise: Noise::Deviation(1e-5), ..Sensor::PERFECT },
         ..FRICTION_TONES
     },
     Scenario {
@@ -167,9 +182,16 @@ static SCENARIOS: [Scenario; 15] = [
         summary: "the same as a test rig's lasers see it, transients cut: noise and quantisation on both channels",
         settle: 40.0,
         // Measured on records of a rig of this kind: steps of 0.77 and 0.38 µm, scatter of about 1 and 0.5 µm.
-        sensor: Sensor { noise: Noise::Deviation(1e-6), resolution: 0.77e-6 },
-        input_sensor: Sensor { noise: Noise::Deviation(0.5e-6), resolution: 0.38e-6 },
+        sensor: Sensor { noise: Noise::Deviation(1e-6), resolution: 0.77e-6, ..Sensor::PERFECT },
+        input_sensor: Sensor { noise: Noise::Deviation(0.5e-6), resolution: 0.38e-6, ..Sensor::PERFECT },
         ..FRICTION_TONES
+    },
+    Scenario {
+        name: "friction-vibrometer",
+        summary: "base-excited mass with dry friction, random-phase multisine; a laser vibrometer shows its velocity alone",
+        measures: &["v"],
+        sensor: Sensor { noise: Noise::ShareOfPeak(0.002), ..Sensor::PERFECT },
+        ..FRICTION_MULTISINE
     },
     Scenario {
         name: "friction-sweep",
@@ -181,17 +203,7 @@ static SCENARIOS: [Scenario; 15] = [
         initial: &[0.0, 0.0],
         ..FRICTION_TONES
     },
-    Scenario {
-        name: "friction-multisine",
-        summary: "base-excited mass with dry friction, random-phase multisine base motion",
-        shaking: Shaking::Multisine,
-        duration: 32.0,
-        amplitude: 1e-3,
-        frequencies: &[1.0, 8.0],
-        lines: 29,
-        initial: &[0.0, 0.0],
-        ..FRICTION_TONES
-    },
+    FRICTION_MULTISINE,
     Scenario {
         name: "friction-decay",
         summary: "mass with dry friction, released from 10 mm, comes to a stop",
@@ -222,6 +234,22 @@ static SCENARIOS: [Scenario; 15] = [
         ..BASIS
     },
     TWO_MASSES_SHAKEN,
+    Scenario {
+        name: "two-masses-accelerometers",
+        summary: "the same, an accelerometer on either mass, AC-coupled at 0.1 Hz",
+        measures: &["a"],
+        sensor: Sensor { noise: Noise::ShareOfPeak(0.003), high_pass: 0.1, ..Sensor::PERFECT },
+        ..TWO_MASSES_SHAKEN
+    },
+    Scenario {
+        name: "base-accelerometer",
+        summary: "a mass on a shaken base, a spring and a damper between; an accelerometer with an offset on the mass",
+        rate: 400.0,
+        measures: &["a"],
+        sensor: Sensor { noise: Noise::ShareOfPeak(0.003), offset: 0.05, ..Sensor::PERFECT },
+        changed: &[("F", 0.0), ("c", 1.2)],
+        ..FRICTION_MULTISINE
+    },
     Scenario {
         name: "three-masses",
         summary: "three masses in a chain, random-phase multisine force on the first; --set F23=0.5: friction between 2 and 3",
@@ -255,8 +283,17 @@ pub fn scenarios() -> &'static [Scenario] {
 pub struct ScenarioOptions {
     /// Seed of the noise and of a multisine's phases.
     pub seed: u64,
-    /// Noise on every displacement (or state).
+    /// What is measured of the motion: `x`, `v` or `a` of every mass, or of one (`x1`, `a2`), each a channel. Of a first-order
+    /// system its states.
+    pub measure: Option<Vec<String>>,
+    /// Noise on every channel of the motion.
     pub noise: Option<Noise>,
+    /// What the motion's sensors show of nothing, in the channel's unit.
+    pub offset: Option<f64>,
+    /// How fast that grows, in the channel's unit per second.
+    pub drift: Option<f64>,
+    /// Corner frequency of the first-order high-pass of the motion's sensors, Hz; zero is none.
+    pub high_pass: Option<f64>,
     /// Noise on the input.
     pub input_noise: Option<Noise>,
     /// Quantisation step of every channel, in its unit; zero is none.
@@ -291,7 +328,11 @@ impl ScenarioOptions {
         let number = |v: &Option<f64>| v.map(short);
         let options = [
             ("seed", Some(self.seed.to_string())),
+            ("measure", self.measure.as_ref().map(|m| m.join(","))),
             ("noise", self.noise.map(|n| n.to_string())),
+            ("offset", number(&self.offset)),
+            ("drift", number(&self.drift)),
+            ("high-pass", number(&self.high_pass)),
             ("input-noise", self.input_noise.map(|n| n.to_string())),
             ("resolution", number(&self.resolution)),
             ("rate", number(&self.rate)),
@@ -381,6 +422,7 @@ struct Setup {
     sampling: Sampling,
     runs: Vec<Run>,
     shaken: String,
+    measured: Vec<Role>,
     sensor: Sensor,
     input_sensor: Sensor,
 }
@@ -429,6 +471,17 @@ impl Setup {
         let watch = |sensor: Sensor, noise: Option<Noise>| Sensor {
             noise: noise.unwrap_or(sensor.noise),
             resolution: resolution.unwrap_or(sensor.resolution),
+            ..sensor
+        };
+        let offset = options.offset.map(|o| within("--offset", o, -LARGEST, LARGEST)).transpose()?;
+        let drift = options.drift.map(|d| within("--drift", d, -LARGEST, LARGEST)).transpose()?;
+        let high_pass = options.high_pass.map(|h| within("--high-pass", h, 0.0, 0.5 * rate)).transpose()?;
+        let of_motion = scenario.sensor;
+        let sensor = Sensor {
+            offset: offset.unwrap_or(of_motion.offset),
+            drift: drift.unwrap_or(of_motion.drift),
+            high_pass: high_pass.unwrap_or(of_motion.high_pass),
+            ..watch(of_motion, options.noise)
         };
         #[expect(
             clippy::cast_possible_truncation,
@@ -442,7 +495,8 @@ impl Setup {
             sampling: Sampling { start: settle, interval: 1.0 / rate, count },
             runs,
             shaken,
-            sensor: watch(scenario.sensor, options.noise),
+            measured: measured(scenario, options)?,
+            sensor,
             input_sensor: watch(scenario.input_sensor, options.input_noise),
         })
     }
@@ -462,16 +516,24 @@ impl Setup {
         let response = respond(plant, &inputs, &self.initial, &self.sampling)?;
         let (unit, input_unit) = scenario.plant.units;
         // Stream 0 is a multisine's phases.
-        let stream = |channel: usize| (1 + index * (layout.freedoms + 1) + channel) as u64;
-        let mut channels: Vec<Channel> = response.states[..layout.freedoms]
+        let n = layout.freedoms;
+        let stream = |channel: usize| (1 + index * (self.measured.len() + 1) + channel) as u64;
+        let mut channels: Vec<Channel> = self
+            .measured
             .iter()
             .enumerate()
-            .map(|(i, clean)| Channel {
-                name: layout.name(Symbol::State(i)),
-                role: Role::Displacement(i),
-                unit: unit.to_owned(),
-                values: self.sensor.measure(clean, seed, stream(i)).into(),
-                estimated: false,
+            .map(|(k, role)| {
+                let (clean, name, unit) = match *role {
+                    Role::Velocity(i) => (&response.states[n + i], layout.name(Symbol::Rate(i)), per_second(unit, 1)),
+                    Role::Acceleration(i) => {
+                        let name = layout.name(Symbol::State(i)).replacen('x', "a", 1);
+                        (&response.rates[n + i], name, per_second(unit, 2))
+                    }
+                    Role::Displacement(i) => (&response.states[i], layout.name(Symbol::State(i)), unit.to_owned()),
+                    _ => unreachable!("only these are measured of a motion"),
+                };
+                let values = self.sensor.record(clean, self.sampling.interval, seed, stream(k)).into();
+                Channel { name, role: *role, unit, values, estimated: false }
             })
             .collect();
         if let Some(excitation) = &run.excitation {
@@ -480,7 +542,7 @@ impl Setup {
                 name: layout.name(Symbol::Input(0)),
                 role: Role::Input(0),
                 unit: input_unit.to_owned(),
-                values: Arc::from(self.input_sensor.measure(&clean, seed, stream(layout.freedoms))),
+                values: Arc::from(self.input_sensor.measure(&clean, seed, stream(self.measured.len()))),
                 estimated: false,
             });
         }
@@ -524,8 +586,13 @@ impl Setup {
         if self.sampling.start > 0.0 {
             lines.push(format!("the first {:?} s of the motion are left out", self.sampling.start));
         }
-        let watched = [("displacement", self.sensor), ("input", self.input_sensor)];
-        for (what, Sensor { noise, resolution }) in watched {
+        let motion = match self.measured.first() {
+            Some(Role::Velocity(_)) => "velocity",
+            Some(Role::Acceleration(_)) => "acceleration",
+            _ => "displacement",
+        };
+        let watched = [(motion, self.sensor), ("input", self.input_sensor)];
+        for (what, Sensor { noise, resolution, offset, drift, high_pass }) in watched {
             if noise != Noise::NONE {
                 let size = match noise {
                     Noise::Deviation(deviation) => format!("{deviation:?}"),
@@ -538,6 +605,12 @@ impl Setup {
             }
             if resolution > 0.0 {
                 lines.push(format!("resolution of the {what}: {resolution:?}"));
+            }
+            if offset != 0.0 || drift != 0.0 {
+                lines.push(format!("zero of the {what}: off by {offset:?}, growing by {drift:?} a second"));
+            }
+            if high_pass > 0.0 {
+                lines.push(format!("high-pass of the {what}: first order, corner at {high_pass:?} Hz"));
             }
         }
         lines
@@ -577,6 +650,47 @@ fn parameters(scenario: &Scenario, options: &ScenarioOptions) -> Result<Vec<f64>
         parameter.value = within("--set", *value, parameter.least.max(-LARGEST), LARGEST)?;
     }
     Ok(parameters.into_iter().map(|p| p.value).collect())
+}
+
+/// The channels of the motion that are asked for.
+fn measured(scenario: &Scenario, options: &ScenarioOptions) -> Result<Vec<Role>, RigError> {
+    let option = "--measure";
+    let layout = scenario.plant().smooth.layout;
+    let names: Vec<&str> = match &options.measure {
+        Some(given) => given.iter().map(|name| name.trim()).collect(),
+        None if scenario.measures.is_empty() => vec!["x"],
+        None => scenario.measures.to_vec(),
+    };
+    let mut roles = Vec::new();
+    for name in names {
+        let mut letters = name.chars();
+        let role: fn(usize) -> Role = match letters.next() {
+            Some('x') => Role::Displacement,
+            Some('v') if layout.kind == Kind::SecondOrder => Role::Velocity,
+            Some('a') if layout.kind == Kind::SecondOrder => Role::Acceleration,
+            Some('v' | 'a') => return bad(option, "a first-order system has states x1, x2, … alone"),
+            _ => return bad(option, format!("{name:?}: write x, v or a, or one mass's as a2")),
+        };
+        let masses = match letters.as_str() {
+            "" => 0..layout.freedoms,
+            number => match number.parse::<usize>() {
+                Ok(number) if (1..=layout.freedoms).contains(&number) => number - 1..number,
+                _ => return bad(option, format!("{name:?}: the masses are numbered from 1 to {}", layout.freedoms)),
+            },
+        };
+        for next in masses.map(role) {
+            if roles.contains(&next) {
+                return bad(option, format!("{name:?} is asked for twice"));
+            }
+            roles.push(next);
+        }
+    }
+    if roles.is_empty() { bad(option, "name at least one channel") } else { Ok(roles) }
+}
+
+/// The unit of a derivative of a quantity.
+fn per_second(unit: &str, order: u32) -> String {
+    if order == 1 { format!("{unit}/s") } else { format!("{unit}/s^{order}") }
 }
 
 fn initial(scenario: &Scenario, options: &ScenarioOptions, amplitude: f64) -> Result<Vec<f64>, RigError> {

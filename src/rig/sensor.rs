@@ -80,11 +80,31 @@ pub struct Sensor {
     pub noise: Noise,
     /// Quantisation step, in the channel's unit; zero is none.
     pub resolution: f64,
+    /// What it shows of nothing at the first sample, in the channel's unit.
+    pub offset: f64,
+    /// How fast that grows, in the channel's unit per second.
+    pub drift: f64,
+    /// Corner frequency of the first-order high-pass that it is read through, Hz; zero is none.
+    pub high_pass: f64,
 }
 
 impl Sensor {
     /// A sensor that records what is there.
-    pub const PERFECT: Self = Self { noise: Noise::NONE, resolution: 0.0 };
+    pub const PERFECT: Self = Self { noise: Noise::NONE, resolution: 0.0, offset: 0.0, drift: 0.0, high_pass: 0.0 };
+
+    /// A sensor with white Gaussian noise.
+    pub fn noisy(noise: impl Into<Noise>) -> Self {
+        Self { noise: noise.into(), ..Self::PERFECT }
+    }
+
+    /// Records a clean series sampled at an interval in seconds: what [`Self::measure`] makes of it with the sensor's offset,
+    /// drift and high-pass.
+    pub fn record(&self, clean: &[f64], interval: f64, seed: u64, stream: u64) -> Vec<f64> {
+        let wandering = |k: usize| self.offset + self.drift * interval * k as f64;
+        let mut shown: Vec<f64> = clean.iter().enumerate().map(|(k, x)| x + wandering(k)).collect();
+        high_pass(&mut shown, self.high_pass, interval);
+        self.measure(&shown, seed, stream)
+    }
 
     /// Records a clean series, to ten digits of its largest magnitude (fewer where noise drowns them), so that a file of it
     /// is short and the same on every machine. The noise is drawn from `seed` in a stream of the sensor's own, so that it does not
@@ -108,6 +128,21 @@ impl Sensor {
         }
         to_digits(&mut samples, deviation);
         samples
+    }
+}
+
+/// A first-order high-pass, the input taken as linear between samples; it has settled on the first one.
+fn high_pass(samples: &mut [f64], corner: f64, interval: f64) {
+    if corner <= 0.0 {
+        return;
+    }
+    let turn = std::f64::consts::TAU * corner * interval;
+    let kept = (-turn).exp();
+    let passed = (1.0 - kept) / turn;
+    let (mut before, mut shown) = (samples.first().copied().unwrap_or(0.0), 0.0);
+    for x in samples {
+        shown = kept * shown + passed * (*x - before);
+        before = std::mem::replace(x, shown);
     }
 }
 
@@ -136,7 +171,7 @@ mod tests {
     #[test]
     fn noise_has_the_deviation_asked_for_and_no_memory() {
         let clean = vec![1.0; 40_000];
-        let sensor = Sensor { noise: 0.01.into(), resolution: 0.0 };
+        let sensor = Sensor::noisy(0.01);
         let noise: Vec<f64> = sensor.measure(&clean, 5, 0).iter().map(|x| x - 1.0).collect();
         let n = noise.len() as f64;
         let mean = noise.iter().sum::<f64>() / n;
@@ -153,7 +188,7 @@ mod tests {
 
     #[test]
     fn noise_is_the_same_for_a_seed_and_apart_for_each_stream() {
-        let sensor = Sensor { noise: Noise::REPORT, resolution: 0.0 };
+        let sensor = Sensor::noisy(Noise::REPORT);
         let clean: Vec<f64> = (0..500).map(|k| (0.1 * f64::from(k)).sin()).collect();
         assert_eq!(sensor.measure(&clean, 1, 0), sensor.measure(&clean, 1, 0));
         assert_ne!(sensor.measure(&clean, 1, 0), sensor.measure(&clean, 1, 1));
@@ -162,7 +197,7 @@ mod tests {
 
     #[test]
     fn quantised_samples_are_whole_steps() {
-        let sensor = Sensor { noise: Noise::NONE, resolution: 0.25 };
+        let sensor = Sensor { resolution: 0.25, ..Sensor::PERFECT };
         assert_eq!(sensor.measure(&[0.1, 0.2, -0.6, 1.0], 0, 0), [0.0, 0.25, -0.5, 1.0]);
     }
 
@@ -170,10 +205,27 @@ mod tests {
     fn samples_keep_the_digits_that_matter() {
         let clean = [0.004_123_456_789_012_3, -1e-17, 0.001];
         assert_eq!(Sensor::PERFECT.measure(&clean, 0, 0), [0.004_123_456_789, 0.0, 0.001]);
-        let noisy = Sensor { noise: 1e-5.into(), resolution: 0.0 }.measure(&clean, 0, 0);
+        let noisy = Sensor::noisy(1e-5).measure(&clean, 0, 0);
         assert!(noisy.iter().all(|x| x.to_string().len() <= "-0.00412345".len()), "{noisy:?}");
-        let noisy = Sensor { noise: 1e-25.into(), resolution: 0.0 }.measure(&[0.0, 0.0], 0, 0);
+        let noisy = Sensor::noisy(1e-25).measure(&[0.0, 0.0], 0, 0);
         assert!(noisy.iter().all(|x| *x != 0.0));
+    }
+
+    #[test]
+    fn an_offset_and_a_drift_go_through_the_high_pass() {
+        let wandering = Sensor { offset: 2.0, drift: 0.5, ..Sensor::PERFECT };
+        assert_eq!(wandering.record(&[1.0; 3], 0.2, 0, 0), [3.0, 3.1, 3.2]);
+        let coupled = Sensor { high_pass: 1.0, ..wandering };
+        let shown = coupled.record(&vec![1.0; 5000], 1e-3, 0, 0);
+        // A ramp leaves its slope times the time constant, once the filter has settled.
+        let time_constant = 1.0 / std::f64::consts::TAU;
+        assert!((shown[4999] - 0.5 * time_constant).abs() < 1e-9, "{}", shown[4999]);
+        // Of a tone ten times as fast as the corner it leaves 1/√(1 + 0.01).
+        let tone: Vec<f64> = (0..5000).map(|k| (std::f64::consts::TAU * 10.0 * f64::from(k) * 1e-3).sin()).collect();
+        let shown = Sensor { high_pass: 1.0, ..Sensor::PERFECT }.record(&tone, 1e-3, 0, 0);
+        let peak = shown[4000..].iter().fold(0.0_f64, |peak, x| peak.max(x.abs()));
+        // Linear between samples, a hundred a period, is true to (2π/100)²/12.
+        assert!((peak - 1.01_f64.powf(-0.5)).abs() < 1e-3, "{peak}");
     }
 
     #[test]

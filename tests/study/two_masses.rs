@@ -5,7 +5,7 @@ use std::sync::Arc;
 use sindyscope::gap::{Ask, Diagnosis, Search};
 use sindyscope::model::{Equation, Model};
 use sindyscope::record::{Channel, Record, RecordSet, Role, Usage};
-use sindyscope::rig::{Contact, Excitation, Noise, Plant, Sampling, Sensor, respond};
+use sindyscope::rig::{Contact, Excitation, Plant, Sampling, Sensor, respond};
 use sindyscope::study::Cancel;
 use sindyscope::term::Term;
 
@@ -45,7 +45,7 @@ fn record(plant: &Plant, count: usize, seed: u64) -> Record {
         .map(|i| {
             let clean = &response.states[i];
             let size = (clean.iter().map(|x| x * x).sum::<f64>() / clean.len() as f64).sqrt();
-            let sensor = Sensor { noise: Noise::Deviation(0.01 * size), resolution: 0.0 };
+            let sensor = Sensor::noisy(0.01 * size);
             channel(["x1", "x2"][i], Role::Displacement(i), "m", sensor.measure(clean, seed, i as u64))
         })
         .collect();

@@ -8,7 +8,7 @@ use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
 
 use crate::rig::response::Sampling;
-use crate::rig::sensor::{Noise, Sensor};
+use crate::rig::sensor::Sensor;
 
 /// Correlation of coloured noise from one sample to the next.
 const CORRELATION: f64 = 0.8;
@@ -98,8 +98,8 @@ impl Watching {
     pub(super) fn displacement(&self, clean: &[f64], rms: f64, seed: u64, stream: u64) -> Vec<f64> {
         let size = self.share * rms;
         match self.kind {
-            NoiseKind::White => Sensor { noise: Noise::Deviation(size), resolution: 0.0 }.measure(clean, seed, stream),
-            NoiseKind::Quantised => Sensor { noise: Noise::NONE, resolution: size }.measure(clean, seed, stream),
+            NoiseKind::White => Sensor::noisy(size).measure(clean, seed, stream),
+            NoiseKind::Quantised => Sensor { resolution: size, ..Sensor::PERFECT }.measure(clean, seed, stream),
             NoiseKind::Coloured => {
                 let mut samples = clean.to_vec();
                 if let Ok(normal) = Normal::new(0.0, size) {
@@ -118,6 +118,6 @@ impl Watching {
 
     /// Records a clean input likewise.
     pub(super) fn input(&self, clean: &[f64], rms: f64, seed: u64, stream: u64) -> Vec<f64> {
-        Sensor { noise: Noise::Deviation(self.input_share * rms), resolution: 0.0 }.measure(clean, seed, stream)
+        Sensor::noisy(self.input_share * rms).measure(clean, seed, stream)
     }
 }
