@@ -98,11 +98,16 @@ impl Sensor {
     }
 
     /// Records a clean series sampled at an interval in seconds: what [`Self::measure`] makes of it with the sensor's offset,
-    /// drift and high-pass.
+    /// drift and high-pass. The high-pass has seen rest before the first sample, and has long settled on offset and drift.
     pub fn record(&self, clean: &[f64], interval: f64, seed: u64, stream: u64) -> Vec<f64> {
-        let wandering = |k: usize| self.offset + self.drift * interval * k as f64;
-        let mut shown: Vec<f64> = clean.iter().enumerate().map(|(k, x)| x + wandering(k)).collect();
-        high_pass(&mut shown, self.high_pass, interval);
+        let mut shown = clean.to_vec();
+        if self.high_pass > 0.0 {
+            high_pass(&mut shown, self.high_pass, interval);
+            let ramp = self.drift / (std::f64::consts::TAU * self.high_pass);
+            shown.iter_mut().for_each(|x| *x += ramp);
+        } else {
+            shown.iter_mut().enumerate().for_each(|(k, x)| *x += self.offset + self.drift * interval * k as f64);
+        }
         self.measure(&shown, seed, stream)
     }
 
@@ -131,16 +136,15 @@ impl Sensor {
     }
 }
 
-/// A first-order high-pass, the input taken as linear between samples; it has settled on the first one.
+/// A first-order high-pass, the input taken as linear between samples; it begins at rest, and the input may jump to its first
+/// value.
 fn high_pass(samples: &mut [f64], corner: f64, interval: f64) {
-    if corner <= 0.0 {
-        return;
-    }
     let turn = std::f64::consts::TAU * corner * interval;
     let kept = (-turn).exp();
     let passed = (1.0 - kept) / turn;
-    let (mut before, mut shown) = (samples.first().copied().unwrap_or(0.0), 0.0);
-    for x in samples {
+    let first = samples.first().copied().unwrap_or(0.0);
+    let (mut before, mut shown) = (first, first);
+    for x in samples.iter_mut().skip(1) {
         shown = kept * shown + passed * (*x - before);
         before = std::mem::replace(x, shown);
     }
@@ -217,8 +221,9 @@ mod tests {
         assert_eq!(wandering.record(&[1.0; 3], 0.2, 0, 0), [3.0, 3.1, 3.2]);
         let coupled = Sensor { high_pass: 1.0, ..wandering };
         let shown = coupled.record(&vec![1.0; 5000], 1e-3, 0, 0);
-        // A ramp leaves its slope times the time constant, once the filter has settled.
+        // Of a jump nothing is left after thirty time constants, and of a ramp its slope times the time constant.
         let time_constant = 1.0 / std::f64::consts::TAU;
+        assert!((shown[0] - 1.0 - 0.5 * time_constant).abs() < 1e-9, "{}", shown[0]);
         assert!((shown[4999] - 0.5 * time_constant).abs() < 1e-9, "{}", shown[4999]);
         // Of a tone ten times as fast as the corner it leaves 1/√(1 + 0.01).
         let tone: Vec<f64> = (0..5000).map(|k| (std::f64::consts::TAU * 10.0 * f64::from(k) * 1e-3).sin()).collect();
