@@ -33,6 +33,7 @@ use font::Fonts;
 use sections::Composed;
 
 pub use arrangement::{Arrangement, Item, Paper, Section, Sections};
+pub(crate) use svg::escape;
 pub use single::{FigureFormat, FigureKind, FigureSize};
 
 /// What a report is made of.
