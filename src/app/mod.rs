@@ -33,6 +33,8 @@ mod worker;
 use std::path::PathBuf;
 
 pub use missing::{Base, Walk};
+pub(crate) use project::is_project;
+pub(crate) use report::headless::project as report_of_project;
 pub use state::{Edit, Sample, Source, State};
 pub use window::App;
 

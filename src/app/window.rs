@@ -358,7 +358,13 @@ impl App {
                 if !self.edit.walk.accepted.is_empty() || self.diagnosis().is_some() {
                     self.missing.attend(&self.bench, &self.edit);
                 }
-                self.report.attend(&self.bench, &self.edit, self.missing.diagnosis(&self.edit.walk));
+                let sight = report::Sight {
+                    bench: &self.bench,
+                    edit: &self.edit,
+                    diagnosis: self.missing.diagnosis(&self.edit.walk),
+                    project: self.state.project.as_deref(),
+                };
+                self.report.attend(&sight);
             }
         }
         // A walk decides nothing of the study.
@@ -419,8 +425,13 @@ impl App {
     }
 
     fn save_report(&mut self, path: PathBuf) {
-        let content = report::Content::new(&self.bench, &self.edit, self.missing.diagnosis(&self.edit.walk));
-        if let Some(content) = content {
+        let sight = report::Sight {
+            bench: &self.bench,
+            edit: &self.edit,
+            diagnosis: self.missing.diagnosis(&self.edit.walk),
+            project: self.state.project.as_deref(),
+        };
+        if let Some(content) = sight.content() {
             self.pictures.ask(PictureJob::Report { path, content: Box::new(content) });
         }
     }

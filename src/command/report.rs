@@ -1,3 +1,5 @@
+#[cfg(feature = "desktop")]
+use std::path::Path;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
@@ -5,8 +7,9 @@ use clap::{Args, ValueEnum};
 use super::analysis::analyse;
 use super::diagnose::{MAX_EFFECTS, first_order, search};
 use super::failure::Failure;
-use super::options::{KindName, StudyOptions, Terms, quoted};
+use super::options::{KindName, StudyOptions, Terms};
 use super::{Output, diagnosed, json};
+use crate::format::shell::quoted;
 use crate::report::{Arrangement, Format, Paper, Report, Sections};
 use crate::term::Term;
 
@@ -61,6 +64,13 @@ impl From<PaperName> for Paper {
 pub(super) fn run(options: &Options) -> Output {
     // Said before the work is done, not after.
     Format::of(&options.out).map_err(Failure::from)?;
+    #[cfg(feature = "desktop")]
+    if let [project] = options.study.data.data.as_slice()
+        && project.is_file()
+        && crate::app::is_project(project)
+    {
+        return of_project(options, project);
+    }
     if options.diagnose && options.study.data.kind == KindName::FirstOrder {
         return Err(first_order().into());
     }
@@ -122,6 +132,33 @@ impl Options {
         }
         text
     }
+}
+
+/// Writes the report of a saved project: its records, settings, walk and contents.
+#[cfg(feature = "desktop")]
+fn of_project(options: &Options, project: &Path) -> Output {
+    use clap::Parser as _;
+
+    // A project brings its own settings; what else was given would go unheard.
+    let file = |path: &Path| path.as_os_str().to_owned();
+    let alone: [std::ffi::OsString; 5] =
+        ["sindyscope".into(), "report".into(), file(project), "--out".into(), file(&options.out)];
+    let plain = match super::Cli::try_parse_from(alone).map(|cli| cli.command) {
+        Ok(Some(super::Command::Report(plain))) => Some(format!("{plain:?}")),
+        _ => None,
+    };
+    if plain != Some(format!("{options:?}")) {
+        return Err(Failure::new("a project brings its own settings and contents; no further option goes with it")
+            .try_this("change them in the window, or give the measurements themselves")
+            .into());
+    }
+    let here = std::env::current_dir().unwrap_or_default();
+    let typed = |path: &Path| quoted(&crate::format::shell::seen_from(&here, path).to_string_lossy());
+    let command = format!("sindyscope report {} --out {}", typed(project), typed(&options.out));
+    let content = crate::app::report_of_project(project, &command)
+        .map_err(|problem| Failure::new(problem.what).try_this(problem.advice))?;
+    content.report().write(&options.out).map_err(Failure::from)?;
+    Ok(format!("wrote {}\n", options.out.display()).into_bytes())
 }
 
 /// The names of the files, without folders and endings.

@@ -213,7 +213,7 @@ fn physical(outcome: &Outcome) -> Vec<Block> {
             vec![
                 Cell::Text(p.symbol.into()),
                 Cell::Number(number),
-                Cell::Text(p.unit.clone()),
+                Cell::Text(if p.unit.is_empty() { "1".into() } else { raised(&p.unit) }),
                 Cell::Text(p.title.into()),
             ]
         })
@@ -347,7 +347,7 @@ pub(super) fn data(report: &Report<'_>) -> Table {
         .enumerate()
         .map(|(k, (record, used))| {
             let channels: Vec<String> =
-                record.channels.iter().map(|c| Scale::plain(c.unit.as_str()).axis(&c.name)).collect();
+                record.channels.iter().map(|c| Scale::plain(raised(&c.unit)).axis(&c.name)).collect();
             let file = record.source.as_ref().and_then(|p| p.file_name()).map(|f| f.to_string_lossy().into_owned());
             vec![
                 Cell::Text(record.name.clone()),

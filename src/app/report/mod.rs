@@ -4,13 +4,16 @@
 //! What is arranged is part of what undo takes back and of the project ([`crate::report::Arrangement`]); here is only how it is shown.
 
 mod contents;
+pub(crate) mod headless;
 mod pages;
 
+use std::path::Path;
 use std::sync::Arc;
 
 use super::bench::Bench;
 use super::state::Edit;
 use super::worker::{Busy, Worker};
+use crate::format::shell::quoted;
 use crate::gap::Diagnosis;
 use crate::record::{RecordSet, Usage};
 use crate::report::{Arrangement, Pixels, Report, Section, pixels};
@@ -48,14 +51,22 @@ pub(crate) struct Content {
     outcome: Arc<Outcome>,
     diagnosis: Option<Arc<Diagnosis>>,
     arrangement: Arrangement,
+    /// The command that makes the report again.
+    command: Option<String>,
 }
 
 impl Content {
     /// The report of what lies on the bench; none while there is no outcome.
-    pub(crate) fn new(bench: &Bench, edit: &Edit, diagnosis: Option<&Arc<Diagnosis>>) -> Option<Self> {
+    pub(crate) fn new(
+        bench: &Bench,
+        edit: &Edit,
+        diagnosis: Option<&Arc<Diagnosis>>,
+        project: Option<&Path>,
+    ) -> Option<Self> {
         let outcome = Arc::clone(bench.outcome.as_ref()?);
         let (records, arrangement) = (bench.set(&edit.usage), edit.report.clone());
-        Some(Self { title: title(&bench.title), records, outcome, diagnosis: diagnosis.cloned(), arrangement })
+        let (title, diagnosis) = (title(&bench.title), diagnosis.cloned());
+        Some(Self { title, records, outcome, diagnosis, arrangement, command: project.map(command) })
     }
 
     pub(crate) fn report(&self) -> Report<'_> {
@@ -64,7 +75,7 @@ impl Content {
             records: &self.records,
             outcome: &self.outcome,
             choice: None,
-            command: None,
+            command: self.command.as_deref(),
             diagnosis: self.diagnosis.as_deref(),
             arrangement: &self.arrangement,
         }
@@ -73,7 +84,14 @@ impl Content {
 
 /// The title of a report that has none of its own: the data's name without its ending.
 fn title(name: &str) -> String {
-    std::path::Path::new(name).file_stem().map_or_else(|| name.to_owned(), |stem| stem.to_string_lossy().into_owned())
+    Path::new(name).file_stem().map_or_else(|| name.to_owned(), |stem| stem.to_string_lossy().into_owned())
+}
+
+/// The command that makes the report of a project again, from the project's own folder.
+fn command(project: &Path) -> String {
+    let name = project.file_name().unwrap_or_default().to_string_lossy();
+    let out = Path::new(&*name).with_extension("pdf");
+    format!("sindyscope report {} --out {}", quoted(&name), quoted(&out.to_string_lossy()))
 }
 
 /// What a preview was made of: what is held here keeps its address.
@@ -82,12 +100,31 @@ struct Key {
     diagnosis: Option<Arc<Diagnosis>>,
     usage: Vec<Usage>,
     arrangement: Arrangement,
+    command: Option<String>,
     generation: u64,
     width: u32,
 }
 
+/// What lies on the bench, for the room.
+#[derive(Clone, Copy)]
+pub(crate) struct Sight<'a> {
+    pub(crate) bench: &'a Bench,
+    pub(crate) edit: &'a Edit,
+    pub(crate) diagnosis: Option<&'a Arc<Diagnosis>>,
+    /// The project that this is, if it is one.
+    pub(crate) project: Option<&'a Path>,
+}
+
+impl Sight<'_> {
+    /// Everything that the report is made of; none while there is no outcome.
+    pub(crate) fn content(&self) -> Option<Content> {
+        Content::new(self.bench, self.edit, self.diagnosis, self.project)
+    }
+}
+
 impl Key {
-    fn holds(&self, bench: &Bench, edit: &Edit, diagnosis: Option<&Arc<Diagnosis>>, width: u32) -> bool {
+    fn holds(&self, sight: &Sight<'_>, width: u32) -> bool {
+        let Sight { bench, edit, diagnosis, project } = *sight;
         let same_diagnosis = match (&self.diagnosis, diagnosis) {
             (Some(own), Some(other)) => Arc::ptr_eq(own, other),
             (own, other) => own.is_none() && other.is_none(),
@@ -97,6 +134,7 @@ impl Key {
             && (self.generation, self.width) == (bench.generation, width)
             && self.usage == edit.usage
             && self.arrangement == edit.report
+            && self.command == project.map(command)
     }
 }
 
@@ -196,21 +234,22 @@ impl ReportRoom {
     }
 
     /// Asks for the pages if what is shown is no longer what was drawn.
-    pub(crate) fn attend(&mut self, bench: &Bench, edit: &Edit, diagnosis: Option<&Arc<Diagnosis>>) {
-        if bench.outcome.is_none() {
+    pub(crate) fn attend(&mut self, sight: &Sight<'_>) {
+        if sight.bench.outcome.is_none() {
             (self.asked, self.pages) = (None, Vec::new());
             return;
         }
-        if self.asked.as_ref().is_some_and(|key| key.holds(bench, edit, diagnosis, self.width)) {
+        if self.asked.as_ref().is_some_and(|key| key.holds(sight, self.width)) {
             return;
         }
-        let Some(content) = Content::new(bench, edit, diagnosis) else { return };
+        let Some(content) = sight.content() else { return };
         self.asked = Some(Key {
             outcome: Arc::clone(&content.outcome),
             diagnosis: content.diagnosis.clone(),
-            usage: edit.usage.clone(),
+            usage: sight.edit.usage.clone(),
             arrangement: content.arrangement.clone(),
-            generation: bench.generation,
+            command: content.command.clone(),
+            generation: sight.bench.generation,
             width: self.width,
         });
         self.ticket += 1;
