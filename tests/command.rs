@@ -296,6 +296,19 @@ fn reports_are_whole_documents() {
     let outside = page.replace("http://www.w3.org/2000/svg", "");
     assert!(!outside.contains("http") && !outside.contains("src="), "the page needs nothing beside itself");
 
+    report("report.pdf");
+    let pdf = std::fs::read(here.path().join("report.pdf")).expect("a PDF");
+    assert!(pdf.starts_with(b"%PDF") && pdf.windows(10).any(|w| w == b"/FontFile2"), "fonts are embedded");
+    report("report.pdf");
+    assert_eq!(std::fs::read(here.path().join("report.pdf")).expect("a PDF"), pdf, "the same bytes again");
+    let absolute = here.path().join("short.html");
+    let arguments = ["report", "fit.csv", "--sections", "spectrum, equation, command", "--paper", "letter", "--out"];
+    done(here.path(), &[&arguments, &[absolute.to_str().expect("a path")], &CHOSEN[..]].concat());
+    let page = std::fs::read_to_string(&absolute).expect("a page");
+    assert!(page.find("Amplitude spectrum") < page.find("<math display") && !page.contains("Held-out"));
+    assert!(page.contains("--out short.html --") || page.contains("--out short.html "), "paths as typed from here");
+    assert!(page.contains("--sections &#39;spectrum, equation, command&#39;") || page.contains("--sections 'spectrum, equation, command'"));
+
     report("report.png");
     let picture = image::open(here.path().join("report.png")).expect("a picture").into_luma8();
     assert!(picture.width() > 1200 && picture.height() > 1200);

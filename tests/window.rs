@@ -451,7 +451,7 @@ fn the_plot_is_saved_as_a_picture_for_print() {
     window.press(CTRL, Key::E);
     let path = home.path().join("plot.png");
     for (path, head) in [(path.clone(), &b"\x89PNG"[..]), (path.with_extension("pdf"), b"%PDF"), (path.with_extension("svg"), b"<svg")] {
-        window.click("Save figure…");
+        window.click("Save to…");
         window.give_path(&path, "Save");
         assert!(std::fs::read(&path).unwrap().starts_with(head), "{}", path.display());
     }
@@ -460,7 +460,7 @@ fn the_plot_is_saved_as_a_picture_for_print() {
     assert!(width.abs_diff(1890) < 4 && height.abs_diff(1063) < 4, "160 mm × 90 mm, 300 pixels to the inch: {width} × {height}");
     // A view that the report has no figure of is saved as it is shown.
     window.look("Motion", "Velocity");
-    window.click("Save figure…");
+    window.click("Save to…");
     window.give_path(&path.with_file_name("velocity.svg"), "Save");
     let drawn = std::fs::read_to_string(path.with_file_name("velocity.svg")).unwrap();
     assert!(drawn.contains("v (m/s)</text>") && drawn.contains("<path"), "{}", &drawn[..400]);
@@ -500,6 +500,23 @@ fn a_report_is_arranged_saved_and_comes_back_with_its_project() {
     window.click_hidden("Move down: Text");
     assert_eq!(report(&window)["items"][1]["text"], "Is it dry?");
     window.click("Letter");
+
+    // Dragged by its handle past the two above it.
+    let was = place(&window, "coefficients");
+    let (from, to) = ["Drag Coefficients", "Drag Summary and warnings"]
+        .map(|label| window.0.get_by_label(label).rect().center())
+        .into();
+    window.0.hover_at(from);
+    window.0.run_steps(2);
+    window.0.drag_at(from);
+    window.0.run_steps(1);
+    for share in [0.3, 0.6, 0.8, 0.9, 1.0, 1.0] {
+        window.0.hover_at(from + share * (to - from) - egui::vec2(0.0, 3.0));
+        window.0.run_steps(2);
+    }
+    window.0.drop_at(to);
+    window.settle();
+    assert!(place(&window, "coefficients") < was.min(place(&window, "summary")), "dragged to the top");
 
     for (button, name, head) in [("Save PDF…", "rig.pdf", "%PDF"), ("Save HTML…", "rig.html", "<!doctype html>")] {
         window.click(button);
@@ -796,6 +813,9 @@ fn picture(theme: Theme, name: &str) {
 }
 
 fn snapshot(window: &mut Window, name: &str) {
+    if let Some(folder) = std::env::var_os("WR_PICTURES") {
+        window.0.render().unwrap().save(Path::new(&folder).join(format!("{name}.png"))).unwrap();
+    }
     // Times differ from run to run.
     let times = window.0.get_by_label_contains("fitted in").rect();
     window.0.mask(egui::Rect::from_min_max(times.min, egui::pos2(400.0, times.max.y)));
@@ -943,4 +963,40 @@ fn a_demonstration_hides_an_effect_and_tells_it_when_asked() {
     assert!(!window.shows("THE TRUTH"));
     window.click("Reveal the truth");
     assert!(window.shows("Hidden: "));
+}
+
+#[test]
+fn zz_look() {
+    let Some(folder) = std::env::var_os("WR_PICTURES") else { return };
+    let save = |window: &mut Window, name: &str| {
+        window.0.render().unwrap().save(Path::new(&folder).join(format!("{name}.png"))).unwrap();
+    };
+    for (dark, size, name) in [(false, [1280.0, 800.0], "light1280"), (true, [1024.0, 640.0], "dark1024"), (false, [1920.0, 1080.0], "light1920")] {
+        let theme = if dark { Theme::Dark } else { Theme::Light };
+        let mut window = Window::open(State::with_source(Source::Sample(Sample::Duffing), theme.into()));
+        window.0.set_size(size.into());
+        window.press(Modifiers::NONE, Key::Num3);
+        if !dark {
+            window.click("Add text");
+            window.0.get_by_role_and_label(Role::MultilineTextInput, "Text at place 1").type_text("Is the spring hard? A text of mine.");
+            window.settle();
+            window.press(Modifiers::NONE, Key::Escape);
+        }
+        save(&mut window, &format!("report_{name}"));
+        window.press(Modifiers::NONE, Key::Num1);
+        window.press(CTRL, Key::E);
+        save(&mut window, &format!("figure_{name}"));
+        if name == "light1280" {
+            for (group, view) in [("Motion", "Velocity"), ("Physics", "Restoring force"), ("Tuning", "Path"), ("Physics", "FRF")] {
+                window.look(group, view);
+                if window.0.query_by_label("as shown").is_some() {
+                    window.click("as shown");
+                }
+                for ending in ["svg", "pdf"] {
+                    window.click("Save to…");
+                    window.give_path(&Path::new(&folder).join(format!("{}.{ending}", view.replace(' ', ""))), "Save");
+                }
+            }
+        }
+    }
 }

@@ -90,7 +90,7 @@ pub(crate) fn show(ctx: &Context, title: &str, look: &mut FigureLook, drawn: boo
                 switch(ui, &mut look.format, &choices);
             });
             ui.add_space(4.0);
-            if ui.button("Save figure…").clicked() {
+            if ui.button("Save to…").on_hover_text("Choose the file").clicked() {
                 outcome = Outcome::Save;
             }
         });
