@@ -307,7 +307,10 @@ fn reports_are_whole_documents() {
     let page = std::fs::read_to_string(&absolute).expect("a page");
     assert!(page.find("Amplitude spectrum") < page.find("<math display") && !page.contains("Held-out"));
     assert!(page.contains("--out short.html --") || page.contains("--out short.html "), "paths as typed from here");
-    assert!(page.contains("--sections &#39;spectrum, equation, command&#39;") || page.contains("--sections 'spectrum, equation, command'"));
+    assert!(
+        page.contains("--sections &#39;spectrum, equation, command&#39;")
+            || page.contains("--sections 'spectrum, equation, command'")
+    );
 
     report("report.png");
     let picture = image::open(here.path().join("report.png")).expect("a picture").into_luma8();

@@ -450,14 +450,19 @@ fn the_plot_is_saved_as_a_picture_for_print() {
     window.slide("Segment", 61.0);
     window.press(CTRL, Key::E);
     let path = home.path().join("plot.png");
-    for (path, head) in [(path.clone(), &b"\x89PNG"[..]), (path.with_extension("pdf"), b"%PDF"), (path.with_extension("svg"), b"<svg")] {
+    for (path, head) in
+        [(path.clone(), &b"\x89PNG"[..]), (path.with_extension("pdf"), b"%PDF"), (path.with_extension("svg"), b"<svg")]
+    {
         window.click("Save to…");
         window.give_path(&path, "Save");
         assert!(std::fs::read(&path).unwrap().starts_with(head), "{}", path.display());
     }
     let picture = image::open(&path).unwrap().to_rgba8();
     let (width, height) = picture.dimensions();
-    assert!(width.abs_diff(1890) < 4 && height.abs_diff(1063) < 4, "160 mm × 90 mm, 300 pixels to the inch: {width} × {height}");
+    assert!(
+        width.abs_diff(1890) < 4 && height.abs_diff(1063) < 4,
+        "160 mm × 90 mm, 300 pixels to the inch: {width} × {height}"
+    );
     // A view that the report has no figure of is saved as it is shown.
     window.look("Motion", "Velocity");
     window.click("Save to…");
@@ -971,14 +976,21 @@ fn zz_look() {
     let save = |window: &mut Window, name: &str| {
         window.0.render().unwrap().save(Path::new(&folder).join(format!("{name}.png"))).unwrap();
     };
-    for (dark, size, name) in [(false, [1280.0, 800.0], "light1280"), (true, [1024.0, 640.0], "dark1024"), (false, [1920.0, 1080.0], "light1920")] {
+    for (dark, size, name) in [
+        (false, [1280.0, 800.0], "light1280"),
+        (true, [1024.0, 640.0], "dark1024"),
+        (false, [1920.0, 1080.0], "light1920"),
+    ] {
         let theme = if dark { Theme::Dark } else { Theme::Light };
         let mut window = Window::open(State::with_source(Source::Sample(Sample::Duffing), theme.into()));
         window.0.set_size(size.into());
         window.press(Modifiers::NONE, Key::Num3);
         if !dark {
             window.click("Add text");
-            window.0.get_by_role_and_label(Role::MultilineTextInput, "Text at place 1").type_text("Is the spring hard? A text of mine.");
+            window
+                .0
+                .get_by_role_and_label(Role::MultilineTextInput, "Text at place 1")
+                .type_text("Is the spring hard? A text of mine.");
             window.settle();
             window.press(Modifiers::NONE, Key::Escape);
         }
@@ -987,7 +999,9 @@ fn zz_look() {
         window.press(CTRL, Key::E);
         save(&mut window, &format!("figure_{name}"));
         if name == "light1280" {
-            for (group, view) in [("Motion", "Velocity"), ("Physics", "Restoring force"), ("Tuning", "Path"), ("Physics", "FRF")] {
+            for (group, view) in
+                [("Motion", "Velocity"), ("Physics", "Restoring force"), ("Tuning", "Path"), ("Physics", "FRF")]
+            {
                 window.look(group, view);
                 if window.0.query_by_label("as shown").is_some() {
                     window.click("as shown");

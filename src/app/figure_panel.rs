@@ -67,7 +67,14 @@ pub(crate) fn show(ctx: &Context, title: &str, look: &mut FigureLook, drawn: boo
         .show(ctx, |ui| {
             ui.set_width(300.0);
             let size = &mut look.size;
-            number(ui, "width", "Width on paper: 85 mm is a column, 160 mm the text of an A4 page", &mut size.width, (30.0, 500.0), " mm");
+            number(
+                ui,
+                "width",
+                "Width on paper: 85 mm is a column, 160 mm the text of an A4 page",
+                &mut size.width,
+                (30.0, 500.0),
+                " mm",
+            );
             number(ui, "height", "Height on paper", &mut size.height, (20.0, 500.0), " mm");
             number(ui, "letters", "Size of the axes' labels on paper", &mut size.font, (4.0, 40.0), " pt");
             row(ui, "drawn", "What the figure shows", |ui| {

@@ -82,7 +82,19 @@ impl Project {
     pub(crate) fn new(source: Source, reading: ReadOptions, usage: BTreeMap<String, Usage>, edit: &Edit) -> Self {
         let Edit { settings, walk, steps, report, .. } = edit.clone();
         let (checksums, pins, shown) = (BTreeMap::new(), Vec::new(), None);
-        Self { sindyscope_project: VERSION, source, checksums, reading, steps, usage, settings, walk, report, pins, shown }
+        Self {
+            sindyscope_project: VERSION,
+            source,
+            checksums,
+            reading,
+            steps,
+            usage,
+            settings,
+            walk,
+            report,
+            pins,
+            shown,
+        }
     }
 
     /// This project with what its files held when they were read, in their order.

@@ -120,7 +120,9 @@ impl Room {
         match self {
             Self::Identify => "From the measurement to its equation of motion",
             Self::Missing => "Where a model's response and the measurement part, and which physical effect that is",
-            Self::Report => "The pages to take along: choose sections and figures, write between them, save as PDF or HTML",
+            Self::Report => {
+                "The pages to take along: choose sections and figures, write between them, save as PDF or HTML"
+            }
         }
     }
 }

@@ -14,8 +14,8 @@ use super::command_palette::{self, Palette};
 use super::commands::Command;
 use super::cutter::Cutter;
 use super::dialogs::{Chosen, Dialogs, Purpose};
-use super::figure_panel::{self, FigureLook};
 use super::errand::{self, Delivery, Errand, Opening, Refused, file_name};
+use super::figure_panel::{self, FigureLook};
 use super::history::History;
 use super::missing::{Act, Missing, Walk};
 use super::notices::{Level, Notices};
@@ -519,7 +519,12 @@ impl App {
             }
             // Plots, maps and figures belong together there.
             Command::PlotPicture if self.state.room != Room::Identify => {
-                self.dialogs.ask(Purpose::Window, &format!("{stem}-{}.png", if self.state.room == Room::Missing { "missing" } else { "report" }), frame, ctx);
+                self.dialogs.ask(
+                    Purpose::Window,
+                    &format!("{stem}-{}.png", if self.state.room == Room::Missing { "missing" } else { "report" }),
+                    frame,
+                    ctx,
+                );
             }
             Command::PlotPicture => self.figure_open = !self.figure_open,
             Command::WindowPicture => self.dialogs.ask(Purpose::Window, &format!("{stem}-window.png"), frame, ctx),
@@ -621,7 +626,8 @@ impl App {
             }
             if self.state.room == Room::Report && self.bench.outcome.is_some() {
                 if let Some(report::Act::Save(saved)) = self.report.show(ui, &mut self.edit.report) {
-                    let stem = Path::new(&self.bench.title).file_stem().map_or("report".into(), |s| s.to_string_lossy());
+                    let stem =
+                        Path::new(&self.bench.title).file_stem().map_or("report".into(), |s| s.to_string_lossy());
                     let name = format!("{stem}.{}", saved.ending());
                     let ctx = ui.ctx().clone();
                     self.dialogs.ask(Purpose::Report(saved), &name, frame, &ctx);
@@ -893,7 +899,8 @@ fn draw(job: PictureJob) -> Result<PathBuf, String> {
             let search = Search { map: map.as_ref(), ..Search::default() };
             let picture = Picture { outcome: &outcome, previous: None, record, stale: false, search, pins: &pins };
             let format = FigureFormat::of(&path).map_err(|e| format!("The figure was not saved: {e}"))?;
-            let own = view.figure(&state).filter(|_| !look.as_shown).and_then(|kind| kind.svg(&outcome, record, look.size));
+            let own =
+                view.figure(&state).filter(|_| !look.as_shown).and_then(|kind| kind.svg(&outcome, record, look.size));
             let drawing = own.unwrap_or_else(|| views::vector(&like, view, &picture, &state, look.size));
             let written = format.bytes(&drawing, view.label()).map_err(|e| e.to_string()).and_then(|bytes| {
                 std::fs::write(&path, bytes).map_err(|e| format!("{e}; choose another folder ({})", path.display()))

@@ -355,7 +355,8 @@ mod tests {
         let sections: Sections = "response, equation ,".parse().expect("sections");
         assert_eq!(sections.0, [Section::Response, Section::Equation]);
         assert_eq!(sections.to_string(), "response, equation");
-        for (text, said) in [("respnse", "there are summary, equation"), ("", "at least one"), ("phase,phase", "twice")] {
+        for (text, said) in [("respnse", "there are summary, equation"), ("", "at least one"), ("phase,phase", "twice")]
+        {
             let error = text.parse::<Sections>().expect_err("refused");
             assert!(error.contains(said), "{error}");
         }

@@ -166,11 +166,7 @@ pub(super) fn identified(outcome: &Outcome) -> Vec<Block> {
 }
 
 /// A table of the coefficients of each equation, known kinematics left out, with what is to be said beneath it.
-pub(super) fn coefficients(
-    model: &Model,
-    units: &Units,
-    beneath: impl Fn(Symbol) -> Option<String>,
-) -> Vec<Block> {
+pub(super) fn coefficients(model: &Model, units: &Units, beneath: impl Fn(Symbol) -> Option<String>) -> Vec<Block> {
     let mut blocks = Vec::new();
     let identified: Vec<_> = model.iter().filter(|(s, e)| !is_kinematic(model, *s, e)).collect();
     for (state, equation) in &identified {

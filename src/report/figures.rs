@@ -270,8 +270,7 @@ pub(super) fn portrait(outcome: &Outcome, record: &RecordOutcome, extent: &Exten
     let keys = [(Ink::Measured, "measured"), (Ink::Identified, "identified")];
     let x = Axis::linear(&names[a], padded(measured.iter().map(|p| p.0)), unit);
     let y = Axis::linear(&names[b], padded(measured.iter().map(|p| p.1)), &y_unit);
-    let lines =
-        vec![Line { ink: Ink::Measured, points: measured }, Line { ink: Ink::Identified, points: identified }];
+    let lines = vec![Line { ink: Ink::Measured, points: measured }, Line { ink: Ink::Identified, points: identified }];
     let which = if from > 0 {
         format!(", the last {} s", significant(shown as f64 * record.record.interval, 3))
     } else {

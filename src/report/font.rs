@@ -157,7 +157,8 @@ mod tests {
     #[test]
     fn a_text_is_as_wide_as_it_is_drawn() {
         let fonts = Fonts::new();
-        for (text, face) in [("Sindyscope 2.5 mm", Face::Text), ("x = 1 ± 2 ẍ", Face::Text), ("RMSE 0.1", Face::Mono)] {
+        for (text, face) in [("Sindyscope 2.5 mm", Face::Text), ("x = 1 ± 2 ẍ", Face::Text), ("RMSE 0.1", Face::Mono)]
+        {
             let svg = format!(
                 "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"9\" height=\"9\"><text y=\"20\" font-family=\"{}\" font-size=\"20\">{text}</text></svg>",
                 face.family()

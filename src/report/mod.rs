@@ -33,8 +33,8 @@ use font::Fonts;
 use sections::Composed;
 
 pub use arrangement::{Arrangement, Item, Paper, Section, Sections};
-pub(crate) use svg::escape;
 pub use single::{FigureFormat, FigureKind, FigureSize};
+pub(crate) use svg::escape;
 
 /// What a report is made of.
 #[derive(Clone, Copy, Debug)]

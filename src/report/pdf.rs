@@ -8,7 +8,9 @@ use std::collections::BTreeMap;
 
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
-use pdf_writer::types::{CidFontType, FontFlags, LineCapStyle, LineJoinStyle, SystemInfo, TextRenderingMode, UnicodeCmap};
+use pdf_writer::types::{
+    CidFontType, FontFlags, LineCapStyle, LineJoinStyle, SystemInfo, TextRenderingMode, UnicodeCmap,
+};
 use pdf_writer::{Content, Filter, Finish as _, Name, Pdf, Rect, Ref, Str, TextStr};
 use resvg::tiny_skia::{PathSegment, Transform};
 use resvg::usvg::{self, fontdb};
@@ -58,9 +60,7 @@ pub(super) fn document(pages: &[String], title: &str, fonts: &Fonts) -> Result<V
         }
     }
     pdf.pages(tree).kids(drawn.iter().map(|d| d.0)).count(i32::try_from(drawn.len()).unwrap_or(i32::MAX));
-    pdf.document_info(info)
-        .title(TextStr(title))
-        .producer(TextStr(concat!("Sindyscope ", env!("CARGO_PKG_VERSION"))));
+    pdf.document_info(info).title(TextStr(title)).producer(TextStr(concat!("Sindyscope ", env!("CARGO_PKG_VERSION"))));
     let mut root = pdf.catalog(catalog);
     root.pages(tree).lang(TextStr("en"));
     root.viewer_preferences().display_doc_title(true);
@@ -415,14 +415,7 @@ fn trace(out: &mut Content, path: &resvg::tiny_skia::Path) {
             PathSegment::QuadTo(c, p) => {
                 // A parabola as the cubic through the same points.
                 let toward = |from: f32, to: f32| from + (to - from) * 2.0 / 3.0;
-                out.cubic_to(
-                    toward(last.0, c.x),
-                    toward(last.1, c.y),
-                    toward(p.x, c.x),
-                    toward(p.y, c.y),
-                    p.x,
-                    p.y,
-                );
+                out.cubic_to(toward(last.0, c.x), toward(last.1, c.y), toward(p.x, c.x), toward(p.y, c.y), p.x, p.y);
                 last = (p.x, p.y);
             }
             PathSegment::CubicTo(a, b, p) => {

@@ -73,7 +73,8 @@ fn section_blocks(section: Section, report: &Report<'_>, room: &Room) -> Vec<Blo
     let outcome = report.outcome;
     let one = |figure: Option<Figure>| figure.map(Block::Figure).into_iter().collect::<Vec<_>>();
     let telling = || figures::telling(outcome);
-    let walk = |part: walk::Part| report.diagnosis.map_or_else(Vec::new, |d| walk::blocks(part, d, report.records, room));
+    let walk =
+        |part: walk::Part| report.diagnosis.map_or_else(Vec::new, |d| walk::blocks(part, d, report.records, room));
     match section {
         Section::Summary => content::summary_blocks(outcome),
         Section::Equation => vec![Block::Equations(math::equations(&outcome.model))],

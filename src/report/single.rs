@@ -100,10 +100,12 @@ impl FigureFormat {
     pub fn of(path: &Path) -> Result<Self, ReportError> {
         let ending = path.extension().and_then(OsStr::to_str).unwrap_or_default();
         let found = Self::ALL.into_iter().find(|f| f.ending().eq_ignore_ascii_case(ending));
-        found.ok_or_else(|| ReportError::FigureEnding(match ending {
-            "" => "a file without an ending".into(),
-            other => format!(".{other}"),
-        }))
+        found.ok_or_else(|| {
+            ReportError::FigureEnding(match ending {
+                "" => "a file without an ending".into(),
+                other => format!(".{other}"),
+            })
+        })
     }
 
     /// The ending of its files.

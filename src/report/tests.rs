@@ -412,7 +412,8 @@ fn the_walk_is_told_in_every_document() {
 #[test]
 fn a_report_holds_what_was_arranged_in_that_order() {
     let outcome = outcome();
-    let mut arrangement = Arrangement::of(&[Section::Records, Section::Spectrum, Section::Equation, Section::Waterfall]);
+    let mut arrangement =
+        Arrangement::of(&[Section::Records, Section::Spectrum, Section::Equation, Section::Waterfall]);
     arrangement.title = "Rig <3>".into();
     arrangement.items.insert(1, Item::Text { text: "# What was & is\n\nOnly <these> words.".into() });
     let page = arranged(&outcome, &arrangement, |r| r.html());
@@ -534,7 +535,14 @@ fn a_pdf_has_its_fonts_its_text_and_the_same_bytes_each_time() {
         assert_eq!(count(size), pages, "{size}");
         let text = text_of(&pdf, pages);
         let whole = text.join("\n");
-        for part in ["Friction rig <1> & its base", "Equation of motion", "17.2 µm", "Held-out error", "(1.23   ± 0.04)", "base (m)"] {
+        for part in [
+            "Friction rig <1> & its base",
+            "Equation of motion",
+            "17.2 µm",
+            "Held-out error",
+            "(1.23   ± 0.04)",
+            "base (m)",
+        ] {
             assert!(whole.contains(part), "{part}: {whole}");
         }
         assert!(text[0].contains(&format!("1 / {pages}")) && text[pages - 1].contains(&format!("{pages} / {pages}")));

@@ -70,8 +70,7 @@ pub(super) fn blocks(part: Part, diagnosis: &Diagnosis, records: &RecordSet, roo
             blocks
         }
         Part::Remaining => {
-            let mut blocks =
-                vec![Block::Subheading("What remains".into()), Block::Paragraph(remaining(diagnosis))];
+            let mut blocks = vec![Block::Subheading("What remains".into()), Block::Paragraph(remaining(diagnosis))];
             blocks.extend(superseded(diagnosis).map(Block::Paragraph));
             if !diagnosis.notices.is_empty() {
                 let notes = diagnosis.notices.iter().map(|n| (Severity::Note, sentence(n)));

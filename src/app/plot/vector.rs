@@ -180,9 +180,8 @@ fn words(out: &mut String, text: &TextShape) {
 fn areas(out: &mut String, mesh: &Mesh) {
     let corners = |k: usize| [0, 1, 2].map(|j| mesh.vertices[mesh.indices[3 * k + j] as usize]);
     let color = |k: usize| {
-        let mean = |part: fn(&Color32) -> u8| {
-            (corners(k).iter().map(|v| u16::from(part(&v.color))).sum::<u16>() / 3) as u8
-        };
+        let mean =
+            |part: fn(&Color32) -> u8| (corners(k).iter().map(|v| u16::from(part(&v.color))).sum::<u16>() / 3) as u8;
         Color32::from_rgba_premultiplied(mean(Color32::r), mean(Color32::g), mean(Color32::b), mean(Color32::a))
     };
     let count = mesh.indices.len() / 3;

@@ -46,7 +46,11 @@ impl ReportRoom {
                     let field = egui::TextEdit::singleline(&mut report.title).hint_text(hint).desired_width(width);
                     ui.add(field).accessible_name("Title of the report");
                 });
-                if ui.button("Add text").on_hover_text("A paragraph of your own, at the top; move it where it belongs").clicked() {
+                if ui
+                    .button("Add text")
+                    .on_hover_text("A paragraph of your own, at the top; move it where it belongs")
+                    .clicked()
+                {
                     report.items.insert(0, Item::Text { text: String::new() });
                     self.contents.fresh = true;
                 }

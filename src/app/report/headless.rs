@@ -53,10 +53,9 @@ fn diagnosed(
 ) -> Result<Diagnosis, GapError> {
     let identified = || outcome.model.leading().map(|e| e.terms.iter().map(|t| t.term.clone()).collect());
     let base = match &walk.base {
-        Base::Linear => None,
         Base::Typed(terms) => Some(terms.clone()),
         Base::Identified if outcome.model.layout.kind == Kind::SecondOrder => identified(),
-        Base::Identified => None,
+        Base::Linear | Base::Identified => None,
     };
     let search = Search::new(records, &gap::Ask { base, ..gap::Ask::default() })?;
     let stages = (0..=walk.accepted.len()).map(|n| search.stage(&walk.accepted[..n], cancel));

@@ -1,6 +1,9 @@
 //! The pages of the report, as they will be saved.
 
-use egui::{Align, ColorImage, Layout, RichText, ScrollArea, Sense, Stroke, StrokeKind, TextureHandle, TextureOptions, Ui, WidgetInfo, vec2};
+use egui::{
+    Align, ColorImage, Layout, RichText, ScrollArea, Sense, Stroke, StrokeKind, TextureHandle, TextureOptions, Ui,
+    WidgetInfo, vec2,
+};
 
 use super::{Act, ReportRoom, Saved};
 use crate::app::theme::{self, ROW};
@@ -98,10 +101,7 @@ impl ReportRoom {
             switch(
                 ui,
                 &mut report.paper,
-                &[
-                    (Paper::A4, "A4", "210 mm × 297 mm"),
-                    (Paper::Letter, "Letter", "8.5 in × 11 in"),
-                ],
+                &[(Paper::A4, "A4", "210 mm × 297 mm"), (Paper::Letter, "Letter", "8.5 in × 11 in")],
             );
             ui.add_space(4.0);
             switch(
@@ -124,7 +124,9 @@ impl ReportRoom {
                 if html.clicked() {
                     act = Some(Act::Save(Saved::Html));
                 }
-                let pdf = ui.button("Save PDF…").on_hover_text("These pages, with vector figures and text that can be copied");
+                let pdf = ui
+                    .button("Save PDF…")
+                    .on_hover_text("These pages, with vector figures and text that can be copied");
                 if pdf.clicked() {
                     act = Some(Act::Save(Saved::Pdf));
                 }

@@ -361,7 +361,8 @@ pub(crate) fn vector(
     let mut state = ViewState { printing: true, ..state.clone() };
     let size = size.sound();
     let scale = LETTERS / size.font * POINTS_A_MM;
-    let sheet = Sheet { size: egui::vec2((size.width * scale) as f32, (size.height * scale) as f32), ..Sheet::default() };
+    let sheet =
+        Sheet { size: egui::vec2((size.width * scale) as f32, (size.height * scale) as f32), ..Sheet::default() };
     let (ground, shapes) = export::shapes(&sheet, Some(like), |ui| {
         show(ui, view, &picture, &mut state);
     });

@@ -631,7 +631,11 @@ fn figures_for_print_are_vectors_and_show_what_the_window_shows() {
         vector(&harness.ctx, View::Response, &picture, &stage.state, FigureSize::default())
     };
     let whole = draw(&harness);
-    assert!(whole.contains("width=\"160mm\" height=\"90.00mm\"") && whole.contains(">t (s)</text>"), "{}", &whole[..300]);
+    assert!(
+        whole.contains("width=\"160mm\" height=\"90.00mm\"") && whole.contains(">t (s)</text>"),
+        "{}",
+        &whole[..300]
+    );
     assert!(whole.contains("fill=\"#ffffff\"/>\n"), "paper is white, whatever the window's theme");
     harness.get_by_label_contains("worst ").click();
     harness.run();
