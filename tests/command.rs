@@ -320,6 +320,35 @@ fn reports_are_whole_documents() {
 }
 
 #[test]
+#[cfg(feature = "desktop")]
+fn a_saved_project_is_written_as_its_report() {
+    use sindyscope::study::Settings;
+    use sindyscope::term::Term;
+
+    let here = folder();
+    duffing(here.path());
+    let terms = ["x", "v", "u", "x^3"].map(|t| Term::parse(t).expect("a term")).into();
+    let settings = Settings { terms, threshold: 0.02, ..Settings::default() };
+    let report = serde_json::json!({ "title": "Mine", "items": [
+        { "text": "# Aim\nWords of mine." }, { "section": "equation", "shown": true }, { "section": "command", "shown": true },
+    ] });
+    let project = serde_json::json!({
+        "sindyscope_project": 3, "source": { "files": ["fit.csv"] }, "settings": settings, "report": report,
+    });
+    std::fs::write(here.path().join("study.json"), project.to_string()).expect("written");
+    assert_eq!(done(here.path(), &["report", "study.json", "--out", "mine.html"]), "wrote mine.html\n");
+    let page = std::fs::read_to_string(here.path().join("mine.html")).expect("a page");
+    for part in
+        ["<h1>Mine</h1>", "<h2>Aim</h2>", "Words of mine.", "<math", "sindyscope report study.json --out mine.html"]
+    {
+        assert!(page.contains(part), "{part}");
+    }
+    assert!(!page.contains("<figure"), "no figure was asked for");
+    let said = refused(here.path(), &["report", "study.json", "--threshold", "0.1", "--out", "mine.html"], 1);
+    assert!(said.contains("its own settings"), "{said}");
+}
+
+#[test]
 fn files_named_like_a_command_open_by_path() {
     let here = folder();
     std::fs::write(here.path().join("identify"), "t,x\n").expect("written");

@@ -818,9 +818,6 @@ fn picture(theme: Theme, name: &str) {
 }
 
 fn snapshot(window: &mut Window, name: &str) {
-    if let Some(folder) = std::env::var_os("WR_PICTURES") {
-        window.0.render().unwrap().save(Path::new(&folder).join(format!("{name}.png"))).unwrap();
-    }
     // Times differ from run to run.
     let times = window.0.get_by_label_contains("fitted in").rect();
     window.0.mask(egui::Rect::from_min_max(times.min, egui::pos2(400.0, times.max.y)));
@@ -968,49 +965,4 @@ fn a_demonstration_hides_an_effect_and_tells_it_when_asked() {
     assert!(!window.shows("THE TRUTH"));
     window.click("Reveal the truth");
     assert!(window.shows("Hidden: "));
-}
-
-#[test]
-fn zz_look() {
-    let Some(folder) = std::env::var_os("WR_PICTURES") else { return };
-    let save = |window: &mut Window, name: &str| {
-        window.0.render().unwrap().save(Path::new(&folder).join(format!("{name}.png"))).unwrap();
-    };
-    for (dark, size, name) in [
-        (false, [1280.0, 800.0], "light1280"),
-        (true, [1024.0, 640.0], "dark1024"),
-        (false, [1920.0, 1080.0], "light1920"),
-    ] {
-        let theme = if dark { Theme::Dark } else { Theme::Light };
-        let mut window = Window::open(State::with_source(Source::Sample(Sample::Duffing), theme.into()));
-        window.0.set_size(size.into());
-        window.press(Modifiers::NONE, Key::Num3);
-        if !dark {
-            window.click("Add text");
-            window
-                .0
-                .get_by_role_and_label(Role::MultilineTextInput, "Text at place 1")
-                .type_text("Is the spring hard? A text of mine.");
-            window.settle();
-            window.press(Modifiers::NONE, Key::Escape);
-        }
-        save(&mut window, &format!("report_{name}"));
-        window.press(Modifiers::NONE, Key::Num1);
-        window.press(CTRL, Key::E);
-        save(&mut window, &format!("figure_{name}"));
-        if name == "light1280" {
-            for (group, view) in
-                [("Motion", "Velocity"), ("Physics", "Restoring force"), ("Tuning", "Path"), ("Physics", "FRF")]
-            {
-                window.look(group, view);
-                if window.0.query_by_label("as shown").is_some() {
-                    window.click("as shown");
-                }
-                for ending in ["svg", "pdf"] {
-                    window.click("Save to…");
-                    window.give_path(&Path::new(&folder).join(format!("{}.{ending}", view.replace(' ', ""))), "Save");
-                }
-            }
-        }
-    }
 }

@@ -47,7 +47,8 @@ pub fn shapes(
     like: Option<&Context>,
     draw: impl FnMut(&mut egui::Ui),
 ) -> (egui::Color32, Vec<ClippedShape>) {
-    let (ctx, shapes) = passes(sheet, like, draw, |_| {});
+    // Letters are written as letters: the pictures of them are not needed.
+    let (ctx, shapes) = passes(sheet, like, draw, egui::TexturesDelta::clear);
     (ctx.style_of(sheet.theme).visuals.panel_fill, shapes)
 }
 

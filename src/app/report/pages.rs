@@ -22,6 +22,9 @@ const WIDEST: u32 = 2048;
 /// Room around a page, points.
 const MARGIN: f32 = 14.0;
 
+/// Width from which on the line above the pages is one, points.
+const ONE_ROW: f32 = 520.0;
+
 /// Widest a page is shown, points.
 const FULL: f32 = 860.0;
 
@@ -96,42 +99,52 @@ impl ReportRoom {
     fn header(&mut self, ui: &mut Ui, report: &mut Arrangement) -> Option<Act> {
         let mut act = None;
         let size = vec2(ui.available_width(), ROW + 6.0);
+        let in_one_row = size.x >= ONE_ROW;
         ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
             ui.set_min_size(size);
-            switch(
-                ui,
-                &mut report.paper,
-                &[(Paper::A4, "A4", "210 mm × 297 mm"), (Paper::Letter, "Letter", "8.5 in × 11 in")],
-            );
-            ui.add_space(4.0);
-            switch(
-                ui,
-                &mut self.whole,
-                &[
-                    (false, "Page width", "The page as wide as there is room for"),
-                    (true, "Whole page", "The page as high as there is room for"),
-                ],
-            );
-            ui.add_space(4.0);
-            let count = match self.pages.len() {
-                0 => String::new(),
-                1 => "1 page".to_owned(),
-                n => format!("{n} pages"),
-            };
-            ui.label(RichText::new(count).weak());
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let html = ui.button("Save HTML…").on_hover_text("One web page that needs nothing beside itself");
-                if html.clicked() {
-                    act = Some(Act::Save(Saved::Html));
-                }
-                let pdf = ui
-                    .button("Save PDF…")
-                    .on_hover_text("These pages, with vector figures and text that can be copied");
-                if pdf.clicked() {
-                    act = Some(Act::Save(Saved::Pdf));
-                }
-            });
+            self.looks(ui, report);
+            if in_one_row {
+                act = saves(ui);
+            }
         });
+        if !in_one_row {
+            ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| act = saves(ui));
+        }
         act
     }
+
+    /// The paper, how large the pages are shown, and how many there are.
+    fn looks(&mut self, ui: &mut Ui, report: &mut Arrangement) {
+        let papers = [(Paper::A4, "A4", "210 mm × 297 mm"), (Paper::Letter, "Letter", "8.5 in × 11 in")];
+        switch(ui, &mut report.paper, &papers);
+        ui.add_space(4.0);
+        let sizes = [
+            (false, "Page width", "The page as wide as there is room for"),
+            (true, "Whole page", "The page as high as there is room for"),
+        ];
+        switch(ui, &mut self.whole, &sizes);
+        ui.add_space(4.0);
+        let count = match self.pages.len() {
+            0 => String::new(),
+            1 => "1 page".to_owned(),
+            n => format!("{n} pages"),
+        };
+        ui.label(RichText::new(count).weak());
+    }
+}
+
+/// The buttons that save the report.
+fn saves(ui: &mut Ui) -> Option<Act> {
+    let mut act = None;
+    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+        for (saved, label, hint) in [
+            (Saved::Html, "Save HTML…", "One web page that needs nothing beside itself"),
+            (Saved::Pdf, "Save PDF…", "These pages, with vector figures and text that can be copied"),
+        ] {
+            if ui.button(label).on_hover_text(hint).clicked() {
+                act = Some(Act::Save(saved));
+            }
+        }
+    });
+    act
 }
