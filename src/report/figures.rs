@@ -50,8 +50,8 @@ const SPECTRUM_DECADES: f64 = 7.0;
 const TWO_COLUMNS: f64 = 450.0;
 
 const GAP: f64 = 10.0;
-const RESPONSE_HEIGHT: f64 = 170.0;
-const ERROR_HEIGHT: f64 = 80.0;
+const RESPONSE_HEIGHT: f64 = 145.0;
+const ERROR_HEIGHT: f64 = 70.0;
 const PORTRAIT_HEIGHT: f64 = 240.0;
 
 /// The responses of as many records as there is room for.
