@@ -215,6 +215,8 @@ impl Writer {
         let mut show = out.show_positioned();
         let mut items = show.items();
         let (mut at, mut count) = ((place.tx, place.ty), 0);
+        // Letters that follow each other without a gap are one string.
+        let mut together: Vec<u8> = Vec::new();
         for glyph in glyphs {
             let own = glyph.outline_transform();
             if glyph.font != first.font || [own.sx, own.ky, own.kx, own.sy].map(|v| v * per_em) != shape {
@@ -229,15 +231,21 @@ impl Writer {
                 break;
             }
             if along.abs() > 5e-4 {
+                if !together.is_empty() {
+                    items.show(Str(&std::mem::take(&mut together)));
+                }
                 items.adjust(-along * PER_EM);
             }
             let Ok(old) = u16::try_from(glyph.id.0) else { break };
             let new = letters.remapper.remap(old);
             letters.texts.entry(new).or_insert_with(|| glyph.text.clone());
             let width = letters.widths.get(&old).copied().unwrap_or_default();
-            items.show(Str(&new.to_be_bytes()));
+            together.extend(new.to_be_bytes());
             at = (own.tx + width * shape[0], own.ty + width * shape[1]);
             count += 1;
+        }
+        if !together.is_empty() {
+            items.show(Str(&together));
         }
         count
     }

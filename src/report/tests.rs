@@ -476,6 +476,11 @@ fn shown(content: &[u8]) -> Vec<(usize, Vec<u8>)> {
                             b't' => b'\t',
                             b'b' => 8,
                             b'f' => 12,
+                            b'0'..=b'7' => {
+                                let code = content[k..k + 3].iter().fold(0u32, |sum, c| 8 * sum + u32::from(c - b'0'));
+                                k += 2;
+                                code as u8
+                            }
                             c => c,
                         });
                     } else {
