@@ -296,11 +296,56 @@ fn reports_are_whole_documents() {
     let outside = page.replace("http://www.w3.org/2000/svg", "");
     assert!(!outside.contains("http") && !outside.contains("src="), "the page needs nothing beside itself");
 
+    report("report.pdf");
+    let pdf = std::fs::read(here.path().join("report.pdf")).expect("a PDF");
+    assert!(pdf.starts_with(b"%PDF") && pdf.windows(10).any(|w| w == b"/FontFile2"), "fonts are embedded");
+    report("report.pdf");
+    assert_eq!(std::fs::read(here.path().join("report.pdf")).expect("a PDF"), pdf, "the same bytes again");
+    let absolute = here.path().join("short.html");
+    let arguments = ["report", "fit.csv", "--sections", "spectrum, equation, command", "--paper", "letter", "--out"];
+    done(here.path(), &[&arguments, &[absolute.to_str().expect("a path")], &CHOSEN[..]].concat());
+    let page = std::fs::read_to_string(&absolute).expect("a page");
+    assert!(page.find("Amplitude spectrum") < page.find("<math display") && !page.contains("Held-out"));
+    assert!(page.contains("--out short.html --") || page.contains("--out short.html "), "paths as typed from here");
+    assert!(
+        page.contains("--sections &#39;spectrum, equation, command&#39;")
+            || page.contains("--sections 'spectrum, equation, command'")
+    );
+
     report("report.png");
     let picture = image::open(here.path().join("report.png")).expect("a picture").into_luma8();
     assert!(picture.width() > 1200 && picture.height() > 1200);
     let dark = picture.pixels().filter(|p| p.0[0] < 128).count();
     assert!(dark * 200 > picture.pixels().len(), "text and lines are drawn");
+}
+
+#[test]
+#[cfg(feature = "desktop")]
+fn a_saved_project_is_written_as_its_report() {
+    use sindyscope::study::Settings;
+    use sindyscope::term::Term;
+
+    let here = folder();
+    duffing(here.path());
+    let terms = ["x", "v", "u", "x^3"].map(|t| Term::parse(t).expect("a term")).into();
+    let settings = Settings { terms, threshold: 0.02, ..Settings::default() };
+    let report = serde_json::json!({ "title": "Mine", "items": [
+        { "text": "# Aim\nWords of mine." }, { "section": "equation", "shown": true }, { "section": "command", "shown": true },
+    ] });
+    let project = serde_json::json!({
+        "sindyscope_project": 3, "source": { "files": ["fit.csv"] }, "settings": settings, "report": report,
+    });
+    std::fs::write(here.path().join("study.json"), project.to_string()).expect("written");
+    assert_eq!(done(here.path(), &["report", "study.json", "--out", "mine.html"]), "wrote mine.html\n");
+    let page = std::fs::read_to_string(here.path().join("mine.html")).expect("a page");
+    for part in
+        ["<h1>Mine</h1>", "<h2>Aim</h2>", "Words of mine.", "<math", "sindyscope report study.json --out mine.html"]
+    {
+        assert!(page.contains(part), "{part}");
+    }
+    assert!(!page.contains("<figure"), "no figure was asked for");
+    let said = refused(here.path(), &["report", "study.json", "--threshold", "0.1", "--out", "mine.html"], 1);
+    assert!(said.contains("its own settings"), "{said}");
 }
 
 #[test]

@@ -450,15 +450,94 @@ fn the_plot_is_saved_as_a_picture_for_print() {
     window.slide("Segment", 61.0);
     window.press(CTRL, Key::E);
     let path = home.path().join("plot.png");
-    window.press(CTRL, Key::A);
-    window.type_into("Path", path.to_str().unwrap());
-    window.click("Save");
+    for (path, head) in
+        [(path.clone(), &b"\x89PNG"[..]), (path.with_extension("pdf"), b"%PDF"), (path.with_extension("svg"), b"<svg")]
+    {
+        window.click("Save to…");
+        window.give_path(&path, "Save");
+        assert!(std::fs::read(&path).unwrap().starts_with(head), "{}", path.display());
+    }
     let picture = image::open(&path).unwrap().to_rgba8();
-    assert_eq!(picture.dimensions(), (1520, 1120), "twice its size on the screen");
+    let (width, height) = picture.dimensions();
+    assert!(
+        width.abs_diff(1890) < 4 && height.abs_diff(1063) < 4,
+        "160 mm × 90 mm, 300 pixels to the inch: {width} × {height}"
+    );
+    // A view that the report has no figure of is saved as it is shown.
+    window.look("Motion", "Velocity");
+    window.click("Save to…");
+    window.give_path(&path.with_file_name("velocity.svg"), "Save");
+    let drawn = std::fs::read_to_string(path.with_file_name("velocity.svg")).unwrap();
+    assert!(drawn.contains("v (m/s)</text>") && drawn.contains("<path"), "{}", &drawn[..400]);
     let corner = picture.get_pixel(1, 1).0;
     assert_eq!(corner, [255; 4], "paper is white");
     let distinct: std::collections::HashSet<_> = picture.pixels().map(|p| p.0).collect();
     assert!(distinct.len() > 50, "something is drawn on it");
+}
+
+#[test]
+fn a_report_is_arranged_saved_and_comes_back_with_its_project() {
+    let home = tempfile::tempdir().unwrap();
+    let mut window = Window::of_files(vec![friction(home.path())]);
+    window.press(Modifiers::NONE, Key::Num3);
+    assert!(window.shows("Page 1 of ") && window.shows("· nothing yet"), "no walk was made");
+    let report = |window: &Window| serde_json::to_value(window.app().state()).unwrap()["edit"]["report"].clone();
+    let place = |window: &Window, name: &str| {
+        report(window)["items"].as_array().unwrap().iter().position(|i| i["section"] == name).unwrap()
+    };
+    let before = report(&window);
+    window.0.get_by_role_and_label(Role::CheckBox, "Coefficients").click();
+    window.settle();
+    assert_eq!(report(&window)["items"][place(&window, "coefficients")]["shown"], false);
+    let was = place(&window, "errors");
+    window.click_hidden("Move up: Errors of each record");
+    assert_eq!(place(&window, "errors"), was - 1);
+    window.press(CTRL, Key::Z);
+    window.press(CTRL, Key::Z);
+    assert_eq!(report(&window), before, "undo takes the order and the choice back");
+    window.press(CTRL | Modifiers::SHIFT, Key::Z);
+
+    window.click("Add text");
+    window.0.get_by_role_and_label(Role::MultilineTextInput, "Text at place 1").type_text("Is it dry?");
+    window.settle();
+    assert_eq!(report(&window)["items"][0]["text"], "Is it dry?");
+    window.press(Modifiers::NONE, Key::Escape);
+    window.click_hidden("Move down: Text");
+    assert_eq!(report(&window)["items"][1]["text"], "Is it dry?");
+    window.click("Letter");
+
+    // Dragged by its handle past the two above it.
+    let was = place(&window, "coefficients");
+    let (from, to) = ["Drag Coefficients", "Drag Summary and warnings"]
+        .map(|label| window.0.get_by_label(label).rect().center())
+        .into();
+    window.0.hover_at(from);
+    window.0.run_steps(2);
+    window.0.drag_at(from);
+    window.0.run_steps(1);
+    for share in [0.3, 0.6, 0.8, 0.9, 1.0, 1.0] {
+        window.0.hover_at(from + share * (to - from) - egui::vec2(0.0, 3.0));
+        window.0.run_steps(2);
+    }
+    window.0.drop_at(to);
+    window.settle();
+    assert!(place(&window, "coefficients") < was.min(place(&window, "summary")), "dragged to the top");
+
+    for (button, name, head) in [("Save PDF…", "rig.pdf", "%PDF"), ("Save HTML…", "rig.html", "<!doctype html>")] {
+        window.click(button);
+        window.give_path(&home.path().join(name), "Save");
+        let bytes = std::fs::read(home.path().join(name)).unwrap();
+        assert!(bytes.starts_with(head.as_bytes()), "{name}");
+    }
+    let page = std::fs::read_to_string(home.path().join("rig.html")).unwrap();
+    assert!(page.contains("<p>Is it dry?</p>") && !page.contains("coefficient ± std. error"));
+
+    window.press(CTRL, Key::S);
+    let project = home.path().join("study.json");
+    window.give_path(&project, "Save");
+    let again = Window::of_files(vec![project]);
+    assert_eq!(report(&again), report(&window));
+    assert!(again.shows("Page 1 of "), "the room that was open is open");
 }
 
 #[test]

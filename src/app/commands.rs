@@ -18,6 +18,7 @@ pub(crate) enum Command {
     SaveProject,
     SaveProjectAs,
     ExportModel,
+    SaveReport,
     Undo,
     Redo,
     Choose,
@@ -60,7 +61,7 @@ impl Command {
         let mut all = vec![Self::Open, Self::OpenPath, Self::AddRecords];
         all.extend(Sample::ALL.map(Self::Sample));
         all.push(Self::Demonstration);
-        all.extend([Self::Close, Self::SaveProject, Self::SaveProjectAs, Self::ExportModel]);
+        all.extend([Self::Close, Self::SaveProject, Self::SaveProjectAs, Self::ExportModel, Self::SaveReport]);
         all.extend([Self::PlotPicture, Self::WindowPicture]);
         all.extend([Self::Undo, Self::Redo, Self::Choose, Self::Reset]);
         all.extend([Self::CopyText, Self::CopyLatex, Self::CopyPython, Self::CopyJson]);
@@ -111,10 +112,16 @@ impl Command {
                 "Save the equations to take along: LaTeX, text, JSON, or a program in Python, MATLAB, Modelica or C",
                 None,
             ),
+            Self::SaveReport => (
+                "Files",
+                "Save report…",
+                "Save the report as PDF or as a web page, with the sections that were chosen in the room Report",
+                Some((CTRL, Key::P)),
+            ),
             Self::PlotPicture => (
                 "Pictures",
-                "Save picture of the plot…",
-                "Save the view in the centre as a PNG for print: white ground, twice the resolution",
+                "Save figure…",
+                "Save the view in the centre for a paper or a slide: SVG, PDF or PNG, at the size and with the letters you choose",
                 Some((CTRL, Key::E)),
             ),
             Self::WindowPicture => (

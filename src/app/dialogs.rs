@@ -10,7 +10,9 @@ use std::thread::{self, Thread};
 use std::time::{Duration, Instant};
 
 use super::project;
+use super::report::Saved;
 use crate::export::Format;
+use crate::report::FigureFormat;
 
 /// A dialog that vanishes faster than this was never seen by a person: the system has none.
 const UNSEEN: Duration = Duration::from_millis(400);
@@ -32,6 +34,8 @@ pub(crate) enum Purpose {
     Plot,
     /// To save a picture of the window to.
     Window,
+    /// To save the report to, as what the name's ending says.
+    Report(Saved),
 }
 
 impl Purpose {
@@ -43,8 +47,9 @@ impl Purpose {
             Self::Locate => "Choose where the file is now",
             Self::Project => "Save the project",
             Self::Model => "Export the model (.tex .txt .json .py .m .mo .c)",
-            Self::Plot => "Save a picture of the plot",
+            Self::Plot => "Save the figure (.svg .pdf .png)",
             Self::Window => "Save a picture of the window",
+            Self::Report(_) => "Save the report (.pdf .html .png)",
         }
     }
 
@@ -54,7 +59,7 @@ impl Purpose {
             Self::Open => "Open",
             Self::Add => "Add files",
             Self::Locate => "Choose",
-            Self::Project | Self::Model | Self::Plot | Self::Window => "Save",
+            Self::Project | Self::Model | Self::Plot | Self::Window | Self::Report(_) => "Save",
         }
     }
 
@@ -70,6 +75,7 @@ impl Purpose {
             Self::Project => Some(project::EXTENSION),
             Self::Model => Some(Format::Python.ending()),
             Self::Plot | Self::Window => Some("png"),
+            Self::Report(saved) => Some(saved.ending()),
         }
     }
 }
@@ -145,7 +151,17 @@ impl Dialogs {
                 let each = |d: rfd::AsyncFileDialog, f: Format| d.add_filter(f.name(), &[f.ending()]);
                 Format::ALL.into_iter().fold(dialog.add_filter("Every form", &all), each).set_file_name(name)
             }
-            Purpose::Plot | Purpose::Window => dialog.add_filter("PNG picture", &["png"]).set_file_name(name),
+            Purpose::Plot => {
+                let endings = FigureFormat::ALL.map(FigureFormat::ending);
+                let each = |d: rfd::AsyncFileDialog, e: &str| d.add_filter(e.to_uppercase(), &[e]);
+                endings.into_iter().fold(dialog.add_filter("Figure", &endings), each).set_file_name(name)
+            }
+            Purpose::Window => dialog.add_filter("PNG picture", &["png"]).set_file_name(name),
+            Purpose::Report(saved) => {
+                let (pdf, html) = (("PDF", ["pdf"]), ("Web page", ["html"]));
+                let kinds = if saved == Saved::Pdf { [pdf, html] } else { [html, pdf] };
+                kinds.into_iter().fold(dialog, |d, (kind, endings)| d.add_filter(kind, &endings)).set_file_name(name)
+            }
         };
         // In tests there is no window to belong to.
         if frame.winit_window().is_some() {
@@ -179,7 +195,7 @@ impl Dialogs {
                 let file = dialog.pick_file();
                 thread.spawn(move || answer(one(block_on(file))))
             }
-            Purpose::Project | Purpose::Model | Purpose::Plot | Purpose::Window => {
+            Purpose::Project | Purpose::Model | Purpose::Plot | Purpose::Window | Purpose::Report(_) => {
                 let file = dialog.save_file();
                 thread.spawn(move || answer(one(block_on(file))))
             }

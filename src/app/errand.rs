@@ -286,7 +286,11 @@ fn open(opening: &Opening) -> Result<Opened, Problem> {
         (None, Some(edit)) => edit.walk.clone(),
         (None, None) => Walk::default(),
     };
-    let edit = Edit { settings, usage, steps, walk };
+    let report = match (&read, edit) {
+        (Some((_, project)), _) => project.report.clone(),
+        (None, edit) => edit.map(|e| e.report.clone()).unwrap_or_default(),
+    };
+    let edit = Edit { settings, usage, steps, walk, report };
     let Opening { source, reading, goes_on, .. } = opening;
     let title = read.as_ref().map_or(title, |(path, _)| file_name(path));
     Ok(Opened {

@@ -25,6 +25,10 @@ const READING: &[(&str, &str)] = &[
         "a walk in four steps: where response and measurement part, which effect that is, what it would change, and whether \
          the gap shrinks on data never fitted; each effect keeps its colour in plots, cards and the equation",
     ),
+    (
+        "Report",
+        "tick the sections, drag them or use the arrows, and write between them; the pages in the centre are the ones that are saved",
+    ),
     ("Shares", "the bars in the equation: how much of the forces' RMS a term carries"),
 ];
 

@@ -7,6 +7,7 @@ mod cutter;
 mod dialogs;
 mod disk;
 mod errand;
+mod figure_panel;
 mod help;
 mod history;
 pub(crate) mod missing;
@@ -16,6 +17,7 @@ mod overlay;
 mod panel;
 pub mod plot;
 mod project;
+mod report;
 mod session;
 mod state;
 mod status;
@@ -31,6 +33,8 @@ mod worker;
 use std::path::PathBuf;
 
 pub use missing::{Base, Walk};
+pub(crate) use project::is_project;
+pub(crate) use report::headless::project as report_of_project;
 pub use state::{Edit, Sample, Source, State};
 pub use window::App;
 

@@ -16,10 +16,12 @@ use super::state::{Edit, Pin, Room, Source};
 use super::views::{View, ViewState};
 use crate::record::prepare::Preparation;
 use crate::record::{ReadOptions, Usage};
+use crate::report::Arrangement;
 use crate::study::Settings;
 
-/// The format that this program writes; a higher one is from a newer program. The first had no checksums, no steps and no views.
-const VERSION: u32 = 2;
+/// The format that this program writes; a higher one is from a newer program. The first had no checksums, no steps and no views;
+/// the second no report.
+const VERSION: u32 = 3;
 
 /// Bytes of a file that are looked at to tell what it is.
 const HEAD: u64 = 1 << 16;
@@ -51,6 +53,9 @@ pub(crate) struct Project {
     /// What was added to the base model in "What's missing".
     #[serde(default)]
     pub(crate) walk: Walk,
+    /// What the report holds, in which order.
+    #[serde(default)]
+    pub(crate) report: Arrangement,
     /// What was pinned to be compared.
     #[serde(default)]
     pub(crate) pins: Vec<Pin>,
@@ -75,9 +80,21 @@ pub(crate) struct Shown {
 impl Project {
     /// A project of these parts.
     pub(crate) fn new(source: Source, reading: ReadOptions, usage: BTreeMap<String, Usage>, edit: &Edit) -> Self {
-        let Edit { settings, walk, steps, .. } = edit.clone();
+        let Edit { settings, walk, steps, report, .. } = edit.clone();
         let (checksums, pins, shown) = (BTreeMap::new(), Vec::new(), None);
-        Self { sindyscope_project: VERSION, source, checksums, reading, steps, usage, settings, walk, pins, shown }
+        Self {
+            sindyscope_project: VERSION,
+            source,
+            checksums,
+            reading,
+            steps,
+            usage,
+            settings,
+            walk,
+            report,
+            pins,
+            shown,
+        }
     }
 
     /// This project with what its files held when they were read, in their order.
@@ -197,7 +214,7 @@ mod tests {
         after.usage.insert("2 Hz".into(), Usage::Off);
         let (one, two) = (text(&before), text(&after));
         assert_eq!(one, text(&before), "the same project is the same text");
-        assert!(one.starts_with("{\n  \"sindyscope_project\": 2,\n") && one.contains("\"run.csv\""), "{one}");
+        assert!(one.starts_with("{\n  \"sindyscope_project\": 3,\n") && one.contains("\"run.csv\""), "{one}");
         let differ: Vec<_> = one.lines().zip(two.lines()).filter(|(a, b)| a != b).collect();
         assert_eq!(differ.len(), 2, "{differ:?}");
     }

@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use egui::ThemePreference;
 use serde::{Deserialize, Serialize};
 
+use super::figure_panel::FigureLook;
 use super::missing::{Step, Walk};
 use super::views::{View, ViewState};
 use crate::record::prepare::Preparation;
 use crate::record::{ReadOptions, Usage};
+use crate::report::Arrangement;
 use crate::study::Settings;
 use crate::term::Kind;
 
@@ -56,6 +58,8 @@ pub struct Edit {
     pub steps: Vec<Preparation>,
     /// What was added to the base model in "What's missing".
     pub walk: Walk,
+    /// What the report holds, in which order.
+    pub report: Arrangement,
 }
 
 /// What a pinned outcome was made with: enough to make it again.
@@ -94,17 +98,20 @@ pub(crate) enum Room {
     Identify,
     /// Where a model and the measurement part, and which effect that is.
     Missing,
+    /// What one takes along.
+    Report,
 }
 
 impl Room {
     /// Every room, in the order of their keys 1, 2, …; with one there is nothing to switch.
-    pub(crate) const ALL: [Self; 2] = [Self::Identify, Self::Missing];
+    pub(crate) const ALL: [Self; 3] = [Self::Identify, Self::Missing, Self::Report];
 
     /// The switch's text.
     pub(crate) fn label(self) -> &'static str {
         match self {
             Self::Identify => "Identify",
             Self::Missing => "What's missing",
+            Self::Report => "Report",
         }
     }
 
@@ -113,6 +120,9 @@ impl Room {
         match self {
             Self::Identify => "From the measurement to its equation of motion",
             Self::Missing => "Where a model's response and the measurement part, and which physical effect that is",
+            Self::Report => {
+                "The pages to take along: choose sections and figures, write between them, save as PDF or HTML"
+            }
         }
     }
 }
@@ -143,6 +153,8 @@ pub struct State {
     pub record: usize,
     /// Whether the whole record is shown above the plots, to be cut by dragging.
     pub cutting: bool,
+    /// How figures are saved.
+    pub(crate) figure: FigureLook,
     /// The step of the walk in "What's missing" that is in view.
     pub(crate) step: Step,
     pub(crate) room: Room,
@@ -164,6 +176,7 @@ impl Default for State {
             theme: ThemePreference::System,
             record: 0,
             cutting: false,
+            figure: FigureLook::default(),
             step: Step::default(),
             room: Room::default(),
             view: View::default(),

@@ -112,6 +112,7 @@ fn file_menu(ui: &mut Ui, bar: &Toolbar<'_>, asked: &mut Vec<Asked>) {
     entry(ui, Command::SaveProject, open);
     entry(ui, Command::SaveProjectAs, open);
     entry(ui, Command::ExportModel, bar.bench.outcome.is_some());
+    entry(ui, Command::SaveReport, bar.bench.outcome.is_some());
     entry(ui, Command::PlotPicture, bar.bench.outcome.is_some());
     entry(ui, Command::WindowPicture, true);
     ui.separator();

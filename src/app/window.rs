@@ -15,12 +15,14 @@ use super::commands::Command;
 use super::cutter::Cutter;
 use super::dialogs::{Chosen, Dialogs, Purpose};
 use super::errand::{self, Delivery, Errand, Opening, Refused, file_name};
+use super::figure_panel::{self, FigureLook};
 use super::history::History;
 use super::missing::{Act, Missing, Walk};
 use super::notices::{Level, Notices};
 use super::panel::{self, Ask, Desk, Typing};
-use super::plot::export::{Sheet, save_png};
+use super::plot::export::save_png;
 use super::plot::palette;
+use super::report::{self, ReportRoom, Saved};
 use super::session::Keeper;
 use super::state::{Edit, Pin, Room, Source, State};
 use super::survey::Survey;
@@ -31,6 +33,7 @@ use crate::export::{self, Format};
 use crate::format::equations;
 use crate::gap::{Diagnosis, Stage};
 use crate::record::{Record, RecordSet};
+use crate::report::FigureFormat;
 use crate::study::{Ensemble, Landscape, Outcome, Settings, Study, StudyError};
 
 /// A study to be run.
@@ -64,6 +67,7 @@ type Made = (u64, Vec<Option<Arc<Outcome>>>);
 enum PictureJob {
     Plot(Box<PlotJob>),
     Window { path: PathBuf, image: Arc<ColorImage> },
+    Report { path: PathBuf, content: Box<report::Content> },
 }
 
 /// A picture of a view.
@@ -76,6 +80,7 @@ struct PlotJob {
     pins: Vec<Arc<Outcome>>,
     record: usize,
     state: ViewState,
+    look: FigureLook,
 }
 
 /// A picture of the window and where it goes.
@@ -95,6 +100,7 @@ pub struct App {
     errands: Worker<Errand, Delivery>,
     pictures: Worker<PictureJob, Result<PathBuf, String>>,
     missing: Missing,
+    report: ReportRoom,
     survey: Survey,
     /// Repeats the regression on resampled data once the settings rest.
     repeats: Worker<Question, Repeated>,
@@ -116,6 +122,7 @@ pub struct App {
     typing: Typing,
     cutter: Cutter,
     palette: Option<Palette>,
+    figure_open: bool,
     help_open: bool,
     log_open: bool,
     title: String,
@@ -156,6 +163,7 @@ impl App {
                 || Err("the picture was not drawn: an error of the program; please report it".into()),
             )?,
             missing: Missing::new(wake())?,
+            report: ReportRoom::new(wake())?,
             survey: Survey::new(wake())?,
             repeats: repeats_worker(wake())?,
             repeated: 0,
@@ -171,6 +179,7 @@ impl App {
             typing: Typing::default(),
             cutter: Cutter::default(),
             palette: None,
+            figure_open: false,
             help_open: false,
             log_open: false,
             title: String::new(),
@@ -196,7 +205,8 @@ impl App {
         let busy =
             workers.iter().any(Option::is_some) || self.repeats.busy().is_some() || self.pinning.busy().is_some();
         let busy = busy || self.keeper.as_ref().is_some_and(Keeper::busy);
-        busy || self.answered != self.ticket || self.missing.waiting() || self.state.views.busy()
+        let rooms = self.missing.waiting() || self.report.waiting();
+        busy || self.answered != self.ticket || rooms || self.state.views.busy()
     }
 
     /// The settings as they stand.
@@ -265,6 +275,7 @@ impl App {
             self.notices.error(format!("The session was not saved: {problem}; save a project instead"));
         }
         self.missing.collect();
+        self.report.collect();
         self.survey.collect();
         while let Some(answer) = self.repeats.answer() {
             if let Some((ticket, Ok(ensemble))) = answer
@@ -339,8 +350,22 @@ impl App {
 
     /// Asks for a study if what was asked last is no longer what is wanted.
     fn ask(&mut self) {
-        if self.state.room == Room::Missing {
-            self.missing.attend(&self.bench, &self.edit);
+        match self.state.room {
+            Room::Identify => {}
+            Room::Missing => self.missing.attend(&self.bench, &self.edit),
+            Room::Report => {
+                // A walk that came back with its project is told in the report too.
+                if !self.edit.walk.accepted.is_empty() || self.diagnosis().is_some() {
+                    self.missing.attend(&self.bench, &self.edit);
+                }
+                let sight = report::Sight {
+                    bench: &self.bench,
+                    edit: &self.edit,
+                    diagnosis: self.missing.diagnosis(&self.edit.walk),
+                    project: self.state.project.as_deref(),
+                };
+                self.report.attend(&sight);
+            }
         }
         // A walk decides nothing of the study.
         let same = |(generation, edit): &(u64, Edit)| {
@@ -364,9 +389,8 @@ impl App {
         let Chosen { purpose, paths, asked } = chosen;
         let Some(path) = paths.first().cloned() else { return };
         let named = purpose.ending().map_or(path.clone(), |ending| with_extension(path, ending));
-        let picture = matches!(purpose, Purpose::Plot | Purpose::Window);
         // A picture is never something else than its name says.
-        let path = if picture { named.with_extension("png") } else { named };
+        let path = if purpose == Purpose::Window { named.with_extension("png") } else { named };
         if purpose.saves() && path.exists() && asked.as_ref() != Some(&path) {
             return self.dialogs.ask_to_replace(purpose, path);
         }
@@ -377,6 +401,7 @@ impl App {
             Purpose::Project => self.save_project(&path),
             Purpose::Model => self.export_model(&path),
             Purpose::Plot => self.draw_plot(ctx, path),
+            Purpose::Report(_) => self.save_report(path),
             Purpose::Window => {
                 let (send, ctx2) = (self.shots.0.clone(), ctx.clone());
                 ctx.request_screenshot(move |image| {
@@ -399,13 +424,45 @@ impl App {
         }
     }
 
+    fn save_report(&mut self, path: PathBuf) {
+        let sight = report::Sight {
+            bench: &self.bench,
+            edit: &self.edit,
+            diagnosis: self.missing.diagnosis(&self.edit.walk),
+            project: self.state.project.as_deref(),
+        };
+        if let Some(content) = sight.content() {
+            self.pictures.ask(PictureJob::Report { path, content: Box::new(content) });
+        }
+    }
+
+    /// Draws the panel that asks how the figure is to be saved, while it is open.
+    fn figure_panel(&mut self, ctx: &Context, frame: &eframe::Frame) {
+        if !self.figure_open || self.state.room != Room::Identify || self.bench.outcome.is_none() {
+            return;
+        }
+        let view = self.state.view;
+        let drawn = view.figure(&self.state.views).is_some();
+        match figure_panel::show(ctx, view.label(), &mut self.state.figure, drawn) {
+            figure_panel::Outcome::Open => {}
+            figure_panel::Outcome::Closed => self.figure_open = false,
+            figure_panel::Outcome::Save => {
+                let stem = Path::new(&self.bench.title).file_stem().map_or("figure".into(), |s| s.to_string_lossy());
+                let (view, ending) = (view.label().to_lowercase(), self.state.figure.format.figure().ending());
+                let name = format!("{stem}-{view}.{ending}");
+                self.dialogs.ask(Purpose::Plot, &name, frame, ctx);
+            }
+        }
+    }
+
     fn draw_plot(&mut self, ctx: &Context, path: PathBuf) {
         let Some(outcome) = self.bench.outcome.clone() else { return };
         let record = self.record_in(&outcome);
         let (view, state) = (self.state.view, self.state.views.clone());
         let map = self.survey.map().map(|(map, _)| Arc::clone(map));
         let pins = self.bench.pins.clone();
-        let job = PlotJob { path, like: ctx.clone(), view, outcome, map, pins, record, state };
+        let look = self.state.figure;
+        let job = PlotJob { path, like: ctx.clone(), view, outcome, map, pins, record, state, look };
         self.pictures.ask(PictureJob::Plot(Box::new(job)));
     }
 
@@ -454,19 +511,22 @@ impl App {
                 self.errands.ask_instead(Errand::Choose { generation, records, settings: self.edit.settings.clone() });
             }
             Command::Reset => self.edit.settings = self.suggestion.clone(),
-            Command::PlotPicture | Command::ExportModel if self.bench.outcome.is_none() => {}
+            Command::PlotPicture | Command::ExportModel | Command::SaveReport if self.bench.outcome.is_none() => {}
+            Command::SaveReport => self.dialogs.ask(Purpose::Report(Saved::Pdf), &format!("{stem}.pdf"), frame, ctx),
             Command::ExportModel => {
                 let name = format!("{stem}.{}", Format::Python.ending());
                 self.dialogs.ask(Purpose::Model, &name, frame, ctx);
             }
             // Plots, maps and figures belong together there.
-            Command::PlotPicture if self.state.room == Room::Missing => {
-                self.dialogs.ask(Purpose::Window, &format!("{stem}-missing.png"), frame, ctx);
+            Command::PlotPicture if self.state.room != Room::Identify => {
+                self.dialogs.ask(
+                    Purpose::Window,
+                    &format!("{stem}-{}.png", if self.state.room == Room::Missing { "missing" } else { "report" }),
+                    frame,
+                    ctx,
+                );
             }
-            Command::PlotPicture => {
-                let name = format!("{stem}-{}.png", self.state.view.label().to_lowercase());
-                self.dialogs.ask(Purpose::Plot, &name, frame, ctx);
-            }
+            Command::PlotPicture => self.figure_open = !self.figure_open,
             Command::WindowPicture => self.dialogs.ask(Purpose::Window, &format!("{stem}-window.png"), frame, ctx),
             Command::CopyText | Command::CopyLatex | Command::CopyPython | Command::CopyJson => self.copy(command, ctx),
             Command::View(view) => self.state.view = view,
@@ -561,6 +621,16 @@ impl App {
             if self.state.room == Room::Missing && !self.bench.records.is_empty() {
                 for act in self.missing.show(ui, &self.bench, &self.edit) {
                     self.walk_on(act, ui.ctx());
+                }
+                return;
+            }
+            if self.state.room == Room::Report && self.bench.outcome.is_some() {
+                if let Some(report::Act::Save(saved)) = self.report.show(ui, &mut self.edit.report) {
+                    let stem =
+                        Path::new(&self.bench.title).file_stem().map_or("report".into(), |s| s.to_string_lossy());
+                    let name = format!("{stem}.{}", saved.ending());
+                    let ctx = ui.ctx().clone();
+                    self.dialogs.ask(Purpose::Report(saved), &name, frame, &ctx);
                 }
                 return;
             }
@@ -685,7 +755,7 @@ impl eframe::App for App {
         let mut line = status::Status {
             bench: &self.bench,
             fitting: self.fitting.busy(),
-            errand: self.errands.busy().or(self.missing.busy()),
+            errand: self.errands.busy().or(self.missing.busy()).or(self.report.busy()),
             opening,
             notices: &mut self.notices,
             log_open: &mut self.log_open,
@@ -709,9 +779,10 @@ impl eframe::App for App {
                 asks: &mut asks,
             };
             let mut acts = Vec::new();
-            let missing = &mut self.missing;
-            panel::left(ui, &mut desk, self.state.room, |ui, desk| {
-                acts = missing.controls(ui, desk.bench, desk.edit);
+            let (room, missing, report) = (self.state.room, &mut self.missing, &mut self.report);
+            panel::left(ui, &mut desk, room, |ui, desk| match room {
+                Room::Report => report.controls(ui, &mut desk.edit.report, &desk.bench.title),
+                _ => acts = missing.controls(ui, desk.bench, desk.edit),
             });
             for act in acts {
                 self.walk_on(act, &ctx);
@@ -750,6 +821,7 @@ impl eframe::App for App {
                 }
             }
         }
+        self.figure_panel(&ctx, frame);
         help::show(&ctx, &mut self.help_open);
         if let Some(chosen) = overlay::path_field(&ctx, &mut self.dialogs) {
             self.chosen(&ctx, chosen);
@@ -823,16 +895,27 @@ fn repeats_worker(wake: impl Fn() + Send + 'static) -> std::io::Result<Worker<Qu
 fn draw(job: PictureJob) -> Result<PathBuf, String> {
     let (path, image) = match job {
         PictureJob::Plot(job) => {
-            let PlotJob { path, like, view, outcome, map, pins, record, state } = *job;
+            let PlotJob { path, like, view, outcome, map, pins, record, state, look } = *job;
             let search = Search { map: map.as_ref(), ..Search::default() };
             let picture = Picture { outcome: &outcome, previous: None, record, stale: false, search, pins: &pins };
-            (path, views::render(Some(&like), view, &picture, &state, &Sheet::default()))
+            let format = FigureFormat::of(&path).map_err(|e| format!("The figure was not saved: {e}"))?;
+            let own =
+                view.figure(&state).filter(|_| !look.as_shown).and_then(|kind| kind.svg(&outcome, record, look.size));
+            let drawing = own.unwrap_or_else(|| views::vector(&like, view, &picture, &state, look.size));
+            let written = format.bytes(&drawing, view.label()).map_err(|e| e.to_string()).and_then(|bytes| {
+                std::fs::write(&path, bytes).map_err(|e| format!("{e}; choose another folder ({})", path.display()))
+            });
+            return written.map(|()| path).map_err(|e| format!("The figure was not saved: {e}"));
         }
         PictureJob::Window { path, image } => {
             let [width, height] = image.size.map(|n| u32::try_from(n).unwrap_or(u32::MAX));
             let bytes: Vec<u8> = image.pixels.iter().flat_map(|p| p.to_srgba_unmultiplied()).collect();
             let image = image::RgbaImage::from_raw(width, height, bytes);
             (path, image.ok_or("the picture of the window came damaged; try again")?)
+        }
+        PictureJob::Report { path, content } => {
+            content.report().write(&path).map_err(|e| format!("The report was not saved: {e}"))?;
+            return Ok(path);
         }
     };
     save_png(&path, &image)?;

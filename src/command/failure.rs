@@ -106,8 +106,9 @@ impl From<GapError> for Failure {
 impl From<ReportError> for Failure {
     fn from(error: ReportError) -> Self {
         let advice = match error {
-            ReportError::Ending(_) => "give --out a name that ends in .html or .png",
+            ReportError::Ending(_) => "give --out a name that ends in .html, .pdf or .png",
             ReportError::Write { .. } => "check that the folder exists and may be written to",
+            ReportError::FigureEnding(_) => "end the file's name in .svg, .pdf or .png",
             ReportError::Picture(_) => "write the report to .html",
         };
         Self::new(error.to_string()).try_this(advice)

@@ -11,7 +11,7 @@ use crate::format::equations;
 use crate::format::number::significant;
 use crate::format::units::format_si;
 use crate::record::{Role, Usage};
-use crate::report::Report;
+use crate::report::{Arrangement, Report};
 use crate::study::Horizon;
 
 /// Options of `identify`.
@@ -69,6 +69,7 @@ pub(super) fn run(options: &Options) -> Output {
                 choice: analysis.choice.as_deref(),
                 command: None,
                 diagnosis: None,
+                arrangement: &Arrangement::default(),
             };
             let mut text = format!("{}\n{}", equations::text(model, Some(&units)), report.summary());
             text.push_str(&predicts(&analysis));

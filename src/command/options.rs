@@ -8,6 +8,7 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 
 use super::failure::Failure;
+use crate::format::shell::{quoted, seen_from};
 use crate::record::prepare::{self, Preparation, Treatment};
 use crate::record::{ColumnMap, ReadOptions, RecordSet, read_set};
 use crate::study::{
@@ -274,9 +275,11 @@ impl StudyOptions {
     /// The command that does the same with nothing left to choose.
     pub(super) fn command(&self, name: &str, settings: &Settings, out: Option<&Path>) -> String {
         let mut text = format!("sindyscope {name}");
+        let here = std::env::current_dir().unwrap_or_default();
+        let typed = |path: &Path| quoted(&seen_from(&here, path).to_string_lossy());
         let files = |text: &mut String, files: &[PathBuf]| {
             for file in files {
-                let _ = write!(text, " {}", quoted(&file.to_string_lossy()));
+                let _ = write!(text, " {}", typed(file));
             }
         };
         files(&mut text, &self.data.data);
@@ -338,7 +341,7 @@ impl StudyOptions {
             option("scaling", "raw");
         }
         if let Some(out) = out {
-            option("out", &out.to_string_lossy());
+            option("out", &seen_from(&here, out).to_string_lossy());
         }
         if !smoothing.filter_library {
             text.push_str(" --unfiltered-library");
@@ -350,16 +353,6 @@ impl StudyOptions {
             text.push_str(" --refine");
         }
         text
-    }
-}
-
-/// An argument as a shell takes it.
-pub(super) fn quoted(text: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "-_./=,+:@%^".contains(c);
-    if !text.is_empty() && text.chars().all(plain) {
-        text.to_owned()
-    } else {
-        format!("'{}'", text.replace('\'', "'\\''"))
     }
 }
 

@@ -1,13 +1,16 @@
+#[cfg(feature = "desktop")]
+use std::path::Path;
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::analysis::analyse;
 use super::diagnose::{MAX_EFFECTS, first_order, search};
 use super::failure::Failure;
-use super::options::{KindName, StudyOptions, Terms, quoted};
+use super::options::{KindName, StudyOptions, Terms};
 use super::{Output, diagnosed, json};
-use crate::report::{Format, Report};
+use crate::format::shell::quoted;
+use crate::report::{Arrangement, Format, Paper, Report, Sections};
 use crate::term::Term;
 
 /// Options of `report`.
@@ -15,7 +18,7 @@ use crate::term::Term;
 pub(super) struct Options {
     #[command(flatten)]
     study: StudyOptions,
-    /// The document to write: .html (self-contained) or .png, by the ending
+    /// The document to write: .html (self-contained), .pdf (pages, fonts embedded) or .png, by the ending
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Search for missing effects too, as `diagnose` does, and write the walk into the document
@@ -30,12 +33,44 @@ pub(super) struct Options {
     /// Its title [default: the names of the files]
     #[arg(long, value_name = "TEXT", help_heading = "Output")]
     title: Option<String>,
+    /// Its sections, in this order: "equation, parameters, response, spectrum"; a wrong name lists them all [default: all]
+    #[arg(long, value_name = "LIST", help_heading = "Output")]
+    sections: Option<Sections>,
+    /// The paper of a PDF
+    #[arg(long, value_enum, value_name = "SIZE", default_value_t, help_heading = "Output")]
+    paper: PaperName,
+}
+
+/// A sheet of paper, by name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum PaperName {
+    /// 210 mm × 297 mm
+    #[default]
+    A4,
+    /// 8.5 in × 11 in
+    Letter,
+}
+
+impl From<PaperName> for Paper {
+    fn from(name: PaperName) -> Self {
+        match name {
+            PaperName::A4 => Self::A4,
+            PaperName::Letter => Self::Letter,
+        }
+    }
 }
 
 /// Identifies and writes the document.
 pub(super) fn run(options: &Options) -> Output {
     // Said before the work is done, not after.
     Format::of(&options.out).map_err(Failure::from)?;
+    #[cfg(feature = "desktop")]
+    if let [project] = options.study.data.data.as_slice()
+        && project.is_file()
+        && crate::app::is_project(project)
+    {
+        return of_project(options, project);
+    }
     if options.diagnose && options.study.data.kind == KindName::FirstOrder {
         return Err(first_order().into());
     }
@@ -45,8 +80,9 @@ pub(super) fn run(options: &Options) -> Output {
         false => None,
     };
     let mut command = options.study.command("report", &analysis.outcome.settings, Some(&options.out));
-    command.push_str(&options.diagnosis_words());
+    command.push_str(&options.own_words());
     let title = options.title.clone().unwrap_or_else(|| title(&options.study.data.data));
+    let arrangement = options.arrangement();
     let report = Report {
         title: &title,
         records: &analysis.records,
@@ -54,6 +90,7 @@ pub(super) fn run(options: &Options) -> Output {
         choice: analysis.choice.as_deref(),
         command: Some(&command),
         diagnosis: diagnosis.as_ref(),
+        arrangement: &arrangement,
     };
     report.write(&options.out).map_err(Failure::from)?;
     let mut result = json::identified(&analysis);
@@ -65,8 +102,14 @@ pub(super) fn run(options: &Options) -> Output {
 }
 
 impl Options {
-    /// The part of the command that asks for the search for missing effects.
-    fn diagnosis_words(&self) -> String {
+    /// What the document holds.
+    fn arrangement(&self) -> Arrangement {
+        let arrangement = self.sections.as_ref().map_or_else(Arrangement::default, |s| Arrangement::of(&s.0));
+        Arrangement { paper: self.paper.into(), ..arrangement }
+    }
+
+    /// The part of the command that is the report's alone.
+    fn own_words(&self) -> String {
         let mut text = String::new();
         if self.diagnose {
             text.push_str(" --diagnose");
@@ -78,8 +121,44 @@ impl Options {
                 text.push_str(&format!(" --max-effects {}", self.max_effects));
             }
         }
+        if let Some(title) = &self.title {
+            text.push_str(&format!(" --title {}", quoted(title)));
+        }
+        if let Some(sections) = &self.sections {
+            text.push_str(&format!(" --sections {}", quoted(&sections.to_string())));
+        }
+        if self.paper != PaperName::default() {
+            text.push_str(" --paper letter");
+        }
         text
     }
+}
+
+/// Writes the report of a saved project: its records, settings, walk and contents.
+#[cfg(feature = "desktop")]
+fn of_project(options: &Options, project: &Path) -> Output {
+    use clap::Parser as _;
+
+    // A project brings its own settings; what else was given would go unheard.
+    let file = |path: &Path| path.as_os_str().to_owned();
+    let alone: [std::ffi::OsString; 5] =
+        ["sindyscope".into(), "report".into(), file(project), "--out".into(), file(&options.out)];
+    let plain = match super::Cli::try_parse_from(alone).map(|cli| cli.command) {
+        Ok(Some(super::Command::Report(plain))) => Some(format!("{plain:?}")),
+        _ => None,
+    };
+    if plain != Some(format!("{options:?}")) {
+        return Err(Failure::new("a project brings its own settings and contents; no further option goes with it")
+            .try_this("change them in the window, or give the measurements themselves")
+            .into());
+    }
+    let here = std::env::current_dir().unwrap_or_default();
+    let typed = |path: &Path| quoted(&crate::format::shell::seen_from(&here, path).to_string_lossy());
+    let command = format!("sindyscope report {} --out {}", typed(project), typed(&options.out));
+    let content = crate::app::report_of_project(project, &command)
+        .map_err(|problem| Failure::new(problem.what).try_this(problem.advice))?;
+    content.report().write(&options.out).map_err(Failure::from)?;
+    Ok(format!("wrote {}\n", options.out.display()).into_bytes())
 }
 
 /// The names of the files, without folders and endings.

@@ -3,4 +3,5 @@
 pub mod equations;
 pub mod number;
 pub mod palette;
+pub(crate) mod shell;
 pub mod units;

@@ -7,6 +7,36 @@ use crate::format::number::{plain, significant_trimmed, superscript};
 use crate::format::palette::Ink;
 use crate::format::units::Scale;
 
+/// The room that a figure is given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Extent {
+    /// Width, points.
+    pub(super) width: f64,
+    /// Height, points; none: as high as the figure is by itself.
+    pub(super) height: Option<f64>,
+}
+
+/// The width of a page's text.
+pub(super) const WIDTH: f64 = 700.0;
+
+/// Distance of figures beside each other.
+pub(super) const GUTTER: f64 = 14.0;
+
+/// Least factor on the heights of panels that have less room than they need.
+const FLATTEST: f64 = 0.2;
+
+impl Extent {
+    /// A figure as wide as the page's text.
+    pub(super) const PAGE: Self = Self { width: WIDTH, height: None };
+    /// One of two figures beside each other.
+    pub(super) const HALF: Self = Self { width: 0.5 * (WIDTH - GUTTER), height: None };
+
+    /// The factor on the heights of panels, `panels` together, that fills the height beside what is `fixed`.
+    pub(super) fn stretch(&self, fixed: f64, panels: f64) -> f64 {
+        self.height.map_or(1.0, |height| ((height - fixed) / panels).max(FLATTEST))
+    }
+}
+
 /// Line of a chart, in data coordinates.
 pub(super) struct Line {
     /// What it shows; decides its colour and stroke.
@@ -124,6 +154,14 @@ pub(super) struct Panel {
 pub(super) const BELOW: f64 = 34.0;
 /// Room left of a panel for the same.
 pub(super) const LEFT: f64 = 54.0;
+/// Room right of a panel.
+pub(super) const RIGHT: f64 = 8.0;
+/// Room above a panel for a line of keys.
+const ABOVE: f64 = 20.0;
+/// Height of each further line of keys.
+const KEY_LINE: f64 = 14.0;
+/// Width of a letter of a tick or a key in any proportional font.
+const LETTER: f64 = 5.6;
 /// Distances of ticks that leave room for their labels.
 const TICK_SPACING: (f64, f64) = (64.0, 28.0);
 
@@ -137,7 +175,7 @@ impl Panel {
         (2.0 * self.size.0) as usize
     }
 
-    pub(super) fn draw(&self, svg: &mut Svg, name: &str) {
+    pub(super) fn draw(&self, svg: &mut Svg) {
         let (left, top) = self.at;
         let (width, height) = self.size;
         let (right, bottom) = (left + width, top + height);
@@ -156,7 +194,9 @@ impl Panel {
             let x = left + width * self.x.share(value);
             svg.line("grid", (x, top), (x, bottom));
             if self.x_labels {
-                svg.text("tick", (x, bottom + 13.0), Anchor::Middle, &label);
+                // The last label ends where the figure does.
+                let half = 0.5 * LETTER * label.chars().count() as f64;
+                svg.text("tick", (x.min(right + RIGHT - half), bottom + 13.0), Anchor::Middle, &label);
             }
         }
         for (value, label) in self.y.ticks(height, TICK_SPACING.1) {
@@ -172,10 +212,7 @@ impl Panel {
         if self.y_labels {
             svg.upward_text("label", (left - LEFT + 12.0, top + 0.5 * height), &self.y.label);
         }
-        use std::fmt::Write;
-        let _ = write!(svg.0, "<clipPath id=\"{name}\">");
-        svg.rect("clip", self.at, self.size);
-        let _ = writeln!(svg.0, "</clipPath><g clip-path=\"url(#{name})\">");
+        svg.begin_clip(self.at, self.size);
         for dot in &self.dots {
             let (x, y) = to(*dot);
             if x.is_finite() && y.is_finite() {
@@ -198,19 +235,56 @@ impl Panel {
                 Guide::Level(..) | Guide::Stretch(_) => {}
             }
         }
-        svg.0.push_str("</g>\n");
+        svg.end_clip();
         svg.rect("frame", self.at, self.size);
     }
 }
 
-/// Keys of lines side by side, the first one beginning at `left`.
-pub(super) fn legend(svg: &mut Svg, entries: &[(Ink, &str)], left: f64, base: f64) {
-    let mut x = left;
-    for (ink, label) in entries {
-        svg.line(class(*ink), (x, base - 3.5), (x + 22.0, base - 3.5));
-        svg.text("key", (x + 28.0, base), Anchor::Start, label);
-        // Room for the label in any proportional font.
-        x += 48.0 + 5.6 * label.chars().count() as f64;
+/// Keys of lines side by side, in as many lines as they need.
+pub(super) struct Legend<'a> {
+    lines: Vec<Vec<(f64, Ink, &'a str)>>,
+    left: f64,
+}
+
+impl<'a> Legend<'a> {
+    /// Keys from `left` on in a figure of this width.
+    pub(super) fn new(entries: &[(Ink, &'a str)], left: f64, width: f64) -> Self {
+        let mut lines: Vec<Vec<(f64, Ink, &str)>> = vec![Vec::new()];
+        let mut x = left;
+        for (ink, label) in entries {
+            let wide = 32.0 + LETTER * label.chars().count() as f64;
+            if x + wide > width && x > left {
+                lines.push(Vec::new());
+                x = left;
+            }
+            if let Some(line) = lines.last_mut() {
+                line.push((x, *ink, *label));
+            }
+            x += wide + 16.0;
+        }
+        Self { lines, left }
+    }
+
+    /// Height above the panels that the keys take.
+    pub(super) fn top(&self) -> f64 {
+        ABOVE + KEY_LINE * (self.lines.len() - 1) as f64
+    }
+
+    /// Draws the keys, the last line just above the panels.
+    pub(super) fn draw(&self, svg: &mut Svg) {
+        for (k, line) in self.lines.iter().enumerate() {
+            let base = ABOVE - 8.0 + KEY_LINE * k as f64;
+            for (x, ink, label) in line {
+                svg.line(class(*ink), (*x, base - 3.5), (x + 22.0, base - 3.5));
+                svg.text("key", (x + 28.0, base), Anchor::Start, label);
+            }
+        }
+    }
+
+    /// Draws a dot's key in front of the others, which begin further right.
+    pub(super) fn dot(&self, svg: &mut Svg, before: f64, label: &str) {
+        svg.rect("dot", (self.left - before + 8.0, ABOVE - 14.0), (5.0, 5.0));
+        svg.text("key", (self.left - before + 28.0, ABOVE - 8.0), Anchor::Start, label);
     }
 }
 

@@ -1,13 +1,12 @@
 //! What a report says, in order, whatever it is written as.
 
 use super::Report;
-use super::figures::{self, Figure, Room};
+use super::figures::Figure;
 use super::math::{self, EquationRows, Math};
-use super::walk;
 use crate::format::equations::{by_share, is_kinematic};
 use crate::format::number::{align_at_point, format_measured, significant, significant_trimmed};
 use crate::format::units::{Scale, format_si, raised};
-use crate::model::Mode;
+use crate::model::{Mode, Model, Units};
 use crate::record::Usage;
 use crate::study::{Differentiation, Form, Kinematics, Lock, Outcome, Scaling, Score, Severity};
 use crate::term::{Kind, Symbol};
@@ -17,7 +16,7 @@ pub(super) enum Block {
     Title { title: String, subtitle: String },
     Tiles(Vec<Tile>),
     Warnings(Vec<(Severity, String)>),
-    Heading(&'static str),
+    Heading(String),
     Subheading(String),
     Paragraph(String),
     Equations(Vec<EquationRows>),
@@ -48,39 +47,24 @@ pub(super) enum Cell {
     Share(f64),
 }
 
-/// The whole document.
-pub(super) fn blocks(report: &Report<'_>, room: &Room) -> Vec<Block> {
-    let outcome = report.outcome;
-    let unit = displacement_unit(outcome);
-    let mut blocks = vec![
-        Block::Title { title: report.title.to_owned(), subtitle: subtitle(outcome) },
-        Block::Tiles(tiles(outcome, unit)),
-    ];
+/// The title, and what the study was made from.
+pub(super) fn title(title: &str, outcome: &Outcome) -> Block {
+    Block::Title { title: title.to_owned(), subtitle: subtitle(outcome) }
+}
+
+/// The errors in large type, and the warnings.
+pub(super) fn summary_blocks(outcome: &Outcome) -> Vec<Block> {
+    let mut blocks = vec![Block::Tiles(tiles(outcome, displacement_unit(outcome)))];
     if !outcome.warnings.is_empty() {
         blocks.push(Block::Warnings(outcome.warnings.iter().map(|w| (w.severity, sentence(&w.text))).collect()));
     }
-    blocks.push(Block::Heading("Equation of motion"));
-    blocks.push(Block::Equations(math::equations(&outcome.model)));
-    blocks.extend(coefficients(outcome));
-    blocks.extend(physical(outcome));
+    blocks
+}
+
+/// Physical parameters, and the modes of several masses.
+pub(super) fn parameters(outcome: &Outcome) -> Vec<Block> {
+    let mut blocks = physical(outcome);
     blocks.extend(modes(outcome));
-    blocks.push(Block::Heading("Response and error"));
-    blocks.push(Block::Table(errors(outcome, unit)));
-    blocks.extend(figures::all(outcome, room).into_iter().map(Block::Figure));
-    let drawn = outcome.records.len().min(room.records);
-    if drawn < outcome.records.len() {
-        blocks.push(Block::Paragraph(format!("{drawn} of {} records are drawn.", outcome.records.len())));
-    }
-    if let Some(diagnosis) = report.diagnosis {
-        blocks.extend(walk::blocks(diagnosis, super::displacement_unit(report.records), room));
-    }
-    blocks.push(Block::Heading("Data"));
-    blocks.push(Block::Table(data(report)));
-    blocks.extend(notices(report).into_iter().map(Block::Paragraph));
-    blocks.push(Block::Heading("Settings"));
-    blocks.push(Block::Table(settings(outcome)));
-    blocks.extend(report.choice.map(|reason| Block::Paragraph(sentence(reason))));
-    blocks.extend(report.command.map(|command| Block::Command(command.to_owned())));
     blocks
 }
 
@@ -105,18 +89,17 @@ pub(super) fn summary(report: &Report<'_>) -> Vec<Block> {
             blocks.push(Block::Paragraph(text));
         }
     }
-    blocks.extend(physical(outcome));
-    blocks.extend(modes(outcome));
-    blocks.push(Block::Heading("Settings"));
+    blocks.extend(parameters(outcome));
+    blocks.push(Block::Heading("Settings".into()));
     blocks.push(Block::Table(settings(outcome)));
     blocks.extend(report.choice.map(|reason| Block::Paragraph(sentence(reason))));
     let notices = notices(report);
     if !notices.is_empty() {
-        blocks.push(Block::Heading("Data"));
+        blocks.push(Block::Heading("Data".into()));
         blocks.extend(notices.into_iter().map(Block::Paragraph));
     }
     if !outcome.warnings.is_empty() {
-        blocks.push(Block::Heading("To know"));
+        blocks.push(Block::Heading("To know".into()));
         blocks.push(Block::Warnings(outcome.warnings.iter().map(|w| (w.severity, sentence(&w.text))).collect()));
     }
     blocks
@@ -169,47 +152,45 @@ pub(super) fn percent(value: f64) -> String {
     significant(value, digits)
 }
 
-fn coefficients(outcome: &Outcome) -> Vec<Block> {
-    let model = &outcome.model;
-    let units = outcome.units();
-    let mut blocks = Vec::new();
-    let identified: Vec<_> = model.iter().filter(|(s, e)| !is_kinematic(model, *s, e)).collect();
-    for (state, equation) in &identified {
-        let terms = by_share(equation);
-        let numbers: Vec<String> = terms.iter().map(|t| format_measured(t.coefficient, t.std_error)).collect();
-        let rows = terms
-            .iter()
-            .zip(align_at_point(&numbers))
-            .map(|(term, number)| {
-                vec![
-                    Cell::Formula(math::term(&term.term, &model.layout, false)),
-                    Cell::Text(term.term.text(&model.layout)),
-                    Cell::Number(number),
-                    Cell::Text(
-                        units
-                            .coefficient(*state, &term.term)
-                            .filter(|u| u != "1")
-                            .map_or_else(String::new, |u| raised(&u)),
-                    ),
-                    Cell::Share(term.share),
-                ]
-            })
-            .collect();
-        if identified.len() > 1 {
-            blocks.push(Block::Paragraph(format!("Terms of d{}/dt:", model.layout.name(*state))));
-        }
-        blocks.push(Block::Table(Table {
-            head: vec!["term", "as typed", "coefficient ± std. error", "unit", "share of the rate"],
-            rows,
-        }));
-        blocks.extend(fit_sentence(outcome, *state).map(Block::Paragraph));
-    }
-    if model.layout.kind == Kind::SecondOrder {
+/// The coefficients of what was identified, with what was tried and dropped.
+pub(super) fn identified(outcome: &Outcome) -> Vec<Block> {
+    let mut blocks = coefficients(&outcome.model, &outcome.units(), |state| fit_sentence(outcome, state));
+    if outcome.model.layout.kind == Kind::SecondOrder {
         blocks.push(Block::Paragraph(
             "Dots are time derivatives, v is the velocity. The share is the term's RMS over the fitted samples, of the sum over all \
              terms."
                 .into(),
         ));
+    }
+    blocks
+}
+
+/// A table of the coefficients of each equation, known kinematics left out, with what is to be said beneath it.
+pub(super) fn coefficients(model: &Model, units: &Units, beneath: impl Fn(Symbol) -> Option<String>) -> Vec<Block> {
+    let mut blocks = Vec::new();
+    let identified: Vec<_> = model.iter().filter(|(s, e)| !is_kinematic(model, *s, e)).collect();
+    for (state, equation) in &identified {
+        let terms = by_share(equation);
+        let numbers: Vec<String> = terms.iter().map(|t| format_measured(t.coefficient, t.std_error)).collect();
+        let shares = terms.iter().any(|t| t.share > 0.0);
+        let rows = terms.iter().zip(align_at_point(&numbers)).map(|(term, number)| {
+            let unit = units.coefficient(*state, &term.term);
+            let mut row = vec![
+                Cell::Formula(math::term(&term.term, &model.layout, false)),
+                Cell::Text(term.term.text(&model.layout)),
+                Cell::Number(number),
+                Cell::Text(unit.map_or_else(String::new, |u| raised(&u))),
+            ];
+            row.extend(shares.then_some(Cell::Share(term.share)));
+            row
+        });
+        if identified.len() > 1 {
+            blocks.push(Block::Paragraph(format!("Terms of d{}/dt:", model.layout.name(*state))));
+        }
+        let mut head = vec!["term", "as typed", "coefficient ± std. error", "unit"];
+        head.extend(shares.then_some("share of the rate"));
+        blocks.push(Block::Table(Table { head, rows: rows.collect() }));
+        blocks.extend(beneath(*state).map(Block::Paragraph));
     }
     blocks
 }
@@ -228,7 +209,7 @@ fn physical(outcome: &Outcome) -> Vec<Block> {
             vec![
                 Cell::Text(p.symbol.into()),
                 Cell::Number(number),
-                Cell::Text(p.unit.clone()),
+                Cell::Text(if p.unit.is_empty() { "1".into() } else { raised(&p.unit) }),
                 Cell::Text(p.title.into()),
             ]
         })
@@ -300,7 +281,7 @@ fn fit_sentence(outcome: &Outcome, state: Symbol) -> Option<String> {
     (!sentences.is_empty()).then(|| sentences.join(" "))
 }
 
-fn errors(outcome: &Outcome, unit: &str) -> Table {
+pub(super) fn errors(outcome: &Outcome, unit: &str) -> Table {
     let scores: Vec<(String, &str, Option<Score>)> = outcome
         .records
         .iter()
@@ -349,7 +330,7 @@ fn usage(usage: Usage) -> &'static str {
     }
 }
 
-fn data(report: &Report<'_>) -> Table {
+pub(super) fn data(report: &Report<'_>) -> Table {
     let entries = &report.records.entries;
     let column = |value: &dyn Fn(&crate::record::Record) -> String| {
         align_at_point(&entries.iter().map(|(r, _)| value(r)).collect::<Vec<_>>())
@@ -362,7 +343,7 @@ fn data(report: &Report<'_>) -> Table {
         .enumerate()
         .map(|(k, (record, used))| {
             let channels: Vec<String> =
-                record.channels.iter().map(|c| Scale::plain(c.unit.as_str()).axis(&c.name)).collect();
+                record.channels.iter().map(|c| Scale::plain(raised(&c.unit)).axis(&c.name)).collect();
             let file = record.source.as_ref().and_then(|p| p.file_name()).map(|f| f.to_string_lossy().into_owned());
             vec![
                 Cell::Text(record.name.clone()),
@@ -391,7 +372,7 @@ pub(super) fn sentence(text: &str) -> String {
 }
 
 /// What was found and done while reading; a sentence that holds for several records is said once.
-fn notices(report: &Report<'_>) -> Vec<String> {
+pub(super) fn notices(report: &Report<'_>) -> Vec<String> {
     let mut seen: Vec<(&str, Vec<&str>)> = Vec::new();
     for (record, _) in &report.records.entries {
         for notice in &record.notices {
@@ -411,7 +392,7 @@ fn notices(report: &Report<'_>) -> Vec<String> {
         .collect()
 }
 
-fn settings(outcome: &Outcome) -> Table {
+pub(super) fn settings(outcome: &Outcome) -> Table {
     let settings = &outcome.settings;
     let layout = &outcome.model.layout;
     let text = |t: &crate::term::Term| t.pretty(layout);

@@ -2,8 +2,9 @@
 
 use std::ops::RangeInclusive;
 
-use super::chart::{Axis, BELOW, Guide, LEFT, Line, Panel, legend, padded, thinned, thinned_logarithmic};
-use super::physics_figures;
+use super::chart::{
+    Axis, BELOW, Extent, Guide, LEFT, Legend, Line, Panel, RIGHT, padded, thinned, thinned_logarithmic,
+};
 use super::svg::Svg;
 use crate::format::number::significant;
 use crate::format::palette::Ink;
@@ -25,17 +26,14 @@ pub(super) struct Figure {
 pub(super) struct Room {
     /// Records whose response is drawn.
     pub(super) records: usize,
-    /// Whether forces and the residual are drawn.
-    pub(super) physics: bool,
 }
 
 impl Room {
-    pub(super) const WEB: Self = Self { records: 8, physics: true };
-    pub(super) const PICTURE: Self = Self { records: 2, physics: false };
+    /// A document that may be long.
+    pub(super) const PAGES: Self = Self { records: 8 };
+    /// One picture.
+    pub(super) const PICTURE: Self = Self { records: 2 };
 }
-
-/// Width of every figure.
-pub(super) const WIDTH: f64 = 700.0;
 
 /// Periods of the response beyond which single ones cannot be told apart over the width of a figure.
 const PERIODS_SHOWN: f64 = 25.0;
@@ -48,30 +46,23 @@ const PORTRAIT_SAMPLES: usize = 6000;
 /// Powers of ten that a spectrum shows below its highest line.
 const SPECTRUM_DECADES: f64 = 7.0;
 
-const TOP: f64 = 20.0;
-const GAP: f64 = 10.0;
-const RIGHT: f64 = 8.0;
-const RESPONSE_HEIGHT: f64 = 170.0;
-const ERROR_HEIGHT: f64 = 80.0;
+/// Width from which on a whole record and its detail have room beside each other.
+const TWO_COLUMNS: f64 = 450.0;
 
-/// Every figure of an outcome.
-pub(super) fn all(outcome: &Outcome, room: &Room) -> Vec<Figure> {
-    let mut shown = select(outcome, room.records);
-    let mut figures: Vec<Figure> = Vec::new();
-    for record in &shown {
-        let name = format!("r{}", figures.len() + 1);
-        figures.extend(response(outcome, record, &name));
-    }
-    // Held-out records tell more.
-    shown.sort_by_key(|r| r.usage != Usage::HeldOut);
-    if let Some(record) = shown.first() {
-        figures.extend(portrait_and_spectrum(outcome, record));
-    }
-    if room.physics {
-        figures.extend(physics_figures::forces(outcome));
-        figures.extend(physics_figures::residual(outcome));
-    }
-    figures
+const GAP: f64 = 10.0;
+const RESPONSE_HEIGHT: f64 = 145.0;
+const ERROR_HEIGHT: f64 = 70.0;
+const PORTRAIT_HEIGHT: f64 = 240.0;
+
+/// The responses of as many records as there is room for.
+pub(super) fn responses(outcome: &Outcome, room: &Room) -> Vec<Figure> {
+    select(outcome, room.records).into_iter().filter_map(|record| response(outcome, record, &Extent::PAGE)).collect()
+}
+
+/// The record that portrait and spectrum are drawn of: a held-out one tells more.
+pub(super) fn telling(outcome: &Outcome) -> Option<&RecordOutcome> {
+    let held_out = outcome.records.iter().find(|r| r.usage == Usage::HeldOut);
+    held_out.or(outcome.records.first())
 }
 
 /// Records drawn if there are too many: fitted and held-out ones in turn, in the set's order.
@@ -112,20 +103,32 @@ fn detail(record: &RecordOutcome, channel: &Channel) -> Option<RangeInclusive<f6
 }
 
 /// Measured and identified response with the error beneath, on one time axis.
-fn response(outcome: &Outcome, record: &RecordOutcome, name: &str) -> Option<Figure> {
+pub(super) fn response(outcome: &Outcome, record: &RecordOutcome, extent: &Extent) -> Option<Figure> {
     let layout = &outcome.model.layout;
     let mut drawing = Svg::default();
-    let mut top = TOP;
     let mut detailed = false;
     let channels: Vec<_> =
         record.channels.iter().filter(|c| measured(&record.record, c).is_some()).take(CHANNELS_SHOWN).collect();
     let last = channels.len().checked_sub(1)?;
+    let mut keys = vec![(Ink::Measured, "measured"), (Ink::Identified, "identified"), (Ink::Error, "error E")];
+    if outcome.noise_floor.is_some() {
+        keys.push((Ink::NoiseFloor, "noise floor"));
+    }
+    if record.diverged_at.is_some() {
+        keys.push((Ink::Diverged, "diverged"));
+    }
+    let legend = Legend::new(&keys, LEFT, extent.width);
+    legend.draw(&mut drawing);
+    let mut top = legend.top();
+    let shrunk = if last == 0 { 1.0 } else { 0.7 };
+    let count = channels.len() as f64;
+    let fixed = top + (2.0 * count - 1.0) * GAP + BELOW;
+    let stretch = shrunk * extent.stretch(fixed, count * shrunk * (RESPONSE_HEIGHT + ERROR_HEIGHT));
+    let heights = (stretch * RESPONSE_HEIGHT, stretch * ERROR_HEIGHT);
     for (index, channel) in channels.iter().enumerate() {
         let Some((values, unit)) = measured(&record.record, channel) else { continue };
         let symbol = channel.name(layout);
         let noise = outcome.noise_floor.filter(|_| index == 0);
-        let heights =
-            if last == 0 { (RESPONSE_HEIGHT, ERROR_HEIGHT) } else { (0.7 * RESPONSE_HEIGHT, 0.7 * ERROR_HEIGHT) };
         // A response on its way out of the data's range would press the measurement flat.
         let y_range = padded(values.iter().copied());
         let most = channel.error.iter().copied().filter(|e| e.is_finite()).fold(0.0, f64::max);
@@ -138,9 +141,10 @@ fn response(outcome: &Outcome, record: &RecordOutcome, name: &str) -> Option<Fig
         let whole = record.record.start..=record.record.start + record.record.duration();
         let detail = detail(record, channels[0]);
         detailed |= detail.is_some();
-        let frame = WIDTH - LEFT - RIGHT;
+        let frame = extent.width - LEFT - RIGHT;
         let columns = match detail.clone() {
             None => vec![(LEFT, frame, whole)],
+            Some(detail) if extent.width < TWO_COLUMNS => vec![(LEFT, frame, detail)],
             Some(detail) => vec![(LEFT, 0.6 * frame, whole), (LEFT + 0.6 * frame + GAP, 0.4 * frame - GAP, detail)],
         };
         for (column, (left, width, range)) in columns.into_iter().enumerate() {
@@ -168,7 +172,7 @@ fn response(outcome: &Outcome, record: &RecordOutcome, name: &str) -> Option<Fig
             upper.lines = [(Ink::Measured, values), (Ink::Identified, channel.response.as_slice())]
                 .map(|(ink, values)| Line { ink, points: visible(&record.record, values, &range, upper.columns()) })
                 .into();
-            upper.draw(&mut drawing, &format!("{name}c{index}u{column}"));
+            upper.draw(&mut drawing);
             let mut lower = Panel {
                 at: (left, top + heights.0 + GAP),
                 size: (width, heights.1),
@@ -182,21 +186,13 @@ fn response(outcome: &Outcome, record: &RecordOutcome, name: &str) -> Option<Fig
             };
             let points = visible(&record.record, &channel.error, &range, lower.columns());
             lower.lines.push(Line { ink: Ink::Error, points });
-            lower.draw(&mut drawing, &format!("{name}c{index}l{column}"));
+            lower.draw(&mut drawing);
         }
         top += heights.0 + heights.1 + 2.0 * GAP;
     }
-    let mut keys = vec![(Ink::Measured, "measured"), (Ink::Identified, "identified"), (Ink::Error, "error E")];
-    if outcome.noise_floor.is_some() {
-        keys.push((Ink::NoiseFloor, "noise floor"));
-    }
-    if record.diverged_at.is_some() {
-        keys.push((Ink::Diverged, "diverged"));
-    }
-    legend(&mut drawing, &keys, LEFT, TOP - 8.0);
     Some(Figure {
         drawing,
-        size: (WIDTH, top - GAP + BELOW),
+        size: (extent.width, top - GAP + BELOW),
         caption: response_caption(outcome, record, channels.len(), detailed),
     })
 }
@@ -249,73 +245,73 @@ fn portrait_states(layout: &Layout) -> Option<(usize, usize)> {
     }
 }
 
-fn portrait_and_spectrum(outcome: &Outcome, record: &RecordOutcome) -> Option<Figure> {
+/// The phase portrait of a record, measured and identified; none of a model of one state.
+pub(super) fn portrait(outcome: &Outcome, record: &RecordOutcome, extent: &Extent) -> Option<Figure> {
     let layout = &outcome.model.layout;
+    let (a, b) = portrait_states(layout)?;
     let unit = record.record.channel(Role::Displacement(0)).map_or("", |c| c.unit.as_str());
-    let size = (0.5 * WIDTH - LEFT - RIGHT, 240.0);
-    let mut drawing = Svg::default();
-    let mut sentences = Vec::new();
-    let mut left = LEFT;
-    if let Some((a, b)) = portrait_states(layout) {
-        let samples = record.record.len();
-        let shown = match record.signals.main_period {
-            Some(period) => {
-                ((20.0 * period / record.record.interval) as usize).clamp(PORTRAIT_SAMPLES / 4, PORTRAIT_SAMPLES)
-            }
-            None => PORTRAIT_SAMPLES,
-        };
-        let from = samples.saturating_sub(shown);
-        let curve = |states: &[Vec<f64>]| -> Vec<(f64, f64)> {
-            match (states.get(a), states.get(b)) {
-                (Some(x), Some(y)) => x.iter().copied().zip(y.iter().copied()).skip(from).collect(),
-                _ => Vec::new(),
-            }
-        };
-        let (measured, identified) = (curve(&record.signals.states), curve(&record.states));
-        let names: Vec<String> = layout.state_symbols().map(|s| layout.name(s)).collect();
-        let y_unit = if layout.kind == Kind::SecondOrder { per_second(unit) } else { unit.to_owned() };
-        let panel = Panel {
-            at: (left, TOP),
-            size,
-            x: Axis::linear(&names[a], padded(measured.iter().map(|p| p.0)), unit),
-            y: Axis::linear(&names[b], padded(measured.iter().map(|p| p.1)), &y_unit),
-            x_labels: true,
-            y_labels: true,
-            guides: Vec::new(),
-            lines: vec![
-                Line { ink: Ink::Measured, points: measured },
-                Line { ink: Ink::Identified, points: identified },
-            ],
-            dots: Vec::new(),
-        };
-        panel.draw(&mut drawing, "portrait");
-        let which = if from > 0 {
-            format!(" (the last {} s)", significant(shown as f64 * record.record.interval, 3))
-        } else {
-            String::new()
-        };
-        sentences.push(format!("phase portrait{which}, measured states smoothed"));
-        left += 0.5 * WIDTH;
-    }
-    if let Some(panel) = spectrum(record, (left, TOP), size, unit) {
-        panel.draw(&mut drawing, "spectrum");
-        sentences.push(format!("amplitude spectrum of {} and of its error", layout.name(Symbol::State(0))));
-    }
-    if sentences.is_empty() {
-        return None;
-    }
-    let keys = [(Ink::Measured, "measured"), (Ink::Identified, "identified"), (Ink::Error, "error E")];
-    legend(&mut drawing, &keys, LEFT, TOP - 8.0);
-    let caption = match sentences.as_slice() {
-        [left, right] => format!("Record {}. Left, {left}; right, {right}.", record.record.name),
-        _ => format!("Record {}: {}.", record.record.name, sentences.join("; ")),
+    let samples = record.record.len();
+    let shown = match record.signals.main_period {
+        Some(period) => {
+            ((20.0 * period / record.record.interval) as usize).clamp(PORTRAIT_SAMPLES / 4, PORTRAIT_SAMPLES)
+        }
+        None => PORTRAIT_SAMPLES,
     };
-    Some(Figure { drawing, size: (WIDTH, TOP + size.1 + BELOW), caption })
+    let from = samples.saturating_sub(shown);
+    let curve = |states: &[Vec<f64>]| -> Vec<(f64, f64)> {
+        match (states.get(a), states.get(b)) {
+            (Some(x), Some(y)) => x.iter().copied().zip(y.iter().copied()).skip(from).collect(),
+            _ => Vec::new(),
+        }
+    };
+    let (measured, identified) = (curve(&record.signals.states), curve(&record.states));
+    let names: Vec<String> = layout.state_symbols().map(|s| layout.name(s)).collect();
+    let y_unit = if layout.kind == Kind::SecondOrder { per_second(unit) } else { unit.to_owned() };
+    let keys = [(Ink::Measured, "measured"), (Ink::Identified, "identified")];
+    let x = Axis::linear(&names[a], padded(measured.iter().map(|p| p.0)), unit);
+    let y = Axis::linear(&names[b], padded(measured.iter().map(|p| p.1)), &y_unit);
+    let lines = vec![Line { ink: Ink::Measured, points: measured }, Line { ink: Ink::Identified, points: identified }];
+    let which = if from > 0 {
+        format!(", the last {} s", significant(shown as f64 * record.record.interval, 3))
+    } else {
+        String::new()
+    };
+    let caption = format!("Phase portrait of record {}{which}; the measured states are smoothed.", record.record.name);
+    Some(single(extent, PORTRAIT_HEIGHT, &keys, (x, y), lines, caption))
 }
 
-fn spectrum(record: &RecordOutcome, at: (f64, f64), size: (f64, f64), unit: &str) -> Option<Panel> {
+/// A figure of one panel.
+fn single(
+    extent: &Extent,
+    height: f64,
+    keys: &[(Ink, &str)],
+    (x, y): (Axis, Axis),
+    lines: Vec<Line>,
+    caption: String,
+) -> Figure {
+    let mut drawing = Svg::default();
+    let legend = Legend::new(keys, LEFT, extent.width);
+    legend.draw(&mut drawing);
+    let height = height * extent.stretch(legend.top() + BELOW, height);
+    let panel = Panel {
+        at: (LEFT, legend.top()),
+        size: (extent.width - LEFT - RIGHT, height),
+        x,
+        y,
+        x_labels: true,
+        y_labels: true,
+        guides: Vec::new(),
+        lines,
+        dots: Vec::new(),
+    };
+    panel.draw(&mut drawing);
+    Figure { drawing, size: (extent.width, legend.top() + height + BELOW), caption }
+}
+
+/// The amplitude spectra of what the first sensor showed, of the response and of the error.
+pub(super) fn spectrum(outcome: &Outcome, record: &RecordOutcome, extent: &Extent) -> Option<Figure> {
     let channel = record.channels.first()?;
-    let (values, _) = measured(&record.record, channel)?;
+    let (values, unit) = measured(&record.record, channel)?;
     let compared = values.len().min(channel.response.len());
     let difference: Vec<f64> = values.iter().zip(&channel.response).map(|(m, r)| m - r).collect();
     let lines = |values: &[f64]| -> Vec<(f64, f64)> {
@@ -333,26 +329,17 @@ fn spectrum(record: &RecordOutcome, at: (f64, f64), size: (f64, f64), unit: &str
         return None;
     }
     let scale = Scale::suited(highest, unit);
-    let columns = size.0 as usize;
-    Some(Panel {
-        at,
-        size,
-        x: Axis::logarithmic("f", first..=last, "Hz"),
-        y: Axis::logarithmic(
-            "amplitude",
-            scale.factor * highest * 10f64.powf(-SPECTRUM_DECADES)..=scale.factor * highest * 2.0,
-            &scale.unit,
-        ),
-        x_labels: true,
-        y_labels: true,
-        guides: Vec::new(),
-        lines: all
-            .into_iter()
-            .map(|(ink, points)| {
-                let points = thinned_logarithmic(&points, columns).into_iter();
-                Line { ink, points: points.map(|(f, a)| (f, scale.factor * a)).collect() }
-            })
-            .collect(),
-        dots: Vec::new(),
-    })
+    let columns = extent.width as usize;
+    let x = Axis::logarithmic("f", first..=last, "Hz");
+    let lowest = highest * 10f64.powf(-SPECTRUM_DECADES);
+    let y = Axis::logarithmic("amplitude", scale.factor * lowest..=scale.factor * highest * 2.0, &scale.unit);
+    let thin = |(ink, points): (Ink, Vec<(f64, f64)>)| {
+        let points = thinned_logarithmic(&points, columns).into_iter();
+        Line { ink, points: points.map(|(f, a)| (f, scale.factor * a)).collect() }
+    };
+    let lines = all.into_iter().map(thin).collect();
+    let keys = [(Ink::Measured, "measured"), (Ink::Identified, "identified"), (Ink::Error, "error E")];
+    let symbol = channel.name(&outcome.model.layout);
+    let caption = format!("Amplitude spectrum of {symbol} and of its error, record {}.", record.record.name);
+    Some(single(extent, PORTRAIT_HEIGHT, &keys, (x, y), lines, caption))
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::chart::WIDTH;
 use super::content::{Block, Cell, Table};
 use super::math::EquationRows;
 use super::style;
@@ -48,7 +49,7 @@ pub(super) fn document(title: &str, blocks: &[Block]) -> String {
                 out.push_str("</ul>\n");
             }
             Block::Heading(text) => {
-                let _ = writeln!(out, "<h2>{text}</h2>");
+                let _ = writeln!(out, "<h2>{}</h2>", escape(text));
             }
             Block::Subheading(text) => {
                 let _ = writeln!(out, "<h3>{}</h3>", escape(text));
@@ -60,13 +61,15 @@ pub(super) fn document(title: &str, blocks: &[Block]) -> String {
             Block::Table(table) => write_table(&mut out, table),
             Block::Figure(figure) => {
                 figures += 1;
+                // Two narrow ones have room beside each other.
+                let class = if figure.size.0 < 0.5 * WIDTH { " class=\"half\"" } else { "" };
                 let _ = writeln!(
                     out,
-                    "<figure>\n<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"Figure {figures}\">\n{}</svg>\n\
+                    "<figure{class}>\n<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"Figure {figures}\">\n{}</svg>\n\
                      <figcaption><b>Figure {figures}.</b> {}</figcaption>\n</figure>",
                     Place(figure.size.0),
                     Place(figure.size.1),
-                    figure.drawing.0,
+                    figure.drawing.numbered(figures),
                     escape(&figure.caption)
                 );
             }

@@ -1,7 +1,9 @@
-//! A study as a document: a web page that needs nothing beside itself, or a picture for print.
+//! A study as a document: a web page that needs nothing beside itself, pages of a PDF, or a picture; and single figures.
 //!
-//! One content (`content`), written in two ways (`html`, `page`); the figures are the same in both.
+//! What it holds is arranged (`arrangement`, `sections`), the content is the same in every form (`content`), and so are the figures;
+//! `html` writes a web page, `page` draws sheets as SVG, `pdf` turns those into a PDF.
 
+mod arrangement;
 mod chart;
 mod content;
 mod figures;
@@ -9,7 +11,10 @@ mod font;
 mod html;
 mod math;
 mod page;
+mod pdf;
 mod physics_figures;
+mod sections;
+mod single;
 mod style;
 mod svg;
 mod text;
@@ -23,6 +28,13 @@ use crate::gap::Diagnosis;
 use crate::model::{Model, Units};
 use crate::record::RecordSet;
 use crate::study::Outcome;
+use figures::Room;
+use font::Fonts;
+use sections::Composed;
+
+pub use arrangement::{Arrangement, Item, Paper, Section, Sections};
+pub use single::{FigureFormat, FigureKind, FigureSize};
+pub(crate) use svg::escape;
 
 /// What a report is made of.
 #[derive(Clone, Copy, Debug)]
@@ -39,13 +51,18 @@ pub struct Report<'a> {
     pub command: Option<&'a str>,
     /// What the search for missing effects found, if one was made.
     pub diagnosis: Option<&'a Diagnosis>,
+    /// Which sections it has, in which order, with which texts between.
+    pub arrangement: &'a Arrangement,
 }
 
 /// A search for missing effects in plain text, for a terminal.
 pub fn walk(diagnosis: &Diagnosis, records: &RecordSet) -> String {
-    let units =
-        |model: &Model| records.entries.first().map_or_else(Units::default, |(r, _)| Units::of(r, &model.layout));
-    walk::text(diagnosis, displacement_unit(records), &units)
+    walk::text(diagnosis, displacement_unit(records), &|model| units(records, model))
+}
+
+/// The units of a model's terms on these records.
+fn units(records: &RecordSet, model: &Model) -> Units {
+    records.entries.first().map_or_else(Units::default, |(r, _)| Units::of(r, &model.layout))
 }
 
 /// The unit of the first displacement; gaps are in it.
@@ -58,6 +75,8 @@ fn displacement_unit(records: &RecordSet) -> &str {
 pub enum Format {
     /// A self-contained web page.
     Html,
+    /// Pages of paper with embedded fonts.
+    Pdf,
     /// A picture at twice the size of a screen's points.
     Png,
 }
@@ -66,8 +85,11 @@ pub enum Format {
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
     /// A file's ending that stands for no kind of document.
-    #[error("a report can be written to .html or .png, not to {0}")]
+    #[error("a report can be written to .html, .pdf or .png, not to {0}")]
     Ending(String),
+    /// A file's ending that stands for no kind of figure.
+    #[error("a figure can be written to .svg, .pdf or .png, not to {0}")]
+    FigureEnding(String),
     /// The file could not be written.
     #[error("cannot write {path}: {source}")]
     Write {
@@ -90,6 +112,7 @@ impl Format {
         let ending = path.extension().and_then(OsStr::to_str).unwrap_or_default();
         match ending.to_ascii_lowercase().as_str() {
             "html" | "htm" => Ok(Self::Html),
+            "pdf" => Ok(Self::Pdf),
             "png" => Ok(Self::Png),
             "" => Err(ReportError::Ending("a file without an ending".into())),
             _ => Err(ReportError::Ending(format!(".{ending}"))),
@@ -105,7 +128,23 @@ impl Report<'_> {
 
     /// The web page.
     pub fn html(&self) -> String {
-        html::document(self.title, &content::blocks(self, &figures::Room::WEB))
+        html::document(self.heading(), &self.compose(&Room::PAGES).blocks)
+    }
+
+    /// The pages of paper, each as an SVG document that uses the window's fonts, and the sections that were asked for and that this
+    /// study has nothing for.
+    pub fn pages(&self) -> (Vec<String>, Vec<Section>) {
+        let composed = self.compose(&Room::PAGES);
+        let pages = page::pages(&composed.blocks, &Fonts::new(), self.arrangement.paper, self.heading());
+        (pages, composed.empty)
+    }
+
+    /// The PDF, as the bytes of a file: the same for the same report, whenever it is made.
+    ///
+    /// # Errors
+    /// A font that cannot be embedded.
+    pub fn pdf(&self) -> Result<Vec<u8>, ReportError> {
+        pdf::document(&self.pages().0, self.heading(), &Fonts::new())
     }
 
     /// The picture, as the bytes of a PNG file.
@@ -113,9 +152,9 @@ impl Report<'_> {
     /// # Errors
     /// A picture too large to draw.
     pub fn png(&self) -> Result<Vec<u8>, ReportError> {
-        let fonts = font::Fonts::new();
-        let page = page::document(&content::blocks(self, &figures::Room::PICTURE), &fonts);
-        fonts.png(&page, page::SCALE)
+        let fonts = Fonts::new();
+        let sheet = page::sheet(&self.compose(&Room::PICTURE).blocks, &fonts);
+        fonts.png(&sheet, page::SCALE)
     }
 
     /// Writes the document that the file's ending asks for.
@@ -125,10 +164,45 @@ impl Report<'_> {
     pub fn write(&self, path: &Path) -> Result<(), ReportError> {
         let bytes = match Format::of(path)? {
             Format::Html => self.html().into_bytes(),
+            Format::Pdf => self.pdf()?,
             Format::Png => self.png()?,
         };
         std::fs::write(path, bytes).map_err(|source| ReportError::Write { path: path.display().to_string(), source })
     }
+
+    fn compose(&self, room: &Room) -> Composed {
+        sections::compose(self, self.arrangement, room)
+    }
+
+    /// The title: one's own, or the name of the data.
+    fn heading(&self) -> &str {
+        match self.arrangement.title.trim() {
+            "" => self.title,
+            own => own,
+        }
+    }
+}
+
+/// A page of a report as pixels: `width` × `height`, four bytes each, red first, opacity last and multiplied into the others.
+#[derive(Clone, Debug)]
+pub struct Pixels {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// The pixels, row by row.
+    pub bytes: Vec<u8>,
+}
+
+/// Draws a page as pixels, so wide.
+///
+/// # Errors
+/// What is given is no SVG document, or no picture can be that large.
+pub fn pixels(page: &str, width: u32) -> Result<Pixels, ReportError> {
+    let fonts = Fonts::new();
+    let natural = fonts.tree(page)?.size().width();
+    let drawn = fonts.pixels(page, width as f32 / natural)?;
+    Ok(Pixels { width: drawn.width(), height: drawn.height(), bytes: drawn.take() })
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use std::fmt::{Display, Write};
 
 /// Text made safe for XML and HTML, in elements and in attributes.
-pub(super) fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
@@ -61,6 +61,9 @@ impl Display for Place {
 /// A canvas that grows as it is drawn on.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Svg(pub(super) String);
+
+/// Stands for the figure's number in the names within a drawing; [`escape`] lets it into no text.
+const OWN: &str = "\u{1}";
 
 /// Where a text stands relative to its point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -141,9 +144,28 @@ impl Svg {
         }
     }
 
-    /// Another piece, moved to `at`.
-    pub(super) fn place(&mut self, at: (f64, f64), piece: &Self) {
-        let _ = writeln!(self.0, "<g transform=\"translate({} {})\">\n{}</g>", Place(at.0), Place(at.1), piece.0);
+    /// What is drawn until [`Self::end_clip`] shows within a rectangle only.
+    pub(super) fn begin_clip(&mut self, at: (f64, f64), size: (f64, f64)) {
+        let name = format!("clip{OWN}-{}", self.0.matches("<clipPath").count());
+        let _ = write!(self.0, "<clipPath id=\"{name}\">");
+        self.rect("clip", at, size);
+        let _ = writeln!(self.0, "</clipPath><g clip-path=\"url(#{name})\">");
+    }
+
+    /// Ends what [`Self::begin_clip`] began.
+    pub(super) fn end_clip(&mut self) {
+        self.0.push_str("</g>\n");
+    }
+
+    /// The drawing with the names within it made the figure's own: several stand in one document.
+    pub(super) fn numbered(&self, figure: usize) -> String {
+        self.0.replace(OWN, &figure.to_string())
+    }
+
+    /// A figure, moved to `at`.
+    pub(super) fn place(&mut self, at: (f64, f64), figure: &Self, number: usize) {
+        let (x, y) = (Place(at.0), Place(at.1));
+        let _ = writeln!(self.0, "<g transform=\"translate({x} {y})\">\n{}</g>", figure.numbered(number));
     }
 }
 

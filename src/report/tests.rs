@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use super::{Format, Report, ReportError};
+use super::{Arrangement, Format, Item, Paper, Report, ReportError, Section};
 use crate::model::{Equation, Model, WeightedTerm};
 use crate::record::{Channel, Record, RecordSet, Role, Usage};
 use crate::signal::Signals;
@@ -130,6 +130,10 @@ fn outcome() -> Outcome {
 
 /// Calls `look` with a report on an outcome.
 fn with_report<T>(outcome: &Outcome, look: impl FnOnce(&Report<'_>) -> T) -> T {
+    arranged(outcome, &Arrangement::default(), look)
+}
+
+fn arranged<T>(outcome: &Outcome, arrangement: &Arrangement, look: impl FnOnce(&Report<'_>) -> T) -> T {
     let records = RecordSet { entries: outcome.records.iter().map(|r| (r.record.clone(), r.usage)).collect() };
     look(&Report {
         title: "Friction rig <1> & its base",
@@ -138,6 +142,7 @@ fn with_report<T>(outcome: &Outcome, look: impl FnOnce(&Report<'_>) -> T) -> T {
         choice: Some("segment 31 was chosen: it gave the smallest error"),
         command: Some("sindyscope report long.csv --test short.csv --terms 'x, sgn(v)' --out report.html"),
         diagnosis: None,
+        arrangement,
     })
 }
 
@@ -187,9 +192,9 @@ fn the_page_says_everything_and_is_well_formed() {
         assert!(page.contains(part), "{part}");
     }
     assert_eq!(
-        page.matches("<figure>").count(),
-        5,
-        "a response each, the portrait with the spectrum, forces, residual"
+        page.matches("<figure").count(),
+        7,
+        "a response each, portrait, spectrum, restoring force, friction, residual"
     );
     assert!(page.matches("class=\"stretch\"").count() == 2, "only the long record has a detail");
     assert!(!page.contains("NaN") && !page.contains('∞'), "numbers that do not exist are not written");
@@ -209,7 +214,7 @@ fn the_picture_is_drawn_with_its_letters() {
     let png = with_report(&outcome, |r| r.png()).expect("a picture");
     let picture = image::load_from_memory(&png).expect("PNG").into_luma8();
     let (width, height) = picture.dimensions();
-    assert!(width == 1576 && (3000..6000).contains(&height), "{width} × {height}");
+    assert!(width == 1576 && (3000..8000).contains(&height), "{width} × {height}");
     // The title is the first thing on the page; without its font there would be nothing there.
     let dark =
         (0..140).flat_map(|y| (0..width).map(move |x| (x, y))).filter(|(x, y)| picture.get_pixel(*x, *y).0[0] < 128);
@@ -275,6 +280,7 @@ fn the_ending_decides() {
     use std::path::Path;
     assert_eq!(Format::of(Path::new("a.HTML")).expect("known"), Format::Html);
     assert_eq!(Format::of(Path::new("b.png")).expect("known"), Format::Png);
+    assert_eq!(Format::of(Path::new("c.Pdf")).expect("known"), Format::Pdf);
     for (path, said) in [("a.docx", ".docx"), ("report", "without an ending")] {
         let error = Format::of(Path::new(path)).expect_err("unknown");
         assert!(matches!(error, ReportError::Ending(_)) && error.to_string().contains(said), "{error}");
@@ -370,6 +376,7 @@ fn the_walk_is_told_in_every_document() {
             choice: None,
             command: None,
             diagnosis: Some(diagnosis),
+            arrangement: &Arrangement::default(),
         };
         report.png().expect("a picture");
         report.html()
@@ -400,4 +407,169 @@ fn the_walk_is_told_in_every_document() {
     assert_balanced(&page(&diagnosis));
     diagnosis.stages.clear();
     assert_balanced(&page(&diagnosis));
+}
+
+#[test]
+fn a_report_holds_what_was_arranged_in_that_order() {
+    let outcome = outcome();
+    let mut arrangement =
+        Arrangement::of(&[Section::Records, Section::Spectrum, Section::Equation, Section::Waterfall]);
+    arrangement.title = "Rig <3>".into();
+    arrangement.items.insert(1, Item::Text { text: "# What was & is\n\nOnly <these> words.".into() });
+    let page = arranged(&outcome, &arrangement, |r| r.html());
+    assert_balanced(&page);
+    let parts = [
+        "<h1>Rig &lt;3&gt;</h1>",
+        "<h2>Data</h2>",
+        "<h2>What was &amp; is</h2>",
+        "Only &lt;these&gt; words.",
+        "Amplitude spectrum of x",
+        "<h2>Equation of motion</h2>",
+    ];
+    let places: Vec<usize> = parts.iter().map(|p| page.find(p).unwrap_or_else(|| panic!("{p}"))).collect();
+    assert!(places.is_sorted(), "{places:?}");
+    for left_out in ["segment 31 samples", "Phase portrait", "Tried and dropped"] {
+        assert!(!page.contains(left_out), "{left_out}");
+    }
+    let (pages, empty) = arranged(&outcome, &arrangement, |r| r.pages());
+    assert_eq!((pages.len(), empty), (1, vec![Section::Waterfall]), "no walk was made");
+}
+
+/// The contents of a PDF's streams, unpacked, in the order of the file.
+fn streams(pdf: &[u8]) -> Vec<Vec<u8>> {
+    use std::io::Read;
+    let find = |from: usize, what: &[u8]| pdf[from..].windows(what.len()).position(|w| w == what).map(|k| from + k);
+    let (mut found, mut at) = (Vec::new(), 0);
+    while let Some(start) = find(at, b"stream\n") {
+        let end = find(start, b"\nendstream").expect("a stream ends");
+        let mut unpacked = Vec::new();
+        flate2::read::ZlibDecoder::new(&pdf[start + 7..end]).read_to_end(&mut unpacked).expect("packed by deflate");
+        found.push(unpacked);
+        at = end + 10;
+    }
+    found
+}
+
+/// The bytes of the strings that a page shows, with the font each is shown in.
+fn shown(content: &[u8]) -> Vec<(usize, Vec<u8>)> {
+    let mut shown = Vec::new();
+    let (mut font, mut k) = (0, 0);
+    while k < content.len() {
+        match content[k] {
+            b'/' if content[k + 1] == b'F' => font = usize::from(content[k + 2] - b'0'),
+            b'<' => {
+                let end = k + content[k..].iter().position(|c| *c == b'>').expect("hexadecimal digits end");
+                let digits: Vec<u8> =
+                    content[k + 1..end].iter().map(|c| char::from(*c).to_digit(16).expect("a digit") as u8).collect();
+                shown.push((font, digits.chunks(2).map(|d| 16 * d[0] + d[1]).collect()));
+                k = end;
+            }
+            b'(' => {
+                let mut text = Vec::new();
+                k += 1;
+                while content[k] != b')' {
+                    if content[k] == b'\\' {
+                        k += 1;
+                        text.push(match content[k] {
+                            b'n' => b'\n',
+                            b'r' => b'\r',
+                            b't' => b'\t',
+                            b'b' => 8,
+                            b'f' => 12,
+                            b'0'..=b'7' => {
+                                let code = content[k..k + 3].iter().fold(0u32, |sum, c| 8 * sum + u32::from(c - b'0'));
+                                k += 2;
+                                code as u8
+                            }
+                            c => c,
+                        });
+                    } else {
+                        text.push(content[k]);
+                    }
+                    k += 1;
+                }
+                shown.push((font, text));
+            }
+            _ => {}
+        }
+        k += 1;
+    }
+    shown
+}
+
+/// What a reader of the PDF finds when it searches: the letters of each page, by the fonts' own tables.
+fn text_of(pdf: &[u8], pages: usize) -> Vec<String> {
+    let streams = streams(pdf);
+    let table = |map: &[u8]| -> std::collections::HashMap<u16, String> {
+        let map = String::from_utf8_lossy(map).into_owned();
+        let code = |text: &str| u16::from_str_radix(text.trim_matches(['<', '>']), 16).expect("hexadecimal");
+        map.lines()
+            .filter_map(|line| line.split_once("> <"))
+            .filter(|(glyph, text)| glyph.len() == 5 && text.ends_with('>') && text.len() % 4 == 1)
+            .map(|(glyph, text)| {
+                let units: Vec<u16> = (0..text.len() / 4).map(|k| code(&text[4 * k..4 * k + 4])).collect();
+                (code(glyph), String::from_utf16_lossy(&units))
+            })
+            .collect()
+    };
+    let fonts: Vec<_> = streams.iter().filter(|s| s.windows(9).any(|w| w == b"begincmap")).map(|s| table(s)).collect();
+    let letters = |content: &Vec<u8>| {
+        let codes = shown(content);
+        let text = |(font, bytes): &(usize, Vec<u8>)| -> String {
+            bytes.chunks(2).map(|b| fonts[*font][&u16::from_be_bytes([b[0], b[1]])].clone()).collect()
+        };
+        codes.iter().map(text).collect::<String>()
+    };
+    streams.iter().take(pages).map(letters).collect()
+}
+
+#[test]
+fn a_pdf_has_its_fonts_its_text_and_the_same_bytes_each_time() {
+    let outcome = outcome();
+    for paper in [Paper::A4, Paper::Letter] {
+        let arrangement = Arrangement { paper, ..Arrangement::default() };
+        let make = || arranged(&outcome, &arrangement, |r| (r.pdf().expect("a PDF"), r.pages().0.len()));
+        let (pdf, pages) = make();
+        assert!(pdf.starts_with(b"%PDF-1.7") && pdf.ends_with(b"%%EOF"));
+        assert!(pages > 2);
+        assert_eq!((pdf.clone(), pages), make(), "nothing in it depends on when it was made");
+        let count = |what: &str| pdf.windows(what.len()).filter(|w| *w == what.as_bytes()).count();
+        assert_eq!((count("/FontFile2"), count("/ToUnicode")), (2, 2), "both fonts are in the file");
+        assert_eq!(count("/MediaBox"), pages);
+        let size = if paper == Paper::A4 { "[0 0 595.27563 841.8898]" } else { "[0 0 612 792]" };
+        assert_eq!(count(size), pages, "{size}");
+        let text = text_of(&pdf, pages);
+        let whole = text.join("\n");
+        for part in [
+            "Friction rig <1> & its base",
+            "Equation of motion",
+            "17.2 µm",
+            "Held-out error",
+            "(1.23   ± 0.04)",
+            "base (m)",
+        ] {
+            assert!(whole.contains(part), "{part}: {whole}");
+        }
+        assert!(text[0].contains(&format!("1 / {pages}")) && text[pages - 1].contains(&format!("{pages} / {pages}")));
+    }
+}
+
+#[test]
+fn a_figure_stands_alone_at_the_size_asked_for() {
+    use super::{FigureFormat, FigureKind, FigureSize};
+    let outcome = outcome();
+    let size = FigureSize { width: 85.0, height: 60.0, font: 8.0 };
+    for kind in [FigureKind::Response, FigureKind::Phase, FigureKind::Spectrum, FigureKind::Residual] {
+        let svg = kind.svg(&outcome, 0, size).unwrap_or_else(|| panic!("{kind:?}"));
+        assert_balanced(&svg);
+        assert!(svg.contains("width=\"85mm\" height=\"60.00mm\""), "{kind:?}: {}", &svg[..200]);
+        let pdf = FigureFormat::Pdf.bytes(&svg, "figure").expect("a PDF");
+        assert!(text_of(&pdf, 1)[0].contains("measured") || kind == FigureKind::Residual);
+        let png = FigureFormat::Png.bytes(&svg, "figure").expect("a picture");
+        let (width, height) = image::load_from_memory(&png).expect("PNG").into_luma8().dimensions();
+        assert!(width.abs_diff(1004) < 4 && height.abs_diff(709) < 4, "{width} × {height}: 300 pixels to the inch");
+    }
+    let odd = FigureSize { width: f64::NAN, height: -3.0, font: 1e9 };
+    assert!(FigureKind::Response.svg(&outcome, 0, odd).is_some(), "any size is brought within limits");
+    assert!(FigureKind::Response.svg(&outcome, 99, size).is_none());
 }

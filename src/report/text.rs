@@ -10,10 +10,7 @@ pub(super) fn document(blocks: &[Block]) -> String {
     let mut out = String::new();
     for block in blocks {
         match block {
-            Block::Heading(text) => {
-                let _ = writeln!(out, "\n{text}");
-            }
-            Block::Subheading(text) => {
+            Block::Heading(text) | Block::Subheading(text) => {
                 let _ = writeln!(out, "\n{text}");
             }
             Block::Paragraph(text) | Block::Command(text) => {

@@ -3,7 +3,7 @@
 use crate::format::units::{Scale, format_si, raised};
 use std::fmt::Write;
 
-use super::content::{Block, Cell, Table, Tile, sentence};
+use super::content::{Block, Cell, Table, Tile, coefficients, sentence};
 use super::figures::Room;
 use super::math;
 use super::walk_figures as figures;
@@ -11,38 +11,75 @@ use crate::format::equations;
 use crate::format::number::{align_at_point, format_measured, significant, significant_trimmed, superscript};
 use crate::gap::{Candidate, Diagnosis, Finding, Gap, LEVEL, Parameter, Round, Stage, Standing, Step};
 use crate::model::{Model, Units};
+use crate::record::RecordSet;
 use crate::study::Severity;
 
-/// The section of a report.
-pub(super) fn blocks(diagnosis: &Diagnosis, unit: &str, room: &Room) -> Vec<Block> {
+/// A part of what is told of the search.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    /// What it came to, and the base model it began with.
+    Verdict,
+    /// How the gap falls.
+    Waterfall,
+    /// Each round.
+    Rounds,
+    /// The model with what was added, and its response.
+    Overlay,
+    /// What is left, and what the data could not show.
+    Remaining,
+}
+
+/// A part as a section of a report; nothing if there is nothing to tell.
+pub(super) fn blocks(part: Part, diagnosis: &Diagnosis, records: &RecordSet, room: &Room) -> Vec<Block> {
+    let unit = super::displacement_unit(records);
     let (Some(base), Some(last)) = (diagnosis.stages.first(), diagnosis.stages.last()) else { return Vec::new() };
     let steps = diagnosis.steps();
-    let mut blocks = vec![Block::Heading("What is missing"), Block::Tiles(tiles(diagnosis, base, last, unit))];
-    blocks.push(Block::Paragraph(diagnosis.sentence.clone()));
-    blocks.push(Block::Paragraph("The base model:".into()));
-    blocks.push(Block::Equations(math::equations(&base.model)));
-    blocks.extend(figures::waterfall(diagnosis, unit).map(Block::Figure));
-    for (k, round) in diagnosis.rounds.iter().enumerate() {
-        let step = steps.iter().find(|s| std::ptr::eq(s.round, round));
-        blocks.push(Block::Subheading(match step {
-            Some(step) => format!("Round {}: {}", k + 1, step.added.title),
-            None => format!("Round {}: {}", k + 1, outcome_words(&round.finding)),
-        }));
-        blocks.extend(round_blocks(round, step, unit, tested(diagnosis)));
+    let model = |model: &Model| {
+        let mut blocks = vec![Block::Equations(math::equations(model))];
+        blocks.extend(coefficients(model, &super::units(records, model), |_| None));
+        blocks
+    };
+    match part {
+        Part::Verdict => {
+            let mut blocks = vec![
+                Block::Tiles(tiles(diagnosis, base, last, unit)),
+                Block::Paragraph(diagnosis.sentence.clone()),
+                Block::Paragraph("The base model:".into()),
+            ];
+            blocks.extend(model(&base.model));
+            blocks
+        }
+        Part::Waterfall => figures::waterfall(diagnosis, unit).map(Block::Figure).into_iter().collect(),
+        Part::Rounds => {
+            let mut blocks = Vec::new();
+            for (k, round) in diagnosis.rounds.iter().enumerate() {
+                let step = steps.iter().find(|s| std::ptr::eq(s.round, round));
+                blocks.push(Block::Subheading(match step {
+                    Some(step) => format!("Round {}: {}", k + 1, step.added.title),
+                    None => format!("Round {}: {}", k + 1, outcome_words(&round.finding)),
+                }));
+                blocks.extend(round_blocks(round, step, unit, tested(diagnosis)));
+            }
+            blocks
+        }
+        Part::Overlay if steps.is_empty() => Vec::new(),
+        Part::Overlay => {
+            let mut blocks = vec![Block::Subheading("The model with every effect that was added".into())];
+            blocks.extend(model(&last.model));
+            blocks.extend(figures::overlay(base, last, unit, room).into_iter().map(Block::Figure));
+            blocks
+        }
+        Part::Remaining => {
+            let mut blocks = vec![Block::Subheading("What remains".into()), Block::Paragraph(remaining(diagnosis))];
+            blocks.extend(superseded(diagnosis).map(Block::Paragraph));
+            if !diagnosis.notices.is_empty() {
+                let notes = diagnosis.notices.iter().map(|n| (Severity::Note, sentence(n)));
+                blocks.push(Block::Warnings(notes.collect()));
+            }
+            blocks.extend(not_shown(diagnosis).map(Block::Paragraph));
+            blocks
+        }
     }
-    if !steps.is_empty() {
-        blocks.push(Block::Subheading("The model with every effect that was added".into()));
-        blocks.push(Block::Equations(math::equations(&last.model)));
-        blocks.extend(figures::overlay(base, last, unit, room).into_iter().map(Block::Figure));
-    }
-    blocks.push(Block::Subheading("What remains".into()));
-    blocks.push(Block::Paragraph(remaining(diagnosis)));
-    blocks.extend(superseded(diagnosis).map(Block::Paragraph));
-    if !diagnosis.notices.is_empty() {
-        blocks.push(Block::Warnings(diagnosis.notices.iter().map(|n| (Severity::Note, sentence(n))).collect()));
-    }
-    blocks.extend(not_shown(diagnosis).map(Block::Paragraph));
-    blocks
 }
 
 /// What a terminal says.

@@ -1,7 +1,7 @@
 //! The figures of a search for missing effects: the fall of the gap, the force found, the response before and after.
 
-use super::chart::{Axis, BELOW, LEFT, Line, Panel, class, legend, padded, thinned};
-use super::figures::{Figure, Room, WIDTH};
+use super::chart::{Axis, BELOW, LEFT, Legend, Line, Panel, RIGHT, WIDTH, class, padded, thinned};
+use super::figures::{Figure, Room};
 use super::svg::{Anchor, Svg};
 use crate::format::units::{Scale, format_si, per_second, raised};
 
@@ -10,7 +10,6 @@ use crate::gap::{Curve, Diagnosis, Stage, Trace};
 use crate::record::Usage;
 
 const TOP: f64 = 20.0;
-const RIGHT: f64 = 8.0;
 /// Height of a bar of the waterfall.
 const BAR: f64 = 11.0;
 /// Distance of one stage's bars from the next one's.
@@ -45,7 +44,7 @@ pub(super) fn waterfall(diagnosis: &Diagnosis, unit: &str) -> Option<Figure> {
         svg.text("key", (x + 28.0, TOP - 8.0), Anchor::Start, label);
         x += if fill == "fitted" { 90.0 } else { KEY + 40.0 };
     }
-    legend(&mut svg, &[(Ink::NoiseFloor, "measurement noise")], x, TOP - 8.0);
+    Legend::new(&[(Ink::NoiseFloor, "measurement noise")], x, WIDTH).draw(&mut svg);
     let mut y = TOP + 2.0;
     let names = stages.iter().enumerate().map(|(k, stage)| match (k, stage.effects.last()) {
         (0, _) => "Base model".to_owned(),
@@ -98,12 +97,10 @@ pub(super) fn curve(curve: &Curve, title: &str, unit: &str) -> Option<Figure> {
         dots: curve.measured.iter().map(|p| (p[0], p[1])).collect(),
     };
     let mut drawing = Svg::default();
-    // A clip is named after what it clips: titles differ within one document.
-    let name: String = title.chars().filter(char::is_ascii_alphanumeric).collect();
-    panel.draw(&mut drawing, &format!("curve{name}"));
-    drawing.rect("dot", (LEFT + 8.0, TOP - 14.0), (5.0, 5.0));
-    drawing.text("key", (LEFT + 28.0, TOP - 8.0), Anchor::Start, "measured");
-    legend(&mut drawing, &[(Ink::Identified, title)], LEFT + 92.0, TOP - 8.0);
+    panel.draw(&mut drawing);
+    let legend = Legend::new(&[(Ink::Identified, title)], LEFT + 92.0, WIDTH);
+    legend.dot(&mut drawing, 92.0, "measured");
+    legend.draw(&mut drawing);
     let caption = format!(
         "The force per mass that the model lacks along the measured motion (dots) over {}, and the one that is added (line): {title}.",
         curve.axis
@@ -122,12 +119,11 @@ pub(super) fn overlay(base: &Stage, last: &Stage, unit: &str, room: &Room) -> Ve
             Some((before, last.traces.iter().find(|t| t.record == before.record && t.usage == wanted)?))
         })
         .take(room.records.div_ceil(4))
-        .enumerate()
-        .map(|(k, (before, after))| one_overlay(before, after, unit, k))
+        .map(|(before, after)| one_overlay(before, after, unit))
         .collect()
 }
 
-fn one_overlay(before: &Trace, after: &Trace, unit: &str, index: usize) -> Figure {
+fn one_overlay(before: &Trace, after: &Trace, unit: &str) -> Figure {
     let range = stretch(before);
     let time = |k: usize| before.start + before.interval * k as f64;
     let from = range.start;
@@ -158,11 +154,11 @@ fn one_overlay(before: &Trace, after: &Trace, unit: &str, index: usize) -> Figur
     };
     let mut drawing = Svg::default();
     let lines: [(Ink, &[f64]); 3] = [(Ink::Measured, &measured), (Ink::Ghost, &first), (Ink::Identified, &second)];
-    panel(TOP, RESPONSE, "x", &lines, false).draw(&mut drawing, &format!("walk{index}u"));
+    panel(TOP, RESPONSE, "x", &lines, false).draw(&mut drawing);
     let lines: [(Ink, &[f64]); 2] = [(Ink::Ghost, &left_before), (Ink::Identified, &left_after)];
-    panel(TOP + RESPONSE + GAP, RESIDUAL, "Δx", &lines, true).draw(&mut drawing, &format!("walk{index}l"));
+    panel(TOP + RESPONSE + GAP, RESIDUAL, "Δx", &lines, true).draw(&mut drawing);
     let keys = [(Ink::Measured, "measured"), (Ink::Ghost, "base model"), (Ink::Identified, "with what was added")];
-    legend(&mut drawing, &keys, LEFT, TOP - 8.0);
+    Legend::new(&keys, LEFT, WIDTH).draw(&mut drawing);
     let usage = if before.usage == Usage::HeldOut { "held out: never fitted" } else { "fitted" };
     let shown = if range.len() < before.measured.len() { ", around the base model's largest error" } else { "" };
     let span = Scale::suited(1.0, "s").format(time(end) - time(range.start), 3);

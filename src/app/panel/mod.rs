@@ -77,8 +77,8 @@ pub(crate) struct Typing {
     pub(crate) rate: String,
 }
 
-/// The left column: data and settings; in the room "What's missing", what counts there.
-pub(crate) fn left(ui: &mut Ui, desk: &mut Desk<'_>, room: Room, walk: impl FnOnce(&mut Ui, &mut Desk<'_>)) {
+/// The left column: data and settings; in the other rooms, what counts there.
+pub(crate) fn left(ui: &mut Ui, desk: &mut Desk<'_>, room: Room, own: impl FnOnce(&mut Ui, &mut Desk<'_>)) {
     column(Panel::left("settings").default_size(304.0).size_range(272.0..=420.0), ui, |ui| {
         data::show(ui, desk);
         if desk.bench.records.is_empty() {
@@ -92,7 +92,7 @@ pub(crate) fn left(ui: &mut Ui, desk: &mut Desk<'_>, room: Room, walk: impl FnOn
                 threshold::show(ui, desk);
                 physics::show(ui, desk);
             }
-            Room::Missing => walk(ui, desk),
+            Room::Missing | Room::Report => own(ui, desk),
         }
         ui.add_space(8.0);
     });

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use egui::epaint::ClippedShape;
 use egui::{Context, FontDefinitions, RawInput, Rect, Theme, Vec2, pos2};
 use image::RgbaImage;
 
@@ -31,7 +32,33 @@ impl Default for Sheet {
 /// Draws widgets into a picture, apart from the window: no pointer, no tooltip, and pixels as fine as asked for.
 ///
 /// `fonts` and `memory` (zoomed views, above all) are those of the window's context, if it is to look alike.
-pub fn picture(sheet: &Sheet, like: Option<&Context>, mut draw: impl FnMut(&mut egui::Ui)) -> RgbaImage {
+pub fn picture(sheet: &Sheet, like: Option<&Context>, draw: impl FnMut(&mut egui::Ui)) -> RgbaImage {
+    let mut raster = Rasterizer::default();
+    let (ctx, shapes) = passes(sheet, like, draw, |textures| raster.update(textures));
+    let primitives = ctx.tessellate(shapes, sheet.scale);
+    let pixels = (sheet.size * sheet.scale).round();
+    let ground = ctx.style_of(sheet.theme).visuals.panel_fill;
+    raster.draw(&primitives, [pixels.x as u32, pixels.y as u32], sheet.scale, ground)
+}
+
+/// Draws widgets as [`picture`] does; gives the ground's colour and the shapes, in points.
+pub fn shapes(
+    sheet: &Sheet,
+    like: Option<&Context>,
+    draw: impl FnMut(&mut egui::Ui),
+) -> (egui::Color32, Vec<ClippedShape>) {
+    // Letters are written as letters: the pictures of them are not needed.
+    let (ctx, shapes) = passes(sheet, like, draw, egui::TexturesDelta::clear);
+    (ctx.style_of(sheet.theme).visuals.panel_fill, shapes)
+}
+
+/// Lets widgets be drawn until they have settled; `textures` hears what changes in the textures.
+fn passes(
+    sheet: &Sheet,
+    like: Option<&Context>,
+    mut draw: impl FnMut(&mut egui::Ui),
+    mut textures: impl FnMut(&mut egui::TexturesDelta),
+) -> (Context, Vec<ClippedShape>) {
     let ctx = Context::default();
     if let Some(like) = like {
         let data = like.data(Clone::clone);
@@ -45,7 +72,6 @@ pub fn picture(sheet: &Sheet, like: Option<&Context>, mut draw: impl FnMut(&mut 
     ctx.set_theme(sheet.theme);
     // Paper is white.
     ctx.style_mut_of(Theme::Light, |style| style.visuals.panel_fill = egui::Color32::WHITE);
-    let mut raster = Rasterizer::default();
     let mut shapes = Vec::new();
     for pass in 0..PASSES {
         let mut input = RawInput {
@@ -59,13 +85,10 @@ pub fn picture(sheet: &Sheet, like: Option<&Context>, mut draw: impl FnMut(&mut 
         let mut output = ctx.run_ui(input, |ui| {
             egui::CentralPanel::default().show(ui, &mut draw);
         });
-        raster.update(&mut output.textures_delta);
+        textures(&mut output.textures_delta);
         shapes = output.shapes;
     }
-    let primitives = ctx.tessellate(shapes, sheet.scale);
-    let pixels = (sheet.size * sheet.scale).round();
-    let ground = ctx.style_of(sheet.theme).visuals.panel_fill;
-    raster.draw(&primitives, [pixels.x as u32, pixels.y as u32], sheet.scale, ground)
+    (ctx, shapes)
 }
 
 /// Writes a picture as PNG.

@@ -6,5 +6,6 @@ pub mod export;
 pub mod palette;
 pub(crate) mod pointer;
 pub mod raster;
+pub mod vector;
 
 pub use crate::format::{number, units};

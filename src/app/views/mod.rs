@@ -33,7 +33,9 @@ use serde::{Deserialize, Serialize};
 
 use super::plot::export::{self, Sheet};
 use super::plot::palette::{self, Ink};
+use super::plot::vector;
 use crate::diagram::{Across, Source};
+use crate::report::{FigureKind, FigureSize};
 use crate::study::{Landscape, Outcome};
 use cache::Cache;
 use scene::Scene;
@@ -345,17 +347,44 @@ pub(crate) fn show(ui: &mut egui::Ui, view: View, picture: &Picture<'_>, state: 
     .inner
 }
 
-/// Draws a view as a picture for print: as zoomed in the window (`like`, the window's context), without its buttons.
-pub(crate) fn render(
-    like: Option<&egui::Context>,
+/// A view as an SVG document for print: as zoomed in the window (`like`, the window's context), without its buttons.
+pub(crate) fn vector(
+    like: &egui::Context,
     view: View,
     picture: &Picture<'_>,
     state: &ViewState,
-    sheet: &Sheet,
-) -> image::RgbaImage {
+    size: FigureSize,
+) -> String {
+    /// Points to the millimetre.
+    const POINTS_A_MM: f64 = 72.0 / 25.4;
     let picture = Picture { stale: false, previous: None, ..*picture };
     let mut state = ViewState { printing: true, ..state.clone() };
-    export::picture(sheet, like, |ui| {
+    let size = size.sound();
+    let scale = LETTERS / size.font * POINTS_A_MM;
+    let sheet =
+        Sheet { size: egui::vec2((size.width * scale) as f32, (size.height * scale) as f32), ..Sheet::default() };
+    let (ground, shapes) = export::shapes(&sheet, Some(like), |ui| {
         show(ui, view, &picture, &mut state);
-    })
+    });
+    vector::svg(&shapes, sheet.size, ground, size.width)
+}
+
+/// Size of the axes' labels on the screen, points.
+const LETTERS: f64 = 13.0;
+
+impl View {
+    /// The report's own figure of what the view shows, if it has one.
+    pub(crate) fn figure(self, state: &ViewState) -> Option<FigureKind> {
+        let kind = match self {
+            Self::Response => FigureKind::Response,
+            Self::Phase => FigureKind::Phase,
+            Self::Spectrum => FigureKind::Spectrum,
+            Self::Restoring => FigureKind::Restoring,
+            Self::Friction => FigureKind::Friction,
+            Self::Residual => FigureKind::Residual,
+            _ => return None,
+        };
+        // The report draws the first degree of freedom of several, but of the response every one.
+        (state.freedom == 0 || kind == FigureKind::Response).then_some(kind)
+    }
 }

@@ -1,0 +1,64 @@
+//! The report of a saved project without the window: what `sindyscope report PROJECT` writes.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::{Content, title};
+use crate::app::errand::{self, Delivery, Errand, Opening, Problem};
+use crate::app::missing::Base;
+use crate::app::state::{Edit, Source};
+use crate::gap::{self, Diagnosis, GapError, Search};
+use crate::record::{RecordSet, Usage};
+use crate::study::{Cancel, Outcome, Study};
+use crate::term::Kind;
+
+/// Opens a project as the window does, and makes everything that its report holds.
+///
+/// # Errors
+/// A file cannot be read or is not where it was, or the study cannot be made.
+pub(crate) fn project(path: &Path, command: &str) -> Result<Content, Problem> {
+    let cancel = Cancel::default();
+    let opening = Opening::of(Source::Files(vec![path.to_owned()]));
+    let opened = match errand::run(Errand::Open(Box::new(opening)), &cancel, &|_| {}) {
+        Some(Delivery::Opened(opened)) => opened,
+        Some(Delivery::NotOpened(refused)) => return Err(refused.problem),
+        _ => return Err(Problem::new("the project was not opened", "open it in the window")),
+    };
+    let Edit { settings, usage, walk, report, .. } = &opened.edit;
+    let use_of = |k: usize| usage.get(k).copied().unwrap_or(Usage::Fit);
+    let entries = opened.records.iter().enumerate().map(|(k, record)| (Arc::clone(record), use_of(k))).collect();
+    let records = RecordSet { entries };
+    let failed = |problem: String| Problem::new(problem, "open the project in the window and change its settings");
+    let outcome = Study::default().run(&records, settings, &cancel).map_err(|e| failed(e.to_string()))?;
+    let diagnosis = match walk.accepted.is_empty() {
+        true => None,
+        false => Some(Arc::new(diagnosed(&records, &outcome, walk, &cancel).map_err(|e| failed(e.to_string()))?)),
+    };
+    Ok(Content {
+        title: title(&opened.title),
+        records,
+        outcome: Arc::new(outcome),
+        diagnosis,
+        arrangement: report.clone(),
+        command: Some(command.to_owned()),
+    })
+}
+
+/// What the project's walk came to.
+fn diagnosed(
+    records: &RecordSet,
+    outcome: &Outcome,
+    walk: &crate::app::Walk,
+    cancel: &Cancel,
+) -> Result<Diagnosis, GapError> {
+    let identified = || outcome.model.leading().map(|e| e.terms.iter().map(|t| t.term.clone()).collect());
+    let base = match &walk.base {
+        Base::Typed(terms) => Some(terms.clone()),
+        Base::Identified if outcome.model.layout.kind == Kind::SecondOrder => identified(),
+        Base::Linear | Base::Identified => None,
+    };
+    let search = Search::new(records, &gap::Ask { base, ..gap::Ask::default() })?;
+    let stages = (0..=walk.accepted.len()).map(|n| search.stage(&walk.accepted[..n], cancel));
+    let stages = stages.collect::<Result<Vec<_>, _>>()?;
+    search.conclude(Vec::new(), stages, cancel)
+}

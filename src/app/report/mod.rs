@@ -1,0 +1,258 @@
+//! The room "Report": what a person takes along. On the left the sections, chosen, ordered and with texts between them; in the centre
+//! the pages as they will be saved.
+//!
+//! What is arranged is part of what undo takes back and of the project ([`crate::report::Arrangement`]); here is only how it is shown.
+
+mod contents;
+pub(crate) mod headless;
+mod pages;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::bench::Bench;
+use super::state::Edit;
+use super::worker::{Busy, Worker};
+use crate::format::shell::quoted;
+use crate::gap::Diagnosis;
+use crate::record::{RecordSet, Usage};
+use crate::report::{Arrangement, Pixels, Report, Section, pixels};
+use crate::study::Outcome;
+
+/// What the room asks the window to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Act {
+    /// Save the report; the file's ending says as what.
+    Save(Saved),
+}
+
+/// What a report is saved as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Saved {
+    Html,
+    Pdf,
+}
+
+impl Saved {
+    /// The ending of its files.
+    pub(crate) fn ending(self) -> &'static str {
+        match self {
+            Self::Html => "html",
+            Self::Pdf => "pdf",
+        }
+    }
+}
+
+/// Everything that a report is made of, held so that another thread can make it.
+#[derive(Clone, Debug)]
+pub(crate) struct Content {
+    title: String,
+    records: RecordSet,
+    outcome: Arc<Outcome>,
+    diagnosis: Option<Arc<Diagnosis>>,
+    arrangement: Arrangement,
+    /// The command that makes the report again.
+    command: Option<String>,
+}
+
+impl Content {
+    /// The report of what lies on the bench; none while there is no outcome.
+    pub(crate) fn new(
+        bench: &Bench,
+        edit: &Edit,
+        diagnosis: Option<&Arc<Diagnosis>>,
+        project: Option<&Path>,
+    ) -> Option<Self> {
+        let outcome = Arc::clone(bench.outcome.as_ref()?);
+        let (records, arrangement) = (bench.set(&edit.usage), edit.report.clone());
+        let (title, diagnosis) = (title(&bench.title), diagnosis.cloned());
+        Some(Self { title, records, outcome, diagnosis, arrangement, command: project.map(command) })
+    }
+
+    pub(crate) fn report(&self) -> Report<'_> {
+        Report {
+            title: &self.title,
+            records: &self.records,
+            outcome: &self.outcome,
+            choice: None,
+            command: self.command.as_deref(),
+            diagnosis: self.diagnosis.as_deref(),
+            arrangement: &self.arrangement,
+        }
+    }
+}
+
+/// The title of a report that has none of its own: the data's name without its ending.
+fn title(name: &str) -> String {
+    Path::new(name).file_stem().map_or_else(|| name.to_owned(), |stem| stem.to_string_lossy().into_owned())
+}
+
+/// The command that makes the report of a project again, from the project's own folder.
+fn command(project: &Path) -> String {
+    let name = project.file_name().unwrap_or_default().to_string_lossy();
+    let out = Path::new(&*name).with_extension("pdf");
+    format!("sindyscope report {} --out {}", quoted(&name), quoted(&out.to_string_lossy()))
+}
+
+/// What a preview was made of: what is held here keeps its address.
+struct Key {
+    outcome: Arc<Outcome>,
+    diagnosis: Option<Arc<Diagnosis>>,
+    usage: Vec<Usage>,
+    arrangement: Arrangement,
+    command: Option<String>,
+    generation: u64,
+    width: u32,
+}
+
+/// What lies on the bench, for the room.
+#[derive(Clone, Copy)]
+pub(crate) struct Sight<'a> {
+    pub(crate) bench: &'a Bench,
+    pub(crate) edit: &'a Edit,
+    pub(crate) diagnosis: Option<&'a Arc<Diagnosis>>,
+    /// The project that this is, if it is one.
+    pub(crate) project: Option<&'a Path>,
+}
+
+impl Sight<'_> {
+    /// Everything that the report is made of; none while there is no outcome.
+    pub(crate) fn content(&self) -> Option<Content> {
+        Content::new(self.bench, self.edit, self.diagnosis, self.project)
+    }
+}
+
+impl Key {
+    fn holds(&self, sight: &Sight<'_>, width: u32) -> bool {
+        let Sight { bench, edit, diagnosis, project } = *sight;
+        let same_diagnosis = match (&self.diagnosis, diagnosis) {
+            (Some(own), Some(other)) => Arc::ptr_eq(own, other),
+            (own, other) => own.is_none() && other.is_none(),
+        };
+        same_diagnosis
+            && bench.outcome.as_ref().is_some_and(|outcome| Arc::ptr_eq(outcome, &self.outcome))
+            && (self.generation, self.width) == (bench.generation, width)
+            && self.usage == edit.usage
+            && self.arrangement == edit.report
+            && self.command == project.map(command)
+    }
+}
+
+/// Pages to be drawn, so many pixels wide.
+struct Question {
+    ticket: u64,
+    content: Content,
+    width: u32,
+}
+
+/// The pages, and the sections that the study has nothing for.
+struct Answer {
+    ticket: u64,
+    drawn: Result<(Vec<Pixels>, Vec<Section>), String>,
+}
+
+/// The room.
+pub(crate) struct ReportRoom {
+    worker: Worker<Question, Option<Answer>>,
+    ticket: u64,
+    answered: u64,
+    asked: Option<Key>,
+    pages: Vec<pages::Page>,
+    empty: Vec<Section>,
+    failure: Option<String>,
+    contents: contents::Contents,
+    /// Pixels that a page is wide, as it was drawn last.
+    width: u32,
+    whole: bool,
+}
+
+impl ReportRoom {
+    /// # Errors
+    /// The system gives no thread.
+    pub(crate) fn new(wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
+        Ok(Self {
+            worker: Worker::spawn(
+                "report",
+                wake,
+                |Question { ticket, content, width }: Question, cancel, tell| {
+                    let (pages, empty) = content.report().pages();
+                    let mut drawn = Ok(Vec::new());
+                    for (k, page) in pages.iter().enumerate() {
+                        if cancel.is_cancelled() {
+                            return None;
+                        }
+                        tell(k as f64 / pages.len() as f64);
+                        drawn = drawn.and_then(|mut all: Vec<Pixels>| {
+                            all.push(pixels(page, width).map_err(|e| e.to_string())?);
+                            Ok(all)
+                        });
+                    }
+                    Some(Some(Answer { ticket, drawn: drawn.map(|pages| (pages, empty)) }))
+                },
+                || None,
+            )?,
+            ticket: 0,
+            answered: 0,
+            asked: None,
+            pages: Vec::new(),
+            empty: Vec::new(),
+            failure: None,
+            contents: contents::Contents::default(),
+            width: pages::USUAL,
+            whole: false,
+        })
+    }
+
+    /// What runs, for the progress line.
+    pub(crate) fn busy(&self) -> Option<Busy> {
+        self.worker.busy()
+    }
+
+    /// True until the pages that were asked for have come.
+    pub(crate) fn waiting(&self) -> bool {
+        self.answered != self.ticket || self.worker.busy().is_some()
+    }
+
+    /// Takes in what was drawn.
+    pub(crate) fn collect(&mut self) {
+        while let Some(answer) = self.worker.answer() {
+            let Some(Answer { ticket, drawn }) = answer else {
+                self.answered = self.ticket;
+                self.failure = Some("the pages were not drawn: an error of the program; please report it".into());
+                continue;
+            };
+            self.answered = self.answered.max(ticket);
+            match drawn {
+                Ok((drawn, empty)) => {
+                    self.failure = None;
+                    self.empty = empty;
+                    self.pages = drawn.into_iter().map(pages::Page::new).collect();
+                }
+                Err(problem) => self.failure = Some(problem),
+            }
+        }
+    }
+
+    /// Asks for the pages if what is shown is no longer what was drawn.
+    pub(crate) fn attend(&mut self, sight: &Sight<'_>) {
+        if sight.bench.outcome.is_none() {
+            (self.asked, self.pages) = (None, Vec::new());
+            return;
+        }
+        if self.asked.as_ref().is_some_and(|key| key.holds(sight, self.width)) {
+            return;
+        }
+        let Some(content) = sight.content() else { return };
+        self.asked = Some(Key {
+            outcome: Arc::clone(&content.outcome),
+            diagnosis: content.diagnosis.clone(),
+            usage: sight.edit.usage.clone(),
+            arrangement: content.arrangement.clone(),
+            command: content.command.clone(),
+            generation: sight.bench.generation,
+            width: self.width,
+        });
+        self.ticket += 1;
+        self.worker.ask(Question { ticket: self.ticket, content, width: self.width });
+    }
+}
