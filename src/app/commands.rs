@@ -12,6 +12,7 @@ pub(crate) enum Command {
     Open,
     OpenPath,
     AddRecords,
+    Columns,
     Sample(Sample),
     Demonstration,
     Close,
@@ -57,7 +58,7 @@ const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 impl Command {
     /// Every command, in the order of the help.
     pub(crate) fn all() -> Vec<Self> {
-        let mut all = vec![Self::Open, Self::OpenPath, Self::AddRecords];
+        let mut all = vec![Self::Open, Self::OpenPath, Self::AddRecords, Self::Columns];
         all.extend(Sample::ALL.map(Self::Sample));
         all.push(Self::Demonstration);
         all.extend([Self::Close, Self::SaveProject, Self::SaveProjectAs, Self::ExportModel]);
@@ -86,6 +87,12 @@ impl Command {
                 "Files",
                 "Add records…",
                 "Open further measurements beside those that are open, as more records of the same study",
+                None,
+            ),
+            Self::Columns => (
+                "Files",
+                "Columns…",
+                "Show what the files hold, and say which column is the time, a displacement, a force, …",
                 None,
             ),
             Self::Sample(sample) => ("Files", sample.label(), sample.tooltip(), None),

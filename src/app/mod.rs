@@ -3,6 +3,7 @@
 mod bench;
 mod command_palette;
 mod commands;
+mod columns;
 mod cutter;
 mod dialogs;
 mod disk;

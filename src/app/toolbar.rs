@@ -4,7 +4,7 @@ use egui::{Align, Layout, Margin, Panel, RichText, Ui, vec2};
 
 use super::commands::Command;
 use super::errand::file_name;
-use super::state::{Room, Sample, State};
+use super::state::{Room, Sample, Source, State};
 use super::theme::ROW;
 use super::widgets::{icon, switch};
 use crate::app::bench::Bench;
@@ -102,6 +102,7 @@ fn file_menu(ui: &mut Ui, bar: &Toolbar<'_>, asked: &mut Vec<Asked>) {
     entry(ui, Command::Open, true);
     entry(ui, Command::OpenPath, true);
     entry(ui, Command::AddRecords, open);
+    entry(ui, Command::Columns, matches!(bar.state.source, Source::Files(_)) && open);
     ui.separator();
     ui.weak("Samples");
     for sample in Sample::ALL {

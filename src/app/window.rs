@@ -10,6 +10,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use egui::{CentralPanel, ColorImage, Context, Margin, RichText, Stroke, Theme, ThemePreference, Ui};
 
 use super::bench::Bench;
+use super::columns::Columns;
 use super::command_palette::{self, Palette};
 use super::commands::Command;
 use super::cutter::Cutter;
@@ -96,6 +97,7 @@ pub struct App {
     pictures: Worker<PictureJob, Result<PathBuf, String>>,
     missing: Missing,
     survey: Survey,
+    columns: Columns,
     /// Repeats the regression on resampled data once the settings rest.
     repeats: Worker<Question, Repeated>,
     /// The question that was repeated last.
@@ -157,6 +159,7 @@ impl App {
             )?,
             missing: Missing::new(wake())?,
             survey: Survey::new(wake())?,
+            columns: Columns::new(wake())?,
             repeats: repeats_worker(wake())?,
             repeated: 0,
             pinning: pinning_worker(wake())?,
@@ -196,7 +199,7 @@ impl App {
         let busy =
             workers.iter().any(Option::is_some) || self.repeats.busy().is_some() || self.pinning.busy().is_some();
         let busy = busy || self.keeper.as_ref().is_some_and(Keeper::busy);
-        busy || self.answered != self.ticket || self.missing.waiting() || self.state.views.busy()
+        busy || self.columns.busy() || self.answered != self.ticket || self.missing.waiting() || self.state.views.busy()
     }
 
     /// The settings as they stand.
@@ -266,6 +269,7 @@ impl App {
         }
         self.missing.collect();
         self.survey.collect();
+        self.columns.collect();
         while let Some(answer) = self.repeats.answer() {
             if let Some((ticket, Ok(ensemble))) = answer
                 && ticket == self.answered
@@ -292,6 +296,11 @@ impl App {
                 self.notices.log(Level::Error, refused.problem.what.clone());
                 if let Source::Files(paths) = &refused.opening.source {
                     self.state.recent.retain(|p| !paths.contains(p) || p.exists());
+                }
+                if refused.problem.about_columns
+                    && let Source::Files(paths) = &refused.opening.source
+                {
+                    self.columns.open(paths.clone(), &refused.opening.reading);
                 }
                 // A source that cannot be read just now stays the one to come back to, with all that belongs to it.
                 self.refused = Some(*refused);
@@ -431,6 +440,7 @@ impl App {
                 let purpose = if self.bench.records.is_empty() { Purpose::Open } else { Purpose::Add };
                 self.dialogs.ask(purpose, "", frame, ctx);
             }
+            Command::Columns => self.show_columns(),
             Command::Close => self.close(),
             Command::SaveProject | Command::Choose if self.bench.records.is_empty() => {}
             Command::SaveProject => match self.state.project.clone() {
@@ -544,11 +554,6 @@ impl App {
             }
             Ask::Cut => self.state.cutting = !self.state.cutting,
             Ask::Locate => self.dialogs.ask(Purpose::Locate, "", frame, ctx),
-            Ask::ReadAgain(reading) => {
-                if let Some(refused) = self.refused.take() {
-                    self.begin(Opening { reading, ..refused.opening });
-                }
-            }
             Ask::StopChoosing => self.errands.cancel(),
         }
     }
@@ -701,6 +706,7 @@ impl eframe::App for App {
                 bench: &self.bench,
                 edit: &mut self.edit,
                 suggestion: &self.suggestion,
+                of_files: matches!(self.state.source, Source::Files(_)),
                 shown: self.state.record,
                 cutting: self.state.cutting && self.state.room == Room::Identify,
                 choosing,
@@ -720,6 +726,7 @@ impl eframe::App for App {
                 bench: &self.bench,
                 edit: &mut self.edit,
                 suggestion: &self.suggestion,
+                of_files: matches!(self.state.source, Source::Files(_)),
                 shown: self.state.record,
                 cutting: self.state.cutting && self.state.room == Room::Identify,
                 choosing,
@@ -749,6 +756,9 @@ impl eframe::App for App {
                     self.run(command, &ctx, frame);
                 }
             }
+        }
+        if let Some(reading) = self.columns.show(&ctx) {
+            self.read_with(reading);
         }
         help::show(&ctx, &mut self.help_open);
         if let Some(chosen) = overlay::path_field(&ctx, &mut self.dialogs) {

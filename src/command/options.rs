@@ -27,6 +27,9 @@ pub(super) struct DataOptions {
     /// Which column is which, where the header does not say: t=NAME,x=NAME,u=NAME,…
     #[arg(long, value_name = "t=NAME,x=NAME,…")]
     columns: Option<ColumnMap>,
+    /// Ignore every column that --columns does not name, whatever the header says of it
+    #[arg(long, requires = "columns")]
+    only_named: bool,
     /// Sampling rate, Hz, for files without a time column
     #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true)]
     rate: Option<f64>,
@@ -121,6 +124,7 @@ impl DataOptions {
     fn reading(&self) -> ReadOptions {
         ReadOptions {
             columns: self.columns.clone().unwrap_or_default(),
+            only_named: self.only_named,
             rate: self.rate,
             kind: self.kind.into(),
             bridge: self.bridge,
@@ -290,6 +294,12 @@ impl StudyOptions {
         if let Some(columns) = &self.data.columns {
             option("columns", &columns.to_string());
         }
+        if self.data.only_named {
+            text.push_str(" --only-named");
+        }
+        let mut option = |name: &str, value: &str| {
+            let _ = write!(text, " --{name} {}", quoted(value));
+        };
         if let Some(rate) = self.data.rate {
             option("rate", &rate.to_string());
         }

@@ -47,6 +47,11 @@ impl ColumnMap {
         self.pairs.is_empty()
     }
 
+    /// True if every column is called by a name, none by its number.
+    pub fn names_all(&self) -> bool {
+        self.pairs.iter().all(|(_, column)| column.parse::<usize>().is_err())
+    }
+
     /// Adds or replaces one pair, as in `x2` and the column's name.
     ///
     /// # Errors
@@ -162,6 +167,9 @@ pub(super) fn assign(file: &str, headings: &[Heading], options: &ReadOptions) ->
     Assignment { file, headings, options, taken: vec![None; headings.len()], notices: Vec::new() }.run()
 }
 
+/// Channels of motion that are studied together at most: beyond it a library has more terms than any record tells.
+const MOST_MOTIONS: usize = 64;
+
 struct Assignment<'a> {
     file: &'a str,
     headings: &'a [Heading],
@@ -192,6 +200,13 @@ impl Assignment<'_> {
                 columns: self.names(),
                 doubtful: doubtful.collect(),
             });
+        }
+        let motions = [&displacements, &velocities, &accelerations];
+        let count = motions.iter().map(|m| m.len()).sum();
+        if count > MOST_MOTIONS {
+            let first = motions.iter().find_map(|m| m.first()).map_or(String::new(), |(_, column)| self.name(*column));
+            let (file, columns) = (self.file.to_owned(), self.names());
+            return Err(ReadError::TooManyMotions { file, count, first, columns, most: MOST_MOTIONS });
         }
         let time = match (time, self.options.rate) {
             (None, None) => {

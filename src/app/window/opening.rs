@@ -24,7 +24,31 @@ impl App {
         let source = Source::Files(project.map_or(paths, |p| vec![p]));
         // Otherwise, whatever was open before says nothing of these files.
         let kept = self.state.kept(&source).filter(|_| source != self.state.source).cloned().unwrap_or_default();
-        self.begin(Opening { reading: kept.reading, edit: kept.edit, ..Opening::of(source) });
+        let folder = match &source {
+            Source::Files(files) if kept.reading.columns.is_empty() => {
+                files.first().and_then(|file| self.state.folder(file)).cloned()
+            }
+            _ => None,
+        };
+        self.begin(Opening { reading: kept.reading, edit: kept.edit, folder, ..Opening::of(source) });
+    }
+
+    /// Shows the columns of the files that were refused, or else of those that are open.
+    pub(super) fn show_columns(&mut self) {
+        let refused = self.refused.as_ref().map(|r| (&r.opening.source, &r.opening.reading));
+        let (source, reading) = refused.unwrap_or((&self.state.source, &self.state.reading));
+        if let Source::Files(files) = source {
+            self.columns.open(files.clone(), reading);
+        }
+    }
+
+    /// Reads the files with the columns that a person chose.
+    pub(super) fn read_with(&mut self, reading: ReadOptions) {
+        if let Some(refused) = self.refused.take() {
+            return self.begin(Opening { reading, folder: None, ..refused.opening });
+        }
+        let (usage, steps) = (self.usage_by_name(), self.edit.steps.clone());
+        self.begin(Opening { reading, usage, steps, ..Opening::of(self.state.source.clone()) });
     }
 
     /// Adds the records of files to those that are open.
@@ -76,6 +100,9 @@ impl App {
             let remembered = project.as_ref().map(|(path, _)| std::slice::from_ref(path)).unwrap_or(paths);
             for path in remembered.iter().rev() {
                 self.state.remember(path);
+            }
+            if let Some(file) = paths.first() {
+                self.state.keep_folder(file, &reading);
             }
         }
         let was_open = !self.bench.records.is_empty();
@@ -144,6 +171,7 @@ impl App {
     /// Takes the records off the bench.
     pub(super) fn close(&mut self) {
         self.errands.cancel();
+        self.columns.close();
         self.leave();
         self.bench.open(String::new(), Vec::new(), RecordSet::default(), None);
         self.waiting_pins = Vec::new();
