@@ -182,7 +182,8 @@ impl App {
         if app.state.source != Source::Nothing {
             app.missing.begin_at(app.state.step);
             let State { source, reading, edit, checksums, .. } = app.state.clone();
-            app.begin(Opening { reading, edit, checksums, ..Opening::of(source) });
+            let folder = app.folder_of(&source, &reading);
+            app.begin(Opening { reading, folder, edit, checksums, ..Opening::of(source) });
         }
         Ok(app)
     }

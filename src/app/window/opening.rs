@@ -24,13 +24,18 @@ impl App {
         let source = Source::Files(project.map_or(paths, |p| vec![p]));
         // Otherwise, whatever was open before says nothing of these files.
         let kept = self.state.kept(&source).filter(|_| source != self.state.source).cloned().unwrap_or_default();
-        let folder = match &source {
-            Source::Files(files) if kept.reading.columns.is_empty() => {
+        let folder = self.folder_of(&source, &kept.reading);
+        self.begin(Opening { reading: kept.reading, edit: kept.edit, folder, ..Opening::of(source) });
+    }
+
+    /// How files of a source's folder were read last, if a person said so and `reading` does not say.
+    pub(super) fn folder_of(&self, source: &Source, reading: &ReadOptions) -> Option<ReadOptions> {
+        match source {
+            Source::Files(files) if reading.columns.is_empty() => {
                 files.first().and_then(|file| self.state.folder(file)).cloned()
             }
             _ => None,
-        };
-        self.begin(Opening { reading: kept.reading, edit: kept.edit, folder, ..Opening::of(source) });
+        }
     }
 
     /// Shows the columns of the files that were refused, or else of those that are open.
