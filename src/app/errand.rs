@@ -270,6 +270,7 @@ fn open(opening: &Opening) -> Result<Opened, Problem> {
             None => records(&opening)?,
         },
     };
+    let steps = prepare::settled(&raw, &steps);
     let (set, undone) = prepare::prepare_leniently(&raw, &steps);
     let records: Vec<Arc<Record>> = set.entries.iter().map(|(record, _)| Arc::clone(record)).collect();
     let edit = opening.edit.as_ref();

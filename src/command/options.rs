@@ -40,6 +40,10 @@ pub(super) struct DataOptions {
     /// Use each record from T0 to T1 only, s; either may be left out: "5:"
     #[arg(long, value_name = "T0:T1", allow_hyphen_values = true, help_heading = "Preparation")]
     crop: Option<Span>,
+    /// Do this to each record, in this order, after --crop and before --hold-out: offset, trend, decimate=N, low-pass=HZ,
+    /// high-pass=HZ, band-pass=HZ:HZ (without a phase), spikes, split=N, split-at=T, align=a (or align=a:SECONDS)
+    #[arg(long, value_name = "STEP,…", value_delimiter = ',', help_heading = "Preparation")]
+    prepare: Vec<Treatment>,
     /// Hold out this share of each record's end, as 0.3; files given with --test are held out instead
     #[arg(long, value_name = "SHARE", value_parser = share, allow_negative_numbers = true, help_heading = "Preparation")]
     hold_out: Option<f64>,
@@ -136,7 +140,8 @@ impl DataOptions {
     pub(super) fn read(&self) -> Result<RecordSet, Failure> {
         let set = read_set(&self.data, &self.test, &self.reading())?;
         prepare::prepare(&set, &self.preparation()).map_err(|e| {
-            Failure::new(e.to_string()).try_this("give other times with --crop, or another share with --hold-out")
+            Failure::new(e.to_string())
+                .try_this("give other times with --crop, other steps with --prepare, or another share with --hold-out")
         })
     }
 
@@ -144,7 +149,8 @@ impl DataOptions {
     fn preparation(&self) -> Vec<Preparation> {
         let crop = self.crop.map(|Span { from, to }| Treatment::Crop { from, to });
         let hold_out = self.hold_out.filter(|_| self.test.is_empty()).map(|share| Treatment::HoldOut { share });
-        crop.into_iter().chain(hold_out).map(Into::into).collect()
+        let steps = self.prepare.iter().copied();
+        crop.into_iter().chain(steps).chain(hold_out).map(Into::into).collect()
     }
 }
 
@@ -305,6 +311,10 @@ impl StudyOptions {
         }
         if let Some(crop) = &self.data.crop {
             option("crop", &crop.to_string());
+        }
+        let steps: Vec<String> = self.data.prepare.iter().filter_map(|step| step.typed()).collect();
+        if !steps.is_empty() {
+            option("prepare", &steps.join(","));
         }
         if let Some(share) = self.data.hold_out.filter(|_| self.data.test.is_empty()) {
             option("hold-out", &share.to_string());
