@@ -33,6 +33,7 @@ pub(crate) enum Command {
     Room(Room),
     FitView,
     Theme,
+    LargerText,
     Messages,
     Palette,
     Help,
@@ -69,7 +70,7 @@ impl Command {
             all.extend(Room::ALL.map(Self::Room));
         }
         all.extend(View::ALL.map(Self::View));
-        all.extend([Self::FitView, Self::Theme, Self::Messages, Self::Palette, Self::Help, Self::Quit]);
+        all.extend([Self::FitView, Self::Theme, Self::LargerText, Self::Messages, Self::Palette, Self::Help, Self::Quit]);
         all
     }
 
@@ -162,6 +163,12 @@ impl Command {
             Self::Theme => {
                 ("View", "Light or dark", "Switch between the light and the dark theme", Some((CTRL, Key::L)))
             }
+            Self::LargerText => (
+                "View",
+                "Larger text",
+                "Everything a quarter larger, half as large again, or as it was; Ctrl with + and − goes in small steps",
+                None,
+            ),
             Self::Messages => ("Help", "Messages", "Read again what the program said", None),
             Self::Palette => ("Help", "All commands…", "Find a command by its name", Some((CTRL, Key::K))),
             Self::Help => ("Help", "Help", "Keys, mouse and how to read the window", Some((Modifiers::NONE, Key::F1))),

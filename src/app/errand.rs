@@ -123,7 +123,14 @@ impl Problem {
 
     /// Why a file cannot be read.
     pub(crate) fn reading(error: &crate::record::ReadError) -> Self {
-        Self { about_columns: error.is_about_columns(), ..Self::new(error.to_string(), error.advice()) }
+        let about_columns = error.is_about_columns();
+        let advice = error.advice();
+        // Options of the command line help nobody in a window.
+        let advice = match advice.contains("`--") {
+            true => "say which column is which, or give the sampling rate, under “Choose the columns…”".to_owned(),
+            false => advice,
+        };
+        Self { about_columns, ..Self::new(error.to_string(), advice) }
     }
 }
 

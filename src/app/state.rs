@@ -154,6 +154,8 @@ pub struct State {
     pub checksums: Vec<String>,
     /// Light, dark or as the system is.
     pub theme: ThemePreference,
+    /// How large text and all else is drawn, as a factor.
+    pub zoom: f32,
     /// Which record the views show.
     pub record: usize,
     /// Whether the whole record is shown above the plots, to be cut by dragging.
@@ -178,6 +180,7 @@ impl Default for State {
             folders: Vec::new(),
             checksums: Vec::new(),
             theme: ThemePreference::System,
+            zoom: 1.0,
             record: 0,
             cutting: false,
             step: Step::default(),

@@ -138,6 +138,9 @@ impl App {
     pub fn with_state(ctx: &Context, state: State) -> Result<Self, AppError> {
         theme::install(ctx);
         ctx.set_theme(state.theme);
+        if (0.5..=4.0).contains(&state.zoom) {
+            ctx.set_zoom_factor(state.zoom);
+        }
         let wake = || {
             let ctx = ctx.clone();
             move || ctx.request_repaint()
@@ -488,6 +491,10 @@ impl App {
                 self.state.theme = if dark { ThemePreference::Light } else { ThemePreference::Dark };
                 ctx.set_theme(self.state.theme);
             }
+            Command::LargerText => {
+                let next = ZOOMS.iter().find(|z| **z > ctx.zoom_factor() + 0.01).unwrap_or(&ZOOMS[0]);
+                ctx.set_zoom_factor(*next);
+            }
             Command::Messages => self.log_open = !self.log_open,
             Command::Palette => self.palette = if self.palette.is_some() { None } else { Some(Palette::default()) },
             Command::Help => self.help_open = !self.help_open,
@@ -671,6 +678,7 @@ impl eframe::App for App {
 
     fn ui(&mut self, ui: &mut Ui, frame: &mut eframe::Frame) {
         let ctx = ui.ctx().clone();
+        self.state.zoom = ctx.zoom_factor();
         for command in Command::pressed(&ctx) {
             self.run(command, &ctx, frame);
         }
@@ -854,6 +862,9 @@ fn draw(job: PictureJob) -> Result<PathBuf, String> {
 fn with_extension(path: PathBuf, extension: &str) -> PathBuf {
     if path.extension().is_some() { path } else { path.with_extension(extension) }
 }
+
+/// How large everything is drawn, in the steps of *Larger text*.
+const ZOOMS: [f32; 3] = [1.0, 1.25, 1.5];
 
 /// Width from which on the groups and the views of one stand in one row, points.
 const ONE_ROW: f32 = 600.0;

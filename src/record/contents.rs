@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use super::columns::Selection;
-use super::error::{ReadError, Row, list};
+use super::error::{ReadError, Row, list, printable};
 use super::heading::{Heading, Key, Meaning, Quantity, label};
 use super::table::{Choose, FIRST_ROWS, LARGEST, Table, TableHead};
 use super::units;
@@ -25,7 +25,7 @@ pub(super) struct Flaw {
 impl Flaw {
     /// A flaw of the file as a whole.
     pub(super) fn new(what: impl Into<String>) -> Self {
-        Self { what: what.into(), at: None, advice: "" }
+        Self { what: printable(&what.into()), at: None, advice: "" }
     }
 
     /// A flaw found at a byte.

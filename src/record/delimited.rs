@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use csv::{ByteRecord, Reader, ReaderBuilder};
 
-use super::error::{ReadError, Row};
+use super::error::{ReadError, Row, printable};
 use super::heading::{Heading, label};
 use super::columns::Selection;
 use super::table::{Choose, FIRST_ROWS, Format, LARGEST, Reader as FormatReader, Table, TableHead};
@@ -563,7 +563,7 @@ impl<'a> Columns<'a> {
     fn refuse(&self, rows: &Rows<'_>, column: usize) -> ReadError {
         let bytes = rows.cell(column);
         let text = text_of(bytes);
-        let mut cell: String = text.chars().take(40).collect();
+        let mut cell = printable(&text.chars().take(40).collect::<String>());
         if cell.len() < text.len() {
             cell.push('…');
         }

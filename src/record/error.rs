@@ -446,7 +446,7 @@ impl ReadError {
         }
     }
 
-    /// True if saying which column is which, or how fast was sampled, may help.
+    /// True if saying which column is which, or how fast was sampled, is what is needed.
     pub fn is_about_columns(&self) -> bool {
         self.columns().is_some()
             || matches!(
@@ -457,13 +457,14 @@ impl ReadError {
                     | Self::AmbiguousColumn { .. }
                     | Self::ColumnUsedTwice { .. }
                     | Self::TimeUnit { .. }
-                    | Self::NotANumber { .. }
-                    | Self::RepeatedTime { .. }
-                    | Self::FallingTime { .. }
-                    | Self::UnevenTime { .. }
                     | Self::ConstantDisplacement { .. }
             )
     }
+}
+
+/// A text out of a file as a message can hold it: in one line, without signs that move or hide what stands around it.
+pub(super) fn printable(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() || c == '\u{feff}' { '\u{fffd}' } else { c }).collect()
 }
 
 /// `` `a`, `b` and `c` ``, the tail of a long list left out.

@@ -311,7 +311,12 @@ fn foot(ui: &mut Ui, open: &mut Open) -> Option<ReadOptions> {
         Some(Err(problem)) => {
             let colors = theme::accents(ui.visuals().dark_mode);
             ui.add(Label::new(RichText::new(&problem.what).color(colors.caution)).wrap());
-            ui.add(Label::new(RichText::new(&problem.advice).weak()).wrap());
+            let advice = if problem.about_columns {
+                "choose in the list what each column is used for; without a time column, give the sampling rate"
+            } else {
+                &problem.advice
+            };
+            ui.add(Label::new(RichText::new(advice).weak()).wrap());
         }
         Some(Ok(preview)) => preview.show(ui),
     }
