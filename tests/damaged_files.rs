@@ -85,7 +85,8 @@ fn damage(whole: &[u8], rng: &mut Pcg64) -> Vec<u8> {
                 bytes.splice(at..at, copy);
             }
             7 => {
-                let huge: &[&[u8]] = &[b"1e999", b"-99999999999999999999999999999999", b"NaN", b"1e300", b"0x1p9", b"\xef\xbb\xbf"];
+                let huge: &[&[u8]] =
+                    &[b"1e999", b"-99999999999999999999999999999999", b"NaN", b"1e300", b"0x1p9", b"\xef\xbb\xbf"];
                 let text = huge[rng.random_range(0..huge.len())];
                 bytes.splice(at..at, text.iter().copied());
             }
@@ -101,7 +102,8 @@ fn damage(whole: &[u8], rng: &mut Pcg64) -> Vec<u8> {
 fn unhelpful(error: &ReadError, file: &str) -> Option<String> {
     let (message, advice) = (error.to_string(), error.advice());
     let plain = |text: &str| !text.chars().any(char::is_control);
-    let helps = message.contains(file) && !advice.is_empty() && plain(&message) && plain(&advice) && message.len() < 3000;
+    let helps =
+        message.contains(file) && !advice.is_empty() && plain(&message) && plain(&advice) && message.len() < 3000;
     (!helps).then(|| format!("{message:?}\n  {advice:?}"))
 }
 

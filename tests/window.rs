@@ -498,7 +498,9 @@ fn a_newcomer_goes_from_a_file_of_unknown_names_to_the_model_with_what_was_missi
     assert!(window.app().outcome().is_none());
     assert!(window.shows("Columns of fit.csv") && window.shows("1200 samples at 150 Hz"), "proposed and previewed");
     look_at(&mut window, "newcomer-columns");
-    for label in ["Use these columns", "Hold out the last 30 %", "What's missing", "Find what's missing", "Next", "Next"] {
+    for label in
+        ["Use these columns", "Hold out the last 30 %", "What's missing", "Find what's missing", "Next", "Next"]
+    {
         window.click(label);
     }
     look_at(&mut window, "newcomer-missing");

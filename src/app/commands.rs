@@ -70,7 +70,15 @@ impl Command {
             all.extend(Room::ALL.map(Self::Room));
         }
         all.extend(View::ALL.map(Self::View));
-        all.extend([Self::FitView, Self::Theme, Self::LargerText, Self::Messages, Self::Palette, Self::Help, Self::Quit]);
+        all.extend([
+            Self::FitView,
+            Self::Theme,
+            Self::LargerText,
+            Self::Messages,
+            Self::Palette,
+            Self::Help,
+            Self::Quit,
+        ]);
         all
     }
 

@@ -1,9 +1,9 @@
 //! The window: state, background work, one file a panel, one file a view. It holds no numerics.
 
 mod bench;
+mod columns;
 mod command_palette;
 mod commands;
-mod columns;
 mod cutter;
 mod dialogs;
 mod disk;

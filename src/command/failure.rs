@@ -54,9 +54,8 @@ impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let line = |text: &str| text.lines().map(str::trim).filter(|l| !l.is_empty()).collect::<Vec<_>>().join("; ");
         writeln!(f, "sindyscope: {}", line(&self.reason))?;
-        match &self.advice {
-            Some(advice) => writeln!(f, "  try: {}", line(advice))?,
-            None => {}
+        if let Some(advice) = &self.advice {
+            writeln!(f, "  try: {}", line(advice))?;
         }
         f.write_str(&self.shown)
     }

@@ -171,8 +171,7 @@ fn list(holds: &Overview) -> String {
                 (None, Some(guess)) => format!("{}?", guess.key(false)),
                 (None, None) => "-".into(),
             };
-            let values: Vec<String> =
-                column.first.iter().take(VALUES).map(|v| significant_trimmed(*v, 5)).collect();
+            let values: Vec<String> = column.first.iter().take(VALUES).map(|v| significant_trimmed(*v, 5)).collect();
             let more = if column.first.len() > VALUES { ", …" } else { "" };
             let _ = writeln!(out, "    {:>3} {label:<width$}  {used:<6} {}{more}", number + 1, values.join(", "));
         }

@@ -142,7 +142,8 @@ pub(super) struct Selection {
 
 /// What each column is taken for as things stand, also where that is not enough to read the file or contradicts itself.
 pub(super) fn taken(headings: &[Heading], options: &ReadOptions) -> Vec<Option<Key>> {
-    let mut assignment = Assignment { file: "", headings, options, taken: vec![None; headings.len()], notices: Vec::new() };
+    let mut assignment =
+        Assignment { file: "", headings, options, taken: vec![None; headings.len()], notices: Vec::new() };
     for (key, name) in &options.columns.pairs {
         if let Ok(column) = assignment.find(*key, name) {
             assignment.taken[column] = Some(*key);

@@ -5,9 +5,9 @@ use std::collections::HashMap;
 
 use csv::{ByteRecord, Reader, ReaderBuilder};
 
+use super::columns::Selection;
 use super::error::{ReadError, Row, printable};
 use super::heading::{Heading, label};
-use super::columns::Selection;
 use super::table::{Choose, FIRST_ROWS, Format, LARGEST, Reader as FormatReader, Table, TableHead};
 use super::units;
 

@@ -100,7 +100,8 @@ pub(super) fn guess(headings: &[Heading], first: &[Vec<f64>], taken: &[Option<Ke
             }
         }
     }
-    let moves = |quantity: Quantity| matches!(quantity, Quantity::Displacement | Quantity::Velocity | Quantity::Acceleration);
+    let moves =
+        |quantity: Quantity| matches!(quantity, Quantity::Displacement | Quantity::Velocity | Quantity::Acceleration);
     let known = taken.iter().flatten().any(|key| moves(key.quantity)) || found.iter().flatten().any(|q| moves(*q));
     if !known {
         // Nothing speaks: the first column beside the time is the motion, and of two the other what drives it.

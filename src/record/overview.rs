@@ -119,7 +119,9 @@ impl Overview {
     /// The table to look at first: one in which something is taken for a motion, or else the one with the most numbers.
     pub fn main(&self) -> usize {
         let moves = |t: &TableOverview| {
-            t.columns.iter().any(|c| matches!(c.taken, Some(ColumnUse::Channel(role)) if !matches!(role, Role::Input(_))))
+            t.columns
+                .iter()
+                .any(|c| matches!(c.taken, Some(ColumnUse::Channel(role)) if !matches!(role, Role::Input(_))))
         };
         let size = |t: &TableOverview| t.rows.saturating_mul(t.columns.len());
         let largest = || (0..self.tables.len()).max_by_key(|i| (size(&self.tables[*i]), self.tables.len() - i));
@@ -152,9 +154,7 @@ fn table(head: TableHead, options: &ReadOptions) -> TableOverview {
     let TableHead { name, headings, rows, rate, first } = head;
     let taken = columns::taken(&headings, options);
     let guesses = if options.only_named { vec![None; headings.len()] } else { guess::guess(&headings, &first, &taken) };
-    let zero = |quantity: Quantity| {
-        taken.iter().flatten().any(|key| key.quantity == quantity && key.number == Some(0))
-    };
+    let zero = |quantity: Quantity| taken.iter().flatten().any(|key| key.quantity == quantity && key.number == Some(0));
     let used = |key: &Key| ColumnUse::of(*key, zero(key.quantity));
     let references = references(&headings);
     let columns: Vec<ColumnOverview> = headings

@@ -23,7 +23,7 @@ pub(super) enum Reader {
     /// Row by row, the columns chosen on the way; and what there is to choose from.
     Rows {
         read: fn(&str, &[u8], &Choose<'_>) -> Result<Table, ReadError>,
-        look: fn(&str, &[u8], &Choose<'_>) -> Result<Vec<TableHead>, ReadError>,
+        look: fn(&str, &[u8], &Choose<'_>) -> TableHeads,
     },
     /// Column by column, each decoded only where it is wanted.
     Columns(for<'a> fn(&'a [u8]) -> Result<Contents<'a>, Flaw>),
@@ -42,7 +42,7 @@ impl Format {
     }
 
     /// What a file's bytes hold, before any column is chosen: one entry a table.
-    pub(super) fn look(&self, file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Vec<TableHead>, ReadError> {
+    pub(super) fn look(&self, file: &str, bytes: &[u8], choose: &Choose<'_>) -> TableHeads {
         match self.reader {
             Reader::Rows { look, .. } => look(file, bytes, choose),
             Reader::Columns(read) => {
@@ -55,6 +55,9 @@ impl Format {
 
 /// Rows of a table that are looked at before any column is chosen.
 pub(super) const FIRST_ROWS: usize = 200;
+
+/// The tables of a file, or why there are none.
+pub(super) type TableHeads = Result<Vec<TableHead>, ReadError>;
 
 /// A table of a file before its columns are chosen.
 #[derive(Clone, Debug)]

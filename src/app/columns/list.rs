@@ -120,10 +120,7 @@ fn sketch(ui: &mut Ui, column: &ColumnOverview, used: bool) {
     let line = finite()
         .map(|(i, v)| {
             let up = if high > low { (v - low) / span } else { 0.5 };
-            pos2(
-                inside.left() + inside.width() * i as f32 / last as f32,
-                inside.bottom() - inside.height() * up as f32,
-            )
+            pos2(inside.left() + inside.width() * i as f32 / last as f32, inside.bottom() - inside.height() * up as f32)
         })
         .collect();
     let dark = ui.visuals().dark_mode;
@@ -154,7 +151,8 @@ fn choice(ui: &mut Ui, index: usize, label: &str, column: &ColumnOverview, uses:
     let field = DragValue::new(&mut number).range(1..=MOST).speed(0.05);
     let what = if matches!(role, Role::Input(_)) { "input" } else { "mass" };
     let response = ui.add_sized(vec2(INDEX - 6.0, ROW - 2.0), field);
-    let hint = if what == "mass" { "Which mass (degree of freedom) this is of" } else { "Which of several inputs this is" };
+    let hint =
+        if what == "mass" { "Which mass (degree of freedom) this is of" } else { "Which of several inputs this is" };
     let response = response.on_hover_text(hint).accessible_name(format!("Number of {label}"));
     if response.changed() {
         uses[index] = Some(ColumnUse::Channel(at(role, number - 1)));
@@ -171,7 +169,9 @@ fn name(used: Option<ColumnUse>, column: &ColumnOverview) -> &'static str {
         Some(ColumnUse::Channel(Role::Velocity(_))) => "velocity",
         Some(ColumnUse::Channel(Role::Acceleration(_))) => "acceleration",
         // Which of the two it is, the unit says; the equations treat both as inputs.
-        Some(ColumnUse::Channel(Role::Input(_))) if crate::record::metres(&column.unit).is_some() && !column.unit.is_empty() => {
+        Some(ColumnUse::Channel(Role::Input(_)))
+            if crate::record::metres(&column.unit).is_some() && !column.unit.is_empty() =>
+        {
             "base motion"
         }
         Some(ColumnUse::Channel(Role::Input(_))) => "force",

@@ -204,7 +204,8 @@ fn answer(question: &Question) -> Answer {
         _ => None,
     };
     // A person sees first what is proposed.
-    let preview = (!looks).then(|| read_set(&paths[..paths.len().min(1)], &[], reading).map_err(problem).map(|set| Preview::of(&set)));
+    let preview = (!looks)
+        .then(|| read_set(&paths[..paths.len().min(1)], &[], reading).map_err(problem).map(|set| Preview::of(&set)));
     Answer { ticket: *ticket, overview, preview }
 }
 
@@ -262,7 +263,11 @@ fn head(ui: &mut Ui, open: &mut Open) {
             open.chosen_only = !open.chosen_only;
         }
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-            if ui.button("Propose").on_hover_text("Use each column as its name, its unit and its values suggest").clicked() {
+            if ui
+                .button("Propose")
+                .on_hover_text("Use each column as its name, its unit and its values suggest")
+                .clicked()
+            {
                 proposed = Some(table.proposed());
             }
             if ui.button("None").on_hover_text("Use no column, to choose anew").clicked() {
@@ -288,7 +293,9 @@ fn foot(ui: &mut Ui, open: &mut Open) -> Option<ReadOptions> {
             if !open.uses.contains(&Some(ColumnUse::Time)) {
                 ui.label("Sampling rate");
                 let field = TextEdit::singleline(&mut open.rate).hint_text("1000").desired_width(70.0);
-                ui.add(field).accessible_name("Sampling rate").on_hover_text("Samples a second, as no column is the time");
+                ui.add(field)
+                    .accessible_name("Sampling rate")
+                    .on_hover_text("Samples a second, as no column is the time");
                 ui.label("Hz");
             }
             if let Err(problem) = options {

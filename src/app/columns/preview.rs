@@ -56,11 +56,8 @@ impl Preview {
         };
         let rate = significant_trimmed(record.interval.recip(), 5);
         let records = if count > 1 { format!("{count} records; the first: ") } else { String::new() };
-        let summary = format!(
-            "{records}{} samples at {rate} Hz, {} s",
-            record.len(),
-            significant_trimmed(record.duration(), 4)
-        );
+        let summary =
+            format!("{records}{} samples at {rate} Hz, {} s", record.len(), significant_trimmed(record.duration(), 4));
         Self { summary, traces: record.measured().take(DRAWN).map(trace).collect(), notices: record.notices.clone() }
     }
 
@@ -69,7 +66,8 @@ impl Preview {
             ui.label(RichText::new(&self.summary).strong());
             if !self.notices.is_empty() {
                 let text = self.notices.join("\n");
-                ui.add(Label::new(RichText::new(self.notices.join(" · ")).weak().small()).truncate()).on_hover_text(text);
+                ui.add(Label::new(RichText::new(self.notices.join(" · ")).weak().small()).truncate())
+                    .on_hover_text(text);
             }
         });
         let count = self.traces.len().max(1) as f32;
@@ -86,12 +84,10 @@ impl Trace {
     fn show(&self, ui: &mut Ui, index: usize, height: f32, last: bool) {
         let dark = ui.visuals().dark_mode;
         let scale = Scale::suited(self.largest, &self.unit);
-        let points: Vec<PlotPoint> =
-            self.points.iter().map(|p| PlotPoint::new(p.x, p.y * scale.factor)).collect();
+        let points: Vec<PlotPoint> = self.points.iter().map(|p| PlotPoint::new(p.x, p.y * scale.factor)).collect();
         let name = format!("{}{} {}", self.role.symbol(), self.role.index() + 1, self.name);
-        let formatter = |mark: egui_plot::GridMark, _: &std::ops::RangeInclusive<f64>| {
-            axis::linear_label(mark, &Scale::plain(""))
-        };
+        let formatter =
+            |mark: egui_plot::GridMark, _: &std::ops::RangeInclusive<f64>| axis::linear_label(mark, &Scale::plain(""));
         let mut time = AxisHints::new_x().formatter(formatter);
         if last {
             time = time.label("t (s)");

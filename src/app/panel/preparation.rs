@@ -189,9 +189,8 @@ fn row(ui: &mut Ui, desk: &Desk<'_>, index: usize, step: &Preparation) -> Option
                 for (end, name) in ends.iter_mut().zip(["Filter from", "Filter to"]) {
                     if let Some(corner) = end {
                         let speed = 0.01 * *corner;
-                        moved |= value(ui, id.with(name), name, corner, |d| {
-                            d.range(1e-9..=1e12).speed(speed).suffix(" Hz")
-                        });
+                        moved |=
+                            value(ui, id.with(name), name, corner, |d| d.range(1e-9..=1e12).speed(speed).suffix(" Hz"));
                     }
                 }
                 if moved {
@@ -211,9 +210,8 @@ fn row(ui: &mut Ui, desk: &Desk<'_>, index: usize, step: &Preparation) -> Option
             Treatment::Split { parts } => {
                 ui.label("Cut into");
                 let mut number = parts as f64;
-                if value(ui, id, "Parts", &mut number, |d| {
-                    d.range(2.0..=MOST_PARTS as f64).speed(0.05).max_decimals(0)
-                }) {
+                if value(ui, id, "Parts", &mut number, |d| d.range(2.0..=MOST_PARTS as f64).speed(0.05).max_decimals(0))
+                {
                     asked = changed(Treatment::Split { parts: number as usize });
                 }
             }

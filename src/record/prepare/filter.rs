@@ -8,7 +8,8 @@ const PERIODS: f64 = 6.0;
 /// What a Butterworth filter of order four leaves of a tone's amplitude after passing forward and back.
 fn gain(frequency: f64, (from, to): (Option<f64>, Option<f64>)) -> f64 {
     let low = to.map_or(1.0, |corner| 1.0 / (1.0 + (frequency / corner).powi(8)));
-    let high = from.map_or(1.0, |corner| if frequency > 0.0 { 1.0 / (1.0 + (corner / frequency).powi(8)) } else { 0.0 });
+    let high =
+        from.map_or(1.0, |corner| if frequency > 0.0 { 1.0 / (1.0 + (corner / frequency).powi(8)) } else { 0.0 });
     low * high
 }
 

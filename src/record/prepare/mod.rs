@@ -567,7 +567,9 @@ mod tests {
         late.channels[1].values = (0..2000).map(|i| speed(f64::from(i) * 1e-3 - 0.008)).collect();
         let set = RecordSet::new([late], Usage::Fit);
         let open = Treatment::Align { role: Role::Velocity(0), delay: None };
-        let [Preparation { treatment: Treatment::Align { delay: Some(delay), .. }, .. }] = settled(&set, &[open.into()])[..] else {
+        let [Preparation { treatment: Treatment::Align { delay: Some(delay), .. }, .. }] =
+            settled(&set, &[open.into()])[..]
+        else {
             panic!("not settled");
         };
         assert!((delay - 0.008).abs() < 1e-4, "{delay}");

@@ -17,7 +17,8 @@ impl FromStr for Treatment {
     fn from_str(text: &str) -> Result<Self, PrepareError> {
         let text = text.trim();
         let unknown = || PrepareError::Impossible(format!("`{text}` is no step of a preparation: {KNOWN}"));
-        let (name, value) = text.split_once('=').map_or((text, None), |(name, value)| (name.trim(), Some(value.trim())));
+        let (name, value) =
+            text.split_once('=').map_or((text, None), |(name, value)| (name.trim(), Some(value.trim())));
         let number = |text: Option<&str>| -> Result<f64, PrepareError> {
             text.and_then(|t| t.parse().ok()).filter(|v: &f64| v.is_finite()).ok_or_else(unknown)
         };
@@ -116,9 +117,25 @@ mod tests {
 
     #[test]
     fn what_is_no_step_is_told_with_what_is() {
-        for text in ["", "lowpass=4", "low-pass", "low-pass=x", "low-pass=-1", "band-pass=40:0.5", "split=1", "align=q", "spikes=0"] {
+        for text in [
+            "",
+            "lowpass=4",
+            "low-pass",
+            "low-pass=x",
+            "low-pass=-1",
+            "band-pass=40:0.5",
+            "split=1",
+            "align=q",
+            "spikes=0",
+        ] {
             let told = text.parse::<Treatment>().unwrap_err().to_string();
-            assert!(told.contains("write offset") || told.contains("lies between") || told.contains("Hz") || told.contains("positive"), "{text}: {told}");
+            assert!(
+                told.contains("write offset")
+                    || told.contains("lies between")
+                    || told.contains("Hz")
+                    || told.contains("positive"),
+                "{text}: {told}"
+            );
         }
     }
 }
