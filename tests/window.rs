@@ -545,12 +545,35 @@ fn the_columns_of_an_open_file_are_chosen_anew_and_a_wide_file_is_searched() {
     window.click("Use of x217");
     window.0.get_by_role_and_label(Role::Button, "displacement").click();
     window.settle();
-    window.0.get_by_role_and_label(Role::TextInput, "Sampling rate").type_text("100");
-    window.settle();
+    assert!(window.shows("no column is the time"), "what is still needed is told");
+    window.type_into("Sampling rate", "100");
     window.click("Use these columns");
     assert_eq!(window.app().records().entries[0].0.channels[0].name, "x217");
     assert!(window.app().outcome().is_some());
     assert!(begun.elapsed() < Duration::from_secs(20), "{:?}", begun.elapsed());
+}
+
+#[test]
+fn a_record_is_filtered_mended_and_cut_by_the_menu_and_undo_takes_each_back() {
+    let mut window = Window::sample();
+    let (count, samples) = (window.app().records().entries.len(), |w: &Window| w.app().records().entries[0].0.len());
+    let whole = samples(&window);
+    for step in ["Mend spikes", "Low-pass filter", "Cut into several"] {
+        window.click("Add step ⏷");
+        window.click(step);
+    }
+    assert_eq!(window.app().state().edit.unwrap().steps.len(), 3);
+    assert_eq!(window.app().records().entries.len(), 2 * count);
+    assert_eq!(samples(&window), whole / 2);
+    assert!(window.app().outcome().is_some() && !window.shows("not done"));
+    look_at(&mut window, "steps");
+    window.press(CTRL, Key::Z);
+    assert_eq!((window.app().records().entries.len(), samples(&window)), (count, whole));
+    window.press(CTRL, Key::Z);
+    window.press(CTRL, Key::Z);
+    assert!(window.app().state().edit.unwrap().steps.is_empty());
+    window.click("Add step ⏷");
+    look_at(&mut window, "steps-menu");
 }
 
 #[derive(Debug)]

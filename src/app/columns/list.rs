@@ -70,6 +70,7 @@ pub(super) fn show(ui: &mut Ui, open: &mut Open) {
         return;
     }
     let mut uses = open.uses.clone();
+    header(ui);
     ScrollArea::vertical().auto_shrink([false, false]).show_rows(ui, ROW, listed.len(), |ui, rows| {
         for column in rows.filter_map(|row| listed.get(row).copied()) {
             let label = table.label(column);
@@ -77,6 +78,22 @@ pub(super) fn show(ui: &mut Ui, open: &mut Open) {
         }
     });
     open.uses = uses;
+}
+
+/// Width of the names, points.
+fn name_width(ui: &Ui) -> f32 {
+    (ui.max_rect().width() - (NUMBER + VALUES + SKETCH + USE + INDEX + 6.0 * 6.0 + 12.0)).max(60.0)
+}
+
+/// What stands in the columns of the list.
+fn header(ui: &mut Ui) {
+    ui.allocate_ui_with_layout(vec2(ui.available_width(), ROW), Layout::left_to_right(Align::Center), |ui| {
+        let name = name_width(ui);
+        let heads = [(NUMBER, ""), (name, "column"), (VALUES + SKETCH + 6.0, "first values"), (USE, "used as"), (INDEX, "no.")];
+        for (width, text) in heads {
+            cell(ui, width, |ui| ui.label(RichText::new(text).weak().small()));
+        }
+    });
 }
 
 fn row(ui: &mut Ui, index: usize, label: &str, column: &ColumnOverview, uses: &mut [Option<ColumnUse>]) {
@@ -89,8 +106,7 @@ fn row(ui: &mut Ui, index: usize, label: &str, column: &ColumnOverview, uses: &m
             ui.painter().rect_filled(ui.max_rect(), 3.0, theme::accents(dark).accent_ground.gamma_multiply(0.5));
         }
         cell(ui, NUMBER, |ui| ui.weak((index + 1).to_string()));
-        let fixed = NUMBER + VALUES + SKETCH + USE + INDEX + 6.0 * 6.0 + 12.0;
-        let name = (ui.max_rect().width() - fixed).max(60.0);
+        let name = name_width(ui);
         cell(ui, name, |ui| ui.add(Label::new(label).truncate()).on_hover_text(label));
         cell(ui, VALUES, |ui| {
             let shown: Vec<String> = column.first.iter().take(3).map(|v| significant_trimmed(*v, 4)).collect();

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use egui::{Align2, Context, Key, Label, Margin, Panel, RichText, TextEdit, Ui, Window, vec2};
 
 use super::errand::{Problem, file_name};
-use super::theme;
+use super::theme::{self, ROW};
 use super::widgets::chip;
 use super::worker::Worker;
 use crate::format::number::significant_trimmed;
@@ -226,7 +226,9 @@ fn body(ui: &mut Ui, open: &mut Open) -> Option<ReadOptions> {
     head(ui, open);
     let mut asked = None;
     let frame = egui::Frame::new().inner_margin(Margin { top: 6, ..Margin::ZERO });
-    let height = (0.42 * ui.available_height()).max(150.0);
+    // A short list leaves its room to the preview.
+    let rows = open.uses.len() as f32 + 1.5;
+    let height = (ui.available_height() - rows * (ROW + 1.0)).clamp(0.45 * ui.available_height(), 0.8 * ui.available_height());
     Panel::bottom("columns preview").resizable(false).exact_size(height).frame(frame).show(ui, |ui| {
         asked = foot(ui, open);
     });

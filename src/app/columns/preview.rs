@@ -19,6 +19,10 @@ const DRAWN: usize = 6;
 /// Least height of a channel's plot, points.
 const LEAST: f32 = 58.0;
 
+/// Height of the time's axis, and of a name above a plot, points.
+const TIME: f32 = 32.0;
+const NAME: f32 = 18.0;
+
 /// Width of the values' axis, points.
 const AXIS: f32 = 58.0;
 
@@ -71,7 +75,7 @@ impl Preview {
             }
         });
         let count = self.traces.len().max(1) as f32;
-        let height = ((ui.available_height() - 4.0) / count - 4.0).max(LEAST);
+        let height = ((ui.available_height() - TIME - 4.0) / count - NAME - 4.0).max(LEAST);
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             for (index, trace) in self.traces.iter().enumerate() {
                 trace.show(ui, index, height, index + 1 == self.traces.len());
@@ -88,13 +92,14 @@ impl Trace {
         let name = format!("{}{} {}", self.role.symbol(), self.role.index() + 1, self.name);
         let formatter =
             |mark: egui_plot::GridMark, _: &std::ops::RangeInclusive<f64>| axis::linear_label(mark, &Scale::plain(""));
-        let mut time = AxisHints::new_x().formatter(formatter);
-        if last {
-            time = time.label("t (s)");
-        }
-        let values = AxisHints::new_y().label(scale.axis(&name)).formatter(formatter).min_thickness(AXIS);
+        let time = AxisHints::new_x().formatter(formatter).label("t (s)");
+        let values = AxisHints::new_y().formatter(formatter).min_thickness(AXIS);
+        // Above the plot: on its side there is no room for a name.
+        ui.label(RichText::new(scale.axis(&name)).small());
         Plot::new(("column preview", index))
-            .height(height)
+            .height(if last { height + TIME } else { height })
+            .show_axes([last, true])
+            .show_grid(false)
             .width(ui.available_width() - 8.0)
             .set_margin_fraction(vec2(0.0, 0.08))
             .custom_x_axes(vec![time])
