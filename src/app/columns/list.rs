@@ -89,7 +89,8 @@ fn name_width(ui: &Ui) -> f32 {
 fn header(ui: &mut Ui) {
     ui.allocate_ui_with_layout(vec2(ui.available_width(), ROW), Layout::left_to_right(Align::Center), |ui| {
         let name = name_width(ui);
-        let heads = [(NUMBER, ""), (name, "column"), (VALUES + SKETCH + 6.0, "first values"), (USE, "used as"), (INDEX, "no.")];
+        let heads =
+            [(NUMBER, ""), (name, "column"), (VALUES + SKETCH + 6.0, "first values"), (USE, "used as"), (INDEX, "no.")];
         for (width, text) in heads {
             cell(ui, width, |ui| ui.label(RichText::new(text).weak().small()));
         }

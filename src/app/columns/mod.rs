@@ -228,7 +228,8 @@ fn body(ui: &mut Ui, open: &mut Open) -> Option<ReadOptions> {
     let frame = egui::Frame::new().inner_margin(Margin { top: 6, ..Margin::ZERO });
     // A short list leaves its room to the preview.
     let rows = open.uses.len() as f32 + 1.5;
-    let height = (ui.available_height() - rows * (ROW + 1.0)).clamp(0.45 * ui.available_height(), 0.8 * ui.available_height());
+    let height =
+        (ui.available_height() - rows * (ROW + 1.0)).clamp(0.45 * ui.available_height(), 0.8 * ui.available_height());
     Panel::bottom("columns preview").resizable(false).exact_size(height).frame(frame).show(ui, |ui| {
         asked = foot(ui, open);
     });

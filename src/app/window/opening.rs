@@ -130,7 +130,8 @@ impl App {
             // A record that was not there had no part in it.
             pin.usage.resize(pin.usage.len().max(count), Usage::Off);
         }
-        let stay = unchanged && was_open && reading.kind == self.state.reading.kind && project.is_none();
+        let channels = |r: &ReadOptions| (r.kind, r.columns.clone(), r.only_named, r.rate);
+        let stay = unchanged && was_open && channels(&reading) == channels(&self.state.reading) && project.is_none();
         let old = std::mem::take(&mut self.bench);
         self.bench.generation = old.generation;
         self.bench.open(title, records, raw, truth);
