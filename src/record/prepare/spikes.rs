@@ -11,22 +11,42 @@ const MOST_TOGETHER: usize = 3;
 /// A normal distribution's standard deviation over its median absolute deviation.
 const NORMAL: f64 = 1.4826;
 
+/// A second difference beyond so many usual ones is worth a closer look.
+const SUSPICIOUS: f64 = 3.0;
+
 /// Values without spikes, and how many samples were mended.
 ///
 /// A sample stands out where it is further from the median of the eleven around it than `threshold` times their median
-/// absolute deviation as a standard deviation (Hampel, J. Am. Stat. Assoc. 69 (1974) 383–393), and than as many times the
-/// series' usual step, so that neither a turning point nor a change of level counts. It is filled in from what lies beside it.
+/// absolute deviation as a standard deviation (Hampel, J. Am. Stat. Assoc. 69 (1974) 383–393), all measured from a line whose
+/// slope is the median of the slopes between them (Theil and Sen), since a motion rises and falls between its samples; and
+/// further than as many times the series' usual step, so that neither a turning point nor a change of level counts. It is
+/// filled in from what lies beside it.
 pub(super) fn mend(values: &[f64], threshold: f64) -> (Vec<f64>, usize) {
     let mut mended = values.to_vec();
-    let usual = 0.5 * median(values.windows(2).map(|w| (w[1] - w[0]).abs()).collect());
-    let mean = values.windows(2).map(|w| (w[1] - w[0]).abs()).sum::<f64>() / values.len().max(2) as f64;
+    let steps: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
+    let mean = steps.iter().sum::<f64>() / steps.len().max(1) as f64;
     // Of a series that mostly rests the median step is nothing; of one that jumps all the time the mean step is all.
-    let least = usual.max(0.5 * mean);
+    let least = 0.5 * median(steps).max(mean);
+    let bends: Vec<f64> = values.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
+    let usual = SUSPICIOUS * median(bends.clone());
+    // The bend at a sample stands one place before it.
+    let suspicious = |i: usize| {
+        let near = i.saturating_sub(2).min(bends.len())..(i + 1).min(bends.len());
+        bends[near].iter().any(|bend| *bend > usual)
+    };
     let stands_out = |i: usize| {
-        let around = &values[i.saturating_sub(BESIDE)..(i + BESIDE + 1).min(values.len())];
-        let centre = median(around.to_vec());
-        let spread = NORMAL * median(around.iter().map(|v| (v - centre).abs()).collect());
-        (values[i] - centre).abs() > threshold * spread.max(least)
+        if !suspicious(i) {
+            return false;
+        }
+        let first = i.saturating_sub(BESIDE);
+        let around = &values[first..(i + BESIDE + 1).min(values.len())];
+        let pairs = (0..around.len()).flat_map(|k| (0..k).map(move |j| (j, k)));
+        let slope = median(pairs.map(|(j, k)| (around[k] - around[j]) / (k - j) as f64).collect());
+        let level: Vec<f64> = around.iter().enumerate().map(|(k, v)| v - slope * (first + k) as f64).collect();
+        let own = level[i - first];
+        let centre = median(level.clone());
+        let spread = NORMAL * median(level.iter().map(|v| (v - centre).abs()).collect());
+        (own - centre).abs() > threshold * spread.max(least)
     };
     let mut count = 0;
     let mut i = 0;
