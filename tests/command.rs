@@ -788,7 +788,7 @@ fn a_wide_file_is_listed_at_once_and_read_by_the_columns_that_are_named() {
     }
     let said = done(home.path(), &["inspect", "wide.csv", "--columns", "t=t,x=x217", "--only-named"]);
     assert!(said.contains("record wide: 500 samples at 100 Hz") && said.contains("x217"), "{said}");
-    assert!(begun.elapsed().as_secs() < 5, "{:?}", begun.elapsed());
+    assert!(begun.elapsed().as_secs() < 20, "{:?}", begun.elapsed());
     refused(home.path(), &["inspect", "wide.csv", "--only-named"], 2);
 }
 

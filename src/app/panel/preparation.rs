@@ -90,7 +90,7 @@ fn offered(desk: &Desk<'_>) -> Vec<Offer> {
         let (low, high) = (significant(2.0 / record.duration().max(record.interval), 2), significant(0.1 * rate, 2));
         offer(
             "Low-pass filter",
-            "Take away what is faster, in every channel alike and without a phase",
+            "Take away what is faster, in every channel alike and without a phase; decimate after it, or the noise floor reads too low",
             Treatment::Filter { from: None, to: Some(high) },
         );
         if low < high {

@@ -277,6 +277,16 @@ impl Treatment {
             return Err(self.too_short(record, treated.len()));
         }
         treated.notices.push(format!("{}: {self}", record.name));
+        if let Self::Filter { to: Some(to), .. } = self {
+            // The noise is estimated from what is faster than the motion.
+            let most = (0.4 / (to * record.interval)).floor();
+            let decimate = if most >= 2.0 { format!("; decimated by {most} it is seen again") } else { String::new() };
+            let name = &record.name;
+            treated.notices.push(format!(
+                "{name}: the noise above {} Hz is gone too, so the noise floor reads too low{decimate}",
+                significant(to, 4)
+            ));
+        }
         Ok(treated)
     }
 
