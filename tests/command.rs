@@ -808,5 +808,60 @@ fn inspect_tells_what_a_file_holds_and_what_is_wrong() {
     assert_eq!((good["status"].as_str(), good["records"][0]["rate"].as_f64()), (Some("ok"), Some(500.0)));
     assert_eq!(good["records"][0]["channels"][1]["unit"], "N");
     assert_eq!(result["files"][1]["status"], "refused");
-    refused(home.path(), &["inspect", "bad.csv"], 1);
+    let columns = &good["holds"]["tables"][0]["columns"];
+    assert_eq!((columns[0]["role"].as_str(), columns[1]["name"].as_str()), (Some("t"), Some("x_mm")));
+    let said = refused(home.path(), &["inspect", "bad.csv"], 1);
+    assert!(said.contains("perhaps: --columns \"t=time,x=volume\""), "{said}");
+}
+
+#[test]
+fn a_wide_file_is_listed_at_once_and_read_by_the_columns_that_are_named() {
+    let home = folder();
+    let names: Vec<String> = (1..=800).map(|c| format!("x{c} [mm]")).collect();
+    let row = |r: usize| {
+        let cells: Vec<String> = (0..800).map(|c| format!("{:.3}", ((r + c) as f64 * 0.31).sin())).collect();
+        format!("{},{}\n", r as f64 * 0.01, cells.join(","))
+    };
+    let text = format!("t,{}\n{}", names.join(","), (0..500).map(row).collect::<String>());
+    std::fs::write(home.path().join("wide.csv"), text).expect("a file");
+    let begun = std::time::Instant::now();
+    let said = refused(home.path(), &["inspect", "wide.csv"], 1);
+    for part in
+        ["800 columns are taken for motions", "801 columns of 500 rows at 100 Hz", "and 761 more", "--only-named"]
+    {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    let said = done(home.path(), &["inspect", "wide.csv", "--columns", "t=t,x=x217", "--only-named"]);
+    assert!(said.contains("record wide: 500 samples at 100 Hz") && said.contains("x217"), "{said}");
+    assert!(begun.elapsed().as_secs() < 20, "{:?}", begun.elapsed());
+    refused(home.path(), &["inspect", "wide.csv", "--only-named"], 2);
+}
+
+#[test]
+fn records_are_prepared_by_steps_in_the_order_given() {
+    let here = folder();
+    let row = |k: u32| {
+        let t = f64::from(k) * 0.01;
+        let x = if k == 700 { 9.0 } else { (3.0 * t).sin() + 0.3 * (70.0 * t).sin() };
+        format!("{t:.2},{x:.6},{:.6}\n", (2.0 * t).cos())
+    };
+    let text = format!("t [s],x [m],u [N]\n{}", (0..2000).map(row).collect::<String>());
+    std::fs::write(here.path().join("spiked.csv"), text).expect("a file");
+    let study = |more: &[&str]| -> Value {
+        let chosen = ["--terms", "x, v, u", "--window", "65", "--order", "5", "--threshold", "0.001", "--json", "-"];
+        let arguments = [&["identify", "spiked.csv"], &chosen[..], more].concat();
+        serde_json::from_str(&done(here.path(), &arguments)).expect("JSON")
+    };
+    let plain = study(&[]);
+    let prepared = study(&["--prepare", "spikes,low-pass=3,split=2", "--hold-out", "0.2"]);
+    assert_eq!(
+        prepared["records"].as_array().expect("records").len(),
+        4,
+        "two parts, each with its last fifth held out"
+    );
+    assert!(number(&prepared["train"]["rmse"]) < 0.2 * number(&plain["train"]["rmse"]), "{prepared}");
+    let said = refused(here.path(), &["identify", "spiked.csv", "--prepare", "lowpass=3"], 2);
+    assert!(said.contains("low-pass=40"), "{said}");
+    let said = refused(here.path(), &["identify", "spiked.csv", "--prepare", "low-pass=90"], 1);
+    assert!(said.contains("half the sampling rate") && said.contains("--prepare"), "{said}");
 }

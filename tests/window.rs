@@ -553,18 +553,106 @@ fn a_bad_file_says_what_is_wrong_and_leaves_the_old_one_open() {
     assert!(window.app().outcome().is_some());
 }
 
+/// A picture of the window for a person to look at, where the environment names a folder for it.
+fn look_at(window: &mut Window, name: &str) {
+    if let Some(folder) = std::env::var_os("SINDYSCOPE_PICTURES") {
+        window.0.render().unwrap().save(Path::new(&folder).join(format!("{name}.png"))).unwrap();
+    }
+}
+
+/// A file's text under another header.
+fn renamed(path: &Path, header: &str) -> String {
+    let text = std::fs::read_to_string(path).unwrap();
+    let rows: Vec<&str> = text.lines().filter(|l| !l.starts_with('#')).skip(1).collect();
+    format!("{header}\n{}\n", rows.join("\n"))
+}
+
 #[test]
-fn a_file_without_known_names_asks_for_its_columns() {
+fn a_newcomer_goes_from_a_file_of_unknown_names_to_the_model_with_what_was_missing() {
     let home = tempfile::tempdir().unwrap();
-    let path = home.path().join("named.csv");
-    let text = std::fs::read_to_string(friction(home.path())).unwrap();
-    let text: String = text.lines().filter(|l| !l.starts_with('#')).collect::<Vec<_>>().join("\n");
-    std::fs::write(&path, text.replacen("t [s],x [m],u [m],record", "Zeit,Laser,Shaker,record", 1)).unwrap();
-    let mut window = Window::of_files(vec![path]);
+    for path in shaken(home.path()) {
+        std::fs::write(&path, renamed(&path, "Zeit,Laser,Shaker")).unwrap();
+    }
+    let mut window = Window::of_files(vec![home.path().join("fit.csv")]);
     assert!(window.app().outcome().is_none());
-    window.type_into("Columns", "t=Zeit,x=Laser,u=Shaker");
-    window.click("Read again");
-    assert_eq!(window.app().outcome().expect("fitted").records.len(), 2);
+    assert!(window.shows("Columns of fit.csv") && window.shows("1200 samples at 150 Hz"), "proposed and previewed");
+    look_at(&mut window, "newcomer-columns");
+    for label in
+        ["Use these columns", "Hold out the last 30 %", "What's missing", "Find what's missing", "Next", "Next"]
+    {
+        window.click(label);
+    }
+    look_at(&mut window, "newcomer-missing");
+    window.click("Accept");
+    window.click("Use in Identify");
+    assert!(window.terms().contains(&"sgn(v)".to_owned()), "{:?}", window.terms());
+    assert!(window.app().outcome().unwrap().test.is_some(), "scored on what was never fitted");
+
+    // The next file of the folder needs no word.
+    window.0.state_mut().open(vec![home.path().join("held_out.csv")]);
+    window.settle();
+    assert!(window.app().outcome().is_some() && !window.shows("Columns of held_out.csv"));
+    assert!(window.shows("Read as the last files of this folder: t=Zeit,x=Laser,u=Shaker"));
+}
+
+#[test]
+fn the_columns_of_an_open_file_are_chosen_anew_and_a_wide_file_is_searched() {
+    let home = tempfile::tempdir().unwrap();
+    let mut window = Window::of_files(vec![friction(home.path())]);
+    assert_eq!(window.app().records().entries[0].0.channels.len(), 2);
+    window.click("Columns…");
+    window.click("Use of u [m]");
+    window.0.get_by_role_and_label(Role::Button, "not used").click();
+    window.settle();
+    window.click("Use these columns");
+    assert_eq!(window.app().records().entries[0].0.channels.len(), 1, "free motion, as asked");
+
+    let path = home.path().join("wide.csv");
+    let names: Vec<String> = (1..=300).map(|c| format!("x{c}")).collect();
+    let row = |r: usize| {
+        let cells: Vec<String> = (0..300).map(|c| format!("{:.4}", ((r + c) as f64 * 0.31).sin())).collect();
+        format!("{},{}\n", r as f64 * 0.01, cells.join(","))
+    };
+    std::fs::write(&path, format!("t,{}\n{}", names.join(","), (0..400).map(row).collect::<String>())).unwrap();
+    let begun = Instant::now();
+    window.0.state_mut().open(vec![path]);
+    window.settle();
+    assert!(window.shows("300 columns are taken for motions"), "refused, and the columns are shown");
+    assert!(begun.elapsed() < Duration::from_secs(10), "{:?}", begun.elapsed());
+    window.click("None");
+    window.type_into("Find a column", "x217");
+    look_at(&mut window, "wide-columns");
+    window.click("Use of x217");
+    window.0.get_by_role_and_label(Role::Button, "displacement").click();
+    window.settle();
+    assert!(window.shows("no column is the time"), "what is still needed is told");
+    window.type_into("Sampling rate", "100");
+    window.click("Use these columns");
+    assert_eq!(window.app().records().entries[0].0.channels[0].name, "x217");
+    assert!(window.app().outcome().is_some());
+}
+
+#[test]
+fn a_record_is_filtered_mended_and_cut_by_the_menu_and_undo_takes_each_back() {
+    let mut window = Window::sample();
+    let (count, samples) = (window.app().records().entries.len(), |w: &Window| w.app().records().entries[0].0.len());
+    let whole = samples(&window);
+    for step in ["Mend spikes", "Low-pass filter", "Cut into several"] {
+        window.click("Add step ⏷");
+        window.click(step);
+    }
+    assert_eq!(window.app().state().edit.unwrap().steps.len(), 3);
+    assert_eq!(window.app().records().entries.len(), 2 * count);
+    assert_eq!(samples(&window), whole / 2);
+    assert!(window.app().outcome().is_some() && !window.shows("not done"));
+    look_at(&mut window, "steps");
+    window.press(CTRL, Key::Z);
+    assert_eq!((window.app().records().entries.len(), samples(&window)), (count, whole));
+    window.press(CTRL, Key::Z);
+    window.press(CTRL, Key::Z);
+    assert!(window.app().state().edit.unwrap().steps.is_empty());
+    window.click("Add step ⏷");
+    look_at(&mut window, "steps-menu");
 }
 
 #[derive(Debug)]

@@ -12,6 +12,7 @@ pub(crate) enum Command {
     Open,
     OpenPath,
     AddRecords,
+    Columns,
     Sample(Sample),
     Demonstration,
     Close,
@@ -33,6 +34,7 @@ pub(crate) enum Command {
     Room(Room),
     FitView,
     Theme,
+    LargerText,
     Messages,
     Palette,
     Help,
@@ -58,7 +60,7 @@ const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 impl Command {
     /// Every command, in the order of the help.
     pub(crate) fn all() -> Vec<Self> {
-        let mut all = vec![Self::Open, Self::OpenPath, Self::AddRecords];
+        let mut all = vec![Self::Open, Self::OpenPath, Self::AddRecords, Self::Columns];
         all.extend(Sample::ALL.map(Self::Sample));
         all.push(Self::Demonstration);
         all.extend([Self::Close, Self::SaveProject, Self::SaveProjectAs, Self::ExportModel, Self::SaveReport]);
@@ -69,7 +71,15 @@ impl Command {
             all.extend(Room::ALL.map(Self::Room));
         }
         all.extend(View::ALL.map(Self::View));
-        all.extend([Self::FitView, Self::Theme, Self::Messages, Self::Palette, Self::Help, Self::Quit]);
+        all.extend([
+            Self::FitView,
+            Self::Theme,
+            Self::LargerText,
+            Self::Messages,
+            Self::Palette,
+            Self::Help,
+            Self::Quit,
+        ]);
         all
     }
 
@@ -87,6 +97,12 @@ impl Command {
                 "Files",
                 "Add records…",
                 "Open further measurements beside those that are open, as more records of the same study",
+                None,
+            ),
+            Self::Columns => (
+                "Files",
+                "Columns…",
+                "Show what the files hold, and say which column is the time, a displacement, a force, …",
                 None,
             ),
             Self::Sample(sample) => ("Files", sample.label(), sample.tooltip(), None),
@@ -162,6 +178,12 @@ impl Command {
             Self::Theme => {
                 ("View", "Light or dark", "Switch between the light and the dark theme", Some((CTRL, Key::L)))
             }
+            Self::LargerText => (
+                "View",
+                "Larger text",
+                "Everything a quarter larger, half as large again, or as it was; Ctrl with + and − goes in small steps",
+                None,
+            ),
             Self::Messages => ("Help", "Messages", "Read again what the program said", None),
             Self::Palette => ("Help", "All commands…", "Find a command by its name", Some((CTRL, Key::K))),
             Self::Help => ("Help", "Help", "Keys, mouse and how to read the window", Some((Modifiers::NONE, Key::F1))),

@@ -28,6 +28,8 @@ pub(crate) enum Errand {
 pub(crate) struct Opening {
     pub(crate) source: Source,
     pub(crate) reading: ReadOptions,
+    /// How files of the same folder were read before, where `reading` says nothing.
+    pub(crate) folder: Option<ReadOptions>,
     /// Settings and usages that belong to it, from the last time.
     pub(crate) edit: Option<Edit>,
     /// The usages to keep where `edit` has none or other records, by the records' names.
@@ -107,8 +109,8 @@ pub(crate) struct Refused {
 pub(crate) struct Problem {
     pub(crate) what: String,
     pub(crate) advice: String,
-    /// The file's columns, where saying which is which would help.
-    pub(crate) columns: Vec<String>,
+    /// Whether saying which column is which may help.
+    pub(crate) about_columns: bool,
     /// The file that is not where it was.
     pub(crate) missing: Option<PathBuf>,
 }
@@ -116,7 +118,19 @@ pub(crate) struct Problem {
 impl Problem {
     /// What is wrong, and what to try.
     pub(crate) fn new(what: impl Into<String>, advice: impl Into<String>) -> Self {
-        Self { what: what.into(), advice: advice.into(), columns: Vec::new(), missing: None }
+        Self { what: what.into(), advice: advice.into(), about_columns: false, missing: None }
+    }
+
+    /// Why a file cannot be read.
+    pub(crate) fn reading(error: &crate::record::ReadError) -> Self {
+        let about_columns = error.is_about_columns();
+        let advice = error.advice();
+        // Options of the command line help nobody in a window.
+        let advice = match advice.contains("`--") {
+            true => "say which column is which, or give the sampling rate, under “Choose the columns…”".to_owned(),
+            false => advice,
+        };
+        Self { about_columns, ..Self::new(error.to_string(), advice) }
     }
 }
 
@@ -254,8 +268,16 @@ fn open(opening: &Opening) -> Result<Opened, Problem> {
     opening.reading.bridge = prepare::bridged(&steps);
     let Read { title, set: raw, truth } = match opening.read.take() {
         Some(read) => read,
-        None => records(&opening)?,
+        None => match as_the_folder(&opening) {
+            Some((reading, read)) => {
+                notes.push(format!("Read as the last files of this folder: {}; Columns… changes it", reading.columns));
+                opening.reading = reading;
+                read
+            }
+            None => records(&opening)?,
+        },
     };
+    let steps = prepare::settled(&raw, &steps);
     let (set, undone) = prepare::prepare_leniently(&raw, &steps);
     let records: Vec<Arc<Record>> = set.entries.iter().map(|(record, _)| Arc::clone(record)).collect();
     let edit = opening.edit.as_ref();
@@ -333,12 +355,21 @@ pub(crate) struct Read {
     pub(crate) truth: Option<Truth>,
 }
 
+/// Reads files as others of their folder were read before, if that is known and fits.
+fn as_the_folder(opening: &Opening) -> Option<(ReadOptions, Read)> {
+    let folder = opening.folder.as_ref()?;
+    let reading = ReadOptions { kind: opening.reading.kind, bridge: opening.reading.bridge, ..folder.clone() };
+    // Numbers of columns fit every file: a header that speaks for itself goes before them.
+    if !folder.columns.names_all() && records(opening).is_ok() {
+        return None;
+    }
+    let read = records(&Opening { reading: reading.clone(), ..opening.clone() }).ok()?;
+    Some((reading, read))
+}
+
 /// Reads what a source names.
 fn records(opening: &Opening) -> Result<Read, Problem> {
-    let problem = |e: crate::record::ReadError| Problem {
-        columns: e.columns().unwrap_or_default().to_vec(),
-        ..Problem::new(e.to_string(), e.advice())
-    };
+    let problem = |e: crate::record::ReadError| Problem::reading(&e);
     match &opening.source {
         Source::Nothing => Err(Problem::new("there is nothing to open", "")),
         Source::Sample(sample) => {

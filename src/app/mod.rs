@@ -1,6 +1,7 @@
 //! The window: state, background work, one file a panel, one file a view. It holds no numerics.
 
 mod bench;
+mod columns;
 mod command_palette;
 mod commands;
 mod cutter;

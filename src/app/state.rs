@@ -17,6 +17,9 @@ use crate::term::Kind;
 /// Files kept in the list of recent ones.
 const RECENT: usize = 8;
 
+/// Folders of which it is kept how their files are read.
+const FOLDERS: usize = 32;
+
 /// A record that comes with the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -89,6 +92,16 @@ pub struct Kept {
     pub pins: Vec<Pin>,
 }
 
+/// How the files of a folder were read, where a person said which column is which.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct FolderReading {
+    /// The folder.
+    pub folder: PathBuf,
+    /// How its files were read last.
+    pub reading: ReadOptions,
+}
+
 /// A room of work: what the centre of the window is for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -145,10 +158,14 @@ pub struct State {
     pub recent: Vec<PathBuf>,
     /// What was left with each source lately open, the newest first.
     pub kept: Vec<Kept>,
+    /// How files were read in each folder lately, the newest first.
+    pub folders: Vec<FolderReading>,
     /// What the files held when they were read last, in the order of the source: `120 bytes, crc32 …`.
     pub checksums: Vec<String>,
     /// Light, dark or as the system is.
     pub theme: ThemePreference,
+    /// How large text and all else is drawn, as a factor.
+    pub zoom: f32,
     /// Which record the views show.
     pub record: usize,
     /// Whether the whole record is shown above the plots, to be cut by dragging.
@@ -172,8 +189,10 @@ impl Default for State {
             project: None,
             recent: Vec::new(),
             kept: Vec::new(),
+            folders: Vec::new(),
             checksums: Vec::new(),
             theme: ThemePreference::System,
+            zoom: 1.0,
             record: 0,
             cutting: false,
             figure: FigureLook::default(),
@@ -219,6 +238,20 @@ impl State {
             self.kept.insert(0, kept);
         }
         self.kept.truncate(RECENT);
+    }
+
+    /// Keeps how a folder's files are read; what the header says by itself needs no keeping.
+    pub(crate) fn keep_folder(&mut self, file: &std::path::Path, reading: &ReadOptions) {
+        let Some(folder) = file.parent().filter(|_| !reading.columns.is_empty()) else { return };
+        self.folders.retain(|f| f.folder != folder);
+        self.folders.insert(0, FolderReading { folder: folder.to_owned(), reading: reading.clone() });
+        self.folders.truncate(FOLDERS);
+    }
+
+    /// How files of a folder were read last, if a person said so.
+    pub(crate) fn folder(&self, file: &std::path::Path) -> Option<&ReadOptions> {
+        let folder = file.parent()?;
+        self.folders.iter().find(|f| f.folder == folder).map(|f| &f.reading)
     }
 
     /// The state with files open instead of what was, if there are any; what was left with them comes back.

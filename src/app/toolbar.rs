@@ -4,7 +4,7 @@ use egui::{Align, Layout, Margin, Panel, RichText, Ui, vec2};
 
 use super::commands::Command;
 use super::errand::file_name;
-use super::state::{Room, Sample, State};
+use super::state::{Room, Sample, Source, State};
 use super::theme::ROW;
 use super::widgets::{icon, switch};
 use crate::app::bench::Bench;
@@ -12,6 +12,9 @@ use crate::app::bench::Bench;
 /// Width kept for the file's name, points, and its most characters.
 const TITLE: f32 = 190.0;
 const LONGEST: usize = 22;
+
+/// Width of the signs on the right before they were drawn for the first time, points.
+const SIGNS: f32 = 200.0;
 
 /// What the bar shows.
 pub(crate) struct Toolbar<'a> {
@@ -48,7 +51,11 @@ pub(crate) fn show(ui: &mut Ui, bar: &mut Toolbar<'_>) -> Vec<Asked> {
                 ui.add_space(12.0);
                 switch(ui, &mut bar.state.room, &Room::ALL.map(|r| (r, r.label(), r.tooltip())));
             }
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            // Laid out from left to right, so that Tab goes that way too; the width is that of the frame before.
+            let id = egui::Id::unique("toolbar signs");
+            let width = ui.data(|d| d.get_temp(id)).unwrap_or(SIGNS);
+            ui.add_space((ui.available_width() - width).max(0.0));
+            let signs = ui.scope(|ui| {
                 ui.spacing_mut().item_spacing.x = 2.0;
                 let dark = ui.visuals().dark_mode;
                 let ctx = ui.ctx().clone();
@@ -57,14 +64,19 @@ pub(crate) fn show(ui: &mut Ui, bar: &mut Toolbar<'_>) -> Vec<Asked> {
                         asked.push(Asked::Do(command));
                     }
                 };
-                button(ui, "?", Command::Help, true);
-                button(ui, if dark { "☀" } else { "🌙" }, Command::Theme, true);
-                button(ui, "📷", Command::PlotPicture, bar.bench.outcome.is_some());
-                button(ui, "🔍", Command::Palette, true);
-                ui.add_space(8.0);
-                button(ui, "⟳", Command::Redo, bar.can_redo);
                 button(ui, "⟲", Command::Undo, bar.can_undo);
+                button(ui, "⟳", Command::Redo, bar.can_redo);
+                ui.add_space(8.0);
+                button(ui, "🔍", Command::Palette, true);
+                button(ui, "📷", Command::PlotPicture, bar.bench.outcome.is_some());
+                button(ui, if dark { "☀" } else { "🌙" }, Command::Theme, true);
+                button(ui, "?", Command::Help, true);
             });
+            let drawn = signs.response.rect.width();
+            if (drawn - width).abs() > 0.5 {
+                ui.data_mut(|d| d.insert_temp(id, drawn));
+                ui.ctx().request_repaint();
+            }
         });
     });
     asked
@@ -102,6 +114,7 @@ fn file_menu(ui: &mut Ui, bar: &Toolbar<'_>, asked: &mut Vec<Asked>) {
     entry(ui, Command::Open, true);
     entry(ui, Command::OpenPath, true);
     entry(ui, Command::AddRecords, open);
+    entry(ui, Command::Columns, matches!(bar.state.source, Source::Files(_)) && open);
     ui.separator();
     ui.weak("Samples");
     for sample in Sample::ALL {

@@ -10,6 +10,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use egui::{CentralPanel, ColorImage, Context, Margin, RichText, Stroke, Theme, ThemePreference, Ui};
 
 use super::bench::Bench;
+use super::columns::Columns;
 use super::command_palette::{self, Palette};
 use super::commands::Command;
 use super::cutter::Cutter;
@@ -102,6 +103,7 @@ pub struct App {
     missing: Missing,
     report: ReportRoom,
     survey: Survey,
+    columns: Columns,
     /// Repeats the regression on resampled data once the settings rest.
     repeats: Worker<Question, Repeated>,
     /// The question that was repeated last.
@@ -143,6 +145,9 @@ impl App {
     pub fn with_state(ctx: &Context, state: State) -> Result<Self, AppError> {
         theme::install(ctx);
         ctx.set_theme(state.theme);
+        if (0.5..=4.0).contains(&state.zoom) {
+            ctx.set_zoom_factor(state.zoom);
+        }
         let wake = || {
             let ctx = ctx.clone();
             move || ctx.request_repaint()
@@ -165,6 +170,7 @@ impl App {
             missing: Missing::new(wake())?,
             report: ReportRoom::new(wake())?,
             survey: Survey::new(wake())?,
+            columns: Columns::new(wake())?,
             repeats: repeats_worker(wake())?,
             repeated: 0,
             pinning: pinning_worker(wake())?,
@@ -188,7 +194,8 @@ impl App {
         if app.state.source != Source::Nothing {
             app.missing.begin_at(app.state.step);
             let State { source, reading, edit, checksums, .. } = app.state.clone();
-            app.begin(Opening { reading, edit, checksums, ..Opening::of(source) });
+            let folder = app.folder_of(&source, &reading);
+            app.begin(Opening { reading, folder, edit, checksums, ..Opening::of(source) });
         }
         Ok(app)
     }
@@ -205,7 +212,7 @@ impl App {
         let busy =
             workers.iter().any(Option::is_some) || self.repeats.busy().is_some() || self.pinning.busy().is_some();
         let busy = busy || self.keeper.as_ref().is_some_and(Keeper::busy);
-        let rooms = self.missing.waiting() || self.report.waiting();
+        let rooms = self.missing.waiting() || self.report.waiting() || self.columns.busy();
         busy || self.answered != self.ticket || rooms || self.state.views.busy()
     }
 
@@ -277,6 +284,7 @@ impl App {
         self.missing.collect();
         self.report.collect();
         self.survey.collect();
+        self.columns.collect();
         while let Some(answer) = self.repeats.answer() {
             if let Some((ticket, Ok(ensemble))) = answer
                 && ticket == self.answered
@@ -303,6 +311,11 @@ impl App {
                 self.notices.log(Level::Error, refused.problem.what.clone());
                 if let Source::Files(paths) = &refused.opening.source {
                     self.state.recent.retain(|p| !paths.contains(p) || p.exists());
+                }
+                if refused.problem.about_columns
+                    && let Source::Files(paths) = &refused.opening.source
+                {
+                    self.columns.open(paths.clone(), &refused.opening.reading);
                 }
                 // A source that cannot be read just now stays the one to come back to, with all that belongs to it.
                 self.refused = Some(*refused);
@@ -488,6 +501,7 @@ impl App {
                 let purpose = if self.bench.records.is_empty() { Purpose::Open } else { Purpose::Add };
                 self.dialogs.ask(purpose, "", frame, ctx);
             }
+            Command::Columns => self.show_columns(),
             Command::Close => self.close(),
             Command::SaveProject | Command::Choose if self.bench.records.is_empty() => {}
             Command::SaveProject => match self.state.project.clone() {
@@ -536,6 +550,10 @@ impl App {
                 let dark = ctx.theme() == Theme::Dark;
                 self.state.theme = if dark { ThemePreference::Light } else { ThemePreference::Dark };
                 ctx.set_theme(self.state.theme);
+            }
+            Command::LargerText => {
+                let next = ZOOMS.iter().find(|z| **z > ctx.zoom_factor() + 0.01).unwrap_or(&ZOOMS[0]);
+                ctx.set_zoom_factor(*next);
             }
             Command::Messages => self.log_open = !self.log_open,
             Command::Palette => self.palette = if self.palette.is_some() { None } else { Some(Palette::default()) },
@@ -604,11 +622,6 @@ impl App {
             }
             Ask::Cut => self.state.cutting = !self.state.cutting,
             Ask::Locate => self.dialogs.ask(Purpose::Locate, "", frame, ctx),
-            Ask::ReadAgain(reading) => {
-                if let Some(refused) = self.refused.take() {
-                    self.begin(Opening { reading, ..refused.opening });
-                }
-            }
             Ask::StopChoosing => self.errands.cancel(),
         }
     }
@@ -735,6 +748,7 @@ impl eframe::App for App {
 
     fn ui(&mut self, ui: &mut Ui, frame: &mut eframe::Frame) {
         let ctx = ui.ctx().clone();
+        self.state.zoom = ctx.zoom_factor();
         for command in Command::pressed(&ctx) {
             self.run(command, &ctx, frame);
         }
@@ -771,6 +785,7 @@ impl eframe::App for App {
                 bench: &self.bench,
                 edit: &mut self.edit,
                 suggestion: &self.suggestion,
+                of_files: matches!(self.state.source, Source::Files(_)),
                 shown: self.state.record,
                 cutting: self.state.cutting && self.state.room == Room::Identify,
                 choosing,
@@ -791,6 +806,7 @@ impl eframe::App for App {
                 bench: &self.bench,
                 edit: &mut self.edit,
                 suggestion: &self.suggestion,
+                of_files: matches!(self.state.source, Source::Files(_)),
                 shown: self.state.record,
                 cutting: self.state.cutting && self.state.room == Room::Identify,
                 choosing,
@@ -822,6 +838,9 @@ impl eframe::App for App {
             }
         }
         self.figure_panel(&ctx, frame);
+        if let Some(reading) = self.columns.show(&ctx) {
+            self.read_with(reading);
+        }
         help::show(&ctx, &mut self.help_open);
         if let Some(chosen) = overlay::path_field(&ctx, &mut self.dialogs) {
             self.chosen(&ctx, chosen);
@@ -926,6 +945,9 @@ fn draw(job: PictureJob) -> Result<PathBuf, String> {
 fn with_extension(path: PathBuf, extension: &str) -> PathBuf {
     if path.extension().is_some() { path } else { path.with_extension(extension) }
 }
+
+/// How large everything is drawn, in the steps of *Larger text*.
+const ZOOMS: [f32; 3] = [1.0, 1.25, 1.5];
 
 /// Width from which on the groups and the views of one stand in one row, points.
 const ONE_ROW: f32 = 600.0;

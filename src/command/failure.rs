@@ -12,6 +12,8 @@ use crate::study::StudyError;
 pub(super) struct Failure {
     reason: String,
     advice: Option<String>,
+    /// What is known all the same: lines to be shown as they are.
+    shown: String,
 }
 
 /// Why a command has nothing to print.
@@ -25,13 +27,19 @@ pub(super) enum Stop {
 
 impl Failure {
     pub(super) fn new(reason: impl Into<String>) -> Self {
-        Self { reason: reason.into(), advice: None }
+        Self { reason: reason.into(), advice: None, shown: String::new() }
     }
 
     #[must_use]
     pub(super) fn try_this(mut self, advice: impl Into<String>) -> Self {
         self.advice = Some(advice.into()).filter(|a: &String| !a.is_empty());
         self
+    }
+
+    /// The same with lines to be shown below the advice.
+    #[must_use]
+    pub(super) fn showing(self, shown: String) -> Self {
+        Self { shown, ..self }
     }
 
     /// A file that could not be written.
@@ -46,10 +54,10 @@ impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let line = |text: &str| text.lines().map(str::trim).filter(|l| !l.is_empty()).collect::<Vec<_>>().join("; ");
         writeln!(f, "sindyscope: {}", line(&self.reason))?;
-        match &self.advice {
-            Some(advice) => writeln!(f, "  try: {}", line(advice)),
-            None => Ok(()),
+        if let Some(advice) = &self.advice {
+            writeln!(f, "  try: {}", line(advice))?;
         }
+        f.write_str(&self.shown)
     }
 }
 

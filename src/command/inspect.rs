@@ -10,7 +10,7 @@ use super::json::{self, VERSION};
 use super::options::{KindName, positive};
 use crate::format::number::significant_trimmed;
 use crate::format::units::format_si;
-use crate::record::{ColumnMap, ReadError, ReadOptions, Record, Role, notices, read_files};
+use crate::record::{ColumnMap, ColumnUse, Overview, ReadError, ReadOptions, Record, Role, look, notices, read_files};
 use crate::signal::standard_deviation;
 
 /// Options of `inspect`.
@@ -22,6 +22,9 @@ pub(super) struct Options {
     /// Which column is which, where the header does not say: t=NAME,x=NAME,u=NAME,…
     #[arg(long, value_name = "t=NAME,x=NAME,…")]
     columns: Option<ColumnMap>,
+    /// Ignore every column that --columns does not name, whatever the header says of it
+    #[arg(long, requires = "columns")]
+    only_named: bool,
     /// Sampling rate, Hz, for files without a time column
     #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true)]
     rate: Option<f64>,
@@ -33,9 +36,15 @@ pub(super) struct Options {
     json: Option<PathBuf>,
 }
 
-/// A file, and what was read from it.
+/// Columns that are listed at most, and values shown of each.
+const LISTED: usize = 40;
+const VALUES: usize = 3;
+
+/// A file, what it holds, and what was read from it.
 struct Inspected<'a> {
     file: &'a PathBuf,
+    /// None if it is damaged: reading says why.
+    holds: Option<Overview>,
     found: Result<Vec<Record>, ReadError>,
 }
 
@@ -43,17 +52,19 @@ struct Inspected<'a> {
 pub(super) fn run(options: &Options) -> Output {
     let reading = ReadOptions {
         columns: options.columns.clone().unwrap_or_default(),
+        only_named: options.only_named,
         rate: options.rate,
         kind: options.kind.into(),
         keep_constant_inputs: true,
         ..ReadOptions::default()
     };
-    let inspected: Vec<Inspected<'_>> =
-        options.files.iter().map(|file| Inspected { file, found: read_files(&[file], &reading) }).collect();
+    let inspect = |file| Inspected { file, holds: look(file, &reading).ok(), found: read_files(&[file], &reading) };
+    let inspected: Vec<Inspected<'_>> = options.files.iter().map(inspect).collect();
     if inspected.iter().all(|i| i.found.is_err())
-        && let Some(Inspected { found: Err(error), .. }) = inspected.first()
+        && let Some(Inspected { found: Err(error), holds, .. }) = inspected.first()
     {
-        return Err(Failure::from(error.clone()).into());
+        let shown = holds.as_ref().map_or(String::new(), |holds| list(holds) + &perhaps(holds, error));
+        return Err(Failure::from(error.clone()).showing(shown).into());
     }
     let result = json!({ "version": VERSION, "files": inspected.iter().map(as_json).collect::<Vec<_>>() });
     if let Some(json) = json::write(options.json.as_deref(), &result)? {
@@ -74,7 +85,7 @@ fn range(values: &[f64]) -> (f64, f64) {
 
 fn as_json(inspected: &Inspected<'_>) -> Value {
     let file = inspected.file.display().to_string();
-    match &inspected.found {
+    let mut told = match &inspected.found {
         Err(error) => json!({
             "file": file,
             "status": "refused",
@@ -106,7 +117,69 @@ fn as_json(inspected: &Inspected<'_>) -> Value {
             })).collect::<Vec<_>>(),
             "notices": notices(records),
         }),
+    };
+    told["holds"] = inspected.holds.as_ref().map_or(Value::Null, held);
+    told
+}
+
+/// What a file holds, before it is read.
+fn held(holds: &Overview) -> Value {
+    let short = |used: Option<ColumnUse>| used.map(|used| used.key(false));
+    let first = |values: &[f64]| -> Vec<Option<f64>> {
+        values.iter().take(VALUES).map(|v| Some(*v).filter(|v| v.is_finite())).collect()
+    };
+    json!({
+        "format": holds.format,
+        "tables": holds.tables.iter().map(|t| json!({
+            "name": Some(&t.name).filter(|n| !n.is_empty()),
+            "rows": t.rows,
+            "rate": t.rate,
+            "proposed_columns": t.map(&t.proposed()).to_string(),
+            "columns": t.columns.iter().map(|c| json!({
+                "name": c.name,
+                "unit": Some(&c.unit).filter(|u| !u.is_empty()),
+                "role": short(c.taken),
+                "may_be": short(c.guess),
+                "first": first(&c.first),
+            })).collect::<Vec<_>>(),
+        })).collect::<Vec<_>>(),
+    })
+}
+
+/// A line that proposes which column is which, where that may help.
+fn perhaps(holds: &Overview, error: &ReadError) -> String {
+    let table = &holds.tables[holds.main()];
+    let proposed = table.map(&table.proposed()).to_string();
+    if !error.is_about_columns() || proposed.is_empty() {
+        return String::new();
     }
+    format!("  perhaps: --columns \"{proposed}\"\n")
+}
+
+/// A file's tables with their columns, as lines of text.
+fn list(holds: &Overview) -> String {
+    let mut out = String::new();
+    for table in &holds.tables {
+        let name = if table.name.is_empty() { String::new() } else { format!(" `{}`", table.name) };
+        let rate = table.rate.map_or(String::new(), |r| format!(" at {} Hz", significant_trimmed(r, 6)));
+        let _ = writeln!(out, "  table{name}: {} columns of {} rows{rate}", table.columns.len(), table.rows);
+        let labels: Vec<String> = (0..table.columns.len().min(LISTED)).map(|c| table.label(c)).collect();
+        let width = labels.iter().map(|l| l.chars().count()).max().unwrap_or(0);
+        for ((number, column), label) in table.columns.iter().enumerate().zip(&labels) {
+            let used = match (column.taken, column.guess) {
+                (Some(used), _) => used.key(false),
+                (None, Some(guess)) => format!("{}?", guess.key(false)),
+                (None, None) => "-".into(),
+            };
+            let values: Vec<String> = column.first.iter().take(VALUES).map(|v| significant_trimmed(*v, 5)).collect();
+            let more = if column.first.len() > VALUES { ", …" } else { "" };
+            let _ = writeln!(out, "    {:>3} {label:<width$}  {used:<6} {}{more}", number + 1, values.join(", "));
+        }
+        if table.columns.len() > LISTED {
+            let _ = writeln!(out, "    and {} more; `--json` lists all", table.columns.len() - LISTED);
+        }
+    }
+    out
 }
 
 fn text(inspected: &Inspected<'_>) -> String {
@@ -115,6 +188,10 @@ fn text(inspected: &Inspected<'_>) -> String {
         Ok(records) => records,
         Err(error) => {
             let _ = writeln!(out, "  cannot be used: {error}\n  try: {}", error.advice());
+            if let Some(holds) = &inspected.holds {
+                out += &list(holds);
+                out += &perhaps(holds, error);
+            }
             return out;
         }
     };
@@ -147,6 +224,9 @@ fn text(inspected: &Inspected<'_>) -> String {
     }
     for notice in notices(records) {
         let _ = writeln!(out, "  note: {notice}");
+    }
+    if let Some(holds) = &inspected.holds {
+        out += &list(holds);
     }
     out
 }

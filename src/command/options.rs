@@ -28,6 +28,9 @@ pub(super) struct DataOptions {
     /// Which column is which, where the header does not say: t=NAME,x=NAME,u=NAME,…
     #[arg(long, value_name = "t=NAME,x=NAME,…")]
     columns: Option<ColumnMap>,
+    /// Ignore every column that --columns does not name, whatever the header says of it
+    #[arg(long, requires = "columns")]
+    only_named: bool,
     /// Sampling rate, Hz, for files without a time column
     #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true)]
     rate: Option<f64>,
@@ -38,6 +41,10 @@ pub(super) struct DataOptions {
     /// Use each record from T0 to T1 only, s; either may be left out: "5:"
     #[arg(long, value_name = "T0:T1", allow_hyphen_values = true, help_heading = "Preparation")]
     crop: Option<Span>,
+    /// Do this to each record, in this order, after --crop and before --hold-out: offset, trend, decimate=N, low-pass=HZ,
+    /// high-pass=HZ, band-pass=HZ:HZ (without a phase), spikes, split=N, split-at=T, align=a (or align=a:SECONDS)
+    #[arg(long, value_name = "STEP,…", value_delimiter = ',', help_heading = "Preparation")]
+    prepare: Vec<Treatment>,
     /// Hold out this share of each record's end, as 0.3; files given with --test are held out instead
     #[arg(long, value_name = "SHARE", value_parser = share, allow_negative_numbers = true, help_heading = "Preparation")]
     hold_out: Option<f64>,
@@ -122,6 +129,7 @@ impl DataOptions {
     fn reading(&self) -> ReadOptions {
         ReadOptions {
             columns: self.columns.clone().unwrap_or_default(),
+            only_named: self.only_named,
             rate: self.rate,
             kind: self.kind.into(),
             bridge: self.bridge,
@@ -133,7 +141,8 @@ impl DataOptions {
     pub(super) fn read(&self) -> Result<RecordSet, Failure> {
         let set = read_set(&self.data, &self.test, &self.reading())?;
         prepare::prepare(&set, &self.preparation()).map_err(|e| {
-            Failure::new(e.to_string()).try_this("give other times with --crop, or another share with --hold-out")
+            Failure::new(e.to_string())
+                .try_this("give other times with --crop, other steps with --prepare, or another share with --hold-out")
         })
     }
 
@@ -141,7 +150,8 @@ impl DataOptions {
     fn preparation(&self) -> Vec<Preparation> {
         let crop = self.crop.map(|Span { from, to }| Treatment::Crop { from, to });
         let hold_out = self.hold_out.filter(|_| self.test.is_empty()).map(|share| Treatment::HoldOut { share });
-        crop.into_iter().chain(hold_out).map(Into::into).collect()
+        let steps = self.prepare.iter().copied();
+        crop.into_iter().chain(steps).chain(hold_out).map(Into::into).collect()
     }
 }
 
@@ -293,11 +303,21 @@ impl StudyOptions {
         if let Some(columns) = &self.data.columns {
             option("columns", &columns.to_string());
         }
+        if self.data.only_named {
+            text.push_str(" --only-named");
+        }
+        let mut option = |name: &str, value: &str| {
+            let _ = write!(text, " --{name} {}", quoted(value));
+        };
         if let Some(rate) = self.data.rate {
             option("rate", &rate.to_string());
         }
         if let Some(crop) = &self.data.crop {
             option("crop", &crop.to_string());
+        }
+        let steps: Vec<String> = self.data.prepare.iter().filter_map(|step| step.typed()).collect();
+        if !steps.is_empty() {
+            option("prepare", &steps.join(","));
         }
         if let Some(share) = self.data.hold_out.filter(|_| self.data.test.is_empty()) {
             option("hold-out", &share.to_string());

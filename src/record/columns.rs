@@ -47,6 +47,11 @@ impl ColumnMap {
         self.pairs.is_empty()
     }
 
+    /// True if every column is called by a name, none by its number.
+    pub fn names_all(&self) -> bool {
+        self.pairs.iter().all(|(_, column)| column.parse::<usize>().is_err())
+    }
+
     /// Adds or replaces one pair, as in `x2` and the column's name.
     ///
     /// # Errors
@@ -135,10 +140,36 @@ pub(super) struct Selection {
     pub(super) notices: Vec<String>,
 }
 
+/// What each column is taken for as things stand, also where that is not enough to read the file or contradicts itself.
+pub(super) fn taken(headings: &[Heading], options: &ReadOptions) -> Vec<Option<Key>> {
+    let mut assignment =
+        Assignment { file: "", headings, options, taken: vec![None; headings.len()], notices: Vec::new() };
+    for (key, name) in &options.columns.pairs {
+        if let Ok(column) = assignment.find(*key, name) {
+            assignment.taken[column] = Some(*key);
+        }
+    }
+    let quantities = [
+        Quantity::Time,
+        Quantity::Trajectory,
+        Quantity::Displacement,
+        Quantity::Velocity,
+        Quantity::Acceleration,
+        Quantity::Input,
+    ];
+    for quantity in quantities {
+        assignment.of(quantity);
+    }
+    assignment.taken
+}
+
 /// Decides which column is which.
 pub(super) fn assign(file: &str, headings: &[Heading], options: &ReadOptions) -> Result<Selection, ReadError> {
     Assignment { file, headings, options, taken: vec![None; headings.len()], notices: Vec::new() }.run()
 }
+
+/// Channels of motion that are studied together at most: beyond it a library has more terms than any record tells.
+const MOST_MOTIONS: usize = 64;
 
 struct Assignment<'a> {
     file: &'a str,
@@ -170,6 +201,13 @@ impl Assignment<'_> {
                 columns: self.names(),
                 doubtful: doubtful.collect(),
             });
+        }
+        let motions = [&displacements, &velocities, &accelerations];
+        let count = motions.iter().map(|m| m.len()).sum();
+        if count > MOST_MOTIONS {
+            let first = motions.iter().find_map(|m| m.first()).map_or(String::new(), |(_, column)| self.name(*column));
+            let (file, columns) = (self.file.to_owned(), self.names());
+            return Err(ReadError::TooManyMotions { file, count, first, columns, most: MOST_MOTIONS });
         }
         let time = match (time, self.options.rate) {
             (None, None) => {
@@ -285,7 +323,7 @@ impl Assignment<'_> {
             .collect();
         let mut all = mapped.clone();
         // `x=NAME` speaks of the only one, `x2=NAME` of the second.
-        if !mapped.iter().any(|(number, _)| number.is_none()) {
+        if !self.options.only_named && !mapped.iter().any(|(number, _)| number.is_none()) {
             for (column, heading) in self.headings.iter().enumerate() {
                 if let Meaning::Known(key) = heading.meaning
                     && of_quantity(&key)
@@ -358,7 +396,7 @@ impl Assignment<'_> {
     /// `y` and `z` of a first-order system whose states are written `x, y, z`.
     fn add_coordinates(&mut self, displacements: &mut Vec<(usize, usize)>) {
         let numbered = displacements.iter().any(|(_, c)| self.taken[*c].is_some_and(|key| key.number.is_some()));
-        if self.options.kind != Kind::FirstOrder || numbered {
+        if self.options.kind != Kind::FirstOrder || numbered || self.options.only_named {
             return;
         }
         for (column, heading) in self.headings.iter().enumerate() {
@@ -385,6 +423,10 @@ impl Assignment<'_> {
     }
 
     fn tell_unused(&mut self) {
+        // Whoever named all that counts has seen the others.
+        if self.options.only_named {
+            return;
+        }
         let mut unused = Vec::new();
         for column in (0..self.headings.len()).filter(|&c| self.taken[c].is_none()) {
             let heading = &self.headings[column];

@@ -6,9 +6,9 @@
 use std::sync::Arc;
 
 use super::columns::Selection;
-use super::error::{ReadError, Row, list};
+use super::error::{ReadError, Row, list, printable};
 use super::heading::{Heading, Key, Meaning, Quantity, label};
-use super::table::{Choose, LARGEST, Table};
+use super::table::{Choose, FIRST_ROWS, LARGEST, Table, TableHead};
 use super::units;
 
 /// What is wrong with a file's bytes, told by the reader of its format.
@@ -25,7 +25,7 @@ pub(super) struct Flaw {
 impl Flaw {
     /// A flaw of the file as a whole.
     pub(super) fn new(what: impl Into<String>) -> Self {
-        Self { what: what.into(), at: None, advice: "" }
+        Self { what: printable(&what.into()), at: None, advice: "" }
     }
 
     /// A flaw found at a byte.
@@ -208,6 +208,34 @@ fn sheets<'c, 'a>(columns: &'c [Column<'a>], known: Option<&'c TimeBase>) -> Vec
         }
     }
     sheets
+}
+
+/// Values that are decoded at most to show the first ones: a column is decoded whole.
+const LOOKED_AT: usize = 4_000_000;
+
+/// The tables of a file, before any column is chosen.
+pub(super) fn heads(contents: &Contents<'_>) -> Vec<TableHead> {
+    let told = sampling_variable(&contents.columns);
+    let known = told.map(|(interval, _)| TimeBase::Even { start: 0.0, interval });
+    let mut left = LOOKED_AT;
+    let mut heads = Vec::new();
+    for sheet in sheets(&contents.columns, known.as_ref()) {
+        let mut first = Vec::new();
+        for column in 0..sheet.headings.len() {
+            let decoded = if sheet.len <= left { sheet.decode(column).ok() } else { None };
+            left = left.saturating_sub(sheet.len);
+            let mut values = decoded.unwrap_or_default();
+            values.truncate(FIRST_ROWS);
+            first.push(values);
+        }
+        let rate = match sheet.base {
+            TimeBase::Even { interval, .. } if sheet.has_base() => Some(interval.recip()),
+            _ => None,
+        };
+        let Sheet { group, len: rows, headings, .. } = sheet;
+        heads.push(TableHead { name: group.to_owned(), headings, rows, rate, first });
+    }
+    heads
 }
 
 /// Chooses the columns that are wanted and decodes them.

@@ -5,9 +5,10 @@ use std::collections::HashMap;
 
 use csv::{ByteRecord, Reader, ReaderBuilder};
 
-use super::error::{ReadError, Row};
+use super::columns::Selection;
+use super::error::{ReadError, Row, printable};
 use super::heading::{Heading, label};
-use super::table::{Choose, Format, LARGEST, Reader as FormatReader, Table};
+use super::table::{Choose, FIRST_ROWS, Format, LARGEST, Reader as FormatReader, Table, TableHead};
 use super::units;
 
 /// Text separated by commas, semicolons, tabs or blanks.
@@ -15,7 +16,7 @@ pub(super) const FORMAT: Format = Format {
     name: "CSV and other text",
     extensions: &["csv", "tsv", "txt", "dat", "asc"],
     recognises: |_| false,
-    reader: FormatReader::Rows(read),
+    reader: FormatReader::Rows { read, look },
 };
 
 /// The header is looked for in so many rows.
@@ -28,6 +29,31 @@ pub(super) fn read(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Tabl
     let bytes = decode(bytes).ok_or_else(|| ReadError::NotText { file: file.to_owned() })?;
     let header = find_header(file, &bytes, choose)?;
     read_rows(file, &bytes, header, choose)
+}
+
+/// The names of the columns, and the first rows beneath them.
+pub(super) fn look(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Vec<TableHead>, ReadError> {
+    let bytes = decode(bytes).ok_or_else(|| ReadError::NotText { file: file.to_owned() })?;
+    // Columns without names can be looked at too.
+    let choose = |headings: &[Heading]| {
+        if headings.iter().all(|h| h.name.is_empty()) { Ok(Selection::default()) } else { choose(headings) }
+    };
+    let Header { separator, headings, end, .. } = find_header(file, &bytes, &choose)?;
+    let mut first: Vec<Vec<f64>> = vec![Vec::new(); headings.len()];
+    let mut rows = Rows::new(&bytes, end, separator);
+    for _ in 0..FIRST_ROWS {
+        if !rows.advance() {
+            break;
+        }
+        for (column, values) in first.iter_mut().enumerate() {
+            values.push(number(rows.cell(column)).unwrap_or(f64::NAN));
+        }
+    }
+    let seen = first.first().map_or(0, Vec::len);
+    let rest = bytes.get(rows.position()..).unwrap_or_default();
+    let last = usize::from(rest.last().is_some_and(|b| *b != b'\n'));
+    let rows = seen + if seen == FIRST_ROWS { count_lines(rest) + last } else { 0 };
+    Ok(vec![TableHead { name: String::new(), headings, rows, rate: None, first }])
 }
 
 /// The file's text in one encoding: no byte-order mark, lines ended by line feeds, comments led by `#` alone.
@@ -537,7 +563,7 @@ impl<'a> Columns<'a> {
     fn refuse(&self, rows: &Rows<'_>, column: usize) -> ReadError {
         let bytes = rows.cell(column);
         let text = text_of(bytes);
-        let mut cell: String = text.chars().take(40).collect();
+        let mut cell = printable(&text.chars().take(40).collect::<String>());
         if cell.len() < text.len() {
             cell.push('…');
         }

@@ -159,6 +159,20 @@ pub enum ReadError {
         /// The other.
         second: String,
     },
+    /// More channels of motion than an equation can be found for.
+    #[error("{file}: {count} columns are taken for motions, such as `{first}`; up to {most} can be studied together")]
+    TooManyMotions {
+        /// The file's name.
+        file: String,
+        /// How many there are.
+        count: usize,
+        /// The first one's name.
+        first: String,
+        /// The names of all columns.
+        columns: Vec<String>,
+        /// The most that are read.
+        most: usize,
+    },
     /// The sampling rate is not a positive number.
     #[error("a sampling rate of {rate} Hz is impossible")]
     BadRate {
@@ -381,6 +395,9 @@ impl ReadError {
             Self::UnknownColumn { .. } => "write the name as in the header, or the column's number from 1".into(),
             Self::AmbiguousColumn { key, .. } => format!("give the column's number instead: `--columns {key}=2`"),
             Self::ColumnUsedTwice { first, .. } => format!("leave one of them out, or give {first} another column"),
+            Self::TooManyMotions { first, .. } => {
+                format!("name those to be studied and no others: `--columns x1={first} --only-named`")
+            }
             Self::BadRate { .. } => "give the samples a second as a positive number: `--rate 1000`".into(),
             Self::TimeUnit { .. } => {
                 "give the time in s, ms, us, min or h in the header, or the sampling rate: `--rate HZ`".into()
@@ -423,10 +440,31 @@ impl ReadError {
         match self {
             Self::NoTime { columns, .. }
             | Self::NoDisplacement { columns, .. }
-            | Self::UnknownColumn { columns, .. } => Some(columns),
+            | Self::UnknownColumn { columns, .. }
+            | Self::TooManyMotions { columns, .. } => Some(columns),
             _ => None,
         }
     }
+
+    /// True if saying which column is which, or how fast was sampled, is what is needed.
+    pub fn is_about_columns(&self) -> bool {
+        self.columns().is_some()
+            || matches!(
+                self,
+                Self::NoHeader { .. }
+                    | Self::TwoColumns { .. }
+                    | Self::NumberMissing { .. }
+                    | Self::AmbiguousColumn { .. }
+                    | Self::ColumnUsedTwice { .. }
+                    | Self::TimeUnit { .. }
+                    | Self::ConstantDisplacement { .. }
+            )
+    }
+}
+
+/// A text out of a file as a message can hold it: in one line, without signs that move or hide what stands around it.
+pub(super) fn printable(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() || c == '\u{feff}' { '\u{fffd}' } else { c }).collect()
 }
 
 /// `` `a`, `b` and `c` ``, the tail of a long list left out.

@@ -1,6 +1,10 @@
 //! A column's name in the header: what it measures, which of several, in which unit.
 
+use super::error::printable;
 use super::units;
+
+/// A longer name is no name but a line of something else; so many characters of it are enough.
+const LONGEST: usize = 200;
 
 /// What a column can hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -111,7 +115,7 @@ pub(super) struct Heading {
 impl Heading {
     /// Takes a name apart; `unit_below` is what a row of units under the header says, which counts where the name has none.
     pub(super) fn new(name: &str, unit_below: Option<&str>) -> Self {
-        let name = name.trim().trim_matches('"').trim().to_owned();
+        let name: String = printable(name.trim().trim_matches('"').trim()).chars().take(LONGEST).collect();
         let bracket = bracketed(&name);
         let (outside, inside) = bracket.as_ref().map_or((name.as_str(), None), |(o, i)| (o.as_str(), Some(i.as_str())));
         let words: Vec<&str> = outside.split(parts_words).filter(|w| !w.is_empty()).collect();

@@ -12,7 +12,9 @@ mod delimited;
 mod error;
 mod estimate;
 mod formats;
+mod guess;
 mod heading;
+mod overview;
 pub mod prepare;
 mod sampling;
 mod table;
@@ -30,6 +32,7 @@ use serde::{Deserialize, Serialize};
 pub use columns::{ColumnMap, ColumnMapError};
 pub use error::{ReadError, Row};
 pub use formats::FORMATS;
+pub use overview::{ColumnOverview, ColumnUse, Overview, TableOverview, look};
 pub use table::Format;
 pub use types::{Channel, Record, RecordSet, Role, Usage};
 pub use units::metres;
@@ -44,6 +47,8 @@ use crate::term::Kind;
 pub struct ReadOptions {
     /// Which column is which; what is not said here is decided from the header.
     pub columns: ColumnMap,
+    /// Columns that `columns` does not name are ignored, whatever the header says of them.
+    pub only_named: bool,
     /// Sampling rate, Hz, instead of a time column.
     pub rate: Option<f64>,
     /// Order of the equations: for first order every velocity is a state, and so are `y` and `z`.
@@ -124,9 +129,16 @@ pub fn notices<'a>(records: impl IntoIterator<Item = &'a Record>) -> Vec<&'a str
     records.into_iter().flat_map(|r| &r.notices).map(String::as_str).filter(|n| told.insert(*n)).collect()
 }
 
+fn bytes_of(path: &Path) -> Result<Vec<u8>, ReadError> {
+    std::fs::read(path).map_err(|error| ReadError::Open { path: path.display().to_string(), reason: error.to_string() })
+}
+
+fn ending(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
 fn read_file(path: &Path, options: &ReadOptions) -> Result<Vec<Record>, ReadError> {
-    let bytes = std::fs::read(path)
-        .map_err(|error| ReadError::Open { path: path.display().to_string(), reason: error.to_string() })?;
+    let bytes = bytes_of(path)?;
     let mut records = read_bytes(path, &bytes, options)?;
     for record in &mut records {
         record.source = Some(PathBuf::from(path));
@@ -148,8 +160,7 @@ fn read_bytes(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Vec<Re
         return Err(ReadError::BadRate { rate });
     }
     let file = file_name(path);
-    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let format = formats::of(&ending, bytes);
+    let format = formats::of(&ending(path), bytes);
     let table = format.read(&file, bytes, &|headings| columns::assign(&file, headings, options))?;
     let stem = path.file_stem().map_or_else(|| file.clone(), |s| s.to_string_lossy().into_owned());
     assemble::records(&file, &stem, table, options)

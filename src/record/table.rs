@@ -20,8 +20,11 @@ pub struct Format {
 /// How a format is read.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Reader {
-    /// Row by row, the columns chosen on the way.
-    Rows(fn(&str, &[u8], &Choose<'_>) -> Result<Table, ReadError>),
+    /// Row by row, the columns chosen on the way; and what there is to choose from.
+    Rows {
+        read: fn(&str, &[u8], &Choose<'_>) -> Result<Table, ReadError>,
+        look: fn(&str, &[u8], &Choose<'_>) -> TableHeads,
+    },
     /// Column by column, each decoded only where it is wanted.
     Columns(for<'a> fn(&'a [u8]) -> Result<Contents<'a>, Flaw>),
 }
@@ -30,13 +33,44 @@ impl Format {
     /// Reads a file's bytes; the function given decides from the headings which columns are wanted.
     pub(super) fn read(&self, file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Table, ReadError> {
         match self.reader {
-            Reader::Rows(read) => read(file, bytes, choose),
+            Reader::Rows { read, .. } => read(file, bytes, choose),
             Reader::Columns(read) => {
                 let contents = read(bytes).map_err(|flaw| flaw.of(file, self.name))?;
                 contents::table(file, self.name, contents, choose)
             }
         }
     }
+
+    /// What a file's bytes hold, before any column is chosen: one entry a table.
+    pub(super) fn look(&self, file: &str, bytes: &[u8], choose: &Choose<'_>) -> TableHeads {
+        match self.reader {
+            Reader::Rows { look, .. } => look(file, bytes, choose),
+            Reader::Columns(read) => {
+                let contents = read(bytes).map_err(|flaw| flaw.of(file, self.name))?;
+                Ok(contents::heads(&contents))
+            }
+        }
+    }
+}
+
+/// Rows of a table that are looked at before any column is chosen.
+pub(super) const FIRST_ROWS: usize = 200;
+
+/// The tables of a file, or why there are none.
+pub(super) type TableHeads = Result<Vec<TableHead>, ReadError>;
+
+/// A table of a file before its columns are chosen.
+#[derive(Clone, Debug)]
+pub(super) struct TableHead {
+    /// What the file calls it; may be empty.
+    pub(super) name: String,
+    pub(super) headings: Vec<Heading>,
+    /// Number of rows; of text, of lines that may hold one.
+    pub(super) rows: usize,
+    /// Samples a second, if the file tells the sampling apart from the columns, Hz. The last heading is then the time.
+    pub(super) rate: Option<f64>,
+    /// `first[column][row]`: the first values; NaN where there is no number. Empty where a column was not looked into.
+    pub(super) first: Vec<Vec<f64>>,
 }
 
 /// Numbers beyond this are no measurement, and sums of their squares overflow.

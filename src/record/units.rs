@@ -86,6 +86,16 @@ impl Unit {
         self.is_like(&Self::of(Base::Length, 1.0))
     }
 
+    /// True for an angle: rad, degrees, …
+    pub(super) fn is_angle(&self) -> bool {
+        self.is_like(&Self::of(Base::Angle, 1.0))
+    }
+
+    /// True for a force or a moment: N, lbf, N·m, …
+    pub(super) fn is_force(&self) -> bool {
+        self.is_like(&Self::mechanical(1, -2, 1, 1.0)) || self.is_like(&Self::mechanical(2, -2, 1, 1.0))
+    }
+
     /// True for a time: s, ms, min, …
     pub(super) fn is_time(&self) -> bool {
         self.is_like(&Self::of(Base::Time, 1.0))

@@ -35,13 +35,16 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
             if addable {
                 button("Add record…", Command::AddRecords);
             }
+            if desk.of_files {
+                button("Columns…", Command::Columns);
+            }
             button("Open…", Command::Open);
         },
         |_| {},
     );
     desk.asks.append(&mut asks);
     if let Some(refused) = desk.refused {
-        refusal::show(ui, refused, desk.typing, desk.asks);
+        refusal::show(ui, refused, desk.asks);
         ui.add_space(2.0);
     }
     if desk.bench.records.is_empty() {

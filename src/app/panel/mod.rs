@@ -17,7 +17,6 @@ use super::commands::Command;
 use super::errand::Refused;
 use super::state::{Edit, Room};
 use super::worker::Busy;
-use crate::record::ReadOptions;
 use crate::record::prepare::Preparation;
 use crate::study::{Remedy, Settings};
 use crate::term::{Kind, Term};
@@ -33,8 +32,6 @@ pub(crate) enum Ask {
     Kind(Kind),
     /// Take a remedy over.
     Remedy(Remedy),
-    /// Read what was refused once more, with what its header does not say.
-    ReadAgain(ReadOptions),
     /// Prepare the records by these steps.
     Prepare(Vec<Preparation>),
     /// Show the whole record above the plots, to be cut by dragging, or hide it.
@@ -50,6 +47,8 @@ pub(crate) struct Desk<'a> {
     pub(crate) bench: &'a Bench,
     pub(crate) edit: &'a mut Edit,
     pub(crate) suggestion: &'a Settings,
+    /// Whether the records come from files, whose columns can be chosen.
+    pub(crate) of_files: bool,
     /// The record that the views show.
     pub(crate) shown: usize,
     /// Whether the whole record is shown above the plots, to be cut.
@@ -71,10 +70,6 @@ pub(crate) struct Typing {
     pub(crate) known: String,
     /// The term whose coefficient is being typed, with the text.
     pub(crate) fixed: Option<(Term, f64)>,
-    /// Which column is which, in a file that does not say so.
-    pub(crate) columns: String,
-    /// The sampling rate of such a file.
-    pub(crate) rate: String,
 }
 
 /// The left column: data and settings; in the other rooms, what counts there.

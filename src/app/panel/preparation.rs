@@ -5,8 +5,8 @@ use egui::{DragValue, Id, Label, RichText, Ui, WidgetInfo};
 use super::{Ask, Desk};
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, section};
-use crate::record::Usage;
-use crate::record::prepare::{MOST_DECIMATED, Preparation, Treatment};
+use crate::record::prepare::{MOST_DECIMATED, MOST_PARTS, Preparation, SPIKE, Treatment};
+use crate::record::{Channel, Role, Usage};
 
 /// The share that the button holds out.
 const SHARE: f64 = 0.3;
@@ -24,7 +24,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
         |ui| {
             let menu = ui.menu_button("Add step ⏷", |ui| {
                 ui.set_min_width(200.0);
-                for (label, tooltip, treatment) in OFFERED {
+                for (label, tooltip, treatment) in offered(desk) {
                     if ui.button(label).on_hover_text(tooltip).clicked() {
                         asks.push(with(treatment));
                     }
@@ -59,23 +59,73 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     desk.asks.append(&mut asks);
 }
 
-/// What the menu offers.
-const OFFERED: [(&str, &str, Treatment); 6] = [
-    ("Crop", "Use a record from one time to another only", Treatment::Crop { from: None, to: None }),
-    (
+/// An entry of the menu: label, tooltip, and the step that it adds.
+type Offer = (String, &'static str, Treatment);
+
+/// What the menu offers for the record shown.
+fn offered(desk: &Desk<'_>) -> Vec<Offer> {
+    let mut offers: Vec<Offer> = Vec::new();
+    let mut offer = |label: &str, tooltip, treatment| offers.push((label.to_owned(), tooltip, treatment));
+    offer("Crop", "Use a record from one time to another only", Treatment::Crop { from: None, to: None });
+    offer(
         "Hold out the last part",
         "The last part of each record that is fitted is never fitted, only simulated and scored",
         Treatment::HoldOut { share: SHARE },
-    ),
-    ("Remove offset", "Take each channel's mean away", Treatment::RemoveOffset),
-    ("Remove linear trend", "Take each channel's straight line of least squares away", Treatment::RemoveTrend),
-    ("Decimate", "Keep one sample in two, behind a low-pass", Treatment::Decimate { factor: 2 }),
-    (
+    );
+    offer("Cut into several", "Each record becomes two or more of the same length", Treatment::Split { parts: 2 });
+    let record = desk.bench.origin(desk.shown);
+    if let Some(record) = record {
+        let middle = significant(record.start + 0.5 * record.duration(), 3);
+        offer("Cut at a time", "Each record becomes two", Treatment::SplitAt { time: middle });
+    }
+    offer("Remove offset", "Take each channel's mean away", Treatment::RemoveOffset);
+    offer("Remove linear trend", "Take each channel's straight line of least squares away", Treatment::RemoveTrend);
+    offer(
+        "Mend spikes",
+        "Fill in single samples that stand out from those around them (Hampel's test)",
+        Treatment::MendSpikes { threshold: SPIKE },
+    );
+    if let Some(record) = record {
+        let rate = record.interval.recip();
+        let (low, high) = (significant(2.0 / record.duration().max(record.interval), 2), significant(0.1 * rate, 2));
+        offer(
+            "Low-pass filter",
+            "Take away what is faster, in every channel alike and without a phase; decimate after it, or the noise floor reads too low",
+            Treatment::Filter { from: None, to: Some(high) },
+        );
+        if low < high {
+            offer(
+                "Band-pass filter",
+                "Take away what is slower and what is faster, in every channel alike and without a phase",
+                Treatment::Filter { from: Some(low), to: Some(high) },
+            );
+        }
+    }
+    offer("Decimate", "Keep one sample in two, behind a low-pass", Treatment::Decimate { factor: 2 });
+    offer(
         "Bridge gaps",
         "Fill in samples that are missing where they are few; longer gaps split the record",
         Treatment::Bridge { longest: BRIDGE },
-    ),
-];
+    );
+    // One channel of each mass stays where it is; the others are held against it.
+    for channel in record.iter().flat_map(|r| r.measured()) {
+        let same = |c: &&Channel| !matches!(c.role, Role::Input(_)) && c.role.index() == channel.role.index();
+        let first = record.and_then(|r| r.measured().find(same));
+        let delay = match channel.role {
+            // Its lag before the motion is the system's own: a person has to say it.
+            Role::Input(_) => Some(0.0),
+            _ if first.is_some_and(|f| f.role == channel.role) => continue,
+            _ => None,
+        };
+        let tooltip = if delay.is_none() {
+            "Move the channel by the delay that its cross-correlation with the mass's other sensor shows"
+        } else {
+            "Move the channel by a delay that you know, as of another amplifier"
+        };
+        offer(&format!("Align {}", channel.name), tooltip, Treatment::Align { role: channel.role, delay });
+    }
+    offers
+}
 
 /// One step; gives all steps if it was changed or taken out.
 fn row(ui: &mut Ui, desk: &Desk<'_>, index: usize, step: &Preparation) -> Option<Vec<Preparation>> {
@@ -127,6 +177,63 @@ fn row(ui: &mut Ui, desk: &Desk<'_>, index: usize, step: &Preparation) -> Option
                     asked = changed(Treatment::Decimate { factor: number as usize });
                 }
             }
+            Treatment::Filter { from, to } => {
+                let name = match (from, to) {
+                    (Some(_), Some(_)) => "Band-pass",
+                    (Some(_), None) => "High-pass",
+                    _ => "Low-pass",
+                };
+                ui.label(name);
+                let mut ends = [from, to];
+                let mut moved = false;
+                for (end, name) in ends.iter_mut().zip(["Filter from", "Filter to"]) {
+                    if let Some(corner) = end {
+                        let speed = 0.01 * *corner;
+                        moved |=
+                            value(ui, id.with(name), name, corner, |d| d.range(1e-9..=1e12).speed(speed).suffix(" Hz"));
+                    }
+                }
+                if moved {
+                    let [from, to] = ends;
+                    asked = changed(Treatment::Filter { from, to });
+                }
+            }
+            Treatment::MendSpikes { threshold } => {
+                ui.label("Mend spikes beyond");
+                let mut number = threshold;
+                if value(ui, id, "Spike threshold", &mut number, |d| {
+                    d.range(1.0..=1000.0).speed(0.05).max_decimals(1).suffix(" σ")
+                }) {
+                    asked = changed(Treatment::MendSpikes { threshold: number });
+                }
+            }
+            Treatment::Split { parts } => {
+                ui.label("Cut into");
+                let mut number = parts as f64;
+                if value(ui, id, "Parts", &mut number, |d| d.range(2.0..=MOST_PARTS as f64).speed(0.05).max_decimals(0))
+                {
+                    asked = changed(Treatment::Split { parts: number as usize });
+                }
+            }
+            Treatment::SplitAt { time } => {
+                ui.label("Cut at");
+                let whole = whole(desk, step);
+                let speed = 0.002 * (whole.1 - whole.0).max(1e-6);
+                let mut number = time;
+                if value(ui, id, "Cut at", &mut number, |d| d.speed(speed).suffix(" s")) {
+                    asked = changed(Treatment::SplitAt { time: number });
+                }
+            }
+            Treatment::Align { role, delay } => {
+                let channel = desk.bench.records.first().and_then(|r| r.channel(role));
+                let name = channel.map_or_else(|| role.noun().to_owned(), |c| c.name.clone());
+                ui.add(Label::new(format!("Align {name}, late by")).truncate());
+                let mut number = 1e3 * delay.unwrap_or(0.0);
+                let step = desk.bench.records.first().map_or(1e-3, |r| r.interval);
+                if value(ui, id, "Delay", &mut number, |d| d.speed(50.0 * step).max_decimals(4).suffix(" ms")) {
+                    asked = changed(Treatment::Align { role, delay: Some(1e-3 * number) });
+                }
+            }
             Treatment::Bridge { longest } => {
                 ui.label("Bridge gaps up to");
                 let mut number = longest as f64;
@@ -152,6 +259,11 @@ fn row(ui: &mut Ui, desk: &Desk<'_>, index: usize, step: &Preparation) -> Option
         });
     });
     asked
+}
+
+/// A value that reads well: so many digits.
+fn significant(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
 /// A number to drag or to type; true once it is left changed.

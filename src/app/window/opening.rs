@@ -24,7 +24,36 @@ impl App {
         let source = Source::Files(project.map_or(paths, |p| vec![p]));
         // Otherwise, whatever was open before says nothing of these files.
         let kept = self.state.kept(&source).filter(|_| source != self.state.source).cloned().unwrap_or_default();
-        self.begin(Opening { reading: kept.reading, edit: kept.edit, ..Opening::of(source) });
+        let folder = self.folder_of(&source, &kept.reading);
+        self.begin(Opening { reading: kept.reading, edit: kept.edit, folder, ..Opening::of(source) });
+    }
+
+    /// How files of a source's folder were read last, if a person said so and `reading` does not say.
+    pub(super) fn folder_of(&self, source: &Source, reading: &ReadOptions) -> Option<ReadOptions> {
+        match source {
+            Source::Files(files) if reading.columns.is_empty() => {
+                files.first().and_then(|file| self.state.folder(file)).cloned()
+            }
+            _ => None,
+        }
+    }
+
+    /// Shows the columns of the files that were refused, or else of those that are open.
+    pub(super) fn show_columns(&mut self) {
+        let refused = self.refused.as_ref().map(|r| (&r.opening.source, &r.opening.reading));
+        let (source, reading) = refused.unwrap_or((&self.state.source, &self.state.reading));
+        if let Source::Files(files) = source {
+            self.columns.open(files.clone(), reading);
+        }
+    }
+
+    /// Reads the files with the columns that a person chose.
+    pub(super) fn read_with(&mut self, reading: ReadOptions) {
+        if let Some(refused) = self.refused.take() {
+            return self.begin(Opening { reading, folder: None, ..refused.opening });
+        }
+        let (usage, steps) = (self.usage_by_name(), self.edit.steps.clone());
+        self.begin(Opening { reading, usage, steps, ..Opening::of(self.state.source.clone()) });
     }
 
     /// Adds the records of files to those that are open.
@@ -77,6 +106,9 @@ impl App {
             for path in remembered.iter().rev() {
                 self.state.remember(path);
             }
+            if let Some(file) = paths.first() {
+                self.state.keep_folder(file, &reading);
+            }
         }
         let was_open = !self.bench.records.is_empty();
         let unchanged = [&source, &asked].contains(&&self.state.source);
@@ -98,7 +130,8 @@ impl App {
             // A record that was not there had no part in it.
             pin.usage.resize(pin.usage.len().max(count), Usage::Off);
         }
-        let stay = unchanged && was_open && reading.kind == self.state.reading.kind && project.is_none();
+        let channels = |r: &ReadOptions| (r.kind, r.columns.clone(), r.only_named, r.rate);
+        let stay = unchanged && was_open && channels(&reading) == channels(&self.state.reading) && project.is_none();
         let old = std::mem::take(&mut self.bench);
         self.bench.generation = old.generation;
         self.bench.open(title, records, raw, truth);
@@ -144,6 +177,7 @@ impl App {
     /// Takes the records off the bench.
     pub(super) fn close(&mut self) {
         self.errands.cancel();
+        self.columns.close();
         self.leave();
         self.bench.open(String::new(), Vec::new(), RecordSet::default(), None);
         self.waiting_pins = Vec::new();

@@ -12,7 +12,7 @@ use calamine::{Data, DataRef, Reader as _, Sheets, open_workbook_auto_from_rs};
 use super::super::contents::Flaw;
 use super::super::delimited;
 use super::super::error::ReadError;
-use super::super::table::{Choose, Format, Reader, Table};
+use super::super::table::{Choose, Format, Reader, Table, TableHead};
 
 pub(in super::super) const FORMAT: Format = Format {
     name: "Excel or OpenDocument",
@@ -24,7 +24,7 @@ pub(in super::super) const FORMAT: Format = Format {
             && (has(b"[Content_Types].xml") || has(b"xl/") || has(b"opendocument.spreadsheet"));
         zipped || bytes.starts_with(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1")
     },
-    reader: Reader::Rows(read),
+    reader: Reader::Rows { read, look },
 };
 
 /// Cells of one sheet, empty ones between others included; more are no table.
@@ -33,10 +33,31 @@ const MOST_CELLS: usize = 200_000_000;
 /// Seconds of a day, the unit in which sheets count time.
 const DAY: f64 = 86_400.0;
 
-fn read(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Table, ReadError> {
+/// The sheets that read as a table.
+fn look(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Vec<TableHead>, ReadError> {
+    let mut tables = Vec::new();
+    let mut reason = None;
+    for (name, text) in sheets(file, bytes)? {
+        match delimited::look(file, text.as_bytes(), choose) {
+            Ok(found) => tables.extend(found.into_iter().map(|table| TableHead { name: name.clone(), ..table })),
+            Err(error) => reason = reason.or(Some(error)),
+        }
+    }
+    match reason {
+        Some(error) if tables.is_empty() => Err(error),
+        _ => Ok(tables),
+    }
+}
+
+/// Each sheet's name and text.
+fn sheets(file: &str, bytes: &[u8]) -> Result<Vec<(String, String)>, ReadError> {
     // The library that reads sheets is not proof against every damaged file.
     let texts = catch_unwind(AssertUnwindSafe(|| texts(bytes)));
-    let texts = texts.unwrap_or_else(|_| Err(Flaw::new("it is damaged"))).map_err(|flaw| flaw.of(file, FORMAT.name))?;
+    texts.unwrap_or_else(|_| Err(Flaw::new("it is damaged"))).map_err(|flaw| flaw.of(file, FORMAT.name))
+}
+
+fn read(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Table, ReadError> {
+    let texts = sheets(file, bytes)?;
     let mut first: Option<ReadError> = None;
     let count = texts.len();
     for (index, (name, text)) in texts.iter().enumerate() {
@@ -64,7 +85,6 @@ fn read(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Table, ReadErro
     Err(first.unwrap_or_else(|| ReadError::Empty { file: file.to_owned() }))
 }
 
-/// Each sheet's name and text.
 fn texts(bytes: &[u8]) -> Result<Vec<(String, String)>, Flaw> {
     let damaged = |error: calamine::Error| {
         let text = error.to_string();

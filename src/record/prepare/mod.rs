@@ -3,8 +3,12 @@
 //! A preparation is a list of steps. Each is a value that can be stored, shown and taken out again; they apply in order, and
 //! the records as they were measured stay as they are.
 
+mod align;
 mod bridge;
 mod decimate;
+mod filter;
+mod spikes;
+mod spoken;
 
 use std::fmt;
 use std::sync::Arc;
@@ -12,11 +16,18 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::sampling::{LEAST_SAMPLES, significant};
-use super::types::{Channel, Record, RecordSet, Usage};
+use super::types::{Channel, Record, RecordSet, Role, Usage};
+pub use align::Delay;
 pub(super) use bridge::fill;
 
 /// The largest factor that a record is decimated by in one step.
 pub const MOST_DECIMATED: usize = 1000;
+
+/// The most records that one is cut into in one step.
+pub const MOST_PARTS: usize = 1000;
+
+/// A sample that stands out by so many standard deviations is a spike, where nothing else is said.
+pub const SPIKE: f64 = 6.0;
 
 /// One step of a preparation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,6 +64,36 @@ pub enum Treatment {
     Decimate {
         /// Samples of which one is kept.
         factor: usize,
+    },
+    /// What lies between two frequencies is kept, in every channel alike and without a phase; half of a tone's amplitude is
+    /// left at either of them.
+    Filter {
+        /// Hz; none for a low-pass.
+        from: Option<f64>,
+        /// Hz; none for a high-pass.
+        to: Option<f64>,
+    },
+    /// Single samples that stand out from those around them, three together at most, are filled in.
+    MendSpikes {
+        /// Standard deviations of the samples around.
+        threshold: f64,
+    },
+    /// A record becomes several of the same length.
+    Split {
+        /// How many.
+        parts: usize,
+    },
+    /// A record becomes two.
+    SplitAt {
+        /// Where the second one begins, s.
+        time: f64,
+    },
+    /// A channel is moved in time against the others; samples at an end that one of them lacks then are cut off.
+    Align {
+        /// The channel.
+        role: Role,
+        /// By how much it is late, s; none to estimate it from another sensor of the same mass.
+        delay: Option<f64>,
     },
     /// Samples that are missing (lost, empty or NaN) are filled in where no more than so many are missing together; a
     /// longer gap splits the record. Done while reading.
@@ -100,6 +141,30 @@ pub fn prepare_leniently(set: &RecordSet, steps: &[Preparation]) -> (RecordSet, 
     (set, reasons)
 }
 
+/// The steps with every delay that is to be estimated put in: the median of the records'.
+///
+/// A delay that no record tells stays open, and the step is not done.
+pub fn settled(set: &RecordSet, steps: &[Preparation]) -> Vec<Preparation> {
+    let mut set = set.clone();
+    let settle = |step: &Preparation| {
+        let mut step = step.clone();
+        if let Treatment::Align { role, delay: delay @ None } = &mut step.treatment {
+            let of = |(record, _): &(Arc<Record>, Usage)| {
+                let chosen = step.record.as_ref().is_none_or(|name| *name == record.name);
+                align::delay(record, *role).filter(|_| chosen)
+            };
+            let mut found: Vec<f64> = set.entries.iter().filter_map(of).map(|d| d.seconds).collect();
+            found.sort_by(f64::total_cmp);
+            *delay = found.get(found.len() / 2).map(|d| significant(*d, 4));
+        }
+        if let Ok(done) = step.apply(&set) {
+            set = done;
+        }
+        step
+    };
+    steps.iter().map(settle).collect()
+}
+
 /// How many samples may be missing together and are filled in while reading.
 pub fn bridged(steps: &[Preparation]) -> usize {
     let longest = |step: &Preparation| match step.treatment {
@@ -141,6 +206,9 @@ impl Preparation {
                 (Treatment::HoldOut { .. } | Treatment::Bridge { .. }, _) => {
                     done.entries.push((Arc::clone(record), *usage));
                 }
+                (treatment @ (Treatment::Split { .. } | Treatment::SplitAt { .. }), usage) => {
+                    done.add(treatment.parts(record)?, *usage);
+                }
                 (treatment, _) => done.entries.push((Arc::new(treatment.of(record)?), *usage)),
             }
         }
@@ -161,6 +229,19 @@ impl Treatment {
             Self::Decimate { factor } if !(2..=MOST_DECIMATED).contains(&factor) => impossible(format!(
                 "one sample in {factor} cannot be kept: the factor lies between 2 and {MOST_DECIMATED}"
             )),
+            Self::Filter { from: None, to: None } => impossible("a filter needs a frequency, in Hz".into()),
+            Self::Filter { from, to } if [from, to].into_iter().flatten().any(|f| !(f > 0.0 && f.is_finite())) => {
+                impossible("a filter's frequency is a positive number, in Hz".into())
+            }
+            Self::Filter { from: Some(from), to: Some(to) } if from >= to => {
+                impossible(format!("no band begins at {from} Hz and ends at {to} Hz"))
+            }
+            Self::MendSpikes { threshold } if !(threshold > 0.0 && threshold.is_finite()) => {
+                impossible("how far a spike stands out is a positive number of standard deviations".into())
+            }
+            Self::Split { parts } if !(2..=MOST_PARTS).contains(&parts) => {
+                impossible(format!("a record cannot be cut into {parts}: the number lies between 2 and {MOST_PARTS}"))
+            }
             _ => Ok(()),
         }
     }
@@ -178,13 +259,83 @@ impl Treatment {
                 let kept = each_channel(record, |values| decimate::decimate(values, factor));
                 Record { interval: record.interval * factor as f64, ..kept }
             }
-            Self::HoldOut { .. } | Self::Bridge { .. } => record.clone(),
+            Self::Filter { from, to } => {
+                let half = 0.5 / record.interval;
+                if let Some(corner) = [from, to].into_iter().flatten().find(|f| *f >= half) {
+                    let (name, half) = (&record.name, significant(half, 4));
+                    return Err(PrepareError::Impossible(format!(
+                        "record `{name}`: {corner} Hz is beyond {half} Hz, half the sampling rate"
+                    )));
+                }
+                each_channel(record, |values| filter::filter(values, record.interval, (from, to)))
+            }
+            Self::MendSpikes { threshold } => return Ok(without_spikes(record, threshold)),
+            Self::Align { role, delay } => return self.aligned(record, role, delay),
+            Self::HoldOut { .. } | Self::Bridge { .. } | Self::Split { .. } | Self::SplitAt { .. } => record.clone(),
         };
         if treated.len() < LEAST_SAMPLES {
             return Err(self.too_short(record, treated.len()));
         }
         treated.notices.push(format!("{}: {self}", record.name));
+        if let Self::Filter { to: Some(to), .. } = self {
+            // The noise is estimated from what is faster than the motion.
+            let most = (0.4 / (to * record.interval)).floor();
+            let decimate = if most >= 2.0 { format!("; decimated by {most} it is seen again") } else { String::new() };
+            let name = &record.name;
+            treated.notices.push(format!(
+                "{name}: the noise above {} Hz is gone too, so the noise floor reads too low{decimate}",
+                significant(to, 4)
+            ));
+        }
         Ok(treated)
+    }
+
+    /// The record cut into several, of which all but the first bear the time at which they begin.
+    fn parts(self, record: &Record) -> Result<Vec<Record>, PrepareError> {
+        let bounds: Vec<usize> = match self {
+            Self::Split { parts } => (0..=parts).map(|k| k * record.len() / parts).collect(),
+            Self::SplitAt { time } => vec![0, record.index_at(time), record.len()],
+            _ => vec![0, record.len()],
+        };
+        let cut = |bounds: &[usize]| {
+            let mut part = record.slice(bounds[0]..bounds[1]);
+            if part.len() < LEAST_SAMPLES {
+                return Err(self.too_short(record, part.len()));
+            }
+            if bounds[0] > 0 {
+                part.name = format!("{} from {} s", record.name, significant(part.start, 4));
+            }
+            part.notices.push(format!("{}: {self}", record.name));
+            Ok(part)
+        };
+        bounds.windows(2).map(cut).collect()
+    }
+
+    /// The record with a channel moved in time.
+    fn aligned(self, record: &Record, role: Role, delay: Option<f64>) -> Result<Record, PrepareError> {
+        let Some(channel) = record.channel(role) else {
+            let (name, noun) = (&record.name, role.noun());
+            return Err(PrepareError::Impossible(format!("record `{name}` has no {noun} {}", role.index() + 1)));
+        };
+        let Some(delay) = delay.or_else(|| align::delay(record, role).map(|d| d.seconds)) else {
+            let why = if matches!(role, Role::Input(_)) {
+                "an input leads the motion by the system's own lag"
+            } else {
+                "no other sensor of the same mass was measured"
+            };
+            let (record, name) = (&record.name, &channel.name);
+            return Err(PrepareError::Impossible(format!(
+                "record `{record}`: the delay of `{name}` cannot be estimated, for {why}; give it in s"
+            )));
+        };
+        let moved = align::advanced(record, role, delay).filter(|r| r.len() >= LEAST_SAMPLES);
+        let Some(mut moved) = moved else { return Err(self.too_short(record, 0)) };
+        let by = significant(delay.abs(), 4);
+        let which = if delay < 0.0 { "early" } else { "late" };
+        let agrees = align::delay(record, role)
+            .map_or(String::new(), |d| format!(" (agreement {} once aligned)", significant(d.agreement, 2)));
+        moved.notices.push(format!("{}: `{}` was {by} s {which} and was moved{agrees}", record.name, channel.name));
+        Ok(moved)
     }
 
     fn too_short(self, record: &Record, samples: usize) -> PrepareError {
@@ -209,6 +360,20 @@ impl fmt::Display for Treatment {
             Self::RemoveOffset => write!(f, "each channel’s mean removed"),
             Self::RemoveTrend => write!(f, "each channel’s linear trend removed"),
             Self::Decimate { factor } => write!(f, "decimated by {factor}, behind a low-pass"),
+            Self::Filter { from: Some(from), to: Some(to) } => {
+                write!(f, "filtered to {} … {} Hz", significant(from, 4), significant(to, 4))
+            }
+            Self::Filter { from: Some(from), to: None } => write!(f, "high-pass of {} Hz", significant(from, 4)),
+            Self::Filter { from: None, to } => write!(f, "low-pass of {} Hz", significant(to.unwrap_or(0.0), 4)),
+            Self::MendSpikes { threshold } => {
+                write!(f, "spikes beyond {} standard deviations mended", significant(threshold, 3))
+            }
+            Self::Split { parts } => write!(f, "cut into {parts}"),
+            Self::SplitAt { time } => write!(f, "cut at {}", seconds(time)),
+            Self::Align { role, delay: Some(delay) } => {
+                write!(f, "{} {} moved by {}", role.noun(), role.index() + 1, seconds(-delay))
+            }
+            Self::Align { role, delay: None } => write!(f, "{} {} aligned", role.noun(), role.index() + 1),
             Self::Bridge { longest } => write!(f, "gaps of up to {longest} samples bridged"),
         }
     }
@@ -217,6 +382,22 @@ impl fmt::Display for Treatment {
 fn each_channel(record: &Record, treat: impl Fn(&[f64]) -> Vec<f64>) -> Record {
     let channel = |c: &Channel| Channel { values: treat(&c.values).into(), ..c.clone() };
     Record { channels: record.channels.iter().map(channel).collect(), ..record.clone() }
+}
+
+/// Each channel without its spikes; tells how many there were.
+fn without_spikes(record: &Record, threshold: f64) -> Record {
+    let mut told = Vec::new();
+    let channels = record.channels.iter().map(|channel| {
+        let (values, count) = spikes::mend(&channel.values, threshold);
+        if count > 0 {
+            told.push(format!("{count} of `{}`", channel.name));
+        }
+        Channel { values: values.into(), ..channel.clone() }
+    });
+    let mut mended = Record { channels: channels.collect(), ..record.clone() };
+    let told = if told.is_empty() { "none found".to_owned() } else { told.join(", ") };
+    mended.notices.push(format!("{}: samples of spikes mended: {told}", record.name));
+    mended
 }
 
 fn crop(record: &Record, from: Option<f64>, to: Option<f64>) -> Record {
@@ -353,6 +534,57 @@ mod tests {
         assert_eq!(left.entries.len(), 2, "what can be done is done");
         assert_eq!(reasons[0].as_ref().unwrap().to_string(), "there is no record `gone`");
         assert!(reasons[1].is_none());
+    }
+
+    #[test]
+    fn a_record_is_cut_into_several_that_are_used_alike() {
+        let mut set = RecordSet::new([record("run", 1000, sine(5.0))], Usage::HeldOut);
+        set.add([record("other", 1000, sine(5.0))], Usage::Fit);
+        let step = Preparation { record: Some("run".into()), ..Treatment::Split { parts: 3 }.into() };
+        let cut = prepare(&set, &[step, Treatment::SplitAt { time: 2.9 }.into()]);
+        assert!(cut.unwrap_err().to_string().contains("“cut at 2.9 s” leaves 0 samples"), "where a part ends before");
+        let step = Preparation { record: Some("run".into()), ..Treatment::Split { parts: 3 }.into() };
+        let cut = prepare(&set, &[step]).unwrap();
+        let told: Vec<_> = cut.entries.iter().map(|(r, usage)| (r.name.as_str(), r.len(), *usage)).collect();
+        let expected = [
+            ("run", 333, Usage::HeldOut),
+            ("run from 2.333 s", 333, Usage::HeldOut),
+            ("run from 2.666 s", 334, Usage::HeldOut),
+            ("other", 1000, Usage::Fit),
+        ];
+        assert_eq!(told, expected);
+    }
+
+    #[test]
+    fn spikes_are_counted_and_a_filter_beyond_the_rate_is_refused() {
+        let mut spiked = record("run", 1000, sine(5.0));
+        let mut values = spiked.channels[0].values.to_vec();
+        values[400] += 3.0;
+        spiked.channels[0].values = values.into();
+        let set = RecordSet::new([spiked], Usage::Fit);
+        let mended = prepare(&set, &[Treatment::MendSpikes { threshold: SPIKE }.into()]).unwrap();
+        assert_eq!(mended.entries[0].0.notices, ["run: samples of spikes mended: 1 of `x`"]);
+        assert!((super::tests::values(&mended, 0)[400] - sine(5.0)(0.4)).abs() < 1e-3);
+        let beyond = prepare(&set, &[Treatment::Filter { from: None, to: Some(700.0) }.into()]);
+        assert!(beyond.unwrap_err().to_string().contains("700 Hz is beyond 500 Hz, half the sampling rate"));
+    }
+
+    #[test]
+    fn a_delay_is_put_into_the_step_once_it_is_estimated() {
+        let mut late = record("run", 2000, |t| (TAU * 5.0 * t).sin() + 0.3 * (TAU * 12.7 * t).sin());
+        let speed = |t: f64| TAU * 5.0 * (TAU * 5.0 * t).cos() + 0.3 * TAU * 12.7 * (TAU * 12.7 * t).cos();
+        late.channels[1].role = Role::Velocity(0);
+        late.channels[1].values = (0..2000).map(|i| speed(f64::from(i) * 1e-3 - 0.008)).collect();
+        let set = RecordSet::new([late], Usage::Fit);
+        let open = Treatment::Align { role: Role::Velocity(0), delay: None };
+        let [Preparation { treatment: Treatment::Align { delay: Some(delay), .. }, .. }] =
+            settled(&set, &[open.into()])[..]
+        else {
+            panic!("not settled");
+        };
+        assert!((delay - 0.008).abs() < 1e-4, "{delay}");
+        let of_input = Treatment::Align { role: Role::Input(0), delay: None };
+        assert!(prepare(&set, &[of_input.into()]).unwrap_err().to_string().contains("has no input 1"));
     }
 
     #[test]

@@ -1,0 +1,334 @@
+//! The columns of a file: what it holds, what each column is used for, and what would be read, live.
+//!
+//! The window is not modal. Files are looked into and read by a thread of its own; the answer to an older question is
+//! dropped.
+
+mod list;
+mod preview;
+
+use std::path::PathBuf;
+
+use egui::{Align2, Context, Key, Label, Margin, Panel, RichText, TextEdit, Ui, Window, vec2};
+
+use super::errand::{Problem, file_name};
+use super::theme::{self, ROW};
+use super::widgets::chip;
+use super::worker::Worker;
+use crate::format::number::significant_trimmed;
+use crate::record::{ColumnUse, Overview, ReadOptions, TableOverview, look, read_set};
+use preview::Preview;
+
+/// What to look into, and how it would be read.
+struct Question {
+    ticket: u64,
+    paths: Vec<PathBuf>,
+    reading: ReadOptions,
+    /// False if the file was looked into already.
+    looks: bool,
+}
+
+/// What came of it.
+struct Answer {
+    ticket: u64,
+    /// None if it was looked into already.
+    overview: Option<Result<Overview, Problem>>,
+    /// None while it is not yet known which column is which.
+    preview: Option<Result<Preview, Problem>>,
+}
+
+/// The window of columns.
+pub(crate) struct Columns {
+    worker: Worker<Question, Option<Answer>>,
+    ticket: u64,
+    answered: u64,
+    open: Option<Open>,
+}
+
+/// The files whose columns are shown.
+struct Open {
+    /// They are read alike; the first one is looked into.
+    paths: Vec<PathBuf>,
+    /// How they were to be read before.
+    reading: ReadOptions,
+    overview: Option<Result<Overview, Problem>>,
+    table: usize,
+    /// What each column of the table is used for.
+    uses: Vec<Option<ColumnUse>>,
+    /// The sampling rate as it is typed.
+    rate: String,
+    search: String,
+    /// Whether only columns in use are listed.
+    chosen_only: bool,
+    preview: Option<Result<Preview, Problem>>,
+    /// What the preview was asked with.
+    asked: Option<ReadOptions>,
+}
+
+impl Columns {
+    /// Without a file.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub(crate) fn new(wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
+        let worker = Worker::spawn("columns", wake, |question, _, _| Some(Some(answer(&question))), || None)?;
+        Ok(Self { worker, ticket: 0, answered: 0, open: None })
+    }
+
+    /// Shows the columns of files that are read alike.
+    pub(crate) fn open(&mut self, paths: Vec<PathBuf>, reading: &ReadOptions) {
+        let rate = reading.rate.map_or(String::new(), |r| r.to_string());
+        self.open = Some(Open {
+            paths: paths.clone(),
+            reading: reading.clone(),
+            overview: None,
+            table: 0,
+            uses: Vec::new(),
+            rate,
+            search: String::new(),
+            chosen_only: false,
+            preview: None,
+            asked: None,
+        });
+        self.ask(paths, reading.clone(), true);
+    }
+
+    /// Closes the window.
+    pub(crate) fn close(&mut self) {
+        self.open = None;
+    }
+
+    /// True while a file is being looked into or read.
+    pub(crate) fn busy(&self) -> bool {
+        self.answered != self.ticket
+    }
+
+    fn ask(&mut self, paths: Vec<PathBuf>, reading: ReadOptions, looks: bool) {
+        self.ticket += 1;
+        self.worker.ask(Question { ticket: self.ticket, paths, reading, looks });
+    }
+
+    /// Takes in what the thread brought.
+    pub(crate) fn collect(&mut self) {
+        while let Some(answer) = self.worker.answer() {
+            let Some(Answer { ticket, overview, preview }) = answer else {
+                self.answered = self.ticket;
+                if let Some(open) = &mut self.open {
+                    open.preview = Some(Err(Problem::new("this failed by an error of the program itself", "")));
+                }
+                continue;
+            };
+            self.answered = self.answered.max(ticket);
+            // A question that was replaced while it waited is never answered.
+            let Some(open) = self.open.as_mut().filter(|_| ticket == self.ticket) else { continue };
+            if let Some(overview) = overview {
+                if let Ok(overview) = &overview {
+                    open.table = overview.main();
+                    open.uses = overview.tables[open.table].proposed();
+                }
+                open.overview = Some(overview);
+            }
+            open.preview = preview.or(open.preview.take());
+        }
+    }
+
+    /// Draws the window; gives the way of reading that a person decided on.
+    pub(crate) fn show(&mut self, ctx: &Context) -> Option<ReadOptions> {
+        let open = self.open.as_mut()?;
+        let mut stays = true;
+        let mut asked = None;
+        let screen = ctx.content_rect().size();
+        let title = match open.paths.as_slice() {
+            [] => "Columns".to_owned(),
+            [one] => format!("Columns of {}", file_name(one)),
+            [one, rest @ ..] => format!("Columns of {} and {} more", file_name(one), rest.len()),
+        };
+        Window::new(title)
+            .id(egui::Id::unique("columns"))
+            .open(&mut stays)
+            .collapsible(false)
+            .default_size(vec2((screen.x - 80.0).min(820.0), (screen.y - 120.0).min(640.0)))
+            .min_size(vec2(480.0, 320.0))
+            .max_size(screen - vec2(24.0, 24.0))
+            .pivot(Align2::CENTER_CENTER)
+            .default_pos(ctx.content_rect().center())
+            .show(ctx, |ui| asked = body(ui, open));
+        let typing = ctx.text_edit_focused() || egui::Popup::is_any_open(ctx);
+        if !typing && ctx.input_mut(|i| i.consume_key(egui::Modifiers::NONE, Key::Escape)) {
+            stays = false;
+        }
+        let next = open.options().ok().filter(|options| open.ready() && open.asked.as_ref() != Some(options));
+        if let Some(options) = next {
+            open.asked = Some(options.clone());
+            let paths = open.paths.clone();
+            self.ask(paths, options, false);
+        }
+        if !stays || asked.is_some() {
+            self.open = None;
+        }
+        asked
+    }
+}
+
+impl Open {
+    fn table(&self) -> Option<&TableOverview> {
+        self.overview.as_ref()?.as_ref().ok()?.tables.get(self.table)
+    }
+
+    /// True once it is known what there is to choose from.
+    fn ready(&self) -> bool {
+        self.table().is_some()
+    }
+
+    /// The way of reading that is chosen.
+    fn options(&self) -> Result<ReadOptions, &'static str> {
+        let rate = match self.rate.trim() {
+            "" => None,
+            text => {
+                let rate: f64 = text.replace(',', ".").parse().map_err(|_| "the rate is not a number")?;
+                Some(rate).filter(|r| r.is_normal() && *r > 0.0)
+            }
+        };
+        let columns = self.table().map(|table| table.map(&self.uses)).unwrap_or_default();
+        // Where the time is a column it counts; a rate typed before is no reason to leave it out.
+        let rate = rate.filter(|_| !self.uses.contains(&Some(ColumnUse::Time)));
+        Ok(ReadOptions { columns, only_named: true, rate, ..self.reading.clone() })
+    }
+}
+
+/// Looks into the first file and reads all as they would be read.
+fn answer(question: &Question) -> Answer {
+    let Question { ticket, paths, reading, looks } = question;
+    let problem = |e: crate::record::ReadError| Problem::reading(&e);
+    let overview = match (paths.first(), looks) {
+        (Some(path), true) => Some(look(path, reading).map_err(problem)),
+        _ => None,
+    };
+    // A person sees first what is proposed.
+    let preview = (!looks)
+        .then(|| read_set(&paths[..paths.len().min(1)], &[], reading).map_err(problem).map(|set| Preview::of(&set)));
+    Answer { ticket: *ticket, overview, preview }
+}
+
+fn body(ui: &mut Ui, open: &mut Open) -> Option<ReadOptions> {
+    let colors = theme::accents(ui.visuals().dark_mode);
+    match &open.overview {
+        None => {
+            ui.centered_and_justified(|ui| ui.weak("looking into the file…"));
+            return None;
+        }
+        Some(Err(problem)) => {
+            ui.add(Label::new(RichText::new(&problem.what).color(colors.wrong)).wrap());
+            ui.add(Label::new(RichText::new(&problem.advice).weak()).wrap());
+            return None;
+        }
+        Some(Ok(_)) => {}
+    }
+    head(ui, open);
+    let mut asked = None;
+    let frame = egui::Frame::new().inner_margin(Margin { top: 6, ..Margin::ZERO });
+    // A short list leaves its room to the preview.
+    let rows = open.uses.len() as f32 + 1.5;
+    let height =
+        (ui.available_height() - rows * (ROW + 1.0)).clamp(0.45 * ui.available_height(), 0.8 * ui.available_height());
+    Panel::bottom("columns preview").resizable(false).exact_size(height).frame(frame).show(ui, |ui| {
+        asked = foot(ui, open);
+    });
+    egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| list::show(ui, open));
+    asked
+}
+
+/// What the file is, and what of it is listed.
+fn head(ui: &mut Ui, open: &mut Open) {
+    let Some(Ok(overview)) = &open.overview else { return };
+    let table = &overview.tables[open.table];
+    let rate = table.rate.map_or(String::new(), |r| format!(", {} samples a second", significant_trimmed(r, 6)));
+    let text = format!("{}: {} columns, {} rows{rate}", overview.format, table.columns.len(), table.rows);
+    ui.add(Label::new(RichText::new(text).weak()).truncate());
+    let mut other = open.table;
+    let mut proposed = None;
+    ui.horizontal(|ui| {
+        if overview.tables.len() > 1 {
+            let name = |index: usize| match overview.tables[index].name.as_str() {
+                "" => format!("table {}", index + 1),
+                name => name.to_owned(),
+            };
+            let combo = egui::ComboBox::from_id_salt("table").width(150.0).selected_text(name(open.table));
+            let combo = combo.show_ui(ui, |ui| {
+                for index in 0..overview.tables.len() {
+                    ui.selectable_value(&mut other, index, name(index));
+                }
+            });
+            combo.response.accessible_name("Table");
+        }
+        let field = TextEdit::singleline(&mut open.search).hint_text("find a column").desired_width(160.0);
+        ui.add(field).accessible_name("Find a column");
+        if chip(ui, "in use", open.chosen_only, false, "List only the columns that are used").clicked() {
+            open.chosen_only = !open.chosen_only;
+        }
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            if ui
+                .button("Propose")
+                .on_hover_text("Use each column as its name, its unit and its values suggest")
+                .clicked()
+            {
+                proposed = Some(table.proposed());
+            }
+            if ui.button("None").on_hover_text("Use no column, to choose anew").clicked() {
+                proposed = Some(vec![None; table.columns.len()]);
+            }
+        });
+    });
+    if other != open.table {
+        proposed = Some(overview.tables[other].proposed());
+        open.table = other;
+    }
+    if let Some(uses) = proposed {
+        open.uses = uses;
+    }
+}
+
+/// What would be read, and the buttons.
+fn foot(ui: &mut Ui, open: &mut Open) -> Option<ReadOptions> {
+    let mut asked = None;
+    let options = open.options();
+    Panel::bottom("columns buttons").resizable(false).frame(egui::Frame::NONE).show(ui, |ui| {
+        ui.horizontal(|ui| {
+            if !open.uses.contains(&Some(ColumnUse::Time)) {
+                ui.label("Sampling rate");
+                let field = TextEdit::singleline(&mut open.rate).hint_text("1000").desired_width(70.0);
+                ui.add(field)
+                    .accessible_name("Sampling rate")
+                    .on_hover_text("Samples a second, as no column is the time");
+                ui.label("Hz");
+            }
+            if let Err(problem) = options {
+                ui.add(Label::new(RichText::new(problem).weak()).truncate());
+            }
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                let ready = options.is_ok() && matches!(open.preview, Some(Ok(_)));
+                let label = if open.paths.len() > 1 { "Use in every file" } else { "Use these columns" };
+                let hint = "Read with these columns; other files of the folder are read alike from now on";
+                if ui.add_enabled(ready, egui::Button::new(label)).on_hover_text(hint).clicked() {
+                    asked = options.ok();
+                }
+            });
+        });
+    });
+    match &open.preview {
+        None => {
+            ui.centered_and_justified(|ui| ui.weak("reading…"));
+        }
+        Some(Err(problem)) => {
+            let colors = theme::accents(ui.visuals().dark_mode);
+            ui.add(Label::new(RichText::new(&problem.what).color(colors.caution)).wrap());
+            let advice = if problem.about_columns {
+                "choose in the list what each column is used for; without a time column, give the sampling rate"
+            } else {
+                &problem.advice
+            };
+            ui.add(Label::new(RichText::new(advice).weak()).wrap());
+        }
+        Some(Ok(preview)) => preview.show(ui),
+    }
+    asked
+}
