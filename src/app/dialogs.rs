@@ -32,6 +32,12 @@ pub(crate) enum Purpose {
     Plot,
     /// To save a picture of the window to.
     Window,
+    /// To save the virtual rig's records to.
+    RigRecords,
+    /// To save the records of a class's round to.
+    RoundRecords,
+    /// To export the rounds of a class to.
+    Rounds,
 }
 
 impl Purpose {
@@ -45,6 +51,9 @@ impl Purpose {
             Self::Model => "Export the model (.tex .txt .json .py .m .mo .c)",
             Self::Plot => "Save a picture of the plot",
             Self::Window => "Save a picture of the window",
+            Self::RigRecords => "Save the rig's records",
+            Self::RoundRecords => "Save the round's records",
+            Self::Rounds => "Export the rounds",
         }
     }
 
@@ -54,7 +63,13 @@ impl Purpose {
             Self::Open => "Open",
             Self::Add => "Add files",
             Self::Locate => "Choose",
-            Self::Project | Self::Model | Self::Plot | Self::Window => "Save",
+            Self::Project
+            | Self::Model
+            | Self::Plot
+            | Self::Window
+            | Self::RigRecords
+            | Self::RoundRecords
+            | Self::Rounds => "Save",
         }
     }
 
@@ -70,6 +85,7 @@ impl Purpose {
             Self::Project => Some(project::EXTENSION),
             Self::Model => Some(Format::Python.ending()),
             Self::Plot | Self::Window => Some("png"),
+            Self::RigRecords | Self::RoundRecords | Self::Rounds => Some("csv"),
         }
     }
 }
@@ -146,6 +162,9 @@ impl Dialogs {
                 Format::ALL.into_iter().fold(dialog.add_filter("Every form", &all), each).set_file_name(name)
             }
             Purpose::Plot | Purpose::Window => dialog.add_filter("PNG picture", &["png"]).set_file_name(name),
+            Purpose::RigRecords | Purpose::RoundRecords | Purpose::Rounds => {
+                dialog.add_filter("Table", &["csv"]).set_file_name(name)
+            }
         };
         // In tests there is no window to belong to.
         if frame.winit_window().is_some() {
@@ -179,7 +198,7 @@ impl Dialogs {
                 let file = dialog.pick_file();
                 thread.spawn(move || answer(one(block_on(file))))
             }
-            Purpose::Project | Purpose::Model | Purpose::Plot | Purpose::Window => {
+            _ => {
                 let file = dialog.save_file();
                 thread.spawn(move || answer(one(block_on(file))))
             }

@@ -9,6 +9,7 @@ mod disk;
 mod errand;
 mod help;
 mod history;
+mod lessons;
 pub(crate) mod missing;
 mod moved;
 mod notices;
@@ -16,6 +17,7 @@ mod overlay;
 mod panel;
 pub mod plot;
 mod project;
+mod rig;
 mod session;
 mod state;
 mod status;
@@ -30,7 +32,9 @@ mod worker;
 
 use std::path::PathBuf;
 
+pub use lessons::Progress;
 pub use missing::{Base, Walk};
+pub use rig::{ClassCase, ClassState, RigState};
 pub use state::{Edit, Sample, Source, State};
 pub use window::App;
 

@@ -12,14 +12,16 @@ use serde::{Deserialize, Serialize};
 use super::disk;
 use super::errand::{Problem, file_name};
 use super::missing::{Step, Walk};
+use super::rig::RigState;
 use super::state::{Edit, Pin, Room, Source};
 use super::views::{View, ViewState};
 use crate::record::prepare::Preparation;
 use crate::record::{ReadOptions, Usage};
 use crate::study::Settings;
 
-/// The format that this program writes; a higher one is from a newer program. The first had no checksums, no steps and no views.
-const VERSION: u32 = 2;
+/// The format that this program writes; a higher one is from a newer program. The first had no checksums, no steps and no views,
+/// the second no virtual rig.
+const VERSION: u32 = 3;
 
 /// Bytes of a file that are looked at to tell what it is.
 const HEAD: u64 = 1 << 16;
@@ -57,6 +59,9 @@ pub(crate) struct Project {
     /// What was in view.
     #[serde(default)]
     pub(crate) shown: Option<Shown>,
+    /// The virtual rig and the class mode.
+    #[serde(default)]
+    pub(crate) rig: Option<RigState>,
 }
 
 /// What the window shows of a project.
@@ -76,8 +81,8 @@ impl Project {
     /// A project of these parts.
     pub(crate) fn new(source: Source, reading: ReadOptions, usage: BTreeMap<String, Usage>, edit: &Edit) -> Self {
         let Edit { settings, walk, steps, .. } = edit.clone();
-        let (checksums, pins, shown) = (BTreeMap::new(), Vec::new(), None);
-        Self { sindyscope_project: VERSION, source, checksums, reading, steps, usage, settings, walk, pins, shown }
+        let (checksums, pins, shown, rig) = (BTreeMap::new(), Vec::new(), None, None);
+        Self { sindyscope_project: VERSION, source, checksums, reading, steps, usage, settings, walk, pins, shown, rig }
     }
 
     /// This project with what its files held when they were read, in their order.
@@ -99,6 +104,12 @@ impl Project {
     #[must_use]
     pub(crate) fn with_shown(self, shown: Shown) -> Self {
         Self { shown: Some(shown), ..self }
+    }
+
+    /// This project with the virtual rig as it stands.
+    #[must_use]
+    pub(crate) fn with_rig(self, rig: RigState) -> Self {
+        Self { rig: Some(rig), ..self }
     }
 
     /// Reads a project; its files' paths come out absolute.
@@ -197,7 +208,7 @@ mod tests {
         after.usage.insert("2 Hz".into(), Usage::Off);
         let (one, two) = (text(&before), text(&after));
         assert_eq!(one, text(&before), "the same project is the same text");
-        assert!(one.starts_with("{\n  \"sindyscope_project\": 2,\n") && one.contains("\"run.csv\""), "{one}");
+        assert!(one.starts_with("{\n  \"sindyscope_project\": 3,\n") && one.contains("\"run.csv\""), "{one}");
         let differ: Vec<_> = one.lines().zip(two.lines()).filter(|(a, b)| a != b).collect();
         assert_eq!(differ.len(), 2, "{differ:?}");
     }

@@ -5,10 +5,13 @@ use std::path::PathBuf;
 use egui::ThemePreference;
 use serde::{Deserialize, Serialize};
 
+use super::lessons::Progress;
 use super::missing::{Step, Walk};
+use super::rig::{ClassCase, RigState};
 use super::views::{View, ViewState};
 use crate::record::prepare::Preparation;
 use crate::record::{ReadOptions, Usage};
+use crate::rig::RigSettings;
 use crate::study::Settings;
 use crate::term::Kind;
 
@@ -30,7 +33,7 @@ pub enum Sample {
 }
 
 /// Where the records come from.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Source {
     /// None is open.
@@ -42,6 +45,10 @@ pub enum Source {
     Files(Vec<PathBuf>),
     /// The virtual rig's, with an effect hidden in them that this seed draws.
     Hidden(u64),
+    /// The room "Virtual rig", with these settings.
+    Rig(Box<RigSettings>),
+    /// A round of the class mode; what it hides is not told with its records.
+    Round(ClassCase),
 }
 
 /// What undo takes back: everything that decides an outcome.
@@ -94,17 +101,20 @@ pub(crate) enum Room {
     Identify,
     /// Where a model and the measurement part, and which effect that is.
     Missing,
+    /// A plant whose every number can be moved, lessons and the class mode.
+    Rig,
 }
 
 impl Room {
     /// Every room, in the order of their keys 1, 2, …; with one there is nothing to switch.
-    pub(crate) const ALL: [Self; 2] = [Self::Identify, Self::Missing];
+    pub(crate) const ALL: [Self; 3] = [Self::Identify, Self::Missing, Self::Rig];
 
     /// The switch's text.
     pub(crate) fn label(self) -> &'static str {
         match self {
             Self::Identify => "Identify",
             Self::Missing => "What's missing",
+            Self::Rig => "Virtual rig",
         }
     }
 
@@ -113,6 +123,9 @@ impl Room {
         match self {
             Self::Identify => "From the measurement to its equation of motion",
             Self::Missing => "Where a model's response and the measurement part, and which physical effect that is",
+            Self::Rig => {
+                "A plant whose every number you can move, with its motion and what is found in its record; lessons and a class mode"
+            }
         }
     }
 }
@@ -143,6 +156,10 @@ pub struct State {
     pub record: usize,
     /// Whether the whole record is shown above the plots, to be cut by dragging.
     pub cutting: bool,
+    /// The virtual rig, and the class mode.
+    pub rig: RigState,
+    /// How far the lessons have come.
+    pub lessons: Progress,
     /// The step of the walk in "What's missing" that is in view.
     pub(crate) step: Step,
     pub(crate) room: Room,
@@ -164,6 +181,8 @@ impl Default for State {
             theme: ThemePreference::System,
             record: 0,
             cutting: false,
+            rig: RigState::default(),
+            lessons: Progress::default(),
             step: Step::default(),
             room: Room::default(),
             view: View::default(),

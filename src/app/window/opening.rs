@@ -128,6 +128,9 @@ impl App {
             let named = self.bench.records.iter().position(|r| r.name == shown.record);
             self.state.record = named.unwrap_or(self.state.record);
         }
+        if let Some(rig) = project.as_ref().and_then(|(_, project)| project.rig.clone()) {
+            self.state.rig = rig;
+        }
         self.state.project = project.map(|(path, _)| path).or(self.state.project.take().filter(|_| same));
         (self.state.source, self.state.reading, self.state.checksums) = (source, reading, checksums);
         if stay {

@@ -43,8 +43,7 @@ impl RigRun {
 /// A number out of bounds; an effect that the drive has no place for; a motion that grows without bound.
 pub fn record_rig(settings: &RigSettings) -> Result<RigRun, RigError> {
     settings.check()?;
-    let sampling =
-        Sampling { start: settings.settle, interval: 1.0 / settings.rate, count: settings.samples() };
+    let sampling = Sampling { start: settings.settle, interval: 1.0 / settings.rate, count: settings.samples() };
     let (mover, effect_values) = Mover::new(settings, sampling)?;
     let watching = Watching { jitter: settings.jitter, ..Watching::white(settings.noise) };
     let mut sizes = None;

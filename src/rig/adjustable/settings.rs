@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use serde::{Deserialize, Serialize};
 
 use crate::model::modes;
-use crate::rig::hidden::{Drive, Linear};
+use crate::rig::hidden::{Drive, Linear, suits};
 use crate::rig::plant::Plant;
 use crate::rig::plants::{Parameter, PlantKind, THREE_MASSES, TWO_MASSES};
 use crate::rig::{Excitation, RigError, Spell};
@@ -306,6 +306,65 @@ impl RigSettings {
         self.rate = digits(50.0 * highest).min(SAMPLES.1 / self.duration);
         self.settle = 0.0;
         self
+    }
+
+    /// Force over displacement of the plant's first spring, N/m (N m/rad).
+    fn spring(&self) -> f64 {
+        match self.plant.parameters().iter().find(|p| p.name == "k1") {
+            Some(stiffness) => self.chain_value(stiffness).abs().max(f64::MIN_POSITIVE),
+            None => self.mass * self.linear().stiffness,
+        }
+    }
+
+    /// True if the level is a displacement, not a force.
+    fn level_is_displacement(&self) -> bool {
+        let base = self.plant == PlantChoice::OneMass && self.drive == RigDrive::Base;
+        self.excitation == ExcitationChoice::Decay || base
+    }
+
+    /// A change after which the level is what moves the spring as far as before.
+    #[must_use]
+    fn levelled(self, change: impl FnOnce(&mut Self)) -> Self {
+        let displacement = if self.level_is_displacement() { self.level } else { self.level / self.spring() };
+        let mut new = self;
+        change(&mut new);
+        let level = if new.level_is_displacement() { displacement } else { displacement * new.spring() };
+        new.level = format!("{level:.2e}").parse().unwrap_or(level);
+        new
+    }
+
+    /// These settings with another plant, and an excitation that suits it.
+    #[must_use]
+    pub fn with_plant(self, plant: PlantChoice) -> Self {
+        self.levelled(|s| s.plant = plant).suited()
+    }
+
+    /// These settings with another drive, as strong.
+    #[must_use]
+    pub fn with_drive(self, drive: RigDrive) -> Self {
+        self.levelled(|s| s.drive = drive)
+    }
+
+    /// These settings with another time course of the input, as strong.
+    #[must_use]
+    pub fn with_excitation(self, excitation: ExcitationChoice) -> Self {
+        self.levelled(|s| s.excitation = excitation)
+    }
+
+    /// These settings with another effect, its parameters to be suggested; the drive changes if the effect has no place in it.
+    #[must_use]
+    pub fn with_effect(mut self, effect: Option<String>) -> Self {
+        self.effect_values.clear();
+        self.effect = effect;
+        let Some(name) = self.effect.clone() else { return self };
+        if suits(&name, self.drive()) {
+            return self;
+        }
+        if self.excitation == ExcitationChoice::Decay {
+            self = self.with_excitation(ExcitationChoice::Multisine);
+        }
+        let other = if self.drive == RigDrive::Base { RigDrive::Force } else { RigDrive::Base };
+        if suits(&name, self.drive()) { self } else { self.with_drive(other) }
     }
 
     /// The unit of displacements: an angle where the effect makes it one.

@@ -1,8 +1,8 @@
 //! What the adjustable rig promises, checked on its records.
 
 use super::*;
-use crate::record::{Role, Usage};
 use crate::record::RecordSet;
+use crate::record::{Role, Usage};
 use crate::rig::hidden::names;
 use crate::study::{Cancel, Study, suggest};
 use crate::term::{Kind, Symbol, Term};
@@ -69,8 +69,7 @@ fn the_truth_is_the_equation_of_the_record_for_every_effect_and_drive() {
 #[test]
 fn every_parameter_can_be_moved_and_moves_the_motion() {
     for name in names() {
-        let settings =
-            RigSettings { effect: Some(name.to_owned()), drive: RigDrive::Base, level: 0.005, ..short() };
+        let settings = RigSettings { effect: Some(name.to_owned()), drive: RigDrive::Base, level: 0.005, ..short() };
         let Ok(first) = record_rig(&settings) else { continue };
         for (k, given) in first.effect_values.iter().enumerate() {
             let mut values = first.effect_values.clone();
@@ -125,7 +124,8 @@ fn chains_have_their_modes_and_their_own_records() {
 fn friction_that_sticks_is_told() {
     let mut settings = RigSettings { effect: Some("static_friction".to_owned()), ..short() };
     let run = record_rig(&settings).unwrap();
-    settings.effect_values = run.effect_values.iter().map(|v| EffectValue { value: 4.0 * v.value, ..v.clone() }).collect();
+    settings.effect_values =
+        run.effect_values.iter().map(|v| EffectValue { value: 4.0 * v.value, ..v.clone() }).collect();
     let stuck = record_rig(&settings).unwrap();
     assert!(stuck.stuck_share() > run.stuck_share() && stuck.stuck_share() > 0.05, "{}", stuck.stuck_share());
     assert!(stuck.stops.iter().all(|s| s.from >= 0.0 && s.to <= settings.duration));

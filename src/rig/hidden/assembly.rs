@@ -175,11 +175,12 @@ impl Assembly {
                         if stuck { self.held_acceleration(contact, motions, k) - smooth } else { output(count + j) };
                     contact += 1;
                 }
-                force += self.scene.stiffness * match part.seen {
-                    SensorFault::True => 0.0,
-                    SensorFault::Shifted(size) => size * shift,
-                    SensorFault::Clipped(limit) => motions.states[0][k].clamp(-limit, limit) - motions.states[0][k],
-                };
+                force += self.scene.stiffness
+                    * match part.seen {
+                        SensorFault::True => 0.0,
+                        SensorFault::Shifted(size) => size * shift,
+                        SensorFault::Clipped(limit) => motions.states[0][k].clamp(-limit, limit) - motions.states[0][k],
+                    };
                 missing[j].push(force);
             }
         }

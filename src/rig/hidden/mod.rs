@@ -47,8 +47,8 @@ use scene::{Dice, Extent, Scene};
 use shaking::{Run, Subject, Test};
 use truth::Scales;
 
+pub(in crate::rig) use catalogue::{known_name, suits};
 pub(in crate::rig) use given::{Given, GivenEffect, Linear, Moved, suggestions};
-pub(in crate::rig) use catalogue::known_name;
 pub(in crate::rig) use scene::Drive;
 
 pub use catalogue::{exercised, names, outside_names, pairs, possible, title};
