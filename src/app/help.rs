@@ -25,6 +25,11 @@ const READING: &[(&str, &str)] = &[
         "a walk in four steps: where response and measurement part, which effect that is, what it would change, and whether \
          the gap shrinks on data never fitted; each effect keeps its colour in plots, cards and the equation",
     ),
+    (
+        "Virtual rig",
+        "a plant whose every number you move: its motion is drawn, recorded and fitted at once, the truth beside what was found; \
+         lessons notice what you do, and the class mode hides an effect to be guessed",
+    ),
     ("Shares", "the bars in the equation: how much of the forces' RMS a term carries"),
 ];
 

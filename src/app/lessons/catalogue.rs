@@ -193,7 +193,7 @@ pub(crate) static LESSONS: &[Lesson] = &[
                 |c| c.now.settings.scaling == Scaling::Scaled && c.before.settings.scaling == Scaling::Raw,
             ),
             step(
-                "Forces need the mass. Tick Mass known (left, KNOWN PHYSICS) and give a mass: one over the coefficient of u, in kg.",
+                "Forces need the mass. Tick the box beside Mass (left, KNOWN PHYSICS) and give it: one over the coefficient of u, in kg.",
                 "With the mass the coefficients become a stiffness in N/m and a damping in N s/m.",
                 |c| c.now.settings.mass.is_some(),
             ),

@@ -39,11 +39,13 @@ pub struct ClassCase {
     pub ratio: f64,
     /// How the plant is shaken.
     pub shaking: Shaking,
+    /// Samples in all fitted records together.
+    pub samples: usize,
 }
 
 impl Default for ClassCase {
     fn default() -> Self {
-        Self { seed: 1, effect: None, noise: 0.01, ratio: 0.1, shaking: Shaking::Multisine }
+        Self { seed: 1, effect: None, noise: 0.01, ratio: 0.1, shaking: Shaking::Multisine, samples: 3000 }
     }
 }
 
@@ -54,7 +56,7 @@ impl ClassCase {
             Some(effect) => Request::new([effect.as_str()], self.shaking, self.seed),
             None => Request::blind(self.shaking, self.seed),
         };
-        Request { watching: Watching::white(self.noise), ratio: Some(self.ratio), ..request }
+        Request { watching: Watching::white(self.noise), ratio: Some(self.ratio), samples: self.samples, ..request }
     }
 }
 

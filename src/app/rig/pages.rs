@@ -11,20 +11,28 @@ use crate::app::plot::palette::Ink;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{card, switch};
 
+/// Width from which on pages and player stand in one row, points.
+const ROOMY: f32 = 560.0;
+
 impl RigRoom {
     /// Draws the centre.
     pub(crate) fn show(&mut self, ui: &mut Ui, state: &mut RigState, progress: &Progress) -> Vec<Act> {
         let mut acts = Vec::new();
         let duration = self.made.as_ref().map_or(0.0, |m| m.run.records[0].duration());
         let frequency = state.settings.natural_frequencies().first().copied().unwrap_or(1.0);
-        let size = vec2(ui.available_width(), ROW + 4.0);
-        ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
+        let plays = state.page == Page::Rig && duration > 0.0;
+        // In little room the player has a row of its own.
+        let roomy = ui.available_width() >= ROOMY;
+        row(ui, |ui| {
             switch(ui, &mut state.page, &Page::ALL);
-            if state.page == Page::Rig && duration > 0.0 {
+            if plays && roomy {
                 ui.add_space(12.0);
                 state.player.show(ui, duration, frequency);
             }
         });
+        if plays && !roomy {
+            row(ui, |ui| state.player.show(ui, duration, frequency));
+        }
         match state.page {
             Page::Rig => {
                 state.player.advance(ui, duration, frequency);
@@ -102,6 +110,11 @@ impl RigRoom {
             }
         }
     }
+}
+
+fn row(ui: &mut Ui, body: impl FnOnce(&mut Ui)) {
+    let size = vec2(ui.available_width(), ROW + 4.0);
+    ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), body);
 }
 
 fn panel<'a>(symbol: &'a str, unit: &str, traces: Vec<Trace<'a>>, share: f32) -> Panel<'a> {

@@ -38,7 +38,8 @@ pub(super) fn worker(wake: impl Fn() + Send + 'static) -> std::io::Result<Worker
                 }
                 Err(error) => Err(error.to_string()),
             };
-            Some(Some(Answer { ticket, settings, result }))
+            // A newer question is waiting: half a study is none.
+            (!cancel.is_cancelled()).then_some(Some(Answer { ticket, settings, result }))
         },
         || None,
     )

@@ -92,6 +92,10 @@ impl App {
         for note in notes {
             self.notices.note(note);
         }
+        let of_the_rig = matches!(source, Source::Rig(_) | Source::Round(_));
+        if !same && self.state.room == Room::Rig && !of_the_rig {
+            self.state.room = Room::Identify;
+        }
         let count = records.len();
         let mut going_on: Vec<Pin> = if goes_on { self.pins() } else { Vec::new() };
         for pin in &mut going_on {
