@@ -92,7 +92,7 @@ pub(crate) static LESSONS: &[Lesson] = &[
         id: "friction",
         title: "A hidden friction",
         about: "Through all rooms: build a plant that rubs, study its record without that knowledge, and name what is missing.",
-        start: Start::Rig(|| RigSettings { duration: 15.0, ..rig("coulomb_friction", &[("F", 0.15, "m/s^2")]) }),
+        start: Start::Rig(|| RigSettings { duration: 10.0, ..rig("coulomb_friction", &[("F", 0.15, "m/s^2")]) }),
         steps: &[
             step(
                 "The mass rubs on the ground: dry friction, a force against the velocity that does not depend on how fast it is. Raise F \

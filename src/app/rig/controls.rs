@@ -35,7 +35,11 @@ impl RigRoom {
 
 /// A number with its unit, as it is typed.
 fn with_unit(unit: &str) -> impl Fn(f64) -> String {
-    move |value| format!("{} {unit}", significant_trimmed(value, 4)).trim_end().to_owned()
+    // Small numbers have zeros enough.
+    move |value| {
+        let digits = if value.abs() < 0.01 { 2 } else { 3 };
+        format!("{} {unit}", significant_trimmed(value, digits)).trim_end().to_owned()
+    }
 }
 
 /// One number over decades.
@@ -270,7 +274,12 @@ fn excitation(ui: &mut Ui, settings: &mut RigSettings) {
     } else {
         "Amplitude of the input; a multisine's RMS is that of one harmonic of this amplitude"
     };
-    number(ui, &mut settings.level, "Level", tooltip, unit, 1e-6..=1e4);
+    // A hand thinks of vibration in millimetres.
+    let (factor, unit) = if unit == "m" { (1e3, "mm") } else { (1.0, unit) };
+    let mut level = factor * settings.level;
+    if number(ui, &mut level, "Level", tooltip, unit, 1e-3..=1e4) {
+        settings.level = level / factor;
+    }
     match settings.excitation {
         ExcitationChoice::Decay => {}
         ExcitationChoice::Harmonic => {

@@ -168,8 +168,8 @@ fn rig(pen: &Pen, area: Rect, made: &Made, pose: &Pose) {
     let floor = area.bottom() - 22.0;
     let (top, middle) = (floor - MASS - 3.0, floor - 0.5 * MASS - 3.0);
     let places = count as f32 + if last_spring { 1.0 } else { 0.35 };
-    let wall = area.left() + 12.0;
     let pitch = ((area.width() - 30.0) / places).min(300.0);
+    let wall = (area.center().x - 0.5 * pitch * places).max(area.left() + 12.0);
     let reach = REACH * pitch * 0.62;
     let width = (0.30 * pitch).clamp(34.0, 78.0);
     pen.floor(area.left(), area.right(), floor);

@@ -155,7 +155,8 @@ const TRUTH: f32 = 0.50;
 const FOUND: f32 = 0.54;
 
 fn header(ui: &mut Ui, text: &str) {
-    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), ROW), Sense::hover());
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW), Sense::hover());
+    response.widget_info(|| WidgetInfo::labeled(egui::Role::Label, true, text));
     let painter = ui.painter();
     let (color, weak) = (ui.visuals().text_color(), ui.visuals().weak_text_color());
     let y = rect.center().y;

@@ -257,7 +257,9 @@ impl RigSettings {
     /// The chain as a plant; none of one mass.
     pub(super) fn chain_plant(&self) -> Option<Plant> {
         let kind = self.plant.chain()?;
-        let values: Vec<f64> = kind.parameters.iter().map(|p| self.chain_value(p)).collect();
+        // What [`Self::check`] would refuse, as in a file edited by hand, is no plant: it stays at the bound.
+        let bounded = |p: &Parameter| self.chain_value(p).clamp(p.least.max(-LARGEST), LARGEST);
+        let values: Vec<f64> = kind.parameters.iter().map(bounded).collect();
         Some((kind.build)(&values))
     }
 

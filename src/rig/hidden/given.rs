@@ -15,7 +15,7 @@ use crate::rig::{Excitation, RigError};
 use crate::term::Expression;
 
 /// Missing force over spring force that the parameters offered first lead to, about.
-const OFFERED: f64 = 0.1;
+const OFFERED: f64 = 0.05;
 /// Significant digits of what is offered.
 const DIGITS: usize = 2;
 /// Samples that are enough to know the size of a motion.
