@@ -10,7 +10,7 @@ use sindyscope::record::{ReadOptions, read_set};
 use sindyscope::rig::{ExcitationChoice, PlantChoice, RigDrive};
 use sindyscope::term::Term;
 
-use super::{CTRL, Window, snapshot, start};
+use super::{CTRL, Window, start};
 
 impl Window {
     /// The room, its drawing held.
@@ -314,7 +314,8 @@ fn the_lesson_on_chaos() {
 #[test]
 fn the_rig_looks_as_it_did() {
     let mut window = Window::rig();
-    snapshot(&mut window, "rig");
+    window.slide("Instant", 3.4);
+    window.0.snapshot("rig");
 }
 
 #[test]
@@ -323,58 +324,4 @@ fn an_older_session_opens_in_a_window_with_a_rig() {
     assert_eq!(state.rig.settings, sindyscope::rig::RigSettings::default());
     let window = Window::open(state);
     assert_eq!(window.app().state().source, Source::Sample(Sample::Duffing));
-}
-
-// TEMPORARY LOOKS
-#[test]
-fn looks() {
-    let Ok(folder) = std::env::var("LOOKS") else { return };
-    for (w, h, dark) in [(1280.0, 800.0, false), (1920.0, 1080.0, true), (1024.0, 640.0, false), (1024.0, 640.0, true)]
-    {
-        let mut state = start(Source::Nothing);
-        state.rig.class.case.samples = 600;
-        state.theme = if dark { egui::ThemePreference::Dark } else { egui::ThemePreference::Light };
-        let harness = egui_kittest::Harness::builder()
-            .with_size([w, h])
-            .with_theme(if dark { egui::Theme::Dark } else { egui::Theme::Light })
-            .with_max_steps(60)
-            .renderer(super::Software::default())
-            .build_eframe(|cc| {
-                sindyscope::app::App::with_state(&cc.egui_ctx, state.clone()).unwrap().without_dialogs()
-            });
-        let mut window = Window(harness);
-        window.settle();
-        let shot = |window: &mut Window, name: &str| {
-            let theme = if dark { "dark" } else { "light" };
-            window.0.render().unwrap().save(format!("{folder}/{name}_{w}_{theme}.png")).unwrap();
-        };
-        window.click("Virtual rig");
-        window.click("Pause");
-        shot(&mut window, "rig");
-        window.choose("Effect", "springs beyond a gap");
-        window.click("moving base");
-        shot(&mut window, "base");
-        window.choose("Plant", "three masses");
-        shot(&mut window, "chain");
-        window.choose("Plant", "one mass");
-        window.slide("Rate", 4.0);
-        shot(&mut window, "refused");
-        window.slide("Rate", 100.0);
-        window.click("Class");
-        window.choose("Hide", "cubic stiffness");
-        window.click("Begin the round");
-        shot(&mut window, "class_open");
-        window.type_into("Who", "Ada");
-        window.choose("Guess", "cubic stiffness");
-        window.click("Take down");
-        window.click("Reveal");
-        shot(&mut window, "class_told");
-        window.click("Lessons");
-        shot(&mut window, "lessons");
-        window.click_hidden("Begin the lesson Smoothing");
-        shot(&mut window, "lesson_task");
-        window.slide("Segment", 9.0);
-        shot(&mut window, "lesson_seen");
-        window.click("Identify");
-    }
 }
