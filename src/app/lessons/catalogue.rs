@@ -41,7 +41,7 @@ pub(crate) static LESSONS: &[Lesson] = &[
         steps: &[
             step(
                 "The displacement was measured, velocity and acceleration are its derivatives. Move Segment (left, SMOOTHING) down to \
-                 9 samples or fewer and look at the acceleration.",
+                 9 samples or fewer and look at the velocity, or tick acceleration above the plot.",
                 "Short segments let the sensor's noise through, and a derivative magnifies it: the acceleration is nearly all noise, and \
                  the coefficients' standard errors have grown.",
                 |c| c.now.settings.smoothing.window <= 9 && c.now.identify.is_some(),

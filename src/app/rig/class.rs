@@ -569,7 +569,7 @@ fn table(ui: &mut Ui, room: &mut RigRoom, state: &mut ClassState, acts: &mut Vec
             ui.add(egui::Label::new(raised(&round.description)).wrap());
             if let Some(found) = &round.answered {
                 ui.add_space(2.0);
-                ui.add(egui::Label::new(format!("The program: {} {}", found.verdict, raised(&found.sentence))).wrap());
+                ui.add(egui::Label::new(format!("The program: {}", raised(&found.sentence))).wrap());
             }
         });
     }
