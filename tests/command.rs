@@ -303,7 +303,7 @@ fn reports_are_whole_documents() {
     assert_eq!(std::fs::read(here.path().join("report.pdf")).expect("a PDF"), pdf, "the same bytes again");
     let absolute = here.path().join("short.html");
     let arguments = ["report", "fit.csv", "--sections", "spectrum, equation, command", "--paper", "letter", "--out"];
-    done(here.path(), &[&arguments, &[absolute.to_str().expect("a path")], &CHOSEN[..]].concat());
+    done(here.path(), &[&arguments[..], &[absolute.to_str().expect("a path")], &CHOSEN[..]].concat());
     let page = std::fs::read_to_string(&absolute).expect("a page");
     assert!(page.find("Amplitude spectrum") < page.find("<math display") && !page.contains("Held-out"));
     assert!(page.contains("--out short.html --") || page.contains("--out short.html "), "paths as typed from here");

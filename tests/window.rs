@@ -2,6 +2,9 @@
 #![cfg(feature = "desktop")]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+#[path = "window/teaching.rs"]
+mod teaching;
+
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 

@@ -15,6 +15,7 @@ pub(crate) enum Command {
     Columns,
     Sample(Sample),
     Demonstration,
+    Lessons,
     Close,
     SaveProject,
     SaveProjectAs,
@@ -62,7 +63,7 @@ impl Command {
     pub(crate) fn all() -> Vec<Self> {
         let mut all = vec![Self::Open, Self::OpenPath, Self::AddRecords, Self::Columns];
         all.extend(Sample::ALL.map(Self::Sample));
-        all.push(Self::Demonstration);
+        all.extend([Self::Demonstration, Self::Lessons]);
         all.extend([Self::Close, Self::SaveProject, Self::SaveProjectAs, Self::ExportModel, Self::SaveReport]);
         all.extend([Self::PlotPicture, Self::WindowPicture]);
         all.extend([Self::Undo, Self::Redo, Self::Choose, Self::Reset]);
@@ -110,6 +111,12 @@ impl Command {
                 "Files",
                 "Demonstration: a hidden effect",
                 "The virtual rig hides an effect that it draws blind; find it in “What's missing”, then reveal the truth",
+                None,
+            ),
+            Self::Lessons => (
+                "Help",
+                "Lessons…",
+                "Ten short lessons on real controls, from smoothing to chaos; each notices what you do",
                 None,
             ),
             Self::Close => ("Files", "Close", "Take the records off the bench", Some((CTRL, Key::W))),

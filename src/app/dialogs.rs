@@ -36,6 +36,12 @@ pub(crate) enum Purpose {
     Window,
     /// To save the report to, as what the name's ending says.
     Report(Saved),
+    /// To save the virtual rig's records to.
+    RigRecords,
+    /// To save the records of a class's round to.
+    RoundRecords,
+    /// To export the rounds of a class to.
+    Rounds,
 }
 
 impl Purpose {
@@ -50,6 +56,9 @@ impl Purpose {
             Self::Plot => "Save the figure (.svg .pdf .png)",
             Self::Window => "Save a picture of the window",
             Self::Report(_) => "Save the report (.pdf .html .png)",
+            Self::RigRecords => "Save the rig's records",
+            Self::RoundRecords => "Save the round's records",
+            Self::Rounds => "Export the rounds",
         }
     }
 
@@ -59,7 +68,14 @@ impl Purpose {
             Self::Open => "Open",
             Self::Add => "Add files",
             Self::Locate => "Choose",
-            Self::Project | Self::Model | Self::Plot | Self::Window | Self::Report(_) => "Save",
+            Self::Project
+            | Self::Model
+            | Self::Plot
+            | Self::Window
+            | Self::Report(_)
+            | Self::RigRecords
+            | Self::RoundRecords
+            | Self::Rounds => "Save",
         }
     }
 
@@ -76,6 +92,7 @@ impl Purpose {
             Self::Model => Some(Format::Python.ending()),
             Self::Plot | Self::Window => Some("png"),
             Self::Report(saved) => Some(saved.ending()),
+            Self::RigRecords | Self::RoundRecords | Self::Rounds => Some("csv"),
         }
     }
 }
@@ -162,6 +179,9 @@ impl Dialogs {
                 let kinds = if saved == Saved::Pdf { [pdf, html] } else { [html, pdf] };
                 kinds.into_iter().fold(dialog, |d, (kind, endings)| d.add_filter(kind, &endings)).set_file_name(name)
             }
+            Purpose::RigRecords | Purpose::RoundRecords | Purpose::Rounds => {
+                dialog.add_filter("Table", &["csv"]).set_file_name(name)
+            }
         };
         // In tests there is no window to belong to.
         if frame.winit_window().is_some() {
@@ -195,7 +215,7 @@ impl Dialogs {
                 let file = dialog.pick_file();
                 thread.spawn(move || answer(one(block_on(file))))
             }
-            Purpose::Project | Purpose::Model | Purpose::Plot | Purpose::Window | Purpose::Report(_) => {
+            _ => {
                 let file = dialog.save_file();
                 thread.spawn(move || answer(one(block_on(file))))
             }

@@ -7,10 +7,11 @@ use std::sync::Arc;
 use super::missing::Walk;
 use super::project::{self, Project};
 use super::state::{Edit, Sample, Source};
-use super::{disk, moved};
+use super::{disk, moved, rig};
 use crate::record::prepare::{self, Preparation, PrepareError};
 use crate::record::{ReadOptions, Record, RecordSet, Usage, read_set, read_text};
 use crate::rig::hidden::{Request, Shaking, Truth, draw};
+use crate::rig::record_rig;
 use crate::study::{Cancel, Choice, Free, Settings, StudyError, choose, suggest};
 use crate::term::{Kind, list};
 
@@ -409,6 +410,17 @@ fn records(opening: &Opening) -> Result<Read, Problem> {
             let mut set = RecordSet::new(hidden.fit, Usage::Fit);
             set.add(hidden.held_out, Usage::HeldOut);
             Ok(Read { title: "a hidden effect".into(), set, truth: Some(hidden.truth) })
+        }
+        Source::Rig(settings) => {
+            let run = record_rig(settings)
+                .map_err(|e| Problem::new(format!("the virtual rig made no records: {e}"), "change it in its room"))?;
+            let set = rig::records(&run);
+            Ok(Read { title: "virtual rig".into(), set, truth: Some(run.truth.told) })
+        }
+        Source::Round(case) => {
+            let hidden = draw(&case.request())
+                .map_err(|e| Problem::new(format!("the virtual rig made no records: {e}"), "take another seed"))?;
+            Ok(Read { title: "a class's round".into(), set: rig::round(hidden), truth: None })
         }
     }
 }

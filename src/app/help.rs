@@ -26,6 +26,11 @@ const READING: &[(&str, &str)] = &[
          the gap shrinks on data never fitted; each effect keeps its colour in plots, cards and the equation",
     ),
     (
+        "Virtual rig",
+        "a plant whose every number you move: its motion is drawn, recorded and fitted at once, the truth beside what was found; \
+         lessons notice what you do, and the class mode hides an effect to be guessed",
+    ),
+    (
         "Report",
         "tick the sections, drag them or use the arrows, and write between them; the pages in the centre are the ones that are saved",
     ),

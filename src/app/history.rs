@@ -47,6 +47,15 @@ impl<T: Clone + PartialEq> History<T> {
         self.seen = value.clone();
     }
 
+    /// Puts a value in place of the one that was just set: no step of its own.
+    pub(crate) fn replace(&mut self, old: &T, new: &T) {
+        for place in [&mut self.present, &mut self.seen] {
+            if *place == *old {
+                place.clone_from(new);
+            }
+        }
+    }
+
     /// True if there is a step to take back.
     pub(crate) fn can_undo(&self, value: &T) -> bool {
         !self.past.is_empty() || *value != self.present

@@ -11,6 +11,7 @@ mod errand;
 mod figure_panel;
 mod help;
 mod history;
+mod lessons;
 pub(crate) mod missing;
 mod moved;
 mod notices;
@@ -19,6 +20,7 @@ mod panel;
 pub mod plot;
 mod project;
 mod report;
+mod rig;
 mod session;
 mod state;
 mod status;
@@ -33,9 +35,11 @@ mod worker;
 
 use std::path::PathBuf;
 
+pub use lessons::Progress;
 pub use missing::{Base, Walk};
 pub(crate) use project::is_project;
 pub(crate) use report::headless::project as report_of_project;
+pub use rig::{ClassCase, ClassState, RigState};
 pub use state::{Edit, Sample, Source, State};
 pub use window::App;
 

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::disk;
 use super::errand::{Problem, file_name};
 use super::missing::{Step, Walk};
+use super::rig::RigState;
 use super::state::{Edit, Pin, Room, Source};
 use super::views::{View, ViewState};
 use crate::record::prepare::Preparation;
@@ -20,7 +21,7 @@ use crate::report::Arrangement;
 use crate::study::Settings;
 
 /// The format that this program writes; a higher one is from a newer program. The first had no checksums, no steps and no views;
-/// the second no report.
+/// the second neither report nor virtual rig.
 const VERSION: u32 = 3;
 
 /// Bytes of a file that are looked at to tell what it is.
@@ -62,6 +63,9 @@ pub(crate) struct Project {
     /// What was in view.
     #[serde(default)]
     pub(crate) shown: Option<Shown>,
+    /// The virtual rig and the class mode.
+    #[serde(default)]
+    pub(crate) rig: Option<RigState>,
 }
 
 /// What the window shows of a project.
@@ -81,7 +85,7 @@ impl Project {
     /// A project of these parts.
     pub(crate) fn new(source: Source, reading: ReadOptions, usage: BTreeMap<String, Usage>, edit: &Edit) -> Self {
         let Edit { settings, walk, steps, report, .. } = edit.clone();
-        let (checksums, pins, shown) = (BTreeMap::new(), Vec::new(), None);
+        let (checksums, pins, shown, rig) = (BTreeMap::new(), Vec::new(), None, None);
         Self {
             sindyscope_project: VERSION,
             source,
@@ -94,6 +98,7 @@ impl Project {
             report,
             pins,
             shown,
+            rig,
         }
     }
 
@@ -116,6 +121,12 @@ impl Project {
     #[must_use]
     pub(crate) fn with_shown(self, shown: Shown) -> Self {
         Self { shown: Some(shown), ..self }
+    }
+
+    /// This project with the virtual rig as it stands.
+    #[must_use]
+    pub(crate) fn with_rig(self, rig: RigState) -> Self {
+        Self { rig: Some(rig), ..self }
     }
 
     /// Reads a project; its files' paths come out absolute.

@@ -6,11 +6,14 @@ use egui::ThemePreference;
 use serde::{Deserialize, Serialize};
 
 use super::figure_panel::FigureLook;
+use super::lessons::Progress;
 use super::missing::{Step, Walk};
+use super::rig::{ClassCase, RigState};
 use super::views::{View, ViewState};
 use crate::record::prepare::Preparation;
 use crate::record::{ReadOptions, Usage};
 use crate::report::Arrangement;
+use crate::rig::RigSettings;
 use crate::study::Settings;
 use crate::term::Kind;
 
@@ -35,7 +38,7 @@ pub enum Sample {
 }
 
 /// Where the records come from.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Source {
     /// None is open.
@@ -47,6 +50,10 @@ pub enum Source {
     Files(Vec<PathBuf>),
     /// The virtual rig's, with an effect hidden in them that this seed draws.
     Hidden(u64),
+    /// The room "Virtual rig", with these settings.
+    Rig(Box<RigSettings>),
+    /// A round of the class mode; what it hides is not told with its records.
+    Round(ClassCase),
 }
 
 /// What undo takes back: everything that decides an outcome.
@@ -111,19 +118,22 @@ pub(crate) enum Room {
     Identify,
     /// Where a model and the measurement part, and which effect that is.
     Missing,
+    /// A plant whose every number can be moved, lessons and the class mode.
+    Rig,
     /// What one takes along.
     Report,
 }
 
 impl Room {
     /// Every room, in the order of their keys 1, 2, …; with one there is nothing to switch.
-    pub(crate) const ALL: [Self; 3] = [Self::Identify, Self::Missing, Self::Report];
+    pub(crate) const ALL: [Self; 4] = [Self::Identify, Self::Missing, Self::Rig, Self::Report];
 
     /// The switch's text.
     pub(crate) fn label(self) -> &'static str {
         match self {
             Self::Identify => "Identify",
             Self::Missing => "What's missing",
+            Self::Rig => "Virtual rig",
             Self::Report => "Report",
         }
     }
@@ -133,6 +143,9 @@ impl Room {
         match self {
             Self::Identify => "From the measurement to its equation of motion",
             Self::Missing => "Where a model's response and the measurement part, and which physical effect that is",
+            Self::Rig => {
+                "A plant whose every number you can move, with its motion and what is found in its record; lessons and a class mode"
+            }
             Self::Report => {
                 "The pages to take along: choose sections and figures, write between them, save as PDF or HTML"
             }
@@ -172,6 +185,10 @@ pub struct State {
     pub cutting: bool,
     /// How figures are saved.
     pub(crate) figure: FigureLook,
+    /// The virtual rig, and the class mode.
+    pub rig: RigState,
+    /// How far the lessons have come.
+    pub lessons: Progress,
     /// The step of the walk in "What's missing" that is in view.
     pub(crate) step: Step,
     pub(crate) room: Room,
@@ -196,6 +213,8 @@ impl Default for State {
             record: 0,
             cutting: false,
             figure: FigureLook::default(),
+            rig: RigState::default(),
+            lessons: Progress::default(),
             step: Step::default(),
             room: Room::default(),
             view: View::default(),

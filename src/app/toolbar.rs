@@ -121,6 +121,7 @@ fn file_menu(ui: &mut Ui, bar: &Toolbar<'_>, asked: &mut Vec<Asked>) {
         entry(ui, Command::Sample(sample), true);
     }
     entry(ui, Command::Demonstration, true);
+    entry(ui, Command::Lessons, true);
     ui.separator();
     entry(ui, Command::SaveProject, open);
     entry(ui, Command::SaveProjectAs, open);

@@ -16,10 +16,10 @@ pub(crate) fn show(ui: &mut Ui, opening: bool) -> Option<Command> {
     let colors = theme::accents(ui.visuals().dark_mode);
     let width = ui.available_width().min(620.0);
     let side = 0.5 * (ui.available_width() - width);
-    ui.add_space((0.5 * (ui.available_height() - 466.0)).max(8.0));
+    ui.add_space((0.5 * (ui.available_height() - 500.0)).max(8.0));
     ui.horizontal(|ui| {
         ui.add_space(side);
-        ui.allocate_ui_with_layout(vec2(width, 466.0), Layout::top_down(Align::Min), |ui| {
+        ui.allocate_ui_with_layout(vec2(width, 500.0), Layout::top_down(Align::Min), |ui| {
             ui.set_width(width);
             if opening {
                 ui.label(RichText::new("Opening…").size(20.0));
@@ -55,6 +55,11 @@ pub(crate) fn show(ui: &mut Ui, opening: bool) -> Option<Command> {
             let button = egui::Button::new(spec.label).min_size(vec2(width, 30.0));
             if ui.add(button).on_hover_text(spec.tooltip).clicked() {
                 asked = Some(Command::Demonstration);
+            }
+            let spec = Command::Lessons.spec();
+            let button = egui::Button::new(spec.label).min_size(vec2(width, 30.0));
+            if ui.add(button).on_hover_text(spec.tooltip).clicked() {
+                asked = Some(Command::Lessons);
             }
             ui.add_space(14.0);
             ui.label(RichText::new("What a file should look like").strong());

@@ -2,6 +2,7 @@
 
 mod keeping;
 mod opening;
+mod teaching;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,12 +19,14 @@ use super::dialogs::{Chosen, Dialogs, Purpose};
 use super::errand::{self, Delivery, Errand, Opening, Refused, file_name};
 use super::figure_panel::{self, FigureLook};
 use super::history::History;
+use super::lessons::Teacher;
 use super::missing::{Act, Missing, Walk};
 use super::notices::{Level, Notices};
 use super::panel::{self, Ask, Desk, Typing};
 use super::plot::export::save_png;
 use super::plot::palette;
 use super::report::{self, ReportRoom, Saved};
+use super::rig::RigRoom;
 use super::session::Keeper;
 use super::state::{Edit, Pin, Room, Source, State};
 use super::survey::Survey;
@@ -102,6 +105,8 @@ pub struct App {
     pictures: Worker<PictureJob, Result<PathBuf, String>>,
     missing: Missing,
     report: ReportRoom,
+    rig: RigRoom,
+    teacher: Teacher,
     survey: Survey,
     columns: Columns,
     /// Repeats the regression on resampled data once the settings rest.
@@ -169,6 +174,8 @@ impl App {
             )?,
             missing: Missing::new(wake())?,
             report: ReportRoom::new(wake())?,
+            rig: RigRoom::new(wake())?,
+            teacher: Teacher::default(),
             survey: Survey::new(wake())?,
             columns: Columns::new(wake())?,
             repeats: repeats_worker(wake())?,
@@ -191,6 +198,7 @@ impl App {
             title: String::new(),
             state,
         };
+        app.teacher.begin();
         if app.state.source != Source::Nothing {
             app.missing.begin_at(app.state.step);
             let State { source, reading, edit, checksums, .. } = app.state.clone();
@@ -211,7 +219,7 @@ impl App {
         let workers = [self.fitting.busy(), self.errands.busy(), self.pictures.busy(), self.survey.busy()];
         let busy =
             workers.iter().any(Option::is_some) || self.repeats.busy().is_some() || self.pinning.busy().is_some();
-        let busy = busy || self.keeper.as_ref().is_some_and(Keeper::busy);
+        let busy = busy || self.keeper.as_ref().is_some_and(Keeper::busy) || self.rig.waiting();
         let rooms = self.missing.waiting() || self.report.waiting() || self.columns.busy();
         busy || self.answered != self.ticket || rooms || self.state.views.busy()
     }
@@ -283,6 +291,7 @@ impl App {
         }
         self.missing.collect();
         self.report.collect();
+        self.collect_rig();
         self.survey.collect();
         self.columns.collect();
         while let Some(answer) = self.repeats.answer() {
@@ -366,6 +375,7 @@ impl App {
         match self.state.room {
             Room::Identify => {}
             Room::Missing => self.missing.attend(&self.bench, &self.edit),
+            Room::Rig => self.rig.attend(&self.state.rig),
             Room::Report => {
                 // A walk that came back with its project is told in the report too.
                 if !self.edit.walk.accepted.is_empty() || self.diagnosis().is_some() {
@@ -415,6 +425,9 @@ impl App {
             Purpose::Model => self.export_model(&path),
             Purpose::Plot => self.draw_plot(ctx, path),
             Purpose::Report(_) => self.save_report(path),
+            Purpose::RigRecords | Purpose::RoundRecords | Purpose::Rounds => {
+                self.rig.save(purpose, path, &self.state.rig);
+            }
             Purpose::Window => {
                 let (send, ctx2) = (self.shots.0.clone(), ctx.clone());
                 ctx.request_screenshot(move |image| {
@@ -497,6 +510,7 @@ impl App {
                 let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
                 self.begin(Opening::of(Source::Hidden(now.map_or(1, |d| d.as_micros() as u64))));
             }
+            Command::Lessons => self.show_lessons(),
             Command::AddRecords => {
                 let purpose = if self.bench.records.is_empty() { Purpose::Open } else { Purpose::Add };
                 self.dialogs.ask(purpose, "", frame, ctx);
@@ -509,6 +523,9 @@ impl App {
                 None => self.dialogs.ask(Purpose::Project, &format!("{stem}.json"), frame, ctx),
             },
             Command::SaveProjectAs => self.dialogs.ask(Purpose::Project, &format!("{stem}.json"), frame, ctx),
+            Command::Undo | Command::Redo if self.state.room == Room::Rig => {
+                self.rig.step(&mut self.state.rig, command == Command::Undo);
+            }
             Command::Undo => {
                 if let Some(edit) = self.history.undo(&self.edit) {
                     self.take_back(edit);
@@ -525,6 +542,9 @@ impl App {
                 self.errands.ask_instead(Errand::Choose { generation, records, settings: self.edit.settings.clone() });
             }
             Command::Reset => self.edit.settings = self.suggestion.clone(),
+            Command::PlotPicture if self.state.room == Room::Rig => {
+                self.dialogs.ask(Purpose::Window, "virtual-rig.png", frame, ctx);
+            }
             Command::PlotPicture | Command::ExportModel | Command::SaveReport if self.bench.outcome.is_none() => {}
             Command::SaveReport => self.dialogs.ask(Purpose::Report(Saved::Pdf), &format!("{stem}.pdf"), frame, ctx),
             Command::ExportModel => {
@@ -631,6 +651,9 @@ impl App {
         let opening = self.under_way == Some(UnderWay::Opening);
         let outline = egui::Frame::new().fill(palette::ground(dark)).inner_margin(Margin::symmetric(10, 4));
         CentralPanel::default().frame(outline).show(ui, |ui| {
+            if self.state.room == Room::Rig {
+                return self.rig_centre(ui, frame);
+            }
             if self.state.room == Room::Missing && !self.bench.records.is_empty() {
                 for act in self.missing.show(ui, &self.bench, &self.edit) {
                     self.walk_on(act, ui.ctx());
@@ -740,6 +763,7 @@ impl eframe::App for App {
         self.look_around();
         self.repeat(ctx);
         self.set_title(ctx);
+        self.teach();
         let (now, held) = ctx.input(|i| (i.time, i.pointer.any_down()));
         if let Some(wait) = self.bench.fade(held, now) {
             ctx.request_repaint_after_secs(wait as f32);
@@ -753,13 +777,11 @@ impl eframe::App for App {
             self.run(command, &ctx, frame);
         }
         let opening = self.under_way == Some(UnderWay::Opening);
-        let mut bar = toolbar::Toolbar {
-            can_undo: self.history.can_undo(&self.edit),
-            can_redo: self.history.can_redo(&self.edit),
-            opening,
-            state: &mut self.state,
-            bench: &self.bench,
+        let (can_undo, can_redo) = match self.state.room {
+            Room::Rig => self.rig.can_step(&self.state.rig),
+            _ => (self.history.can_undo(&self.edit), self.history.can_redo(&self.edit)),
         };
+        let mut bar = toolbar::Toolbar { can_undo, can_redo, opening, state: &mut self.state, bench: &self.bench };
         for asked in toolbar::show(ui, &mut bar) {
             match asked {
                 toolbar::Asked::Do(command) => self.run(command, &ctx, frame),
@@ -769,7 +791,7 @@ impl eframe::App for App {
         let mut line = status::Status {
             bench: &self.bench,
             fitting: self.fitting.busy(),
-            errand: self.errands.busy().or(self.missing.busy()).or(self.report.busy()),
+            errand: self.errands.busy().or(self.missing.busy()).or(self.report.busy()).or(self.rig.busy()),
             opening,
             notices: &mut self.notices,
             log_open: &mut self.log_open,
@@ -777,9 +799,12 @@ impl eframe::App for App {
         if status::show(ui, &mut line).is_some() {
             self.errands.cancel();
         }
+        self.lesson(ui);
         let (now, held) = ctx.input(|i| (i.time, i.pointer.any_down()));
         let mut asks = Vec::new();
-        if !self.bench.records.is_empty() || self.refused.is_some() {
+        if self.state.room == Room::Rig {
+            self.rig_columns(ui, frame);
+        } else if !self.bench.records.is_empty() || self.refused.is_some() {
             let choosing = self.errands.busy().filter(|_| self.under_way == Some(UnderWay::Choosing));
             let mut desk = Desk {
                 bench: &self.bench,
@@ -827,6 +852,7 @@ impl eframe::App for App {
         if !opening {
             self.history.watch(&self.edit, held, now);
         }
+        self.rig.watch(&self.state.rig, held, now);
         if let Some(palette) = &mut self.palette {
             match palette.show(&ctx) {
                 command_palette::Outcome::Open => {}

@@ -4,6 +4,7 @@
 //! the identified model is simulated with, so that no test marks its own homework. A [`Scenario`] is a plant, an
 //! excitation and sensors with sensible values for everything; [`generate`] makes its records.
 
+mod adjustable;
 mod error;
 mod excitation;
 pub mod hidden;
@@ -16,6 +17,9 @@ mod sensor;
 mod span;
 mod wave;
 
+pub use adjustable::{
+    EffectValue, ExcitationChoice, PlantChoice, RigDrive, RigRun, RigSettings, RigTruth, TrueTerm, record_rig,
+};
 pub use error::RigError;
 pub use excitation::Excitation;
 pub use plant::{Contact, Plant};

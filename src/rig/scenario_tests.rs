@@ -149,7 +149,11 @@ fn a_settled_record_goes_on_where_the_cut_was() {
 fn the_command_in_the_comments_names_every_option() {
     let options = ScenarioOptions {
         seed: 4,
+        measure: Some(vec!["x".to_owned(), "a1".to_owned()]),
         noise: Some(Noise::REPORT),
+        offset: Some(0.25),
+        drift: Some(-0.5),
+        high_pass: Some(0.1),
         input_noise: Some(1e-6.into()),
         resolution: Some(1e-7),
         rate: Some(500.0),
@@ -165,10 +169,33 @@ fn the_command_in_the_comments_names_every_option() {
     };
     assert_eq!(
         made("friction", &options).comments.last().unwrap(),
-        "made by: sindyscope generate friction --seed 4 --noise 1% --input-noise 1e-6 --resolution 1e-7 --rate 500 \
+        "made by: sindyscope generate friction --seed 4 --measure x,a1 --noise 1% --offset 0.25 --drift -0.5 --high-pass 0.1 --input-noise 1e-6 --resolution 1e-7 --rate 500 \
          --duration 2.5 --settle 1 --amplitude 0.002 --frequencies 2,3.5 --together --ramp 0.5 --initial 0.001,0 \
          --set F=0.1"
     );
+}
+
+#[test]
+fn any_quantity_of_any_mass_is_measured() {
+    let measure = |list: &[&str]| Some(list.iter().map(|name| (*name).to_owned()).collect());
+    let options = |list: &[&str]| ScenarioOptions { measure: measure(list), duration: Some(4.0), ..Default::default() };
+    let record = &made("two-masses", &options(&["x1", "v", "a2"])).records[0];
+    let names: Vec<&str> = record.channels.iter().map(|c| c.name.as_str()).collect();
+    assert_eq!(names, ["x1", "v1", "v2", "a2", "u"]);
+    let units: Vec<&str> = record.channels.iter().map(|c| c.unit.as_str()).collect();
+    assert_eq!(units, ["m", "m/s", "m/s", "m/s^2", "N"]);
+    // What is measured of one motion belongs together: central differences over 5 ms err by (ωΔ)²/6, ω at most 75 rad/s.
+    let differentiated = |role: Role, k: usize| (values(record, role)[k + 1] - values(record, role)[k - 1]) / 0.01;
+    for (of, rate) in [(X, Role::Velocity(0)), (Role::Velocity(1), Role::Acceleration(1))] {
+        let size = values(record, rate).iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        assert!((1..700).all(|k| (differentiated(of, k) - values(record, rate)[k]).abs() < 0.03 * size));
+    }
+    let refused = |list: &[&str]| generate("two-masses", &options(list)).unwrap_err().to_string();
+    assert!(refused(&["a3"]).contains("numbered from 1 to 2"));
+    assert!(refused(&["x", "x1"]).contains("asked for twice"));
+    assert!(refused(&["force"]).contains("write x, v or a"));
+    let states = generate("lorenz", &options(&["v"])).unwrap_err().to_string();
+    assert!(states.contains("first-order system"), "{states}");
 }
 
 #[test]

@@ -11,7 +11,7 @@ mod compare;
 mod findings;
 mod map;
 mod name;
-mod plots;
+pub(in crate::app) mod plots;
 mod steps;
 mod verify;
 mod walk;
@@ -220,6 +220,11 @@ impl Missing {
     /// True until everything asked for has come.
     pub(crate) fn waiting(&self) -> bool {
         self.work.expected() || self.work.busy().is_some()
+    }
+
+    /// True once a look for missing effects has come to its end.
+    pub(crate) fn looked(&self) -> bool {
+        !self.known.rounds.is_empty()
     }
 
     /// The step that is in view.

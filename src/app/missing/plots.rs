@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use egui::{Align2, Color32, FontId, Id, Mesh, Rect, Shape, Stroke, Ui, Vec2, pos2, vec2};
-use egui_plot::{FilledArea, HLine, Line, LineStyle, Plot, PlotMemory, PlotPoints, PlotResponse, Span};
+use egui_plot::{FilledArea, HLine, Line, LineStyle, Plot, PlotMemory, PlotPoints, PlotResponse, PlotTransform, Span};
 
 use crate::app::plot::decimate::{Decimated, Samples};
 use crate::app::plot::palette::Ink;
@@ -24,7 +24,7 @@ type Series = Arc<[f64]>;
 
 /// Series thinned for the screen, and series made of others; kept as long as they are drawn.
 #[derive(Default)]
-pub(super) struct Cache {
+pub(in crate::app) struct Cache {
     curves: HashMap<(usize, u64), Kept<Decimated>>,
     made: HashMap<(usize, usize, u8), Kept<Series>>,
     now: u64,
@@ -41,7 +41,7 @@ struct Kept<T> {
 
 impl Cache {
     /// Forgets what was not drawn lately.
-    pub(super) fn tidy(&mut self) {
+    pub(in crate::app) fn tidy(&mut self) {
         self.now += 1;
         if self.now.is_multiple_of(64) {
             let now = self.now;
@@ -86,18 +86,18 @@ impl Cache {
 }
 
 /// One curve over time.
-pub(super) struct Trace<'a> {
-    pub(super) name: &'a str,
-    pub(super) color: Color32,
-    pub(super) width: f32,
-    pub(super) values: Arc<[f64]>,
+pub(in crate::app) struct Trace<'a> {
+    pub(in crate::app) name: &'a str,
+    pub(in crate::app) color: Color32,
+    pub(in crate::app) width: f32,
+    pub(in crate::app) values: Arc<[f64]>,
     /// Whether the view is fitted to it.
-    pub(super) leads: bool,
+    pub(in crate::app) leads: bool,
 }
 
 impl Trace<'_> {
     /// What was measured.
-    pub(super) fn measured(values: &Arc<[f64]>, dark: bool) -> Self {
+    pub(in crate::app) fn measured(values: &Arc<[f64]>, dark: bool) -> Self {
         Self {
             name: "measured",
             color: Ink::Measured.color(dark),
@@ -109,33 +109,33 @@ impl Trace<'_> {
 }
 
 /// A plot over time.
-pub(super) struct Panel<'a> {
-    pub(super) symbol: &'a str,
-    pub(super) unit: String,
-    pub(super) traces: Vec<Trace<'a>>,
+pub(in crate::app) struct Panel<'a> {
+    pub(in crate::app) symbol: &'a str,
+    pub(in crate::app) unit: String,
+    pub(in crate::app) traces: Vec<Trace<'a>>,
     /// A band about the first curve: its name, and its half width.
-    pub(super) band: Option<(&'a str, Arc<[f64]>)>,
+    pub(in crate::app) band: Option<(&'a str, Arc<[f64]>)>,
     /// A dashed level on either side of zero, and its name.
-    pub(super) level: Option<(String, f64)>,
+    pub(in crate::app) level: Option<(String, f64)>,
     /// Text at the right of the names.
-    pub(super) aside: String,
+    pub(in crate::app) aside: String,
     /// What to say where nothing is drawn.
-    pub(super) empty: &'a str,
-    pub(super) share: f32,
+    pub(in crate::app) empty: &'a str,
+    pub(in crate::app) share: f32,
 }
 
 /// What all plots of a stack share.
-pub(super) struct Frame<'a> {
+pub(in crate::app) struct Frame<'a> {
     /// A name that is unique in the room.
-    pub(super) id: &'static str,
-    pub(super) start: f64,
-    pub(super) interval: f64,
-    pub(super) samples: usize,
-    pub(super) held_out: bool,
+    pub(in crate::app) id: &'static str,
+    pub(in crate::app) start: f64,
+    pub(in crate::app) interval: f64,
+    pub(in crate::app) samples: usize,
+    pub(in crate::app) held_out: bool,
     /// Shaded stretches, the worst first.
-    pub(super) worst: &'a [(f64, f64)],
-    pub(super) dark: bool,
-    pub(super) height: f32,
+    pub(in crate::app) worst: &'a [(f64, f64)],
+    pub(in crate::app) dark: bool,
+    pub(in crate::app) height: f32,
 }
 
 impl Frame<'_> {
@@ -145,8 +145,13 @@ impl Frame<'_> {
     }
 }
 
-/// Draws plots above each other on one time axis.
-pub(super) fn stack(ui: &mut Ui, cache: &mut Cache, frame: &Frame<'_>, panels: &[Panel<'_>]) {
+/// Draws plots above each other on one time axis; tells where each of them lies.
+pub(in crate::app) fn stack(
+    ui: &mut Ui,
+    cache: &mut Cache,
+    frame: &Frame<'_>,
+    panels: &[Panel<'_>],
+) -> Vec<PlotTransform> {
     ui.spacing_mut().item_spacing.y = 1.0;
     let rows = panels.len() as f32 * (LEGEND + 2.0);
     let room = (frame.height - rows - TIME_AXIS).max(44.0 * panels.len() as f32);
@@ -163,6 +168,7 @@ pub(super) fn stack(ui: &mut Ui, cache: &mut Cache, frame: &Frame<'_>, panels: &
         shown.push(plot(ui, cache, frame, panel, k as u64, &time, height, must_fit, last));
     }
     read_out(ui, frame, panels, &shown, &time);
+    shown.iter().map(|(plot, _)| plot.transform).collect()
 }
 
 /// The line of names above a plot.

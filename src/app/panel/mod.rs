@@ -74,7 +74,7 @@ pub(crate) struct Typing {
 
 /// The left column: data and settings; in the other rooms, what counts there.
 pub(crate) fn left(ui: &mut Ui, desk: &mut Desk<'_>, room: Room, own: impl FnOnce(&mut Ui, &mut Desk<'_>)) {
-    column(Panel::left("settings").default_size(304.0).size_range(272.0..=420.0), ui, |ui| {
+    controls(ui, |ui| {
         data::show(ui, desk);
         if desk.bench.records.is_empty() {
             return;
@@ -88,6 +88,8 @@ pub(crate) fn left(ui: &mut Ui, desk: &mut Desk<'_>, room: Room, own: impl FnOnc
                 physics::show(ui, desk);
             }
             Room::Missing | Room::Report => own(ui, desk),
+            // That room has a column of its own.
+            Room::Rig => {}
         }
         ui.add_space(8.0);
     });
@@ -105,6 +107,11 @@ pub(crate) fn right(ui: &mut Ui, desk: &mut Desk<'_>, now: f64) {
         fit::warnings(ui, desk);
         ui.add_space(8.0);
     });
+}
+
+/// The left column itself, as wide in every room.
+pub(crate) fn controls(ui: &mut Ui, body: impl FnOnce(&mut Ui)) {
+    column(Panel::left("settings").default_size(304.0).size_range(272.0..=420.0), ui, body);
 }
 
 /// The right column itself, as wide in every room.

@@ -131,12 +131,13 @@ impl App {
 
     pub(super) fn save_project(&mut self, path: &Path) {
         let usage = self.bench.records.iter().zip(&self.edit.usage).map(|(r, u)| (r.name.clone(), *u)).collect();
-        let State { source, reading, room, step, view, views, .. } = self.state();
+        let State { source, reading, room, step, view, views, rig, .. } = self.state();
         let record = self.bench.records.get(self.state.record).map_or(String::new(), |r| r.name.clone());
         let project = Project::new(source, reading, usage, &self.edit)
             .with_checksums(&self.state.checksums)
             .with_pins(self.pins())
-            .with_shown(Shown { room, step, view, record, views });
+            .with_shown(Shown { room, step, view, record, views })
+            .with_rig(rig);
         match project.save(path) {
             Ok(()) => {
                 self.state.remember(path);

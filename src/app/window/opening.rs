@@ -124,6 +124,10 @@ impl App {
         for note in notes {
             self.notices.note(note);
         }
+        let of_the_rig = matches!(source, Source::Rig(_) | Source::Round(_));
+        if !same && self.state.room == Room::Rig && !of_the_rig {
+            self.state.room = Room::Identify;
+        }
         let count = records.len();
         let mut going_on: Vec<Pin> = if goes_on { self.pins() } else { Vec::new() };
         for pin in &mut going_on {
@@ -160,6 +164,9 @@ impl App {
             self.missing.begin_at(shown.step);
             let named = self.bench.records.iter().position(|r| r.name == shown.record);
             self.state.record = named.unwrap_or(self.state.record);
+        }
+        if let Some(rig) = project.as_ref().and_then(|(_, project)| project.rig.clone()) {
+            self.state.rig = rig;
         }
         self.state.project = project.map(|(path, _)| path).or(self.state.project.take().filter(|_| same));
         (self.state.source, self.state.reading, self.state.checksums) = (source, reading, checksums);

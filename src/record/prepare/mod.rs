@@ -558,13 +558,13 @@ mod tests {
     #[test]
     fn spikes_are_counted_and_a_filter_beyond_the_rate_is_refused() {
         let mut spiked = record("run", 1000, sine(5.0));
-        let mut values = spiked.channels[0].values.to_vec();
-        values[400] += 3.0;
-        spiked.channels[0].values = values.into();
+        let mut samples = spiked.channels[0].values.to_vec();
+        samples[400] += 3.0;
+        spiked.channels[0].values = samples.into();
         let set = RecordSet::new([spiked], Usage::Fit);
         let mended = prepare(&set, &[Treatment::MendSpikes { threshold: SPIKE }.into()]).unwrap();
         assert_eq!(mended.entries[0].0.notices, ["run: samples of spikes mended: 1 of `x`"]);
-        assert!((super::tests::values(&mended, 0)[400] - sine(5.0)(0.4)).abs() < 1e-3);
+        assert!((values(&mended, 0)[400] - sine(5.0)(0.4)).abs() < 1e-3);
         let beyond = prepare(&set, &[Treatment::Filter { from: None, to: Some(700.0) }.into()]);
         assert!(beyond.unwrap_err().to_string().contains("700 Hz is beyond 500 Hz, half the sampling rate"));
     }

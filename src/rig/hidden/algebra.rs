@@ -43,6 +43,11 @@ pub(super) fn number(value: f64) -> E {
     E(Expression::Number(value))
 }
 
+/// An expression times a factor; as it stands where that is one.
+pub(super) fn times(expression: E, factor: f64) -> E {
+    if factor == 1.0 { expression } else { expression * factor }
+}
+
 impl E {
     pub(super) fn term(self) -> Term {
         Term::new(self.0)

@@ -175,11 +175,12 @@ impl Assembly {
                         if stuck { self.held_acceleration(contact, motions, k) - smooth } else { output(count + j) };
                     contact += 1;
                 }
-                force += match part.seen {
-                    SensorFault::True => 0.0,
-                    SensorFault::Shifted(size) => size * shift,
-                    SensorFault::Clipped(limit) => motions.states[0][k].clamp(-limit, limit) - motions.states[0][k],
-                };
+                force += self.scene.stiffness
+                    * match part.seen {
+                        SensorFault::True => 0.0,
+                        SensorFault::Shifted(size) => size * shift,
+                        SensorFault::Clipped(limit) => motions.states[0][k].clamp(-limit, limit) - motions.states[0][k],
+                    };
                 missing[j].push(force);
             }
         }
@@ -227,7 +228,8 @@ pub(super) fn extents(assembly: &Assembly, motions: &[Motions]) -> Motion {
 /// What forces are compared with: the spring's, or the input where there is no spring.
 pub(super) fn reference(assembly: &Assembly, motion: &Motions) -> Vec<f64> {
     let [_, _, deflection, _, input] = assembly.series(motion);
-    if assembly.scene.sprung { deflection } else { input }
+    let stiffness = assembly.scene.stiffness;
+    if assembly.scene.sprung { deflection.into_iter().map(|r| stiffness * r).collect() } else { input }
 }
 
 /// Share of the sampled time in which a contact sticks.

@@ -206,6 +206,16 @@ pub fn pairs() -> &'static [[&'static str; 2]] {
     &PAIRS
 }
 
+/// True if an effect has a place in a plant with this drive.
+pub(in crate::rig) fn suits(name: &str, drive: Drive) -> bool {
+    find(name).is_some_and(|e| e.suits(drive))
+}
+
+/// An effect's name as the catalogue holds it; none if the rig does not know it.
+pub(in crate::rig) fn known_name(name: &str) -> Option<&'static str> {
+    find(name).map(|e| e.name)
+}
+
 /// An effect's name in words; none if the rig does not know it.
 pub fn title(name: &str) -> Option<&'static str> {
     find(name).map(|e| e.title)

@@ -260,7 +260,7 @@ fn plan(regime: Regime, theme: &Theme, seed: u64, attempt: u64) -> Result<Plan<'
     };
     let mut runs = exciting::runs(theme.manner, recording, random);
     let mut dice: Vec<(&Effect, Dice)> =
-        effects.iter().map(|e| (*e, Dice(std::array::from_fn(|_| random.random())))).collect();
+        effects.iter().map(|e| (*e, Dice::new(std::array::from_fn(|_| random.random())))).collect();
     let length = runs.first().map_or(1.0, |run| run.sampling.interval * run.sampling.count as f64);
     let mut scene = Scene::linear(damping, drive, 0.0, length);
     scene.sprung = !matches!(regime, Regime::NoSpring | Regime::ClosedLoop);
@@ -327,7 +327,7 @@ fn sizes(regime: Regime, theme: &Theme, damping: f64, dice: &mut [(&Effect, Dice
     match regime {
         Regime::Sticking => {
             // Friction to the ground: in the joint, the mass would stick to the moving base.
-            dice.iter_mut().for_each(|(_, dice)| dice.0[0] = 0.0);
+            dice.iter_mut().for_each(|(_, dice)| dice.rolls[0] = 0.0);
             Sizes::Still(random.random_range(STILL.0 + 0.05..STILL.1 - 0.05), STILL)
         }
         // The unit of displacement is that at which the damping changes sign.

@@ -13,6 +13,7 @@ mod chance;
 mod driving;
 mod exciting;
 mod friction;
+mod given;
 mod judge;
 mod lab;
 mod memory;
@@ -42,9 +43,13 @@ use calibrate::{calibrate, hold, linear_motion, measure, shift};
 use catalogue::Effect;
 use chance::log_uniform;
 use parts::SensorFault;
-use scene::{Dice, Drive, Extent, Scene};
+use scene::{Dice, Extent, Scene};
 use shaking::{Run, Subject, Test};
 use truth::Scales;
+
+pub(in crate::rig) use catalogue::{known_name, suits};
+pub(in crate::rig) use given::{Given, GivenEffect, Linear, Moved, suggestions};
+pub(in crate::rig) use scene::Drive;
 
 pub use catalogue::{exercised, names, outside_names, pairs, possible, title};
 pub use regime::Regime;
@@ -260,7 +265,7 @@ impl<'a> Plan<'a> {
             (false, false) => small,
         };
         let mass = log_uniform(random, 0.01, 100.0);
-        let dice = effects.iter().map(|e| (*e, Dice(std::array::from_fn(|_| random.random())))).collect();
+        let dice = effects.iter().map(|e| (*e, Dice::new(std::array::from_fn(|_| random.random())))).collect();
         let targets = effects
             .iter()
             .map(|_| {

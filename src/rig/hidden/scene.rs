@@ -3,7 +3,7 @@
 //! Everything here is without units: lengths over the amplitude scale, times over 1/ω₀. So the stiffness over mass is 1
 //! and the natural period 2π, and one tolerance of integration is right from micrometres to metres.
 
-use super::algebra::{E, du, state, u, v, x};
+use super::algebra::{E, du, state, times, u, v, x};
 use crate::term::Term;
 
 /// How far a quantity goes.
@@ -44,7 +44,7 @@ pub(super) struct Motion {
 
 /// How the plant is driven.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Drive {
+pub(in crate::rig) enum Drive {
     /// The base moves.
     Base,
     /// A force acts.
@@ -86,6 +86,9 @@ impl Control {
 pub(super) struct Scene {
     /// False for a mass that no spring holds.
     pub sprung: bool,
+    /// Stiffness over mass, and acceleration that a unit of a measured force gives: 1 unless the scene has units.
+    pub stiffness: f64,
+    pub mobility: f64,
     /// Viscous damping over mass, 2ζ; negative where the motion excites itself.
     pub damping: f64,
     /// True if the damper's other end does not move with the base.
@@ -142,6 +145,8 @@ impl Scene {
     pub(super) fn linear(damping: f64, drive: Drive, origin: f64, length: f64) -> Self {
         Self {
             sprung: true,
+            stiffness: 1.0,
+            mobility: 1.0,
             damping,
             grounded_damper: false,
             cubic: 0.0,
@@ -160,11 +165,12 @@ impl Scene {
     pub(super) fn base(&self) -> E {
         let Coordinate { q, p, .. } = self.coordinate(false);
         let damper = if self.grounded_damper { v() } else { p };
-        let stiff = if self.cubic > 0.0 { -q.clone() - q.power(3.0) * self.cubic } else { -q };
+        let linear = times(-q.clone(), self.stiffness);
+        let stiff = if self.cubic > 0.0 { linear - q.power(3.0) * self.cubic } else { linear };
         let restoring = if self.sprung { stiff - damper * self.damping } else { -(damper * self.damping) };
         match (self.drive, self.control) {
             (Drive::Force, Some(control)) => restoring + control.force(),
-            (Drive::Force, None) => restoring + u(0),
+            (Drive::Force, None) => restoring + times(u(0), self.mobility),
             (Drive::Base | Drive::None, _) => restoring,
         }
     }
@@ -193,27 +199,50 @@ impl Scene {
     }
 }
 
-/// Numbers from 0 to 1 that an effect's parameters are made of: the same in every round of its calibration.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Dice(pub [f64; 6]);
+/// Numbers from 0 to 1 that an effect's parameters are made of, the same in every round of its calibration, and parameters
+/// that are given instead.
+#[derive(Clone, Debug)]
+pub(super) struct Dice {
+    pub rolls: [f64; 6],
+    given: Vec<(String, f64)>,
+}
 
 impl Dice {
+    pub(super) fn new(rolls: [f64; 6]) -> Self {
+        Self { rolls, given: Vec::new() }
+    }
+
+    /// The same with parameters given by name, in the scene's units.
+    pub(super) fn giving(self, given: Vec<(String, f64)>) -> Self {
+        Self { given, ..self }
+    }
+
+    /// A parameter that is given.
+    pub(super) fn given(&self, name: &str) -> Option<f64> {
+        self.given.iter().find(|(given, _)| given == name).map(|(_, value)| *value)
+    }
+
+    /// A parameter: the value given, or else the one drawn.
+    pub(super) fn value(&self, name: &str, drawn: f64) -> f64 {
+        self.given(name).unwrap_or(drawn)
+    }
+
     /// Evenly between two bounds.
     pub(super) fn between(&self, die: usize, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.0[die]
+        low + (high - low) * self.rolls[die]
     }
 
     /// Evenly in the logarithm.
     pub(super) fn ratio(&self, die: usize, low: f64, high: f64) -> f64 {
-        (low.ln() + (high / low).ln() * self.0[die]).exp()
+        (low.ln() + (high / low).ln() * self.rolls[die]).exp()
     }
 
     /// −1 or 1.
     pub(super) fn sign(&self, die: usize) -> f64 {
-        if self.0[die] < 0.5 { -1.0 } else { 1.0 }
+        if self.rolls[die] < 0.5 { -1.0 } else { 1.0 }
     }
 
     pub(super) fn heads(&self, die: usize) -> bool {
-        self.0[die] < 0.5
+        self.rolls[die] < 0.5
     }
 }

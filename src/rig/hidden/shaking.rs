@@ -6,13 +6,16 @@ use std::f64::consts::TAU;
 use std::fmt;
 use std::str::FromStr;
 
+use serde::{Deserialize, Serialize};
+
 use super::chance::sign;
 use super::scene::Drive;
 use crate::rig::response::Sampling;
 use crate::rig::{Excitation, Tone};
 
 /// How a plant with a hidden effect is shaken. The band is 0.3 to 2.2 times the natural frequency.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Shaking {
     /// Random-phase multisines: two fitted at a level ratio of 2.5, another held out between them.
     Multisine,

@@ -94,14 +94,14 @@ impl Scales {
         Self { length, rate, interval: rounded, input, mobility: 1.0 / mass, unit, input_unit }
     }
 
-    fn value(&self, value: f64, dimension: Dimension) -> f64 {
+    pub(super) fn value(&self, value: f64, dimension: Dimension) -> f64 {
         match dimension {
             Dimension::Of { length, time } => value * self.length.powi(length) * self.rate.powi(-time),
             Dimension::Input => value * self.input,
         }
     }
 
-    fn unit(&self, dimension: Dimension) -> String {
+    pub(super) fn unit(&self, dimension: Dimension) -> String {
         let Dimension::Of { length, time } = dimension else { return self.input_unit.to_owned() };
         let power = |unit: &str, n: i32| match n.abs() {
             0 => None,

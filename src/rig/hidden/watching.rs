@@ -85,7 +85,7 @@ impl Watching {
     }
 
     /// The instants at which a record's samples are taken: never before 0, and never one after the next.
-    pub(super) fn instants(&self, sampling: &Sampling, seed: u64) -> Vec<f64> {
+    pub(in crate::rig) fn instants(&self, sampling: &Sampling, seed: u64) -> Vec<f64> {
         let even = (0..sampling.count).map(|k| sampling.time(k));
         let Some(normal) = Normal::new(0.0, self.jitter).ok().filter(|_| self.jitter > 0.0) else {
             return even.collect();
@@ -95,7 +95,7 @@ impl Watching {
     }
 
     /// Records a clean displacement, whose RMS over the fitted records is given.
-    pub(super) fn displacement(&self, clean: &[f64], rms: f64, seed: u64, stream: u64) -> Vec<f64> {
+    pub(in crate::rig) fn displacement(&self, clean: &[f64], rms: f64, seed: u64, stream: u64) -> Vec<f64> {
         let size = self.share * rms;
         match self.kind {
             NoiseKind::White => Sensor::noisy(size).measure(clean, seed, stream),
@@ -117,7 +117,7 @@ impl Watching {
     }
 
     /// Records a clean input likewise.
-    pub(super) fn input(&self, clean: &[f64], rms: f64, seed: u64, stream: u64) -> Vec<f64> {
+    pub(in crate::rig) fn input(&self, clean: &[f64], rms: f64, seed: u64, stream: u64) -> Vec<f64> {
         Sensor::noisy(self.input_share * rms).measure(clean, seed, stream)
     }
 }

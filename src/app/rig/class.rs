@@ -1,0 +1,576 @@
+//! The class mode: a round hides an effect, the students guess, then truth, guesses and what the program finds stand in one
+//! table.
+
+use egui::{Align, Grid, Layout, RichText, ScrollArea, Ui, vec2};
+use serde::{Deserialize, Serialize};
+
+use super::{Act, RigRoom};
+use crate::app::dialogs::Purpose;
+use crate::app::theme;
+use crate::app::widgets::{Setting, Spread, card, row, section};
+use crate::app::worker::{Busy, Worker};
+use crate::format::number::significant_trimmed;
+use crate::format::units::raised;
+use crate::gap::{Ask, Progress, Search, Verdict};
+use crate::record::{RecordSet, Usage};
+use crate::rig::hidden::{Hidden, Request, Shaking, Watching, draw, names, possible, title};
+use crate::study::Cancel;
+
+/// Ways to shake, with what a teacher calls them.
+const SHAKINGS: [(Shaking, &str); 5] = [
+    (Shaking::Multisine, "multisines at two levels"),
+    (Shaking::SweepPair, "a sweep up and one down"),
+    (Shaking::Tones, "four tones"),
+    (Shaking::Decay, "free decays"),
+    (Shaking::SingleTone, "one steady tone"),
+];
+
+/// What a round hides, and how its data are made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ClassCase {
+    /// Seed of all that is drawn.
+    pub seed: u64,
+    /// The effect; none: the seed draws one.
+    pub effect: Option<String>,
+    /// Standard deviation of the displacement's noise over its RMS.
+    pub noise: f64,
+    /// RMS missing force over RMS spring force.
+    pub ratio: f64,
+    /// How the plant is shaken.
+    pub shaking: Shaking,
+    /// Samples in all fitted records together.
+    pub samples: usize,
+}
+
+impl Default for ClassCase {
+    fn default() -> Self {
+        Self { seed: 1, effect: None, noise: 0.01, ratio: 0.1, shaking: Shaking::Multisine, samples: 3000 }
+    }
+}
+
+impl ClassCase {
+    /// The same as the virtual rig is asked for it.
+    pub(crate) fn request(&self) -> Request {
+        let request = match &self.effect {
+            Some(effect) => Request::new([effect.as_str()], self.shaking, self.seed),
+            None => Request::blind(self.shaking, self.seed),
+        };
+        Request { watching: Watching::white(self.noise), ratio: Some(self.ratio), samples: self.samples, ..request }
+    }
+}
+
+/// What somebody took it for.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Guess {
+    /// Who: a student or a group; may be empty.
+    pub who: String,
+    /// Name of the effect.
+    pub effect: String,
+}
+
+/// What the program found.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Answered {
+    /// Names of the effects that it added.
+    pub effects: Vec<String>,
+    /// Its verdict.
+    pub verdict: String,
+    /// The verdict in one sentence.
+    pub sentence: String,
+}
+
+/// One round.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ClassRound {
+    /// What it hides.
+    pub case: ClassCase,
+    /// Name of the hidden effect, drawn or chosen.
+    pub hidden: String,
+    /// What is hidden, in words.
+    pub description: String,
+    /// What the students took it for.
+    pub guesses: Vec<Guess>,
+    /// Whether the truth was told.
+    pub revealed: bool,
+    /// What the program found, once it has searched.
+    pub answered: Option<Answered>,
+}
+
+/// The class mode as it stands.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ClassState {
+    /// The round that is prepared, or the one that is open.
+    pub case: ClassCase,
+    /// The rounds, the last may be open.
+    pub rounds: Vec<ClassRound>,
+    /// Who guesses next, and what.
+    pub who: String,
+    /// The effect chosen in the list of guesses.
+    pub guess: Option<String>,
+}
+
+impl ClassState {
+    /// The round that is open: its truth was not told yet.
+    pub(crate) fn open(&self) -> Option<&ClassRound> {
+        self.rounds.last().filter(|round| !round.revealed)
+    }
+
+    fn open_mut(&mut self) -> Option<&mut ClassRound> {
+        self.rounds.last_mut().filter(|round| !round.revealed)
+    }
+
+    /// The case whose records are given out: of the open round.
+    pub(crate) fn given_out(&self) -> Option<&ClassCase> {
+        self.open().map(|round| &round.case)
+    }
+}
+
+enum Question {
+    /// Draw what a round hides.
+    Draw(ClassCase),
+    /// Search for it in its records.
+    Search(usize, ClassCase),
+}
+
+enum Answer {
+    Drawn(ClassCase, Result<(String, String), String>),
+    Searched(usize, Result<Answered, String>),
+    Crashed,
+}
+
+/// The thread of the class mode.
+pub(super) struct ClassWork {
+    worker: Worker<Question, Answer>,
+    /// The round that is searched.
+    searching: Option<usize>,
+    drawing: bool,
+    failure: Option<String>,
+}
+
+impl ClassWork {
+    pub(super) fn new(wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
+        let worker = Worker::spawn(
+            "class",
+            wake,
+            |question, cancel, tell| Some(answer(question, cancel, tell)),
+            || Answer::Crashed,
+        )?;
+        Ok(Self { worker, searching: None, drawing: false, failure: None })
+    }
+
+    pub(super) fn busy(&self) -> Option<Busy> {
+        self.worker.busy().filter(|_| self.searching.is_some() || self.drawing)
+    }
+
+    pub(super) fn collect(&mut self, state: &mut ClassState) {
+        while let Some(answer) = self.worker.answer() {
+            match answer {
+                Answer::Drawn(case, Ok((hidden, description))) => {
+                    self.drawing = false;
+                    let (guesses, revealed, answered) = (Vec::new(), false, None);
+                    state.rounds.push(ClassRound { case, hidden, description, guesses, revealed, answered });
+                }
+                Answer::Drawn(_, Err(problem)) => {
+                    self.drawing = false;
+                    self.failure = Some(problem);
+                }
+                Answer::Searched(index, Ok(found)) => {
+                    self.searching = None;
+                    if let Some(round) = state.rounds.get_mut(index) {
+                        round.answered = Some(found);
+                    }
+                }
+                Answer::Searched(_, Err(problem)) => {
+                    self.searching = None;
+                    self.failure = Some(problem).filter(|p| !p.is_empty());
+                }
+                Answer::Crashed => {
+                    (self.searching, self.drawing) = (None, false);
+                    self.failure = Some("that failed by an error of the program itself; please report it".into());
+                }
+            }
+        }
+    }
+
+    fn search(&mut self, state: &ClassState, index: usize) {
+        let Some(round) = state.rounds.get(index) else { return };
+        self.failure = None;
+        self.searching = Some(index);
+        self.worker.ask_instead(Question::Search(index, round.case.clone()));
+    }
+}
+
+fn answer(question: Question, cancel: &Cancel, tell: &(dyn Fn(f64) + Sync)) -> Answer {
+    match question {
+        Question::Draw(case) => {
+            let drawn = draw(&case.request()).map_err(|e| e.to_string());
+            let told = drawn.map(|hidden| (hidden.truth.effects.join(", "), hidden.truth.description));
+            Answer::Drawn(case, told)
+        }
+        Question::Search(index, case) => Answer::Searched(index, search(&case, cancel, tell)),
+    }
+}
+
+/// What the program names in the records of a case; an empty reason if it was stopped.
+fn search(case: &ClassCase, cancel: &Cancel, tell: &(dyn Fn(f64) + Sync)) -> Result<Answered, String> {
+    let hidden = draw(&case.request()).map_err(|e| e.to_string())?;
+    let search = Search::new(&records(hidden), &Ask::default()).map_err(|e| e.to_string())?;
+    let hear = |progress: Progress| {
+        if let Progress::Step(_, share) = progress {
+            tell(share);
+        }
+    };
+    let found = search
+        .diagnose(&hear, cancel)
+        .map_err(|e| if cancel.is_cancelled() { String::new() } else { e.to_string() })?;
+    let added = found.stages.last().map_or(&[][..], |stage| &stage.effects);
+    let verdict = match found.verdict {
+        Verdict::Named => "named",
+        Verdict::Ambiguous => "ambiguous",
+        Verdict::Unexplained => "unexplained",
+        Verdict::NothingMissing => "nothing missing",
+    };
+    Ok(Answered {
+        effects: added.iter().map(|e| e.choice.effect.clone()).collect(),
+        verdict: verdict.to_owned(),
+        sentence: found.sentence,
+    })
+}
+
+/// A round's records with what each is for.
+pub(crate) fn records(hidden: Hidden) -> RecordSet {
+    let mut set = RecordSet::new(hidden.fit, Usage::Fit);
+    set.add(hidden.held_out, Usage::HeldOut);
+    set
+}
+
+fn named(effect: &str) -> &str {
+    title(effect).unwrap_or(effect)
+}
+
+/// A row of the table.
+struct Row<'a> {
+    round: usize,
+    of: &'a ClassRound,
+    guess: Option<&'a Guess>,
+}
+
+impl Row<'_> {
+    fn right(&self) -> Option<bool> {
+        self.guess.filter(|_| self.of.revealed).map(|guess| guess.effect == self.of.hidden)
+    }
+
+    fn found(&self) -> Option<String> {
+        let found = self.of.answered.as_ref()?;
+        let names: Vec<&str> = found.effects.iter().map(|e| named(e)).collect();
+        Some(if names.is_empty() { found.verdict.clone() } else { names.join(" and ") })
+    }
+}
+
+fn rows(state: &ClassState) -> Vec<Row<'_>> {
+    let mut rows = Vec::new();
+    for (index, of) in state.rounds.iter().enumerate() {
+        let round = index + 1;
+        if of.guesses.is_empty() {
+            rows.push(Row { round, of, guess: None });
+        }
+        rows.extend(of.guesses.iter().map(|guess| Row { round, of, guess: Some(guess) }));
+    }
+    rows
+}
+
+/// The rounds whose truth was told as CSV, one line a guess.
+pub(super) fn csv(state: &ClassState) -> String {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let head = ["round", "who", "guess", "right", "hidden", "found", "verdict", "noise", "ratio", "excitation", "seed"];
+    // Writing to memory does not fail.
+    let _ = writer.write_record(head);
+    for row in rows(state).iter().filter(|row| row.of.revealed) {
+        let found = row.of.answered.as_ref();
+        let _ = writer.write_record([
+            row.round.to_string(),
+            row.guess.map_or(String::new(), |g| g.who.clone()),
+            row.guess.map_or(String::new(), |g| g.effect.clone()),
+            row.right().map_or(String::new(), |right| if right { "yes" } else { "no" }.to_owned()),
+            row.of.hidden.clone(),
+            found.map_or(String::new(), |f| f.effects.join(" ")),
+            found.map_or(String::new(), |f| f.verdict.clone()),
+            row.of.case.noise.to_string(),
+            row.of.case.ratio.to_string(),
+            row.of.case.shaking.to_string(),
+            row.of.case.seed.to_string(),
+        ]);
+    }
+    String::from_utf8(writer.into_inner().unwrap_or_default()).unwrap_or_default()
+}
+
+/// The left column: what the next round hides; nothing of it while one is open, for the students look on.
+pub(super) fn form(ui: &mut Ui, room: &mut RigRoom, state: &mut ClassState) {
+    let number = state.rounds.len() + usize::from(state.open().is_none());
+    section(ui, &format!("ROUND {number}"), |_| {}, |_| {});
+    if state.open().is_some() {
+        ui.add(egui::Label::new("The round is open: what it hides is not shown here until it is revealed.").wrap());
+        return;
+    }
+    let case = &mut state.case;
+    row(ui, "Hide", "The effect that the rig hides", |ui| {
+        let shown = case.effect.as_deref().map_or("drawn by the seed", named);
+        let width = ui.available_width();
+        let combo =
+            egui::ComboBox::from_id_salt("hide").width(width).truncate().selected_text(shown).show_ui(ui, |ui| {
+                ui.selectable_value(&mut case.effect, None, "drawn by the seed");
+                for name in names().filter(|name| possible(name, case.shaking)) {
+                    ui.selectable_value(&mut case.effect, Some(name.to_owned()), named(name));
+                }
+            });
+        combo.response.accessible_name("Hide");
+    });
+    row(ui, "Excitation", "How the plant is shaken; the band is 0.3 to 2.2 times its natural frequency", |ui| {
+        let shown = SHAKINGS.iter().find(|(s, _)| *s == case.shaking).map_or("", |(_, label)| label);
+        let width = ui.available_width();
+        let combo =
+            egui::ComboBox::from_id_salt("shaking").width(width).truncate().selected_text(shown).show_ui(ui, |ui| {
+                for (shaking, label) in SHAKINGS {
+                    ui.selectable_value(&mut case.shaking, shaking, label);
+                }
+            });
+        combo.response.accessible_name("Excitation");
+    });
+    for (label, tooltip, range, value) in [
+        (
+            "Noise",
+            "Standard deviation of the displacement's noise, as a share of its RMS",
+            0.01..=20.0,
+            &mut case.noise,
+        ),
+        ("Strength", "The hidden force's RMS as a share of the spring's", 1.0..=40.0, &mut case.ratio),
+    ] {
+        let mut percent = 100.0 * *value;
+        let setting = Setting {
+            label,
+            tooltip,
+            unit: ", %",
+            range,
+            spread: Spread::Logarithmic,
+            grid: 0.0,
+            suggestion: None,
+            marks: &[],
+            format: &|v| format!("{} %", significant_trimmed(v, 3)),
+        };
+        if setting.show(ui, &mut percent) {
+            *value = percent / 100.0;
+        }
+    }
+    let mut seed = case.seed as f64;
+    let setting = Setting {
+        label: "Seed",
+        tooltip: "Draws the plant, the effect's shape and the noise, and the effect itself if none is chosen",
+        unit: "",
+        range: 1.0..=1000.0,
+        spread: Spread::Linear,
+        grid: 1.0,
+        suggestion: None,
+        marks: &[],
+        format: &|v| format!("{v:.0}"),
+    };
+    if setting.show(ui, &mut seed) {
+        case.seed = seed as u64;
+    }
+    ui.add_space(6.0);
+    let ready = !room.class.drawing;
+    if ui.add_enabled(ready, egui::Button::new("Begin the round")).clicked() {
+        room.class.failure = None;
+        room.class.drawing = true;
+        room.class.worker.ask_instead(Question::Draw(case.clone()));
+    }
+}
+
+/// The right column: how a round goes.
+pub(super) fn rules(ui: &mut Ui) {
+    section(ui, "HOW A ROUND GOES", |_| {}, |_| {});
+    for (number, text) in [
+        "Choose on the left what is hidden, or let the seed draw it, and begin the round.",
+        "Give the data out: study them here, or save them for the students' own machines. The file does not tell.",
+        "Take down each guess from the list of effects.",
+        "Reveal: the truth is told, and the program searches the same records.",
+        "Every round stays in the table, which is saved with the session and exported as CSV.",
+    ]
+    .iter()
+    .enumerate()
+    {
+        ui.horizontal_top(|ui| {
+            ui.label(RichText::new(format!("{}.", number + 1)).weak());
+            ui.add(egui::Label::new(*text).wrap());
+        });
+    }
+}
+
+/// The centre: the open round, and the table of all.
+pub(super) fn show(ui: &mut Ui, room: &mut RigRoom, state: &mut ClassState, acts: &mut Vec<Act>) {
+    let colors = theme::accents(ui.visuals().dark_mode);
+    if let Some(failure) = room.class.failure.clone() {
+        card(ui, colors.wrong, |ui| {
+            ui.add(egui::Label::new(RichText::new(raised(&failure)).color(colors.wrong)).wrap());
+        });
+    }
+    ui.add_space(4.0);
+    if state.open().is_some() {
+        open_round(ui, room, state, acts);
+    } else if room.class.drawing {
+        ui.weak("making the records…");
+    } else if state.rounds.is_empty() {
+        ui.label(RichText::new("No round yet").size(18.0).strong());
+        ui.weak("Choose on the left what the first one hides, and begin it");
+    }
+    if state.rounds.iter().any(|round| round.revealed) {
+        ui.add_space(8.0);
+        table(ui, room, state, acts);
+    }
+}
+
+fn open_round(ui: &mut Ui, room: &mut RigRoom, state: &mut ClassState, acts: &mut Vec<Act>) {
+    let accent = theme::accents(ui.visuals().dark_mode).accent;
+    let number = state.rounds.len();
+    let mut reveal = false;
+    card(ui, accent, |ui| {
+        ui.label(RichText::new(format!("Round {number}: which effect is hidden?")).size(18.0).strong());
+        ui.horizontal_wrapped(|ui| {
+            if ui
+                .button("Study the data in Identify")
+                .on_hover_text("Open the round's records; they do not tell what they hide")
+                .clicked()
+            {
+                acts.push(Act::StudyRound);
+            }
+            if ui.button("Save the data…").on_hover_text("The records as CSV, for the students' own machines").clicked()
+            {
+                acts.push(Act::Save(Purpose::RoundRecords));
+            }
+        });
+        ui.add_space(4.0);
+        ui.horizontal_wrapped(|ui| {
+            ui.label("Who");
+            ui.add(egui::TextEdit::singleline(&mut state.who).hint_text("name or group").desired_width(120.0))
+                .accessible_name("Who");
+            ui.label("takes it for");
+            let shown = state.guess.as_deref().map_or("an effect…", named);
+            let combo =
+                egui::ComboBox::from_id_salt("guess").width(230.0).truncate().selected_text(shown).show_ui(ui, |ui| {
+                    for name in names() {
+                        ui.selectable_value(&mut state.guess, Some(name.to_owned()), named(name));
+                    }
+                });
+            combo.response.accessible_name("Guess");
+            if ui.add_enabled(state.guess.is_some(), egui::Button::new("Take down")).clicked()
+                && let Some(effect) = state.guess.take()
+            {
+                let who = std::mem::take(&mut state.who).trim().to_owned();
+                if let Some(round) = state.open_mut() {
+                    round.guesses.push(Guess { who, effect });
+                }
+            }
+        });
+        let mut removed = None;
+        for (index, guess) in state.open().map_or(&[][..], |round| &round.guesses).iter().enumerate() {
+            ui.horizontal(|ui| {
+                let who = if guess.who.is_empty() { "somebody" } else { &guess.who };
+                ui.label(format!("{who}: {}", named(&guess.effect)));
+                if ui.small_button("remove").clicked() {
+                    removed = Some(index);
+                }
+            });
+        }
+        if let (Some(index), Some(round)) = (removed, state.open_mut()) {
+            round.guesses.remove(index);
+        }
+        ui.add_space(4.0);
+        let hint = "Tells what was hidden, and lets the program search the same records";
+        reveal = ui.button(RichText::new("Reveal").strong()).on_hover_text(hint).clicked();
+    });
+    if reveal {
+        if let Some(round) = state.open_mut() {
+            round.revealed = true;
+        }
+        state.case.seed = state.case.seed % 1000 + 1;
+        room.class.search(state, number - 1);
+    }
+}
+
+fn table(ui: &mut Ui, room: &mut RigRoom, state: &mut ClassState, acts: &mut Vec<Act>) {
+    let colors = theme::accents(ui.visuals().dark_mode);
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("Truth, guesses and what the program found").size(15.0).strong());
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if ui.button("Export as CSV…").clicked() {
+                acts.push(Act::Save(Purpose::Rounds));
+            }
+        });
+    });
+    let mut again = None;
+    let busy = room.class.worker.busy().and_then(|b| b.progress);
+    let searching = room.class.searching;
+    ScrollArea::both().id_salt("rounds").auto_shrink([false, true]).max_height(0.55 * ui.available_height()).show(
+        ui,
+        |ui| {
+            Grid::new("class rounds").num_columns(6).striped(true).spacing(vec2(16.0, 4.0)).show(ui, |ui| {
+                for head in ["round", "hidden", "who", "guess", "", "the program"] {
+                    ui.label(RichText::new(head).weak().size(12.0));
+                }
+                ui.end_row();
+                let mut told = 0;
+                for row in rows(state).into_iter().filter(|row| row.of.revealed) {
+                    let first = row.round != told;
+                    told = row.round;
+                    ui.label(if first { row.round.to_string() } else { String::new() });
+                    ui.label(if first { named(&row.of.hidden) } else { "" });
+                    ui.label(row.guess.map_or("", |g| g.who.as_str()));
+                    ui.label(row.guess.map_or("–", |g| named(&g.effect)));
+                    match row.right() {
+                        Some(true) => ui.colored_label(colors.good, "right"),
+                        Some(false) => ui.colored_label(colors.caution, "wrong"),
+                        None => ui.label(""),
+                    };
+                    match (row.found(), searching == Some(row.round - 1)) {
+                        _ if !first => {
+                            ui.label("");
+                        }
+                        (Some(found), _) => {
+                            let right = row.of.answered.as_ref().is_some_and(|a| a.effects == [row.of.hidden.clone()]);
+                            ui.colored_label(if right { colors.good } else { colors.caution }, found);
+                        }
+                        (None, true) => {
+                            let share = busy.unwrap_or(0.0) as f32;
+                            ui.add(egui::ProgressBar::new(share).desired_width(120.0).text("searching…"));
+                        }
+                        (None, false) => {
+                            if ui.button("Let it search").clicked() {
+                                again = Some(row.round - 1);
+                            }
+                        }
+                    }
+                    ui.end_row();
+                }
+            });
+        },
+    );
+    if searching.is_some() && ui.button("Stop the search").clicked() {
+        room.class.worker.cancel();
+        room.class.searching = None;
+    }
+    if let Some(index) = again {
+        room.class.search(state, index);
+    }
+    if let Some(round) = state.rounds.iter().rev().find(|round| round.revealed) {
+        ui.add_space(6.0);
+        card(ui, colors.accent, |ui| {
+            ui.add(egui::Label::new(RichText::new("The last truth").strong()).wrap());
+            ui.add(egui::Label::new(raised(&round.description)).wrap());
+            if let Some(found) = &round.answered {
+                ui.add_space(2.0);
+                ui.add(egui::Label::new(format!("The program: {}", raised(&found.sentence))).wrap());
+            }
+        });
+    }
+}
