@@ -204,8 +204,11 @@ fn varies(values: Option<&Vec<f64>>) -> bool {
 mod tests {
     use super::*;
 
+    /// A column's name, and its values by row.
+    type Named = (&'static str, fn(f64) -> f64);
+
     /// The guess for columns `name=values`, as `t x1 - u1`.
-    fn told(columns: &[(&str, fn(f64) -> f64)]) -> String {
+    fn told(columns: &[Named]) -> String {
         let headings: Vec<Heading> = columns.iter().map(|(name, _)| Heading::new(name, None)).collect();
         let first: Vec<Vec<f64>> =
             columns.iter().map(|(_, value)| (0..50).map(|i| value(f64::from(i))).collect()).collect();
@@ -228,7 +231,7 @@ mod tests {
         fn still(_: f64) -> f64 {
             2.0
         }
-        let columns: [(&[(&str, fn(f64) -> f64)], &str); 9] = [
+        let columns: [(&[Named], &str); 9] = [
             (&[("Zeit", rising), ("Laser 2 (mm)", wave), ("Kraft (N)", wave)], "t x1 u1"),
             (&[("n", count), ("clock", rising), ("Beschleunigung 1", wave), ("Beschleunigung 2", wave)], "- t a1 a2"),
             (&[("ch1 [m/s^2]", wave), ("ch2 [lbf]", wave)], "a1 u1"),

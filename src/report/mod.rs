@@ -34,6 +34,7 @@ use sections::Composed;
 
 pub use arrangement::{Arrangement, Item, Paper, Section, Sections};
 pub use single::{FigureFormat, FigureKind, FigureSize};
+#[cfg(feature = "desktop")]
 pub(crate) use svg::escape;
 
 /// What a report is made of.

@@ -117,7 +117,7 @@ fn the_rig_follows_its_controls_and_hands_its_record_over() {
     let path = home.path().join("rig.csv");
     window.click_hidden("Save as CSV…");
     window.save_to(&path);
-    let read = read_set(&[path.clone()], &[], &ReadOptions::default()).unwrap();
+    let read = read_set(std::slice::from_ref(&path), &[], &ReadOptions::default()).unwrap();
     assert_eq!(read.entries.len(), 2, "both records");
     let truth = std::fs::read_to_string(path.with_extension("truth.json")).unwrap();
     assert!(truth.contains("\"cubic_stiffness\"") && truth.contains("\"x^3\""), "{truth}");

@@ -195,7 +195,7 @@ fn rig(pen: &Pen, area: Rect, made: &Made, pose: &Pose) {
         pen.text(block.center(), Align2::CENTER_CENTER, &name, 14.0, pen.line.color);
         // Rollers where nothing rubs, a rough strip where something does.
         let chain_rubs = !one && ground_friction(made, k, count);
-        if rubbing && settings.to_ground || rubbing && !base_moves || chain_rubs {
+        if rubbing && (settings.to_ground || !base_moves) || chain_rubs {
             let strip = Rect::from_min_max(pos2(block.left(), block.bottom()), pos2(block.right(), floor));
             pen.painter.rect_filled(strip, 0.0, rub);
         } else {

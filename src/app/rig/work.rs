@@ -14,11 +14,14 @@ pub(super) struct Question {
     pub(super) usual_library: bool,
 }
 
+/// The rig's records and the study of them; either may have failed, with a sentence.
+pub(super) type Made = Result<(Arc<RigRun>, Result<Arc<Outcome>, String>), String>;
+
 /// What came of it; it carries what it was asked with.
 pub(super) struct Answer {
     pub(super) ticket: u64,
     pub(super) settings: RigSettings,
-    pub(super) result: Result<(Arc<RigRun>, Result<Arc<Outcome>, String>), String>,
+    pub(super) result: Made,
 }
 
 pub(super) fn worker(wake: impl Fn() + Send + 'static) -> std::io::Result<Worker<Question, Option<Answer>>> {
