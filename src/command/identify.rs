@@ -12,7 +12,7 @@ use crate::format::number::significant;
 use crate::format::units::format_si;
 use crate::record::{Role, Usage};
 use crate::report::{Arrangement, Report};
-use crate::study::Horizon;
+use crate::study::{self, Horizon};
 
 /// Options of `identify`.
 #[derive(Debug, Args)]
@@ -71,7 +71,11 @@ pub(super) fn run(options: &Options) -> Output {
                 diagnosis: None,
                 arrangement: &Arrangement::default(),
             };
-            let mut text = format!("{}\n{}", equations::text(model, Some(&units)), report.summary());
+            let integrated = match analysis.outcome.settings.form {
+                study::Form::Integral => equations::integral_text(model, Some(&units)) + "or\n",
+                _ => String::new(),
+            };
+            let mut text = format!("{integrated}{}\n{}", equations::text(model, Some(&units)), report.summary());
             text.push_str(&predicts(&analysis));
             text
         }

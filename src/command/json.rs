@@ -6,11 +6,11 @@ use serde_json::{Value, json};
 
 use super::analysis::Analysis;
 use super::failure::Failure;
-use crate::format::equations::is_kinematic;
-use crate::model::{Mode, Model, Units};
+use crate::format::equations::{integrated_state, is_kinematic};
+use crate::model::{Equation, Mode, Model, Units, WeightedTerm};
 use crate::record::Usage;
 use crate::study::{EquationFit, Form, Horizon, Kinematics, Lock, Outcome, Scaling, Score, Settings, Severity};
-use crate::term::{Kind, Layout, Symbol, Term};
+use crate::term::{Kind, Layout, Symbol, Term, integral};
 
 /// The version of the fields below.
 pub(super) const VERSION: u32 = 1;
@@ -36,6 +36,10 @@ pub(super) fn identified(analysis: &Analysis) -> Value {
         "status": if outcome.diverged() { "diverged" } else { "ok" },
         "settings": settings(&outcome.settings, &outcome.model.layout),
         "equations": equations(&outcome.model, &outcome.units()),
+        "integral_form": match outcome.settings.form {
+            Form::Integral => json!(integral_form(&outcome.model)),
+            Form::Derivative | Form::Weak { .. } => Value::Null,
+        },
         "train": run(outcome.train, analysis.horizons[0]),
         "test": run(outcome.test, analysis.horizons[1]),
         "noise_floor": outcome.noise_floor,
@@ -105,10 +109,11 @@ fn settings(settings: &Settings, layout: &Layout) -> Value {
         "form": match settings.form {
             Form::Derivative => "derivative",
             Form::Weak { .. } => "weak",
+            Form::Integral => "integral",
         },
         "half_width": match settings.form {
             Form::Weak { half_width } => half_width,
-            Form::Derivative => None,
+            Form::Derivative | Form::Integral => None,
         },
         "regressor": settings.regressor.name(),
         "threshold": settings.threshold,
@@ -185,6 +190,23 @@ pub(super) fn equations(model: &Model, units: &Units) -> Vec<Value> {
             json!({ "state": model.layout.name(state), "terms": terms })
         })
         .collect()
+}
+
+/// The equations integrated once over time, but for each one's constant.
+fn integral_form(model: &Model) -> Vec<Value> {
+    let fitted = model.iter().filter(|(state, equation)| !is_kinematic(model, *state, equation));
+    let written = |(state, equation): (Symbol, &Equation)| {
+        let term = |t: &WeightedTerm| {
+            json!({
+                "term": integral(&t.term, &model.layout),
+                "coefficient": t.coefficient,
+                "std_error": t.std_error,
+            })
+        };
+        let terms: Vec<Value> = equation.terms.iter().map(term).collect();
+        json!({ "left": integrated_state(model, state), "terms": terms })
+    };
+    fitted.map(written).collect()
 }
 
 /// Angles in radians.

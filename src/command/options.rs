@@ -14,7 +14,7 @@ use crate::record::{ColumnMap, ReadOptions, RecordSet, read_set};
 use crate::study::{
     Differentiation, Form, Kinematics, Known, Lock, NARROWEST, Regressor, Scaling, Settings, force_over_mass,
 };
-use crate::term::{Kind, Part, Term, by_equation};
+use crate::term::{Kind, Part, Term, by_equation, is_integral, rate};
 
 /// Data, and how they are read.
 #[derive(Debug, Args)]
@@ -174,12 +174,17 @@ impl StudyOptions {
 
     /// Whether the form is left to the data: who gives a smoothing means the derivatives that it makes.
     pub(super) fn form_is_free(&self) -> bool {
+        self.data.kind != KindName::Integral && self.rows_are_free()
+    }
+
+    /// Whether neither a form nor a smoothing is given.
+    fn rows_are_free(&self) -> bool {
         self.form.is_none() && self.half_width.is_none() && self.window_is_free() && self.order_is_free()
     }
 
     /// Whether refinement is left to the data: who gives a smoothing or a threshold means what they make.
     pub(super) fn refinement_is_free(&self) -> bool {
-        self.refine.is_none() && self.form_is_free() && self.threshold.is_none()
+        self.refine.is_none() && self.rows_are_free() && self.threshold.is_none()
     }
 
     /// Puts what was asked for over what was suggested.
@@ -207,6 +212,8 @@ impl StudyOptions {
         }
         match (self.form, self.half_width) {
             (Some(FormName::Derivative), _) => settings.form = Form::Derivative,
+            (Some(FormName::Integral), _) => settings.form = Form::Integral,
+            (None, _) if self.data.kind == KindName::Integral => settings.form = Form::Integral,
             (Some(FormName::Weak), half_width) => settings.form = Form::Weak { half_width },
             // Only the weak form has test functions.
             (None, Some(half_width)) => settings.form = Form::Weak { half_width: Some(half_width) },
@@ -344,10 +351,14 @@ impl StudyOptions {
         if smoothing.method.is_local() {
             option("order", &smoothing.order.to_string());
         }
-        if let Form::Weak { half_width } = settings.form {
-            option("form", "weak");
-            if let Some(half_width) = half_width {
-                option("half-width", &half_width.to_string());
+        match settings.form {
+            Form::Derivative => {}
+            Form::Integral => option("form", "integral"),
+            Form::Weak { half_width } => {
+                option("form", "weak");
+                if let Some(half_width) = half_width {
+                    option("half-width", &half_width.to_string());
+                }
             }
         }
         if settings.regressor != Regressor::default() {
@@ -465,8 +476,9 @@ impl FromStr for Terms {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
+        let read = if is_integral(text) { rate } else { Term::parse };
         by_equation(text, |piece| {
-            Term::parse(piece).map_err(|e| (e.column - 1, format!("{:?} is no term: {}", e.text, e.problem)))
+            read(piece).map_err(|e| (e.column - 1, format!("{:?} is no term: {}", e.text, e.problem)))
         })
         .map(Self)
     }
@@ -581,14 +593,24 @@ macro_rules! named {
     };
 }
 
-named! {
-    /// Order of the equations, by name.
-    KindName => Kind {
-        /// Displacements are given, velocities are derived
-        #[default]
-        SecondOrder,
-        /// Every state is given
-        FirstOrder,
+/// What the equations are, by name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(super) enum KindName {
+    /// Displacements are given, velocities are derived
+    #[default]
+    SecondOrder,
+    /// Every state is given
+    FirstOrder,
+    /// As second-order, every equation integrated once over time: velocities against integrals, `int(x)`
+    Integral,
+}
+
+impl From<KindName> for Kind {
+    fn from(name: KindName) -> Self {
+        match name {
+            KindName::SecondOrder | KindName::Integral => Self::SecondOrder,
+            KindName::FirstOrder => Self::FirstOrder,
+        }
     }
 }
 
@@ -650,6 +672,8 @@ enum FormName {
     Derivative,
     /// In averages over test functions, which take the derivatives off the measurement
     Weak,
+    /// Integrated once over time
+    Integral,
 }
 
 named! {

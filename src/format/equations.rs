@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::number::{align_at_point, format_measured};
 use crate::model::{Equation, Model, Units, WeightedTerm, kinematic};
-use crate::term::{Expression, Kind, Symbol, latex_number};
+use crate::term::{Expression, Kind, Symbol, Term, integral, latex_number};
 
 /// True if this is the known `dx/dt = v` of a second-order model, and so says nothing that was identified.
 pub fn is_kinematic(model: &Model, state: Symbol, equation: &Equation) -> bool {
@@ -26,30 +26,61 @@ pub fn text(model: &Model, units: Option<&Units>) -> String {
         let name = model.layout.name(state);
         if is_kinematic(model, state, equation) {
             let _ = writeln!(out, "d{name}/dt = {}", equation.terms[0].term.summary(&model.layout));
-            continue;
+        } else {
+            let units = |term: &Term| units.and_then(|u| u.coefficient(state, term));
+            out.push_str(&lines([&format!("d{name}/dt"), ""], equation, |t| t.summary(&model.layout), units));
         }
-        if equation.terms.is_empty() {
-            let _ = writeln!(out, "d{name}/dt = 0");
-            continue;
+    }
+    out
+}
+
+/// The same equations integrated once over time, each with the constant that a record begins with: of second order
+/// `dx/dt = …` with `x` and `int(x)` for what stands with `v` and `x` in `dv/dt = …`.
+pub fn integral_text(model: &Model, units: Option<&Units>) -> String {
+    let mut out = String::new();
+    for (state, equation) in model.iter().filter(|(state, equation)| !is_kinematic(model, *state, equation)) {
+        let left = integrated_state(model, state);
+        let units = |term: &Term| units.and_then(|u| u.coefficient(state, term));
+        out.push_str(&lines([&left, "constant"], equation, |t| integral(t, &model.layout), units));
+    }
+    out
+}
+
+/// What stands on the left of an equation that is integrated once over time: of second order `dx/dt`.
+pub fn integrated_state(model: &Model, state: Symbol) -> String {
+    match (model.layout.kind, state) {
+        (Kind::SecondOrder, Symbol::Rate(i)) => format!("d{}/dt", model.layout.name(Symbol::State(i))),
+        _ => model.layout.name(state),
+    }
+}
+
+/// One equation, a line a term, after its left side and what the right side begins with.
+fn lines(
+    [left, first]: [&str; 2],
+    equation: &Equation,
+    text: impl Fn(&Term) -> String,
+    unit: impl Fn(&Term) -> Option<String>,
+) -> String {
+    if equation.terms.is_empty() {
+        return format!("{left} = {}\n", if first.is_empty() { "0" } else { first });
+    }
+    let mut out = if first.is_empty() { format!("{left} =\n") } else { format!("{left} = {first} +\n") };
+    let terms = by_share(equation);
+    let numbers: Vec<String> = terms.iter().map(|t| format_measured(t.coefficient, t.std_error)).collect();
+    let texts: Vec<String> = terms.iter().map(|t| text(&t.term)).collect();
+    let width = texts.iter().map(|t| t.chars().count()).max().unwrap_or(0);
+    for ((number, text), term) in align_at_point(&numbers).iter().zip(&texts).zip(&terms) {
+        let number = number.replace('−', "-");
+        let _ = write!(out, "  {number}  {text:<width$}");
+        if term.share > 0.0 {
+            let _ = write!(out, "  {:5.1} %", 100.0 * term.share);
         }
-        let _ = writeln!(out, "d{name}/dt =");
-        let terms = by_share(equation);
-        let numbers: Vec<String> = terms.iter().map(|t| format_measured(t.coefficient, t.std_error)).collect();
-        let texts: Vec<String> = terms.iter().map(|t| t.term.summary(&model.layout)).collect();
-        let width = texts.iter().map(|t| t.chars().count()).max().unwrap_or(0);
-        for ((number, text), term) in align_at_point(&numbers).iter().zip(&texts).zip(&terms) {
-            let number = number.replace('−', "-");
-            let _ = write!(out, "  {number}  {text:<width$}");
-            if term.share > 0.0 {
-                let _ = write!(out, "  {:5.1} %", 100.0 * term.share);
-            }
-            if let Some(unit) = units.and_then(|u| u.coefficient(state, &term.term)).filter(|u| u != "1") {
-                let _ = write!(out, "  {unit}");
-            }
-            let end = out.trim_end_matches(' ').len();
-            out.truncate(end);
-            out.push('\n');
+        if let Some(unit) = unit(&term.term).filter(|u| u != "1") {
+            let _ = write!(out, "  {unit}");
         }
+        let end = out.trim_end_matches(' ').len();
+        out.truncate(end);
+        out.push('\n');
     }
     out
 }

@@ -480,8 +480,13 @@ pub(super) fn differentiation(outcome: &Outcome) -> String {
             text.push_str(&format!(" of half width {half_width} samples"));
         }
         text.push_str(", whitened for the sensors' noise");
-    } else if smoothing.filter_library && smoothing.method != Differentiation::TotalVariation {
+        return text;
+    }
+    if smoothing.filter_library && smoothing.method != Differentiation::TotalVariation {
         text.push_str("; every library column passed through the same filter");
+    }
+    if outcome.settings.form == Form::Integral {
+        text.push_str("; equation integrated once over time");
     }
     text
 }

@@ -190,6 +190,7 @@ pub fn choose(
     let form = match settings.form {
         Form::Derivative => "",
         Form::Weak { .. } => "weak form, ",
+        Form::Integral => "integral form, ",
     };
     let refined = if settings.refine && !start.refine { ", coefficients fitted to the response itself" } else { "" };
     let regressor = match settings.regressor {
@@ -594,13 +595,13 @@ impl Plan {
             }
             signals.push(Arc::new(Signals::new(piece, &self.layout, &settings.smoothing, facts)));
         }
-        let Ok(weak) = regression::weak(&self.layout, &terms, &signals, settings.form, &fitted) else {
+        let Ok(basis) = regression::basis(&self.layout, &terms, &signals, settings.form, &fitted) else {
             return Ok(None);
         };
         let mut regressions = Vec::with_capacity(self.pieces.len());
         for signals in signals {
             cancel.check()?;
-            match Regression::new(&self.layout, &terms, &[signals], &settings.smoothing, weak.as_ref(), &fitted) {
+            match Regression::new(&self.layout, &terms, &[signals], &settings.smoothing, &basis, &fitted) {
                 Ok(regression) => regressions.push(regression.bounded(settings)),
                 Err(_) => return Ok(None),
             }

@@ -296,9 +296,9 @@ impl Study {
             return Ok(Arc::clone(regression));
         }
         let signals: Vec<Arc<Signals>> = key.signals.iter().map(|s| Arc::clone(&s.0)).collect();
-        let weak = regression::weak(&self.layout, &key.terms, &signals, key.form, &key.fitted)?;
+        let basis = regression::basis(&self.layout, &key.terms, &signals, key.form, &key.fitted)?;
         let regression =
-            Regression::new(&self.layout, &key.terms, &signals, &key.smoothing, weak.as_ref(), &key.fitted)?;
+            Regression::new(&self.layout, &key.terms, &signals, &key.smoothing, &basis, &key.fitted)?;
         let regression = Arc::new(regression.bounded(settings));
         self.regression = Some((key, Arc::clone(&regression)));
         Ok(regression)

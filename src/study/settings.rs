@@ -42,6 +42,8 @@ pub enum Form {
         /// Half width of the test functions, samples; none: chosen from the data.
         half_width: Option<usize>,
     },
+    /// Integrated once over time: a state against the integrals of the terms, and a constant of each stretch.
+    Integral,
 }
 
 /// What a person has decided about a term.

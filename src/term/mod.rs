@@ -5,6 +5,7 @@
 
 mod calculus;
 mod expression;
+mod integral;
 mod library;
 mod lists;
 mod parse;
@@ -20,6 +21,7 @@ pub use calculus::derivative;
 pub(crate) use calculus::{drift, in_signs};
 pub(crate) use expression::sign;
 pub use expression::{Expression, Function, Symbol};
+pub use integral::{integral, is_integral, rate};
 pub use library::{Family, polynomials};
 pub use lists::{Part, by_equation, list, pieces};
 pub use parse::TermError;

@@ -49,13 +49,19 @@ const METHODS: [(Differentiation, &str, &str); 7] = [
     ),
 ];
 
-const FORMS: [(Form, &str, &str); 2] = [
+const FORMS: [(Form, &str, &str); 3] = [
     (Form::Derivative, "at samples", "The equation holds at each sample, between derivatives of the smoothed motion"),
     (
         Form::Weak { half_width: None },
         "weak form",
         "The equation holds in averages over test functions, which take the derivatives off the measurement: smoothing \
          then biases nothing but forces that are not linear, and the sensor's noise is weighed out",
+    ),
+    (
+        Form::Integral,
+        "integral form",
+        "The equation is integrated once over time: velocities are held against integrals of the terms, and no \
+         acceleration is needed",
     ),
 ];
 

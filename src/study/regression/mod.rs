@@ -13,11 +13,11 @@ use super::known::{lock_of, offered, sign_of};
 use super::weak::{Rows, Weak};
 use super::{EquationFit, Form, Kinematics, Lock, Scaling, Settings, StudyError};
 use crate::model::{Equation, Model, WeightedTerm, kinematic};
-use crate::signal::{Differentiation, Signals, Smoothing, dot};
+use crate::signal::{Differentiation, Signals, Smoothing, dot, rms};
 use crate::sparse::{Constraint, Options, Reduced, Scores, Sign, Solution, drop_path, stlsq};
 use crate::study::outcome::{DroppedTerm, PathTerm};
 use crate::term::{Expression, Kind, Layout, Program, Symbol, Term};
-use rows::{filtered, smooth_alike};
+use rows::{filtered, integrated, smooth_alike};
 use sliding::{Moving, keep};
 pub(super) use sliding::{Raster, sliding, standing};
 pub(super) use uncertainty::Resampling;
@@ -43,10 +43,23 @@ pub(super) struct Regression {
 enum Origin {
     /// From smoothed records, so many samples apart.
     Smoothed { records: Vec<Arc<Signals>>, smoothing: Smoothing, stride: usize },
+    /// From smoothed records, integrated over time.
+    Integrated(Smoothing),
     /// From averages, white as far as the noise is known.
     Averaged(Weak),
     /// From several regressions.
     Joined,
+}
+
+/// What the rows of a regression are.
+#[derive(Clone, Debug)]
+pub(super) enum Basis {
+    /// The equation at samples.
+    Samples,
+    /// Its averages over test functions.
+    Averages(Weak),
+    /// Its integral over time.
+    Integrals,
 }
 
 #[derive(Debug)]
@@ -70,10 +83,10 @@ impl Regression {
         terms: &[Term],
         records: &[Arc<Signals>],
         smoothing: &Smoothing,
-        weak: Option<&Weak>,
+        basis: &Basis,
         fitted: &[usize],
     ) -> Result<Self, StudyError> {
-        if let Some(weak) = weak {
+        if let Basis::Averages(weak) = basis {
             return Self::averaged(layout, terms, records, weak, fitted);
         }
         let expressions: Vec<Expression> = terms.iter().map(|t| t.expression().clone()).collect();
@@ -123,20 +136,28 @@ impl Regression {
             block = block.max((together / (signals.interval * stride as f64)).ceil() as usize);
         }
         enough(rates.first().map_or(0, Vec::len), terms)?;
+        let rate_rms: Vec<f64> = rates.iter().map(|rate| rms(rate)).collect();
+        let stretches = moving.stretches();
+        let origin = if let Basis::Integrals = basis {
+            for (record, rows) in &stretches {
+                let step = records[*record].interval * stride as f64;
+                columns.iter_mut().chain(&mut rates).for_each(|series| integrated(&mut series[rows.clone()], step));
+            }
+            Origin::Integrated(*smoothing)
+        } else {
+            Origin::Smoothed { records: records.to_vec(), smoothing: *smoothing, stride }
+        };
         let symbols: Vec<Symbol> = layout.state_symbols().collect();
         let columns = Arc::new(columns);
         let redundancy = written::redundancy(terms);
         let targets = fitted
             .iter()
-            .zip(rates)
-            .map(|(index, rate)| {
+            .zip(rates.into_iter().zip(rate_rms))
+            .map(|(index, (rate, rate_rms))| {
                 let reduced = Reduced::new(&columns, &rate).redundant(redundancy.clone());
-                let rate_rms = reduced.target_scale();
                 Target { state: symbols[*index], index: *index, columns: Arc::clone(&columns), rate, reduced, rate_rms }
             })
             .collect();
-        let origin = Origin::Smoothed { records: records.to_vec(), smoothing: *smoothing, stride };
-        let stretches = moving.stretches();
         Ok(Self { layout: *layout, terms: terms.to_vec(), targets, starts, stretches, block, origin })
     }
 
@@ -183,12 +204,13 @@ impl Regression {
     /// The regression of other records on some terms, their rows made in the same way.
     pub(super) fn of(&self, terms: &[Term], records: &[Arc<Signals>]) -> Result<Self, StudyError> {
         let fitted: Vec<usize> = self.fitted().collect();
-        let (smoothing, weak) = match &self.origin {
-            Origin::Smoothed { smoothing, .. } => (*smoothing, None),
-            Origin::Averaged(weak) => (Smoothing::default(), Some(weak)),
+        let (smoothing, basis) = match &self.origin {
+            Origin::Smoothed { smoothing, .. } => (*smoothing, Basis::Samples),
+            Origin::Integrated(smoothing) => (*smoothing, Basis::Integrals),
+            Origin::Averaged(weak) => (Smoothing::default(), Basis::Averages(weak.clone())),
             Origin::Joined => return Err(StudyError::NothingToFit),
         };
-        Self::new(&self.layout, terms, records, &smoothing, weak, &fitted)
+        Self::new(&self.layout, terms, records, &smoothing, &basis, &fitted)
     }
 
     /// Samples that a row is made from.
@@ -480,17 +502,20 @@ fn enough(rows: usize, terms: &[Term]) -> Result<(), StudyError> {
     Ok(())
 }
 
-/// The weak form, where the settings ask for it.
-pub(super) fn weak(
+/// What the rows are in the form that the settings ask for.
+pub(super) fn basis(
     layout: &Layout,
     terms: &[Term],
     records: &[Arc<Signals>],
     form: Form,
     fitted: &[usize],
-) -> Result<Option<Weak>, StudyError> {
+) -> Result<Basis, StudyError> {
     match form {
-        Form::Derivative => Ok(None),
-        Form::Weak { half_width } => Weak::new(layout, terms, records, half_width, fitted, MOST_ROWS).map(Some),
+        Form::Derivative => Ok(Basis::Samples),
+        Form::Integral => Ok(Basis::Integrals),
+        Form::Weak { half_width } => {
+            Weak::new(layout, terms, records, half_width, fitted, MOST_ROWS).map(Basis::Averages)
+        }
     }
 }
 

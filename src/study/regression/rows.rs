@@ -80,3 +80,16 @@ fn convolve(a: &[f64], b: &[f64]) -> Vec<f64> {
     }
     out
 }
+
+/// Integrates rows `step` apart over time by trapezoids, less the mean: so the free constant of integration is gone from
+/// both sides of the equation.
+pub(super) fn integrated(rows: &mut [f64], step: f64) {
+    let (mut sum, mut before, mut total) = (0.0, rows.first().copied().unwrap_or(0.0), 0.0);
+    for row in rows.iter_mut() {
+        sum += 0.5 * step * (before + *row);
+        before = std::mem::replace(row, sum);
+        total += sum;
+    }
+    let mean = total / rows.len().max(1) as f64;
+    rows.iter_mut().for_each(|row| *row -= mean);
+}
