@@ -5,9 +5,9 @@
 use sindyscope::record::{RecordSet, Usage};
 use sindyscope::rig::{ScenarioOptions, generate};
 use sindyscope::study::{
-    Cancel, Differentiation, Free, Outcome, Regressor, Settings, Smoothing, Study, choose, landscape, suggest,
+    Cancel, Differentiation, Form, Free, Outcome, Regressor, Settings, Smoothing, Study, choose, landscape, suggest,
 };
-use sindyscope::term::Kind;
+use sindyscope::term::{Kind, list, rate};
 
 const TRUTH: [(&str, f64); 4] = [("x", -1.0), ("v", -0.2), ("x^3", -0.6), ("u", 1.0)];
 
@@ -132,4 +132,37 @@ fn total_variation_says_that_a_record_is_too_long_for_it() {
     }
     let error = Study::default().run(&records, &settings, &Cancel::default()).unwrap_err().to_string();
     assert!(error.contains("total variation is for records of up to 100000 samples"), "{error}");
+}
+
+#[test]
+fn the_integral_form_is_the_second_order_form_for_one_and_two_masses() {
+    for (scenario, written, within) in [
+        ("friction", vec!["x, u, int(x), int(u), int(sgn(v))"], 0.01),
+        ("two-masses", vec!["x1, x2-x1, int(x1), int(x2-x1), int(u)", "x2-x1, int(x2-x1)"], 0.01),
+    ] {
+        let made = generate(scenario, &ScenarioOptions::default()).unwrap();
+        let records = RecordSet::new(made.records, Usage::Fit);
+        let mut settings = suggest(&records, Kind::SecondOrder).unwrap();
+        settings.form = Form::Integral;
+        for (i, equation) in written.iter().enumerate() {
+            let terms = equation.split(", ").map(|t| rate(t).unwrap()).collect();
+            settings.own.entry(i).or_default().terms = Some(terms);
+        }
+        settings.terms = list("x1").unwrap();
+        settings.threshold = 0.0;
+        let outcome = run(&records, &settings);
+        let freedoms = written.len();
+        for (found, truth) in outcome.model.equations.iter().zip(&made.truth.equations).skip(freedoms) {
+            assert_eq!(found.terms.len(), truth.terms.len());
+            for term in &truth.terms {
+                let c = found.coefficient(&term.term).unwrap();
+                let share = found.terms.iter().find(|t| t.term == term.term).unwrap().share;
+                // Of a term that is a hundredth of the force, a tenth of a percent of the force is a tenth of it.
+                let bound = within.max(1e-3 / share.max(1e-6));
+                assert!((c / term.coefficient - 1.0).abs() < bound, "{scenario} {}: {c} {}", term.term, term.coefficient);
+            }
+        }
+        let response = outcome.train.unwrap().nrmse;
+        assert!(response < 0.01, "{scenario}: {response}");
+    }
 }

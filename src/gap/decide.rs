@@ -131,6 +131,11 @@ pub(super) fn refusal(
         .or_else(|| unsupported(before, after, noise, unit).map(Refusal::LeftOut))
 }
 
+/// True if a fit does not tell a form's size from zero.
+pub(super) fn is_undetermined(form: &Form, fitted: &Fitted, colour: f64) -> bool {
+    matches!(unsound(form, fitted, colour), Some(Refusal::Undetermined(_)))
+}
+
 /// Why a fitted form is not what its name says, or no part that the data need.
 fn unsound(form: &Form, after: &Fitted, colour: f64) -> Option<Refusal> {
     let refined = &after.refined;

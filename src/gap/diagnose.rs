@@ -3,12 +3,13 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::decide::{FAR, score};
+use super::decide::{FAR, is_undetermined, score};
 use super::error::GapError;
 use super::evidence::Examined;
 use super::fit::{Fitted, WHOLE, carried};
 use super::outcome::{Choice, Diagnosis, Finding, Remaining, Round, Stage, Standing, Verdict};
 use super::search::{Depth, Listener, Search};
+use super::structure::choice;
 use super::words::{in_company, remaining, sentence, titles};
 use crate::format::number::significant;
 use crate::refine::Point;
@@ -70,6 +71,9 @@ impl Search {
                 stage = self.lighter(&mut steps, exchanged, cancel)?;
                 last = self.look(&stage, tell, cancel)?;
             }
+        }
+        if let Some(stage) = self.without_undetermined(&mut steps, cancel)? {
+            last = self.look_into(&stage, Depth::Screened, tell, cancel)?;
         }
         let (steps, stages) = self.in_order(steps, cancel)?;
         let ambiguous = steps.iter().any(|s| !s.alone());
@@ -221,6 +225,31 @@ impl Search {
         round.finding = Finding::Named;
         round.company = None;
         Ok(Step { choice, round })
+    }
+
+    /// The end of a walk without the effects whose size these data do not tell from zero beside the others, where data never
+    /// fitted are explained nearly as well without: along stretches of another length they spoke for it. None if all stay.
+    fn without_undetermined(&self, steps: &mut Vec<Step>, cancel: &Cancel) -> Result<Option<Arc<Stage>>, GapError> {
+        let mut left = None;
+        'again: loop {
+            let list = choices(steps);
+            let whole = self.fitted(&list, cancel)?;
+            let inflation = self.inflation(&whole);
+            for (index, form) in whole.composition.forms.iter().enumerate().rev() {
+                if !is_undetermined(form, &whole, inflation) {
+                    continue;
+                }
+                let Some(without) = self.without(&whole, index, cancel) else { continue };
+                if without.held_out_error() < NEEDLESS * whole.held_out_error() {
+                    let gone = choice(form);
+                    steps.retain(|s| s.choice != gone);
+                    left = Some(Arc::new(self.show(&without)));
+                    self.keep(Arc::new(without));
+                    continue 'again;
+                }
+            }
+            return Ok(left);
+        }
     }
 
     /// A stage without what its last effect has made superfluous, and the steps that stay.

@@ -24,7 +24,7 @@ use crate::record::RecordSet;
 use crate::refine::{Bar, Point, Structure as _};
 use crate::signal::rms;
 use crate::study::Cancel;
-use crate::term::{Expression, Symbol, Term};
+use crate::term::{Expression, Symbol, Term, derivative};
 
 /// What is asked of a search.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,6 +43,26 @@ pub struct Ask {
 impl Default for Ask {
     fn default() -> Self {
         Self { base: None, own: BTreeMap::new(), known: Vec::new(), max_effects: 3 }
+    }
+}
+
+impl Ask {
+    /// Whether a spring or a damper of the base model acts between a mass and the input: then the input is the motion of the
+    /// base, whatever the header says.
+    fn is_relative_to_input(&self) -> bool {
+        let terms = self.base.iter().flatten().chain(self.own.values().flatten()).chain(&self.known);
+        let factor = |term: &Term, symbol: Symbol| match derivative(term.expression(), symbol) {
+            Expression::Number(factor) => factor,
+            _ => 0.0,
+        };
+        let pulls = |term: &Term| {
+            let symbols = term.symbols();
+            let of = |wanted: fn(&Symbol) -> bool| symbols.iter().find(|s| wanted(s)).copied();
+            let moves = of(|s| matches!(s, Symbol::State(_) | Symbol::Rate(_)));
+            let drives = of(|s| matches!(s, Symbol::Input(_) | Symbol::InputRate(_)));
+            moves.zip(drives).is_some_and(|(mass, base)| factor(term, mass) * factor(term, base) < 0.0)
+        };
+        terms.into_iter().any(pulls)
     }
 }
 
@@ -94,7 +114,10 @@ impl Search {
     /// # Errors
     /// Records that do not go together or are too short; a base term of something that they lack.
     pub fn new(records: &RecordSet, ask: &Ask) -> Result<Self, GapError> {
-        let data = Data::new(records)?;
+        let mut data = Data::new(records)?;
+        if data.input_open && ask.is_relative_to_input() {
+            (data.base_excited, data.input_open) = (true, false);
+        }
         let masses = data.masses();
         if let Some(mass) = ask.own.keys().find(|mass| **mass >= masses) {
             let (number, there) =
@@ -111,7 +134,6 @@ impl Search {
         let mut base = Composition::new(data.layout, terms);
         base.passive = !data.self_sustained;
         base.zero = data.shows_rates();
-        let mut data = data;
         if let Some(datum) = data.equilibrium(&base) {
             data.count_from(datum);
             base.base.retain(|t| t.term.as_str() != "1");
