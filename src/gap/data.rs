@@ -12,7 +12,7 @@ use crate::signal::{
     Facts, Signals, Spectrum, dot, main_period, mean_and_variance, motion_period, rms, standard_deviation,
 };
 use crate::simulate::InputGrid;
-use crate::study::{base_excited, output, suggest};
+use crate::study::{base_excited, driving, is_quiet, output, suggest};
 use crate::term::{Kind, Layout, Term};
 
 /// A record made ready: thinned where its band allows, its inputs made continuous.
@@ -321,22 +321,16 @@ impl Series {
         signals: Signals,
     ) -> Self {
         let channel = |role: Role| record.channel(role).map_or_else(|| Arc::from([]), |c| Arc::clone(&c.values));
-        let raw: Vec<Arc<[f64]>> = (0..layout.inputs).map(|j| channel(Role::Input(j))).collect();
-        let quiet =
-            (0..raw.len()).all(|j| facts.input_noise[j] <= 1e-3 * rms(&signals.input_rates[j]) * record.interval);
         let n = record.len();
-        let grid = if quiet {
-            let inputs: Vec<&[f64]> = raw.iter().map(|u| &**u).collect();
-            InputGrid::new(record.start, record.interval, n, &inputs, None)
-        } else {
-            let inputs: Vec<&[f64]> = signals.inputs.iter().map(|u| &**u).collect();
-            let rates: Vec<&[f64]> = signals.input_rates.iter().map(|u| &**u).collect();
-            InputGrid::new(record.start, record.interval, n, &inputs, Some(&rates))
-        };
+        let (grid, _) = driving(record, layout, facts, &signals, 0..n);
         let sampled = |order: usize| -> Vec<Vec<f64>> {
             (0..layout.inputs).map(|j| (0..n).map(|k| grid.at(j, grid.time(k))[order]).collect()).collect()
         };
-        let (inputs, input_rates) = (sampled(0), sampled(1));
+        let (inputs, input_rates) = if is_quiet(layout, facts, &signals) {
+            (sampled(0), sampled(1))
+        } else {
+            (signals.inputs, signals.input_rates)
+        };
         let largest = |s: &[f64]| s.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let mut states = signals.states.into_iter();
         let states: Vec<Vec<f64>> = (0..2 * layout.freedoms).map(|_| states.next().unwrap_or_default()).collect();

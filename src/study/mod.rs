@@ -29,7 +29,7 @@ pub use outcome::{
     StudyError, Warning, force_over_mass,
 };
 pub use refined::Refinement;
-pub(crate) use response::output;
+pub(crate) use response::{driving, is_quiet, output};
 pub use settings::{Form, Kinematics, Lock, Own, Scaling, Settings};
 pub use suggest::suggest;
 pub(crate) use weak::test_functions;

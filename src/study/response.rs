@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::{Cancel, Prepared, StudyError};
+use super::{Cancel, Prepared, StudyError, base_excited};
 use crate::model::Model;
 use crate::record::{Record, Role};
 use crate::refine::{MeasuredMotion, Run};
@@ -42,11 +42,38 @@ const FOLLOWED: f64 = 0.5;
 const GUESS_PERIODS: f64 = 0.25;
 const GUESS_ORDER: usize = 3;
 
+/// Whether the inputs' noise is next to nothing, from one sample to the next.
+pub(crate) fn is_quiet(layout: &Layout, facts: &Facts, signals: &Signals) -> bool {
+    (0..layout.inputs).all(|j| facts.input_noise[j] <= 1e-3 * rms(&signals.input_rates[j]) * signals.interval)
+}
+
+/// The inputs that drive a simulation of `samples` of a record, and whether they are those measured.
+///
+/// A base's motion with much noise drives as smoothed: a contact that holds would be shaken by the derivative of raw noise. A
+/// force is integrated twice, which smooths it better than any filter: its fast part moves a free mass too.
+pub(crate) fn driving(
+    record: &Record,
+    layout: &Layout,
+    facts: &Facts,
+    signals: &Signals,
+    samples: Range<usize>,
+) -> (InputGrid, bool) {
+    let raw = (0..layout.inputs).filter_map(|j| record.channel(Role::Input(j)));
+    let raw: Vec<&[f64]> = raw.map(|c| &c.values[samples.clone()]).collect();
+    let as_measured = is_quiet(layout, facts, signals) || !base_excited(record, layout.kind);
+    let (start, interval) = (record.time(samples.start), record.interval);
+    let grid = if as_measured {
+        InputGrid::new(start, interval, samples.len(), &raw, None)
+    } else {
+        let inputs: Vec<&[f64]> = signals.inputs.iter().map(|s| &s[samples.clone()]).collect();
+        let rates: Vec<&[f64]> = signals.input_rates.iter().map(|s| &s[samples.clone()]).collect();
+        InputGrid::new(start, interval, samples.len(), &inputs, Some(&rates))
+    };
+    (grid, as_measured)
+}
+
 impl Drive {
     /// The drive of `samples` of a record.
-    ///
-    /// Inputs with little noise drive the simulation as measured, noisy ones as smoothed: a derivative of raw noise
-    /// would shake the model.
     pub(super) fn new(
         record: &Record,
         layout: &Layout,
@@ -55,19 +82,7 @@ impl Drive {
         samples: Range<usize>,
     ) -> Self {
         let channel = |role: Role| record.channel(role).map(|c| &c.values[samples.clone()]);
-        let raw: Vec<&[f64]> = (0..layout.inputs).filter_map(|j| channel(Role::Input(j))).collect();
-        let quiet = (0..raw.len()).all(|j| {
-            let slope = rms(&signals.input_rates[j]);
-            facts.input_noise[j] <= 1e-3 * slope * record.interval
-        });
-        let start = record.time(samples.start);
-        let grid = if quiet {
-            InputGrid::new(start, record.interval, samples.len(), &raw, None)
-        } else {
-            let inputs: Vec<&[f64]> = signals.inputs.iter().map(|s| &s[samples.clone()]).collect();
-            let rates: Vec<&[f64]> = signals.input_rates.iter().map(|s| &s[samples.clone()]).collect();
-            InputGrid::new(start, record.interval, samples.len(), &inputs, Some(&rates))
-        };
+        let (grid, as_measured) = driving(record, layout, facts, signals, samples.clone());
         let displacements: Vec<Arc<[f64]>> =
             (0..layout.freedoms).filter_map(|i| channel(Role::Displacement(i))).map(Arc::from).collect();
         let sensors = || record.sensors().take(layout.freedoms);
@@ -90,7 +105,7 @@ impl Drive {
             zeros,
             measured,
             limits: signals.states.iter().map(|s| RANGE * s.iter().fold(0.0_f64, |m, v| m.max(v.abs()))).collect(),
-            as_measured: quiet,
+            as_measured,
             opening: ((OPENING_PERIODS * period) as usize).max(20).min(samples.len()),
         }
     }
