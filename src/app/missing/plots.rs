@@ -5,12 +5,12 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use egui::{Align2, Color32, FontId, Id, Mesh, Rect, Shape, Stroke, Ui, Vec2, pos2, vec2};
-use egui_plot::{FilledArea, HLine, Line, LineStyle, Plot, PlotMemory, PlotPoints, PlotResponse, PlotTransform, Span};
+use egui_plot::{FilledArea, HLine, Line, LineStyle, Plot, PlotMemory, PlotPoints, PlotResponse, Span};
 
 use crate::app::plot::decimate::{Decimated, Samples};
 use crate::app::plot::palette::Ink;
 use crate::app::plot::units::Scale;
-use crate::app::plot::{axis, number, palette, pointer};
+use crate::app::plot::{axis, export, number, palette, pointer};
 use crate::gap::Curve;
 
 /// Room left of every plot for its ticks and label, points.
@@ -145,13 +145,13 @@ impl Frame<'_> {
     }
 }
 
-/// Draws plots above each other on one time axis; tells where each of them lies.
+/// Draws plots above each other on one time axis; gives what each of them answered.
 pub(in crate::app) fn stack(
     ui: &mut Ui,
     cache: &mut Cache,
     frame: &Frame<'_>,
     panels: &[Panel<'_>],
-) -> Vec<PlotTransform> {
+) -> Vec<PlotResponse<()>> {
     ui.spacing_mut().item_spacing.y = 1.0;
     let rows = panels.len() as f32 * (LEGEND + 2.0);
     let room = (frame.height - rows - TIME_AXIS).max(44.0 * panels.len() as f32);
@@ -168,7 +168,20 @@ pub(in crate::app) fn stack(
         shown.push(plot(ui, cache, frame, panel, k as u64, &time, height, must_fit, last));
     }
     read_out(ui, frame, panels, &shown, &time);
-    shown.iter().map(|(plot, _)| plot.transform).collect()
+    shown.into_iter().map(|(plot, _)| plot).collect()
+}
+
+/// The samples of a stack, one column a curve, in the record's units.
+pub(super) fn table(frame: &Frame<'_>, panels: &[Panel<'_>]) -> String {
+    let curves: Vec<(&Panel<'_>, &Trace<'_>)> =
+        panels.iter().flat_map(|p| p.traces.iter().map(move |t| (p, t))).collect();
+    let headers: Vec<String> = std::iter::once("t (s)".to_owned())
+        .chain(curves.iter().map(|(p, t)| Scale::plain(p.unit.as_str()).axis(&format!("{} {}", p.symbol, t.name))))
+        .collect();
+    export::csv(&headers, frame.samples, |row, column| match column {
+        0 => Some(frame.start + frame.interval * row as f64),
+        _ => curves[column - 1].1.values.get(row).copied(),
+    })
 }
 
 /// The line of names above a plot.

@@ -58,7 +58,7 @@ pub(super) fn rows(
                 let size = vec2(width, height + legend::HEIGHT);
                 ui.allocate_ui_with_layout(size, Layout::top_down(Align::Min), |ui| {
                     ui.set_max_width(width);
-                    asked = graph_in(ui, view, scene, state, graph, height).or(asked);
+                    asked = graph_in(ui, view, scene, state, graph, height).or(asked.take());
                 });
             }
         });

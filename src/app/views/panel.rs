@@ -522,7 +522,11 @@ pub(super) fn menu(
             state.cache.fit_all();
             ui.close();
         }
-        if ui.button("Copy what is shown as CSV").clicked() {
+        let copy = ui.button("Copy what is shown as CSV").clicked();
+        if ui.button("Save what is shown as CSV…").clicked() {
+            asked = Some(Request::SaveTable(table()));
+            ui.close();
+        } else if copy {
             ui.ctx().copy_text(table());
             ui.close();
         }
