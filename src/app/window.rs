@@ -24,6 +24,7 @@ use super::missing::figures::Figure;
 use super::missing::{Act, Missing, Walk};
 use super::notices::{Level, Notices};
 use super::panel::{self, Ask, Desk, Typing};
+use super::plot::display;
 use super::plot::export::save_png;
 use super::plot::palette;
 use super::questions::{Questions, replies};
@@ -846,6 +847,7 @@ impl eframe::App for App {
     fn ui(&mut self, ui: &mut Ui, frame: &mut eframe::Frame) {
         let ctx = ui.ctx().clone();
         self.state.zoom = ctx.zoom_factor();
+        display::install(&ctx, &self.state.views.units);
         for command in Command::pressed(&ctx) {
             self.run(command, &ctx, frame);
         }
@@ -948,6 +950,7 @@ impl eframe::App for App {
         }
         overlay::drop_zone(&ctx);
         self.notices.show_toasts(&ctx);
+        self.state.views.units = display::chosen(&ctx);
         // What was just changed is asked for at once, not with the next event.
         self.ask();
         self.look_around();
@@ -1019,8 +1022,10 @@ fn draw(job: PictureJob) -> Result<PathBuf, String> {
             let search = Search { map: map.as_ref(), ..Search::default() };
             let picture = Picture { outcome: &outcome, previous: None, record, stale: false, search, pins: &pins };
             let format = FigureFormat::of(&path).map_err(|e| format!("The figure was not saved: {e}"))?;
-            let own =
-                view.figure(&state).filter(|_| !look.as_shown).and_then(|kind| kind.svg(&outcome, record, look.size));
+            let own = view
+                .figure(&state)
+                .filter(|_| !look.as_shown && state.units.is_empty())
+                .and_then(|kind| kind.svg(&outcome, record, look.size));
             let drawing = own.unwrap_or_else(|| views::vector(&like, view, &picture, &state, look.size));
             return save_figure(path, &drawing, view.label(), format);
         }

@@ -6,7 +6,8 @@ use super::number::superscript;
 /// Units that take prefixes; a unit with another head is shown as it stands.
 const PREFIXED: [&str; 13] = ["m", "N", "V", "A", "s", "Hz", "Pa", "rad", "W", "J", "Nm", "N·m", "T"];
 
-const PREFIXES: [(&str, i32); 8] = [("p", -12), ("n", -9), ("µ", -6), ("m", -3), ("", 0), ("k", 3), ("M", 6), ("G", 9)];
+pub(super) const PREFIXES: [(&str, i32); 8] =
+    [("p", -12), ("n", -9), ("µ", -6), ("m", -3), ("", 0), ("k", 3), ("M", 6), ("G", 9)];
 
 /// How values of one quantity are shown: shown value = value × `factor`, in `unit`.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,8 +34,7 @@ impl Scale {
         if unit.is_empty() {
             return plain_number(largest);
         }
-        let head_end = unit.find(['/', '*', '·', ' ', '(']).filter(|_| !unit.starts_with("N·m")).unwrap_or(unit.len());
-        let (head, rest) = unit.split_at(head_end);
+        let (head, rest) = head_of(unit);
         let Some((power, base)) = split_prefix(head) else { return Self::plain(unit) };
         let in_base = largest * 10f64.powi(power);
         let (prefix, chosen) = if (0.1..1e3).contains(&in_base) {
@@ -104,8 +104,14 @@ pub fn per_second(unit: &str) -> String {
     }
 }
 
+/// The part of a unit that bears the prefix, and the rest: `mm` and `/s²`.
+pub(super) fn head_of(unit: &str) -> (&str, &str) {
+    let end = unit.find(['/', '*', '·', ' ', '(']).filter(|_| !unit.starts_with("N·m"));
+    unit.split_at(end.unwrap_or(unit.len()))
+}
+
 /// Power of ten of a unit's prefix, and the unit without it.
-fn split_prefix(head: &str) -> Option<(i32, &str)> {
+pub(super) fn split_prefix(head: &str) -> Option<(i32, &str)> {
     if PREFIXED.contains(&head) {
         return Some((0, head));
     }

@@ -25,9 +25,9 @@ pub(super) fn standing(candidate: &Candidate, sight: &Sight<'_>) -> String {
             None => words::evidence(candidate.delta_bic).to_owned(),
             Some(delta) => words::against_first(delta).to_owned(),
         },
-        Standing::Screened if looking => "screened; refitted if it is among the likeliest".to_owned(),
-        Standing::Screened => "screened only".to_owned(),
-        Standing::Refused(_) => "refused".to_owned(),
+        Standing::Screened if looking => "fitted next if it is among the likeliest".to_owned(),
+        Standing::Screened => "not fitted: click to preview it".to_owned(),
+        Standing::Refused(reason) => format!("refused: {reason}"),
         Standing::NotShown(_) => "these data cannot show it".to_owned(),
     }
 }
@@ -102,7 +102,7 @@ pub(super) fn card(
         }
         None if candidate.explained > 0.0 => {
             let share = significant_trimmed(100.0 * candidate.explained, 2);
-            ui.label(RichText::new(format!("explains {share} % along the motion")).weak());
+            ui.label(RichText::new(format!("{share} % of the gap along the measured motion")).weak());
         }
         None => {}
     });
@@ -114,7 +114,7 @@ pub(super) fn card(
             Standing::Refused(_) => colors.caution,
             _ => ui.visuals().weak_text_color(),
         };
-        ui.label(RichText::new(said).color(color));
+        ui.add(egui::Label::new(RichText::new(said).color(color)).truncate());
         if candidate.stage.is_some() {
             let (value, hint) = match behind {
                 None => (candidate.delta_bic, "Against the model without it; negative speaks for the effect"),

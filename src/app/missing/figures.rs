@@ -53,7 +53,7 @@ pub(super) fn menu(response: &Response, figure: &Figure, table: impl FnOnce() ->
             acts.push(Act::SaveTable(figure.name(), table()));
             ui.close();
         }
-        if ui.button("Save figure…").on_hover_text("As SVG, PDF or PNG, at a size on paper").clicked() {
+        if ui.button("Save this figure…").on_hover_text("As SVG, PDF or PNG, at a size on paper").clicked() {
             acts.push(Act::SaveFigure(figure.clone()));
             ui.close();
         }

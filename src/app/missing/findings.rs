@@ -12,6 +12,10 @@ use crate::gap::{Choice, Stage, Test};
 use crate::rig::hidden::{Truth, title};
 use crate::term::{Expression, Term};
 
+/// Why the figure may be smaller than that of Identify.
+const NOISE: &str = "Standard deviation of the noise in the samples that are searched; where they were thinned behind a low-pass filter, \
+     that has taken part of the noise off";
+
 /// Questions that are shown without being asked for.
 const SHOWN: usize = 5;
 
@@ -72,13 +76,14 @@ fn gap(ui: &mut Ui, sight: &Sight<'_>) {
         ui.spacing_mut().item_spacing.x = 0.0;
         let half = 0.5 * ui.available_width();
         let weak = ui.visuals().weak_text_color();
-        for (value, color, label) in [(figure, color, what), (noise, weak, "noise floor")] {
+        let error = "RMS of what the model's simulated response leaves";
+        for (value, color, label, hint) in [(figure, color, what, error), (noise, weak, "noise floor", NOISE)] {
             ui.allocate_ui_with_layout(vec2(half, 50.0), Flow::top_down(Align::Min), |ui| {
                 ui.set_min_width(half);
                 ui.spacing_mut().item_spacing.y = 0.0;
                 let text = RichText::new(format_si(value, sight.unit, 3)).size(23.0).color(color);
                 ui.add(egui::Label::new(text).truncate());
-                ui.label(RichText::new(label).weak().size(12.0));
+                ui.label(RichText::new(label).weak().size(12.0)).on_hover_text(hint);
             });
         }
     });

@@ -3,7 +3,7 @@
 use egui::{Align2, Color32, FontId, Mesh, Rect, Response, Sense, Shape, Stroke, Ui, WidgetInfo, pos2, vec2};
 
 use super::plots::{Axes, extent};
-use crate::app::plot::palette;
+use crate::app::plot::{display, palette};
 use crate::format::number::significant;
 use crate::gap::{Map, Profile};
 
@@ -66,7 +66,7 @@ fn ends(edges: &[f64]) -> Option<(f64, f64)> {
 
 /// The colour scale at the right: its ends, zero, and what grey is.
 fn bar(ui: &Ui, rect: Rect, area: Rect, largest: f64, unit: &str, dark: bool) {
-    let scale = crate::app::plot::units::Scale::suited(largest, unit);
+    let scale = display::scale(ui.ctx(), largest, unit);
     let left = area.right() + 10.0;
     let grey = Rect::from_min_size(pos2(left, area.bottom() - 10.0), vec2(10.0, 10.0));
     let bar = Rect::from_min_max(pos2(left, area.top()), pos2(left + 10.0, grey.top() - 6.0));

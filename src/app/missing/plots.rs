@@ -10,7 +10,7 @@ use egui_plot::{FilledArea, HLine, Line, LineStyle, Plot, PlotMemory, PlotPoints
 use crate::app::plot::decimate::{Decimated, Samples};
 use crate::app::plot::palette::Ink;
 use crate::app::plot::units::Scale;
-use crate::app::plot::{axis, export, number, palette, pointer};
+use crate::app::plot::{axis, display, export, number, palette, pointer};
 use crate::gap::Curve;
 
 /// Room left of every plot for its ticks and label, points.
@@ -271,7 +271,7 @@ fn plot(
         (low, high) = (-1.0, 1.0);
     }
     let margin = if high > low { 0.06 * (high - low) } else { high.abs().max(1e-9) };
-    let scale = Scale::suited(low.abs().max(high.abs()), &panel.unit);
+    let scale = display::scale(ui.ctx(), low.abs().max(high.abs()), &panel.unit);
     let auto_y = memory.is_none_or(|m| m.auto_bounds.y);
     let (dark, held_out, worst) = (frame.dark, frame.held_out, frame.worst);
     let (start, end) = (frame.start, frame.start + frame.interval * frame.samples.saturating_sub(1) as f64);
@@ -338,6 +338,9 @@ fn plot(
                 }
             }
         });
+    let area = *response.transform.frame();
+    let labels = Rect::from_x_y_ranges(area.left() - AXIS..=area.left() - 2.0, area.y_range());
+    display::on_axis(ui, labels, (frame.id, index), (panel.symbol, &panel.unit));
     if panel.traces.is_empty() {
         let frame = *response.transform.frame();
         let color = ui.visuals().weak_text_color();
@@ -416,8 +419,9 @@ impl Axes {
         let dark = ui.visuals().dark_mode;
         let ((x, x_name, x_unit), (y, y_name, y_unit)) = (x, y);
         let (x, y) = (widened(x), widened(y));
-        let x_scale = Scale::suited(x.0.abs().max(x.1.abs()), x_unit);
-        let y_scale = Scale::suited(y.0.abs().max(y.1.abs()), y_unit);
+        let units = display::chosen(ui.ctx());
+        let x_scale = units.scale(x.0.abs().max(x.1.abs()), x_unit);
+        let y_scale = units.scale(y.0.abs().max(y.1.abs()), y_unit);
         let area = Rect::from_min_max(rect.min + vec2(40.0, 16.0), rect.max - vec2(6.0, 30.0));
         let this = Self { area, x, y, x_scale, y_scale };
         let painter = ui.painter();

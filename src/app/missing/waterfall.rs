@@ -5,8 +5,7 @@ use std::sync::Arc;
 use egui::{Align2, Color32, FontId, Rect, Response, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
 
 use super::stage_color;
-use crate::app::plot::palette;
-use crate::app::plot::units::Scale;
+use crate::app::plot::{display, palette};
 use crate::format::number::significant;
 use crate::gap::Stage;
 
@@ -22,7 +21,7 @@ pub(super) fn show(ui: &mut Ui, stages: &[&Arc<Stage>], noise: f64, unit: &str, 
     if largest <= 0.0 {
         return None;
     }
-    let scale = Scale::suited(largest, unit);
+    let scale = display::scale(ui.ctx(), largest, unit);
     let painter = ui.painter();
     let (strong, weak) = (ui.visuals().text_color(), ui.visuals().weak_text_color());
     let area = Rect::from_min_max(rect.min + vec2(8.0, 34.0), rect.max - vec2(74.0, 34.0));

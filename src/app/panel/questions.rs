@@ -8,8 +8,6 @@ use crate::app::theme::{self, ROW};
 use crate::app::widgets::card;
 use crate::format::units::format_si;
 
-/// How many times the noise an error is from which on the questions are asked whatever the answers buy.
-const FAR: f64 = 3.0;
 /// Share of the error that an answer must save to be worth a question.
 const WORTH: f64 = 0.05;
 
@@ -22,8 +20,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     }
     let now = outcome.test.or(outcome.train).map(|s| s.rmse).filter(|r| r.is_finite());
     let least = desk.bought.iter().flatten().map(|s| s.rmse).fold(f64::INFINITY, f64::min);
-    let poor = now.is_none_or(|rmse| outcome.noise_floor.is_some_and(|noise| rmse > FAR * noise));
-    if !poor && now.is_none_or(|rmse| least > (1.0 - WORTH) * rmse) {
+    if !least.is_finite() || now.is_some_and(|rmse| least > (1.0 - WORTH) * rmse) {
         return;
     }
     let dark = ui.visuals().dark_mode;
@@ -37,10 +34,10 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
         for (k, reply) in replies.into_iter().enumerate() {
             let size = vec2(ui.available_width(), ROW);
             ui.allocate_ui_with_layout(size, Layout::right_to_left(Align::Center), |ui| {
-                let bought = desk.bought.get(k).map(|b| told(b, &unit));
+                let bought = desk.bought.get(k).map_or_else(String::new, |b| told(b, &unit));
                 let best = desk.bought.get(k).and_then(|b| b.as_ref()).is_some_and(|s| s.rmse <= 1.001 * least);
                 let color = if best { accents.good } else { ui.visuals().text_color() };
-                ui.label(RichText::new(bought.unwrap_or_else(|| "…".to_owned())).monospace().size(12.0).color(color));
+                ui.label(RichText::new(bought).monospace().size(12.0).color(color));
                 ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
                     let hint = format!("{}; it is fitted at once, and undo takes it back", reply.hint);
                     if ui.add(Button::new(reply.label).truncate()).on_hover_text(hint).clicked() {

@@ -10,8 +10,8 @@ use super::panel::{self, AXIS_WIDTH};
 use super::scene::Scene;
 use super::{Picture, Request, View, ViewState, legend};
 use crate::app::plot::palette::{self, Ink};
-use crate::app::plot::units::{self, Scale};
-use crate::app::plot::{axis, decimate, number};
+use crate::app::plot::units;
+use crate::app::plot::{axis, decimate, display, number};
 use crate::study::{Outcome, RecordOutcome, Score};
 use crate::term::{Symbol, Term};
 
@@ -146,7 +146,7 @@ fn plots(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState, shown: &[Shown<'
         let most = scene.measured().iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let largest = series.iter().flat_map(|s| s.0).filter(|v| v.is_finite()).fold(0.0_f64, |m, v| m.max(v.abs()));
         let largest = largest.min(if k == 0 { 1.5 * most } else { most }).max(f64::MIN_POSITIVE);
-        let scale = Scale::suited(largest, &scene.shown().1);
+        let scale = display::scale(ui.ctx(), largest, &scene.shown().1);
         let symbol = if k == 0 { scene.shown().0 } else { "E".into() };
         let time = scene.time_scale();
         let id = Id::unique(("view", View::Compare, name));
@@ -187,6 +187,10 @@ fn plots(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState, shown: &[Shown<'
                     plot.line(line.allow_hover(false));
                 }
             });
+        if !state.printing {
+            let axes = [None, Some((&*symbol, &*scene.shown().1))];
+            panel::choose_units(ui, response.transform.frame(), (View::Compare, name), axes);
+        }
         if response.response.double_clicked() {
             state.cache.fit_all();
             ui.ctx().request_repaint();

@@ -35,6 +35,7 @@ use super::plot::export::{self, Sheet};
 use super::plot::palette::{self, Ink};
 use super::plot::vector;
 use crate::diagram::{Across, Source};
+use crate::format::shown::ShownUnits;
 use crate::report::{FigureKind, FigureSize};
 use crate::study::{Landscape, Outcome};
 use cache::Cache;
@@ -236,6 +237,8 @@ pub(crate) struct ViewState {
     pub(crate) hidden: BTreeSet<Ink>,
     /// The degree of freedom (or state) shown, from zero; the last one there is if there are fewer.
     pub(crate) freedom: usize,
+    /// The units that axes and coefficients are shown in, where a person chose.
+    pub(crate) units: ShownUnits,
     /// The input shown, likewise.
     pub(crate) input: usize,
     /// Whether the error is shown on a logarithmic axis.
