@@ -88,6 +88,27 @@ pub fn raised(text: &str) -> String {
     out + rest
 }
 
+/// A product of powers as the tables of coefficients write it: `m^-2 s^-1` becomes `1/(m² s)`.
+pub fn as_fraction(unit: &str) -> String {
+    if unit.contains(['/', '(']) {
+        return raised(unit);
+    }
+    let (mut above, mut below) = (Vec::new(), Vec::new());
+    for factor in unit.split_whitespace() {
+        match factor.split_once("^-") {
+            Some((name, "1")) => below.push(name.to_owned()),
+            Some((name, power)) => below.push(format!("{name}^{power}")),
+            None => above.push(factor.to_owned()),
+        }
+    }
+    let above = if above.is_empty() && !below.is_empty() { "1".to_owned() } else { above.join(" ") };
+    raised(&match below.len() {
+        0 => above,
+        1 => format!("{above}/{}", below[0]),
+        _ => format!("{above}/({})", below.join(" ")),
+    })
+}
+
 /// The unit of a rate: `mm` becomes `mm/s`, `m/s^2` becomes `m/s³`.
 pub fn per_second(unit: &str) -> String {
     let unit = raised(unit.trim());
@@ -144,6 +165,20 @@ mod tests {
     #[test]
     fn powers_are_raised() {
         assert_eq!(raised("0.08 m/s^2 or m^-2 s^-12, x^y"), "0.08 m/s² or m⁻² s⁻¹², x^y");
+    }
+
+    #[test]
+    fn products_of_powers_are_written_as_fractions() {
+        for (unit, shown) in [
+            ("m^-2 s^-1", "1/(m² s)"),
+            ("s^-2", "1/s²"),
+            ("m/s^2", "m/s²"),
+            ("m^2 s^-1", "m²/s"),
+            ("", ""),
+            ("rad", "rad"),
+        ] {
+            assert_eq!(as_fraction(unit), shown, "{unit}");
+        }
     }
 
     #[test]

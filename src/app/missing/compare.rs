@@ -15,7 +15,7 @@ use crate::gap::{Place, Site, Stage, Trace as Response};
 use crate::record::Usage;
 
 /// Least height of the row of maps, points.
-const MAPS: f32 = 190.0;
+const MAPS: f32 = 160.0;
 
 pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, stage: &Arc<Stage>, acts: &mut Vec<Act>) {
     sentence(ui, sight);
@@ -54,11 +54,12 @@ fn sentence(ui: &mut Ui, sight: &Sight<'_>) {
                 .to_owned(),
         };
         let color = ui.visuals().text_color();
+        let place = sight.place().map_or(String::new(), |p| raised(&p.sentence));
+        let whole = if place.is_empty() || text.contains(&place) { text.clone() } else { format!("{text}\n\n{place}") };
         let mut job = egui::text::LayoutJob::simple(text, egui::FontId::proportional(13.5), color, size.x);
         // Plots beneath must not move when a sentence is longer.
         job.wrap.max_rows = 2;
-        let whole = sight.place().map_or("", |p| &p.sentence);
-        ui.add(egui::Label::new(job)).on_hover_text(raised(whole));
+        ui.add(egui::Label::new(job)).on_hover_text(whole);
     });
 }
 

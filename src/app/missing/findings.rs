@@ -1,6 +1,6 @@
 //! The right column: the gap in one figure, the evidence, the equation with what was added, what these data cannot show.
 
-use crate::format::units::{format_si, raised};
+use crate::format::units::{as_fraction, format_si};
 use egui::{Align, Color32, FontId, Layout as Flow, Rect, RichText, Sense, Ui, WidgetInfo, pos2, vec2};
 
 use super::{Sight, stage_color, words};
@@ -51,7 +51,7 @@ pub(super) fn truth(ui: &mut Ui, sight: &Sight<'_>, truth: &Truth) {
         ui.label(RichText::new(verdict).color(edge));
         for p in truth.parameters.iter().filter(|p| p.effect.is_some()) {
             ui.label(
-                RichText::new(format!("{} = {} {}", p.name, significant_trimmed(p.value, 4), raised(&p.unit)))
+                RichText::new(format!("{} = {} {}", p.name, significant_trimmed(p.value, 4), as_fraction(&p.unit)))
                     .monospace(),
             );
         }
@@ -129,7 +129,7 @@ fn equation(ui: &mut Ui, sight: &Sight<'_>, stage: Option<&Stage>, preview: bool
         card(ui, color, |ui| {
             ui.add(egui::Label::new(RichText::new(&effect.title).strong()).wrap());
             for p in &effect.parameters {
-                let text = format!("{} = {} {}", p.name, format_measured(p.value, p.std_error), raised(&p.unit));
+                let text = format!("{} = {} {}", p.name, format_measured(p.value, p.std_error), as_fraction(&p.unit));
                 ui.label(RichText::new(text).monospace());
             }
         });

@@ -20,6 +20,9 @@ const TIME_AXIS: f32 = 34.0;
 /// Height of the line of names above a plot, points.
 const LEGEND: f32 = 18.0;
 
+/// Height below which a plot is named by its unit alone, points.
+const LOW: f32 = 72.0;
+
 type Series = Arc<[f64]>;
 
 /// Series thinned for the screen, and series made of others; kept as long as they are drawn.
@@ -281,7 +284,8 @@ fn plot(
         .height(height)
         .show_axes([last, true])
         .y_axis_min_width(AXIS)
-        .y_axis_label(scale.axis(panel.symbol))
+        // A low plot has no room for both; its curves are named above it.
+        .y_axis_label(if height < LOW { scale.unit.clone() } else { scale.axis(panel.symbol) })
         .x_axis_label(time.axis("t"))
         .x_axis_formatter(|mark, _| axis::linear_label(mark, time))
         .y_axis_formatter(|mark, _| axis::linear_label(mark, &scale))
