@@ -131,6 +131,14 @@ impl Questions {
         self.worker.ask_instead(question);
     }
 
+    /// Stops what runs while a newer fit is waited for: that comes first, and makes the answers out of date.
+    pub(crate) fn give_way(&mut self) {
+        if self.worker.busy().is_some() {
+            self.worker.cancel();
+            self.ground = None;
+        }
+    }
+
     /// Stops asking: nothing is open any more.
     pub(crate) fn forget(&mut self) {
         if self.ground.take().is_some() {

@@ -398,7 +398,9 @@ impl App {
             return self.questions.forget();
         }
         let held = ctx.input(|i| i.pointer.any_down());
-        if !held && self.answered == self.ticket && self.bench.outcome.is_some() {
+        if self.answered != self.ticket {
+            self.questions.give_way();
+        } else if !held && self.bench.outcome.is_some() {
             let (bench, edit) = (&self.bench, &self.edit);
             self.questions.want(bench.generation, edit, replies, || bench.set(&edit.usage));
         }

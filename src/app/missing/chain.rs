@@ -15,8 +15,10 @@ use crate::gap::Site;
 const MASS: f32 = 34.0;
 /// Length of a spring to the ground or to the base, points.
 const LINK: f32 = 38.0;
-/// Height of the hatching of the ground, and of the base, points.
+/// Height of the hatching of the ground, points.
 const EDGE: f32 = 9.0;
+/// Height of the base, points.
+const BASE: f32 = 16.0;
 /// Room for the arrow of a force, points.
 const ARROW: f32 = 16.0;
 /// Widest mass, points.
@@ -40,7 +42,7 @@ pub(super) struct Chain<'a> {
 /// Draws the chain; the place that was clicked.
 pub(super) fn show(ui: &mut Ui, chain: &Chain<'_>) -> Option<Site> {
     let masses = chain.subject.masses();
-    let above = if chain.subject.base_moves { EDGE + LINK } else { ARROW };
+    let above = if chain.subject.base_moves { BASE + LINK } else { ARROW };
     let size = vec2(ui.available_width(), above + MASS + LINK + EDGE + 4.0);
     let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
     let dark = ui.visuals().dark_mode;
@@ -67,10 +69,10 @@ pub(super) fn show(ui: &mut Ui, chain: &Chain<'_>) -> Option<Site> {
     let painter = ui.painter().clone();
     hatched(&painter, rect.x_range(), mass(0).bottom() + LINK, line, weak);
     if chain.subject.base_moves {
-        let plate = Rect::from_min_size(rect.min, vec2(rect.width(), EDGE));
+        let plate = Rect::from_min_size(rect.min, vec2(rect.width(), BASE));
         let fill = Ink::Input.color(dark).gamma_multiply(0.35);
         painter.rect(plate, 2.0, fill, line, StrokeKind::Inside);
-        painter.text(plate.center(), Align2::CENTER_CENTER, "⟷ u", FontId::proportional(9.5), line.color);
+        painter.text(plate.center(), Align2::CENTER_CENTER, "⟷ u", FontId::proportional(12.0), line.color);
     }
     let mut clicked = None;
     for site in chain.subject.sites() {

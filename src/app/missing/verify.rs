@@ -194,15 +194,16 @@ fn left(ui: &mut Ui, sight: &Sight<'_>, height: f32, acts: &mut Vec<Act>) {
 fn could_hide(ui: &mut Ui, note: &str) {
     const SHOWN: usize = 5;
     let small = |text: String| egui::Label::new(RichText::new(text).size(12.0)).wrap();
-    let parts: Vec<&str> = note.split("; ").collect();
+    // Names of effects have commas of their own.
+    let parts: Vec<&str> = note.split_inclusive("%, ").map(|part| part.trim_end_matches(", ")).collect();
     if note.is_empty() {
         return;
     }
     let (first, rest) = parts.split_at(parts.len().min(SHOWN));
-    let end = if rest.is_empty() { "" } else { "; …" };
-    ui.add(small(first.join("; ") + end));
+    let end = if rest.is_empty() { "" } else { ", …" };
+    ui.add(small(first.join(", ") + end));
     if !rest.is_empty() {
         let head = RichText::new(format!("{} more effects", rest.len())).weak().size(12.0);
-        egui::CollapsingHeader::new(head).id_salt("could hide").show(ui, |ui| ui.add(small(rest.join("; "))));
+        egui::CollapsingHeader::new(head).id_salt("could hide").show(ui, |ui| ui.add(small(rest.join(", "))));
     }
 }

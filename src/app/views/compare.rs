@@ -221,7 +221,8 @@ fn table(scene: &Scene<'_>, shown: &[Shown<'_>]) -> Table {
         let smoothing = o.settings.smoothing;
         if smoothing.method.is_local() { smoothing.order.to_string() } else { "–".to_owned() }
     });
-    row("regression", &|o| o.settings.regressor.title().to_owned());
+    // Its short name: a column as wide as a sentence would push the others out of view.
+    row("regression", &|o| o.settings.regressor.name().to_owned());
     row("threshold", &|o| number::significant_trimmed(o.settings.threshold, 3));
     row("condition", &|o| number::significant(o.fits.iter().map(|f| f.condition).fold(1.0, f64::max), 2));
     let mut terms: Vec<(Symbol, Term)> = Vec::new();
@@ -252,13 +253,16 @@ impl Table {
     fn show(&self, ui: &mut Ui, shown: &[Shown<'_>]) {
         egui::Grid::new("pins").num_columns(self.columns.len() + 1).striped(true).spacing([18.0, 3.0]).show(ui, |ui| {
             ui.label("");
-            for shown in shown {
+            // What is shown now stands first, where it is seen however many are pinned.
+            let count = shown.len();
+            let order = || std::iter::once(count - 1).chain(0..count - 1);
+            for shown in order().map(|k| &shown[k]) {
                 ui.label(RichText::new(&shown.name).strong().color(shown.color));
             }
             ui.end_row();
             for (name, cells) in &self.rows {
                 ui.weak(name);
-                for cell in cells {
+                for cell in order().filter_map(|k| cells.get(k)) {
                     // What differs from what is shown now stands out.
                     let same = cells.last() == Some(cell);
                     let text = RichText::new(cell).monospace();
