@@ -543,7 +543,7 @@ impl App {
         match self.missing.svg(ctx, &self.figure, (&self.bench, &self.edit), size) {
             Some(svg) => self.pictures.ask(PictureJob::Drawing { path, svg, title: self.figure.name() }),
             None => {
-                self.notices.error("The figure was not saved: there is nothing to draw yet; look for effects first")
+                self.notices.error("The figure was not saved: there is nothing to draw yet; look for effects first");
             }
         }
     }
