@@ -43,7 +43,7 @@ pub(crate) fn on_axis(ui: &Ui, labels: Rect, axis: impl Hash + Debug, (symbol, u
     let response = ui.interact(labels, Id::unique(("unit of an axis", axis)), Sense::click());
     response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, format!("Unit of {symbol}")));
     let response = response.on_hover_cursor(CursorIcon::PointingHand).on_hover_text("Click to choose the unit");
-    Popup::menu(&response).at_pointer_fixed().show(|ui| menu(ui, unit));
+    Popup::menu(&response).show(|ui| menu(ui, unit));
     ring(ui, &response);
 }
 
