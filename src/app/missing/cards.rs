@@ -26,7 +26,7 @@ pub(super) fn standing(candidate: &Candidate, sight: &Sight<'_>) -> String {
             Some(delta) => words::against_first(delta).to_owned(),
         },
         Standing::Screened if looking => "fitted next if it is among the likeliest".to_owned(),
-        Standing::Screened => "not fitted yet".to_owned(),
+        Standing::Screened => "not fitted: click to preview it".to_owned(),
         Standing::Refused(reason) => format!("refused: {reason}"),
         Standing::NotShown(_) => "these data cannot show it".to_owned(),
     }
