@@ -2,6 +2,8 @@
 #![cfg(feature = "desktop")]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+#[path = "window/masses.rs"]
+mod masses;
 #[path = "window/teaching.rs"]
 mod teaching;
 

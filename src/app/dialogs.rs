@@ -32,6 +32,8 @@ pub(crate) enum Purpose {
     Model,
     /// To save a picture of the plot to.
     Plot,
+    /// To save the numbers of a plot to.
+    Table,
     /// To save a picture of the window to.
     Window,
     /// To save the report to, as what the name's ending says.
@@ -54,6 +56,7 @@ impl Purpose {
             Self::Project => "Save the project",
             Self::Model => "Export the model (.tex .txt .json .py .m .mo .c)",
             Self::Plot => "Save the figure (.svg .pdf .png)",
+            Self::Table => "Save the numbers of the plot (.csv)",
             Self::Window => "Save a picture of the window",
             Self::Report(_) => "Save the report (.pdf .html .png)",
             Self::RigRecords => "Save the rig's records",
@@ -71,6 +74,7 @@ impl Purpose {
             Self::Project
             | Self::Model
             | Self::Plot
+            | Self::Table
             | Self::Window
             | Self::Report(_)
             | Self::RigRecords
@@ -92,7 +96,7 @@ impl Purpose {
             Self::Model => Some(Format::Python.ending()),
             Self::Plot | Self::Window => Some("png"),
             Self::Report(saved) => Some(saved.ending()),
-            Self::RigRecords | Self::RoundRecords | Self::Rounds => Some("csv"),
+            Self::Table | Self::RigRecords | Self::RoundRecords | Self::Rounds => Some("csv"),
         }
     }
 }
@@ -179,7 +183,7 @@ impl Dialogs {
                 let kinds = if saved == Saved::Pdf { [pdf, html] } else { [html, pdf] };
                 kinds.into_iter().fold(dialog, |d, (kind, endings)| d.add_filter(kind, &endings)).set_file_name(name)
             }
-            Purpose::RigRecords | Purpose::RoundRecords | Purpose::Rounds => {
+            Purpose::Table | Purpose::RigRecords | Purpose::RoundRecords | Purpose::Rounds => {
                 dialog.add_filter("Table", &["csv"]).set_file_name(name)
             }
         };

@@ -19,6 +19,7 @@ mod overlay;
 mod panel;
 pub mod plot;
 mod project;
+mod questions;
 mod report;
 mod rig;
 mod session;

@@ -20,11 +20,14 @@ use super::errand::{self, Delivery, Errand, Opening, Refused, file_name};
 use super::figure_panel::{self, FigureLook};
 use super::history::History;
 use super::lessons::Teacher;
+use super::missing::figures::Figure;
 use super::missing::{Act, Missing, Walk};
 use super::notices::{Level, Notices};
 use super::panel::{self, Ask, Desk, Typing};
+use super::plot::display;
 use super::plot::export::save_png;
 use super::plot::palette;
+use super::questions::{Questions, replies};
 use super::report::{self, ReportRoom, Saved};
 use super::rig::RigRoom;
 use super::session::Keeper;
@@ -70,8 +73,24 @@ type Made = (u64, Vec<Option<Arc<Outcome>>>);
 /// A picture to be drawn and saved.
 enum PictureJob {
     Plot(Box<PlotJob>),
-    Window { path: PathBuf, image: Arc<ColorImage> },
-    Report { path: PathBuf, content: Box<report::Content> },
+    /// A figure that is drawn already, with its title.
+    Drawing {
+        path: PathBuf,
+        svg: String,
+        title: &'static str,
+    },
+    Table {
+        path: PathBuf,
+        text: String,
+    },
+    Window {
+        path: PathBuf,
+        image: Arc<ColorImage>,
+    },
+    Report {
+        path: PathBuf,
+        content: Box<report::Content>,
+    },
 }
 
 /// A picture of a view.
@@ -108,6 +127,7 @@ pub struct App {
     rig: RigRoom,
     teacher: Teacher,
     survey: Survey,
+    questions: Questions,
     columns: Columns,
     /// Repeats the regression on resampled data once the settings rest.
     repeats: Worker<Question, Repeated>,
@@ -130,6 +150,10 @@ pub struct App {
     cutter: Cutter,
     palette: Option<Palette>,
     figure_open: bool,
+    /// The figure of "What's missing" that is to be saved.
+    figure: Figure,
+    /// The numbers of a plot that are to be saved.
+    table: String,
     help_open: bool,
     log_open: bool,
     title: String,
@@ -177,6 +201,7 @@ impl App {
             rig: RigRoom::new(wake())?,
             teacher: Teacher::default(),
             survey: Survey::new(wake())?,
+            questions: Questions::new(wake())?,
             columns: Columns::new(wake())?,
             repeats: repeats_worker(wake())?,
             repeated: 0,
@@ -193,6 +218,8 @@ impl App {
             cutter: Cutter::default(),
             palette: None,
             figure_open: false,
+            figure: Figure::Profile,
+            table: String::new(),
             help_open: false,
             log_open: false,
             title: String::new(),
@@ -216,7 +243,8 @@ impl App {
 
     /// True while something is read, computed or drawn in the background.
     pub fn busy(&self) -> bool {
-        let workers = [self.fitting.busy(), self.errands.busy(), self.pictures.busy(), self.survey.busy()];
+        let workers =
+            [self.fitting.busy(), self.errands.busy(), self.pictures.busy(), self.survey.busy(), self.questions.busy()];
         let busy =
             workers.iter().any(Option::is_some) || self.repeats.busy().is_some() || self.pinning.busy().is_some();
         let busy = busy || self.keeper.as_ref().is_some_and(Keeper::busy) || self.rig.waiting();
@@ -293,6 +321,7 @@ impl App {
         self.report.collect();
         self.collect_rig();
         self.survey.collect();
+        self.questions.collect();
         self.columns.collect();
         while let Some(answer) = self.repeats.answer() {
             if let Some((ticket, Ok(ensemble))) = answer
@@ -360,6 +389,23 @@ impl App {
         self.repeats.ask_instead(question);
     }
 
+    /// Asks what the answers to the open questions would buy, once the outcome is there and nothing is being dragged.
+    fn question(&mut self, ctx: &Context) {
+        let kind = self.edit.settings.kind;
+        let open = self.state.room == Room::Identify && self.edit.settings.known.is_empty();
+        let replies = if open { replies(&self.bench.layout(kind), &self.bench.units(kind)) } else { Vec::new() };
+        if replies.is_empty() {
+            return self.questions.forget();
+        }
+        let held = ctx.input(|i| i.pointer.any_down());
+        if self.answered != self.ticket {
+            self.questions.give_way();
+        } else if !held && self.bench.outcome.is_some() {
+            let (bench, edit) = (&self.bench, &self.edit);
+            self.questions.want(bench.generation, edit, replies, || bench.set(&edit.usage));
+        }
+    }
+
     /// Asks for the map of settings while a view shows it.
     fn look_around(&mut self) {
         if self.bench.records.is_empty() {
@@ -423,7 +469,12 @@ impl App {
             Purpose::Locate => self.located(path),
             Purpose::Project => self.save_project(&path),
             Purpose::Model => self.export_model(&path),
+            Purpose::Plot if self.state.room == Room::Missing => self.draw_figure(ctx, path),
             Purpose::Plot => self.draw_plot(ctx, path),
+            Purpose::Table => {
+                let text = std::mem::take(&mut self.table);
+                self.pictures.ask(PictureJob::Table { path, text });
+            }
             Purpose::Report(_) => self.save_report(path),
             Purpose::RigRecords | Purpose::RoundRecords | Purpose::Rounds => {
                 self.rig.save(purpose, path, &self.state.rig);
@@ -464,19 +515,35 @@ impl App {
 
     /// Draws the panel that asks how the figure is to be saved, while it is open.
     fn figure_panel(&mut self, ctx: &Context, frame: &eframe::Frame) {
-        if !self.figure_open || self.state.room != Room::Identify || self.bench.outcome.is_none() {
-            return;
-        }
-        let view = self.state.view;
-        let drawn = view.figure(&self.state.views).is_some();
-        match figure_panel::show(ctx, view.label(), &mut self.state.figure, drawn) {
+        let (name, drawn) = match self.state.room {
+            _ if !self.figure_open || self.bench.outcome.is_none() => return,
+            Room::Identify => (self.state.view.label(), self.state.view.figure(&self.state.views).is_some()),
+            Room::Missing => (self.figure.name(), false),
+            Room::Rig | Room::Report => return,
+        };
+        match figure_panel::show(ctx, name, &mut self.state.figure, drawn) {
             figure_panel::Outcome::Open => {}
             figure_panel::Outcome::Closed => self.figure_open = false,
             figure_panel::Outcome::Save => {
-                let stem = Path::new(&self.bench.title).file_stem().map_or("figure".into(), |s| s.to_string_lossy());
-                let (view, ending) = (view.label().to_lowercase(), self.state.figure.format.figure().ending());
-                let name = format!("{stem}-{view}.{ending}");
+                let name = self.file_name(name, self.state.figure.format.figure().ending());
                 self.dialogs.ask(Purpose::Plot, &name, frame, ctx);
+            }
+        }
+    }
+
+    /// The name that is offered for a file of a plot.
+    fn file_name(&self, what: &str, ending: &str) -> String {
+        let stem = Path::new(&self.bench.title).file_stem().map_or("figure".into(), |s| s.to_string_lossy());
+        format!("{stem}-{}.{ending}", what.to_lowercase().replace(' ', "-"))
+    }
+
+    /// Draws a figure of "What's missing" at once: its thread is busy with the search.
+    fn draw_figure(&mut self, ctx: &Context, path: PathBuf) {
+        let size = self.state.figure.size;
+        match self.missing.svg(ctx, &self.figure, (&self.bench, &self.edit), size) {
+            Some(svg) => self.pictures.ask(PictureJob::Drawing { path, svg, title: self.figure.name() }),
+            None => {
+                self.notices.error("The figure was not saved: there is nothing to draw yet; look for effects first");
             }
         }
     }
@@ -551,16 +618,13 @@ impl App {
                 let name = format!("{stem}.{}", Format::Python.ending());
                 self.dialogs.ask(Purpose::Model, &name, frame, ctx);
             }
-            // Plots, maps and figures belong together there.
-            Command::PlotPicture if self.state.room != Room::Identify => {
-                self.dialogs.ask(
-                    Purpose::Window,
-                    &format!("{stem}-{}.png", if self.state.room == Room::Missing { "missing" } else { "report" }),
-                    frame,
-                    ctx,
-                );
+            Command::PlotPicture if self.state.room == Room::Report => {
+                self.dialogs.ask(Purpose::Window, &format!("{stem}-report.png"), frame, ctx);
             }
-            Command::PlotPicture => self.figure_open = !self.figure_open,
+            Command::PlotPicture => {
+                self.figure_open = !self.figure_open;
+                self.figure = self.missing.main_figure();
+            }
             Command::WindowPicture => self.dialogs.ask(Purpose::Window, &format!("{stem}-window.png"), frame, ctx),
             Command::CopyText | Command::CopyLatex | Command::CopyPython | Command::CopyJson => self.copy(command, ctx),
             Command::View(view) => self.state.view = view,
@@ -583,8 +647,13 @@ impl App {
     }
 
     /// Does what the room "What's missing" asks for.
-    fn walk_on(&mut self, act: Act, ctx: &Context) {
+    fn walk_on(&mut self, act: Act, ctx: &Context, frame: &eframe::Frame) {
         match act {
+            Act::SaveFigure(figure) => (self.figure, self.figure_open) = (figure, true),
+            Act::SaveTable(what, text) => {
+                self.table = text;
+                self.dialogs.ask(Purpose::Table, &self.file_name(what, "csv"), frame, ctx);
+            }
             Act::Use => match self.missing.taken_over(&self.edit) {
                 Some(Ok(settings)) => {
                     self.history.note(&self.edit);
@@ -655,8 +724,8 @@ impl App {
                 return self.rig_centre(ui, frame);
             }
             if self.state.room == Room::Missing && !self.bench.records.is_empty() {
-                for act in self.missing.show(ui, &self.bench, &self.edit) {
-                    self.walk_on(act, ui.ctx());
+                for act in self.missing.show(ui, &self.bench, &self.edit, &mut self.state.views.freedom) {
+                    self.walk_on(act, ui.ctx(), frame);
                 }
                 return;
             }
@@ -711,6 +780,12 @@ impl App {
                     let ctx = ui.ctx().clone();
                     self.run(Command::PlotPicture, &ctx, frame);
                 }
+                Some(Request::SaveTable(text)) => {
+                    self.table = text;
+                    let name = self.file_name(self.state.view.label(), "csv");
+                    let ctx = ui.ctx().clone();
+                    self.dialogs.ask(Purpose::Table, &name, frame, &ctx);
+                }
                 Some(Request::Set { window, threshold }) => self.set(window, threshold),
                 Some(Request::Pin) => {
                     self.pin(outcome);
@@ -762,6 +837,7 @@ impl eframe::App for App {
         self.ask();
         self.look_around();
         self.repeat(ctx);
+        self.question(ctx);
         self.set_title(ctx);
         self.teach();
         let (now, held) = ctx.input(|i| (i.time, i.pointer.any_down()));
@@ -773,6 +849,7 @@ impl eframe::App for App {
     fn ui(&mut self, ui: &mut Ui, frame: &mut eframe::Frame) {
         let ctx = ui.ctx().clone();
         self.state.zoom = ctx.zoom_factor();
+        display::install(&ctx, &self.state.views.units);
         for command in Command::pressed(&ctx) {
             self.run(command, &ctx, frame);
         }
@@ -815,6 +892,7 @@ impl eframe::App for App {
                 cutting: self.state.cutting && self.state.room == Room::Identify,
                 choosing,
                 refused: self.refused.as_ref(),
+                bought: self.questions.bought(),
                 typing: &mut self.typing,
                 asks: &mut asks,
             };
@@ -825,7 +903,7 @@ impl eframe::App for App {
                 _ => acts = missing.controls(ui, desk.bench, desk.edit),
             });
             for act in acts {
-                self.walk_on(act, &ctx);
+                self.walk_on(act, &ctx, frame);
             }
             let mut desk = Desk {
                 bench: &self.bench,
@@ -836,6 +914,7 @@ impl eframe::App for App {
                 cutting: self.state.cutting && self.state.room == Room::Identify,
                 choosing,
                 refused: self.refused.as_ref(),
+                bought: self.questions.bought(),
                 typing: &mut self.typing,
                 asks: &mut asks,
             };
@@ -873,6 +952,7 @@ impl eframe::App for App {
         }
         overlay::drop_zone(&ctx);
         self.notices.show_toasts(&ctx);
+        self.state.views.units = display::chosen(&ctx);
         // What was just changed is asked for at once, not with the next event.
         self.ask();
         self.look_around();
@@ -944,13 +1024,21 @@ fn draw(job: PictureJob) -> Result<PathBuf, String> {
             let search = Search { map: map.as_ref(), ..Search::default() };
             let picture = Picture { outcome: &outcome, previous: None, record, stale: false, search, pins: &pins };
             let format = FigureFormat::of(&path).map_err(|e| format!("The figure was not saved: {e}"))?;
-            let own =
-                view.figure(&state).filter(|_| !look.as_shown).and_then(|kind| kind.svg(&outcome, record, look.size));
+            let own = view
+                .figure(&state)
+                .filter(|_| !look.as_shown && state.units.is_empty())
+                .and_then(|kind| kind.svg(&outcome, record, look.size));
             let drawing = own.unwrap_or_else(|| views::vector(&like, view, &picture, &state, look.size));
-            let written = format.bytes(&drawing, view.label()).map_err(|e| e.to_string()).and_then(|bytes| {
-                std::fs::write(&path, bytes).map_err(|e| format!("{e}; choose another folder ({})", path.display()))
-            });
-            return written.map(|()| path).map_err(|e| format!("The figure was not saved: {e}"));
+            return save_figure(path, &drawing, view.label(), format);
+        }
+        PictureJob::Drawing { path, svg, title } => {
+            let format = FigureFormat::of(&path).map_err(|e| format!("The figure was not saved: {e}"))?;
+            return save_figure(path, &svg, title, format);
+        }
+        PictureJob::Table { path, text } => {
+            let failed = |e| format!("The numbers were not saved: {e}; choose another folder ({})", path.display());
+            std::fs::write(&path, text).map_err(failed)?;
+            return Ok(path);
         }
         PictureJob::Window { path, image } => {
             let [width, height] = image.size.map(|n| u32::try_from(n).unwrap_or(u32::MAX));
@@ -965,6 +1053,14 @@ fn draw(job: PictureJob) -> Result<PathBuf, String> {
     };
     save_png(&path, &image)?;
     Ok(path)
+}
+
+/// Writes a drawing in a form.
+fn save_figure(path: PathBuf, drawing: &str, title: &str, format: FigureFormat) -> Result<PathBuf, String> {
+    let written = format.bytes(drawing, title).map_err(|e| e.to_string()).and_then(|bytes| {
+        std::fs::write(&path, bytes).map_err(|e| format!("{e}; choose another folder ({})", path.display()))
+    });
+    written.map(|()| path).map_err(|e| format!("The figure was not saved: {e}"))
 }
 
 /// The path with an ending, if it has none.

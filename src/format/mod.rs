@@ -4,4 +4,5 @@ pub mod equations;
 pub mod number;
 pub mod palette;
 pub(crate) mod shell;
+pub mod shown;
 pub mod units;

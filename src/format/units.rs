@@ -6,7 +6,8 @@ use super::number::superscript;
 /// Units that take prefixes; a unit with another head is shown as it stands.
 const PREFIXED: [&str; 13] = ["m", "N", "V", "A", "s", "Hz", "Pa", "rad", "W", "J", "Nm", "N·m", "T"];
 
-const PREFIXES: [(&str, i32); 8] = [("p", -12), ("n", -9), ("µ", -6), ("m", -3), ("", 0), ("k", 3), ("M", 6), ("G", 9)];
+pub(super) const PREFIXES: [(&str, i32); 8] =
+    [("p", -12), ("n", -9), ("µ", -6), ("m", -3), ("", 0), ("k", 3), ("M", 6), ("G", 9)];
 
 /// How values of one quantity are shown: shown value = value × `factor`, in `unit`.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,8 +34,7 @@ impl Scale {
         if unit.is_empty() {
             return plain_number(largest);
         }
-        let head_end = unit.find(['/', '*', '·', ' ', '(']).filter(|_| !unit.starts_with("N·m")).unwrap_or(unit.len());
-        let (head, rest) = unit.split_at(head_end);
+        let (head, rest) = head_of(unit);
         let Some((power, base)) = split_prefix(head) else { return Self::plain(unit) };
         let in_base = largest * 10f64.powi(power);
         let (prefix, chosen) = if (0.1..1e3).contains(&in_base) {
@@ -88,6 +88,27 @@ pub fn raised(text: &str) -> String {
     out + rest
 }
 
+/// A product of powers as the tables of coefficients write it: `m^-2 s^-1` becomes `1/(m² s)`.
+pub fn as_fraction(unit: &str) -> String {
+    if unit.contains(['/', '(']) {
+        return raised(unit);
+    }
+    let (mut above, mut below) = (Vec::new(), Vec::new());
+    for factor in unit.split_whitespace() {
+        match factor.split_once("^-") {
+            Some((name, "1")) => below.push(name.to_owned()),
+            Some((name, power)) => below.push(format!("{name}^{power}")),
+            None => above.push(factor.to_owned()),
+        }
+    }
+    let above = if above.is_empty() && !below.is_empty() { "1".to_owned() } else { above.join(" ") };
+    raised(&match below.len() {
+        0 => above,
+        1 => format!("{above}/{}", below[0]),
+        _ => format!("{above}/({})", below.join(" ")),
+    })
+}
+
 /// The unit of a rate: `mm` becomes `mm/s`, `m/s^2` becomes `m/s³`.
 pub fn per_second(unit: &str) -> String {
     let unit = raised(unit.trim());
@@ -104,8 +125,14 @@ pub fn per_second(unit: &str) -> String {
     }
 }
 
+/// The part of a unit that bears the prefix, and the rest: `mm` and `/s²`.
+pub(super) fn head_of(unit: &str) -> (&str, &str) {
+    let end = unit.find(['/', '*', '·', ' ', '(']).filter(|_| !unit.starts_with("N·m"));
+    unit.split_at(end.unwrap_or(unit.len()))
+}
+
 /// Power of ten of a unit's prefix, and the unit without it.
-fn split_prefix(head: &str) -> Option<(i32, &str)> {
+pub(super) fn split_prefix(head: &str) -> Option<(i32, &str)> {
     if PREFIXED.contains(&head) {
         return Some((0, head));
     }
@@ -138,6 +165,20 @@ mod tests {
     #[test]
     fn powers_are_raised() {
         assert_eq!(raised("0.08 m/s^2 or m^-2 s^-12, x^y"), "0.08 m/s² or m⁻² s⁻¹², x^y");
+    }
+
+    #[test]
+    fn products_of_powers_are_written_as_fractions() {
+        for (unit, shown) in [
+            ("m^-2 s^-1", "1/(m² s)"),
+            ("s^-2", "1/s²"),
+            ("m/s^2", "m/s²"),
+            ("m^2 s^-1", "m²/s"),
+            ("", ""),
+            ("rad", "rad"),
+        ] {
+            assert_eq!(as_fraction(unit), shown, "{unit}");
+        }
     }
 
     #[test]

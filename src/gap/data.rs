@@ -110,7 +110,7 @@ impl Data {
             .collect();
         if stride > 1 {
             notices.push(format!(
-                "Every {stride}th sample is used, behind a low-pass filter at {:.3} Hz: the motion is slower by far, and {samples} samples would say no more.",
+                "One sample in {stride} is used, behind a low-pass filter at {:.3} Hz: the motion is slower by far, and {samples} samples would say no more.",
                 0.4 / (first.interval * stride as f64)
             ));
         }

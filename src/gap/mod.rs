@@ -39,7 +39,7 @@ pub use evidence::LEVEL;
 pub use guide::{Entry, EntryForm, EntryParameter, guide};
 pub use outcome::{
     Added, Blind, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Gap, Map, MissingForce, Parameter, Place,
-    Profile, Remaining, Round, Stage, Standing, Test, Trace, Verdict,
+    Profile, Remaining, Round, SensorTrace, Stage, Standing, Test, Trace, Verdict,
 };
 pub use progress::Progress;
 pub use search::{Ask, Listener, Search};

@@ -62,6 +62,27 @@ pub struct Trace {
     pub measured: Arc<[f64]>,
     /// Simulated displacement, as the sensor would show it.
     pub simulated: Arc<[f64]>,
+    /// The same of every other mass's sensor, that of the second mass first.
+    pub others: Vec<SensorTrace>,
+}
+
+impl Trace {
+    /// What a mass's sensor showed, and what it would show of the response; of a mass that there is not, the first's.
+    pub fn of_mass(&self, mass: usize) -> (&Arc<[f64]>, &Arc<[f64]>) {
+        let other = mass.checked_sub(1).and_then(|k| self.others.get(k));
+        other.map_or((&self.measured, &self.simulated), |o| (&o.measured, &o.simulated))
+    }
+}
+
+/// What the sensor of one mass showed, beside what the simulated response would have shown it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorTrace {
+    /// What it showed, in its unit.
+    pub measured: Arc<[f64]>,
+    /// What it would show of the response.
+    pub simulated: Arc<[f64]>,
+    /// Standard deviation of its noise.
+    pub noise: f64,
 }
 
 /// A physical quantity that was fitted.
@@ -261,6 +282,8 @@ pub struct MissingForce {
 pub struct Place {
     /// One plain sentence.
     pub sentence: String,
+    /// The mass whose missing force it is, from zero.
+    pub mass: usize,
     /// The missing force in time, one entry a fitted record.
     pub force: Vec<MissingForce>,
     /// Over displacement and velocity.

@@ -135,7 +135,7 @@ impl Data {
         let acceleration = raised(&unit(&self.unit, (1, -2)));
         let whose = (self.masses() > 1).then_some(lead);
         let sentence = sentence(&profiles, &quantities, (&missing, &motion.measured), (lead, whose), &acceleration);
-        Place { sentence, force, map, profiles }
+        Place { sentence, mass: lead, force, map, profiles }
     }
 
     fn quantities(&self, motion: &Motion) -> Vec<Quantity> {

@@ -1,9 +1,12 @@
 //! Fitted models and candidates as values to be drawn and read.
 
+use std::sync::Arc;
+
 use super::columns::forces;
+use super::data::Series;
 use super::effects::{Axis, Form, unit};
 use super::fit::Fitted;
-use super::outcome::{Added, Candidate, Choice, Curve, Parameter, Stage, Standing, Trace};
+use super::outcome::{Added, Candidate, Choice, Curve, Parameter, SensorTrace, Stage, Standing, Trace};
 use super::screen::{Motion, Screened};
 use super::search::Search;
 use super::site::{Placed, Site};
@@ -213,14 +216,27 @@ impl Search {
         fitted.composition.of(form, shared).map_or(0.0, |(coefficients, _)| shares[coefficients].iter().sum())
     }
 
+    /// What one mass's sensor showed, and what it would show of the response, given sensor after sensor.
+    fn of_sensor(&self, s: &Series, mass: usize, simulated: &[f64]) -> SensorTrace {
+        // The responses are weighted so that all sensors are told in the first's unit.
+        let weight = self.data.weights[mass];
+        let own = simulated.get(mass * s.len()..(mass + 1) * s.len()).unwrap_or_default();
+        SensorTrace {
+            measured: Arc::clone(&s.measured[mass]),
+            simulated: own.iter().map(|x| x / weight).collect(),
+            noise: self.data.noise / weight,
+        }
+    }
+
     fn traces(&self, fitted: &Fitted) -> Vec<Trace> {
-        let trace = |s: &super::data::Series, simulated: &[f64]| Trace {
+        let trace = |s: &Series, simulated: &[f64]| Trace {
             record: s.name.clone(),
             usage: s.usage,
             start: s.start,
             interval: s.interval,
             measured: s.measured[0].iter().map(|x| x + self.data.datum).collect(),
             simulated: simulated.iter().take(s.len()).map(|x| x + self.data.datum).collect(),
+            others: (1..s.measured.len()).map(|mass| self.of_sensor(s, mass, simulated)).collect(),
         };
         let simulated = fitted.by_record(&fitted.refined.simulated);
         let fit = self.data.fit().iter().zip(&simulated);

@@ -19,7 +19,7 @@ pub enum Site {
 
 impl Site {
     /// Every site of a chain of masses: to ground and, where it moves, to the base at each, and between neighbours.
-    pub(super) fn all(masses: usize, base_moves: bool) -> Vec<Self> {
+    pub fn all(masses: usize, base_moves: bool) -> Vec<Self> {
         let mut sites: Vec<Self> = (0..masses).map(Self::Ground).collect();
         sites.extend((1..masses).map(|j| Self::Joint(j - 1, j)));
         sites.extend((0..masses).filter(|_| base_moves).map(Self::Base));
@@ -36,7 +36,7 @@ impl Site {
     }
 
     /// Such a quantity in words: `x`, `x − u`, `x1 − x2`.
-    pub(super) fn words(self, symbol: &str, base: &str, masses: usize) -> String {
+    pub fn words(self, symbol: &str, base: &str, masses: usize) -> String {
         let of = |i: usize| if masses > 1 { format!("{symbol}{}", i + 1) } else { symbol.to_owned() };
         match self {
             Self::Ground(i) => of(i),

@@ -150,13 +150,36 @@ impl Units {
     /// The unit of a term's coefficient in the equation of a state's rate: `1/s^2`, `1` for a plain number; none if a
     /// file does not say.
     pub fn coefficient(&self, state: Symbol, term: &Term) -> Option<String> {
+        self.measure(state, term).map(|measure| measure.text())
+    }
+
+    fn measure(&self, state: Symbol, term: &Term) -> Option<Measure> {
         let rate = self.symbol(state)?.per_second(1);
         let term = match self.expression(term.expression(), &mut |_| {}) {
             Found::Any => Measure::default(),
             Found::Known(measure) => measure,
             Found::Unknown => return None,
         };
-        Some(rate.times(&term, -1.0).shortened().text())
+        Some(rate.times(&term, -1.0).shortened())
+    }
+
+    /// The unit of a term's coefficient where some units are replaced by others, and how many of it one of the file's is;
+    /// `replaced` gives the other unit, and how many of it one is.
+    pub fn coefficient_in<'a>(
+        &self,
+        state: Symbol,
+        term: &Term,
+        replaced: impl Fn(&str) -> Option<(&'a str, f64)>,
+    ) -> Option<(String, f64)> {
+        let measure = self.measure(state, term)?;
+        let mut factor = 1.0;
+        let mut shown = Measure::default();
+        for (name, power) in &measure.0 {
+            let (name, size) = replaced(name).unwrap_or((name, 1.0));
+            factor *= size.powf(*power);
+            shown = shown.times(&Measure::one(name, *power), 1.0);
+        }
+        Some((shown.text(), factor))
     }
 
     /// The unit of a symbol: `m/s`; none if a file does not say.
@@ -323,6 +346,20 @@ mod tests {
                 let found = units.coefficient(Symbol::Rate(0), &Term::parse(term).unwrap());
                 assert_eq!(found.as_deref(), Some(*unit), "{header} {term}");
             }
+        }
+    }
+
+    #[test]
+    fn coefficients_are_told_in_other_units() {
+        let units = units("x [m],u [N]");
+        let millimetres = |name: &str| (name == "m").then_some(("mm", 1e3));
+        for (term, unit, factor) in
+            [("x", "1/s^2", 1.0), ("x^3", "1/(mm^2 s^2)", 1e-6), ("sgn(v)", "mm/s^2", 1e3), ("u", "1/kg", 1.0)]
+        {
+            let (found, times) =
+                units.coefficient_in(Symbol::Rate(0), &Term::parse(term).unwrap(), millimetres).unwrap();
+            assert_eq!(found, unit, "{term}");
+            assert!((times / factor - 1.0).abs() < 1e-12, "{term}: {times}");
         }
     }
 

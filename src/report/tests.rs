@@ -303,6 +303,7 @@ fn the_walk_is_told_in_every_document() {
             interval: 0.01,
             measured: Arc::clone(&measured),
             simulated: measured.iter().map(|m| m * (1.0 + rmse)).collect(),
+            others: Vec::new(),
         };
         let gap =
             Gap { train_rmse: rmse, test_rmse: Some(f64::NAN), train_nrmse: rmse, test_nrmse: None, horizon: 10.0 };

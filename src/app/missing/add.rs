@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use egui::{RichText, ScrollArea, Ui, vec2};
 
+use super::figures::{self, Figure};
 use super::plots::{self, Frame, Panel, Trace};
 use super::{Act, Missing, Sight, Step, cards, compare, stage_color, stands, words};
 use crate::gap::{Candidate, Stage};
@@ -17,10 +18,10 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, before: &
         return;
     }
     let by_choice = |choice: &Option<crate::gap::Choice>| {
-        choice.as_ref().and_then(|choice| candidates.iter().find(|c| c.choice == *choice))
+        choice.as_ref().and_then(|choice| sight.offered().find(|c| c.choice == *choice))
     };
-    let next = candidates.iter().filter(|c| stands(c)).find(|c| !room.skipped.contains(&c.choice));
-    let chosen = by_choice(&room.selected).or(next).or(candidates.first());
+    let next = sight.offered().filter(|c| stands(c)).find(|c| !room.skipped.contains(&c.choice));
+    let chosen = looked_at(room, sight);
     let list = (0.32 * ui.available_height()).max(150.0);
     // The pointer was over a row in the frame before: the rows lie beneath the plot.
     let hovered =
@@ -28,16 +29,18 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, before: &
     let shown = by_choice(&hovered).or(chosen);
     let after = shown.and_then(|c| sight.with(&c.choice));
     let aside = shown.map_or_else(String::new, |c| format!("preview: {}", c.title));
-    if let Some(trace) = compare::record(ui, &before.traces, &mut room.record, &aside).map(|t| t.record.clone()) {
+    if let Some(trace) =
+        compare::record(ui, sight, (&before.traces, &mut room.record, &mut room.mass), &aside).map(|t| t.record.clone())
+    {
         let height = ui.available_height() - list - 36.0;
-        overlay(ui, room, sight, before, after, &trace, height);
+        overlay(ui, room, sight, (before, after, &trace), height, acts);
     }
     buttons(ui, room, sight, chosen, next, acts);
     let mut under = None;
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 1.0;
         ui.set_width(ui.available_width() - 10.0);
-        for candidate in candidates {
+        for candidate in sight.offered() {
             let marks =
                 (chosen.is_some_and(|c| c.choice == candidate.choice), room.skipped.contains(&candidate.choice));
             if cards::row(ui, sight, before, candidate, marks, acts) {
@@ -52,22 +55,30 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, before: &
     }
 }
 
-fn overlay(
+/// The candidate that is looked at: the one that was chosen, else the first that stands.
+pub(super) fn looked_at<'a>(room: &Missing, sight: &Sight<'a>) -> Option<&'a Candidate> {
+    let chosen = room.selected.as_ref().and_then(|choice| sight.offered().find(|c| c.choice == *choice));
+    let next = || sight.offered().filter(|c| stands(c)).find(|c| !room.skipped.contains(&c.choice));
+    chosen.or_else(next).or_else(|| sight.offered().next())
+}
+
+/// Measured, before and with the effect over each other, the gaps beneath.
+pub(super) fn overlay(
     ui: &mut Ui,
     room: &mut Missing,
     sight: &Sight<'_>,
-    before: &Stage,
-    after: Option<&Arc<Stage>>,
-    record: &str,
+    (before, after, record): (&Stage, Option<&Arc<Stage>>, &str),
     height: f32,
+    acts: &mut Vec<Act>,
 ) {
     let find = |stage: &Stage| stage.traces.iter().find(|t| &*t.record == record).cloned();
     let Some(old) = find(before) else { return };
     let new = after.and_then(|s| find(s));
     let dark = sight.dark;
+    let sensor = sight.subject.sensor(sight.mass);
     let color = stage_color(before.effects.len() + 1, dark);
     let old_color = stage_color(before.effects.len(), dark);
-    let mut traces = vec![Trace::measured(&old.measured, dark)];
+    let mut traces = vec![Trace::measured(old.of_mass(sight.mass).0, dark)];
     let mut gaps = Vec::new();
     let rms = |v: &[f64]| (v.iter().map(|g| g * g).sum::<f64>() / v.len().max(1) as f64).sqrt();
     let mut aside = String::new();
@@ -75,17 +86,18 @@ fn overlay(
         [("before", Some(&old), old_color, 1.1), ("with the effect", new.as_ref(), color, 1.6)]
     {
         let Some(trace) = trace else { continue };
-        traces.push(Trace { name, color, width, values: Arc::clone(&trace.simulated), leads: false });
-        let gap = room.plots.made(0, &trace.measured, &trace.simulated, |m, s| m - s);
-        let size = crate::format::units::format_si(rms(&gap), sight.unit, 3);
+        let (measured, simulated) = trace.of_mass(sight.mass);
+        traces.push(Trace { name, color, width, values: Arc::clone(simulated), leads: false });
+        let gap = room.plots.made(0, measured, simulated, |m, s| m - s);
+        let size = crate::format::units::format_si(rms(&gap), &sensor.unit, 3);
         aside = if aside.is_empty() { format!("RMS {size}") } else { format!("{aside} → {size}") };
         gaps.push(Trace { name, color, width: 1.0, values: gap, leads: true });
     }
-    let noise = sight.known.noise_floor;
+    let noise = sight.noise(&old);
     let panels = [
         Panel {
-            symbol: "x",
-            unit: sight.unit.to_owned(),
+            symbol: &sensor.symbol,
+            unit: sensor.unit.clone(),
             traces,
             band: None,
             level: None,
@@ -95,7 +107,7 @@ fn overlay(
         },
         Panel {
             symbol: "gap",
-            unit: sight.unit.to_owned(),
+            unit: sensor.unit.clone(),
             traces: gaps,
             band: None,
             level: (noise > 0.0).then(|| ("± noise".to_owned(), noise)),
@@ -114,7 +126,9 @@ fn overlay(
         dark,
         height,
     };
-    plots::stack(ui, &mut room.plots, &frame, &panels);
+    for plot in plots::stack(ui, &mut room.plots, &frame, &panels) {
+        figures::menu(&plot.response, &Figure::Time(Step::Add), || plots::table(&frame, &panels), acts);
+    }
 }
 
 /// Skip and undo; to accept is the button that leads on.
@@ -128,8 +142,8 @@ fn buttons(
 ) {
     cards::line(ui, 30.0, |ui| {
         let Some(chosen) = chosen else { return };
-        let after = sight.candidates().iter().filter(|c| stands(c) && c.choice != chosen.choice);
-        let after = after.into_iter().find(|c| !room.skipped.contains(&c.choice)).map(|c| c.choice.clone());
+        let mut after = sight.offered().filter(|c| stands(c) && c.choice != chosen.choice);
+        let after = after.find(|c| !room.skipped.contains(&c.choice)).map(|c| c.choice.clone());
         let skip = ui.add_enabled(after.is_some(), egui::Button::new("Skip").min_size(vec2(60.0, 24.0)));
         if skip.on_hover_text("Pass it over and preview the next").clicked() {
             room.skipped.push(chosen.choice.clone());

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use egui::{RichText, Ui};
 
-use super::{Act, Base, Missing, Sight};
+use super::subject::Subject;
+use super::{Act, Base, Missing, places};
 use crate::app::bench::Bench;
 use crate::app::state::Edit;
 use crate::app::theme;
@@ -18,10 +19,13 @@ pub(super) fn column(ui: &mut Ui, room: &mut Missing, bench: &Bench, edit: &mut 
     let mut acts = Vec::new();
     section(ui, "BASE MODEL", |_| {}, |_| {});
     show(ui, &mut room.typing, bench, edit);
+    let subject = Subject::of(bench);
+    let known = std::mem::take(&mut room.known);
+    let walk = edit.walk.clone();
+    let sight = room.sight(&known, &walk, &subject, ui.visuals().dark_mode);
+    places::show(ui, room, &sight);
     section(ui, "SEARCH", |_| {}, |_| {});
-    let sight =
-        Sight { walk: &edit.walk, known: &room.known, running: room.running, unit: "", dark: ui.visuals().dark_mode };
-    let stage = room.known.stages.get(&edit.walk.accepted);
+    let stage = known.stages.get(&edit.walk.accepted);
     match stage {
         Some(stage) if !stage.effects.is_empty() => {
             for (k, effect) in stage.effects.iter().enumerate() {
@@ -54,6 +58,7 @@ pub(super) fn column(ui: &mut Ui, room: &mut Missing, bench: &Bench, edit: &mut 
         let color = theme::accents(sight.dark).caution;
         ui.add(egui::Label::new(RichText::new(problem).size(12.0).color(color)).wrap());
     }
+    room.known = known;
     acts
 }
 

@@ -3,6 +3,8 @@
 use crate::format::units::raised;
 use egui::{Align, FontId, Layout, Rect, RichText, Sense, Stroke, StrokeKind, Ui, UiBuilder, WidgetInfo, pos2, vec2};
 
+use super::figures::{self, Figure};
+use super::subject::short_title;
 use super::{Act, Missing, Sight, plots, stage_color, stands, words};
 use crate::app::theme;
 use crate::format::number::significant_trimmed;
@@ -23,9 +25,9 @@ pub(super) fn standing(candidate: &Candidate, sight: &Sight<'_>) -> String {
             None => words::evidence(candidate.delta_bic).to_owned(),
             Some(delta) => words::against_first(delta).to_owned(),
         },
-        Standing::Screened if looking => "screened; refitted if it is among the likeliest".to_owned(),
-        Standing::Screened => "screened only".to_owned(),
-        Standing::Refused(_) => "refused".to_owned(),
+        Standing::Screened if looking => "fitted next if it is among the likeliest".to_owned(),
+        Standing::Screened => "not fitted: click to preview it".to_owned(),
+        Standing::Refused(reason) => format!("refused: {reason}"),
         Standing::NotShown(_) => "these data cannot show it".to_owned(),
     }
 }
@@ -76,8 +78,10 @@ pub(super) fn card(
     let strong = if faded { ui.visuals().weak_text_color() } else { ui.visuals().strong_text_color() };
     line(ui, 20.0, |ui| {
         let number = rank.map_or_else(String::new, |r| format!("{r}  "));
-        let title = RichText::new(format!("{number}{}", candidate.title)).size(14.0).strong().color(strong);
-        ui.add(egui::Label::new(title).truncate()).on_hover_text(candidate.explanation);
+        let title = short_title(candidate, sight.subject.masses());
+        let title = RichText::new(format!("{number}{title}")).size(14.0).strong().color(strong);
+        ui.add(egui::Label::new(title).truncate())
+            .on_hover_text(format!("{}\n\n{}", candidate.title, candidate.explanation));
     });
     let (plot, _) = ui.allocate_exact_size(vec2(inner.width(), PLOT), Sense::hover());
     if candidate.curve.measured.is_empty() {
@@ -87,7 +91,7 @@ pub(super) fn card(
         };
         ui.painter().text(plot.center(), egui::Align2::CENTER_CENTER, text, FontId::proportional(12.0), strong);
     } else {
-        plots::curve(ui, plot, &candidate.curve, &words::acceleration(sight.unit), color, faded);
+        plots::curve(ui, plot, &candidate.curve, &sight.subject.acceleration, color, faded);
     }
     line(ui, 18.0, |ui| match &candidate.stage {
         Some(stage) => {
@@ -98,7 +102,7 @@ pub(super) fn card(
         }
         None if candidate.explained > 0.0 => {
             let share = significant_trimmed(100.0 * candidate.explained, 2);
-            ui.label(RichText::new(format!("explains {share} % along the motion")).weak());
+            ui.label(RichText::new(format!("{share} % of the gap along the measured motion")).weak());
         }
         None => {}
     });
@@ -110,7 +114,7 @@ pub(super) fn card(
             Standing::Refused(_) => colors.caution,
             _ => ui.visuals().weak_text_color(),
         };
-        ui.label(RichText::new(said).color(color));
+        ui.add(egui::Label::new(RichText::new(said).color(color)).truncate());
         if candidate.stage.is_some() {
             let (value, hint) = match behind {
                 None => (candidate.delta_bic, "Against the model without it; negative speaks for the effect"),
@@ -142,6 +146,10 @@ pub(super) fn card(
     job.wrap.max_width = inner.width();
     let galley = ui.painter().layout_job(job);
     ui.painter().galley(rest, galley, color);
+    if !candidate.curve.measured.is_empty() {
+        let table = || figures::curve_table(&candidate.curve, &sight.subject.acceleration);
+        figures::menu(&response, &Figure::Curve(candidate.choice.clone()), table, acts);
+    }
     let full = format!("{}\n\n{reason}\n{confused}", candidate.explanation);
     if response.on_hover_text(full.trim()).clicked() {
         acts.push(Act::Select(candidate.choice.clone()));
@@ -177,7 +185,7 @@ pub(super) fn row(
     }
     let faded = skipped || !(stands(candidate) || matches!(candidate.standing, Standing::Screened));
     let text = if faded { ui.visuals().weak_text_color() } else { ui.visuals().text_color() };
-    let mut title = RichText::new(&candidate.title).color(text);
+    let mut title = RichText::new(short_title(candidate, sight.subject.masses())).color(text);
     if skipped {
         title = title.strikethrough();
     }

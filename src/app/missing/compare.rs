@@ -5,24 +5,25 @@ use std::sync::Arc;
 
 use egui::{RichText, Ui, vec2};
 
+use super::figures::{self, Figure};
 use super::plots::{self, Frame, Panel, Trace};
-use super::{Missing, Sight, cards, map, stage_color, words};
+use super::{Act, Missing, Sight, Step, cards, map, stage_color, stands, words};
 use crate::app::plot::palette::{self, Ink};
 use crate::app::theme;
 use crate::format::number::significant;
-use crate::gap::{Place, Stage, Trace as Response};
+use crate::gap::{Place, Site, Stage, Trace as Response};
 use crate::record::Usage;
 
 /// Least height of the row of maps, points.
-const MAPS: f32 = 190.0;
+const MAPS: f32 = 160.0;
 
-pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, stage: &Arc<Stage>) {
+pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, stage: &Arc<Stage>, acts: &mut Vec<Act>) {
     sentence(ui, sight);
-    let Some(trace) = record(ui, &stage.traces, &mut room.record, "") else { return };
+    let Some(trace) = record(ui, sight, (&stage.traces, &mut room.record, &mut room.mass), "") else { return };
     let maps = (0.34 * ui.available_height()).max(MAPS);
     let height = ui.available_height() - maps - 6.0;
-    time(ui, room, sight, trace, height);
-    below(ui, room, sight, maps);
+    time(ui, room, sight, trace, height, acts);
+    below(ui, room, sight, maps, acts);
 }
 
 /// Where it is, in a sentence of its own height.
@@ -30,10 +31,19 @@ fn sentence(ui: &mut Ui, sight: &Sight<'_>) {
     let size = vec2(ui.available_width(), 36.0);
     ui.allocate_ui_with_layout(size, egui::Layout::top_down(egui::Align::Min), |ui| {
         ui.set_min_size(size);
+        let first = sight.round().and_then(|r| r.candidates.first()).filter(|c| stands(c));
         let text = match (sight.place(), sight.round()) {
             (_, Some(round)) if !round.evidence.significant => {
                 format!("No gap beyond noise ({}): what is left is noise.", words::no_gap(round.evidence.p_value))
             }
+            // The base's own spring and damper have taken up part of the force: what orders the rest need not be the
+            // quantity that the effect depends on.
+            (Some(_), Some(round)) if let Some(first) = first => format!(
+                "A gap beyond noise ({}). {} closes it best: below, the missing force is drawn over {}, on which that depends.",
+                words::p_value(round.evidence.p_value),
+                first.title,
+                raised(&first.curve.axis)
+            ),
             (Some(place), round) => {
                 let verdict = round.map(|r| format!("A gap beyond noise ({}). ", words::p_value(r.evidence.p_value)));
                 verdict.unwrap_or_default() + &raised(&place.sentence)
@@ -43,24 +53,40 @@ fn sentence(ui: &mut Ui, sight: &Sight<'_>) {
                           Is it more than noise, where is it, and what would close it?"
                 .to_owned(),
         };
-        ui.add(egui::Label::new(RichText::new(text).size(13.5)).wrap());
+        let color = ui.visuals().text_color();
+        let place = sight.place().map_or(String::new(), |p| raised(&p.sentence));
+        let whole = if place.is_empty() || text.contains(&place) { text.clone() } else { format!("{text}\n\n{place}") };
+        let mut job = egui::text::LayoutJob::simple(text, egui::FontId::proportional(13.5), color, size.x);
+        // Plots beneath must not move when a sentence is longer.
+        job.wrap.max_rows = 2;
+        ui.add(egui::Label::new(job)).on_hover_text(whole);
     });
 }
 
 /// Measured and simulated, their difference, and the force that is missing, on one time axis.
-fn time(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, trace: &Response, height: f32) {
+pub(super) fn time(
+    ui: &mut Ui,
+    room: &mut Missing,
+    sight: &Sight<'_>,
+    trace: &Response,
+    height: f32,
+    acts: &mut Vec<Act>,
+) {
     let dark = sight.dark;
     let model = stage_color(sight.walk.accepted.len(), dark);
-    let gap = room.plots.made(0, &trace.measured, &trace.simulated, |m, s| m - s);
+    let (measured, simulated) = trace.of_mass(sight.mass);
+    let sensor = sight.subject.sensor(sight.mass);
+    let gap = room.plots.made(0, measured, simulated, |m, s| m - s);
     let missing = sight.place().and_then(|p| p.force.iter().find(|f| f.record == trace.record));
-    let measured = || Arc::clone(&trace.measured);
-    let line = |name, color, width, values, leads| Trace { name, color, width, values, leads };
+    fn line<'a>(name: &'a str, color: egui::Color32, width: f32, values: Arc<[f64]>, leads: bool) -> Trace<'a> {
+        Trace { name, color, width, values, leads }
+    }
     let response = Panel {
-        symbol: "x",
-        unit: sight.unit.to_owned(),
+        symbol: &sensor.symbol,
+        unit: sensor.unit.clone(),
         traces: vec![
-            line("measured", Ink::Measured.color(dark), Ink::Measured.width(), measured(), true),
-            line("simulated", model, Ink::Identified.width(), Arc::clone(&trace.simulated), false),
+            line("measured", Ink::Measured.color(dark), Ink::Measured.width(), Arc::clone(measured), true),
+            line("simulated", model, Ink::Identified.width(), Arc::clone(simulated), false),
         ],
         band: None,
         level: None,
@@ -69,23 +95,28 @@ fn time(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, trace: &Response, he
         share: 1.4,
     };
     let rms = (gap.iter().map(|g| g * g).sum::<f64>() / gap.len().max(1) as f64).sqrt();
-    let noise = sight.known.noise_floor;
+    let noise = sight.noise(trace);
     let gap = Panel {
         symbol: "gap",
-        unit: sight.unit.to_owned(),
+        unit: sensor.unit.clone(),
         traces: vec![line("measured − simulated", Ink::Error.color(dark), 1.0, gap, true)],
         band: None,
         level: (noise > 0.0)
-            .then(|| (format!("± noise {}", crate::format::units::format_si(noise, sight.unit, 2)), noise)),
-        aside: format!("RMS {}", crate::format::units::format_si(rms, sight.unit, 3)),
+            .then(|| (format!("± noise {}", crate::format::units::format_si(noise, &sensor.unit, 2)), noise)),
+        aside: format!("RMS {}", crate::format::units::format_si(rms, &sensor.unit, 3)),
         empty: "",
         share: 1.0,
     };
+    // With several masses it is that of the one that lacks most, whichever is shown above.
+    let named = match sight.place() {
+        Some(place) if sight.subject.masses() > 1 => format!("missing force per mass, on mass {}", place.mass + 1),
+        _ => "missing force per mass".to_owned(),
+    };
     let force = Panel {
         symbol: "force",
-        unit: words::acceleration(sight.unit),
+        unit: sight.subject.acceleration.clone(),
         traces: missing
-            .map(|m| line("missing force per mass", Ink::Input.color(dark), 1.2, Arc::clone(&m.force), true))
+            .map(|m| line(&named, Ink::Input.color(dark), 1.2, Arc::clone(&m.force), true))
             .into_iter()
             .collect(),
         band: missing.map(|m| ("± 1 σ", Arc::clone(&m.deviation))),
@@ -109,7 +140,11 @@ fn time(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, trace: &Response, he
         dark,
         height,
     };
-    plots::stack(ui, &mut room.plots, &frame, &[response, gap, force]);
+    let panels = [response, gap, force];
+    for plot in plots::stack(ui, &mut room.plots, &frame, &panels) {
+        let table = || plots::table(&frame, &panels);
+        figures::menu(&plot.response, &Figure::Time(Step::Compare), table, acts);
+    }
 }
 
 /// Whether it was asked, and there is no gap beyond noise.
@@ -118,7 +153,7 @@ fn only_noise(sight: &Sight<'_>) -> bool {
 }
 
 /// The map, and one profile.
-fn below(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, height: f32) {
+fn below(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, height: f32, acts: &mut Vec<Act>) {
     let empty = Place::default();
     let place = sight.place().filter(|_| !only_noise(sight)).unwrap_or(&empty);
     let why = if only_noise(sight) {
@@ -128,25 +163,48 @@ fn below(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, height: f32) {
     };
     ui.horizontal_top(|ui| {
         let half = 0.5 * (ui.available_width() - 8.0);
-        map::show(ui, &place.map, sight.unit, vec2(half, height), why);
+        let acceleration = &sight.subject.acceleration;
+        let response = map::show(ui, &place.map, acceleration, vec2(half, height), why);
+        if !place.map.mean.is_empty() {
+            figures::menu(&response, &Figure::Map, || figures::map_table(&place.map, acceleration), acts);
+        }
         ui.vertical(|ui| {
             ui.set_width(half);
             if place.profiles.is_empty() {
                 return;
             }
-            chips(ui, room, place);
+            let shown = profile(room, sight, place);
+            chips(ui, room, place, shown);
             let left = height - 24.0;
-            let shown = &place.profiles[room.profile.min(place.profiles.len() - 1)];
-            map::profile(ui, shown, sight.unit, vec2(half, left), "");
+            let profile = &place.profiles[shown];
+            let response = map::profile(ui, profile, acceleration, vec2(half, left), "");
+            figures::menu(&response, &Figure::Profile, || figures::profile_table(profile, acceleration), acts);
         });
     });
 }
 
+/// Which profile is shown: the one that was chosen, else that over the quantity of the place that was picked, of the
+/// likeliest effect, or, before there is one, of the motion.
+pub(super) fn profile(room: &Missing, sight: &Sight<'_>, place: &Place) -> usize {
+    let over = |name: &str| place.profiles.iter().position(|p| p.axis.0 == name);
+    let chosen = room.profile.as_deref().and_then(over);
+    let masses = sight.subject.masses();
+    // Profiles are in order of what they explain.
+    let among = |names: Vec<String>| place.profiles.iter().position(|p| names.contains(&p.axis.0));
+    let motion = |site: Site| [site.words("x", "u", masses), site.words("v", "du", masses)];
+    let picked = || sight.site.and_then(|site| among(motion(site).to_vec()));
+    let likeliest = || {
+        let first = sight.round()?.candidates.first().filter(|c| stands(c))?;
+        over(&first.curve.axis)
+    };
+    let of_motion = || among(sight.subject.sites().into_iter().flat_map(motion).collect());
+    chosen.or_else(picked).or_else(likeliest).or_else(of_motion).unwrap_or(0)
+}
+
 /// Which quantity the profile is over, the one that explains most first.
-fn chips(ui: &mut Ui, room: &mut Missing, place: &Place) {
+fn chips(ui: &mut Ui, room: &mut Missing, place: &Place, shown: usize) {
     cards::line(ui, 20.0, |ui| {
         ui.weak("over");
-        let shown = room.profile.min(place.profiles.len() - 1);
         let text = |k: usize| {
             let p = &place.profiles[k];
             format!("{}  ({} %)", p.axis.0, significant(100.0 * p.share, 2))
@@ -154,7 +212,9 @@ fn chips(ui: &mut Ui, room: &mut Missing, place: &Place) {
         let combo = egui::ComboBox::from_id_salt("profile").width(130.0).selected_text(text(shown));
         let response = combo.show_ui(ui, |ui| {
             for k in 0..place.profiles.len() {
-                ui.selectable_value(&mut room.profile, k, text(k));
+                if ui.selectable_label(k == shown, text(k)).clicked() {
+                    room.profile = Some(place.profiles[k].axis.0.clone());
+                }
             }
         });
         response
@@ -163,8 +223,14 @@ fn chips(ui: &mut Ui, room: &mut Missing, place: &Place) {
     });
 }
 
-/// A line that names a record and leads to the next; the record shown, if there is one.
-pub(super) fn record<'a>(ui: &mut Ui, traces: &'a [Response], shown: &mut usize, aside: &str) -> Option<&'a Response> {
+/// A line that names a record and leads to the next, and at its right asks for the mass; the record shown, if there is
+/// one.
+pub(super) fn record<'a>(
+    ui: &mut Ui,
+    sight: &Sight<'_>,
+    (traces, shown, mass): (&'a [Response], &mut usize, &mut usize),
+    aside: &str,
+) -> Option<&'a Response> {
     *shown = (*shown).min(traces.len().checked_sub(1)?);
     cards::line(ui, 22.0, |ui| {
         if traces.len() > 1 {
@@ -192,11 +258,20 @@ pub(super) fn record<'a>(ui: &mut Ui, traces: &'a [Response], shown: &mut usize,
             let (rect, _) = ui.allocate_exact_size(vec2(14.0, 10.0), egui::Sense::hover());
             ui.painter().rect_filled(rect, 1.0, palette::held_out(ui.visuals().dark_mode));
         }
-        if !aside.is_empty() {
-            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            let sensors = &sight.subject.sensors;
+            if sensors.len() > 1 {
+                // From right to left, so that the first stands on the left.
+                for (k, sensor) in sensors.iter().enumerate().rev() {
+                    if ui.selectable_label(*mass == k, &sensor.symbol).clicked() {
+                        *mass = k;
+                    }
+                }
+            }
+            if !aside.is_empty() {
                 ui.add(egui::Label::new(RichText::new(aside).weak()).truncate());
-            });
-        }
+            }
+        });
     });
     traces.get(*shown)
 }

@@ -1,6 +1,6 @@
 //! The right column: the gap in one figure, the evidence, the equation with what was added, what these data cannot show.
 
-use crate::format::units::{format_si, raised};
+use crate::format::units::{as_fraction, format_si};
 use egui::{Align, Color32, FontId, Layout as Flow, Rect, RichText, Sense, Ui, WidgetInfo, pos2, vec2};
 
 use super::{Sight, stage_color, words};
@@ -11,6 +11,10 @@ use crate::format::number::{align_at_point, format_measured, significant_trimmed
 use crate::gap::{Choice, Stage, Test};
 use crate::rig::hidden::{Truth, title};
 use crate::term::{Expression, Term};
+
+/// Why the figure may be smaller than that of Identify.
+const NOISE: &str = "Standard deviation of the noise in the samples that are searched; where they were thinned behind a low-pass filter, \
+     that has taken part of the noise off";
 
 /// Questions that are shown without being asked for.
 const SHOWN: usize = 5;
@@ -47,7 +51,7 @@ pub(super) fn truth(ui: &mut Ui, sight: &Sight<'_>, truth: &Truth) {
         ui.label(RichText::new(verdict).color(edge));
         for p in truth.parameters.iter().filter(|p| p.effect.is_some()) {
             ui.label(
-                RichText::new(format!("{} = {} {}", p.name, significant_trimmed(p.value, 4), raised(&p.unit)))
+                RichText::new(format!("{} = {} {}", p.name, significant_trimmed(p.value, 4), as_fraction(&p.unit)))
                     .monospace(),
             );
         }
@@ -72,13 +76,14 @@ fn gap(ui: &mut Ui, sight: &Sight<'_>) {
         ui.spacing_mut().item_spacing.x = 0.0;
         let half = 0.5 * ui.available_width();
         let weak = ui.visuals().weak_text_color();
-        for (value, color, label) in [(figure, color, what), (noise, weak, "noise floor")] {
+        let error = "RMS of what the model's simulated response leaves";
+        for (value, color, label, hint) in [(figure, color, what, error), (noise, weak, "noise floor", NOISE)] {
             ui.allocate_ui_with_layout(vec2(half, 50.0), Flow::top_down(Align::Min), |ui| {
                 ui.set_min_width(half);
                 ui.spacing_mut().item_spacing.y = 0.0;
                 let text = RichText::new(format_si(value, sight.unit, 3)).size(23.0).color(color);
                 ui.add(egui::Label::new(text).truncate());
-                ui.label(RichText::new(label).weak().size(12.0));
+                ui.label(RichText::new(label).weak().size(12.0)).on_hover_text(hint);
             });
         }
     });
@@ -124,7 +129,7 @@ fn equation(ui: &mut Ui, sight: &Sight<'_>, stage: Option<&Stage>, preview: bool
         card(ui, color, |ui| {
             ui.add(egui::Label::new(RichText::new(&effect.title).strong()).wrap());
             for p in &effect.parameters {
-                let text = format!("{} = {} {}", p.name, format_measured(p.value, p.std_error), raised(&p.unit));
+                let text = format!("{} = {} {}", p.name, format_measured(p.value, p.std_error), as_fraction(&p.unit));
                 ui.label(RichText::new(text).monospace());
             }
         });

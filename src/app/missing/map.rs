@@ -1,10 +1,9 @@
 //! The missing force over displacement and velocity, and along single quantities.
 
-use egui::{Align2, Color32, FontId, Mesh, Rect, Sense, Shape, Stroke, Ui, pos2, vec2};
+use egui::{Align2, Color32, FontId, Mesh, Rect, Response, Sense, Shape, Stroke, Ui, WidgetInfo, pos2, vec2};
 
 use super::plots::{Axes, extent};
-use super::words;
-use crate::app::plot::palette;
+use crate::app::plot::{display, palette};
 use crate::format::number::significant;
 use crate::gap::{Map, Profile};
 
@@ -14,14 +13,14 @@ const SIGNIFICANT: f64 = 3.0;
 const BAR: f32 = 62.0;
 
 /// Draws the map with its colour scale; where there is none, says why.
-pub(super) fn show(ui: &mut Ui, map: &Map, unit: &str, size: egui::Vec2, why: &str) {
-    let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+pub(super) fn show(ui: &mut Ui, map: &Map, acceleration: &str, size: egui::Vec2, why: &str) -> Response {
+    let (rect, response) = ui.allocate_exact_size(size, Sense::click());
+    response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, "Map of the missing force"));
     let dark = ui.visuals().dark_mode;
-    let acceleration = words::acceleration(unit);
     let (Some(x), Some(y)) = (ends(&map.columns), ends(&map.rows)) else {
         let weak = ui.visuals().weak_text_color();
         ui.painter().text(rect.center(), Align2::CENTER_CENTER, why, FontId::proportional(13.0), weak);
-        return;
+        return response;
     };
     let plot = Rect::from_min_max(rect.min, rect.max - vec2(BAR, 0.0));
     let axes = Axes::draw(ui, plot, (x, &map.across.0, &map.across.1), (y, &map.up.0, &map.up.1));
@@ -41,25 +40,24 @@ pub(super) fn show(ui: &mut Ui, map: &Map, unit: &str, size: egui::Vec2, why: &s
         mesh.add_colored_rect(Rect::from_two_pos(low, high), color);
     }
     ui.painter().with_clip_rect(axes.area).add(Shape::mesh(mesh));
-    bar(ui, rect, axes.area, largest, &acceleration, dark);
-    if let Some(pointer) = response.hover_pos().filter(|p| axes.area.contains(*p)) {
-        let [a, b] = axes.value(pointer);
-        let cell = |edges: &[f64], v: f64| edges.windows(2).position(|e| e[0] <= v && v <= e[1]);
-        let found = cell(&map.columns, a).zip(cell(&map.rows, b)).map(|(c, r)| r * columns + c);
-        let text = match found.map(|k| (k, map.mean[k])).filter(|(_, m)| m.is_finite()) {
-            None => "The motion never was here".to_owned(),
-            Some((k, mean)) => format!(
-                "Missing force {} {acceleration}\n{}",
-                significant(mean, 3),
-                if sure(k) {
-                    format!("{} times its standard error", significant(map.score[k].abs(), 2))
-                } else {
-                    "within what chance does, or too few visits".to_owned()
-                }
-            ),
-        };
-        response.on_hover_text(text);
-    }
+    bar(ui, rect, axes.area, largest, acceleration, dark);
+    let Some(pointer) = response.hover_pos().filter(|p| axes.area.contains(*p)) else { return response };
+    let [a, b] = axes.value(pointer);
+    let cell = |edges: &[f64], v: f64| edges.windows(2).position(|e| e[0] <= v && v <= e[1]);
+    let found = cell(&map.columns, a).zip(cell(&map.rows, b)).map(|(c, r)| r * columns + c);
+    let text = match found.map(|k| (k, map.mean[k])).filter(|(_, m)| m.is_finite()) {
+        None => "The motion never was here".to_owned(),
+        Some((k, mean)) => format!(
+            "Missing force {} {acceleration}\n{}",
+            significant(mean, 3),
+            if sure(k) {
+                format!("{} times its standard error", significant(map.score[k].abs(), 2))
+            } else {
+                "within what chance does, or too few visits".to_owned()
+            }
+        ),
+    };
+    response.on_hover_text(text)
 }
 
 fn ends(edges: &[f64]) -> Option<(f64, f64)> {
@@ -68,7 +66,7 @@ fn ends(edges: &[f64]) -> Option<(f64, f64)> {
 
 /// The colour scale at the right: its ends, zero, and what grey is.
 fn bar(ui: &Ui, rect: Rect, area: Rect, largest: f64, unit: &str, dark: bool) {
-    let scale = crate::app::plot::units::Scale::suited(largest, unit);
+    let scale = display::scale(ui.ctx(), largest, unit);
     let left = area.right() + 10.0;
     let grey = Rect::from_min_size(pos2(left, area.bottom() - 10.0), vec2(10.0, 10.0));
     let bar = Rect::from_min_max(pos2(left, area.top()), pos2(left + 10.0, grey.top() - 6.0));
@@ -104,15 +102,15 @@ fn unsure(dark: bool) -> Color32 {
 }
 
 /// Draws the mean missing force along one quantity, with a band of two standard errors.
-pub(super) fn profile(ui: &mut Ui, profile: &Profile, unit: &str, size: egui::Vec2, note: &str) {
-    let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+pub(super) fn profile(ui: &mut Ui, profile: &Profile, acceleration: &str, size: egui::Vec2, note: &str) -> Response {
+    let (rect, response) = ui.allocate_exact_size(size, Sense::click());
+    response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, "Missing force along one quantity"));
     let dark = ui.visuals().dark_mode;
-    let acceleration = words::acceleration(unit);
     let error = |k: usize| profile.error.get(k).copied().filter(|e| e.is_finite()).unwrap_or(0.0);
     let points = || profile.at.iter().zip(&profile.mean).enumerate().filter(|(_, (_, m))| m.is_finite());
     let x = extent(points().map(|(_, (a, _))| *a));
     let y = extent(points().flat_map(|(k, (_, m))| [m - 2.0 * error(k), m + 2.0 * error(k), 0.0]));
-    let axes = Axes::draw(ui, rect, (x, &profile.axis.0, &profile.axis.1), (y, "missing force", &acceleration));
+    let axes = Axes::draw(ui, rect, (x, &profile.axis.0, &profile.axis.1), (y, "missing force", acceleration));
     let painter = ui.painter().with_clip_rect(axes.area);
     let color = palette::Ink::Error.color(dark);
     let zero = axes.at(x.0, 0.0).y;
@@ -142,5 +140,5 @@ pub(super) fn profile(ui: &mut Ui, profile: &Profile, unit: &str, size: egui::Ve
         "Mean missing force in bins of {}, band ± 2 standard errors; this quantity alone explains {} % of its energy",
         profile.axis.0,
         significant(100.0 * profile.share, 2)
-    ));
+    ))
 }

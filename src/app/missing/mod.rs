@@ -7,12 +7,16 @@
 mod add;
 mod base;
 mod cards;
+mod chain;
 mod compare;
+pub(crate) mod figures;
 mod findings;
 mod map;
 mod name;
+mod places;
 pub(in crate::app) mod plots;
 mod steps;
+mod subject;
 mod verify;
 mod walk;
 mod waterfall;
@@ -27,9 +31,11 @@ use egui::{Ui, vec2};
 use super::bench::Bench;
 use super::state::Edit;
 use super::worker::Busy;
-use crate::gap::{Blind, Candidate, Choice, Diagnosis, Place, Round, Stage, Standing};
+use crate::gap::{Blind, Candidate, Choice, Diagnosis, Place, Round, Site, Stage, Standing, Trace};
 use crate::study::Settings;
 use crate::term::{Kind, Term};
+use figures::Figure;
+use subject::Subject;
 pub(crate) use walk::Step;
 pub use walk::{Base, Walk};
 use work::{Event, Key, Want, Work};
@@ -59,6 +65,10 @@ pub(crate) enum Act {
     Use,
     /// Copy the model as it stands.
     Copy,
+    /// Save a figure.
+    SaveFigure(Figure),
+    /// Save a plot's numbers: what it is called, and the text of the file.
+    SaveTable(&'static str, String),
 }
 
 /// Everything found for one set of records and one base.
@@ -115,10 +125,15 @@ pub(crate) struct Missing {
     /// The one under the pointer.
     hovered: Option<Choice>,
     show_all: bool,
+    /// The place whose candidates are shown alone.
+    site: Option<Site>,
+    /// The mass whose response is shown: that of the views of Identify too.
+    mass: usize,
     /// The record shown while comparing, and the one shown to verify: the first held-out one until another is chosen.
     record: usize,
     verified: Option<usize>,
-    profile: usize,
+    /// The quantity that the missing force is shown over; none: the one that suits what is looked at.
+    profile: Option<String>,
     typing: Option<String>,
     plots: plots::Cache,
 }
@@ -128,6 +143,12 @@ struct Sight<'a> {
     walk: &'a Walk,
     known: &'a Known,
     running: Option<Running>,
+    subject: &'a Subject,
+    /// The mass whose response is shown.
+    mass: usize,
+    /// The place whose candidates are shown alone.
+    site: Option<Site>,
+    /// The unit of what the first sensor shows, in which errors are told.
     unit: &'a str,
     dark: bool,
 }
@@ -168,6 +189,18 @@ impl<'a> Sight<'a> {
         self.round().map_or_else(partial, |r| &r.candidates)
     }
 
+    /// The candidates of the place that was picked; all if none was.
+    fn offered(&self) -> impl Iterator<Item = &'a Candidate> + use<'a> {
+        let site = self.site;
+        self.candidates().iter().filter(move |c| site.is_none() || c.place == site)
+    }
+
+    /// Standard deviation of the noise of the sensor whose record is shown.
+    fn noise(&self, trace: &Trace) -> f64 {
+        let other = self.mass.checked_sub(1).and_then(|k| trace.others.get(k));
+        other.map_or(self.known.noise_floor, |o| o.noise)
+    }
+
     fn looking(&self) -> bool {
         self.running.is_some_and(|r| r.want == Want::Look) && self.round().is_none()
     }
@@ -202,9 +235,11 @@ impl Missing {
             skipped: Vec::new(),
             hovered: None,
             show_all: false,
+            site: None,
+            mass: 0,
             record: 0,
             verified: None,
-            profile: 0,
+            profile: None,
             typing: None,
             plots: plots::Cache::default(),
         })
@@ -347,6 +382,7 @@ impl Missing {
         self.known = Known::default();
         self.pass_over();
         (self.step, self.record, self.verified, self.revealed) = (Step::Compare, 0, None, false);
+        (self.site, self.profile) = (None, None);
     }
 
     fn ask(&mut self, bench: &Bench, edit: &Edit, want: Want) {
@@ -398,8 +434,8 @@ impl Missing {
                 self.work.ask(key, bench.set(&edit.usage), choices, Vec::new(), Want::Try);
             }
             Act::Accept(choice) => {
-                let sight =
-                    Sight { walk: &edit.walk, known: &self.known, running: self.running, unit: "", dark: false };
+                let subject = Subject::of(bench);
+                let sight = self.sight(&self.known, &edit.walk, &subject, false);
                 // An effect may replace a simpler one that it contains.
                 let accepted = match sight.with(&choice) {
                     Some(stage) => stage.effects.iter().map(|e| e.choice.clone()).collect(),
@@ -411,7 +447,7 @@ impl Missing {
                 self.ask(bench, edit, Want::Conclusion);
             }
             // The window does these: they concern more than the room.
-            Act::Use | Act::Copy => {}
+            Act::Use | Act::Copy | Act::SaveFigure(_) | Act::SaveTable(..) => {}
             Act::Undo => {
                 edit.walk.accepted.pop();
                 self.pass_over();
@@ -420,17 +456,31 @@ impl Missing {
         }
     }
 
-    /// Draws the centre.
-    pub(crate) fn show(&mut self, ui: &mut Ui, bench: &Bench, edit: &Edit) -> Vec<Act> {
+    /// What the steps see.
+    fn sight<'a>(&self, known: &'a Known, walk: &'a Walk, subject: &'a Subject, dark: bool) -> Sight<'a> {
+        let unit = subject.sensors.first().map_or("", |s| s.unit.as_str());
+        Sight { walk, known, running: self.running, subject, mass: self.mass, site: self.site, unit, dark }
+    }
+
+    /// Shows the candidates of a place alone; those of every place if it was picked before.
+    fn pick(&mut self, site: Site) {
+        self.site = if self.site == Some(site) { None } else { Some(site) };
+        self.selected = None;
+        self.profile = None;
+    }
+
+    /// Draws the centre; `mass` is the one whose response is shown.
+    pub(crate) fn show(&mut self, ui: &mut Ui, bench: &Bench, edit: &Edit, mass: &mut usize) -> Vec<Act> {
         let mut acts = Vec::new();
         self.hovered = None;
+        let subject = Subject::of(bench);
+        self.mass = (*mass).min(subject.masses().saturating_sub(1));
         ui.spacing_mut().item_spacing = vec2(6.0, 3.0);
         let known = std::mem::take(&mut self.known);
         let walk = edit.walk.clone();
-        steps::show(ui, self, &known, bench, &walk, &mut acts);
-        let unit = displacement(bench);
-        let sight =
-            Sight { walk: &walk, known: &known, running: self.running, unit: &unit, dark: ui.visuals().dark_mode };
+        let sight = self.sight(&known, &walk, &subject, ui.visuals().dark_mode);
+        steps::show(ui, self, &sight, bench.truth.is_some(), &mut acts);
+        let shown = self.mass;
         ui.scope(|ui| {
             ui.visuals_mut().extreme_bg_color = crate::app::plot::palette::ground(sight.dark);
             match (&known.failure, sight.stage()) {
@@ -443,7 +493,7 @@ impl Missing {
                     ui.centered_and_justified(|ui| ui.weak("fitting the base model…"));
                 }
                 (None, Some(stage)) => match self.step {
-                    Step::Compare => compare::show(ui, self, &sight, stage),
+                    Step::Compare => compare::show(ui, self, &sight, stage, &mut acts),
                     Step::Name => name::show(ui, self, &sight, &mut acts),
                     Step::Add => add::show(ui, self, &sight, stage, &mut acts),
                     Step::Verify => verify::show(ui, self, &sight, &mut acts),
@@ -452,6 +502,9 @@ impl Missing {
         });
         self.known = known;
         self.plots.tidy();
+        if self.mass != shown {
+            *mass = self.mass;
+        }
         acts
     }
 
@@ -467,24 +520,13 @@ impl Missing {
 
     /// Draws the right column.
     pub(crate) fn findings(&mut self, ui: &mut Ui, bench: &Bench, edit: &Edit) {
-        let unit = displacement(bench);
-        let sight = Sight {
-            walk: &edit.walk,
-            known: &self.known,
-            running: self.running,
-            unit: &unit,
-            dark: ui.visuals().dark_mode,
-        };
+        let subject = Subject::of(bench);
+        let sight = self.sight(&self.known, &edit.walk, &subject, ui.visuals().dark_mode);
         if let Some(truth) = bench.truth.as_ref().filter(|_| self.revealed) {
             findings::truth(ui, &sight, truth);
         }
         findings::show(ui, &sight, self.hovered.as_ref().or(self.selected.as_ref()).filter(|_| self.step == Step::Add));
     }
-}
-
-/// The unit of displacement; empty if the record does not say.
-fn displacement(bench: &Bench) -> String {
-    bench.unit().trim().to_owned()
 }
 
 /// What the walk is of; none while the equation that it starts from is not known.

@@ -2,6 +2,8 @@
 
 use egui::{RichText, ScrollArea, Ui, vec2};
 
+use super::subject::site_name;
+use super::words::capitalised;
 use super::{Act, Missing, Sight, cards, stands, words};
 use crate::gap::{Candidate, Standing};
 
@@ -17,11 +19,15 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, acts: &mu
         return;
     }
     let likely = |c: &&Candidate| stands(c) || matches!(c.standing, Standing::Screened) && c.explained > 0.02;
-    let hidden = candidates.iter().filter(|c| !likely(c)).count();
+    let hidden = sight.offered().filter(|c| !likely(c)).count();
     cards::line(ui, 24.0, |ui| {
         let text = sight
             .round()
             .map_or_else(|| "Candidates so far; the likeliest are being refitted.".to_owned(), |r| words::finding(r));
+        let text = match sight.site {
+            Some(site) => format!("{} alone: {text}", capitalised(&site_name(site, sight.subject.masses()))),
+            None => text,
+        };
         ui.add(egui::Label::new(RichText::new(text).size(13.5)).truncate());
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             ui.checkbox(&mut room.show_all, format!("show all ({hidden} more)")).on_hover_text(
@@ -37,8 +43,8 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, acts: &mu
         });
     }
     // With nothing that stands there is more to learn from what was refused.
-    let all = room.show_all || !candidates.iter().any(stands) && !sight.looking();
-    let shown: Vec<&Candidate> = candidates.iter().filter(|c| all || likely(c)).collect();
+    let all = room.show_all || !sight.offered().any(stands) && !sight.looking();
+    let shown: Vec<&Candidate> = sight.offered().filter(|c| all || likely(c)).collect();
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         let room_wide = ui.available_width() - 10.0;
         let columns = ((room_wide + SPACE) / (cards::NARROWEST + SPACE)).floor().max(1.0);

@@ -5,12 +5,12 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use egui::{Align2, Color32, FontId, Id, Mesh, Rect, Shape, Stroke, Ui, Vec2, pos2, vec2};
-use egui_plot::{FilledArea, HLine, Line, LineStyle, Plot, PlotMemory, PlotPoints, PlotResponse, PlotTransform, Span};
+use egui_plot::{FilledArea, HLine, Line, LineStyle, Plot, PlotMemory, PlotPoints, PlotResponse, Span};
 
 use crate::app::plot::decimate::{Decimated, Samples};
 use crate::app::plot::palette::Ink;
 use crate::app::plot::units::Scale;
-use crate::app::plot::{axis, number, palette, pointer};
+use crate::app::plot::{axis, display, export, number, palette, pointer};
 use crate::gap::Curve;
 
 /// Room left of every plot for its ticks and label, points.
@@ -19,6 +19,9 @@ const AXIS: f32 = 66.0;
 const TIME_AXIS: f32 = 34.0;
 /// Height of the line of names above a plot, points.
 const LEGEND: f32 = 18.0;
+
+/// Height below which a plot is named by its unit alone, points.
+const LOW: f32 = 72.0;
 
 type Series = Arc<[f64]>;
 
@@ -145,13 +148,13 @@ impl Frame<'_> {
     }
 }
 
-/// Draws plots above each other on one time axis; tells where each of them lies.
+/// Draws plots above each other on one time axis; gives what each of them answered.
 pub(in crate::app) fn stack(
     ui: &mut Ui,
     cache: &mut Cache,
     frame: &Frame<'_>,
     panels: &[Panel<'_>],
-) -> Vec<PlotTransform> {
+) -> Vec<PlotResponse<()>> {
     ui.spacing_mut().item_spacing.y = 1.0;
     let rows = panels.len() as f32 * (LEGEND + 2.0);
     let room = (frame.height - rows - TIME_AXIS).max(44.0 * panels.len() as f32);
@@ -168,7 +171,20 @@ pub(in crate::app) fn stack(
         shown.push(plot(ui, cache, frame, panel, k as u64, &time, height, must_fit, last));
     }
     read_out(ui, frame, panels, &shown, &time);
-    shown.iter().map(|(plot, _)| plot.transform).collect()
+    shown.into_iter().map(|(plot, _)| plot).collect()
+}
+
+/// The samples of a stack, one column a curve, in the record's units.
+pub(super) fn table(frame: &Frame<'_>, panels: &[Panel<'_>]) -> String {
+    let curves: Vec<(&Panel<'_>, &Trace<'_>)> =
+        panels.iter().flat_map(|p| p.traces.iter().map(move |t| (p, t))).collect();
+    let headers: Vec<String> = std::iter::once("t (s)".to_owned())
+        .chain(curves.iter().map(|(p, t)| Scale::plain(p.unit.as_str()).axis(&format!("{} {}", p.symbol, t.name))))
+        .collect();
+    export::csv(&headers, frame.samples, |row, column| match column {
+        0 => Some(frame.start + frame.interval * row as f64),
+        _ => curves[column - 1].1.values.get(row).copied(),
+    })
 }
 
 /// The line of names above a plot.
@@ -258,7 +274,7 @@ fn plot(
         (low, high) = (-1.0, 1.0);
     }
     let margin = if high > low { 0.06 * (high - low) } else { high.abs().max(1e-9) };
-    let scale = Scale::suited(low.abs().max(high.abs()), &panel.unit);
+    let scale = display::scale(ui.ctx(), low.abs().max(high.abs()), &panel.unit);
     let auto_y = memory.is_none_or(|m| m.auto_bounds.y);
     let (dark, held_out, worst) = (frame.dark, frame.held_out, frame.worst);
     let (start, end) = (frame.start, frame.start + frame.interval * frame.samples.saturating_sub(1) as f64);
@@ -268,7 +284,8 @@ fn plot(
         .height(height)
         .show_axes([last, true])
         .y_axis_min_width(AXIS)
-        .y_axis_label(scale.axis(panel.symbol))
+        // A low plot has no room for both; its curves are named above it.
+        .y_axis_label(if height < LOW { scale.unit.clone() } else { scale.axis(panel.symbol) })
         .x_axis_label(time.axis("t"))
         .x_axis_formatter(|mark, _| axis::linear_label(mark, time))
         .y_axis_formatter(|mark, _| axis::linear_label(mark, &scale))
@@ -325,6 +342,9 @@ fn plot(
                 }
             }
         });
+    let area = *response.transform.frame();
+    let labels = Rect::from_x_y_ranges(area.left() - AXIS..=area.left() - 2.0, area.y_range());
+    display::on_axis(ui, labels, (frame.id, index), (panel.symbol, &panel.unit));
     if panel.traces.is_empty() {
         let frame = *response.transform.frame();
         let color = ui.visuals().weak_text_color();
@@ -403,8 +423,9 @@ impl Axes {
         let dark = ui.visuals().dark_mode;
         let ((x, x_name, x_unit), (y, y_name, y_unit)) = (x, y);
         let (x, y) = (widened(x), widened(y));
-        let x_scale = Scale::suited(x.0.abs().max(x.1.abs()), x_unit);
-        let y_scale = Scale::suited(y.0.abs().max(y.1.abs()), y_unit);
+        let units = display::chosen(ui.ctx());
+        let x_scale = units.scale(x.0.abs().max(x.1.abs()), x_unit);
+        let y_scale = units.scale(y.0.abs().max(y.1.abs()), y_unit);
         let area = Rect::from_min_max(rect.min + vec2(40.0, 16.0), rect.max - vec2(6.0, 30.0));
         let this = Self { area, x, y, x_scale, y_scale };
         let painter = ui.painter();

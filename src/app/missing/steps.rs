@@ -2,8 +2,7 @@
 
 use egui::{Align, Color32, Layout, Rect, RichText, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 
-use super::{Act, Known, Missing, Sight, Step, Walk, base, displacement, stands, work};
-use crate::app::bench::Bench;
+use super::{Act, Missing, Sight, Step, base, stands, work};
 use crate::app::theme::{self, ROW};
 use crate::gap::Standing;
 
@@ -14,27 +13,25 @@ const ROOMY: f32 = 530.0;
 /// Radius of a step's number, points.
 const RADIUS: f32 = 10.0;
 
-pub(super) fn show(ui: &mut Ui, room: &mut Missing, known: &Known, bench: &Bench, walk: &Walk, acts: &mut Vec<Act>) {
-    let unit = displacement(bench);
-    let sight = Sight { walk, known, running: room.running, unit: &unit, dark: ui.visuals().dark_mode };
+pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, hidden: bool, acts: &mut Vec<Act>) {
     let size = vec2(ui.available_width(), HEIGHT);
     ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
         ui.set_min_size(size);
-        stepper(ui, room.step, &sight, acts);
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| primary(ui, room, &sight, acts));
+        stepper(ui, room.step, sight, acts);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| primary(ui, room, sight, acts));
     });
     let size = vec2(ui.available_width(), ROW + 2.0);
     ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
         ui.set_min_size(size);
-        ui.weak(format!("Base: {}", base::label(&walk.base)));
+        ui.weak(format!("Base: {}", base::label(&sight.walk.base)));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            if bench.truth.is_some() && !room.revealed {
+            if hidden && !room.revealed {
                 let button = egui::Button::new("Reveal the truth");
                 if ui.add(button).on_hover_text("Tell what the virtual rig hid in these records").clicked() {
                     acts.push(Act::Reveal);
                 }
             }
-            under_way(ui, &sight, acts);
+            under_way(ui, sight, acts);
         });
     });
     let (rail, _) = ui.allocate_exact_size(vec2(ui.available_width(), 3.0), Sense::hover());
@@ -101,7 +98,7 @@ fn stepper(ui: &mut Ui, shown: Step, sight: &Sight<'_>, acts: &mut Vec<Act>) {
 
 /// The one button that leads on.
 fn primary(ui: &mut Ui, room: &Missing, sight: &Sight<'_>, acts: &mut Vec<Act>) {
-    let first = sight.candidates().iter().find(|c| stands(c)).map(|c| c.choice.clone());
+    let first = sight.offered().find(|c| stands(c)).map(|c| c.choice.clone());
     let begun = sight.round().is_some() || sight.looking();
     let ends = sight.round().is_some_and(|r| work::ends(r));
     let (text, hint, act): (&str, &str, Option<Vec<Act>>) = match room.step {
@@ -121,8 +118,11 @@ fn primary(ui: &mut Ui, room: &Missing, sight: &Sight<'_>, acts: &mut Vec<Act>) 
         }
         Step::Name if ends => ("Next", "Nothing can be named: see what is left", Some(vec![Act::Go(Step::Verify)])),
         Step::Name => {
-            let acts = first.map(|choice| vec![Act::Select(choice), Act::Go(Step::Add)]);
-            ("Next", "See what the likeliest effect does to the response", acts)
+            let hint = match first {
+                None if sight.site.is_some() => "No effect stands at the place that was picked",
+                _ => "See what the likeliest effect does to the response",
+            };
+            ("Next", hint, first.map(|choice| vec![Act::Select(choice), Act::Go(Step::Add)]))
         }
         Step::Add => {
             let chosen = room.selected.clone().or(first);

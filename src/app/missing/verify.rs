@@ -6,8 +6,9 @@ use std::sync::Arc;
 
 use egui::{RichText, ScrollArea, Ui, vec2};
 
+use super::figures::{self, Figure};
 use super::plots::{self, Frame, Panel, Trace};
-use super::{Act, Missing, Sight, compare, map, stage_color, waterfall, words};
+use super::{Act, Missing, Sight, Step, compare, map, stage_color, waterfall, words};
 use crate::app::theme;
 use crate::app::widgets::card;
 use crate::record::Usage;
@@ -19,13 +20,12 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, acts: &mu
         return;
     };
     verdict(ui, sight, first, last);
-    let held_out = last.traces.iter().position(|t| t.usage == Usage::HeldOut);
-    let mut shown = room.verified.or(held_out).unwrap_or(0);
+    let mut shown = record_shown(room, last);
     let was = shown;
     let below = (0.40 * ui.available_height()).max(210.0);
-    if let Some(trace) = compare::record(ui, &last.traces, &mut shown, "").cloned() {
+    if let Some(trace) = compare::record(ui, sight, (&last.traces, &mut shown, &mut room.mass), "").cloned() {
         let height = ui.available_height() - below - 6.0;
-        before_and_after(ui, room, sight, &stages, &trace, height);
+        before_and_after(ui, room, sight, (&stages, &trace), height, acts);
     }
     if shown != was {
         room.verified = Some(shown);
@@ -33,7 +33,11 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, acts: &mu
     let height = ui.available_height() - 4.0;
     ui.horizontal_top(|ui| {
         let half = 0.54 * (ui.available_width() - 8.0);
-        waterfall::show(ui, &stages, sight.known.noise_floor, sight.unit, vec2(half, height));
+        let (noise, unit) = (sight.known.noise_floor, sight.unit);
+        if let Some(response) = waterfall::show(ui, &stages, noise, unit, vec2(half, height)) {
+            let table = || figures::waterfall_table(&stages, noise, unit);
+            figures::menu(&response, &Figure::Waterfall, table, acts);
+        }
         ui.vertical(|ui| {
             let width = ui.available_width();
             ui.set_width(width);
@@ -46,6 +50,12 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, acts: &mu
             );
         });
     });
+}
+
+/// Which record is shown: the one that was chosen, else the first that was never fitted.
+pub(super) fn record_shown(room: &Missing, stage: &Stage) -> usize {
+    let held_out = || stage.traces.iter().position(|t| t.usage == Usage::HeldOut);
+    room.verified.or_else(held_out).unwrap_or(0)
 }
 
 /// The verdict in one sentence, in room of a fixed height.
@@ -80,16 +90,16 @@ fn verdict(ui: &mut Ui, sight: &Sight<'_>, first: &Stage, last: &Stage) {
 }
 
 /// Measured, before and after over each other, the gaps beneath.
-fn before_and_after(
+pub(super) fn before_and_after(
     ui: &mut Ui,
     room: &mut Missing,
     sight: &Sight<'_>,
-    stages: &[&Arc<Stage>],
-    trace: &crate::gap::Trace,
+    (stages, trace): (&[&Arc<Stage>], &crate::gap::Trace),
     height: f32,
+    acts: &mut Vec<Act>,
 ) {
     let dark = sight.dark;
-    let mut traces = vec![Trace::measured(&trace.measured, dark)];
+    let mut traces = vec![Trace::measured(trace.of_mass(sight.mass).0, dark)];
     let mut gaps = Vec::new();
     let last = stages.len() - 1;
     let ends: Vec<usize> = if last > 0 { vec![0, last] } else { vec![0] };
@@ -101,14 +111,16 @@ fn before_and_after(
             _ => ("after", 1.6),
         };
         let color = stage_color(k, dark);
-        traces.push(Trace { name, color, width, values: Arc::clone(&response.simulated), leads: false });
-        let gap = room.plots.made(0, &response.measured, &response.simulated, |m, s| m - s);
+        let (measured, simulated) = response.of_mass(sight.mass);
+        traces.push(Trace { name, color, width, values: Arc::clone(simulated), leads: false });
+        let gap = room.plots.made(0, measured, simulated, |m, s| m - s);
         gaps.push(Trace { name, color, width: 1.0, values: gap, leads: true });
     }
-    let noise = sight.known.noise_floor;
+    let noise = sight.noise(trace);
+    let sensor = sight.subject.sensor(sight.mass);
     let plain = |symbol, traces, share| Panel {
         symbol,
-        unit: sight.unit.to_owned(),
+        unit: sensor.unit.clone(),
         traces,
         band: None,
         level: None,
@@ -128,7 +140,10 @@ fn before_and_after(
         dark,
         height,
     };
-    plots::stack(ui, &mut room.plots, &frame, &[plain("x", traces, 1.2), gap]);
+    let panels = [plain(&sensor.symbol, traces, 1.2), gap];
+    for plot in plots::stack(ui, &mut room.plots, &frame, &panels) {
+        figures::menu(&plot.response, &Figure::Time(Step::Verify), || plots::table(&frame, &panels), acts);
+    }
 }
 
 /// What remains, and what would tell more.
@@ -154,7 +169,7 @@ fn left(ui: &mut Ui, sight: &Sight<'_>, height: f32, acts: &mut Vec<Act>) {
     {
         ui.label(RichText::new("What is left, over the quantity that orders it best").strong());
         let size = vec2(ui.available_width(), (height - 90.0).clamp(130.0, 260.0));
-        map::profile(ui, profile, sight.unit, size, "not a law");
+        map::profile(ui, profile, &sight.subject.acceleration, size, "not a law");
     }
     if let Some(d) = sight.conclusion() {
         let (edge, head) = if d.remaining.significant {
@@ -179,15 +194,16 @@ fn left(ui: &mut Ui, sight: &Sight<'_>, height: f32, acts: &mut Vec<Act>) {
 fn could_hide(ui: &mut Ui, note: &str) {
     const SHOWN: usize = 5;
     let small = |text: String| egui::Label::new(RichText::new(text).size(12.0)).wrap();
-    let parts: Vec<&str> = note.split("; ").collect();
+    // Names of effects have commas of their own.
+    let parts: Vec<&str> = note.split_inclusive("%, ").map(|part| part.trim_end_matches(", ")).collect();
     if note.is_empty() {
         return;
     }
     let (first, rest) = parts.split_at(parts.len().min(SHOWN));
-    let end = if rest.is_empty() { "" } else { "; …" };
-    ui.add(small(first.join("; ") + end));
+    let end = if rest.is_empty() { "" } else { ", …" };
+    ui.add(small(first.join(", ") + end));
     if !rest.is_empty() {
         let head = RichText::new(format!("{} more effects", rest.len())).weak().size(12.0);
-        egui::CollapsingHeader::new(head).id_salt("could hide").show(ui, |ui| ui.add(small(rest.join("; "))));
+        egui::CollapsingHeader::new(head).id_salt("could hide").show(ui, |ui| ui.add(small(rest.join(", "))));
     }
 }

@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use egui::{Align2, Color32, FontId, Rect, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
+use egui::{Align2, Color32, FontId, Rect, Response, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
 
 use super::stage_color;
-use crate::app::plot::palette;
-use crate::app::plot::units::Scale;
+use crate::app::plot::{display, palette};
 use crate::format::number::significant;
 use crate::gap::Stage;
 
@@ -14,15 +13,15 @@ use crate::gap::Stage;
 const WIDEST: f32 = 46.0;
 
 /// Draws held-out and fitted bars side by side for each stage on one axis from zero, and the noise as a dashed line.
-pub(super) fn show(ui: &mut Ui, stages: &[&Arc<Stage>], noise: f64, unit: &str, size: egui::Vec2) {
-    let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+pub(super) fn show(ui: &mut Ui, stages: &[&Arc<Stage>], noise: f64, unit: &str, size: egui::Vec2) -> Option<Response> {
+    let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     let dark = ui.visuals().dark_mode;
     let figures: Vec<[Option<f64>; 2]> = stages.iter().map(|s| [s.gap.test_rmse, Some(s.gap.train_rmse)]).collect();
     let largest = figures.iter().flatten().flatten().copied().filter(|v| v.is_finite()).fold(noise, f64::max);
     if largest <= 0.0 {
-        return;
+        return None;
     }
-    let scale = Scale::suited(largest, unit);
+    let scale = display::scale(ui.ctx(), largest, unit);
     let painter = ui.painter();
     let (strong, weak) = (ui.visuals().text_color(), ui.visuals().weak_text_color());
     let area = Rect::from_min_max(rect.min + vec2(8.0, 34.0), rect.max - vec2(74.0, 34.0));
@@ -76,10 +75,10 @@ pub(super) fn show(ui: &mut Ui, stages: &[&Arc<Stage>], noise: f64, unit: &str, 
         FontId::proportional(11.0),
         ink,
     );
-    response.on_hover_text(
+    Some(response.on_hover_text(
         "Error of the simulated response after each effect: filled on data never fitted, outlined on the fitted records; \
          no model gets below the noise",
-    );
+    ))
 }
 
 fn legend(ui: &Ui, rect: Rect, dark: bool) {

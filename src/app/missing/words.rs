@@ -6,7 +6,7 @@ use egui::{Color32, FontId, RichText, Ui};
 
 use crate::app::theme;
 use crate::format::number::{significant, significant_trimmed, superscript};
-use crate::format::units::{format_si, per_second};
+use crate::format::units::format_si;
 
 /// Probability below which an answer that is no yes is no plain no either.
 const HINT: f64 = 0.01;
@@ -85,11 +85,6 @@ pub(super) fn times(before: &Gap, after: &Gap) -> Option<String> {
     (factor.is_finite() && factor >= 1.05).then(|| format!("{} × smaller", significant(factor, 2)))
 }
 
-/// The unit of a force per mass.
-pub(super) fn acceleration(unit: &str) -> String {
-    per_second(&per_second(unit))
-}
-
 /// What a round came to, in one sentence.
 pub(super) fn finding(round: &Round) -> String {
     let first = round.candidates.first().map_or("", |c| c.title.as_str());
@@ -113,6 +108,12 @@ pub(super) fn two(ui: &Ui, first: &str, color: Color32, rest: &str) -> LayoutJob
     job
 }
 
+/// Words as the beginning of a sentence.
+pub(super) fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
 /// Why nothing can be searched for, in the middle of the room; true if one wants to begin again, where that may help.
 pub(super) fn failure(ui: &mut Ui, text: &str, may_help: bool) -> bool {
     let mut again = false;
@@ -120,8 +121,7 @@ pub(super) fn failure(ui: &mut Ui, text: &str, may_help: bool) -> bool {
     ui.vertical_centered(|ui| {
         ui.add_space(0.3 * ui.available_height());
         ui.set_max_width(width);
-        let mut letters = text.chars();
-        let sentence: String = letters.next().map_or_else(String::new, |c| c.to_uppercase().chain(letters).collect());
+        let sentence = capitalised(text);
         let color = theme::accents(ui.visuals().dark_mode).wrong;
         ui.add(egui::Label::new(RichText::new(sentence).color(color)).wrap());
         ui.add_space(8.0);

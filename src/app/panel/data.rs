@@ -2,7 +2,7 @@
 
 use egui::{Align, ComboBox, Layout, RichText, Sense, Ui, WidgetInfo, vec2};
 
-use super::{Ask, Desk, refusal};
+use super::{Ask, Desk, masses, refusal};
 use crate::app::commands::Command;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{row, section, switch};
@@ -65,6 +65,9 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
                 }
             });
     });
+    if let Some(record) = desk.bench.records.get(desk.shown).filter(|_| desk.edit.settings.kind == Kind::SecondOrder) {
+        masses::show(ui, record);
+    }
     ui.add_space(2.0);
     let mut kind = desk.edit.settings.kind;
     row(ui, "Equations", "Order of the equations of motion that are looked for", |ui| {

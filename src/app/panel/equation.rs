@@ -7,10 +7,12 @@ use egui::{
 
 use super::{Ask, Desk};
 use crate::app::commands::Command;
+use crate::app::plot::display;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, section, share_bar};
 use crate::format::equations::{by_share, digits, is_kinematic};
 use crate::format::number::{align_at_point, format_measured, plain, significant, significant_trimmed};
+use crate::format::shown::ShownUnits;
 use crate::format::units::raised;
 use crate::model::{Equation, WeightedTerm};
 use crate::study::{EquationFit, Lock, Settings};
@@ -92,23 +94,34 @@ fn row_of(ui: &mut Ui, body: impl FnOnce(&mut Ui)) {
 
 fn rows(ui: &mut Ui, desk: &mut Desk<'_>, state: Symbol, equation: &Equation, layout: &Layout, now: f64) {
     let terms = by_share(equation);
-    let numbers: Vec<String> = terms.iter().map(|t| format_measured(t.coefficient, t.std_error)).collect();
+    let units = desk.bench.outcome.as_ref().map(|o| o.units());
+    let chosen = display::chosen(ui.ctx());
+    let shown = |t: &WeightedTerm| -> Unit {
+        let found = units.as_ref().and_then(|u| u.coefficient_in(state, &t.term, |name| chosen.of(name)));
+        found.map_or((None, 1.0), |(unit, factor)| (Some(raised(&unit)).filter(|u| u != "1"), factor))
+    };
+    let shown: Vec<Unit> = terms.iter().map(|t| shown(t)).collect();
+    let number =
+        |t: &WeightedTerm, factor: f64| format_measured(factor * t.coefficient, t.std_error.map(|e| factor * e));
+    let numbers: Vec<String> = terms.iter().zip(&shown).map(|(t, unit)| number(t, unit.1)).collect();
     let numbers = align_at_point(&numbers);
     ui.scope(|ui| {
         ui.spacing_mut().item_spacing.y = 1.0;
-        for (term, number) in terms.iter().zip(&numbers) {
-            term_row(ui, desk, state, term, number, layout, now);
+        for ((term, number), unit) in terms.iter().zip(&numbers).zip(shown) {
+            term_row(ui, desk, (state, term), (number, unit), layout, now);
         }
     });
 }
+
+/// The unit that a coefficient is shown in, if it has one, and how many of it one of the file's unit is.
+type Unit = (Option<String>, f64);
 
 /// One term: coefficient ± standard error, the term, its share of the rate; a click opens what can be done with it.
 fn term_row(
     ui: &mut Ui,
     desk: &mut Desk<'_>,
-    state: Symbol,
-    term: &WeightedTerm,
-    number: &str,
+    (state, term): (Symbol, &WeightedTerm),
+    (number, (unit, factor)): (&str, Unit),
     layout: &Layout,
     now: f64,
 ) {
@@ -116,8 +129,6 @@ fn term_row(
     let dark = ui.visuals().dark_mode;
     let colors = theme::accents(dark);
     let pretty = term.term.pretty(layout);
-    let units = desk.bench.outcome.as_ref().map(|o| o.units());
-    let unit = units.and_then(|u| u.coefficient(state, &term.term)).filter(|u| u != "1").map(|u| raised(&u));
     let said = match &unit {
         Some(unit) => format!("{} {unit} {pretty}", number.trim()),
         None => format!("{} {pretty}", number.trim()),
@@ -173,7 +184,10 @@ fn term_row(
             painter.galley(pos2(unit_left, middle(unit.size().y)), unit, weak);
         }
     }
-    popup(&response).show(|ui| menu(ui, desk, &term.term, Some(term.coefficient), layout));
+    popup(&response).show(|ui| {
+        menu(ui, desk, &term.term, Some(term.coefficient), layout);
+        shown_in(ui, desk.bench.unit());
+    });
     response.on_hover_ui(|ui| {
         ui.label(RichText::new(&said).strong());
         if let Some(unit) = &unit {
@@ -201,7 +215,8 @@ fn term_row(
         if let Some(sure) = &sure {
             ui.label(format!("Stays in {} % of resampled data sets", plain(100.0 * sure.probability, 0)));
             if let Some((low, high)) = sure.interval.filter(|_| term.std_error.is_some()) {
-                let end = |end: f64| significant(end, digits(end.abs(), term.std_error));
+                let error = term.std_error.map(|e| factor * e);
+                let end = |end: f64| significant(factor * end, digits((factor * end).abs(), error));
                 ui.label(format!("90 % interval of its coefficient there: {} to {}", end(low), end(high)));
             }
             if sure.without_others.is_finite() && sure.without_others < sure.probability - 0.005 {
@@ -313,6 +328,20 @@ fn menu(ui: &mut Ui, desk: &mut Desk<'_>, term: &Term, coefficient: Option<f64>,
             ui.close();
         }
     });
+}
+
+/// The unit that coefficients are shown in, by that of the displacement.
+fn shown_in(ui: &mut Ui, unit: &str) {
+    if ShownUnits::choices(unit).is_empty() {
+        return;
+    }
+    ui.separator();
+    let chosen = display::chosen(ui.ctx());
+    let now = chosen.chosen(unit).unwrap_or("the file's unit");
+    ui.menu_button(format!("Coefficients and axes in {now} ⏵"), |ui| display::menu(ui, unit));
+    if chosen.chosen(unit).is_some() {
+        ui.weak(format!("a coefficient is fixed in the file's unit, {unit}"));
+    }
 }
 
 fn set_lock(settings: &mut Settings, term: &Term, lock: Lock) {

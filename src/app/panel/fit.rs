@@ -4,10 +4,10 @@ use egui::text::{LayoutJob, TextFormat};
 use egui::{Align, FontId, Layout, RichText, Ui, vec2};
 
 use super::{Ask, Desk};
+use crate::app::plot::display;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{card, section};
 use crate::format::number::{plain, significant};
-use crate::format::units::{Scale, format_si};
 use crate::record::Usage;
 use crate::study::{Outcome, Score, Severity, Warning};
 
@@ -93,9 +93,11 @@ fn headline(ui: &mut Ui, outcome: &Outcome, unit: &str) {
     // Error and noise are compared at a glance: in one unit, unless that makes numbers too long.
     let figures = score.map(|s| s.rmse).into_iter().chain(floor);
     let (least, most) = figures.fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
-    let common = Some(Scale::suited(least, unit)).filter(|scale| least > 0.0 && most * scale.factor < 1e3);
-    let in_unit =
-        |value: f64| common.as_ref().map_or_else(|| format_si(value, unit, 3), |scale| scale.format(value, 3));
+    let ctx = ui.ctx().clone();
+    let common = Some(display::scale(&ctx, least, unit)).filter(|scale| least > 0.0 && most * scale.factor < 1e3);
+    let in_unit = |value: f64| {
+        common.as_ref().map_or_else(|| display::format(&ctx, value, unit, 3), |scale| scale.format(value, 3))
+    };
     let figure = score.map_or_else(|| "diverged".to_owned(), |s| in_unit(s.rmse));
     let color = match (score, floor) {
         (None, _) => colors.wrong,
@@ -163,7 +165,7 @@ fn table(ui: &mut Ui, outcome: &Outcome, unit: &str) {
     };
     // One scale for both rows, named once: figures that stand below each other compare.
     let largest = [outcome.test, outcome.train].into_iter().flatten().map(|s| s.max_error).fold(0.0, f64::max);
-    let scale = Scale::suited(largest, unit);
+    let scale = display::scale(ui.ctx(), largest, unit);
     let scaled = |value: f64| significant(value * scale.factor, 3);
     let cells = |score: Option<Score>| match score {
         Some(s) => [
@@ -200,7 +202,13 @@ fn several(ui: &mut Ui, desk: &Desk<'_>, outcome: &Outcome) {
             ui.add_sized(vec2(24.0, ROW - 4.0), egui::Label::new(RichText::new(name)));
             let text = channel.score.map_or_else(
                 || "diverged at once".to_owned(),
-                |s| format!("RMSE {}, best fit {} %", format_si(s.rmse, desk.bench.unit(), 3), plain(s.best_fit, 2)),
+                |s| {
+                    format!(
+                        "RMSE {}, best fit {} %",
+                        display::format(ui.ctx(), s.rmse, desk.bench.unit(), 3),
+                        plain(s.best_fit, 2)
+                    )
+                },
             );
             ui.label(RichText::new(text).size(12.0));
         });

@@ -4,8 +4,10 @@ mod data;
 mod equation;
 mod fit;
 mod library;
+mod masses;
 mod physics;
 mod preparation;
+mod questions;
 mod refusal;
 mod smoothing;
 mod threshold;
@@ -15,6 +17,7 @@ use egui::{Margin, Panel, ScrollArea, Ui, UiBuilder};
 use super::bench::Bench;
 use super::commands::Command;
 use super::errand::Refused;
+use super::questions::Bought;
 use super::state::{Edit, Room};
 use super::worker::Busy;
 use crate::record::prepare::Preparation;
@@ -57,6 +60,8 @@ pub(crate) struct Desk<'a> {
     pub(crate) choosing: Option<Busy>,
     /// What was not opened, and why.
     pub(crate) refused: Option<&'a Refused>,
+    /// What the answers to the open questions would buy.
+    pub(crate) bought: &'a [Bought],
     pub(crate) typing: &'a mut Typing,
     pub(crate) asks: &'a mut Vec<Ask>,
 }
@@ -103,7 +108,7 @@ pub(crate) fn right(ui: &mut Ui, desk: &mut Desk<'_>, now: f64) {
         if let Some(outcome) = &desk.bench.outcome {
             physics::found(ui, outcome);
         }
-        physics::question(ui, desk);
+        questions::show(ui, desk);
         fit::warnings(ui, desk);
         ui.add_space(8.0);
     });

@@ -3,10 +3,10 @@
 use egui::{RichText, Ui, vec2};
 
 use super::Desk;
+use crate::app::questions::{adds, tie};
 use crate::app::theme::{self, ROW};
-use crate::app::widgets::{card, chip, row, section, switch};
+use crate::app::widgets::{chip, row, section, switch};
 use crate::format::number::{align_at_point, format_measured};
-use crate::model::Units;
 use crate::record::Record;
 use crate::study::{Known, Lock, Outcome, Settings, force_over_mass, known_list};
 use crate::term::{Expression, Kind, Layout, Symbol, Term};
@@ -91,37 +91,6 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     typed(ui, settings, &mut desk.typing.known);
 }
 
-/// How many times the noise an error is from which on the joint is asked for.
-const FAR: f64 = 3.0;
-
-/// Where a base moves the mass and the fit is poor: what is known of the joint? Asked until something is said.
-pub(super) fn question(ui: &mut Ui, desk: &mut Desk<'_>) {
-    let (layout, units) = (desk.bench.layout(desk.edit.settings.kind), desk.bench.units(desk.edit.settings.kind));
-    let Some(outcome) = &desk.bench.outcome else { return };
-    let tied = |k: &Known| matches!(k, Known::Tied { .. }) && adds(k, &units, &layout);
-    let joint: Vec<Known> = offered(&layout).into_iter().map(|(known, ..)| known).filter(tied).collect();
-    let score = outcome.test.or(outcome.train).filter(|s| s.rmse.is_finite());
-    let poor = score.is_none_or(|s| outcome.noise_floor.is_some_and(|noise| s.rmse > FAR * noise));
-    if layout.kind != Kind::SecondOrder || joint.is_empty() || !desk.edit.settings.known.is_empty() || !poor {
-        return;
-    }
-    let accent = theme::accents(ui.visuals().dark_mode).accent;
-    let settings = &mut desk.edit.settings;
-    card(ui, accent, |ui| {
-        let text = "Does the base move the mass through one spring and one damper? An answer is fitted at once; undo takes it back.";
-        ui.add(egui::Label::new(text).wrap());
-        ui.horizontal_wrapped(|ui| {
-            if ui.button("Yes, one of each").on_hover_text("x − u and v − du: two coefficients less").clicked() {
-                settings.known.clone_from(&joint);
-            }
-            let hint = "x − u and v − du, and no damping or friction term feeds energy in";
-            if ui.button("Yes, and damping takes energy").on_hover_text(hint).clicked() {
-                settings.known = joint.iter().cloned().chain([Known::Passive]).collect();
-            }
-        });
-    });
-}
-
 /// What one click says.
 fn offered(layout: &Layout) -> Vec<(Known, &'static str, &'static str)> {
     let mut offered = Vec::new();
@@ -143,18 +112,6 @@ fn offered(layout: &Layout) -> Vec<(Known, &'static str, &'static str)> {
         "No damping or friction term may feed energy in: coefficients of v, v³, v|v|, sgn v, x²v, … are zero or below",
     ));
     offered
-}
-
-fn tie(first: Symbol, second: Symbol) -> Known {
-    let term = |s| Term::new(Expression::Symbol(s));
-    Known::Tied { term: term(first), to: term(second), times: -1.0 }
-}
-
-/// True unless a tie adds quantities in different units.
-fn adds(known: &Known, units: &Units, layout: &Layout) -> bool {
-    let Known::Tied { term, to, .. } = known else { return true };
-    let sum = Term::new(Expression::Sum(vec![term.expression().clone(), to.expression().clone()]));
-    units.check(&sum, layout).is_ok()
 }
 
 fn is_other(known: &Known, layout: &Layout) -> bool {

@@ -2,6 +2,7 @@
 
 pub mod axis;
 pub mod decimate;
+pub(crate) mod display;
 pub mod export;
 pub mod palette;
 pub(crate) mod pointer;

@@ -102,9 +102,9 @@ impl RigRoom {
             height: ui.available_height() - 2.0,
         };
         let shown = plots::stack(ui, &mut self.plots, &frame, &panels);
-        for transform in shown {
-            let area = *transform.frame();
-            let x = transform.position_from_point_x(record.start + at);
+        for plot in shown {
+            let area = *plot.transform.frame();
+            let x = plot.transform.position_from_point_x(record.start + at);
             if area.x_range().contains(x) {
                 ui.painter().vline(x, area.y_range(), Stroke::new(1.5, theme::accents(dark).accent));
             }

@@ -10,8 +10,8 @@ use super::panel::{self, AXIS_WIDTH};
 use super::scene::Scene;
 use super::{Picture, Request, View, ViewState, legend};
 use crate::app::plot::palette::{self, Ink};
-use crate::app::plot::units::{self, Scale};
-use crate::app::plot::{axis, decimate, number};
+use crate::app::plot::units;
+use crate::app::plot::{axis, decimate, display, number};
 use crate::study::{Outcome, RecordOutcome, Score};
 use crate::term::{Symbol, Term};
 
@@ -146,7 +146,7 @@ fn plots(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState, shown: &[Shown<'
         let most = scene.measured().iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let largest = series.iter().flat_map(|s| s.0).filter(|v| v.is_finite()).fold(0.0_f64, |m, v| m.max(v.abs()));
         let largest = largest.min(if k == 0 { 1.5 * most } else { most }).max(f64::MIN_POSITIVE);
-        let scale = Scale::suited(largest, &scene.shown().1);
+        let scale = display::scale(ui.ctx(), largest, &scene.shown().1);
         let symbol = if k == 0 { scene.shown().0 } else { "E".into() };
         let time = scene.time_scale();
         let id = Id::unique(("view", View::Compare, name));
@@ -187,6 +187,10 @@ fn plots(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState, shown: &[Shown<'
                     plot.line(line.allow_hover(false));
                 }
             });
+        if !state.printing {
+            let axes = [None, Some((&*symbol, &*scene.shown().1))];
+            panel::choose_units(ui, response.transform.frame(), (View::Compare, name), axes);
+        }
         if response.response.double_clicked() {
             state.cache.fit_all();
             ui.ctx().request_repaint();
@@ -217,7 +221,8 @@ fn table(scene: &Scene<'_>, shown: &[Shown<'_>]) -> Table {
         let smoothing = o.settings.smoothing;
         if smoothing.method.is_local() { smoothing.order.to_string() } else { "–".to_owned() }
     });
-    row("regression", &|o| o.settings.regressor.title().to_owned());
+    // Its short name: a column as wide as a sentence would push the others out of view.
+    row("regression", &|o| o.settings.regressor.name().to_owned());
     row("threshold", &|o| number::significant_trimmed(o.settings.threshold, 3));
     row("condition", &|o| number::significant(o.fits.iter().map(|f| f.condition).fold(1.0, f64::max), 2));
     let mut terms: Vec<(Symbol, Term)> = Vec::new();
@@ -248,13 +253,16 @@ impl Table {
     fn show(&self, ui: &mut Ui, shown: &[Shown<'_>]) {
         egui::Grid::new("pins").num_columns(self.columns.len() + 1).striped(true).spacing([18.0, 3.0]).show(ui, |ui| {
             ui.label("");
-            for shown in shown {
+            // What is shown now stands first, where it is seen however many are pinned.
+            let count = shown.len();
+            let order = || std::iter::once(count - 1).chain(0..count - 1);
+            for shown in order().map(|k| &shown[k]) {
                 ui.label(RichText::new(&shown.name).strong().color(shown.color));
             }
             ui.end_row();
             for (name, cells) in &self.rows {
                 ui.weak(name);
-                for cell in cells {
+                for cell in order().filter_map(|k| cells.get(k)) {
                     // What differs from what is shown now stands out.
                     let same = cells.last() == Some(cell);
                     let text = RichText::new(cell).monospace();

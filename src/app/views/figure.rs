@@ -5,6 +5,7 @@ use egui_plot::PlotPoint;
 use crate::app::plot::palette::Ink;
 use crate::app::plot::units::Scale;
 use crate::diagram::Cells;
+use crate::format::shown::ShownUnits;
 
 /// What a view shows.
 #[derive(Clone, Debug)]
@@ -72,15 +73,15 @@ impl Axis {
     }
 
     /// How values are shown.
-    pub(super) fn scale(&self) -> Scale {
+    pub(super) fn scale(&self, units: &ShownUnits) -> Scale {
         let largest = if self.log { 0.0 } else { self.range.0.abs().max(self.range.1.abs()) };
-        Scale::suited(largest, &self.unit)
+        units.scale(largest, &self.unit)
     }
 
     /// The value at a coordinate.
-    pub(super) fn text(&self, coordinate: f64) -> String {
+    pub(super) fn text(&self, coordinate: f64, units: &ShownUnits) -> String {
         let value = if self.log { 10f64.powf(coordinate) } else { coordinate };
-        let scale = if self.log { Scale::suited(value, &self.unit) } else { self.scale() };
+        let scale = if self.log { units.scale(value, &self.unit) } else { self.scale(units) };
         format!("{} {}", self.symbol, scale.format(value, 4))
     }
 

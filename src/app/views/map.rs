@@ -432,7 +432,7 @@ pub(super) fn tooltip(response: &egui::Response, map: &Landscape, place: Place) 
     let Some(cell) = map.cell(place) else { return };
     pointer::tooltip(response).show(|ui| {
         let color = ui.visuals().text_color();
-        let error = if cell.failed > 0.0 { "leaves the data's range".to_owned() } else { percent(cell.error) };
+        let error = if cell.failed > 0.0 { "diverges".to_owned() } else { percent(cell.error) };
         let whiteness =
             if cell.whiteness.is_finite() { number::significant_trimmed(cell.whiteness, 2) } else { "–".into() };
         let rows = [

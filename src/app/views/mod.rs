@@ -35,6 +35,7 @@ use super::plot::export::{self, Sheet};
 use super::plot::palette::{self, Ink};
 use super::plot::vector;
 use crate::diagram::{Across, Source};
+use crate::format::shown::ShownUnits;
 use crate::report::{FigureKind, FigureSize};
 use crate::study::{Landscape, Outcome};
 use cache::Cache;
@@ -236,6 +237,8 @@ pub(crate) struct ViewState {
     pub(crate) hidden: BTreeSet<Ink>,
     /// The degree of freedom (or state) shown, from zero; the last one there is if there are fewer.
     pub(crate) freedom: usize,
+    /// The units that axes and coefficients are shown in, where a person chose.
+    pub(crate) units: ShownUnits,
     /// The input shown, likewise.
     pub(crate) input: usize,
     /// Whether the error is shown on a logarithmic axis.
@@ -295,12 +298,14 @@ impl ViewState {
 }
 
 /// What a person asked for in a view and the window has to do.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Request {
     /// Show another of the outcome's records.
     ShowRecord(usize),
     /// Save a picture of this view: ask for a file, then [`render`] and [`export::save_png`].
     SavePicture,
+    /// Save this text, the numbers of a plot as CSV: ask for a file.
+    SaveTable(String),
     /// Take this threshold over, and this segment length if there is one.
     Set {
         /// Samples.
@@ -347,6 +352,18 @@ pub(crate) fn show(ui: &mut egui::Ui, view: View, picture: &Picture<'_>, state: 
     .inner
 }
 
+/// What is drawn into all the room there is, as an SVG document for print; `like` is the window's context.
+pub(crate) fn on_paper(like: &egui::Context, size: FigureSize, draw: impl FnMut(&mut egui::Ui)) -> String {
+    /// Points to the millimetre.
+    const POINTS_A_MM: f64 = 72.0 / 25.4;
+    let size = size.sound();
+    let scale = LETTERS / size.font * POINTS_A_MM;
+    let sheet =
+        Sheet { size: egui::vec2((size.width * scale) as f32, (size.height * scale) as f32), ..Sheet::default() };
+    let (ground, shapes) = export::shapes(&sheet, Some(like), draw);
+    vector::svg(&shapes, sheet.size, ground, size.width)
+}
+
 /// A view as an SVG document for print: as zoomed in the window (`like`, the window's context), without its buttons.
 pub(crate) fn vector(
     like: &egui::Context,
@@ -355,18 +372,11 @@ pub(crate) fn vector(
     state: &ViewState,
     size: FigureSize,
 ) -> String {
-    /// Points to the millimetre.
-    const POINTS_A_MM: f64 = 72.0 / 25.4;
     let picture = Picture { stale: false, previous: None, ..*picture };
     let mut state = ViewState { printing: true, ..state.clone() };
-    let size = size.sound();
-    let scale = LETTERS / size.font * POINTS_A_MM;
-    let sheet =
-        Sheet { size: egui::vec2((size.width * scale) as f32, (size.height * scale) as f32), ..Sheet::default() };
-    let (ground, shapes) = export::shapes(&sheet, Some(like), |ui| {
+    on_paper(like, size, |ui| {
         show(ui, view, &picture, &mut state);
-    });
-    vector::svg(&shapes, sheet.size, ground, size.width)
+    })
 }
 
 /// Size of the axes' labels on the screen, points.

@@ -10,7 +10,7 @@ use super::scene::Scene;
 use super::{Request, View, ViewState};
 use crate::app::plot::palette::{self, Ink};
 use crate::app::plot::units::Scale;
-use crate::app::plot::{axis, export, number, pointer};
+use crate::app::plot::{axis, display, export, number, pointer};
 use crate::diagram::Cells;
 
 /// Room for a map's colours and their values, points.
@@ -58,7 +58,7 @@ pub(super) fn rows(
                 let size = vec2(width, height + legend::HEIGHT);
                 ui.allocate_ui_with_layout(size, Layout::top_down(Align::Min), |ui| {
                     ui.set_max_width(width);
-                    asked = graph_in(ui, view, scene, state, graph, height).or(asked);
+                    asked = graph_in(ui, view, scene, state, graph, height).or(asked.take());
                 });
             }
         });
@@ -83,7 +83,8 @@ fn graph_in(
     let must_fit = state.cache.must_fit(view, graph.id);
     let bar = if graph.map.is_some() { BAR } else { 0.0 };
     let hidden = &state.hidden;
-    let scales = [graph.x.scale(), graph.y.scale()];
+    let units = display::chosen(ui.ctx());
+    let scales = [graph.x.scale(&units), graph.y.scale(&units)];
     let width = ui.available_width() - bar;
     // Labels of a narrow plot stand closer.
     let apart = if width < 380.0 { 7.6 } else { 10.0 };
@@ -141,6 +142,14 @@ fn graph_in(
         ui.painter().with_clip_rect(frame).add(mesh);
         colours(ui, frame, largest, name, unit, scene.dark);
     }
+    if !state.printing {
+        panel::choose_units(
+            ui,
+            &frame,
+            (view, graph.id),
+            [&graph.x, &graph.y].map(|a| (!a.log).then_some((&*a.symbol, &*a.unit))),
+        );
+    }
     if response.response.double_clicked() {
         state.cache.fit_all();
         ui.ctx().request_repaint();
@@ -148,12 +157,12 @@ fn graph_in(
     if let Some(pointer) = response.response.hover_pos().filter(|_| !response.response.dragged()) {
         let at = response.transform.value_from_position(pointer);
         pointer::tooltip(&response.response).show(|ui| {
-            let mut text = format!("{}\n{}", graph.x.text(at.x), graph.y.text(at.y));
+            let mut text = format!("{}\n{}", graph.x.text(at.x, &units), graph.y.text(at.y, &units));
             if let Some((cells, name, unit)) = &graph.map {
                 let mean = value_at(cells, at.x, at.y);
                 text += &mean.map_or_else(
                     || "\nthe motion never was here".to_owned(),
-                    |m| format!("\n{name} {}", Scale::suited(m.abs(), unit).format(m, 3)),
+                    |m| format!("\n{name} {}", units.scale(m.abs(), unit).format(m, 3)),
                 );
             }
             ui.monospace(text);
@@ -226,7 +235,7 @@ fn value_at(cells: &Cells, x: f64, y: f64) -> Option<f64> {
 /// A map's colours with their values, right of its frame.
 fn colours(ui: &Ui, frame: Rect, largest: f64, name: &str, unit: &str, dark: bool) {
     const PIECES: usize = 48;
-    let scale = Scale::suited(largest, unit);
+    let scale = display::scale(ui.ctx(), largest, unit);
     let bar =
         Rect::from_min_max(pos2(frame.right() + 12.0, frame.top() + 16.0), pos2(frame.right() + 24.0, frame.bottom()));
     let mut mesh = Mesh::default();

@@ -1,6 +1,8 @@
 //! Plots over time, one above the other on one time axis.
 
 use std::collections::BTreeSet;
+use std::fmt::Debug;
+use std::hash::Hash;
 
 use egui::{Align, Align2, Color32, Id, Layout, Rect, Stroke, Ui, pos2, vec2};
 use egui_plot::{
@@ -14,7 +16,8 @@ use super::{Request, View, ViewState};
 use crate::app::plot::decimate::Samples;
 use crate::app::plot::palette::{self, Ink};
 use crate::app::plot::units::Scale;
-use crate::app::plot::{axis, export, number, pointer};
+use crate::app::plot::{axis, display, export, number, pointer};
+use crate::format::shown::ShownUnits;
 use crate::record::Usage;
 
 /// Room left of every plot for its ticks and label, so that plots above each other are aligned, points.
@@ -142,9 +145,13 @@ pub(super) fn stack(
         let last = i + 1 == panels.len();
         legend_row(ui, scene, state, panel, i == 0);
         prepare(ui, view, scene, &mut state.cache, panel);
-        let fit = fit(&state.cache, panel, &state.hidden);
+        let fit = fit(&state.cache, panel, &state.hidden, &display::chosen(ui.ctx()));
         let height = room * panel.share / shares + if last { TIME_AXIS_HEIGHT } else { 0.0 };
         let response = plot(ui, view, scene, state, panel, &fit, &time, height, last);
+        if !state.printing {
+            let axes = [None, (!panel.log).then_some((&*panel.symbol, &*panel.unit))];
+            choose_units(ui, response.transform.frame(), (view, panel.id), axes);
+        }
         shown.push((response, fit));
     }
     state.cache.go_to = None;
@@ -213,7 +220,7 @@ fn prepare(ui: &Ui, view: View, scene: &Scene<'_>, cache: &mut Cache, panel: &Pa
 }
 
 /// The whole range of a panel's values.
-fn fit(cache: &Cache, panel: &Panel<'_>, hidden: &BTreeSet<Ink>) -> Fit {
+fn fit(cache: &Cache, panel: &Panel<'_>, hidden: &BTreeSet<Ink>, units: &ShownUnits) -> Fit {
     let ranges = |leads: bool| {
         panel
             .curves
@@ -239,7 +246,7 @@ fn fit(cache: &Cache, panel: &Panel<'_>, hidden: &BTreeSet<Ink>) -> Fit {
         low = 0.0;
         high = high.min(most);
     }
-    let scale = Scale::suited(low.abs().max(high.abs()), &panel.unit);
+    let scale = units.scale(low.abs().max(high.abs()), &panel.unit);
     if panel.log {
         let top = if high > 0.0 { high.log10() } else { 0.0 };
         return Fit { low: top - DECADES, high: top + 0.1, scale };
@@ -510,6 +517,18 @@ fn interact(
     asked
 }
 
+/// Lets the units of the axes of a plot be chosen by a click on their labels: symbol and unit of the abscissa and of the
+/// ordinate, where they can be.
+pub(super) fn choose_units(ui: &Ui, frame: &Rect, plot: impl Hash + Debug + Copy, axes: [Option<(&str, &str)>; 2]) {
+    let left = Rect::from_x_y_ranges(frame.left() - AXIS_WIDTH..=frame.left() - 2.0, frame.y_range());
+    let below = Rect::from_x_y_ranges(frame.x_range(), frame.bottom() + 2.0..=frame.bottom() + TIME_AXIS_HEIGHT);
+    for ((axis, labels), which) in axes.into_iter().zip([below, left]).zip(["x", "y"]) {
+        if let Some(axis) = axis {
+            display::on_axis(ui, labels, (plot, which), axis);
+        }
+    }
+}
+
 /// The menu of a plot's right button.
 pub(super) fn menu(
     response: &egui::Response,
@@ -522,7 +541,11 @@ pub(super) fn menu(
             state.cache.fit_all();
             ui.close();
         }
-        if ui.button("Copy what is shown as CSV").clicked() {
+        let copy = ui.button("Copy what is shown as CSV").clicked();
+        if ui.button("Save what is shown as CSV…").clicked() {
+            asked = Some(Request::SaveTable(table()));
+            ui.close();
+        } else if copy {
             ui.ctx().copy_text(table());
             ui.close();
         }

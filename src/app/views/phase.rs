@@ -9,7 +9,7 @@ use super::scene::Scene;
 use super::{Request, View, ViewState};
 use crate::app::plot::palette::{self, Ink};
 use crate::app::plot::units::Scale;
-use crate::app::plot::{axis, decimate, export, pointer};
+use crate::app::plot::{axis, decimate, display, export, pointer};
 use crate::term::Symbol;
 
 const ID: &str = "phase";
@@ -49,8 +49,8 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
     let [x_range, y_range] =
         *state.cache.portrait.get_or_insert_with(|| [extent(&paths, |p| p.1), extent(&paths, |p| p.2)]);
     let largest = |(a, b): (f64, f64)| a.abs().max(b.abs());
-    let x_scale = Scale::suited(largest(x_range), &scene.unit());
-    let y_scale = Scale::suited(largest(y_range), &y_unit);
+    let x_scale = display::scale(ui.ctx(), largest(x_range), &scene.unit());
+    let y_scale = display::scale(ui.ctx(), largest(y_range), &y_unit);
     let id = Id::unique(("view", View::Phase, ID));
     let must_fit = state.cache.must_fit(View::Phase, ID);
     let memory = PlotMemory::load(ui.ctx(), id);
@@ -107,6 +107,10 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
                 }
             }
         });
+    if !state.printing {
+        let axes = [Some((&*x_name, &*scene.unit())), Some((&*y_name, &*y_unit))];
+        panel::choose_units(ui, response.transform.frame(), (View::Phase, ID), axes);
+    }
     if response.response.double_clicked() {
         state.cache.fit_all();
         ui.ctx().request_repaint();

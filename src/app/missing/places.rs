@@ -1,0 +1,80 @@
+//! The left column's picture of where effects may act, and which place the candidates are shown of.
+
+use egui::{RichText, Ui};
+
+use super::chain::{self, Chain};
+use super::subject::site_name;
+use super::words::capitalised;
+use super::{Missing, Sight, stage_color, stands};
+use crate::app::widgets::section;
+use crate::gap::{Candidate, Site, Stage, within};
+use crate::term::{Expression, Symbol};
+
+/// Draws the section; nothing where there is one place alone.
+pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>) {
+    if sight.subject.sites().len() < 2 {
+        return;
+    }
+    section(ui, "PLACES", |_| {}, |_| {});
+    let stage = sight.stage().map(|s| &**s);
+    let chosen = room.hovered.as_ref().or(room.selected.as_ref());
+    let chosen = chosen.and_then(|choice| sight.candidates().iter().find(|c| c.choice == *choice));
+    let looked_at = chosen.or_else(|| sight.offered().find(|c| stands(c))).and_then(|c| c.place);
+    let effects = stage.map_or(&[][..], |s| &s.effects);
+    let added: Vec<_> = effects
+        .iter()
+        .enumerate()
+        .filter_map(|(k, effect)| Some((effect.place?, stage_color(k + 1, sight.dark))))
+        .collect();
+    let picture = Chain {
+        subject: sight.subject,
+        force: stage.and_then(driven),
+        picked: room.site,
+        looked_at,
+        added: &added,
+        known: &|site| known(sight, stage, site),
+    };
+    if let Some(site) = chain::show(ui, &picture) {
+        room.pick(site);
+    }
+    let masses = sight.subject.masses();
+    ui.horizontal(|ui| match room.site {
+        Some(site) => {
+            ui.strong(capitalised(&site_name(site, masses)));
+            if ui.button("All places").on_hover_text("Show the candidates of every place").clicked() {
+                room.site = None;
+            }
+        }
+        None => {
+            let text = RichText::new("Click a place: its candidates alone").weak().size(12.0);
+            ui.add(egui::Label::new(text).truncate());
+        }
+    });
+}
+
+/// What was added at a place, and what its candidates come to.
+fn known(sight: &Sight<'_>, stage: Option<&Stage>, site: Site) -> String {
+    let effects = stage.map_or(&[][..], |s| &s.effects);
+    let mut lines: Vec<String> =
+        effects.iter().filter(|e| e.place == Some(site)).map(|e| format!("added: {}", within(&e.title))).collect();
+    let here: Vec<&Candidate> = sight.candidates().iter().filter(|c| c.place == Some(site)).collect();
+    let standing: Vec<&&Candidate> = here.iter().filter(|c| stands(c)).collect();
+    match (standing.first(), here.len()) {
+        (_, 0) => {}
+        (Some(best), _) => lines.push(format!("{} that stand, the likeliest: {}", standing.len(), within(&best.title))),
+        (None, tried) => lines.push(format!("{tried} effects tried, none stands")),
+    }
+    lines.join("\n")
+}
+
+/// The mass that the input acts on most, by the base model.
+fn driven(stage: &Stage) -> Option<usize> {
+    let share = |state: Symbol| {
+        let Symbol::Rate(mass) = state else { return None };
+        let equation = stage.model.iter().find(|(s, _)| *s == state)?.1;
+        let of_input = |e: &Expression| matches!(e, Expression::Symbol(Symbol::Input(_)));
+        let term = equation.terms.iter().find(|t| of_input(t.term.expression()))?;
+        Some((mass, term.share))
+    };
+    stage.model.iter().filter_map(|(state, _)| share(state)).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(mass, _)| mass)
+}

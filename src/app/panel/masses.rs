@@ -1,0 +1,41 @@
+//! The masses with their channels, where there are several.
+
+use egui::{RichText, Ui, vec2};
+
+use crate::app::theme::ROW;
+use crate::format::units::raised;
+use crate::record::{Channel, Record, Role};
+use crate::term::Kind;
+
+/// A row for each mass: its number and what is measured of it.
+pub(super) fn show(ui: &mut Ui, record: &Record) {
+    let masses = record.layout(Kind::SecondOrder).freedoms;
+    if masses < 2 {
+        return;
+    }
+    for mass in 0..masses {
+        let size = vec2(ui.available_width(), ROW - 4.0);
+        let channels: Vec<String> = record.measured().filter(|c| of(c.role) == Some(mass)).map(said).collect();
+        ui.allocate_ui_with_layout(size, egui::Layout::left_to_right(egui::Align::Center), |ui| {
+            ui.set_min_size(size);
+            ui.label(RichText::new(format!("mass {}", mass + 1)).weak());
+            ui.add(egui::Label::new(channels.join(", ")).truncate());
+        })
+        .response
+        .on_hover_text(format!("What is measured of mass {}", mass + 1));
+    }
+}
+
+/// The mass that a channel is of.
+fn of(role: Role) -> Option<usize> {
+    match role {
+        Role::Displacement(k) | Role::Velocity(k) | Role::Acceleration(k) => Some(k),
+        Role::Input(_) => None,
+    }
+}
+
+fn said(channel: &Channel) -> String {
+    let unit = raised(channel.unit.trim());
+    let unit = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
+    format!("{} {}{unit}", channel.name, channel.role.noun())
+}

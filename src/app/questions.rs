@@ -1,0 +1,188 @@
+//! What answers to the first questions about a base and a mass would buy: each is fitted beside everything else.
+
+use super::state::Edit;
+use super::worker::{Busy, Worker};
+use crate::model::Units;
+use crate::record::{RecordSet, Usage};
+use crate::study::{Known, Score, Settings, Study};
+use crate::term::{Expression, Kind, Layout, Symbol, Term};
+
+/// An answer: what it says, and what every fit would then keep to.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Reply {
+    pub(crate) label: &'static str,
+    pub(crate) hint: &'static str,
+    pub(crate) known: Vec<Known>,
+}
+
+/// What an answer would come to: the error on held-out records, else on the fitted ones; none where the response diverges.
+pub(crate) type Bought = Option<Score>;
+
+/// The answers that a base and a mass leave open; none for other data, or where a sum of both would mix units.
+pub(crate) fn replies(layout: &Layout, units: &Units) -> Vec<Reply> {
+    if layout.kind != Kind::SecondOrder || layout.freedoms != 1 || layout.inputs != 1 {
+        return Vec::new();
+    }
+    let spring = tie(Symbol::State(0), Symbol::Input(0));
+    let damper = tie(Symbol::Rate(0), Symbol::InputRate(0));
+    if !(adds(&spring, units, layout) && adds(&damper, units, layout)) {
+        return Vec::new();
+    }
+    let reply = |label, hint, known| Reply { label, hint, known };
+    vec![
+        reply("One spring between base and mass", "x − u: one coefficient less", vec![spring.clone()]),
+        reply(
+            "One spring and one damper",
+            "x − u and v − du: two coefficients less",
+            vec![spring.clone(), damper.clone()],
+        ),
+        reply(
+            "Damping cannot add energy",
+            "No damping or friction term feeds energy in, whatever the motion",
+            vec![Known::Passive],
+        ),
+        reply(
+            "One of each, and no energy added",
+            "x − u and v − du, and no damping or friction term feeds energy in",
+            vec![spring, damper, Known::Passive],
+        ),
+    ]
+}
+
+/// One spring or one damper between base and mass.
+pub(crate) fn tie(first: Symbol, second: Symbol) -> Known {
+    let term = |s| Term::new(Expression::Symbol(s));
+    Known::Tied { term: term(first), to: term(second), times: -1.0 }
+}
+
+/// True unless a tie adds quantities in different units.
+pub(crate) fn adds(known: &Known, units: &Units, layout: &Layout) -> bool {
+    let Known::Tied { term, to, .. } = known else { return true };
+    let sum = Term::new(Expression::Sum(vec![term.expression().clone(), to.expression().clone()]));
+    units.check(&sum, layout).is_ok()
+}
+
+/// What the answers depend on.
+#[derive(Clone, Debug, PartialEq)]
+struct Ground {
+    generation: u64,
+    usage: Vec<Usage>,
+    settings: Settings,
+}
+
+struct Question {
+    ticket: u64,
+    records: RecordSet,
+    settings: Settings,
+    replies: Vec<Reply>,
+}
+
+/// What each answer would buy, by the number of the question.
+type Told = Option<(u64, Vec<Bought>)>;
+
+/// The questions that are open, and what is known of their answers.
+pub(crate) struct Questions {
+    worker: Worker<Question, Told>,
+    ticket: u64,
+    ground: Option<Ground>,
+    bought: Vec<Bought>,
+}
+
+impl Questions {
+    pub(crate) fn new(wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
+        let mut study = Study::default();
+        let worker = Worker::spawn(
+            "questions",
+            wake,
+            move |question: Question, cancel, _| {
+                let Question { ticket, records, settings, replies } = question;
+                // Taken out, so that a crash leaves a fresh one behind.
+                let mut current = std::mem::take(&mut study);
+                let mut ask = |reply: Reply| {
+                    let settings = Settings { known: reply.known, ..settings.clone() };
+                    let outcome = current.run(&records, &settings, cancel).ok()?;
+                    outcome.test.or(outcome.train).filter(|s| s.rmse.is_finite())
+                };
+                let bought = replies.into_iter().map(&mut ask).collect();
+                study = current;
+                (!cancel.is_cancelled()).then_some(Some((ticket, bought)))
+            },
+            || None,
+        )?;
+        Ok(Self { worker, ticket: 0, ground: None, bought: Vec::new() })
+    }
+
+    /// Asks what these answers would buy, unless that is known or on its way.
+    pub(crate) fn want(
+        &mut self,
+        generation: u64,
+        edit: &Edit,
+        replies: Vec<Reply>,
+        records: impl FnOnce() -> RecordSet,
+    ) {
+        let ground = Ground { generation, usage: edit.usage.clone(), settings: edit.settings.clone() };
+        if self.ground.as_ref() == Some(&ground) {
+            return;
+        }
+        self.ground = Some(ground);
+        self.bought.clear();
+        self.ticket += 1;
+        let question = Question { ticket: self.ticket, records: records(), settings: edit.settings.clone(), replies };
+        self.worker.ask_instead(question);
+    }
+
+    /// Stops what runs while a newer fit is waited for: that comes first, and makes the answers out of date.
+    pub(crate) fn give_way(&mut self) {
+        if self.worker.busy().is_some() {
+            self.worker.cancel();
+            self.ground = None;
+        }
+    }
+
+    /// Stops asking: nothing is open any more.
+    pub(crate) fn forget(&mut self) {
+        if self.ground.take().is_some() {
+            self.worker.cancel();
+            self.bought.clear();
+        }
+    }
+
+    /// Takes in what was found meanwhile.
+    pub(crate) fn collect(&mut self) {
+        while let Some(told) = self.worker.answer() {
+            if let Some((ticket, bought)) = told
+                && ticket == self.ticket
+                && self.ground.is_some()
+            {
+                self.bought = bought;
+            }
+        }
+    }
+
+    /// What each answer would buy, in the order of the answers; nothing while that is being computed.
+    pub(crate) fn bought(&self) -> &[Bought] {
+        &self.bought
+    }
+
+    /// What runs, or waits to.
+    pub(crate) fn busy(&self) -> Option<Busy> {
+        self.worker.busy()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_base_and_a_mass_are_asked_for_and_a_force_is_not() {
+        let layout = Layout { kind: Kind::SecondOrder, freedoms: 1, inputs: 1, internals: 0 };
+        let known: Vec<String> = replies(&layout, &Units::default())
+            .iter()
+            .map(|r| r.known.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "))
+            .collect();
+        assert_eq!(known, ["x=-u", "x=-u, v=-du", "passive", "x=-u, v=-du, passive"]);
+        assert!(replies(&Layout { freedoms: 2, ..layout }, &Units::default()).is_empty());
+        assert!(replies(&Layout { kind: Kind::FirstOrder, ..layout }, &Units::default()).is_empty());
+    }
+}
