@@ -269,6 +269,10 @@ pub(super) fn order(candidates: &[(usize, &Form, Score)], noise: f64) -> Vec<usi
                 if rich.is_far(noise) {
                     return c.2.rmse < CLEARLY * rich.rmse;
                 }
+                // What data never fitted do not bear out is no more than a better fit.
+                if c.2.rmse <= rich.rmse {
+                    return true;
+                }
                 let margin = if left[best].1.inner.iter().any(|i| i.jumps) { JUMPING } else { RICHER };
                 c.2.total - rich.total < margin
             })
@@ -297,8 +301,9 @@ pub(super) fn confused(first: (&Form, Score), others: &[(usize, &Form, Score)], 
         .filter(|(_, form, score)| {
             (form.effect != first.0.effect || form.is_elsewhere(first.0))
                 && as_good(score)
-                // A richer form fits as well by nature: it is a rival only where it does better than its price.
-                && (better(score) || !form.includes(first.0))
+                // A richer form fits as well by nature: it is a rival only where it does better than its price, and data never
+                // fitted bear it out.
+                && (!form.includes(first.0) || (better(score) && score.rmse < first.1.rmse))
         })
         .map(|(k, _, _)| *k)
         .collect()
