@@ -43,6 +43,8 @@ pub(super) const CLEARLY: f64 = 1.25;
 const NEARLY: f64 = 1.1;
 /// and any form must make that error this many times smaller: of a model that is wrong, nearly every term mends something.
 const SHRUNK: f64 = 1.3;
+/// How many times smaller an effect makes the error on data never fitted at least where another is in place already.
+const NOTABLE: f64 = 1.1;
 /// By how much a form with more in it must beat the simpler one that it contains.
 const RICHER: f64 = 4.0;
 /// The same where the response jumps as an inner quantity moves, and chance has more to choose from.
@@ -229,6 +231,14 @@ pub(super) fn unsupported(
     }
     if score.test > -SHOWN {
         return Some(format!("data never fitted get no better: {} → {}", number(rms(before)), number(rms(after))));
+    }
+    // With an effect in place what is left is small, and smoothing, sampling and inputs leave their share of it.
+    if !before.composition.forms.is_empty() && rms(before) < NOTABLE * rms(after) {
+        return Some(format!(
+            "beside what was added, data never fitted get hardly better: {} → {}",
+            number(rms(before)),
+            number(rms(after))
+        ));
     }
     if score.is_far(noise) && rms(before) < SHRUNK * rms(after) {
         return Some(format!(

@@ -297,8 +297,7 @@ impl Study {
         }
         let signals: Vec<Arc<Signals>> = key.signals.iter().map(|s| Arc::clone(&s.0)).collect();
         let basis = regression::basis(&self.layout, &key.terms, &signals, key.form, &key.fitted)?;
-        let regression =
-            Regression::new(&self.layout, &key.terms, &signals, &key.smoothing, &basis, &key.fitted)?;
+        let regression = Regression::new(&self.layout, &key.terms, &signals, &key.smoothing, &basis, &key.fitted)?;
         let regression = Arc::new(regression.bounded(settings));
         self.regression = Some((key, Arc::clone(&regression)));
         Ok(regression)

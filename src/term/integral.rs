@@ -4,7 +4,9 @@ use super::{Expression, Layout, Symbol, Term, TermError, derivative};
 
 /// True if a list of terms is one of the integral form: some term of it stands under an integral.
 pub fn is_integral(list: &str) -> bool {
-    super::pieces(list).into_iter().any(|(_, piece)| under_integral(piece.rsplit(':').next().unwrap_or(piece)).is_some())
+    super::pieces(list)
+        .into_iter()
+        .any(|(_, piece)| under_integral(piece.rsplit(':').next().unwrap_or(piece)).is_some())
 }
 
 /// What stands under the integral of `int(…)`.
