@@ -8,6 +8,7 @@ mod study;
 
 use sindyscope::gap::{Site, Verdict};
 use sindyscope::rig::hidden::{NoiseKind, Regime, Shaking, names, outside_names, pairs};
+use study::places::{Found, Shown, draw};
 use study::two_masses;
 use study::{
     Case, REGIME_HEADING, Targets, cases, confusion, draws, in_regime, median, miss, of_kind, regime_line, run,
@@ -189,5 +190,24 @@ fn the_wide_study() {
     targets.at_most("wide: named but wrong, %", part(&study::Result::named_wrong), WIDE_WRONG);
     let wrong = all.iter().filter(|r| r.named_wrong()).count();
     targets.at_most("all regimes: named but wrong, %", share(wrong, all.len()), OVERALL_WRONG);
+    targets.assert_reached();
+}
+
+#[test]
+#[ignore = "some 200 searches of four seconds each, in the profile `study`"]
+fn the_study_of_places() {
+    let mut targets = Targets::default();
+    for (masses, shown, nothing, draws, least, wrong) in [
+        (2, Shown::Displacement, false, 60, 95.0, 0.0),
+        (2, Shown::Acceleration, false, 60, 95.0, 0.0),
+        (3, Shown::Displacement, false, 30, 90.0, 0.0),
+        (2, Shown::Displacement, true, 50, 98.0, 2.0),
+    ] {
+        let found: Vec<Found> = (0..draws).filter_map(|seed| draw(masses, shown, nothing, seed)).collect();
+        let of = |wanted: Found| share(found.iter().filter(|f| **f == wanted).count(), found.len());
+        let what = if nothing { "nothing hidden" } else { "effect and place" };
+        targets.at_least(&format!("{masses} masses, {shown:?}, {what}: right, %"), of(Found::Right), least);
+        targets.at_most(&format!("{masses} masses, {shown:?}, {what}: wrong, %"), of(Found::Wrong), wrong);
+    }
     targets.assert_reached();
 }
