@@ -42,7 +42,7 @@ pub(crate) fn draw(masses: usize, shown: Shown, nothing: bool, seed: u64) -> Opt
         ),
         _ => (
             "three-masses",
-            &["1", "12", "2", "23", "3"],
+            &["1", "12", "23", "3"],
             &[("m1", 2.0), ("k1", 1000.0), ("k12", 900.0), ("k23", 700.0), ("c1", 2.0), ("c12", 1.2)],
         ),
     };
