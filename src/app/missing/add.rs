@@ -20,7 +20,7 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, before: &
     let by_choice = |choice: &Option<crate::gap::Choice>| {
         choice.as_ref().and_then(|choice| sight.offered().find(|c| c.choice == *choice))
     };
-    let next = sight.offered().filter(|c| stands(c)).find(|c| !room.skipped.contains(&c.choice));
+    let next = next(room, sight);
     let chosen = looked_at(room, sight);
     let list = (0.32 * ui.available_height()).max(150.0);
     // The pointer was over a row in the frame before: the rows lie beneath the plot.
@@ -58,8 +58,12 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, before: &
 /// The candidate that is looked at: the one that was chosen, else the first that stands.
 pub(super) fn looked_at<'a>(room: &Missing, sight: &Sight<'a>) -> Option<&'a Candidate> {
     let chosen = room.selected.as_ref().and_then(|choice| sight.offered().find(|c| c.choice == *choice));
-    let next = || sight.offered().filter(|c| stands(c)).find(|c| !room.skipped.contains(&c.choice));
-    chosen.or_else(next).or_else(|| sight.offered().next())
+    chosen.or_else(|| next(room, sight)).or_else(|| sight.offered().next())
+}
+
+/// The first candidate that stands and was not skipped.
+fn next<'a>(room: &Missing, sight: &Sight<'a>) -> Option<&'a Candidate> {
+    sight.offered().filter(|c| stands(c)).find(|c| !room.skipped.contains(&c.choice))
 }
 
 /// Measured, before and with the effect over each other, the gaps beneath.
