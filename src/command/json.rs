@@ -55,7 +55,7 @@ pub(super) fn identified(analysis: &Analysis) -> Value {
         })).collect::<Vec<_>>(),
         "modes": outcome.modes().iter().map(mode).collect::<Vec<_>>(),
         "refinement": outcome.refinement.as_ref().map(|r| json!({
-            "rmse": r.rmse,
+            "rmse": r.rmse.first(),
             "converged": r.converged,
             "before": r.before,
         })),

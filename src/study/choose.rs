@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
+use super::eliminate::left;
 use super::known::candidate_terms;
 use super::regression::{self, Regression, fitted_states};
 use super::response::Drive;
@@ -422,7 +423,7 @@ impl Plan {
             .map(|candidate| {
                 let settings = Settings { refine: true, ..self.settings(start, free, candidate)? };
                 let outcome = refined_fit(&pieces, &all, &settings, cancel)?;
-                let left = outcome.and_then(|o| o.train).map(|s| s.nrmse * s.nrmse);
+                let left = outcome.and_then(|o| left(&o)).map(|left| left.iter().sum::<f64>() / left.len() as f64);
                 Ok(left.map(|left| (candidate, settings, left)))
             })
             .collect();

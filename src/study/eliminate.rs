@@ -1,14 +1,20 @@
 //! Backward elimination: terms that the chosen settings keep and the response does without.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::choose::{EQUAL, Plan, ratio, refined_fit, shortened};
-use super::{Cancel, Lock, Outcome, Score, Settings, StudyError};
-use crate::record::{RecordSet, Usage};
-use crate::term::{Kind, Term};
+use super::{Cancel, Lock, Outcome, Settings, Study, StudyError};
+use crate::record::{Record, RecordSet, Usage};
+use crate::term::Term;
 
 /// Terms that are taken out at most, for each equation.
 const MOST: usize = 6;
+/// Share of a record that a refined fit must follow in one run to compare terms by.
+const LASTS: f64 = 0.9;
+/// Standard errors from zero below which a coefficient is not told from it: a 99 % interval, for many are looked at.
+const SIGNIFICANT: f64 = 2.6;
 
 /// A fit of settings to the response.
 struct Fit {
@@ -19,30 +25,67 @@ struct Fit {
     /// added.
     left: Vec<f64>,
     samples: usize,
+    /// Longest run that was fitted, s.
+    horizon: f64,
+}
+
+/// What a refined fit leaves of every displacement (state) along the runs that were fitted: mean squared error as a share of
+/// its variance. A free run of a chaotic model would tell nothing.
+pub(super) fn left(outcome: &Outcome) -> Option<Vec<f64>> {
+    let refinement = outcome.refinement.as_ref()?;
+    let share = |(channel, rmse): (usize, &f64)| {
+        let scores = outcome.records.iter().filter_map(|r| r.channels.get(channel)?.score);
+        let (squares, samples) = scores.fold((0.0, 0.0), |(squares, samples), s| {
+            let n = s.samples as f64;
+            (squares + n * (s.rmse / s.nrmse).powi(2), samples + n)
+        });
+        rmse * rmse * samples / squares
+    };
+    Some(refinement.rmse.iter().enumerate().map(share).collect())
 }
 
 impl Fit {
-    fn new(settings: Settings, outcome: &Outcome) -> Self {
+    /// None where the response could not be fitted.
+    fn new(settings: Settings, outcome: &Outcome) -> Option<Self> {
         let layout = outcome.model.layout;
-        let first = if layout.kind == Kind::SecondOrder { layout.freedoms } else { 0 };
+        let first = layout.states() - layout.freedoms;
         let equations = outcome.model.equations[first..].iter().take(layout.freedoms).enumerate();
         let terms = equations.flat_map(|(i, e)| e.terms.iter().map(move |t| (i, t.term.clone()))).collect();
-        let scores = |channel: usize| outcome.records.iter().filter_map(move |r| r.channels.get(channel)?.score);
-        let left = |channel: usize| {
-            let sum = |of: fn(&Score) -> f64| -> f64 { scores(channel).map(|s| s.samples as f64 * of(&s)).sum() };
-            sum(|s| s.rmse * s.rmse) / sum(|s| (s.rmse / s.nrmse).powi(2)) + EQUAL * EQUAL
-        };
-        Self {
-            settings,
-            terms,
-            left: (0..layout.freedoms).map(left).collect(),
-            samples: scores(0).map(|s| s.samples).sum(),
-        }
+        let left: Vec<f64> = left(outcome)?.into_iter().map(|left| left + EQUAL * EQUAL).collect();
+        let samples = outcome.records.iter().filter_map(|r| Some(r.channels.first()?.score?.samples)).sum();
+        let horizon = outcome.refinement.as_ref()?.horizon;
+        Some(Self { settings, terms, left, samples, horizon }).filter(|fit| fit.left.iter().all(|l| l.is_finite()))
     }
 
     /// Logarithms of what is left, summed: twice the log-likelihood lost, for each sample.
     fn loss(&self) -> f64 {
         self.left.iter().map(|left| left.ln()).sum()
+    }
+}
+
+/// The settings with those terms dropped, the least certain first, that the regression cannot tell from zero.
+fn insignificant_dropped(
+    records: &[Arc<Record>],
+    mut settings: Settings,
+    cancel: &Cancel,
+) -> Result<Settings, StudyError> {
+    let entries = records.iter().map(|r| (Arc::clone(r), Usage::Fit)).collect();
+    let (records, mut study) = (RecordSet { entries }, Study::default());
+    loop {
+        let Ok(outcome) = study.run(&records, &Settings { refine: false, ..settings.clone() }, cancel) else {
+            cancel.check()?;
+            return Ok(settings);
+        };
+        let layout = outcome.model.layout;
+        let equations = outcome.model.equations.iter().skip(layout.states() - layout.freedoms).enumerate();
+        let ratios = equations.flat_map(|(i, equation)| {
+            equation.terms.iter().filter_map(move |t| Some((i, &t.term, (t.coefficient / t.std_error?).abs())))
+        });
+        let least = ratios
+            .filter(|(i, term, ratio)| *ratio < SIGNIFICANT && !settings.of_equation(*i).locks.contains_key(*term))
+            .min_by(|a, b| a.2.total_cmp(&b.2));
+        let Some((equation, term, _)) = least else { return Ok(settings) };
+        settings.decide(equation, layout.freedoms, term.clone(), Lock::Out);
     }
 }
 
@@ -69,9 +112,14 @@ impl Plan {
         let fit = |settings: Settings| -> Result<Option<Fit>, StudyError> {
             let settings = Settings { refine: true, ..settings };
             let Some(outcome) = refined_fit(&whole, &all, &settings, cancel)? else { return Ok(None) };
-            Ok(Some(Fit::new(settings, &outcome)).filter(|fit| fit.left.iter().all(|l| l.is_finite())))
+            Ok(Fit::new(settings, &outcome))
         };
         let Some(mut present) = fit(settings.clone())? else { return Ok((settings, None)) };
+        let longest = whole.iter().map(|r| r.len() as f64 * r.interval).fold(0.0, f64::max);
+        if present.horizon < LASTS * longest {
+            // Fits to so short runs, and to others after each step, compare nothing.
+            return Ok((insignificant_dropped(&whole, settings, cancel)?, None));
+        }
         let pieces = self.shortened();
         let judged = |fit: &Fit| self.judge_refined(&pieces, &fit.settings, cancel);
         let mut errors: Option<Vec<f64>> = None;
@@ -88,7 +136,8 @@ impl Plan {
                     fit(settings)
                 })
                 .collect();
-            let fewer = tried?.into_iter().flatten().filter(|f| f.terms.len() < present.terms.len());
+            let fewer = tried?.into_iter().flatten();
+            let fewer = fewer.filter(|f| f.terms.len() < present.terms.len() && f.horizon >= LASTS * longest);
             let Some(next) = fewer.min_by(|a, b| a.loss().total_cmp(&b.loss())) else { break };
             let n = present.samples as f64;
             let gone = (present.terms.len() - next.terms.len()) as f64;

@@ -3,6 +3,7 @@
 mod bias;
 mod choose;
 mod covariance;
+mod degree;
 mod eliminate;
 mod ensemble;
 mod known;

@@ -6,15 +6,18 @@ use crate::model::Model;
 use crate::record::Usage;
 use crate::refine::{Goal, Horizon, Instance, Landed, Options, Point, Refined, Run, Structure, horizon, land, refine};
 use crate::signal::{motion_period, rms};
-use crate::term::{Kind, Term};
+use crate::term::Term;
 
 /// What refining a model's coefficients came to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refinement {
     /// The coefficients as the regression left them: equation after equation, terms in their order.
     pub before: Vec<f64>,
-    /// RMSE of the fitted records' first displacement, each from the initial state that fits it best.
-    pub rmse: f64,
+    /// RMSE of every displacement (first order: state) of the fitted records, each run from the initial state that fits it
+    /// best.
+    pub rmse: Vec<f64>,
+    /// Longest run that was fitted, s: a record, or as much of it as a free run predicts.
+    pub horizon: f64,
     /// True if no further step would change the fit noticeably.
     pub converged: bool,
 }
@@ -74,8 +77,8 @@ impl Structure for Coefficients<'_> {
 }
 
 /// Why a model cannot be refined; said beside the unrefined one.
-pub(super) const SECOND_ORDER: &str =
-    "Not refined: the response is fitted only where displacements are measured and velocities follow from them";
+pub(super) const NOT_MEASURED: &str =
+    "Not refined: the response is fitted only where every displacement (first order: every state) is measured";
 pub(super) const NO_START: &str =
     "Not refined: the response of the regression's equation leaves the data's range, so there is nothing to start from";
 
@@ -94,18 +97,20 @@ pub(super) fn refined(
     cancel: &Cancel,
 ) -> Result<Result<Refinement, &'static str>, StudyError> {
     let layout = model.layout;
-    if layout.kind != Kind::SecondOrder || layout.internals > 0 {
-        return Ok(Err(SECOND_ORDER));
-    }
+    // Those after dx/dt = v; of a first-order system all.
+    let accelerations = layout.states() - layout.freedoms..layout.states();
+    let first = accelerations.start;
     let fitted: Vec<&Prepared> = records.iter().filter(|(_, u)| *u == Usage::Fit).map(|(p, _)| *p).collect();
     let (runs, noise) = runs(&fitted);
-    let accelerations = layout.freedoms..layout.states();
+    if runs.is_empty() {
+        return Ok(Err(NOT_MEASURED));
+    }
     let terms =
         || accelerations.clone().flat_map(|e| model.equations[e].terms.iter().enumerate().map(move |(k, t)| (e, k, t)));
     let mut free = Vec::new();
     let mut scales = Vec::new();
     for (equation, place, term) in terms() {
-        let (lock, sign) = decided(equation - layout.freedoms, &term.term);
+        let (lock, sign) = decided(equation - first, &term.term);
         if !matches!(lock, Some(Lock::Fixed(_))) {
             free.push(Free { equation, place, sign });
             // One hundredth of all forces together.
@@ -117,10 +122,12 @@ pub(super) fn refined(
     let coefficients = Coefficients { model, free, scales };
     let landed = search(&coefficients, &runs, &fitted, noise, shared, cancel);
     let landed = landed.and_then(|landed| reweighed(&coefficients, landed, cancel));
-    let Some(Landed { refined: found, runs, .. }) = landed else {
+    let Some(landed) = landed else {
         cancel.check()?;
         return Ok(Err(NO_START));
     };
+    let horizon = landed.horizon();
+    let Landed { refined: found, runs, .. } = landed;
     cancel.check()?;
     let free = coefficients.free;
     *covariance = Covariance::unknown(model.equations[accelerations.clone()].iter().map(|e| e.terms.len()));
@@ -128,7 +135,7 @@ pub(super) fn refined(
         .map(|(equation, place, _)| free.iter().position(|f| (f.equation, f.place) == (equation, place)))
         .collect();
     let known = found.covariance.nrows() == free.len();
-    let at: Vec<(usize, usize)> = terms().map(|(equation, place, _)| (equation - layout.freedoms, place)).collect();
+    let at: Vec<(usize, usize)> = terms().map(|(equation, place, _)| (equation - first, place)).collect();
     for (i, a) in places.iter().enumerate() {
         for (j, b) in places.iter().enumerate().skip(i) {
             let entry = match a.zip(*b) {
@@ -149,7 +156,9 @@ pub(super) fn refined(
         let total: f64 = equation.terms.iter().map(|t| t.share).sum();
         equation.terms.iter_mut().for_each(|t| t.share = if total > 0.0 { t.share / total } else { 0.0 });
     }
-    Ok(Ok(Refinement { before, rmse: residual_rms(&found, &runs, 0), converged: found.converged }))
+    let weights = runs.first().map_or(&[][..], |r| &r.weights);
+    let rmse = weights.iter().enumerate().map(|(i, weight)| residual_rms(&found, &runs, i) / weight).collect();
+    Ok(Ok(Refinement { before, rmse, horizon, converged: found.converged }))
 }
 
 /// The runs of some records, every displacement (or state) weighed by its noise so that the first counts one; and the noise of
@@ -300,7 +309,7 @@ mod tests {
             let refinement = refined.refinement.as_ref().unwrap();
             assert!(refinement.converged && refinement.before.len() == 4);
             // Noise of 0.01, and four coefficients and two initial values of 2000 samples fitted to it.
-            assert!((refinement.rmse / 0.01 - 1.0).abs() < 0.06, "{}", refinement.rmse);
+            assert!((refinement.rmse[0] / 0.01 - 1.0).abs() < 0.06, "{}", refinement.rmse);
             better += usize::from(refined.test.unwrap().rmse < sparse.test.unwrap().rmse);
             for (term, value) in TRUTH {
                 let term = Term::parse(term).unwrap();
@@ -338,10 +347,12 @@ mod tests {
 
     #[test]
     fn where_it_cannot_be_done_it_says_so_and_the_fit_stands() {
-        let options = ScenarioOptions { duration: Some(4.0), ..ScenarioOptions::default() };
-        let records = RecordSet::new(generate("lorenz", &options).unwrap().records, Usage::Fit);
-        let mut settings = suggest(&records, Kind::FirstOrder).unwrap();
+        let options = ScenarioOptions { duration: Some(20.0), ..ScenarioOptions::default() };
+        let records = RecordSet::new(generate("friction", &options).unwrap().records, Usage::Fit);
+        let mut settings = suggest(&records, Kind::SecondOrder).unwrap();
         settings.refine = true;
+        settings.terms = list("x^3").unwrap();
+        settings.locks.insert(Term::parse("x^3").unwrap(), Lock::Fixed(1e30));
         let outcome = run(&records, &settings);
         assert!(outcome.refinement.is_none() && outcome.warnings.iter().any(|w| w.text.starts_with("Not refined")));
         let (records, mut settings) = duffing(0);

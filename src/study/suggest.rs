@@ -1,4 +1,6 @@
-use super::{Settings, Smoothing, StudyError, base_excited};
+use std::sync::Arc;
+
+use super::{Settings, Smoothing, StudyError, base_excited, degree};
 use crate::record::{RecordSet, Role, Usage};
 use crate::signal::{Facts, mean_and_variance};
 use crate::term::{Expression, Family, Function, Kind, Layout, Symbol, Term, polynomials};
@@ -26,7 +28,10 @@ pub fn suggest(records: &RecordSet, kind: Kind) -> Result<Settings, StudyError> 
     Ok(Settings {
         kind,
         smoothing: Smoothing { window, ..smoothing },
-        terms: library(&layout, base_excited(record, kind)),
+        terms: library(&layout, base_excited(record, kind), || {
+            let records: Vec<_> = facts.iter().map(|(record, _)| Arc::clone(record)).collect();
+            degree::library(&layout, &records, &Smoothing { window, ..smoothing })
+        }),
         threshold: 0.02,
         // What regression is told of a motion that no sensor showed is an estimate.
         refine: record.channels.iter().any(|c| c.estimated),
@@ -46,15 +51,11 @@ pub(super) fn odd(n: usize) -> usize {
     if n % 2 == 1 { n } else { n + 1 }
 }
 
-/// The library offered first: what vibrating things are usually made of.
-fn library(layout: &Layout, base: bool) -> Vec<Term> {
-    let states: Vec<Symbol> = layout.state_symbols().collect();
+/// The library offered first: what vibrating things are usually made of; of a first-order system the polynomials that the
+/// data bear out.
+fn library(layout: &Layout, base: bool, grown: impl FnOnce() -> Vec<Term>) -> Vec<Term> {
     let mut terms = match layout.kind {
-        Kind::FirstOrder => {
-            let mut terms = Family::Constant.terms(layout);
-            terms.extend(polynomials(&states, 2, true));
-            terms
-        }
+        Kind::FirstOrder => grown(),
         Kind::SecondOrder if layout.freedoms > 1 => chain(layout.freedoms),
         Kind::SecondOrder => {
             let mut terms = Family::States.terms(layout);

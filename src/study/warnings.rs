@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::{Lock, Outcome, Remedy, Severity, Warning};
+use super::{Lock, Outcome, Remedy, Settings, Severity, Warning};
+use crate::format::number::significant_trimmed;
 use crate::model::Equation;
 use crate::record::{RecordSet, Usage};
 use crate::sparse::{Constraint, Options, Reduced, stlsq};
@@ -284,9 +285,29 @@ fn unmodelled(outcome: &Outcome) -> Option<Warning> {
         } else {
             "far above the measurement noise".into()
         };
-        let text =
-            format!("The error is {above} ({:.1} % of the motion): the equation lacks something", 100.0 * score.nrmse);
-        warning(Severity::Caution, text)
+        let parts = format!("The error is {above} ({:.1} % of the motion)", 100.0 * score.nrmse);
+        match outcome.refinement.as_ref().filter(|r| r.rmse.first().is_some_and(|e| crate::refine::holds(*e, floor))) {
+            Some(refinement) => {
+                let seconds = significant_trimmed(refinement.horizon, 2);
+                let text = format!(
+                    "{parts} because a free run of this motion is sensitive to its start. Along runs of {seconds} s the error \
+                     is no more than the noise: nothing speaks against the equation"
+                );
+                warning(Severity::Note, text)
+            }
+            None if outcome.model.layout.kind == Kind::FirstOrder && outcome.refinement.is_none() => Warning {
+                severity: Severity::Caution,
+                text: format!(
+                    "{parts}: the equation lacks something, or a free run of this motion is sensitive to its start"
+                ),
+                remedy: Some(Remedy {
+                    label: "Refine the coefficients, which tells".into(),
+                    settings: Some(Settings { refine: true, ..outcome.settings.clone() }),
+                    usage: None,
+                }),
+            },
+            None => warning(Severity::Caution, format!("{parts}: the equation lacks something")),
+        }
     })
 }
 

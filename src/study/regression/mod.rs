@@ -331,6 +331,19 @@ impl Regression {
         (Model { layout: self.layout, equations, static_ratio: 1.0 }, misfit)
     }
 
+    /// What this regression's coefficients, no term dropped, leave of another's rates: the largest share of a rate's RMS.
+    pub(super) fn leaves_of(&self, other: &Self) -> f64 {
+        let share = |(own, other): (&Target, &Target)| {
+            let every: Vec<usize> = (0..self.terms.len()).filter(|k| !own.reduced.unusable(*k)).collect();
+            let mut left = other.rate.clone();
+            for (k, c) in every.iter().zip(own.reduced.least_squares(&every)) {
+                left.iter_mut().zip(&other.columns[*k]).for_each(|(left, value)| *left -= c * value);
+            }
+            rms(&left) / rms(&other.rate)
+        };
+        self.targets.iter().zip(&other.targets).map(share).fold(0.0, f64::max)
+    }
+
     /// The state of an index of the state vector.
     pub(super) fn symbol(&self, index: usize) -> Option<Symbol> {
         self.layout.state_symbols().nth(index)
