@@ -252,7 +252,24 @@ mod tests {
         fs::write(&path, text).unwrap();
         let loaded = Project::load(&path).unwrap();
         assert_eq!(loaded.source, Source::Files(vec![home.path().join("run.csv")]));
-        assert!(loaded.checksums.is_empty() && loaded.shown.is_none());
+        assert!(loaded.checksums.is_empty() && loaded.shown.is_none() && loaded.found.is_none());
+    }
+
+    #[test]
+    fn what_was_found_missing_is_saved_and_an_unknown_form_of_it_costs_nothing_else() {
+        let home = tempfile::tempdir().unwrap();
+        let (path, data) = (home.path().join("study.json"), home.path().join("run.csv"));
+        let none = std::collections::HashMap::new();
+        let of = ("2 records, 20 samples, crc32 0badcafe".to_owned(), None);
+        let found = Found::new(of, &none, &std::collections::HashMap::new(), &std::collections::HashMap::new());
+        let project = project(&data).with_found(Some(Arc::new(found.clone())));
+        project.save(&path).unwrap();
+        assert_eq!(Project::load(&path).unwrap().found.as_deref(), Some(&found));
+        let text = fs::read_to_string(&path).unwrap();
+        fs::write(&path, text.replace("\"rounds\": []", "\"rounds\": [\"of another form\"]")).unwrap();
+        let loaded = Project::load(&path).unwrap();
+        let dropped = loaded.found.expect("told where it does not fit");
+        assert!(!dropped.is_of_the_same_as(&found) && loaded.settings.threshold == 0.03);
     }
 
     #[test]

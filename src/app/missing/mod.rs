@@ -32,7 +32,7 @@ use egui::{Ui, vec2};
 use super::bench::Bench;
 use super::state::Edit;
 use super::worker::Busy;
-use crate::gap::{Blind, Candidate, Choice, Diagnosis, Found, Place, Restored, Round, Site, Stage, Standing, Trace};
+use crate::gap::{Blind, Candidate, Choice, Diagnosis, Place, Restored, Round, Site, Stage, Standing, Trace};
 use crate::study::Settings;
 use crate::term::{Kind, Term};
 use figures::Figure;
@@ -313,6 +313,7 @@ impl Missing {
                 }
                 Event::Stage(choices, stage) => {
                     self.known.stages.insert(choices, stage);
+                    more |= self.running.is_some_and(|r| r.want == Want::Try);
                 }
                 Event::Step(sentence, share) => {
                     if let Some(running) = &mut self.running {
