@@ -186,7 +186,7 @@ impl Search {
             ..Addition::default()
         }));
         let (fit, held) = kept.responses.split_at(data.fit().len());
-        let refined = |series: &[Series], kept: &[FoundResponse]| follow(&composition, &shared, series, kept, cancel);
+        let refined = |series: &[Series], kept: &[FoundResponse]| retraced(&composition, &shared, series, kept, cancel);
         let (runs, refined_fit) = refined(data.fit(), fit)?;
         let mut held_out = Vec::new();
         for (s, kept) in data.held_out().iter().zip(held) {
@@ -225,7 +225,7 @@ impl Search {
 }
 
 /// The responses along records from what they begin with; none if that does not go with the records.
-fn follow(
+fn retraced(
     composition: &Composition,
     shared: &[f64],
     series: &[Series],

@@ -14,9 +14,9 @@ const PAST: usize = 4;
 /// What is told where a walk that came with a project or the session does not fit.
 const DROPPED: &str = "What was found missing was left out: it was found of other data or another base model than are open now. Find what's missing looks again";
 
-/// What is kept of walks.
+/// The walks that are kept.
 #[derive(Debug, Default)]
-pub(super) struct Kept {
+pub(super) struct Shelf {
     /// That in view.
     found: Option<Arc<Found>>,
     /// One that came with a project or the session and is not in view yet.
@@ -26,7 +26,7 @@ pub(super) struct Kept {
     note: Option<&'static str>,
 }
 
-impl Kept {
+impl Shelf {
     /// What may come back, what is awaited first.
     pub(super) fn candidates(&self) -> Vec<Arc<Found>> {
         self.coming.iter().chain(&self.past).cloned().collect()
@@ -44,7 +44,7 @@ impl Kept {
     /// What was awaited has not come although all else has: it is dropped, but for a change that is undone.
     pub(super) fn missed(&mut self) {
         if let Some(missed) = self.coming.take() {
-            self.shelve(missed);
+            self.lay_down(missed);
             self.note = Some(DROPPED);
         }
     }
@@ -52,11 +52,11 @@ impl Kept {
     /// The records or the base model are others now.
     pub(super) fn put_aside(&mut self) {
         if let Some(found) = self.found.take() {
-            self.shelve(found);
+            self.lay_down(found);
         }
     }
 
-    fn shelve(&mut self, found: Arc<Found>) {
+    fn lay_down(&mut self, found: Arc<Found>) {
         self.past.retain(|past| !past.is_of_the_same_as(&found));
         self.past.insert(0, found);
         self.past.truncate(PAST);
@@ -67,17 +67,17 @@ impl Missing {
     /// Brings back what was kept with the records that are opened, as soon as the room is looked at.
     pub(crate) fn bring_back(&mut self, found: Option<Arc<Found>>) {
         self.forget();
-        self.kept = Kept { coming: found, ..Kept::default() };
+        self.shelf = Shelf { coming: found, ..Shelf::default() };
     }
 
     /// What is to be kept.
     pub(crate) fn found(&self) -> Option<&Arc<Found>> {
-        self.kept.found.as_ref().or(self.kept.coming.as_ref())
+        self.shelf.found.as_ref().or(self.shelf.coming.as_ref())
     }
 
     /// What is to be told of it, once.
     pub(crate) fn note(&mut self) -> Option<&'static str> {
-        self.kept.note.take()
+        self.shelf.note.take()
     }
 
     /// Keeps what is known now. Without a look there is nothing that fitting anew would not give.
@@ -87,7 +87,7 @@ impl Missing {
         if !known.rounds.is_empty() {
             let of = (known.records.clone(), base);
             let found = Found::new(of, &known.stages, &known.rounds, &known.conclusions);
-            self.kept.found = Some(Arc::new(found));
+            self.shelf.found = Some(Arc::new(found));
         }
     }
 }

@@ -36,7 +36,7 @@ use crate::gap::{Blind, Candidate, Choice, Diagnosis, Place, Restored, Round, Si
 use crate::study::Settings;
 use crate::term::{Kind, Term};
 use figures::Figure;
-use keep::Kept;
+use keep::Shelf;
 use subject::Subject;
 pub(crate) use walk::Step;
 pub use walk::{Base, Walk};
@@ -115,7 +115,7 @@ pub(crate) struct Missing {
     work: Work,
     known: Known,
     running: Option<Running>,
-    kept: Kept,
+    shelf: Shelf,
     /// Look once the base is fitted, without being asked.
     by_itself: bool,
     /// Whether what the virtual rig hid is told.
@@ -232,7 +232,7 @@ impl Missing {
             work: Work::new(wake)?,
             known: Known::default(),
             running: None,
-            kept: Kept::default(),
+            shelf: Shelf::default(),
             by_itself: false,
             revealed: false,
             stopped: false,
@@ -309,7 +309,7 @@ impl Missing {
                     self.known.stages.extend(stages);
                     self.known.rounds.extend(rounds);
                     self.known.conclusions.extend(conclusions);
-                    self.kept.restored(found);
+                    self.shelf.restored(found);
                 }
                 Event::Stage(choices, stage) => {
                     self.known.stages.insert(choices, stage);
@@ -344,12 +344,12 @@ impl Missing {
                     }
                     _ => {
                         self.known.failure = Some(text);
-                        self.kept.missed();
+                        self.shelf.missed();
                     }
                 },
                 Event::Done => {
                     self.running = None;
-                    self.kept.missed();
+                    self.shelf.missed();
                 }
             }
         }
@@ -374,7 +374,7 @@ impl Missing {
             if other_records {
                 self.forget();
             }
-            self.kept.put_aside();
+            self.shelf.put_aside();
             let mut stages = std::mem::take(&mut self.known.stages);
             let accepted = &edit.walk.accepted;
             let shown = (0..=accepted.len()).rev().find_map(|n| stages.remove(&accepted[..n]));
@@ -408,7 +408,7 @@ impl Missing {
         }
         self.work.cancel();
         self.running = None;
-        self.kept.put_aside();
+        self.shelf.put_aside();
         self.known = Known::default();
         self.pass_over();
         (self.step, self.record, self.verified, self.revealed) = (Step::Compare, 0, None, false);
@@ -426,7 +426,7 @@ impl Missing {
         if want == Want::Look {
             self.known.partial = Some(Partial { choices: accepted.clone(), ..Partial::default() });
         }
-        let kept = if want == Want::Stages { self.kept.candidates() } else { Vec::new() };
+        let kept = if want == Want::Stages { self.shelf.candidates() } else { Vec::new() };
         let (records, choices) = (bench.set(&edit.usage), accepted.clone());
         self.work.ask(Question { ticket: 0, key, records, choices, rounds, kept, want });
     }
