@@ -56,7 +56,8 @@ fn a_search_survives_a_killed_window_and_undo() {
     assert_eq!(window.app().records().with(Usage::HeldOut).count(), held_out);
     assert_eq!(told(&window), before);
 
-    window.click("Name");
+    window.0.get_by_role_and_label(Role::Tab, "Name").click();
+    window.settle();
     window.click("Next");
     window.click("Accept");
     let (walk, after) = (window.app().walk().clone(), told(&window));
