@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
@@ -13,16 +14,17 @@ use super::disk;
 use super::errand::{Problem, file_name};
 use super::missing::{Step, Walk};
 use super::rig::RigState;
-use super::state::{Edit, Pin, Room, Source};
+use super::state::{Edit, Pin, Room, Source, leniently};
 use super::views::{View, ViewState};
+use crate::gap::Found;
 use crate::record::prepare::Preparation;
 use crate::record::{ReadOptions, Usage};
 use crate::report::Arrangement;
 use crate::study::Settings;
 
 /// The format that this program writes; a higher one is from a newer program. The first had no checksums, no steps and no views;
-/// the second neither report nor virtual rig.
-const VERSION: u32 = 3;
+/// the second neither report nor virtual rig, the third no walk's rounds.
+const VERSION: u32 = 4;
 
 /// Bytes of a file that are looked at to tell what it is.
 const HEAD: u64 = 1 << 16;
@@ -54,6 +56,9 @@ pub(crate) struct Project {
     /// What was added to the base model in "What's missing".
     #[serde(default)]
     pub(crate) walk: Walk,
+    /// What the search for it found.
+    #[serde(default, deserialize_with = "leniently", skip_serializing_if = "Option::is_none")]
+    pub(crate) found: Option<Arc<Found>>,
     /// What the report holds, in which order.
     #[serde(default)]
     pub(crate) report: Arrangement,
@@ -85,7 +90,7 @@ impl Project {
     /// A project of these parts.
     pub(crate) fn new(source: Source, reading: ReadOptions, usage: BTreeMap<String, Usage>, edit: &Edit) -> Self {
         let Edit { settings, walk, steps, report, .. } = edit.clone();
-        let (checksums, pins, shown, rig) = (BTreeMap::new(), Vec::new(), None, None);
+        let (checksums, found, pins, shown, rig) = (BTreeMap::new(), None, Vec::new(), None, None);
         Self {
             sindyscope_project: VERSION,
             source,
@@ -95,6 +100,7 @@ impl Project {
             usage,
             settings,
             walk,
+            found,
             report,
             pins,
             shown,
@@ -109,6 +115,12 @@ impl Project {
             self.checksums = files.iter().cloned().zip(checksums.iter().cloned()).collect();
         }
         self
+    }
+
+    /// This project with what was found missing.
+    #[must_use]
+    pub(crate) fn with_found(self, found: Option<Arc<Found>>) -> Self {
+        Self { found, ..self }
     }
 
     /// This project with pinned settings.
@@ -225,7 +237,7 @@ mod tests {
         after.usage.insert("2 Hz".into(), Usage::Off);
         let (one, two) = (text(&before), text(&after));
         assert_eq!(one, text(&before), "the same project is the same text");
-        assert!(one.starts_with("{\n  \"sindyscope_project\": 3,\n") && one.contains("\"run.csv\""), "{one}");
+        assert!(one.starts_with("{\n  \"sindyscope_project\": 4,\n") && one.contains("\"run.csv\""), "{one}");
         let differ: Vec<_> = one.lines().zip(two.lines()).filter(|(a, b)| a != b).collect();
         assert_eq!(differ.len(), 2, "{differ:?}");
     }
@@ -240,7 +252,24 @@ mod tests {
         fs::write(&path, text).unwrap();
         let loaded = Project::load(&path).unwrap();
         assert_eq!(loaded.source, Source::Files(vec![home.path().join("run.csv")]));
-        assert!(loaded.checksums.is_empty() && loaded.shown.is_none());
+        assert!(loaded.checksums.is_empty() && loaded.shown.is_none() && loaded.found.is_none());
+    }
+
+    #[test]
+    fn what_was_found_missing_is_saved_and_an_unknown_form_of_it_costs_nothing_else() {
+        let home = tempfile::tempdir().unwrap();
+        let (path, data) = (home.path().join("study.json"), home.path().join("run.csv"));
+        let none = std::collections::HashMap::new();
+        let of = ("2 records, 20 samples, crc32 0badcafe".to_owned(), None);
+        let found = Found::new(of, &none, &std::collections::HashMap::new(), &std::collections::HashMap::new());
+        let project = project(&data).with_found(Some(Arc::new(found.clone())));
+        project.save(&path).unwrap();
+        assert_eq!(Project::load(&path).unwrap().found.as_deref(), Some(&found));
+        let text = fs::read_to_string(&path).unwrap();
+        fs::write(&path, text.replace("\"rounds\": []", "\"rounds\": [\"of another form\"]")).unwrap();
+        let loaded = Project::load(&path).unwrap();
+        let dropped = loaded.found.expect("told where it does not fit");
+        assert!(!dropped.is_of_the_same_as(&found) && loaded.settings.threshold == 0.03);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! What a person has decided: all that survives a restart, and nothing else.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use egui::ThemePreference;
 use serde::{Deserialize, Serialize};
@@ -10,6 +11,7 @@ use super::lessons::Progress;
 use super::missing::{Step, Walk};
 use super::rig::{ClassCase, RigState};
 use super::views::{View, ViewState};
+use crate::gap::Found;
 use crate::record::prepare::Preparation;
 use crate::record::{ReadOptions, Usage};
 use crate::report::Arrangement;
@@ -97,6 +99,9 @@ pub struct Kept {
     pub edit: Option<Edit>,
     /// Its pins, in their order.
     pub pins: Vec<Pin>,
+    /// What was found missing in it.
+    #[serde(deserialize_with = "leniently")]
+    pub found: Option<Arc<Found>>,
 }
 
 /// How the files of a folder were read, where a person said which column is which.
@@ -185,6 +190,9 @@ pub struct State {
     pub cutting: bool,
     /// How figures are saved.
     pub(crate) figure: FigureLook,
+    /// What was found missing.
+    #[serde(deserialize_with = "leniently")]
+    pub found: Option<Arc<Found>>,
     /// The virtual rig, and the class mode.
     pub rig: RigState,
     /// How far the lessons have come.
@@ -213,6 +221,7 @@ impl Default for State {
             record: 0,
             cutting: false,
             figure: FigureLook::default(),
+            found: None,
             rig: RigState::default(),
             lessons: Progress::default(),
             step: Step::default(),
@@ -243,17 +252,17 @@ impl State {
     }
 
     /// Keeps what is left with the source that is open, its pins as they are.
-    pub(crate) fn keep_edit(&mut self, edit: Option<Edit>) {
+    pub(crate) fn keep_edit(&mut self, edit: Option<Edit>, found: Option<Arc<Found>>) {
         if self.source == Source::Nothing {
             return;
         }
         let pins = self.kept(&self.source).map(|k| k.pins.clone()).unwrap_or_default();
-        self.keep(Kept { source: self.source.clone(), reading: self.reading.clone(), edit, pins });
+        self.keep(Kept { source: self.source.clone(), reading: self.reading.clone(), edit, pins, found });
     }
 
     fn keep(&mut self, kept: Kept) {
         self.kept.retain(|k| k.source != kept.source);
-        if kept.edit.is_some() || !kept.pins.is_empty() {
+        if kept.edit.is_some() || !kept.pins.is_empty() || kept.found.is_some() {
             self.kept.insert(0, kept);
         }
         self.kept.truncate(RECENT);
@@ -280,10 +289,10 @@ impl State {
         if source == self.source || source == Source::Files(Vec::new()) {
             return self;
         }
-        self.keep_edit(self.edit.clone());
+        self.keep_edit(self.edit.clone(), self.found.clone());
         let kept = self.kept(&source).cloned().unwrap_or_default();
-        let Kept { reading, edit, .. } = kept;
-        Self { source, reading, edit, suggestion: None, project: None, checksums: Vec::new(), record: 0, ..self }
+        let Kept { reading, edit, found, .. } = kept;
+        Self { source, reading, edit, found, suggestion: None, project: None, checksums: Vec::new(), record: 0, ..self }
     }
 
     /// Puts a file at the head of the recent ones.
@@ -293,6 +302,13 @@ impl State {
         self.recent.insert(0, path);
         self.recent.truncate(RECENT);
     }
+}
+
+/// Reads what was found missing. What another version wrote in another form belongs to no records: it is dropped and told,
+/// and all else is read.
+pub(crate) fn leniently<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<Arc<Found>>, D::Error> {
+    let value = Option::<serde_json::Value>::deserialize(deserializer)?;
+    Ok(value.map(|value| serde_json::from_value(value).unwrap_or_default()))
 }
 
 /// A path that holds wherever the program is started next.

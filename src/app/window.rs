@@ -227,6 +227,7 @@ impl App {
         };
         app.teacher.begin();
         if app.state.source != Source::Nothing {
+            app.missing.bring_back(app.state.found.take());
             app.missing.begin_at(app.state.step);
             let State { source, reading, edit, checksums, .. } = app.state.clone();
             let folder = app.folder_of(&source, &reading);
@@ -318,6 +319,9 @@ impl App {
             self.notices.error(format!("The session was not saved: {problem}; save a project instead"));
         }
         self.missing.collect();
+        if let Some(note) = self.missing.note() {
+            self.notices.note(note);
+        }
         self.report.collect();
         self.collect_rig();
         self.survey.collect();
@@ -424,7 +428,7 @@ impl App {
             Room::Rig => self.rig.attend(&self.state.rig),
             Room::Report => {
                 // A walk that came back with its project is told in the report too.
-                if !self.edit.walk.accepted.is_empty() || self.diagnosis().is_some() {
+                if !self.edit.walk.accepted.is_empty() || self.missing.found().is_some() {
                     self.missing.attend(&self.bench, &self.edit);
                 }
                 let sight = report::Sight {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::columns::{Inputs, Path, forces};
 use super::data::{Data, LEAST_NOISE, Series};
 use super::motion::{Oscillator, Slopes, Variation};
-use super::outcome::Gap;
+use super::outcome::{Beginnings, Gap};
 use super::site::{Placed, accelerations};
 use super::structure::Composition;
 use crate::model::Equation;
@@ -25,9 +25,17 @@ pub(super) struct Fitted {
     pub(super) level: usize,
     /// Residual sums of squares on data left out, one a fold, over segments as long as the fitted ones.
     pub(super) folds: Vec<Fold>,
-    /// Simulated displacement of each held-out record, empty where there is none or it does not last.
-    pub(super) held_out: Vec<Vec<f64>>,
+    /// The response along each held-out record, empty where it does not last.
+    pub(super) held_out: Vec<Followed>,
     pub(super) gap: Gap,
+}
+
+/// A response along one record.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Followed {
+    /// What the sensors would show, one behind the other.
+    pub(super) simulated: Vec<f64>,
+    pub(super) beginnings: Beginnings,
 }
 
 /// The level at which whole records are fitted.
@@ -54,6 +62,11 @@ impl Fitted {
     /// A series per run put together again: one a fitted record, its sensors' series one behind the other.
     pub(super) fn by_record(&self, per_run: &[Vec<f64>]) -> Vec<Vec<f64>> {
         by_record(&self.runs, &slices(per_run))
+    }
+
+    /// The response along each fitted record.
+    pub(super) fn followed(&self) -> Vec<Followed> {
+        followed(&self.runs, &self.refined)
     }
 
     /// The same of all records, one behind the other.
@@ -102,8 +115,22 @@ fn slices(series: &[Vec<f64>]) -> Vec<&[f64]> {
     series.iter().map(Vec::as_slice).collect()
 }
 
+/// The response along each record that runs are of.
+pub(super) fn followed(runs: &[Run], refined: &Refined) -> Vec<Followed> {
+    let simulated = by_record(runs, &slices(&refined.simulated));
+    let Point { offsets, own, .. } = &refined.point;
+    let of_record = |(record, simulated): (usize, Vec<f64>)| {
+        let own_runs = || runs.iter().zip(own).filter(|(run, _)| run.record == record);
+        let sensors = own_runs().next().map_or(1, |(run, _)| run.outputs.len()).max(1);
+        let offsets = offsets.chunks(sensors).nth(record).unwrap_or_default().to_vec();
+        let stretches = own_runs().map(|(run, own)| (run.range.clone(), own.clone())).collect();
+        Followed { simulated, beginnings: Beginnings { stretches, offsets } }
+    };
+    simulated.into_iter().enumerate().map(of_record).collect()
+}
+
 /// Sum of squares and samples of the first sensor's rows of runs.
-fn of_first(runs: &[Run], residuals: &[Vec<f64>]) -> (f64, usize) {
+pub(super) fn of_first(runs: &[Run], residuals: &[Vec<f64>]) -> (f64, usize) {
     runs.iter().zip(residuals).fold((0.0, 0), |(squares, samples), (run, e)| {
         let first = &e[..run.range.len().min(e.len())];
         (squares + dot(first, first), samples + first.len())
@@ -378,7 +405,7 @@ impl Data {
     }
 
     /// What parameters leave on the held-out records over segments of a level, as RMS; none without such records.
-    pub(super) fn followed(
+    pub(super) fn left_of_held_out(
         &self,
         composition: &Composition,
         shared: &[f64],
@@ -434,7 +461,7 @@ impl Data {
             let runs = [Run { record: 0, ..s.run() }];
             let fit = self.follow(&composition, &refined.point.shared, &runs, expected, care, cancel);
             folds.push(fold(&fit, &runs));
-            held_out.push(fit.map(|l| by_record(&l.runs, &slices(&l.refined.simulated)).concat()).unwrap_or_default());
+            held_out.push(fit.and_then(|l| followed(&l.runs, &l.refined).pop()).unwrap_or_default());
         }
         for (train, test) in self.folds() {
             let goal = self.goal(level, Self::options(&cancelled, FEW_STEPS, Pace::Thorough));

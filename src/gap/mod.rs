@@ -15,6 +15,7 @@ mod error;
 mod evidence;
 mod experiment;
 mod fit;
+mod found;
 mod guide;
 mod motion;
 mod outcome;
@@ -22,6 +23,7 @@ mod place;
 mod progress;
 mod ranking;
 mod refit;
+mod restore;
 mod screen;
 mod search;
 mod sets;
@@ -36,12 +38,14 @@ mod words;
 
 pub use error::GapError;
 pub use evidence::LEVEL;
+pub use found::Found;
 pub use guide::{Entry, EntryForm, EntryParameter, guide};
 pub use outcome::{
-    Added, Blind, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Gap, Map, MissingForce, Parameter, Place,
-    Profile, Remaining, Round, SensorTrace, Stage, Standing, Test, Trace, Verdict,
+    Added, Beginnings, Blind, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Gap, Map, MissingForce,
+    Parameter, Place, Profile, Remaining, Round, SensorTrace, Stage, Standing, Test, Trace, Verdict,
 };
 pub use progress::Progress;
+pub use restore::Restored;
 pub use search::{Ask, Listener, Search};
 pub use site::Site;
 pub use walk::Step;

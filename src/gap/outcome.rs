@@ -1,7 +1,9 @@
+use std::ops::Range;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::effects::Axis;
 use super::site::Site;
 use crate::model::Model;
 use crate::record::Usage;
@@ -64,6 +66,18 @@ pub struct Trace {
     pub simulated: Arc<[f64]>,
     /// The same of every other mass's sensor, that of the second mass first.
     pub others: Vec<SensorTrace>,
+    /// What the simulated response begins with.
+    pub beginnings: Beginnings,
+}
+
+/// What a simulated response along a record begins with: with the model, all that it takes to simulate it again.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Beginnings {
+    /// For each stretch that is simulated by itself, its samples and its initial state: displacements, velocities and, unless
+    /// the measured motion drives them, internal states. Displacements count from the equilibrium that the data count from.
+    pub stretches: Vec<(Range<usize>, Vec<f64>)>,
+    /// The sensors' offsets; empty where they have none.
+    pub offsets: Vec<f64>,
 }
 
 impl Trace {
@@ -105,6 +119,10 @@ pub struct Parameter {
 pub struct Stage {
     /// The equations, coefficients refined on the simulated response.
     pub model: Model,
+    /// The inputs act this much later than they were measured, s.
+    pub delay: f64,
+    /// The first sensor shows no displacement beyond ± this.
+    pub ceiling: Option<f64>,
     /// The effects in it, in the order in which they were added.
     pub effects: Vec<Added>,
     /// Its gap.
@@ -142,7 +160,8 @@ pub struct Choice {
 }
 
 /// How far a candidate has come.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Standing {
     /// Judged by the fast screen alone.
     Screened,
@@ -184,6 +203,8 @@ pub struct Candidate {
 /// A force against the quantity that it depends on: points of the measured missing force, and a candidate's through them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Curve {
+    /// Which kind of quantity is across; none where there is no curve.
+    pub(crate) over: Option<Axis>,
     /// The quantity across: `v`, `x − u`, `t`.
     pub axis: String,
     /// Its unit.
@@ -209,7 +230,7 @@ impl Curve {
 }
 
 /// One statistical question put to the residual.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Test {
     /// What is asked, in words.
     pub question: String,
@@ -218,7 +239,7 @@ pub struct Test {
 }
 
 /// Whether simulation and measurement differ by more than noise.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
     /// True where `p_value` is below the level of the search (one in ten thousand).
     pub significant: bool,
@@ -297,6 +318,8 @@ pub struct Place {
 pub struct Round {
     /// The stage that was looked at.
     pub before: Arc<Stage>,
+    /// The stage that candidates were held against: that one, or the same effects fitted along shorter stretches.
+    pub compared: Arc<Stage>,
     /// Whether there is a gap.
     pub evidence: Evidence,
     /// Where.
@@ -314,7 +337,8 @@ pub struct Round {
 }
 
 /// What one look came to.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Finding {
     /// No gap.
     Nothing,
@@ -359,7 +383,7 @@ pub struct Diagnosis {
 }
 
 /// What is left after the last round.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Remaining {
     /// True if a gap is left.
     pub significant: bool,

@@ -75,7 +75,7 @@ pub struct Search {
     pub(super) data: Data,
     pub(super) audit: Audit,
     pub(super) ask: Ask,
-    base: Composition,
+    pub(super) base: Composition,
     known: Mutex<HashMap<Vec<Choice>, Arc<Fitted>>>,
 }
 
@@ -350,8 +350,10 @@ impl Search {
         tell(Progress::Step("Asking whether the gap is more than noise", 0.2));
         let seen = Examined { fitted: &before, motion: &motion, forms: &forms, screened: &screened };
         let evidence = data.evidence(&seen, cancel).ok_or(GapError::Cancelled)?;
-        let round = |candidates, evidence: Evidence, decision: Decision| Round {
-            before: Arc::new(self.show(&before)),
+        let shown = Arc::new(self.show(&before));
+        let round = |compared: Option<&Fitted>, candidates, evidence: Evidence, decision: Decision| Round {
+            before: Arc::clone(&shown),
+            compared: compared.map_or_else(|| Arc::clone(&shown), |compared| Arc::new(self.show(compared))),
             evidence,
             place,
             candidates,
@@ -362,7 +364,7 @@ impl Search {
         };
         if !evidence.significant || depth == Depth::Screened {
             let finding = if evidence.significant { Finding::Unexplained } else { Finding::Nothing };
-            let round = round(candidates, evidence, Decision { finding, ..Decision::nothing() });
+            let round = round(None, candidates, evidence, Decision { finding, ..Decision::nothing() });
             check()?;
             return Ok(round);
         }
@@ -390,7 +392,8 @@ impl Search {
         let decision = self.decide(&compared, &motion, &forms, &refits, &mut candidates, cancel);
         check()?;
         tell(Progress::Ranking(candidates.clone()));
-        let round = round(candidates, evidence, decision);
+        let another = Some(&*compared).filter(|_| !Arc::ptr_eq(&compared, &before));
+        let round = round(another, candidates, evidence, decision);
         check()?;
         Ok(round)
     }

@@ -302,7 +302,7 @@ impl Search {
         let expected = held.last()?.error();
         let mut at = level;
         while at > 0 {
-            let folds = data.followed(&fitted.composition, shared, (at, expected), cancel);
+            let folds = data.left_of_held_out(&fitted.composition, shared, (at, expected), cancel);
             if folds.is_none_or(|error| error < bound) {
                 break;
             }

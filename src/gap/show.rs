@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::columns::forces;
 use super::data::Series;
 use super::effects::{Axis, Form, unit};
-use super::fit::Fitted;
+use super::fit::{Fitted, Followed};
 use super::outcome::{Added, Candidate, Choice, Curve, Parameter, SensorTrace, Stage, Standing, Trace};
 use super::screen::{Motion, Screened};
 use super::search::Search;
@@ -17,11 +17,14 @@ use crate::refine::Structure as _;
 use crate::signal::dot;
 use crate::term::{Symbol, Term};
 
+/// The quantity that a force is drawn over, and where it acts.
+pub(super) type Over = (Axis, Option<Site>);
+
 /// Points of a curve on a card.
 const POINTS: usize = 400;
 
 impl Search {
-    fn axis(&self, form: &Form, motion: &Motion) -> (String, String, Vec<Vec<f64>>) {
+    fn axis(&self, (axis, site): Over, motion: &Motion) -> (String, String, Vec<Vec<f64>>) {
         let fit = self.data.fit();
         let length = &self.data.unit;
         let u = |r: usize, k: usize| fit[r].inputs.first().map_or(0.0, |u| u[k]);
@@ -29,9 +32,9 @@ impl Search {
         let each = |f: &dyn Fn(usize, usize) -> f64| -> Vec<Vec<f64>> {
             fit.iter().enumerate().map(|(r, s)| (0..s.len()).map(|k| f(r, k)).collect()).collect()
         };
-        let site = form.site.unwrap_or(Site::Ground(0));
+        let site = site.unwrap_or(Site::Ground(0));
         let masses = self.data.masses();
-        match form.axis {
+        match axis {
             Axis::Displacement => {
                 let across = |r: usize, k: usize| site.across(|i| motion.measured[r].x[i][k], u(r, k));
                 (site.words("x", "u", masses), length.clone(), each(&across))
@@ -45,39 +48,52 @@ impl Search {
         }
     }
 
-    /// The mass that a form acts on, of a joint the first; where it acts on none, that which lacks most.
-    fn acts_on(&self, form: &Form, motion: &Motion) -> usize {
-        form.site.map_or_else(|| self.data.lead(motion), |site| site.masses().0)
+    /// The mass that a force at a place acts on, of a joint the first; where it acts on none, that which lacks most.
+    fn acts_on(&self, site: Option<Site>, motion: &Motion) -> usize {
+        site.map_or_else(|| self.data.lead(motion), |site| site.masses().0)
     }
 
-    pub(super) fn measured_curve(&self, form: &Form, motion: &Motion) -> Curve {
-        let (axis, unit, values) = self.axis(form, motion);
+    /// The measured missing force over a quantity.
+    pub(super) fn measured_curve(&self, over: Over, motion: &Motion) -> Curve {
+        let (axis, unit, values) = self.axis(over, motion);
         let total: usize = values.iter().map(Vec::len).sum();
         let stride = (total / POINTS).max(1);
-        let missing = motion.missing_of(self.acts_on(form, motion));
+        let missing = motion.missing_of(self.acts_on(over.1, motion));
         let pairs = values.iter().flatten().zip(missing.into_iter().flatten());
         let measured = pairs.step_by(stride).map(|(a, f)| [*a, *f]).collect();
-        Curve { axis, unit, measured, effect: Vec::new() }
+        Curve { over: Some(over.0), axis, unit, measured, effect: Vec::new() }
     }
 
-    /// The measured missing force and the effect's own through it: its partial residuals, as of a regression.
+    /// The measured missing force and the force of the effect that was added last through it.
     pub(super) fn curve(&self, form: &Form, (before, fitted): (&Fitted, &Fitted), motion: &Motion) -> Curve {
-        let mut curve = self.measured_curve(form, motion);
-        let data = &self.data;
         let shared = &fitted.refined.point.shared;
-        let inner_count = fitted.composition.inner_count();
-        let inner = &shared[shared.len() - inner_count..];
-        let own_inner = &inner[inner.len() - form.inner.len()..];
-        let addition = form.addition(own_inner);
-        if addition.terms.is_empty() {
+        let inner = &shared[shared.len() - fitted.composition.inner_count()..];
+        let own: Vec<usize> = fitted.composition.places(inner).pop().into_iter().flatten().collect();
+        self.partial_residuals((form.axis, form.site), (before, fitted), &own, motion)
+    }
+
+    /// The measured missing force and the force of an effect through it: its partial residuals, as of a regression. `own` are
+    /// the indices of the effect's terms in the model with it.
+    pub(super) fn partial_residuals(
+        &self,
+        over: Over,
+        (before, fitted): (&Fitted, &Fitted),
+        own: &[usize],
+        motion: &Motion,
+    ) -> Curve {
+        let mut curve = self.measured_curve(over, motion);
+        if own.is_empty() {
             return curve;
         }
-        let place = fitted.composition.places(inner).pop().unwrap_or(0..0);
-        let (_, _, values) = self.axis(form, motion);
+        let data = &self.data;
+        let shared = &fitted.refined.point.shared;
+        let inner = &shared[shared.len() - fitted.composition.inner_count()..];
+        let (_, _, values) = self.axis(over, motion);
         let old = &before.refined.point.shared;
         let old_composed = before.composition.compose(&old[old.len() - before.composition.inner_count()..]);
         let composed = fitted.composition.compose(inner);
-        let mass = self.acts_on(form, motion);
+        let mass = self.acts_on(over.1, motion);
+        let own: Vec<usize> = own.iter().copied().filter(|k| composed.terms[*k].mass == mass).collect();
         let sum = |terms: &[Placed], columns: &[Vec<f64>], coefficients: &[f64], k: usize| -> f64 {
             let forces = terms.iter().zip(columns).zip(coefficients).filter(|((t, _), _)| t.mass == mass);
             forces.map(|((_, f), c)| c * f[k]).sum()
@@ -91,7 +107,7 @@ impl Search {
             let then = columns(&old_composed.terms, &old_composed.internals);
             let now = columns(&composed.terms, &composed.internals);
             for (k, missing) in missing.iter().enumerate() {
-                let own = sum(&composed.terms[place.clone()], &now[place.clone()], &shared[place.clone()], k);
+                let own: f64 = own.iter().map(|i| shared[*i] * now[*i][k]).sum();
                 force.push(own);
                 let (then, now) = (sum(&old_composed.terms, &then, old, k), sum(&composed.terms, &now, shared, k));
                 wanted.push(missing + then - (now - own));
@@ -104,7 +120,8 @@ impl Search {
         };
         curve.measured = over(&wanted);
         let mut effect = over(&force);
-        if addition.internals.is_empty() {
+        let remembers = |k: &usize| composed.terms[*k].term.symbols().iter().any(|s| matches!(s, Symbol::Internal(_)));
+        if !own.iter().any(remembers) {
             effect.sort_by(|a, b| a[0].total_cmp(&b[0]));
         }
         curve.effect = effect;
@@ -186,7 +203,14 @@ impl Search {
                 }
             })
             .collect();
-        Stage { model, effects, gap: fitted.gap, traces: self.traces(fitted) }
+        Stage {
+            model,
+            delay: composed.delay,
+            ceiling: composed.ceiling,
+            effects,
+            gap: fitted.gap,
+            traces: self.traces(fitted),
+        }
     }
 
     /// RMS of each term's force over the fitted records, as a share of their sum in its equation.
@@ -228,8 +252,9 @@ impl Search {
         }
     }
 
-    fn traces(&self, fitted: &Fitted) -> Vec<Trace> {
-        let trace = |s: &Series, simulated: &[f64]| Trace {
+    /// The response along every record, fitted ones first.
+    pub(super) fn traces(&self, fitted: &Fitted) -> Vec<Trace> {
+        let trace = |s: &Series, Followed { simulated, beginnings }: &Followed| Trace {
             record: s.name.clone(),
             usage: s.usage,
             start: s.start,
@@ -237,9 +262,10 @@ impl Search {
             measured: s.measured[0].iter().map(|x| x + self.data.datum).collect(),
             simulated: simulated.iter().take(s.len()).map(|x| x + self.data.datum).collect(),
             others: (1..s.measured.len()).map(|mass| self.of_sensor(s, mass, simulated)).collect(),
+            beginnings: beginnings.clone(),
         };
-        let simulated = fitted.by_record(&fitted.refined.simulated);
-        let fit = self.data.fit().iter().zip(&simulated);
+        let followed = fitted.followed();
+        let fit = self.data.fit().iter().zip(&followed);
         let held = self.data.held_out().iter().zip(&fitted.held_out);
         fit.chain(held).map(|(s, y)| trace(s, y)).collect()
     }
@@ -274,7 +300,7 @@ impl Search {
                     ),
                     stage: None,
                     confused_with: Vec::new(),
-                    curve: self.measured_curve(form, motion),
+                    curve: self.measured_curve((form.axis, form.site), motion),
                 }
             })
             .collect();

@@ -54,6 +54,14 @@ pub fn misfit(structure: &dyn Structure, runs: &[Run], point: &Point, options: O
     Fitter::new(structure, runs, options).all(point, &mut Vec::new())
 }
 
+/// What the sensors of each run would show at a point, weighted, output after output, nothing fitted; none if the model cannot
+/// be simulated there.
+pub fn respond(structure: &dyn Structure, runs: &[Run], point: &Point, options: Options<'_>) -> Option<Vec<Vec<f64>>> {
+    let mut simulated = Vec::new();
+    Fitter::new(structure, runs, options).all(point, &mut simulated)?;
+    Some(simulated)
+}
+
 struct Fitter<'a> {
     structure: &'a dyn Structure,
     runs: &'a [Run],

@@ -27,7 +27,7 @@ use crate::model::Model;
 use crate::simulate::InputGrid;
 pub use crate::simulate::Output;
 
-pub use fitter::{misfit, refine};
+pub use fitter::{misfit, refine, respond};
 pub use horizon::{Before, Goal, Horizon, Landed, climb, cut, holds, horizon, land, levels, shoot};
 pub use statistics::{autoregression, inflation};
 

@@ -290,8 +290,8 @@ fn the_ending_decides() {
 #[test]
 fn the_walk_is_told_in_every_document() {
     use crate::gap::{
-        Added, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Gap, Parameter, Place, Remaining, Round, Stage,
-        Standing, Trace, Verdict,
+        Added, Beginnings, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Gap, Parameter, Place, Remaining,
+        Round, Stage, Standing, Trace, Verdict,
     };
     let outcome = outcome();
     let stage = |effects: Vec<Added>, rmse: f64| {
@@ -304,11 +304,12 @@ fn the_walk_is_told_in_every_document() {
             measured: Arc::clone(&measured),
             simulated: measured.iter().map(|m| m * (1.0 + rmse)).collect(),
             others: Vec::new(),
+            beginnings: Beginnings::default(),
         };
         let gap =
             Gap { train_rmse: rmse, test_rmse: Some(f64::NAN), train_nrmse: rmse, test_nrmse: None, horizon: 10.0 };
         let traces = vec![trace(Usage::Fit), trace(Usage::HeldOut)];
-        Arc::new(Stage { model: outcome.model.clone(), effects, gap, traces })
+        Arc::new(Stage { model: outcome.model.clone(), delay: 0.0, ceiling: None, effects, gap, traces })
     };
     let choice = Choice { effect: "coulomb_friction".into(), form: "to ground".into() };
     let added = Added {
@@ -338,6 +339,7 @@ fn the_walk_is_told_in_every_document() {
         stage: Some(Arc::clone(&after)),
         confused_with: Vec::new(),
         curve: Curve {
+            over: None,
             axis: "v".into(),
             unit: "m s^-1".into(),
             measured: vec![[-1.0, 0.1], [f64::NAN, 0.0], [1.0, -0.1]],
@@ -349,6 +351,7 @@ fn the_walk_is_told_in_every_document() {
     rival.title = "Stribeck & friction".into();
     let round = Round {
         before: Arc::clone(&base),
+        compared: Arc::clone(&base),
         evidence: Evidence { significant: true, p_value: 1e-9, tests: Vec::new() },
         place: Place { sentence: "Near zero velocity.".into(), ..Place::default() },
         candidates: vec![candidate, rival],

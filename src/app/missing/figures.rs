@@ -207,6 +207,7 @@ mod tests {
             "x (mm),v (mm/s),missing force (mm/s²),over its standard error\n1.5,2,3,5\n"
         );
         let curve = Curve {
+            over: None,
             axis: "v".into(),
             unit: "m/s".into(),
             measured: vec![[1.0, 2.0], [3.0, 4.0]],

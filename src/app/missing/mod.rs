@@ -11,6 +11,7 @@ mod chain;
 mod compare;
 pub(crate) mod figures;
 mod findings;
+mod keep;
 mod map;
 mod name;
 mod places;
@@ -31,14 +32,15 @@ use egui::{Ui, vec2};
 use super::bench::Bench;
 use super::state::Edit;
 use super::worker::Busy;
-use crate::gap::{Blind, Candidate, Choice, Diagnosis, Place, Round, Site, Stage, Standing, Trace};
+use crate::gap::{Blind, Candidate, Choice, Diagnosis, Place, Restored, Round, Site, Stage, Standing, Trace};
 use crate::study::Settings;
 use crate::term::{Kind, Term};
 use figures::Figure;
+use keep::Shelf;
 use subject::Subject;
 pub(crate) use walk::Step;
 pub use walk::{Base, Walk};
-use work::{Event, Key, Want, Work};
+use work::{Event, Key, Question, Want, Work};
 
 /// What a step asks for.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,6 +77,8 @@ pub(crate) enum Act {
 #[derive(Debug, Default)]
 struct Known {
     key: Option<Key>,
+    /// What tells the records from others.
+    records: String,
     noise_floor: f64,
     notices: Vec<String>,
     blind: Vec<Blind>,
@@ -111,6 +115,7 @@ pub(crate) struct Missing {
     work: Work,
     known: Known,
     running: Option<Running>,
+    shelf: Shelf,
     /// Look once the base is fitted, without being asked.
     by_itself: bool,
     /// Whether what the virtual rig hid is told.
@@ -227,6 +232,7 @@ impl Missing {
             work: Work::new(wake)?,
             known: Known::default(),
             running: None,
+            shelf: Shelf::default(),
             by_itself: false,
             revealed: false,
             stopped: false,
@@ -290,13 +296,24 @@ impl Missing {
 
     /// Takes in what the thread told.
     pub(crate) fn collect(&mut self) {
+        let mut more = false;
         while let Some(event) = self.work.event() {
             match event {
-                Event::Ready { noise_floor, notices, blind } => {
-                    (self.known.noise_floor, self.known.notices, self.known.blind) = (noise_floor, notices, blind);
+                Event::Ready { records, noise_floor, notices, blind } => {
+                    let known = &mut self.known;
+                    (known.records, known.noise_floor) = (records, noise_floor);
+                    (known.notices, known.blind) = (notices, blind);
+                }
+                Event::Restored(restored, found) => {
+                    let Restored { stages, rounds, conclusions } = *restored;
+                    self.known.stages.extend(stages);
+                    self.known.rounds.extend(rounds);
+                    self.known.conclusions.extend(conclusions);
+                    self.shelf.restored(found);
                 }
                 Event::Stage(choices, stage) => {
                     self.known.stages.insert(choices, stage);
+                    more |= self.running.is_some_and(|r| r.want == Want::Try);
                 }
                 Event::Step(sentence, share) => {
                     if let Some(running) = &mut self.running {
@@ -314,19 +331,30 @@ impl Missing {
                     }
                     self.known.partial = None;
                     self.known.rounds.insert(choices, round);
+                    more = true;
                 }
                 Event::Concluded(choices, diagnosis) => {
                     self.known.conclusions.insert(choices, diagnosis);
+                    more = true;
                 }
                 Event::Failed(text) => match self.running.take() {
                     Some(Running { want: Want::Try, .. }) => {
                         let choice = self.selected.clone();
                         self.known.refused = choice.map(|choice| (choice, text));
                     }
-                    _ => self.known.failure = Some(text),
+                    _ => {
+                        self.known.failure = Some(text);
+                        self.shelf.missed();
+                    }
                 },
-                Event::Done => self.running = None,
+                Event::Done => {
+                    self.running = None;
+                    self.shelf.missed();
+                }
             }
+        }
+        if more {
+            self.keep();
         }
     }
 
@@ -346,6 +374,7 @@ impl Missing {
             if other_records {
                 self.forget();
             }
+            self.shelf.put_aside();
             let mut stages = std::mem::take(&mut self.known.stages);
             let accepted = &edit.walk.accepted;
             let shown = (0..=accepted.len()).rev().find_map(|n| stages.remove(&accepted[..n]));
@@ -360,7 +389,7 @@ impl Missing {
         }
         if !self.known.stages.contains_key(&edit.walk.accepted) {
             self.ask(bench, edit, Want::Stages);
-        } else if std::mem::take(&mut self.by_itself) {
+        } else if std::mem::take(&mut self.by_itself) && self.known.rounds.is_empty() {
             self.ask(bench, edit, Want::Look);
         } else if !edit.walk.accepted.is_empty() && !self.known.conclusions.contains_key(&edit.walk.accepted) {
             self.ask(bench, edit, Want::Conclusion);
@@ -379,6 +408,7 @@ impl Missing {
         }
         self.work.cancel();
         self.running = None;
+        self.shelf.put_aside();
         self.known = Known::default();
         self.pass_over();
         (self.step, self.record, self.verified, self.revealed) = (Step::Compare, 0, None, false);
@@ -396,7 +426,9 @@ impl Missing {
         if want == Want::Look {
             self.known.partial = Some(Partial { choices: accepted.clone(), ..Partial::default() });
         }
-        self.work.ask(key, bench.set(&edit.usage), accepted.clone(), rounds, want);
+        let kept = if want == Want::Stages { self.shelf.candidates() } else { Vec::new() };
+        let (records, choices) = (bench.set(&edit.usage), accepted.clone());
+        self.work.ask(Question { ticket: 0, key, records, choices, rounds, kept, want });
     }
 
     /// Does what was asked for.
@@ -431,7 +463,8 @@ impl Missing {
                 self.known.refused = None;
                 let sentence = "Fitting the effect to the measured response";
                 self.running = Some(Running { want: Want::Try, sentence, share: 0.0 });
-                self.work.ask(key, bench.set(&edit.usage), choices, Vec::new(), Want::Try);
+                let (records, rounds, kept) = (bench.set(&edit.usage), Vec::new(), Vec::new());
+                self.work.ask(Question { ticket: 0, key, records, choices, rounds, kept, want: Want::Try });
             }
             Act::Accept(choice) => {
                 let subject = Subject::of(bench);

@@ -1,10 +1,13 @@
 //! The room's background work: one thread, the newest question only, telling as it goes.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use crate::app::worker::{Busy, Worker};
-use crate::gap::{Ask, Blind, Candidate, Choice, Diagnosis, Finding, GapError, Place, Progress, Round, Search, Stage};
+use crate::gap::{
+    Ask, Blind, Candidate, Choice, Diagnosis, Finding, Found, GapError, Place, Progress, Restored, Round, Search, Stage,
+};
 use crate::record::{RecordSet, Usage};
 use crate::study::Cancel;
 use crate::term::Term;
@@ -34,12 +37,15 @@ pub(crate) enum Want {
 /// What to do.
 #[derive(Debug)]
 pub(crate) struct Question {
-    ticket: u64,
+    /// Its number, given when it is asked.
+    pub(crate) ticket: u64,
     pub(crate) key: Key,
     pub(crate) records: RecordSet,
     pub(crate) choices: Vec<Choice>,
     /// The rounds that led to them, as far as they are known.
     pub(crate) rounds: Vec<Arc<Round>>,
+    /// Walks that were kept: the first that is of these records and this base comes back.
+    pub(crate) kept: Vec<Arc<Found>>,
     pub(crate) want: Want,
 }
 
@@ -48,10 +54,14 @@ pub(crate) struct Question {
 pub(crate) enum Event {
     /// The records are ready.
     Ready {
+        /// What tells them from others.
+        records: String,
         noise_floor: f64,
         notices: Vec<String>,
         blind: Vec<Blind>,
     },
+    /// A walk that was kept is as it was.
+    Restored(Box<Restored>, Arc<Found>),
     Stage(Vec<Choice>, Arc<Stage>),
     Step(&'static str, f64),
     Place(Box<Place>),
@@ -75,7 +85,7 @@ pub(crate) struct Work {
 impl Work {
     pub(crate) fn new(wake: impl Fn() + Clone + Send + Sync + 'static) -> std::io::Result<Self> {
         let (send, events) = channel();
-        let mut desk: Option<(Key, Arc<Search>)> = None;
+        let mut desk: Option<Desk> = None;
         let woken = wake.clone();
         let worker = Worker::spawn(
             "missing",
@@ -92,17 +102,10 @@ impl Work {
     }
 
     /// Asks; whatever else runs is stopped, and told of no more.
-    pub(crate) fn ask(
-        &mut self,
-        key: Key,
-        records: RecordSet,
-        choices: Vec<Choice>,
-        rounds: Vec<Arc<Round>>,
-        want: Want,
-    ) {
+    pub(crate) fn ask(&mut self, question: Question) {
         self.ticket += 1;
         self.wanted = Some(self.ticket);
-        self.worker.ask_instead(Question { ticket: self.ticket, key, records, choices, rounds, want });
+        self.worker.ask_instead(Question { ticket: self.ticket, ..question });
     }
 
     /// Stops; nothing of it is told any more.
@@ -157,35 +160,55 @@ impl Teller<'_> {
     }
 }
 
-fn answer(desk: &mut Option<(Key, Arc<Search>)>, question: Question, teller: &Teller<'_>, cancel: &Cancel) {
+/// The search that was made last, and what tells its records from others.
+struct Desk {
+    key: Key,
+    search: Arc<Search>,
+    records: String,
+}
+
+fn answer(desk: &mut Option<Desk>, question: Question, teller: &Teller<'_>, cancel: &Cancel) {
     match run(desk, question, teller, cancel) {
         Ok(()) | Err(GapError::Cancelled) => teller.tell(Event::Done),
         Err(error) => teller.tell(Event::Failed(for_the_window(&error))),
     }
 }
 
-fn run(
-    desk: &mut Option<(Key, Arc<Search>)>,
-    question: Question,
-    teller: &Teller<'_>,
-    cancel: &Cancel,
-) -> Result<(), GapError> {
-    let Question { key, records, choices, mut rounds, want, .. } = question;
-    let known = desk.as_ref().filter(|(k, _)| *k == key).map(|(_, search)| Arc::clone(search));
-    let search = match known {
-        Some(search) => search,
+fn run(desk: &mut Option<Desk>, question: Question, teller: &Teller<'_>, cancel: &Cancel) -> Result<(), GapError> {
+    let Question { key, records, choices, mut rounds, kept, want, .. } = question;
+    let base = key.base.clone();
+    let (search, records) = match desk.as_ref().filter(|desk| desk.key == key) {
+        Some(desk) => (Arc::clone(&desk.search), desk.records.clone()),
         None => {
             teller.tell(Event::Step("Preparing the records", 0.0));
             let ask = Ask { base: key.base.clone(), ..Ask::default() };
             let search = Arc::new(Search::new(&records, &ask)?);
-            *desk = Some((key, Arc::clone(&search)));
-            search
+            let records = Found::records_of(&records);
+            *desk = Some(Desk { key, search: Arc::clone(&search), records: records.clone() });
+            (search, records)
         }
     };
-    let notices = search.notices().map(str::to_owned).collect();
-    teller.tell(Event::Ready { noise_floor: search.noise_floor(), notices, blind: search.blind().to_vec() });
+    let ready = Event::Ready {
+        records: records.clone(),
+        noise_floor: search.noise_floor(),
+        notices: search.notices().map(str::to_owned).collect(),
+        blind: search.blind().to_vec(),
+    };
+    teller.tell(ready);
+    let mut known = HashMap::new();
+    if let Some(found) = kept.into_iter().find(|found| found.is_of(&records, base.as_deref())) {
+        teller.tell(Event::Step("Bringing back what was found", 0.0));
+        if let Some(restored) = search.restore(&found, cancel)? {
+            known.clone_from(&restored.stages);
+            teller.tell(Event::Restored(Box::new(restored), found));
+        }
+    }
     let mut stages = Vec::new();
     for count in 0..=choices.len() {
+        if let Some(stage) = known.remove(&choices[..count]) {
+            stages.push(stage);
+            continue;
+        }
         teller
             .tell(Event::Step("Fitting the model to the measured response", count as f64 / (1 + choices.len()) as f64));
         let stage = search.stage(&choices[..count], cancel)?;

@@ -7,7 +7,7 @@ use super::{Content, title};
 use crate::app::errand::{self, Delivery, Errand, Opening, Problem};
 use crate::app::missing::Base;
 use crate::app::state::{Edit, Source};
-use crate::gap::{self, Diagnosis, GapError, Search};
+use crate::gap::{self, Diagnosis, Found, GapError, Search};
 use crate::record::{RecordSet, Usage};
 use crate::study::{Cancel, Outcome, Study};
 use crate::term::Kind;
@@ -30,10 +30,8 @@ pub(crate) fn project(path: &Path, command: &str) -> Result<Content, Problem> {
     let records = RecordSet { entries };
     let failed = |problem: String| Problem::new(problem, "open the project in the window and change its settings");
     let outcome = Study::default().run(&records, settings, &cancel).map_err(|e| failed(e.to_string()))?;
-    let diagnosis = match walk.accepted.is_empty() {
-        true => None,
-        false => Some(Arc::new(diagnosed(&records, &outcome, walk, &cancel).map_err(|e| failed(e.to_string()))?)),
-    };
+    let found = opened.project.as_ref().and_then(|(_, project)| project.found.as_deref());
+    let diagnosis = diagnosed(&records, &outcome, (walk, found), &cancel).map_err(|e| failed(e.to_string()))?;
     Ok(Content {
         title: title(&opened.title),
         records,
@@ -44,21 +42,34 @@ pub(crate) fn project(path: &Path, command: &str) -> Result<Content, Problem> {
     })
 }
 
-/// What the project's walk came to.
+/// What the project's walk came to, as it was kept where that is of these records; nothing if none was made.
 fn diagnosed(
     records: &RecordSet,
     outcome: &Outcome,
-    walk: &crate::app::Walk,
+    (walk, found): (&crate::app::Walk, Option<&Found>),
     cancel: &Cancel,
-) -> Result<Diagnosis, GapError> {
+) -> Result<Option<Arc<Diagnosis>>, GapError> {
+    if walk.accepted.is_empty() && found.is_none() {
+        return Ok(None);
+    }
     let identified = || outcome.model.leading().map(|e| e.terms.iter().map(|t| t.term.clone()).collect());
     let base = match &walk.base {
         Base::Typed(terms) => Some(terms.clone()),
         Base::Identified if outcome.model.layout.kind == Kind::SecondOrder => identified(),
         Base::Linear | Base::Identified => None,
     };
+    let found = found.filter(|found| found.is_of(&Found::records_of(records), base.as_deref()));
     let search = Search::new(records, &gap::Ask { base, ..gap::Ask::default() })?;
+    if let Some(found) = found
+        && let Some(mut restored) = search.restore(found, cancel)?
+        && let Some(diagnosis) = restored.conclusions.remove(&walk.accepted)
+    {
+        return Ok(Some(diagnosis));
+    }
+    if walk.accepted.is_empty() {
+        return Ok(None);
+    }
     let stages = (0..=walk.accepted.len()).map(|n| search.stage(&walk.accepted[..n], cancel));
     let stages = stages.collect::<Result<Vec<_>, _>>()?;
-    search.conclude(Vec::new(), stages, cancel)
+    search.conclude(Vec::new(), stages, cancel).map(|diagnosis| Some(Arc::new(diagnosis)))
 }

@@ -34,6 +34,7 @@ impl App {
     pub fn state(&self) -> State {
         let mut state = self.state.clone();
         state.step = self.missing.step();
+        state.found = self.missing.found().cloned();
         if !self.bench.records.is_empty() {
             state.edit = Some(self.edit.clone());
             state.suggestion = Some(self.suggestion.clone());
@@ -56,8 +57,8 @@ impl App {
 
     /// Keeps what was done with the source that is open, for when it is opened again.
     pub(super) fn leave(&mut self) {
-        let edit = self.state().edit;
-        self.state.keep_edit(edit);
+        let State { edit, found, .. } = self.state();
+        self.state.keep_edit(edit, found);
     }
 
     /// What is pinned, and what waits to be made again.
@@ -131,10 +132,11 @@ impl App {
 
     pub(super) fn save_project(&mut self, path: &Path) {
         let usage = self.bench.records.iter().zip(&self.edit.usage).map(|(r, u)| (r.name.clone(), *u)).collect();
-        let State { source, reading, room, step, view, views, rig, .. } = self.state();
+        let State { source, reading, found, room, step, view, views, rig, .. } = self.state();
         let record = self.bench.records.get(self.state.record).map_or(String::new(), |r| r.name.clone());
         let project = Project::new(source, reading, usage, &self.edit)
             .with_checksums(&self.state.checksums)
+            .with_found(found)
             .with_pins(self.pins())
             .with_shown(Shown { room, step, view, record, views })
             .with_rig(rig);

@@ -158,6 +158,11 @@ impl App {
             None if goes_on => going_on,
             None => self.state.kept(&source).map(|k| k.pins.clone()).unwrap_or_default(),
         };
+        match &project {
+            Some((_, project)) => self.missing.bring_back(project.found.clone()),
+            None if same => {}
+            None => self.missing.bring_back(self.state.kept(&source).and_then(|k| k.found.clone())),
+        }
         self.state.record = if same { self.state.record.min(count.saturating_sub(1)) } else { 0 };
         if let Some(shown) = project.as_ref().and_then(|(_, project)| project.shown.clone()) {
             (self.state.room, self.state.view, self.state.views) = (shown.room, shown.view, shown.views);
@@ -186,6 +191,7 @@ impl App {
         self.errands.cancel();
         self.columns.close();
         self.leave();
+        self.missing.bring_back(None);
         self.bench.open(String::new(), Vec::new(), RecordSet::default(), None);
         self.waiting_pins = Vec::new();
         self.edit = Edit::default();

@@ -13,6 +13,8 @@ mod stiffness;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use super::site::{Placed, Site};
 use crate::model::Equation;
 use crate::term::{Expression, Term};
@@ -193,7 +195,8 @@ pub(crate) struct Form {
 }
 
 /// The quantity that a force is drawn over.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub(crate) enum Axis {
     /// The displacement across its site.
     Displacement,
@@ -212,6 +215,24 @@ impl std::fmt::Debug for Form {
 }
 
 impl Form {
+    /// Something without a name that adds what is given: what effects that were fitted have beside their terms.
+    pub(super) fn given(addition: Addition<Term>) -> Self {
+        Self {
+            effect: "",
+            title: "",
+            explanation: "",
+            separates: "",
+            formula: "",
+            form: String::new(),
+            site: None,
+            coefficients: Vec::new(),
+            inner: Vec::new(),
+            contains: &[],
+            axis: Axis::Time,
+            build: shared(move |_| addition.clone()),
+        }
+    }
+
     /// What it adds at these inner values.
     pub(crate) fn addition(&self, inner: &[f64]) -> Addition {
         let Addition { terms, internals, replaces, delay, input_limit, static_ratio, ceiling, offset } =

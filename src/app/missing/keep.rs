@@ -1,0 +1,93 @@
+//! What was found, as the project and the session keep it, and how it comes back.
+//!
+//! A walk belongs to the records and the base model that it was found with. Where those change, it is put aside; where they
+//! come back (a project is opened, the window starts again, a change is undone) the room's thread makes it whole again.
+
+use std::sync::Arc;
+
+use super::Missing;
+use crate::gap::Found;
+
+/// Walks put aside that can come back.
+const PAST: usize = 4;
+
+/// What is told where a walk that came with a project or the session does not fit.
+const DROPPED: &str = "What was found missing was left out: it was found of other data or another base model than are open now. Find what's missing looks again";
+
+/// The walks that are kept.
+#[derive(Debug, Default)]
+pub(super) struct Shelf {
+    /// That in view.
+    found: Option<Arc<Found>>,
+    /// One that came with a project or the session and is not in view yet.
+    coming: Option<Arc<Found>>,
+    /// Those of other records or another base model, the newest first.
+    past: Vec<Arc<Found>>,
+    note: Option<&'static str>,
+}
+
+impl Shelf {
+    /// What may come back, what is awaited first.
+    pub(super) fn candidates(&self) -> Vec<Arc<Found>> {
+        self.coming.iter().chain(&self.past).cloned().collect()
+    }
+
+    /// A walk is in view again.
+    pub(super) fn restored(&mut self, found: Arc<Found>) {
+        self.past.retain(|past| !past.is_of_the_same_as(&found));
+        if self.coming.as_ref().is_some_and(|coming| coming.is_of_the_same_as(&found)) {
+            self.coming = None;
+        }
+        self.found = Some(found);
+    }
+
+    /// What was awaited has not come although all else has: it is dropped, but for a change that is undone.
+    pub(super) fn missed(&mut self) {
+        if let Some(missed) = self.coming.take() {
+            self.lay_down(missed);
+            self.note = Some(DROPPED);
+        }
+    }
+
+    /// The records or the base model are others now.
+    pub(super) fn put_aside(&mut self) {
+        if let Some(found) = self.found.take() {
+            self.lay_down(found);
+        }
+    }
+
+    fn lay_down(&mut self, found: Arc<Found>) {
+        self.past.retain(|past| !past.is_of_the_same_as(&found));
+        self.past.insert(0, found);
+        self.past.truncate(PAST);
+    }
+}
+
+impl Missing {
+    /// Brings back what was kept with the records that are opened, as soon as the room is looked at.
+    pub(crate) fn bring_back(&mut self, found: Option<Arc<Found>>) {
+        self.forget();
+        self.shelf = Shelf { coming: found, ..Shelf::default() };
+    }
+
+    /// What is to be kept.
+    pub(crate) fn found(&self) -> Option<&Arc<Found>> {
+        self.shelf.found.as_ref().or(self.shelf.coming.as_ref())
+    }
+
+    /// What is to be told of it, once.
+    pub(crate) fn note(&mut self) -> Option<&'static str> {
+        self.shelf.note.take()
+    }
+
+    /// Keeps what is known now. Without a look there is nothing that fitting anew would not give.
+    pub(super) fn keep(&mut self) {
+        let known = &self.known;
+        let base = known.key.as_ref().and_then(|key| key.base.clone());
+        if !known.rounds.is_empty() {
+            let of = (known.records.clone(), base);
+            let found = Found::new(of, &known.stages, &known.rounds, &known.conclusions);
+            self.shelf.found = Some(Arc::new(found));
+        }
+    }
+}
