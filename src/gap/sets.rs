@@ -14,7 +14,7 @@ use super::fit::{FEW_STEPS, Fitted, Pace, WHOLE};
 use super::search::{Refit, Search};
 use super::structure::Composition;
 use super::weak::{Projector, Weak};
-use crate::refine::{Bar, Goal, Landed, Options, Structure as _, climb, levels, shoot};
+use crate::refine::{Bar, Goal, Landed, Options, Run, Structure as _, climb, levels, look, sampled, shoot};
 use crate::study::Cancel;
 
 /// Grid points of a form that are shot from.
@@ -27,6 +27,9 @@ const WITH_FIRST: usize = 3;
 const HARDLY: f64 = 1.1;
 /// Points of a form's grid that stand for it among the pairs.
 const THINNED: usize = 8;
+/// Of the segments every so many-th is fitted at a first look, and the fewest that are enough for it.
+const EVERY: usize = 3;
+const FEWEST: usize = 12;
 /// Sets that are held against data never fitted.
 const JUDGED: usize = 12;
 /// Sets that are fitted on where they have not settled: those whose sum of squares is at most so many times the least.
@@ -238,6 +241,7 @@ impl Search {
         trials.sort_by(|a, b| a.left.total_cmp(&b.left));
         let bar = Bar::default();
         let among_rivals = Goal { options: Options { bar: Some(&bar), ..goal.options }, ..goal };
+        let trials = self.promising(trials, &whole, goal);
         let mut shot: Vec<(Vec<usize>, Composition, Landed)> = trials
             .into_iter()
             .par_bridge()
@@ -266,6 +270,36 @@ impl Search {
             .collect();
         judged.sort_by(|a, b| a.1.held_out_error().total_cmp(&b.1.held_out_error()));
         judged
+    }
+
+    /// Of many trials those that leave least along some of the segments, from where that led them; the likeliest first.
+    fn promising(&self, trials: Vec<Trial>, whole: &[Run], goal: Goal<'_>) -> Vec<Trial> {
+        let segments = sampled(whole, self.data.period, EVERY);
+        if trials.len() <= JUDGED || segments.len() < FEWEST {
+            return trials;
+        }
+        let bar = Bar::default();
+        let goal = Goal { options: Options { bar: Some(&bar), ..goal.options }, ..goal };
+        let mut looked: Vec<(f64, Trial)> = trials
+            .into_iter()
+            .par_bridge()
+            .filter_map(|t| {
+                let (shared, rss) = look(&t.composition, &segments, &t.shared, goal, FEW_STEPS)?;
+                Some((rss, Trial { shared, ..t }))
+            })
+            .collect();
+        looked.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.forms.cmp(&b.1.forms)));
+        // Of several starts of one set the best.
+        let mut seen: Vec<Vec<usize>> = Vec::new();
+        looked.retain(|(_, t)| {
+            let new = !seen.contains(&t.forms);
+            if new {
+                seen.push(t.forms.clone());
+            }
+            new
+        });
+        looked.truncate(JUDGED);
+        looked.into_iter().map(|(_, t)| t).collect()
     }
 
     /// Goes on with a fit that ended for want of steps, if it is near the least sum of squares, while that helps much: at a

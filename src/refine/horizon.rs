@@ -144,6 +144,34 @@ pub fn shoot(
     Some(Landed { refined, runs, level, whole: full })
 }
 
+/// Of the shortest segments every so many-th, each record's first among them: what a first look at many rivals fits.
+pub fn sampled(whole: &[Run], period: f64, every: usize) -> Vec<Run> {
+    let mut seen = 0;
+    let mut record = None;
+    let mut segments = cut(whole, period, 0);
+    segments.retain(|run| {
+        seen = if record == Some(run.record) { seen + 1 } else { 0 };
+        record = Some(run.record);
+        seen % every == 0
+    });
+    segments
+}
+
+/// Fits along some of the shortest segments, each with an initial state of its own: the shared parameters, and what they
+/// leave there.
+pub fn look(
+    structure: &dyn Structure,
+    segments: &[Run],
+    shared: &[f64],
+    goal: Goal<'_>,
+    steps: usize,
+) -> Option<(Vec<f64>, f64)> {
+    let options = Options { driven: true, steps, ..goal.options };
+    let point = start(structure, segments, shared, None, true);
+    let refined = refine(structure, segments, &point, options)?;
+    Some((refined.point.shared, refined.rss))
+}
+
 /// Where a fit of these runs starts.
 fn start(structure: &dyn Structure, runs: &[Run], shared: &[f64], before: Option<Before<'_>>, driven: bool) -> Point {
     let mut point = Point::new(structure, runs, shared.to_vec(), driven);

@@ -28,7 +28,7 @@ use crate::simulate::InputGrid;
 pub use crate::simulate::Output;
 
 pub use fitter::{misfit, refine, respond};
-pub use horizon::{Before, Goal, Horizon, Landed, climb, cut, holds, horizon, land, levels, shoot};
+pub use horizon::{Before, Goal, Horizon, Landed, climb, cut, holds, horizon, land, levels, look, sampled, shoot};
 pub use statistics::{autoregression, inflation};
 
 /// What one set of parameters makes.

@@ -88,7 +88,6 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
     use rand_pcg::Pcg64;
 
-    use super::*;
     use crate::record::{Channel, Record, RecordSet, Role, Usage};
     use crate::study::suggest;
     use crate::term::Kind;

@@ -309,7 +309,7 @@ mod tests {
             let refinement = refined.refinement.as_ref().unwrap();
             assert!(refinement.converged && refinement.before.len() == 4);
             // Noise of 0.01, and four coefficients and two initial values of 2000 samples fitted to it.
-            assert!((refinement.rmse[0] / 0.01 - 1.0).abs() < 0.06, "{}", refinement.rmse);
+            assert!((refinement.rmse[0] / 0.01 - 1.0).abs() < 0.06, "{}", refinement.rmse[0]);
             better += usize::from(refined.test.unwrap().rmse < sparse.test.unwrap().rmse);
             for (term, value) in TRUTH {
                 let term = Term::parse(term).unwrap();
