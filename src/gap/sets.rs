@@ -107,6 +107,19 @@ struct Comparison<'a> {
 /// A set of forms by index, fitted along the shortest segments.
 type Judged = (Vec<usize>, Fitted, Landed);
 
+/// Of fits sorted best first those that are judged: of several starts of one set the best.
+fn keep_best<T>(sorted: &mut Vec<T>, set: impl Fn(&T) -> &Vec<usize>) {
+    let mut seen: Vec<Vec<usize>> = Vec::new();
+    sorted.retain(|fit| {
+        let new = !seen.contains(set(fit));
+        if new {
+            seen.push(set(fit).clone());
+        }
+        new
+    });
+    sorted.truncate(JUDGED);
+}
+
 /// The sets that are followed over longer segments: the best of all, and of either size the best on data never fitted and on
 /// those fitted. What the best leaves far behind along short segments does not overtake it along longer ones.
 fn followed_further(judged: &[Judged], noise: f64) -> Vec<usize> {
@@ -252,16 +265,7 @@ impl Search {
             .collect();
         // Ties as they come: the order must not depend on which thread was first.
         shot.sort_by(|a, b| a.2.refined.rss.total_cmp(&b.2.refined.rss).then_with(|| a.0.cmp(&b.0)));
-        // Of several starts of one set the best.
-        let mut seen: Vec<Vec<usize>> = Vec::new();
-        shot.retain(|(forms, ..)| {
-            let new = !seen.contains(forms);
-            if new {
-                seen.push(forms.clone());
-            }
-            new
-        });
-        shot.truncate(JUDGED);
+        keep_best(&mut shot, |(forms, ..)| forms);
         let least = shot.first().map_or(0.0, |s| s.2.refined.rss);
         shot.par_iter_mut().for_each(|(_, composition, landed)| self.settled(composition, landed, (0, least), goal));
         let mut judged: Vec<Judged> = shot
@@ -289,16 +293,7 @@ impl Search {
             })
             .collect();
         looked.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.forms.cmp(&b.1.forms)));
-        // Of several starts of one set the best.
-        let mut seen: Vec<Vec<usize>> = Vec::new();
-        looked.retain(|(_, t)| {
-            let new = !seen.contains(&t.forms);
-            if new {
-                seen.push(t.forms.clone());
-            }
-            new
-        });
-        looked.truncate(JUDGED);
+        keep_best(&mut looked, |(_, t)| &t.forms);
         looked.into_iter().map(|(_, t)| t).collect()
     }
 

@@ -46,7 +46,7 @@ pub struct Choice {
 }
 
 /// Share of a single record that is fitted; the rest judges.
-const FITTED_SHARE: f64 = 0.6;
+pub(super) const FITTED_SHARE: f64 = 0.6;
 /// Most groups that several records are left out in.
 const MOST_FOLDS: usize = 4;
 /// Main periods after which a simulated stretch starts anew, so that a chaotic motion is judged too.

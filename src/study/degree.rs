@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::choose::EQUAL;
+use super::choose::{EQUAL, FITTED_SHARE};
 use super::regression::{Regression, basis, fitted_states};
 use super::{Form, Kinematics, Smoothing};
 use crate::record::Record;
@@ -19,8 +19,6 @@ const MOST_TERMS: usize = 120;
 const LOWERED: f64 = 0.5;
 /// Degrees without gain before the search ends: an odd law gains nothing from the even degree before it.
 const PATIENCE: usize = 2;
-/// Share of a single record that is fitted.
-const FITTED_SHARE: f64 = 0.6;
 /// Samples of a record that are looked at, at most.
 const MOST_SAMPLES: usize = 20_000;
 

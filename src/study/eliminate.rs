@@ -12,7 +12,7 @@ use crate::term::Term;
 /// Terms that are taken out at most, for each equation.
 const MOST: usize = 6;
 /// Share of a record that a refined fit must follow in one run to compare terms by.
-const LASTS: f64 = 0.9;
+pub(super) const LASTS: f64 = 0.9;
 /// Standard errors from zero below which a coefficient is not told from it: a 99 % interval, for many are looked at.
 const SIGNIFICANT: f64 = 2.6;
 

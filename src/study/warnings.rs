@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::{Lock, Outcome, Remedy, Settings, Severity, Warning};
+use super::eliminate::LASTS;
+use super::{Lock, Outcome, Refinement, Remedy, Settings, Severity, Warning};
 use crate::format::number::significant_trimmed;
 use crate::model::Equation;
 use crate::record::{RecordSet, Usage};
@@ -286,12 +287,18 @@ fn unmodelled(outcome: &Outcome) -> Option<Warning> {
             "far above the measurement noise".into()
         };
         let parts = format!("The error is {above} ({:.1} % of the motion)", 100.0 * score.nrmse);
-        match outcome.refinement.as_ref().filter(|r| r.rmse.first().is_some_and(|e| crate::refine::holds(*e, floor))) {
+        // Only where a free run does not last is its error no evidence; a whole record that is followed while held-out ones
+        // are not is.
+        let longest = outcome.records.iter().map(|r| r.record.duration()).fold(0.0, f64::max);
+        let parted = |r: &&Refinement| {
+            r.horizon < LASTS * longest && r.rmse.first().is_some_and(|e| crate::refine::holds(*e, floor))
+        };
+        match outcome.refinement.as_ref().filter(parted) {
             Some(refinement) => {
                 let seconds = significant_trimmed(refinement.horizon, 2);
                 let text = format!(
-                    "{parts} because a free run of this motion is sensitive to its start. Along runs of {seconds} s the error \
-                     is no more than the noise: nothing speaks against the equation"
+                    "{parts} because a free run of this motion is sensitive to its start. Along fitted runs of {seconds} s the \
+                     error is no more than the noise"
                 );
                 warning(Severity::Note, text)
             }
