@@ -289,7 +289,8 @@ fn unmodelled(outcome: &Outcome) -> Option<Warning> {
         let parts = format!("The error is {above} ({:.1} % of the motion)", 100.0 * score.nrmse);
         // Only where a free run does not last is its error no evidence; a whole record that is followed while held-out ones
         // are not is.
-        let longest = outcome.records.iter().map(|r| r.record.duration()).fold(0.0, f64::max);
+        let fitted = outcome.records.iter().filter(|r| r.usage == Usage::Fit);
+        let longest = fitted.map(|r| r.record.duration()).fold(0.0, f64::max);
         let parted = |r: &&Refinement| {
             r.horizon < LASTS * longest && r.rmse.first().is_some_and(|e| crate::refine::holds(*e, floor))
         };
