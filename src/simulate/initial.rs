@@ -17,6 +17,12 @@ pub struct InitialState {
 /// Steps of the iteration.
 const STEPS: usize = 4;
 
+/// Share of the difference before a step that it leaves at most where its derivatives serve another.
+const SERVES: f64 = 0.5;
+
+/// Share of the difference that a step must take away for another to follow.
+const NOTICEABLE: f64 = 1e-4;
+
 /// Finite difference of a state, as a share of its largest value.
 const DIFFERENCE: f64 = 1e-4;
 
@@ -95,9 +101,11 @@ pub fn fit_initial_state(
     let mut damping = 1e-9;
     let mut shifted = vec![0.0; rows];
     let mut trial = vec![0.0; rows];
+    let mut jacobian = DMatrix::zeros(rows, n);
+    // The response is nearly linear in its beginning: the derivatives of a step that led most of the way serve the next too.
+    let mut serves = false;
     for _ in 0..STEPS {
-        let mut jacobian = DMatrix::zeros(rows, n);
-        for j in 0..n {
+        for j in 0..if serves { 0 } else { n } {
             let largest = response.states[j].iter().fold(0.0_f64, |a, x| a.max(x.abs()));
             let step = if largest > 0.0 { DIFFERENCE * largest } else { DIFFERENCE };
             let mut moved = state.clone();
@@ -112,8 +120,9 @@ pub fn fit_initial_state(
         }
         let gradient = jacobian.tr_mul(&DVector::from_column_slice(&residual));
         let normal = jacobian.tr_mul(&jacobian);
-        let mut bettered = false;
-        for _ in 0..3 {
+        let (mut bettered, mut settled) = (false, false);
+        let began = after;
+        for _ in 0..if serves { 1 } else { 3 } {
             let mut damped = normal.clone();
             for j in 0..n {
                 damped[(j, j)] += damping * normal[(j, j)] + f64::MIN_POSITIVE;
@@ -122,10 +131,14 @@ pub fn fit_initial_state(
                 damping = (damping * 1e3).max(1e-6);
                 continue;
             };
+            if gradient.dot(&step) < 2.0 * NOTICEABLE * residual.iter().map(|r| r * r).sum::<f64>() {
+                settled = true;
+                break;
+            }
             let candidate: Vec<f64> = state.iter().zip(step.iter()).map(|(x, s)| x - s).collect();
             match run(&candidate, &mut trial, &mut response) {
                 Some(rms) if rms < after => {
-                    bettered = after - rms > 1e-4 * after;
+                    bettered = after - rms > NOTICEABLE * after;
                     (state, after) = (candidate, rms);
                     residual.copy_from_slice(&trial);
                     damping *= 0.1;
@@ -134,9 +147,10 @@ pub fn fit_initial_state(
                 _ => damping = (damping * 1e3).max(1e-6),
             }
         }
-        if !bettered {
+        if settled || !bettered && !serves {
             break;
         }
+        serves = !serves && after < SERVES * began;
     }
     InitialState { state, before, after }
 }

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::eliminate::left;
 use super::known::candidate_terms;
+use super::refined::same_terms;
 use super::regression::{self, Regression, fitted_states};
 use super::response::Drive;
 use super::suggest::odd;
@@ -15,9 +16,10 @@ use super::{Cancel, Form, Outcome, Regressor, Settings, Smoothing, Study, StudyE
 use crate::format::number::significant_trimmed;
 use crate::model::Model;
 use crate::record::{Record, RecordSet, Usage};
+use crate::refine::Bar;
 use crate::signal::{Differentiation, Facts, Signals, dot, mean_and_variance};
 use crate::simulate::{Output, Response, Simulator, Workspace};
-use crate::term::{Kind, Layout, Symbol, Term};
+use crate::term::{Kind, Layout, Symbol};
 
 /// Which settings [`choose`] may change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,6 +58,9 @@ const MOST_SAMPLES: usize = 40_000;
 /// What a stretch counts whose response left the data's range, or missed it by more: an error of ten times the motion.
 /// Finite, so that of settings that all fail somewhere the one that fails least is taken.
 const DIVERGED: f64 = 100.0;
+/// Largest error of a sampling interval of a response that judges, as a share of the motion: a whole stretch adds up to
+/// far less than [`EQUAL`].
+const JUDGED: f64 = 1e-7;
 /// Rounds of smoothings around the best so far, at most.
 const MOST_ROUNDS: usize = 4;
 /// Thresholds tried for one smoothing, at most, for each degree of freedom.
@@ -226,10 +231,7 @@ const WORST: f64 = 1.25;
 /// How far the displacements of two outcomes lie apart, mean square over the motion's variance; none if their terms
 /// differ or a response does not last.
 fn distance(outcome: &Outcome, other: &Outcome) -> Option<f64> {
-    let terms = |o: &Outcome| -> Vec<Vec<Term>> {
-        o.model.equations.iter().map(|e| e.terms.iter().map(|t| t.term.clone()).collect()).collect()
-    };
-    if terms(outcome) != terms(other) || outcome.diverged() {
+    if !same_terms(&outcome.model, &other.model) || outcome.diverged() {
         return None;
     }
     let freedoms = outcome.model.layout.freedoms;
@@ -316,15 +318,19 @@ fn levels(tried: &[Candidate]) -> Vec<&Candidate> {
     levels
 }
 
-/// The refined fit of some records; none if they cannot be fitted.
+/// The refined fit of some records; none if they cannot be fitted. Among rivals it need not be the best that there is where it
+/// stays far behind them.
 pub(super) fn refined_fit(
     pieces: &[Arc<Record>],
     fitted: &[usize],
     settings: &Settings,
+    start: Option<&Model>,
+    rivals: Option<&Arc<Bar>>,
     cancel: &Cancel,
 ) -> Result<Option<Outcome>, StudyError> {
+    let mut study = Study { start: start.cloned(), rivals: rivals.cloned(), ..Study::default() };
     let entries = fitted.iter().map(|k| (Arc::clone(&pieces[*k]), Usage::Fit)).collect();
-    match Study::default().run(&RecordSet { entries }, settings, cancel) {
+    match study.run(&RecordSet { entries }, settings, cancel) {
         Ok(outcome) if outcome.refinement.is_some() && !outcome.diverged() => Ok(Some(outcome)),
         Err(StudyError::Cancelled) => Err(StudyError::Cancelled),
         _ => Ok(None),
@@ -417,31 +423,52 @@ impl Plan {
     ) -> Result<Option<(Settings, f64)>, StudyError> {
         let pieces = self.shortened();
         let all: Vec<usize> = (0..pieces.len()).collect();
-        type Level<'c> = (&'c Candidate, Settings, f64);
+        /// A candidate, its settings refined, the model that all pieces gave, and what it leaves of them.
+        struct Level<'c> {
+            candidate: &'c Candidate,
+            settings: Settings,
+            model: Model,
+            left: f64,
+        }
+        let rivals = Arc::new(Bar::default());
         let levels: Result<Vec<Option<Level<'_>>>, StudyError> = levels(tried)
             .into_par_iter()
             .map(|candidate| {
                 let settings = Settings { refine: true, ..self.settings(start, free, candidate)? };
-                let outcome = refined_fit(&pieces, &all, &settings, cancel)?;
-                let left = outcome.and_then(|o| left(&o)).map(|left| left.iter().sum::<f64>() / left.len() as f64);
-                Ok(left.map(|left| (candidate, settings, left)))
+                let outcome = refined_fit(&pieces, &all, &settings, None, Some(&rivals), cancel)?;
+                let level = |outcome: Outcome| {
+                    let left = left(&outcome)?;
+                    let left = left.iter().sum::<f64>() / left.len() as f64;
+                    Some(Level { candidate, settings, model: outcome.model, left })
+                };
+                Ok(outcome.and_then(level))
             })
             .collect();
-        let levels: Vec<Level<'_>> = levels?.into_iter().flatten().collect();
-        if !levels.iter().any(|(_, _, left)| *left < BETTERED * BETTERED * present.mean()) {
+        let mut levels: Vec<Level<'_>> = levels?.into_iter().flatten().collect();
+        let least = levels.iter().map(|l| l.left).fold(f64::INFINITY, f64::min);
+        if least >= BETTERED * BETTERED * present.mean() {
             return Ok(None);
         }
+        // More terms that leave as much by the Bayesian information criterion (Schwarz 1978) would not be chosen either.
+        let samples = pieces.iter().map(|p| p.len()).sum::<usize>().max(2) as f64;
+        let criterion = |terms: usize, left: f64| samples * (left + EQUAL * EQUAL).ln() + terms as f64 * samples.ln();
+        let known: Vec<(usize, f64)> = levels.iter().map(|l| (l.candidate.terms, l.left)).collect();
+        levels.retain(|l| {
+            let own = criterion(l.candidate.terms, l.left);
+            !known.iter().any(|(terms, left)| *terms < l.candidate.terms && criterion(*terms, *left) <= own)
+        });
+        levels.retain(|l| l.left + EQUAL * EQUAL <= HOPEFUL * HOPEFUL * (least + EQUAL * EQUAL));
         let judged: Result<Vec<Option<Candidate>>, StudyError> = levels
             .par_iter()
-            .map(|(candidate, settings, _)| {
-                let errors = self.judge_refined(&pieces, settings, cancel)?;
-                Ok(errors.map(|errors| Candidate { errors, ..(*candidate).clone() }))
+            .map(|level| {
+                let errors = self.judge_refined(&pieces, &level.settings, Some(&level.model), cancel)?;
+                Ok(errors.map(|errors| Candidate { errors, ..level.candidate.clone() }))
             })
             .collect();
         let judged: Vec<Candidate> = judged?.into_iter().flatten().collect();
         let better = |c: &&Candidate| ratio(&c.errors, &present.errors).0 < 2.0 * BETTERED.ln();
         let Some(chosen) = parsimonious_by_ratio(&judged).filter(better) else { return Ok(None) };
-        let settings = levels.into_iter().find(|(c, ..)| c.terms == chosen.terms).map(|(_, settings, _)| settings);
+        let settings = levels.into_iter().find(|l| l.candidate.terms == chosen.terms).map(|l| l.settings);
         Ok(settings.map(|settings| (settings, chosen.mean())))
     }
 
@@ -450,18 +477,25 @@ impl Plan {
         shortened(self.pieces.iter().map(|(record, _)| record))
     }
 
-    /// Squared errors of refined fits on the stretches that were not fitted; none if some fold cannot be refined.
+    /// Squared errors of refined fits on the stretches that were not fitted; none if some fold cannot be refined. `known` is
+    /// what all pieces together gave.
     pub(super) fn judge_refined(
         &self,
         pieces: &[Arc<Record>],
         settings: &Settings,
+        known: Option<&Model>,
         cancel: &Cancel,
     ) -> Result<Option<Vec<f64>>, StudyError> {
         let Some(smoothed) = self.smoothed(settings, &settings.smoothing, cancel)? else { return Ok(None) };
         let mut models = Vec::with_capacity(self.folds.len());
         for fold in &self.folds {
-            match refined_fit(pieces, &fold.fitted, settings, cancel)? {
-                Some(outcome) => models.push(outcome.model),
+            let of_all = known.filter(|_| fold.fitted.len() == pieces.len());
+            let model = match of_all {
+                Some(model) => Some(model.clone()),
+                None => refined_fit(pieces, &fold.fitted, settings, known, None, cancel)?.map(|outcome| outcome.model),
+            };
+            match model {
+                Some(model) => models.push(model),
                 None => return Ok(None),
             }
         }
@@ -699,7 +733,7 @@ impl Smoothed {
             let simulator = Simulator::new(model).map_err(|e| StudyError::Setting(e.to_string()))?;
             for (judge, drive) in fold.judges.iter().zip(drives) {
                 cancel.check()?;
-                let response = drive.respond(&simulator, workspace, &|| cancel.is_cancelled());
+                let response = drive.respond(&simulator, JUDGED, workspace, &|| cancel.is_cancelled());
                 cancel.check()?;
                 let lasted = response.states.first().map_or(0, Vec::len);
                 let blocks = (judge.range.len() / judge.block).max(1);

@@ -7,10 +7,13 @@ use rayon::prelude::*;
 use super::choose::{EQUAL, Plan, ratio, refined_fit, shortened};
 use super::{Cancel, Lock, Outcome, Settings, Study, StudyError};
 use crate::record::{Record, RecordSet, Usage};
+use crate::refine::Bar;
 use crate::term::Term;
 
 /// Terms that are taken out at most, for each equation.
 const MOST: usize = 6;
+/// How many times the most that dropping a term may lose its expected loss is, beyond which it is not tried.
+const FAR: f64 = 30.0;
 /// Share of a record that a refined fit must follow in one run to compare terms by.
 pub(super) const LASTS: f64 = 0.9;
 /// Standard errors from zero below which a coefficient is not told from it: a 99 % interval, for many are looked at.
@@ -19,8 +22,9 @@ const SIGNIFICANT: f64 = 2.6;
 /// A fit of settings to the response.
 struct Fit {
     settings: Settings,
-    /// The terms of every acceleration (state), each with the number of its equation.
-    terms: Vec<(usize, Term)>,
+    /// The terms of every acceleration (state), each with the number of its equation, and its coefficient in standard errors;
+    /// none where there is no error.
+    terms: Vec<(usize, Term, Option<f64>)>,
     /// Of each displacement (state) the mean squared error as a share of its variance, with what no measurement supports
     /// added.
     left: Vec<f64>,
@@ -50,7 +54,10 @@ impl Fit {
         let layout = outcome.model.layout;
         let first = layout.states() - layout.freedoms;
         let equations = outcome.model.equations[first..].iter().take(layout.freedoms).enumerate();
-        let terms = equations.flat_map(|(i, e)| e.terms.iter().map(move |t| (i, t.term.clone()))).collect();
+        let terms = equations.flat_map(|(i, e)| {
+            e.terms.iter().map(move |t| (i, t.term.clone(), t.std_error.map(|error| t.coefficient / error)))
+        });
+        let terms = terms.collect();
         let left: Vec<f64> = left(outcome)?.into_iter().map(|left| left + EQUAL * EQUAL).collect();
         let samples = outcome.records.iter().filter_map(|r| Some(r.channels.first()?.score?.samples)).sum();
         let horizon = outcome.refinement.as_ref()?.horizon;
@@ -60,6 +67,14 @@ impl Fit {
     /// Logarithms of what is left, summed: twice the log-likelihood lost, for each sample.
     fn loss(&self) -> f64 {
         self.left.iter().map(|left| left.ln()).sum()
+    }
+
+    /// What dropping a term is expected to lose at least, as the square of its coefficient in standard errors tells (Wald):
+    /// all that it leaves where that counts least. Exact where the response is linear in the coefficients.
+    fn expected_loss(&self, ratio: f64) -> f64 {
+        let n = self.samples as f64;
+        let more = |left: &f64| ((left - EQUAL * EQUAL) * ratio * ratio / n / left).ln_1p();
+        n * self.left.iter().map(more).fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -109,37 +124,41 @@ impl Plan {
         let whole = shortened(fitted.map(|(record, _)| record));
         let all: Vec<usize> = (0..whole.len()).collect();
         let refined = settings.refine;
-        let fit = |settings: Settings| -> Result<Option<Fit>, StudyError> {
+        let fit = |settings: Settings, rivals: Option<&Arc<Bar>>| -> Result<Option<Fit>, StudyError> {
             let settings = Settings { refine: true, ..settings };
-            let Some(outcome) = refined_fit(&whole, &all, &settings, cancel)? else { return Ok(None) };
+            let Some(outcome) = refined_fit(&whole, &all, &settings, None, rivals, cancel)? else { return Ok(None) };
             Ok(Fit::new(settings, &outcome))
         };
-        let Some(mut present) = fit(settings.clone())? else { return Ok((settings, None)) };
+        let Some(mut present) = fit(settings.clone(), None)? else { return Ok((settings, None)) };
         let longest = whole.iter().map(|r| r.len() as f64 * r.interval).fold(0.0, f64::max);
         if present.horizon < LASTS * longest {
             // Fits to so short runs, and to others after each step, compare nothing.
             return Ok((insignificant_dropped(&whole, settings, cancel)?, None));
         }
         let pieces = self.shortened();
-        let judged = |fit: &Fit| self.judge_refined(&pieces, &fit.settings, cancel);
+        let judged = |fit: &Fit| self.judge_refined(&pieces, &fit.settings, None, cancel);
         let mut errors: Option<Vec<f64>> = None;
         let equations = self.layout.freedoms;
         for _ in 0..MOST * equations {
-            let open = |(i, t): &&(usize, Term)| !present.settings.of_equation(*i).locks.contains_key(t);
+            let n = present.samples as f64;
+            let open = |(i, t, ratio): &&(usize, Term, Option<f64>)| {
+                !present.settings.of_equation(*i).locks.contains_key(t)
+                    && ratio.is_none_or(|ratio| present.expected_loss(ratio) < FAR * n.ln())
+            };
             let open = present.terms.iter().filter(open);
+            let rivals = Arc::new(Bar::default());
             let tried: Result<Vec<Option<Fit>>, StudyError> = open
                 .collect::<Vec<_>>()
                 .into_par_iter()
-                .map(|(equation, term)| {
+                .map(|(equation, term, _)| {
                     let mut settings = present.settings.clone();
                     settings.decide(*equation, equations, term.clone(), Lock::Out);
-                    fit(settings)
+                    fit(settings, Some(&rivals))
                 })
                 .collect();
             let fewer = tried?.into_iter().flatten();
             let fewer = fewer.filter(|f| f.terms.len() < present.terms.len() && f.horizon >= LASTS * longest);
             let Some(next) = fewer.min_by(|a, b| a.loss().total_cmp(&b.loss())) else { break };
-            let n = present.samples as f64;
             let gone = (present.terms.len() - next.terms.len()) as f64;
             if n * (next.loss() - present.loss()) > gone * n.ln() {
                 break;

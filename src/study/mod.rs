@@ -19,6 +19,7 @@ mod suggest;
 mod warnings;
 mod weak;
 
+use crate::refine::Bar;
 pub use crate::refine::Horizon;
 pub use choose::{Choice, Free, choose};
 pub use covariance::Covariance;
@@ -91,6 +92,11 @@ pub struct Study {
     sliding: Vec<Expression>,
     regression: Option<(RegressionKey, Arc<Regression>)>,
     responses: Responses,
+    /// What the best of several rivals leaves that are refined along the same records, each in a study of its own: one that
+    /// stays far behind is given up.
+    rivals: Option<Arc<Bar>>,
+    /// A model of the same terms whose coefficients refinement begins with; without it the regression's.
+    start: Option<Model>,
 }
 
 /// A record with what was computed of it alone.
@@ -235,7 +241,8 @@ impl Study {
             let settings = settings.of_equation(freedom);
             (known::lock_of(&settings, term), known::sign_of(&settings, term, freedom))
         };
-        refined::refined(model, covariance, &prepared, &decided, cancel)
+        let way = refined::Way { start: self.start.as_ref(), rivals: self.rivals.as_deref() };
+        refined::refined(model, covariance, &prepared, &decided, way, cancel)
     }
 
     /// Signals of every record that is not off, keeping those that are still right.
@@ -247,7 +254,7 @@ impl Study {
         cancel: &Cancel,
     ) -> Result<(), StudyError> {
         if self.layout != *layout {
-            *self = Self { layout: *layout, ..Self::default() };
+            *self = Self { layout: *layout, rivals: self.rivals.take(), start: self.start.take(), ..Self::default() };
         }
         let mut prepared = Vec::with_capacity(records.entries.len());
         for (record, _) in &records.entries {

@@ -4,7 +4,9 @@ use super::known::Sign;
 use super::{Cancel, Covariance, Lock, Prepared, StudyError};
 use crate::model::Model;
 use crate::record::Usage;
-use crate::refine::{Goal, Horizon, Instance, Landed, Options, Point, Refined, Run, Structure, horizon, land, refine};
+use crate::refine::{
+    Bar, Goal, Horizon, Instance, Landed, Options, Point, Refined, Run, Structure, horizon, land, refine,
+};
 use crate::signal::{motion_period, rms};
 use crate::term::Term;
 
@@ -85,6 +87,23 @@ pub(super) const NO_START: &str =
 /// What is decided about a term of a degree of freedom's equation: its lock, and the sign that its coefficient may have.
 type Decided<'a> = &'a dyn Fn(usize, &Term) -> (Option<Lock>, Option<Sign>);
 
+/// Where a refinement begins, and what it is held against.
+#[derive(Clone, Copy)]
+pub(super) struct Way<'a> {
+    /// A model of the same terms to begin with; without it the regression's.
+    pub(super) start: Option<&'a Model>,
+    /// What the best of its rivals leaves.
+    pub(super) rivals: Option<&'a Bar>,
+}
+
+/// True if two models have the same terms.
+pub(super) fn same_terms(model: &Model, other: &Model) -> bool {
+    let terms = |m: &Model| -> Vec<Vec<Term>> {
+        m.equations.iter().map(|e| e.terms.iter().map(|t| t.term.clone()).collect()).collect()
+    };
+    terms(model) == terms(other)
+}
+
 /// Fits the coefficients of all accelerations to the fitted records' response, every displacement's residual weighed by its
 /// noise; those that were fixed stay.
 ///
@@ -94,6 +113,7 @@ pub(super) fn refined(
     covariance: &mut Covariance,
     records: &[(&Prepared, Usage)],
     decided: Decided<'_>,
+    way: Way<'_>,
     cancel: &Cancel,
 ) -> Result<Result<Refinement, &'static str>, StudyError> {
     let layout = model.layout;
@@ -118,9 +138,16 @@ pub(super) fn refined(
         }
     }
     let before: Vec<f64> = terms().map(|(.., t)| t.coefficient).collect();
-    let shared: Vec<f64> = free.iter().map(|f| model.equations[f.equation].terms[f.place].coefficient).collect();
+    let start = way.start.filter(|start| same_terms(start, model)).unwrap_or(model);
+    let shared: Vec<f64> = free.iter().map(|f| start.equations[f.equation].terms[f.place].coefficient).collect();
     let coefficients = Coefficients { model, free, scales };
-    let landed = search(&coefficients, &runs, &fitted, noise, shared, cancel);
+    let cancelled = || cancel.is_cancelled();
+    let goal = goal(&fitted, &runs, noise, &cancelled);
+    let landed = goal.and_then(|mut goal| {
+        goal.options.bar = way.rivals;
+        // Along whole records; where that is lost, by way of segments that grow.
+        land(&coefficients, &runs, &Point::new(&coefficients, &runs, shared, false), goal)
+    });
     let landed = landed.and_then(|landed| reweighed(&coefficients, landed, cancel));
     let Some(landed) = landed else {
         cancel.check()?;
@@ -174,21 +201,6 @@ fn runs(records: &[&Prepared]) -> (Vec<Run>, f64) {
     let weights: Vec<f64> = noise.iter().map(|n| noise[0] / n).collect();
     runs.iter_mut().for_each(|run| run.weights.clone_from(&weights));
     (runs, noise.first().copied().unwrap_or(0.0))
-}
-
-/// Refines along whole records; where that is lost, by way of segments that grow.
-fn search(
-    coefficients: &Coefficients<'_>,
-    runs: &[Run],
-    records: &[&Prepared],
-    noise: f64,
-    shared: Vec<f64>,
-    cancel: &Cancel,
-) -> Option<Landed> {
-    let cancelled = || cancel.is_cancelled();
-    let goal = goal(records, runs, noise, &cancelled)?;
-    let start = Point::new(coefficients, runs, shared, false);
-    land(coefficients, runs, &start, goal)
 }
 
 /// Fits anew with every displacement weighed by what is left of it, where that is more than its noise would leave: a model

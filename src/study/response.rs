@@ -134,15 +134,16 @@ impl Drive {
         })
     }
 
-    /// The model's response from the initial state that fits the opening best.
+    /// The model's response from the initial state that fits the opening best; `tolerance` as in [`Limits`].
     pub(super) fn respond(
         &self,
         simulator: &Simulator,
+        tolerance: f64,
         workspace: &mut Workspace,
         cancelled: &dyn Fn() -> bool,
     ) -> Response {
         let rates = self.outputs.iter().any(|o| o.is_rate());
-        let limits = Limits { states: &self.limits, cancelled, rates, ..Limits::default() };
+        let limits = Limits { states: &self.limits, tolerance, cancelled, rates };
         let measured: Vec<(Output, &[f64])> =
             self.outputs.iter().copied().zip(self.measured.iter().map(|m| &**m)).collect();
         let guesses = self.guesses.each_ref().map(Vec::as_slice);
@@ -214,7 +215,8 @@ impl Responses {
         {
             return Ok(Arc::clone(response));
         }
-        let response = prepared.drive.respond(simulator, &mut self.workspace, &|| cancel.is_cancelled());
+        let tolerance = Limits::default().tolerance;
+        let response = prepared.drive.respond(simulator, tolerance, &mut self.workspace, &|| cancel.is_cancelled());
         cancel.check()?;
         let response = Arc::new(response);
         self.known.retain(|(_, d, _)| !Arc::ptr_eq(d, &prepared.drive));
