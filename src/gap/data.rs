@@ -128,7 +128,7 @@ impl Data {
             }
         }
         let outputs: Vec<Output> = sensors.iter().copied().map(output).collect();
-        let facts: Vec<Facts> = thinned.iter().map(|(r, _)| Facts::new(r, &layout)).collect();
+        let facts: Vec<Arc<Facts>> = set.entries.iter().map(|(r, _)| Facts::of(r, &layout)).collect();
         let mut series: Vec<Series> = thinned
             .iter()
             .zip(&facts)

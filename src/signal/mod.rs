@@ -1,6 +1,7 @@
 //! Smoothing, differentiation, spectra and noise of sampled signals.
 
 mod difference;
+mod facts;
 mod kalman;
 mod noise;
 mod savgol;
@@ -13,6 +14,7 @@ mod standing;
 mod sums;
 
 pub use difference::central;
+pub use facts::Facts;
 pub use noise::standard_deviation;
 pub use savgol::SavitzkyGolay;
 pub(crate) use smoother::Smoother;
@@ -60,37 +62,6 @@ pub struct Measured {
     pub values: Arc<[f64]>,
     /// Standard deviation of its noise, estimated without a model.
     pub noise: f64,
-}
-
-/// What a record tells before any smoothing.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Facts {
-    /// Main period of the first displacement, s, if it oscillates.
-    pub main_period: Option<f64>,
-    /// Standard deviation of each displacement's noise.
-    pub noise: Vec<f64>,
-    /// Standard deviation of each input's noise.
-    pub input_noise: Vec<f64>,
-    /// Standard deviation of each channel's noise, in the record's order.
-    pub channel_noise: Vec<f64>,
-}
-
-impl Facts {
-    /// Measures a record.
-    pub fn new(record: &Record, layout: &Layout) -> Self {
-        let values = |role: Role| record.channel(role).map(|c| &*c.values);
-        let channel_noise: Vec<f64> =
-            record.channels.iter().map(|c| standard_deviation(&c.values).unwrap_or(0.0)).collect();
-        let noise =
-            |role: Role| record.channels.iter().position(|c| c.role == role).map_or(0.0, |index| channel_noise[index]);
-        let first = Role::Displacement(0);
-        Self {
-            main_period: values(first).and_then(|x| main_period(x, record.interval, noise(first))),
-            noise: (0..layout.freedoms).map(|i| noise(Role::Displacement(i))).collect(),
-            input_noise: (0..layout.inputs).map(|j| noise(Role::Input(j))).collect(),
-            channel_noise,
-        }
-    }
 }
 
 /// The series of [`Signals`] as a [`SampleBlock`] borrows them.

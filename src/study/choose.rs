@@ -509,7 +509,7 @@ impl Plan {
             [(only, _)] => {
                 let cut = (FITTED_SHARE * only.len() as f64) as usize;
                 let first = Arc::new(only.slice(0..cut));
-                let facts = Arc::new(Facts::new(&first, &layout));
+                let facts = Facts::of(&first, &layout);
                 (vec![(first, facts)], vec![(0, cut..only.len())])
             }
             several => (several.to_vec(), several.iter().enumerate().map(|(k, (r, _))| (k, 0..r.len())).collect()),
@@ -659,7 +659,7 @@ impl Plan {
 }
 
 fn with_facts(records: &RecordSet, usage: Usage, layout: &Layout) -> Vec<(Arc<Record>, Arc<Facts>)> {
-    records.with(usage).map(|r| (Arc::clone(r), Arc::new(Facts::new(r, layout)))).collect()
+    records.with(usage).map(|r| (Arc::clone(r), Facts::of(r, layout))).collect()
 }
 
 /// Variance of what each of a record's sensors shows, in their order.

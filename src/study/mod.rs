@@ -113,7 +113,7 @@ struct Prepared {
 
 impl Prepared {
     fn new(record: &Arc<Record>, layout: &Layout, smoothing: &Smoothing) -> Self {
-        let facts = Arc::new(Facts::new(record, layout));
+        let facts = Facts::of(record, layout);
         Self::with_facts(record, layout, smoothing, facts)
     }
 
