@@ -9,7 +9,7 @@ use super::outcome::{Beginnings, Gap};
 use super::site::{Placed, accelerations};
 use super::structure::Composition;
 use crate::model::Equation;
-use crate::refine::{Bar, Goal, Landed, Options, Output, Point, Refined, Run, Structure, climb, levels, refine, shoot};
+use crate::refine::{Bar, Goal, Landed, Options, Output, Point, Refined, Run, Structure, climb, cut, levels, misfit, refine, shoot};
 use crate::signal::{dot, mean_and_variance, rms};
 use crate::study::Cancel;
 use crate::term::{Expression, Layout, Symbol, derivative};
@@ -288,6 +288,18 @@ impl Data {
         let cancelled = || cancel.is_cancelled();
         let goal = self.goal(level, Self::options(&cancelled, STEPS, Pace::Thorough));
         shoot(composition, &whole, (&start.shared, None), level, goal, STEPS)
+    }
+
+    /// What a composition leaves over segments of a level at a point; none where it cannot be followed.
+    pub(super) fn misfit_at(&self, composition: &Composition, point: &Point, level: usize) -> Option<f64> {
+        let whole = self.whole();
+        let options = Options { driven: level != WHOLE, ..Self::options(&|| false, 0, Pace::Thorough) };
+        if level == WHOLE {
+            return misfit(composition, &whole, point, options);
+        }
+        let runs = cut(&whole, self.period, level);
+        let point = Point::new(composition, &runs, point.shared.clone(), true);
+        misfit(composition, &runs, &point, options)
     }
 
     /// The sum of squares above which a fit without expectations has missed its basin.

@@ -40,6 +40,11 @@ const CLOSE: f64 = 2.25;
 /// Twice the log-likelihood that the present model must gain by another start to be taken from there.
 const BETTER: f64 = 10.0;
 
+/// So many values of a positive quantity within a range.
+fn among(low: f64, high: f64) -> Vec<Vec<f64>> {
+    logarithmic(low, high, PLACES).into_iter().map(|v| vec![v]).collect()
+}
+
 impl Search {
     /// The effects of which a form is a richer kind are replaced by it.
     pub(super) fn with(&self, before: &Composition, form: &Form) -> Composition {
@@ -211,14 +216,17 @@ impl Search {
         for rich in refits.iter().filter(|r| r.fitted.refined.rss < CLOSE * least) {
             let form = &forms[rich.forms[0]];
             let simpler = (0..forms.len()).filter(|k| {
-                form.contains.contains(&forms[*k].effect) && forms[*k].form == form.form && forms[*k].inner.is_empty()
+                form.contains.contains(&forms[*k].effect)
+                    && forms[*k].form == form.form
+                    && forms[*k].can_be_looked_for()
             });
             for k in simpler {
                 let known = refits.iter().find(|r| r.forms == [k]).map_or(f64::INFINITY, |r| r.fitted.refined.rss);
                 if known < DISTANT * rich.fitted.refined.rss || cancel.is_cancelled() {
                     continue;
                 }
-                if let Some(fitted) = self.simplified(before, &rich.fitted, &forms[k], cancel)
+                let simplified = self.with(&before.composition, &forms[k]);
+                if let Some(fitted) = self.simplified(simplified, &rich.fitted, &forms[k], cancel)
                     && fitted.refined.rss < known
                 {
                     tried.push((k, fitted));
@@ -231,9 +239,27 @@ impl Search {
         }
     }
 
-    /// The model with a simpler form in a richer one's place, started from that one's values.
-    fn simplified(&self, before: &Fitted, rich: &Fitted, form: &Form, cancel: &Cancel) -> Option<Fitted> {
-        self.transplanted(self.with(&before.composition, form), rich, cancel)
+    /// A composition whose last form is a simpler one in a richer one's place, started from that one's values; what stands
+    /// inside the simpler one is looked for in its whole range, then nearer by.
+    pub(super) fn simplified(
+        &self,
+        composition: Composition,
+        rich: &Fitted,
+        form: &Form,
+        cancel: &Cancel,
+    ) -> Option<Fitted> {
+        let [inner] = form.inner.as_slice() else { return self.transplanted(composition, rich, &[Vec::new()], cancel) };
+        let (low, high) = inner.bounds;
+        let mut best = self.transplanted(composition, rich, &among(low, high), cancel)?;
+        for width in &LOOKED_AT[1..] {
+            let present = *best.refined.point.shared.last()?;
+            let near = among((present / width).max(low), (present * width).min(high));
+            let again = self.transplanted(best.composition.clone(), &best, &near, cancel);
+            if let Some(again) = again.filter(|a| a.refined.rss < best.refined.rss) {
+                best = again;
+            }
+        }
+        Some(best)
     }
 
     /// The present model fitted from the best refit's values, if that is better than it was: a model that sits in a worse
@@ -241,25 +267,45 @@ impl Search {
     pub(super) fn rebased(&self, before: &Fitted, refits: &[Refit], cancel: &Cancel) -> Option<Fitted> {
         let best = refits.iter().min_by(|a, b| a.fitted.refined.rss.total_cmp(&b.fitted.refined.rss))?;
         let inflation = self.inflation(&best.fitted);
-        let again = self.transplanted(before.composition.clone(), &best.fitted, cancel)?;
+        let again = self.transplanted(before.composition.clone(), &best.fitted, &[Vec::new()], cancel)?;
         let gain = before.refined.samples as f64 / inflation * (before.refined.rss / again.refined.rss).ln();
         (gain > BETTER).then_some(again)
     }
 
-    /// A composition fitted from the values that another one landed at.
-    fn transplanted(&self, mut composition: Composition, from: &Fitted, cancel: &Cancel) -> Option<Fitted> {
+    /// A composition fitted from the values that another one landed at, and from those of its last inner quantities, one of the
+    /// given, that leave least.
+    fn transplanted(
+        &self,
+        mut composition: Composition,
+        from: &Fitted,
+        last: &[Vec<f64>],
+        cancel: &Cancel,
+    ) -> Option<Fitted> {
         let data = &self.data;
         let had = &from.refined.point.shared;
         let had_inner = &had[had.len() - from.composition.inner_count()..];
-        let inner = composition.inner_after(&from.composition, had_inner);
         let terms = from.composition.compose(had_inner).terms;
         let paths: Vec<_> = data.fit().iter().map(super::data::Series::path).collect();
-        composition.scales = data.scales(&composition, &inner, &paths);
-        let value =
-            |(term, scale): (&Placed, &f64)| terms.iter().position(|t| t == term).map_or(-scale.abs(), |k| had[k]);
-        let composed = composition.compose(&inner);
-        let shared = composed.terms.iter().zip(&composition.scales).map(value).chain(inner.iter().copied()).collect();
-        let start = Point { shared, ..carried(&from.composition, &composition, &from.refined.point) };
+        let mut begin = |last: &Vec<f64>| {
+            let mut inner = composition.inner_after(&from.composition, had_inner);
+            inner.truncate(composition.inner_count() - last.len());
+            inner.extend_from_slice(last);
+            composition.scales = data.scales(&composition, &inner, &paths);
+            let value =
+                |(term, scale): (&Placed, &f64)| terms.iter().position(|t| t == term).map_or(-scale.abs(), |k| had[k]);
+            let composed = composition.compose(&inner);
+            let shared =
+                composed.terms.iter().zip(&composition.scales).map(value).chain(inner.iter().copied()).collect();
+            Point { shared, ..carried(&from.composition, &composition, &from.refined.point) }
+        };
+        let start = match last {
+            [only] => begin(only),
+            several => {
+                let points: Vec<Point> = several.iter().map(begin).collect();
+                let left = points.into_iter().filter_map(|p| Some((data.misfit_at(&composition, &p, from.level)?, p)));
+                left.min_by(|a, b| a.0.total_cmp(&b.0))?.1
+            }
+        };
         let landed = data.refine_at(&composition, &start, from.level, cancel)?;
         Some(data.judged(composition, landed, cancel))
     }

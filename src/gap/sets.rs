@@ -55,6 +55,9 @@ const HOLDS: f64 = 1.3;
 const NEAR: f64 = 0.3;
 /// How many times the contrast between a set and the model without it must grow for longer segments to judge.
 const MORE: f64 = 1.3;
+/// Sets whose sum of squares is at most so many times the least are tried with simpler forms, where those left more than so many
+/// times as much from their own start.
+const ALIKE: f64 = 2.0;
 /// A pair's columns that are alike to this share are one effect twice.
 const SAME: f64 = 1e-4;
 
@@ -96,6 +99,7 @@ impl Sets {
 struct Comparison<'a> {
     /// The model without them.
     before: &'a Fitted,
+    forms: &'a [Form],
     weak: &'a Weak<'a>,
     /// The sets along the shortest segments, best first.
     judged: &'a [Judged],
@@ -163,7 +167,7 @@ impl Search {
         }
         judged.sort_by(|a, b| a.1.held_out_error().total_cmp(&b.1.held_out_error()));
         let left = |f: &Fitted| f.held_out_error().max(f.error());
-        let comparison = Comparison { before, weak: &weak, judged: &judged, refits, goal };
+        let comparison = Comparison { before, forms, weak: &weak, judged: &judged, refits, goal };
         if left(&judged[0].1) > FAR * goal.noise || levels(&whole, data.period) == 0 {
             let tried = judged.iter().map(|(forms, fitted, _)| (forms.clone(), fitted.clone())).collect();
             return self.compared(&comparison, tried, 0, cancel);
@@ -240,9 +244,48 @@ impl Search {
         cancel: &Cancel,
     ) -> Option<Sets> {
         let Comparison { before, weak, goal, .. } = *comparison;
+        self.add_simpler(comparison, &mut tried, cancel);
         tried.sort_by(|a, b| a.1.held_out_error().total_cmp(&b.1.held_out_error()));
         let before = self.without_them(before, weak, tried.first().map(|t| &t.1), level, goal, cancel)?;
         (!cancel.is_cancelled()).then_some(Sets { before, tried })
+    }
+
+    /// Adds to the best sets those with a simpler form in a richer one's place, from where the richer one landed: a set that was
+    /// lost from its own start must not lose to a richer one for that.
+    fn add_simpler(&self, comparison: &Comparison<'_>, tried: &mut Vec<(Vec<usize>, Fitted)>, cancel: &Cancel) {
+        let Comparison { before, forms, .. } = *comparison;
+        let least = tried.iter().map(|(_, f)| f.refined.rss).fold(f64::INFINITY, f64::min);
+        let mut wanted: Vec<(Vec<usize>, &Fitted)> = Vec::new();
+        for (set, rich) in tried.iter().filter(|(_, f)| f.refined.rss < ALIKE * least) {
+            for (place, richer) in set.iter().enumerate() {
+                let others: Vec<usize> = [&set[..place], &set[place + 1..]].concat();
+                let simpler = |k: &usize| forms[*richer].is_richer_kind_of(&forms[*k]) && forms[*k].can_be_looked_for();
+                for k in (0..forms.len()).filter(simpler) {
+                    let with: Vec<usize> = others.iter().copied().chain([k]).collect();
+                    let same = |other: &Vec<usize>| other.len() == with.len() && with.iter().all(|k| other.contains(k));
+                    let known = tried.iter().filter(|(s, _)| same(s)).map(|(_, f)| f.refined.rss);
+                    let known = known.fold(f64::INFINITY, f64::min);
+                    if known > ALIKE * rich.refined.rss && !wanted.iter().any(|(s, _)| same(s)) {
+                        wanted.push((with, rich));
+                    }
+                }
+            }
+        }
+        let found: Vec<(Vec<usize>, Fitted)> = wanted
+            .into_par_iter()
+            .filter_map(|(set, rich)| {
+                let forms_of_set = || set.iter().map(|k| &forms[*k]);
+                let composition = forms_of_set().fold(before.composition.clone(), |with, form| self.with(&with, form));
+                Some((set.clone(), self.simplified(composition, rich, forms_of_set().next_back()?, cancel)?))
+            })
+            .collect();
+        for (set, fitted) in found {
+            let worse = |(s, f): &(Vec<usize>, Fitted)| {
+                s.len() == set.len() && s.iter().all(|k| set.contains(k)) && f.refined.rss > fitted.refined.rss
+            };
+            tried.retain(|t| !worse(t));
+            tried.push((set, fitted));
+        }
     }
 
     /// Fits trials along the shortest segments, and holds the best against data never fitted: the best of each set, best first.

@@ -44,7 +44,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                 bounds: (0.5 * slowest, 0.9 * speed),
                 jumps: false,
             }],
-            contains: &["coulomb_friction"],
+            contains: &["coulomb_friction", "static_friction"],
             axis,
             build: shared(move |inner| Addition {
                 terms: vec![sliding.clone(), term(&format!("sgn(W)*exp(-(W/{:e})^2)", inner[0]), &there)],
