@@ -9,7 +9,9 @@ use super::outcome::{Beginnings, Gap};
 use super::site::{Placed, accelerations};
 use super::structure::Composition;
 use crate::model::Equation;
-use crate::refine::{Bar, Goal, Landed, Options, Output, Point, Refined, Run, Structure, climb, cut, levels, misfit, refine, shoot};
+use crate::refine::{
+    Bar, Goal, Landed, Options, Output, Point, Refined, Run, Structure, climb, cut, levels, misfit, refine, shoot,
+};
 use crate::signal::{dot, mean_and_variance, rms};
 use crate::study::Cancel;
 use crate::term::{Expression, Layout, Symbol, derivative};

@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::data::Data;
 use super::effects::{Form, Sign, logarithmic};
-use super::fit::{Care, Fitted, Pace, carried};
+use super::fit::{Care, FEW_STEPS, Fitted, Pace, WHOLE, carried};
 use super::screen::{Motion, Screened};
 use super::search::{PROMISING, Refit, Search};
 use super::site::Placed;
 use super::structure::Composition;
-use crate::refine::{Bar, Options, Point, Refined, Run, misfit};
+use crate::refine::{Bar, Options, Point, Refined, Run, climb, levels, misfit};
 use crate::study::Cancel;
 
 /// Inner values that a form is refined from; one where there are many samples.
@@ -32,6 +33,8 @@ const WAYS: [Way; 3] = [Way::Moved(0.2), Way::Moved(0.02), Way::Afresh];
 /// the other, in so many places.
 const LOOKED_AT: [f64; 3] = [10.0, 1.3, 1.05];
 const PLACES: usize = 12;
+/// Places in its whole range where nothing but another effect's fit tells where it may lie.
+const EVERYWHERE: usize = 48;
 /// A start whose misfit is so many times that of another is not refined.
 const DISTANT: f64 = 2.0;
 /// Refinements that are gone on with at most, and how many times the least sum of squares theirs may be.
@@ -41,8 +44,8 @@ const CLOSE: f64 = 2.25;
 const BETTER: f64 = 10.0;
 
 /// So many values of a positive quantity within a range.
-fn among(low: f64, high: f64) -> Vec<Vec<f64>> {
-    logarithmic(low, high, PLACES).into_iter().map(|v| vec![v]).collect()
+fn among(low: f64, high: f64, places: usize) -> Vec<Vec<f64>> {
+    logarithmic(low, high, places).into_iter().map(|v| vec![v]).collect()
 }
 
 impl Search {
@@ -248,13 +251,42 @@ impl Search {
         form: &Form,
         cancel: &Cancel,
     ) -> Option<Fitted> {
-        let [inner] = form.inner.as_slice() else { return self.transplanted(composition, rich, &[Vec::new()], cancel) };
+        let direct = self.looked_for(composition.clone(), rich, form, rich.level, cancel);
+        let near = |f: &Fitted| f.refined.rss < DISTANT * rich.refined.rss;
+        let (data, whole) = (&self.data, self.data.whole());
+        if rich.level != WHOLE || direct.as_ref().is_some_and(near) || levels(&whole, data.period) == 0 {
+            return direct;
+        }
+        // Along whole records one stop missed leads astray: from short segments that grow it is not.
+        let climbed = || {
+            let first = self.looked_for(composition, rich, form, 0, cancel)?;
+            let cancelled = || cancel.is_cancelled();
+            let goal = data.goal(WHOLE, Data::options(&cancelled, FEW_STEPS, Pace::Again));
+            let last = climb(&first.composition, &whole, first.landed(), goal).pop().filter(|l| l.whole)?;
+            Some(data.judged(first.composition, last, cancel))
+        };
+        [climbed(), direct].into_iter().flatten().min_by(|a, b| a.refined.rss.total_cmp(&b.refined.rss))
+    }
+
+    /// A composition fitted along segments of a level from the values that another one landed at; what stands inside its last
+    /// form, where that is one quantity, is looked for in its whole range, then nearer by.
+    fn looked_for(
+        &self,
+        composition: Composition,
+        from: &Fitted,
+        form: &Form,
+        level: usize,
+        cancel: &Cancel,
+    ) -> Option<Fitted> {
+        let [inner] = form.inner.as_slice() else {
+            return self.transplanted(composition, from, &[Vec::new()], level, cancel);
+        };
         let (low, high) = inner.bounds;
-        let mut best = self.transplanted(composition, rich, &among(low, high), cancel)?;
+        let mut best = self.transplanted(composition, from, &among(low, high, EVERYWHERE), level, cancel)?;
         for width in &LOOKED_AT[1..] {
             let present = *best.refined.point.shared.last()?;
-            let near = among((present / width).max(low), (present * width).min(high));
-            let again = self.transplanted(best.composition.clone(), &best, &near, cancel);
+            let near = among((present / width).max(low), (present * width).min(high), PLACES);
+            let again = self.transplanted(best.composition.clone(), &best, &near, level, cancel);
             if let Some(again) = again.filter(|a| a.refined.rss < best.refined.rss) {
                 best = again;
             }
@@ -267,7 +299,8 @@ impl Search {
     pub(super) fn rebased(&self, before: &Fitted, refits: &[Refit], cancel: &Cancel) -> Option<Fitted> {
         let best = refits.iter().min_by(|a, b| a.fitted.refined.rss.total_cmp(&b.fitted.refined.rss))?;
         let inflation = self.inflation(&best.fitted);
-        let again = self.transplanted(before.composition.clone(), &best.fitted, &[Vec::new()], cancel)?;
+        let again =
+            self.transplanted(before.composition.clone(), &best.fitted, &[Vec::new()], best.fitted.level, cancel)?;
         let gain = before.refined.samples as f64 / inflation * (before.refined.rss / again.refined.rss).ln();
         (gain > BETTER).then_some(again)
     }
@@ -279,6 +312,7 @@ impl Search {
         mut composition: Composition,
         from: &Fitted,
         last: &[Vec<f64>],
+        level: usize,
         cancel: &Cancel,
     ) -> Option<Fitted> {
         let data = &self.data;
@@ -302,11 +336,11 @@ impl Search {
             [only] => begin(only),
             several => {
                 let points: Vec<Point> = several.iter().map(begin).collect();
-                let left = points.into_iter().filter_map(|p| Some((data.misfit_at(&composition, &p, from.level)?, p)));
+                let left = points.into_iter().filter_map(|p| Some((data.misfit_at(&composition, &p, level)?, p)));
                 left.min_by(|a, b| a.0.total_cmp(&b.0))?.1
             }
         };
-        let landed = data.refine_at(&composition, &start, from.level, cancel)?;
+        let landed = data.refine_at(&composition, &start, level, cancel)?;
         Some(data.judged(composition, landed, cancel))
     }
 

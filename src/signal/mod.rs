@@ -25,6 +25,8 @@ pub(crate) use sums::{dot, mean_and_variance, rms};
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use crate::record::{Record, Role};
 use crate::term::{Kind, Layout, SampleBlock};
 
@@ -113,10 +115,49 @@ impl Signals {
         let leading = values(Role::Displacement(0)).unwrap_or(&[]);
         let length = Smoother::length(smoothing, leading);
         let smoother = Smoother::new(smoothing, length, record.len());
+        let input = |j: usize| {
+            let motion = values(Role::Input(j)).map(|u| smoother.motion(u, interval));
+            motion.map_or_else(Default::default, |m| (m.position, m.velocity))
+        };
+        let inputs = || (0..layout.inputs).map(input).unzip();
+        let ((states, derived), (inputs, input_rates)) =
+            rayon::join(|| Self::motion(record, layout, &smoother), inputs);
+        let rate = |(k, (state, derived)): (usize, (&Vec<f64>, Option<Vec<f64>>))| {
+            let measured = k.checked_sub(layout.freedoms).and_then(|i| values(Role::Acceleration(i)));
+            match (measured, derived) {
+                (Some(a), _) => smoother.smooth(&smoother.smooth(a, interval), interval),
+                (None, Some(rate)) => rate,
+                (None, None) => smoother.differentiate(state, interval),
+            }
+        };
+        let rates = states.par_iter().zip(derived).enumerate().map(rate).collect();
+        Self {
+            start: record.start,
+            interval,
+            states,
+            rates,
+            inputs,
+            input_rates,
+            main_period: facts.main_period,
+            length,
+            noise: facts.noise.clone(),
+            measured: record
+                .channels
+                .iter()
+                .zip(&facts.channel_noise)
+                .map(|(c, noise)| Measured { role: c.role, values: Arc::clone(&c.values), noise: *noise })
+                .collect(),
+        }
+    }
+
+    /// The smoothed states, and those rates that came with a state, because they are not what differentiating it again would
+    /// give.
+    fn motion(record: &Record, layout: &Layout, smoother: &Smoother) -> (Vec<Vec<f64>>, Vec<Option<Vec<f64>>>) {
+        let interval = record.interval;
+        let values = |role: Role| record.channel(role).map(|c| &*c.values);
         let second_order = layout.kind == Kind::SecondOrder;
         let mut states = Vec::with_capacity(layout.states());
         let mut velocities = Vec::with_capacity(layout.freedoms);
-        // Rates that came with a state, because they are not what differentiating it again would give.
         let mut derived: Vec<Option<Vec<f64>>> = vec![None; layout.states()];
         for i in 0..layout.freedoms {
             let Some(x) = values(Role::Displacement(i)) else {
@@ -148,41 +189,6 @@ impl Signals {
                 });
             }
         }
-        let rates = states
-            .iter()
-            .zip(derived)
-            .enumerate()
-            .map(|(k, (state, derived))| {
-                let measured = k.checked_sub(layout.freedoms).and_then(|i| values(Role::Acceleration(i)));
-                match (measured, derived) {
-                    (Some(a), _) => smoother.smooth(&smoother.smooth(a, interval), interval),
-                    (None, Some(rate)) => rate,
-                    (None, None) => smoother.differentiate(state, interval),
-                }
-            })
-            .collect();
-        let (inputs, input_rates) = (0..layout.inputs)
-            .map(|j| {
-                let motion = values(Role::Input(j)).map(|u| smoother.motion(u, interval));
-                motion.map_or_else(Default::default, |m| (m.position, m.velocity))
-            })
-            .unzip();
-        Self {
-            start: record.start,
-            interval,
-            states,
-            rates,
-            inputs,
-            input_rates,
-            main_period: facts.main_period,
-            length,
-            noise: facts.noise.clone(),
-            measured: record
-                .channels
-                .iter()
-                .zip(&facts.channel_noise)
-                .map(|(c, noise)| Measured { role: c.role, values: Arc::clone(&c.values), noise: *noise })
-                .collect(),
-        }
+        (states, derived)
     }
 }

@@ -90,7 +90,7 @@ fn echo(prepared: &Prepared, layout: &Layout, states: &[Vec<f64>], samples: usiz
             Role::Displacement(i) => states[i][part.clone()].to_vec(),
             Role::Velocity(i) => states[layout.freedoms + i][part.clone()].to_vec(),
             Role::Acceleration(i) => central(&states[layout.freedoms + i][part.clone()], record.interval),
-            Role::Input(j) if !prepared.drive.as_measured => signals.inputs[j][part.clone()].to_vec(),
+            Role::Input(j) if !prepared.drive().as_measured => signals.inputs[j][part.clone()].to_vec(),
             _ => channel.values[part.clone()].to_vec(),
         };
         let mut noisy = |value: &f64| -> f64 {

@@ -42,8 +42,8 @@ pub use crate::sparse::Regressor;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 use crate::model::{Model, Units};
@@ -106,7 +106,9 @@ struct Prepared {
     facts: Arc<Facts>,
     smoothing: Smoothing,
     signals: Arc<Signals>,
-    drive: Arc<Drive>,
+    /// What a simulation needs; none if none was asked for yet.
+    drive: OnceLock<Arc<Drive>>,
+    layout: Layout,
     /// Samples at which something stands whose velocity's sign the library takes; none if not asked yet.
     standing: Option<Arc<[Range<usize>]>>,
 }
@@ -119,8 +121,13 @@ impl Prepared {
 
     fn with_facts(record: &Arc<Record>, layout: &Layout, smoothing: &Smoothing, facts: Arc<Facts>) -> Self {
         let signals = Arc::new(Signals::new(record, layout, smoothing, &facts));
-        let drive = Arc::new(Drive::new(record, layout, &facts, &signals, 0..record.len()));
-        Self { record: Arc::clone(record), facts, smoothing: *smoothing, signals, drive, standing: None }
+        let (drive, layout) = (OnceLock::new(), *layout);
+        Self { record: Arc::clone(record), facts, smoothing: *smoothing, signals, drive, layout, standing: None }
+    }
+
+    fn drive(&self) -> &Arc<Drive> {
+        let Self { record, layout, facts, signals, .. } = self;
+        self.drive.get_or_init(|| Arc::new(Drive::new(record, layout, facts, signals, 0..record.len())))
     }
 
     /// Noise of what tells most of a degree of freedom; zero where nothing does.
@@ -347,8 +354,10 @@ impl Study {
                 *pool = None;
             }
             for (i, symbol) in self.layout.state_symbols().take(self.layout.freedoms).enumerate() {
-                let (Some(channel), Some(shown)) = (record.sensor(i), prepared.drive.outputs.get(i)) else { continue };
-                let zero = prepared.drive.zeros[i];
+                let (Some(channel), Some(shown)) = (record.sensor(i), prepared.drive().outputs.get(i)) else {
+                    continue;
+                };
+                let zero = prepared.drive().zeros[i];
                 let series: Vec<f64> = shown.of(&response, self.layout.freedoms).iter().map(|s| s + zero).collect();
                 let mut error = Vec::with_capacity(series.len());
                 let tally = score::Tally::compare(&channel.values, &series, &mut error);
@@ -361,7 +370,7 @@ impl Study {
                 record: Arc::clone(record),
                 usage: *usage,
                 signals: Arc::clone(&prepared.signals),
-                driven_as_measured: prepared.drive.as_measured,
+                driven_as_measured: prepared.drive().as_measured,
                 states: response.states.clone(),
                 standing: prepared.standing.clone().unwrap_or_default(),
                 sticks: sticks(&response, prepared.record.interval),

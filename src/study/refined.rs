@@ -191,7 +191,7 @@ pub(super) fn refined(
 /// The runs of some records, every displacement (or state) weighed by its noise so that the first counts one; and the noise of
 /// the first.
 fn runs(records: &[&Prepared]) -> (Vec<Run>, f64) {
-    let mut runs: Vec<Run> = records.iter().enumerate().filter_map(|(k, p)| p.drive.run(k, &p.signals)).collect();
+    let mut runs: Vec<Run> = records.iter().enumerate().filter_map(|(k, p)| p.drive().run(k, &p.signals)).collect();
     let of_channel = |i: usize| {
         let noise = records.iter().map(|p| p.sensor_noise(i)).fold(0.0, f64::max);
         let motion = runs.iter().map(|r| rms(&r.measured[i])).fold(0.0, f64::max);

@@ -211,21 +211,21 @@ impl Responses {
         cancel: &Cancel,
     ) -> Result<Arc<Response>, StudyError> {
         if let Some((_, _, response)) =
-            self.known.iter().find(|(m, d, _)| Arc::ptr_eq(d, &prepared.drive) && m == model)
+            self.known.iter().find(|(m, d, _)| Arc::ptr_eq(d, prepared.drive()) && m == model)
         {
             return Ok(Arc::clone(response));
         }
         let tolerance = Limits::default().tolerance;
-        let response = prepared.drive.respond(simulator, tolerance, &mut self.workspace, &|| cancel.is_cancelled());
+        let response = prepared.drive().respond(simulator, tolerance, &mut self.workspace, &|| cancel.is_cancelled());
         cancel.check()?;
         let response = Arc::new(response);
-        self.known.retain(|(_, d, _)| !Arc::ptr_eq(d, &prepared.drive));
-        self.known.push((model.clone(), Arc::clone(&prepared.drive), Arc::clone(&response)));
+        self.known.retain(|(_, d, _)| !Arc::ptr_eq(d, prepared.drive()));
+        self.known.push((model.clone(), Arc::clone(prepared.drive()), Arc::clone(&response)));
         Ok(response)
     }
 
     /// Keeps only responses to these records.
     pub(super) fn keep(&mut self, records: &[Prepared]) {
-        self.known.retain(|(_, drive, _)| records.iter().any(|p| Arc::ptr_eq(&p.drive, drive)));
+        self.known.retain(|(_, drive, _)| records.iter().any(|p| p.drive.get().is_some_and(|d| Arc::ptr_eq(d, drive))));
     }
 }
