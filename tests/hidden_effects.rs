@@ -169,6 +169,24 @@ fn a_case_of_another_regime_is_drawn_with_its_base_and_diagnosed() {
 }
 
 #[test]
+fn static_friction_is_not_taken_for_stribeck_friction_whose_limit_it_is() {
+    let cases = in_regime(Regime::Sticking, 5);
+    let found = run(&cases[4]).unwrap();
+    let named = (found.verdict, found.steps.as_slice());
+    assert_eq!(named, (Verdict::Named, ["static_friction".to_owned()].as_slice()), "{:?}", found.ranking);
+    assert!(found.last < 1.1, "{} noises", found.last);
+}
+
+#[test]
+fn what_a_rough_input_does_between_samples_is_given_no_name() {
+    // A control that hears the sensor's noise, around a mass that rubs.
+    let cases = in_regime(Regime::ClosedLoop, 7);
+    let found = run(&cases[6]).unwrap();
+    let named = (found.verdict, found.steps.as_slice());
+    assert_eq!(named, (Verdict::Named, ["coulomb_friction".to_owned()].as_slice()), "{:?}", found.ranking);
+}
+
+#[test]
 #[ignore = "an hour or two on two cores, in the profile `study`; SINDYSCOPE_DRAWS makes it shorter"]
 fn the_wide_study() {
     let draws = draws(WIDE_DRAWS);

@@ -169,7 +169,9 @@ impl Data {
         let motion = self.loudest();
         let exact = fitted.refined.rmse() < (EXACT * motion).max(BELOW * self.noise);
         let left = fitted.error().max(fitted.held_out_error());
-        let settled = !fitted.composition.forms.is_empty() && left < SETTLED * self.noise;
+        // Nor does what a rough input may do between its samples.
+        let unknown = |noise: f64| left < SETTLED * noise.hypot(self.between_samples(fitted, cancel));
+        let settled = !fitted.composition.forms.is_empty() && (left < SETTLED * self.noise || unknown(self.noise));
         Some(Evidence {
             significant: p_value < level && !exact && !settled,
             p_value: if exact { 1.0 } else { p_value },

@@ -6,6 +6,7 @@
 //! adding it, so a walk is a chain of stages. [`Search::diagnose`] walks on its own until nothing more can be named.
 
 mod audit;
+mod between;
 mod columns;
 mod data;
 mod decide;

@@ -58,3 +58,25 @@ impl Facts {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rig::{ScenarioOptions, generate};
+    use crate::term::Kind;
+
+    #[test]
+    fn a_record_is_measured_once_and_not_kept_for_that() {
+        let options = ScenarioOptions { duration: Some(5.0), ..ScenarioOptions::default() };
+        let record = Arc::new(generate("duffing-noisy", &options).unwrap().records.remove(0));
+        let layout = record.layout(Kind::SecondOrder);
+        let facts = Facts::of(&record, &layout);
+        assert_eq!(*facts, Facts::new(&record, &layout));
+        assert!(Arc::ptr_eq(&facts, &Facts::of(&record, &layout)));
+        let first_order = record.layout(Kind::FirstOrder);
+        assert!(!Arc::ptr_eq(&facts, &Facts::of(&record, &first_order)));
+        let known = Arc::downgrade(&record);
+        drop(record);
+        assert!(known.upgrade().is_none(), "what is known of a record does not keep it");
+    }
+}

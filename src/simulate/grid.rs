@@ -95,6 +95,36 @@ impl InputGrid {
         Self { channels, ..*self }
     }
 
+    /// The same inputs straight from sample to sample, on a grid so many times as fine; none of an input whose derivative came
+    /// with it.
+    pub(crate) fn straight(&self, finer: usize) -> Option<Self> {
+        let samples = self.samples.checked_sub(1)? * finer + 1;
+        let line = |channel: &Channel| -> Option<Vec<f64>> {
+            let [values, ..] = &channel.value.orders;
+            let between = |k: usize| {
+                let (before, share) = (k / finer, (k % finer) as f64 / finer as f64);
+                values[before] + share * (values[(before + 1).min(self.samples - 1)] - values[before])
+            };
+            channel.rate.is_none().then(|| (0..samples).map(between).collect())
+        };
+        let lines: Vec<Vec<f64>> = self.channels.iter().map(line).collect::<Option<_>>()?;
+        let lines: Vec<&[f64]> = lines.iter().map(Vec::as_slice).collect();
+        Some(Self::new(self.start, self.interval / finer as f64, samples, &lines, None))
+    }
+
+    /// How badly the samples of an input tell what lies between them: the error of each one's guess from its two neighbours on
+    /// either side, as a share of the whole, RMS; the worst input's.
+    pub(crate) fn roughness(&self) -> f64 {
+        let of = |channel: &Channel| {
+            let [u, ..] = &channel.value.orders;
+            let miss = |w: &[f64]| w[2] - (4.0 * (w[1] + w[3]) - w[0] - w[4]) / 6.0;
+            let squares = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>();
+            let whole = squares(&mut u.iter().copied());
+            if whole > 0.0 { (squares(&mut u.windows(5).map(miss)) / whole).sqrt() } else { 0.0 }
+        };
+        self.channels.iter().map(of).fold(0.0, f64::max)
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.samples

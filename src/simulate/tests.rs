@@ -141,6 +141,24 @@ fn coulomb_decay(omega: f64, friction: f64, amplitude: f64, t: f64) -> f64 {
 }
 
 #[test]
+fn samples_tell_what_a_smooth_input_does_between_them_and_nothing_of_a_rough_one() {
+    let smooth: Vec<f64> = (0..400).map(|k| (0.7 * f64::from(k)).sin()).collect();
+    // A generator of small numbers, as rough as noise.
+    let rough: Vec<f64> = (0..400_u64).map(|k| ((k * k * 7919 + 104_729 * k) % 1009) as f64 / 504.5 - 1.0).collect();
+    let grid = |u: &[f64]| InputGrid::new(1.0, 0.5, u.len(), &[u], None);
+    assert!(grid(&smooth).roughness() < 0.1 && grid(&rough).roughness() > 1.0, "{}", grid(&rough).roughness());
+    let straight = grid(&rough).straight(4).unwrap();
+    assert_eq!((straight.len(), straight.interval()), (399 * 4 + 1, 0.125));
+    for k in 0..399 {
+        let [at, ..] = straight.at(0, straight.time(4 * k));
+        let [half, ..] = straight.at(0, straight.time(4 * k + 2));
+        assert!((at - rough[k]).abs() < 1e-9 && (half - 0.5 * (rough[k] + rough[k + 1])).abs() < 1e-9);
+    }
+    // Whose derivative was measured is not bent.
+    assert!(InputGrid::new(0.0, 0.5, 400, &[&smooth], Some(&[&rough])).straight(4).is_none());
+}
+
+#[test]
 fn coulomb_decay_is_exact_down_to_the_final_stick() {
     let (omega, friction, interval, n) = (18.94, 0.0856, 1e-3, 8000);
     let simulator = second(0, &[&[("x", -omega * omega), ("sgn(v)", -friction)]]);
