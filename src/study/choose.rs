@@ -61,6 +61,9 @@ const DIVERGED: f64 = 100.0;
 /// Largest error of a sampling interval of a response that judges, as a share of the motion: a whole stretch adds up to
 /// far less than [`EQUAL`].
 const JUDGED: f64 = 1e-7;
+/// Samples of all fitted records together that settings are chosen by, at most, but so many of each at least.
+const MOST_CHOSEN: usize = 200_000;
+const LEAST_CHOSEN: usize = 10_000;
 /// Rounds of smoothings around the best so far, at most.
 const MOST_ROUNDS: usize = 4;
 /// Thresholds tried for one smoothing, at most, for each degree of freedom.
@@ -140,6 +143,8 @@ pub fn choose(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Choice, StudyError> {
     let layout = check(records, start)?;
+    let whole = records.with(Usage::Fit).map(|r| r.len()).sum::<usize>();
+    let records = &beginnings(records);
     let plan = Plan::new(records, layout);
     let mut tried: Vec<Candidate> = Vec::new();
     let forms = if free.form { vec![Form::Derivative, Form::Weak { half_width: None }] } else { vec![start.form] };
@@ -192,6 +197,10 @@ pub fn choose(
     let judged = match plan.pieces.len() {
         1 => "the last part of the record, which was not fitted".to_owned(),
         n => format!("{n} records, each left out in turn"),
+    };
+    let judged = match records.with(Usage::Fit).map(|r| r.len()).sum::<usize>() {
+        used if used < whole => format!("{judged}, by the first {used} samples"),
+        _ => judged,
     };
     let form = match settings.form {
         Form::Derivative => "",
@@ -252,6 +261,17 @@ fn distance(outcome: &Outcome, other: &Outcome) -> Option<f64> {
 pub(super) fn parsimonious(tried: &[Candidate]) -> Option<&Candidate> {
     let fewest = close(tried).map(|c| c.terms).min()?;
     close(tried).filter(|c| c.terms == fewest).min_by(|a, b| a.mean().total_cmp(&b.mean()))
+}
+
+/// The fitted records, of very long ones the beginning: more says next to nothing new about settings and takes its time.
+fn beginnings(records: &RecordSet) -> RecordSet {
+    let count = records.with(Usage::Fit).count().max(1);
+    let cut = |(record, usage): &(Arc<Record>, Usage)| {
+        let most = (MOST_CHOSEN / count).max(LEAST_CHOSEN);
+        let part = *usage == Usage::Fit && record.len() > most;
+        (if part { Arc::new(record.slice(0..most)) } else { Arc::clone(record) }, *usage)
+    };
+    RecordSet { entries: records.entries.iter().map(cut).collect() }
 }
 
 /// The candidates within one standard error of the best.
@@ -880,4 +900,22 @@ fn nearby_smoothings(plan: &Plan, best: Smoothing, free: Free) -> Vec<Smoothing>
         }
     }
     smoothings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rig::{ScenarioOptions, generate};
+
+    #[test]
+    fn of_very_long_records_the_beginnings_choose() {
+        let options = ScenarioOptions { duration: Some(25.0), rate: Some(10_000.0), ..ScenarioOptions::default() };
+        let long = generate("duffing", &options).unwrap().records;
+        let mut records = RecordSet::new(long.clone(), Usage::Fit);
+        records.add(long, Usage::HeldOut);
+        let lengths = |set: &RecordSet| set.entries.iter().map(|(r, _)| r.len()).collect::<Vec<usize>>();
+        assert_eq!(lengths(&beginnings(&records)), [MOST_CHOSEN, 250_000]);
+        let short = RecordSet { entries: vec![(Arc::new(records.entries[0].0.slice(0..5000)), Usage::Fit)] };
+        assert!(Arc::ptr_eq(&beginnings(&short).entries[0].0, &short.entries[0].0));
+    }
 }
