@@ -48,6 +48,14 @@ fn one(effect: &str, shaking: Shaking, noise: f64, seed: u64) -> Case {
     Case { regime: None, effects, shaking, watching: white(noise), seed, ratio: None }
 }
 
+/// What is found of a case, which is to be one effect and nothing else.
+fn named_alone(case: &Case, effect: &str) -> study::Result {
+    let found = run(case).unwrap();
+    let named = (found.verdict, found.steps.as_slice());
+    assert_eq!(named, (Verdict::Named, [effect.to_owned()].as_slice()), "{effect}: {:?}", found.ranking);
+    found
+}
+
 #[test]
 fn a_hidden_effect_is_named_and_the_gap_shrinks_to_the_noise() {
     for (effect, seed) in [
@@ -57,12 +65,7 @@ fn a_hidden_effect_is_named_and_the_gap_shrinks_to_the_noise() {
         // Of nearly the first one's frequency.
         ("second_mode", 3),
     ] {
-        let found = run(&one(effect, Shaking::Multisine, 0.01, seed)).unwrap();
-        assert_eq!(
-            (found.verdict, found.steps.as_slice()),
-            (Verdict::Named, [effect.to_owned()].as_slice()),
-            "{effect}"
-        );
+        let found = named_alone(&one(effect, Shaking::Multisine, 0.01, seed), effect);
         // Held-out data of 1500 samples scatter by 2 %; parameters add next to nothing.
         assert!(found.last < 1.1 && found.base > 2.0 * found.last, "{effect}: {} → {} noises", found.base, found.last);
     }
@@ -170,20 +173,14 @@ fn a_case_of_another_regime_is_drawn_with_its_base_and_diagnosed() {
 
 #[test]
 fn static_friction_is_not_taken_for_stribeck_friction_whose_limit_it_is() {
-    let cases = in_regime(Regime::Sticking, 5);
-    let found = run(&cases[4]).unwrap();
-    let named = (found.verdict, found.steps.as_slice());
-    assert_eq!(named, (Verdict::Named, ["static_friction".to_owned()].as_slice()), "{:?}", found.ranking);
+    let found = named_alone(&in_regime(Regime::Sticking, 5)[4], "static_friction");
     assert!(found.last < 1.1, "{} noises", found.last);
 }
 
 #[test]
 fn what_a_rough_input_does_between_samples_is_given_no_name() {
     // A control that hears the sensor's noise, around a mass that rubs.
-    let cases = in_regime(Regime::ClosedLoop, 7);
-    let found = run(&cases[6]).unwrap();
-    let named = (found.verdict, found.steps.as_slice());
-    assert_eq!(named, (Verdict::Named, ["coulomb_friction".to_owned()].as_slice()), "{:?}", found.ranking);
+    named_alone(&in_regime(Regime::ClosedLoop, 7)[6], "coulomb_friction");
 }
 
 #[test]

@@ -169,7 +169,7 @@ impl Data {
         let motion = self.loudest();
         let exact = fitted.refined.rmse() < (EXACT * motion).max(BELOW * self.noise);
         let left = fitted.error().max(fitted.held_out_error());
-        // Nor does what a rough input may do between its samples.
+        // What would explain no more than a rough input may do between its samples bears no name either.
         let unknown = |noise: f64| left < SETTLED * noise.hypot(self.between_samples(fitted, cancel));
         let settled = !fitted.composition.forms.is_empty() && (left < SETTLED * self.noise || unknown(self.noise));
         Some(Evidence {

@@ -293,9 +293,16 @@ impl Data {
     }
 
     /// What a composition leaves over segments of a level at a point; none where it cannot be followed.
-    pub(super) fn misfit_at(&self, composition: &Composition, point: &Point, level: usize) -> Option<f64> {
+    pub(super) fn misfit_at(
+        &self,
+        composition: &Composition,
+        point: &Point,
+        level: usize,
+        cancel: &Cancel,
+    ) -> Option<f64> {
         let whole = self.whole();
-        let options = Options { driven: level != WHOLE, ..Self::options(&|| false, 0, Pace::Thorough) };
+        let cancelled = || cancel.is_cancelled();
+        let options = Options { driven: level != WHOLE, ..Self::options(&cancelled, 0, Pace::Thorough) };
         if level == WHOLE {
             return misfit(composition, &whole, point, options);
         }

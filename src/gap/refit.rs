@@ -36,7 +36,7 @@ const PLACES: usize = 12;
 /// Places in its whole range where nothing but another effect's fit tells where it may lie.
 const EVERYWHERE: usize = 48;
 /// A start whose misfit is so many times that of another is not refined.
-const DISTANT: f64 = 2.0;
+pub(super) const DISTANT: f64 = 2.0;
 /// Refinements that are gone on with at most, and how many times the least sum of squares theirs may be.
 const POLISHED: usize = 4;
 const CLOSE: f64 = 2.25;
@@ -336,7 +336,8 @@ impl Search {
             [only] => begin(only),
             several => {
                 let points: Vec<Point> = several.iter().map(begin).collect();
-                let left = points.into_iter().filter_map(|p| Some((data.misfit_at(&composition, &p, level)?, p)));
+                let left =
+                    points.into_iter().filter_map(|p| Some((data.misfit_at(&composition, &p, level, cancel)?, p)));
                 left.min_by(|a, b| a.0.total_cmp(&b.0))?.1
             }
         };

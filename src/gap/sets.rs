@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use super::data::Data;
 use super::effects::Form;
 use super::fit::{FEW_STEPS, Fitted, Pace, WHOLE};
+use super::refit::DISTANT;
 use super::search::{Refit, Search};
 use super::structure::Composition;
 use super::weak::{Projector, Weak};
@@ -55,9 +56,6 @@ const HOLDS: f64 = 1.3;
 const NEAR: f64 = 0.3;
 /// How many times the contrast between a set and the model without it must grow for longer segments to judge.
 const MORE: f64 = 1.3;
-/// Sets whose sum of squares is at most so many times the least are tried with simpler forms, where those left more than so many
-/// times as much from their own start.
-const ALIKE: f64 = 2.0;
 /// A pair's columns that are alike to this share are one effect twice.
 const SAME: f64 = 1e-4;
 
@@ -122,6 +120,11 @@ fn keep_best<T>(sorted: &mut Vec<T>, set: impl Fn(&T) -> &Vec<usize>) {
         new
     });
     sorted.truncate(JUDGED);
+}
+
+/// True if two sets hold the same forms, in whatever order.
+fn same_set(a: &[usize], b: &[usize]) -> bool {
+    a.len() == b.len() && a.iter().all(|k| b.contains(k))
 }
 
 /// The sets that are followed over longer segments: the best of all, and of either size the best on data never fitted and on
@@ -256,16 +259,15 @@ impl Search {
         let Comparison { before, forms, .. } = *comparison;
         let least = tried.iter().map(|(_, f)| f.refined.rss).fold(f64::INFINITY, f64::min);
         let mut wanted: Vec<(Vec<usize>, &Fitted)> = Vec::new();
-        for (set, rich) in tried.iter().filter(|(_, f)| f.refined.rss < ALIKE * least) {
+        for (set, rich) in tried.iter().filter(|(_, f)| f.refined.rss < DISTANT * least) {
             for (place, richer) in set.iter().enumerate() {
                 let others: Vec<usize> = [&set[..place], &set[place + 1..]].concat();
                 let simpler = |k: &usize| forms[*richer].is_richer_kind_of(&forms[*k]) && forms[*k].can_be_looked_for();
                 for k in (0..forms.len()).filter(simpler) {
                     let with: Vec<usize> = others.iter().copied().chain([k]).collect();
-                    let same = |other: &Vec<usize>| other.len() == with.len() && with.iter().all(|k| other.contains(k));
-                    let known = tried.iter().filter(|(s, _)| same(s)).map(|(_, f)| f.refined.rss);
+                    let known = tried.iter().filter(|(s, _)| same_set(s, &with)).map(|(_, f)| f.refined.rss);
                     let known = known.fold(f64::INFINITY, f64::min);
-                    if known > ALIKE * rich.refined.rss && !wanted.iter().any(|(s, _)| same(s)) {
+                    if known > DISTANT * rich.refined.rss && !wanted.iter().any(|(s, _)| same_set(s, &with)) {
                         wanted.push((with, rich));
                     }
                 }
@@ -280,10 +282,7 @@ impl Search {
             })
             .collect();
         for (set, fitted) in found {
-            let worse = |(s, f): &(Vec<usize>, Fitted)| {
-                s.len() == set.len() && s.iter().all(|k| set.contains(k)) && f.refined.rss > fitted.refined.rss
-            };
-            tried.retain(|t| !worse(t));
+            tried.retain(|(s, f)| !same_set(s, &set) || f.refined.rss <= fitted.refined.rss);
             tried.push((set, fitted));
         }
     }

@@ -12,7 +12,7 @@ use crate::simulate::{InputGrid, Limits, Response, Simulator, Workspace};
 /// Steps after which a fit is held against the bar.
 const PATIENCE: usize = 4;
 /// A fit whose sum of squares is so many times the bar's, and fell in the last step by less than this share, is hopeless.
-const HOPELESS: (f64, f64) = (1.5, 0.4);
+pub(super) const HOPELESS: (f64, f64) = (1.5, 0.4);
 
 /// Share of the motion's RMS that a parameter is moved by for a difference.
 const NUDGE: f64 = 1e-4;

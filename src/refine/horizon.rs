@@ -4,6 +4,7 @@
 //! length is doubled while the fit holds, up to the whole record. The longest length at which it holds is the *horizon*: how
 //! far the model predicts before noise and its own sensitivity part it from the measurement.
 
+use super::fitter::HOPELESS;
 use super::{Bar, Options, Point, Refined, Run, Structure, misfit, refine};
 use crate::simulate::{Limits, Response, Simulator};
 
@@ -20,9 +21,6 @@ const HOLDS: f64 = 1.3;
 const NEAR: f64 = 0.3;
 /// How many times the noise the shortest segments leave where the model itself is wrong, and a longer horizon tells nothing.
 const FAR: f64 = 3.0;
-
-/// How many times the sum of squares of the best rival a fit leaves along the shortest segments that is given up.
-const HOPELESS: f64 = 1.5;
 
 /// What a fit is to reach, and how.
 #[derive(Clone, Copy)]
@@ -310,7 +308,7 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
     let bar = goal.options.bar.map(Bar::least);
     let goal = Goal { options: Options { bar: None, ..goal.options }, ..goal };
     let Some(first) = shoot(structure, whole, (&start.shared, None), 0, goal, STEPS) else { return direct };
-    if direct.is_some() && bar.is_some_and(|least| first.refined.rss > HOPELESS * least) {
+    if direct.is_some() && bar.is_some_and(|least| first.refined.rss > HOPELESS.0 * least) {
         return direct;
     }
     // Where the whole record is followed as well as two periods of it, the model is wrong, not the fit.

@@ -248,8 +248,8 @@ impl Study {
             let settings = settings.of_equation(freedom);
             (known::lock_of(&settings, term), known::sign_of(&settings, term, freedom))
         };
-        let way = refined::Way { start: self.start.as_ref(), rivals: self.rivals.as_deref() };
-        refined::refined(model, covariance, &prepared, &decided, way, cancel)
+        let hints = refined::Hints { start: self.start.as_ref(), rivals: self.rivals.as_deref() };
+        refined::refined(model, covariance, &prepared, &decided, hints, cancel)
     }
 
     /// Signals of every record that is not off, keeping those that are still right.

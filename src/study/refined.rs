@@ -89,7 +89,7 @@ type Decided<'a> = &'a dyn Fn(usize, &Term) -> (Option<Lock>, Option<Sign>);
 
 /// Where a refinement begins, and what it is held against.
 #[derive(Clone, Copy)]
-pub(super) struct Way<'a> {
+pub(super) struct Hints<'a> {
     /// A model of the same terms to begin with; without it the regression's.
     pub(super) start: Option<&'a Model>,
     /// What the best of its rivals leaves.
@@ -113,7 +113,7 @@ pub(super) fn refined(
     covariance: &mut Covariance,
     records: &[(&Prepared, Usage)],
     decided: Decided<'_>,
-    way: Way<'_>,
+    hints: Hints<'_>,
     cancel: &Cancel,
 ) -> Result<Result<Refinement, &'static str>, StudyError> {
     let layout = model.layout;
@@ -138,13 +138,13 @@ pub(super) fn refined(
         }
     }
     let before: Vec<f64> = terms().map(|(.., t)| t.coefficient).collect();
-    let start = way.start.filter(|start| same_terms(start, model)).unwrap_or(model);
+    let start = hints.start.filter(|start| same_terms(start, model)).unwrap_or(model);
     let shared: Vec<f64> = free.iter().map(|f| start.equations[f.equation].terms[f.place].coefficient).collect();
     let coefficients = Coefficients { model, free, scales };
     let cancelled = || cancel.is_cancelled();
     let goal = goal(&fitted, &runs, noise, &cancelled);
     let landed = goal.and_then(|mut goal| {
-        goal.options.bar = way.rivals;
+        goal.options.bar = hints.rivals;
         // Along whole records; where that is lost, by way of segments that grow.
         land(&coefficients, &runs, &Point::new(&coefficients, &runs, shared, false), goal)
     });
