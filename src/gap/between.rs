@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::data::Data;
 use super::fit::{Fitted, Pace, WHOLE};
-use crate::refine::{Run, respond};
+use crate::refine::{Options, Run, Structure as _, respond};
 use crate::study::Cancel;
 
 /// An input whose samples are guessed from their neighbours to this share of it or better tells its course between them: most
@@ -24,7 +24,9 @@ impl Data {
     /// records, weighted: by how much it changes if the input goes straight from sample to sample. Zero of inputs that tell
     /// their course.
     pub(super) fn between_samples(&self, fitted: &Fitted, cancel: &Cancel) -> f64 {
-        if fitted.level != WHOLE || !fitted.runs.iter().any(|run| run.grid.roughness() > ROUGH) {
+        let driven = fitted.level != WHOLE;
+        // Internal states of segments begin as the measured motion drives them, sample by sample.
+        if driven && fitted.composition.internals() > 0 || !fitted.runs.iter().any(|run| run.grid.roughness() > ROUGH) {
             return 0.0;
         }
         let finer = |run: &Run| -> Option<Run> {
@@ -38,7 +40,7 @@ impl Data {
         };
         let Some(runs) = fitted.runs.iter().map(finer).collect::<Option<Vec<Run>>>() else { return 0.0 };
         let cancelled = || cancel.is_cancelled();
-        let options = Self::options(&cancelled, 0, Pace::Thorough);
+        let options = Options { driven, ..Self::options(&cancelled, 0, Pace::Thorough) };
         let Some(straight) = respond(&fitted.composition, &runs, &fitted.refined.point, options) else { return 0.0 };
         let (mut square, mut count) = (0.0, 0);
         for ((run, straight), curved) in fitted.runs.iter().zip(&straight).zip(&fitted.refined.simulated) {

@@ -75,10 +75,12 @@ impl Search {
         cancel: &Cancel,
     ) -> Decision {
         let data = &self.data;
-        let floor = LEAST_NOISE * data.loudest();
         // One variance inflation for all, that of the best fit: its residual is nearest to the noise.
         let nearest = refits.iter().map(|r| &r.fitted).min_by(|a, b| a.refined.rss.total_cmp(&b.refined.rss));
         let inflation = nearest.map_or(1.0, |f| self.inflation(f));
+        // What a rough input may do between its samples tells no effect from another.
+        let unknown = nearest.map_or(0.0, |f| data.between_samples(f, cancel));
+        let (noise, floor) = (data.noise.hypot(unknown), unknown.max(LEAST_NOISE * data.loudest()));
         self.keep(Arc::clone(before));
         let mut singles: Vec<Entry<'_>> = Vec::new();
         for Refit { forms: set, fitted } in refits {
@@ -86,7 +88,7 @@ impl Search {
             let (&[k], false) = (set.as_slice(), cancel.is_cancelled()) else { continue };
             let form = &forms[k];
             let score = score(before, fitted, inflation, floor);
-            let refused = refusal(&[form], before, (fitted, &score), inflation, (data.noise, &data.shown_unit));
+            let refused = refusal(&[form], before, (fitted, &score), inflation, (noise, &data.shown_unit));
             self.keep(Arc::clone(fitted));
             if let Some(candidate) = candidates.iter_mut().find(|c| c.choice == choice(form)) {
                 candidate.delta_bic = score.bic;
@@ -104,11 +106,11 @@ impl Search {
         let undetermined: Vec<(usize, &Form, Score)> = singles
             .iter()
             .filter(|e| matches!(e.refused, Some(Refusal::Undetermined(_))))
-            .filter(|e| unsupported(before, (e.fitted, &e.score), data.noise, &data.shown_unit).is_none())
+            .filter(|e| unsupported(before, (e.fitted, &e.score), noise, &data.shown_unit).is_none())
             .map(|e| (e.form, &forms[e.form], e.score))
             .collect();
         let apart = if self.audit.single_tone { APART_ON_A_TONE } else { APART };
-        let ranked = order(&standing, data.noise);
+        let ranked = order(&standing, noise);
         let title = |k: usize| forms[k].full_title();
         let mut finding = Finding::Unexplained;
         let mut rivals: Vec<usize> = Vec::new();
@@ -122,13 +124,13 @@ impl Search {
                 let near = |s: &&(usize, &Form, Score)| s.0 != *k && s.2.total > score.total - apart;
                 let rest = standing.iter().chain(&undetermined).filter(near);
                 let rest: Vec<(usize, &Form, Score)> = rest.copied().collect();
-                let names = confused((form, *score), &rest, apart, data.noise).into_iter().map(title).collect();
+                let names = confused((form, *score), &rest, apart, noise).into_iter().map(title).collect();
                 if let Some(c) = candidates.iter_mut().find(|c| c.choice == choice(form)) {
                     c.confused_with = names;
                 }
             }
             if let Some((_, form, score)) = entry(*first) {
-                rivals = confused((form, *score), &others, apart, data.noise);
+                rivals = confused((form, *score), &others, apart, noise);
                 if self.audit.single_tone {
                     // What explains as much along a motion of one kind may not have been refitted; what was, and leaves far
                     // more, the data refuse.
@@ -152,7 +154,7 @@ impl Search {
         let mut company = None;
         let alone = first.and_then(entry).map(|s| s.2);
         if let Some((lead, second, pair)) =
-            self.better_together(before, forms, refits, (alone, first), (inflation, floor))
+            self.better_together(before, forms, refits, (alone, first), (inflation, noise, floor))
         {
             self.keep(Arc::clone(pair));
             company = Some(choice(&forms[second]));
@@ -203,22 +205,21 @@ impl Search {
         forms: &[Form],
         refits: &'a [Refit],
         (alone, single): (Option<Score>, Option<usize>),
-        (inflation, floor): (f64, f64),
+        (inflation, noise, floor): (f64, f64, f64),
     ) -> Option<(usize, usize, &'a Arc<Fitted>)> {
-        let data = &self.data;
         let mut pairs: Vec<(&Refit, Score)> = refits
             .iter()
             .filter(|r| r.forms.len() == 2)
             .map(|r| (r, score(before, &r.fitted, inflation, floor)))
             .filter(|(r, score)| {
                 let both: Vec<&Form> = r.forms.iter().map(|k| &forms[*k]).collect();
-                refusal(&both, before, (&r.fitted, score), inflation, (data.noise, &data.shown_unit)).is_none()
+                refusal(&both, before, (&r.fitted, score), inflation, (noise, &self.data.shown_unit)).is_none()
             })
             .collect();
-        let far = pairs.iter().all(|(_, s)| s.is_far(data.noise));
+        let far = pairs.iter().all(|(_, s)| s.is_far(noise));
         pairs.sort_by(|a, b| if far { a.1.rmse.total_cmp(&b.1.rmse) } else { a.1.total.total_cmp(&b.1.total) });
         let (pair, together) = pairs.first()?;
-        if alone.is_some_and(|alone| fewer_do(&alone, together, data.noise)) {
+        if alone.is_some_and(|alone| fewer_do(&alone, together, noise)) {
             return None;
         }
         // A member that stands alone is named by itself: the next round finds the other. So is one that does in another pair

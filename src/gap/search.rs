@@ -382,7 +382,7 @@ impl Search {
         }
         let mut compared = Arc::clone(&before);
         // One steady tone tells sets apart as little as single effects.
-        if !self.audit.single_tone && !refits.iter().any(|r| self.explains(&before, &forms, r)) {
+        if !self.audit.single_tone && !refits.iter().any(|r| self.explains(&before, &forms, r, cancel)) {
             tell(Progress::Step("Trying effects and pairs along short segments", 0.6));
             if let Some(sets) = self.sets(&before, &forms, &refits, cancel) {
                 (compared, refits) = merged(compared, refits, sets);
@@ -429,7 +429,7 @@ impl Search {
         let explains = |(k, fitted): &(usize, Option<Fitted>)| {
             let fitted = Arc::new(fitted.clone()?);
             let samples = before.refined.samples as f64 / self.inflation(&fitted);
-            self.explains(before, forms, &Refit { forms: vec![*k], fitted }).then_some((*k, samples))
+            self.explains(before, forms, &Refit { forms: vec![*k], fitted }, cancel).then_some((*k, samples))
         };
         let lead = refits.iter().find_map(explains).filter(|_| !self.audit.single_tone);
         let near = |k: &&usize| lead.is_none_or(|(lead, samples)| !screened.outdone(**k, lead, samples));
@@ -444,13 +444,13 @@ impl Search {
     }
 
     /// True if a fit stands and leaves next to nothing but noise, on the data fitted and on those never fitted.
-    fn explains(&self, before: &Fitted, forms: &[Form], refit: &Refit) -> bool {
+    fn explains(&self, before: &Fitted, forms: &[Form], refit: &Refit, cancel: &Cancel) -> bool {
         let data = &self.data;
         let fitted = &refit.fitted;
         let set: Vec<&Form> = refit.forms.iter().map(|k| &forms[*k]).collect();
         let inflation = self.inflation(fitted);
-        fitted.error() < EXPLAINED.0 * data.noise
-            && fitted.held_out_error() < EXPLAINED.1 * data.noise
+        let within = |noise: f64| fitted.error() < EXPLAINED.0 * noise && fitted.held_out_error() < EXPLAINED.1 * noise;
+        (within(data.noise) || within(data.noise.hypot(data.between_samples(fitted, cancel))))
             && refusal(
                 &set,
                 before,

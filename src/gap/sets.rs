@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::data::Data;
 use super::effects::Form;
 use super::fit::{FEW_STEPS, Fitted, Pace, WHOLE};
-use super::refit::DISTANT;
+use super::refit::{DISTANT, NEARLY};
 use super::search::{Refit, Search};
 use super::structure::Composition;
 use super::weak::{Projector, Weak};
@@ -127,6 +127,11 @@ fn same_set(a: &[usize], b: &[usize]) -> bool {
     a.len() == b.len() && a.iter().all(|k| b.contains(k))
 }
 
+/// The next shorter segments; whole records are doubled so often.
+fn shorter(level: usize, top: usize) -> usize {
+    if level == WHOLE { top - 1 } else { level - 1 }
+}
+
 /// The sets that are followed over longer segments: the best of all, and of either size the best on data never fitted and on
 /// those fitted. What the best leaves far behind along short segments does not overtake it along longer ones.
 fn followed_further(judged: &[Judged], noise: f64) -> Vec<usize> {
@@ -157,9 +162,10 @@ impl Search {
         let least = trials.iter().map(|t| t.left).fold(f64::INFINITY, f64::min);
         let mut judged = self.shot(trials, goal, cancel);
         // Where one effect explains the data along short segments, two are not looked for.
-        let explained = judged
-            .first()
-            .is_some_and(|(_, f, _)| f.error() < ENOUGH.0 * goal.noise && f.held_out_error() < ENOUGH.1 * goal.noise);
+        let explained = judged.first().is_some_and(|(_, f, _)| {
+            let within = |noise: f64| f.error() < ENOUGH.0 * noise && f.held_out_error() < ENOUGH.1 * noise;
+            within(goal.noise) || within(goal.noise.hypot(data.between_samples(f, cancel)))
+        });
         if !explained && !cancel.is_cancelled() {
             let first = judged.first().map(|(set, ..)| set[0]);
             let pairs = self.pairs(&weak, before, forms, (least, first), cancel);
@@ -180,11 +186,19 @@ impl Search {
             .into_par_iter()
             .map(|k| (k, climb(&judged[k].1.composition, &whole, judged[k].2.clone(), goal)))
             .collect();
-        let level = self.common_level(&climbed, &judged, cancel)?;
+        let top = levels(&whole, data.period).max(1);
+        let mut level = self.common_level(&climbed, &judged, top, cancel)?;
         let longest: Vec<(usize, Landed)> =
             climbed.into_iter().filter_map(|(k, held)| Some((k, held.into_iter().next_back()?))).collect();
-        let tried = self.along(&comparison, &longest, level, cancel);
-        let there = self.compared(&comparison, tried, level, cancel)?;
+        // A model that lacks what the sets have may run away where they do not: then shorter segments compare them.
+        let there = loop {
+            let tried = self.along(&comparison, &longest, level, cancel);
+            match self.compared(&comparison, tried, level, cancel) {
+                Some(there) => break there,
+                None if level == 0 || cancel.is_cancelled() => return None,
+                None => level = shorter(level, top),
+            }
+        };
         if level == WHOLE {
             return Some(there);
         }
@@ -267,7 +281,7 @@ impl Search {
                     let with: Vec<usize> = others.iter().copied().chain([k]).collect();
                     let known = tried.iter().filter(|(s, _)| same_set(s, &with)).map(|(_, f)| f.refined.rss);
                     let known = known.fold(f64::INFINITY, f64::min);
-                    if known > DISTANT * rich.refined.rss && !wanted.iter().any(|(s, _)| same_set(s, &with)) {
+                    if known > NEARLY * rich.refined.rss && !wanted.iter().any(|(s, _)| same_set(s, &with)) {
                         wanted.push((with, rich));
                     }
                 }
@@ -360,7 +374,13 @@ impl Search {
     }
 
     /// The longest segments that the best of the sets can follow, on the data fitted and on those never fitted.
-    fn common_level(&self, climbed: &[(usize, Vec<Landed>)], judged: &[Judged], cancel: &Cancel) -> Option<usize> {
+    fn common_level(
+        &self,
+        climbed: &[(usize, Vec<Landed>)],
+        judged: &[Judged],
+        top: usize,
+        cancel: &Cancel,
+    ) -> Option<usize> {
         let data = &self.data;
         let longest = |held: &Vec<Landed>| held.last().map_or(0, |l| if l.whole { WHOLE } else { l.level });
         let level = climbed.iter().map(|(_, held)| longest(held)).max()?;
@@ -368,7 +388,6 @@ impl Search {
         let (k, held) = climbed.iter().filter(|(_, held)| longest(held) == level).min_by_key(|(k, _)| *k)?;
         let (_, fitted, _) = &judged[*k];
         let bound = HOLDS * fitted.held_out_error().max(data.noise);
-        let top = levels(&data.whole(), data.period).max(1);
         let shared = &held.last()?.refined.point.shared;
         let expected = held.last()?.error();
         let mut at = level;
@@ -377,7 +396,7 @@ impl Search {
             if folds.is_none_or(|error| error < bound) {
                 break;
             }
-            at = if at == WHOLE { top - 1 } else { at - 1 };
+            at = shorter(at, top);
         }
         Some(at)
     }
