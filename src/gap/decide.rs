@@ -15,6 +15,8 @@ pub(super) struct Score {
     pub(super) bic: f64,
     /// Difference of twice the negative log-likelihood of the data left out.
     pub(super) test: f64,
+    /// RMSE of the fitted data.
+    pub(super) error: f64,
     /// RMSE of the data left out.
     pub(super) rmse: f64,
     /// The larger of that and of the fitted data's.
@@ -56,6 +58,27 @@ const CERTAIN: f64 = 2.0;
 /// What a number costs that the samples do not determine the better the more there are (Akaike's).
 const PASSING: f64 = 2.0;
 
+/// What bounds how far errors tell candidates apart.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Unknown {
+    /// RMS of what no model explains.
+    pub(super) noise: f64,
+    /// RMS of what the inputs' course between samples may come to in the response.
+    pub(super) course: f64,
+}
+
+impl Unknown {
+    /// Both together.
+    pub(super) fn noise(self) -> f64 {
+        self.noise.hypot(self.course)
+    }
+
+    /// True if one fit leaves more than another by no more than the inputs' course may make.
+    fn covers(self, more: &Score, less: &Score) -> bool {
+        more.error <= less.error.hypot(self.course) && more.rmse <= less.rmse.hypot(self.course)
+    }
+}
+
 impl Score {
     /// True if what is left is far more than noise, on the data fitted or on those that were not: the model is wrong in some
     /// way still.
@@ -85,6 +108,7 @@ pub(super) fn score(before: &Fitted, after: &Fitted, colour: f64, floor: f64) ->
     Score {
         bic: n * fitted + penalty,
         test: m * held,
+        error: after.error(),
         rmse: after.held_out_error(),
         largest: after.held_out_error().max(after.error()),
         total: n * fitted.max(TRUSTED * held) + m * held + penalty,
@@ -260,7 +284,8 @@ pub(super) fn fewer_do(single: &Score, pair: &Score, noise: f64) -> bool {
 
 /// The order of candidates that stand, best first: by score, but where all are far from the noise by the error on data never
 /// fitted. A form that contains a simpler one must beat it clearly.
-pub(super) fn order(candidates: &[(usize, &Form, Score)], noise: f64) -> Vec<usize> {
+pub(super) fn order(candidates: &[(usize, &Form, Score)], unknown: Unknown) -> Vec<usize> {
+    let noise = unknown.noise();
     let far = candidates.iter().all(|c| c.2.is_far(noise));
     let rank = |s: &Score| if far { s.rmse } else { s.total };
     let mut left: Vec<&(usize, &Form, Score)> = candidates.iter().collect();
@@ -280,7 +305,7 @@ pub(super) fn order(candidates: &[(usize, &Form, Score)], noise: f64) -> Vec<usi
                     return c.2.rmse < CLEARLY * rich.rmse;
                 }
                 // What data never fitted do not bear out is no more than a better fit.
-                if c.2.rmse <= rich.rmse {
+                if c.2.rmse <= rich.rmse || unknown.covers(&c.2, &rich) {
                     return true;
                 }
                 let margin = if left[best].1.inner.iter().any(|i| i.jumps) { JUMPING } else { RICHER };
@@ -298,10 +323,16 @@ pub(super) fn order(candidates: &[(usize, &Form, Score)], noise: f64) -> Vec<usi
 
 /// The candidates that cannot be told from the first. Far from the noise likelihoods say too much, and rivals are those with
 /// which data never fitted are explained nearly as well.
-pub(super) fn confused(first: (&Form, Score), others: &[(usize, &Form, Score)], apart: f64, noise: f64) -> Vec<usize> {
-    let far = first.1.is_far(noise);
+pub(super) fn confused(
+    first: (&Form, Score),
+    others: &[(usize, &Form, Score)],
+    apart: f64,
+    unknown: Unknown,
+) -> Vec<usize> {
+    let far = first.1.is_far(unknown.noise());
     let as_good = |score: &Score| {
-        if far { score.rmse < NEARLY * first.1.rmse } else { score.total - first.1.total < apart }
+        let near = if far { score.rmse < NEARLY * first.1.rmse } else { score.total - first.1.total < apart };
+        near || unknown.covers(score, &first.1)
     };
     let better = |score: &Score| {
         if far { score.rmse < first.1.rmse } else { score.total <= first.1.total }
@@ -313,7 +344,8 @@ pub(super) fn confused(first: (&Form, Score), others: &[(usize, &Form, Score)], 
                 && as_good(score)
                 // A richer form fits as well by nature: it is a rival only where it does better than its price, and data never
                 // fitted bear it out.
-                && (!form.includes(first.0) || (better(score) && score.rmse < first.1.rmse))
+                && (!form.includes(first.0)
+                    || (better(score) && score.rmse < first.1.rmse && !unknown.covers(&first.1, score)))
         })
         .map(|(k, _, _)| *k)
         .collect()

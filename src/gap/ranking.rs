@@ -4,11 +4,13 @@ use std::sync::Arc;
 
 use super::data::LEAST_NOISE;
 use super::decide::{
-    APART, APART_ON_A_TONE, CLEARLY, Refusal, Score, WORTH, confused, fewer_do, order, refusal, score, unsupported,
+    APART, APART_ON_A_TONE, CLEARLY, Refusal, Score, Unknown, WORTH, confused, fewer_do, order, refusal, score,
+    unsupported,
 };
 use super::effects::Form;
 use super::fit::{Fitted, WHOLE};
 use super::outcome::{Candidate, Choice, Finding, Standing};
+use super::refit::CLOSE;
 use super::screen::Motion;
 use super::search::{Refit, Search};
 use super::sets::Sets;
@@ -78,9 +80,12 @@ impl Search {
         // One variance inflation for all, that of the best fit: its residual is nearest to the noise.
         let nearest = refits.iter().map(|r| &r.fitted).min_by(|a, b| a.refined.rss.total_cmp(&b.refined.rss));
         let inflation = nearest.map_or(1.0, |f| self.inflation(f));
-        // What a rough input may do between its samples tells no effect from another.
-        let unknown = nearest.map_or(0.0, |f| data.between_samples(f, cancel));
-        let (noise, floor) = (data.noise.hypot(unknown), unknown.max(LEAST_NOISE * data.loudest()));
+        // What the input may do between its samples tells no effect from another.
+        let least = nearest.map_or(0.0, |f| f.refined.rss);
+        let near = refits.iter().map(|r| &r.fitted).filter(|f| f.refined.rss < CLOSE * least);
+        let course = near.map(|f| data.between_samples(f, cancel)).fold(0.0, f64::max);
+        let unknown = Unknown { noise: data.noise, course };
+        let (noise, floor) = (unknown.noise(), LEAST_NOISE * data.loudest());
         self.keep(Arc::clone(before));
         let mut singles: Vec<Entry<'_>> = Vec::new();
         for Refit { forms: set, fitted } in refits {
@@ -110,7 +115,7 @@ impl Search {
             .map(|e| (e.form, &forms[e.form], e.score))
             .collect();
         let apart = if self.audit.single_tone { APART_ON_A_TONE } else { APART };
-        let ranked = order(&standing, noise);
+        let ranked = order(&standing, unknown);
         let title = |k: usize| forms[k].full_title();
         let mut finding = Finding::Unexplained;
         let mut rivals: Vec<usize> = Vec::new();
@@ -124,13 +129,13 @@ impl Search {
                 let near = |s: &&(usize, &Form, Score)| s.0 != *k && s.2.total > score.total - apart;
                 let rest = standing.iter().chain(&undetermined).filter(near);
                 let rest: Vec<(usize, &Form, Score)> = rest.copied().collect();
-                let names = confused((form, *score), &rest, apart, noise).into_iter().map(title).collect();
+                let names = confused((form, *score), &rest, apart, unknown).into_iter().map(title).collect();
                 if let Some(c) = candidates.iter_mut().find(|c| c.choice == choice(form)) {
                     c.confused_with = names;
                 }
             }
             if let Some((_, form, score)) = entry(*first) {
-                rivals = confused((form, *score), &others, apart, noise);
+                rivals = confused((form, *score), &others, apart, unknown);
                 if self.audit.single_tone {
                     // What explains as much along a motion of one kind may not have been refitted; what was, and leaves far
                     // more, the data refuse.

@@ -41,7 +41,7 @@ pub(super) const DISTANT: f64 = 2.0;
 pub(super) const NEARLY: f64 = 1.1;
 /// Refinements that are gone on with at most, and how many times the least sum of squares theirs may be.
 const POLISHED: usize = 4;
-const CLOSE: f64 = 2.25;
+pub(super) const CLOSE: f64 = 2.25;
 /// Twice the log-likelihood that the present model must gain by another start to be taken from there.
 const BETTER: f64 = 10.0;
 

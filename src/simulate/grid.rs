@@ -57,6 +57,17 @@ const BASIS: [[f64; 7]; 4] = [
     [-1.0 / 24.0, -8.0 / 24.0, 19.0 / 24.0, 0.0, -19.0 / 24.0, 8.0 / 24.0, 1.0 / 24.0],
 ];
 
+/// Samples through which another course goes, counted from the one before.
+const NEIGHBOURS: [isize; 6] = [-2, -1, 0, 1, 2, 3];
+
+/// Lagrange's weights of the six samples nearest to a place between the third and the fourth, 0 to 1.
+fn through_six(place: f64) -> [f64; 6] {
+    NEIGHBOURS.map(|j| {
+        let others = NEIGHBOURS.iter().filter(|i| **i != j);
+        others.map(|i| (place - *i as f64) / (j - i) as f64).product()
+    })
+}
+
 impl InputGrid {
     /// Prepares sampled inputs.
     ///
@@ -95,34 +106,23 @@ impl InputGrid {
         Self { channels, ..*self }
     }
 
-    /// The same inputs straight from sample to sample, on a grid so many times as fine; none of an input whose derivative came
-    /// with it.
-    pub(crate) fn straight(&self, finer: usize) -> Option<Self> {
+    /// The same inputs along another course through the same samples, on a grid so many times as fine: polynomials through
+    /// the six samples nearest to each interval; none of an input whose derivative came with it.
+    pub(crate) fn other_course(&self, finer: usize) -> Option<Self> {
         let samples = self.samples.checked_sub(1)? * finer + 1;
-        let line = |channel: &Channel| -> Option<Vec<f64>> {
+        let weights: Vec<[f64; 6]> = (0..finer).map(|k| through_six(k as f64 / finer as f64)).collect();
+        let course = |channel: &Channel| -> Option<Vec<f64>> {
             let [values, ..] = &channel.value.orders;
+            let at = |k: isize| values[k.clamp(0, self.samples as isize - 1) as usize];
             let between = |k: usize| {
-                let (before, share) = (k / finer, (k % finer) as f64 / finer as f64);
-                values[before] + share * (values[(before + 1).min(self.samples - 1)] - values[before])
+                let before = (k / finer) as isize;
+                NEIGHBOURS.iter().zip(&weights[k % finer]).map(|(j, w)| w * at(before + j)).sum()
             };
             channel.rate.is_none().then(|| (0..samples).map(between).collect())
         };
-        let lines: Vec<Vec<f64>> = self.channels.iter().map(line).collect::<Option<_>>()?;
-        let lines: Vec<&[f64]> = lines.iter().map(Vec::as_slice).collect();
-        Some(Self::new(self.start, self.interval / finer as f64, samples, &lines, None))
-    }
-
-    /// How badly the samples of an input tell what lies between them: the error of each one's guess from its two neighbours on
-    /// either side, as a share of the whole, RMS; the worst input's.
-    pub(crate) fn roughness(&self) -> f64 {
-        let of = |channel: &Channel| {
-            let [u, ..] = &channel.value.orders;
-            let miss = |w: &[f64]| w[2] - (4.0 * (w[1] + w[3]) - w[0] - w[4]) / 6.0;
-            let squares = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>();
-            let whole = squares(&mut u.iter().copied());
-            if whole > 0.0 { (squares(&mut u.windows(5).map(miss)) / whole).sqrt() } else { 0.0 }
-        };
-        self.channels.iter().map(of).fold(0.0, f64::max)
+        let courses: Vec<Vec<f64>> = self.channels.iter().map(course).collect::<Option<_>>()?;
+        let courses: Vec<&[f64]> = courses.iter().map(Vec::as_slice).collect();
+        Some(Self::new(self.start, self.interval / finer as f64, samples, &courses, None))
     }
 
     /// Number of samples.
