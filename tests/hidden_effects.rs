@@ -184,6 +184,18 @@ fn what_a_rough_input_does_between_samples_is_given_no_name() {
 }
 
 #[test]
+fn what_differs_by_no_more_than_the_input_between_samples_is_called_by_the_simpler_name() {
+    // Few samples a period, light damping: one stop more or less makes Stribeck friction seem to fit better.
+    named_alone(&in_regime(Regime::LightDamping, 6)[5], "coulomb_friction");
+}
+
+#[test]
+fn a_force_without_which_the_model_runs_away_is_named() {
+    // No spring: where the model follows segments with the constant force, it leaves their range without.
+    named_alone(&in_regime(Regime::ClosedLoop, 3)[2], "constant_force");
+}
+
+#[test]
 #[ignore = "an hour or two on two cores, in the profile `study`; SINDYSCOPE_DRAWS makes it shorter"]
 fn the_wide_study() {
     let draws = draws(WIDE_DRAWS);

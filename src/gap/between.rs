@@ -44,31 +44,25 @@ impl Data {
         let options = Options { driven, ..Self::options(&cancelled, 0, Pace::Thorough) };
         let refined = &fitted.refined;
         let Some(other) = respond(&fitted.composition, &runs, &refined.point, options) else { return 0.0 };
-        let shared = refined.point.shared.len();
-        let mut columns = vec![Vec::new(); shared];
-        let mut left = Vec::new();
-        for (k, run) in fitted.runs.iter().enumerate() {
-            let fine = other[k].len() / run.measured.len().max(1);
-            let of_samples = other[k].chunks(fine.max(1)).flat_map(|series| series.iter().step_by(FINER));
-            let mut change: Vec<f64> = of_samples.zip(&refined.simulated[k]).map(|(o, s)| o - s).collect();
-            let (of_shared, own) = refined.sensitivities[k].split_at(shared.min(refined.sensitivities[k].len()));
-            let mut passing = Basis::default();
-            for column in own {
-                passing.push(column.clone());
-            }
-            passing.remove(&mut change);
-            left.append(&mut change);
-            for (whole, column) in columns.iter_mut().zip(of_shared) {
-                let mut column = column.clone();
-                passing.remove(&mut column);
-                whole.append(&mut column);
-            }
-        }
+        let change = |((run, other), here): ((&Run, &Vec<f64>), &Vec<f64>)| -> Vec<f64> {
+            let fine = other.len() / run.measured.len().max(1);
+            let of_samples = other.chunks(fine.max(1)).flat_map(|series| series.iter().step_by(FINER));
+            of_samples.zip(here).map(|(o, h)| o - h).collect()
+        };
+        let changes: Vec<Vec<f64>> = fitted.runs.iter().zip(&other).zip(&refined.simulated).map(change).collect();
+        let mut left = fitted.rows(&changes);
         let mut basis = Basis::default();
-        for column in columns {
+        for column in self.tangent(fitted) {
             basis.push(column);
         }
         basis.remove(&mut left);
         COURSES * rms(&left)
+    }
+
+    /// True if a fit leaves less than so many times the noise and what the inputs may do between their samples, on the data
+    /// fitted and on those never fitted.
+    pub(super) fn is_within(&self, fitted: &Fitted, noise: f64, times: (f64, f64), cancel: &Cancel) -> bool {
+        let within = |noise: f64| fitted.error() < times.0 * noise && fitted.held_out_error() < times.1 * noise;
+        within(noise) || within(noise.hypot(self.between_samples(fitted, cancel)))
     }
 }

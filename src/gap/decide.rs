@@ -60,21 +60,21 @@ const PASSING: f64 = 2.0;
 
 /// What bounds how far errors tell candidates apart.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Unknown {
+pub(super) struct Resolution {
     /// RMS of what no model explains.
     pub(super) noise: f64,
     /// RMS of what the inputs' course between samples may come to in the response.
     pub(super) course: f64,
 }
 
-impl Unknown {
-    /// Both together.
+impl Resolution {
+    /// What a true model may leave.
     pub(super) fn noise(self) -> f64 {
         self.noise.hypot(self.course)
     }
 
     /// True if one fit leaves more than another by no more than the inputs' course may make.
-    fn covers(self, more: &Score, less: &Score) -> bool {
+    fn leaves_open(self, more: &Score, less: &Score) -> bool {
         more.error <= less.error.hypot(self.course) && more.rmse <= less.rmse.hypot(self.course)
     }
 }
@@ -284,8 +284,8 @@ pub(super) fn fewer_do(single: &Score, pair: &Score, noise: f64) -> bool {
 
 /// The order of candidates that stand, best first: by score, but where all are far from the noise by the error on data never
 /// fitted. A form that contains a simpler one must beat it clearly.
-pub(super) fn order(candidates: &[(usize, &Form, Score)], unknown: Unknown) -> Vec<usize> {
-    let noise = unknown.noise();
+pub(super) fn order(candidates: &[(usize, &Form, Score)], resolution: Resolution) -> Vec<usize> {
+    let noise = resolution.noise();
     let far = candidates.iter().all(|c| c.2.is_far(noise));
     let rank = |s: &Score| if far { s.rmse } else { s.total };
     let mut left: Vec<&(usize, &Form, Score)> = candidates.iter().collect();
@@ -305,7 +305,7 @@ pub(super) fn order(candidates: &[(usize, &Form, Score)], unknown: Unknown) -> V
                     return c.2.rmse < CLEARLY * rich.rmse;
                 }
                 // What data never fitted do not bear out is no more than a better fit.
-                if c.2.rmse <= rich.rmse || unknown.covers(&c.2, &rich) {
+                if c.2.rmse <= rich.rmse || resolution.leaves_open(&c.2, &rich) {
                     return true;
                 }
                 let margin = if left[best].1.inner.iter().any(|i| i.jumps) { JUMPING } else { RICHER };
@@ -327,12 +327,12 @@ pub(super) fn confused(
     first: (&Form, Score),
     others: &[(usize, &Form, Score)],
     apart: f64,
-    unknown: Unknown,
+    resolution: Resolution,
 ) -> Vec<usize> {
-    let far = first.1.is_far(unknown.noise());
+    let far = first.1.is_far(resolution.noise());
     let as_good = |score: &Score| {
         let near = if far { score.rmse < NEARLY * first.1.rmse } else { score.total - first.1.total < apart };
-        near || unknown.covers(score, &first.1)
+        near || resolution.leaves_open(score, &first.1)
     };
     let better = |score: &Score| {
         if far { score.rmse < first.1.rmse } else { score.total <= first.1.total }
@@ -345,7 +345,7 @@ pub(super) fn confused(
                 // A richer form fits as well by nature: it is a rival only where it does better than its price, and data never
                 // fitted bear it out.
                 && (!form.includes(first.0)
-                    || (better(score) && score.rmse < first.1.rmse && !unknown.covers(&first.1, score)))
+                    || (better(score) && score.rmse < first.1.rmse && !resolution.leaves_open(&first.1, score)))
         })
         .map(|(k, _, _)| *k)
         .collect()

@@ -168,10 +168,8 @@ impl Data {
         // Below this the simulation's own arithmetic, or the sensor's, is what is left.
         let motion = self.loudest();
         let exact = fitted.refined.rmse() < (EXACT * motion).max(BELOW * self.noise);
-        let left = fitted.error().max(fitted.held_out_error());
-        // What would explain no more than a rough input may do between its samples bears no name either.
-        let unknown = |noise: f64| left < SETTLED * noise.hypot(self.between_samples(fitted, cancel));
-        let settled = !fitted.composition.forms.is_empty() && (left < SETTLED * self.noise || unknown(self.noise));
+        let settled =
+            !fitted.composition.forms.is_empty() && self.is_within(fitted, self.noise, (SETTLED, SETTLED), cancel);
         Some(Evidence {
             significant: p_value < level && !exact && !settled,
             p_value: if exact { 1.0 } else { p_value },

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::data::LEAST_NOISE;
 use super::decide::{
-    APART, APART_ON_A_TONE, CLEARLY, Refusal, Score, Unknown, WORTH, confused, fewer_do, order, refusal, score,
+    APART, APART_ON_A_TONE, CLEARLY, Refusal, Resolution, Score, WORTH, confused, fewer_do, order, refusal, score,
     unsupported,
 };
 use super::effects::Form;
@@ -84,8 +84,8 @@ impl Search {
         let least = nearest.map_or(0.0, |f| f.refined.rss);
         let near = refits.iter().map(|r| &r.fitted).filter(|f| f.refined.rss < CLOSE * least);
         let course = near.map(|f| data.between_samples(f, cancel)).fold(0.0, f64::max);
-        let unknown = Unknown { noise: data.noise, course };
-        let (noise, floor) = (unknown.noise(), LEAST_NOISE * data.loudest());
+        let resolution = Resolution { noise: data.noise, course };
+        let (noise, floor) = (resolution.noise(), LEAST_NOISE * data.loudest());
         self.keep(Arc::clone(before));
         let mut singles: Vec<Entry<'_>> = Vec::new();
         for Refit { forms: set, fitted } in refits {
@@ -115,7 +115,7 @@ impl Search {
             .map(|e| (e.form, &forms[e.form], e.score))
             .collect();
         let apart = if self.audit.single_tone { APART_ON_A_TONE } else { APART };
-        let ranked = order(&standing, unknown);
+        let ranked = order(&standing, resolution);
         let title = |k: usize| forms[k].full_title();
         let mut finding = Finding::Unexplained;
         let mut rivals: Vec<usize> = Vec::new();
@@ -129,13 +129,13 @@ impl Search {
                 let near = |s: &&(usize, &Form, Score)| s.0 != *k && s.2.total > score.total - apart;
                 let rest = standing.iter().chain(&undetermined).filter(near);
                 let rest: Vec<(usize, &Form, Score)> = rest.copied().collect();
-                let names = confused((form, *score), &rest, apart, unknown).into_iter().map(title).collect();
+                let names = confused((form, *score), &rest, apart, resolution).into_iter().map(title).collect();
                 if let Some(c) = candidates.iter_mut().find(|c| c.choice == choice(form)) {
                     c.confused_with = names;
                 }
             }
             if let Some((_, form, score)) = entry(*first) {
-                rivals = confused((form, *score), &others, apart, unknown);
+                rivals = confused((form, *score), &others, apart, resolution);
                 if self.audit.single_tone {
                     // What explains as much along a motion of one kind may not have been refitted; what was, and leaves far
                     // more, the data refuse.

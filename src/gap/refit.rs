@@ -37,8 +37,8 @@ const PLACES: usize = 12;
 const EVERYWHERE: usize = 48;
 /// A start whose misfit is so many times that of another is not refined.
 pub(super) const DISTANT: f64 = 2.0;
-/// How many times what a richer form leaves its special cases leave at most where they need not be looked for from there.
-pub(super) const NEARLY: f64 = 1.1;
+/// A simpler form that leaves less than so many times what a richer one does explains as much.
+pub(super) const HARDLY: f64 = 1.1;
 /// Refinements that are gone on with at most, and how many times the least sum of squares theirs may be.
 const POLISHED: usize = 4;
 pub(super) const CLOSE: f64 = 2.25;
@@ -227,7 +227,7 @@ impl Search {
             });
             for k in simpler {
                 let known = refits.iter().find(|r| r.forms == [k]).map_or(f64::INFINITY, |r| r.fitted.refined.rss);
-                if known < NEARLY * rich.fitted.refined.rss || cancel.is_cancelled() {
+                if known < HARDLY * rich.fitted.refined.rss || cancel.is_cancelled() {
                     continue;
                 }
                 let simplified = self.with(&before.composition, &forms[k]);

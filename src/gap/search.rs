@@ -449,8 +449,7 @@ impl Search {
         let fitted = &refit.fitted;
         let set: Vec<&Form> = refit.forms.iter().map(|k| &forms[*k]).collect();
         let inflation = self.inflation(fitted);
-        let within = |noise: f64| fitted.error() < EXPLAINED.0 * noise && fitted.held_out_error() < EXPLAINED.1 * noise;
-        (within(data.noise) || within(data.noise.hypot(data.between_samples(fitted, cancel))))
+        data.is_within(fitted, data.noise, EXPLAINED, cancel)
             && refusal(
                 &set,
                 before,

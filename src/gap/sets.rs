@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::data::Data;
 use super::effects::Form;
 use super::fit::{FEW_STEPS, Fitted, Pace, WHOLE};
-use super::refit::{DISTANT, NEARLY};
+use super::refit::{DISTANT, HARDLY};
 use super::search::{Refit, Search};
 use super::structure::Composition;
 use super::weak::{Projector, Weak};
@@ -24,8 +24,6 @@ const STARTS: usize = 2;
 const PAIRS: usize = 6;
 /// Pairs with the best single effect in them that are shot at most, beyond those if need be.
 const WITH_FIRST: usize = 3;
-/// A pair with a richer form in it leaves its place to one with the simpler form that leaves less than so many times as much.
-const HARDLY: f64 = 1.1;
 /// Points of a form's grid that stand for it among the pairs.
 const THINNED: usize = 8;
 /// Of the segments every so many-th is fitted at a first look, and the fewest that are enough for it.
@@ -162,10 +160,7 @@ impl Search {
         let least = trials.iter().map(|t| t.left).fold(f64::INFINITY, f64::min);
         let mut judged = self.shot(trials, goal, cancel);
         // Where one effect explains the data along short segments, two are not looked for.
-        let explained = judged.first().is_some_and(|(_, f, _)| {
-            let within = |noise: f64| f.error() < ENOUGH.0 * noise && f.held_out_error() < ENOUGH.1 * noise;
-            within(goal.noise) || within(goal.noise.hypot(data.between_samples(f, cancel)))
-        });
+        let explained = judged.first().is_some_and(|(_, f, _)| data.is_within(f, goal.noise, ENOUGH, cancel));
         if !explained && !cancel.is_cancelled() {
             let first = judged.first().map(|(set, ..)| set[0]);
             let pairs = self.pairs(&weak, before, forms, (least, first), cancel);
@@ -281,7 +276,7 @@ impl Search {
                     let with: Vec<usize> = others.iter().copied().chain([k]).collect();
                     let known = tried.iter().filter(|(s, _)| same_set(s, &with)).map(|(_, f)| f.refined.rss);
                     let known = known.fold(f64::INFINITY, f64::min);
-                    if known > NEARLY * rich.refined.rss && !wanted.iter().any(|(s, _)| same_set(s, &with)) {
+                    if known > HARDLY * rich.refined.rss && !wanted.iter().any(|(s, _)| same_set(s, &with)) {
                         wanted.push((with, rich));
                     }
                 }

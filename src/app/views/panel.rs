@@ -28,6 +28,8 @@ const TIME_AXIS_HEIGHT: f32 = 34.0;
 
 /// Width from which on a legend has room for all that it may say, points.
 const ROOMY: f32 = 520.0;
+/// What a third curve's entry and each further one takes of it.
+const ENTRY: f32 = 140.0;
 
 /// Distance of neighbouring samples on the screen below which an error is a band, points, and how strong that is drawn.
 const MERGED: f64 = 0.6;
@@ -162,7 +164,8 @@ pub(super) fn stack(
 fn legend_row(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState, panel: &Panel<'_>, first: bool) {
     let size = vec2(ui.available_width(), legend::HEIGHT);
     ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-        let roomy = ui.available_width() >= ROOMY;
+        let width = ui.available_width();
+        let roomy = width >= ROOMY;
         ui.add_space(if roomy { AXIS_WIDTH } else { 4.0 });
         let mut entries: Vec<Entry<'_>> = panel
             .curves
@@ -173,7 +176,8 @@ fn legend_row(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState, panel: &Pan
         if let Some((name, _)) = &panel.level {
             // In little room without its value, which stands in the right column too.
             let words = name.split(|c: char| c.is_ascii_digit()).next().unwrap_or(name).trim_end();
-            entries.push(Entry { ink: Ink::NoiseFloor, name: if roomy { name } else { words } });
+            let taken = ENTRY * entries.len().saturating_sub(2) as f32;
+            entries.push(Entry { ink: Ink::NoiseFloor, name: if width - taken >= ROOMY { name } else { words } });
         }
         legend::entries(ui, scene, &entries, &mut state.hidden, state.printing);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
