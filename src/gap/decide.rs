@@ -329,7 +329,8 @@ pub(super) fn confused(
     apart: f64,
     resolution: Resolution,
 ) -> Vec<usize> {
-    let far = first.1.is_far(resolution.noise());
+    let noise = resolution.noise();
+    let far = first.1.is_far(noise);
     let as_good = |score: &Score| {
         let near = if far { score.rmse < NEARLY * first.1.rmse } else { score.total - first.1.total < apart };
         near || resolution.leaves_open(score, &first.1)
@@ -337,15 +338,23 @@ pub(super) fn confused(
     let better = |score: &Score| {
         if far { score.rmse < first.1.rmse } else { score.total <= first.1.total }
     };
+    // Data never fitted refuse the first too, and those fitted speak for the other: one of the two is at chance's mercy.
+    let disputed = |score: &Score| {
+        let refused = first.1.rmse > NEARLY * noise && score.rmse < CLEARLY * first.1.rmse;
+        refused && score.error < NEARLY * noise && score.bic < first.1.bic - apart
+    };
     others
         .iter()
         .filter(|(_, form, score)| {
             (form.effect != first.0.effect || form.is_elsewhere(first.0))
-                && as_good(score)
                 // A richer form fits as well by nature: it is a rival only where it does better than its price, and data never
-                // fitted bear it out.
-                && (!form.includes(first.0)
-                    || (better(score) && score.rmse < first.1.rmse && !resolution.leaves_open(&first.1, score)))
+                // fitted bear it out, or neither of the two.
+                && if form.includes(first.0) {
+                    let borne_out = score.rmse < first.1.rmse && !resolution.leaves_open(&first.1, score);
+                    as_good(score) && better(score) && borne_out || disputed(score)
+                } else {
+                    as_good(score)
+                }
         })
         .map(|(k, _, _)| *k)
         .collect()

@@ -163,8 +163,7 @@ impl Search {
         let old_composed = before.composition.compose(old_inner);
         let coefficients = &old[..old_composed.terms.len()];
         let addition = form.addition(inner);
-        let mut all_inner = after.inner_after(&before.composition, old_inner);
-        all_inner.extend_from_slice(inner);
+        let all_inner = after.inner_after(&before.composition, old_inner, inner);
         let composed = after.compose(&all_inner);
         let mut shared = match way {
             Way::Afresh => data.start(&composed.terms, &composed.internals, &motion.measured, 0.0)?,
@@ -323,9 +322,7 @@ impl Search {
         let terms = from.composition.compose(had_inner).terms;
         let paths: Vec<_> = data.fit().iter().map(super::data::Series::path).collect();
         let mut begin = |last: &Vec<f64>| {
-            let mut inner = composition.inner_after(&from.composition, had_inner);
-            inner.truncate(composition.inner_count() - last.len());
-            inner.extend_from_slice(last);
+            let inner = composition.inner_after(&from.composition, had_inner, last);
             composition.scales = data.scales(&composition, &inner, &paths);
             let value =
                 |(term, scale): (&Placed, &f64)| terms.iter().position(|t| t == term).map_or(-scale.abs(), |k| had[k]);

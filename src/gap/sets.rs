@@ -441,8 +441,7 @@ impl Search {
         let mut inner = old[old.len() - composition.inner_count()..].to_vec();
         for (form, values) in added {
             let next = self.with(&composition, form);
-            inner = next.inner_after(&composition, &inner);
-            inner.extend_from_slice(values);
+            inner = next.inner_after(&composition, &inner, values);
             composition = next;
         }
         let paths: Vec<_> = self.data.fit().iter().map(super::data::Series::path).collect();

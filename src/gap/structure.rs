@@ -48,18 +48,25 @@ impl Composition {
         next
     }
 
-    /// The inner values of the effects that this composition shares with another one, in its own order.
-    pub(super) fn inner_after(&self, other: &Self, inner: &[f64]) -> Vec<f64> {
-        let mut kept: Vec<f64> = self.datum.then(|| other.equilibrium(inner)).into_iter().collect();
-        let mut rest = other.of_forms(inner);
-        for form in &other.forms {
-            let (own, others) = rest.split_at(form.inner.len());
-            rest = others;
-            if self.forms.iter().any(|f| choice(f) == choice(form)) {
-                kept.extend_from_slice(own);
+    /// Inner values to begin with: of the effects that another composition has too those that it has, of the others values in
+    /// the middle of their grids; in the end those of `last`.
+    pub(super) fn inner_after(&self, other: &Self, inner: &[f64], last: &[f64]) -> Vec<f64> {
+        let mut next: Vec<f64> = self.datum.then(|| other.equilibrium(inner)).into_iter().collect();
+        for form in &self.forms {
+            let mut rest = other.of_forms(inner);
+            let had = other.forms.iter().find_map(|f| {
+                let (own, others) = rest.split_at(f.inner.len());
+                rest = others;
+                (choice(f) == choice(form)).then_some(own)
+            });
+            match had {
+                Some(own) => next.extend_from_slice(own),
+                None => next.extend(form.middle()),
             }
         }
-        kept
+        next.truncate(self.inner_count() - last.len());
+        next.extend_from_slice(last);
+        next
     }
 
     /// The same without one of its effects.
@@ -120,8 +127,7 @@ impl Composition {
 
     /// Some inner values within bounds.
     pub(super) fn middle(&self) -> Vec<f64> {
-        let middle = self.forms.iter().flat_map(|f| f.inner.iter().map(|i| i.grid[i.grid.len() / 2]));
-        self.datum.then_some(0.0).into_iter().chain(middle).collect()
+        self.datum.then_some(0.0).into_iter().chain(self.forms.iter().flat_map(Form::middle)).collect()
     }
 
     fn additions(&self, inner: &[f64]) -> Vec<Addition> {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::estimate;
 use crate::term::{Kind, Layout};
 
 /// What a channel measures; indices count from zero.
@@ -124,6 +125,14 @@ impl Record {
         self.channels.iter().filter(|c| !c.estimated)
     }
 
+    /// The same with an estimate of each displacement that no sensor showed, where a velocity or an acceleration did; a notice
+    /// tells of each.
+    #[must_use]
+    pub fn completed(mut self) -> Self {
+        self.notices.extend(estimate::complete(&mut self.channels, self.interval));
+        self
+    }
+
     /// The samples of a range of indices, cut to those that there are; the name stays.
     pub fn slice(&self, range: Range<usize>) -> Self {
         let end = range.end.min(self.len());
@@ -213,11 +222,14 @@ impl RecordSet {
     /// What all records that are not off measure: displacements (or states) and inputs, with their units.
     ///
     /// # Errors
-    /// No such record, or two that measure different things; the sentence says which and what.
+    /// No such record, one without displacements, or two that measure different things; the sentence says which and what.
     pub fn layout(&self, kind: Kind) -> Result<Layout, String> {
         let mut used = self.entries.iter().filter(|(_, usage)| *usage != Usage::Off).map(|(record, _)| record);
         let first = used.next().ok_or("there is no record to use")?;
         let layout = first.layout(kind);
+        if layout.freedoms == 0 {
+            return Err(format!("record `{}` has no displacement, and none was estimated", first.name));
+        }
         for other in used {
             if let Some(difference) = first.difference(other) {
                 return Err(difference);

@@ -6,6 +6,7 @@ use super::heading::{Heading, Meaning, Quantity};
 use super::types::{Channel, Record, Role};
 
 /// Writes records as CSV: comment lines, a header with units, one row a sample; with a column `record` if there are several.
+/// Estimated channels are left out: reading estimates them again.
 ///
 /// Values are written with as few digits as bring them back to the bit. A channel keeps its name where the name tells what
 /// it measures; else its role's symbol (`x`, `u2`) stands before it.
@@ -20,7 +21,7 @@ pub fn write_csv<'a>(
     let records: Vec<&Record> = records.into_iter().collect();
     let refuse = |reason: &str| Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
     let Some(first) = records.first() else { return refuse("there is no record to write") };
-    let likeness = |r: &Record| r.channels.iter().map(|c| (c.role, c.unit.clone())).collect::<Vec<_>>();
+    let likeness = |r: &Record| r.measured().map(|c| (c.role, c.unit.clone())).collect::<Vec<_>>();
     if records.iter().any(|r| likeness(r) != likeness(first)) {
         return refuse("records of different channels or units do not fit in one file");
     }
@@ -29,8 +30,8 @@ pub fn write_csv<'a>(
     }
     let mut csv = csv::WriterBuilder::new().comment(Some(b'#')).from_writer(out);
     csv.write_field("t [s]")?;
-    for channel in &first.channels {
-        let several = first.channels.iter().filter(|c| c.role.symbol() == channel.role.symbol()).count() > 1;
+    for channel in first.measured() {
+        let several = first.measured().filter(|c| c.role.symbol() == channel.role.symbol()).count() > 1;
         csv.write_field(heading(channel, several))?;
     }
     if records.len() > 1 {
@@ -51,7 +52,7 @@ pub fn write_csv<'a>(
                 None => write!(cell, "{:?}", record.time(sample))?,
             }
             csv.write_field(&cell)?;
-            for channel in &record.channels {
+            for channel in record.measured() {
                 cell.clear();
                 write!(cell, "{:?}", channel.values[sample])?;
                 csv.write_field(&cell)?;

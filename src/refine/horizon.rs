@@ -6,6 +6,7 @@
 
 use super::fitter::HOPELESS;
 use super::{Bar, Options, Point, Refined, Run, Structure, misfit, refine};
+use crate::signal::mean_and_variance;
 use crate::simulate::{Limits, Response, Simulator};
 
 /// Periods of the shortest segments.
@@ -17,7 +18,7 @@ const STEPS: usize = 8;
 const FEWER: usize = 5;
 /// How many times the error of the shortest segments, or the noise, a longer one may leave.
 const HOLDS: f64 = 1.3;
-/// Share of the motion below which a whole simulation from a carried start is worth a direct fit.
+/// Share of the motion below which a whole simulation follows it: from a carried start it is worth a direct fit.
 const NEAR: f64 = 0.3;
 /// How many times the noise the shortest segments leave where the model itself is wrong, and a longer horizon tells nothing.
 const FAR: f64 = 3.0;
@@ -257,17 +258,16 @@ impl<'a> Passed<'a> {
 pub fn climb(structure: &dyn Structure, whole: &[Run], first: Landed, goal: Goal<'_>) -> Vec<Landed> {
     let top = levels(whole, goal.period).min(goal.top);
     let bound = HOLDS * first.error().max(goal.noise);
+    let motion = motion(whole);
     let mut held = vec![first];
     while let Some(last) = held.last().filter(|l| l.level < top && !(goal.options.cancelled)()) {
         let shared = last.refined.point.shared.clone();
         // From a good start the whole record is one step away.
         let runs = cut(whole, goal.period, top);
         let point = start(structure, &runs, &shared, Some(last.of(structure)), top < levels(whole, goal.period));
-        let motion = (last.refined.samples as f64).recip()
-            * last.runs.iter().map(|r| r.target().map(|y| y * y).sum::<f64>()).sum::<f64>();
         let near = last.level + 1 < top
             && misfit(structure, &runs, &point, Options { driven: top < levels(whole, goal.period), ..goal.options })
-                .is_some_and(|rss| rss < NEAR * NEAR * motion * last.refined.samples as f64);
+                .is_some_and(|rss| rss < (NEAR * motion).powi(2) * last.refined.samples as f64);
         let at_once = near
             .then(|| shoot(structure, whole, (&shared, Some(last.of(structure))), top, goal, goal.options.steps))
             .flatten()
@@ -336,8 +336,21 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
         goal,
         goal.options.steps,
     );
-    match (direct, again) {
+    let best = match (direct, again) {
         (Some(a), Some(b)) => Some(if b.refined.rss < a.refined.rss { b } else { a }),
-        (a, b) => a.or(b).or(Some(longest)),
-    }
+        (a, b) => a.or(b),
+    };
+    // A model that loses the motion would be fitted to what carries it away: a drift that nothing holds.
+    best.filter(|b| b.error() < NEAR * motion(whole)).or(Some(longest))
+}
+
+/// RMS of the weighted motion about its mean.
+fn motion(runs: &[Run]) -> f64 {
+    let of_run = |run: &Run| -> f64 {
+        let outputs = run.measured.iter().zip(&run.weights);
+        let square = outputs.map(|(y, w)| w * w * mean_and_variance(&y[run.range.clone()]).1).sum::<f64>();
+        square * run.range.len() as f64
+    };
+    let rows: usize = runs.iter().map(Run::rows).sum();
+    (runs.iter().map(of_run).sum::<f64>() / rows.max(1) as f64).sqrt()
 }

@@ -553,7 +553,8 @@ impl Setup {
             interval: self.sampling.interval,
             channels,
             notices: Vec::new(),
-        };
+        }
+        .completed();
         let (first, last) = (self.sampling.start, self.sampling.time(self.sampling.count - 1));
         let within = response.stops.iter().map(|s| s.to.min(last) - s.from.max(first));
         Ok((record, within.filter(|length| *length > 0.0).collect()))

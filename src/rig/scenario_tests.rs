@@ -31,7 +31,7 @@ fn every_scenario_makes_what_it_says() {
             let motions =
                 |c: &&Channel| matches!(c.role, Role::Displacement(_) | Role::Velocity(_) | Role::Acceleration(_));
             let layout = generated.truth.layout;
-            assert_eq!(record.channels.iter().filter(motions).count(), layout.freedoms, "{}", scenario.name);
+            assert_eq!(record.measured().filter(motions).count(), layout.freedoms, "{}", scenario.name);
             assert_eq!(record.channel(U).is_some(), shaken);
         }
         let truth = generated.comments.iter().filter(|c| c.starts_with("truth: d")).count();
@@ -183,9 +183,9 @@ fn any_quantity_of_any_mass_is_measured() {
     let measure = |list: &[&str]| Some(list.iter().map(|name| (*name).to_owned()).collect());
     let options = |list: &[&str]| ScenarioOptions { measure: measure(list), duration: Some(4.0), ..Default::default() };
     let record = &made("two-masses", &options(&["x1", "v", "a2"])).records[0];
-    let names: Vec<&str> = record.channels.iter().map(|c| c.name.as_str()).collect();
+    let names: Vec<&str> = record.measured().map(|c| c.name.as_str()).collect();
     assert_eq!(names, ["x1", "v1", "v2", "a2", "u"]);
-    let units: Vec<&str> = record.channels.iter().map(|c| c.unit.as_str()).collect();
+    let units: Vec<&str> = record.measured().map(|c| c.unit.as_str()).collect();
     assert_eq!(units, ["m", "m/s", "m/s", "m/s^2", "N"]);
     // What is measured of one motion belongs together: central differences over 5 ms err by (ωΔ)²/6, ω at most 75 rad/s.
     let differentiated = |role: Role, k: usize| (values(record, role)[k + 1] - values(record, role)[k - 1]) / 0.01;

@@ -266,6 +266,11 @@ impl Form {
         })
     }
 
+    /// Inner values in the middle of their grids.
+    pub(crate) fn middle(&self) -> impl Iterator<Item = f64> + '_ {
+        self.inner.iter().map(|i| i.grid[i.grid.len() / 2])
+    }
+
     /// True if it neither has a force of its own that could be regressed on nor changes what the input does.
     pub(crate) fn is_outside(&self) -> bool {
         self.coefficients.is_empty() && !self.rewrites_input() && !self.sample().offset

@@ -46,6 +46,15 @@ fn several_records_get_a_column_and_unlike_ones_are_refused() {
     assert!(write_csv([] as [&Record; 0], &mut Vec::new(), &[]).is_err());
 }
 
+#[test]
+fn an_estimated_displacement_is_not_written_as_a_measured_one() {
+    let values = (0..200).map(|k| f64::from(k).sin()).collect();
+    let shown = record("a", 0.0, 0.1, vec![channel(Role::Acceleration(0), "a", "m/s^2", values)]);
+    let completed = shown.clone().completed();
+    assert!(completed.channel(Role::Displacement(0)).is_some_and(|c| c.estimated) && completed.notices.len() == 1);
+    assert_eq!(written(&[completed], &[]), written(&[shown], &[]));
+}
+
 /// Finite numbers of every size that is read.
 fn size() -> impl Strategy<Value = f64> {
     number().prop_map(|v| if v.abs() > 1e100 { v * 1e-250 } else { v })
