@@ -72,7 +72,8 @@ pub(super) struct StudyOptions {
     /// A term kept at a coefficient that is known; of one equation alone: "v2: x2-x1=-600"
     #[arg(long, value_name = "TERM=VALUE", help_heading = "Library")]
     fix: Vec<FixedTerms>,
-    /// Known physics: x=-u (one spring across the joint), v=-du, v<=0, x>=0, passive, odd or even (stiffness), u=1/m; of
+    /// Known physics: x=-u (one spring across the joint), v=-du, v<=0, x>=0, passive, odd or even (stiffness), u=1/m,
+    /// m2/m1 or m2/m1=0.5 (forces between two masses are equal and opposite); of
     /// all equations or of each: "v2: x2-x1<=0"
     #[arg(long, value_name = "LIST", help_heading = "Physics")]
     constrain: Vec<Constraints>,

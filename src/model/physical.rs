@@ -1,5 +1,7 @@
 //! What coefficients say in the words of mechanics: natural frequency, damping ratio, stiffness, friction force.
 
+use std::borrow::Cow;
+
 use super::Model;
 use crate::term::{Expression, Kind, Symbol, Term, derivative};
 
@@ -7,9 +9,9 @@ use crate::term::{Expression, Kind, Symbol, Term, derivative};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Physical {
     /// Its symbol as a script reads it: `f_n`, `zeta`, `m`, `k`, `c`, `F_f`, `k_3`.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Its symbol as a person writes it.
-    pub symbol: &'static str,
+    pub symbol: Cow<'static, str>,
     /// What it is.
     pub title: &'static str,
     /// Its value.
@@ -77,10 +79,17 @@ pub fn physical(model: &Model, covariance: &[Vec<f64>], mass: Mass, metre: Optio
         Some(variance.max(0.0).sqrt()).filter(|e| *e > 0.0 && e.is_finite())
     };
     let mut found: Vec<Physical> = Vec::new();
-    let mut add = |name, symbol, title, value: f64, gradient: &Sum, unit: &str| {
+    let mut add = |name: &'static str, symbol: &'static str, title, value: f64, gradient: &Sum, unit: &str| {
         if value.is_finite() {
             let std_error = known.then(|| error(gradient)).flatten();
-            found.push(Physical { name, symbol, title, value, std_error, unit: unit.into() });
+            found.push(Physical {
+                name: name.into(),
+                symbol: symbol.into(),
+                title,
+                value,
+                std_error,
+                unit: unit.into(),
+            });
         }
     };
     let stiffness = spring.value(&coefficients);
@@ -185,7 +194,7 @@ mod tests {
             }
         }
         let ratios = physical(&model, &[], Mass::Unknown, Some(unit));
-        assert_eq!(ratios.iter().map(|p| p.name).collect::<Vec<_>>(), ["f_n", "zeta"]);
+        assert_eq!(ratios.iter().map(|p| &*p.name).collect::<Vec<_>>(), ["f_n", "zeta"]);
     }
 
     #[test]

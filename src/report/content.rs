@@ -207,7 +207,7 @@ fn physical(outcome: &Outcome) -> Vec<Block> {
         .zip(align_at_point(&numbers))
         .map(|(p, number)| {
             vec![
-                Cell::Text(p.symbol.into()),
+                Cell::Text(p.symbol.to_string()),
                 Cell::Number(number),
                 Cell::Text(if p.unit.is_empty() { "1".into() } else { raised(&p.unit) }),
                 Cell::Text(p.title.into()),

@@ -1,5 +1,7 @@
 //! How the errors of the identified coefficients are correlated, over all equations.
 
+use nalgebra::DMatrix;
+
 use crate::model::Model;
 use crate::sparse::Scores;
 
@@ -57,6 +59,21 @@ impl Covariance {
         for (row, a) in self.entries.iter_mut().zip(errors) {
             row.iter_mut().zip(errors).for_each(|(entry, b)| *entry += a * b);
         }
+    }
+
+    /// Makes the coefficients at some places follow from themselves by a matrix: they are no longer free.
+    pub(super) fn transform(&mut self, matrix: &DMatrix<f64>, places: &[(usize, usize)]) {
+        let all = self.entries.len();
+        let at: Vec<usize> = places.iter().map(|(equation, term)| self.starts[*equation] + term).collect();
+        let mut whole = DMatrix::identity(all, all);
+        for (i, row) in at.iter().enumerate() {
+            for (j, column) in at.iter().enumerate() {
+                whole[(*row, *column)] = matrix[(i, j)];
+            }
+        }
+        let entries = DMatrix::from_fn(all, all, |i, j| self.entries[i][j]);
+        let entries = &whole * entries * whole.transpose();
+        self.entries = (0..all).map(|i| (0..all).map(|j| entries[(i, j)]).collect()).collect();
     }
 
     /// Writes the standard errors to a model's coefficients; `fitted` are its equations that were fitted.

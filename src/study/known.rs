@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
+use super::opposite::{Pair, pairs};
 use super::{Kinematics, Lock, Settings, StudyError};
 use crate::term::{Expression, Kind, Layout, Symbol, Term, pieces};
 
@@ -28,6 +29,8 @@ pub enum Known {
     Passive,
     /// `odd`: the restoring force is as large one way as the other, so even powers of displacements are no candidates.
     OddStiffness,
+    /// `m2/m1`, `m2/m1=0.5`: forces between two masses are equal and opposite.
+    Opposite(Pair),
     /// `even`: beside the linear one only terms of the displacement that are alike both ways are candidates.
     EvenStiffness,
 }
@@ -40,6 +43,10 @@ impl fmt::Display for Known {
             Self::Tied { term, to, times } => write!(f, "{term}={times}*{to}"),
             Self::Signed(term, Sign::NotPositive) => write!(f, "{term}<=0"),
             Self::Signed(term, Sign::NotNegative) => write!(f, "{term}>=0"),
+            Self::Opposite(Pair { first, second, ratio }) => {
+                write!(f, "m{}/m{}", second + 1, first + 1)?;
+                ratio.map_or(Ok(()), |ratio| write!(f, "={ratio}"))
+            }
             Self::Passive => f.write_str("passive"),
             Self::OddStiffness => f.write_str("odd"),
             Self::EvenStiffness => f.write_str("even"),
@@ -58,6 +65,9 @@ impl FromStr for Known {
             "even" => return Ok(Self::EvenStiffness),
             _ => {}
         }
+        if let Some(pair) = pair(text) {
+            return pair.map(Self::Opposite);
+        }
         let term = |text: &str| Term::parse(text.trim()).map_err(|e| e.to_string());
         for (sign, kind) in
             [("<=", Sign::NotPositive), ("≤", Sign::NotPositive), (">=", Sign::NotNegative), ("≥", Sign::NotNegative)]
@@ -70,7 +80,7 @@ impl FromStr for Known {
             }
         }
         let Some((left, right)) = text.split_once('=') else {
-            return Err(format!("`{text}` is none of `x=-u`, `v<=0`, `v>=0`, `passive`, `odd`, `even`"));
+            return Err(format!("`{text}` is none of `x=-u`, `v<=0`, `v>=0`, `passive`, `odd`, `even`, `m2/m1`"));
         };
         let (times, to) = term(right)?.expression().apart();
         let to = Term::new(to);
@@ -83,6 +93,22 @@ impl FromStr for Known {
         }
         Ok(Self::Tied { term, to, times })
     }
+}
+
+/// Reads `m2/m1` and `m2/m1=0.5`; none if a text does not begin like that.
+fn pair(text: &str) -> Option<Result<Pair, String>> {
+    let (masses, ratio) = text.split_once('=').map_or((text, None), |(masses, ratio)| (masses, Some(ratio.trim())));
+    let (second, first) = masses.split_once('/')?;
+    let number = |text: &str| text.trim().strip_prefix('m')?.parse::<usize>().ok();
+    let (second, first) = (number(second)?, number(first)?);
+    if first == 0 || second == 0 || first == second {
+        return Some(Err(format!("`{text}` is no ratio of two masses: write `m2/m1` or `m2/m1=0.5`")));
+    }
+    let value = ratio.map(|text| text.parse::<f64>().ok().filter(|r| *r > 0.0 && r.is_finite()));
+    Some(match value {
+        Some(None) => Err(format!("`{text}`: a ratio of masses is a number above zero: `m2/m1=0.5`")),
+        value => Ok(Pair { first: first - 1, second: second - 1, ratio: value.flatten() }),
+    })
 }
 
 impl Serialize for Known {
@@ -278,6 +304,7 @@ pub(super) fn check(settings: &Settings, layout: &Layout) -> Result<(), StudyErr
             there.join(", ")
         )));
     }
+    check_pairs(settings, layout)?;
     if settings.own.is_empty() {
         return check_one(settings, layout);
     }
@@ -291,6 +318,38 @@ pub(super) fn check(settings: &Settings, layout: &Layout) -> Result<(), StudyErr
         }
         if let Some((term, symbol)) = terms.iter().find_map(|t| t.foreign_symbol(layout).map(|s| (t, s))) {
             return Err(named(format!("the term {term} needs {}, which the records do not have", layout.name(symbol))));
+        }
+    }
+    Ok(())
+}
+
+/// Holds pairs of masses against the records and the library.
+fn check_pairs(settings: &Settings, layout: &Layout) -> Result<(), StudyError> {
+    let refused = |text: String| Err(StudyError::Setting(text));
+    let own = settings.own.values().flat_map(|own| &own.known).find(|known| matches!(known, Known::Opposite(_)));
+    if let Some(known) = own {
+        return refused(format!("`{known}` is said of two equations: give it for all, not for one"));
+    }
+    let pairs = pairs(settings);
+    for (k, pair) in pairs.iter().enumerate() {
+        let known = Known::Opposite(*pair);
+        let (low, high) = (pair.first.min(pair.second), pair.first.max(pair.second));
+        if layout.kind != Kind::SecondOrder || settings.kinematics == Kinematics::Fitted {
+            return refused(format!("`{known}` says something of forces: take dx/dt = v as known"));
+        }
+        if high >= layout.freedoms {
+            let masses = layout.freedoms;
+            return refused(format!("`{known}`: there is no m{}: the masses measured are {masses}", high + 1));
+        }
+        if pairs[..k].iter().any(|p| (p.first.min(p.second), p.first.max(p.second)) == (low, high)) {
+            return refused(format!("`{known}`: the ratio of these two masses is given twice"));
+        }
+        let [first, second] = [pair.first, pair.second].map(|mass| offered(&settings.of_equation(mass)));
+        if !first.iter().any(|term| pair.joins(term) && second.contains(term)) {
+            let (low, high) = (low + 1, high + 1);
+            return refused(format!(
+                "`{known}`: no candidate of both equations is a force between masses {low} and {high}: add x{high}-x{low}"
+            ));
         }
     }
     Ok(())
@@ -365,9 +424,20 @@ mod tests {
 
     #[test]
     fn what_is_known_reads_as_it_prints() {
-        for text in
-            ["x=-u", "v=-du", "x=u", "x=2.5*u", "v<=0", "x^3>=0", "passive", "odd", "even", "sgn(v)=0.5*sgn(v-du)"]
-        {
+        for text in [
+            "x=-u",
+            "v=-du",
+            "x=u",
+            "x=2.5*u",
+            "v<=0",
+            "x^3>=0",
+            "passive",
+            "odd",
+            "even",
+            "sgn(v)=0.5*sgn(v-du)",
+            "m2/m1",
+            "m1/m3=0.5",
+        ] {
             assert_eq!(text.parse::<Known>().unwrap().to_string(), text);
         }
         assert_eq!(known_list("x = -u; clip(x,0.1)<=0, odd").unwrap().len(), 3);
@@ -379,6 +449,8 @@ mod tests {
             ("x=0*u", "nothing"),
             ("u=2", "--fix u=2"),
             ("foo<=0", "foo"),
+            ("m1/m1", "two masses"),
+            ("m2/m1=-1", "above zero"),
         ] {
             let error = wrong.parse::<Known>().unwrap_err();
             assert!(error.contains(said), "{wrong}: {error}");

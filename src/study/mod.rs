@@ -9,6 +9,7 @@ mod ensemble;
 mod known;
 mod landscape;
 mod noise;
+mod opposite;
 mod outcome;
 mod refined;
 mod regression;
@@ -26,6 +27,7 @@ pub use covariance::Covariance;
 pub use ensemble::{Ensemble, Inclusion};
 pub use known::{Known, Sign, known_list};
 pub use landscape::{Cell, Judge, Landscape, Place, landscape};
+pub use opposite::Pair;
 pub use outcome::{
     Channel, DroppedTerm, Elapsed, EquationFit, Outcome, PathTerm, RecordOutcome, Remedy, Score, SensorScore, Severity,
     StudyError, Warning, force_over_mass,
@@ -244,12 +246,13 @@ impl Study {
     ) -> Result<Result<Refinement, &'static str>, StudyError> {
         let prepared: Vec<(&Prepared, Usage)> =
             self.records.iter().zip(&records.entries).map(|(p, (_, usage))| (p, *usage)).collect();
+        let pairs = opposite::pairs(settings);
         let decided = |freedom: usize, term: &Term| {
             let settings = settings.of_equation(freedom);
             (known::lock_of(&settings, term), known::sign_of(&settings, term, freedom))
         };
         let hints = refined::Hints { start: self.start.as_ref(), rivals: self.rivals.as_deref() };
-        refined::refined(model, covariance, &prepared, &decided, hints, cancel)
+        refined::refined(model, covariance, &prepared, (&decided, &pairs), hints, cancel)
     }
 
     /// Signals of every record that is not off, keeping those that are still right.

@@ -3,8 +3,9 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::opposite::{Pair, pairs};
 use super::score::Tally;
-use super::{Covariance, Refinement, Settings};
+use super::{Covariance, Known, Refinement, Settings};
 use crate::model::{Mass, Mode, Model, Physical, Units, modes, physical};
 use crate::record::{Record, Role, Usage, metres};
 use crate::signal::{Signals, central};
@@ -267,7 +268,17 @@ impl Outcome {
             None => Mass::Unknown,
         };
         let unit = record.channel(Role::Displacement(0)).map_or("", |c| c.unit.as_str());
-        physical(&self.model, &covariance, mass, metres(unit))
+        let mut found = physical(&self.model, &covariance, mass, metres(unit));
+        found.extend(pairs(&self.settings).iter().filter_map(|pair| self.mass_ratio(pair)));
+        found
+    }
+
+    /// The ratio of two masses between which forces are known to be equal and opposite; none where it was given.
+    fn mass_ratio(&self, pair: &Pair) -> Option<Physical> {
+        let (value, std_error) = pair.found(&self.model, self.covariance.all()).filter(|_| pair.ratio.is_none())?;
+        let name = Known::Opposite(*pair).to_string();
+        let title = "ratio of two masses, from the forces between them";
+        Some(Physical { symbol: name.clone().into(), name: name.into(), title, value, std_error, unit: String::new() })
     }
 
     /// Natural frequencies, damping ratios and shapes of the equations' linear part.

@@ -1,6 +1,7 @@
 //! Refinement by output error: the coefficients of the terms that the regression kept, fitted to the response itself.
 
 use super::known::Sign;
+use super::opposite::{Pair, Shared};
 use super::{Cancel, Covariance, Lock, Prepared, StudyError};
 use crate::model::Model;
 use crate::record::Usage;
@@ -45,18 +46,22 @@ struct Free {
     sign: Option<Sign>,
 }
 
-/// The free coefficients of every acceleration.
+/// The free coefficients of every acceleration, and the parameters that they follow from.
 struct Coefficients<'a> {
     model: &'a Model,
     free: Vec<Free>,
+    shared: Shared,
     scales: Vec<f64>,
 }
+
+/// Change of a ratio of masses that matters, as a share of it.
+const RATIO_SCALE: f64 = 0.01;
 
 impl Structure for Coefficients<'_> {
     fn instance(&self, parameters: &[f64]) -> Option<Instance> {
         let mut model = self.model.clone();
-        for (value, Free { equation, place, .. }) in parameters.iter().zip(&self.free) {
-            model.equations[*equation].terms[*place].coefficient = *value;
+        for (k, Free { equation, place, .. }) in self.free.iter().enumerate() {
+            model.equations[*equation].terms[*place].coefficient = self.shared.coefficient(k, parameters);
         }
         Some(Instance { model, delay: 0.0, ceiling: None })
     }
@@ -66,7 +71,8 @@ impl Structure for Coefficients<'_> {
     }
 
     fn bounds(&self) -> Vec<(f64, f64)> {
-        self.free.iter().map(|f| f.sign.map_or((f64::NEG_INFINITY, f64::INFINITY), Sign::range)).collect()
+        let of_coefficient = |k: usize| self.free[k].sign.map_or((f64::NEG_INFINITY, f64::INFINITY), Sign::range);
+        self.shared.owners().iter().map(|owner| owner.map_or(Shared::RATIOS, of_coefficient)).collect()
     }
 
     fn offset(&self) -> bool {
@@ -105,14 +111,14 @@ pub(super) fn same_terms(model: &Model, other: &Model) -> bool {
 }
 
 /// Fits the coefficients of all accelerations to the fitted records' response, every displacement's residual weighed by its
-/// noise; those that were fixed stay.
+/// noise; those that were fixed stay, and the forces between a pair of masses are equal and opposite.
 ///
 /// The inner error says why nothing was refined.
 pub(super) fn refined(
     model: &mut Model,
     covariance: &mut Covariance,
     records: &[(&Prepared, Usage)],
-    decided: Decided<'_>,
+    (decided, pairs): (Decided<'_>, &[Pair]),
     hints: Hints<'_>,
     cancel: &Cancel,
 ) -> Result<Result<Refinement, &'static str>, StudyError> {
@@ -139,14 +145,20 @@ pub(super) fn refined(
     }
     let before: Vec<f64> = terms().map(|(.., t)| t.coefficient).collect();
     let start = hints.start.filter(|start| same_terms(start, model)).unwrap_or(model);
-    let shared: Vec<f64> = free.iter().map(|f| start.equations[f.equation].terms[f.place].coefficient).collect();
-    let coefficients = Coefficients { model, free, scales };
+    let from: Vec<f64> = free.iter().map(|f| start.equations[f.equation].terms[f.place].coefficient).collect();
+    let of: Vec<(usize, &Term)> =
+        free.iter().map(|f| (f.equation - first, &model.equations[f.equation].terms[f.place].term)).collect();
+    let shared = Shared::new(&of, pairs);
+    let from = shared.parameters(&from);
+    let scale = |(owner, value): (&Option<usize>, &f64)| owner.map_or(RATIO_SCALE * value, |k| scales[k]);
+    let scales = shared.owners().iter().zip(&from).map(scale).collect();
+    let coefficients = Coefficients { model, free, shared, scales };
     let cancelled = || cancel.is_cancelled();
     let goal = goal(&fitted, &runs, noise, &cancelled);
     let landed = goal.and_then(|mut goal| {
         goal.options.bar = hints.rivals;
         // Along whole records; where that is lost, by way of segments that grow.
-        land(&coefficients, &runs, &Point::new(&coefficients, &runs, shared, false), goal)
+        land(&coefficients, &runs, &Point::new(&coefficients, &runs, from, false), goal)
     });
     let landed = landed.and_then(|landed| reweighed(&coefficients, landed, cancel));
     let Some(landed) = landed else {
@@ -156,27 +168,30 @@ pub(super) fn refined(
     let horizon = landed.horizon();
     let Landed { refined: found, runs, .. } = landed;
     cancel.check()?;
-    let free = coefficients.free;
+    let Coefficients { free, shared, .. } = coefficients;
     *covariance = Covariance::unknown(model.equations[accelerations.clone()].iter().map(|e| e.terms.len()));
     let places: Vec<Option<usize>> = terms()
         .map(|(equation, place, _)| free.iter().position(|f| (f.equation, f.place) == (equation, place)))
         .collect();
-    let known = found.covariance.nrows() == free.len();
+    let slopes = shared.slopes(&found.point.shared);
+    let known = found.covariance.nrows() == slopes.ncols();
+    let errors = if known { &slopes * &found.covariance * slopes.transpose() } else { found.covariance.clone() };
     let at: Vec<(usize, usize)> = terms().map(|(equation, place, _)| (equation - first, place)).collect();
     for (i, a) in places.iter().enumerate() {
         for (j, b) in places.iter().enumerate().skip(i) {
             let entry = match a.zip(*b) {
-                Some(places) if known => found.covariance[places],
+                Some(places) if known => errors[places],
                 Some(_) => f64::NAN,
                 None => 0.0,
             };
             covariance.set(at[i], at[j], entry);
         }
     }
-    for (value, f) in found.point.shared.iter().zip(&free) {
+    for (k, f) in free.iter().enumerate() {
+        let value = shared.coefficient(k, &found.point.shared);
         let term = &mut model.equations[f.equation].terms[f.place];
         term.share *= (value / term.coefficient).abs();
-        term.coefficient = *value;
+        term.coefficient = value;
     }
     covariance.tell(model, accelerations.clone());
     for equation in &mut model.equations[accelerations] {

@@ -87,11 +87,18 @@ pub(crate) fn draw(masses: usize, shown: Shown, nothing: bool, seed: u64) -> Opt
         .iter()
         .map(|e| (e.choice.effect.as_str(), e.place.map(|p| p.to_string()).unwrap_or_default()))
         .collect();
-    println!("{masses} masses, {shown:?}, {seed}: {effect} at {site}: {:?} {steps:?}", found.verdict);
-    Some(match (nothing, found.verdict) {
+    let hidden = if nothing { "nothing".to_owned() } else { format!("{effect} at {site}") };
+    let result = match (nothing, found.verdict) {
         (true, Verdict::NothingMissing) => Found::Right,
         (false, Verdict::Named) if steps == [(effect, site)] => Found::Right,
         (true, _) | (false, Verdict::Named) => Found::Wrong,
         (false, _) => Found::Open,
-    })
+    };
+    println!("{masses} masses, {shown:?}, {seed}: {hidden}: {:?} {steps:?}", found.verdict);
+    if result != Found::Right {
+        let set: Vec<String> = parameters.iter().map(|(name, value)| format!("--set {name}={value}")).collect();
+        let (fitted, held_out) = (2 * seed + 1, 2 * seed + 2);
+        println!("    seeds {fitted} (10 s) and {held_out} (5 s), --noise 1% {}", set.join(" "));
+    }
+    Some(result)
 }

@@ -8,7 +8,7 @@ use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, row, section, switch};
 use crate::format::number::{align_at_point, format_measured};
 use crate::record::Record;
-use crate::study::{Known, Lock, Outcome, Settings, force_over_mass, known_list};
+use crate::study::{Known, Lock, Outcome, Pair, Settings, force_over_mass, known_list};
 use crate::term::{Expression, Kind, Layout, Symbol, Term};
 
 /// Whether a restoring force is known to be as large one way as the other.
@@ -58,7 +58,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
                 continue;
             }
             let on = settings.known.contains(&known);
-            if chip(ui, label, on, false, tooltip).clicked() {
+            if chip(ui, &label, on, false, tooltip).clicked() {
                 set(settings, known, !on);
             }
         }
@@ -92,23 +92,32 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
 }
 
 /// What one click says.
-fn offered(layout: &Layout) -> Vec<(Known, &'static str, &'static str)> {
+fn offered(layout: &Layout) -> Vec<(Known, String, &'static str)> {
     let mut offered = Vec::new();
     if layout.freedoms == 1 && layout.inputs == 1 {
         offered.push((
             tie(Symbol::State(0), Symbol::Input(0)),
-            "one spring: x−u",
+            "one spring: x−u".to_owned(),
             "A base moves the mass through one spring: x and u have the same coefficient with opposite signs",
         ));
         offered.push((
             tie(Symbol::Rate(0), Symbol::InputRate(0)),
-            "one damper: v−du",
+            "one damper: v−du".to_owned(),
             "A base moves the mass through one damper: v and du have the same coefficient with opposite signs",
+        ));
+    }
+    for first in 0..layout.freedoms.saturating_sub(1) {
+        let (one, other) = (first + 1, first + 2);
+        offered.push((
+            Known::Opposite(Pair { first, second: first + 1, ratio: None }),
+            format!("equal and opposite {one}–{other}"),
+            "What one mass feels of the other, the other feels the other way round: one spring, one damper, one friction. The \
+             ratio of the masses is found; one that is known is typed below, as m2/m1=0.5",
         ));
     }
     offered.push((
         Known::Passive,
-        "damping takes energy",
+        "damping takes energy".to_owned(),
         "No damping or friction term may feed energy in: coefficients of v, v³, v|v|, sgn v, x²v, … are zero or below",
     ));
     offered
@@ -119,7 +128,14 @@ fn is_other(known: &Known, layout: &Layout) -> bool {
 }
 
 fn set(settings: &mut Settings, known: Known, on: bool) {
-    settings.known.retain(|k| *k != known);
+    // One ratio for two masses: the last one said.
+    let same = |k: &Known| match (k, &known) {
+        (Known::Opposite(a), Known::Opposite(b)) => {
+            (a.first, a.second) == (b.first, b.second) || (a.second, a.first) == (b.first, b.second)
+        }
+        (a, b) => a == b,
+    };
+    settings.known.retain(|k| !same(k));
     if on {
         settings.known.push(known);
     }
@@ -221,6 +237,9 @@ mod tests {
             set(&mut settings, known.clone(), true);
             set(&mut settings, known, true);
         }
+        let chain = Layout { freedoms: 3, ..layout };
+        let texts: Vec<String> = super::offered(&chain).iter().map(|(k, ..)| k.to_string()).collect();
+        assert_eq!(texts, ["m2/m1", "m3/m2", "passive"]);
         assert_eq!(settings.known.len(), 3);
         assert_eq!(settings.known.iter().filter(|k| is_other(k, &layout)).collect::<Vec<_>>(), [&signed]);
     }

@@ -1,5 +1,6 @@
 //! The regression stage: library columns over every fitted record, reduced once, thresholded often.
 
+mod opposed;
 mod rows;
 mod sliding;
 mod uncertainty;
@@ -316,9 +317,7 @@ impl Regression {
     pub(super) fn sparse(&self, settings: &Settings) -> (Model, f64) {
         let mut equations = self.unfitted_equations();
         let mut misfit = 0.0_f64;
-        for target in &self.targets {
-            let constraints = self.constraints(settings, target);
-            let solution = settings.regressor.solve(&target.reduced, &constraints, &options(settings));
+        for (target, solution) in self.targets.iter().zip(self.solutions(settings).0) {
             misfit = misfit.max(solution.residual_rms / target.reduced.target_scale());
             equations[target.index] = Equation::known(
                 self.terms
@@ -395,37 +394,33 @@ impl Regression {
         let mut equations = self.unfitted_equations();
         let mut fits = Vec::with_capacity(self.targets.len());
         let mut scores: Vec<(Scores, Vec<Option<usize>>)> = Vec::with_capacity(self.targets.len());
-        for target in &self.targets {
-            let constraints = self.constraints(settings, target);
-            let mut solution = settings.regressor.solve(&target.reduced, &constraints, &options);
-            // What a sign holds at zero is no term.
-            let Solution { support, coefficients, .. } = &mut solution;
-            support.retain(|k| coefficients[*k] != 0.0 || constraints[*k] == Constraint::In);
-            let path = settings.regressor.path(&target.reduced, &constraints, &options);
-            let (equation, places) = self.equation(target, &solution, &constraints);
+        let mut columns = Vec::with_capacity(self.targets.len());
+        let (solutions, constraints, follows) = self.solutions(settings);
+        for ((target, solution), constraints) in self.targets.iter().zip(&solutions).zip(&constraints) {
+            let path = settings.regressor.path(&target.reduced, constraints, &options);
+            let (equation, kept) = self.equation(target, solution, constraints);
             equations[target.index] = equation;
-            scores.push((self.scores(target, &solution, &solution.support), places));
-            fits.push(self.fit(target, &solution, &constraints, &path, &self.offers(settings, target)));
+            let places = kept.iter().map(|k| solution.support.iter().position(|s| s == k)).collect();
+            scores.push((self.scores(target, solution, &solution.support), places));
+            columns.push(kept);
+            fits.push(self.fit(target, solution, constraints, &path, &self.offers(settings, target)));
         }
         let mut model = Model { layout: self.layout, equations, static_ratio: 1.0 };
-        let covariance = Covariance::of_regression(&scores);
+        let mut covariance = Covariance::of_regression(&scores);
+        if let Some(follows) = follows {
+            follows.transform(&mut covariance, &columns);
+        }
         covariance.tell(&mut model, self.fitted());
         (model, fits, covariance)
     }
 
-    /// An equation, and the place of each of its terms among the columns that were fitted; none for a fixed one.
-    fn equation(
-        &self,
-        target: &Target,
-        solution: &Solution,
-        constraints: &[Constraint],
-    ) -> (Equation, Vec<Option<usize>>) {
+    /// An equation, and the column of each of its terms.
+    fn equation(&self, target: &Target, solution: &Solution, constraints: &[Constraint]) -> (Equation, Vec<usize>) {
         let scale = target.reduced.scale();
         let force: f64 = solution.coefficients.iter().zip(scale).map(|(c, s)| (c * s).abs()).sum();
         let kept: Vec<usize> = (0..self.terms.len())
             .filter(|k| solution.support.contains(k) || matches!(constraints[*k], Constraint::Fixed(_)))
             .collect();
-        let places: Vec<Option<usize>> = kept.iter().map(|k| solution.support.iter().position(|s| s == k)).collect();
         let terms = kept
             .iter()
             .map(|k| {
@@ -438,7 +433,7 @@ impl Regression {
                 }
             })
             .collect();
-        (Equation { terms }, places)
+        (Equation { terms }, kept)
     }
 
     fn residual(&self, target: &Target, solution: &Solution) -> Vec<f64> {
