@@ -14,7 +14,7 @@ use super::fit::Fitted;
 use super::outcome::{Evidence, Test};
 use super::screen::{Motion, Screened};
 use super::site::Placed;
-use crate::refine::autoregression;
+use crate::refine::{autoregression, lagged_products};
 use crate::signal::{dot, rms};
 use crate::study::Cancel;
 
@@ -45,13 +45,23 @@ pub(super) struct Whitener {
 }
 
 impl Whitener {
-    fn new(data: &Data, residual: &[f64]) -> Self {
+    /// From a residual out of which a basis was taken. What white noise lost with the basis is put back: where the basis has
+    /// the motion's frequencies, noise would seem weak there, and any force at them strong.
+    fn new(data: &Data, residual: &[f64], taken: &Basis) -> Self {
         let spans: Vec<_> = data.spans().collect();
         let count = data.outputs.len();
         let of = |sensor: usize| {
             let own = spans.iter().skip(sensor).step_by(count);
-            let series: Vec<&[f64]> = own.map(|s| &residual[s.clone()]).collect();
-            autoregression(&series, ORDER)
+            let products = |rows: &[f64]| lagged_products(own.clone().map(|s| &rows[s.clone()]), ORDER);
+            let mut lost = vec![0.0; ORDER + 1];
+            for column in &taken.columns {
+                lost.iter_mut().zip(products(column)).for_each(|(lost, product)| *lost += product);
+            }
+            let samples = own.clone().map(|s| s.len()).sum::<usize>() as f64;
+            let mut correlation = products(residual);
+            let variance = correlation[0] / (samples - lost[0]).max(1.0);
+            correlation.iter_mut().zip(lost).for_each(|(c, lost)| *c = (*c + variance * lost) / samples.max(1.0));
+            autoregression(&correlation)
         };
         let fitted: Vec<(Vec<f64>, f64)> = (0..count).map(of).collect();
         let first = fitted[0].1;
@@ -123,7 +133,7 @@ impl Data {
         }
         let mut rest = residual.clone();
         all.remove(&mut rest);
-        let whitener = Whitener::new(self, &rest);
+        let whitener = Whitener::new(self, &rest, &all);
         let mut basis = Basis::default();
         for column in &tangent {
             basis.push(whitener.apply(column));

@@ -29,7 +29,7 @@ pub use crate::simulate::Output;
 
 pub use fitter::{misfit, refine, respond};
 pub use horizon::{Before, Goal, Horizon, Landed, climb, cut, holds, horizon, land, levels, look, sampled, shoot};
-pub use statistics::{autoregression, inflation};
+pub use statistics::{autoregression, inflation, lagged_products};
 
 /// What one set of parameters makes.
 #[derive(Clone, Debug, PartialEq)]

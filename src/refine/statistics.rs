@@ -1,17 +1,19 @@
 use std::f64::consts::TAU;
 
-/// Coefficients of an autoregression of the given order and the variance of its innovations, by the Levinson–Durbin
-/// recursion over series of their own.
+/// Sums of products of samples so far apart, from none to `order` samples, over series of their own.
+pub fn lagged_products<'a>(series: impl Iterator<Item = &'a [f64]> + Clone, order: usize) -> Vec<f64> {
+    let lag = |k: usize| -> f64 {
+        series.clone().filter(|s| s.len() > k).map(|s| crate::signal::dot(&s[k..], &s[..s.len() - k])).sum()
+    };
+    (0..=order).map(lag).collect()
+}
+
+/// Coefficients of the autoregression that has these correlations, at no lag and at each up to its order, and the variance of
+/// its innovations, by the Levinson–Durbin recursion.
 ///
 /// The prediction of sample `n` is `Σ a[k] e[n−1−k]`.
-pub fn autoregression(series: &[&[f64]], order: usize) -> (Vec<f64>, f64) {
-    let count: usize = series.iter().map(|s| s.len()).sum();
-    let lag = |k: usize| {
-        let sum: f64 =
-            series.iter().filter(|s| s.len() > k).map(|s| crate::signal::dot(&s[k..], &s[..s.len() - k])).sum();
-        sum / count.max(1) as f64
-    };
-    let correlation: Vec<f64> = (0..=order).map(lag).collect();
+pub fn autoregression(correlation: &[f64]) -> (Vec<f64>, f64) {
+    let order = correlation.len() - 1;
     let mut a: Vec<f64> = Vec::with_capacity(order);
     let mut variance = correlation[0];
     for k in 0..order {
@@ -35,9 +37,9 @@ pub fn autoregression(series: &[&[f64]], order: usize) -> (Vec<f64>, f64) {
 ///
 /// An autoregression of order 8 gives the spectrum; the largest value from half to twice the frequency counts.
 pub fn inflation(series: &[&[f64]], frequency: f64) -> f64 {
-    let (a, innovation) = autoregression(series, 8);
-    let count: usize = series.iter().map(|s| s.len()).sum();
-    let variance = series.iter().flat_map(|s| s.iter()).map(|e| e * e).sum::<f64>() / count.max(1) as f64;
+    let products = lagged_products(series.iter().copied(), 8);
+    let (a, innovation) = autoregression(&products);
+    let variance = products[0];
     if variance <= 0.0 {
         return 1.0;
     }
