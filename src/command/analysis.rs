@@ -1,8 +1,9 @@
 use super::failure::Failure;
 use super::options::StudyOptions;
 use super::progress::Progress;
+use crate::record::prepare::{Preparation, prepare};
 use crate::record::{RecordSet, Usage};
-use crate::study::{Cancel, Free, Horizon, Outcome, Study, choose, suggest};
+use crate::study::{Calibrated, Cancel, Free, Horizon, Outcome, Study, calibrate, choose, suggest};
 
 /// A study with how its settings came about.
 pub(super) struct Analysis {
@@ -12,11 +13,13 @@ pub(super) struct Analysis {
     pub(super) horizons: [Option<Horizon>; 2],
     /// How the settings that were not given were chosen.
     pub(super) choice: Option<String>,
+    /// What was found of the channels, and taken out of the records.
+    pub(super) calibrated: Vec<Calibrated>,
 }
 
 /// Reads the records, chooses what was left open, and runs the study.
 pub(super) fn analyse(options: &StudyOptions) -> Result<Analysis, Failure> {
-    let records = options.data.read()?;
+    let mut records = options.data.read()?;
     let cancel = Cancel::default();
     let mut settings = suggest(&records, options.data.kind.into())?;
     options.apply(&mut settings)?;
@@ -37,9 +40,16 @@ pub(super) fn analyse(options: &StudyOptions) -> Result<Analysis, Failure> {
         settings = chosen.settings;
         choice = Some(chosen.reason);
     }
+    let mut calibrated = Vec::new();
+    if !options.estimate.is_empty() {
+        calibrated = calibrate(&records, &settings, &options.estimate, &cancel)?;
+        let steps: Vec<Preparation> = calibrated.iter().map(|c| c.treatment().into()).collect();
+        records = prepare(&records, &steps).map_err(|e| Failure::new(e.to_string()))?;
+        settings.refine = true;
+    }
     let mut study = Study::default();
     let outcome = study.run(&records, &settings, &cancel)?;
     let horizon = |usage: Usage| study.horizon(&outcome, usage, &cancel);
     let horizons = [horizon(Usage::Fit)?, horizon(Usage::HeldOut)?];
-    Ok(Analysis { records, outcome, horizons, choice })
+    Ok(Analysis { records, outcome, horizons, choice, calibrated })
 }

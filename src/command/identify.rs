@@ -8,11 +8,11 @@ use super::options::StudyOptions;
 use super::{Output, json};
 use crate::export;
 use crate::format::equations;
-use crate::format::number::significant;
+use crate::format::number::{format_measured, significant};
 use crate::format::units::format_si;
 use crate::record::{Role, Usage};
 use crate::report::{Arrangement, Report};
-use crate::study::{self, Horizon};
+use crate::study::{self, Calibrated, Calibration, Horizon};
 
 /// Options of `identify`.
 #[derive(Debug, Args)]
@@ -76,11 +76,35 @@ pub(super) fn run(options: &Options) -> Output {
                 _ => String::new(),
             };
             let mut text = format!("{integrated}{}\n{}", equations::text(model, Some(&units)), report.summary());
+            text.push_str(&found_of_channels(&analysis));
             text.push_str(&predicts(&analysis));
             text
         }
     };
     Ok(text.into_bytes())
+}
+
+/// What was found of the channels and taken out of the records, a line each.
+fn found_of_channels(analysis: &Analysis) -> String {
+    let name = |role: Role| {
+        let channel = analysis.records.entries.first().and_then(|(r, _)| r.channel(role));
+        channel.map_or_else(String::new, |c| c.name.clone())
+    };
+    let of = |found: &Calibrated| match found.what {
+        Calibration::Delay(role) => {
+            let which = if found.value < 0.0 { "early" } else { "late" };
+            let by = format_measured(1e3 * found.value.abs(), found.std_error.map(|e| 1e3 * e));
+            format!("Found with the equation: {} is {by} ms {which}; it was moved.\n", name(role))
+        }
+        Calibration::Gain(role) => {
+            let gain = format_measured(found.value, found.std_error);
+            format!(
+                "Found with the equation: {} shows {gain} times what there is; it was divided by that.\n",
+                name(role)
+            )
+        }
+    };
+    analysis.calibrated.iter().map(of).collect()
 }
 
 /// How far free runs predict, where that is not the whole record; a line for what was fitted and one for what was held out.

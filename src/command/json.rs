@@ -9,7 +9,9 @@ use super::failure::Failure;
 use crate::format::equations::{integrated_state, is_kinematic};
 use crate::model::{Equation, Mode, Model, Units, WeightedTerm};
 use crate::record::Usage;
-use crate::study::{EquationFit, Form, Horizon, Kinematics, Lock, Outcome, Scaling, Score, Settings, Severity};
+use crate::study::{
+    Calibration, EquationFit, Form, Horizon, Kinematics, Lock, Outcome, Scaling, Score, Settings, Severity,
+};
 use crate::term::{Kind, Layout, Symbol, Term, integral};
 
 /// The version of the fields below.
@@ -45,6 +47,12 @@ pub(super) fn identified(analysis: &Analysis) -> Value {
         "noise_floor": outcome.noise_floor,
         "elapsed_ms": { "fit": outcome.elapsed.fit, "simulate": outcome.elapsed.simulate },
         "probabilities": probabilities(outcome),
+        "calibrated": analysis.calibrated.iter().map(|found| {
+            let what = if let Calibration::Delay(_) = found.what { "delay" } else { "gain" };
+            let role = found.what.role();
+            let channel = format!("{}{}", role.symbol(), role.index() + 1);
+            json!({ "channel": channel, "quantity": what, "value": found.value, "std_error": found.std_error })
+        }).collect::<Vec<_>>(),
         "records": records(outcome),
         "physical": outcome.physical().iter().map(|p| json!({
             "name": p.name,

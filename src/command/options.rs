@@ -12,7 +12,8 @@ use crate::format::shell::{quoted, seen_from};
 use crate::record::prepare::{self, Preparation, Treatment};
 use crate::record::{ColumnMap, ReadOptions, RecordSet, read_set};
 use crate::study::{
-    Differentiation, Form, Kinematics, Known, Lock, NARROWEST, Regressor, Scaling, Settings, force_over_mass,
+    Calibration, Differentiation, Form, Kinematics, Known, Lock, NARROWEST, Regressor, Scaling, Settings,
+    force_over_mass,
 };
 use crate::term::{Kind, Part, Term, by_equation, is_integral, rate};
 
@@ -77,6 +78,10 @@ pub(super) struct StudyOptions {
     /// all equations or of each: "v2: x2-x1<=0"
     #[arg(long, value_name = "LIST", help_heading = "Physics")]
     constrain: Vec<Constraints>,
+    /// Find this with the equation and take it out of the records, fitting the response: how late a channel is, delay(u) or
+    /// delay(x2); by how much a sensor shows too much, gain(x2)
+    #[arg(long, value_name = "LIST", value_delimiter = ',', help_heading = "Physics")]
+    pub(super) estimate: Vec<Calibration>,
     /// The moving mass, kg: coefficients are told as forces too
     #[arg(long, value_name = "KG", value_parser = positive, allow_negative_numbers = true, help_heading = "Physics")]
     mass: Option<f64>,

@@ -264,7 +264,7 @@ impl Structure for Composition {
             }
         }
         let (model, composed) = self.model(parameters);
-        Some(Instance { model, delay: composed.delay, ceiling: composed.ceiling })
+        Some(Instance { model, delay: composed.delay, ceiling: composed.ceiling, readings: Vec::new() })
     }
 
     fn scales(&self) -> Vec<f64> {

@@ -42,6 +42,20 @@ impl Role {
         }
     }
 
+    /// The role of a short name: `a`, `u2`; none if a text is none.
+    pub fn of_short_name(text: &str) -> Option<Self> {
+        let symbol = text.trim_end_matches(|c: char| c.is_ascii_digit());
+        let number = if symbol.len() < text.len() { text[symbol.len()..].parse::<usize>().ok()? } else { 1 };
+        let index = number.checked_sub(1)?;
+        Some(match symbol {
+            "x" => Self::Displacement(index),
+            "v" => Self::Velocity(index),
+            "a" => Self::Acceleration(index),
+            "u" => Self::Input(index),
+            _ => return None,
+        })
+    }
+
     /// Which of several, from zero.
     pub fn index(self) -> usize {
         match self {

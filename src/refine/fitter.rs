@@ -6,8 +6,8 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::arrow::{Arrow, Step};
-use super::{Instance, Options, Point, Refined, Run, Structure};
-use crate::simulate::{InputGrid, Limits, Response, Simulator, Workspace};
+use super::{Instance, Options, Point, Reading, Refined, Run, Structure};
+use crate::simulate::{InputGrid, Limits, Response, Simulator, Workspace, later};
 
 /// Steps after which a fit is held against the bar.
 const PATIENCE: usize = 4;
@@ -84,6 +84,8 @@ struct Scratch {
     initial: Vec<f64>,
     /// The last delayed inputs of a record.
     delayed: Vec<Option<(f64, InputGrid)>>,
+    /// What a sensor shows late.
+    moved: Vec<f64>,
 }
 
 /// A structure at certain parameters, ready to be simulated.
@@ -143,7 +145,7 @@ impl<'a> Fitter<'a> {
         let run = &self.runs[index];
         let limits =
             Limits { states: &run.limits, tolerance: TOLERANCE, cancelled: self.options.cancelled, rates: self.rates };
-        let Scratch { workspace, response, initial, delayed } = scratch;
+        let Scratch { workspace, response, initial, delayed, moved } = scratch;
         let delay = ready.instance.delay;
         let grid = if delay == 0.0 {
             &*run.grid
@@ -172,7 +174,13 @@ impl<'a> Fitter<'a> {
         for (i, (output, weight)) in run.outputs.iter().zip(&run.weights).enumerate() {
             let offset = offsets.get(run.record * run.weights.len() + i).copied().unwrap_or(0.0);
             let ceiling = ready.instance.ceiling.map_or(f64::INFINITY, f64::abs);
-            out.extend(output.of(response, freedoms).iter().map(|x| weight * (x + offset).clamp(-ceiling, ceiling)));
+            let Reading { delay, gain } = ready.instance.readings.get(i).copied().unwrap_or_default();
+            let mut series = output.of(response, freedoms);
+            if delay != 0.0 {
+                later(series, delay / grid.interval(), moved);
+                series = moved;
+            }
+            out.extend(series.iter().map(|x| weight * (gain * x + offset).clamp(-ceiling, ceiling)));
         }
         out.iter().all(|y| y.is_finite())
     }

@@ -40,6 +40,23 @@ pub struct Instance {
     pub delay: f64,
     /// The sensor shows no displacement beyond ± this.
     pub ceiling: Option<f64>,
+    /// What each output's sensor makes of what it measures; empty where every one shows it as it is.
+    pub readings: Vec<Reading>,
+}
+
+/// What a sensor makes of what it measures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// It is late by this, s.
+    pub delay: f64,
+    /// It shows so many times as much.
+    pub gain: f64,
+}
+
+impl Default for Reading {
+    fn default() -> Self {
+        Self { delay: 0.0, gain: 1.0 }
+    }
 }
 
 /// A model whose shared parameters are to be found.

@@ -20,7 +20,12 @@ const DUFFING: Free = Free("x, v, u, x^3");
 impl Structure for Free {
     fn instance(&self, parameters: &[f64]) -> Option<Instance> {
         let terms = list(self.0).unwrap().into_iter().zip(parameters.iter().copied());
-        Some(Instance { model: Model::second_order(1, vec![Equation::known(terms)]), delay: 0.0, ceiling: None })
+        Some(Instance {
+            model: Model::second_order(1, vec![Equation::known(terms)]),
+            delay: 0.0,
+            ceiling: None,
+            readings: Vec::new(),
+        })
     }
 
     fn scales(&self) -> Vec<f64> {

@@ -68,6 +68,27 @@ fn through_six(place: f64) -> [f64; 6] {
     })
 }
 
+/// A series later by so many samples (earlier if negative), into `out`: polynomials through the six samples nearest to each
+/// place, at the ends continued.
+pub(crate) fn later(series: &[f64], by: f64, out: &mut Vec<f64>) {
+    out.clear();
+    let count = series.len() as isize;
+    if count < NEIGHBOURS.len() as isize {
+        out.extend_from_slice(series);
+        return;
+    }
+    let whole = (-by).floor();
+    let between = through_six(-by - whole);
+    let shift = whole as isize;
+    out.extend((0..count).map(|k| {
+        let place = k + shift;
+        // Near an end the last six samples there.
+        let middle = place.clamp(2, count - 4);
+        let weights = if middle == place { between } else { through_six(k as f64 - by - middle as f64) };
+        NEIGHBOURS.iter().zip(weights).map(|(j, w)| w * series[(middle + j) as usize]).sum::<f64>()
+    }));
+}
+
 impl InputGrid {
     /// Prepares sampled inputs.
     ///

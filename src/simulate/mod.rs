@@ -23,6 +23,7 @@ mod tests;
 use std::ops::Range;
 
 pub use grid::InputGrid;
+pub(crate) use grid::later;
 pub use initial::{InitialState, fit_initial_state};
 pub use output::Output;
 

@@ -1,6 +1,7 @@
 //! A study is a value: settings and records in, [`Outcome`] out; the same in the window, on the command line and in tests.
 
 mod bias;
+mod calibrate;
 mod choose;
 mod covariance;
 mod degree;
@@ -22,6 +23,7 @@ mod weak;
 
 use crate::refine::Bar;
 pub use crate::refine::Horizon;
+pub use calibrate::{Calibrated, Calibration, calibrate, calibration_list};
 pub use choose::{Choice, Free, choose};
 pub use covariance::Covariance;
 pub use ensemble::{Ensemble, Inclusion};
@@ -177,7 +179,7 @@ impl Study {
         let mut refinement = None;
         let mut refused = None;
         if settings.refine {
-            match self.refine(records, settings, &mut model, &mut covariance, cancel)? {
+            match self.refine(records, settings, (&mut model, &mut covariance), &[], cancel)? {
                 Ok(done) => refinement = Some(done),
                 Err(reason) => refused = Some(reason),
             }
@@ -235,13 +237,29 @@ impl Study {
         Ok(found)
     }
 
+    /// What is sought of the channels, found with the coefficients of one refinement.
+    fn calibrated(
+        &mut self,
+        records: &RecordSet,
+        settings: &Settings,
+        sought: &[Calibration],
+        cancel: &Cancel,
+    ) -> Result<Vec<Calibrated>, StudyError> {
+        let layout = check(records, settings)?;
+        self.prepare(records, &layout, &settings.smoothing, cancel)?;
+        self.find_standstills(settings);
+        let (mut model, _, mut covariance) = self.regression(records, settings)?.identify(settings);
+        let found = self.refine(records, settings, (&mut model, &mut covariance), sought, cancel)?;
+        found.map(|refinement| refinement.calibrated).map_err(|reason| StudyError::Setting(reason.to_owned()))
+    }
+
     /// Fits the coefficients to the response; the inner error says why not.
     fn refine(
         &self,
         records: &RecordSet,
         settings: &Settings,
-        model: &mut Model,
-        covariance: &mut Covariance,
+        (model, covariance): (&mut Model, &mut Covariance),
+        sought: &[Calibration],
         cancel: &Cancel,
     ) -> Result<Result<Refinement, &'static str>, StudyError> {
         let prepared: Vec<(&Prepared, Usage)> =
@@ -252,7 +270,8 @@ impl Study {
             (known::lock_of(&settings, term), known::sign_of(&settings, term, freedom))
         };
         let hints = refined::Hints { start: self.start.as_ref(), rivals: self.rivals.as_deref() };
-        refined::refined(model, covariance, &prepared, (&decided, &pairs), hints, cancel)
+        let asked = refined::Asked { decided: &decided, pairs: &pairs, sought };
+        refined::refined(model, covariance, &prepared, asked, hints, cancel)
     }
 
     /// Signals of every record that is not off, keeping those that are still right.

@@ -1,12 +1,13 @@
 //! Refinement by output error: the coefficients of the terms that the regression kept, fitted to the response itself.
 
+use super::calibrate::{Calibrated, Calibration};
 use super::known::Sign;
 use super::opposite::{Pair, Shared};
 use super::{Cancel, Covariance, Lock, Prepared, StudyError};
 use crate::model::Model;
-use crate::record::Usage;
+use crate::record::{Role, Usage};
 use crate::refine::{
-    Bar, Goal, Horizon, Instance, Landed, Options, Point, Refined, Run, Structure, horizon, land, refine,
+    Bar, Goal, Horizon, Instance, Landed, Options, Point, Reading, Refined, Run, Structure, horizon, land, refine,
 };
 use crate::signal::{motion_period, rms};
 use crate::term::Term;
@@ -23,6 +24,8 @@ pub struct Refinement {
     pub horizon: f64,
     /// True if no further step would change the fit noticeably.
     pub converged: bool,
+    /// What was sought of the channels.
+    pub calibrated: Vec<Calibrated>,
 }
 
 /// Steps of the iteration, at most.
@@ -52,10 +55,22 @@ struct Coefficients<'a> {
     free: Vec<Free>,
     shared: Shared,
     scales: Vec<f64>,
+    /// What is sought of the channels; after the coefficients' parameters.
+    sought: &'a [Calibration],
+    /// The channel that each output shows.
+    shown: Vec<Role>,
+    /// Sampling interval, s.
+    interval: f64,
 }
 
 /// Change of a ratio of masses that matters, as a share of it.
 const RATIO_SCALE: f64 = 0.01;
+/// The same of a delay, as a share of the sampling interval, and of a gain.
+const DELAY_SCALE: f64 = 0.05;
+const GAIN_SCALE: f64 = 0.01;
+/// Largest delay that one fit seeks, in sampling intervals, and the gains that it admits.
+const MOST_DELAY: f64 = 3.0;
+const GAINS: (f64, f64) = (0.2, 5.0);
 
 impl Structure for Coefficients<'_> {
     fn instance(&self, parameters: &[f64]) -> Option<Instance> {
@@ -63,16 +78,37 @@ impl Structure for Coefficients<'_> {
         for (k, Free { equation, place, .. }) in self.free.iter().enumerate() {
             model.equations[*equation].terms[*place].coefficient = self.shared.coefficient(k, parameters);
         }
-        Some(Instance { model, delay: 0.0, ceiling: None })
+        let mut delay = 0.0;
+        let mut readings = if self.sought.is_empty() { Vec::new() } else { vec![Reading::default(); self.shown.len()] };
+        for (what, value) in self.sought.iter().zip(&parameters[self.shared.owners().len()..]) {
+            let reading = self.shown.iter().position(|role| *role == what.role()).and_then(|k| readings.get_mut(k));
+            match (what, reading) {
+                (Calibration::Delay(_), Some(reading)) => reading.delay = *value,
+                // An input that was recorded late acted earlier.
+                (Calibration::Delay(_), None) => delay = -value,
+                (Calibration::Gain(_), Some(reading)) => reading.gain = *value,
+                (Calibration::Gain(_), None) => return None,
+            }
+        }
+        Some(Instance { model, delay, ceiling: None, readings })
     }
 
     fn scales(&self) -> Vec<f64> {
-        self.scales.clone()
+        let of = |what: &Calibration| match what {
+            Calibration::Delay(_) => DELAY_SCALE * self.interval,
+            Calibration::Gain(_) => GAIN_SCALE,
+        };
+        self.scales.iter().copied().chain(self.sought.iter().map(of)).collect()
     }
 
     fn bounds(&self) -> Vec<(f64, f64)> {
         let of_coefficient = |k: usize| self.free[k].sign.map_or((f64::NEG_INFINITY, f64::INFINITY), Sign::range);
-        self.shared.owners().iter().map(|owner| owner.map_or(Shared::RATIOS, of_coefficient)).collect()
+        let of = |what: &Calibration| match what {
+            Calibration::Delay(_) => (-MOST_DELAY * self.interval, MOST_DELAY * self.interval),
+            Calibration::Gain(_) => (GAINS.0, GAINS.1),
+        };
+        let coefficients = self.shared.owners().iter().map(|owner| owner.map_or(Shared::RATIOS, of_coefficient));
+        coefficients.chain(self.sought.iter().map(of)).collect()
     }
 
     fn offset(&self) -> bool {
@@ -91,7 +127,15 @@ pub(super) const NO_START: &str =
     "Not refined: the response of the regression's equation leaves the data's range, so there is nothing to start from";
 
 /// What is decided about a term of a degree of freedom's equation: its lock, and the sign that its coefficient may have.
-type Decided<'a> = &'a dyn Fn(usize, &Term) -> (Option<Lock>, Option<Sign>);
+pub(super) type Decided<'a> = &'a dyn Fn(usize, &Term) -> (Option<Lock>, Option<Sign>);
+
+/// What a refinement keeps to, and what it seeks beside the coefficients.
+#[derive(Clone, Copy)]
+pub(super) struct Asked<'a> {
+    pub(super) decided: Decided<'a>,
+    pub(super) pairs: &'a [Pair],
+    pub(super) sought: &'a [Calibration],
+}
 
 /// Where a refinement begins, and what it is held against.
 #[derive(Clone, Copy)]
@@ -118,7 +162,7 @@ pub(super) fn refined(
     model: &mut Model,
     covariance: &mut Covariance,
     records: &[(&Prepared, Usage)],
-    (decided, pairs): (Decided<'_>, &[Pair]),
+    asked: Asked<'_>,
     hints: Hints<'_>,
     cancel: &Cancel,
 ) -> Result<Result<Refinement, &'static str>, StudyError> {
@@ -136,7 +180,7 @@ pub(super) fn refined(
     let mut free = Vec::new();
     let mut scales = Vec::new();
     for (equation, place, term) in terms() {
-        let (lock, sign) = decided(equation - first, &term.term);
+        let (lock, sign) = (asked.decided)(equation - first, &term.term);
         if !matches!(lock, Some(Lock::Fixed(_))) {
             free.push(Free { equation, place, sign });
             // One hundredth of all forces together.
@@ -148,11 +192,15 @@ pub(super) fn refined(
     let from: Vec<f64> = free.iter().map(|f| start.equations[f.equation].terms[f.place].coefficient).collect();
     let of: Vec<(usize, &Term)> =
         free.iter().map(|f| (f.equation - first, &model.equations[f.equation].terms[f.place].term)).collect();
-    let shared = Shared::new(&of, pairs);
-    let from = shared.parameters(&from);
+    let shared = Shared::new(&of, asked.pairs);
+    let mut from = shared.parameters(&from);
     let scale = |(owner, value): (&Option<usize>, &f64)| owner.map_or(RATIO_SCALE * value, |k| scales[k]);
     let scales = shared.owners().iter().zip(&from).map(scale).collect();
-    let coefficients = Coefficients { model, free, shared, scales };
+    from.extend(asked.sought.iter().map(|what| what.neutral()));
+    let prepared = fitted[0];
+    let shown = (0..layout.freedoms).filter_map(|i| prepared.record.sensor(i)).map(|c| c.role).collect();
+    let interval = prepared.record.interval;
+    let coefficients = Coefficients { model, free, shared, scales, sought: asked.sought, shown, interval };
     let cancelled = || cancel.is_cancelled();
     let goal = goal(&fitted, &runs, noise, &cancelled);
     let landed = goal.and_then(|mut goal| {
@@ -174,8 +222,19 @@ pub(super) fn refined(
         .map(|(equation, place, _)| free.iter().position(|f| (f.equation, f.place) == (equation, place)))
         .collect();
     let slopes = shared.slopes(&found.point.shared);
-    let known = found.covariance.nrows() == slopes.ncols();
-    let errors = if known { &slopes * &found.covariance * slopes.transpose() } else { found.covariance.clone() };
+    let parameters = slopes.ncols();
+    let known = found.covariance.nrows() == parameters + asked.sought.len();
+    let errors = if known {
+        &slopes * found.covariance.view((0, 0), (parameters, parameters)) * slopes.transpose()
+    } else {
+        found.covariance.clone()
+    };
+    let calibrated = |(k, what): (usize, &Calibration)| Calibrated {
+        what: *what,
+        value: found.point.shared[parameters + k],
+        std_error: found.std_error(parameters + k),
+    };
+    let calibrated = asked.sought.iter().enumerate().map(calibrated).collect();
     let at: Vec<(usize, usize)> = terms().map(|(equation, place, _)| (equation - first, place)).collect();
     for (i, a) in places.iter().enumerate() {
         for (j, b) in places.iter().enumerate().skip(i) {
@@ -200,7 +259,7 @@ pub(super) fn refined(
     }
     let weights = runs.first().map_or(&[][..], |r| &r.weights);
     let rmse = weights.iter().enumerate().map(|(i, weight)| residual_rms(&found, &runs, i) / weight).collect();
-    Ok(Ok(Refinement { before, rmse, horizon, converged: found.converged }))
+    Ok(Ok(Refinement { before, rmse, horizon, converged: found.converged, calibrated }))
 }
 
 /// The runs of some records, every displacement (or state) weighed by its noise so that the first counts one; and the noise of
@@ -270,7 +329,7 @@ struct Fixed<'a>(&'a Model);
 
 impl Structure for Fixed<'_> {
     fn instance(&self, _: &[f64]) -> Option<Instance> {
-        Some(Instance { model: self.0.clone(), delay: 0.0, ceiling: None })
+        Some(Instance { model: self.0.clone(), delay: 0.0, ceiling: None, readings: Vec::new() })
     }
 
     fn scales(&self) -> Vec<f64> {

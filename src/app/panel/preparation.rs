@@ -123,6 +123,10 @@ fn offered(desk: &Desk<'_>) -> Vec<Offer> {
             "Move the channel by a delay that you know, as of another amplifier"
         };
         offer(&format!("Align {}", channel.name), tooltip, Treatment::Align { role: channel.role, delay });
+        if !matches!(channel.role, Role::Input(_)) {
+            let tooltip = "Divide the channel by a gain that you know, as of an amplifier set wrong";
+            offer(&format!("Scale {}", channel.name), tooltip, Treatment::Gain { role: channel.role, gain: 1.0 });
+        }
     }
     offers
 }
@@ -232,6 +236,15 @@ fn row(ui: &mut Ui, desk: &Desk<'_>, index: usize, step: &Preparation) -> Option
                 let step = desk.bench.records.first().map_or(1e-3, |r| r.interval);
                 if value(ui, id, "Delay", &mut number, |d| d.speed(50.0 * step).max_decimals(4).suffix(" ms")) {
                     asked = changed(Treatment::Align { role, delay: Some(1e-3 * number) });
+                }
+            }
+            Treatment::Gain { role, gain } => {
+                let channel = desk.bench.records.first().and_then(|r| r.channel(role));
+                let name = channel.map_or_else(|| role.noun().to_owned(), |c| c.name.clone());
+                ui.add(Label::new(format!("Divide {name} by")).truncate());
+                let mut number = gain;
+                if value(ui, id, "Gain", &mut number, |d| d.speed(1e-3).range(1e-6..=1e6).max_decimals(6)) {
+                    asked = changed(Treatment::Gain { role, gain: number });
                 }
             }
             Treatment::Bridge { longest } => {

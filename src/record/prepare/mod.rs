@@ -95,6 +95,13 @@ pub enum Treatment {
         /// By how much it is late, s; none to estimate it from another sensor of the same mass.
         delay: Option<f64>,
     },
+    /// A channel is divided by what its sensor shows too much.
+    Gain {
+        /// The channel.
+        role: Role,
+        /// So many times what there was is shown.
+        gain: f64,
+    },
     /// Samples that are missing (lost, empty or NaN) are filled in where no more than so many are missing together; a
     /// longer gap splits the record. Done while reading.
     Bridge {
@@ -239,6 +246,9 @@ impl Treatment {
             Self::MendSpikes { threshold } if !(threshold > 0.0 && threshold.is_finite()) => {
                 impossible("how far a spike stands out is a positive number of standard deviations".into())
             }
+            Self::Gain { gain, .. } if gain == 0.0 || !gain.is_finite() => {
+                impossible("a gain is a number that is not zero".into())
+            }
             Self::Split { parts } if !(2..=MOST_PARTS).contains(&parts) => {
                 impossible(format!("a record cannot be cut into {parts}: the number lies between 2 and {MOST_PARTS}"))
             }
@@ -271,6 +281,14 @@ impl Treatment {
             }
             Self::MendSpikes { threshold } => return Ok(without_spikes(record, threshold)),
             Self::Align { role, delay } => return self.aligned(record, role, delay),
+            Self::Gain { role, gain } => {
+                let mut treated = record.clone();
+                let Some(channel) = treated.channels.iter_mut().find(|c| c.role == role) else {
+                    return Err(no_channel(record, role));
+                };
+                channel.values = channel.values.iter().map(|v| v / gain).collect();
+                treated
+            }
             Self::HoldOut { .. } | Self::Bridge { .. } | Self::Split { .. } | Self::SplitAt { .. } => record.clone(),
         };
         if treated.len() < LEAST_SAMPLES {
@@ -313,10 +331,7 @@ impl Treatment {
 
     /// The record with a channel moved in time.
     fn aligned(self, record: &Record, role: Role, delay: Option<f64>) -> Result<Record, PrepareError> {
-        let Some(channel) = record.channel(role) else {
-            let (name, noun) = (&record.name, role.noun());
-            return Err(PrepareError::Impossible(format!("record `{name}` has no {noun} {}", role.index() + 1)));
-        };
+        let Some(channel) = record.channel(role) else { return Err(no_channel(record, role)) };
         let Some(delay) = delay.or_else(|| align::delay(record, role).map(|d| d.seconds)) else {
             let why = if matches!(role, Role::Input(_)) {
                 "an input leads the motion by the system's own lag"
@@ -343,6 +358,11 @@ impl Treatment {
         let have = format!("{} (from {from} s to {to} s)", record.len());
         PrepareError::TooShort { record: record.name.clone(), what: format!("“{self}”"), samples, have }
     }
+}
+
+fn no_channel(record: &Record, role: Role) -> PrepareError {
+    let (name, noun) = (&record.name, role.noun());
+    PrepareError::Impossible(format!("record `{name}` has no {noun} {}", role.index() + 1))
 }
 
 impl fmt::Display for Treatment {
@@ -374,6 +394,9 @@ impl fmt::Display for Treatment {
                 write!(f, "{} {} moved by {}", role.noun(), role.index() + 1, seconds(-delay))
             }
             Self::Align { role, delay: None } => write!(f, "{} {} aligned", role.noun(), role.index() + 1),
+            Self::Gain { role, gain } => {
+                write!(f, "{} {} divided by {}", role.noun(), role.index() + 1, significant(gain, 6))
+            }
             Self::Bridge { longest } => write!(f, "gaps of up to {longest} samples bridged"),
         }
     }

@@ -8,7 +8,7 @@ use super::{PrepareError, SPIKE, Treatment};
 
 /// What can be typed, as told to a person who typed something else.
 const KNOWN: &str = "write offset, trend, decimate=4, low-pass=40, high-pass=0.5, band-pass=0.5:40, spikes, spikes=6, split=3, \
-                     split-at=12.5, align=a or align=a:0.003";
+                     split-at=12.5, align=a or align=a:0.003, gain=x2:1.02";
 
 impl FromStr for Treatment {
     type Err = PrepareError;
@@ -40,27 +40,17 @@ impl FromStr for Treatment {
             ("align", Some(value)) => {
                 let (channel, delay) = value.split_once(':').map_or((value, None), |(c, d)| (c, Some(d)));
                 let delay = delay.map(|d| number(Some(d))).transpose()?;
-                Self::Align { role: role(channel).ok_or_else(unknown)?, delay }
+                Self::Align { role: Role::of_short_name(channel).ok_or_else(unknown)?, delay }
+            }
+            ("gain", Some(value)) => {
+                let (channel, gain) = value.split_once(':').ok_or_else(unknown)?;
+                Self::Gain { role: Role::of_short_name(channel).ok_or_else(unknown)?, gain: number(Some(gain))? }
             }
             _ => return Err(unknown()),
         };
         step.check()?;
         Ok(step)
     }
-}
-
-/// The channel of a short name: `a`, `u2`.
-fn role(text: &str) -> Option<Role> {
-    let symbol = text.trim_end_matches(|c: char| c.is_ascii_digit());
-    let number = if symbol.len() < text.len() { text[symbol.len()..].parse::<usize>().ok()? } else { 1 };
-    let index = number.checked_sub(1)?;
-    Some(match symbol {
-        "x" => Role::Displacement(index),
-        "v" => Role::Velocity(index),
-        "a" => Role::Acceleration(index),
-        "u" => Role::Input(index),
-        _ => return None,
-    })
 }
 
 impl Treatment {
@@ -85,6 +75,7 @@ impl Treatment {
                 }
                 text
             }
+            Self::Gain { role, gain } => format!("gain={}{}:{gain}", role.symbol(), role.index() + 1),
         })
     }
 }
@@ -107,6 +98,7 @@ mod tests {
             "split-at=12.5",
             "align=a1",
             "align=u2:-0.003",
+            "gain=x2:1.02",
         ] {
             let step: Treatment = text.parse().unwrap();
             assert_eq!(step.typed().as_deref(), Some(text));
@@ -126,6 +118,8 @@ mod tests {
             "band-pass=40:0.5",
             "split=1",
             "align=q",
+            "gain=x2",
+            "gain=x2:0",
             "spikes=0",
         ] {
             let told = text.parse::<Treatment>().unwrap_err().to_string();
@@ -133,7 +127,8 @@ mod tests {
                 told.contains("write offset")
                     || told.contains("lies between")
                     || told.contains("Hz")
-                    || told.contains("positive"),
+                    || told.contains("positive")
+                    || told.contains("not zero"),
                 "{text}: {told}"
             );
         }
