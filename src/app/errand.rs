@@ -12,7 +12,7 @@ use crate::record::prepare::{self, Preparation, PrepareError};
 use crate::record::{ReadOptions, Record, RecordSet, Usage, read_set, read_text};
 use crate::rig::hidden::{Request, Shaking, Truth, draw};
 use crate::rig::record_rig;
-use crate::study::{Cancel, Choice, Free, Settings, StudyError, choose, suggest};
+use crate::study::{Calibrated, Calibration, Cancel, Choice, Free, Settings, StudyError, calibrate, choose, suggest};
 use crate::term::{Kind, list};
 
 /// What to do.
@@ -22,6 +22,8 @@ pub(crate) enum Errand {
     Open(Box<Opening>),
     /// Choose settings by simulation error.
     Choose { generation: u64, records: RecordSet, settings: Settings },
+    /// Find what a step of the preparation takes out of a channel, with the equation.
+    Calibrate { generation: u64, records: RecordSet, settings: Settings, step: usize, sought: Calibration },
 }
 
 /// What to open, and what is known about it already.
@@ -67,6 +69,8 @@ pub(crate) enum Delivery {
     NotOpened(Box<Refused>),
     /// Settings were chosen.
     Chosen { generation: u64, choice: Result<Box<Choice>, StudyError> },
+    /// What is still to be taken out of a channel by a step of the preparation.
+    Calibrated { generation: u64, step: usize, found: Result<Calibrated, StudyError> },
     /// The work itself failed.
     Crashed,
 }
@@ -146,6 +150,10 @@ pub(crate) fn run(errand: Errand, cancel: &Cancel, progress: &(dyn Fn(f64) + Syn
             let free = Free { window: true, order: true, threshold: true, form: true, refine: true };
             let choice = choose(&records, &settings, free, cancel, progress);
             Delivery::Chosen { generation, choice: choice.map(Box::new) }
+        }
+        Errand::Calibrate { generation, records, settings, step, sought } => {
+            let found = calibrate(&records, &settings, &[sought], cancel).map(|found| found[0]);
+            Delivery::Calibrated { generation, step, found }
         }
     };
     (!cancel.is_cancelled()).then_some(delivery)

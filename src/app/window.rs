@@ -164,6 +164,8 @@ pub struct App {
 enum UnderWay {
     Opening,
     Choosing,
+    /// What this step of the preparation takes out is being found.
+    Calibrating(usize),
 }
 
 impl App {
@@ -374,6 +376,10 @@ impl App {
             }
             Delivery::Chosen { choice: Err(StudyError::Cancelled), .. } => {}
             Delivery::Chosen { choice: Err(error), .. } => self.notices.error(format!("Nothing was chosen: {error}")),
+            Delivery::Calibrated { generation, .. } if generation != self.bench.generation => {}
+            Delivery::Calibrated { step, found: Ok(found), .. } => self.take_out(step, &found),
+            Delivery::Calibrated { found: Err(StudyError::Cancelled), .. } => {}
+            Delivery::Calibrated { found: Err(error), .. } => self.notices.error(format!("Nothing was found: {error}")),
             Delivery::Crashed => {
                 self.notices.error("That failed by an error of the program itself; please report what you did");
             }
@@ -715,6 +721,12 @@ impl App {
             }
             Ask::Cut => self.state.cutting = !self.state.cutting,
             Ask::Locate => self.dialogs.ask(Purpose::Locate, "", frame, ctx),
+            Ask::Calibrate { step, sought } => {
+                self.under_way = Some(UnderWay::Calibrating(step));
+                let (generation, records) = (self.bench.generation, self.records());
+                let settings = self.edit.settings.clone();
+                self.errands.ask_instead(Errand::Calibrate { generation, records, settings, step, sought });
+            }
             Ask::StopChoosing => self.errands.cancel(),
         }
     }
@@ -887,6 +899,10 @@ impl eframe::App for App {
             self.rig_columns(ui, frame);
         } else if !self.bench.records.is_empty() || self.refused.is_some() {
             let choosing = self.errands.busy().filter(|_| self.under_way == Some(UnderWay::Choosing));
+            let calibrating = match self.under_way {
+                Some(UnderWay::Calibrating(step)) if self.errands.busy().is_some() => Some(step),
+                _ => None,
+            };
             let mut desk = Desk {
                 bench: &self.bench,
                 edit: &mut self.edit,
@@ -895,6 +911,7 @@ impl eframe::App for App {
                 shown: self.state.record,
                 cutting: self.state.cutting && self.state.room == Room::Identify,
                 choosing,
+                calibrating,
                 refused: self.refused.as_ref(),
                 bought: self.questions.bought(),
                 typing: &mut self.typing,
@@ -917,6 +934,7 @@ impl eframe::App for App {
                 shown: self.state.record,
                 cutting: self.state.cutting && self.state.room == Room::Identify,
                 choosing,
+                calibrating,
                 refused: self.refused.as_ref(),
                 bought: self.questions.bought(),
                 typing: &mut self.typing,

@@ -2,6 +2,8 @@
 
 use super::*;
 use sindyscope::format::units::format_si;
+use sindyscope::record::prepare::{Treatment, prepare};
+use sindyscope::record::{self, RecordSet};
 
 /// Two masses with friction between them, one record.
 fn chain(folder: &Path) -> PathBuf {
@@ -49,6 +51,29 @@ fn the_candidates_of_a_place_are_shown_by_clicking_on_it_in_the_picture_of_the_c
     window.click("Next");
     window.click("Accept");
     assert!(window.app().walk().accepted[0].form.contains("between masses 1 and 2"), "{:?}", window.app().walk());
+}
+
+#[test]
+fn a_force_that_was_recorded_late_is_found_with_the_equation_and_moved() {
+    let home = tempfile::tempdir().unwrap();
+    let options =
+        ScenarioOptions { duration: Some(6.0), noise: Some("0.5%".parse().unwrap()), ..ScenarioOptions::default() };
+    let made = generate("two-masses", &options).unwrap();
+    let late = Treatment::Align { role: record::Role::Input(0), delay: Some(-0.012) };
+    let records = prepare(&RecordSet::new(made.records, Usage::Fit), &[late.into()]).unwrap();
+    let path = home.path().join("late.csv");
+    let records: Vec<_> = records.entries.iter().map(|(record, _)| &**record).collect();
+    write_csv(records, &mut std::fs::File::create(&path).unwrap(), &[]).unwrap();
+    let mut window = Window::of_files(vec![path]);
+    window.click("equal and opposite 1–2");
+    assert!(window.shows("m2/m1"), "the ratio of the masses is among the physical parameters");
+    window.click("Add step ⏷");
+    window.click("Align u");
+    window.click("Find");
+    let step = window.app().state().edit.unwrap().steps[0].clone();
+    let Treatment::Align { delay: Some(delay), .. } = step.treatment else { panic!("{step:?}") };
+    assert!((delay - 0.012).abs() < 0.001, "{delay} s");
+    assert!(window.shows("Found with the equation"));
 }
 
 #[test]

@@ -21,7 +21,7 @@ use super::questions::Bought;
 use super::state::{Edit, Room};
 use super::worker::Busy;
 use crate::record::prepare::Preparation;
-use crate::study::{Remedy, Settings};
+use crate::study::{Calibration, Remedy, Settings};
 use crate::term::{Kind, Term};
 
 /// What a panel asks the window to do, beside changing the settings.
@@ -41,7 +41,9 @@ pub(crate) enum Ask {
     Cut,
     /// Choose where a file is that is not where it was.
     Locate,
-    /// Stop choosing settings.
+    /// Find what a step takes out of a channel, with the equation.
+    Calibrate { step: usize, sought: Calibration },
+    /// Stop choosing settings, or finding what a step takes out.
     StopChoosing,
 }
 
@@ -58,6 +60,8 @@ pub(crate) struct Desk<'a> {
     pub(crate) cutting: bool,
     /// Whether settings are being chosen.
     pub(crate) choosing: Option<Busy>,
+    /// The step whose value is being found.
+    pub(crate) calibrating: Option<usize>,
     /// What was not opened, and why.
     pub(crate) refused: Option<&'a Refused>,
     /// What the answers to the open questions would buy.

@@ -238,7 +238,7 @@ mod tests {
             set(&mut settings, known, true);
         }
         let chain = Layout { freedoms: 3, ..layout };
-        let texts: Vec<String> = super::offered(&chain).iter().map(|(k, ..)| k.to_string()).collect();
+        let texts: Vec<String> = offered(&chain).iter().map(|(k, ..)| k.to_string()).collect();
         assert_eq!(texts, ["m2/m1", "m3/m2", "passive"]);
         assert_eq!(settings.known.len(), 3);
         assert_eq!(settings.known.iter().filter(|k| is_other(k, &layout)).collect::<Vec<_>>(), [&signed]);

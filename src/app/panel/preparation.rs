@@ -7,6 +7,7 @@ use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, section};
 use crate::record::prepare::{MOST_DECIMATED, MOST_PARTS, Preparation, SPIKE, Treatment};
 use crate::record::{Channel, Role, Usage};
+use crate::study::Calibration;
 
 /// The share that the button holds out.
 const SHARE: f64 = 0.3;
@@ -40,9 +41,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
         |_| {},
     );
     for (index, step) in steps.iter().enumerate() {
-        if let Some(new) = row(ui, desk, index, step) {
-            asks.push(Ask::Prepare(new));
-        }
+        asks.extend(row(ui, desk, index, step));
         if let Some(Some(reason)) = desk.bench.undone.get(index) {
             let color = theme::accents(ui.visuals().dark_mode).caution;
             ui.add(Label::new(RichText::new(format!("not done: {reason}")).color(color).small()).wrap());
@@ -107,39 +106,41 @@ fn offered(desk: &Desk<'_>) -> Vec<Offer> {
         "Fill in samples that are missing where they are few; longer gaps split the record",
         Treatment::Bridge { longest: BRIDGE },
     );
-    // One channel of each mass stays where it is; the others are held against it.
+    // One channel of each mass stays where it is, and the others are held against it; one mass is on time.
     for channel in record.iter().flat_map(|r| r.measured()) {
         let same = |c: &&Channel| !matches!(c.role, Role::Input(_)) && c.role.index() == channel.role.index();
         let first = record.and_then(|r| r.measured().find(same));
         let delay = match channel.role {
             // Its lag before the motion is the system's own: a person has to say it.
             Role::Input(_) => Some(0.0),
-            _ if first.is_some_and(|f| f.role == channel.role) => continue,
+            _ if first.is_some_and(|f| f.role == channel.role) && channel.role.index() == 0 => continue,
+            _ if first.is_some_and(|f| f.role == channel.role) => Some(0.0),
             _ => None,
         };
         let tooltip = if delay.is_none() {
             "Move the channel by the delay that its cross-correlation with the mass's other sensor shows"
         } else {
-            "Move the channel by a delay that you know, as of another amplifier"
+            "Move the channel by a delay that you know, as of another amplifier, or that is found with the equation"
         };
         offer(&format!("Align {}", channel.name), tooltip, Treatment::Align { role: channel.role, delay });
         if !matches!(channel.role, Role::Input(_)) {
-            let tooltip = "Divide the channel by a gain that you know, as of an amplifier set wrong";
+            let tooltip = "Divide the channel by a gain that you know, as of an amplifier set wrong, or that is found with the equation";
             offer(&format!("Scale {}", channel.name), tooltip, Treatment::Gain { role: channel.role, gain: 1.0 });
         }
     }
     offers
 }
 
-/// One step; gives all steps if it was changed or taken out.
-fn row(ui: &mut Ui, desk: &Desk<'_>, index: usize, step: &Preparation) -> Option<Vec<Preparation>> {
+/// One step; all steps are asked for anew if it was changed or taken out.
+fn row(ui: &mut Ui, desk: &Desk<'_>, index: usize, step: &Preparation) -> Option<Ask> {
     let steps = &desk.edit.steps;
     let changed = |treatment: Treatment| {
         let mut new = steps.clone();
         new[index].treatment = treatment;
-        Some(new)
+        Some(Ask::Prepare(new))
     };
     let mut asked = None;
+    let mut sought = None;
     ui.horizontal(|ui| {
         ui.set_min_height(ROW);
         ui.spacing_mut().item_spacing.x = 4.0;
@@ -237,6 +238,7 @@ fn row(ui: &mut Ui, desk: &Desk<'_>, index: usize, step: &Preparation) -> Option
                 if value(ui, id, "Delay", &mut number, |d| d.speed(50.0 * step).max_decimals(4).suffix(" ms")) {
                     asked = changed(Treatment::Align { role, delay: Some(1e-3 * number) });
                 }
+                sought = Some(Calibration::Delay(role));
             }
             Treatment::Gain { role, gain } => {
                 let channel = desk.bench.records.first().and_then(|r| r.channel(role));
@@ -246,6 +248,7 @@ fn row(ui: &mut Ui, desk: &Desk<'_>, index: usize, step: &Preparation) -> Option
                 if value(ui, id, "Gain", &mut number, |d| d.speed(1e-3).range(1e-6..=1e6).max_decimals(6)) {
                     asked = changed(Treatment::Gain { role, gain: number });
                 }
+                sought = Some(Calibration::Gain(role));
             }
             Treatment::Bridge { longest } => {
                 ui.label("Bridge gaps up to");
@@ -263,7 +266,19 @@ fn row(ui: &mut Ui, desk: &Desk<'_>, index: usize, step: &Preparation) -> Option
             if out.clicked() {
                 let mut new = steps.clone();
                 new.remove(index);
-                asked = Some(new);
+                asked = Some(Ask::Prepare(new));
+            }
+            // What is found is that of all records together.
+            if let Some(sought) = sought.filter(|_| step.record.is_none()) {
+                let finding = desk.calibrating == Some(index);
+                let (label, tooltip) = if finding {
+                    ("Stop", "Stop finding it")
+                } else {
+                    ("Find", "Find it with the equation: what makes the response fit the measurement best")
+                };
+                if ui.small_button(label).on_hover_text(tooltip).clicked() {
+                    asked = Some(if finding { Ask::StopChoosing } else { Ask::Calibrate { step: index, sought } });
+                }
             }
             if desk.bench.raw.entries.len() > 1 && !matches!(step.treatment, Treatment::Bridge { .. }) {
                 let text = step.record.as_deref().unwrap_or("every record");

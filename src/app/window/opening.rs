@@ -12,8 +12,10 @@ use crate::app::history::History;
 use crate::app::panel::Typing;
 use crate::app::project;
 use crate::app::state::{Edit, Pin, Room, Sample, Source, absolute};
-use crate::record::prepare::{Preparation, bridged};
+use crate::format::number::format_measured;
+use crate::record::prepare::{Preparation, Treatment, bridged};
 use crate::record::{ReadOptions, RecordSet, Usage};
+use crate::study::Calibrated;
 use crate::term::Kind;
 
 impl App {
@@ -239,6 +241,27 @@ impl App {
             edit: Some(Edit { steps, usage: Vec::new(), ..self.edit.clone() }),
             ..Opening::of(self.state.source.clone())
         });
+    }
+
+    /// Puts what was found of a channel, beyond what a step takes out already, into the step.
+    pub(super) fn take_out(&mut self, step: usize, found: &Calibrated) {
+        let mut steps = self.edit.steps.clone();
+        let Some(preparation) = steps.get_mut(step) else { return };
+        let text = match &mut preparation.treatment {
+            Treatment::Align { delay, .. } => {
+                let whole = delay.unwrap_or(0.0) + found.value;
+                *delay = Some(whole);
+                format!("late by {} ms", format_measured(1e3 * whole, found.std_error.map(|e| 1e3 * e)))
+            }
+            Treatment::Gain { gain, .. } => {
+                let before = *gain;
+                *gain *= found.value;
+                format!("gain {}", format_measured(*gain, found.std_error.map(|e| e * before)))
+            }
+            _ => return,
+        };
+        self.notices.done(format!("Found with the equation: {text}"));
+        self.prepare(steps);
     }
 
     /// The records as they were read, if they would be read alike again.
