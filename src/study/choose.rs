@@ -177,6 +177,13 @@ pub fn choose(
     {
         (settings, error) = (better, refined);
     }
+    if free.refine
+        && free.threshold
+        && error > LOST * LOST
+        && let Some((better, refined)) = plan.whole_library(start, &settings, error, cancel)?
+    {
+        (settings, error) = (better, refined);
+    }
     if free.threshold {
         let (lean, found) = plan.without_needless(records, settings, cancel)?;
         (settings, error) = (lean, found.unwrap_or(error));
@@ -315,6 +322,10 @@ fn parsimonious_by_ratio(tried: &[Candidate]) -> Option<&Candidate> {
 
 /// Refinement is worth its time where it lowers the error to this share, or below.
 const BETTERED: f64 = 0.6;
+/// Share of the motion that a chosen setting leaves where no regression leads to a response that follows it.
+const LOST: f64 = 0.3;
+/// A threshold that takes out what is next to nothing alone.
+const NEXT_TO_NOTHING: f64 = 1e-3;
 /// Numbers of terms whose refined fits are compared, at most.
 const LEVELS: usize = 6;
 /// Candidates whose error is so many times the best on most of the stretches are not refined.
@@ -490,6 +501,37 @@ impl Plan {
         let Some(chosen) = parsimonious_by_ratio(&judged).filter(better) else { return Ok(None) };
         let settings = levels.into_iter().find(|l| l.candidate.terms == chosen.terms).map(|l| l.settings);
         Ok(settings.map(|settings| (settings, chosen.mean())))
+    }
+
+    /// Settings that keep next to the whole library, refined, with their mean squared error, if that is much less than
+    /// `present`: where the motion is an estimate, as of accelerometers, no regression may rank the terms well enough for its
+    /// response to follow, and what is needless is told by the response alone.
+    fn whole_library(
+        &self,
+        start: &Settings,
+        chosen: &Settings,
+        present: f64,
+        cancel: &Cancel,
+    ) -> Result<Option<(Settings, f64)>, StudyError> {
+        let pieces = self.shortened();
+        let all: Vec<usize> = (0..pieces.len()).collect();
+        let ways = [(start.form, start.smoothing), (chosen.form, chosen.smoothing)];
+        let judged = |(form, smoothing): &Way| -> Result<Option<(Settings, f64)>, StudyError> {
+            let threshold = NEXT_TO_NOTHING;
+            let settings = Settings { form: *form, smoothing: *smoothing, threshold, refine: true, ..start.clone() };
+            let Some(outcome) = refined_fit(&pieces, &all, &settings, None, None, cancel)? else { return Ok(None) };
+            let errors = self.judge_refined(&pieces, &settings, Some(&outcome.model), cancel)?;
+            let mean = |errors: Vec<f64>| errors.iter().sum::<f64>() / errors.len().max(1) as f64;
+            Ok(errors.map(|errors| (settings, mean(errors))))
+        };
+        let judged: Result<Vec<Option<(Settings, f64)>>, StudyError> = ways.par_iter().map(judged).collect();
+        let least = judged?.into_iter().flatten().min_by(|a, b| a.1.total_cmp(&b.1));
+        Ok(least.filter(|(_, error)| *error < BETTERED * BETTERED * present))
+    }
+
+    /// Number of samples that judge.
+    pub(super) fn judging(&self) -> usize {
+        self.folds.iter().flat_map(|fold| &fold.judges).map(|judge| judge.range.len()).sum()
     }
 
     /// The pieces, cut so that refining them takes no longer than it must.

@@ -10,8 +10,15 @@ use crate::record::{Record, RecordSet, Usage};
 use crate::refine::Bar;
 use crate::term::Term;
 
-/// Terms that are taken out at most, for each equation.
-const MOST: usize = 6;
+/// Steps that take terms out, at most, for each equation.
+const MOST: usize = 8;
+/// Standard errors from zero below which terms are tried without all together, and how many there are for that at least.
+const NEXT_TO_ZERO: f64 = 1.5;
+const MANY: usize = 4;
+/// Standard errors by which what was not fitted may get worse: that one term of many does so by chance. Of so few stretches
+/// that there is no standard error, the change of twice the log-likelihood that is as much.
+const WORSE: f64 = 2.0;
+const CHANCE: f64 = WORSE * WORSE;
 /// How many times the most that dropping a term may lose its expected loss is, beyond which it is not tried.
 const FAR: f64 = 30.0;
 /// Share of a record that a refined fit must follow in one run to compare terms by.
@@ -138,43 +145,59 @@ impl Plan {
         let pieces = self.shortened();
         let judged = |fit: &Fit| self.judge_refined(&pieces, &fit.settings, None, cancel);
         let mut errors: Option<Vec<f64>> = None;
+        let judging = self.judging() as f64;
         let equations = self.layout.freedoms;
+        let mut together = true;
         for _ in 0..MOST * equations {
             let n = present.samples as f64;
             let open = |(i, t, ratio): &&(usize, Term, Option<f64>)| {
                 !present.settings.of_equation(*i).locks.contains_key(t)
                     && ratio.is_none_or(|ratio| present.expected_loss(ratio) < FAR * n.ln())
             };
-            let open = present.terms.iter().filter(open);
+            let open: Vec<&(usize, Term, Option<f64>)> = present.terms.iter().filter(open).collect();
+            let nothing: Vec<_> =
+                open.iter().copied().filter(|t| t.2.is_some_and(|ratio| ratio.abs() < NEXT_TO_ZERO)).collect();
+            together &= nothing.len() >= MANY;
+            let sets: Vec<Vec<&(usize, Term, Option<f64>)>> =
+                if together { vec![nothing] } else { open.into_iter().map(|t| vec![t]).collect() };
             let rivals = Arc::new(Bar::default());
-            let tried: Result<Vec<Option<Fit>>, StudyError> = open
-                .collect::<Vec<_>>()
+            let tried: Result<Vec<Option<Fit>>, StudyError> = sets
                 .into_par_iter()
-                .map(|(equation, term, _)| {
+                .map(|set| {
                     let mut settings = present.settings.clone();
-                    settings.decide(*equation, equations, term.clone(), Lock::Out);
+                    for (equation, term, _) in set {
+                        settings.decide(*equation, equations, term.clone(), Lock::Out);
+                    }
                     fit(settings, Some(&rivals))
                 })
                 .collect();
             let fewer = tried?.into_iter().flatten();
             let fewer = fewer.filter(|f| f.terms.len() < present.terms.len() && f.horizon >= LASTS * longest);
-            let Some(next) = fewer.min_by(|a, b| a.loss().total_cmp(&b.loss())) else { break };
-            let gone = (present.terms.len() - next.terms.len()) as f64;
-            if n * (next.loss() - present.loss()) > gone * n.ln() {
-                break;
-            }
-            let known = match errors.take() {
-                Some(errors) => Some(errors),
-                None => judged(&present)?,
+            let needless = |next: &Fit| {
+                let gone = (present.terms.len() - next.terms.len()) as f64;
+                n * (next.loss() - present.loss()) <= gone * n.ln()
             };
-            let (Some(with), Some(without)) = (known, judged(&next)?) else { break };
-            // What was not fitted may get no worse, beyond a standard error.
-            let (worse, error) = ratio(&without, &with);
-            if worse > error.max(0.02) {
-                errors = Some(with);
-                break;
+            let next = fewer.min_by(|a, b| a.loss().total_cmp(&b.loss())).filter(needless);
+            let accepted = match next {
+                Some(next) => {
+                    let known = match errors.take() {
+                        Some(errors) => Some(errors),
+                        None => judged(&present)?,
+                    };
+                    let (Some(with), Some(without)) = (known, judged(&next)?) else { break };
+                    let (worse, error) = ratio(&without, &with);
+                    // What was not fitted may get no worse, but by chance.
+                    let stands = worse <= (WORSE * error).max(0.02).max(CHANCE / judging);
+                    errors = Some(if stands { without } else { with });
+                    stands.then_some(next)
+                }
+                None => None,
+            };
+            match accepted {
+                Some(next) => present = next,
+                None if together => together = false,
+                None => break,
             }
-            (present, errors) = (next, Some(without));
         }
         let error = errors.filter(|_| refined).map(|e| e.iter().sum::<f64>() / e.len().max(1) as f64);
         Ok((Settings { refine: refined, ..present.settings }, error))
