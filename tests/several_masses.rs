@@ -197,3 +197,43 @@ fn ninety_per_cent_intervals_of_two_masses_hold_the_truth() {
     assert!((0.85..=0.95).contains(&all), "{all}");
     assert!(held.iter().all(|h| (80..=99).contains(&h.1)), "{held:?}");
 }
+
+/// Terms of all accelerations that are chosen for two masses of 300 samples with 1 % of noise, and those of the truth that are
+/// not among them.
+fn chosen(measured: &str) -> (usize, Vec<String>) {
+    let made = |seed| {
+        let options = ScenarioOptions {
+            seed,
+            duration: Some(3.0),
+            rate: Some(100.0),
+            noise: Some(Noise::ShareOfPeak(0.01)),
+            measure: Some(vec![measured.to_owned()]),
+            ..ScenarioOptions::default()
+        };
+        generate("two-masses", &options).unwrap()
+    };
+    let fitted = made(3);
+    let records = RecordSet::new(fitted.records, Usage::Fit);
+    let start = suggest(&records, Kind::SecondOrder).unwrap();
+    let free = Free { window: true, order: true, threshold: true, form: true, refine: true };
+    let cancel = Cancel::default();
+    let settings = choose(&records, &start, free, &cancel, &|_| {}).unwrap().settings;
+    let outcome = Study::default().run(&records, &settings, &cancel).unwrap();
+    let terms = outcome.model.equations[2..].iter().map(|e| e.terms.len()).sum();
+    let lacks = |state: usize| {
+        let found = &outcome.model.equations[state];
+        let truth = fitted.truth.equations[state].terms.iter().map(|t| &t.term);
+        truth.filter(|t| found.coefficient(t).is_none()).map(ToString::to_string).collect::<Vec<_>>()
+    };
+    (terms, [2, 3].map(lacks).concat())
+}
+
+#[test]
+#[ignore = "half a minute where tests are not optimised; run with --profile study"]
+fn few_samples_of_two_masses_give_a_sparse_answer() {
+    for measured in ["x", "a"] {
+        let (terms, lacks) = chosen(measured);
+        // Seven are true, of 28 candidates; of some, as v2 and v2-v1, chance may take the other.
+        assert!(terms <= 11 && lacks.len() <= 1, "{measured}: {terms} terms, without {lacks:?}");
+    }
+}

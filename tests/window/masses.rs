@@ -65,11 +65,11 @@ fn a_force_that_was_recorded_late_is_found_with_the_equation_and_moved() {
     let records: Vec<_> = records.entries.iter().map(|(record, _)| &**record).collect();
     write_csv(records, &mut std::fs::File::create(&path).unwrap(), &[]).unwrap();
     let mut window = Window::of_files(vec![path]);
-    window.click("equal and opposite 1–2");
+    window.click_hidden("equal and opposite 1–2");
     assert!(window.shows("m2/m1"), "the ratio of the masses is among the physical parameters");
     window.click("Add step ⏷");
     window.click("Align u");
-    window.click("Find");
+    window.click_hidden("Find");
     let step = window.app().state().edit.unwrap().steps[0].clone();
     let Treatment::Align { delay: Some(delay), .. } = step.treatment else { panic!("{step:?}") };
     assert!((delay - 0.012).abs() < 0.001, "{delay} s");
