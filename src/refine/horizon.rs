@@ -6,7 +6,7 @@
 
 use super::fitter::HOPELESS;
 use super::{Bar, Options, Point, Refined, Run, Structure, misfit, refine};
-use crate::signal::mean_and_variance;
+use crate::signal::{mean_and_variance, rms};
 use crate::simulate::{Limits, Response, Simulator};
 
 /// Periods of the shortest segments.
@@ -20,6 +20,10 @@ const FEWER: usize = 5;
 const HOLDS: f64 = 1.3;
 /// Share of the motion below which a whole simulation follows it: from a carried start it is worth a direct fit.
 const NEAR: f64 = 0.3;
+/// Parts of a run whose first and last tell how the response's sensitivity to the initial state grows, and by how much it does
+/// where the motion is chaotic.
+const ENDS: usize = 8;
+const GROWN: f64 = 30.0;
 /// How many times the noise the shortest segments leave where the model itself is wrong, and a longer horizon tells nothing.
 const FAR: f64 = 3.0;
 
@@ -66,6 +70,20 @@ impl Landed {
     /// The fit as one to start from, found with a structure.
     pub fn of<'a>(&'a self, structure: &'a dyn Structure) -> Before<'a> {
         Before { landed: self, structure }
+    }
+
+    /// True if some run ends many times as sensitive to its initial state as it begins: the motion is chaotic, or unstable.
+    fn is_sensitive(&self) -> bool {
+        let grows = |(columns, run): (&Vec<Vec<f64>>, &Run)| {
+            let end = run.range.len() / ENDS;
+            let own = columns.len().saturating_sub(run.states());
+            let size = |rows: &dyn Fn(&[f64]) -> f64| columns[own..].iter().map(|c| rows(c)).fold(0.0, f64::max);
+            // Of the first output; the others follow the same motion.
+            let early = size(&|c| rms(&c[..end]));
+            let late = size(&|c| rms(&c[run.range.len() - end..run.range.len()]));
+            end > 0 && late > GROWN * early
+        };
+        self.refined.sensitivities.iter().zip(&self.runs).any(grows)
     }
 
     /// The longest run, s.
@@ -300,24 +318,45 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
         level: top,
         whole: true,
     });
-    if direct.as_ref().is_some_and(|d| d.error() < HOLDS * goal.noise) || (goal.options.cancelled)() || top == 0 {
+    // Such a fit rests in one of many hollows, and only a shorter one tells whether in the deepest.
+    let sensitive = direct.as_ref().is_some_and(|d| d.is_sensitive());
+    let lands = direct.as_ref().is_some_and(|d| d.error() < HOLDS * goal.noise) && !sensitive;
+    if lands || (goal.options.cancelled)() || top == 0 {
         return direct;
     }
     // What a rival leaves along whole records tells nothing of shorter segments, but that a fit which leaves more along two
     // periods is no better than it.
     let bar = goal.options.bar.map(Bar::least);
     let goal = Goal { options: Options { bar: None, ..goal.options }, ..goal };
-    let Some(first) = shoot(structure, whole, (&start.shared, None), 0, goal, STEPS) else { return direct };
+    let steps = if sensitive { goal.options.steps } else { STEPS };
+    let Some(first) = shoot(structure, whole, (&start.shared, None), 0, goal, steps) else { return direct };
     if direct.is_some() && bar.is_some_and(|least| first.refined.rss > HOPELESS.0 * least) {
         return direct;
     }
     // Where the whole record is followed as well as two periods of it, the model is wrong, not the fit.
-    if direct.as_ref().is_some_and(|d| d.error() < HOLDS * first.error().max(goal.noise)) {
+    if direct.as_ref().is_some_and(|d| d.error() < HOLDS * first.error().max(goal.noise)) && !sensitive {
         return direct;
     }
     let near = first.error() < FAR * goal.noise;
-    let held = climb(structure, whole, first, goal);
-    let longest = held.into_iter().next_back()?;
+    let exact = holds(first.error(), goal.noise);
+    let mut held = climb(structure, whole, first, goal);
+    // A fit to a long run of a chaotic motion rests in one of many hollows, far from the truth by its own standard errors.
+    let sound = |shorter: &Landed, longer: &Landed| goes_on(shorter, longer) && !longer.is_sensitive();
+    let count = held.windows(2).take_while(|pair| !exact || sound(&pair[0], &pair[1])).count() + 1;
+    if count < held.len() {
+        held.truncate(count);
+        let mut longest = held.pop()?;
+        let from = |landed: &Landed, level: usize| {
+            let from = (landed.refined.point.shared.as_slice(), Some(landed.of(structure)));
+            shoot(structure, whole, from, level, goal, goal.options.steps)
+        };
+        // The lengths between may have been left out.
+        while let Some(next) = from(&longest, longest.level + 1).filter(|next| sound(&longest, next) && !next.whole) {
+            longest = next;
+        }
+        return if longest.refined.converged { Some(longest) } else { from(&longest, longest.level).or(Some(longest)) };
+    }
+    let longest = held.pop()?;
     if longest.whole {
         return match direct {
             Some(direct) if direct.refined.rss <= longest.refined.rss => Some(direct),
@@ -342,6 +381,16 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
     };
     // A model that loses the motion would be fitted to what carries it away: a drift that nothing holds.
     best.filter(|b| b.error() < NEAR * motion(whole)).or(Some(longest))
+}
+
+/// True if a fit along longer runs leaves no more than the initial states that it lacks would have explained by chance: six
+/// standard deviations of what that many numbers explain of white noise.
+fn goes_on(shorter: &Landed, longer: &Landed) -> bool {
+    let [less, more] = [&longer.refined, &shorter.refined];
+    let lacks = more.passing().saturating_sub(less.passing()) as f64;
+    let freedom = more.samples.saturating_sub(more.unknowns()).max(1) as f64;
+    let lost = (less.rss - more.rss) / (more.rss / freedom);
+    lost < lacks + 6.0 * (2.0 * lacks).sqrt() + 6.0
 }
 
 /// RMS of the weighted motion about its mean.
