@@ -24,6 +24,8 @@ const NEAR: f64 = 0.3;
 /// where the motion is chaotic.
 const ENDS: usize = 8;
 const GROWN: f64 = 30.0;
+/// How often the shortest segments of such a motion are halved.
+const HALVINGS: usize = 3;
 /// How many times the noise the shortest segments leave where the model itself is wrong, and a longer horizon tells nothing.
 const FAR: f64 = 3.0;
 
@@ -327,9 +329,22 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
     // What a rival leaves along whole records tells nothing of shorter segments, but that a fit which leaves more along two
     // periods is no better than it.
     let bar = goal.options.bar.map(Bar::least);
-    let goal = Goal { options: Options { bar: None, ..goal.options }, ..goal };
+    let mut goal = Goal { options: Options { bar: None, ..goal.options }, ..goal };
     let steps = if sensitive { goal.options.steps } else { STEPS };
-    let Some(first) = shoot(structure, whole, (&start.shared, None), 0, goal, steps) else { return direct };
+    let shortest = |goal| shoot(structure, whole, (&start.shared, None), 0, goal, steps);
+    let Some(mut first) = shortest(goal) else { return direct };
+    for _ in 0..HALVINGS {
+        if !sensitive || (holds(first.error(), goal.noise) && !first.is_sensitive()) {
+            break;
+        }
+        // A chaotic motion may part from its neighbours within two periods.
+        goal.period *= 0.5;
+        match shortest(goal) {
+            Some(shorter) => first = shorter,
+            None => break,
+        }
+    }
+    let top = levels(whole, goal.period);
     if direct.is_some() && bar.is_some_and(|least| first.refined.rss > HOPELESS.0 * least) {
         return direct;
     }
