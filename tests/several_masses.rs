@@ -200,7 +200,7 @@ fn ninety_per_cent_intervals_of_two_masses_hold_the_truth() {
 
 /// Terms of all accelerations that are chosen for two masses of 300 samples with 1 % of noise, and those of the truth that are
 /// not among them.
-fn chosen(measured: &str) -> (usize, Vec<String>) {
+fn chosen_terms(measured: &str) -> (usize, Vec<String>) {
     let made = |seed| {
         let options = ScenarioOptions {
             seed,
@@ -232,7 +232,7 @@ fn chosen(measured: &str) -> (usize, Vec<String>) {
 #[ignore = "half a minute where tests are not optimised; run with --profile study"]
 fn few_samples_of_two_masses_give_a_sparse_answer() {
     for measured in ["x", "a"] {
-        let (terms, lacks) = chosen(measured);
+        let (terms, lacks) = chosen_terms(measured);
         // Seven are true, of 28 candidates; of some, as v2 and v2-v1, chance may take the other.
         assert!(terms <= 11 && lacks.len() <= 1, "{measured}: {terms} terms, without {lacks:?}");
     }
