@@ -727,7 +727,7 @@ impl App {
                 let settings = self.edit.settings.clone();
                 self.errands.ask_instead(Errand::Calibrate { generation, records, settings, step, sought });
             }
-            Ask::StopChoosing => self.errands.cancel(),
+            Ask::StopErrand => self.errands.cancel(),
         }
     }
 

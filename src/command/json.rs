@@ -49,9 +49,7 @@ pub(super) fn identified(analysis: &Analysis) -> Value {
         "probabilities": probabilities(outcome),
         "calibrated": analysis.calibrated.iter().map(|found| {
             let what = if let Calibration::Delay(_) = found.what { "delay" } else { "gain" };
-            let role = found.what.role();
-            let channel = format!("{}{}", role.symbol(), role.index() + 1);
-            json!({ "channel": channel, "quantity": what, "value": found.value, "std_error": found.std_error })
+            json!({ "channel": found.what.role().short_name(), "quantity": what, "value": found.value, "std_error": found.std_error })
         }).collect::<Vec<_>>(),
         "records": records(outcome),
         "physical": outcome.physical().iter().map(|p| json!({

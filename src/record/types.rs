@@ -42,7 +42,12 @@ impl Role {
         }
     }
 
-    /// The role of a short name: `a`, `u2`; none if a text is none.
+    /// Its short name, with its number: `a1`, `u2`.
+    pub fn short_name(self) -> String {
+        format!("{}{}", self.symbol(), self.index() + 1)
+    }
+
+    /// The role of a short name, whose number may be left out where it is one: `a`, `u2`; none if a text is none.
     pub fn of_short_name(text: &str) -> Option<Self> {
         let symbol = text.trim_end_matches(|c: char| c.is_ascii_digit());
         let number = if symbol.len() < text.len() { text[symbol.len()..].parse::<usize>().ok()? } else { 1 };

@@ -320,7 +320,7 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
         level: top,
         whole: true,
     });
-    // Such a fit rests in one of many hollows, and only a shorter one tells whether in the deepest.
+    // Along a chaotic motion the sum of squares has many local minima, and only a shorter fit tells whether this is the least.
     let sensitive = direct.as_ref().is_some_and(|d| d.is_sensitive());
     let lands = direct.as_ref().is_some_and(|d| d.error() < HOLDS * goal.noise) && !sensitive;
     if lands || (goal.options.cancelled)() || top == 0 {
@@ -338,11 +338,9 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
             break;
         }
         // A chaotic motion may part from its neighbours within two periods.
-        goal.period *= 0.5;
-        match shortest(goal) {
-            Some(shorter) => first = shorter,
-            None => break,
-        }
+        let halved = Goal { period: 0.5 * goal.period, ..goal };
+        let Some(shorter) = shortest(halved) else { break };
+        (first, goal) = (shorter, halved);
     }
     let top = levels(whole, goal.period);
     if direct.is_some() && bar.is_some_and(|least| first.refined.rss > HOPELESS.0 * least) {
@@ -355,7 +353,7 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
     let near = first.error() < FAR * goal.noise;
     let exact = holds(first.error(), goal.noise);
     let mut held = climb(structure, whole, first, goal);
-    // A fit to a long run of a chaotic motion rests in one of many hollows, far from the truth by its own standard errors.
+    // What a longer fit of such a motion ends in may be far from the truth by its own standard errors.
     let sound = |shorter: &Landed, longer: &Landed| goes_on(shorter, longer) && !longer.is_sensitive();
     let count = held.windows(2).take_while(|pair| !exact || sound(&pair[0], &pair[1])).count() + 1;
     if count < held.len() {

@@ -27,6 +27,7 @@ use crate::model::Model;
 use crate::simulate::InputGrid;
 pub use crate::simulate::Output;
 
+pub(crate) use arrow::scaled_inverse;
 pub use fitter::{misfit, refine, respond};
 pub use horizon::{Before, Goal, Horizon, Landed, climb, cut, holds, horizon, land, levels, look, sampled, shoot};
 pub use statistics::{autoregression, inflation, lagged_products};

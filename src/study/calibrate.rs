@@ -72,10 +72,9 @@ impl Calibrated {
 
 impl fmt::Display for Calibration {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = |role: Role| format!("{}{}", role.symbol(), role.index() + 1);
         match self {
-            Self::Delay(role) => write!(f, "delay({})", name(*role)),
-            Self::Gain(role) => write!(f, "gain({})", name(*role)),
+            Self::Delay(role) => write!(f, "delay({})", role.short_name()),
+            Self::Gain(role) => write!(f, "gain({})", role.short_name()),
         }
     }
 }

@@ -113,7 +113,7 @@ pub(super) struct Candidate {
 impl Candidate {
     /// Mean squared error as a share of the motion's variance.
     pub(super) fn mean(&self) -> f64 {
-        self.errors.iter().sum::<f64>() / self.errors.len().max(1) as f64
+        mean(&self.errors)
     }
 
     /// The same of the middle stretch: that one goes astray says little about what refinement would make of it.
@@ -231,6 +231,11 @@ pub fn choose(
         tried.len(),
     );
     Ok(Choice { settings, reason, error: error.sqrt() })
+}
+
+/// Mean of squared errors; zero of none.
+pub(super) fn mean(errors: &[f64]) -> f64 {
+    errors.iter().sum::<f64>() / errors.len().max(1) as f64
 }
 
 pub(super) fn best(tried: &[Candidate]) -> Option<&Candidate> {
@@ -521,8 +526,7 @@ impl Plan {
             let settings = Settings { form: *form, smoothing: *smoothing, threshold, refine: true, ..start.clone() };
             let Some(outcome) = refined_fit(&pieces, &all, &settings, None, None, cancel)? else { return Ok(None) };
             let errors = self.judge_refined(&pieces, &settings, Some(&outcome.model), cancel)?;
-            let mean = |errors: Vec<f64>| errors.iter().sum::<f64>() / errors.len().max(1) as f64;
-            Ok(errors.map(|errors| (settings, mean(errors))))
+            Ok(errors.map(|errors| (settings, mean(&errors))))
         };
         let judged: Result<Vec<Option<(Settings, f64)>>, StudyError> = ways.par_iter().map(judged).collect();
         let least = judged?.into_iter().flatten().min_by(|a, b| a.1.total_cmp(&b.1));

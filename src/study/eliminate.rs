@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::choose::{EQUAL, Plan, ratio, refined_fit, shortened};
+use super::choose::{EQUAL, Plan, mean, ratio, refined_fit, shortened};
 use super::{Cancel, Lock, Outcome, Settings, Study, StudyError};
 use crate::record::{Record, RecordSet, Usage};
 use crate::refine::Bar;
@@ -199,7 +199,7 @@ impl Plan {
                 None => break,
             }
         }
-        let error = errors.filter(|_| refined).map(|e| e.iter().sum::<f64>() / e.len().max(1) as f64);
+        let error = errors.filter(|_| refined).map(|errors| mean(&errors));
         Ok((Settings { refine: refined, ..present.settings }, error))
     }
 }

@@ -341,7 +341,7 @@ fn check_pairs(settings: &Settings, layout: &Layout) -> Result<(), StudyError> {
             let masses = layout.freedoms;
             return refused(format!("`{known}`: there is no m{}: the masses measured are {masses}", high + 1));
         }
-        if pairs[..k].iter().any(|p| (p.first.min(p.second), p.first.max(p.second)) == (low, high)) {
+        if pairs[..k].iter().any(|other| other.is_of_same_masses(pair)) {
             return refused(format!("`{known}`: the ratio of these two masses is given twice"));
         }
         let [first, second] = [pair.first, pair.second].map(|mass| offered(&settings.of_equation(mass)));

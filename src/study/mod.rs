@@ -170,11 +170,7 @@ impl Study {
     /// Settings that do not fit the records, or nothing to fit; cancelled.
     pub fn run(&mut self, records: &RecordSet, settings: &Settings, cancel: &Cancel) -> Result<Outcome, StudyError> {
         let started = Instant::now();
-        let layout = check(records, settings)?;
-        self.prepare(records, &layout, &settings.smoothing, cancel)?;
-        self.find_standstills(settings);
-        let regression = self.regression(records, settings)?;
-        cancel.check()?;
+        let regression = self.made_ready(records, settings, cancel)?;
         let (mut model, fits, mut covariance) = regression.identify(settings);
         let mut refinement = None;
         let mut refused = None;
@@ -237,6 +233,21 @@ impl Study {
         Ok(found)
     }
 
+    /// Checks, smooths and reduces: what a regression of these records needs.
+    fn made_ready(
+        &mut self,
+        records: &RecordSet,
+        settings: &Settings,
+        cancel: &Cancel,
+    ) -> Result<Arc<Regression>, StudyError> {
+        let layout = check(records, settings)?;
+        self.prepare(records, &layout, &settings.smoothing, cancel)?;
+        self.find_standstills(settings);
+        let regression = self.regression(records, settings)?;
+        cancel.check()?;
+        Ok(regression)
+    }
+
     /// What is sought of the channels, found with the coefficients of one refinement.
     fn calibrated(
         &mut self,
@@ -245,10 +256,7 @@ impl Study {
         sought: &[Calibration],
         cancel: &Cancel,
     ) -> Result<Vec<Calibrated>, StudyError> {
-        let layout = check(records, settings)?;
-        self.prepare(records, &layout, &settings.smoothing, cancel)?;
-        self.find_standstills(settings);
-        let (mut model, _, mut covariance) = self.regression(records, settings)?.identify(settings);
+        let (mut model, _, mut covariance) = self.made_ready(records, settings, cancel)?.identify(settings);
         let found = self.refine(records, settings, (&mut model, &mut covariance), sought, cancel)?;
         found.map(|refinement| refinement.calibrated).map_err(|reason| StudyError::Setting(reason.to_owned()))
     }

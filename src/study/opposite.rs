@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use super::Settings;
 use super::known::Known;
 use crate::model::Model;
+use crate::refine::scaled_inverse;
 use crate::term::{Symbol, Term};
 
 /// Two masses between which forces are equal and opposite.
@@ -31,6 +32,12 @@ const STEPS: usize = 60;
 const SMALL: f64 = 1e-12;
 
 impl Pair {
+    /// True if both are of the same two masses.
+    pub(crate) fn is_of_same_masses(&self, other: &Self) -> bool {
+        let masses = |pair: &Self| (pair.first.min(pair.second), pair.first.max(pair.second));
+        masses(self) == masses(other)
+    }
+
     /// True if a term is a force between the two: it depends on both, and on nothing but their relative motion.
     pub(super) fn joins(&self, term: &Term) -> bool {
         let own = |s: &Symbol| matches!(s, Symbol::State(i) | Symbol::Rate(i) if *i == self.first || *i == self.second);
@@ -221,7 +228,7 @@ impl Shared {
             let tried = [1.0, 0.5, 0.1, 0.01].iter().find_map(|share| {
                 let moved = |(p, (value, by)): (usize, (&f64, &f64))| {
                     let next = value + share * by;
-                    if self.owners[p].is_some() { next } else { next.clamp(LEAST_RATIO, 1.0 / LEAST_RATIO) }
+                    if self.owners[p].is_some() { next } else { next.clamp(Self::RATIOS.0, Self::RATIOS.1) }
                 };
                 let next: Vec<f64> = parameters.iter().zip(step.iter()).enumerate().map(moved).collect();
                 let found = distance(&next);
@@ -242,12 +249,7 @@ impl Shared {
     /// The inverse of the parameters' information, and the coefficients' slopes.
     fn normal(&self, parameters: &[f64], information: &DMatrix<f64>) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
         let slopes = self.slopes(parameters);
-        let normal = slopes.transpose() * information * &slopes;
-        // By way of a unit diagonal: units of coefficients may lie far apart.
-        let scale: Vec<f64> = (0..normal.nrows()).map(|i| normal[(i, i)].sqrt().recip()).collect();
-        let unit = DMatrix::from_fn(normal.nrows(), normal.nrows(), |i, j| normal[(i, j)] * scale[i] * scale[j]);
-        let inverse = unit.cholesky()?.inverse();
-        let inverse = DMatrix::from_fn(inverse.nrows(), inverse.ncols(), |i, j| inverse[(i, j)] * scale[i] * scale[j]);
+        let inverse = scaled_inverse(&(slopes.transpose() * information * &slopes), 0.0)?;
         inverse.iter().all(|v| v.is_finite()).then_some((inverse, slopes))
     }
 }

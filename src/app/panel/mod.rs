@@ -44,7 +44,7 @@ pub(crate) enum Ask {
     /// Find what a step takes out of a channel, with the equation.
     Calibrate { step: usize, sought: Calibration },
     /// Stop choosing settings, or finding what a step takes out.
-    StopChoosing,
+    StopErrand,
 }
 
 /// What the panels show and change.

@@ -130,9 +130,7 @@ fn is_other(known: &Known, layout: &Layout) -> bool {
 fn set(settings: &mut Settings, known: Known, on: bool) {
     // One ratio for two masses: the last one said.
     let same = |k: &Known| match (k, &known) {
-        (Known::Opposite(a), Known::Opposite(b)) => {
-            (a.first, a.second) == (b.first, b.second) || (a.second, a.first) == (b.first, b.second)
-        }
+        (Known::Opposite(a), Known::Opposite(b)) => a.is_of_same_masses(b),
         (a, b) => a == b,
     };
     settings.known.retain(|k| !same(k));

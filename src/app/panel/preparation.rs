@@ -111,11 +111,11 @@ fn offered(desk: &Desk<'_>) -> Vec<Offer> {
         let same = |c: &&Channel| !matches!(c.role, Role::Input(_)) && c.role.index() == channel.role.index();
         let first = record.and_then(|r| r.measured().find(same));
         let delay = match channel.role {
-            // Its lag before the motion is the system's own: a person has to say it.
+            // Its lag before the motion is the system's own: no other sensor tells it.
             Role::Input(_) => Some(0.0),
-            _ if first.is_some_and(|f| f.role == channel.role) && channel.role.index() == 0 => continue,
-            _ if first.is_some_and(|f| f.role == channel.role) => Some(0.0),
-            _ => None,
+            _ if first.is_none_or(|f| f.role != channel.role) => None,
+            role if role.index() > 0 => Some(0.0),
+            _ => continue,
         };
         let tooltip = if delay.is_none() {
             "Move the channel by the delay that its cross-correlation with the mass's other sensor shows"
@@ -277,7 +277,7 @@ fn row(ui: &mut Ui, desk: &Desk<'_>, index: usize, step: &Preparation) -> Option
                     ("Find", "Find it with the equation: what makes the response fit the measurement best")
                 };
                 if ui.small_button(label).on_hover_text(tooltip).clicked() {
-                    asked = Some(if finding { Ask::StopChoosing } else { Ask::Calibrate { step: index, sought } });
+                    asked = Some(if finding { Ask::StopErrand } else { Ask::Calibrate { step: index, sought } });
                 }
             }
             if desk.bench.raw.entries.len() > 1 && !matches!(step.treatment, Treatment::Bridge { .. }) {

@@ -208,7 +208,7 @@ fn choose(ui: &mut Ui, choosing: Option<crate::app::worker::Busy>, asks: &mut Ve
         }
         Some(busy) => {
             if ui.button("Cancel").on_hover_text("Stop and leave the settings as they are").clicked() {
-                asks.push(Ask::StopChoosing);
+                asks.push(Ask::StopErrand);
             }
             let share = busy.progress.unwrap_or(0.0) as f32;
             let bar = egui::ProgressBar::new(share).desired_width(110.0).desired_height(ROW - 8.0);

@@ -68,14 +68,14 @@ impl Treatment {
             Self::Split { parts } => format!("split={parts}"),
             Self::SplitAt { time } => format!("split-at={time}"),
             Self::Align { role, delay } => {
-                let mut text = format!("align={}{}", role.symbol(), role.index() + 1);
+                let mut text = format!("align={}", role.short_name());
                 if let Some(delay) = delay {
                     // Writing to a text cannot fail.
                     let _ = write!(text, ":{delay}");
                 }
                 text
             }
-            Self::Gain { role, gain } => format!("gain={}{}:{gain}", role.symbol(), role.index() + 1),
+            Self::Gain { role, gain } => format!("gain={}:{gain}", role.short_name()),
         })
     }
 }
