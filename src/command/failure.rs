@@ -92,7 +92,6 @@ impl From<GapError> for Failure {
             GapError::Records(_) => {
                 "give records with the same channels and units, or say with --columns which column is which"
             }
-            GapError::Inputs(_) => "name the time, the displacement and the input: --columns t=NAME,x=NAME,u=NAME",
             GapError::TooShort { .. } => {
                 "give a longer record, or one that was sampled faster: ten periods at forty samples each are plenty"
             }

@@ -9,8 +9,6 @@ use crate::signal::{Spectrum, rms};
 pub(super) struct Audit {
     /// One steady tone at one amplitude: everything that dissipates looks like a damper, everything else like a spring.
     pub(super) single_tone: bool,
-    /// Free decays, or records without an input.
-    pub(super) free: bool,
     pub(super) blind: Vec<Blind>,
     pub(super) notices: Vec<String>,
 }
@@ -23,7 +21,7 @@ const STEADY: f64 = 0.12;
 impl Data {
     pub(super) fn audit(&self) -> Audit {
         let fit = self.fit();
-        let still = self.layout.inputs == 0 || fit.iter().all(|s| rms(&s.inputs[0]) == 0.0);
+        let still = fit.iter().all(Series::is_undriven);
         let tones: Vec<Option<(f64, f64)>> = fit.iter().map(|s| tone(s, self.noise)).collect();
         let single_tone = tones.iter().all(Option::is_some) && {
             let (frequencies, amplitudes): (Vec<f64>, Vec<f64>) = tones.iter().flatten().copied().unzip();
@@ -71,7 +69,7 @@ impl Data {
                 n => format!("No record is held out: each of the {n} in turn judges a fit to the others."),
             });
         }
-        Audit { single_tone, free: still, blind, notices }
+        Audit { single_tone, blind, notices }
     }
 }
 

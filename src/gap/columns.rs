@@ -2,7 +2,7 @@
 
 use super::data::Series;
 use crate::model::Equation;
-use crate::simulate::InputGrid;
+use crate::simulate::{Delays, InputGrid};
 use crate::term::{Expression, Kind, Layout, Program, SampleBlock, Slots, Symbol, Term};
 
 /// Displacements and velocities along a record: `[mass][sample]`.
@@ -52,9 +52,9 @@ impl Series {
         }
     }
 
-    /// The inputs later by a delay, s: values and rates.
-    pub(super) fn delayed_inputs(&self, delay: f64) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
-        let grid: InputGrid = self.grid.delayed(delay);
+    /// The inputs later by their delays: values and rates.
+    pub(super) fn delayed_inputs(&self, delays: &Delays) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+        let grid: InputGrid = self.grid.delayed(delays);
         let series = |order: usize| -> Vec<Vec<f64>> {
             (0..grid.inputs()).map(|j| (0..self.len()).map(|k| grid.at(j, grid.time(k))[order]).collect()).collect()
         };
@@ -193,7 +193,8 @@ pub(super) fn integrate(
     let (time, z) = (address(Symbol::Time), address(Symbol::Internal(0)));
     let places: Vec<(usize, usize)> =
         (0..path.x.len()).map(|i| (address(Symbol::State(i)), address(Symbol::Rate(i)))).collect();
-    let input = (layout.inputs > 0).then(|| (address(Symbol::Input(0)), address(Symbol::InputRate(0))));
+    let driven: Vec<(usize, usize)> =
+        (0..layout.inputs).map(|j| (address(Symbol::Input(j)), address(Symbol::InputRate(j)))).collect();
     let h = clock.interval;
     // The displacement between two samples is the cubic that their velocities give, all else a straight line.
     let load = |slots: &mut Slots, k: usize, s: f64| {
@@ -206,9 +207,9 @@ pub(super) fn integrate(
                 + s * s * ((1.0 + 2.0 * r) * displacement[next] - r * h * velocity[next]);
             slots[*v] = line(velocity);
         }
-        if let (Some((u, du)), Some(values), Some(rates)) = (input, inputs.values.first(), inputs.rates.first()) {
-            slots[u] = line(values);
-            slots[du] = line(rates);
+        for ((u, du), (values, rates)) in driven.iter().zip(inputs.values.iter().zip(&inputs.rates)) {
+            slots[*u] = line(values);
+            slots[*du] = line(rates);
         }
     };
     let mut out = vec![Vec::with_capacity(n); count];

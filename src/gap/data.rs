@@ -47,7 +47,8 @@ pub(super) struct Data {
     pub(super) input_open: bool,
     /// Unit of displacement.
     pub(super) unit: String,
-    pub(super) input_unit: String,
+    /// Unit of each input.
+    pub(super) input_units: Vec<String>,
     /// What the sensor of each mass shows, and the unit of the first.
     pub(super) outputs: Vec<Output>,
     pub(super) shown_unit: String,
@@ -90,9 +91,6 @@ impl Data {
     pub(super) fn new(records: &RecordSet) -> Result<Self, GapError> {
         let kind = Kind::SecondOrder;
         let layout = records.layout(kind).map_err(GapError::Records)?;
-        if layout.inputs > 1 {
-            return Err(GapError::Inputs(layout.inputs));
-        }
         let fit: Vec<&Arc<Record>> = records.with(Usage::Fit).collect();
         let first = fit.first().ok_or(GapError::NothingToFit)?;
         if let Some(short) = fit.iter().chain(&records.with(Usage::HeldOut).collect::<Vec<_>>()).find(|r| r.len() < 100)
@@ -155,7 +153,7 @@ impl Data {
             .and_then(|s| main_period(&moved(s, 0), s.interval, of_displacement(0)))
             .map_or_else(|| 4.0 / first.duration(), f64::recip);
         let noise = noises.first().copied().unwrap_or(0.0);
-        let still = layout.inputs == 0 || series[..fitted].iter().all(|s| rms(&s.inputs[0]) == 0.0);
+        let still = series[..fitted].iter().all(Series::is_undriven);
         let fitted_series: Vec<(f64, Arc<[f64]>)> =
             series[..fitted].iter().map(|s| (s.interval, Arc::clone(&s.measured[0]))).collect();
         let period_of = |i: usize| {
@@ -186,7 +184,7 @@ impl Data {
             base_excited: base_excited(first, kind),
             input_open: first.channel(Role::Input(0)).is_some_and(says_nothing) && !base_excited(first, kind),
             unit: unit(Role::Displacement(0)),
-            input_unit: unit(Role::Input(0)),
+            input_units: (0..layout.inputs).map(|j| unit(Role::Input(j))).collect(),
             outputs,
             shown_unit,
             weights,
@@ -351,6 +349,11 @@ impl Series {
             smoothed,
             index: 0,
         }
+    }
+
+    /// True if no input drives it.
+    pub(super) fn is_undriven(&self) -> bool {
+        self.inputs.iter().all(|u| rms(u) == 0.0)
     }
 
     pub(super) fn len(&self) -> usize {

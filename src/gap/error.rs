@@ -7,11 +7,6 @@ pub enum GapError {
     /// No record is to be fitted.
     #[error("there is no record to fit")]
     NothingToFit,
-    /// More than one input.
-    #[error(
-        "the search for missing effects takes records of at most one input; these have {0}: give one of them with --columns"
-    )]
-    Inputs(usize),
     /// A record is too short.
     #[error("record `{record}` has {samples} samples; at least 100 are needed")]
     TooShort {

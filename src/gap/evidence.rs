@@ -370,17 +370,18 @@ impl Shapes<'_> {
     }
 
     fn input(&self) -> Vec<PerRecord> {
+        (0..self.data.layout.inputs).flat_map(|j| self.of_input(j)).collect()
+    }
+
+    fn of_input(&self, j: usize) -> Vec<PerRecord> {
         let data = self.data;
-        if data.layout.inputs == 0 {
-            return Vec::new();
-        }
         let largest = |pick: fn(&Series) -> &Vec<Vec<f64>>| {
-            data.fit().iter().map(|s| rms(&pick(s)[0])).fold(f64::MIN_POSITIVE, f64::max) * 2.0
+            data.fit().iter().map(|s| rms(&pick(s)[j])).fold(f64::MIN_POSITIVE, f64::max) * 2.0
         };
         let (su, sdu) = (largest(|s| &s.inputs), largest(|s| &s.input_rates));
         let input = |f: &dyn Fn(f64, f64) -> f64| -> PerRecord {
             let series =
-                |s: &Series| s.inputs[0].iter().zip(&s.input_rates[0]).map(|(u, du)| f(u / su, du / sdu)).collect();
+                |s: &Series| s.inputs[j].iter().zip(&s.input_rates[j]).map(|(u, du)| f(u / su, du / sdu)).collect();
             data.fit().iter().map(series).collect()
         };
         vec![

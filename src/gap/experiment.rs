@@ -10,6 +10,7 @@ use crate::refine::{MeasuredMotion, Options, Point, Run, refine};
 use crate::signal::rms;
 use crate::simulate::{InputGrid, Limits, Simulator};
 use crate::study::Cancel;
+use crate::term::Symbol;
 
 /// Periods of a proposed record, and samples in one.
 const PERIODS: f64 = 24.0;
@@ -17,7 +18,8 @@ const SAMPLES: f64 = 40.0;
 
 struct Proposal {
     text: String,
-    input: Vec<f64>,
+    /// The input that drives, and how.
+    input: Option<(usize, Vec<f64>)>,
     /// Displacement of the first mass.
     released: f64,
 }
@@ -36,7 +38,12 @@ impl Data {
         let cancelled = || cancel.is_cancelled();
         let mut found: Option<(f64, String)> = None;
         for proposal in self.menu(interval, count) {
-            let inputs: Vec<&[f64]> = if self.layout.inputs > 0 { vec![&proposal.input] } else { Vec::new() };
+            let still = vec![0.0; count];
+            let of = |j: usize| match &proposal.input {
+                Some((input, values)) if *input == j => values.as_slice(),
+                _ => &still,
+            };
+            let inputs: Vec<&[f64]> = (0..self.layout.inputs).map(of).collect();
             let grid = Arc::new(InputGrid::new(0.0, interval, count, &inputs, None));
             let states = 2 * self.masses();
             let mut initial = vec![0.0; states + composed.internals.len()];
@@ -101,40 +108,40 @@ impl Data {
         for factor in [1.0, 0.3, 2.0] {
             menu.push(Proposal {
                 text: format!("Let {whose} go from {} {} without input", significant(factor * reach, 2), self.unit),
-                input: vec![0.0; count],
+                input: None,
                 released: factor * reach,
             });
         }
-        if self.layout.inputs == 0 {
-            return menu;
-        }
-        let level = self.fit().iter().map(|s| rms(&s.inputs[0])).fold(0.0, f64::max) * std::f64::consts::SQRT_2;
-        if level == 0.0 {
-            return menu;
-        }
         let hz = |f: f64| significant(f, 3);
-        for (factor, name) in
-            [(0.5, "half the level so far"), (1.0, "the level so far"), (2.0, "twice the level so far")]
-        {
-            for tone in [0.5, 1.0, 1.6] {
+        for j in 0..self.layout.inputs {
+            let level = self.fit().iter().map(|s| rms(&s.inputs[j])).fold(0.0, f64::max) * std::f64::consts::SQRT_2;
+            if level == 0.0 {
+                continue;
+            }
+            let by = match self.layout.inputs {
+                1 => String::new(),
+                _ => format!(" in {} alone", self.layout.name(Symbol::Input(j))),
+            };
+            for (factor, name) in
+                [(0.5, "half the level so far"), (1.0, "the level so far"), (2.0, "twice the level so far")]
+            {
+                for tone in [0.5, 1.0, 1.6] {
+                    let wave = (0..count).map(|k| factor * level * (TAU * tone * f * time(k)).sin());
+                    menu.push(Proposal {
+                        text: format!("Run a tone of {} Hz{by} from rest at {name}", hz(tone * f)),
+                        input: Some((j, wave.collect())),
+                        released: 0.0,
+                    });
+                }
+                let (low, high) = (0.3 * f, 2.5 * f);
+                let length = time(count);
+                let phase = |t: f64| TAU * (low * t + 0.5 * (high - low) * t * t / length);
                 menu.push(Proposal {
-                    text: format!("Run a tone of {} Hz from rest at {name}", hz(tone * f)),
-                    input: (0..count).map(|k| factor * level * (TAU * tone * f * time(k)).sin()).collect(),
+                    text: format!("Sweep from {} to {} Hz{by} at {name}", hz(low), hz(high)),
+                    input: Some((j, (0..count).map(|k| factor * level * phase(time(k)).sin()).collect())),
                     released: 0.0,
                 });
             }
-            let (low, high) = (0.3 * f, 2.5 * f);
-            let length = time(count);
-            menu.push(Proposal {
-                text: format!("Sweep from {} to {} Hz at {name}", hz(low), hz(high)),
-                input: (0..count)
-                    .map(|k| {
-                        let t = time(k);
-                        factor * level * (TAU * (low * t + 0.5 * (high - low) * t * t / length)).sin()
-                    })
-                    .collect(),
-                released: 0.0,
-            });
         }
         menu
     }

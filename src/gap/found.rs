@@ -18,6 +18,7 @@ use super::outcome::{
 use super::site::Site;
 use crate::model::Model;
 use crate::record::{RecordSet, Usage};
+use crate::simulate::Delays;
 use crate::term::Term;
 
 /// What a walk has found, and of which records and base model that is true.
@@ -41,7 +42,8 @@ pub struct Found {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct FoundStage {
     pub(super) model: Model,
-    pub(super) delay: f64,
+    #[serde(rename = "delay")]
+    pub(super) delays: Delays,
     pub(super) ceiling: Option<f64>,
     pub(super) effects: Vec<Added>,
     pub(super) gap: Gap,
@@ -239,7 +241,7 @@ impl FoundStage {
         });
         Self {
             model: stage.model.clone(),
-            delay: stage.delay,
+            delays: stage.delays.clone(),
             ceiling: stage.ceiling,
             effects: stage.effects.clone(),
             gap: stage.gap,

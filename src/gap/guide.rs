@@ -103,12 +103,11 @@ fn example() -> Setting {
     Setting {
         base_excited: true,
         input_open: false,
-        has_input: true,
         frames,
         terms: spring.into_iter().collect(),
         // A pendulum's displacement is an angle, or of a unit that is not known.
         unit: String::new(),
-        input: 1.0,
+        inputs: vec![1.0],
         frequency: 1.0,
         lines: vec![2.0],
         pulsations: vec![2.0],
@@ -141,7 +140,7 @@ fn entry(form: &Form, family: &'static str) -> Entry {
         axis: match form.axis {
             Axis::Displacement => "displacement",
             Axis::Velocity => "velocity",
-            Axis::Input => "input",
+            Axis::Input(_) => "input",
             Axis::Time => "time",
         },
         parameters: coefficients.chain(inner).collect(),

@@ -7,6 +7,7 @@ use super::effects::Axis;
 use super::site::Site;
 use crate::model::Model;
 use crate::record::Usage;
+use crate::simulate::Delays;
 
 /// What the search for missing effects has come to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -119,8 +120,8 @@ pub struct Parameter {
 pub struct Stage {
     /// The equations, coefficients refined on the simulated response.
     pub model: Model,
-    /// The inputs act this much later than they were measured, s.
-    pub delay: f64,
+    /// How much later than they were measured the inputs act.
+    pub delays: Delays,
     /// The first sensor shows no displacement beyond ± this.
     pub ceiling: Option<f64>,
     /// The effects in it, in the order in which they were added.

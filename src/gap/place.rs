@@ -11,6 +11,7 @@ use super::screen::Motion;
 use super::site::Site;
 use crate::format::number::significant;
 use crate::signal::{Spectrum, mean_and_variance, rms};
+use crate::term::Symbol;
 
 /// Cells of the map along each quantity.
 const CELLS: usize = 24;
@@ -162,18 +163,18 @@ impl Data {
                 values: of(&|s, p, k| site.across(|i| p.v[i][k], input(&s.input_rates, k))),
             });
         }
-        if self.layout.inputs > 0 {
+        for (j, length) in self.input_units.iter().enumerate() {
             list.push(Quantity {
-                name: "u".into(),
+                name: self.layout.name(Symbol::Input(j)),
                 motion: None,
-                unit: self.input_unit.clone(),
-                values: self.fit().iter().map(|s| s.inputs[0].clone()).collect(),
+                unit: length.clone(),
+                values: self.fit().iter().map(|s| s.inputs[j].clone()).collect(),
             });
             list.push(Quantity {
-                name: "du".into(),
+                name: self.layout.name(Symbol::InputRate(j)),
                 motion: None,
-                unit: unit(&self.input_unit, (1, -1)),
-                values: self.fit().iter().map(|s| s.input_rates[0].clone()).collect(),
+                unit: unit(length, (1, -1)),
+                values: self.fit().iter().map(|s| s.input_rates[j].clone()).collect(),
             });
         }
         let lead = self.lead(motion);
@@ -378,6 +379,8 @@ fn sentence(
         (Some(Across::Displacement(site)), _) => across("displacement", site),
         (None, "u") => "input".to_owned(),
         (None, "du") => "rate of the input".to_owned(),
+        (None, name) if name.starts_with('u') => format!("input {name}"),
+        (None, name) if name.starts_with("du") => format!("rate of the input {}", &name[1..]),
         (None, "t") => "time".to_owned(),
         (None, other) => other.to_owned(),
     };

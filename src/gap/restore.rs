@@ -179,7 +179,7 @@ impl Search {
         composition.zero = self.base.zero;
         composition.forms.push(Form::given(Addition {
             internals,
-            delay: kept.delay,
+            delays: kept.delays.clone(),
             static_ratio: Some(model.static_ratio),
             ceiling: kept.ceiling,
             offset: kept.responses.iter().any(|r| !r.offsets.is_empty()),
@@ -214,7 +214,7 @@ impl Search {
         };
         let stage = Stage {
             model: model.clone(),
-            delay: kept.delay,
+            delays: kept.delays.clone(),
             ceiling: kept.ceiling,
             effects: kept.effects.clone(),
             gap: kept.gap,

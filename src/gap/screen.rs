@@ -66,10 +66,10 @@ impl Data {
         for (r, s) in self.fit().iter().enumerate() {
             let limits = Limits { states: &s.limits, tolerance: 1e-8, ..Limits::default() };
             let delayed;
-            let grid = if composed.delay == 0.0 {
+            let grid = if composed.delays.is_none() {
                 &*s.grid
             } else {
-                delayed = s.grid.delayed(composed.delay);
+                delayed = s.grid.delayed(&composed.delays);
                 &delayed
             };
             let masses = self.masses();
@@ -176,7 +176,7 @@ impl Data {
         if let Some(level) = addition.ceiling {
             return vec![self.clipped(level, simulated)];
         }
-        let on_input = addition.delay != 0.0 || addition.input_limit.is_some();
+        let on_input = !addition.delays.is_none() || addition.input_limit.is_some();
         let count = if on_input { 1 } else { addition.terms.len() };
         let mut columns = vec![Vec::with_capacity(total); count];
         let mut response = Vec::new();
@@ -238,18 +238,16 @@ impl Data {
         };
         let before = total(&s.inputs());
         let (values, rates) = match addition.input_limit {
-            Some(limit) => {
-                let held = |u: &Vec<f64>| u.iter().map(|u| u.clamp(-limit, limit)).collect();
-                let values: Vec<Vec<f64>> = s.inputs.iter().map(held).collect();
-                let rates = s
-                    .inputs
-                    .iter()
-                    .zip(&s.input_rates)
-                    .map(|(u, du)| u.iter().zip(du).map(|(u, du)| if u.abs() < limit { *du } else { 0.0 }).collect())
-                    .collect();
+            Some((input, limit)) => {
+                let (mut values, mut rates) = (s.inputs.clone(), s.input_rates.clone());
+                for (u, du) in values[input].iter_mut().zip(&mut rates[input]) {
+                    if u.abs() >= limit {
+                        (*u, *du) = (u.clamp(-limit, limit), 0.0);
+                    }
+                }
                 (values, rates)
             }
-            None => s.delayed_inputs(addition.delay),
+            None => s.delayed_inputs(&addition.delays),
         };
         let changed = super::columns::Inputs {
             values: values.iter().map(Vec::as_slice).collect(),

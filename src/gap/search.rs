@@ -22,7 +22,6 @@ use super::weak::Weak;
 use super::words::titles;
 use crate::record::RecordSet;
 use crate::refine::{Bar, Point, Structure as _};
-use crate::signal::rms;
 use crate::study::Cancel;
 use crate::term::{Expression, Symbol, Term, derivative};
 
@@ -109,7 +108,7 @@ const LEADERS: usize = 2;
 const EFFORT: usize = 36_000;
 const FEWEST: usize = 9;
 impl Search {
-    /// Prepares records of one mass or several and at most one input.
+    /// Prepares records of one mass or several.
     ///
     /// # Errors
     /// Records that do not go together or are too short; a base term of something that they lack.
@@ -282,12 +281,11 @@ impl Search {
         let setting = Setting {
             base_excited: data.base_excited,
             input_open: data.input_open,
-            has_input: data.layout.inputs > 0 && !self.audit.free,
             frames,
             terms: fitted.composition.plain_terms(shared),
             unit: data.unit.clone(),
             derivatives: data.outputs[0].derivatives(),
-            input: over(&u),
+            inputs: (0..data.layout.inputs).map(|j| over(&|r, k| data.fit()[r].inputs[j][k])).collect(),
             frequency: data.frequency,
             lines: data.lines(&missing),
             pulsations: {
@@ -464,27 +462,25 @@ impl Search {
 /// What was asked for of each mass; else a linear spring and damper: across the joint where the base moves, with the force where
 /// one acts. Of several masses, how they are coupled is not known: every displacement, velocity and input in every equation.
 fn base_terms(data: &Data, ask: &Ask) -> Vec<Placed> {
-    let known = |text: &str| Term::parse(text).ok();
-    let still = data.fit().iter().all(|s| s.inputs.iter().all(|u| rms(u) == 0.0));
+    let still = data.fit().iter().all(Series::is_undriven);
     let masses = data.masses();
     let of_all: Vec<Term> = match (&ask.base, data.layout.inputs) {
         (Some(base), _) => base.clone(),
         (None, inputs) if masses > 1 => {
             let states = (0..masses).map(Symbol::State).chain((0..masses).map(Symbol::Rate));
             let driven = (0..inputs).filter(|_| !still).flat_map(|j| {
-                let rate = Some(Symbol::InputRate(j)).filter(|_| data.base_excited);
+                let rate = Some(Symbol::InputRate(j)).filter(|_| data.base_excited && j == 0);
                 std::iter::once(Symbol::Input(j)).chain(rate)
             });
             states.chain(driven).map(|symbol| Term::new(Expression::Symbol(symbol))).collect()
         }
         (None, inputs) => {
-            let list: &[&str] = match (inputs, data.base_excited) {
-                (0, _) => &["x", "v"],
-                (_, true) => &["x-u", "v-du"],
-                (_, false) if still => &["x", "v"],
-                _ => &["x", "v", "u"],
+            let (x, v) = (Expression::from(Symbol::State(0)), Expression::from(Symbol::Rate(0)));
+            let (across, forces) = match data.base_excited {
+                true => ([x - Symbol::Input(0), v - Symbol::InputRate(0)], 1..inputs),
+                false => ([x, v], 0..if still { 0 } else { inputs }),
             };
-            list.iter().filter_map(|t| known(t)).collect()
+            across.into_iter().chain(forces.map(|j| Symbol::Input(j).into())).map(Term::new).collect()
         }
     };
     let mut placed = Vec::new();

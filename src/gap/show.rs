@@ -43,7 +43,11 @@ impl Search {
                 let across = |r: usize, k: usize| site.across(|i| motion.measured[r].v[i][k], du(r, k));
                 (site.words("v", "du", masses), unit(length, (1, -1)), each(&across))
             }
-            Axis::Input => ("u".into(), self.data.input_unit.clone(), each(&u)),
+            Axis::Input(j) => (
+                self.data.layout.name(Symbol::Input(j)),
+                self.data.input_units[j].clone(),
+                each(&|r, k| fit[r].inputs[j][k]),
+            ),
             Axis::Time => ("t".into(), "s".into(), each(&|r, k| fit[r].start + fit[r].interval * k as f64)),
         }
     }
@@ -171,7 +175,10 @@ impl Search {
                     value: inner[k],
                     std_error: inner_errors[k],
                     at_bound: at_bound(shared.len() - inner.len() + k),
-                    unit: if q.name == "u_max" { data.input_unit.clone() } else { unit(&data.unit, q.dimension) },
+                    unit: match q.of_input {
+                        Some(j) => data.input_units[j].clone(),
+                        None => unit(&data.unit, q.dimension),
+                    },
                 }));
                 if fitted.composition.offset() && form.effect == "sensor_offset" {
                     let several = data.masses() > 1;
@@ -205,7 +212,7 @@ impl Search {
             .collect();
         Stage {
             model,
-            delay: composed.delay,
+            delays: composed.delays,
             ceiling: composed.ceiling,
             effects,
             gap: fitted.gap,

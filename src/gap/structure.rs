@@ -4,6 +4,7 @@ use super::outcome::Choice;
 use super::site::Placed;
 use crate::model::{Equation, Model, WeightedTerm};
 use crate::refine::{Instance, Run, Structure};
+use crate::simulate::Delays;
 use crate::term::{Expression, Function, Kind, Layout, Symbol, Term, derivative};
 
 /// The base model's terms with effects on top: what is fitted.
@@ -31,7 +32,7 @@ pub(super) struct Composed {
     pub(super) terms: Vec<Placed>,
     /// Equations of the internal states.
     pub(super) internals: Vec<Equation>,
-    pub(super) delay: f64,
+    pub(super) delays: Delays,
     pub(super) static_ratio: f64,
     pub(super) ceiling: Option<f64>,
 }
@@ -188,7 +189,7 @@ impl Composition {
         let mut composed = Composed {
             terms: self.base.iter().filter(|t| !additions.iter().any(|a| a.replaces.contains(t))).cloned().collect(),
             internals: Vec::new(),
-            delay: additions.iter().map(|a| a.delay).sum(),
+            delays: additions.iter().flat_map(|a| a.delays.each()).collect(),
             static_ratio: additions.iter().filter_map(|a| a.static_ratio).fold(1.0, f64::max),
             ceiling: additions.iter().find_map(|a| a.ceiling),
         };
@@ -205,7 +206,7 @@ impl Composition {
                     .map(|equation| Equation::known(equation.terms.iter().map(|t| (moved(&t.term), t.coefficient)))),
             );
         }
-        if let Some(limit) = additions.iter().filter_map(|a| a.input_limit).reduce(f64::min) {
+        for limit in additions.iter().filter_map(|a| a.input_limit) {
             for placed in &mut composed.terms {
                 placed.term = limited(&placed.term, limit);
             }
@@ -264,7 +265,7 @@ impl Structure for Composition {
             }
         }
         let (model, composed) = self.model(parameters);
-        Some(Instance { model, delay: composed.delay, ceiling: composed.ceiling, readings: Vec::new() })
+        Some(Instance { model, delays: composed.delays, ceiling: composed.ceiling, readings: Vec::new() })
     }
 
     fn scales(&self) -> Vec<f64> {
@@ -339,7 +340,7 @@ fn renumbered(symbol: Symbol, first: usize) -> Option<Expression> {
 /// A term whose displacement counts from another point.
 pub(super) fn counted_from(term: &Term, point: f64) -> Term {
     substituted(term, &|symbol| match symbol {
-        Symbol::State(_) => Some(Expression::Sum(vec![Expression::Symbol(symbol), Expression::Number(-point)])),
+        Symbol::State(_) => Some(Expression::from(symbol) - point),
         _ => None,
     })
 }
@@ -360,20 +361,17 @@ fn substituted(term: &Term, by: &dyn Fn(Symbol) -> Option<Expression>) -> Term {
     Term::new(walk(term.expression(), by))
 }
 
-/// A term whose input is held within ± a limit; its rate is zero beyond.
-fn limited(term: &Term, limit: f64) -> Term {
-    substituted(term, &|symbol| {
-        let input = |j| Expression::Symbol(Symbol::Input(j));
-        match symbol {
-            Symbol::Input(j) => Some(Expression::Call(Function::Clip, vec![input(j), Expression::Number(limit)])),
-            Symbol::InputRate(j) => {
-                let room = Expression::Sum(vec![
-                    Expression::Number(limit),
-                    Expression::call(Function::Abs, input(j)).negated(),
-                ]);
-                Some(Expression::Product(vec![Expression::call(Function::Step, room), Expression::Symbol(symbol)]))
-            }
-            _ => None,
+/// A term in which an input is held within ± a limit; its rate is zero beyond.
+fn limited(term: &Term, (input, limit): (usize, f64)) -> Term {
+    let held = Expression::from(Symbol::Input(input));
+    substituted(term, &|symbol| match symbol {
+        Symbol::Input(j) if j == input => {
+            Some(Expression::Call(Function::Clip, vec![held.clone(), Expression::Number(limit)]))
         }
+        Symbol::InputRate(j) if j == input => {
+            let room = Expression::from(limit) - held.clone().abs();
+            Some(Expression::call(Function::Step, room) * symbol)
+        }
+        _ => None,
     })
 }

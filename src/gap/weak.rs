@@ -18,6 +18,7 @@ use super::site::Placed;
 use super::structure::{Composed, Composition};
 use crate::refine::Structure as _;
 use crate::signal::{dot, rms};
+use crate::simulate::Delays;
 use crate::study::test_functions;
 use crate::term::{Expression, Symbol, Term};
 
@@ -51,7 +52,7 @@ pub(super) struct Weak<'a> {
     /// The measured motion of each record.
     paths: Vec<Path>,
     /// Inputs and their rates under each delay, one pair a record.
-    delayed: Mutex<HashMap<u64, Arc<Vec<Delayed>>>>,
+    delayed: Mutex<HashMap<Vec<u64>, Arc<Vec<Delayed>>>>,
 }
 
 /// Inputs and their rates: `[input][sample]`.
@@ -203,7 +204,7 @@ impl<'a> Weak<'a> {
 
     /// The averages of every term of the accelerations.
     fn columns(&self, composed: &Composed) -> Vec<Vec<f64>> {
-        let plain = composed.delay == 0.0;
+        let plain = composed.delays.is_none();
         // A term of displacement and velocity is the same whatever is done to the input, and beside any other effect.
         let changes = |t: &Term| {
             let mut changes = false;
@@ -234,7 +235,7 @@ impl<'a> Weak<'a> {
         let taken: Vec<Option<Vec<f64>>> =
             along.iter().map(|t| if changes(&t.term) { None } else { self.direct(t) }).collect();
         if taken.iter().any(Option::is_none) {
-            let delayed = (!plain).then(|| self.delayed(composed.delay));
+            let delayed = (!plain).then(|| self.delayed(&composed.delays));
             for (r, (path, s)) in self.paths.iter().zip(self.data.fit()).enumerate() {
                 let inputs = delayed.as_ref().map(|d| &d[r]).map_or_else(
                     || s.inputs(),
@@ -261,13 +262,13 @@ impl<'a> Weak<'a> {
         columns.into_iter().flatten().collect()
     }
 
-    fn delayed(&self, delay: f64) -> Arc<Vec<Delayed>> {
+    fn delayed(&self, delays: &Delays) -> Arc<Vec<Delayed>> {
         let lock = || self.delayed.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = lock().get(&delay.to_bits()) {
+        if let Some(known) = lock().get(&delays.bits()) {
             return Arc::clone(known);
         }
-        let made = Arc::new(self.data.fit().iter().map(|s| s.delayed_inputs(delay)).collect::<Vec<_>>());
-        lock().insert(delay.to_bits(), Arc::clone(&made));
+        let made = Arc::new(self.data.fit().iter().map(|s| s.delayed_inputs(delays)).collect::<Vec<_>>());
+        lock().insert(delays.bits(), Arc::clone(&made));
         made
     }
 

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::arrow::{Arrow, Step};
 use super::{Instance, Options, Point, Reading, Refined, Run, Structure};
-use crate::simulate::{InputGrid, Limits, Response, Simulator, Workspace, later};
+use crate::simulate::{Delays, InputGrid, Limits, Response, Simulator, Workspace, later};
 
 /// Steps after which a fit is held against the bar.
 const PATIENCE: usize = 4;
@@ -83,7 +83,7 @@ struct Scratch {
     response: Response,
     initial: Vec<f64>,
     /// The last delayed inputs of a record.
-    delayed: Vec<Option<(f64, InputGrid)>>,
+    delayed: Vec<Option<(Delays, InputGrid)>>,
     /// What a sensor shows late.
     moved: Vec<f64>,
 }
@@ -146,18 +146,18 @@ impl<'a> Fitter<'a> {
         let limits =
             Limits { states: &run.limits, tolerance: TOLERANCE, cancelled: self.options.cancelled, rates: self.rates };
         let Scratch { workspace, response, initial, delayed, moved } = scratch;
-        let delay = ready.instance.delay;
-        let grid = if delay == 0.0 {
+        let delays = &ready.instance.delays;
+        let grid = if delays.is_none() {
             &*run.grid
         } else {
             if delayed.len() <= run.record {
                 delayed.resize(run.record + 1, None);
             }
             let slot = &mut delayed[run.record];
-            if slot.as_ref().is_none_or(|(known, _)| *known != delay) {
+            if slot.as_ref().is_none_or(|(known, _)| known != delays) {
                 *slot = None;
             }
-            &slot.get_or_insert_with(|| (delay, run.grid.delayed(delay))).1
+            &slot.get_or_insert_with(|| (delays.clone(), run.grid.delayed(delays))).1
         };
         initial.clear();
         initial.extend_from_slice(own);

@@ -7,7 +7,7 @@
 use super::fitter::HOPELESS;
 use super::{Bar, Options, Point, Refined, Run, Structure, misfit, refine};
 use crate::signal::{mean_and_variance, rms};
-use crate::simulate::{Limits, Response, Simulator};
+use crate::simulate::{Delays, Limits, Response, Simulator};
 
 /// Periods of the shortest segments.
 const SHORTEST: f64 = 2.0;
@@ -230,14 +230,14 @@ fn start(structure: &dyn Structure, runs: &[Run], shared: &[f64], before: Option
 /// The motion that a fit found, for runs that begin within its own: simulated once a run, when first asked for.
 struct Passed<'a> {
     before: Before<'a>,
-    simulator: Option<(Simulator, f64)>,
+    simulator: Option<(Simulator, Delays)>,
     responses: Vec<Option<Response>>,
 }
 
 impl<'a> Passed<'a> {
     fn new(before: Before<'a>) -> Self {
         let instance = before.structure.instance(&before.landed.refined.point.shared);
-        let simulator = instance.and_then(|i| Some((Simulator::new(&i.model).ok()?, i.delay)));
+        let simulator = instance.and_then(|i| Some((Simulator::new(&i.model).ok()?, i.delays)));
         Self { before, simulator, responses: vec![None; before.landed.runs.len()] }
     }
 
@@ -248,7 +248,7 @@ impl<'a> Passed<'a> {
         let Before { landed, structure } = self.before;
         let k = landed.runs.iter().position(holds)?;
         if self.responses[k].is_none() {
-            let (simulator, delay) = self.simulator.as_ref()?;
+            let (simulator, delays) = self.simulator.as_ref()?;
             let from = &landed.runs[k];
             let point = &landed.refined.point;
             let mut initial = point.own[k].clone();
@@ -258,10 +258,10 @@ impl<'a> Passed<'a> {
                 initial.extend(along.iter().map(|z| z[from.range.start]));
             }
             let delayed;
-            let grid = if *delay == 0.0 {
+            let grid = if delays.is_none() {
                 &*from.grid
             } else {
-                delayed = from.grid.delayed(*delay);
+                delayed = from.grid.delayed(delays);
                 &delayed
             };
             let limits = Limits { states: &from.limits, ..Limits::default() };

@@ -24,8 +24,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use nalgebra::DMatrix;
 
 use crate::model::Model;
-use crate::simulate::InputGrid;
 pub use crate::simulate::Output;
+use crate::simulate::{Delays, InputGrid};
 
 pub(crate) use arrow::scaled_inverse;
 pub use fitter::{misfit, refine, respond};
@@ -37,8 +37,8 @@ pub use statistics::{autoregression, inflation, lagged_products};
 pub struct Instance {
     /// The equations.
     pub model: Model,
-    /// The inputs act this much later than they were measured, s.
-    pub delay: f64,
+    /// How much later than they were measured the inputs act.
+    pub delays: Delays,
     /// The sensor shows no displacement beyond ± this.
     pub ceiling: Option<f64>,
     /// What each output's sensor makes of what it measures; empty where every one shows it as it is.

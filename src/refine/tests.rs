@@ -8,7 +8,7 @@ use super::{Goal, Instance, MeasuredMotion, Options, Output, Point, Run, Structu
 use crate::model::{Equation, Model};
 use crate::record::Role;
 use crate::rig::{ScenarioOptions, generate};
-use crate::simulate::InputGrid;
+use crate::simulate::{Delays, InputGrid};
 use crate::term::list;
 
 /// One mass with free coefficients of these terms.
@@ -22,7 +22,7 @@ impl Structure for Free {
         let terms = list(self.0).unwrap().into_iter().zip(parameters.iter().copied());
         Some(Instance {
             model: Model::second_order(1, vec![Equation::known(terms)]),
-            delay: 0.0,
+            delays: Delays::default(),
             ceiling: None,
             readings: Vec::new(),
         })

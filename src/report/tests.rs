@@ -4,6 +4,7 @@ use super::{Arrangement, Format, Item, Paper, Report, ReportError, Section};
 use crate::model::{Equation, Model, WeightedTerm};
 use crate::record::{Channel, Record, RecordSet, Role, Usage};
 use crate::signal::Signals;
+use crate::simulate::Delays;
 use crate::study::{
     self, DroppedTerm, Elapsed, EquationFit, Outcome, RecordOutcome, Score, Settings, Severity, Warning,
 };
@@ -309,7 +310,7 @@ fn the_walk_is_told_in_every_document() {
         let gap =
             Gap { train_rmse: rmse, test_rmse: Some(f64::NAN), train_nrmse: rmse, test_nrmse: None, horizon: 10.0 };
         let traces = vec![trace(Usage::Fit), trace(Usage::HeldOut)];
-        Arc::new(Stage { model: outcome.model.clone(), delay: 0.0, ceiling: None, effects, gap, traces })
+        Arc::new(Stage { model: outcome.model.clone(), delays: Delays::default(), ceiling: None, effects, gap, traces })
     };
     let choice = Choice { effect: "coulomb_friction".into(), form: "to ground".into() };
     let added = Added {

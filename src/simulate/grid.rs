@@ -1,3 +1,4 @@
+use super::Delays;
 use crate::term::LANES;
 
 /// Sampled inputs made continuous: a spline of degree 7 through the samples (its derivatives are those of the same
@@ -109,19 +110,22 @@ impl InputGrid {
         Self { start, interval, samples, channels }
     }
 
-    /// The same inputs later by `delay`, s (earlier if negative); beyond the ends they keep their end values.
+    /// The same inputs later by their delays; beyond the ends they keep their end values.
     #[must_use]
-    pub fn delayed(&self, delay: f64) -> Self {
+    pub fn delayed(&self, delays: &Delays) -> Self {
         let shifted = |input: usize, order: usize| -> Vec<f64> {
-            (0..self.samples).map(|k| self.at(input, self.time(k) - delay)[order]).collect()
+            (0..self.samples).map(|k| self.at(input, self.time(k) - delays.of(input))[order]).collect()
         };
         let channels = self
             .channels
             .iter()
             .enumerate()
-            .map(|(k, channel)| Channel {
-                value: Jets::new(&shifted(k, 0)),
-                rate: channel.rate.as_ref().map(|_| Jets::new(&shifted(k, 1))),
+            .map(|(k, channel)| match delays.of(k) {
+                0.0 => channel.clone(),
+                _ => Channel {
+                    value: Jets::new(&shifted(k, 0)),
+                    rate: channel.rate.as_ref().map(|_| Jets::new(&shifted(k, 1))),
+                },
             })
             .collect();
         Self { channels, ..*self }

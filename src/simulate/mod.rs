@@ -11,6 +11,7 @@
 //!
 //! Source: M. di Bernardo, C. Budd, A. Champneys, P. Kowalczyk, *Piecewise-smooth Dynamical Systems*, Springer 2008.
 
+mod delays;
 mod equations;
 mod grid;
 mod initial;
@@ -22,6 +23,7 @@ mod tests;
 
 use std::ops::Range;
 
+pub use delays::Delays;
 pub use grid::InputGrid;
 pub(crate) use grid::later;
 pub use initial::{InitialState, fit_initial_state};

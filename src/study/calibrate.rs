@@ -166,12 +166,6 @@ fn check(record: &Record, sought: &[Calibration]) -> Result<(), StudyError> {
         }
     }
     let count = |pick: &dyn Fn(&Calibration) -> bool| sought.iter().filter(|what| pick(what)).count();
-    let late = count(&|what| matches!(what, Calibration::Delay(Role::Input(_))));
-    if inputs.len() > 1 && late > 0 {
-        return refused(
-            "with several inputs the delay of one cannot be sought; give it with `align` in the preparation".into(),
-        );
-    }
     if count(&|what| matches!(what, Calibration::Delay(_))) == sensors.len() + inputs.len() {
         return refused("delays are told against each other: take one channel as being on time".into());
     }

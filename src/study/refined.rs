@@ -10,6 +10,7 @@ use crate::refine::{
     Bar, Goal, Horizon, Instance, Landed, Options, Point, Reading, Refined, Run, Structure, horizon, land, refine,
 };
 use crate::signal::{motion_period, rms};
+use crate::simulate::Delays;
 use crate::term::Term;
 
 /// What refining a model's coefficients came to.
@@ -78,19 +79,20 @@ impl Structure for Coefficients<'_> {
         for (k, Free { equation, place, .. }) in self.free.iter().enumerate() {
             model.equations[*equation].terms[*place].coefficient = self.shared.coefficient(k, parameters);
         }
-        let mut delay = 0.0;
+        let mut late = Vec::new();
         let mut readings = if self.sought.is_empty() { Vec::new() } else { vec![Reading::default(); self.shown.len()] };
         for (what, value) in self.sought.iter().zip(&parameters[self.shared.owners().len()..]) {
             let reading = self.shown.iter().position(|role| *role == what.role()).and_then(|k| readings.get_mut(k));
             match (what, reading) {
                 (Calibration::Delay(_), Some(reading)) => reading.delay = *value,
                 // An input that was recorded late acted earlier.
-                (Calibration::Delay(_), None) => delay = -value,
+                (Calibration::Delay(Role::Input(j)), None) => late.push((*j, -value)),
                 (Calibration::Gain(_), Some(reading)) => reading.gain = *value,
-                (Calibration::Gain(_), None) => return None,
+                (Calibration::Delay(_) | Calibration::Gain(_), None) => return None,
             }
         }
-        Some(Instance { model, delay, ceiling: None, readings })
+        let delays = late.into_iter().collect();
+        Some(Instance { model, delays, ceiling: None, readings })
     }
 
     fn scales(&self) -> Vec<f64> {
@@ -329,7 +331,7 @@ struct Fixed<'a>(&'a Model);
 
 impl Structure for Fixed<'_> {
     fn instance(&self, _: &[f64]) -> Option<Instance> {
-        Some(Instance { model: self.0.clone(), delay: 0.0, ceiling: None, readings: Vec::new() })
+        Some(Instance { model: self.0.clone(), delays: Delays::default(), ceiling: None, readings: Vec::new() })
     }
 
     fn scales(&self) -> Vec<f64> {

@@ -3,6 +3,7 @@
 //! A [`Term`] is a function of time, states, rates and inputs, written as it is printed: `x^2*v`, `sgn(v-du)`, `v*|v|`.
 //! The candidate library, the identified model and the virtual rig all speak it.
 
+mod build;
 mod calculus;
 mod expression;
 mod integral;

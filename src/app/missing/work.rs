@@ -243,7 +243,6 @@ fn run(desk: &mut Option<Desk>, question: Question, teller: &Teller<'_>, cancel:
 fn for_the_window(error: &GapError) -> String {
     let text = error.to_string();
     match error {
-        GapError::Inputs(_) => text.replace("give one of them with --columns", "open a file with that column alone"),
         GapError::Base => text.replace("give other --terms", "choose another base model above"),
         GapError::NothingToFit => "there is nothing to fit: mark at least one record as fit".to_owned(),
         _ => text,

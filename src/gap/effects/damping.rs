@@ -1,35 +1,37 @@
-use super::{Axis, Form, Setting, Sign, coefficient, fixed, term};
+use super::{Axis, Form, Setting, Sign, coefficient, fixed};
+use crate::term::{Expression, Term};
 
 /// Damping that is smooth in the velocity.
 pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
     for frame in setting.frames() {
-        let mut push = |effect, title, explanation, separates, formula, text: &str, name, dimension: (i32, i32)| {
-            let term = term(text, frame);
-            if setting.has(&term, frame.site) {
-                return;
-            }
-            forms.push(Form {
-                effect,
-                title,
-                explanation,
-                separates,
-                formula,
-                form: frame.form.clone(),
-                site: Some(frame.site),
-                coefficients: vec![coefficient(name, dimension.0, dimension.1, Sign::Against)],
-                inner: Vec::new(),
-                contains: &[],
-                axis: Axis::Velocity,
-                build: fixed(vec![term]),
-            });
-        };
+        let mut push =
+            |effect, title, explanation, separates, formula, force: Expression, name, dimension: (i32, i32)| {
+                let term = Term::new(force);
+                if setting.has(&term, frame.site) {
+                    return;
+                }
+                forms.push(Form {
+                    effect,
+                    title,
+                    explanation,
+                    separates,
+                    formula,
+                    form: frame.form.clone(),
+                    site: Some(frame.site),
+                    coefficients: vec![coefficient(name, dimension.0, dimension.1, Sign::Against)],
+                    inner: Vec::new(),
+                    contains: &[],
+                    axis: Axis::Velocity,
+                    build: fixed(term),
+                });
+            };
         push(
             "viscous_damping",
             "Viscous damping",
             "A force in proportion to the velocity, against it.",
             "two amplitudes and two frequencies",
             r"-c\,w",
-            "W",
+            frame.w(),
             "c",
             (0, -1),
         );
@@ -39,7 +41,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             "Drag of a fluid: a force with the square of the velocity, against it.",
             "amplitudes that differ three times or more",
             r"-c_2\,w\,|w|",
-            "W*|W|",
+            frame.w() * frame.w().abs(),
             "c_2",
             (-1, 0),
         );
@@ -49,7 +51,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             "A force with the third power of the velocity, against it.",
             "the same amplitude at two frequencies",
             r"-c_3\,w^3",
-            "W^3",
+            frame.w().power(3.0),
             "c_3",
             (-2, 1),
         );
@@ -59,7 +61,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             "Damping that grows with the square of the displacement.",
             "the same amplitude at two frequencies",
             r"-c_x\,r^2\,w",
-            "R^2*W",
+            frame.r().power(2.0) * frame.w(),
             "c_x",
             (-2, -1),
         );

@@ -1,13 +1,15 @@
 use std::f64::consts::TAU;
 
 use super::super::site::Site;
-use super::{Addition, Axis, Form, Inner, Setting, Sign, coefficient, even, fixed, known, shared, term};
+use super::{Addition, Axis, Form, Inner, Setting, Sign, coefficient, even, fixed, shared, with_words};
+use crate::simulate::Delays;
+use crate::term::{Expression, Symbol, Term};
 
 /// What drives the motion, or changes with time.
 pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
     constant(setting, forms);
-    if setting.has_input {
-        inputs(setting, forms);
+    for (input, largest) in setting.inputs.iter().enumerate().filter(|(_, largest)| **largest > 0.0) {
+        inputs(setting, (input, *largest), forms);
     }
     if !setting.lines.is_empty() && !setting.pulsations.is_empty() {
         harmonics(setting, forms);
@@ -23,7 +25,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             inner: Vec::new(),
             contains: &[],
             axis: Axis::Time,
-            build: fixed(vec![term("R*t", &frame)]),
+            build: fixed(Term::new(frame.r() * Symbol::Time)),
             site: Some(frame.site),
             form: frame.form,
         });
@@ -31,7 +33,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
 }
 
 fn constant(setting: &Setting, forms: &mut Vec<Form>) {
-    let one = known("1");
+    let one = Term::new(Expression::Number(1.0));
     for frame in setting.each_mass() {
         if setting.has(&one, frame.site) {
             continue;
@@ -48,15 +50,17 @@ fn constant(setting: &Setting, forms: &mut Vec<Form>) {
             inner: Vec::new(),
             contains: &[],
             axis: Axis::Time,
-            build: fixed(vec![one.clone()]),
+            build: fixed(one.clone()),
         });
     }
 }
 
-fn inputs(setting: &Setting, forms: &mut Vec<Form>) {
+/// What one of the inputs does; `largest` is its largest magnitude.
+fn inputs(setting: &Setting, (index, largest): (usize, f64), forms: &mut Vec<Form>) {
     let period = setting.frequency.recip();
-    let mut input = |effect, title, explanation, separates, formula, text: &str, name, dimension: (i32, i32)| {
-        let term = known(text);
+    let which = if setting.inputs.len() > 1 { format!("of input {}", index + 1) } else { String::new() };
+    let mut input = |effect, title, explanation, separates, formula, symbol: Symbol, name, dimension: (i32, i32)| {
+        let term = Term::new(symbol.into());
         for (mass, frame) in setting.each_mass().into_iter().enumerate() {
             let site = Site::Base(mass);
             if setting.has(&term, site) {
@@ -68,36 +72,37 @@ fn inputs(setting: &Setting, forms: &mut Vec<Form>) {
                 explanation,
                 separates,
                 formula,
-                form: frame.form,
+                form: with_words(&frame.form, &which),
                 site: Some(site),
                 coefficients: vec![coefficient(name, dimension.0, dimension.1, Sign::Any)],
                 inner: Vec::new(),
                 contains: &[],
-                axis: Axis::Input,
-                build: fixed(vec![term.clone()]),
+                axis: Axis::Input(index),
+                build: fixed(term.clone()),
             });
         }
     };
-    if setting.base_excited || setting.input_open {
+    let base_moves = setting.base_excited && index == 0;
+    if base_moves || setting.input_open {
         input(
             "base_velocity",
             "Base-velocity coupling",
             "A force in proportion to the velocity of the base.",
             "two octaves of frequency, also above resonance",
             r"c_b\,\dot u",
-            "du",
+            Symbol::InputRate(index),
             "c_b",
             (0, -1),
         );
     }
-    if setting.base_excited {
+    if base_moves {
         input(
             "input_gain",
             "Input gain",
             "The base moves more (or less) than its sensor says.",
             "a slow motion of the base, which the mass follows",
             r"k\,u",
-            "u",
+            Symbol::Input(index),
             "gain k",
             (0, -2),
         );
@@ -108,19 +113,20 @@ fn inputs(setting: &Setting, forms: &mut Vec<Form>) {
         explanation: "The input acts later (or earlier) than it was recorded, as by different filters of two channels.",
         separates: "a wide band of frequencies, or the edges of a pulse",
         formula: r"u(t)\;\to\; u(t-\tau)",
-        form: String::new(),
+        form: which.clone(),
         site: None,
         coefficients: Vec::new(),
         inner: vec![Inner {
             name: "tau",
             dimension: (0, 1),
+            of_input: None,
             grid: even(-0.1 * period, 0.1 * period, 20),
             bounds: (-0.3 * period, 0.3 * period),
             jumps: false,
         }],
         contains: &[],
-        axis: Axis::Input,
-        build: shared(|inner| Addition { delay: inner[0], ..Addition::default() }),
+        axis: Axis::Input(index),
+        build: shared(move |inner| Addition { delays: Delays::from_iter([(index, inner[0])]), ..Addition::default() }),
     });
     forms.push(Form {
         effect: "input_saturation",
@@ -128,26 +134,33 @@ fn inputs(setting: &Setting, forms: &mut Vec<Form>) {
         explanation: "The shaker cannot give more than a limit, though the recorded signal asks for it.",
         separates: "input levels below and above the limit",
         formula: r"u\;\to\;\max(-u_{max},\min(u,u_{max}))",
-        form: String::new(),
+        form: which,
         site: None,
         coefficients: Vec::new(),
         inner: vec![Inner {
             name: "u_max",
             dimension: (0, 0),
-            grid: even(0.3 * setting.input, 0.98 * setting.input, 18),
-            bounds: (0.1 * setting.input, 0.995 * setting.input),
+            of_input: Some(index),
+            grid: even(0.3 * largest, 0.98 * largest, 18),
+            bounds: (0.1 * largest, 0.995 * largest),
             jumps: false,
         }],
         contains: &[],
-        axis: Axis::Input,
-        build: shared(|inner| Addition { input_limit: Some(inner[0]), ..Addition::default() }),
+        axis: Axis::Input(index),
+        build: shared(move |inner| Addition { input_limit: Some((index, inner[0])), ..Addition::default() }),
     });
+}
+
+/// How far a tone of a frequency, Hz, has turned.
+fn phase(frequency: f64) -> Expression {
+    Expression::from(Symbol::Time) * (TAU * frequency)
 }
 
 fn harmonics(setting: &Setting, forms: &mut Vec<Form>) {
     let frequencies = |grid: &[f64]| Inner {
         name: "f",
         dimension: (0, -1),
+        of_input: None,
         grid: grid.to_vec(),
         bounds: (0.01 * setting.frequency, 0.5 / setting.interval),
         jumps: false,
@@ -166,11 +179,8 @@ fn harmonics(setting: &Setting, forms: &mut Vec<Form>) {
             contains: &["constant_force"],
             axis: Axis::Time,
             build: shared(|inner| {
-                let omega = TAU * inner[0];
-                Addition {
-                    terms: vec![known(&format!("cos({omega:e}*t)")), known(&format!("sin({omega:e}*t)"))],
-                    ..Addition::default()
-                }
+                let phase = || phase(inner[0]);
+                Addition { terms: vec![Term::new(phase().cos()), Term::new(phase().sin())], ..Addition::default() }
             }),
         });
     }
@@ -189,12 +199,9 @@ fn harmonics(setting: &Setting, forms: &mut Vec<Form>) {
             contains: &["stiffness_drift", "linear_stiffness"],
             axis: Axis::Time,
             build: shared(move |inner| {
-                let omega = TAU * inner[0];
+                let phase = || phase(inner[0]);
                 Addition {
-                    terms: vec![
-                        term(&format!("R*cos({omega:e}*t)"), &there),
-                        term(&format!("R*sin({omega:e}*t)"), &there),
-                    ],
+                    terms: vec![Term::new(there.r() * phase().cos()), Term::new(there.r() * phase().sin())],
                     ..Addition::default()
                 }
             }),

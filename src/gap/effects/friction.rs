@@ -1,12 +1,13 @@
-use super::{Addition, Axis, Form, Inner, Setting, Sign, coefficient, fixed, logarithmic, shared, term};
+use super::{Addition, Axis, Form, Inner, Setting, Sign, coefficient, fixed, logarithmic, shared};
+use crate::term::Term;
 
 /// Dry friction in its kinds.
 pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
     for frame in setting.frames() {
-        let sliding = term("sgn(W)", frame);
+        let sliding = || Term::new(frame.w().sgn());
         let axis = Axis::Velocity;
         let site = Some(frame.site);
-        if !setting.has(&sliding, frame.site) {
+        if !setting.has(&sliding(), frame.site) {
             forms.push(Form {
                 effect: "coulomb_friction",
                 title: "Coulomb (dry) friction",
@@ -19,11 +20,10 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                 inner: Vec::new(),
                 contains: &[],
                 axis,
-                build: fixed(vec![sliding.clone()]),
+                build: fixed(sliding()),
             });
         }
         let speed = frame.speed;
-        let there = frame.clone();
         let slowest = (2.0 * frame.speed_noise).max(0.01 * speed).min(0.3 * speed);
         forms.push(Form {
             effect: "stribeck_friction",
@@ -40,18 +40,22 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             inner: vec![Inner {
                 name: "v_s",
                 dimension: (1, -1),
+                of_input: None,
                 grid: logarithmic(slowest, 0.7 * speed, 10),
                 bounds: (0.5 * slowest, 0.9 * speed),
                 jumps: false,
             }],
             contains: &["coulomb_friction", "static_friction"],
             axis,
-            build: shared(move |inner| Addition {
-                terms: vec![sliding.clone(), term(&format!("sgn(W)*exp(-(W/{:e})^2)", inner[0]), &there)],
-                ..Addition::default()
-            }),
+            build: {
+                let (frame, sliding) = (frame.clone(), sliding());
+                shared(move |inner| {
+                    let falling = (-(frame.w() * inner[0].recip()).power(2.0)).exp();
+                    let terms = vec![sliding.clone(), Term::new(frame.w().sgn() * falling)];
+                    Addition { terms, ..Addition::default() }
+                })
+            },
         });
-        let sliding = term("sgn(W)", frame);
         forms.push(Form {
             effect: "static_friction",
             title: "Static friction (stick-slip)",
@@ -64,17 +68,21 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             inner: vec![Inner {
                 name: "F_s/F_c",
                 dimension: (0, 0),
+                of_input: None,
                 grid: vec![1.2, 1.6, 2.3],
                 bounds: (1.0, 6.0),
                 jumps: true,
             }],
             contains: &["coulomb_friction"],
             axis,
-            build: shared(move |inner| Addition {
-                terms: vec![sliding.clone()],
-                static_ratio: Some(inner[0]),
-                ..Addition::default()
-            }),
+            build: {
+                let sliding = sliding();
+                shared(move |inner| Addition {
+                    terms: vec![sliding.clone()],
+                    static_ratio: Some(inner[0]),
+                    ..Addition::default()
+                })
+            },
         });
         forms.push(Form {
             effect: "position_dependent_friction",
@@ -88,7 +96,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             inner: Vec::new(),
             contains: &[],
             axis,
-            build: fixed(vec![term("|R|*sgn(W)", frame)]),
+            build: fixed(Term::new(frame.r().abs() * frame.w().sgn())),
         });
     }
 }

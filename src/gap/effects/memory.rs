@@ -1,9 +1,13 @@
 use std::f64::consts::TAU;
 
-use super::{
-    Addition, Axis, Form, Frame, Inner, Setting, Sign, coefficient, known, logarithmic, shared, term, with_words,
-};
+use super::{Addition, Axis, Form, Frame, Inner, Setting, Sign, coefficient, logarithmic, shared, with_words};
 use crate::model::Equation;
+use crate::term::{Expression, Symbol, Term};
+
+/// An internal state, counted from zero.
+fn z(index: usize) -> Expression {
+    Symbol::Internal(index).into()
+}
 
 /// Forces that remember: they have states of their own.
 pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
@@ -35,24 +39,28 @@ fn hysteresis(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
                 Inner {
                     name: "x_y",
                     dimension: (1, 0),
+                    of_input: None,
                     grid: logarithmic(least, 1.5 * reach, 9),
                     bounds: (0.5 * least, 4.0 * reach),
                     jumps: false,
                 },
-                Inner { name: "shape", dimension: (0, 0), grid: vec![0.5, 0.9], bounds: (0.1, 1.5), jumps: false },
+                Inner { name: "shape", dimension: (0, 0), of_input: None, grid: vec![0.5, 0.9], bounds: (0.1, 1.5), jumps: false },
             ],
             contains: &["coulomb_friction"],
             axis: Axis::Displacement,
             build: shared(move |inner| {
                 let (yields, shape) = (inner[0].powi(power), inner[1]);
-                let (loops, slims) =
-                    if power == 1 { ("|W|*z", "W*|z|") } else { ("|W|*z*|z|", "W*z^2") };
+                let (loops, slims) = if power == 1 {
+                    (frame.w().abs() * z(0), frame.w() * z(0).abs())
+                } else {
+                    (frame.w().abs() * z(0) * z(0).abs(), frame.w() * z(0).power(2.0))
+                };
                 Addition {
-                    terms: vec![known("z")],
+                    terms: vec![Term::new(z(0))],
                     internals: vec![Equation::known([
-                        (term("W", &frame), 1.0),
-                        (term(loops, &frame), -shape / yields),
-                        (term(slims, &frame), -(1.0 - shape) / yields),
+                        (Term::new(frame.w()), 1.0),
+                        (Term::new(loops), -shape / yields),
+                        (Term::new(slims), -(1.0 - shape) / yields),
                     ])],
                     ..Addition::default()
                 }
@@ -77,6 +85,7 @@ fn relaxation(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
         inner: vec![Inner {
             name: "tau",
             dimension: (0, 1),
+            of_input: None,
             grid: logarithmic((slowest / 200.0).max(2.0 * fastest), slowest, 12),
             bounds: ((slowest / 1000.0).max(fastest), 4.0 * slowest),
             jumps: false,
@@ -84,8 +93,8 @@ fn relaxation(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
         contains: &["viscous_damping", "linear_stiffness"],
         axis: Axis::Displacement,
         build: shared(move |inner| Addition {
-            terms: vec![known("z")],
-            internals: vec![Equation::known([(term("W", &frame), 1.0), (known("z"), -1.0 / inner[0])])],
+            terms: vec![Term::new(z(0))],
+            internals: vec![Equation::known([(Term::new(frame.w()), 1.0), (Term::new(z(0)), -1.0 / inner[0])])],
             ..Addition::default()
         }),
     });
@@ -107,27 +116,35 @@ fn second_mode(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
             Inner {
                 name: "f_2",
                 dimension: (0, -1),
+                of_input: None,
                 grid: logarithmic(0.25 * setting.frequency, (4.0 * setting.frequency).min(highest), 56),
                 bounds: (0.1 * setting.frequency, (8.0 * setting.frequency).min(1.2 * highest)),
                 jumps: false,
             },
-            Inner { name: "zeta_2", dimension: (0, 0), grid: vec![0.012, 0.05], bounds: (1e-4, 0.6), jumps: false },
+            Inner {
+                name: "zeta_2",
+                dimension: (0, 0),
+                of_input: None,
+                grid: vec![0.012, 0.05],
+                bounds: (1e-4, 0.6),
+                jumps: false,
+            },
         ],
         contains: &["linear_stiffness"],
         axis: Axis::Displacement,
         build: shared(move |inner| {
             let omega = TAU * inner[0];
             let (spring, damper) = (omega * omega, 2.0 * inner[1] * omega);
-            let force = format!("{spring:e}*(z1-R)+{damper:e}*(z2-W)");
+            let force = (z(0) - frame.r()) * spring + (z(1) - frame.w()) * damper;
             Addition {
-                terms: vec![term(&force, &frame)],
+                terms: vec![Term::new(force)],
                 internals: vec![
-                    Equation::known([(known("z2"), 1.0)]),
+                    Equation::known([(Term::new(z(1)), 1.0)]),
                     Equation::known([
-                        (known("z1"), -spring),
-                        (term("R", &frame), spring),
-                        (known("z2"), -damper),
-                        (term("W", &frame), damper),
+                        (Term::new(z(0)), -spring),
+                        (Term::new(frame.r()), spring),
+                        (Term::new(z(1)), -damper),
+                        (Term::new(frame.w()), damper),
                     ]),
                 ],
                 ..Addition::default()

@@ -17,25 +17,24 @@ use serde::{Deserialize, Serialize};
 
 use super::site::{Placed, Site};
 use crate::model::Equation;
-use crate::term::{Expression, Term};
+use crate::simulate::Delays;
+use crate::term::{Expression, Symbol, Term};
 
 /// What the catalogue needs to know of the data and of the base model.
 #[derive(Clone, Debug)]
 pub(crate) struct Setting {
-    /// The input moves the base (a displacement), and the spring acts on `x − u`.
+    /// The first input moves the base (a displacement), and the spring acts on `x − u`.
     pub(crate) base_excited: bool,
     /// The input may be a motion of the base or a force.
     pub(crate) input_open: bool,
-    /// There is an input.
-    pub(crate) has_input: bool,
+    /// Largest magnitude of each input; nothing of one that does not drive the motion.
+    pub(crate) inputs: Vec<f64>,
     /// Where forces may act.
     pub(crate) frames: Vec<Frame>,
     /// The present model's terms.
     pub(crate) terms: Vec<Placed>,
     /// Unit of displacement; empty if unknown.
     pub(crate) unit: String,
-    /// Largest magnitude of the input.
-    pub(crate) input: f64,
     /// Main frequency of the motion, Hz.
     pub(crate) frequency: f64,
     /// Frequencies that stand out in the missing force, Hz.
@@ -118,6 +117,8 @@ pub(crate) struct Inner {
     pub(crate) name: &'static str,
     /// Powers of length and of time in its unit.
     pub(crate) dimension: (i32, i32),
+    /// The input in whose unit it counts instead.
+    pub(crate) of_input: Option<usize>,
     /// Values that the screen tries.
     pub(crate) grid: Vec<f64>,
     /// Values beyond these are not this effect.
@@ -136,10 +137,10 @@ pub(crate) struct Addition<T = Placed> {
     pub(crate) internals: Vec<Equation>,
     /// Terms of the model that it replaces.
     pub(crate) replaces: Vec<T>,
-    /// The input acts later by this, s.
-    pub(crate) delay: f64,
-    /// The input acts only within ± this.
-    pub(crate) input_limit: Option<f64>,
+    /// How much later inputs act than they were measured.
+    pub(crate) delays: Delays,
+    /// An input that acts only within ± a limit.
+    pub(crate) input_limit: Option<(usize, f64)>,
     /// Static over sliding friction.
     pub(crate) static_ratio: Option<f64>,
     /// The sensor shows only ± this.
@@ -154,7 +155,7 @@ impl<T> Default for Addition<T> {
             terms: Vec::new(),
             internals: Vec::new(),
             replaces: Vec::new(),
-            delay: 0.0,
+            delays: Delays::default(),
             input_limit: None,
             static_ratio: None,
             ceiling: None,
@@ -196,16 +197,46 @@ pub(crate) struct Form {
 
 /// The quantity that a force is drawn over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(try_from = "String", into = "String")]
 pub(crate) enum Axis {
     /// The displacement across its site.
     Displacement,
     /// The velocity across its site.
     Velocity,
-    /// The input.
-    Input,
+    /// One of the inputs.
+    Input(usize),
     /// Time.
     Time,
+}
+
+/// As a project holds it: `displacement`, `input`, `input2`.
+impl From<Axis> for String {
+    fn from(axis: Axis) -> Self {
+        match axis {
+            Axis::Displacement => "displacement".into(),
+            Axis::Velocity => "velocity".into(),
+            Axis::Input(0) => "input".into(),
+            Axis::Input(j) => format!("input{}", j + 1),
+            Axis::Time => "time".into(),
+        }
+    }
+}
+
+impl TryFrom<String> for Axis {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        match text.as_str() {
+            "displacement" => Ok(Self::Displacement),
+            "velocity" => Ok(Self::Velocity),
+            "time" => Ok(Self::Time),
+            other => match other.strip_prefix("input").map(|number| (number.is_empty(), number.parse::<usize>())) {
+                Some((true, _)) => Ok(Self::Input(0)),
+                Some((false, Ok(number @ 1..))) => Ok(Self::Input(number - 1)),
+                _ => Err(format!("`{other}` is nothing that a force is drawn over")),
+            },
+        }
+    }
 }
 
 impl std::fmt::Debug for Form {
@@ -235,7 +266,7 @@ impl Form {
 
     /// What it adds at these inner values.
     pub(crate) fn addition(&self, inner: &[f64]) -> Addition {
-        let Addition { terms, internals, replaces, delay, input_limit, static_ratio, ceiling, offset } =
+        let Addition { terms, internals, replaces, delays, input_limit, static_ratio, ceiling, offset } =
             (self.build)(inner);
         let (first, second) = self.site.map_or((0, None), Site::masses);
         let placed = |terms: Vec<Term>| -> Vec<Placed> {
@@ -246,7 +277,7 @@ impl Form {
             terms.into_iter().flat_map(both).collect()
         };
         let (terms, replaces) = (placed(terms), placed(replaces));
-        Addition { terms, internals, replaces, delay, input_limit, static_ratio, ceiling, offset }
+        Addition { terms, internals, replaces, delays, input_limit, static_ratio, ceiling, offset }
     }
 
     /// True if both act on masses, and not on the same ones.
@@ -279,7 +310,7 @@ impl Form {
     /// True if it acts through the terms of the input that are there.
     pub(crate) fn rewrites_input(&self) -> bool {
         let addition = self.sample();
-        addition.input_limit.is_some() || addition.delay != 0.0
+        addition.input_limit.is_some() || !addition.delays.is_none()
     }
 
     /// True if it does to a linear spring what a shifted zero does; `constant` alone is asked where the sensor's is free already.
@@ -380,9 +411,9 @@ pub(crate) struct Frame {
     pub(crate) site: Site,
     /// The place in words; empty where there is no other.
     pub(crate) form: String,
-    /// Displacement and velocity as text.
-    r: String,
-    w: String,
+    /// Displacement and velocity.
+    r: Expression,
+    w: Expression,
     /// Largest magnitudes of both.
     pub(crate) reach: f64,
     pub(crate) speed: f64,
@@ -393,13 +424,10 @@ pub(crate) struct Frame {
 impl Frame {
     /// Every place of a chain of masses, reach and speed left open.
     pub(crate) fn all(masses: usize, base_moves: bool) -> Vec<Self> {
-        // One mass has displacement and velocity without numbers.
-        let number = |i: usize| if masses > 1 { (i + 1).to_string() } else { String::new() };
-        let across = |symbol: char, site: Site| match site {
-            Site::Ground(i) => format!("{symbol}{}", number(i)),
-            Site::Joint(i, j) => format!("({symbol}{}-{symbol}{})", number(i), number(j)),
-            Site::Base(i) if symbol == 'x' => format!("(x{}-u)", number(i)),
-            Site::Base(i) => format!("(v{}-du)", number(i)),
+        let across = |of: fn(usize) -> Symbol, base: Symbol, site: Site| match site {
+            Site::Ground(i) => Expression::from(of(i)),
+            Site::Joint(i, j) => Expression::from(of(i)) - of(j),
+            Site::Base(i) => Expression::from(of(i)) - base,
         };
         let words = |site: Site| match site {
             Site::Ground(_) if masses == 1 && !base_moves => String::new(),
@@ -412,13 +440,23 @@ impl Frame {
         let frame = |site| Self {
             site,
             form: words(site),
-            r: across('x', site),
-            w: across('v', site),
+            r: across(Symbol::State, Symbol::Input(0), site),
+            w: across(Symbol::Rate, Symbol::InputRate(0), site),
             reach: 0.0,
             speed: 0.0,
             speed_noise: 0.0,
         };
         Site::all(masses, base_moves).into_iter().map(frame).collect()
+    }
+
+    /// The displacement across the place.
+    fn r(&self) -> Expression {
+        self.r.clone()
+    }
+
+    /// The velocity across the place.
+    fn w(&self) -> Expression {
+        self.w.clone()
     }
 }
 
@@ -472,11 +510,6 @@ impl Setting {
     }
 }
 
-/// A term written with the frame's displacement for `R` and velocity for `W`.
-fn term(text: &str, frame: &Frame) -> Term {
-    known(&text.replace('R', &frame.r).replace('W', &frame.w))
-}
-
 /// A form's words behind those of its place.
 fn with_words(place: &str, words: &str) -> String {
     match (place, words) {
@@ -486,18 +519,13 @@ fn with_words(place: &str, words: &str) -> String {
     }
 }
 
-/// A term of the catalogue itself.
-fn known(text: &str) -> Term {
-    Term::parse(text).unwrap_or_else(|error| unreachable!("the catalogue's own terms are well formed: {error}"))
-}
-
 fn shared(f: impl Fn(&[f64]) -> Addition<Term> + Send + Sync + 'static) -> Build {
     Arc::new(f)
 }
 
-/// The build of terms without inner quantities.
-fn fixed(terms: Vec<Term>) -> Build {
-    shared(move |_| Addition { terms: terms.clone(), ..Addition::default() })
+/// The build of a term without inner quantities.
+fn fixed(term: Term) -> Build {
+    shared(move |_| Addition { terms: vec![term.clone()], ..Addition::default() })
 }
 
 /// `count` values from one to another, evenly spaced in their logarithm.

@@ -29,6 +29,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
         inner: vec![Inner {
             name: ["x_max", "v_max", "a_max"][setting.derivatives.min(2)],
             dimension: (1, -(setting.derivatives as i32)),
+            of_input: None,
             grid: even(0.75 * highest, 0.99 * highest, 13),
             bounds: (0.5 * highest, 1.02 * highest),
             jumps: false,

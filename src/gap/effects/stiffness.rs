@@ -1,4 +1,5 @@
-use super::{Addition, Axis, Form, Frame, Inner, Setting, Sign, coefficient, even, fixed, shared, term, with_words};
+use super::{Addition, Axis, Form, Frame, Inner, Setting, Sign, coefficient, even, fixed, shared, with_words};
+use crate::term::{Expression, Term};
 
 /// Restoring forces.
 pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
@@ -10,8 +11,8 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
 }
 
 fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
-    let mut push = |effect, title, explanation, separates, formula, text: &str, name, length, sign| {
-        let term = term(text, frame);
+    let mut push = |effect, title, explanation, separates, formula, force: Expression, name, length, sign| {
+        let term = Term::new(force);
         if setting.has(&term, frame.site) {
             return;
         }
@@ -27,7 +28,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
             inner: Vec::new(),
             contains: &[],
             axis: Axis::Displacement,
-            build: fixed(vec![term]),
+            build: fixed(term),
         });
     };
     push(
@@ -36,7 +37,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
         "A spring in proportion to the displacement.",
         "a wide band of frequencies",
         r"k\,r",
-        "R",
+        frame.r(),
         "k",
         0,
         Sign::Any,
@@ -47,7 +48,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
         "A spring that is stiffer on one side than on the other.",
         "two amplitudes: the mean shifts with the amplitude squared",
         r"k_2\,r^2",
-        "R^2",
+        frame.r().power(2.0),
         "k_2",
         -1,
         Sign::Any,
@@ -58,7 +59,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
         "A spring that hardens (or, with the other sign, softens) with the displacement.",
         "amplitudes that differ three times or more",
         r"k_3\,r^3",
-        "R^3",
+        frame.r().power(3.0),
         "k_3",
         -2,
         Sign::Any,
@@ -69,7 +70,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
         "A spring that hardens (or softens) only at the largest displacements.",
         "the largest safe amplitude",
         r"k_5\,r^5",
-        "R^5",
+        frame.r().power(5.0),
         "k_5",
         -4,
         Sign::Any,
@@ -80,7 +81,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
         "A spring with one stiffness when pulled and another when pushed, as of a breathing crack.",
         "two amplitudes: the share of the second harmonic stays the same",
         r"k_b\max(r,0)",
-        "max(R,0)",
+        frame.r().max(0.0),
         "k_b",
         0,
         Sign::Any,
@@ -92,6 +93,7 @@ fn contacts(frame: &Frame, forms: &mut Vec<Form>) {
     let gap = |from: f64| Inner {
         name: "d",
         dimension: (1, 0),
+        of_input: None,
         grid: even(from * reach, 0.95 * reach, 24),
         bounds: (0.01 * reach, 0.98 * reach),
         jumps: false,
@@ -111,12 +113,14 @@ fn contacts(frame: &Frame, forms: &mut Vec<Form>) {
         build: {
             let frame = frame.clone();
             shared(move |inner| Addition {
-                terms: vec![term(&format!("dz(R,{:e})", inner[0]), &frame)],
+                terms: vec![Term::new(frame.r().dead_zone(inner[0]))],
                 ..Addition::default()
             })
         },
     });
-    for (side, text) in [("above", "max(R-D,0)"), ("below", "min(R+D,0)")] {
+    type Stop = fn(Expression, f64) -> Expression;
+    let sides: [(&str, Stop); 2] = [("above", |r, gap| (r - gap).max(0.0)), ("below", |r, gap| (r + gap).min(0.0))];
+    for (side, beyond) in sides {
         let there = frame.clone();
         forms.push(Form {
             effect: "one_sided_stop",
@@ -131,7 +135,7 @@ fn contacts(frame: &Frame, forms: &mut Vec<Form>) {
             contains: &[],
             axis: Axis::Displacement,
             build: shared(move |inner| Addition {
-                terms: vec![term(&text.replace('D', &format!("{:e}", inner[0])), &there)],
+                terms: vec![Term::new(beyond(there.r(), inner[0]))],
                 ..Addition::default()
             }),
         });
@@ -141,7 +145,7 @@ fn contacts(frame: &Frame, forms: &mut Vec<Form>) {
 fn pendulum(setting: &Setting, forms: &mut Vec<Form>) {
     let angle = matches!(setting.unit.as_str(), "rad" | "");
     for frame in setting.springs() {
-        let spring = term("R", &frame);
+        let spring = Term::new(frame.r());
         if !angle || frame.reach < 0.05 || !setting.has(&spring, frame.site) {
             continue;
         }
@@ -158,7 +162,7 @@ fn pendulum(setting: &Setting, forms: &mut Vec<Form>) {
             contains: &[],
             axis: Axis::Displacement,
             build: shared(move |_| Addition {
-                terms: vec![term("sin(R)", &frame)],
+                terms: vec![Term::new(frame.r().sin())],
                 replaces: vec![spring.clone()],
                 ..Addition::default()
             }),
