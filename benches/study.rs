@@ -6,7 +6,7 @@ use std::time::Duration;
 use criterion::{Criterion, criterion_group, criterion_main};
 use sindyscope::record::{RecordSet, Usage};
 use sindyscope::rig::{ScenarioOptions, generate};
-use sindyscope::study::{Cancel, Differentiation, Form, Settings, Smoothing, Study, landscape, suggest};
+use sindyscope::study::{Cancel, Differentiation, Formulation, Settings, Smoothing, Study, landscape, suggest};
 use sindyscope::term::{Kind, list};
 
 /// Twelve candidate terms.
@@ -49,7 +49,7 @@ fn studies(c: &mut Criterion) {
     alternate(c, "segment change", 1_000_000, |s, other| s.smoothing.window = if other { 31 } else { 33 });
     for samples in [20_000, 1_000_000] {
         alternate(c, "half width change", samples, |s, other| {
-            s.form = Form::Weak { half_width: Some(if other { 150 } else { 151 }) };
+            s.form = Formulation::Weak { half_width: Some(if other { 150 } else { 151 }) };
         });
     }
 }

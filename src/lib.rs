@@ -10,6 +10,7 @@
 #[cfg(feature = "desktop")]
 pub mod app;
 pub mod command;
+mod dataset;
 pub mod diagram;
 pub mod export;
 pub mod format;

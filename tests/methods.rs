@@ -5,7 +5,8 @@
 use sindyscope::record::{RecordSet, Usage};
 use sindyscope::rig::{ScenarioOptions, generate};
 use sindyscope::study::{
-    Cancel, Differentiation, Form, Free, Outcome, Regressor, Settings, Smoothing, Study, choose, landscape, suggest,
+    Cancel, Differentiation, Formulation, Free, Outcome, Regressor, Settings, Smoothing, Study, choose, landscape,
+    suggest,
 };
 use sindyscope::term::{Kind, list, rate};
 
@@ -143,7 +144,7 @@ fn the_integral_form_is_the_second_order_form_for_one_and_two_masses() {
         let made = generate(scenario, &ScenarioOptions::default()).unwrap();
         let records = RecordSet::new(made.records, Usage::Fit);
         let mut settings = suggest(&records, Kind::SecondOrder).unwrap();
-        settings.form = Form::Integral;
+        settings.form = Formulation::Integral;
         for (i, equation) in written.iter().enumerate() {
             let terms = equation.split(", ").map(|t| rate(t).unwrap()).collect();
             settings.own.entry(i).or_default().terms = Some(terms);

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use sindyscope::record::{ReadOptions, Record, RecordSet, Usage, read_files};
 use sindyscope::rig::{Noise, ScenarioOptions, generate};
-use sindyscope::study::{Cancel, Form, Free, Lock, Outcome, Settings, Study, choose, suggest};
+use sindyscope::study::{Cancel, Formulation, Free, Lock, Outcome, Settings, Study, choose, suggest};
 use sindyscope::term::{Kind, Term, list};
 
-const WEAK: Form = Form::Weak { half_width: None };
+const WEAK: Formulation = Formulation::Weak { half_width: None };
 
 fn set(fit: Vec<Record>, held_out: Vec<Record>) -> RecordSet {
     let mut set = RecordSet::new(fit, Usage::Fit);
@@ -22,7 +22,7 @@ fn rig(scenario: &str, options: &ScenarioOptions) -> Vec<Record> {
 }
 
 /// Settings in which every term of the list stays.
-fn known(set: &RecordSet, terms: &str, form: Form) -> Settings {
+fn known(set: &RecordSet, terms: &str, form: Formulation) -> Settings {
     let mut settings = suggest(set, Kind::SecondOrder).unwrap();
     settings.terms = list(terms).unwrap();
     settings.locks = settings.terms.iter().map(|t| (t.clone(), Lock::In)).collect();
@@ -55,7 +55,7 @@ fn duffing_with_noise() {
         let errors = (0..5).map(|seed| {
             let noisy = rig("duffing-noisy", &ScenarioOptions { seed, ..ScenarioOptions::default() });
             let set = set(noisy, rig("duffing", &other_force));
-            run(&set, &known(&set, "x, v, u, x^3", Form::Weak { half_width })).test.unwrap().rmse
+            run(&set, &known(&set, "x, v, u, x^3", Formulation::Weak { half_width })).test.unwrap().rmse
         });
         // A twentieth of the noise; smoothing leaves 1e-3 to 2e-3.
         let error = median(errors.collect());
@@ -118,10 +118,10 @@ fn the_silverbox_with_nine_samples_a_period() {
     let options = ReadOptions { columns: "x=V2_out_V,u=V1_in_V".parse().unwrap(), ..ReadOptions::default() };
     let read = |name: &str| read_files(&[folder.join(name)], &options).unwrap();
     let set = set(read("silverbox_multisine_1.csv"), read("silverbox_multisine_10.csv"));
-    let start = known(&set, "x, v, u, x^2, x^3, 1", Form::Derivative);
+    let start = known(&set, "x, v, u, x^2, x^3, 1", Formulation::Derivative);
     let free = Free { window: true, order: true, threshold: false, form: true, refine: false };
     let choice = choose(&set, &start, free, &Cancel::default(), &|_| {}).unwrap();
-    assert!(matches!(choice.settings.form, Form::Weak { .. }), "{}", choice.reason);
+    assert!(matches!(choice.settings.form, Formulation::Weak { .. }), "{}", choice.reason);
     let outcome = run(&set, &choice.settings);
     // The benchmark's own cubic model reaches 1.7 %; smoothed derivatives 7 %.
     let error = outcome.test.unwrap().nrmse;

@@ -12,7 +12,7 @@ use crate::record::prepare::{self, Preparation, PrepareError};
 use crate::record::{ReadOptions, Record, RecordSet, Usage, read_set, read_text};
 use crate::rig::hidden::{Request, Shaking, Truth, draw};
 use crate::rig::record_rig;
-use crate::study::{Calibrated, Calibration, Cancel, Choice, Free, Settings, StudyError, calibrate, choose, suggest};
+use crate::study::{Calibrated, Calibration, Cancel, Chosen, Free, Settings, StudyError, calibrate, choose, suggest};
 use crate::term::{Kind, list};
 
 /// What to do.
@@ -68,7 +68,7 @@ pub(crate) enum Delivery {
     /// They cannot be opened.
     NotOpened(Box<Refused>),
     /// Settings were chosen.
-    Chosen { generation: u64, choice: Result<Box<Choice>, StudyError> },
+    Chosen { generation: u64, choice: Result<Box<Chosen>, StudyError> },
     /// What is still to be taken out of a channel by a step of the preparation.
     Calibrated { generation: u64, step: usize, found: Result<Calibrated, StudyError> },
     /// The work itself failed.

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::disk;
 use super::errand::{Problem, file_name};
-use super::missing::{Step, Walk};
+use super::missing::{RoundStep, Walk};
 use super::rig::RigState;
 use super::state::{Edit, Pin, Room, Source, leniently};
 use super::views::{View, ViewState};
@@ -79,7 +79,7 @@ pub(crate) struct Project {
 pub(crate) struct Shown {
     pub(crate) room: Room,
     /// The step of the walk in "What's missing".
-    pub(crate) step: Step,
+    pub(crate) step: RoundStep,
     pub(crate) view: View,
     /// The record's name.
     pub(crate) record: String,

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::figure_panel::FigureLook;
 use super::lessons::Progress;
-use super::missing::{Step, Walk};
+use super::missing::{RoundStep, Walk};
 use super::rig::{ClassCase, RigState};
 use super::views::{View, ViewState};
 use crate::gap::Found;
@@ -198,7 +198,7 @@ pub struct State {
     /// How far the lessons have come.
     pub lessons: Progress,
     /// The step of the walk in "What's missing" that is in view.
-    pub(crate) step: Step,
+    pub(crate) step: RoundStep,
     pub(crate) room: Room,
     pub(crate) view: View,
     pub(crate) views: ViewState,
@@ -224,7 +224,7 @@ impl Default for State {
             found: None,
             rig: RigState::default(),
             lessons: Progress::default(),
-            step: Step::default(),
+            step: RoundStep::default(),
             room: Room::default(),
             view: View::default(),
             views: ViewState::default(),

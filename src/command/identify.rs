@@ -21,7 +21,7 @@ pub(super) struct Options {
     study: StudyOptions,
     /// Print the equations of motion alone, in this form
     #[arg(long, value_enum, value_name = "FORM", help_heading = "Output")]
-    format: Option<Form>,
+    format: Option<EquationStyle>,
     /// Write the model to take along, in the form that the name's ending says: .tex .txt .json .py .m .mo .c; beside a
     /// program also the first record's time and inputs (…_input.csv). May be given several times
     #[arg(long, value_name = "FILE", help_heading = "Output")]
@@ -29,7 +29,7 @@ pub(super) struct Options {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum Form {
+enum EquationStyle {
     /// One line a term
     Text,
     /// An `aligned` block for a display
@@ -58,9 +58,9 @@ pub(super) fn run(options: &Options) -> Output {
     let model = &analysis.outcome.model;
     let units = analysis.outcome.units();
     let text = match options.format {
-        Some(Form::Text) => equations::text(model, Some(&units)),
-        Some(Form::Latex) => equations::latex(model),
-        Some(Form::Python) => equations::python(model),
+        Some(EquationStyle::Text) => equations::text(model, Some(&units)),
+        Some(EquationStyle::Latex) => equations::latex(model),
+        Some(EquationStyle::Python) => equations::python(model),
         None => {
             let report = Report {
                 title: "",
@@ -72,7 +72,7 @@ pub(super) fn run(options: &Options) -> Output {
                 arrangement: &Arrangement::default(),
             };
             let integrated = match analysis.outcome.settings.form {
-                study::Form::Integral => equations::integral_text(model, Some(&units)) + "or\n",
+                study::Formulation::Integral => equations::integral_text(model, Some(&units)) + "or\n",
                 _ => String::new(),
             };
             let mut text = format!("{integrated}{}\n{}", equations::text(model, Some(&units)), report.summary());

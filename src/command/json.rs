@@ -10,7 +10,7 @@ use crate::format::equations::{integrated_state, is_kinematic};
 use crate::model::{Equation, Mode, Model, Units, WeightedTerm};
 use crate::record::Usage;
 use crate::study::{
-    Calibration, EquationFit, Form, Horizon, Kinematics, Lock, Outcome, Scaling, Score, Settings, Severity,
+    Calibration, EquationFit, Formulation, Horizon, Kinematics, Lock, Outcome, Scaling, Score, Settings, Severity,
 };
 use crate::term::{Kind, Layout, Symbol, Term, integral};
 
@@ -39,8 +39,8 @@ pub(super) fn identified(analysis: &Analysis) -> Value {
         "settings": settings(&outcome.settings, &outcome.model.layout),
         "equations": equations(&outcome.model, &outcome.units()),
         "integral_form": match outcome.settings.form {
-            Form::Integral => json!(integral_form(&outcome.model)),
-            Form::Derivative | Form::Weak { .. } => Value::Null,
+            Formulation::Integral => json!(integral_form(&outcome.model)),
+            Formulation::Derivative | Formulation::Weak { .. } => Value::Null,
         },
         "train": run(outcome.train, analysis.horizons[0]),
         "test": run(outcome.test, analysis.horizons[1]),
@@ -113,13 +113,13 @@ fn settings(settings: &Settings, layout: &Layout) -> Value {
         "window": smoothing.window,
         "order": smoothing.order,
         "form": match settings.form {
-            Form::Derivative => "derivative",
-            Form::Weak { .. } => "weak",
-            Form::Integral => "integral",
+            Formulation::Derivative => "derivative",
+            Formulation::Weak { .. } => "weak",
+            Formulation::Integral => "integral",
         },
         "half_width": match settings.form {
-            Form::Weak { half_width } => half_width,
-            Form::Derivative | Form::Integral => None,
+            Formulation::Weak { half_width } => half_width,
+            Formulation::Derivative | Formulation::Integral => None,
         },
         "regressor": settings.regressor.name(),
         "threshold": settings.threshold,

@@ -12,7 +12,7 @@ use crate::format::shell::{quoted, seen_from};
 use crate::record::prepare::{self, Preparation, Treatment};
 use crate::record::{ColumnMap, ReadOptions, RecordSet, read_set};
 use crate::study::{
-    Calibration, Differentiation, Form, Kinematics, Known, Lock, NARROWEST, Regressor, Scaling, Settings,
+    Calibration, Differentiation, Formulation, Kinematics, Known, Lock, NARROWEST, Regressor, Scaling, Settings,
     force_over_mass,
 };
 use crate::term::{Kind, Part, Term, by_equation, is_integral, rate};
@@ -217,12 +217,12 @@ impl StudyOptions {
             *smoothing = smoothing.with_window(window);
         }
         match (self.form, self.half_width) {
-            (Some(FormName::Derivative), _) => settings.form = Form::Derivative,
-            (Some(FormName::Integral), _) => settings.form = Form::Integral,
-            (None, _) if self.data.kind == KindName::Integral => settings.form = Form::Integral,
-            (Some(FormName::Weak), half_width) => settings.form = Form::Weak { half_width },
+            (Some(FormName::Derivative), _) => settings.form = Formulation::Derivative,
+            (Some(FormName::Integral), _) => settings.form = Formulation::Integral,
+            (None, _) if self.data.kind == KindName::Integral => settings.form = Formulation::Integral,
+            (Some(FormName::Weak), half_width) => settings.form = Formulation::Weak { half_width },
             // Only the weak form has test functions.
-            (None, Some(half_width)) => settings.form = Form::Weak { half_width: Some(half_width) },
+            (None, Some(half_width)) => settings.form = Formulation::Weak { half_width: Some(half_width) },
             (None, None) => {}
         }
         if let Some(regressor) = self.regressor {
@@ -358,9 +358,9 @@ impl StudyOptions {
             option("order", &smoothing.order.to_string());
         }
         match settings.form {
-            Form::Derivative => {}
-            Form::Integral => option("form", "integral"),
-            Form::Weak { half_width } => {
+            Formulation::Derivative => {}
+            Formulation::Integral => option("form", "integral"),
+            Formulation::Weak { half_width } => {
                 option("form", "weak");
                 if let Some(half_width) = half_width {
                     option("half-width", &half_width.to_string());

@@ -2,7 +2,7 @@
 
 use super::data::Series;
 use crate::model::Equation;
-use crate::simulate::{Delays, InputGrid};
+use crate::simulate::Delays;
 use crate::term::{Expression, Kind, Layout, Program, SampleBlock, Slots, Symbol, Term};
 
 /// Displacements and velocities along a record: `[mass][sample]`.
@@ -54,11 +54,8 @@ impl Series {
 
     /// The inputs later by their delays: values and rates.
     pub(super) fn delayed_inputs(&self, delays: &Delays) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
-        let grid: InputGrid = self.grid.delayed(delays);
-        let series = |order: usize| -> Vec<Vec<f64>> {
-            (0..grid.inputs()).map(|j| (0..self.len()).map(|k| grid.at(j, grid.time(k))[order]).collect()).collect()
-        };
-        (series(0), series(1))
+        let grid = self.grid.delayed(delays);
+        (grid.sampled(0), grid.sampled(1))
     }
 }
 

@@ -5,14 +5,13 @@ use super::GapError;
 use super::site::Placed;
 use super::structure::Composition;
 use super::weak::Weak;
+use crate::dataset::{Dataset, Prepared, RANGE, output};
 use crate::format::units::format_si;
 use crate::record::{Channel, Record, RecordSet, Role, Usage};
 use crate::refine::{MeasuredMotion, Output, Run};
-use crate::signal::{
-    Facts, Signals, Spectrum, dot, main_period, mean_and_variance, motion_period, rms, standard_deviation,
-};
+use crate::signal::{Spectrum, dot, main_period, mean_and_variance, motion_period, rms, standard_deviation};
 use crate::simulate::InputGrid;
-use crate::study::{base_excited, driving, is_quiet, output, suggest};
+use crate::study::{base_excited, suggest};
 use crate::term::{Kind, Layout, Term};
 
 /// A record made ready: thinned where its band allows, its inputs made continuous.
@@ -84,8 +83,6 @@ const BAND: f64 = 0.999;
 const COARSE: f64 = 2.0;
 /// Below this share of the motion a residual is the simulation's own arithmetic.
 pub(super) const LEAST_NOISE: f64 = 1e-6;
-/// Largest motion that a simulation may reach, in those measured.
-const ROOM: f64 = 10.0;
 
 impl Data {
     pub(super) fn new(records: &RecordSet) -> Result<Self, GapError> {
@@ -126,15 +123,11 @@ impl Data {
             }
         }
         let outputs: Vec<Output> = sensors.iter().copied().map(output).collect();
-        let facts: Vec<Arc<Facts>> = set.entries.iter().map(|(r, _)| Facts::of(r, &layout)).collect();
-        let mut series: Vec<Series> = thinned
-            .iter()
-            .zip(&facts)
-            .map(|((record, usage), facts)| {
-                let signals = Signals::new(record, &layout, &smoothing, facts);
-                Series::new((record, &sensors), *usage, &layout, facts, signals)
-            })
-            .collect();
+        let mut dataset = Dataset::default();
+        dataset.update(&set, &layout, &smoothing, || Ok::<(), GapError>(()))?;
+        let prepared = dataset.records.iter().zip(&set.entries);
+        let mut series: Vec<Series> =
+            prepared.map(|(record, (_, usage))| Series::new(record, &sensors, *usage)).collect();
         let fitted = fit.len();
         let noises: Vec<f64> = (0..sensors.len()).map(|i| pooled_noise(&series[..fitted], i)).collect();
         let weights = weights(&series[..fitted], &noises);
@@ -232,7 +225,7 @@ impl Data {
             s.measured[0] = s.measured[0].iter().map(|x| x - point).collect();
             let mut smoothed = MeasuredMotion::clone(&s.smoothed);
             smoothed.states[0].iter_mut().for_each(|x| *x -= point);
-            s.limits[0] = ROOM * smoothed.states[0].iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            s.limits[0] = RANGE * smoothed.states[0].iter().fold(0.0, |m: f64, x| m.max(x.abs()));
             s.smoothed = Arc::new(smoothed);
         }
         let point = format_si(point, &self.unit, 4);
@@ -311,28 +304,16 @@ fn weights(series: &[Series], noises: &[f64]) -> Vec<f64> {
 }
 
 impl Series {
-    fn new(
-        (record, sensors): (&Record, &[Role]),
-        usage: Usage,
-        layout: &Layout,
-        facts: &Facts,
-        signals: Signals,
-    ) -> Self {
+    fn new(prepared: &Prepared, sensors: &[Role], usage: Usage) -> Self {
+        let Prepared { record, signals, .. } = prepared;
+        let drive = prepared.drive();
         let channel = |role: Role| record.channel(role).map_or_else(|| Arc::from([]), |c| Arc::clone(&c.values));
-        let n = record.len();
-        let (grid, _) = driving(record, layout, facts, &signals, 0..n);
-        let sampled = |order: usize| -> Vec<Vec<f64>> {
-            (0..layout.inputs).map(|j| (0..n).map(|k| grid.at(j, grid.time(k))[order]).collect()).collect()
-        };
-        let (inputs, input_rates) = if is_quiet(layout, facts, &signals) {
-            (sampled(0), sampled(1))
+        let (inputs, input_rates) = if prepared.is_quiet() {
+            (drive.grid.sampled(0), drive.grid.sampled(1))
         } else {
-            (signals.inputs, signals.input_rates)
+            (signals.inputs.clone(), signals.input_rates.clone())
         };
-        let largest = |s: &[f64]| s.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        let mut states = signals.states.into_iter();
-        let states: Vec<Vec<f64>> = (0..2 * layout.freedoms).map(|_| states.next().unwrap_or_default()).collect();
-        let limits = states.iter().map(|s| ROOM * largest(s)).collect();
+        let states = signals.states.clone();
         let smoothed = Arc::new(MeasuredMotion { states, inputs: inputs.clone(), input_rates: input_rates.clone() });
         Self {
             name: record.name.as_str().into(),
@@ -342,10 +323,10 @@ impl Series {
             measured: sensors.iter().map(|role| channel(*role)).collect(),
             outputs: sensors.iter().copied().map(output).collect(),
             weights: vec![1.0; sensors.len()],
-            grid: Arc::new(grid),
+            grid: Arc::clone(&drive.grid),
             inputs,
             input_rates,
-            limits,
+            limits: drive.limits.clone(),
             smoothed,
             index: 0,
         }

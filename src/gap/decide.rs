@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::effects::{Form, Sign};
+use super::effects::{Direction, Form};
 use super::fit::Fitted;
 use super::site::Site;
 use crate::refine::{Refined, inflation};
@@ -177,7 +177,7 @@ fn unsound(form: &Form, after: &Fitted, colour: f64) -> Option<Refusal> {
                 coefficient.name
             )));
         }
-        if coefficient.sign == Sign::Any {
+        if coefficient.sign == Direction::Any {
             open.push(k);
         } else if shared[k].abs() < CERTAIN * doubt(k).unwrap_or(0.0) {
             // A form with more in it needs every part of it.

@@ -26,14 +26,14 @@ impl Search {
     pub fn diagnose(&self, tell: Listener<'_>, cancel: &Cancel) -> Result<Diagnosis, GapError> {
         let started = Instant::now();
         let mut stage = self.base(cancel)?;
-        let mut steps: Vec<Step> = Vec::new();
+        let mut steps: Vec<Advance> = Vec::new();
         let mut last = loop {
             let depth = if steps.len() < self.ask.max_effects { Depth::Refitted } else { Depth::Screened };
             // What cannot be simulated or fitted on cannot be gone on with: the walk ends before it.
             let Some(round) = GapError::if_possible(self.look_into(&stage, depth, tell, cancel))? else {
                 break ended(steps.pop())?;
             };
-            let step = match Step::of(round) {
+            let step = match Advance::of(round) {
                 Ok(step) => step,
                 Err(round) => break *round,
             };
@@ -62,7 +62,7 @@ impl Search {
             stage = self.lighter(&mut steps, fitted, cancel)?;
         };
         // An effect that does not stand alone, or another in its place, may with the others there.
-        if steps.len() > 1 && !steps.iter().all(Step::alone) {
+        if steps.len() > 1 && !steps.iter().all(Advance::alone) {
             let mut again = steps.clone();
             if !self.reconsider(&mut again, tell, cancel)? {
                 steps = again;
@@ -95,7 +95,7 @@ impl Search {
     /// last those that do not stand alone, for the interface lists rivals under the last.
     ///
     /// All stages follow stretches as long as the last one's: errors of unlike stretches do not compare.
-    fn in_order(&self, mut steps: Vec<Step>, cancel: &Cancel) -> Result<(Vec<Step>, Vec<Arc<Stage>>), GapError> {
+    fn in_order(&self, mut steps: Vec<Advance>, cancel: &Cancel) -> Result<(Vec<Advance>, Vec<Arc<Stage>>), GapError> {
         let mut fitted = self.fitted(&choices(&steps), cancel)?;
         let mut stages = vec![Arc::new(self.show(&fitted))];
         let mut ordered = Vec::new();
@@ -209,7 +209,7 @@ impl Search {
         together: &Fitted,
         tell: Listener<'_>,
         cancel: &Cancel,
-    ) -> Result<Step, GapError> {
+    ) -> Result<Advance, GapError> {
         let mut round = self.look_into(stage, Depth::Screened, tell, cancel)?;
         if let Some(place) = round.candidates.iter().position(|c| c.choice == choice) {
             let mut candidate = round.candidates.remove(place);
@@ -224,12 +224,12 @@ impl Search {
         }
         round.finding = Finding::Named;
         round.company = None;
-        Ok(Step { choice, round })
+        Ok(Advance { choice, round })
     }
 
     /// The end of a walk without the effects whose size these data do not tell from zero beside the others, where data never
     /// fitted are explained nearly as well without: along stretches of another length they spoke for it. None if all stay.
-    fn without_undetermined(&self, steps: &mut Vec<Step>, cancel: &Cancel) -> Result<Option<Arc<Stage>>, GapError> {
+    fn without_undetermined(&self, steps: &mut Vec<Advance>, cancel: &Cancel) -> Result<Option<Arc<Stage>>, GapError> {
         let mut left = None;
         'again: loop {
             let list = choices(steps);
@@ -253,7 +253,7 @@ impl Search {
     }
 
     /// A stage without what its last effect has made superfluous, and the steps that stay.
-    fn lighter(&self, steps: &mut Vec<Step>, stage: Arc<Stage>, cancel: &Cancel) -> Result<Arc<Stage>, GapError> {
+    fn lighter(&self, steps: &mut Vec<Advance>, stage: Arc<Stage>, cancel: &Cancel) -> Result<Arc<Stage>, GapError> {
         let kept = self.dropped(stage, cancel)?;
         steps.retain(|s| kept.effects.iter().any(|e| e.choice == s.choice));
         Ok(kept)
@@ -342,7 +342,7 @@ impl Search {
 
     /// Looks again at each effect in the company of the others: with the others in place another may do better, or rivals
     /// may have fallen away. True if an effect was exchanged.
-    fn reconsider(&self, steps: &mut [Step], tell: Listener<'_>, cancel: &Cancel) -> Result<bool, GapError> {
+    fn reconsider(&self, steps: &mut [Advance], tell: Listener<'_>, cancel: &Cancel) -> Result<bool, GapError> {
         let mut exchanged = false;
         for index in 0..steps.len() {
             // The last was judged in the company of all others, unless one of them was exchanged since.
@@ -353,7 +353,7 @@ impl Search {
                 steps.iter().enumerate().filter(|(k, _)| *k != index).map(|(_, s)| s.choice.clone()).collect();
             let Ok(stage) = self.stage(&others, cancel) else { continue };
             if let Some(looked) = GapError::if_possible(self.look(&stage, tell, cancel))?
-                && let Ok(step) = Step::of(looked)
+                && let Ok(step) = Advance::of(looked)
             {
                 exchanged |= step.choice != steps[index].choice;
                 steps[index] = step;
@@ -364,23 +364,23 @@ impl Search {
 }
 
 /// The round at which a walk ends because its last step cannot be gone on with.
-fn ended(last: Option<Step>) -> Result<Round, GapError> {
+fn ended(last: Option<Advance>) -> Result<Round, GapError> {
     last.map(|step| Round { finding: Finding::Unexplained, ..step.round }).ok_or(GapError::Base)
 }
 
 /// The effects of steps.
-fn choices(steps: &[Step]) -> Vec<Choice> {
+fn choices(steps: &[Advance]) -> Vec<Choice> {
     steps.iter().map(|s| s.choice.clone()).collect()
 }
 
 /// An effect that was added, and the look that led to it.
 #[derive(Clone)]
-struct Step {
+struct Advance {
     choice: Choice,
     round: Round,
 }
 
-impl Step {
+impl Advance {
     /// The step that a round leads to; the round itself if it leads to none.
     fn of(round: Round) -> Result<Self, Box<Round>> {
         match (&round.finding, round.candidates.first()) {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::effects::{Addition, Axis, FAMILIES, Form, Frame, Setting, Sign, unit};
+use super::effects::{Addition, Axis, Direction, FAMILIES, Form, Frame, Setting, unit};
 use super::site::Placed;
 use crate::term::{Layout, Term};
 
@@ -121,7 +121,7 @@ fn entry(form: &Form, family: &'static str) -> Entry {
     let coefficients = form.coefficients.iter().map(|c| EntryParameter {
         name: c.name.clone(),
         unit: unit("m", c.dimension),
-        positive: c.sign != Sign::Any,
+        positive: c.sign != Direction::Any,
         inner: false,
     });
     let inner = form.inner.iter().map(|i| EntryParameter {

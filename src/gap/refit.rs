@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::data::Data;
-use super::effects::{Form, Sign, logarithmic};
+use super::effects::{Direction, Form, logarithmic};
 use super::fit::{Care, FEW_STEPS, Fitted, Pace, WHOLE, carried};
 use super::screen::{Motion, Screened};
 use super::search::{PROMISING, Refit, Search};
@@ -200,9 +200,9 @@ impl Search {
         let place = after.places(&all_inner).pop()?;
         let physical = form.coefficients.iter().map(|c| c.sign);
         for (value, sign) in shared[place].iter_mut().zip(physical) {
-            if sign != Sign::Any && (*value == 0.0 || sign.forbids(*value)) {
+            if sign != Direction::Any && (*value == 0.0 || sign.forbids(*value)) {
                 let small = 1e-3 * value.abs().max(f64::MIN_POSITIVE);
-                *value = if sign == Sign::Against { -small } else { small };
+                *value = if sign == Direction::Against { -small } else { small };
             }
         }
         shared.extend_from_slice(&all_inner);

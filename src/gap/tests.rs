@@ -15,7 +15,7 @@ fn setting(masses: usize, base_excited: bool) -> Setting {
     Setting {
         base_excited,
         input_open: false,
-        has_input: true,
+        inputs: vec![0.5],
         frames: {
             let mut frames = Frame::all(masses, base_excited);
             frames.iter_mut().for_each(|f| (f.reach, f.speed, f.speed_noise) = (1.1, 11.0, 0.01));
@@ -25,7 +25,6 @@ fn setting(masses: usize, base_excited: bool) -> Setting {
             .flat_map(|mass| list(text).unwrap().into_iter().map(move |term| Placed { mass, term }))
             .collect(),
         unit: "rad".into(),
-        input: 0.5,
         frequency: 2.0,
         lines: vec![1.0],
         pulsations: vec![1.0],

@@ -278,7 +278,7 @@ fn join_brackets(cells: &[String], separator: u8) -> Vec<String> {
 }
 
 /// A row of names above a row with numbers, in one reading of the separator.
-struct Candidate {
+struct HeaderRow {
     header: Header,
     /// True if the row of numbers holds nothing else.
     clean: bool,
@@ -322,7 +322,7 @@ fn best_candidate<'a>(
     several: bool,
     choose: &Choose<'_>,
 ) -> Option<Header> {
-    let mut candidates: Vec<Candidate> = readings
+    let mut candidates: Vec<HeaderRow> = readings
         .flat_map(|(separator, rows)| (0..rows.len()).filter_map(move |i| candidate(rows, i, separator, several)))
         .collect();
     let fits = candidates.iter().position(|c| choose(&c.header.headings).is_ok());
@@ -354,7 +354,7 @@ fn all_numbers(rows: &[HeadRow], several: bool) -> bool {
     (width > 1) == several && rows.iter().take(2).all(|r| r.cells.len() == width && r.numbers() == width)
 }
 
-fn candidate(rows: &[HeadRow], index: usize, separator: u8, several: bool) -> Option<Candidate> {
+fn candidate(rows: &[HeadRow], index: usize, separator: u8, several: bool) -> Option<HeaderRow> {
     let row = &rows[index];
     if row.numbers() > 0 {
         return None;
@@ -378,7 +378,7 @@ fn candidate(rows: &[HeadRow], index: usize, separator: u8, several: bool) -> Op
     let headings = names.iter().enumerate().map(|(c, name)| Heading::new(name, unit(c))).collect();
     let end = units.map_or(row.end, |u| u.end);
     let clean = numbers == names.len();
-    Some(Candidate { header: Header { separator, headings, line: row.line, end, notices: Vec::new() }, clean })
+    Some(HeaderRow { header: Header { separator, headings, line: row.line, end, notices: Vec::new() }, clean })
 }
 
 /// Rows of numbers from the first line on: names may stand in the comment above, or the user gives the columns' numbers.

@@ -30,7 +30,7 @@ struct Condensed {
 }
 
 /// A step: the shared part, and one a run.
-pub(super) struct Step {
+pub(super) struct Correction {
     pub(super) shared: Vec<f64>,
     pub(super) own: Vec<DVector<f64>>,
 }
@@ -86,7 +86,7 @@ impl Arrow {
 
     /// The step of Levenberg and Marquardt from shared values `at` within `bounds` (`limit`: the largest change of each).
     /// A value that would pass a bound is held there and the others are sought anew.
-    pub(super) fn step(&self, damping: f64, at: &[f64], bounds: &[(f64, f64)]) -> Option<Step> {
+    pub(super) fn step(&self, damping: f64, at: &[f64], bounds: &[(f64, f64)]) -> Option<Correction> {
         let Condensed { whole, gradient, inverses } = self.condensed(damping)?;
         let n = gradient.len();
         let mut step = vec![0.0; n];
@@ -131,7 +131,7 @@ impl Arrow {
         let shared = DVector::from_column_slice(&step);
         let own =
             self.runs.iter().zip(&inverses).map(|(own, inverse)| inverse * (&own.gradient - &own.cross * &shared));
-        Some(Step { own: own.collect(), shared: step })
+        Some(Correction { own: own.collect(), shared: step })
     }
 
     /// The inverse of the condensed shared block over the first `count` shared values, those in `held` left out (zero).

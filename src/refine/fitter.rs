@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::arrow::{Arrow, Step};
+use super::arrow::{Arrow, Correction};
 use super::{Instance, Options, Point, Reading, Refined, Run, Structure};
 use crate::simulate::{Delays, InputGrid, Limits, Response, Simulator, Workspace, later};
 
@@ -343,7 +343,7 @@ impl<'a> Fitter<'a> {
         &self,
         columns: &mut [Vec<Vec<f64>>],
         (before, after): (&[Vec<f64>], &[Vec<f64>]),
-        by: &Step,
+        by: &Correction,
         (shared, offsets): (usize, usize),
     ) {
         let mut missed = Vec::new();
@@ -515,7 +515,7 @@ impl<'a> Fitter<'a> {
     }
 }
 
-fn moved(point: &Point, by: &Step, shared: usize) -> Point {
+fn moved(point: &Point, by: &Correction, shared: usize) -> Point {
     let mut next = point.clone();
     let (of_shared, of_offsets) = by.shared.split_at(shared);
     next.shared.iter_mut().zip(of_shared).for_each(|(v, by)| *v += by);

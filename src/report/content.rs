@@ -8,7 +8,7 @@ use crate::format::number::{align_at_point, format_measured, significant, signif
 use crate::format::units::{Scale, format_si, raised};
 use crate::model::{Mode, Model, Units};
 use crate::record::Usage;
-use crate::study::{Differentiation, Form, Kinematics, Lock, Outcome, Scaling, Score, Severity};
+use crate::study::{Differentiation, Formulation, Kinematics, Lock, Outcome, Scaling, Score, Severity};
 use crate::term::{Kind, Symbol};
 
 /// A piece of the document.
@@ -474,7 +474,7 @@ pub(super) fn differentiation(outcome: &Outcome) -> String {
         Differentiation::SmoothThenDifference => text.push_str(", then central differences"),
         _ => {}
     }
-    if let Form::Weak { half_width } = outcome.settings.form {
+    if let Formulation::Weak { half_width } = outcome.settings.form {
         text.push_str("; equation in the weak form: averages over test functions");
         if let Some(half_width) = half_width {
             text.push_str(&format!(" of half width {half_width} samples"));
@@ -485,7 +485,7 @@ pub(super) fn differentiation(outcome: &Outcome) -> String {
     if smoothing.filter_library && smoothing.method != Differentiation::TotalVariation {
         text.push_str("; every library column passed through the same filter");
     }
-    if outcome.settings.form == Form::Integral {
+    if outcome.settings.form == Formulation::Integral {
         text.push_str("; equation integrated once over time");
     }
     text

@@ -6,7 +6,7 @@ use super::chart::WIDTH;
 use super::content::{Block, Cell, Table};
 use super::math::EquationRows;
 use super::style;
-use super::svg::{Place, escape};
+use super::svg::{Coordinate, escape};
 use crate::study::Severity;
 
 /// The whole page.
@@ -67,8 +67,8 @@ pub(super) fn document(title: &str, blocks: &[Block]) -> String {
                     out,
                     "<figure{class}>\n<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"Figure {figures}\">\n{}</svg>\n\
                      <figcaption><b>Figure {figures}.</b> {}</figcaption>\n</figure>",
-                    Place(figure.size.0),
-                    Place(figure.size.1),
+                    Coordinate(figure.size.0),
+                    Coordinate(figure.size.1),
                     figure.drawing.numbered(figures),
                     escape(&figure.caption)
                 );

@@ -10,7 +10,7 @@ use super::font::{Face, Fonts};
 use super::html::flag;
 use super::math::EquationRows;
 use super::style;
-use super::svg::{Anchor, Place, Svg};
+use super::svg::{Anchor, Coordinate, Svg};
 
 /// Pixels of the picture for each point of the sheet: fit for print.
 pub(super) const SCALE: f32 = 2.0;
@@ -41,7 +41,7 @@ pub(super) fn sheet(blocks: &[Block], fonts: &Fonts) -> String {
     flow.y += 22.0;
     flow.svg.text("quiet", (MARGIN, flow.y), Anchor::Start, &made());
     let height = (flow.y + MARGIN).ceil();
-    document(&flow.svg, (WIDTH, height), &format!("width=\"{}\" height=\"{}\"", Place(WIDTH), Place(height)))
+    document(&flow.svg, (WIDTH, height), &format!("width=\"{}\" height=\"{}\"", Coordinate(WIDTH), Coordinate(height)))
 }
 
 /// Pages of paper, the title and their number at the foot of each.
@@ -75,8 +75,8 @@ fn document(drawing: &Svg, (width, height): (f64, f64), size: &str) -> String {
         out,
         "<svg xmlns=\"http://www.w3.org/2000/svg\" {size} viewBox=\"0 0 {0} {1}\">\n<style>\n{2}</style>\n\
          <rect class=\"ground\" width=\"{0}\" height=\"{1}\"/>\n{3}</svg>\n",
-        Place(width),
-        Place(height),
+        Coordinate(width),
+        Coordinate(height),
         style::picture(),
         drawing.0
     );

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::chart::Extent;
 use super::figures::{self, Figure};
 use super::font::{Face, Fonts};
-use super::svg::Place;
+use super::svg::Coordinate;
 use super::{ReportError, pdf, physics_figures, style};
 use crate::format::palette::ground;
 use crate::study::Outcome;
@@ -154,7 +154,7 @@ fn document(figure: &Figure, size: FigureSize) -> String {
     let mut out = String::new();
     // The figure's own height differs from the one asked for where the panels had too little room.
     let height = size.width * figure.size.1 / figure.size.0;
-    let (width, length) = (Place(figure.size.0), Place(figure.size.1));
+    let (width, length) = (Coordinate(figure.size.0), Coordinate(figure.size.1));
     let (family, rules, ground) = (Face::Text.family(), style::figures(false), ground(false));
     let _ = write!(
         out,

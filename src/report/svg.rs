@@ -48,9 +48,9 @@ pub(super) fn digit_of_superscript(c: char) -> Option<char> {
 }
 
 /// Coordinates with as many decimals as a print at 300 dpi can show.
-pub(super) struct Place(pub(super) f64);
+pub(super) struct Coordinate(pub(super) f64);
 
-impl Display for Place {
+impl Display for Coordinate {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let tenths = (self.0 * 10.0).round() / 10.0;
         // No minus before a zero.
@@ -78,10 +78,10 @@ impl Svg {
         let _ = writeln!(
             self.0,
             "<line class=\"{class}\" x1=\"{}\" y1=\"{}\" x2=\"{}\" y2=\"{}\"/>",
-            Place(from.0),
-            Place(from.1),
-            Place(to.0),
-            Place(to.1)
+            Coordinate(from.0),
+            Coordinate(from.1),
+            Coordinate(to.0),
+            Coordinate(to.1)
         );
     }
 
@@ -89,10 +89,10 @@ impl Svg {
         let _ = writeln!(
             self.0,
             "<rect class=\"{class}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>",
-            Place(at.0),
-            Place(at.1),
-            Place(size.0.max(0.0)),
-            Place(size.1.max(0.0))
+            Coordinate(at.0),
+            Coordinate(at.1),
+            Coordinate(size.0.max(0.0)),
+            Coordinate(size.1.max(0.0))
         );
     }
 
@@ -105,8 +105,8 @@ impl Svg {
         let _ = writeln!(
             self.0,
             "<text class=\"{class}\" xml:space=\"preserve\" x=\"{}\" y=\"{}\"{anchor}>{}</text>",
-            Place(at.0),
-            Place(at.1),
+            Coordinate(at.0),
+            Coordinate(at.1),
             raised(text)
         );
     }
@@ -116,8 +116,8 @@ impl Svg {
         let _ = writeln!(
             self.0,
             "<text class=\"{class}\" text-anchor=\"middle\" transform=\"translate({} {}) rotate(-90)\">{}</text>",
-            Place(at.0),
-            Place(at.1),
+            Coordinate(at.0),
+            Coordinate(at.1),
             raised(text)
         );
     }
@@ -131,7 +131,7 @@ impl Svg {
                 lifted = true;
                 continue;
             }
-            let place = (Place(x).to_string(), Place(y).to_string());
+            let place = (Coordinate(x).to_string(), Coordinate(y).to_string());
             if !lifted && last.as_ref() == Some(&place) {
                 continue;
             }
@@ -164,7 +164,7 @@ impl Svg {
 
     /// A figure, moved to `at`.
     pub(super) fn place(&mut self, at: (f64, f64), figure: &Self, number: usize) {
-        let (x, y) = (Place(at.0), Place(at.1));
+        let (x, y) = (Coordinate(at.0), Coordinate(at.1));
         let _ = writeln!(self.0, "<g transform=\"translate({x} {y})\">\n{}</g>", figure.numbered(number));
     }
 }

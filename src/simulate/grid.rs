@@ -110,6 +110,12 @@ impl InputGrid {
         Self { start, interval, samples, channels }
     }
 
+    /// Each input, or its derivative of an order, at every sample.
+    pub fn sampled(&self, order: usize) -> Vec<Vec<f64>> {
+        let values = |input: usize| (0..self.samples).map(|k| self.at(input, self.time(k))[order]).collect();
+        (0..self.channels.len()).map(values).collect()
+    }
+
     /// The same inputs later by their delays; beyond the ends they keep their end values.
     #[must_use]
     pub fn delayed(&self, delays: &Delays) -> Self {

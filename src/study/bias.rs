@@ -6,7 +6,8 @@ use rand::SeedableRng as _;
 use rand_distr::{Distribution as _, StandardNormal};
 
 use super::regression::Regression;
-use super::{Outcome, Prepared, Settings};
+use super::{Outcome, Settings};
+use crate::dataset::Prepared;
 use crate::model::Model;
 use crate::record::{Channel, Record, Role};
 use crate::signal::{Signals, Smoothing, central, rms};
@@ -118,7 +119,7 @@ impl Outcome {
 mod tests {
     use crate::record::{RecordSet, Usage};
     use crate::rig::{Noise, ScenarioOptions, generate};
-    use crate::study::{Cancel, Form, Study, suggest};
+    use crate::study::{Cancel, Formulation, Study, suggest};
     use crate::term::{Kind, Symbol, Term};
 
     #[test]
@@ -147,7 +148,7 @@ mod tests {
             largest = largest.max(error.abs());
         }
         assert!(largest > 0.01, "a segment this long shifts nothing: {largest}");
-        settings.form = Form::Weak { half_width: Some(350) };
+        settings.form = Formulation::Weak { half_width: Some(350) };
         let outcome = study.run(&records, &settings, &Cancel::default()).unwrap();
         assert!(outcome.fits.iter().all(|f| f.shift.iter().all(|s| s.is_finite())));
     }

@@ -10,9 +10,9 @@ use super::eliminate::left;
 use super::known::candidate_terms;
 use super::refined::same_terms;
 use super::regression::{self, Regression, fitted_states};
-use super::response::Drive;
 use super::suggest::odd;
-use super::{Cancel, Form, Outcome, Regressor, Settings, Smoothing, Study, StudyError, check};
+use super::{Cancel, Formulation, Outcome, Regressor, Settings, Smoothing, Study, StudyError, check};
+use crate::dataset::Drive;
 use crate::format::number::significant_trimmed;
 use crate::model::Model;
 use crate::record::{Record, RecordSet, Usage};
@@ -38,7 +38,7 @@ pub struct Free {
 
 /// What [`choose`] chose, and why.
 #[derive(Clone, Debug)]
-pub struct Choice {
+pub struct Chosen {
     /// The settings chosen.
     pub settings: Settings,
     /// One sentence: what was tried and what decided.
@@ -97,12 +97,12 @@ pub(super) struct Plan {
 }
 
 /// How columns and rates are made.
-type Way = (Form, Smoothing);
+type Way = (Formulation, Smoothing);
 
 /// One setting with its errors.
 #[derive(Clone)]
-pub(super) struct Candidate {
-    pub(super) form: Form,
+pub(super) struct Trial {
+    pub(super) form: Formulation,
     pub(super) smoothing: Smoothing,
     pub(super) threshold: f64,
     pub(super) terms: usize,
@@ -110,7 +110,7 @@ pub(super) struct Candidate {
     pub(super) errors: Vec<f64>,
 }
 
-impl Candidate {
+impl Trial {
     /// Mean squared error as a share of the motion's variance.
     pub(super) fn mean(&self) -> f64 {
         mean(&self.errors)
@@ -141,13 +141,17 @@ pub fn choose(
     free: Free,
     cancel: &Cancel,
     progress: &(dyn Fn(f64) + Sync),
-) -> Result<Choice, StudyError> {
+) -> Result<Chosen, StudyError> {
     let layout = check(records, start)?;
     let whole = records.with(Usage::Fit).map(|r| r.len()).sum::<usize>();
     let records = &beginnings(records);
     let plan = Plan::new(records, layout);
-    let mut tried: Vec<Candidate> = Vec::new();
-    let forms = if free.form { vec![Form::Derivative, Form::Weak { half_width: None }] } else { vec![start.form] };
+    let mut tried: Vec<Trial> = Vec::new();
+    let forms = if free.form {
+        vec![Formulation::Derivative, Formulation::Weak { half_width: None }]
+    } else {
+        vec![start.form]
+    };
     let smoothings = first_smoothings(&plan, start, free);
     let mut next: Vec<Way> = forms.into_iter().flat_map(|form| smoothings.iter().map(move |s| (form, *s))).collect();
     let mut seen: Vec<Way> = Vec::new();
@@ -210,9 +214,9 @@ pub fn choose(
         _ => judged,
     };
     let form = match settings.form {
-        Form::Derivative => "",
-        Form::Weak { .. } => "weak form, ",
-        Form::Integral => "integral form, ",
+        Formulation::Derivative => "",
+        Formulation::Weak { .. } => "weak form, ",
+        Formulation::Integral => "integral form, ",
     };
     let refined = if settings.refine && !start.refine { ", coefficients fitted to the response itself" } else { "" };
     let regressor = match settings.regressor {
@@ -230,7 +234,7 @@ pub fn choose(
         significant_trimmed(100.0 * error.sqrt(), 2),
         tried.len(),
     );
-    Ok(Choice { settings, reason, error: error.sqrt() })
+    Ok(Chosen { settings, reason, error: error.sqrt() })
 }
 
 /// Mean of squared errors; zero of none.
@@ -238,7 +242,7 @@ pub(super) fn mean(errors: &[f64]) -> f64 {
     errors.iter().sum::<f64>() / errors.len().max(1) as f64
 }
 
-pub(super) fn best(tried: &[Candidate]) -> Option<&Candidate> {
+pub(super) fn best(tried: &[Trial]) -> Option<&Trial> {
     tried.iter().filter(|c| c.mean().is_finite()).min_by(|a, b| a.mean().total_cmp(&b.mean()))
 }
 
@@ -270,7 +274,7 @@ fn distance(outcome: &Outcome, other: &Outcome) -> Option<f64> {
 }
 
 /// The candidate with the fewest terms whose error is within one standard error (of the difference) of the best.
-pub(super) fn parsimonious(tried: &[Candidate]) -> Option<&Candidate> {
+pub(super) fn parsimonious(tried: &[Trial]) -> Option<&Trial> {
     let fewest = close(tried).map(|c| c.terms).min()?;
     close(tried).filter(|c| c.terms == fewest).min_by(|a, b| a.mean().total_cmp(&b.mean()))
 }
@@ -287,9 +291,9 @@ fn beginnings(records: &RecordSet) -> RecordSet {
 }
 
 /// The candidates within one standard error of the best.
-fn close(tried: &[Candidate]) -> impl Iterator<Item = &Candidate> {
+fn close(tried: &[Trial]) -> impl Iterator<Item = &Trial> {
     let best = best(tried);
-    let within = move |c: &&Candidate| {
+    let within = move |c: &&Trial| {
         let Some(best) = best else { return false };
         let differences: Vec<f64> = c.errors.iter().zip(&best.errors).map(|(a, b)| a - b).collect();
         let n = differences.len() as f64;
@@ -311,13 +315,12 @@ pub(super) fn ratio(errors: &[f64], others: &[f64]) -> (f64, f64) {
 }
 
 /// As [`parsimonious`], by the ratios of errors.
-fn parsimonious_by_ratio(tried: &[Candidate]) -> Option<&Candidate> {
+fn parsimonious_by_ratio(tried: &[Trial]) -> Option<&Trial> {
     let first = tried.first()?;
-    let lowest = |a: &&Candidate, b: &&Candidate| {
-        ratio(&a.errors, &first.errors).0.total_cmp(&ratio(&b.errors, &first.errors).0)
-    };
+    let lowest =
+        |a: &&Trial, b: &&Trial| ratio(&a.errors, &first.errors).0.total_cmp(&ratio(&b.errors, &first.errors).0);
     let best = tried.iter().min_by(lowest)?;
-    let close = |c: &&Candidate| {
+    let close = |c: &&Trial| {
         let (mean, error) = ratio(&c.errors, &best.errors);
         mean <= error.min(2.0 * WORST.ln()) + 0.02
     };
@@ -339,9 +342,9 @@ const HOPEFUL: f64 = 5.0;
 const MOST_REFINED: usize = 24_000;
 
 /// For each number of terms the candidate of the smallest error, the best first.
-fn levels(tried: &[Candidate]) -> Vec<&Candidate> {
-    let least = best(tried).map_or(0.0, Candidate::median);
-    let mut levels: Vec<&Candidate> = Vec::new();
+fn levels(tried: &[Trial]) -> Vec<&Trial> {
+    let least = best(tried).map_or(0.0, Trial::median);
+    let mut levels: Vec<&Trial> = Vec::new();
     for candidate in tried.iter().filter(|c| c.median() <= HOPEFUL * HOPEFUL * least) {
         match levels.iter_mut().find(|c| c.terms == candidate.terms) {
             Some(known) if candidate.mean() < known.mean() => *known = candidate,
@@ -383,7 +386,7 @@ pub(super) fn shortened<'a>(records: impl IntoIterator<Item = &'a Arc<Record>>) 
 
 /// A candidate held against the refined response.
 struct Settled<'a> {
-    candidate: &'a Candidate,
+    candidate: &'a Trial,
     settings: Settings,
 }
 
@@ -392,7 +395,7 @@ const ALIKE: usize = 12;
 
 impl Plan {
     /// The settings of a candidate.
-    fn settings(&self, start: &Settings, free: Free, chosen: &Candidate) -> Result<Settings, StudyError> {
+    fn settings(&self, start: &Settings, free: Free, chosen: &Trial) -> Result<Settings, StudyError> {
         let threshold = if free.threshold { self.centred_threshold(start, chosen)? } else { start.threshold };
         Ok(Settings { smoothing: chosen.smoothing, form: chosen.form, threshold, ..start.clone() })
     }
@@ -405,11 +408,11 @@ impl Plan {
         records: &RecordSet,
         start: &Settings,
         free: Free,
-        tried: &'a [Candidate],
-        sparse: &'a Candidate,
+        tried: &'a [Trial],
+        sparse: &'a Trial,
         cancel: &Cancel,
     ) -> Result<Option<Settled<'a>>, StudyError> {
-        let mut alike: Vec<&Candidate> = Vec::new();
+        let mut alike: Vec<&Trial> = Vec::new();
         for candidate in close(tried).filter(|c| c.terms == sparse.terms) {
             match alike.iter_mut().find(|c| (c.form, c.smoothing) == (candidate.form, candidate.smoothing)) {
                 Some(known) if candidate.mean() < known.mean() => *known = candidate,
@@ -453,15 +456,15 @@ impl Plan {
         &self,
         start: &Settings,
         free: Free,
-        tried: &[Candidate],
-        present: &Candidate,
+        tried: &[Trial],
+        present: &Trial,
         cancel: &Cancel,
     ) -> Result<Option<(Settings, f64)>, StudyError> {
         let pieces = self.shortened();
         let all: Vec<usize> = (0..pieces.len()).collect();
         /// A candidate, its settings refined, the model that all pieces gave, and what it leaves of them.
         struct Level<'c> {
-            candidate: &'c Candidate,
+            candidate: &'c Trial,
             settings: Settings,
             model: Model,
             left: f64,
@@ -494,15 +497,15 @@ impl Plan {
             !known.iter().any(|(terms, left)| *terms < l.candidate.terms && criterion(*terms, *left) <= own)
         });
         levels.retain(|l| l.left + EQUAL * EQUAL <= HOPEFUL * HOPEFUL * (least + EQUAL * EQUAL));
-        let judged: Result<Vec<Option<Candidate>>, StudyError> = levels
+        let judged: Result<Vec<Option<Trial>>, StudyError> = levels
             .par_iter()
             .map(|level| {
                 let errors = self.judge_refined(&pieces, &level.settings, Some(&level.model), cancel)?;
-                Ok(errors.map(|errors| Candidate { errors, ..level.candidate.clone() }))
+                Ok(errors.map(|errors| Trial { errors, ..level.candidate.clone() }))
             })
             .collect();
-        let judged: Vec<Candidate> = judged?.into_iter().flatten().collect();
-        let better = |c: &&Candidate| ratio(&c.errors, &present.errors).0 < 2.0 * BETTERED.ln();
+        let judged: Vec<Trial> = judged?.into_iter().flatten().collect();
+        let better = |c: &&Trial| ratio(&c.errors, &present.errors).0 < 2.0 * BETTERED.ln();
         let Some(chosen) = parsimonious_by_ratio(&judged).filter(better) else { return Ok(None) };
         let settings = levels.into_iter().find(|l| l.candidate.terms == chosen.terms).map(|l| l.settings);
         Ok(settings.map(|settings| (settings, chosen.mean())))
@@ -621,9 +624,9 @@ impl Plan {
         free: Free,
         cancel: &Cancel,
         progress: &(dyn Fn(f64) + Sync),
-    ) -> Result<Vec<Candidate>, StudyError> {
+    ) -> Result<Vec<Trial>, StudyError> {
         let done = AtomicUsize::new(0);
-        let judged: Result<Vec<Vec<Candidate>>, StudyError> = ways
+        let judged: Result<Vec<Vec<Trial>>, StudyError> = ways
             .par_iter()
             .map(|(form, smoothing)| {
                 let start = Settings { form: *form, ..start.clone() };
@@ -642,7 +645,7 @@ impl Plan {
         smoothing: &Smoothing,
         free: Free,
         cancel: &Cancel,
-    ) -> Result<Vec<Candidate>, StudyError> {
+    ) -> Result<Vec<Trial>, StudyError> {
         let Some(smoothed) = self.smoothed(start, smoothing, cancel)? else { return Ok(Vec::new()) };
         let settings = Settings { smoothing: *smoothing, ..start.clone() };
         let thresholds = if free.threshold {
@@ -651,13 +654,13 @@ impl Plan {
             vec![start.threshold]
         };
         let mut workspace = Workspace::default();
-        let mut candidates: Vec<Candidate> = Vec::with_capacity(thresholds.len());
+        let mut candidates: Vec<Trial> = Vec::with_capacity(thresholds.len());
         for threshold in thresholds {
             let settings = Settings { threshold, ..settings.clone() };
             let models = smoothed.models(&settings);
             let Judgement { errors, .. } = smoothed.judge(self, &models, &mut workspace, cancel)?;
             let terms = smoothed.all.model(&settings).equations.iter().map(|e| e.terms.len()).sum();
-            candidates.push(Candidate { form: settings.form, smoothing: *smoothing, threshold, terms, errors });
+            candidates.push(Trial { form: settings.form, smoothing: *smoothing, threshold, terms, errors });
         }
         Ok(candidates)
     }
@@ -711,7 +714,7 @@ impl Plan {
     }
 
     /// The threshold in the middle of those that leave the chosen terms, fitted on everything.
-    fn centred_threshold(&self, start: &Settings, chosen: &Candidate) -> Result<f64, StudyError> {
+    fn centred_threshold(&self, start: &Settings, chosen: &Trial) -> Result<f64, StudyError> {
         let settings = Settings { smoothing: chosen.smoothing, form: chosen.form, ..start.clone() };
         let Some(pieces) = self.regressions(&settings, &Cancel::default())? else { return Ok(chosen.threshold) };
         let all = Regression::joined(&pieces.iter().collect::<Vec<_>>());

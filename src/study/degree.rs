@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::choose::{EQUAL, FITTED_SHARE};
 use super::regression::{Regression, basis, fitted_states};
-use super::{Form, Kinematics, Smoothing};
+use super::{Formulation, Kinematics, Smoothing};
 use crate::record::Record;
 use crate::signal::{Facts, Signals};
 use crate::term::{Family, Layout, Symbol, Term, polynomials};
@@ -75,7 +75,7 @@ fn error(
 ) -> Option<f64> {
     let states = fitted_states(layout, Kinematics::Known);
     // Averages have no bias of smoothed rates, which high degrees would seem to explain.
-    let basis = basis(layout, terms, fitted, Form::Weak { half_width: None }, &states).ok()?;
+    let basis = basis(layout, terms, fitted, Formulation::Weak { half_width: None }, &states).ok()?;
     let fit = Regression::new(layout, terms, fitted, smoothing, &basis, &states).ok()?;
     Some(fit.leaves_of(&fit.of(terms, judged).ok()?)).filter(|e| e.is_finite())
 }

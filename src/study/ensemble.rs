@@ -139,7 +139,7 @@ mod tests {
     use super::*;
     use crate::record::Usage;
     use crate::rig::{Noise, ScenarioOptions, generate};
-    use crate::study::{Form, suggest};
+    use crate::study::{Formulation, suggest};
     use crate::term::{Kind, list};
 
     fn duffing(seed: u64) -> (RecordSet, Settings) {
@@ -166,14 +166,14 @@ mod tests {
     struct Known {
         scenario: &'static str,
         options: ScenarioOptions,
-        form: Form,
+        form: Formulation,
         truth: &'static [(&'static str, f64)],
     }
 
     const DUFFING: &[(&str, f64)] = &[("x", -1.0), ("x^3", -0.6), ("v", -0.2), ("u", 1.0)];
     const FRICTION: &[(&str, f64)] = &[("x-u", -358.706), ("v-du", -0.0658), ("sgn(v)", -0.0856)];
 
-    fn duffing_with(noise: f64, form: Form) -> Known {
+    fn duffing_with(noise: f64, form: Formulation) -> Known {
         let options = ScenarioOptions {
             duration: Some(60.0),
             rate: Some(50.0),
@@ -183,7 +183,7 @@ mod tests {
         Known { scenario: "duffing-noisy", options, form, truth: DUFFING }
     }
 
-    fn friction_with(noise: f64, form: Form) -> Known {
+    fn friction_with(noise: f64, form: Formulation) -> Known {
         let options = ScenarioOptions {
             duration: Some(6.0),
             rate: Some(250.0),
@@ -221,14 +221,14 @@ mod tests {
 
     /// Both systems at two noises each, in both forms.
     fn cases() -> [(&'static str, Known); 8] {
-        let weak = Form::Weak { half_width: None };
+        let weak = Formulation::Weak { half_width: None };
         [
-            ("Duffing, 0.003 m", duffing_with(0.003, Form::Derivative)),
-            ("Duffing, 0.01 m", duffing_with(0.01, Form::Derivative)),
-            ("Duffing, 0.03 m", duffing_with(0.03, Form::Derivative)),
+            ("Duffing, 0.003 m", duffing_with(0.003, Formulation::Derivative)),
+            ("Duffing, 0.01 m", duffing_with(0.01, Formulation::Derivative)),
+            ("Duffing, 0.03 m", duffing_with(0.03, Formulation::Derivative)),
             ("Duffing, 0.01 m, weak form", duffing_with(0.01, weak)),
-            ("friction, 1e-5 m", friction_with(1e-5, Form::Derivative)),
-            ("friction, 5e-5 m", friction_with(5e-5, Form::Derivative)),
+            ("friction, 1e-5 m", friction_with(1e-5, Formulation::Derivative)),
+            ("friction, 5e-5 m", friction_with(5e-5, Formulation::Derivative)),
             ("friction, 1e-5 m, weak form", friction_with(1e-5, weak)),
             ("friction, 5e-5 m, weak form", friction_with(5e-5, weak)),
         ]

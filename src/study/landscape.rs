@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use super::choose::{self, Candidate, Judgement, Plan, Smoothed, bearable, period_samples};
+use super::choose::{self, Judgement, Plan, Smoothed, Trial, bearable, period_samples};
 use super::suggest::odd;
 use super::{Cancel, Settings, Smoothing, StudyError, check};
 use crate::model::Model;
@@ -41,7 +41,7 @@ pub enum Judge {
 }
 
 /// A place on the map: indices of a segment length and of a threshold.
-pub type Place = (usize, usize);
+pub type GridPoint = (usize, usize);
 
 /// A map of segment length × threshold, complete or on its way.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,10 +53,10 @@ pub struct Landscape {
     /// What judges.
     pub judge: Judge,
     /// The cell of the smallest error so far.
-    pub best: Option<Place>,
+    pub best: Option<GridPoint>,
     /// Of the cells whose error is within one standard error of the best the one with the fewest terms (Breiman et al.
     /// 1984), in the middle of the thresholds that leave them.
-    pub parsimonious: Option<Place>,
+    pub parsimonious: Option<GridPoint>,
     cells: Vec<Option<Cell>>,
     /// Steps between the segment lengths and between the thresholds known so far.
     stride: usize,
@@ -64,12 +64,12 @@ pub struct Landscape {
 
 impl Landscape {
     /// A cell, if it is known.
-    pub fn cell(&self, (window, threshold): Place) -> Option<&Cell> {
+    pub fn cell(&self, (window, threshold): GridPoint) -> Option<&Cell> {
         self.cells.get(window * self.thresholds.len() + threshold)?.as_ref()
     }
 
     /// The cell, or while it is not known the nearest that is.
-    pub fn nearest(&self, (window, threshold): Place) -> Option<&Cell> {
+    pub fn nearest(&self, (window, threshold): GridPoint) -> Option<&Cell> {
         let near = |at: usize, count: usize| {
             let stride = self.stride.max(1);
             [at, (at + stride / 2) / stride * stride, at / stride * stride].map(|k| k.min(count.saturating_sub(1)))
@@ -92,15 +92,15 @@ impl Landscape {
     }
 
     /// Every cell that is known, with its place.
-    pub fn known(&self) -> impl Iterator<Item = (Place, &Cell)> {
+    pub fn known(&self) -> impl Iterator<Item = (GridPoint, &Cell)> {
         let width = self.thresholds.len().max(1);
         self.cells.iter().enumerate().filter_map(move |(k, cell)| Some(((k / width, k % width), cell.as_ref()?)))
     }
 
     /// The Pareto front: for each number of terms the cell of the smallest error, as long as more terms better it;
     /// fewest terms first.
-    pub fn front(&self) -> Vec<Place> {
-        let mut best: Vec<(usize, f64, Place)> = Vec::new();
+    pub fn front(&self) -> Vec<GridPoint> {
+        let mut best: Vec<(usize, f64, GridPoint)> = Vec::new();
         for (place, cell) in self.known() {
             match best.iter_mut().find(|(terms, ..)| *terms == cell.terms) {
                 Some(entry) if cell.error < entry.1 => *entry = (cell.terms, cell.error, place),
@@ -119,7 +119,7 @@ impl Landscape {
     }
 
     /// The place nearest to settings, by the logarithms of both.
-    pub fn place_of(&self, settings: &Settings) -> Option<Place> {
+    pub fn place_of(&self, settings: &Settings) -> Option<GridPoint> {
         let nearest = |values: &mut dyn Iterator<Item = f64>, wanted: f64| {
             let distance = |v: f64| (v.max(f64::MIN_POSITIVE) / wanted.max(f64::MIN_POSITIVE)).ln().abs();
             let by_distance = |a: &(usize, f64), b: &(usize, f64)| distance(a.1).total_cmp(&distance(b.1));
@@ -130,7 +130,7 @@ impl Landscape {
     }
 
     /// Settings with the segment length and the threshold of a place.
-    pub fn settings_at(&self, (window, threshold): Place, settings: &Settings) -> Settings {
+    pub fn settings_at(&self, (window, threshold): GridPoint, settings: &Settings) -> Settings {
         let mut settings = settings.clone();
         if let Some(window) = self.windows.get(window) {
             settings.smoothing = settings.smoothing.with_window(*window);
@@ -297,15 +297,15 @@ impl Landscape {
 
     /// Finds the best cell and the parsimonious one among those known.
     fn judge_cells(&mut self, settings: &Settings, columns: &[Mutex<Column>]) {
-        let mut candidates: Vec<Candidate> = Vec::new();
-        let mut places: Vec<Vec<Place>> = Vec::new();
+        let mut candidates: Vec<Trial> = Vec::new();
+        let mut places: Vec<Vec<GridPoint>> = Vec::new();
         for (window, column) in columns.iter().enumerate() {
             // A column that is being worked on has its turn when it is done.
             let Ok(column) = column.try_lock() else { continue };
             let first = candidates.len();
             let terms =
                 |judged: usize| column.found.iter().flatten().find(|f| f.judged == judged).map_or(0, |f| f.terms);
-            candidates.extend(column.judged.iter().enumerate().map(|(k, (_, judgement))| Candidate {
+            candidates.extend(column.judged.iter().enumerate().map(|(k, (_, judgement))| Trial {
                 form: settings.form,
                 smoothing: settings.smoothing,
                 threshold: 0.0,
@@ -319,7 +319,7 @@ impl Landscape {
                 }
             }
         }
-        let place = |chosen: Option<&Candidate>| {
+        let place = |chosen: Option<&Trial>| {
             let chosen = chosen?;
             let index = candidates.iter().position(|c| std::ptr::eq(c, chosen))?;
             places[index].get(places[index].len() / 2).copied()
@@ -438,7 +438,7 @@ mod tests {
     fn the_choice_is_not_much_worse_than_the_best_point_of_the_map() {
         let (records, settings) = friction(false);
         let map = full(&records, &settings, (13, 13));
-        let error = |place: Place| map.cell(place).unwrap().error;
+        let error = |place: GridPoint| map.cell(place).unwrap().error;
         let (best, parsimonious) = (map.best.unwrap(), map.parsimonious.unwrap());
         assert!(map.known().all(|(_, cell)| cell.error >= error(best)));
         assert!(error(parsimonious) <= 2.0 * error(best));

@@ -24,19 +24,18 @@ mod weak;
 use crate::refine::Bar;
 pub use crate::refine::Horizon;
 pub use calibrate::{Calibrated, Calibration, calibrate, calibration_list};
-pub use choose::{Choice, Free, choose};
+pub use choose::{Chosen, Free, choose};
 pub use covariance::Covariance;
 pub use ensemble::{Ensemble, Inclusion};
 pub use known::{Known, Sign, known_list};
-pub use landscape::{Cell, Judge, Landscape, Place, landscape};
+pub use landscape::{Cell, GridPoint, Judge, Landscape, landscape};
 pub use opposite::Pair;
 pub use outcome::{
     Channel, DroppedTerm, Elapsed, EquationFit, Outcome, PathTerm, RecordOutcome, Remedy, Score, SensorScore, Severity,
     StudyError, Warning, force_over_mass,
 };
 pub use refined::Refinement;
-pub(crate) use response::{driving, is_quiet, output};
-pub use settings::{Form, Kinematics, Lock, Own, Scaling, Settings};
+pub use settings::{Formulation, Kinematics, Lock, Own, Scaling, Settings};
 pub use suggest::suggest;
 pub(crate) use weak::test_functions;
 pub use weak::{NARROWEST, suggested_half_width};
@@ -46,18 +45,20 @@ pub use crate::sparse::Regressor;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
+pub use crate::dataset::base_excited;
+use crate::dataset::{Dataset, Prepared};
 use crate::model::{Model, Units};
-use crate::record::{Record, RecordSet, Role, Usage, metres};
-use crate::signal::{Facts, Signals};
+use crate::record::{Record, RecordSet, Usage};
+use crate::signal::Signals;
 use crate::simulate::{Response, Simulator};
-use crate::term::{Expression, Kind, Layout, Term};
+use crate::term::{Expression, Layout, Term};
 use known::candidate_terms;
 use regression::{Regression, fitted_states, sliding, standing};
-use response::{Drive, Responses};
+use response::Responses;
 
 /// A flag that stops a computation from outside; clones share it.
 #[derive(Clone, Debug, Default)]
@@ -90,10 +91,11 @@ const SHORTEST_STICK: f64 = 5.0;
 /// Runs studies and keeps what the next one can use again: a moved threshold smooths nothing anew.
 #[derive(Debug, Default)]
 pub struct Study {
-    layout: Layout,
-    records: Vec<Prepared>,
+    dataset: Dataset,
     /// The velocities whose sign the library takes.
     sliding: Vec<Expression>,
+    /// For each record, its signals and the samples at which something stands whose velocity's sign the library takes.
+    standing: Vec<(SameSignals, Arc<[Range<usize>]>)>,
     regression: Option<(RegressionKey, Arc<Regression>)>,
     responses: Responses,
     /// What the best of several rivals leaves that are refined along the same records, each in a study of its own: one that
@@ -103,52 +105,13 @@ pub struct Study {
     start: Option<Model>,
 }
 
-/// A record with what was computed of it alone.
-#[derive(Clone, Debug)]
-struct Prepared {
-    record: Arc<Record>,
-    facts: Arc<Facts>,
-    smoothing: Smoothing,
-    signals: Arc<Signals>,
-    /// What a simulation needs; none if none was asked for yet.
-    drive: OnceLock<Arc<Drive>>,
-    layout: Layout,
-    /// Samples at which something stands whose velocity's sign the library takes; none if not asked yet.
-    standing: Option<Arc<[Range<usize>]>>,
-}
-
-impl Prepared {
-    fn new(record: &Arc<Record>, layout: &Layout, smoothing: &Smoothing) -> Self {
-        let facts = Facts::of(record, layout);
-        Self::with_facts(record, layout, smoothing, facts)
-    }
-
-    fn with_facts(record: &Arc<Record>, layout: &Layout, smoothing: &Smoothing, facts: Arc<Facts>) -> Self {
-        let signals = Arc::new(Signals::new(record, layout, smoothing, &facts));
-        let (drive, layout) = (OnceLock::new(), *layout);
-        Self { record: Arc::clone(record), facts, smoothing: *smoothing, signals, drive, layout, standing: None }
-    }
-
-    fn drive(&self) -> &Arc<Drive> {
-        let Self { record, layout, facts, signals, .. } = self;
-        self.drive.get_or_init(|| Arc::new(Drive::new(record, layout, facts, signals, 0..record.len())))
-    }
-
-    /// Noise of what tells most of a degree of freedom; zero where nothing does.
-    fn sensor_noise(&self, freedom: usize) -> f64 {
-        let sensor = self.record.sensor(freedom).map(|c| c.role);
-        let index = self.record.channels.iter().position(|c| Some(c.role) == sensor);
-        index.and_then(|k| self.facts.channel_noise.get(k).copied()).unwrap_or(0.0)
-    }
-}
-
 /// What a regression's columns depend on; signals by identity, which their `Arc`s keep alive.
 #[derive(Debug, PartialEq)]
 struct RegressionKey {
     terms: Vec<Term>,
     fitted: Vec<usize>,
     smoothing: Smoothing,
-    form: Form,
+    form: Formulation,
     known: Vec<Known>,
     own: BTreeMap<usize, Own>,
     signals: Vec<SameSignals>,
@@ -184,7 +147,8 @@ impl Study {
         let simulating = Instant::now();
         let (outcomes, train, test) = self.simulate(records, &model, cancel)?;
         let elapsed = Elapsed { fit, simulate: milliseconds(simulating) };
-        let noise_floor = noise_floor(self.records.iter().zip(&records.entries).map(|(p, (_, usage))| (p, *usage)));
+        let noise_floor =
+            noise_floor(self.dataset.records.iter().zip(&records.entries).map(|(p, (_, usage))| (p, *usage)));
         let mut outcome = Outcome {
             settings: settings.clone(),
             model,
@@ -213,7 +177,7 @@ impl Study {
     /// # Errors
     /// Cancelled.
     pub fn horizon(&self, outcome: &Outcome, usage: Usage, cancel: &Cancel) -> Result<Option<Horizon>, StudyError> {
-        let of = |o: &RecordOutcome| self.records.iter().find(|p| Arc::ptr_eq(&p.record, &o.record));
+        let of = |o: &RecordOutcome| self.dataset.records.iter().find(|p| Arc::ptr_eq(&p.record, &o.record));
         let outcomes: Vec<&RecordOutcome> = outcome.records.iter().filter(|o| o.usage == usage).collect();
         let records: Vec<&Prepared> = outcomes.iter().filter_map(|o| of(o)).collect();
         let lasts = |(o, prepared): (&&RecordOutcome, &&Prepared)| {
@@ -271,7 +235,7 @@ impl Study {
         cancel: &Cancel,
     ) -> Result<Result<Refinement, &'static str>, StudyError> {
         let prepared: Vec<(&Prepared, Usage)> =
-            self.records.iter().zip(&records.entries).map(|(p, (_, usage))| (p, *usage)).collect();
+            self.dataset.records.iter().zip(&records.entries).map(|(p, (_, usage))| (p, *usage)).collect();
         let pairs = opposite::pairs(settings);
         let decided = |freedom: usize, term: &Term| {
             let settings = settings.of_equation(freedom);
@@ -290,36 +254,32 @@ impl Study {
         smoothing: &Smoothing,
         cancel: &Cancel,
     ) -> Result<(), StudyError> {
-        if self.layout != *layout {
-            *self = Self { layout: *layout, rivals: self.rivals.take(), start: self.start.take(), ..Self::default() };
+        if self.dataset.layout != *layout {
+            *self = Self { rivals: self.rivals.take(), start: self.start.take(), ..Self::default() };
         }
-        let mut prepared = Vec::with_capacity(records.entries.len());
-        for (record, _) in &records.entries {
-            cancel.check()?;
-            let known = self.records.iter().find(|p| Arc::ptr_eq(&p.record, record));
-            prepared.push(match known {
-                Some(known) if known.smoothing == *smoothing => known.clone(),
-                Some(known) => Prepared::with_facts(record, layout, smoothing, Arc::clone(&known.facts)),
-                None => Prepared::new(record, layout, smoothing),
-            });
-        }
-        self.responses.keep(&prepared);
-        self.records = prepared;
+        self.dataset.update(records, layout, smoothing, || cancel.check())?;
+        self.responses.keep(&self.dataset.records);
         Ok(())
     }
 
     /// Where each record stands, found anew only for other velocities or other records.
     fn find_standstills(&mut self, settings: &Settings) {
-        let sliding = sliding(&candidate_terms(settings, &self.layout));
-        let same = sliding == self.sliding;
-        for prepared in self.records.iter_mut().filter(|p| !same || p.standing.is_none()) {
-            prepared.standing = Some(standing(&sliding, &self.layout, &prepared.signals).into());
-        }
+        let layout = self.dataset.layout;
+        let sliding = sliding(&candidate_terms(settings, &layout));
+        let before = if sliding == self.sliding { std::mem::take(&mut self.standing) } else { Vec::new() };
+        let found = |prepared: &Prepared| {
+            let signals = SameSignals(Arc::clone(&prepared.signals));
+            let known = before.iter().find(|(s, _)| *s == signals).map(|(_, standing)| Arc::clone(standing));
+            let standing = known.unwrap_or_else(|| standing(&sliding, &layout, &prepared.signals).into());
+            (signals, standing)
+        };
+        self.standing = self.dataset.records.iter().map(found).collect();
         self.sliding = sliding;
     }
 
     fn regression(&mut self, records: &RecordSet, settings: &Settings) -> Result<Arc<Regression>, StudyError> {
         let signals = self
+            .dataset
             .records
             .iter()
             .zip(&records.entries)
@@ -327,8 +287,8 @@ impl Study {
             .map(|(prepared, _)| SameSignals(Arc::clone(&prepared.signals)))
             .collect();
         let key = RegressionKey {
-            terms: candidate_terms(settings, &self.layout),
-            fitted: fitted_states(&self.layout, settings.kinematics),
+            terms: candidate_terms(settings, &self.dataset.layout),
+            fitted: fitted_states(&self.dataset.layout, settings.kinematics),
             smoothing: settings.smoothing,
             form: settings.form,
             known: settings.known.clone(),
@@ -341,8 +301,9 @@ impl Study {
             return Ok(Arc::clone(regression));
         }
         let signals: Vec<Arc<Signals>> = key.signals.iter().map(|s| Arc::clone(&s.0)).collect();
-        let basis = regression::basis(&self.layout, &key.terms, &signals, key.form, &key.fitted)?;
-        let regression = Regression::new(&self.layout, &key.terms, &signals, &key.smoothing, &basis, &key.fitted)?;
+        let basis = regression::basis(&self.dataset.layout, &key.terms, &signals, key.form, &key.fitted)?;
+        let regression =
+            Regression::new(&self.dataset.layout, &key.terms, &signals, &key.smoothing, &basis, &key.fitted)?;
         let regression = Arc::new(regression.bounded(settings));
         self.regression = Some((key, Arc::clone(&regression)));
         Ok(regression)
@@ -356,7 +317,7 @@ impl Study {
         model: &Model,
         records: &[RecordOutcome],
     ) -> Option<Vec<Vec<f64>>> {
-        let prepared = |o: &RecordOutcome| self.records.iter().find(|p| Arc::ptr_eq(&p.record, &o.record));
+        let prepared = |o: &RecordOutcome| self.dataset.records.iter().find(|p| Arc::ptr_eq(&p.record, &o.record));
         let fitted = records.iter().filter(|o| o.usage == Usage::Fit);
         let fitted: Option<Vec<bias::Responded>> = fitted.map(|o| Some((prepared(o)?, &o.states[..]))).collect();
         bias::shifts(regression, settings, model, &fitted?)
@@ -373,22 +334,24 @@ impl Study {
         let simulator = Simulator::new(model).map_err(|e| StudyError::Setting(e.to_string()))?;
         let mut pooled = [Some(score::Tally::default()); 2];
         let mut outcomes = Vec::with_capacity(records.entries.len());
-        for (prepared, (record, usage)) in self.records.iter().zip(&records.entries) {
+        let prepared = self.dataset.records.iter().zip(&self.standing);
+        for ((prepared, (_, standing)), (record, usage)) in prepared.zip(&records.entries) {
             if *usage == Usage::Off {
                 continue;
             }
             let response = self.responses.get(model, &simulator, prepared, cancel)?;
-            let mut channels = Vec::with_capacity(self.layout.freedoms);
+            let mut channels = Vec::with_capacity(self.dataset.layout.freedoms);
             let pool = &mut pooled[usize::from(*usage == Usage::HeldOut)];
             if response.diverged_at.is_some() {
                 *pool = None;
             }
-            for (i, symbol) in self.layout.state_symbols().take(self.layout.freedoms).enumerate() {
+            for (i, symbol) in self.dataset.layout.state_symbols().take(self.dataset.layout.freedoms).enumerate() {
                 let (Some(channel), Some(shown)) = (record.sensor(i), prepared.drive().outputs.get(i)) else {
                     continue;
                 };
                 let zero = prepared.drive().zeros[i];
-                let series: Vec<f64> = shown.of(&response, self.layout.freedoms).iter().map(|s| s + zero).collect();
+                let series: Vec<f64> =
+                    shown.of(&response, self.dataset.layout.freedoms).iter().map(|s| s + zero).collect();
                 let mut error = Vec::with_capacity(series.len());
                 let tally = score::Tally::compare(&channel.values, &series, &mut error);
                 if i == 0 {
@@ -402,7 +365,7 @@ impl Study {
                 signals: Arc::clone(&prepared.signals),
                 driven_as_measured: prepared.drive().as_measured,
                 states: response.states.clone(),
-                standing: prepared.standing.clone().unwrap_or_default(),
+                standing: Arc::clone(standing),
                 sticks: sticks(&response, prepared.record.interval),
                 channels,
                 diverged_at: response.diverged_at,
@@ -507,22 +470,4 @@ fn noise_floor<'a>(records: impl Iterator<Item = (&'a Prepared, Usage)>) -> Opti
 
 fn milliseconds(since: Instant) -> f64 {
     1e3 * since.elapsed().as_secs_f64()
-}
-
-fn is_length(unit: &str) -> bool {
-    !unit.is_empty() && metres(unit).is_some()
-}
-
-/// True if the layout's inputs move the base: a length or an angle in the displacement's unit, or a name that says so.
-///
-/// Two voltages are an instrument's input and output: the input stands for a force.
-pub fn base_excited(record: &Record, kind: Kind) -> bool {
-    let displacement = record.channel(Role::Displacement(0));
-    let input = record.channel(Role::Input(0));
-    match (kind, displacement, input) {
-        (Kind::SecondOrder, Some(x), Some(u)) => {
-            u.name.to_lowercase().contains("base") || (u.unit == x.unit && (u.unit == "rad" || is_length(&u.unit)))
-        }
-        _ => false,
-    }
 }

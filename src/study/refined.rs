@@ -3,7 +3,8 @@
 use super::calibrate::{Calibrated, Calibration};
 use super::known::Sign;
 use super::opposite::{Pair, Shared};
-use super::{Cancel, Covariance, Lock, Prepared, StudyError};
+use super::{Cancel, Covariance, Lock, StudyError};
+use crate::dataset::Prepared;
 use crate::model::Model;
 use crate::record::{Role, Usage};
 use crate::refine::{

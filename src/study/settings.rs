@@ -33,7 +33,7 @@ pub enum Kinematics {
 /// How an equation is held against the data.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Form {
+pub enum Formulation {
     /// At samples: rates are derivatives of smoothed states.
     #[default]
     Derivative,
@@ -79,7 +79,7 @@ pub struct Settings {
     /// Smoothing and differentiation.
     pub smoothing: Smoothing,
     /// How the equation is held against the data.
-    pub form: Form,
+    pub form: Formulation,
     /// The candidate library of each acceleration (second order) or state (first order).
     pub terms: Vec<Term>,
     /// Decisions about single terms; a term not in `terms` counts only if it is `In` or `Fixed`.

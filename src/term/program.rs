@@ -268,13 +268,13 @@ struct Compiler<'a> {
     layout: &'a Layout,
     surfaces: Option<&'a [Expression]>,
     constants: Vec<f64>,
-    known: Vec<(Expression, Place)>,
+    known: Vec<(Expression, Operand)>,
     operations: Vec<Operation>,
 }
 
 /// Where a value will be: constants and results are numbered apart until both counts are known.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Place {
+enum Operand {
     Slot(usize),
     Constant(usize),
     Result(usize),
@@ -323,16 +323,16 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    fn place(&mut self, e: &Expression) -> Place {
+    fn place(&mut self, e: &Expression) -> Operand {
         if let Some((_, place)) = self.known.iter().find(|(known, _)| known == e) {
             return *place;
         }
         let place = match e {
             Expression::Number(n) => {
                 self.constants.push(*n);
-                Place::Constant(self.constants.len() - 1)
+                Operand::Constant(self.constants.len() - 1)
             }
-            Expression::Symbol(s) => Place::Slot(Program::address(self.layout, *s)),
+            Expression::Symbol(s) => Operand::Slot(Program::address(self.layout, *s)),
             Expression::Sum(parts) => self.fold(parts, Operation::Add),
             Expression::Product(parts) => self.fold(parts, Operation::Multiply),
             Expression::Power(base, n) => {
@@ -352,7 +352,7 @@ impl<'a> Compiler<'a> {
         place
     }
 
-    fn call(&mut self, function: Function, arguments: &[Expression]) -> Place {
+    fn call(&mut self, function: Function, arguments: &[Expression]) -> Operand {
         // Held signs need bounds written with `|·|`; values alone are better computed as they stand.
         if self.surfaces.is_some()
             && let Some(plain) = without_bounds(function, arguments)
@@ -369,7 +369,7 @@ impl<'a> Compiler<'a> {
             _ => None,
         };
         match (held, function) {
-            (Some(k), Function::Sgn) => Place::Slot(symbol_count(self.layout) + k),
+            (Some(k), Function::Sgn) => Operand::Slot(symbol_count(self.layout) + k),
             (Some(k), _) => {
                 let a = operand(self.place(argument));
                 self.push(Operation::Multiply(symbol_count(self.layout) + k, a))
@@ -381,7 +381,7 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    fn fold(&mut self, parts: &[Expression], operation: fn(usize, usize) -> Operation) -> Place {
+    fn fold(&mut self, parts: &[Expression], operation: fn(usize, usize) -> Operation) -> Operand {
         let mut places = Vec::with_capacity(parts.len());
         for part in parts {
             places.push(self.place(part));
@@ -393,20 +393,20 @@ impl<'a> Compiler<'a> {
         sofar
     }
 
-    fn push(&mut self, operation: Operation) -> Place {
+    fn push(&mut self, operation: Operation) -> Operand {
         if let Some(k) = self.operations.iter().position(|known| *known == operation) {
-            return Place::Result(k);
+            return Operand::Result(k);
         }
         self.operations.push(operation);
-        Place::Result(self.operations.len() - 1)
+        Operand::Result(self.operations.len() - 1)
     }
 }
 
-fn operand(place: Place) -> usize {
+fn operand(place: Operand) -> usize {
     match place {
-        Place::Slot(k) => k,
-        Place::Constant(k) => CONSTANT + k,
-        Place::Result(k) => RESULT + k,
+        Operand::Slot(k) => k,
+        Operand::Constant(k) => CONSTANT + k,
+        Operand::Result(k) => RESULT + k,
     }
 }
 

@@ -1,6 +1,6 @@
 //! The lessons, in the order in which they are best gone through. A new one is an entry of this table.
 
-use super::{Course, Lesson, Start, Step};
+use super::{Course, Exercise, Lesson, Start};
 use crate::app::state::{Room, Sample};
 use crate::app::views::View;
 use crate::rig::{EffectValue, ExcitationChoice, RigDrive, RigSettings};
@@ -9,8 +9,8 @@ use crate::study::Scaling;
 /// Segment, in main periods, from which on smoothing flattens the motion.
 const QUARTER: f64 = 0.25;
 
-const fn step(task: &'static str, seen: &'static str, done: fn(&Course<'_>) -> bool) -> Step {
-    Step { task, seen, done }
+const fn step(task: &'static str, seen: &'static str, done: fn(&Course<'_>) -> bool) -> Exercise {
+    Exercise { task, seen, done }
 }
 
 /// A rig of one mass with an effect whose numbers are given.

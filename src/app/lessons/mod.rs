@@ -26,7 +26,7 @@ pub(crate) struct Lesson {
     /// What it is about, in one sentence.
     pub(crate) about: &'static str,
     pub(crate) start: Start,
-    pub(crate) steps: &'static [Step],
+    pub(crate) steps: &'static [Exercise],
     /// What to take along.
     pub(crate) closing: &'static str,
 }
@@ -53,7 +53,7 @@ impl Start {
 }
 
 /// One thing to do.
-pub(crate) struct Step {
+pub(crate) struct Exercise {
     /// What to do, in one or two sentences.
     pub(crate) task: &'static str,
     /// What was seen, once it is done.

@@ -6,7 +6,7 @@ use egui::{RichText, ScrollArea, Ui, vec2};
 
 use super::figures::{self, Figure};
 use super::plots::{self, Frame, Panel, Trace};
-use super::{Act, Missing, Sight, Step, cards, compare, stage_color, stands, words};
+use super::{Act, Missing, RoundStep, Sight, cards, compare, stage_color, stands, words};
 use crate::gap::{Candidate, Stage};
 use crate::record::Usage;
 
@@ -131,7 +131,7 @@ pub(super) fn overlay(
         height,
     };
     for plot in plots::stack(ui, &mut room.plots, &frame, &panels) {
-        figures::menu(&plot.response, &Figure::Time(Step::Add), || plots::table(&frame, &panels), acts);
+        figures::menu(&plot.response, &Figure::Time(RoundStep::Add), || plots::table(&frame, &panels), acts);
     }
 }
 
@@ -174,7 +174,7 @@ fn buttons(
         };
         ui.add(egui::Label::new(RichText::new(text).strong()).truncate());
         if next.is_none() && ui.link("what is left").clicked() {
-            acts.push(Act::Go(Step::Verify));
+            acts.push(Act::Go(RoundStep::Verify));
         }
     });
 }

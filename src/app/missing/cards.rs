@@ -153,7 +153,7 @@ pub(super) fn card(
     let full = format!("{}\n\n{reason}\n{confused}", candidate.explanation);
     if response.on_hover_text(full.trim()).clicked() {
         acts.push(Act::Select(candidate.choice.clone()));
-        acts.push(Act::Go(super::Step::Add));
+        acts.push(Act::Go(super::RoundStep::Add));
     }
 }
 

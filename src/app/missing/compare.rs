@@ -7,7 +7,7 @@ use egui::{RichText, Ui, vec2};
 
 use super::figures::{self, Figure};
 use super::plots::{self, Frame, Panel, Trace};
-use super::{Act, Missing, Sight, Step, cards, map, stage_color, stands, words};
+use super::{Act, Missing, RoundStep, Sight, cards, map, stage_color, stands, words};
 use crate::app::plot::palette::{self, Ink};
 use crate::app::theme;
 use crate::format::number::significant;
@@ -143,7 +143,7 @@ pub(super) fn time(
     let panels = [response, gap, force];
     for plot in plots::stack(ui, &mut room.plots, &frame, &panels) {
         let table = || plots::table(&frame, &panels);
-        figures::menu(&plot.response, &Figure::Time(Step::Compare), table, acts);
+        figures::menu(&plot.response, &Figure::Time(RoundStep::Compare), table, acts);
     }
 }
 

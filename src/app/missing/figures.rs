@@ -2,7 +2,7 @@
 
 use egui::{Context, Response, Ui};
 
-use super::{Act, Missing, Sight, Step, add, compare, map, plots, verify, waterfall};
+use super::{Act, Missing, RoundStep, Sight, add, compare, map, plots, verify, waterfall};
 use crate::app::bench::Bench;
 use crate::app::plot::export::csv;
 use crate::app::plot::palette;
@@ -16,7 +16,7 @@ use crate::report::FigureSize;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Figure {
     /// The plots over time of the step that is in view.
-    Time(Step),
+    Time(RoundStep),
     /// The missing force over displacement and velocity.
     Map,
     /// The missing force along one quantity.
@@ -31,8 +31,8 @@ impl Figure {
     /// What it is called, in the title of the panel and in the name of the file.
     pub(crate) fn name(&self) -> &'static str {
         match self {
-            Self::Time(Step::Add) => "preview",
-            Self::Time(Step::Verify) => "before and after",
+            Self::Time(RoundStep::Add) => "preview",
+            Self::Time(RoundStep::Verify) => "before and after",
             Self::Time(_) => "gap",
             Self::Map => "map",
             Self::Profile => "missing force",
@@ -64,8 +64,8 @@ impl Missing {
     /// The figure that is saved without one being pointed at.
     pub(crate) fn main_figure(&self) -> Figure {
         match (self.step, &self.selected) {
-            (Step::Name, Some(choice)) => Figure::Curve(choice.clone()),
-            (Step::Name, None) => Figure::Profile,
+            (RoundStep::Name, Some(choice)) => Figure::Curve(choice.clone()),
+            (RoundStep::Name, None) => Figure::Profile,
             (step, _) => Figure::Time(step),
         }
     }
@@ -97,13 +97,13 @@ fn draw(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, figure: &Figure) -> 
     let (size, acceleration) = (ui.available_size(), &sight.subject.acceleration);
     let acts = &mut Vec::new();
     match figure {
-        Figure::Time(Step::Add) => {
+        Figure::Time(RoundStep::Add) => {
             let before = sight.stage()?;
             let after = add::looked_at(room, sight).and_then(|c| sight.with(&c.choice));
             let record = before.traces.get(room.record)?.record.clone();
             add::overlay(ui, room, sight, (before, after, &record), size.y, acts);
         }
-        Figure::Time(Step::Verify) => {
+        Figure::Time(RoundStep::Verify) => {
             let stages = sight.stages();
             let trace = stages.last()?.traces.get(verify::record_shown(room, stages.last()?))?.clone();
             verify::before_and_after(ui, room, sight, (&stages, &trace), size.y, acts);

@@ -38,7 +38,7 @@ use crate::term::{Kind, Term};
 use figures::Figure;
 use keep::Shelf;
 use subject::Subject;
-pub(crate) use walk::Step;
+pub(crate) use walk::RoundStep;
 pub use walk::{Base, Walk};
 use work::{Event, Key, Question, Want, Work};
 
@@ -52,7 +52,7 @@ pub(crate) enum Act {
     /// Stop.
     Cancel,
     /// Go to a step.
-    Go(Step),
+    Go(RoundStep),
     /// Choose a candidate.
     Select(Choice),
     /// Fit a candidate that was only screened.
@@ -122,7 +122,7 @@ pub(crate) struct Missing {
     revealed: bool,
     /// Stopped by hand: nothing is asked for by itself until something changes.
     stopped: bool,
-    step: Step,
+    step: RoundStep,
     /// The candidate that is looked at.
     selected: Option<Choice>,
     /// Candidates that were passed over.
@@ -236,7 +236,7 @@ impl Missing {
             by_itself: false,
             revealed: false,
             stopped: false,
-            step: Step::default(),
+            step: RoundStep::default(),
             selected: None,
             skipped: Vec::new(),
             hovered: None,
@@ -269,12 +269,12 @@ impl Missing {
     }
 
     /// The step that is in view.
-    pub(crate) fn step(&self) -> Step {
+    pub(crate) fn step(&self) -> RoundStep {
         self.step
     }
 
     /// Begins with a step in view: that of a walk that comes back.
-    pub(crate) fn begin_at(&mut self, step: Step) {
+    pub(crate) fn begin_at(&mut self, step: RoundStep) {
         self.forget();
         self.step = step;
     }
@@ -411,7 +411,7 @@ impl Missing {
         self.shelf.put_aside();
         self.known = Known::default();
         self.pass_over();
-        (self.step, self.record, self.verified, self.revealed) = (Step::Compare, 0, None, false);
+        (self.step, self.record, self.verified, self.revealed) = (RoundStep::Compare, 0, None, false);
         (self.site, self.profile) = (None, None);
     }
 
@@ -436,7 +436,7 @@ impl Missing {
         match act {
             Act::Look => {
                 self.pass_over();
-                self.step = Step::Compare;
+                self.step = RoundStep::Compare;
                 self.known.rounds.remove(&edit.walk.accepted);
                 self.known.conclusions.remove(&edit.walk.accepted);
                 self.ask(bench, edit, Want::Look);
@@ -450,7 +450,7 @@ impl Missing {
                 edit.walk = Walk::default();
                 self.known.failure = None;
                 self.pass_over();
-                self.step = Step::Compare;
+                self.step = RoundStep::Compare;
             }
             Act::Reveal => self.revealed = true,
             Act::Go(step) => self.step = step,
@@ -476,7 +476,7 @@ impl Missing {
                 };
                 edit.walk.accepted = accepted;
                 self.pass_over();
-                self.step = Step::Verify;
+                self.step = RoundStep::Verify;
                 self.ask(bench, edit, Want::Conclusion);
             }
             // The window does these: they concern more than the room.
@@ -484,7 +484,11 @@ impl Missing {
             Act::Undo => {
                 edit.walk.accepted.pop();
                 self.pass_over();
-                self.step = if self.known.rounds.contains_key(&edit.walk.accepted) { Step::Add } else { Step::Compare };
+                self.step = if self.known.rounds.contains_key(&edit.walk.accepted) {
+                    RoundStep::Add
+                } else {
+                    RoundStep::Compare
+                };
             }
         }
     }
@@ -526,10 +530,10 @@ impl Missing {
                     ui.centered_and_justified(|ui| ui.weak("fitting the base model…"));
                 }
                 (None, Some(stage)) => match self.step {
-                    Step::Compare => compare::show(ui, self, &sight, stage, &mut acts),
-                    Step::Name => name::show(ui, self, &sight, &mut acts),
-                    Step::Add => add::show(ui, self, &sight, stage, &mut acts),
-                    Step::Verify => verify::show(ui, self, &sight, &mut acts),
+                    RoundStep::Compare => compare::show(ui, self, &sight, stage, &mut acts),
+                    RoundStep::Name => name::show(ui, self, &sight, &mut acts),
+                    RoundStep::Add => add::show(ui, self, &sight, stage, &mut acts),
+                    RoundStep::Verify => verify::show(ui, self, &sight, &mut acts),
                 },
             }
         });
@@ -558,7 +562,11 @@ impl Missing {
         if let Some(truth) = bench.truth.as_ref().filter(|_| self.revealed) {
             findings::truth(ui, &sight, truth);
         }
-        findings::show(ui, &sight, self.hovered.as_ref().or(self.selected.as_ref()).filter(|_| self.step == Step::Add));
+        findings::show(
+            ui,
+            &sight,
+            self.hovered.as_ref().or(self.selected.as_ref()).filter(|_| self.step == RoundStep::Add),
+        );
     }
 }
 

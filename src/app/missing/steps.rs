@@ -2,7 +2,7 @@
 
 use egui::{Align, Color32, Layout, Rect, RichText, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 
-use super::{Act, Missing, Sight, Step, base, stands, work};
+use super::{Act, Missing, RoundStep, Sight, base, stands, work};
 use crate::app::theme::{self, ROW};
 use crate::gap::Standing;
 
@@ -44,19 +44,19 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, hidden: b
 }
 
 /// How far the walk can be walked.
-fn reached(sight: &Sight<'_>, step: Step) -> bool {
+fn reached(sight: &Sight<'_>, step: RoundStep) -> bool {
     match step {
-        Step::Compare => true,
-        Step::Name | Step::Add => !sight.candidates().is_empty(),
-        Step::Verify => !sight.walk.accepted.is_empty() || sight.round().is_some_and(|r| work::ends(r)),
+        RoundStep::Compare => true,
+        RoundStep::Name | RoundStep::Add => !sight.candidates().is_empty(),
+        RoundStep::Verify => !sight.walk.accepted.is_empty() || sight.round().is_some_and(|r| work::ends(r)),
     }
 }
 
-fn stepper(ui: &mut Ui, shown: Step, sight: &Sight<'_>, acts: &mut Vec<Act>) {
+fn stepper(ui: &mut Ui, shown: RoundStep, sight: &Sight<'_>, acts: &mut Vec<Act>) {
     ui.spacing_mut().item_spacing.x = 0.0;
     let colors = theme::accents(sight.dark);
     let roomy = ui.available_width() >= ROOMY;
-    for (k, step) in Step::ALL.into_iter().enumerate() {
+    for (k, step) in RoundStep::ALL.into_iter().enumerate() {
         let (on, ready) = (shown == step, reached(sight, step));
         let color = match (on, ready) {
             (true, _) => ui.visuals().strong_text_color(),
@@ -88,9 +88,10 @@ fn stepper(ui: &mut Ui, shown: Step, sight: &Sight<'_>, acts: &mut Vec<Act>) {
         if response.on_hover_text(format!("{}: {}", step.label(), step.tooltip())).clicked() {
             acts.push(Act::Go(step));
         }
-        if k + 1 < Step::ALL.len() {
+        if k + 1 < RoundStep::ALL.len() {
             let (line, _) = ui.allocate_exact_size(vec2(16.0, HEIGHT), Sense::hover());
-            let stroke = Stroke::new(1.5, if reached(sight, Step::ALL[k + 1]) { colors.accent } else { colors.line });
+            let stroke =
+                Stroke::new(1.5, if reached(sight, RoundStep::ALL[k + 1]) { colors.accent } else { colors.line });
             ui.painter().hline(line.x_range().shrink(2.0), line.center().y, stroke);
         }
     }
@@ -103,28 +104,32 @@ fn primary(ui: &mut Ui, room: &Missing, sight: &Sight<'_>, acts: &mut Vec<Act>) 
     let ends = sight.round().is_some_and(|r| work::ends(r));
     let (text, hint, act): (&str, &str, Option<Vec<Act>>) = match room.step {
         _ if sight.stage().is_none() => ("Find what's missing", "The base model is being fitted", None),
-        Step::Compare if !begun => (
+        RoundStep::Compare if !begun => (
             "Find what's missing",
             "Look for a gap beyond noise, and for the effects that would close it",
             Some(vec![Act::Look]),
         ),
-        Step::Compare if ends => ("Next", "Nothing can be named: see what is left", Some(vec![Act::Go(Step::Verify)])),
-        Step::Compare => {
-            let ready = !sight.candidates().is_empty();
-            ("Next", "Which effect is it?", ready.then(|| vec![Act::Go(Step::Name)]))
+        RoundStep::Compare if ends => {
+            ("Next", "Nothing can be named: see what is left", Some(vec![Act::Go(RoundStep::Verify)]))
         }
-        Step::Name | Step::Add if !begun => {
+        RoundStep::Compare => {
+            let ready = !sight.candidates().is_empty();
+            ("Next", "Which effect is it?", ready.then(|| vec![Act::Go(RoundStep::Name)]))
+        }
+        RoundStep::Name | RoundStep::Add if !begun => {
             ("Find what's missing", "Look for the effects that would close the gap", Some(vec![Act::Look]))
         }
-        Step::Name if ends => ("Next", "Nothing can be named: see what is left", Some(vec![Act::Go(Step::Verify)])),
-        Step::Name => {
+        RoundStep::Name if ends => {
+            ("Next", "Nothing can be named: see what is left", Some(vec![Act::Go(RoundStep::Verify)]))
+        }
+        RoundStep::Name => {
             let hint = match first {
                 None if sight.site.is_some() => "No effect stands at the place that was picked",
                 _ => "See what the likeliest effect does to the response",
             };
-            ("Next", hint, first.map(|choice| vec![Act::Select(choice), Act::Go(Step::Add)]))
+            ("Next", hint, first.map(|choice| vec![Act::Select(choice), Act::Go(RoundStep::Add)]))
         }
-        Step::Add => {
+        RoundStep::Add => {
             let chosen = room.selected.clone().or(first);
             let candidate = chosen.as_ref().and_then(|c| sight.candidates().iter().find(|o| o.choice == *c));
             match candidate {
@@ -143,9 +148,11 @@ fn primary(ui: &mut Ui, room: &Missing, sight: &Sight<'_>, acts: &mut Vec<Act>) 
                 None => ("Accept", "Choose an effect first", None),
             }
         }
-        Step::Verify if sight.looking() => ("Look again", "A look is under way", None),
-        Step::Verify if ends => ("Look again", "There is nothing left to look for that these data can show", None),
-        Step::Verify => ("Look again", "Ask what is still missing from the model as it stands", Some(vec![Act::Look])),
+        RoundStep::Verify if sight.looking() => ("Look again", "A look is under way", None),
+        RoundStep::Verify if ends => ("Look again", "There is nothing left to look for that these data can show", None),
+        RoundStep::Verify => {
+            ("Look again", "Ask what is still missing from the model as it stands", Some(vec![Act::Look]))
+        }
     };
     let colors = theme::accents(sight.dark);
     let ink = if sight.dark { Color32::BLACK } else { Color32::WHITE };

@@ -8,7 +8,7 @@ use egui::{RichText, ScrollArea, Ui, vec2};
 
 use super::figures::{self, Figure};
 use super::plots::{self, Frame, Panel, Trace};
-use super::{Act, Missing, Sight, Step, compare, map, stage_color, waterfall, words};
+use super::{Act, Missing, RoundStep, Sight, compare, map, stage_color, waterfall, words};
 use crate::app::theme;
 use crate::app::widgets::card;
 use crate::record::Usage;
@@ -142,7 +142,7 @@ pub(super) fn before_and_after(
     };
     let panels = [plain(&sensor.symbol, traces, 1.2), gap];
     for plot in plots::stack(ui, &mut room.plots, &frame, &panels) {
-        figures::menu(&plot.response, &Figure::Time(Step::Verify), || plots::table(&frame, &panels), acts);
+        figures::menu(&plot.response, &Figure::Time(RoundStep::Verify), || plots::table(&frame, &panels), acts);
     }
 }
 

@@ -29,7 +29,7 @@ pub struct Walk {
 /// One of the four steps of a round.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Step {
+pub(crate) enum RoundStep {
     /// Where do response and measurement part?
     #[default]
     Compare,
@@ -41,7 +41,7 @@ pub(crate) enum Step {
     Verify,
 }
 
-impl Step {
+impl RoundStep {
     pub(crate) const ALL: [Self; 4] = [Self::Compare, Self::Name, Self::Add, Self::Verify];
 
     pub(crate) fn label(self) -> &'static str {

@@ -7,7 +7,7 @@ use crate::app::commands::Command;
 use crate::app::theme::ROW;
 use crate::app::widgets::{Setting, Spread, row, section};
 use crate::format::number::significant_trimmed;
-use crate::study::{Differentiation, Form, NARROWEST};
+use crate::study::{Differentiation, Formulation, NARROWEST};
 
 const METHODS: [(Differentiation, &str, &str); 7] = [
     (
@@ -49,16 +49,20 @@ const METHODS: [(Differentiation, &str, &str); 7] = [
     ),
 ];
 
-const FORMS: [(Form, &str, &str); 3] = [
-    (Form::Derivative, "at samples", "The equation holds at each sample, between derivatives of the smoothed motion"),
+const FORMS: [(Formulation, &str, &str); 3] = [
     (
-        Form::Weak { half_width: None },
+        Formulation::Derivative,
+        "at samples",
+        "The equation holds at each sample, between derivatives of the smoothed motion",
+    ),
+    (
+        Formulation::Weak { half_width: None },
         "weak form",
         "The equation holds in averages over test functions, which take the derivatives off the measurement: smoothing \
          then biases nothing but forces that are not linear, and the sensor's noise is weighed out",
     ),
     (
-        Form::Integral,
+        Formulation::Integral,
         "integral form",
         "The equation is integrated once over time: velocities are held against integrals of the terms, and no \
          acceleration is needed",
@@ -163,7 +167,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
 fn form(ui: &mut Ui, desk: &mut Desk<'_>) {
     let form = &mut desk.edit.settings.form;
     row(ui, "Equation", "How the equation is held against the data", |ui| {
-        let same = |a: &Form, b: &Form| std::mem::discriminant(a) == std::mem::discriminant(b);
+        let same = |a: &Formulation, b: &Formulation| std::mem::discriminant(a) == std::mem::discriminant(b);
         let shown = FORMS.iter().find(|(f, ..)| same(f, form)).map_or("", |(_, label, _)| label);
         let width = ui.available_width();
         let combo = egui::ComboBox::from_id_salt("form").width(width).selected_text(shown).show_ui(ui, |ui| {
@@ -176,7 +180,7 @@ fn form(ui: &mut Ui, desk: &mut Desk<'_>) {
         });
         combo.response.accessible_name("Equation");
     });
-    let Form::Weak { half_width } = form else { return };
+    let Formulation::Weak { half_width } = form else { return };
     let usage = &desk.edit.usage;
     let longest = (desk.bench.shortest(usage) / 4).max(NARROWEST + 1);
     let suggested = desk.bench.suggested_half_width().unwrap_or(NARROWEST).clamp(NARROWEST, longest);

@@ -3,13 +3,13 @@
 use egui::{Id, Stroke, Ui, WidgetInfo};
 use egui_plot::{GridInput, GridMark, Line, Plot, PlotPoints, Points};
 
-use super::map::{self, Quantity, Sign};
+use super::map::{self, Marker, Quantity};
 use super::panel::{self, AXIS_WIDTH};
 use super::scene::Scene;
 use super::{Picture, Request, View, ViewState, legend};
 use crate::app::plot::{axis, palette};
 use crate::format::palette::Ink;
-use crate::study::{Cell, Landscape, Place};
+use crate::study::{Cell, GridPoint, Landscape};
 
 const ID: &str = "front";
 
@@ -73,9 +73,9 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, picture: &Picture<'_>, state:
     let frame = *response.transform.frame();
     let position = |p: [f64; 2]| response.transform.position_from_point(&p.into());
     let signs = [
-        (map.best.and_then(|p| point(map, p)), Sign::Best),
-        (map.parsimonious.and_then(|p| point(map, p)), Sign::Parsimonious),
-        (now, Sign::Now),
+        (map.best.and_then(|p| point(map, p)), Marker::Best),
+        (map.parsimonious.and_then(|p| point(map, p)), Marker::Parsimonious),
+        (now, Marker::Now),
     ];
     for (at, sign) in signs {
         if let Some(at) = at.map(position).filter(|at| frame.contains(*at)) {
@@ -88,7 +88,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, picture: &Picture<'_>, state:
         ui.ctx().request_repaint();
     }
     if let Some(pointer) = plot.hover_pos().filter(|_| !plot.dragged() && !state.printing) {
-        let distance = |p: &&(Place, [f64; 2])| position(p.1).distance(pointer);
+        let distance = |p: &&(GridPoint, [f64; 2])| position(p.1).distance(pointer);
         let near = points.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).filter(|p| distance(p) < REACH);
         if let Some((place, _)) = near {
             if plot.clicked() {
@@ -111,11 +111,11 @@ fn whole_marks(input: GridInput) -> Vec<GridMark> {
 }
 
 /// Every setting that did not fail, with its terms and log₁₀ of its error.
-fn points(map: &Landscape) -> Vec<(Place, [f64; 2])> {
+fn points(map: &Landscape) -> Vec<(GridPoint, [f64; 2])> {
     map.known().filter_map(|(place, _)| Some((place, point(map, place)?))).collect()
 }
 
-fn point(map: &Landscape, place: Place) -> Option<[f64; 2]> {
+fn point(map: &Landscape, place: GridPoint) -> Option<[f64; 2]> {
     dot(map.cell(place)?)
 }
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::scene::Scene;
 use super::{Picture, Request, ViewState, legend, panel};
 use crate::app::plot::{export, number, palette, pointer};
-use crate::study::{Cell, Judge, Landscape, Place};
+use crate::study::{Cell, GridPoint, Judge, Landscape};
 
 /// What the map is coloured by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -166,12 +166,12 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, picture: &Picture<'_>, state:
     let settings = &scene.outcome.settings;
     let now = grid.position(settings.smoothing.window as f64, settings.threshold);
     if let Some(place) = map.best {
-        mark(ui, grid.cell(place).center(), Sign::Best);
+        mark(ui, grid.cell(place).center(), Marker::Best);
     }
     if let Some(place) = map.parsimonious {
-        mark(ui, grid.cell(place).center(), Sign::Parsimonious);
+        mark(ui, grid.cell(place).center(), Marker::Parsimonious);
     }
-    mark(ui, now, Sign::Now);
+    mark(ui, now, Marker::Now);
     let mut asked = None;
     if let Some(place) = response.hover_pos().and_then(|p| grid.place(p)).filter(|_| !state.printing) {
         ui.painter().rect_stroke(grid.cell(place), 0.0, Stroke::new(1.0, Color32::WHITE), StrokeKind::Inside);
@@ -204,7 +204,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, picture: &Picture<'_>, state:
 }
 
 /// What a place asks for.
-pub(super) fn take(map: &Landscape, (window, threshold): Place) -> Request {
+pub(super) fn take(map: &Landscape, (window, threshold): GridPoint) -> Request {
     Request::Set { window: Some(map.windows[window]), threshold: map.thresholds[threshold] }
 }
 
@@ -215,14 +215,14 @@ struct Grid<'a> {
 }
 
 impl Grid<'_> {
-    fn cell(&self, (window, threshold): Place) -> Rect {
+    fn cell(&self, (window, threshold): GridPoint) -> Rect {
         let (columns, rows) = (self.map.thresholds.len() as f32, self.map.windows.len() as f32);
         let x = |k: usize| self.frame.left() + self.frame.width() * k as f32 / columns;
         let y = |k: usize| self.frame.bottom() - self.frame.height() * k as f32 / rows;
         Rect::from_min_max(pos2(x(threshold), y(window + 1)), pos2(x(threshold + 1), y(window)))
     }
 
-    fn place(&self, at: Pos2) -> Option<Place> {
+    fn place(&self, at: Pos2) -> Option<GridPoint> {
         if !self.frame.contains(at) {
             return None;
         }
@@ -359,13 +359,13 @@ fn scale(ui: &Ui, scene: &Scene<'_>, shades: &Shades, map: &Landscape, frame: Re
 
 /// A place that is marked.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Sign {
+pub(super) enum Marker {
     Now,
     Best,
     Parsimonious,
 }
 
-impl Sign {
+impl Marker {
     const ALL: [(Self, &'static str); 3] = [
         (Self::Now, "now"),
         (Self::Best, "smallest error"),
@@ -374,19 +374,19 @@ impl Sign {
 }
 
 /// Draws a sign: white with a dark edge, so that it shows on every colour.
-pub(super) fn mark(ui: &Ui, at: Pos2, sign: Sign) {
+pub(super) fn mark(ui: &Ui, at: Pos2, sign: Marker) {
     let painter = ui.painter();
     let (dark, light) = (Stroke::new(4.0, Color32::BLACK), Stroke::new(2.0, Color32::WHITE));
     for stroke in [dark, light] {
         match sign {
-            Sign::Now => {
+            Marker::Now => {
                 painter.circle_stroke(at, 7.0, stroke);
             }
-            Sign::Best => {
+            Marker::Best => {
                 painter.line_segment([at - vec2(5.0, 5.0), at + vec2(5.0, 5.0)], stroke);
                 painter.line_segment([at - vec2(5.0, -5.0), at + vec2(5.0, -5.0)], stroke);
             }
-            Sign::Parsimonious => {
+            Marker::Parsimonious => {
                 let corners = [vec2(0.0, -9.0), vec2(9.0, 0.0), vec2(0.0, 9.0), vec2(-9.0, 0.0)];
                 painter.add(egui::Shape::closed_line(corners.map(|c| at + c).to_vec(), stroke));
             }
@@ -401,16 +401,16 @@ pub(super) fn signs(ui: &mut Ui, map: &Landscape, printing: bool) -> Option<Requ
 
 fn row(ui: &mut Ui, map: &Landscape, printing: bool) -> Option<Request> {
     let mut asked = None;
-    for (sign, text) in Sign::ALL {
-        if sign != Sign::Now {
+    for (sign, text) in Marker::ALL {
+        if sign != Marker::Now {
             ui.add_space(10.0);
         }
         let (rect, _) = ui.allocate_exact_size(vec2(20.0, legend::HEIGHT), Sense::hover());
         mark(ui, rect.center(), sign);
         let place = match sign {
-            Sign::Now => None,
-            Sign::Best => map.best,
-            Sign::Parsimonious => map.parsimonious,
+            Marker::Now => None,
+            Marker::Best => map.best,
+            Marker::Parsimonious => map.parsimonious,
         };
         match place.filter(|_| !printing) {
             None => {
@@ -428,7 +428,7 @@ fn row(ui: &mut Ui, map: &Landscape, printing: bool) -> Option<Request> {
 }
 
 /// What is known of a cell, at the pointer.
-pub(super) fn tooltip(response: &egui::Response, map: &Landscape, place: Place) {
+pub(super) fn tooltip(response: &egui::Response, map: &Landscape, place: GridPoint) {
     let Some(cell) = map.cell(place) else { return };
     pointer::tooltip(response).show(|ui| {
         let color = ui.visuals().text_color();
@@ -459,7 +459,7 @@ pub(super) fn table(map: &Landscape) -> String {
         "whiteness",
     ]
     .map(str::to_owned);
-    let known: Vec<(Place, &Cell)> = map.known().collect();
+    let known: Vec<(GridPoint, &Cell)> = map.known().collect();
     export::csv(&headers, known.len(), |row, column| {
         let ((window, threshold), cell) = known[row];
         Some(match column {

@@ -1,4 +1,4 @@
-use super::{Axis, Form, Setting, Sign, coefficient, fixed};
+use super::{Axis, Direction, Form, Setting, coefficient, fixed};
 use crate::term::{Expression, Term};
 
 /// Damping that is smooth in the velocity.
@@ -18,7 +18,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                     formula,
                     form: frame.form.clone(),
                     site: Some(frame.site),
-                    coefficients: vec![coefficient(name, dimension.0, dimension.1, Sign::Against)],
+                    coefficients: vec![coefficient(name, dimension.0, dimension.1, Direction::Against)],
                     inner: Vec::new(),
                     contains: &[],
                     axis: Axis::Velocity,

@@ -1,7 +1,7 @@
 use std::f64::consts::TAU;
 
 use super::super::site::Site;
-use super::{Addition, Axis, Form, Inner, Setting, Sign, coefficient, even, fixed, shared, with_words};
+use super::{Addition, Axis, Direction, Form, Inner, Setting, coefficient, even, fixed, shared, with_words};
 use crate::simulate::Delays;
 use crate::term::{Expression, Symbol, Term};
 
@@ -21,7 +21,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             explanation: "The spring gets stiffer or softer in the course of the record, as by warming.",
             separates: "the same amplitude early and late in the record",
             formula: r"\frac{dk}{dt}\,t\,r",
-            coefficients: vec![coefficient("dk/dt", 0, -3, Sign::Any)],
+            coefficients: vec![coefficient("dk/dt", 0, -3, Direction::Any)],
             inner: Vec::new(),
             contains: &[],
             axis: Axis::Time,
@@ -46,7 +46,7 @@ fn constant(setting: &Setting, forms: &mut Vec<Form>) {
             formula: r"b",
             form: frame.form,
             site: Some(frame.site),
-            coefficients: vec![coefficient("b", 1, -2, Sign::Any)],
+            coefficients: vec![coefficient("b", 1, -2, Direction::Any)],
             inner: Vec::new(),
             contains: &[],
             axis: Axis::Time,
@@ -74,7 +74,7 @@ fn inputs(setting: &Setting, (index, largest): (usize, f64), forms: &mut Vec<For
                 formula,
                 form: with_words(&frame.form, &which),
                 site: Some(site),
-                coefficients: vec![coefficient(name, dimension.0, dimension.1, Sign::Any)],
+                coefficients: vec![coefficient(name, dimension.0, dimension.1, Direction::Any)],
                 inner: Vec::new(),
                 contains: &[],
                 axis: Axis::Input(index),
@@ -174,7 +174,10 @@ fn harmonics(setting: &Setting, forms: &mut Vec<Form>) {
             formula: r"P_{\cos}\cos 2\pi f t+P_{\sin}\sin 2\pi f t",
             form: frame.form,
             site: Some(frame.site),
-            coefficients: vec![coefficient("P cos", 1, -2, Sign::Any), coefficient("P sin", 1, -2, Sign::Any)],
+            coefficients: vec![
+                coefficient("P cos", 1, -2, Direction::Any),
+                coefficient("P sin", 1, -2, Direction::Any),
+            ],
             inner: vec![frequencies(&setting.lines)],
             contains: &["constant_force"],
             axis: Axis::Time,
@@ -194,7 +197,10 @@ fn harmonics(setting: &Setting, forms: &mut Vec<Form>) {
             formula: r"(k_{p,\cos}\cos 2\pi f t+k_{p,\sin}\sin 2\pi f t)\,r",
             form: frame.form,
             site: Some(frame.site),
-            coefficients: vec![coefficient("k_p cos", 0, -2, Sign::Any), coefficient("k_p sin", 0, -2, Sign::Any)],
+            coefficients: vec![
+                coefficient("k_p cos", 0, -2, Direction::Any),
+                coefficient("k_p sin", 0, -2, Direction::Any),
+            ],
             inner: vec![frequencies(&setting.pulsations)],
             contains: &["stiffness_drift", "linear_stiffness"],
             axis: Axis::Time,

@@ -1,4 +1,4 @@
-use super::{Addition, Axis, Form, Inner, Setting, Sign, coefficient, fixed, logarithmic, shared};
+use super::{Addition, Axis, Direction, Form, Inner, Setting, coefficient, fixed, logarithmic, shared};
 use crate::term::Term;
 
 /// Dry friction in its kinds.
@@ -16,7 +16,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                 formula: r"-F_c\,\operatorname{sgn} w",
                 form: frame.form.clone(),
                 site,
-                coefficients: vec![coefficient("F_c", 1, -2, Sign::Against)],
+                coefficients: vec![coefficient("F_c", 1, -2, Direction::Against)],
                 inner: Vec::new(),
                 contains: &[],
                 axis,
@@ -34,8 +34,8 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             form: frame.form.clone(),
             site,
             coefficients: vec![
-                coefficient("F_c", 1, -2, Sign::Against),
-                coefficient("F_s - F_c", 1, -2, Sign::Against),
+                coefficient("F_c", 1, -2, Direction::Against),
+                coefficient("F_s - F_c", 1, -2, Direction::Against),
             ],
             inner: vec![Inner {
                 name: "v_s",
@@ -64,7 +64,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             formula: r"-F_c\,\operatorname{sgn} w,\quad\text{stuck while the other forces stay below } F_s",
             form: frame.form.clone(),
             site,
-            coefficients: vec![coefficient("F_c", 1, -2, Sign::Against)],
+            coefficients: vec![coefficient("F_c", 1, -2, Direction::Against)],
             inner: vec![Inner {
                 name: "F_s/F_c",
                 dimension: (0, 0),
@@ -92,7 +92,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             formula: r"-h\,|r|\,\operatorname{sgn} w",
             form: frame.form.clone(),
             site,
-            coefficients: vec![coefficient("h", 0, -2, Sign::Against)],
+            coefficients: vec![coefficient("h", 0, -2, Direction::Against)],
             inner: Vec::new(),
             contains: &[],
             axis,

@@ -1,6 +1,6 @@
 use std::f64::consts::TAU;
 
-use super::{Addition, Axis, Form, Frame, Inner, Setting, Sign, coefficient, logarithmic, shared, with_words};
+use super::{Addition, Axis, Direction, Form, Frame, Inner, Setting, coefficient, logarithmic, shared, with_words};
 use crate::model::Equation;
 use crate::term::{Expression, Symbol, Term};
 
@@ -34,7 +34,7 @@ fn hysteresis(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
             formula: r"-k_h\,z,\quad\dot z=w-\frac{s\,|w|\,z\,|z|^{n-1}+(1-s)\,w\,|z|^n}{x_y^n},\quad n=1\text{ or, rounder, }2",
             form: with_words(&frame.form, form),
             site: Some(frame.site),
-            coefficients: vec![coefficient("k_h", 0, -2, Sign::Against)],
+            coefficients: vec![coefficient("k_h", 0, -2, Direction::Against)],
             inner: vec![
                 Inner {
                     name: "x_y",
@@ -81,7 +81,7 @@ fn relaxation(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
         formula: r"-k_v\,z,\quad\dot z=w-\frac{z}{\tau}",
         form: frame.form.clone(),
         site: Some(frame.site),
-        coefficients: vec![coefficient("k_v", 0, -2, Sign::Against)],
+        coefficients: vec![coefficient("k_v", 0, -2, Direction::Against)],
         inner: vec![Inner {
             name: "tau",
             dimension: (0, 1),
@@ -111,7 +111,7 @@ fn second_mode(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
         formula: r"-\mu\,\ddot z,\quad\ddot z=-\omega_2^2(z-r)-2\zeta_2\omega_2(\dot z-w),\quad\omega_2=2\pi f_2",
         form: frame.form.clone(),
         site: Some(frame.site),
-        coefficients: vec![coefficient("mu", 0, 0, Sign::Along)],
+        coefficients: vec![coefficient("mu", 0, 0, Direction::Along)],
         inner: vec![
             Inner {
                 name: "f_2",

@@ -50,7 +50,7 @@ pub(crate) struct Setting {
 
 /// Which sign of a coefficient is physical.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Sign {
+pub(crate) enum Direction {
     /// Against the motion or the displacement: it dissipates or restores.
     Against,
     /// Along: a mass, which pulls with what it carries.
@@ -59,7 +59,7 @@ pub(crate) enum Sign {
     Any,
 }
 
-impl Sign {
+impl Direction {
     /// The values that a coefficient may have.
     pub(crate) fn range(self) -> (f64, f64) {
         match self {
@@ -84,7 +84,7 @@ pub(crate) struct Coefficient {
     /// Powers of length and of time in its unit.
     pub(crate) dimension: (i32, i32),
     /// Its physical sign.
-    pub(crate) sign: Sign,
+    pub(crate) sign: Direction,
     /// It acts on the second mass of a joint, the other way round than on the first.
     pub(crate) mirrored: bool,
 }
@@ -93,17 +93,17 @@ impl Coefficient {
     /// The quantity that is shown for a value: positive where it acts as its name says.
     pub(crate) fn shown(&self, value: f64) -> f64 {
         match self.sign {
-            Sign::Against => -value,
-            Sign::Any if self.mirrored => -value,
-            Sign::Along | Sign::Any => value,
+            Direction::Against => -value,
+            Direction::Any if self.mirrored => -value,
+            Direction::Along | Direction::Any => value,
         }
     }
 
     /// The same of one mass of a joint, counted from zero.
     fn of(&self, mass: usize, mirrored: bool) -> Self {
         let sign = match (self.sign, mirrored) {
-            (Sign::Against, true) => Sign::Along,
-            (Sign::Along, true) => Sign::Against,
+            (Direction::Against, true) => Direction::Along,
+            (Direction::Along, true) => Direction::Against,
             (sign, _) => sign,
         };
         Self { name: format!("{},{}", self.name, mass + 1), sign, mirrored, ..*self }
@@ -539,6 +539,6 @@ fn even(from: f64, to: f64, count: usize) -> Vec<f64> {
     (0..count).map(|k| from + (to - from) * k as f64 / (count.max(2) - 1) as f64).collect()
 }
 
-fn coefficient(name: &str, length: i32, time: i32, sign: Sign) -> Coefficient {
+fn coefficient(name: &str, length: i32, time: i32, sign: Direction) -> Coefficient {
     Coefficient { name: name.to_owned(), dimension: (length, time), sign, mirrored: false }
 }

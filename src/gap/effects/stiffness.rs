@@ -1,4 +1,4 @@
-use super::{Addition, Axis, Form, Frame, Inner, Setting, Sign, coefficient, even, fixed, shared, with_words};
+use super::{Addition, Axis, Direction, Form, Frame, Inner, Setting, coefficient, even, fixed, shared, with_words};
 use crate::term::{Expression, Term};
 
 /// Restoring forces.
@@ -40,7 +40,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
         frame.r(),
         "k",
         0,
-        Sign::Any,
+        Direction::Any,
     );
     push(
         "quadratic_stiffness",
@@ -51,7 +51,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
         frame.r().power(2.0),
         "k_2",
         -1,
-        Sign::Any,
+        Direction::Any,
     );
     push(
         "cubic_stiffness",
@@ -62,7 +62,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
         frame.r().power(3.0),
         "k_3",
         -2,
-        Sign::Any,
+        Direction::Any,
     );
     push(
         "quintic_stiffness",
@@ -73,7 +73,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
         frame.r().power(5.0),
         "k_5",
         -4,
-        Sign::Any,
+        Direction::Any,
     );
     push(
         "bilinear_stiffness",
@@ -84,7 +84,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
         frame.r().max(0.0),
         "k_b",
         0,
-        Sign::Any,
+        Direction::Any,
     );
 }
 
@@ -106,7 +106,7 @@ fn contacts(frame: &Frame, forms: &mut Vec<Form>) {
         formula: r"-k_c\,(r-\max(-d,\min(r,d)))",
         form: frame.form.clone(),
         site: Some(frame.site),
-        coefficients: vec![coefficient("k_c", 0, -2, Sign::Against)],
+        coefficients: vec![coefficient("k_c", 0, -2, Direction::Against)],
         inner: vec![gap(0.03)],
         contains: &[],
         axis: Axis::Displacement,
@@ -130,7 +130,7 @@ fn contacts(frame: &Frame, forms: &mut Vec<Form>) {
             formula: r"-k_s\max(r-d,0)\quad\text{or}\quad -k_s\min(r+d,0)",
             form: with_words(&frame.form, side),
             site: Some(frame.site),
-            coefficients: vec![coefficient("k_s", 0, -2, Sign::Against)],
+            coefficients: vec![coefficient("k_s", 0, -2, Direction::Against)],
             inner: vec![gap(0.03)],
             contains: &[],
             axis: Axis::Displacement,
@@ -157,7 +157,7 @@ fn pendulum(setting: &Setting, forms: &mut Vec<Form>) {
             formula: r"-(g/l)\,\sin r\quad\text{in place of the spring}",
             form: frame.form.clone(),
             site: Some(frame.site),
-            coefficients: vec![coefficient("g/l", 0, -2, Sign::Against)],
+            coefficients: vec![coefficient("g/l", 0, -2, Direction::Against)],
             inner: Vec::new(),
             contains: &[],
             axis: Axis::Displacement,

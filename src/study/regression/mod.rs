@@ -12,7 +12,7 @@ use std::sync::Arc;
 use super::covariance::Covariance;
 use super::known::{lock_of, offered, sign_of};
 use super::weak::{Rows, Weak};
-use super::{EquationFit, Form, Kinematics, Lock, Scaling, Settings, StudyError};
+use super::{EquationFit, Formulation, Kinematics, Lock, Scaling, Settings, StudyError};
 use crate::model::{Equation, Model, WeightedTerm, kinematic};
 use crate::signal::{Differentiation, Signals, Smoothing, dot, rms};
 use crate::sparse::{Constraint, Options, Reduced, Scores, Sign, Solution, drop_path, stlsq};
@@ -515,13 +515,13 @@ pub(super) fn basis(
     layout: &Layout,
     terms: &[Term],
     records: &[Arc<Signals>],
-    form: Form,
+    form: Formulation,
     fitted: &[usize],
 ) -> Result<Basis, StudyError> {
     match form {
-        Form::Derivative => Ok(Basis::Samples),
-        Form::Integral => Ok(Basis::Integrals),
-        Form::Weak { half_width } => {
+        Formulation::Derivative => Ok(Basis::Samples),
+        Formulation::Integral => Ok(Basis::Integrals),
+        Formulation::Weak { half_width } => {
             Weak::new(layout, terms, records, half_width, fitted, MOST_ROWS).map(Basis::Averages)
         }
     }
