@@ -8,7 +8,7 @@ mod study;
 
 use sindyscope::gap::{Site, Verdict};
 use sindyscope::rig::hidden::{NoiseKind, Regime, Shaking, names, outside_names, pairs};
-use study::places::{Found, Shown, draw};
+use study::places::{Found, Shown, draw, two_contacts};
 use study::two_masses;
 use study::{
     Case, REGIME_HEADING, Targets, cases, confusion, draws, in_regime, median, miss, of_kind, regime_line, run,
@@ -235,6 +235,24 @@ fn the_study_of_places() {
         let what = if nothing { "nothing hidden" } else { "effect and place" };
         targets.at_least(&format!("{masses} masses, {shown:?}, {what}: right, %"), of(Found::Right), least);
         targets.at_most(&format!("{masses} masses, {shown:?}, {what}: wrong, %"), of(Found::Wrong), wrong);
+    }
+    targets.assert_reached();
+}
+
+/// Two contacts at once: driven richly both forces are found; in a free decay they are too, or it is said that they are open.
+#[test]
+#[ignore = "minutes; run with --profile study"]
+fn the_study_of_two_contacts() {
+    let mut targets = Targets::default();
+    for (driven, least) in [(true, 80.0), (false, 50.0)] {
+        let found: Vec<(Found, f64)> = (0..10).filter_map(|seed| two_contacts(driven, seed)).collect();
+        let of = |wanted: Found| share(found.iter().filter(|(f, _)| *f == wanted).count(), found.len());
+        let mut errors: Vec<f64> = found.iter().filter(|(f, _)| *f == Found::Right).map(|(_, e)| 1e2 * e).collect();
+        errors.sort_by(f64::total_cmp);
+        let what = if driven { "driven" } else { "in a free decay" };
+        targets.at_least(&format!("two contacts {what}: right, %"), of(Found::Right), least);
+        targets.at_most(&format!("two contacts {what}: wrong, %"), of(Found::Wrong), 0.0);
+        targets.at_most(&format!("two contacts {what}: median error of the forces, %"), errors[errors.len() / 2], 5.0);
     }
     targets.assert_reached();
 }

@@ -272,7 +272,7 @@ fn sustained(records: &[(f64, Arc<[f64]>)]) -> bool {
         let spread = |part: &[f64]| mean_and_variance(part).1.sqrt();
         let lasts = spread(&values[values.len() - third..]) > KEPT * spread(&values[..third]);
         // Of a few periods the record's end says nothing.
-        let periods = Spectrum::new(values, *interval)
+        let periods = Spectrum::of_motion(values, *interval)
             .and_then(|s| s.peak())
             .map_or(0.0, |p| p.frequency * interval * values.len() as f64);
         lasts && periods > PERIODS
@@ -373,7 +373,7 @@ fn thinning(records: &[&Arc<Record>]) -> usize {
         .flat_map(|r| (0..r.layout(Kind::SecondOrder).freedoms).map(move |i| (r, i)))
         .filter_map(|(r, i)| {
             let x = &r.sensor(i)?.values;
-            let spectrum = Spectrum::new(x, r.interval)?;
+            let spectrum = Spectrum::of_motion(x, r.interval)?;
             let total: f64 = spectrum.amplitudes.iter().skip(1).map(|a| a * a).sum();
             let mut sum = 0.0;
             let line = spectrum.amplitudes.iter().enumerate().skip(1).find(|(_, a)| {

@@ -72,7 +72,7 @@ impl Search {
                 last = self.look(&stage, tell, cancel)?;
             }
         }
-        if let Some(stage) = self.without_undetermined(&mut steps, cancel)? {
+        if let Some(stage) = self.without_needless(&mut steps, cancel)? {
             last = self.look_into(&stage, Depth::Screened, tell, cancel)?;
         }
         let (steps, stages) = self.in_order(steps, cancel)?;
@@ -227,29 +227,69 @@ impl Search {
         Ok(Advance { choice, round })
     }
 
-    /// The end of a walk without the effects whose size these data do not tell from zero beside the others, where data never
-    /// fitted are explained nearly as well without: along stretches of another length they spoke for it. None if all stay.
-    fn without_undetermined(&self, steps: &mut Vec<Advance>, cancel: &Cancel) -> Result<Option<Arc<Stage>>, GapError> {
+    /// The end of a walk without the effects whose size these data do not tell from zero beside the others, or with a simpler
+    /// kind in their place, where data never fitted are explained nearly as well: along stretches of another length, or with
+    /// fewer effects in place, they spoke for it. So does a simpler kind with which they are explained better. None if all
+    /// stay.
+    fn without_needless(&self, steps: &mut Vec<Advance>, cancel: &Cancel) -> Result<Option<Arc<Stage>>, GapError> {
         let mut left = None;
         'again: loop {
             let list = choices(steps);
             let whole = self.fitted(&list, cancel)?;
             let inflation = self.inflation(&whole);
             for (index, form) in whole.composition.forms.iter().enumerate().rev() {
-                if !is_undetermined(form, &whole, inflation) {
+                let undetermined = is_undetermined(form, &whole, inflation);
+                if !undetermined && form.contains.is_empty() {
                     continue;
                 }
+                let gone = choice(form);
+                let share = if undetermined { NEEDLESS } else { 1.0 };
+                let needless = |f: &Fitted| f.held_out_error() < share * whole.held_out_error();
                 let Some(without) = self.without(&whole, index, cancel) else { continue };
-                if without.held_out_error() < NEEDLESS * whole.held_out_error() {
-                    let gone = choice(form);
+                let lighter = if undetermined && needless(&without) {
                     steps.retain(|s| s.choice != gone);
-                    left = Some(Arc::new(self.show(&without)));
-                    self.keep(Arc::new(without));
+                    Some(without)
+                } else {
+                    let simpler = self.with_simpler(&whole, index, &without, cancel).filter(|(_, f)| needless(f));
+                    simpler.and_then(|(simpler, fitted)| {
+                        let place = steps.iter().position(|s| s.choice == gone)?;
+                        let step = steps[place].clone().with_first(simpler)?;
+                        // What a composition adds last it has last.
+                        steps.remove(place);
+                        steps.push(step);
+                        Some(fitted)
+                    })
+                };
+                if let Some(lighter) = lighter {
+                    left = Some(Arc::new(self.show(&lighter)));
+                    self.keep(Arc::new(lighter));
                     continue 'again;
                 }
             }
             return Ok(left);
         }
+    }
+
+    /// A model with the best simpler kind in the place of one of its effects, and that kind; `without` is it without either.
+    /// None if there is none whose size the data tell.
+    fn with_simpler(
+        &self,
+        whole: &Fitted,
+        index: usize,
+        without: &Fitted,
+        cancel: &Cancel,
+    ) -> Option<(Choice, Fitted)> {
+        let rich = &whole.composition.forms[index];
+        let motion = self.data.motion(without)?;
+        let inflation = self.inflation(whole);
+        let kinds = self.forms(without, &motion).into_iter();
+        let kinds = kinds.filter(|kind| rich.is_richer_kind_of(kind) && kind.can_be_looked_for());
+        let fits = kinds.filter_map(|kind| {
+            let composition = self.with(&without.composition, &kind);
+            let fitted = self.simplified(composition, whole, &kind, cancel)?;
+            (!is_undetermined(&kind, &fitted, inflation)).then(|| (choice(&kind), fitted))
+        });
+        fits.min_by(|a, b| a.1.held_out_error().total_cmp(&b.1.held_out_error()))
     }
 
     /// A stage without what its last effect has made superfluous, and the steps that stay.
@@ -387,6 +427,23 @@ impl Advance {
             (Finding::Named | Finding::Ambiguous(_), Some(first)) => Ok(Self { choice: first.choice.clone(), round }),
             _ => Err(Box::new(round)),
         }
+    }
+
+    /// The step with another of its round's candidates; none if that was not among them.
+    fn with_first(mut self, choice: Choice) -> Option<Self> {
+        let place = self.round.candidates.iter().position(|c| c.choice == choice)?;
+        let after = |k: usize| if k < place { k + 1 } else { k };
+        if let Finding::Ambiguous(places) = &mut self.round.finding {
+            places.retain(|k| *k != place);
+            places.iter_mut().for_each(|k| *k = after(*k));
+            if places.is_empty() {
+                self.round.finding = Finding::Named;
+            }
+        }
+        let candidate = self.round.candidates.remove(place);
+        self.round.candidates.insert(0, candidate);
+        self.choice = choice;
+        Some(self)
     }
 
     fn alone(&self) -> bool {

@@ -121,7 +121,7 @@ impl Data {
                 interval: s.interval,
                 force: (*force).into(),
                 deviation: deviation.as_slice().into(),
-                worst: self.worst(s, e),
+                worst: self.worst(s, e.chunks(s.len().max(1)).nth(lead).unwrap_or_default()),
             })
             .collect();
         let quantities = self.quantities(motion);
@@ -226,7 +226,7 @@ impl Data {
         lines
     }
 
-    /// The stretches of two periods in which the error is largest, that do not overlap.
+    /// The stretches of two periods in which a sensor's error is largest, that do not overlap.
     fn worst(&self, s: &Series, residual: &[f64]) -> Vec<(f64, f64)> {
         let length = ((2.0 / (self.frequency * s.interval)) as usize).clamp(1, residual.len());
         let mut blocks: Vec<(usize, f64)> = residual.chunks(length).enumerate().map(|(k, c)| (k, rms(c))).collect();

@@ -16,8 +16,8 @@ use super::columns::{Basis, Inputs, Path, forces};
 use super::data::{Data, Series};
 use super::site::Placed;
 use super::structure::{Composed, Composition};
-use crate::refine::Structure as _;
-use crate::signal::{dot, rms};
+use crate::refine::{Output, Structure as _};
+use crate::signal::{dot, rms, standstills};
 use crate::simulate::Delays;
 use crate::study::test_functions;
 use crate::term::{Expression, Symbol, Term};
@@ -100,11 +100,27 @@ fn equation(data: &Data, mass: usize) -> (Vec<Rows>, Vec<f64>) {
             let v = &s.smoothed.states[place];
             let across = s.input_rates.first().filter(|_| data.base_excited);
             let slowest = |k: usize| across.map_or(v[k].abs(), |du| v[k].abs().min((v[k] - du[k]).abs()));
-            (0..s.len()).map(|k| f64::from(u8::from(slowest(k) >= STANDING * velocity))).collect()
+            let mut moving: Vec<f64> =
+                (0..s.len()).map(|k| f64::from(u8::from(slowest(k) >= STANDING * velocity))).collect();
+            // Noise of a velocity may hide a rest that the displacement shows.
+            if data.outputs[mass] == Output::Displacement(mass) {
+                let noise = data.noise / data.weights[mass];
+                for rest in standstills(&s.measured[mass], noise, data.period / s.interval) {
+                    moving[rest].fill(0.0);
+                }
+            }
+            moving
         })
         .collect();
-    let (moved, all) = moving.iter().flatten().fold((0.0, 0.0), |(m, n), v| (m + v, n + 1.0));
-    let sticks = moved < (1.0 - STICKS) * all;
+    // A rest that lasts is no stop between slides: what is averaged widely keeps clear of it.
+    let stops = |s: &Series, moving: &[f64]| -> f64 {
+        let lasting = (data.period / s.interval) as usize;
+        let rests = moving.chunk_by(|a, b| a == b).filter(|part| part[0] == 0.0);
+        rests.map(<[f64]>::len).filter(|length| *length <= lasting).sum::<usize>() as f64
+    };
+    let moved: f64 = moving.iter().flatten().sum();
+    let stopped: f64 = data.fit().iter().zip(&moving).map(|(s, moving)| stops(s, moving)).sum();
+    let sticks = stopped > STICKS * (moved + stopped);
     let mut target = Vec::new();
     let records = data
         .fit()

@@ -4,6 +4,8 @@ use std::f64::consts::TAU;
 
 use realfft::RealFftPlanner;
 
+use super::mean_and_variance;
+
 /// Fewest samples of which a spectrum says anything.
 const FEWEST: usize = 8;
 
@@ -59,6 +61,14 @@ impl Spectrum {
         Some(Self { step: 1.0 / (length as f64 * interval), amplitudes })
     }
 
+    /// The spectrum of the part of a record in which something moves: a window over the whole of one in which a motion dies
+    /// away early would show what is at rest.
+    ///
+    /// None as in [`Spectrum::new`].
+    pub fn of_motion(values: &[f64], interval: f64) -> Option<Self> {
+        Self::new(moving(values), interval)
+    }
+
     /// Frequency of line `index`, Hz.
     pub fn frequency(&self, index: usize) -> f64 {
         self.step * index as f64
@@ -83,6 +93,32 @@ impl Spectrum {
 /// Lines that stand so many times above the noise's mean square belong to the motion.
 const ABOVE_NOISE: f64 = 20.0;
 
+/// Parts that a record is looked at in for where it moves, and the fewest samples of one.
+const PARTS: usize = 64;
+const SHORTEST_PART: usize = 4;
+/// Share of the largest variance within a part below which nothing moves there.
+const STILL: f64 = 0.01;
+/// Share of a record below which what moves is looked at alone.
+const MOST: f64 = 0.5;
+
+/// From the first to the last part of a record in which it moves, where that is less than half of it.
+fn moving(mut values: &[f64]) -> &[f64] {
+    loop {
+        let length = values.len().div_ceil(PARTS).max(SHORTEST_PART);
+        let variances: Vec<f64> = values.chunks(length).map(|part| mean_and_variance(part).1).collect();
+        let bound = STILL * variances.iter().copied().fold(0.0, f64::max);
+        let moves = |v: &f64| *v > bound;
+        let (Some(first), Some(last)) = (variances.iter().position(moves), variances.iter().rposition(moves)) else {
+            return values;
+        };
+        let span = first * length..((last + 1) * length).min(values.len());
+        if span.len() as f64 >= MOST * values.len() as f64 || span.len() < FEWEST {
+            return values;
+        }
+        values = &values[span];
+    }
+}
+
 /// Lines more than so many times as fast as the fastest below them are a band of their own,
 const OCTAVE: f64 = 2.0;
 /// and belong to the motion only where their sum of squares is at least this share of that below them.
@@ -96,6 +132,7 @@ const HEARD: f64 = 1e-4;
 pub fn motion_period(series: &[&[f64]], interval: f64, noise: f64) -> Option<f64> {
     let (mut velocity, mut acceleration) = (0.0, 0.0);
     for values in series {
+        let values = moving(values);
         let Some(spectrum) = Spectrum::new(values, interval) else { continue };
         // White noise of variance s² has lines of mean square 6 s²/n under a Hann window.
         let floor = ABOVE_NOISE * 6.0 * noise * noise / values.len() as f64;
@@ -136,7 +173,7 @@ const WANDERING: f64 = 0.25;
 /// The main period of a displacement whose noise has this standard deviation, s: that of its strongest line, but where a free
 /// mass wanders slowly under a much faster motion that of the motion. None if it does not oscillate.
 pub fn main_period(values: &[f64], interval: f64, noise: f64) -> Option<f64> {
-    let strongest = Spectrum::new(values, interval)?.peak()?.frequency.recip();
+    let strongest = Spectrum::of_motion(values, interval)?.peak()?.frequency.recip();
     let motion = motion_period(&[values], interval, noise).filter(|p| *p < WANDERING * strongest);
     Some(motion.unwrap_or(strongest))
 }
@@ -163,6 +200,16 @@ mod tests {
 
     fn tone(n: usize, interval: f64, frequency: f64, amplitude: f64) -> Vec<f64> {
         (0..n).map(|k| amplitude * (TAU * frequency * interval * k as f64 + 0.3).sin()).collect()
+    }
+
+    #[test]
+    fn a_decay_that_is_over_early_has_its_period() {
+        let decay = |t: f64| if t < 1.0 { 0.02 * (1.0 - t) * (TAU * 6.0 * t).cos() } else { 1e-4 };
+        let noise = |k: usize| 1e-5 * ((k * 7919 % 1009) as f64 / 504.5 - 1.0);
+        let values: Vec<f64> = (0..4000).map(|k| decay(5e-3 * k as f64) + noise(k)).collect();
+        for period in [main_period(&values, 5e-3, 1e-5), motion_period(&[&values], 5e-3, 1e-5)] {
+            assert!((period.unwrap() - 1.0 / 6.0).abs() < 0.1 / 6.0, "{period:?}");
+        }
     }
 
     #[test]

@@ -16,15 +16,14 @@ const SHORTEST: (f64, usize) = (0.05, 5);
 
 /// The stretches in which a motion stands still as far as its noise lets one see, longest as they can be, in order.
 ///
-/// `noise` is the standard deviation of the motion's noise, `period` its main period in samples. None where the noise would
-/// hide a turn within a quarter of a period.
+/// `noise` is the standard deviation of the motion's noise, `period` its main period in samples. Where the noise would hide a
+/// turn within a quarter of a period, what stays in the band for a whole period stands.
 pub(crate) fn standstills(motion: &[f64], noise: f64, period: f64) -> Vec<Range<usize>> {
     let variance = mean_and_variance(motion).1;
     // In clean data what is left is the arithmetic's.
     let noise = noise.max(1e-9 * variance.sqrt());
     let fewest = ((SHORTEST.0 * period) as usize).max(SHORTEST.1);
-    let Some(half) = half_length(motion, noise, period) else { return Vec::new() };
-    let fewest = fewest.max(2 * half + 1);
+    let fewest = fewest.max(half_length(motion, noise, period).map_or(period.ceil() as usize, |half| 2 * half + 1));
     let mut found: Vec<Range<usize>> = Vec::new();
     // Samples of the window that may become its largest and smallest, best first.
     let (mut high, mut low): (VecDeque<usize>, VecDeque<usize>) = (VecDeque::new(), VecDeque::new());

@@ -102,3 +102,57 @@ pub(crate) fn draw(masses: usize, shown: Shown, nothing: bool, seed: u64) -> Opt
     }
     Some(result)
 }
+
+/// Dry friction at the first mass and between both, under a rich force or in a free decay: what became of it, and the largest
+/// error of a force as a share of it.
+pub(crate) fn two_contacts(driven: bool, seed: u64) -> Option<(Found, f64)> {
+    let mut random = Pcg64::seed_from_u64(2000 + seed);
+    let strengths = [random.random_range(0.2..0.7), random.random_range(0.2..0.7)];
+    let (masses, parameters) = ([2.0, 1.0], vec![("F1".to_owned(), strengths[0]), ("F12".to_owned(), strengths[1])]);
+    let mut record = |seed: u64| {
+        let mut released = || random.random_range(0.01..0.03) * if random.random::<bool>() { 1.0 } else { -1.0 };
+        let options = ScenarioOptions {
+            seed,
+            duration: Some(10.0),
+            noise: Some(Noise::ShareOfPeak(0.01)),
+            amplitude: (!driven).then_some(0.0),
+            initial: (!driven).then(|| vec![released(), released(), 0.0, 0.0]),
+            parameters: parameters.clone(),
+            ..ScenarioOptions::default()
+        };
+        Some(generate("two-masses", &options).ok()?.records)
+    };
+    let mut records = RecordSet::new(record(2 * seed + 1)?, Usage::Fit);
+    records.add(record(2 * seed + 2)?, Usage::HeldOut);
+    let found = Search::new(&records, &Ask::default()).ok()?.diagnose(&|_| {}, &Cancel::default()).ok()?;
+    let last = found.stages.last()?;
+    let of = |site: &str| {
+        last.effects
+            .iter()
+            .find(|e| e.choice.effect == "coulomb_friction" && e.place.is_some_and(|p| p.to_string() == site))
+    };
+    let truth = [
+        ("ground-1", vec![strengths[0] / masses[0]]),
+        ("1-2", vec![strengths[1] / masses[0], strengths[1] / masses[1]]),
+    ];
+    let mut largest = 0.0_f64;
+    for (site, forces) in truth {
+        let parameters = of(site).map(|e| e.parameters.as_slice()).unwrap_or_default();
+        for (k, force) in forces.iter().enumerate() {
+            largest = largest.max(parameters.get(k).map_or(f64::INFINITY, |p| (p.value / force - 1.0).abs()));
+        }
+    }
+    let result = match found.verdict {
+        Verdict::Named if last.effects.len() == 2 && largest.is_finite() => Found::Right,
+        Verdict::Named | Verdict::NothingMissing => Found::Wrong,
+        Verdict::Ambiguous | Verdict::Unexplained => Found::Open,
+    };
+    let effects: Vec<&str> = last.effects.iter().map(|e| e.title.as_str()).collect();
+    println!(
+        "two contacts, driven {driven}, {seed}: {:?} {effects:?}, forces within {:.1} %, {:.1} s",
+        found.verdict,
+        1e2 * largest,
+        1e-3 * found.elapsed_ms
+    );
+    Some((result, largest))
+}
