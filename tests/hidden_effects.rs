@@ -239,20 +239,25 @@ fn the_study_of_places() {
     targets.assert_reached();
 }
 
-/// Two contacts at once: driven richly both forces are found; in a free decay they are too, or it is said that they are open.
+/// Two contacts at once: driven richly both forces are found; a free decay shows them in part of the draws, and now and then
+/// something else explains it down to the noise.
 #[test]
 #[ignore = "minutes; run with --profile study"]
 fn the_study_of_two_contacts() {
     let mut targets = Targets::default();
-    for (driven, least) in [(true, 80.0), (false, 50.0)] {
+    for (driven, least, wrong, error) in [(true, 90.0, 0.0, 5.0), (false, 30.0, 20.0, 10.0)] {
         let found: Vec<(Found, f64)> = (0..10).filter_map(|seed| two_contacts(driven, seed)).collect();
         let of = |wanted: Found| share(found.iter().filter(|(f, _)| *f == wanted).count(), found.len());
         let mut errors: Vec<f64> = found.iter().filter(|(f, _)| *f == Found::Right).map(|(_, e)| 1e2 * e).collect();
         errors.sort_by(f64::total_cmp);
         let what = if driven { "driven" } else { "in a free decay" };
         targets.at_least(&format!("two contacts {what}: right, %"), of(Found::Right), least);
-        targets.at_most(&format!("two contacts {what}: wrong, %"), of(Found::Wrong), 0.0);
-        targets.at_most(&format!("two contacts {what}: median error of the forces, %"), errors[errors.len() / 2], 5.0);
+        targets.at_most(&format!("two contacts {what}: wrong, %"), of(Found::Wrong), wrong);
+        targets.at_most(
+            &format!("two contacts {what}: median error of the forces, %"),
+            errors.get(errors.len() / 2).copied().unwrap_or(f64::INFINITY),
+            error,
+        );
     }
     targets.assert_reached();
 }
