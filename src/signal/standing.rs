@@ -129,6 +129,23 @@ mod tests {
     }
 
     #[test]
+    fn a_rest_that_lasts_stands_however_noisy() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(5);
+        let noise = 0.03;
+        let motion: Vec<f64> = (0..2000)
+            .map(|k| {
+                let deviate: f64 = StandardNormal.sample(&mut rng);
+                let left = (1.0 - f64::from(k) / 300.0).max(0.0);
+                left * (std::f64::consts::TAU * f64::from(k) / PERIOD).cos() + noise * deviate
+            })
+            .collect();
+        let found = standstills(&motion, noise, PERIOD);
+        let last = found.last().unwrap();
+        assert!(last.end == motion.len() && (200..400).contains(&last.start), "{found:?}");
+        assert!(found.iter().rev().skip(1).all(|r| r.start > 200), "{found:?}");
+    }
+
+    #[test]
     fn what_is_no_number_ends_no_search() {
         assert!(standstills(&[], 0.0, PERIOD).is_empty());
         assert!(standstills(&[f64::NAN; 50], f64::NAN, PERIOD).is_empty());
