@@ -17,7 +17,7 @@ use super::data::{Data, Series};
 use super::site::Placed;
 use super::structure::{Composed, Composition};
 use crate::refine::{Output, Structure as _};
-use crate::signal::{dot, rms, standstills};
+use crate::signal::{dot, rests, rms};
 use crate::simulate::Delays;
 use crate::study::test_functions;
 use crate::term::{Expression, Symbol, Term};
@@ -105,7 +105,7 @@ fn equation(data: &Data, mass: usize) -> (Vec<Rows>, Vec<f64>) {
             // Noise of a velocity may hide a rest that the displacement shows.
             if data.outputs[mass] == Output::Displacement(mass) {
                 let noise = data.noise / data.weights[mass];
-                for rest in standstills(&s.measured[mass], noise, data.period / s.interval) {
+                for rest in rests(&s.measured[mass], noise, data.period / s.interval) {
                     moving[rest].fill(0.0);
                 }
             }

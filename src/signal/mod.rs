@@ -20,7 +20,7 @@ pub use savgol::SavitzkyGolay;
 pub(crate) use smoother::Smoother;
 pub use smoothing::{Differentiation, Smoothing};
 pub use spectrum::{Peak, Spectrum, main_period, motion_period};
-pub(crate) use standing::standstills;
+pub(crate) use standing::{rests, standstills};
 pub(crate) use sums::{dot, mean_and_variance, rms};
 
 use std::sync::Arc;

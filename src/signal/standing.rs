@@ -13,17 +13,34 @@ const BAND: f64 = 8.0;
 const BEND: f64 = 5.0 * BAND;
 /// Shortest standstill, as a share of the main period, and in samples: a smooth motion may dwell for less.
 const SHORTEST: (f64, usize) = (0.05, 5);
-
 /// The stretches in which a motion stands still as far as its noise lets one see, longest as they can be, in order.
 ///
-/// `noise` is the standard deviation of the motion's noise, `period` its main period in samples. Where the noise would hide a
-/// turn within a quarter of a period, what stays in the band for a whole period stands.
+/// `noise` is the standard deviation of the motion's noise, `period` its main period in samples. None where the noise would
+/// hide a turn within a quarter of a period.
 pub(crate) fn standstills(motion: &[f64], noise: f64, period: f64) -> Vec<Range<usize>> {
-    let variance = mean_and_variance(motion).1;
-    // In clean data what is left is the arithmetic's.
-    let noise = noise.max(1e-9 * variance.sqrt());
-    let fewest = ((SHORTEST.0 * period) as usize).max(SHORTEST.1);
-    let fewest = fewest.max(half_length(motion, noise, period).map_or(period.ceil() as usize, |half| 2 * half + 1));
+    let noise = at_least_rounding(motion, noise);
+    half_length(motion, noise, period).map_or_else(Vec::new, |half| in_band(motion, noise, shortest(half, period)))
+}
+
+/// The same, but where the noise would hide a turn what stays in its band for a whole period rests.
+pub(crate) fn rests(motion: &[f64], noise: f64, period: f64) -> Vec<Range<usize>> {
+    let noise = at_least_rounding(motion, noise);
+    let fewest = half_length(motion, noise, period).map_or(period.ceil() as usize, |half| shortest(half, period));
+    in_band(motion, noise, fewest.max(SHORTEST.1))
+}
+
+/// In clean data what is left is the arithmetic's.
+fn at_least_rounding(motion: &[f64], noise: f64) -> f64 {
+    noise.max(1e-9 * mean_and_variance(motion).1.sqrt())
+}
+
+/// Samples of the shortest standstill that can be told.
+fn shortest(half: usize, period: f64) -> usize {
+    ((SHORTEST.0 * period) as usize).max(SHORTEST.1).max(2 * half + 1)
+}
+
+/// The stretches of so many samples at least that stay in the noise's band.
+fn in_band(motion: &[f64], noise: f64, fewest: usize) -> Vec<Range<usize>> {
     let mut found: Vec<Range<usize>> = Vec::new();
     // Samples of the window that may become its largest and smallest, best first.
     let (mut high, mut low): (VecDeque<usize>, VecDeque<usize>) = (VecDeque::new(), VecDeque::new());
@@ -139,7 +156,7 @@ mod tests {
                 left * (std::f64::consts::TAU * f64::from(k) / PERIOD).cos() + noise * deviate
             })
             .collect();
-        let found = standstills(&motion, noise, PERIOD);
+        let found = rests(&motion, noise, PERIOD);
         let last = found.last().unwrap();
         assert!(last.end == motion.len() && (200..400).contains(&last.start), "{found:?}");
         assert!(found.iter().rev().skip(1).all(|r| r.start > 200), "{found:?}");
