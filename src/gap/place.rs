@@ -151,13 +151,13 @@ impl Data {
         for site in Site::all(masses, self.base_excited) {
             let datum = if matches!(site, Site::Ground(_)) { self.datum } else { 0.0 };
             list.push(Quantity {
-                name: site.words("x", "u", masses),
+                name: site.displacement(&self.layout),
                 motion: Some(Across::Displacement(site)),
                 unit: self.unit.clone(),
                 values: of(&|s, p, k| site.across(|i| p.x[i][k], input(&s.inputs, k)) + datum),
             });
             list.push(Quantity {
-                name: site.words("v", "du", masses),
+                name: site.velocity(&self.layout),
                 motion: Some(Across::Velocity(site)),
                 unit: speed.clone(),
                 values: of(&|s, p, k| site.across(|i| p.v[i][k], input(&s.input_rates, k))),

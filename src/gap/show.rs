@@ -33,15 +33,14 @@ impl Search {
             fit.iter().enumerate().map(|(r, s)| (0..s.len()).map(|k| f(r, k)).collect()).collect()
         };
         let site = site.unwrap_or(Site::Ground(0));
-        let masses = self.data.masses();
         match axis {
             Axis::Displacement => {
                 let across = |r: usize, k: usize| site.across(|i| motion.measured[r].x[i][k], u(r, k));
-                (site.words("x", "u", masses), length.clone(), each(&across))
+                (site.displacement(&self.data.layout), length.clone(), each(&across))
             }
             Axis::Velocity => {
                 let across = |r: usize, k: usize| site.across(|i| motion.measured[r].v[i][k], du(r, k));
-                (site.words("v", "du", masses), unit(length, (1, -1)), each(&across))
+                (site.velocity(&self.data.layout), unit(length, (1, -1)), each(&across))
             }
             Axis::Input(j) => (
                 self.data.layout.name(Symbol::Input(j)),

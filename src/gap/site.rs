@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::term::Term;
+use crate::term::{Layout, Symbol, Term};
 
 /// Where an effect acts; masses count from zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -35,13 +35,22 @@ impl Site {
         }
     }
 
-    /// Such a quantity in words: `x`, `x − u`, `x1 − x2`.
-    pub fn words(self, symbol: &str, base: &str, masses: usize) -> String {
-        let of = |i: usize| if masses > 1 { format!("{symbol}{}", i + 1) } else { symbol.to_owned() };
+    /// The displacement across the site in words: `x`, `x − u`, `x1 − x2`.
+    pub fn displacement(self, layout: &Layout) -> String {
+        self.words(layout, Symbol::State, Symbol::Input(0))
+    }
+
+    /// The velocity across it.
+    pub fn velocity(self, layout: &Layout) -> String {
+        self.words(layout, Symbol::Rate, Symbol::InputRate(0))
+    }
+
+    fn words(self, layout: &Layout, of_mass: fn(usize) -> Symbol, base: Symbol) -> String {
+        let of = |i: usize| layout.name(of_mass(i));
         match self {
             Self::Ground(i) => of(i),
             Self::Joint(i, j) => format!("{} − {}", of(i), of(j)),
-            Self::Base(i) => format!("{} − {base}", of(i)),
+            Self::Base(i) => format!("{} − {}", of(i), layout.name(base)),
         }
     }
 
@@ -109,5 +118,12 @@ mod tests {
         let names: Vec<String> = Site::all(3, true).iter().map(Site::to_string).collect();
         assert_eq!(names.join(" "), "ground-1 ground-2 ground-3 1-2 2-3 base-1 base-2 base-3");
         assert_eq!(Site::all(1, false), [Site::Ground(0)]);
+    }
+
+    #[test]
+    fn the_base_has_its_input_s_number_where_there_are_several() {
+        let layout = |inputs| Layout { freedoms: 1, inputs, ..Layout::default() };
+        assert_eq!(Site::Base(0).displacement(&layout(1)), "x − u");
+        assert_eq!(Site::Base(0).velocity(&layout(2)), "v − du1");
     }
 }

@@ -29,7 +29,7 @@ struct Condensed {
     inverses: Vec<DMatrix<f64>>,
 }
 
-/// A step: the shared part, and one a run.
+/// What a step changes: the shared part, and one a run.
 pub(super) struct Correction {
     pub(super) shared: Vec<f64>,
     pub(super) own: Vec<DVector<f64>>,

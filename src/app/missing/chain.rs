@@ -10,6 +10,7 @@ use super::words::capitalised;
 use crate::app::plot::palette::{self, Ink};
 use crate::app::theme;
 use crate::gap::Site;
+use crate::term::Symbol;
 
 /// Height of a mass, points.
 const MASS: f32 = 34.0;
@@ -68,11 +69,18 @@ pub(super) fn show(ui: &mut Ui, chain: &Chain<'_>) -> Option<Site> {
     let (line, weak) = (Stroke::new(1.4, ui.visuals().text_color()), ui.visuals().weak_text_color());
     let painter = ui.painter().clone();
     hatched(&painter, rect.x_range(), mass(0).bottom() + LINK, line, weak);
+    let input = chain.subject.layout.name(Symbol::Input(0));
     if chain.subject.base_moves {
         let plate = Rect::from_min_size(rect.min, vec2(rect.width(), BASE));
         let fill = Ink::Input.color(dark).gamma_multiply(0.35);
         painter.rect(plate, 2.0, fill, line, StrokeKind::Inside);
-        painter.text(plate.center(), Align2::CENTER_CENTER, "⟷ u", FontId::proportional(12.0), line.color);
+        painter.text(
+            plate.center(),
+            Align2::CENTER_CENTER,
+            format!("⟷ {input}"),
+            FontId::proportional(12.0),
+            line.color,
+        );
     }
     let mut clicked = None;
     for site in chain.subject.sites() {
@@ -112,7 +120,7 @@ pub(super) fn show(ui: &mut Ui, chain: &Chain<'_>) -> Option<Site> {
             let tip = block.center_top() - vec2(0.0, 8.0);
             arrow(&painter, tip - vec2(30.0, 0.0), tip, Ink::Input.color(dark));
             let at = tip + vec2(5.0, 0.0);
-            painter.text(at, Align2::LEFT_CENTER, "u", FontId::proportional(12.0), Ink::Input.color(dark));
+            painter.text(at, Align2::LEFT_CENTER, &input, FontId::proportional(12.0), Ink::Input.color(dark));
         }
     }
     clicked

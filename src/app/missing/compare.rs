@@ -188,10 +188,10 @@ fn below(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, height: f32, acts: 
 pub(super) fn profile(room: &Missing, sight: &Sight<'_>, place: &Place) -> usize {
     let over = |name: &str| place.profiles.iter().position(|p| p.axis.0 == name);
     let chosen = room.profile.as_deref().and_then(over);
-    let masses = sight.subject.masses();
     // Profiles are in order of what they explain.
     let among = |names: Vec<String>| place.profiles.iter().position(|p| names.contains(&p.axis.0));
-    let motion = |site: Site| [site.words("x", "u", masses), site.words("v", "du", masses)];
+    let layout = sight.subject.layout;
+    let motion = |site: Site| [site.displacement(&layout), site.velocity(&layout)];
     let picked = || sight.site.and_then(|site| among(motion(site).to_vec()));
     let likeliest = || {
         let first = sight.round()?.candidates.first().filter(|c| stands(c))?;

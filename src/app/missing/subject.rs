@@ -5,11 +5,12 @@ use crate::format::units::per_second;
 use crate::gap::{Candidate, Site};
 use crate::record::Role;
 use crate::study::base_excited;
-use crate::term::Kind;
+use crate::term::{Kind, Layout};
 
 /// The masses and their sensors, as the first record has them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Subject {
+    pub(super) layout: Layout,
     /// The sensor of each mass.
     pub(super) sensors: Vec<Sensor>,
     /// Whether the base moves; else it is the ground.
@@ -30,7 +31,8 @@ pub(super) struct Sensor {
 impl Subject {
     pub(super) fn of(bench: &Bench) -> Self {
         let Some(record) = bench.records.first() else { return Self::default() };
-        let masses = record.layout(Kind::SecondOrder).freedoms;
+        let layout = record.layout(Kind::SecondOrder);
+        let masses = layout.freedoms;
         let sensors = (0..masses).filter_map(|k| record.sensor(k)).map(|channel| {
             let letter = channel.role.symbol();
             let symbol = match channel.role {
@@ -49,7 +51,8 @@ impl Subject {
                 _ => per_second(&per_second(unit)),
             }
         });
-        Self { sensors: sensors.collect(), base_moves: base_excited(record, Kind::SecondOrder), acceleration }
+        let base_moves = base_excited(record, Kind::SecondOrder);
+        Self { layout, sensors: sensors.collect(), base_moves, acceleration }
     }
 
     pub(super) fn masses(&self) -> usize {

@@ -1,7 +1,7 @@
 use std::f64::consts::TAU;
 
 use super::super::site::Site;
-use super::{Addition, Axis, Direction, Form, Inner, Setting, coefficient, even, fixed, shared, with_words};
+use super::{Addition, Axis, Direction, Form, Frame, Inner, OneTerm, Setting, coefficient, even, shared, with_words};
 use crate::simulate::Delays;
 use crate::term::{Expression, Symbol, Term};
 
@@ -15,43 +15,39 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
         harmonics(setting, forms);
     }
     for frame in setting.springs() {
-        forms.push(Form {
-            effect: "stiffness_drift",
-            title: "Stiffness drift",
-            explanation: "The spring gets stiffer or softer in the course of the record, as by warming.",
-            separates: "the same amplitude early and late in the record",
-            formula: r"\frac{dk}{dt}\,t\,r",
-            coefficients: vec![coefficient("dk/dt", 0, -3, Direction::Any)],
-            inner: Vec::new(),
-            contains: &[],
-            axis: Axis::Time,
-            build: fixed(Term::new(frame.r() * Symbol::Time)),
-            site: Some(frame.site),
-            form: frame.form,
-        });
+        setting.offer(
+            &frame,
+            OneTerm {
+                effect: "stiffness_drift",
+                title: "Stiffness drift",
+                explanation: "The spring gets stiffer or softer in the course of the record, as by warming.",
+                separates: "the same amplitude early and late in the record",
+                formula: r"\frac{dk}{dt}\,t\,r",
+                force: frame.r() * Symbol::Time,
+                coefficient: coefficient("dk/dt", 0, -3, Direction::Any),
+                axis: Axis::Time,
+            },
+            forms,
+        );
     }
 }
 
 fn constant(setting: &Setting, forms: &mut Vec<Form>) {
-    let one = Term::new(Expression::Number(1.0));
     for frame in setting.each_mass() {
-        if setting.has(&one, frame.site) {
-            continue;
-        }
-        forms.push(Form {
-            effect: "constant_force",
-            title: "Constant force",
-            explanation: "A steady push, as of gravity or a preload: the same in every record.",
-            separates: "nothing tells it from a sensor offset that is the same in every record",
-            formula: r"b",
-            form: frame.form,
-            site: Some(frame.site),
-            coefficients: vec![coefficient("b", 1, -2, Direction::Any)],
-            inner: Vec::new(),
-            contains: &[],
-            axis: Axis::Time,
-            build: fixed(one.clone()),
-        });
+        setting.offer(
+            &frame,
+            OneTerm {
+                effect: "constant_force",
+                title: "Constant force",
+                explanation: "A steady push, as of gravity or a preload: the same in every record.",
+                separates: "nothing tells it from a sensor offset that is the same in every record",
+                formula: r"b",
+                force: Expression::Number(1.0),
+                coefficient: coefficient("b", 1, -2, Direction::Any),
+                axis: Axis::Time,
+            },
+            forms,
+        );
     }
 }
 
@@ -59,53 +55,49 @@ fn constant(setting: &Setting, forms: &mut Vec<Form>) {
 fn inputs(setting: &Setting, (index, largest): (usize, f64), forms: &mut Vec<Form>) {
     let period = setting.frequency.recip();
     let which = if setting.inputs.len() > 1 { format!("of input {}", index + 1) } else { String::new() };
-    let mut input = |effect, title, explanation, separates, formula, symbol: Symbol, name, dimension: (i32, i32)| {
-        let term = Term::new(symbol.into());
-        for (mass, frame) in setting.each_mass().into_iter().enumerate() {
-            let site = Site::Base(mass);
-            if setting.has(&term, site) {
-                continue;
-            }
-            forms.push(Form {
-                effect,
-                title,
-                explanation,
-                separates,
-                formula,
-                form: with_words(&frame.form, &which),
-                site: Some(site),
-                coefficients: vec![coefficient(name, dimension.0, dimension.1, Direction::Any)],
-                inner: Vec::new(),
-                contains: &[],
-                axis: Axis::Input(index),
-                build: fixed(term.clone()),
-            });
-        }
+    // What the base does to a mass acts where it is joined to it.
+    let there = |(mass, frame): (usize, Frame)| Frame {
+        site: Site::Base(mass),
+        form: with_words(&frame.form, &which),
+        ..frame
     };
+    let drives: Vec<Frame> = setting.each_mass().into_iter().enumerate().map(there).collect();
     let base_moves = setting.base_excited && index == 0;
     if base_moves || setting.input_open {
-        input(
-            "base_velocity",
-            "Base-velocity coupling",
-            "A force in proportion to the velocity of the base.",
-            "two octaves of frequency, also above resonance",
-            r"c_b\,\dot u",
-            Symbol::InputRate(index),
-            "c_b",
-            (0, -1),
-        );
+        for frame in &drives {
+            setting.offer(
+                frame,
+                OneTerm {
+                    effect: "base_velocity",
+                    title: "Base-velocity coupling",
+                    explanation: "A force in proportion to the velocity of the base.",
+                    separates: "two octaves of frequency, also above resonance",
+                    formula: r"c_b\,\dot u",
+                    force: Symbol::InputRate(index).into(),
+                    coefficient: coefficient("c_b", 0, -1, Direction::Any),
+                    axis: Axis::Input(index),
+                },
+                forms,
+            );
+        }
     }
     if base_moves {
-        input(
-            "input_gain",
-            "Input gain",
-            "The base moves more (or less) than its sensor says.",
-            "a slow motion of the base, which the mass follows",
-            r"k\,u",
-            Symbol::Input(index),
-            "gain k",
-            (0, -2),
-        );
+        for frame in &drives {
+            setting.offer(
+                frame,
+                OneTerm {
+                    effect: "input_gain",
+                    title: "Input gain",
+                    explanation: "The base moves more (or less) than its sensor says.",
+                    separates: "a slow motion of the base, which the mass follows",
+                    formula: r"k\,u",
+                    force: Symbol::Input(index).into(),
+                    coefficient: coefficient("gain k", 0, -2, Direction::Any),
+                    axis: Axis::Input(index),
+                },
+                forms,
+            );
+        }
     }
     forms.push(Form {
         effect: "input_delay",
@@ -116,14 +108,7 @@ fn inputs(setting: &Setting, (index, largest): (usize, f64), forms: &mut Vec<For
         form: which.clone(),
         site: None,
         coefficients: Vec::new(),
-        inner: vec![Inner {
-            name: "tau",
-            dimension: (0, 1),
-            of_input: None,
-            grid: even(-0.1 * period, 0.1 * period, 20),
-            bounds: (-0.3 * period, 0.3 * period),
-            jumps: false,
-        }],
+        inner: vec![Inner::new("tau", (0, 1), even(-0.1 * period, 0.1 * period, 20), (-0.3 * period, 0.3 * period))],
         contains: &[],
         axis: Axis::Input(index),
         build: shared(move |inner| Addition { delays: Delays::from_iter([(index, inner[0])]), ..Addition::default() }),
@@ -138,12 +123,8 @@ fn inputs(setting: &Setting, (index, largest): (usize, f64), forms: &mut Vec<For
         site: None,
         coefficients: Vec::new(),
         inner: vec![Inner {
-            name: "u_max",
-            dimension: (0, 0),
             of_input: Some(index),
-            grid: even(0.3 * largest, 0.98 * largest, 18),
-            bounds: (0.1 * largest, 0.995 * largest),
-            jumps: false,
+            ..Inner::new("u_max", (0, 0), even(0.3 * largest, 0.98 * largest, 18), (0.1 * largest, 0.995 * largest))
         }],
         contains: &[],
         axis: Axis::Input(index),
@@ -157,14 +138,8 @@ fn phase(frequency: f64) -> Expression {
 }
 
 fn harmonics(setting: &Setting, forms: &mut Vec<Form>) {
-    let frequencies = |grid: &[f64]| Inner {
-        name: "f",
-        dimension: (0, -1),
-        of_input: None,
-        grid: grid.to_vec(),
-        bounds: (0.01 * setting.frequency, 0.5 / setting.interval),
-        jumps: false,
-    };
+    let frequencies =
+        |grid: &[f64]| Inner::new("f", (0, -1), grid.to_vec(), (0.01 * setting.frequency, 0.5 / setting.interval));
     for frame in setting.each_mass() {
         forms.push(Form {
             effect: "unmeasured_harmonic_force",

@@ -1,28 +1,26 @@
-use super::{Addition, Axis, Direction, Form, Inner, Setting, coefficient, fixed, logarithmic, shared};
+use super::{Addition, Axis, Direction, Form, Inner, OneTerm, Setting, coefficient, logarithmic, shared};
 use crate::term::Term;
 
 /// Dry friction in its kinds.
 pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
     for frame in setting.frames() {
-        let sliding = || Term::new(frame.w().sgn());
+        let sliding = Term::new(frame.w().sgn());
         let axis = Axis::Velocity;
         let site = Some(frame.site);
-        if !setting.has(&sliding(), frame.site) {
-            forms.push(Form {
+        setting.offer(
+            frame,
+            OneTerm {
                 effect: "coulomb_friction",
                 title: "Coulomb (dry) friction",
                 explanation: "A force of constant size against the motion, whatever the speed.",
                 separates: "a free decay until the motion stops, or small amplitudes beside large ones",
                 formula: r"-F_c\,\operatorname{sgn} w",
-                form: frame.form.clone(),
-                site,
-                coefficients: vec![coefficient("F_c", 1, -2, Direction::Against)],
-                inner: Vec::new(),
-                contains: &[],
+                force: frame.w().sgn(),
+                coefficient: coefficient("F_c", 1, -2, Direction::Against),
                 axis,
-                build: fixed(sliding()),
-            });
-        }
+            },
+            forms,
+        );
         let speed = frame.speed;
         let slowest = (2.0 * frame.speed_noise).max(0.01 * speed).min(0.3 * speed);
         forms.push(Form {
@@ -37,18 +35,11 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                 coefficient("F_c", 1, -2, Direction::Against),
                 coefficient("F_s - F_c", 1, -2, Direction::Against),
             ],
-            inner: vec![Inner {
-                name: "v_s",
-                dimension: (1, -1),
-                of_input: None,
-                grid: logarithmic(slowest, 0.7 * speed, 10),
-                bounds: (0.5 * slowest, 0.9 * speed),
-                jumps: false,
-            }],
+            inner: vec![Inner::new("v_s", (1, -1), logarithmic(slowest, 0.7 * speed, 10), (0.5 * slowest, 0.9 * speed))],
             contains: &["coulomb_friction", "static_friction"],
             axis,
             build: {
-                let (frame, sliding) = (frame.clone(), sliding());
+                let (frame, sliding) = (frame.clone(), sliding.clone());
                 shared(move |inner| {
                     let falling = (-(frame.w() * inner[0].recip()).power(2.0)).exp();
                     let terms = vec![sliding.clone(), Term::new(frame.w().sgn() * falling)];
@@ -65,18 +56,11 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             form: frame.form.clone(),
             site,
             coefficients: vec![coefficient("F_c", 1, -2, Direction::Against)],
-            inner: vec![Inner {
-                name: "F_s/F_c",
-                dimension: (0, 0),
-                of_input: None,
-                grid: vec![1.2, 1.6, 2.3],
-                bounds: (1.0, 6.0),
-                jumps: true,
-            }],
+            inner: vec![Inner { jumps: true, ..Inner::new("F_s/F_c", (0, 0), vec![1.2, 1.6, 2.3], (1.0, 6.0)) }],
             contains: &["coulomb_friction"],
             axis,
             build: {
-                let sliding = sliding();
+                let sliding = sliding.clone();
                 shared(move |inner| Addition {
                     terms: vec![sliding.clone()],
                     static_ratio: Some(inner[0]),
@@ -84,19 +68,19 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                 })
             },
         });
-        forms.push(Form {
-            effect: "position_dependent_friction",
-            title: "Position-dependent friction",
-            explanation: "Dry friction that grows with the displacement (also called structural or rate-independent damping).",
-            separates: "the same amplitude at two frequencies an octave apart",
-            formula: r"-h\,|r|\,\operatorname{sgn} w",
-            form: frame.form.clone(),
-            site,
-            coefficients: vec![coefficient("h", 0, -2, Direction::Against)],
-            inner: Vec::new(),
-            contains: &[],
-            axis,
-            build: fixed(Term::new(frame.r().abs() * frame.w().sgn())),
-        });
+        setting.offer(
+            frame,
+            OneTerm {
+                effect: "position_dependent_friction",
+                title: "Position-dependent friction",
+                explanation: "Dry friction that grows with the displacement (also called structural or rate-independent damping).",
+                separates: "the same amplitude at two frequencies an octave apart",
+                formula: r"-h\,|r|\,\operatorname{sgn} w",
+                force: frame.r().abs() * frame.w().sgn(),
+                coefficient: coefficient("h", 0, -2, Direction::Against),
+                axis,
+            },
+            forms,
+        );
     }
 }

@@ -128,6 +128,12 @@ pub(crate) struct Inner {
     pub(crate) jumps: bool,
 }
 
+impl Inner {
+    fn new(name: &'static str, dimension: (i32, i32), grid: Vec<f64>, bounds: (f64, f64)) -> Self {
+        Self { name, dimension, of_input: None, grid, bounds, jumps: false }
+    }
+}
+
 /// What an effect adds to a model at given inner values.
 #[derive(Clone, Debug)]
 pub(crate) struct Addition<T = Placed> {
@@ -162,6 +168,18 @@ impl<T> Default for Addition<T> {
             offset: false,
         }
     }
+}
+
+/// An effect that is one term without inner quantities, as the catalogue says it; fields as those of [`Form`].
+struct OneTerm {
+    effect: &'static str,
+    title: &'static str,
+    explanation: &'static str,
+    separates: &'static str,
+    formula: &'static str,
+    force: Expression,
+    coefficient: Coefficient,
+    axis: Axis,
 }
 
 /// What an effect adds to the equation of the mass that it acts on.
@@ -489,6 +507,29 @@ impl Setting {
         grounds.enumerate().map(named).collect()
     }
 
+    /// Appends an effect of one term at a place, unless the present model has the term there.
+    fn offer(&self, frame: &Frame, one: OneTerm, forms: &mut Vec<Form>) {
+        let OneTerm { effect, title, explanation, separates, formula, force, coefficient, axis } = one;
+        let term = Term::new(force);
+        if self.has(&term, frame.site) {
+            return;
+        }
+        forms.push(Form {
+            effect,
+            title,
+            explanation,
+            separates,
+            formula,
+            form: frame.form.clone(),
+            site: Some(frame.site),
+            coefficients: vec![coefficient],
+            inner: Vec::new(),
+            contains: &[],
+            axis,
+            build: shared(move |_| Addition { terms: vec![term.clone()], ..Addition::default() }),
+        });
+    }
+
     /// True if the present model has the term at a place already, by itself or as the sum of its parts.
     fn has(&self, term: &Term, site: Site) -> bool {
         let (first, second) = site.masses();
@@ -521,11 +562,6 @@ fn with_words(place: &str, words: &str) -> String {
 
 fn shared(f: impl Fn(&[f64]) -> Addition<Term> + Send + Sync + 'static) -> Build {
     Arc::new(f)
-}
-
-/// The build of a term without inner quantities.
-fn fixed(term: Term) -> Build {
-    shared(move |_| Addition { terms: vec![term.clone()], ..Addition::default() })
 }
 
 /// `count` values from one to another, evenly spaced in their logarithm.

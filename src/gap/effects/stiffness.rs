@@ -1,4 +1,4 @@
-use super::{Addition, Axis, Direction, Form, Frame, Inner, Setting, coefficient, even, fixed, shared, with_words};
+use super::{Addition, Axis, Direction, Form, Frame, Inner, OneTerm, Setting, coefficient, even, shared, with_words};
 use crate::term::{Expression, Term};
 
 /// Restoring forces.
@@ -11,93 +11,81 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
 }
 
 fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
-    let mut push = |effect, title, explanation, separates, formula, force: Expression, name, length, sign| {
-        let term = Term::new(force);
-        if setting.has(&term, frame.site) {
-            return;
-        }
-        forms.push(Form {
-            effect,
-            title,
-            explanation,
-            separates,
-            formula,
-            form: frame.form.clone(),
-            site: Some(frame.site),
-            coefficients: vec![coefficient(name, length, -2, sign)],
-            inner: Vec::new(),
-            contains: &[],
+    setting.offer(
+        frame,
+        OneTerm {
+            effect: "linear_stiffness",
+            title: "Linear stiffness",
+            explanation: "A spring in proportion to the displacement.",
+            separates: "a wide band of frequencies",
+            formula: r"k\,r",
+            force: frame.r(),
+            coefficient: coefficient("k", 0, -2, Direction::Any),
             axis: Axis::Displacement,
-            build: fixed(term),
-        });
-    };
-    push(
-        "linear_stiffness",
-        "Linear stiffness",
-        "A spring in proportion to the displacement.",
-        "a wide band of frequencies",
-        r"k\,r",
-        frame.r(),
-        "k",
-        0,
-        Direction::Any,
+        },
+        forms,
     );
-    push(
-        "quadratic_stiffness",
-        "Quadratic stiffness",
-        "A spring that is stiffer on one side than on the other.",
-        "two amplitudes: the mean shifts with the amplitude squared",
-        r"k_2\,r^2",
-        frame.r().power(2.0),
-        "k_2",
-        -1,
-        Direction::Any,
+    setting.offer(
+        frame,
+        OneTerm {
+            effect: "quadratic_stiffness",
+            title: "Quadratic stiffness",
+            explanation: "A spring that is stiffer on one side than on the other.",
+            separates: "two amplitudes: the mean shifts with the amplitude squared",
+            formula: r"k_2\,r^2",
+            force: frame.r().power(2.0),
+            coefficient: coefficient("k_2", -1, -2, Direction::Any),
+            axis: Axis::Displacement,
+        },
+        forms,
     );
-    push(
-        "cubic_stiffness",
-        "Cubic stiffness",
-        "A spring that hardens (or, with the other sign, softens) with the displacement.",
-        "amplitudes that differ three times or more",
-        r"k_3\,r^3",
-        frame.r().power(3.0),
-        "k_3",
-        -2,
-        Direction::Any,
+    setting.offer(
+        frame,
+        OneTerm {
+            effect: "cubic_stiffness",
+            title: "Cubic stiffness",
+            explanation: "A spring that hardens (or, with the other sign, softens) with the displacement.",
+            separates: "amplitudes that differ three times or more",
+            formula: r"k_3\,r^3",
+            force: frame.r().power(3.0),
+            coefficient: coefficient("k_3", -2, -2, Direction::Any),
+            axis: Axis::Displacement,
+        },
+        forms,
     );
-    push(
-        "quintic_stiffness",
-        "Quintic stiffness",
-        "A spring that hardens (or softens) only at the largest displacements.",
-        "the largest safe amplitude",
-        r"k_5\,r^5",
-        frame.r().power(5.0),
-        "k_5",
-        -4,
-        Direction::Any,
+    setting.offer(
+        frame,
+        OneTerm {
+            effect: "quintic_stiffness",
+            title: "Quintic stiffness",
+            explanation: "A spring that hardens (or softens) only at the largest displacements.",
+            separates: "the largest safe amplitude",
+            formula: r"k_5\,r^5",
+            force: frame.r().power(5.0),
+            coefficient: coefficient("k_5", -4, -2, Direction::Any),
+            axis: Axis::Displacement,
+        },
+        forms,
     );
-    push(
-        "bilinear_stiffness",
-        "Bilinear stiffness",
-        "A spring with one stiffness when pulled and another when pushed, as of a breathing crack.",
-        "two amplitudes: the share of the second harmonic stays the same",
-        r"k_b\max(r,0)",
-        frame.r().max(0.0),
-        "k_b",
-        0,
-        Direction::Any,
+    setting.offer(
+        frame,
+        OneTerm {
+            effect: "bilinear_stiffness",
+            title: "Bilinear stiffness",
+            explanation: "A spring with one stiffness when pulled and another when pushed, as of a breathing crack.",
+            separates: "two amplitudes: the share of the second harmonic stays the same",
+            formula: r"k_b\max(r,0)",
+            force: frame.r().max(0.0),
+            coefficient: coefficient("k_b", 0, -2, Direction::Any),
+            axis: Axis::Displacement,
+        },
+        forms,
     );
 }
 
 fn contacts(frame: &Frame, forms: &mut Vec<Form>) {
     let reach = frame.reach;
-    let gap = |from: f64| Inner {
-        name: "d",
-        dimension: (1, 0),
-        of_input: None,
-        grid: even(from * reach, 0.95 * reach, 24),
-        bounds: (0.01 * reach, 0.98 * reach),
-        jumps: false,
-    };
+    let gap = |from: f64| Inner::new("d", (1, 0), even(from * reach, 0.95 * reach, 24), (0.01 * reach, 0.98 * reach));
     forms.push(Form {
         effect: "clearance",
         title: "Clearance",
