@@ -205,7 +205,7 @@ impl Data {
         let others = base.base.iter().filter(|t| **t != constant).cloned();
         let free = Composition::new(self.layout, others.chain([constant.clone()]).collect());
         let spring = free.base.iter().position(|t| t.term.as_str() == "x")?;
-        let found = Weak::new(self).estimate(&free, &[])?;
+        let found = Weak::new(self).estimate(&free, &free.middle())?;
         let point = -found.coefficients.last()? / found.coefficients[spring];
         let (mut mean, mut variance) = (0.0, 0.0);
         for s in self.fit() {

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::effects::{Direction, Form};
 use super::fit::Fitted;
+use super::parameters::Parameters;
 use super::site::Site;
 use crate::refine::{Refined, inflation};
 
@@ -165,12 +166,15 @@ pub(super) fn is_undetermined(form: &Form, fitted: &Fitted, colour: f64) -> bool
 /// Why a fitted form is not what its name says, or no part that the data need.
 fn unsound(form: &Form, after: &Fitted, colour: f64) -> Option<Refusal> {
     let refined = &after.refined;
-    let shared = &refined.point.shared;
-    let composition = &after.composition;
-    let (coefficients, inner) = composition.of(form, shared)?;
+    let index = after.composition.index_of(form)?;
+    let Parameters { coefficients: values, inner } = &after.parameters;
+    let positions = after.composition.positions();
+    let own = after.composition.places(inner).swap_remove(index);
+    let coefficients = || own.clone().map(|k| (values[k], positions.coefficients[k]));
+    let quantities = inner.forms[index].iter().zip(&positions.inner.forms[index]);
     let doubt = |k: usize| refined.std_error(k).map(|e| e * colour.sqrt());
     let mut open: Vec<usize> = Vec::new();
-    for (coefficient, k) in form.coefficients.iter().zip(coefficients.clone()) {
+    for (coefficient, (value, k)) in form.coefficients.iter().zip(coefficients()) {
         if refined.at_bound[k] {
             return Some(Refusal::Itself(format!(
                 "its {} comes out zero: to help it would have to act the wrong way round",
@@ -179,7 +183,7 @@ fn unsound(form: &Form, after: &Fitted, colour: f64) -> Option<Refusal> {
         }
         if coefficient.sign == Direction::Any {
             open.push(k);
-        } else if shared[k].abs() < CERTAIN * doubt(k).unwrap_or(0.0) {
+        } else if value.abs() < CERTAIN * doubt(k).unwrap_or(0.0) {
             // A form with more in it needs every part of it.
             return Some(Refusal::Undetermined(format!("its {} cannot be told from zero", coefficient.name)));
         }
@@ -189,8 +193,8 @@ fn unsound(form: &Form, after: &Fitted, colour: f64) -> Option<Refusal> {
         let parts: Vec<(f64, f64)> = form
             .coefficients
             .iter()
-            .zip(coefficients)
-            .map(|(c, k)| (c.shown(shared[k]), CERTAIN * doubt(k).unwrap_or(0.0)))
+            .zip(coefficients())
+            .map(|(c, (value, k))| (c.shown(value), CERTAIN * doubt(k).unwrap_or(0.0)))
             .collect();
         for pair in parts.chunks_exact(2) {
             if pair.iter().any(|(value, doubt)| value.abs() < *doubt) {
@@ -205,8 +209,8 @@ fn unsound(form: &Form, after: &Fitted, colour: f64) -> Option<Refusal> {
     if !open.is_empty() && wald(refined, &open) < CERTAIN * CERTAIN * colour * open.len() as f64 {
         return Some(Refusal::Undetermined("its size cannot be told from zero".to_owned()));
     }
-    for (quantity, k) in form.inner.iter().zip(inner) {
-        let (value, (low, high)) = (shared[k], quantity.bounds);
+    for (quantity, (&value, &k)) in form.inner.iter().zip(quantities) {
+        let (low, high) = quantity.bounds;
         if low < 0.0 && high > 0.0 && value.abs() < CERTAIN * doubt(k).unwrap_or(0.0) {
             return Some(Refusal::Undetermined(format!("its {} cannot be told from zero", quantity.name)));
         }

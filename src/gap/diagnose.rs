@@ -43,13 +43,16 @@ impl Search {
             }
             steps.push(step);
             // A richer kind takes the simpler one's place, and what a later effect made superfluous goes.
-            let Some(mut fitted) = GapError::if_possible(self.added(&stage, &choices(&steps), cancel))? else {
+            let Some(mut fitted) = steps.last().and_then(Advance::stage) else {
                 break ended(steps.pop())?;
             };
             if let Some(second) = company {
-                let known: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
-                let both: Vec<Choice> =
-                    known.iter().chain(choices(&steps[steps.len() - 1..]).iter()).chain([&second]).cloned().collect();
+                let both: Vec<Choice> = stage
+                    .choices()
+                    .into_iter()
+                    .chain(choices(&steps[steps.len() - 1..]))
+                    .chain([second.clone()])
+                    .collect();
                 let joined = self
                     .fitted(&both, cancel)
                     .and_then(|together| self.joined(&fitted, second, &together, tell, cancel));
@@ -133,10 +136,8 @@ impl Search {
 
     /// A model without one of its effects, fitted anew over segments as long.
     fn without(&self, whole: &Fitted, index: usize, cancel: &Cancel) -> Option<Fitted> {
-        let point = &whole.refined.point;
-        let (composition, stays) = whole.composition.reduced(index, &point.shared)?;
-        let kept = point.shared.iter().zip(&stays).filter(|(_, stays)| **stays).map(|(s, _)| *s).collect();
-        let start = Point { shared: kept, ..carried(&whole.composition, &composition, point) };
+        let (composition, kept) = whole.composition.reduced(index, &whole.parameters)?;
+        let start = Point { shared: kept.row(), ..carried(&whole.composition, &composition, &whole.refined.point) };
         let refined = self.data.refine_at(&composition, &start, whole.level, cancel)?;
         Some(self.data.judged(composition, refined, cancel))
     }
@@ -206,15 +207,14 @@ impl Search {
         &self,
         stage: &Arc<Stage>,
         choice: Choice,
-        together: &Fitted,
+        together: &Arc<Fitted>,
         tell: Listener<'_>,
         cancel: &Cancel,
     ) -> Result<Advance, GapError> {
         let mut round = self.look_into(stage, Depth::Screened, tell, cancel)?;
         if let Some(place) = round.candidates.iter().position(|c| c.choice == choice) {
             let mut candidate = round.candidates.remove(place);
-            let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
-            let alone = self.fitted(&choices, cancel)?;
+            let alone = self.fit_of(stage, cancel)?;
             candidate.standing = Standing::Refitted;
             if let Some(with) = stage.effects.last() {
                 candidate.why = in_company(&candidate.title, &with.title, (&alone, together), &self.data.shown_unit);
@@ -261,8 +261,9 @@ impl Search {
                     })
                 };
                 if let Some(lighter) = lighter {
+                    let lighter = Arc::new(lighter);
                     left = Some(Arc::new(self.show(&lighter)));
-                    self.keep(Arc::new(lighter));
+                    self.keep(lighter);
                     continue 'again;
                 }
             }
@@ -302,10 +303,9 @@ impl Search {
     /// A stage without what the last effect has made superfluous: an earlier one, or a damper of the base model with
     /// which data never fitted are explained clearly worse than without.
     fn dropped(&self, stage: Arc<Stage>, cancel: &Cancel) -> Result<Arc<Stage>, GapError> {
-        let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
-        let whole = self.fitted(&choices, cancel)?;
+        let whole = self.fit_of(&stage, cancel)?;
         let inflation = self.inflation(&whole);
-        for index in 0..choices.len().saturating_sub(1) {
+        for index in 0..stage.effects.len().saturating_sub(1) {
             let Some(without) = self.without(&whole, index, cancel) else { continue };
             let gone = if whole.held_out_error() > FAR * self.data.noise {
                 without.held_out_error() < NEEDLESS * whole.held_out_error()
@@ -335,11 +335,8 @@ impl Search {
 
     /// What is to be said of a stage: dampers of the base model held at zero, and how far it predicts.
     fn said_of(&self, stage: &Stage) -> Vec<String> {
-        let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
-        let Some(fitted) = self.known(&choices) else { return Vec::new() };
-        let shared = &fitted.refined.point.shared;
-        let inner = &shared[shared.len() - fitted.composition.inner_count()..];
-        let dampers = fitted.composition.dampers(inner);
+        let Some(fitted) = &stage.fit.0 else { return Vec::new() };
+        let dampers = fitted.composition.dampers(&fitted.parameters.inner);
         let held = dampers.into_iter().filter(|(k, _)| fitted.refined.at_bound.get(*k).copied().unwrap_or(false));
         held.map(|(_, placed)| {
             let term = &placed.term;
@@ -349,35 +346,19 @@ impl Search {
             };
             format!("The linear damper {term}{whose} is held at zero: free, it would give energy instead of taking it.")
         })
-        .chain(self.horizon(&fitted))
+        .chain(self.horizon(fitted))
         .collect()
     }
 
     /// What a stage leaves, no effect being tried.
     fn left(&self, stage: &Stage, cancel: &Cancel) -> Result<Remaining, GapError> {
-        let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
-        let fitted = self.fitted(&choices, cancel)?;
-        let motion = self.data.motion(&fitted).ok_or_else(|| GapError::Stage(titles(&choices)))?;
+        let fitted = self.fit_of(stage, cancel)?;
+        let motion = self.data.motion(&fitted).ok_or_else(|| GapError::Stage(titles(&stage.choices())))?;
         let forms = self.forms(&fitted, &motion);
         let screened = self.data.screen(&fitted, &motion, &forms, cancel);
         let seen = Examined { fitted: &fitted, motion: &motion, forms: &forms, screened: &screened };
         let evidence = self.data.evidence(&seen, cancel).ok_or(GapError::Cancelled)?;
         Ok(remaining(&evidence, &self.data.detectable(&seen, cancel)))
-    }
-
-    /// The stage after the last of these effects was added to another.
-    fn added(&self, before: &Stage, choices: &[Choice], cancel: &Cancel) -> Result<Arc<Stage>, GapError> {
-        let last = choices.last().ok_or(GapError::Base)?;
-        let known: Vec<Choice> = before.effects.iter().map(|e| e.choice.clone()).collect();
-        let with: Vec<Choice> = known.iter().chain([last]).cloned().collect();
-        // Where it took a simpler one's place, the fit is known without that one.
-        let place = (0..known.len()).map(|gone| {
-            let mut list = with.clone();
-            list.remove(gone);
-            list
-        });
-        let found = std::iter::once(with.clone()).chain(place).find(|list| self.known(list).is_some());
-        self.stage(&found.unwrap_or(with), cancel)
     }
 
     /// Looks again at each effect in the company of the others: with the others in place another may do better, or rivals
@@ -421,6 +402,11 @@ struct Advance {
 }
 
 impl Advance {
+    /// The model with the effect added.
+    fn stage(&self) -> Option<Arc<Stage>> {
+        self.round.candidates.iter().find(|c| c.choice == self.choice)?.stage.clone()
+    }
+
     /// The step that a round leads to; the round itself if it leads to none.
     fn of(round: Round) -> Result<Self, Box<Round>> {
         match (&round.finding, round.candidates.first()) {

@@ -13,7 +13,6 @@ use super::effects::{Addition, Form};
 use super::fit::Fitted;
 use super::outcome::{Evidence, Test};
 use super::screen::{Motion, Screened};
-use super::site::Placed;
 use crate::refine::{autoregression, lagged_products};
 use crate::signal::{dot, rms};
 use crate::study::Cancel;
@@ -95,9 +94,8 @@ impl Data {
     /// Asks whether the fitted model leaves more than noise; none if cancelled.
     pub(super) fn evidence(&self, seen: &Examined<'_>, cancel: &Cancel) -> Option<Evidence> {
         let Examined { fitted, motion, forms, screened } = *seen;
-        let shared = &fitted.refined.point.shared;
-        let (_, composed) = fitted.composition.model(shared);
-        let present = (composed.terms.as_slice(), &shared[..composed.terms.len()]);
+        let terms = fitted.terms();
+        let present = (terms.as_slice(), fitted.parameters.coefficients.as_slice());
         let tangent = self.tangent(fitted);
         let simulated = fitted.by_record(&fitted.refined.simulated);
         let residual = fitted.rows(&fitted.refined.residuals);
@@ -234,9 +232,8 @@ impl Data {
     /// coefficient, as a share of the spring force. Of a cancelled search it is not complete.
     pub(super) fn detectable(&self, seen: &Examined<'_>, cancel: &Cancel) -> Vec<(String, f64)> {
         let Examined { fitted, motion, forms, screened } = *seen;
-        let shared = &fitted.refined.point.shared;
-        let (_, composed) = fitted.composition.model(shared);
-        let present: (&[Placed], &[f64]) = (&composed.terms, &shared[..composed.terms.len()]);
+        let terms = fitted.terms();
+        let present = (terms.as_slice(), fitted.parameters.coefficients.as_slice());
         let mut basis = Basis::default();
         for column in self.tangent(fitted) {
             basis.push(column);

@@ -33,7 +33,7 @@ impl Data {
         let interval = 1.0 / (SAMPLES * self.frequency);
         let count = (PERIODS * SAMPLES) as usize;
         let noise = best.refined.rmse().max(self.noise).max(f64::MIN_POSITIVE);
-        let (model, composed) = best.composition.model(&best.refined.point.shared);
+        let (model, composed) = best.composition.model(&best.parameters);
         let simulator = Simulator::new(&model).ok()?;
         let cancelled = || cancel.is_cancelled();
         let mut found: Option<(f64, String)> = None;

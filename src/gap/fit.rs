@@ -6,6 +6,7 @@ use super::columns::{Inputs, Path, forces};
 use super::data::{Data, LEAST_NOISE, Series};
 use super::motion::{Oscillator, Slopes, Variation};
 use super::outcome::{Beginnings, Gap};
+use super::parameters::{InnerValues, Parameters};
 use super::site::{Placed, accelerations};
 use super::structure::Composition;
 use crate::model::Equation;
@@ -21,6 +22,8 @@ use crate::term::{Expression, Layout, Symbol, derivative};
 pub(super) struct Fitted {
     pub(super) composition: Composition,
     pub(super) refined: Arc<Refined>,
+    /// What the records share of `refined`, part by part.
+    pub(super) parameters: Parameters,
     /// What was fitted: whole records, or the segments at which the model still follows them.
     pub(super) runs: Arc<[Run]>,
     /// Doublings of the shortest segments; [`WHOLE`] for whole records.
@@ -80,6 +83,11 @@ impl Fitted {
     pub(super) fn sensitivity(&self, parameter: usize) -> Vec<f64> {
         let series: Vec<&[f64]> = self.refined.sensitivities.iter().map(|run| run[parameter].as_slice()).collect();
         by_record(&self.runs, &series).concat()
+    }
+
+    /// Terms of the accelerations.
+    pub(super) fn terms(&self) -> Vec<Placed> {
+        self.composition.compose(&self.parameters.inner).terms
     }
 
     /// RMS of the residuals, initial values allowed for.
@@ -510,7 +518,8 @@ impl Data {
             test_nrmse: test_rmse.map(|r| r / spread(judged)),
             horizon: runs.iter().map(|r| r.range.len() as f64 * r.grid.interval()).fold(0.0, f64::max),
         };
-        Fitted { composition, refined: Arc::new(refined), runs: runs.into(), level, folds, held_out, gap }
+        let parameters = composition.named(&refined.point.shared);
+        Fitted { composition, refined: Arc::new(refined), parameters, runs: runs.into(), level, folds, held_out, gap }
     }
 
     /// Coefficients of terms to start from: with `L` the response of a linear oscillator of the motion's frequency,
@@ -584,7 +593,7 @@ impl Data {
 
     /// Scales of a composition's shared parameters: what changes the acceleration by a hundredth of its size, and a
     /// fifth of an inner quantity.
-    pub(super) fn scales(&self, composition: &Composition, inner: &[f64], paths: &[Path]) -> Vec<f64> {
+    pub(super) fn scales(&self, composition: &Composition, inner: &InnerValues, paths: &[Path]) -> Parameters {
         let composed = composition.compose(inner);
         let omega = std::f64::consts::TAU * self.frequency;
         let mut squares = vec![0.0; composed.terms.len()];
@@ -598,7 +607,7 @@ impl Data {
             count += s.len();
         }
         let moved = |mass: usize| f64::sqrt(motion[mass] / count as f64);
-        let mut scales: Vec<f64> = squares
+        let coefficients = squares
             .iter()
             .zip(&composed.terms)
             .map(|(s, placed)| {
@@ -606,15 +615,12 @@ impl Data {
                 if size > 0.0 { 0.01 * omega * omega * moved(placed.mass) / size } else { 1.0 }
             })
             .collect();
-        if composition.datum {
-            scales.push(0.01 * moved(0));
-        }
-        scales.extend(
-            inner[usize::from(composition.datum)..]
-                .iter()
-                .map(|v| if *v == 0.0 { 0.01 / self.frequency } else { 0.2 * v.abs() }),
-        );
-        scales
+        let quantity = |v: &f64| if *v == 0.0 { 0.01 / self.frequency } else { 0.2 * v.abs() };
+        let inner = InnerValues {
+            equilibrium: inner.equilibrium.map(|_| 0.01 * moved(0)),
+            forms: inner.forms.iter().map(|own| own.iter().map(quantity).collect()).collect(),
+        };
+        Parameters { coefficients, inner }
     }
 
     /// What a small force does along a simulated motion under accelerations of these terms.

@@ -20,6 +20,7 @@ mod found;
 mod guide;
 mod motion;
 mod outcome;
+mod parameters;
 mod place;
 mod progress;
 mod ranking;
@@ -42,7 +43,7 @@ pub use evidence::LEVEL;
 pub use found::Found;
 pub use guide::{Entry, EntryForm, EntryParameter, guide};
 pub use outcome::{
-    Added, Beginnings, Blind, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Gap, Map, MissingForce,
+    Added, Beginnings, Blind, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Gap, HeldFit, Map, MissingForce,
     Parameter, Place, Profile, Remaining, Round, SensorTrace, Stage, Standing, Test, Trace, Verdict,
 };
 pub use progress::Progress;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::effects::Axis;
+use super::fit::Fitted;
 use super::site::Site;
 use crate::model::Model;
 use crate::record::Usage;
@@ -130,6 +131,26 @@ pub struct Stage {
     pub gap: Gap,
     /// Its response along every record, fitted ones first.
     pub traces: Vec<Trace>,
+    /// The fit that it shows.
+    pub fit: HeldFit,
+}
+
+impl Stage {
+    /// The effects in it, in the order in which they were added.
+    pub fn choices(&self) -> Vec<Choice> {
+        self.effects.iter().map(|e| e.choice.clone()).collect()
+    }
+}
+
+/// The fit that a stage shows; none where the stage was kept from an earlier search. What a stage shows makes it what it is:
+/// whether it can be gone on with at once does not.
+#[derive(Clone, Debug, Default)]
+pub struct HeldFit(pub(super) Option<Arc<Fitted>>);
+
+impl PartialEq for HeldFit {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 /// An effect that a stage's model has beside the base.

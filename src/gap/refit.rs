@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::data::Data;
 use super::effects::{Direction, Form, logarithmic};
 use super::fit::{Care, FEW_STEPS, Fitted, Pace, WHOLE, carried};
+use super::parameters::Parameters;
 use super::screen::{Motion, Screened};
 use super::search::{PROMISING, Refit, Search};
 use super::site::Placed;
@@ -121,17 +122,17 @@ impl Search {
             }
         }
         let (composition, mut refined) = best?;
-        let first = refined.point.shared.len() - form.inner.len();
-        for (k, inner) in form.inner.iter().enumerate().filter(|(_, inner)| inner.jumps) {
+        let positions = composition.positions().inner.forms.pop()?;
+        for (inner, k) in form.inner.iter().zip(positions).filter(|(inner, _)| inner.jumps) {
             // No slope leads across a jump of the response, and the screen does not see one: the whole range is looked
             // through, then what is near.
             for width in LOOKED_AT {
-                let present = refined.point.shared[first + k];
+                let present = refined.point.shared[k];
                 let (low, high) = inner.bounds;
                 let range = logarithmic((present / width).clamp(low, high), (present * width).clamp(low, high), PLACES);
                 let at = |value: f64| {
                     let mut point = refined.point.clone();
-                    point.shared[first + k] = value;
+                    point.shared[k] = value;
                     let left = misfit(&composition, &runs, &point, options)?;
                     Some((left, point))
                 };
@@ -158,14 +159,12 @@ impl Search {
         (form, inner, way): (&Form, &[f64], Way),
     ) -> Option<(Composition, Point)> {
         let data = &self.data;
-        let old = &before.refined.point.shared;
-        let old_inner = &old[old.len() - before.composition.inner_count()..];
+        let Parameters { coefficients, inner: old_inner } = &before.parameters;
         let old_composed = before.composition.compose(old_inner);
-        let coefficients = &old[..old_composed.terms.len()];
         let addition = form.addition(inner);
         let all_inner = after.inner_after(&before.composition, old_inner, inner);
         let composed = after.compose(&all_inner);
-        let mut shared = match way {
+        let mut values = match way {
             Way::Afresh => data.start(&composed.terms, &composed.internals, &motion.measured, 0.0)?,
             Way::Moved(share) => {
                 let columns = data.columns(
@@ -199,16 +198,16 @@ impl Search {
         // A start on the wrong side of zero is moved to the right one, small.
         let place = after.places(&all_inner).pop()?;
         let physical = form.coefficients.iter().map(|c| c.sign);
-        for (value, sign) in shared[place].iter_mut().zip(physical) {
+        for (value, sign) in values[place].iter_mut().zip(physical) {
             if sign != Direction::Any && (*value == 0.0 || sign.forbids(*value)) {
                 let small = 1e-3 * value.abs().max(f64::MIN_POSITIVE);
                 *value = if sign == Direction::Against { -small } else { small };
             }
         }
-        shared.extend_from_slice(&all_inner);
         let mut composition = after.clone();
         composition.scales = data.scales(&composition, &all_inner, &motion.measured);
         let point = carried(&before.composition, &composition, &before.refined.point);
+        let shared = Parameters { coefficients: values, inner: all_inner }.row();
         Some((composition, Point { shared, ..point }))
     }
 
@@ -285,7 +284,7 @@ impl Search {
         let (low, high) = inner.bounds;
         let mut best = self.transplanted(composition, from, &among(low, high, EVERYWHERE), level, cancel)?;
         for width in &LOOKED_AT[1..] {
-            let present = *best.refined.point.shared.last()?;
+            let present = *best.parameters.inner.forms.last()?.first()?;
             let near = among((present / width).max(low), (present * width).min(high), PLACES);
             let again = self.transplanted(best.composition.clone(), &best, &near, level, cancel);
             if let Some(again) = again.filter(|a| a.refined.rss < best.refined.rss) {
@@ -317,18 +316,18 @@ impl Search {
         cancel: &Cancel,
     ) -> Option<Fitted> {
         let data = &self.data;
-        let had = &from.refined.point.shared;
-        let had_inner = &had[had.len() - from.composition.inner_count()..];
-        let terms = from.composition.compose(had_inner).terms;
+        let had = &from.parameters;
+        let terms = from.terms();
         let paths: Vec<_> = data.fit().iter().map(super::data::Series::path).collect();
         let mut begin = |last: &Vec<f64>| {
-            let inner = composition.inner_after(&from.composition, had_inner, last);
+            let inner = composition.inner_after(&from.composition, &had.inner, last);
             composition.scales = data.scales(&composition, &inner, &paths);
-            let value =
-                |(term, scale): (&Placed, &f64)| terms.iter().position(|t| t == term).map_or(-scale.abs(), |k| had[k]);
+            let value = |(term, scale): (&Placed, &f64)| {
+                terms.iter().position(|t| t == term).map_or(-scale.abs(), |k| had.coefficients[k])
+            };
             let composed = composition.compose(&inner);
-            let shared =
-                composed.terms.iter().zip(&composition.scales).map(value).chain(inner.iter().copied()).collect();
+            let coefficients = composed.terms.iter().zip(&composition.scales.coefficients).map(value).collect();
+            let shared = Parameters { coefficients, inner }.row();
             Point { shared, ..carried(&from.composition, &composition, &from.refined.point) }
         };
         let start = match last {

@@ -12,7 +12,8 @@ use super::error::GapError;
 use super::fit::{Fitted, Followed, WHOLE, followed, of_first};
 use super::found::{Found, FoundCandidate, FoundConclusion, FoundResponse, FoundRound, FoundStage};
 use super::guide::guide;
-use super::outcome::{Beginnings, Candidate, Choice, Curve, Diagnosis, Round, Stage, Standing};
+use super::outcome::{Beginnings, Candidate, Choice, Curve, Diagnosis, HeldFit, Round, Stage, Standing};
+use super::parameters::Parameters;
 use super::screen::Motion;
 use super::search::Search;
 use super::site::Placed;
@@ -166,10 +167,10 @@ impl Search {
         };
         let mut internals = model.equations[2 * masses..].to_vec();
         internals.iter_mut().flat_map(|e| &mut e.terms).for_each(|t| *t = inward(t));
-        let (mut base, mut shared, mut last) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut base, mut coefficients, mut last) = (Vec::new(), Vec::new(), Vec::new());
         for (mass, equation) in model.equations[masses..2 * masses].iter().enumerate() {
             base.extend(equation.terms.iter().map(|t| Placed { mass, term: inward(t).term }));
-            shared.extend(equation.terms.iter().map(|t| t.coefficient));
+            coefficients.extend(equation.terms.iter().map(|t| t.coefficient));
             // An effect's terms stand behind all others.
             let name = model.layout.name(Symbol::Rate(mass));
             let added = kept.effects.last().and_then(|e| e.equations.iter().find(|(velocity, _)| *velocity == name));
@@ -185,8 +186,10 @@ impl Search {
             offset: kept.responses.iter().any(|r| !r.offsets.is_empty()),
             ..Addition::default()
         }));
+        let parameters = Parameters { coefficients, inner: composition.middle() };
         let (fit, held) = kept.responses.split_at(data.fit().len());
-        let refined = |series: &[Series], kept: &[FoundResponse]| retraced(&composition, &shared, series, kept, cancel);
+        let refined =
+            |series: &[Series], kept: &[FoundResponse]| retraced(&composition, &parameters, series, kept, cancel);
         let (runs, refined_fit) = refined(data.fit(), fit)?;
         let mut held_out = Vec::new();
         for (s, kept) in data.held_out().iter().zip(held) {
@@ -206,6 +209,7 @@ impl Search {
         let fitted = Fitted {
             composition,
             refined: Arc::new(refined_fit),
+            parameters,
             runs: runs.into(),
             level: WHOLE,
             folds: Vec::new(),
@@ -219,6 +223,7 @@ impl Search {
             effects: kept.effects.clone(),
             gap: kept.gap,
             traces: self.traces(&fitted),
+            fit: HeldFit::default(),
         };
         Some(Revived { stage: Arc::new(stage), fitted, last })
     }
@@ -227,14 +232,14 @@ impl Search {
 /// The responses along records from what they begin with; none if that does not go with the records.
 fn retraced(
     composition: &Composition,
-    shared: &[f64],
+    parameters: &Parameters,
     series: &[Series],
     kept: &[FoundResponse],
     cancel: &Cancel,
 ) -> Option<(Vec<Run>, Refined)> {
     let states = 2 * composition.layout.freedoms;
     let all = states + crate::refine::Structure::internals(composition);
-    let (mut runs, mut point) = (Vec::new(), Point { shared: shared.to_vec(), ..Point::default() });
+    let (mut runs, mut point) = (Vec::new(), Point { shared: parameters.clone().row(), ..Point::default() });
     for (record, (s, kept)) in series.iter().zip(kept).enumerate() {
         let mut next = 0;
         for stretch in &kept.stretches {

@@ -57,9 +57,7 @@ pub(super) struct Hit {
 impl Data {
     /// The motion under a fitted model.
     pub(super) fn motion(&self, fitted: &Fitted) -> Option<Motion> {
-        let shared = &fitted.refined.point.shared;
-        let (model, composed) = fitted.composition.model(shared);
-        let coefficients = &shared[..composed.terms.len()];
+        let (model, composed) = fitted.composition.model(&fitted.parameters);
         let simulator = Simulator::new(&model).ok()?;
         let mut simulated = Vec::new();
         let mut variations: Vec<Variation> = Vec::new();
@@ -80,7 +78,7 @@ impl Data {
                 let mut initial = own.clone();
                 if initial.len() < 2 * masses + composed.internals.len() {
                     if driven.is_empty() {
-                        driven = fitted.composition.driven(shared, run);
+                        driven = fitted.composition.driven(&fitted.refined.point.shared, run);
                     }
                     initial.extend(driven.iter().map(|z| z[run.range.start]));
                 }
@@ -92,7 +90,7 @@ impl Data {
                 path.x.iter_mut().zip(x).for_each(|(path, x)| path.extend_from_slice(x));
                 path.v.iter_mut().zip(rest).for_each(|(path, v)| path.extend_from_slice(v));
             }
-            variations.push(self.variation(&composed.terms, coefficients, s, &path));
+            variations.push(self.variation(&composed.terms, &fitted.parameters.coefficients, s, &path));
             simulated.push(path);
         }
         let mut measured = Vec::new();
@@ -120,7 +118,7 @@ impl Data {
             let there = Path { x: sum(&path.x, &smoothed.displacement), v: sum(&path.v, &smoothed.velocity) };
             let acceleration = |path: &Path| -> Vec<Vec<f64>> {
                 let columns = forces(&composed.terms, &composed.internals, &self.layout, s, &s.inputs(), path);
-                accelerations(self.masses(), &composed.terms, coefficients, &columns, s.len())
+                accelerations(self.masses(), &composed.terms, &fitted.parameters.coefficients, &columns, s.len())
             };
             let (here, there_force) = (acceleration(path), acceleration(&there));
             let (stiffness, damping) = (&variation.oscillator.stiffness, &variation.oscillator.damping);
@@ -306,16 +304,16 @@ impl Data {
 
     /// Tries every form at every inner value; the best of each form, best first.
     pub(super) fn screen(&self, fitted: &Fitted, motion: &Motion, forms: &[Form], cancel: &Cancel) -> Screened {
-        let shared = &fitted.refined.point.shared;
-        let (_, composed) = fitted.composition.model(shared);
-        let coefficients = &shared[..composed.terms.len()];
-        let present = (composed.terms.as_slice(), coefficients);
+        let composed = fitted.composition.compose(&fitted.parameters.inner);
+        let present = (composed.terms.as_slice(), fitted.parameters.coefficients.as_slice());
         let own =
             Addition { terms: composed.terms.clone(), internals: composed.internals.clone(), ..Addition::default() };
         let simulated = &fitted.by_record(&fitted.refined.simulated);
         let base = self.columns(&own, &motion.measured, &motion.variations, present, simulated);
-        let mut rest: Vec<Vec<f64>> = (composed.terms.len()..shared.len()).map(|j| fitted.sensitivity(j)).collect();
-        rest.extend(self.own_columns(fitted, shared.len()));
+        let shared = fitted.refined.point.shared.len();
+        let inner = composed.terms.len()..shared;
+        let mut rest: Vec<Vec<f64>> = inner.map(|j| fitted.sensitivity(j)).collect();
+        rest.extend(self.own_columns(fitted, shared));
         let mut basis = Basis::default();
         for column in base.iter().chain(&rest) {
             basis.push(column.clone());

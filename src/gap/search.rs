@@ -13,6 +13,7 @@ use super::error::GapError;
 use super::evidence::Examined;
 use super::fit::{Care, Fitted, Pace, WHOLE};
 use super::outcome::{Blind, Choice, Evidence, Finding, Round, Stage};
+use super::parameters::Parameters;
 use super::progress::Progress;
 use super::ranking::{Decision, merged};
 use super::screen::{Motion, Screened};
@@ -192,6 +193,14 @@ impl Search {
         self.known.lock().unwrap_or_else(PoisonError::into_inner).insert(choices, fitted);
     }
 
+    /// The fit that a stage shows; fitted anew where it was kept from an earlier search.
+    pub(super) fn fit_of(&self, stage: &Stage, cancel: &Cancel) -> Result<Arc<Fitted>, GapError> {
+        match &stage.fit.0 {
+            Some(fitted) => Ok(Arc::clone(fitted)),
+            None => self.fitted(&stage.choices(), cancel),
+        }
+    }
+
     pub(super) fn fitted(&self, choices: &[Choice], cancel: &Cancel) -> Result<Arc<Fitted>, GapError> {
         if let Some(fitted) = self.known(choices) {
             return Ok(fitted);
@@ -228,12 +237,15 @@ impl Search {
         let inner = composition.middle();
         composition.scales = data.scales(&composition, &inner, &rough);
         let runs = data.whole();
+        let begin = |coefficients| {
+            let shared = Parameters { coefficients, inner: inner.clone() }.row();
+            Point::new(&composition, &runs, shared, false)
+        };
         // Where the data alone lead to a start that does not last (one tone leaves directions open), the start leans
         // towards an oscillator of the motion's frequency.
         for prior in PRIORS {
-            let shared = data.start(&composition.base, &[], &rough, prior).ok_or(GapError::Base)?;
-            let shared = shared.into_iter().chain(inner.iter().copied()).collect();
-            let start = Point::new(&composition, &runs, shared, false);
+            let coefficients = data.start(&composition.base, &[], &rough, prior).ok_or(GapError::Base)?;
+            let start = begin(coefficients);
             if let Some(refined) = data.refine(&composition, &start, data.lost(), Pace::Thorough, cancel) {
                 return Ok(data.judge(composition, refined, Care::Full, cancel));
             }
@@ -247,10 +259,8 @@ impl Search {
             .map(|e| e.coefficients)
             .into_iter()
             .chain(data.start(&composition.base, &[], &rough, PRIORS[1]));
-        for shared in starts {
-            let shared = shared.into_iter().chain(inner.iter().copied()).collect();
-            let start = Point::new(&composition, &runs, shared, false);
-            if let Some(landed) = data.refine_at(&composition, &start, 0, cancel) {
+        for coefficients in starts {
+            if let Some(landed) = data.refine_at(&composition, &begin(coefficients), 0, cancel) {
                 return Ok(data.judged(composition, landed, cancel));
             }
         }
@@ -259,7 +269,6 @@ impl Search {
 
     pub(super) fn forms(&self, fitted: &Fitted, motion: &Motion) -> Vec<Form> {
         let data = &self.data;
-        let shared = &fitted.refined.point.shared;
         let over = |pick: &dyn Fn(usize, usize) -> f64| {
             let largest = |(r, s): (usize, &Series)| (0..s.len()).map(|k| pick(r, k).abs()).fold(0.0, f64::max);
             data.fit().iter().enumerate().map(largest).fold(0.0, f64::max)
@@ -282,7 +291,7 @@ impl Search {
             base_excited: data.base_excited,
             input_open: data.input_open,
             frames,
-            terms: fitted.composition.plain_terms(shared),
+            terms: fitted.composition.plain_terms(&fitted.parameters.inner),
             unit: data.unit.clone(),
             derivatives: data.outputs[0].derivatives(),
             inputs: (0..data.layout.inputs).map(|j| over(&|r, k| data.fit()[r].inputs[j][k])).collect(),
@@ -331,11 +340,10 @@ impl Search {
         tell: Listener<'_>,
         cancel: &Cancel,
     ) -> Result<Round, GapError> {
-        let choices: Vec<Choice> = stage.effects.iter().map(|e| e.choice.clone()).collect();
-        let before = self.fitted(&choices, cancel)?;
+        let before = self.fit_of(stage, cancel)?;
         let data = &self.data;
         tell(Progress::Step("Estimating the missing force", 0.0));
-        let motion = data.motion(&before).ok_or_else(|| GapError::Stage(titles(&choices)))?;
+        let motion = data.motion(&before).ok_or_else(|| GapError::Stage(titles(&stage.choices())))?;
         let check = || if cancel.is_cancelled() { Err(GapError::Cancelled) } else { Ok(()) };
         check()?;
         let place = data.place(&before.by_record(&before.refined.residuals), &motion);
@@ -349,7 +357,7 @@ impl Search {
         let seen = Examined { fitted: &before, motion: &motion, forms: &forms, screened: &screened };
         let evidence = data.evidence(&seen, cancel).ok_or(GapError::Cancelled)?;
         let shown = Arc::new(self.show(&before));
-        let round = |compared: Option<&Fitted>, candidates, evidence: Evidence, decision: Decision| Round {
+        let round = |compared: Option<&Arc<Fitted>>, candidates, evidence: Evidence, decision: Decision| Round {
             before: Arc::clone(&shown),
             compared: compared.map_or_else(|| Arc::clone(&shown), |compared| Arc::new(self.show(compared))),
             evidence,
@@ -374,9 +382,10 @@ impl Search {
         };
         check()?;
         if let Some(again) = self.rebased(&before, &refits, cancel) {
-            self.keep(Arc::new(again));
+            let again = Arc::new(again);
+            self.keep(Arc::clone(&again));
             check()?;
-            return self.look_into(stage, depth, tell, cancel);
+            return self.look_into(&self.show(&again), depth, tell, cancel);
         }
         let mut compared = Arc::clone(&before);
         // One steady tone tells sets apart as little as single effects.
@@ -390,7 +399,7 @@ impl Search {
         let decision = self.decide(&compared, &motion, &forms, &refits, &mut candidates, cancel);
         check()?;
         tell(Progress::Ranking(candidates.clone()));
-        let another = Some(&*compared).filter(|_| !Arc::ptr_eq(&compared, &before));
+        let another = Some(&compared).filter(|_| !Arc::ptr_eq(&compared, &before));
         let round = round(another, candidates, evidence, decision);
         check()?;
         Ok(round)

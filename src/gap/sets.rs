@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use super::data::Data;
 use super::effects::Form;
 use super::fit::{FEW_STEPS, Fitted, Pace, WHOLE};
+use super::parameters::{InnerValues, Parameters};
 use super::refit::{DISTANT, HARDLY};
 use super::search::{Refit, Search};
 use super::structure::Composition;
@@ -410,11 +411,11 @@ impl Search {
         let data = &self.data;
         let composition = &before.composition;
         let whole = data.whole();
-        let own = before.refined.point.shared.clone();
-        let inner = &own[own.len() - composition.inner_count()..];
-        let mut starts = vec![own.clone()];
+        let inner = &before.parameters.inner;
+        let mut starts = vec![before.refined.point.shared.clone()];
         if let Some(estimate) = weak.estimate(composition, inner) {
-            starts.push(estimate.coefficients.iter().chain(inner).copied().collect());
+            let coefficients = estimate.coefficients;
+            starts.push(Parameters { coefficients, inner: inner.clone() }.row());
         }
         let same_zero = |best: &&Fitted| best.composition.offset() == composition.offset();
         let motion = best.filter(same_zero).map(|best| (best.landed(), &best.composition));
@@ -435,10 +436,9 @@ impl Search {
     }
 
     /// A composition with forms added, ready to be fitted from these inner values.
-    fn with_all(&self, before: &Fitted, added: &[(&Form, &[f64])]) -> (Composition, Vec<f64>) {
+    fn with_all(&self, before: &Fitted, added: &[(&Form, &[f64])]) -> (Composition, InnerValues) {
         let mut composition = before.composition.clone();
-        let old = &before.refined.point.shared;
-        let mut inner = old[old.len() - composition.inner_count()..].to_vec();
+        let mut inner = before.parameters.inner.clone();
         for (form, values) in added {
             let next = self.with(&composition, form);
             inner = next.inner_after(&composition, &inner, values);
@@ -453,7 +453,7 @@ impl Search {
         let with: Vec<(&Form, &[f64])> = added.iter().map(|(k, inner)| (&forms[*k], *inner)).collect();
         let (composition, inner) = self.with_all(before, &with);
         let estimate = weak.estimate(&composition, &inner)?;
-        let shared = estimate.coefficients.into_iter().chain(inner).collect();
+        let shared = Parameters { coefficients: estimate.coefficients, inner }.row();
         Some(Trial { forms: added.iter().map(|(k, _)| *k).collect(), composition, shared, left: estimate.left })
     }
 

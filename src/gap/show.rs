@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use super::columns::forces;
 use super::data::Series;
-use super::effects::{Axis, Form, unit};
+use super::effects::{Axis, Coefficient, Form, unit};
 use super::fit::{Fitted, Followed};
-use super::outcome::{Added, Candidate, Choice, Curve, Parameter, SensorTrace, Stage, Standing, Trace};
+use super::outcome::{Added, Candidate, Choice, Curve, HeldFit, Parameter, SensorTrace, Stage, Standing, Trace};
 use super::screen::{Motion, Screened};
 use super::search::Search;
 use super::site::{Placed, Site};
@@ -69,9 +69,7 @@ impl Search {
 
     /// The measured missing force and the force of the effect that was added last through it.
     pub(super) fn curve(&self, form: &Form, (before, fitted): (&Fitted, &Fitted), motion: &Motion) -> Curve {
-        let shared = &fitted.refined.point.shared;
-        let inner = &shared[shared.len() - fitted.composition.inner_count()..];
-        let own: Vec<usize> = fitted.composition.places(inner).pop().into_iter().flatten().collect();
+        let own: Vec<usize> = fitted.composition.places(&fitted.parameters.inner).pop().into_iter().flatten().collect();
         self.partial_residuals((form.axis, form.site), (before, fitted), &own, motion)
     }
 
@@ -89,12 +87,10 @@ impl Search {
             return curve;
         }
         let data = &self.data;
-        let shared = &fitted.refined.point.shared;
-        let inner = &shared[shared.len() - fitted.composition.inner_count()..];
         let (_, _, values) = self.axis(over, motion);
-        let old = &before.refined.point.shared;
-        let old_composed = before.composition.compose(&old[old.len() - before.composition.inner_count()..]);
-        let composed = fitted.composition.compose(inner);
+        let (old, new) = (&before.parameters, &fitted.parameters);
+        let old_composed = before.composition.compose(&old.inner);
+        let composed = fitted.composition.compose(&new.inner);
         let mass = self.acts_on(over.1, motion);
         let own: Vec<usize> = own.iter().copied().filter(|k| composed.terms[*k].mass == mass).collect();
         let sum = |terms: &[Placed], columns: &[Vec<f64>], coefficients: &[f64], k: usize| -> f64 {
@@ -110,9 +106,10 @@ impl Search {
             let then = columns(&old_composed.terms, &old_composed.internals);
             let now = columns(&composed.terms, &composed.internals);
             for (k, missing) in missing.iter().enumerate() {
-                let own: f64 = own.iter().map(|i| shared[*i] * now[*i][k]).sum();
+                let own: f64 = own.iter().map(|i| new.coefficients[*i] * now[*i][k]).sum();
                 force.push(own);
-                let (then, now) = (sum(&old_composed.terms, &then, old, k), sum(&composed.terms, &now, shared, k));
+                let then = sum(&old_composed.terms, &then, &old.coefficients, k);
+                let now = sum(&composed.terms, &now, &new.coefficients, k);
                 wanted.push(missing + then - (now - own));
             }
         }
@@ -132,52 +129,49 @@ impl Search {
     }
 
     /// A fitted model for showing.
-    pub(super) fn show(&self, fitted: &Fitted) -> Stage {
+    pub(super) fn show(&self, fitted: &Arc<Fitted>) -> Stage {
         let data = &self.data;
         let refined = &fitted.refined;
-        let shared = &refined.point.shared;
-        let (mut model, mut composed) = fitted.composition.model(shared);
+        let values = &fitted.parameters;
+        let (mut model, mut composed) = fitted.composition.model(values);
         if data.datum != 0.0 {
             let moved = |t: &Term| counted_from(t, data.datum);
             composed.terms.iter_mut().for_each(|t| t.term = moved(&t.term));
             model.equations[1..].iter_mut().flat_map(|e| &mut e.terms).for_each(|t| t.term = moved(&t.term));
         }
         let inflated = self.inflation(fitted).sqrt();
-        let errors: Vec<Option<f64>> = (0..shared.len()).map(|k| refined.std_error(k).map(|e| e * inflated)).collect();
-        let model = with_errors(model, &composed.terms, &errors, &self.shares(&composed.terms, shared, fitted));
-        let inner = &shared[shared.len() - fitted.composition.inner_count()..];
-        let inner_errors = &errors[errors.len() - inner.len()..];
+        let error = |k: usize| refined.std_error(k).map(|e| e * inflated);
         let at_bound = |k: usize| refined.at_bound.get(k).copied().unwrap_or(false);
-        let mut rest = usize::from(fitted.composition.datum);
+        let positions = fitted.composition.positions();
+        let errors: Vec<Option<f64>> = positions.coefficients.iter().map(|k| error(*k)).collect();
+        let model = with_errors(model, &composed.terms, &errors, &self.shares(fitted));
         let effects = fitted
             .composition
             .forms
             .iter()
-            .zip(fitted.composition.places(inner))
-            .map(|(form, place)| {
-                let own = rest..rest + form.inner.len();
-                rest = own.end;
-                let mut parameters: Vec<Parameter> = form
-                    .coefficients
-                    .iter()
-                    .zip(place.clone())
-                    .map(|(c, k)| Parameter {
-                        name: c.name.clone(),
-                        value: c.shown(shared[k]),
-                        std_error: errors[k],
-                        at_bound: at_bound(k),
-                        unit: unit(&data.unit, c.dimension),
-                    })
-                    .collect();
-                parameters.extend(form.inner.iter().zip(own).map(|(q, k)| Parameter {
-                    name: q.name.to_owned(),
-                    value: inner[k],
-                    std_error: inner_errors[k],
-                    at_bound: at_bound(shared.len() - inner.len() + k),
-                    unit: match q.of_input {
+            .zip(fitted.composition.places(&values.inner))
+            .enumerate()
+            .map(|(index, (form, place))| {
+                let parameter = |name: &str, value: f64, position: usize, unit: String| Parameter {
+                    name: name.to_owned(),
+                    value,
+                    std_error: error(position),
+                    at_bound: at_bound(position),
+                    unit,
+                };
+                let coefficient = |(c, k): (&Coefficient, usize)| {
+                    let (value, position) = (c.shown(values.coefficients[k]), positions.coefficients[k]);
+                    parameter(&c.name, value, position, unit(&data.unit, c.dimension))
+                };
+                let mut parameters: Vec<Parameter> =
+                    form.coefficients.iter().zip(place.clone()).map(coefficient).collect();
+                let inner = values.inner.forms[index].iter().zip(&positions.inner.forms[index]);
+                parameters.extend(form.inner.iter().zip(inner).map(|(q, (value, position))| {
+                    let unit = match q.of_input {
                         Some(j) => data.input_units[j].clone(),
                         None => unit(&data.unit, q.dimension),
-                    },
+                    };
+                    parameter(q.name, *value, *position, unit)
                 }));
                 if fitted.composition.offset() && form.effect == "sensor_offset" {
                     let several = data.masses() > 1;
@@ -216,19 +210,20 @@ impl Search {
             effects,
             gap: fitted.gap,
             traces: self.traces(fitted),
+            fit: HeldFit(Some(Arc::clone(fitted))),
         }
     }
 
     /// RMS of each term's force over the fitted records, as a share of their sum in its equation.
-    fn shares(&self, terms: &[Placed], shared: &[f64], fitted: &Fitted) -> Vec<f64> {
+    fn shares(&self, fitted: &Fitted) -> Vec<f64> {
         let data = &self.data;
-        let inner = &shared[shared.len() - fitted.composition.inner_count()..];
-        let composed = fitted.composition.compose(inner);
+        let composed = fitted.composition.compose(&fitted.parameters.inner);
+        let terms = &composed.terms;
         let mut squares = vec![0.0; terms.len()];
         for s in data.fit() {
             let path = s.path();
-            let columns = forces(&composed.terms, &composed.internals, &data.layout, s, &s.inputs(), &path);
-            for ((square, column), c) in squares.iter_mut().zip(&columns).zip(shared) {
+            let columns = forces(terms, &composed.internals, &data.layout, s, &s.inputs(), &path);
+            for ((square, column), c) in squares.iter_mut().zip(&columns).zip(&fitted.parameters.coefficients) {
                 *square += c * c * dot(column, column);
             }
         }
@@ -240,10 +235,9 @@ impl Search {
 
     /// RMS of a form's force over the fitted records, as a share of all forces of the acceleration.
     pub(super) fn share(&self, form: &Form, fitted: &Fitted) -> f64 {
-        let shared = &fitted.refined.point.shared;
-        let composed = fitted.composition.compose(&shared[shared.len() - fitted.composition.inner_count()..]);
-        let shares = self.shares(&composed.terms, shared, fitted);
-        fitted.composition.of(form, shared).map_or(0.0, |(coefficients, _)| shares[coefficients].iter().sum())
+        let Some(index) = fitted.composition.index_of(form) else { return 0.0 };
+        let own = fitted.composition.places(&fitted.parameters.inner).swap_remove(index);
+        self.shares(fitted)[own].iter().sum()
     }
 
     /// What one mass's sensor showed, and what it would show of the response, given sensor after sensor.

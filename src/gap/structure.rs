@@ -1,26 +1,24 @@
 use super::columns::{Clock, Inputs, Path, integrate};
 use super::effects::{Addition, Form};
 use super::outcome::Choice;
+use super::parameters::{InnerValues, Parameters};
 use super::site::Placed;
 use crate::model::{Equation, Model, WeightedTerm};
 use crate::refine::{Instance, Run, Structure};
 use crate::simulate::Delays;
 use crate::term::{Expression, Function, Kind, Layout, Symbol, Term, derivative};
 
-/// The base model's terms with effects on top: what is fitted.
-///
-/// Shared parameters are, in order: one coefficient a term of an acceleration, the equilibrium if it is fitted, then the inner
-/// quantities of each form.
+/// The base model's terms with effects on top: what is fitted. Its shared parameters are [`Parameters`].
 #[derive(Clone, Debug)]
 pub(super) struct Composition {
     pub(super) layout: Layout,
     pub(super) base: Vec<Placed>,
     pub(super) forms: Vec<Form>,
     /// A change of each shared parameter that matters.
-    pub(super) scales: Vec<f64>,
+    pub(super) scales: Parameters,
     /// The base model's dampers take energy; else they may also give it.
     pub(super) passive: bool,
-    /// Displacements count from an equilibrium that is fitted: the first inner quantity.
+    /// Displacements count from an equilibrium that is fitted.
     pub(super) datum: bool,
     /// The sensor's zero is free in each record, as that of an accelerometer is.
     pub(super) zero: bool,
@@ -39,7 +37,15 @@ pub(super) struct Composed {
 
 impl Composition {
     pub(super) fn new(layout: Layout, base: Vec<Placed>) -> Self {
-        Self { layout, base, forms: Vec::new(), scales: Vec::new(), passive: true, datum: false, zero: false }
+        Self {
+            layout,
+            base,
+            forms: Vec::new(),
+            scales: Parameters::default(),
+            passive: true,
+            datum: false,
+            zero: false,
+        }
     }
 
     /// This composition with a further effect, without scales.
@@ -50,24 +56,14 @@ impl Composition {
     }
 
     /// Inner values to begin with: of the effects that another composition has too those that it has, of the others values in
-    /// the middle of their grids; in the end those of `last`.
-    pub(super) fn inner_after(&self, other: &Self, inner: &[f64], last: &[f64]) -> Vec<f64> {
-        let mut next: Vec<f64> = self.datum.then(|| other.equilibrium(inner)).into_iter().collect();
-        for form in &self.forms {
-            let mut rest = other.of_forms(inner);
-            let had = other.forms.iter().find_map(|f| {
-                let (own, others) = rest.split_at(f.inner.len());
-                rest = others;
-                (choice(f) == choice(form)).then_some(own)
-            });
-            match had {
-                Some(own) => next.extend_from_slice(own),
-                None => next.extend(form.middle()),
-            }
+    /// the middle of their grids; of the last effect `last`, unless that is empty.
+    pub(super) fn inner_after(&self, other: &Self, inner: &InnerValues, last: &[f64]) -> InnerValues {
+        let had = |form: &Form| other.index_of(form).map_or_else(|| form.middle(), |k| inner.forms[k].clone());
+        let mut forms: Vec<Vec<f64>> = self.forms.iter().map(had).collect();
+        if let Some(own) = forms.last_mut().filter(|_| !last.is_empty()) {
+            *own = last.to_vec();
         }
-        next.truncate(self.inner_count() - last.len());
-        next.extend_from_slice(last);
-        next
+        InnerValues { equilibrium: self.datum.then(|| inner.equilibrium.unwrap_or(0.0)), forms }
     }
 
     /// The same without one of its effects.
@@ -77,48 +73,49 @@ impl Composition {
         next
     }
 
-    /// The same at these parameters without one of its effects, and which of the shared parameters stay. None if an effect of
-    /// which it is a richer kind would be lost with it.
-    pub(super) fn reduced(&self, index: usize, shared: &[f64]) -> Option<(Self, Vec<bool>)> {
-        let (coefficients, inner) = shared.split_at(shared.len() - self.inner_count());
-        let mut stays = vec![true; shared.len()];
-        let first = usize::from(self.datum) + self.forms[..index].iter().map(|f| f.inner.len()).sum::<usize>();
-        let own = first..first + self.forms[index].inner.len();
-        if !self.forms[index].addition(&inner[own.clone()]).replaces.is_empty() {
+    /// The same without one of its effects, and its parameters without that one's. None if an effect of which it is a richer
+    /// kind would be lost with it.
+    pub(super) fn reduced(&self, index: usize, parameters: &Parameters) -> Option<(Self, Parameters)> {
+        let inner = &parameters.inner;
+        if !self.forms[index].addition(&inner.forms[index]).replaces.is_empty() {
             return None;
         }
-        stays[self.places(inner)[index].clone()].fill(false);
-        stays[coefficients.len()..][own].fill(false);
+        let gone = self.places(inner)[index].clone();
+        let rest = |all: &Parameters| {
+            let mut rest = all.clone();
+            rest.coefficients.drain(gone.clone());
+            rest.inner.forms.remove(index);
+            rest
+        };
         let mut reduced = self.without(index);
-        reduced.scales = self.scales.iter().zip(&stays).filter(|(_, stays)| **stays).map(|(s, _)| *s).collect();
-        Some((reduced, stays))
+        reduced.scales = rest(&self.scales);
+        Some((reduced, rest(parameters)))
     }
 
     pub(super) fn choices(&self) -> Vec<Choice> {
         self.forms.iter().map(choice).collect()
     }
 
-    pub(super) fn inner_count(&self) -> usize {
-        usize::from(self.datum) + self.forms.iter().map(|f| f.inner.len()).sum::<usize>()
+    /// Which of its effects a form is.
+    pub(super) fn index_of(&self, form: &Form) -> Option<usize> {
+        self.forms.iter().position(|f| choice(f) == choice(form))
     }
 
-    /// Of all inner values those of the forms.
-    fn of_forms<'a>(&self, inner: &'a [f64]) -> &'a [f64] {
-        &inner[usize::from(self.datum)..]
+    /// The optimiser's row, part by part.
+    pub(super) fn named<T: Clone>(&self, row: &[T]) -> Parameters<T> {
+        let forms = self.forms.iter().map(|f| vec![(); f.inner.len()]).collect();
+        Parameters::of_row(row, &InnerValues { equilibrium: self.datum.then_some(()), forms })
     }
 
-    /// The equilibrium among inner values.
-    fn equilibrium(&self, inner: &[f64]) -> f64 {
-        if self.datum { inner[0] } else { 0.0 }
+    /// The position of each shared parameter in the optimiser's row.
+    pub(super) fn positions(&self) -> Parameters<usize> {
+        let quantities = self.forms.iter().map(|f| f.inner.len()).sum::<usize>() + usize::from(self.datum);
+        self.named(&(0..self.terms() + quantities).collect::<Vec<usize>>())
     }
 
     /// The terms of the accelerations as they are written, displacements not counted from the equilibrium.
-    pub(super) fn plain_terms(&self, shared: &[f64]) -> Vec<Placed> {
-        let mut inner = shared[shared.len() - self.inner_count()..].to_vec();
-        if self.datum {
-            inner[0] = 0.0;
-        }
-        self.compose(&inner).terms
+    pub(super) fn plain_terms(&self, inner: &InnerValues) -> Vec<Placed> {
+        self.compose(&InnerValues { equilibrium: None, ..inner.clone() }).terms
     }
 
     /// Number of terms of the accelerations, the same at all inner values.
@@ -127,24 +124,17 @@ impl Composition {
     }
 
     /// Some inner values within bounds.
-    pub(super) fn middle(&self) -> Vec<f64> {
-        self.datum.then_some(0.0).into_iter().chain(self.forms.iter().flat_map(Form::middle)).collect()
+    pub(super) fn middle(&self) -> InnerValues {
+        let forms = self.forms.iter().map(Form::middle).collect();
+        InnerValues { equilibrium: self.datum.then_some(0.0), forms }
     }
 
-    fn additions(&self, inner: &[f64]) -> Vec<Addition> {
-        let mut rest = self.of_forms(inner);
-        self.forms
-            .iter()
-            .map(|form| {
-                let (own, others) = rest.split_at(form.inner.len());
-                rest = others;
-                form.addition(own)
-            })
-            .collect()
+    fn additions(&self, inner: &InnerValues) -> Vec<Addition> {
+        self.forms.iter().zip(&inner.forms).map(|(form, own)| form.addition(own)).collect()
     }
 
     /// The indices of each form's coefficients among the terms at these inner values.
-    pub(super) fn places(&self, inner: &[f64]) -> Vec<std::ops::Range<usize>> {
+    pub(super) fn places(&self, inner: &InnerValues) -> Vec<std::ops::Range<usize>> {
         let additions = self.additions(inner);
         let kept = self.base.iter().filter(|t| !additions.iter().any(|a| a.replaces.contains(t))).count();
         let mut next = kept;
@@ -160,7 +150,7 @@ impl Composition {
 
     /// The base model's terms that grow with the velocity of the mass whose equation they stand in, each with the index of
     /// its coefficient: whatever else moves, a damper there takes energy.
-    pub(super) fn dampers(&self, inner: &[f64]) -> Vec<(usize, &Placed)> {
+    pub(super) fn dampers(&self, inner: &InnerValues) -> Vec<(usize, &Placed)> {
         let replaced: Vec<Placed> = self.additions(inner).into_iter().flat_map(|a| a.replaces).collect();
         let kept = self.base.iter().filter(|t| !replaced.contains(t)).enumerate();
         let slope = |t: &Placed| derivative(t.term.expression(), Symbol::Rate(t.mass));
@@ -168,8 +158,8 @@ impl Composition {
     }
 
     /// For each term at these inner values, its index among another composition's terms, if that has it.
-    pub(super) fn sources(&self, other: &Self, inner: &[f64], other_inner: &[f64]) -> Vec<Option<usize>> {
-        let replaced = |c: &Self, inner: &[f64]| -> Vec<Placed> {
+    pub(super) fn sources(&self, other: &Self, inner: &InnerValues, other_inner: &InnerValues) -> Vec<Option<usize>> {
+        let replaced = |c: &Self, inner: &InnerValues| -> Vec<Placed> {
             c.additions(inner).into_iter().flat_map(|a| a.replaces).collect()
         };
         let (gone, other_gone) = (replaced(self, inner), replaced(other, other_inner));
@@ -184,7 +174,7 @@ impl Composition {
         sources
     }
 
-    pub(super) fn compose(&self, inner: &[f64]) -> Composed {
+    pub(super) fn compose(&self, inner: &InnerValues) -> Composed {
         let additions = self.additions(inner);
         let mut composed = Composed {
             terms: self.base.iter().filter(|t| !additions.iter().any(|a| a.replaces.contains(t))).cloned().collect(),
@@ -214,8 +204,7 @@ impl Composition {
                 term.term = limited(&term.term, limit);
             }
         }
-        let equilibrium = self.equilibrium(inner);
-        if equilibrium != 0.0 {
+        if let Some(equilibrium) = inner.equilibrium.filter(|e| *e != 0.0) {
             let from_there = |term: &Term| counted_from(term, equilibrium);
             composed.terms.iter_mut().for_each(|t| t.term = from_there(&t.term));
             for term in composed.internals.iter_mut().flat_map(|e| &mut e.terms) {
@@ -225,26 +214,35 @@ impl Composition {
         composed
     }
 
+    /// Least and largest value of each parameter.
+    pub(super) fn ranges(&self) -> Parameters<(f64, f64)> {
+        const OPEN: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+        let middle = self.middle();
+        let mut coefficients = vec![OPEN; self.terms()];
+        if self.passive {
+            for (k, _) in self.dampers(&middle) {
+                coefficients[k] = (f64::NEG_INFINITY, 0.0);
+            }
+        }
+        for (form, place) in self.forms.iter().zip(self.places(&middle)) {
+            for (coefficient, k) in form.coefficients.iter().zip(place) {
+                coefficients[k] = coefficient.sign.range();
+            }
+        }
+        let forms = self.forms.iter().map(|f| f.inner.iter().map(|i| i.bounds).collect()).collect();
+        Parameters { coefficients, inner: InnerValues { equilibrium: self.datum.then_some(OPEN), forms } }
+    }
+
     /// The equations at these shared parameters.
-    pub(super) fn model(&self, shared: &[f64]) -> (Model, Composed) {
-        let (coefficients, inner) = shared.split_at(shared.len() - self.inner_count());
-        let composed = self.compose(inner);
-        let weighted = || composed.terms.iter().zip(coefficients.iter().copied());
+    pub(super) fn model(&self, parameters: &Parameters) -> (Model, Composed) {
+        let composed = self.compose(&parameters.inner);
+        let weighted = || composed.terms.iter().zip(parameters.coefficients.iter().copied());
         let of = |mass: usize| weighted().filter(move |(t, _)| t.mass == mass).map(|(t, c)| (t.term.clone(), c));
         let accelerations = (0..self.layout.freedoms).map(|mass| Equation::known(of(mass))).collect();
         let mut model =
             Model::second_order(self.layout.inputs, accelerations).with_internals(composed.internals.clone());
         model.static_ratio = composed.static_ratio;
         (model, composed)
-    }
-
-    /// The places of a form's coefficients and of its inner quantities among the shared parameters.
-    pub(super) fn of(&self, form: &Form, shared: &[f64]) -> Option<(std::ops::Range<usize>, std::ops::Range<usize>)> {
-        let index = self.forms.iter().position(|f| choice(f) == choice(form))?;
-        let first = shared.len() - self.inner_count();
-        let coefficients = self.places(&shared[first..]).swap_remove(index);
-        let from = first + usize::from(self.datum) + self.forms[..index].iter().map(|f| f.inner.len()).sum::<usize>();
-        Some((coefficients, from..from + form.inner.len()))
     }
 }
 
@@ -253,43 +251,25 @@ pub(super) fn choice(form: &Form) -> Choice {
 }
 
 impl Structure for Composition {
-    fn instance(&self, parameters: &[f64]) -> Option<Instance> {
-        let mut rest = self.of_forms(&parameters[parameters.len() - self.inner_count()..]);
-        for form in &self.forms {
-            for quantity in &form.inner {
-                let (low, high) = quantity.bounds;
-                if !(low..=high).contains(&rest[0]) {
-                    return None;
-                }
-                rest = &rest[1..];
+    fn instance(&self, row: &[f64]) -> Option<Instance> {
+        let parameters = self.named(row);
+        let inner = self.forms.iter().zip(&parameters.inner.forms).flat_map(|(form, own)| form.inner.iter().zip(own));
+        for (quantity, value) in inner {
+            let (low, high) = quantity.bounds;
+            if !(low..=high).contains(value) {
+                return None;
             }
         }
-        let (model, composed) = self.model(parameters);
+        let (model, composed) = self.model(&parameters);
         Some(Instance { model, delays: composed.delays, ceiling: composed.ceiling, readings: Vec::new() })
     }
 
     fn scales(&self) -> Vec<f64> {
-        self.scales.clone()
+        self.scales.clone().row()
     }
 
     fn bounds(&self) -> Vec<(f64, f64)> {
-        const OPEN: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
-        let middle = self.middle();
-        let places = self.places(&middle);
-        let mut bounds = vec![OPEN; self.compose(&middle).terms.len()];
-        if self.passive {
-            for (k, _) in self.dampers(&middle) {
-                bounds[k] = (f64::NEG_INFINITY, 0.0);
-            }
-        }
-        for (form, place) in self.forms.iter().zip(places) {
-            for (coefficient, k) in form.coefficients.iter().zip(place) {
-                bounds[k] = coefficient.sign.range();
-            }
-        }
-        bounds.extend(self.datum.then_some(OPEN));
-        bounds.extend(self.forms.iter().flat_map(|f| f.inner.iter().map(|i| i.bounds)));
-        bounds
+        self.ranges().row()
     }
 
     fn offset(&self) -> bool {
@@ -300,8 +280,8 @@ impl Structure for Composition {
         self.compose(&self.middle()).internals.len()
     }
 
-    fn driven(&self, parameters: &[f64], run: &Run) -> Vec<Vec<f64>> {
-        let composed = self.compose(&parameters[parameters.len() - self.inner_count()..]);
+    fn driven(&self, row: &[f64], run: &Run) -> Vec<Vec<f64>> {
+        let composed = self.compose(&self.named(row).inner);
         let layout = Layout { internals: composed.internals.len(), kind: Kind::SecondOrder, ..self.layout };
         let motion = &run.motion;
         let inputs = Inputs {

@@ -14,6 +14,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::columns::{Basis, Inputs, Path, forces};
 use super::data::{Data, Series};
+use super::parameters::InnerValues;
 use super::site::Placed;
 use super::structure::{Composed, Composition};
 use crate::refine::{Output, Structure as _};
@@ -197,7 +198,7 @@ impl<'a> Weak<'a> {
 
     /// The averages of what a composition adds to the acceleration: a shifted zero of the sensor, to first order a constant
     /// force in each record, then its terms.
-    fn columns_of(&self, composition: &Composition, inner: &[f64]) -> Vec<Vec<f64>> {
+    fn columns_of(&self, composition: &Composition, inner: &InnerValues) -> Vec<Vec<f64>> {
         let mut columns = if composition.offset() { self.constants() } else { Vec::new() };
         columns.extend(self.columns(&composition.compose(inner)));
         columns
@@ -290,11 +291,11 @@ impl<'a> Weak<'a> {
 
     /// Estimates a composition's coefficients at these inner values, within their bounds; none where its terms cannot be
     /// told apart.
-    pub(super) fn estimate(&self, composition: &Composition, inner: &[f64]) -> Option<Estimate> {
+    pub(super) fn estimate(&self, composition: &Composition, inner: &InnerValues) -> Option<Estimate> {
         let columns = self.columns_of(composition, inner);
         let terms = composition.terms();
         let mut bounds = vec![(f64::NEG_INFINITY, f64::INFINITY); columns.len() - terms];
-        bounds.extend(composition.bounds().into_iter().take(terms));
+        bounds.extend(composition.ranges().coefficients);
         let (coefficients, left) = bounded(&columns, &self.target, &bounds)?;
         let coefficients = coefficients[columns.len() - terms..].to_vec();
         Some(Estimate { coefficients, left: left / dot(&self.target, &self.target).max(f64::MIN_POSITIVE) })
@@ -312,7 +313,7 @@ pub(super) struct Projector {
 
 impl Weak<'_> {
     /// Takes a composition's terms out of everything.
-    pub(super) fn projector(&self, composition: &Composition, inner: &[f64]) -> Projector {
+    pub(super) fn projector(&self, composition: &Composition, inner: &InnerValues) -> Projector {
         let mut basis = Basis::default();
         for column in self.columns_of(composition, inner) {
             basis.push(column);
@@ -326,7 +327,12 @@ impl Weak<'_> {
 impl Projector {
     /// The columns that a composition has beyond the projected one, made orthonormal; none where they add nothing of their
     /// own, or where the composition rewrites the terms that were there.
-    pub(super) fn added(&self, weak: &Weak<'_>, composition: &Composition, inner: &[f64]) -> Option<Vec<Vec<f64>>> {
+    pub(super) fn added(
+        &self,
+        weak: &Weak<'_>,
+        composition: &Composition,
+        inner: &InnerValues,
+    ) -> Option<Vec<Vec<f64>>> {
         let mut terms = weak.columns(&composition.compose(inner));
         let mut columns = if composition.offset() && !self.offset { weak.constants() } else { Vec::new() };
         columns.extend(terms.split_off(self.terms.min(terms.len())));

@@ -291,8 +291,8 @@ fn the_ending_decides() {
 #[test]
 fn the_walk_is_told_in_every_document() {
     use crate::gap::{
-        Added, Beginnings, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Gap, Parameter, Place, Remaining,
-        Round, Stage, Standing, Trace, Verdict,
+        Added, Beginnings, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Gap, HeldFit, Parameter, Place,
+        Remaining, Round, Stage, Standing, Trace, Verdict,
     };
     let outcome = outcome();
     let stage = |effects: Vec<Added>, rmse: f64| {
@@ -310,7 +310,15 @@ fn the_walk_is_told_in_every_document() {
         let gap =
             Gap { train_rmse: rmse, test_rmse: Some(f64::NAN), train_nrmse: rmse, test_nrmse: None, horizon: 10.0 };
         let traces = vec![trace(Usage::Fit), trace(Usage::HeldOut)];
-        Arc::new(Stage { model: outcome.model.clone(), delays: Delays::default(), ceiling: None, effects, gap, traces })
+        Arc::new(Stage {
+            model: outcome.model.clone(),
+            delays: Delays::default(),
+            ceiling: None,
+            effects,
+            gap,
+            traces,
+            fit: HeldFit::default(),
+        })
     };
     let choice = Choice { effect: "coulomb_friction".into(), form: "to ground".into() };
     let added = Added {

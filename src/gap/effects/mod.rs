@@ -316,8 +316,8 @@ impl Form {
     }
 
     /// Inner values in the middle of their grids.
-    pub(crate) fn middle(&self) -> impl Iterator<Item = f64> + '_ {
-        self.inner.iter().map(|i| i.grid[i.grid.len() / 2])
+    pub(crate) fn middle(&self) -> Vec<f64> {
+        self.inner.iter().map(|i| i.grid[i.grid.len() / 2]).collect()
     }
 
     /// True if it neither has a force of its own that could be regressed on nor changes what the input does.
