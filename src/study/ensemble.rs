@@ -1,12 +1,10 @@
 //! How certain each term is: the regression repeated on resampled data, and with terms left out of the library.
 
-use rand::SeedableRng as _;
 use rayon::prelude::*;
 
 use super::regression::Resampling;
 use super::{Cancel, Settings, Study, StudyError, check};
 use crate::record::RecordSet;
-use crate::sparse::Constraint;
 use crate::term::{Symbol, Term};
 
 /// How sure a term of one equation is.
@@ -69,10 +67,7 @@ impl Study {
         let (model, ..) = regression.identify(settings);
         let (outcomes, ..) = self.simulate(records, &model, cancel)?;
         let shifts = self.shifts(&regression, settings, &model, &outcomes).unwrap_or_default();
-        let mut terms = Vec::new();
-        for resampling in regression.resampling(settings) {
-            terms.extend(repeat(&resampling, cancel)?);
-        }
+        let mut terms = repeat(&regression.resampling(settings), cancel)?;
         for (index, shifts) in regression.fitted().zip(shifts) {
             let Some(state) = regression.symbol(index) else { continue };
             for (kept, shift) in model.equations[index].terms.iter().zip(shifts) {
@@ -87,50 +82,49 @@ impl Study {
     }
 }
 
-/// One data set's coefficients: with the whole library, and without one term.
+/// One data set's coefficients, equation by equation: with the whole library, and without one term of each.
 struct Repeat {
-    whole: Vec<f64>,
-    left_out: usize,
-    without: Vec<f64>,
+    whole: Vec<Vec<f64>>,
+    left_out: Vec<Option<usize>>,
+    without: Vec<Vec<f64>>,
 }
 
-fn repeat(resampling: &Resampling, cancel: &Cancel) -> Result<Vec<Inclusion>, StudyError> {
-    let Resampling { state, terms, constraints, options, regressor, reduced, scores, columns } = resampling;
-    let optional: Vec<usize> = (0..terms.len()).filter(|k| constraints[*k] == Constraint::Free).collect();
+fn repeat(resampling: &Resampling<'_>, cancel: &Cancel) -> Result<Vec<Inclusion>, StudyError> {
+    let optional = resampling.optional();
     let repeats: Result<Vec<Repeat>, StudyError> = (0..REPEATS)
         .into_par_iter()
         .map(|k| {
             cancel.check()?;
-            let mut random = rand_pcg::Pcg64::seed_from_u64(k as u64);
-            let reduced = reduced.shifted(columns, &scores.draw(&mut random));
-            let whole = regressor.solve(&reduced, constraints, options).coefficients;
-            let left_out = optional.get(k % optional.len().max(1)).copied().unwrap_or(usize::MAX);
-            let mut constraints = constraints.clone();
-            if let Some(constraint) = constraints.get_mut(left_out) {
-                *constraint = Constraint::Out;
-            }
-            let without = regressor.solve(&reduced, &constraints, options).coefficients;
-            Ok(Repeat { whole, left_out, without })
+            let drawn = resampling.draw(k as u64);
+            let none = vec![None; optional.len()];
+            let left_out: Vec<Option<usize>> =
+                optional.iter().map(|free| free.get(k % free.len().max(1)).copied()).collect();
+            Ok(Repeat {
+                whole: resampling.coefficients(&drawn, &none),
+                without: resampling.coefficients(&drawn, &left_out),
+                left_out,
+            })
         })
         .collect();
     let repeats = repeats?;
     let share = |kept: usize, of: usize| kept as f64 / of as f64;
-    Ok(terms
-        .iter()
-        .enumerate()
-        .map(|(k, term)| {
-            let mut kept: Vec<f64> = repeats.iter().map(|r| r.whole[k]).filter(|c| *c != 0.0).collect();
-            kept.sort_by(f64::total_cmp);
-            let offered = repeats.iter().filter(|r| r.left_out != k && r.left_out != usize::MAX);
-            let at = |share: f64| kept[((kept.len() - 1) as f64 * share).round() as usize];
-            Inclusion {
-                state: *state,
-                term: term.clone(),
-                probability: share(kept.len(), repeats.len()),
-                without_others: share(offered.clone().filter(|r| r.without[k] != 0.0).count(), offered.count()),
-                interval: (!kept.is_empty()).then(|| (at(0.05), at(0.95))),
-            }
-        })
+    let equations = resampling.states().enumerate();
+    let inclusion = |(e, state, k, term): (usize, Symbol, usize, &Term)| {
+        let mut kept: Vec<f64> = repeats.iter().map(|r| r.whole[e][k]).filter(|c| *c != 0.0).collect();
+        kept.sort_by(f64::total_cmp);
+        let offered = repeats.iter().filter(|r| r.left_out[e].is_some_and(|left_out| left_out != k));
+        let at = |share: f64| kept[((kept.len() - 1) as f64 * share).round() as usize];
+        Inclusion {
+            state,
+            term: term.clone(),
+            probability: share(kept.len(), repeats.len()),
+            without_others: share(offered.clone().filter(|r| r.without[e][k] != 0.0).count(), offered.count()),
+            interval: (!kept.is_empty()).then(|| (at(0.05), at(0.95))),
+        }
+    };
+    Ok(equations
+        .flat_map(|(e, state)| resampling.terms().iter().enumerate().map(move |(k, term)| (e, state, k, term)))
+        .map(inclusion)
         .collect())
 }
 
@@ -160,6 +154,27 @@ mod tests {
         }
         let said = ensemble.term(Symbol::Rate(0), &Term::parse("x^2").unwrap()).unwrap();
         assert!(said.probability < 0.5, "{said:?}");
+    }
+
+    #[test]
+    fn forces_between_two_masses_stay_opposite_in_every_data_set() {
+        let options = ScenarioOptions { seed: 2, duration: Some(20.0), ..ScenarioOptions::default() };
+        let records = RecordSet::new(generate("two-masses", &options).unwrap().records, Usage::Fit);
+        let mut settings = suggest(&records, Kind::SecondOrder).unwrap();
+        settings.terms = list("x1, x2-x1, v1, v2-v1, u").unwrap();
+        settings.threshold = 0.0;
+        let interval = |settings: &Settings, mass: usize| {
+            let ensemble = Study::default().ensemble(&records, settings, &Cancel::default()).unwrap();
+            ensemble.term(Symbol::Rate(mass), &Term::parse("x2-x1").unwrap()).unwrap().interval.unwrap()
+        };
+        settings.known = crate::study::known_list("m2/m1=0.5").unwrap();
+        let (first, second) = (interval(&settings, 0), interval(&settings, 1));
+        // The rig's masses: 2 kg and 1 kg.
+        let apart = |second: (f64, f64)| (first.0 + 0.5 * second.1).abs() + (first.1 + 0.5 * second.0).abs();
+        settings.known.clear();
+        let free = interval(&settings, 1);
+        // The shift that noise adds to either end is each equation's own.
+        assert!(apart(second) < 0.02 * first.0 && apart(second) < 0.5 * apart(free), "{first:?} {second:?} {free:?}");
     }
 
     /// A system with noise, its library and the truth of each term.

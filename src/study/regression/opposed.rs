@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::{Regression, freedom, options};
-use crate::sparse::{Constraint, Solution};
+use crate::sparse::{Constraint, Reduced, Solution};
 use crate::study::Settings;
 use crate::study::covariance::Covariance;
 use crate::study::opposite::{Pair, Shared, pairs};
@@ -35,11 +35,24 @@ impl Follows {
 impl Regression {
     /// The thresholded solution of every equation, with its constraints.
     pub(super) fn solutions(&self, settings: &Settings) -> (Vec<Solution>, Vec<Vec<Constraint>>, Option<Follows>) {
-        let options = options(settings);
         let mut constraints: Vec<Vec<Constraint>> =
             self.targets.iter().map(|target| self.constraints(settings, target)).collect();
+        let reduced: Vec<&Reduced> = self.targets.iter().map(|target| &target.reduced).collect();
+        let (solutions, follows) = self.solved(settings, &reduced, &mut constraints);
+        (solutions, constraints, follows)
+    }
+
+    /// The thresholded solution of every equation's reduced problem under its constraints, which the other equations may
+    /// add to.
+    pub(super) fn solved(
+        &self,
+        settings: &Settings,
+        reduced: &[&Reduced],
+        constraints: &mut [Vec<Constraint>],
+    ) -> (Vec<Solution>, Option<Follows>) {
+        let options = options(settings);
         let solve = |target: usize, constraints: &[Constraint]| {
-            let mut solution = settings.regressor.solve(&self.targets[target].reduced, constraints, &options);
+            let mut solution = settings.regressor.solve(reduced[target], constraints, &options);
             // What a sign holds at zero is no term.
             let Solution { support, coefficients, .. } = &mut solution;
             support.retain(|k| coefficients[*k] != 0.0 || constraints[*k] == Constraint::In);
@@ -48,13 +61,13 @@ impl Regression {
         let mut solutions: Vec<Solution> = constraints.iter().enumerate().map(|(t, c)| solve(t, c)).collect();
         let pairs = pairs(settings);
         if pairs.is_empty() {
-            return (solutions, constraints, None);
+            return (solutions, None);
         }
-        for target in self.join(&pairs, &solutions, &mut constraints) {
+        for target in self.join(&pairs, &solutions, constraints) {
             solutions[target] = solve(target, &constraints[target]);
         }
-        let follows = self.oppose(&pairs, &mut solutions);
-        (solutions, constraints, follows)
+        let follows = self.oppose(&pairs, reduced, &mut solutions);
+        (solutions, follows)
     }
 
     /// Keeps a force between two masses in both equations where it is in one; the targets that are to be solved again.
@@ -80,7 +93,7 @@ impl Regression {
     }
 
     /// Moves the coefficients to the nearest ones that obey, each equation's measured by what its rows know of them.
-    fn oppose(&self, pairs: &[Pair], solutions: &mut [Solution]) -> Option<Follows> {
+    fn oppose(&self, pairs: &[Pair], reduced: &[&Reduced], solutions: &mut [Solution]) -> Option<Follows> {
         let places: Vec<(usize, usize)> =
             solutions.iter().enumerate().flat_map(|(t, s)| s.support.iter().map(move |k| (t, *k))).collect();
         // Of dx/dt there is no mass: no pair has it.
@@ -93,10 +106,10 @@ impl Regression {
         let mut information = DMatrix::zeros(places.len(), places.len());
         let mut squares: Vec<DMatrix<f64>> = Vec::with_capacity(solutions.len());
         let mut first = 0;
-        for (target, solution) in self.targets.iter().zip(solutions.iter()) {
+        for (reduced, solution) in reduced.iter().zip(solutions.iter()) {
             let count = solution.support.len();
-            let square = target.reduced.inverse_gram(&solution.support)?.try_inverse()?;
-            let error = solution.residual_rms.max(LEAST_RESIDUAL * target.reduced.target_scale());
+            let square = reduced.inverse_gram(&solution.support)?.try_inverse()?;
+            let error = solution.residual_rms.max(LEAST_RESIDUAL * reduced.target_scale());
             information.view_mut((first, first), (count, count)).copy_from(&(&square / (error * error)));
             squares.push(square);
             first += count;
@@ -104,10 +117,10 @@ impl Regression {
         let given: Vec<f64> = places.iter().map(|(t, k)| solutions[*t].coefficients[*k]).collect();
         let (nearest, matrix) = shared.nearest(&given, &information)?;
         let mut moved = nearest.iter().zip(&given).map(|(a, b)| a - b);
-        for ((target, solution), square) in self.targets.iter().zip(solutions).zip(squares) {
+        for ((reduced, solution), square) in reduced.iter().zip(solutions).zip(squares) {
             let by: Vec<f64> = moved.by_ref().take(solution.support.len()).collect();
             let by = nalgebra::DVector::from_vec(by);
-            let rows = target.reduced.rows().max(1) as f64;
+            let rows = reduced.rows().max(1) as f64;
             solution.residual_rms = (solution.residual_rms.powi(2) + by.dot(&(square * &by)) / rows).sqrt();
             solution.support.iter().zip(by.iter()).for_each(|(k, by)| solution.coefficients[*k] += by);
         }

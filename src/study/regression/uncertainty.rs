@@ -2,24 +2,71 @@
 
 use std::sync::Arc;
 
-use super::{Origin, Regression, Target, options};
+use rand::SeedableRng as _;
+
+use super::{Origin, Regression, Target};
 use crate::signal::Signals;
-use crate::sparse::{Constraint, Options, Reduced, Regressor, Scores, Solution};
+use crate::sparse::{Constraint, Reduced, Scores, Solution};
 use crate::study::Settings;
 use crate::study::noise::{Kernels, Whitening, rate_place, slopes};
 use crate::term::{Symbol, Term};
 
-/// One equation's regression, ready to be drawn again.
-pub(in crate::study) struct Resampling {
-    pub(in crate::study) state: Symbol,
-    pub(in crate::study) terms: Vec<Term>,
-    pub(in crate::study) constraints: Vec<Constraint>,
-    pub(in crate::study) options: Options,
-    pub(in crate::study) regressor: Regressor,
-    pub(in crate::study) reduced: Reduced,
+/// The regression of every equation, ready to be drawn again.
+pub(in crate::study) struct Resampling<'a> {
+    regression: &'a Regression,
+    settings: &'a Settings,
+    equations: Vec<Equation>,
+}
+
+/// One equation of a resampled regression.
+struct Equation {
+    constraints: Vec<Constraint>,
     /// How residuals move the moments of `columns`.
-    pub(in crate::study) scores: Scores,
-    pub(in crate::study) columns: Vec<usize>,
+    scores: Scores,
+    columns: Vec<usize>,
+}
+
+impl Resampling<'_> {
+    /// The state of each equation.
+    pub(in crate::study) fn states(&self) -> impl Iterator<Item = Symbol> + '_ {
+        self.regression.targets.iter().map(|target| target.state)
+    }
+
+    /// The library.
+    pub(in crate::study) fn terms(&self) -> &[Term] {
+        &self.regression.terms
+    }
+
+    /// For each equation, the terms that may stay or go.
+    pub(in crate::study) fn optional(&self) -> Vec<Vec<usize>> {
+        let free = |e: &Equation| (0..e.constraints.len()).filter(|k| e.constraints[*k] == Constraint::Free).collect();
+        self.equations.iter().map(free).collect()
+    }
+
+    /// The reduced problems of one data set; the same seed draws the same one. Equations are drawn alike: blocks of rows that
+    /// count more in one do so in all.
+    pub(in crate::study) fn draw(&self, seed: u64) -> Vec<Reduced> {
+        let of = |(target, equation): (&Target, &Equation)| {
+            let mut random = rand_pcg::Pcg64::seed_from_u64(seed);
+            target.reduced.shifted(&equation.columns, &equation.scores.draw(&mut random))
+        };
+        self.regression.targets.iter().zip(&self.equations).map(of).collect()
+    }
+
+    /// The coefficients of the whole library in every equation of a drawn data set, without one term of each.
+    pub(in crate::study) fn coefficients(&self, drawn: &[Reduced], without: &[Option<usize>]) -> Vec<Vec<f64>> {
+        let constrained = |(equation, without): (&Equation, &Option<usize>)| {
+            let mut constraints = equation.constraints.clone();
+            if let Some(constraint) = without.and_then(|k| constraints.get_mut(k)) {
+                *constraint = Constraint::Out;
+            }
+            constraints
+        };
+        let mut constraints: Vec<Vec<Constraint>> = self.equations.iter().zip(without).map(constrained).collect();
+        let drawn: Vec<&Reduced> = drawn.iter().collect();
+        let (solutions, _) = self.regression.solved(self.settings, &drawn, &mut constraints);
+        solutions.into_iter().map(|solution| solution.coefficients).collect()
+    }
 }
 
 /// Correlation of two coefficients' errors from which on terms are said to be confused: each is three times as uncertain
@@ -34,26 +81,16 @@ type Way = fn(&Whitening, &[f64], &mut Vec<f64>);
 
 impl Regression {
     /// Every equation's regression, ready to be drawn again.
-    pub(in crate::study) fn resampling(&self, settings: &Settings) -> Vec<Resampling> {
-        self.targets
-            .iter()
-            .map(|target| {
-                let (constraints, options) = (self.constraints(settings, target), options(settings));
-                let solution = settings.regressor.solve(&target.reduced, &constraints, &options);
-                let others = (0..self.terms.len()).filter(|k| !solution.support.contains(k));
-                let columns: Vec<usize> = solution.support.iter().copied().chain(others).collect();
-                Resampling {
-                    state: target.state,
-                    terms: self.terms.clone(),
-                    constraints,
-                    options,
-                    regressor: settings.regressor,
-                    reduced: target.reduced.clone(),
-                    scores: self.scores(target, &solution, &columns),
-                    columns,
-                }
-            })
-            .collect()
+    pub(in crate::study) fn resampling<'a>(&'a self, settings: &'a Settings) -> Resampling<'a> {
+        let equation = |(target, solution): (&Target, Solution)| {
+            let constraints = self.constraints(settings, target);
+            let others = (0..self.terms.len()).filter(|k| !solution.support.contains(k));
+            let columns: Vec<usize> = solution.support.iter().copied().chain(others).collect();
+            let scores = self.scores(target, &solution, &columns);
+            Equation { constraints, scores, columns }
+        };
+        let equations = self.targets.iter().zip(self.solutions(settings).0).map(equation).collect();
+        Resampling { regression: self, settings, equations }
     }
 
     /// Pairs of terms that the data hardly tell apart: the correlation of their coefficients' errors in a fit of the
