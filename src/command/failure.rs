@@ -98,6 +98,7 @@ impl From<GapError> for Failure {
             GapError::Symbol { .. } => {
                 "leave --terms out for a linear spring and damper, or name an input with --columns u=NAME"
             }
+            GapError::Acceleration(_) => "give --terms without accelerations; `sindyscope identify` takes them",
             GapError::Base => {
                 "leave --terms out for a linear spring and damper; `sindyscope identify` shows which terms suit the records"
             }

@@ -182,7 +182,7 @@ impl<'a> Export<'a> {
         if let Some(term) = weighted.into_iter().find(|t| !t.coefficient.is_finite()) {
             return Err(ExportError::Coefficient(term.term.text(&self.model.layout)));
         }
-        let switched = Switched::new(self.model);
+        let switched = Switched::new(&*self.model.explicit().map_err(SimulateError::from)?);
         if matches!(format, Format::Matlab | Format::Modelica) && !switched.surfaces.is_empty() {
             return Err(ExportError::Switches(format.name()));
         }

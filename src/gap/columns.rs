@@ -85,6 +85,7 @@ pub(super) fn forces(
         states: &states,
         inputs: &inputs.values,
         input_rates: &inputs.rates,
+        accelerations: &[],
     };
     let expressions: Vec<Expression> = terms.iter().map(|t| t.as_ref().expression().clone()).collect();
     let mut columns = vec![Vec::with_capacity(path.len()); terms.len()];
@@ -129,6 +130,7 @@ fn integrate_linear(
         states: &states,
         inputs: &inputs.values,
         input_rates: &inputs.rates,
+        accelerations: &[],
     };
     let n = path.len();
     let mut forces = vec![Vec::with_capacity(n); count];

@@ -23,6 +23,11 @@ pub enum GapError {
         /// The quantity.
         symbol: String,
     },
+    /// A base term holds an acceleration.
+    #[error(
+        "the base model's term {0} holds an acceleration, which the search for missing effects cannot have; leave it out of the base model, or identify the whole equation"
+    )]
+    Acceleration(String),
     /// The base model cannot be fitted.
     #[error(
         "the base model's response cannot be fitted to the records: its simulation does not stay within ten times their range; give other --terms"

@@ -21,6 +21,7 @@ use super::site::Placed;
 use super::structure::{Composition, choice};
 use super::weak::Weak;
 use super::words::titles;
+use crate::model::has_acceleration;
 use crate::record::RecordSet;
 use crate::refine::{Bar, Point, Structure as _};
 use crate::study::Cancel;
@@ -128,6 +129,9 @@ impl Search {
         for Placed { term, .. } in &terms {
             if let Some(symbol) = term.foreign_symbol(&data.layout) {
                 return Err(GapError::Symbol { term: term.to_string(), symbol: data.layout.name(symbol) });
+            }
+            if has_acceleration(term) {
+                return Err(GapError::Acceleration(term.text(&data.layout)));
             }
         }
         let audit = data.audit();

@@ -327,18 +327,7 @@ pub(super) fn counted_from(term: &Term, point: f64) -> Term {
 
 /// A term with some symbols replaced.
 fn substituted(term: &Term, by: &dyn Fn(Symbol) -> Option<Expression>) -> Term {
-    fn walk(e: &Expression, by: &dyn Fn(Symbol) -> Option<Expression>) -> Expression {
-        let all = |parts: &[Expression]| parts.iter().map(|p| walk(p, by)).collect();
-        match e {
-            Expression::Number(n) => Expression::Number(*n),
-            Expression::Symbol(s) => by(*s).unwrap_or_else(|| e.clone()),
-            Expression::Sum(parts) => Expression::Sum(all(parts)),
-            Expression::Product(parts) => Expression::Product(all(parts)),
-            Expression::Power(base, n) => Expression::Power(Box::new(walk(base, by)), *n),
-            Expression::Call(f, parts) => Expression::Call(*f, all(parts)),
-        }
-    }
-    Term::new(walk(term.expression(), by))
+    Term::new(term.expression().replaced(by))
 }
 
 /// A term in which an input is held within ± a limit; its rate is zero beyond.

@@ -1,9 +1,11 @@
 //! Identified or known equations of motion: terms with coefficients for each state.
 
+mod explicit;
 mod modes;
 mod physical;
 mod units;
 
+pub use explicit::{ImplicitError, check_accelerations, has_acceleration};
 pub use modes::{Mode, modes};
 pub use physical::{Mass, Physical, physical};
 pub use units::Units;

@@ -46,6 +46,10 @@ const NUDGE: f64 = 1e-5;
 /// `covariance` is that of the accelerations' coefficients, equation after equation in the order of their terms; empty, or
 /// not a number, where it is not known. Errors are propagated to first order (the delta method).
 pub fn modes(model: &Model, covariance: &[Vec<f64>]) -> Vec<Mode> {
+    if model.is_implicit() {
+        // Coefficients of the solved equations are not those that the covariance is of.
+        return model.explicit().map_or_else(|_| Vec::new(), |explicit| modes(&explicit, &[]));
+    }
     let Some(linear) = Linear::new(model) else { return Vec::new() };
     let found = linear.solved(&linear.whole);
     found

@@ -215,6 +215,7 @@ impl Units {
             Symbol::Time => Some(Measure::one("s", 1.0)),
             Symbol::State(i) => of(&self.displacements, i),
             Symbol::Rate(i) => of(&self.velocities, i),
+            Symbol::Acceleration(i) => Some(of(&self.velocities, i)?.per_second(1)),
             Symbol::Internal(_) => None,
             Symbol::Input(j) => of(&self.inputs, j),
             Symbol::InputRate(j) => Some(of(&self.inputs, j)?.per_second(1)),

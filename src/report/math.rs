@@ -136,6 +136,7 @@ fn symbol(layout: &Layout, symbol: Symbol) -> Math {
         Symbol::Time => return Math::Variable("t"),
         Symbol::State(i) => ("x", 0, i, layout.freedoms),
         Symbol::Rate(i) => ("x", 1, i, layout.freedoms),
+        Symbol::Acceleration(i) => ("x", 2, i, layout.freedoms),
         Symbol::Internal(i) => ("z", 0, i, layout.internals),
         Symbol::Input(j) => ("u", 0, j, layout.inputs),
         Symbol::InputRate(j) => ("u", 1, j, layout.inputs),

@@ -74,6 +74,7 @@ pub struct Slices<'a> {
     states: Vec<&'a [f64]>,
     inputs: Vec<&'a [f64]>,
     input_rates: Vec<&'a [f64]>,
+    accelerations: Vec<&'a [f64]>,
 }
 
 impl Slices<'_> {
@@ -85,6 +86,7 @@ impl Slices<'_> {
             states: &self.states,
             inputs: &self.inputs,
             input_rates: &self.input_rates,
+            accelerations: &self.accelerations,
         }
     }
 }
@@ -101,6 +103,8 @@ impl Signals {
             states: slices(&self.states),
             inputs: slices(&self.inputs),
             input_rates: slices(&self.input_rates),
+            // Of displacements and velocities the rates' second half; of a first-order system no term asks for them.
+            accelerations: slices(&self.rates[self.rates.len() / 2..]),
         }
     }
 

@@ -92,6 +92,7 @@ impl Equations {
         let symbols: Vec<Symbol> = layout.state_symbols().collect();
         let index = |s: Symbol| symbols.iter().position(|k| *k == s);
         let mut weighted: Vec<Vec<(f64, Expression)>> = vec![Vec::new(); states];
+        let model = model.explicit()?;
         for (row, equation) in weighted.iter_mut().zip(&model.equations) {
             for t in equation.terms.iter().filter(|t| t.coefficient != 0.0) {
                 if let Some(symbol) = t.term.foreign_symbol(&layout) {
@@ -277,7 +278,7 @@ fn externals<'a>(expressions: impl Iterator<Item = &'a Expression>, layout: &Lay
                 Symbol::Input(j) => External::Input(*j, 0),
                 Symbol::InputRate(j) => External::Input(*j, 1),
                 Symbol::InputAcceleration(j) => External::Input(*j, 2),
-                Symbol::State(_) | Symbol::Rate(_) | Symbol::Internal(_) => return,
+                Symbol::State(_) | Symbol::Rate(_) | Symbol::Acceleration(_) | Symbol::Internal(_) => return,
             };
             let entry = (Program::address(layout, *s), external);
             if !found.contains(&entry) {

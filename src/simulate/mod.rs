@@ -29,7 +29,7 @@ pub(crate) use grid::later;
 pub use initial::{InitialState, fit_initial_state};
 pub use output::Output;
 
-use crate::model::Model;
+use crate::model::{ImplicitError, Model};
 use crate::term::{Expression, Layout, Slots};
 use equations::Equations;
 use grid::Node;
@@ -54,6 +54,9 @@ pub enum SimulateError {
         /// Number of equations.
         equations: usize,
     },
+    /// Accelerations on both sides that cannot be solved for.
+    #[error(transparent)]
+    Implicit(#[from] ImplicitError),
     /// More states than the integrator holds.
     #[error("the model has {0} states; at most {MAX_STATES} can be simulated")]
     TooManyStates(usize),

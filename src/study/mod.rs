@@ -51,7 +51,7 @@ use std::time::Instant;
 
 pub use crate::dataset::base_excited;
 use crate::dataset::{Dataset, Prepared};
-use crate::model::{Model, Units};
+use crate::model::{Model, Units, check_accelerations};
 use crate::record::{Record, RecordSet, Usage};
 use crate::signal::Signals;
 use crate::simulate::{Response, Simulator};
@@ -418,6 +418,10 @@ fn check(records: &RecordSet, settings: &Settings) -> Result<Layout, StudyError>
             layout.name(symbol)
         )));
     }
+    terms
+        .iter()
+        .try_for_each(|term| check_accelerations(term, &layout))
+        .map_err(|e| StudyError::Setting(e.to_string()))?;
     if let Some(record) = used.first() {
         let units = Units::of(record, &layout);
         terms.iter().try_for_each(|t| units.check(t, &layout)).map_err(StudyError::Setting)?;

@@ -140,6 +140,10 @@ pub(super) fn place(measured: &[Measured], symbol: Symbol) -> Option<(usize, usi
             Some(channel) => Some((channel, 0)),
             None => Some((channel(Role::Displacement(i))?, 1)),
         },
+        Symbol::Acceleration(i) => match channel(Role::Acceleration(i)) {
+            Some(channel) => Some((channel, 0)),
+            None => place(measured, Symbol::Rate(i)).map(|(channel, order)| (channel, order + 1)),
+        },
         Symbol::Input(j) => Some((channel(Role::Input(j))?, 0)),
         Symbol::InputRate(j) => Some((channel(Role::Input(j))?, 1)),
         Symbol::InputAcceleration(j) => Some((channel(Role::Input(j))?, 2)),

@@ -103,16 +103,21 @@ fn carrier(outcome: &Outcome) -> Option<(Term, f64)> {
                 let stride = (signals.states.first().map_or(0, Vec::len) / SAMPLED).max(1);
                 series.iter().map(|s| s.iter().step_by(stride).copied().collect()).collect()
             };
-            let (states, inputs, rates) =
-                (slices(&signals.states), slices(&signals.inputs), slices(&signals.input_rates));
-            let [states, inputs, rates] =
-                [&states, &inputs, &rates].map(|series| series.iter().map(Vec::as_slice).collect::<Vec<&[f64]>>());
+            let thinned = [
+                slices(&signals.states),
+                slices(&signals.inputs),
+                slices(&signals.input_rates),
+                slices(&signals.rates[signals.rates.len() / 2..]),
+            ];
+            let [states, inputs, rates, accelerations] =
+                [0, 1, 2, 3].map(|k| thinned[k].iter().map(Vec::as_slice).collect::<Vec<&[f64]>>());
             let block = SampleBlock {
                 start: signals.start,
                 interval: signals.interval,
                 states: &states,
                 inputs: &inputs,
                 input_rates: &rates,
+                accelerations: &accelerations,
             };
             let mut columns = vec![Vec::new(); expressions.len()];
             program.columns(&block, &mut columns);

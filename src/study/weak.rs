@@ -8,7 +8,7 @@ use super::noise::{Kernels, Passing, Whitening, place, rate_place, slopes, symbo
 use super::regression::Raster;
 use crate::signal::{Measured, Signals, dot};
 use crate::sparse::Reduced;
-use crate::term::{Expression, Kind, Layout, Program, Symbol, Term};
+use crate::term::{Expression, Kind, Layout, Program, Symbol, Term, derivative};
 
 /// Exponent of the test functions (1 − s²)ᵖ: five derivatives vanish at the ends, so sums over samples are integrals.
 const EXPONENT: i32 = 6;
@@ -252,13 +252,21 @@ enum Source {
     Path(Expression),
 }
 
-/// A term taken apart: what is linear comes from the measurement, `xⁿ v` is the derivative of `xⁿ⁺¹/(n+1)`.
+/// A term taken apart: what is linear comes from the measurement, `xⁿ v` is the derivative of `xⁿ⁺¹/(n+1)`, and `g(x) a` that
+/// of `g v` without what `g` changes by.
 fn parts(expression: &Expression, layout: &Layout, measured: &[Measured]) -> Vec<Part> {
     let addends: &[Expression] =
         if let Expression::Sum(parts) = expression { parts } else { std::slice::from_ref(expression) };
-    let taken: Option<Vec<Part>> =
-        addends.iter().map(|e| linear(e, measured).or_else(|| total_derivative(e, layout, measured))).collect();
-    taken.unwrap_or_else(|| vec![Part { factor: 1.0, order: 0, source: Source::Path(expression.clone()) }])
+    let taken: Option<Vec<Vec<Part>>> = addends
+        .iter()
+        .map(|e| {
+            let one = linear(e, measured).or_else(|| total_derivative(e, layout, measured));
+            one.map(|part| vec![part]).or_else(|| inertial(e, layout))
+        })
+        .collect();
+    taken
+        .map(|parts| parts.concat())
+        .unwrap_or_else(|| vec![Part { factor: 1.0, order: 0, source: Source::Path(expression.clone()) }])
 }
 
 /// The numbers of a product multiplied, and its other factors.
@@ -298,6 +306,27 @@ fn total_derivative(expression: &Expression, layout: &Layout, measured: &[Measur
     }
     let integral = Expression::Power(Box::new(state), power).normal();
     Some(Part { factor: factor / power, order: 1, source: Source::Path(integral) })
+}
+
+/// A product of an acceleration and a function of displacements: `g a = d(g v)/dt − (dg/dt) v`.
+fn inertial(expression: &Expression, layout: &Layout) -> Option<Vec<Part>> {
+    let (factor, rest) = factors(expression);
+    let place = rest.iter().position(|e| matches!(e, Expression::Symbol(Symbol::Acceleration(_))))?;
+    let Expression::Symbol(Symbol::Acceleration(freedom)) = rest[place] else { return None };
+    let others = rest.iter().enumerate().filter(|(k, _)| *k != place).map(|(_, e)| (*e).clone());
+    let function = Expression::Product(others.collect()).normal();
+    let mut moves = true;
+    function.visit(&mut |e| moves &= !matches!(e, Expression::Symbol(s) if !matches!(s, Symbol::State(_))));
+    if !moves {
+        return None;
+    }
+    let velocity = Expression::Symbol(Symbol::Rate(*freedom));
+    let changes = (0..layout.freedoms).map(|i| derivative(&function, Symbol::State(i)) * Symbol::Rate(i)).collect();
+    let part = |factor: f64, order: usize, e: Expression| Part { factor, order, source: Source::Path(e.normal()) };
+    Some(vec![
+        part(factor, 1, function.clone() * velocity.clone()),
+        part(-factor, 0, Expression::Sum(changes) * velocity),
+    ])
 }
 
 #[cfg(test)]
@@ -371,6 +400,23 @@ mod tests {
     }
 
     #[test]
+    fn accelerations_are_averaged_without_being_estimated() {
+        let motion = |t: f64| [(3.0 * t).sin(), -9.0 * (3.0 * t).sin()];
+        let product: Vec<f64> = (0..3000).map(|k| motion(INTERVAL * k as f64)).map(|[x, a]| x.cos() * a).collect();
+        let rms = |values: &[f64]| (dot(values, values) / values.len() as f64).sqrt();
+        // The motion's own acceleration at 0.1 % noise is three times too large.
+        for (noise, bound) in [(0.0, 1e-5), (1e-3, 1e-3)] {
+            let signals = signals(motion, noise, 3000);
+            let kernels = test_functions(40, INTERVAL);
+            let weak = Weak::new(&LAYOUT, &[], &[Arc::clone(&signals)], Some(40), &[1], usize::MAX).unwrap();
+            let averaged = weak.averages(&product, &kernels[0]);
+            let column = weak.columns(&LAYOUT, &terms("cos(x)*a"), &signals, &kernels).swap_remove(0);
+            let apart: Vec<f64> = averaged.iter().zip(&column).map(|(a, b)| a - b).collect();
+            assert!(rms(&apart) < bound * rms(&averaged), "{noise}: {} of {}", rms(&apart), rms(&averaged));
+        }
+    }
+
+    #[test]
     fn noise_alone_gives_rows_that_do_not_hang_together() {
         let signals = signals(|_| [0.0; 2], 1e-3, 200_000);
         let mut weak = Weak::new(&LAYOUT, &[], &[Arc::clone(&signals)], Some(30), &[1], usize::MAX).unwrap();
@@ -402,6 +448,9 @@ mod tests {
         assert_eq!(orders("-2*x"), [(-2.0, 0, true)]);
         assert_eq!(orders("v-du"), [(1.0, 1, true), (-1.0, 1, true)]);
         assert_eq!(orders("x^2*v"), [(1.0 / 3.0, 1, false)]);
+        assert_eq!(orders("2*a"), [(2.0, 2, true)]);
+        assert_eq!(orders("3*x^2*a"), [(3.0, 1, false), (-3.0, 0, false)]);
+        assert_eq!(orders("v*a"), [(1.0, 0, false)]);
         assert_eq!(orders("v/x"), [(1.0, 0, false)], "its integral is a logarithm");
         assert_eq!(orders("v*|v|"), [(1.0, 0, false)]);
         assert_eq!(orders("x-u^2"), [(1.0, 0, false)]);

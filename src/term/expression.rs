@@ -9,6 +9,8 @@ pub enum Symbol {
     State(usize),
     /// Velocity of a degree of freedom: `v`.
     Rate(usize),
+    /// Acceleration of a degree of freedom: `a`.
+    Acceleration(usize),
     /// A state that is not measured: `z`.
     Internal(usize),
     /// Force or base displacement: `u`.
@@ -190,6 +192,19 @@ impl Expression {
             Self::Number(_) | Self::Symbol(_) => {}
             Self::Sum(parts) | Self::Product(parts) | Self::Call(_, parts) => parts.iter().for_each(|p| p.visit(see)),
             Self::Power(base, _) => base.visit(see),
+        }
+    }
+
+    /// The same with some symbols replaced.
+    pub fn replaced(&self, by: &dyn Fn(Symbol) -> Option<Self>) -> Self {
+        let all = |parts: &[Self]| parts.iter().map(|p| p.replaced(by)).collect();
+        match self {
+            Self::Number(n) => Self::Number(*n),
+            Self::Symbol(s) => by(*s).unwrap_or_else(|| self.clone()),
+            Self::Sum(parts) => Self::Sum(all(parts)),
+            Self::Product(parts) => Self::Product(all(parts)),
+            Self::Power(base, n) => Self::Power(Box::new(base.replaced(by)), *n),
+            Self::Call(f, parts) => Self::Call(*f, all(parts)),
         }
     }
 

@@ -83,7 +83,7 @@ impl Layout {
         match symbol {
             Symbol::Time => true,
             Symbol::State(i) => i < self.freedoms,
-            Symbol::Rate(i) => self.kind == Kind::SecondOrder && i < self.freedoms,
+            Symbol::Rate(i) | Symbol::Acceleration(i) => self.kind == Kind::SecondOrder && i < self.freedoms,
             Symbol::Internal(i) => i < self.internals,
             Symbol::Input(j) | Symbol::InputRate(j) | Symbol::InputAcceleration(j) => j < self.inputs,
         }
@@ -95,6 +95,7 @@ impl Layout {
             Symbol::Time => return "t".into(),
             Symbol::State(i) => ("x", i, self.freedoms > 1),
             Symbol::Rate(i) => ("v", i, self.freedoms > 1),
+            Symbol::Acceleration(i) => ("a", i, self.freedoms > 1),
             Symbol::Internal(i) => ("z", i, self.internals > 1),
             Symbol::Input(j) => ("u", j, self.inputs > 1),
             Symbol::InputRate(j) => ("du", j, self.inputs > 1),
@@ -339,13 +340,20 @@ mod tests {
     #[test]
     fn a_program_computes_what_the_tree_computes() {
         let layout = Layout { kind: Kind::SecondOrder, freedoms: 1, inputs: 1, internals: 0 };
-        let terms = list("1, x^3, x^2*v, v*|v|, dz(x,0.2), clip(v,0.1), max(x,v), min(u,du), sgn(v-du), tanh(x)/u, x^2.5, step(x), x^7, atan(t)").unwrap();
+        let terms = list("1, x^3, x^2*v, v*|v|, dz(x,0.2), clip(v,0.1), max(x,v), min(u,du), sgn(v-du), tanh(x)/u, x^2.5, step(x), x^7, atan(t), a*cos(x)").unwrap();
         let expressions: Vec<Expression> = terms.iter().map(|t| t.expression().clone()).collect();
         let program = Program::new(&expressions, &layout);
         let n = 600;
         let wave = |a: f64| (0..n).map(|k| (a * k as f64).sin()).collect::<Vec<f64>>();
-        let (x, v, u, du) = (wave(0.1), wave(0.17), wave(0.31), wave(0.05));
-        let block = SampleBlock { start: 2.0, interval: 0.1, states: &[&x, &v], inputs: &[&u], input_rates: &[&du] };
+        let (x, v, u, du, ddx) = (wave(0.1), wave(0.17), wave(0.31), wave(0.05), wave(0.23));
+        let block = SampleBlock {
+            start: 2.0,
+            interval: 0.1,
+            states: &[&x, &v],
+            inputs: &[&u],
+            input_rates: &[&du],
+            accelerations: &[&ddx],
+        };
         let mut columns = vec![Vec::new(); terms.len()];
         program.columns(&block, &mut columns);
         for (e, column) in expressions.iter().zip(&columns) {
@@ -354,6 +362,7 @@ mod tests {
                     Symbol::Time => 2.0 + 0.1 * k as f64,
                     Symbol::State(_) => x[k],
                     Symbol::Rate(_) => v[k],
+                    Symbol::Acceleration(_) => ddx[k],
                     Symbol::Input(_) => u[k],
                     _ => du[k],
                 });

@@ -200,6 +200,7 @@ pub(super) fn symbol(name: &str) -> Option<Symbol> {
     match stem {
         "x" => Some(Symbol::State(index)),
         "v" => Some(Symbol::Rate(index)),
+        "a" => Some(Symbol::Acceleration(index)),
         "z" => Some(Symbol::Internal(index)),
         "u" => Some(Symbol::Input(index)),
         "du" => Some(Symbol::InputRate(index)),
@@ -213,7 +214,7 @@ fn unknown_name(name: &str) -> String {
         format!("{name} is a function: write {name}(x)")
     } else {
         format!(
-            "there is no quantity {name:?}; known are x, v, u, du, ddu (numbered where there are several: x1, x2) and t"
+            "there is no quantity {name:?}; known are x, v, a, u, du, ddu (numbered where there are several: x1, x2) and t"
         )
     }
 }

@@ -224,6 +224,7 @@ impl Style for Latex<'_> {
             Symbol::Time => return "t".into(),
             Symbol::State(i) => ("", "x", i, self.0.freedoms > 1),
             Symbol::Rate(i) => ("\\dot", "x", i, self.0.freedoms > 1),
+            Symbol::Acceleration(i) => ("\\ddot", "x", i, self.0.freedoms > 1),
             Symbol::Internal(i) => ("", "z", i, self.0.internals > 1),
             Symbol::Input(j) => ("", "u", j, self.0.inputs > 1),
             Symbol::InputRate(j) => ("\\dot", "u", j, self.0.inputs > 1),

@@ -6,8 +6,8 @@ use super::{Kind, Layout};
 
 /// Expressions compiled to a flat list of instructions over numbered slots; shared parts are computed once.
 ///
-/// Slots hold, in order: time, states, rates, inputs, input rates, input accelerations, one held sign for each
-/// surface, constants, and intermediate values.
+/// Slots hold, in order: time, states, inputs, input rates, input accelerations, accelerations, one held sign for each surface,
+/// constants, and intermediate values.
 #[derive(Clone, Debug)]
 pub struct Program {
     layout: Layout,
@@ -33,6 +33,8 @@ pub struct SampleBlock<'a> {
     pub inputs: &'a [&'a [f64]],
     /// Their first derivatives.
     pub input_rates: &'a [&'a [f64]],
+    /// Accelerations of the degrees of freedom; empty where no term has one.
+    pub accelerations: &'a [&'a [f64]],
 }
 
 /// A stretch of a [`SampleBlock`].
@@ -43,6 +45,7 @@ pub struct SampleStretch<'a> {
     states: Vec<&'a [f64]>,
     inputs: Vec<&'a [f64]>,
     input_rates: Vec<&'a [f64]>,
+    accelerations: Vec<&'a [f64]>,
 }
 
 impl<'a> SampleBlock<'a> {
@@ -55,6 +58,7 @@ impl<'a> SampleBlock<'a> {
             states: cut(self.states),
             inputs: cut(self.inputs),
             input_rates: cut(self.input_rates),
+            accelerations: cut(self.accelerations),
         }
     }
 }
@@ -62,8 +66,8 @@ impl<'a> SampleBlock<'a> {
 impl SampleStretch<'_> {
     /// The stretch as a block.
     pub fn block(&self) -> SampleBlock<'_> {
-        let Self { start, interval, states, inputs, input_rates } = self;
-        SampleBlock { start: *start, interval: *interval, states, inputs, input_rates }
+        let Self { start, interval, states, inputs, input_rates, accelerations } = self;
+        SampleBlock { start: *start, interval: *interval, states, inputs, input_rates, accelerations }
     }
 }
 
@@ -143,6 +147,7 @@ impl Program {
             Symbol::Input(j) => 1 + states + j,
             Symbol::InputRate(j) => 1 + states + layout.inputs + j,
             Symbol::InputAcceleration(j) => 1 + states + 2 * layout.inputs + j,
+            Symbol::Acceleration(i) => 1 + states + 3 * layout.inputs + i,
         }
     }
 
@@ -176,6 +181,8 @@ impl Program {
         let count = samples.states.first().or(samples.inputs.first()).map_or(0, |s| s.len());
         let mut memory = Slots::new();
         self.prepare_lanes(&mut memory);
+        let second = self.layout.kind == Kind::SecondOrder;
+        let first_acceleration = Self::address(&self.layout, Symbol::Acceleration(0));
         for column in columns.iter_mut() {
             column.reserve(count);
         }
@@ -185,8 +192,10 @@ impl Program {
                 *slot = samples.start + samples.interval * (from + lane) as f64;
             }
             let symbols = samples.states.iter().chain(samples.inputs).chain(samples.input_rates);
-            for (k, values) in symbols.enumerate() {
-                memory[(1 + k) * LANES..][..lanes].copy_from_slice(&values[from..from + lanes]);
+            let accelerations = samples.accelerations.iter().take(if second { self.layout.freedoms } else { 0 });
+            let places = (1..).zip(symbols).chain((first_acceleration..).zip(accelerations));
+            for (place, values) in places {
+                memory[place * LANES..][..lanes].copy_from_slice(&values[from..from + lanes]);
             }
             self.run_lanes(&mut memory, 0..lanes);
             for (column, output) in columns.iter_mut().zip(&self.outputs) {
@@ -239,7 +248,8 @@ impl Program {
 }
 
 fn symbol_count(layout: &Layout) -> usize {
-    1 + layout.states() + 3 * layout.inputs
+    let accelerations = if layout.kind == Kind::SecondOrder { layout.freedoms } else { 0 };
+    1 + layout.states() + 3 * layout.inputs + accelerations
 }
 
 fn collect_surfaces(e: &Expression, found: &mut Vec<Expression>) {

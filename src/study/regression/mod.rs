@@ -371,15 +371,13 @@ impl Regression {
             .collect()
     }
 
-    /// Whether each term is a candidate of one equation.
+    /// Whether each term is a candidate of one equation: an acceleration is none in its own.
     fn offers(&self, settings: &Settings, target: &Target) -> Vec<bool> {
-        match freedom(&self.layout, target) {
-            Some(freedom) if !settings.own.is_empty() => {
-                let offered = offered(&settings.of_equation(freedom));
-                self.terms.iter().map(|t| offered.contains(t)).collect()
-            }
-            _ => vec![true; self.terms.len()],
-        }
+        let Some(freedom) = freedom(&self.layout, target) else { return vec![true; self.terms.len()] };
+        let own = Expression::Symbol(Symbol::Acceleration(freedom));
+        let listed = (!settings.own.is_empty()).then(|| offered(&settings.of_equation(freedom)));
+        let is_offered = |t: &Term| *t.expression() != own && listed.as_ref().is_none_or(|list| list.contains(t));
+        self.terms.iter().map(is_offered).collect()
     }
 
     fn unfitted_equations(&self) -> Vec<Equation> {
