@@ -216,6 +216,15 @@ fn two_masses_identified() -> Case {
     Case::studied("two_masses_identified", &outcome)
 }
 
+/// Two linked bodies whose accelerations stand in each other's equations, with friction in the second joint.
+fn linked() -> Case {
+    let first = [("cos(x2-x1)*a2", -0.4), ("sin(x2-x1)*v2^2", 0.4), ("sin(x1)", -30.0), ("v1", -0.3), ("u", 2.0)];
+    let second = [("cos(x2-x1)*a1", -0.9), ("sin(x2-x1)*v1^2", -0.9), ("sin(x2)", -25.0), ("sgn(v2-v1)", -1.5)];
+    let model = Model::second_order(1, vec![equation(&first), equation(&second)]);
+    let torque = |t: f64| 5.0 * (4.0 * t).sin();
+    Case::known("linked", &model, &[0.4, -0.3, 0.0, 0.0], (1200, 0.004), &[torque], 10)
+}
+
 /// What else a term can be: hysteresis with an internal state, Stribeck friction on a moving base, broken powers,
 /// saturation, a sine, signs of inputs, time itself, two inputs.
 fn everything() -> Case {
@@ -247,8 +256,8 @@ fn each_agrees(format: Format, run: impl Fn(&Path, &str) -> Command, cases: &[fn
     }
 }
 
-const CASES: [fn() -> Case; 8] =
-    [duffing, friction, noisy_input, stick_slip, lorenz, two_masses, two_masses_identified, everything];
+const CASES: [fn() -> Case; 9] =
+    [duffing, friction, noisy_input, stick_slip, lorenz, two_masses, two_masses_identified, linked, everything];
 
 /// A tool, if it does what is asked of it.
 fn tool(variable: &str, otherwise: &str, arguments: &[&str], what: &str) -> Option<PathBuf> {

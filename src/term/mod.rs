@@ -340,7 +340,7 @@ mod tests {
     #[test]
     fn a_program_computes_what_the_tree_computes() {
         let layout = Layout { kind: Kind::SecondOrder, freedoms: 1, inputs: 1, internals: 0 };
-        let terms = list("1, x^3, x^2*v, v*|v|, dz(x,0.2), clip(v,0.1), max(x,v), min(u,du), sgn(v-du), tanh(x)/u, x^2.5, step(x), x^7, atan(t), a*cos(x)").unwrap();
+        let terms = list("1, x^3, x^2*v, v*|v|, dz(x,0.2), clip(v,0.1), max(x,v), min(u,du), sgn(v-du), tanh(x)/u, x^2.5, step(x), x^7, atan(t), a*cos(x), x*ddu").unwrap();
         let expressions: Vec<Expression> = terms.iter().map(|t| t.expression().clone()).collect();
         let program = Program::new(&expressions, &layout);
         let n = 600;
@@ -354,6 +354,11 @@ mod tests {
             input_rates: &[&du],
             accelerations: &[&ddx],
         };
+        let neighbours = |k: usize| (k.saturating_sub(1), (k + 1).min(n - 1));
+        let ddu: Vec<f64> = (0..n)
+            .map(neighbours)
+            .map(|(before, after)| (du[after] - du[before]) / (0.1 * (after - before) as f64))
+            .collect();
         let mut columns = vec![Vec::new(); terms.len()];
         program.columns(&block, &mut columns);
         for (e, column) in expressions.iter().zip(&columns) {
@@ -364,6 +369,7 @@ mod tests {
                     Symbol::Rate(_) => v[k],
                     Symbol::Acceleration(_) => ddx[k],
                     Symbol::Input(_) => u[k],
+                    Symbol::InputAcceleration(_) => ddu[k],
                     _ => du[k],
                 });
                 assert!(

@@ -15,6 +15,8 @@ pub struct Program {
     constants: Vec<f64>,
     instructions: Vec<Instruction>,
     outputs: Vec<usize>,
+    /// Some expression depends on the second derivative of an input.
+    bends: bool,
 }
 
 /// The memory that a [`Program`] works in.
@@ -172,7 +174,8 @@ impl Program {
         }
     }
 
-    /// Evaluates every expression over samples: one column an expression, appended to `columns`.
+    /// Evaluates every expression over samples: one column an expression, appended to `columns`. Second derivatives of inputs
+    /// are differences of the first ones.
     ///
     /// # Panics
     /// If `columns` does not hold one vector an expression.
@@ -183,6 +186,9 @@ impl Program {
         self.prepare_lanes(&mut memory);
         let second = self.layout.kind == Kind::SecondOrder;
         let first_acceleration = Self::address(&self.layout, Symbol::Acceleration(0));
+        let first_bend = Self::address(&self.layout, Symbol::InputAcceleration(0));
+        let bent = if self.bends { samples.input_rates } else { &[] };
+        let bends: Vec<Vec<f64>> = bent.iter().map(|rate| differences(rate, samples.interval)).collect();
         for column in columns.iter_mut() {
             column.reserve(count);
         }
@@ -193,8 +199,8 @@ impl Program {
             }
             let symbols = samples.states.iter().chain(samples.inputs).chain(samples.input_rates);
             let accelerations = samples.accelerations.iter().take(if second { self.layout.freedoms } else { 0 });
-            let places = (1..).zip(symbols).chain((first_acceleration..).zip(accelerations));
-            for (place, values) in places {
+            let places = (1..).zip(symbols).chain((first_acceleration..).zip(accelerations)).map(|(k, v)| (k, &**v));
+            for (place, values) in places.chain((first_bend..).zip(bends.iter().map(Vec::as_slice))) {
                 memory[place * LANES..][..lanes].copy_from_slice(&values[from..from + lanes]);
             }
             self.run_lanes(&mut memory, 0..lanes);
@@ -252,6 +258,17 @@ fn symbol_count(layout: &Layout) -> usize {
     1 + layout.states() + 3 * layout.inputs + accelerations
 }
 
+/// The derivative of a series by central differences; one-sided at its ends.
+fn differences(series: &[f64], interval: f64) -> Vec<f64> {
+    let last = series.len().saturating_sub(1);
+    (0..series.len())
+        .map(|k| {
+            let (before, after) = (k.saturating_sub(1), (k + 1).min(last));
+            (series[after] - series[before]) / ((after - before).max(1) as f64 * interval)
+        })
+        .collect()
+}
+
 fn collect_surfaces(e: &Expression, found: &mut Vec<Expression>) {
     if let Expression::Call(function, arguments) = e {
         if let Some(plain) = without_bounds(*function, arguments) {
@@ -300,6 +317,10 @@ impl<'a> Compiler<'a> {
     }
 
     fn compile(mut self, expressions: &[Expression]) -> Program {
+        let mut bends = false;
+        for e in expressions {
+            e.visit(&mut |e| bends |= matches!(e, Expression::Symbol(Symbol::InputAcceleration(_))));
+        }
         let outputs: Vec<usize> = expressions.iter().map(|e| operand(self.place(&e.normal()))).collect();
         let surfaces = self.surfaces.map_or(0, <[_]>::len);
         let first_constant = symbol_count(self.layout) + surfaces;
@@ -330,6 +351,7 @@ impl<'a> Compiler<'a> {
             constants: self.constants,
             instructions,
             outputs: outputs.into_iter().map(settle).collect(),
+            bends,
         }
     }
 
