@@ -165,7 +165,7 @@ fn what_cannot_be_solved_for_is_refused_in_words() {
     settings.terms = vec![Term::parse("x").unwrap(), Term::parse("sgn(a2)").unwrap()];
     let refused = Study::default().run(&records, &settings, &Cancel::default()).unwrap_err().to_string();
     assert!(refused.contains("sgn(a2)") && refused.contains("acceleration"), "{refused}");
-    let base = Ask { terms: Some(vec![Term::parse("cos(x)*a2").unwrap()]), ..Ask::default() };
+    let base = Ask { base: Some(vec![Term::parse("cos(x)*a2").unwrap()]), ..Ask::default() };
     let refused = Search::new(&records, &base).unwrap_err();
     assert!(matches!(refused, GapError::Acceleration(_)), "{refused}");
 }
