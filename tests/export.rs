@@ -222,7 +222,7 @@ fn linked() -> Case {
     let second = [("cos(x2-x1)*a1", -0.9), ("sin(x2-x1)*v1^2", -0.9), ("sin(x2)", -25.0), ("sgn(v2-v1)", -1.5)];
     let model = Model::second_order(1, vec![equation(&first), equation(&second)]);
     let torque = |t: f64| 5.0 * (4.0 * t).sin();
-    Case::known("linked", &model, &[0.4, -0.3, 0.0, 0.0], (1200, 0.004), &[torque], 10)
+    Case::known("linked", &model, &[0.4, -0.3, 0.0, 0.0], (1200, 0.004), &[torque], 5)
 }
 
 /// What else a term can be: hysteresis with an internal state, Stribeck friction on a moving base, broken powers,
