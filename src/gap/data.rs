@@ -132,6 +132,7 @@ impl Data {
         let noises: Vec<f64> = (0..sensors.len()).map(|i| pooled_noise(&series[..fitted], i)).collect();
         let weights = weights(&series[..fitted], &noises);
         series.iter_mut().for_each(|s| s.weights.clone_from(&weights));
+        share_limits(&mut series);
         let of_displacement = |i: usize| if outputs[i] == Output::Displacement(i) { noises[i] } else { 0.0 };
         // A velocity or an acceleration makes more of what is fast than the displacement does.
         let moved = |s: &Series, i: usize| -> Arc<[f64]> {
@@ -228,6 +229,7 @@ impl Data {
             s.limits[0] = RANGE * smoothed.states[0].iter().fold(0.0, |m: f64, x| m.max(x.abs()));
             s.smoothed = Arc::new(smoothed);
         }
+        share_limits(&mut self.series);
         let point = format_si(point, &self.unit, 4);
         self.notices
             .push(format!("The motion is about {point}, not about zero: displacements are counted from there."));
@@ -364,6 +366,13 @@ impl Series {
             range,
         }
     }
+}
+
+/// Gives all records the range of the largest motion: what friction held still in one may move far in a model without it.
+fn share_limits(series: &mut [Series]) {
+    let largest = |k: usize| series.iter().filter_map(|s| s.limits.get(k)).copied().fold(0.0, f64::max);
+    let limits: Vec<f64> = (0..series.first().map_or(0, |s| s.limits.len())).map(largest).collect();
+    series.iter_mut().for_each(|s| s.limits.clone_from(&limits));
 }
 
 /// By how much the records can be thinned: so many samples at least are left in a period of their fastest motion.

@@ -170,10 +170,21 @@ pub fn motion_period(series: &[&[f64]], interval: f64, noise: f64) -> Option<f64
 /// Share of a displacement's strongest period below which the period of the motion that forces make tells more.
 const WANDERING: f64 = 0.25;
 
+/// How many times the largest square of noise's own lines a motion's must be: noise does not reach that once in ten thousand
+/// records.
+const CHANCE: f64 = 2.0;
+
 /// The main period of a displacement whose noise has this standard deviation, s: that of its strongest line, but where a free
-/// mass wanders slowly under a much faster motion that of the motion. None if it does not oscillate.
+/// mass wanders slowly under a much faster motion that of the motion. None if it does not oscillate, or no more than its noise
+/// does.
 pub fn main_period(values: &[f64], interval: f64, noise: f64) -> Option<f64> {
-    let strongest = Spectrum::of_motion(values, interval)?.peak()?.frequency.recip();
+    let peak = Spectrum::of_motion(values, interval)?.peak()?;
+    // The largest of n lines of white noise under the window has a square of some 6 ln(n)/n times its variance.
+    let n = values.len() as f64;
+    if peak.amplitude.powi(2) < CHANCE * 6.0 * n.ln() / n * noise * noise {
+        return None;
+    }
+    let strongest = peak.frequency.recip();
     let motion = motion_period(&[values], interval, noise).filter(|p| *p < WANDERING * strongest);
     Some(motion.unwrap_or(strongest))
 }
@@ -210,6 +221,15 @@ mod tests {
         for period in [main_period(&values, 5e-3, 1e-5), motion_period(&[&values], 5e-3, 1e-5)] {
             assert!((period.unwrap() - 1.0 / 6.0).abs() < 0.1 / 6.0, "{period:?}");
         }
+    }
+
+    #[test]
+    fn noise_alone_has_no_period_and_a_tone_beneath_it_has() {
+        let noise = |k: usize| 1e-3 * (((k * 48_271) % 65_537) as f64 / 32_768.5 - 1.0) * 3.0_f64.sqrt();
+        let values: Vec<f64> = (0..1500).map(noise).collect();
+        assert_eq!(main_period(&values, 1e-2, 1e-3), None);
+        let beneath: Vec<f64> = tone(1500, 1e-2, 5.0, 5e-4).iter().zip(&values).map(|(x, e)| x + e).collect();
+        assert!((main_period(&beneath, 1e-2, 1e-3).unwrap() * 5.0 - 1.0).abs() < 0.02);
     }
 
     #[test]
