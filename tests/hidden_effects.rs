@@ -190,6 +190,19 @@ fn what_differs_by_no_more_than_the_input_between_samples_is_called_by_the_simpl
 }
 
 #[test]
+fn two_effects_that_only_stand_together_are_both_named() {
+    // No spring: a constant force and dry friction hide each other.
+    let found = run(&in_regime(Regime::NoSpring, 8)[7]).unwrap();
+    assert!(found.verdict == Verdict::Named && found.steps.len() == 2 && found.all_found(), "{:?}", found.steps);
+}
+
+#[test]
+fn a_record_that_friction_held_still_has_its_place_among_the_others() {
+    // Without friction the first level's base would move the mass further than ten times what was measured there.
+    named_alone(&in_regime(Regime::Wide, 5)[4], "stribeck_friction");
+}
+
+#[test]
 fn a_force_without_which_the_model_runs_away_is_named() {
     // No spring: where the model follows segments with the constant force, it leaves their range without.
     named_alone(&in_regime(Regime::ClosedLoop, 3)[2], "constant_force");

@@ -43,7 +43,7 @@ impl Search {
             }
             steps.push(step);
             // A richer kind takes the simpler one's place, and what a later effect made superfluous goes.
-            let Some(mut fitted) = steps.last().and_then(Advance::stage) else {
+            let Some(mut fitted) = GapError::if_possible(self.after(&stage, &steps, cancel))? else {
                 break ended(steps.pop())?;
             };
             if let Some(second) = company {
@@ -359,6 +359,16 @@ impl Search {
         let seen = Examined { fitted: &fitted, motion: &motion, forms: &forms, screened: &screened };
         let evidence = self.data.evidence(&seen, cancel).ok_or(GapError::Cancelled)?;
         Ok(remaining(&evidence, &self.data.detectable(&seen, cancel)))
+    }
+
+    /// The stage after the last of these steps was taken from another; one whose effect was only found in company is fitted by
+    /// itself first.
+    fn after(&self, before: &Stage, steps: &[Advance], cancel: &Cancel) -> Result<Arc<Stage>, GapError> {
+        let last = steps.last().ok_or(GapError::Base)?;
+        match last.stage() {
+            Some(stage) => Ok(stage),
+            None => self.stage(&[before.choices(), vec![last.choice.clone()]].concat(), cancel),
+        }
     }
 
     /// Looks again at each effect in the company of the others: with the others in place another may do better, or rivals
