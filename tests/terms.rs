@@ -8,6 +8,7 @@ fn symbol() -> impl Strategy<Value = Symbol> {
         Just(Symbol::Time),
         (0..3usize).prop_map(Symbol::State),
         (0..3usize).prop_map(Symbol::Rate),
+        (0..3usize).prop_map(Symbol::Acceleration),
         (0..2usize).prop_map(Symbol::Input),
         (0..2usize).prop_map(Symbol::InputRate),
     ]
@@ -61,7 +62,7 @@ proptest! {
     }
 
     #[test]
-    fn the_normal_form_keeps_the_value(e in expression(), values in prop::array::uniform12(0.1..2.0f64)) {
+    fn the_normal_form_keeps_the_value(e in expression(), values in prop::array::uniform15(0.1..2.0f64)) {
         let value = |s: Symbol| match s {
             Symbol::Time => values[0],
             Symbol::State(i) => values[1 + i],
@@ -69,6 +70,7 @@ proptest! {
             Symbol::Input(j) => values[7 + j],
             Symbol::InputRate(j) => values[9 + j],
             Symbol::InputAcceleration(_) => values[11],
+            Symbol::Acceleration(i) => values[12 + i],
             Symbol::Internal(_) => 0.0,
         };
         let (plain, normal) = (e.value(&value), e.normal().value(&value));
@@ -95,7 +97,14 @@ proptest! {
     fn compiled_columns_are_the_trees_values(e in expression(), x in prop::collection::vec(0.1..2.0f64, 300)) {
         let layout = layout();
         let series: Vec<&[f64]> = vec![&x; 6];
-        let block = SampleBlock { start: 0.5, interval: 0.01, states: &series, inputs: &series[..2], input_rates: &series[..2] };
+        let block = SampleBlock {
+            start: 0.5,
+            interval: 0.01,
+            states: &series,
+            inputs: &series[..2],
+            input_rates: &series[..2],
+            accelerations: &series[..3],
+        };
         let mut columns = vec![Vec::new()];
         let e = e.normal();
         Program::new(std::slice::from_ref(&e), &layout).columns(&block, &mut columns);
