@@ -1,3 +1,4 @@
+use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -144,8 +145,14 @@ impl Stage {
 
 /// The fit that a stage shows; none where the stage was kept from an earlier search. What a stage shows makes it what it is:
 /// whether it can be gone on with at once does not.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 pub struct HeldFit(pub(super) Option<Arc<Fitted>>);
+
+impl fmt::Debug for HeldFit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("HeldFit")
+    }
+}
 
 impl PartialEq for HeldFit {
     fn eq(&self, _: &Self) -> bool {
