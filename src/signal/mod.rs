@@ -92,6 +92,12 @@ impl Slices<'_> {
 }
 
 impl Signals {
+    /// Accelerations, one series a degree of freedom: of displacements and velocities the rates' second half. Of a first-order
+    /// system they mean nothing.
+    pub fn accelerations(&self) -> &[Vec<f64>] {
+        &self.rates[self.rates.len() / 2..]
+    }
+
     /// The series, borrowed for evaluating terms along them.
     pub fn slices(&self) -> Slices<'_> {
         fn slices(series: &[Vec<f64>]) -> Vec<&[f64]> {
@@ -103,8 +109,7 @@ impl Signals {
             states: slices(&self.states),
             inputs: slices(&self.inputs),
             input_rates: slices(&self.input_rates),
-            // Of displacements and velocities the rates' second half; of a first-order system no term asks for them.
-            accelerations: slices(&self.rates[self.rates.len() / 2..]),
+            accelerations: slices(self.accelerations()),
         }
     }
 

@@ -107,10 +107,10 @@ fn carrier(outcome: &Outcome) -> Option<(Term, f64)> {
                 slices(&signals.states),
                 slices(&signals.inputs),
                 slices(&signals.input_rates),
-                slices(&signals.rates[signals.rates.len() / 2..]),
+                slices(signals.accelerations()),
             ];
             let [states, inputs, rates, accelerations] =
-                [0, 1, 2, 3].map(|k| thinned[k].iter().map(Vec::as_slice).collect::<Vec<&[f64]>>());
+                thinned.each_ref().map(|series| series.iter().map(Vec::as_slice).collect::<Vec<&[f64]>>());
             let block = SampleBlock {
                 start: signals.start,
                 interval: signals.interval,

@@ -264,9 +264,8 @@ fn parts(expression: &Expression, layout: &Layout, measured: &[Measured]) -> Vec
             one.map(|part| vec![part]).or_else(|| inertial(e, layout))
         })
         .collect();
-    taken
-        .map(|parts| parts.concat())
-        .unwrap_or_else(|| vec![Part { factor: 1.0, order: 0, source: Source::Path(expression.clone()) }])
+    let whole = || vec![Part { factor: 1.0, order: 0, source: Source::Path(expression.clone()) }];
+    taken.map_or_else(whole, |parts| parts.concat())
 }
 
 /// The numbers of a product multiplied, and its other factors.
