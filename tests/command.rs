@@ -1,5 +1,7 @@
 //! The real program, as a person at a terminal or a script runs it.
 
+mod measurements;
+
 use std::ffi::OsStr;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -581,21 +583,10 @@ fn reports_tell_the_walk_where_asked() {
     refused(here.path(), &[&["report", "fit.csv", "--base", "x, v", "--out", "a.html"], &terms[..]].concat(), 2);
 }
 
-/// The folder of real measurements, which are no part of the project.
-fn measurements() -> Option<std::path::PathBuf> {
-    let folder = std::env::var_os("SINDYSCOPE_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), std::path::PathBuf::from);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("skipped: the measurements are not at hand; SINDYSCOPE_DATA names their folder");
-    None
-}
-
 #[test]
 #[ignore = "takes a minute where tests are not optimised; run with --profile study"]
 fn the_friction_rig_rubs_on_the_ground() {
-    let Some(data) = measurements() else { return };
+    let Some(data) = measurements::folder() else { return };
     let files = ["friction_rig_3.6Hz.csv", "friction_rig_2.0Hz.csv"];
     for (fitted, held_out) in [(files[0], files[1]), (files[1], files[0])] {
         let started = std::time::Instant::now();
@@ -616,7 +607,7 @@ fn the_friction_rig_rubs_on_the_ground() {
 #[test]
 #[ignore = "takes minutes where tests are not optimised; run with --profile study"]
 fn the_silverbox_has_a_cubic_spring() {
-    let Some(data) = measurements() else { return };
+    let Some(data) = measurements::folder() else { return };
     let files = ["silverbox_multisine_1.csv", "--test", "silverbox_multisine_10.csv"];
     let result = diagnosed(&data, &[&files[..], &["--columns", "x=V2_out_V,u=V1_in_V"]].concat());
     assert_walk(&result, true);
@@ -628,7 +619,7 @@ fn the_silverbox_has_a_cubic_spring() {
 #[test]
 #[ignore = "takes minutes where tests are not optimised; run with --profile study"]
 fn the_magnet_beam_hardens_and_a_viscous_damper_is_not_taken_for_all_the_rest() {
-    let Some(data) = measurements() else { return };
+    let Some(data) = measurements::folder() else { return };
     let result = diagnosed(&data, &["magnet_beam_decay.csv"]);
     assert_walk(&result, false);
     const HARDENING: [&str; 4] = ["cubic_stiffness", "quintic_stiffness", "clearance", "bouc_wen_hysteresis"];

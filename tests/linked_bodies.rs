@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use std::path::{Path, PathBuf};
+mod measurements;
 
 use rand::SeedableRng as _;
 use rand_distr::{Distribution as _, StandardNormal};
@@ -186,12 +186,7 @@ fn a_mass_s_own_acceleration_is_no_candidate_of_its_equation() {
 /// A measured double pendulum with motors; x2 counts from the first link.
 #[test]
 fn gravity_of_a_measured_double_pendulum_is_that_of_its_links() {
-    let folder = std::env::var_os("SINDYSCOPE_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
-    if !folder.is_dir() {
-        println!("skipped: the measurements are not at hand; SINDYSCOPE_DATA names their folder");
-        return;
-    }
+    let Some(folder) = measurements::folder() else { return };
     let options = ReadOptions { columns: "u1=torque1,u2=torque2".parse().unwrap(), ..ReadOptions::default() };
     let records = RecordSet::new(read_files(&[folder.join("double_pendulum_fit.csv")], &options).unwrap(), Usage::Fit);
     let mut settings = suggest(&records, Kind::SecondOrder).unwrap();

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use std::path::{Path, PathBuf};
+mod measurements;
 
 use sindyscope::record::{ReadOptions, Record, RecordSet, Usage, read_files};
 use sindyscope::rig::{Noise, ScenarioOptions, generate};
@@ -109,12 +109,7 @@ fn a_first_order_system() {
 
 #[test]
 fn the_silverbox_with_nine_samples_a_period() {
-    let folder = std::env::var_os("SINDYSCOPE_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
-    if !folder.is_dir() {
-        println!("skipped: the measurements are not at hand; SINDYSCOPE_DATA names their folder");
-        return;
-    }
+    let Some(folder) = measurements::folder() else { return };
     let options = ReadOptions { columns: "x=V2_out_V,u=V1_in_V".parse().unwrap(), ..ReadOptions::default() };
     let read = |name: &str| read_files(&[folder.join(name)], &options).unwrap();
     let set = set(read("silverbox_multisine_1.csv"), read("silverbox_multisine_10.csv"));

@@ -1,0 +1,14 @@
+//! Where the real measurements are, which are no part of the project.
+
+use std::path::{Path, PathBuf};
+
+/// Their folder; none, and a sentence, where they are not at hand.
+pub(crate) fn folder() -> Option<PathBuf> {
+    let folder = std::env::var_os("SINDYSCOPE_DATA")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    println!("skipped: the measurements are not at hand; SINDYSCOPE_DATA names their folder");
+    None
+}
