@@ -16,6 +16,30 @@ pub struct SavitzkyGolay {
     beta: Vec<f64>,
 }
 
+/// Outputs that are summed up at once: they stay in registers while the weights pass.
+const LANES: usize = 16;
+
+/// Neighbouring outputs of an even or odd kernel, whose right half is given; the first sample is the first output's leftmost.
+fn weighed<const OUTPUTS: usize, const ODD: bool>(samples: &[f64], right: &[f64]) -> [f64; OUTPUTS] {
+    let half = right.len() - 1;
+    let near = |from: usize| samples[from..].first_chunk::<OUTPUTS>();
+    let mut sums = [0.0; OUTPUTS];
+    for (k, weight) in right.iter().enumerate() {
+        let (Some(before), Some(after)) = (near(half - k), near(half + k)) else { break };
+        for (sum, (b, a)) in sums.iter_mut().zip(before.iter().zip(after)) {
+            *sum += weight
+                * if k == 0 {
+                    *a
+                } else if ODD {
+                    a - b
+                } else {
+                    a + b
+                };
+        }
+    }
+    sums
+}
+
 impl SavitzkyGolay {
     /// The filter of a segment length `window` (made odd upwards) and polynomial `order` (at most `window` − 1).
     pub fn new(window: usize, order: usize) -> Self {
@@ -126,27 +150,20 @@ impl SavitzkyGolay {
         let (n, h) = (samples.len(), self.half);
         let right = &kernel[h..];
         if stride == 1 {
-            // Sample by sample in the inner loop: the compiler does several outputs at once.
-            let out = &mut out[h..n - h];
-            for (o, s) in out.iter_mut().zip(&samples[h..]) {
-                *o = right[0] * s;
+            let mut blocks = out[h..n - h].chunks_exact_mut(LANES);
+            let mut first = 0;
+            for block in blocks.by_ref() {
+                let sums = if odd {
+                    weighed::<LANES, true>(&samples[first..], right)
+                } else {
+                    weighed::<LANES, false>(&samples[first..], right)
+                };
+                block.copy_from_slice(&sums);
+                first += LANES;
             }
-            const TILE: usize = 1024;
-            for (tile, out) in out.chunks_mut(TILE).enumerate() {
-                let centre = h + tile * TILE;
-                for (k, weight) in right.iter().enumerate().skip(1) {
-                    let before = &samples[centre - k..][..out.len()];
-                    let after = &samples[centre + k..][..out.len()];
-                    if odd {
-                        for ((o, b), a) in out.iter_mut().zip(before).zip(after) {
-                            *o += weight * (a - b);
-                        }
-                    } else {
-                        for ((o, b), a) in out.iter_mut().zip(before).zip(after) {
-                            *o += weight * (a + b);
-                        }
-                    }
-                }
+            for (k, o) in blocks.into_remainder().iter_mut().enumerate() {
+                let samples = &samples[first + k..];
+                [*o] = if odd { weighed::<1, true>(samples, right) } else { weighed::<1, false>(samples, right) };
             }
         } else {
             for (o, centre) in out.iter_mut().zip((0..n).step_by(stride)) {

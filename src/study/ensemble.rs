@@ -64,7 +64,7 @@ impl Study {
         self.prepare(records, &layout, &settings.smoothing, cancel)?;
         let regression = self.regression(records, settings)?;
         cancel.check()?;
-        let (model, ..) = regression.identify(settings);
+        let model = regression.identify(settings).model;
         let (outcomes, ..) = self.simulate(records, &model, cancel)?;
         let shifts = self.shifts(&regression, settings, &model, &outcomes).unwrap_or_default();
         let mut terms = repeat(&regression.resampling(settings), cancel)?;

@@ -134,25 +134,44 @@ impl Study {
     pub fn run(&mut self, records: &RecordSet, settings: &Settings, cancel: &Cancel) -> Result<Outcome, StudyError> {
         let started = Instant::now();
         let regression = self.made_ready(records, settings, cancel)?;
-        let (mut model, fits, mut covariance) = regression.identify(settings);
+        let identified = regression.identify(settings);
+        let mut model = identified.model.clone();
+        let mut covariance = Covariance::default();
         let mut refinement = None;
         let mut refused = None;
         if settings.refine {
+            covariance = regression.errors(&identified);
+            covariance.tell(&mut model, regression.fitted());
             match self.refine(records, settings, (&mut model, &mut covariance), &[], cancel)? {
                 Ok(done) => refinement = Some(done),
                 Err(reason) => refused = Some(reason),
             }
         }
         let fit = milliseconds(started);
-        let simulating = Instant::now();
-        let (outcomes, train, test) = self.simulate(records, &model, cancel)?;
-        let elapsed = Elapsed { fit, simulate: milliseconds(simulating) };
+        let mut respond = || {
+            let simulating = Instant::now();
+            let responses = self.simulate(records, &model, cancel);
+            (responses, milliseconds(simulating))
+        };
+        // Nothing that is drawn first waits for the errors of a regression.
+        let (responses, simulate) = if settings.refine {
+            respond()
+        } else {
+            let (responded, errors) = rayon::join(respond, || regression.errors(&identified));
+            covariance = errors;
+            responded
+        };
+        let (outcomes, train, test) = responses?;
+        if !settings.refine {
+            covariance.tell(&mut model, regression.fitted());
+        }
+        let elapsed = Elapsed { fit, simulate };
         let noise_floor =
             noise_floor(self.dataset.records.iter().zip(&records.entries).map(|(p, (_, usage))| (p, *usage)));
         let mut outcome = Outcome {
             settings: settings.clone(),
             model,
-            fits,
+            fits: identified.fits,
             covariance,
             refinement,
             records: outcomes,
@@ -220,7 +239,8 @@ impl Study {
         sought: &[Calibration],
         cancel: &Cancel,
     ) -> Result<Vec<Calibrated>, StudyError> {
-        let (mut model, _, mut covariance) = self.made_ready(records, settings, cancel)?.identify(settings);
+        let mut model = self.made_ready(records, settings, cancel)?.identify(settings).model;
+        let mut covariance = Covariance::default();
         let found = self.refine(records, settings, (&mut model, &mut covariance), sought, cancel)?;
         found.map(|refinement| refinement.calibrated).map_err(|reason| StudyError::Setting(reason.to_owned()))
     }

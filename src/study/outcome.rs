@@ -224,7 +224,7 @@ pub struct Warning {
 /// Time spent, ms.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Elapsed {
-    /// Smoothing, library and regression.
+    /// Smoothing, library, regression and, where asked for, refinement; errors of a regression are found beside the response.
     pub fit: f64,
     /// Simulation of every record.
     pub simulate: f64,

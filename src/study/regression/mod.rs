@@ -18,6 +18,7 @@ use crate::signal::{Differentiation, Signals, Smoothing, dot, rms};
 use crate::sparse::{Constraint, Options, Reduced, Scores, Sign, Solution, drop_path, stlsq};
 use crate::study::outcome::{DroppedTerm, PathTerm};
 use crate::term::{Expression, Kind, Layout, Program, Symbol, Term};
+use opposed::Follows;
 use rows::{filtered, integrated, smooth_alike};
 use sliding::{Moving, keep};
 pub(super) use sliding::{Raster, sliding, standing};
@@ -37,6 +38,16 @@ pub(super) struct Regression {
     /// Rows over which residuals are correlated.
     block: usize,
     origin: Origin,
+}
+
+/// What thresholding has left.
+pub(super) struct Identified {
+    pub(super) model: Model,
+    pub(super) fits: Vec<EquationFit>,
+    /// One for each equation, and the column of each of its terms.
+    solutions: Vec<Solution>,
+    columns: Vec<Vec<usize>>,
+    follows: Option<Follows>,
 }
 
 /// Where rows come from.
@@ -386,30 +397,38 @@ impl Regression {
         kinematic.chain(std::iter::repeat(empty)).take(self.layout.states()).collect()
     }
 
-    /// Thresholds every equation; with the covariance of all coefficients' errors.
-    pub(super) fn identify(&self, settings: &Settings) -> (Model, Vec<EquationFit>, Covariance) {
+    /// Thresholds every equation. What the coefficients' errors are takes [`Self::errors`] as long again to find.
+    pub(super) fn identify(&self, settings: &Settings) -> Identified {
         let options = options(settings);
         let mut equations = self.unfitted_equations();
         let mut fits = Vec::with_capacity(self.targets.len());
-        let mut scores: Vec<(Scores, Vec<Option<usize>>)> = Vec::with_capacity(self.targets.len());
         let mut columns = Vec::with_capacity(self.targets.len());
         let (solutions, constraints, follows) = self.solutions(settings);
         for ((target, solution), constraints) in self.targets.iter().zip(&solutions).zip(&constraints) {
             let path = settings.regressor.path(&target.reduced, constraints, &options);
             let (equation, kept) = self.equation(target, solution, constraints);
             equations[target.index] = equation;
-            let places = kept.iter().map(|k| solution.support.iter().position(|s| s == k)).collect();
-            scores.push((self.scores(target, solution, &solution.support), places));
             columns.push(kept);
             fits.push(self.fit(target, solution, constraints, &path, &self.offers(settings, target)));
         }
-        let mut model = Model { layout: self.layout, equations, static_ratio: 1.0 };
+        let model = Model { layout: self.layout, equations, static_ratio: 1.0 };
+        Identified { model, fits, solutions, columns, follows }
+    }
+
+    /// The covariance of all coefficients' errors.
+    pub(super) fn errors(&self, identified: &Identified) -> Covariance {
+        let Identified { solutions, columns, follows, .. } = identified;
+        let of_target = |((target, solution), kept): ((&Target, &Solution), &Vec<usize>)| {
+            let places = kept.iter().map(|k| solution.support.iter().position(|s| s == k)).collect();
+            (self.scores(target, solution, &solution.support), places)
+        };
+        let scores: Vec<(Scores, Vec<Option<usize>>)> =
+            self.targets.iter().zip(solutions).zip(columns).map(of_target).collect();
         let mut covariance = Covariance::of_regression(&scores);
         if let Some(follows) = follows {
-            follows.transform(&mut covariance, &columns);
+            follows.transform(&mut covariance, columns);
         }
-        covariance.tell(&mut model, self.fitted());
-        (model, fits, covariance)
+        covariance
     }
 
     /// An equation, and the column of each of its terms.

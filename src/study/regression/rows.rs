@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use crate::signal::{SavitzkyGolay, Signals, Smoother, Smoothing, dot};
 use crate::term::{Program, SampleBlock};
 
@@ -20,8 +22,8 @@ pub(super) fn smooth_alike(smoothing: &Smoothing, signals: &Signals, jumps: &[bo
     }
 }
 
-/// Samples of a record that are evaluated at once: their columns stay in the cache until they are filtered.
-const CHUNK: usize = 4096;
+/// Samples of a record that one core evaluates at once: their columns stay in its cache until they are filtered.
+const CHUNK: usize = 2048;
 
 /// Evaluates the columns, smooths them and appends the rows `inside`, each `stride` samples from the one before.
 ///
@@ -45,29 +47,34 @@ pub(super) fn filtered(
     let reach = twice.len() / 2;
     let clear_of_ends = inside.start * stride >= reach && inside.end.saturating_sub(1) * stride + reach < count;
     let rows_at_once = if clear_of_ends { (CHUNK / stride).max(1) } else { inside.len().max(1) };
-    let mut chunk: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
-    let mut from = inside.start;
-    while from < inside.end {
+    let starts: Vec<usize> = inside.clone().step_by(rows_at_once).collect();
+    let part = |chunk: &mut Vec<Vec<f64>>, from: usize| -> Vec<Vec<f64>> {
         let to = inside.end.min(from + rows_at_once);
         chunk.iter_mut().for_each(Vec::clear);
         if clear_of_ends {
             let first = from * stride - reach;
             let part = samples.slice(first..(to - 1) * stride + reach + 1);
-            program.columns(&part.block(), &mut chunk);
-            for ((column, chunk), jumps) in columns.iter_mut().zip(&chunk).zip(jumps) {
+            program.columns(&part.block(), chunk);
+            let column = |(chunk, jumps): (&Vec<f64>, &bool)| {
                 let kernel = if *jumps { &twice } else { &smooth };
                 let inset = reach - kernel.len() / 2;
-                column.extend((0..to - from).map(|row| dot(kernel, &chunk[row * stride + inset..][..kernel.len()])));
-            }
+                (0..to - from).map(|row| dot(kernel, &chunk[row * stride + inset..][..kernel.len()])).collect()
+            };
+            chunk.iter().zip(jumps).map(column).collect()
         } else {
-            program.columns(samples, &mut chunk);
+            program.columns(samples, chunk);
             let mut smooth = vec![0.0; count.div_ceil(stride)];
-            for (column, chunk) in columns.iter_mut().zip(&chunk) {
+            let column = |chunk: &Vec<f64>| {
                 filter.apply_strided(chunk, samples.interval, 0, stride, &mut smooth);
-                column.extend_from_slice(&smooth[from..to]);
-            }
+                smooth[from..to].to_vec()
+            };
+            chunk.iter().map(column).collect()
         }
-        from = to;
+    };
+    let empty = || vec![Vec::new(); columns.len()];
+    let parts: Vec<Vec<Vec<f64>>> = starts.into_par_iter().map_init(empty, part).collect();
+    for part in parts {
+        columns.iter_mut().zip(part).for_each(|(column, rows)| column.extend(rows));
     }
 }
 
