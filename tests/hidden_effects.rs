@@ -97,6 +97,17 @@ fn nothing_is_found_between_two_masses_that_do_not_rub() {
 }
 
 #[test]
+fn what_is_found_does_not_hang_on_the_number_of_threads() {
+    let case = one("static_friction", Shaking::Multisine, 0.01, 0);
+    let found = [1, 3].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let found = pool.install(|| run(&case)).unwrap();
+        (found.verdict, found.steps, found.ranking, found.base.to_bits(), found.last.to_bits())
+    });
+    assert_eq!(found[0], found[1]);
+}
+
+#[test]
 fn two_hidden_at_once_are_both_named() {
     let found = run(&one("cubic_stiffness+coulomb_friction", Shaking::Multisine, 0.01, 0)).unwrap();
     assert!(found.all_found(), "{:?}", found.steps);

@@ -86,6 +86,11 @@ impl Score {
     pub(super) fn is_far(&self, noise: f64) -> bool {
         self.largest > FAR * noise
     }
+
+    /// True if data never fitted are explained better than by a simpler form by what a further number costs.
+    fn is_borne_out_beside(&self, simpler: &Self) -> bool {
+        simpler.test - self.test > PASSING
+    }
 }
 
 /// Scores a model against another, for residuals that vary `colour` times more than white ones where the motion is. Both are
@@ -309,7 +314,7 @@ pub(super) fn order(candidates: &[(usize, &Form, Score)], resolution: Resolution
                     return c.2.rmse < CLEARLY * rich.rmse;
                 }
                 // What data never fitted do not bear out is no more than a better fit.
-                if c.2.rmse <= rich.rmse || resolution.leaves_open(&c.2, &rich) {
+                if !rich.is_borne_out_beside(&c.2) || resolution.leaves_open(&c.2, &rich) {
                     return true;
                 }
                 let margin = if left[best].1.inner.iter().any(|i| i.jumps) { JUMPING } else { RICHER };
@@ -354,7 +359,8 @@ pub(super) fn confused(
                 // A richer form fits as well by nature: it is a rival only where it does better than its price, and data never
                 // fitted bear it out, or neither of the two.
                 && if form.includes(first.0) {
-                    let borne_out = score.rmse < first.1.rmse && !resolution.leaves_open(&first.1, score);
+                    let borne_out =
+                        score.is_borne_out_beside(&first.1) && !resolution.leaves_open(&first.1, score);
                     as_good(score) && better(score) && borne_out || disputed(score)
                 } else {
                     as_good(score)

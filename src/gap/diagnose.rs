@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::decide::{FAR, is_undetermined, score};
+use super::effects::Form;
 use super::error::GapError;
 use super::evidence::Examined;
 use super::fit::{Fitted, WHOLE, carried};
@@ -17,6 +18,8 @@ use crate::study::Cancel;
 
 /// Far from the noise, an effect is needless without which data never fitted are explained so nearly as well.
 const NEEDLESS: f64 = 1.1;
+/// Standard deviations by which a joint's two forces contradict its springs.
+const CONTRADICTED: f64 = 4.0;
 
 impl Search {
     /// Walks until nothing is missing, nothing more can be named, or the most effects are added.
@@ -64,8 +67,10 @@ impl Search {
             }
             stage = self.lighter(&mut steps, fitted, cancel)?;
         };
-        // An effect that does not stand alone, or another in its place, may with the others there.
-        if steps.len() > 1 && !steps.iter().all(Advance::alone) {
+        // An effect that does not stand alone, or another in its place, may with the others there. Where forces between masses
+        // contradict the springs, something has taken another's place.
+        let contradicted = !self.contradictions(&*self.fit_of(&stage, cancel)?).is_empty();
+        if steps.len() > 1 && (contradicted || !steps.iter().all(Advance::alone)) {
             let mut again = steps.clone();
             if !self.reconsider(&mut again, tell, cancel)? {
                 steps = again;
@@ -333,7 +338,16 @@ impl Search {
         })
     }
 
-    /// What is to be said of a stage: dampers of the base model held at zero, and how far it predicts.
+    /// The effects in joints whose two forces stand in another ratio than the springs of those joints.
+    fn contradictions<'f>(&self, fitted: &'f Fitted) -> Vec<&'f Form> {
+        let pairs = fitted.composition.reciprocity(&fitted.parameters).into_iter();
+        let mut contradicted: Vec<usize> =
+            pairs.filter(|(_, deviations)| deviations.abs() > CONTRADICTED).map(|(k, _)| k).collect();
+        contradicted.dedup();
+        contradicted.into_iter().map(|k| &fitted.composition.forms[k]).collect()
+    }
+
+    /// What is to be said of a stage: forces between masses that contradict the springs, dampers of the base model held at zero, and how far it predicts.
     fn said_of(&self, stage: &Stage) -> Vec<String> {
         let Some(fitted) = &stage.fit.0 else { return Vec::new() };
         let dampers = fitted.composition.dampers(&fitted.parameters.inner);
@@ -346,6 +360,13 @@ impl Search {
             };
             format!("The linear damper {term}{whose} is held at zero: free, it would give energy instead of taking it.")
         })
+        .chain(self.contradictions(fitted).into_iter().map(|form| {
+            format!(
+                "{}: its forces accelerate the two masses in another ratio than the springs between them do. One of them may \
+                 stand for something else.",
+                form.full_title()
+            )
+        }))
         .chain(self.horizon(fitted))
         .collect()
     }

@@ -93,7 +93,7 @@ impl Fitted {
     /// RMS of the residuals, initial values allowed for.
     pub(super) fn error(&self) -> f64 {
         let freedom = self.refined.samples.saturating_sub(self.refined.passing()).max(1);
-        (self.refined.rss / freedom as f64).sqrt()
+        (self.refined.rss_beside_jumps() / freedom as f64).sqrt()
     }
 
     /// Where the fit landed, to go on from.
@@ -475,7 +475,7 @@ impl Data {
             found.as_ref().map_or_else(
                 || lost(runs),
                 |l| Fold {
-                    rss: l.refined.rss,
+                    rss: l.refined.rss_beside_jumps(),
                     samples: l.refined.samples,
                     passing: l.refined.passing(),
                     first: of_first(&l.runs, &l.refined.residuals),

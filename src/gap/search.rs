@@ -1,8 +1,5 @@
 use std::collections::{BTreeMap, HashMap};
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-
-use rayon::prelude::*;
 
 use super::audit::Audit;
 use super::columns::Path;
@@ -104,7 +101,7 @@ const PRIORS: [f64; 3] = [1e-10, 1e-3, 1.0];
 pub(super) const PROMISING: f64 = 0.5;
 /// Candidates that are refined.
 const REFINED: usize = 12;
-/// Candidates that are refined before the others: one for each of the two cores that a search is made for.
+/// Candidates that are refined before it is asked whether one of them explains the data.
 const LEADERS: usize = 2;
 /// Samples times candidates from which fewer are refined, and the fewest.
 const EFFORT: usize = 36_000;
@@ -138,6 +135,7 @@ impl Search {
         let mut base = Composition::new(data.layout, terms);
         base.passive = !data.self_sustained;
         base.zero = data.shows_rates();
+        base.noise = data.noise;
         if let Some(datum) = data.equilibrium(&base) {
             data.count_from(datum);
             base.base.retain(|t| t.term.as_str() != "1");
@@ -424,18 +422,16 @@ impl Search {
         step(0.0);
         let tried = screened.likeliest(forms, (EFFORT / before.refined.samples).clamp(FEWEST, REFINED));
         let bar = Bar::default();
-        let done = AtomicUsize::new(0);
+        let mut done = 0;
         // The likeliest first: those behind them are held against what these reach.
-        let wave = |forms_of_wave: &[usize]| -> Vec<(usize, Option<Fitted>)> {
-            let fit = |k: &usize| {
-                let fitted = self.refit(before, motion, screened, (*k, &forms[*k]), Some(&bar), cancel);
-                step((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / tried.len() as f64);
-                (*k, fitted)
-            };
-            forms_of_wave.iter().par_bridge().map(fit).collect()
+        let mut fit = |k: &usize| {
+            let fitted = self.refit(before, motion, screened, (*k, &forms[*k]), Some(&bar), cancel);
+            done += 1;
+            step(done as f64 / tried.len() as f64);
+            (*k, fitted)
         };
         let (first, rest) = tried.split_at(tried.len().min(LEADERS));
-        let mut refits = wave(first);
+        let mut refits: Vec<(usize, Option<Fitted>)> = first.iter().map(&mut fit).collect();
         // Where one explains the data, those that the screen leaves far behind are not refitted; one tone tells too little.
         let explains = |(k, fitted): &(usize, Option<Fitted>)| {
             let fitted = Arc::new(fitted.clone()?);
@@ -444,7 +440,7 @@ impl Search {
         };
         let lead = refits.iter().find_map(explains).filter(|_| !self.audit.single_tone);
         let near = |k: &&usize| lead.is_none_or(|(lead, samples)| !screened.outdone(**k, lead, samples));
-        refits.extend(wave(&rest.iter().filter(near).copied().collect::<Vec<usize>>()));
+        refits.extend(rest.iter().filter(near).map(fit));
         let mut refits: Vec<Refit> = self
             .polished(refits, cancel)
             .into_iter()

@@ -307,15 +307,11 @@ impl Search {
         let bar = Bar::default();
         let among_rivals = Goal { options: Options { bar: Some(&bar), ..goal.options }, ..goal };
         let trials = self.promising(trials, &whole, goal);
-        let mut shot: Vec<(Vec<usize>, Composition, Landed)> = trials
-            .into_iter()
-            .par_bridge()
-            .filter_map(|t| {
-                let landed = shoot(&t.composition, &whole, (&t.shared, None), 0, among_rivals, FEW_STEPS)?;
-                Some((t.forms, t.composition, landed))
-            })
-            .collect();
-        // Ties as they come: the order must not depend on which thread was first.
+        let shots = trials.into_iter().map(|t| {
+            let landed = shoot(&t.composition, &whole, (&t.shared, None), 0, among_rivals, FEW_STEPS)?;
+            Some((t.forms, t.composition, landed))
+        });
+        let mut shot: Vec<(Vec<usize>, Composition, Landed)> = shots.flatten().collect();
         shot.sort_by(|a, b| a.2.refined.rss.total_cmp(&b.2.refined.rss).then_with(|| a.0.cmp(&b.0)));
         keep_best(&mut shot, |(forms, ..)| forms);
         let least = shot.first().map_or(0.0, |s| s.2.refined.rss);
@@ -336,14 +332,11 @@ impl Search {
         }
         let bar = Bar::default();
         let goal = Goal { options: Options { bar: Some(&bar), ..goal.options }, ..goal };
-        let mut looked: Vec<(f64, Trial)> = trials
-            .into_iter()
-            .par_bridge()
-            .filter_map(|t| {
-                let (shared, rss) = look(&t.composition, &segments, &t.shared, goal, FEW_STEPS)?;
-                Some((rss, Trial { shared, ..t }))
-            })
-            .collect();
+        let looks = trials.into_iter().map(|t| {
+            let (shared, rss) = look(&t.composition, &segments, &t.shared, goal, FEW_STEPS)?;
+            Some((rss, Trial { shared, ..t }))
+        });
+        let mut looked: Vec<(f64, Trial)> = looks.flatten().collect();
         looked.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.forms.cmp(&b.1.forms)));
         keep_best(&mut looked, |(_, t)| &t.forms);
         looked.into_iter().map(|(_, t)| t).collect()
@@ -422,12 +415,12 @@ impl Search {
         let motion = motion.as_ref().map(|(landed, composition)| landed.of(*composition));
         let bar = Bar::default();
         let goal = Goal { options: Options { bar: Some(&bar), ..goal.options }, ..goal };
-        let mut fits: Vec<Landed> = starts
-            .par_iter()
-            .flat_map_iter(|shared| [Some((shared, None)), motion.map(|motion| (shared, Some(motion)))])
+        let starts =
+            starts.iter().flat_map(|shared| [Some((shared, None)), motion.map(|motion| (shared, Some(motion)))]);
+        let fits = starts
             .flatten()
-            .filter_map(|(shared, states)| shoot(composition, &whole, (shared, states), level, goal, 2 * FEW_STEPS))
-            .collect();
+            .filter_map(|(shared, states)| shoot(composition, &whole, (shared, states), level, goal, 2 * FEW_STEPS));
+        let mut fits: Vec<Landed> = fits.collect();
         if level == WHOLE && before.level == WHOLE {
             fits.push(before.landed());
         }

@@ -2,7 +2,7 @@ use super::columns::{Clock, Inputs, Path, integrate};
 use super::effects::{Addition, Form};
 use super::outcome::Choice;
 use super::parameters::{InnerValues, Parameters};
-use super::site::Placed;
+use super::site::{Placed, Site};
 use crate::model::{Equation, Model, WeightedTerm};
 use crate::refine::{Instance, Run, Structure};
 use crate::simulate::Delays;
@@ -22,7 +22,14 @@ pub(super) struct Composition {
     pub(super) datum: bool,
     /// The sensor's zero is free in each record, as that of an accelerometer is.
     pub(super) zero: bool,
+    /// RMS of the noise, weighted.
+    pub(super) noise: f64,
 }
+
+/// Standard deviation of the ratio of a joint's two forces about that of its springs.
+const RECIPROCAL: f64 = 0.05;
+/// Springs between two masses that are this share of those that hold each tell little of it.
+const SLACK: f64 = 0.1;
 
 /// What a composition comes to at given inner values.
 pub(super) struct Composed {
@@ -45,6 +52,7 @@ impl Composition {
             passive: true,
             datum: false,
             zero: false,
+            noise: 0.0,
         }
     }
 
@@ -155,6 +163,43 @@ impl Composition {
         let kept = self.base.iter().filter(|t| !replaced.contains(t)).enumerate();
         let slope = |t: &Placed| derivative(t.term.expression(), Symbol::Rate(t.mass));
         kept.filter(|(_, t)| matches!(slope(t), Expression::Number(slope) if slope > 0.0)).collect()
+    }
+
+    /// The stiffness of the base model in one mass's equation against another's displacement, positive where it pulls the mass
+    /// there; of its own, back.
+    fn stiffness(&self, parameters: &Parameters, of: usize, by: usize) -> f64 {
+        let additions = self.additions(&parameters.inner);
+        let kept = self.base.iter().filter(|t| !additions.iter().any(|a| a.replaces.contains(t)));
+        let weighted = kept.zip(&parameters.coefficients).filter(|(t, _)| t.mass == of);
+        let slope = |(t, c): (&Placed, &f64)| match derivative(t.term.expression(), Symbol::State(by)) {
+            Expression::Number(slope) => slope * c,
+            _ => 0.0,
+        };
+        let sum: f64 = weighted.map(slope).sum();
+        if of == by { (-sum).max(0.0) } else { sum.max(0.0) }
+    }
+
+    /// Action and reaction: a joint's forces on its two masses are equal and opposite, so that they accelerate these in the
+    /// ratio in which the springs between them do (J. C. Maxwell, Phil. Mag. 27 (1864) 294–299). It is expected, not exacted:
+    /// masses that are coupled by inertia too do not keep to it.
+    ///
+    /// For each pair of coefficients of a joint, the index of the form and by how many standard deviations the pair's ratio is
+    /// another one.
+    pub(super) fn reciprocity(&self, parameters: &Parameters) -> Vec<(usize, f64)> {
+        let mut found = Vec::new();
+        for ((index, form), place) in self.forms.iter().enumerate().zip(self.places(&parameters.inner)) {
+            let Some(Site::Joint(i, j)) = form.site else { continue };
+            let stiffness = |of: usize, by: usize| self.stiffness(parameters, of, by);
+            for pair in parameters.coefficients[place].chunks_exact(2) {
+                let (action, reaction) = (pair[0] * stiffness(j, i), -pair[1] * stiffness(i, j));
+                let slack = SLACK * (pair[0].abs() * stiffness(j, j) + pair[1].abs() * stiffness(i, i));
+                let size = action.abs() + reaction.abs() + slack;
+                // Half the logarithm of the ratio, and bounded where the two have nothing in common.
+                let apart = if size > 0.0 { (action - reaction) / size } else { 0.0 };
+                found.push((index, 2.0 * apart / RECIPROCAL));
+            }
+        }
+        found
     }
 
     /// For each term at these inner values, its index among another composition's terms, if that has it.
@@ -270,6 +315,13 @@ impl Structure for Composition {
 
     fn bounds(&self) -> Vec<(f64, f64)> {
         self.ranges().row()
+    }
+
+    fn expectations(&self, row: &[f64]) -> Vec<f64> {
+        if self.forms.iter().all(|f| !matches!(f.site, Some(Site::Joint(..)))) {
+            return Vec::new();
+        }
+        self.reciprocity(&self.named(row)).into_iter().map(|(_, deviations)| deviations * self.noise).collect()
     }
 
     fn offset(&self) -> bool {

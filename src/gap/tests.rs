@@ -2,9 +2,11 @@ use super::data::step;
 use super::effects::{Frame, Setting, catalogue};
 use super::motion::{Oscillator, Sensing, Slopes, Variation, smooth};
 use super::outcome::Curve;
+use super::parameters::Parameters;
 use super::site::Placed;
+use super::structure::Composition;
 use crate::simulate::Output;
-use crate::term::list;
+use crate::term::{Layout, list};
 
 fn setting(masses: usize, base_excited: bool) -> Setting {
     let text = match (masses, base_excited) {
@@ -85,6 +87,28 @@ fn of_several_masses_every_force_is_asked_for_at_every_place() {
     );
     // Against the motion of the one mass is along that of the other.
     assert!(friction.coefficients[0].sign.forbids(1.0) && friction.coefficients[1].sign.forbids(-1.0));
+}
+
+#[test]
+fn a_joints_forces_are_expected_in_the_ratio_of_its_springs() {
+    let forms = catalogue(&setting(2, false));
+    let friction = forms.iter().find(|f| f.effect == "coulomb_friction" && f.form.contains("between")).unwrap();
+    let terms = ["x1, x2", "x1, x2"].iter().enumerate();
+    let base = terms.flat_map(|(mass, text)| list(text).unwrap().into_iter().map(move |term| Placed { mass, term }));
+    let layout = Layout { freedoms: 2, inputs: 0, ..Layout::default() };
+    let rubbing = Composition::new(layout, base.collect()).with(friction);
+    let deviations = |coupling: f64, reaction: f64| {
+        // The first mass is twice the second.
+        let coefficients = vec![-700.0, coupling, 2.0 * coupling, -600.0, -0.3, reaction];
+        let parameters = Parameters { coefficients, inner: rubbing.middle() };
+        rubbing.reciprocity(&parameters).iter().map(|(_, deviations)| deviations.abs()).fold(0.0, f64::max)
+    };
+    assert!(deviations(300.0, 0.6) < 1e-9);
+    // Five per cent off is one standard deviation, but for what the slack takes.
+    assert!((0.7..1.0).contains(&deviations(300.0, 0.63)), "{}", deviations(300.0, 0.63));
+    assert!(deviations(300.0, 0.3) > 8.0 && deviations(300.0, -0.6) > 20.0);
+    // Masses that no spring joins tell nothing of it.
+    assert_eq!(deviations(0.0, 0.3), 0.0);
 }
 
 #[test]

@@ -43,6 +43,16 @@ impl Arrow {
         Self { whole: DMatrix::zeros(shared, shared), gradient: DVector::zeros(shared), runs: Vec::new() }
     }
 
+    /// Takes rows in that the first shared values alone make up.
+    pub(super) fn add(&mut self, columns: &[Vec<f64>], residual: &[f64]) {
+        for (i, a) in columns.iter().enumerate() {
+            self.gradient[i] += dot(a, residual);
+            for (j, b) in columns.iter().enumerate() {
+                self.whole[(i, j)] += dot(a, b);
+            }
+        }
+    }
+
     /// Takes a run in: `columns[k]` belongs to the shared parameter `places[k]`, the columns after those to the run itself.
     pub(super) fn push(&mut self, columns: &[Vec<f64>], places: &[usize], residual: &[f64]) {
         let (shared, own) = columns.split_at(places.len());

@@ -7,7 +7,8 @@ use rayon::prelude::*;
 
 use super::arrow::{Arrow, Correction};
 use super::{Instance, Options, Point, Reading, Refined, Run, Structure};
-use crate::simulate::{Delays, InputGrid, Limits, Response, Simulator, Workspace, later};
+use crate::signal::dot;
+use crate::simulate::{Delays, InputGrid, Limits, Output, Response, Simulator, Workspace, later};
 
 /// Steps after which a fit is held against the bar.
 const PATIENCE: usize = 4;
@@ -35,6 +36,9 @@ const TRIES: usize = 9;
 /// dampings tried for one of them.
 const SECANTS: usize = 3;
 const SECANT_TRIES: usize = 2;
+
+/// Times the usual residual beyond which one next to a jump is the jump's own.
+const STRAY: f64 = 3.0;
 
 /// Largest error of a sampling interval of the simulation, as a share of the motion: far below [`NUDGE`].
 const TOLERANCE: f64 = 1e-7;
@@ -200,8 +204,14 @@ impl<'a> Fitter<'a> {
                 Some(run.target().zip(out.iter()).map(|(y, s)| (y - s).powi(2)).sum::<f64>())
             })
             .collect::<Vec<Option<f64>>>();
-        let rss = lasts.into_iter().sum::<Option<f64>>()?;
+        let rss = lasts.into_iter().sum::<Option<f64>>()?
+            + self.expectations(&point.shared).iter().map(|e| e * e).sum::<f64>();
         rss.is_finite().then_some(rss)
+    }
+
+    /// What is expected of the shared parameters, where they are fitted.
+    fn expectations(&self, shared: &[f64]) -> Vec<f64> {
+        if self.options.frozen { Vec::new() } else { self.structure.expectations(shared) }
     }
 
     /// On which sides of its surfaces each run's motion is, where that matters: `[run][sample]`.
@@ -217,6 +227,27 @@ impl<'a> Fitter<'a> {
                 std::mem::take(&mut scratch.response.sides)
             })
             .collect()
+    }
+
+    /// What samples of accelerations next to a jump leave beyond what the others do.
+    fn at_jumps(&self, point: &Point, residuals: &[Vec<f64>]) -> f64 {
+        if !self.rates {
+            return 0.0;
+        }
+        let Some(ready) = self.ready(&point.shared) else { return 0.0 };
+        let sides = self.sides(&ready, point);
+        let of_run = |((run, sides), residuals): ((&Run, &Vec<u64>), &Vec<f64>)| -> f64 {
+            let changes = |k: usize| sides.get(k).zip(sides.get(k + 1)).is_some_and(|(a, b)| a != b);
+            let next_to_jump = |k: usize| changes(k) || k > 0 && changes(k - 1);
+            let of_output = |(output, e): (&Output, &[f64])| -> f64 {
+                let usual = dot(e, e) / e.len().max(1) as f64;
+                let strays = |k: usize| e[k] * e[k] > STRAY * STRAY * usual && next_to_jump(k);
+                let strays = (0..e.len()).filter(|k| output.is_rate() && strays(*k));
+                strays.map(|k| e[k] * e[k] - usual).sum()
+            };
+            run.outputs.iter().zip(residuals.chunks(run.range.len().max(1))).map(of_output).sum()
+        };
+        self.runs.iter().zip(&sides).zip(residuals).map(of_run).sum()
     }
 
     /// Makes a difference of responses a slope. A sample of an acceleration that a jump has passed over tells none.
@@ -323,7 +354,8 @@ impl<'a> Fitter<'a> {
     }
 
     /// The normal equations.
-    fn arrow(&self, columns: &[Vec<Vec<f64>>], simulated: &[Vec<f64>], shared: usize, offsets: usize) -> Arrow {
+    fn arrow(&self, columns: &[Vec<Vec<f64>>], simulated: &[Vec<f64>], (point, scales): (&Point, &[f64])) -> Arrow {
+        let (shared, offsets) = (if self.options.frozen { 0 } else { point.shared.len() }, point.offsets.len());
         let mut arrow = Arrow::new(shared + offsets);
         let mut residual = Vec::new();
         for ((run, columns), simulated) in self.runs.iter().zip(columns).zip(simulated) {
@@ -334,7 +366,27 @@ impl<'a> Fitter<'a> {
             let places: Vec<usize> = (0..shared).chain(first..first + channels).collect();
             arrow.push(columns, &places, &residual);
         }
+        self.expect(&mut arrow, point, scales);
         arrow
+    }
+
+    /// Takes the expectations of the shared parameters into the normal equations.
+    fn expect(&self, arrow: &mut Arrow, point: &Point, scales: &[f64]) {
+        let here = self.expectations(&point.shared);
+        if here.is_empty() {
+            return;
+        }
+        let mut moved = point.shared.clone();
+        let slope = |k: usize| -> Vec<f64> {
+            let step = NUDGE * scales[k];
+            moved[k] += step;
+            let there = self.expectations(&moved);
+            moved[k] = point.shared[k];
+            there.iter().zip(&here).map(|(there, here)| (there - here) / step).collect()
+        };
+        let columns: Vec<Vec<f64>> = (0..point.shared.len()).map(slope).collect();
+        let missed: Vec<f64> = here.iter().map(|e| -e).collect();
+        arrow.add(&columns, &missed);
     }
 
     /// Corrects sensitivities by what a step did to the responses, `before` and `after`, by the smallest change that makes
@@ -392,7 +444,8 @@ impl<'a> Fitter<'a> {
         let shared = if self.options.frozen { 0 } else { point.shared.len() };
         let offsets = point.offsets.len();
         let own: usize = point.own.iter().map(Vec::len).sum();
-        let freedom = samples.saturating_sub(shared + offsets + own).max(1) as f64;
+        let expectations = self.expectations(&point.shared).len();
+        let freedom = (samples + expectations).saturating_sub(shared + offsets + own).max(1) as f64;
         let mut scales = self.structure.scales();
         let mut trial = Vec::new();
         let mut damping: f64 = 1e-5;
@@ -412,12 +465,12 @@ impl<'a> Fitter<'a> {
                 columns = self.sensitivities(&point, &simulated, nudge, &mut scales)?;
                 updates = 0;
             }
-            arrow = self.arrow(&columns, &simulated, shared, offsets);
+            arrow = self.arrow(&columns, &simulated, (&point, &scales));
             let ended = step >= self.options.steps || self.spent.load(Ordering::Relaxed) > self.options.effort;
             if converged || ended {
                 if updates > 0 {
                     columns = self.sensitivities(&point, &simulated, nudge, &mut scales)?;
-                    arrow = self.arrow(&columns, &simulated, shared, offsets);
+                    arrow = self.arrow(&columns, &simulated, (&point, &scales));
                 }
                 break;
             }
@@ -486,18 +539,21 @@ impl<'a> Fitter<'a> {
                 damping = 1e-4;
             }
         }
-        let residuals = self
+        let residuals: Vec<Vec<f64>> = self
             .runs
             .iter()
             .zip(&simulated)
             .map(|(run, s)| run.target().zip(s).map(|(y, s)| y - s).collect())
             .collect();
+        let rss_at_jumps = self.at_jumps(&point, &residuals);
         let held = |(value, (low, high)): (&f64, &(f64, f64))| value <= low || value >= high;
         let mut at_bound: Vec<bool> = point.shared.iter().zip(&self.bounds).map(held).collect();
         at_bound.resize(point.shared.len(), false);
         let mut refined = Refined {
             point,
             rss,
+            rss_at_jumps,
+            expectations,
             samples,
             residuals,
             simulated,

@@ -73,6 +73,12 @@ pub trait Structure: Sync {
         Vec::new()
     }
 
+    /// What is expected of the parameters before any data: each value is zero where it is met, and counts what a residual of
+    /// that size does. Their number is the same at all parameters.
+    fn expectations(&self, _parameters: &[f64]) -> Vec<f64> {
+        Vec::new()
+    }
+
     /// True if each record's sensor has an offset of its own.
     fn offset(&self) -> bool;
 
@@ -195,7 +201,10 @@ pub struct Options<'a> {
     pub cancelled: &'a (dyn Fn() -> bool + Sync),
 }
 
-/// The least sum of squares that any of several fits has reached, shared among threads.
+/// The least sum of squares that any of several rival fits has reached.
+///
+/// Rivals are fitted one after another, the likeliest first, and the cores share the work of each: side by side it would hang on
+/// the threads' luck which are given up, and with it what is found.
 #[derive(Debug)]
 pub struct Bar(AtomicU64);
 
@@ -223,8 +232,13 @@ impl Bar {
 pub struct Refined {
     /// The parameters.
     pub point: Point,
-    /// Sum of squared weighted residuals over all runs.
+    /// Sum of squared weighted residuals over all runs, and of the expectations.
     pub rss: f64,
+    /// Part of it that samples of accelerations next to a jump of the model's own leave beyond what the others do: on which side
+    /// of a jump such a sample lies hangs on next to nothing, and tells no model from another.
+    pub rss_at_jumps: f64,
+    /// Number of expectations of the shared parameters.
+    pub expectations: usize,
     /// Number of residuals over all runs.
     pub samples: usize,
     /// For each run, measured minus simulated, weighted, output after output.
@@ -243,14 +257,19 @@ pub struct Refined {
 }
 
 impl Refined {
-    /// Root of the mean squared residual.
-    pub fn rmse(&self) -> f64 {
-        (self.rss / self.samples.max(1) as f64).sqrt()
+    /// Sum of squared residuals without what jumps of accelerations leave.
+    pub fn rss_beside_jumps(&self) -> f64 {
+        (self.rss - self.rss_at_jumps).max(0.0)
     }
 
-    /// Number of fitted values.
+    /// Root of the mean squared residual, without what jumps of accelerations leave.
+    pub fn rmse(&self) -> f64 {
+        (self.rss_beside_jumps() / self.samples.max(1) as f64).sqrt()
+    }
+
+    /// Number of fitted values; each expectation takes one of them away.
     pub fn unknowns(&self) -> usize {
-        self.point.shared.len() + self.passing()
+        self.point.shared.len().saturating_sub(self.expectations) + self.passing()
     }
 
     /// Number of fitted values that belong to single records and runs.

@@ -470,8 +470,9 @@ impl Plan {
             left: f64,
         }
         let rivals = Arc::new(Bar::default());
+        // One after another, for which are given up must not hang on the threads' luck.
         let levels: Result<Vec<Option<Level<'_>>>, StudyError> = levels(tried)
-            .into_par_iter()
+            .into_iter()
             .map(|candidate| {
                 let settings = Settings { refine: true, ..self.settings(start, free, candidate)? };
                 let outcome = refined_fit(&pieces, &all, &settings, None, Some(&rivals), cancel)?;

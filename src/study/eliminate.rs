@@ -2,8 +2,6 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use super::choose::{EQUAL, Plan, mean, ratio, refined_fit, shortened};
 use super::{Cancel, Lock, Outcome, Settings, Study, StudyError};
 use crate::record::{Record, RecordSet, Usage};
@@ -161,8 +159,9 @@ impl Plan {
             let sets: Vec<Vec<&(usize, Term, Option<f64>)>> =
                 if together { vec![nothing] } else { open.into_iter().map(|t| vec![t]).collect() };
             let rivals = Arc::new(Bar::default());
+            // One after another, for which are given up must not hang on the threads' luck.
             let tried: Result<Vec<Option<Fit>>, StudyError> = sets
-                .into_par_iter()
+                .into_iter()
                 .map(|set| {
                     let mut settings = present.settings.clone();
                     for (equation, term, _) in set {
