@@ -347,11 +347,19 @@ impl Search {
         contradicted.into_iter().map(|k| &fitted.composition.forms[k]).collect()
     }
 
-    /// What is to be said of a stage: forces between masses that contradict the springs, dampers of the base model held at zero, and how far it predicts.
+    /// What is to be said of a stage: dampers of the base model held at zero, forces between masses that contradict the springs,
+    /// and how far it predicts.
     fn said_of(&self, stage: &Stage) -> Vec<String> {
         let Some(fitted) = &stage.fit.0 else { return Vec::new() };
         let dampers = fitted.composition.dampers(&fitted.parameters.inner);
         let held = dampers.into_iter().filter(|(k, _)| fitted.refined.at_bound.get(*k).copied().unwrap_or(false));
+        let contradicted = self.contradictions(fitted).into_iter().map(|form| {
+            let title = form.full_title();
+            format!(
+                "{title}: its forces accelerate the two masses in another ratio than the springs between them do. One of them \
+                 may stand for something else."
+            )
+        });
         held.map(|(_, placed)| {
             let term = &placed.term;
             let whose = match self.data.masses() {
@@ -360,13 +368,7 @@ impl Search {
             };
             format!("The linear damper {term}{whose} is held at zero: free, it would give energy instead of taking it.")
         })
-        .chain(self.contradictions(fitted).into_iter().map(|form| {
-            format!(
-                "{}: its forces accelerate the two masses in another ratio than the springs between them do. One of them may \
-                 stand for something else.",
-                form.full_title()
-            )
-        }))
+        .chain(contradicted)
         .chain(self.horizon(fitted))
         .collect()
     }
