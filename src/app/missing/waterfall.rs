@@ -11,6 +11,8 @@ use crate::gap::Stage;
 
 /// Widest bar, points.
 const WIDEST: f32 = 46.0;
+/// Size of a bar's figure.
+const FIGURE: f32 = 11.0;
 
 /// Draws held-out and fitted bars side by side for each stage on one axis from zero, and the noise as a dashed line.
 pub(super) fn show(ui: &mut Ui, stages: &[&Arc<Stage>], noise: f64, unit: &str, size: egui::Vec2) -> Option<Response> {
@@ -30,6 +32,7 @@ pub(super) fn show(ui: &mut Ui, stages: &[&Arc<Stage>], noise: f64, unit: &str, 
     painter.text(rect.min, Align2::LEFT_TOP, title, FontId::proportional(11.5), strong);
     legend(ui, rect, dark);
     painter.hline(area.x_range(), area.bottom(), Stroke::new(1.0, weak));
+    let line = y(noise);
     let slot = area.width() / stages.len().max(1) as f32;
     let width = (0.34 * slot).min(WIDEST);
     for (k, (stage, pair)) in stages.iter().zip(&figures).enumerate() {
@@ -46,13 +49,10 @@ pub(super) fn show(ui: &mut Ui, stages: &[&Arc<Stage>], noise: f64, unit: &str, 
                 painter.rect(bar, 1.0, color.gamma_multiply(0.3), Stroke::new(1.0, color), StrokeKind::Inside);
             }
             let text = significant(value * scale.factor, 3);
-            painter.text(
-                bar.center_top() - vec2(0.0, 1.0),
-                Align2::CENTER_BOTTOM,
-                text,
-                FontId::proportional(11.0),
-                strong,
-            );
+            // The line of the noise strikes no figure through.
+            let crossed = (0.0..FIGURE + 2.0).contains(&(bar.top() - line));
+            let foot = if crossed { line } else { bar.top() } - 1.0;
+            painter.text(pos2(bar.center().x, foot), Align2::CENTER_BOTTOM, text, FontId::proportional(FIGURE), strong);
         }
         let name = stage.effects.last().map_or("base", |e| e.title.as_str());
         let name = if k == 0 { name.to_owned() } else { format!("+ {name}") };
@@ -63,7 +63,6 @@ pub(super) fn show(ui: &mut Ui, stages: &[&Arc<Stage>], noise: f64, unit: &str, 
             strong,
         );
     }
-    let line = y(noise);
     let ink = palette::Ink::NoiseFloor.color(dark);
     let ends = [pos2(area.left(), line), pos2(area.right(), line)];
     painter.extend(egui::Shape::dashed_line(&ends, Stroke::new(1.2, ink), 6.0, 4.0));
