@@ -5,8 +5,8 @@
     python3 examples/speed.py [REPEATS]
 
 The program is `sindyscope`, or what the environment's SINDYSCOPE names: an optimised build. Each figure is the fastest of the
-repeats (5 unless told). A fit is what both do: smooth, differentiate, evaluate the library, regress sparsely; Sindyscope's has
-standard errors and the bias of smoothing and noise in it, PySINDy has none. A whole command is from start to end of the program,
+repeats (5 unless told). A fit is what both do: smooth, differentiate, evaluate the library, regress sparsely. Sindyscope's standard
+errors and the bias of smoothing and noise are found beside and after the response, PySINDy has none. A whole command is from start to end of the program,
 reading, simulating and writing included; PySINDy's counterpart is fit and simulation, without starting Python.
 """
 
