@@ -27,14 +27,14 @@ fn weighed<const OUTPUTS: usize, const ODD: bool>(samples: &[f64], right: &[f64]
     for (k, weight) in right.iter().enumerate() {
         let (Some(before), Some(after)) = (near(half - k), near(half + k)) else { break };
         for (sum, (b, a)) in sums.iter_mut().zip(before.iter().zip(after)) {
-            *sum += weight
-                * if k == 0 {
-                    *a
-                } else if ODD {
-                    a - b
-                } else {
-                    a + b
-                };
+            let both = if k == 0 {
+                *a
+            } else if ODD {
+                a - b
+            } else {
+                a + b
+            };
+            *sum += weight * both;
         }
     }
     sums

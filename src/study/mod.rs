@@ -159,12 +159,10 @@ impl Study {
         } else {
             let (responded, errors) = rayon::join(respond, || regression.errors(&identified));
             covariance = errors;
+            covariance.tell(&mut model, regression.fitted());
             responded
         };
         let (outcomes, train, test) = responses?;
-        if !settings.refine {
-            covariance.tell(&mut model, regression.fitted());
-        }
         let elapsed = Elapsed { fit, simulate };
         let noise_floor =
             noise_floor(self.dataset.records.iter().zip(&records.entries).map(|(p, (_, usage))| (p, *usage)));

@@ -1,16 +1,10 @@
 //! Real measurements, where the folder with them is at hand.
 
-use super::*;
+#[path = "../../../tests/measurements/mod.rs"]
+mod measurements;
 
-pub(super) fn folder() -> Option<PathBuf> {
-    let folder = std::env::var_os("SINDYSCOPE_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("skipped: the measurements are not at hand; SINDYSCOPE_DATA names their folder");
-    None
-}
+use super::*;
+pub(super) use measurements::folder;
 
 #[test]
 fn the_friction_rig_reads_as_it_is() {

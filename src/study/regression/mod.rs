@@ -397,7 +397,7 @@ impl Regression {
         kinematic.chain(std::iter::repeat(empty)).take(self.layout.states()).collect()
     }
 
-    /// Thresholds every equation. What the coefficients' errors are takes [`Self::errors`] as long again to find.
+    /// Thresholds every equation. The coefficients' errors are [`Self::errors`], which takes as long again.
     pub(super) fn identify(&self, settings: &Settings) -> Identified {
         let options = options(settings);
         let mut equations = self.unfitted_equations();
