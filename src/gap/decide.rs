@@ -28,6 +28,8 @@ pub(super) struct Score {
 
 /// Difference of scores (twice a log odds ratio) below which two candidates are not told apart: odds of 150 to 1.
 pub(super) const APART: f64 = 10.0;
+/// The same where the data fitted speak alone: on which side of a jump samples lie is worth as much.
+const ALONE: f64 = 20.0;
 /// How many times the gain of the data left out, sample for sample, a gain on the fitted data may count.
 const TRUSTED: f64 = 3.0;
 /// Gain in score that a candidate needs at least.
@@ -291,41 +293,52 @@ pub(super) fn fewer_do(single: &Score, pair: &Score, noise: f64) -> bool {
     single.total < pair.total + WORTH
 }
 
+/// A candidate of a round that the data do not refuse.
+#[derive(Clone, Copy)]
+pub(super) struct Contender<'a> {
+    /// Its place among the forms.
+    pub(super) index: usize,
+    pub(super) form: &'a Form,
+    pub(super) score: Score,
+    /// Whether the data tell each of its parts from zero.
+    pub(super) determined: bool,
+}
+
 /// The order of candidates that stand, best first: by score, but where all are far from the noise by the error on data never
 /// fitted. A form that contains a simpler one must beat it clearly.
-pub(super) fn order(candidates: &[(usize, &Form, Score)], resolution: Resolution) -> Vec<usize> {
+pub(super) fn order(candidates: &[Contender<'_>], resolution: Resolution) -> Vec<usize> {
     let noise = resolution.noise();
-    let far = candidates.iter().all(|c| c.2.is_far(noise));
-    let rank = |s: &Score| if far { s.rmse } else { s.total };
-    let mut left: Vec<&(usize, &Form, Score)> = candidates.iter().collect();
+    let far = candidates.iter().all(|c| c.score.is_far(noise));
+    let rank = |c: &Contender<'_>| if far { c.score.rmse } else { c.score.total };
+    let mut left: Vec<&Contender<'_>> = candidates.iter().collect();
     let mut out = Vec::new();
     while !left.is_empty() {
-        let lowest = |list: &[&(usize, &Form, Score)]| {
-            (0..list.len()).min_by(|a, b| rank(&list[*a].2).total_cmp(&rank(&list[*b].2))).unwrap_or(0)
+        let lowest = |list: &[&Contender<'_>]| {
+            (0..list.len()).min_by(|a, b| rank(list[*a]).total_cmp(&rank(list[*b]))).unwrap_or(0)
         };
         let mut best = lowest(&left);
         while let Some(simpler) = left
             .iter()
             .enumerate()
-            .filter(|(_, c)| left[best].1.includes(c.1))
+            .filter(|(_, c)| left[best].form.includes(c.form))
             .filter(|(_, c)| {
-                let rich = left[best].2;
+                let (rich, simple) = (left[best].score, c.score);
                 if rich.is_far(noise) {
-                    return c.2.rmse < CLEARLY * rich.rmse;
+                    return simple.rmse < CLEARLY * rich.rmse;
                 }
                 // What data never fitted do not bear out is no more than a better fit.
-                if !rich.is_borne_out_beside(&c.2) || resolution.leaves_open(&c.2, &rich) {
+                if !rich.is_borne_out_beside(&simple) || resolution.leaves_open(&simple, &rich) {
                     return true;
                 }
-                let margin = if left[best].1.inner.iter().any(|i| i.jumps) { JUMPING } else { RICHER };
-                c.2.total - rich.total < margin
+                let margin = if left[best].form.inner.iter().any(|i| i.jumps) { JUMPING } else { RICHER };
+                simple.total - rich.total < margin
             })
-            .min_by(|a, b| rank(&a.1.2).total_cmp(&rank(&b.1.2)))
+            .min_by(|a, b| rank(a.1).total_cmp(&rank(b.1)))
             .map(|(k, _)| k)
         {
             best = simpler;
         }
-        out.push(left.remove(best).0);
+        out.push(left.remove(best).index);
     }
     out
 }
@@ -333,39 +346,43 @@ pub(super) fn order(candidates: &[(usize, &Form, Score)], resolution: Resolution
 /// The candidates that cannot be told from the first. Far from the noise likelihoods say too much, and rivals are those with
 /// which data never fitted are explained nearly as well.
 pub(super) fn confused(
-    first: (&Form, Score),
-    others: &[(usize, &Form, Score)],
+    first: &Contender<'_>,
+    others: &[Contender<'_>],
     apart: f64,
     resolution: Resolution,
 ) -> Vec<usize> {
     let noise = resolution.noise();
-    let far = first.1.is_far(noise);
+    let best = &first.score;
+    let far = best.is_far(noise);
     let as_good = |score: &Score| {
-        let near = if far { score.rmse < NEARLY * first.1.rmse } else { score.total - first.1.total < apart };
-        near || resolution.leaves_open(score, &first.1)
+        let near = if far { score.rmse < NEARLY * best.rmse } else { score.total - best.total < apart };
+        near || resolution.leaves_open(score, best)
     };
     let better = |score: &Score| {
-        if far { score.rmse < first.1.rmse } else { score.total <= first.1.total }
+        if far { score.rmse < best.rmse } else { score.total <= best.total }
     };
-    // Data never fitted refuse the first too, and those fitted speak for the other: one of the two is at chance's mercy.
-    let disputed = |score: &Score| {
-        let refused = first.1.rmse > NEARLY * noise && score.rmse < CLEARLY * first.1.rmse;
-        refused && score.error < NEARLY * noise && score.bic < first.1.bic - apart
+    // The data fitted speak for the other, and those never fitted do not tell the two apart, or refuse the first too.
+    let disputed = |other: &Contender<'_>| {
+        let score = &other.score;
+        let undecided = other.determined && score.rmse < NEARLY * best.rmse && score.bic < best.bic - ALONE;
+        let refused = best.rmse > NEARLY * noise && score.rmse < CLEARLY * best.rmse && score.bic < best.bic - apart;
+        (undecided || refused) && score.error < NEARLY * noise
     };
     others
         .iter()
-        .filter(|(_, form, score)| {
-            (form.effect != first.0.effect || form.is_elsewhere(first.0))
-                // A richer form fits as well by nature: it is a rival only where it does better than its price, and data never
-                // fitted bear it out, or neither of the two.
-                && if form.includes(first.0) {
-                    let borne_out =
-                        score.is_borne_out_beside(&first.1) && !resolution.leaves_open(&first.1, score);
-                    as_good(score) && better(score) && borne_out || disputed(score)
+        .filter(|other| {
+            let Contender { form, score, .. } = other;
+            (form.effect != first.form.effect || form.is_elsewhere(first.form))
+                // A richer form fits as well by nature: it is a rival only where it does better than its price, on the data
+                // fitted as on all, and data never fitted bear it out, or neither of the two.
+                && if form.includes(first.form) {
+                    let borne_out = score.is_borne_out_beside(best) && !resolution.leaves_open(best, score);
+                    let paid = score.bic < best.bic;
+                    as_good(score) && better(score) && paid && borne_out || disputed(other)
                 } else {
                     as_good(score)
                 }
         })
-        .map(|(k, _, _)| *k)
+        .map(|other| other.index)
         .collect()
 }

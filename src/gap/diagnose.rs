@@ -68,9 +68,10 @@ impl Search {
             stage = self.lighter(&mut steps, fitted, cancel)?;
         };
         // An effect that does not stand alone, or another in its place, may with the others there. Where forces between masses
-        // contradict the springs, something has taken another's place.
-        let contradicted = !self.contradictions(&*self.fit_of(&stage, cancel)?).is_empty();
-        if steps.len() > 1 && (contradicted || !steps.iter().all(Advance::alone)) {
+        // contradict the springs, or the fit no longer tells a size from zero, something has taken another's place.
+        let reached = self.fit_of(&stage, cancel)?;
+        let doubtful = !self.contradictions(&reached).is_empty() || self.undetermined(&reached).next().is_some();
+        if steps.len() > 1 && (doubtful || !steps.iter().all(Advance::alone)) {
             let mut again = steps.clone();
             if !self.reconsider(&mut again, tell, cancel)? {
                 steps = again;
@@ -80,14 +81,17 @@ impl Search {
                 last = self.look(&stage, tell, cancel)?;
             }
         }
-        if let Some(stage) = self.without_needless(&mut steps, cancel)? {
+        let lighter = self.without_needless(&mut steps, cancel)?;
+        if let Some(stage) = self.without_undetermined(&mut steps, cancel)?.or(lighter) {
             last = self.look_into(&stage, Depth::Screened, tell, cancel)?;
         }
         let (steps, stages) = self.in_order(steps, cancel)?;
         let ambiguous = steps.iter().any(|s| !s.alone());
+        // A joint that contradicts the springs explains the data, but not by what it is called.
+        let contradicted = !self.contradictions(&*self.fitted(&choices(&steps), cancel)?).is_empty();
         let verdict = match last.finding {
             Finding::Nothing if steps.is_empty() => Verdict::NothingMissing,
-            Finding::Nothing if !ambiguous => Verdict::Named,
+            Finding::Nothing if !ambiguous && !contradicted => Verdict::Named,
             _ if ambiguous => Verdict::Ambiguous,
             _ => Verdict::Unexplained,
         };
@@ -274,6 +278,34 @@ impl Search {
             }
             return Ok(left);
         }
+    }
+
+    /// The end of a walk without the effects whose size the data do not tell from zero beside the others, though data never
+    /// fitted are explained worse without them: what they stand for is left unexplained. None if all stay.
+    fn without_undetermined(&self, steps: &mut Vec<Advance>, cancel: &Cancel) -> Result<Option<Arc<Stage>>, GapError> {
+        let mut left = None;
+        loop {
+            let whole = self.fitted(&choices(steps), cancel)?;
+            // Rivals that the data cannot tell from an effect are told of with it.
+            let alone = |k: &usize| {
+                let choice = choice(&whole.composition.forms[*k]);
+                steps.iter().any(|s| s.choice == choice && s.alone())
+            };
+            let Some(index) = self.undetermined(&whole).rfind(alone) else { break };
+            let gone = choice(&whole.composition.forms[index]);
+            let Some(leaner) = self.leaner(&whole, index, cancel)? else { break };
+            steps.retain(|s| s.choice != gone);
+            left = Some(Arc::new(self.show(&leaner)));
+            self.keep(leaner);
+        }
+        Ok(left)
+    }
+
+    /// Which effects of a fit have a size that it does not tell from zero.
+    fn undetermined<'f>(&self, fitted: &'f Fitted) -> impl DoubleEndedIterator<Item = usize> + use<'f> {
+        let inflation = self.inflation(fitted);
+        let forms = fitted.composition.forms.iter().enumerate();
+        forms.filter(move |(_, form)| is_undetermined(form, fitted, inflation)).map(|(k, _)| k)
     }
 
     /// A model with the best simpler kind in the place of one of its effects, and that kind; `without` is it without either.

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::data::LEAST_NOISE;
 use super::decide::{
-    APART, APART_ON_A_TONE, CLEARLY, Refusal, Resolution, Score, WORTH, confused, fewer_do, order, refusal, score,
-    unsupported,
+    APART, APART_ON_A_TONE, CLEARLY, Contender, Refusal, Resolution, Score, WORTH, confused, fewer_do, order, refusal,
+    score, unsupported,
 };
 use super::effects::Form;
 use super::fit::{Fitted, WHOLE};
@@ -105,37 +105,41 @@ impl Search {
             }
             singles.push(Entry { form: k, score, fitted, refused });
         }
-        let standing: Vec<(usize, &Form, Score)> =
-            singles.iter().filter(|e| e.refused.is_none()).map(|e| (e.form, &forms[e.form], e.score)).collect();
+        let contender = |e: &Entry<'_>| Contender {
+            index: e.form,
+            form: &forms[e.form],
+            score: e.score,
+            determined: e.refused.is_none(),
+        };
+        let standing: Vec<Contender<'_>> = singles.iter().filter(|e| e.refused.is_none()).map(contender).collect();
         // What the data do not determine, but do not speak against either, is a rival all the same.
-        let undetermined: Vec<(usize, &Form, Score)> = singles
+        let undetermined: Vec<Contender<'_>> = singles
             .iter()
             .filter(|e| matches!(e.refused, Some(Refusal::Undetermined(_))))
             .filter(|e| unsupported(before, (e.fitted, &e.score), noise, &data.shown_unit).is_none())
-            .map(|e| (e.form, &forms[e.form], e.score))
+            .map(contender)
             .collect();
         let apart = if self.audit.single_tone { APART_ON_A_TONE } else { APART };
         let ranked = order(&standing, resolution);
         let title = |k: usize| forms[k].full_title();
         let mut finding = Finding::Unexplained;
         let mut rivals: Vec<usize> = Vec::new();
-        let entry = |k: usize| standing.iter().find(|s| s.0 == k);
+        let entry = |k: usize| standing.iter().find(|s| s.index == k);
         if let Some(first) = ranked.first() {
-            let others: Vec<(usize, &Form, Score)> =
-                standing.iter().filter(|s| s.0 != *first).chain(&undetermined).copied().collect();
+            let beside = |of: usize| standing.iter().chain(&undetermined).filter(move |s| s.index != of);
             for k in &ranked {
-                let Some((_, form, score)) = entry(*k) else { continue };
+                let Some(contender) = entry(*k) else { continue };
                 // Those that do clearly better are told from it.
-                let near = |s: &&(usize, &Form, Score)| s.0 != *k && s.2.total > score.total - apart;
-                let rest = standing.iter().chain(&undetermined).filter(near);
-                let rest: Vec<(usize, &Form, Score)> = rest.copied().collect();
-                let names = confused((form, *score), &rest, apart, resolution).into_iter().map(title).collect();
-                if let Some(c) = candidates.iter_mut().find(|c| c.choice == choice(form)) {
+                let near = |s: &&Contender<'_>| s.score.total > contender.score.total - apart;
+                let rest: Vec<Contender<'_>> = beside(*k).filter(near).copied().collect();
+                let names = confused(contender, &rest, apart, resolution).into_iter().map(title).collect();
+                if let Some(c) = candidates.iter_mut().find(|c| c.choice == choice(contender.form)) {
                     c.confused_with = names;
                 }
             }
-            if let Some((_, form, score)) = entry(*first) {
-                rivals = confused((form, *score), &others, apart, resolution);
+            if let Some(leader) = entry(*first) {
+                let others: Vec<Contender<'_>> = beside(*first).copied().collect();
+                rivals = confused(leader, &others, apart, resolution);
                 if self.audit.single_tone {
                     // What explains as much along a motion of one kind may not have been refitted; what was, and leaves far
                     // more, the data refuse.
@@ -145,7 +149,7 @@ impl Search {
                     let error = |k: usize| singles.iter().find(|e| e.form == k).map(|e| e.fitted.error());
                     let best = error(*first).unwrap_or(f64::INFINITY);
                     rivals.extend((0..forms.len()).filter(|k| {
-                        (forms[*k].effect != form.effect || forms[*k].is_elsewhere(form))
+                        (forms[*k].effect != leader.form.effect || forms[*k].is_elsewhere(leader.form))
                             && explained(*k) > NEARLY * explained(*first)
                             && error(*k).is_none_or(|e| e < REFUSED * best)
                     }));
@@ -157,7 +161,7 @@ impl Search {
         }
         let mut first = ranked.first().copied();
         let mut company = None;
-        let alone = first.and_then(entry).map(|s| s.2);
+        let alone = first.and_then(entry).map(|s| s.score);
         if let Some((lead, second, pair)) =
             self.better_together(before, forms, refits, (alone, first), (inflation, noise, floor))
         {
