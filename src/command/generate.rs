@@ -161,7 +161,6 @@ fn make(options: &Options) -> Result<(Vec<Record>, Vec<String>), Stop> {
 /// The records of a rig that hides something, which draws everything else by itself.
 fn hide(options: &Options) -> Result<(Vec<Record>, Vec<String>), Stop> {
     let idle = [
-        ("--measure", options.measure.is_some()),
         ("--offset", options.offset.is_some()),
         ("--drift", options.drift.is_some()),
         ("--high-pass", options.high_pass.is_some()),
@@ -182,7 +181,7 @@ fn hide(options: &Options) -> Result<(Vec<Record>, Vec<String>), Stop> {
         let problem = format!("{option}: the scenario hidden draws this by its seed; leave the option out");
         return Err(usage("generate", ErrorKind::ArgumentConflict, problem));
     }
-    options.hidden.make(options.seed, options.noise)
+    options.hidden.make(options.seed, options.noise, options.measure.as_deref())
 }
 
 /// Every scenario with what it does unless told otherwise.

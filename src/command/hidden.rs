@@ -6,7 +6,7 @@ use clap::error::ErrorKind;
 use super::failure::Failure;
 use super::{Stop, usage};
 use crate::record::Record;
-use crate::rig::hidden::{Hidden, NoiseKind, Request, Shaking, Watching, draw, names, outside_names, title};
+use crate::rig::hidden::{Hidden, NoiseKind, Request, Shaking, Shown, Watching, draw, names, outside_names, title};
 use crate::rig::{Noise, RigError};
 
 /// The name of the scenario.
@@ -57,8 +57,18 @@ impl HiddenOptions {
     }
 
     /// The records, fitted ones first, and the comments to be written above them.
-    pub(super) fn make(&self, seed: u64, noise: Option<Noise>) -> Result<(Vec<Record>, Vec<String>), Stop> {
+    pub(super) fn make(
+        &self,
+        seed: u64,
+        noise: Option<Noise>,
+        measure: Option<&[String]>,
+    ) -> Result<(Vec<Record>, Vec<String>), Stop> {
         let refuse = |problem: String| usage("generate", ErrorKind::ValueValidation, problem);
+        let shown = match measure {
+            None => Shown::default(),
+            Some([one]) => one.trim().parse().map_err(|e| refuse(format!("--measure: {e}")))?,
+            Some(_) => return Err(refuse("--measure: the rig has one sensor of the motion: x, v or a".to_owned())),
+        };
         let share = match noise {
             None => 0.01,
             Some(Noise::ShareOfPeak(share)) => share,
@@ -69,7 +79,8 @@ impl HiddenOptions {
                 ));
             }
         };
-        let watching = Watching { kind: self.noise_kind.unwrap_or_default(), ..Watching::white(share) };
+        let kind = self.noise_kind.unwrap_or_default();
+        let watching = Watching { shown, kind, ..Watching::white(share) };
         let shaking = self.excitation.unwrap_or(Shaking::Multisine);
         let mut request = match self.effect.as_slice() {
             [] => Request::blind(shaking, seed),
@@ -105,7 +116,9 @@ pub(super) fn describe(width: usize) -> String {
     let mut text =
         format!("{NAME:<width$}  linear oscillator with something else in it, drawn by --seed; told with --reveal\n");
     let pad = " ".repeat(width + 4);
-    text += &format!("{pad}--excitation multisine|sweep-pair|tones|decay|single-tone --noise 1% (of the RMS)\n");
+    text += &format!(
+        "{pad}--excitation multisine|sweep-pair|tones|decay|single-tone --noise 1% (of the RMS) --measure x|v|a\n"
+    );
     text += &format!("{pad}--effect NAME, or two with a comma, or {NOTHING}; drawn blind if not given:\n");
     for name in names().chain(outside_names()) {
         text += &format!("{pad}  {name:<32}{}\n", title(name).unwrap_or_default());

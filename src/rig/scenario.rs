@@ -690,7 +690,7 @@ fn measured(scenario: &Scenario, options: &ScenarioOptions) -> Result<Vec<Role>,
 }
 
 /// The unit of a derivative of a quantity.
-fn per_second(unit: &str, order: u32) -> String {
+pub(super) fn per_second(unit: &str, order: u8) -> String {
     if order == 1 { format!("{unit}/s") } else { format!("{unit}/s^{order}") }
 }
 

@@ -5,15 +5,9 @@ use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 use sindyscope::gap::{Ask, Search, Verdict};
 use sindyscope::record::{RecordSet, Usage};
+use sindyscope::rig::hidden::Shown;
 use sindyscope::rig::{Noise, ScenarioOptions, generate};
 use sindyscope::study::Cancel;
-
-/// What the sensors of a chain show.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Shown {
-    Displacement,
-    Acceleration,
-}
 
 /// What became of a draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,7 +60,7 @@ pub(crate) fn draw(masses: usize, shown: Shown, nothing: bool, seed: u64) -> Opt
             seed,
             duration: Some(duration),
             noise: Some(Noise::ShareOfPeak(0.01)),
-            measure: (shown == Shown::Acceleration).then(|| vec!["a".to_owned()]),
+            measure: Some(vec![shown.name().to_owned()]),
             parameters: parameters.clone(),
             ..ScenarioOptions::default()
         };

@@ -61,7 +61,7 @@ pub fn record_rig(settings: &RigSettings) -> Result<RigRun, RigError> {
             let size = sizes.0.get(mass).copied().unwrap_or_default();
             let shown: Vec<f64> = clean.iter().map(|x| mover.seen(*x) + settings.offset * size).collect();
             let stream = (16 * index + mass) as u64;
-            let values = watching.displacement(&shown, size, settings.seed, stream);
+            let values = watching.motion(&shown, size, settings.seed, stream);
             let name = if masses > 1 { format!("x{}", mass + 1) } else { "x".to_owned() };
             channels.push(channel(name, Role::Displacement(mass), settings.unit(), values));
         }

@@ -5,11 +5,12 @@ use super::catalogue::Effect;
 use super::parts::{Begins, Parts, SensorFault};
 use super::scene::{Dice, Drive, Extent, Motion, Scene};
 use super::shaking::Run;
+use super::watching::Shown;
 use crate::model::{Equation, Model};
 use crate::rig::Excitation;
 use crate::rig::RigError;
 use crate::rig::plant::Plant;
-use crate::rig::response::{Stop, respond_at};
+use crate::rig::response::{Response, Stop, respond_at};
 use crate::rig::span::Accuracy;
 use crate::term::{Expression, Program};
 
@@ -27,11 +28,24 @@ pub(super) struct Motions {
     pub times: Vec<f64>,
     /// One series a state.
     pub states: Vec<Vec<f64>>,
+    /// The mass's acceleration.
+    pub acceleration: Vec<f64>,
     /// One series for each of the plant's inputs and its first and second derivatives: value, rate, acceleration.
     pub inputs: Vec<[Vec<f64>; 3]>,
     /// What is measured as the input: the first of them, or the force of a control; empty without any.
     pub applied: Vec<f64>,
     pub stops: Vec<Stop>,
+}
+
+impl Motions {
+    /// What a sensor shows of the mass's motion.
+    pub(super) fn shown(&self, by: Shown) -> &[f64] {
+        match by {
+            Shown::Displacement => &self.states[0],
+            Shown::Velocity => &self.states[1],
+            Shown::Acceleration => &self.acceleration,
+        }
+    }
 }
 
 impl Assembly {
@@ -104,7 +118,7 @@ impl Assembly {
             Begins::Displacement => run.initial[0],
             Begins::Velocity => run.initial[1],
         }));
-        let response = respond_at(accuracy, &self.plant, &inputs, &initial, &times)?;
+        let mut response = respond_at(accuracy, &self.plant, &inputs, &initial, &times)?;
         let series = |input: &Excitation| {
             let mut jet: [Vec<f64>; 3] = Default::default();
             for t in &times {
@@ -115,8 +129,9 @@ impl Assembly {
             jet
         };
         let inputs = inputs.iter().map(series).collect();
-        let mut motions =
-            Motions { times, states: response.states, inputs, applied: Vec::new(), stops: response.stops };
+        let acceleration = response.rates.swap_remove(1);
+        let Response { states, stops, .. } = response;
+        let mut motions = Motions { times, states, acceleration, inputs, applied: Vec::new(), stops };
         motions.applied = match (self.scene.control, motions.inputs.first()) {
             (Some(control), _) => self.along(&motions, &[control.force()]).remove(0),
             (None, Some([u, ..])) => u.clone(),

@@ -35,6 +35,7 @@ use rand_pcg::Pcg64;
 use crate::record::{Channel, Record, Role};
 
 use super::RigError;
+use super::scenario::per_second;
 use super::sensor::Sensor;
 use super::span::Accuracy;
 use crate::term::Term;
@@ -55,7 +56,7 @@ pub use catalogue::{exercised, names, outside_names, pairs, possible, title};
 pub use regime::Regime;
 pub use shaking::Shaking;
 pub use truth::{TrueParameter, Truth};
-pub use watching::{NoiseKind, Watching};
+pub use watching::{NoiseKind, Shown, Watching};
 
 /// Draws of a plant after which no motion was found to be bounded.
 const MOST_ATTEMPTS: u64 = 8;
@@ -149,6 +150,9 @@ pub fn draw(request: &Request) -> Result<Hidden, RigError> {
     let mut weak: Option<Hidden> = None;
     for attempt in 0..MOST_ATTEMPTS {
         let plan = Plan::draw(request, &effects, attempt)?;
+        if let Some(fault) = plan.sensor_fault().filter(|_| request.watching.shown != Shown::Displacement) {
+            return bad("--measure", format!("{} is a fault of a displacement's sensor: measure x", fault.name));
+        }
         let targets = match &plan.sizes {
             Sizes::Ratios(targets, _) => targets.clone(),
             Sizes::Still(..) | Sizes::Strengths(_) => Vec::new(),
@@ -286,6 +290,12 @@ impl<'a> Plan<'a> {
         Ok(Self { effects: dice, sizes, scene, runs, scales, watching, seed, heard: None })
     }
 
+    /// An effect that is in the sensor, not in the motion.
+    fn sensor_fault(&self) -> Option<&'a Effect> {
+        let at_fault = |(e, dice): &&(&Effect, Dice)| (e.build)(e.first, dice, &self.scene).seen != SensorFault::True;
+        self.effects.iter().find(at_fault).map(|(effect, _)| *effect)
+    }
+
     /// Gives the effects their sizes and sets the plant in motion.
     fn perform(mut self) -> Result<(Self, Performed), RigError> {
         let assembly = match &self.sizes {
@@ -313,7 +323,8 @@ impl<'a> Plan<'a> {
             None => None,
         };
         let beyond_simpler = simpler.map(|simpler| {
-            let change = fitted.iter().zip(&simpler).flat_map(|(a, b)| a.states[0].iter().zip(&b.states[0]));
+            let shown = self.watching.shown;
+            let change = fitted.iter().zip(&simpler).flat_map(|(a, b)| a.shown(shown).iter().zip(b.shown(shown)));
             Extent::of(change.map(|(a, b)| a - b)).rms
         });
         // The linear plant of what excites itself has no response.
@@ -322,11 +333,15 @@ impl<'a> Plan<'a> {
         Ok((self, Performed { assembly, motions, ratios, ratio, beyond_simpler, beyond_base }))
     }
 
-    /// Standard deviation of the displacement sensor's noise, without unit.
+    /// Standard deviation of the noise of the motion's sensor, without unit.
     fn deviation(&self, performed: &Performed) -> f64 {
-        let fitted = self.runs.iter().zip(&performed.motions).filter(|(run, _)| !run.held_out);
-        let x = Extent::of(fitted.flat_map(|(_, m)| m.states[0].iter().copied())).rms;
-        self.heard.unwrap_or_else(|| self.watching.deviation(x))
+        self.heard.unwrap_or_else(|| self.watching.deviation(self.shown_rms(&performed.motions)))
+    }
+
+    /// RMS of what is shown of the motion over the fitted records, without unit.
+    fn shown_rms(&self, motions: &[Motions]) -> f64 {
+        let fitted = self.runs.iter().zip(motions).filter(|(run, _)| !run.held_out);
+        Extent::of(fitted.flat_map(|(_, m)| m.shown(self.watching.shown).iter().copied())).rms
     }
 
     /// The records, and what they hide.
@@ -344,7 +359,7 @@ impl<'a> Plan<'a> {
             ratios: ratios.clone(),
             ratio: *ratio,
             noise: table.noise,
-            beyond_simpler: performed.beyond_simpler.map(|size| size * self.scales.length),
+            beyond_simpler: performed.beyond_simpler.map(|size| size * self.scales.shown(self.watching.shown)),
             beyond_base: performed.beyond_base.map(|size| size * self.scales.length),
             offsets: table.offsets,
         };
@@ -390,9 +405,9 @@ struct Table<'a> {
     assembly: &'a Assembly,
     motions: &'a [Motions],
     seed: u64,
-    /// RMS displacement and input over the fitted records, without unit.
+    /// RMS of what is shown of the motion and of the input over the fitted records, without unit.
     rms: (f64, f64),
-    /// Standard deviation of the displacement's noise, in its unit.
+    /// Standard deviation of the noise of the motion's sensor, in its unit.
     noise: f64,
     /// Where the sensor's zero was in each record so far, in its unit.
     offsets: Vec<(String, f64)>,
@@ -401,9 +416,9 @@ struct Table<'a> {
 impl<'a> Table<'a> {
     fn new(plan: &'a Plan<'a>, assembly: &'a Assembly, motions: &'a [Motions]) -> Self {
         let fitted = || plan.runs.iter().zip(motions).filter(|(run, _)| !run.held_out).map(|(_, m)| m);
-        let x = Extent::of(fitted().flat_map(|m| m.states[0].iter().copied())).rms;
+        let x = plan.shown_rms(motions);
         let u = Extent::of(fitted().flat_map(|m| m.applied.iter().copied())).rms;
-        let noise = plan.heard.unwrap_or_else(|| plan.watching.deviation(x)) * plan.scales.length;
+        let noise = plan.heard.unwrap_or_else(|| plan.watching.deviation(x)) * plan.scales.shown(plan.watching.shown);
         let seed = spread(plan.seed, "sensors");
         Self { plan, assembly, motions, seed, rms: (x, u), noise, offsets: Vec::new() }
     }
@@ -411,31 +426,37 @@ impl<'a> Table<'a> {
     fn record(&mut self, index: usize, run: &Run) -> Record {
         let Plan { scales, scene, watching, .. } = self.plan;
         let motion = &self.motions[index];
-        let mut displacement: Vec<f64> = motion.states[0].clone();
+        let mut shown = motion.shown(watching.shown).to_vec();
         match self.assembly.seen() {
             SensorFault::True => {}
             SensorFault::Shifted(size) => {
                 let offset = size * shift(index);
-                displacement.iter_mut().for_each(|x| *x += offset);
+                shown.iter_mut().for_each(|x| *x += offset);
                 self.offsets.push((run.name.clone(), offset * scales.length));
             }
-            SensorFault::Clipped(limit) => displacement.iter_mut().for_each(|x| *x = x.clamp(-limit, limit)),
+            SensorFault::Clipped(limit) => shown.iter_mut().for_each(|x| *x = x.clamp(-limit, limit)),
         }
-        if let Some(datum) = scene.datum {
-            displacement.iter_mut().for_each(|x| *x -= datum);
+        if let Some(datum) = scene.datum.filter(|_| watching.shown == Shown::Displacement) {
+            shown.iter_mut().for_each(|x| *x -= datum);
         }
         // What a control hears is what is recorded.
         let heard = motion.inputs.get(1).filter(|_| self.plan.heard.is_some());
         if let Some([noise, ..]) = heard {
-            displacement.iter_mut().zip(noise).for_each(|(x, noise)| *x += noise);
+            shown.iter_mut().zip(noise).for_each(|(x, noise)| *x += noise);
         }
-        displacement.iter_mut().for_each(|x| *x *= scales.length);
+        let scale = scales.shown(watching.shown);
+        shown.iter_mut().for_each(|x| *x *= scale);
         let stream = 2 * index as u64;
         let values = match heard {
-            Some(_) => Sensor::PERFECT.measure(&displacement, self.seed, stream),
-            None => watching.displacement(&displacement, self.rms.0 * scales.length, self.seed, stream),
+            Some(_) => Sensor::PERFECT.measure(&shown, self.seed, stream),
+            None => watching.motion(&shown, self.rms.0 * scale, self.seed, stream),
         };
-        let mut channels = vec![channel("x", Role::Displacement(0), scales.unit, values)];
+        let (role, unit) = match watching.shown {
+            Shown::Displacement => (Role::Displacement(0), scales.unit.to_owned()),
+            Shown::Velocity => (Role::Velocity(0), per_second(scales.unit, 1)),
+            Shown::Acceleration => (Role::Acceleration(0), per_second(scales.unit, 2)),
+        };
+        let mut channels = vec![channel(watching.shown.name(), role, &unit, values)];
         if !motion.applied.is_empty() {
             let clean: Vec<f64> = motion.applied.iter().map(|u| u * scales.input).collect();
             let values = watching.input(&clean, self.rms.1 * scales.input, self.seed, stream + 1);
@@ -449,6 +470,7 @@ impl<'a> Table<'a> {
             channels,
             notices: Vec::new(),
         }
+        .completed()
     }
 }
 

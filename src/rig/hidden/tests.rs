@@ -319,7 +319,7 @@ fn a_draw_is_the_same_for_ever_and_its_plant_whatever_watches_it() {
     let request = Request::new(["coulomb_friction"], Shaking::SweepPair, 8);
     let (one, two) = (draw(&request).unwrap(), draw(&request).unwrap());
     assert_eq!(one, two);
-    let watching = Watching { kind: NoiseKind::Coloured, share: 0.05, input_share: 0.0, jitter: 0.0 };
+    let watching = Watching { kind: NoiseKind::Coloured, input_share: 0.0, ..Watching::white(0.05) };
     let noisy = draw(&Request { watching, ..request.clone() }).unwrap();
     assert_eq!(one.truth.parameters, noisy.truth.parameters);
     assert_ne!(one.fit, noisy.fit);
@@ -402,9 +402,43 @@ fn what_a_static_level_changes_is_known() {
 }
 
 #[test]
+fn a_velocity_or_an_acceleration_alone_is_that_of_the_displacement() {
+    let made = |shown, share| {
+        let watching = Watching { shown, input_share: 0.0, ..Watching::white(share) };
+        let effect = clean(&["cubic_damping"], Shaking::Multisine, 3);
+        draw(&Request { watching, samples: DENSE, ..effect }).unwrap()
+    };
+    let displacement = made(Shown::Displacement, 0.0);
+    let path = Path::of(&displacement.fit[0]);
+    let length = &displacement.fit[0].channel(Role::Displacement(0)).unwrap().unit;
+    for (shown, role, per, expected) in [
+        (Shown::Velocity, Role::Velocity(0), "/s", &path.v),
+        (Shown::Acceleration, Role::Acceleration(0), "/s^2", &path.a),
+    ] {
+        let hidden = made(shown, 0.0);
+        let record = &hidden.fit[0];
+        let channel = record.channel(role).unwrap();
+        assert_eq!(channel.unit, format!("{length}{per}"));
+        assert!(record.channel(Role::Displacement(0)).unwrap().estimated);
+        let values = &channel.values[2..channel.values.len() - 2];
+        let largest = expected.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let off = values.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-5 * largest, "{shown:?}: {off} of {largest}");
+        // The noise is a share of what is shown.
+        let noisy = made(shown, 0.02);
+        let fitted = hidden.fit.iter().flat_map(|r| r.channel(role).unwrap().values.to_vec());
+        let rms = Extent::of(fitted).rms;
+        assert!((noisy.truth.noise / rms / 0.02 - 1.0).abs() < 1e-9);
+    }
+    let fault = Request::new(["sensor_offset"], Shaking::Multisine, 1);
+    let refused = draw(&Request { watching: Watching { shown: Shown::Velocity, ..fault.watching }, ..fault });
+    assert!(matches!(refused, Err(RigError::BadOption { option: "--measure", .. })), "{refused:?}");
+}
+
+#[test]
 fn noise_is_of_the_kind_and_size_asked_for() {
     let draw_with = |kind, share| {
-        let watching = Watching { kind, share, input_share: 0.0, jitter: 0.0 };
+        let watching = Watching { kind, input_share: 0.0, ..Watching::white(share) };
         draw(&Request { watching, ..clean(&["cubic_damping"], Shaking::Tones, 11) }).unwrap()
     };
     let values = |h: &Hidden| -> Vec<f64> {

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use super::parts::{Dimension, LENGTH, PLAIN, Parts, RATE, STIFFNESS};
 use super::scene::{Drive, Scene};
+use super::watching::Shown;
 use crate::rig::scenario::short;
 
 /// A number of the plant or of an effect in it.
@@ -35,10 +36,10 @@ pub struct Truth {
     pub natural_frequency: f64,
     /// Its damping as a share of the critical.
     pub damping_ratio: f64,
-    /// Standard deviation of the displacement sensor's noise, in the displacement's unit.
+    /// Standard deviation of the noise of the motion's sensor, in the unit of what it shows.
     pub noise: f64,
-    /// RMS over the fitted records of what an effect changes of the displacement beyond the simpler one that it contains
-    /// (friction with a static level: Coulomb's), in the displacement's unit; none where there is no simpler one.
+    /// RMS over the fitted records of what an effect changes of what is shown beyond the simpler one that it contains
+    /// (friction with a static level: Coulomb's), in its unit; none where there is no simpler one.
     pub beyond_simpler: Option<f64>,
     /// RMS over the fitted records of the displacement that the base model cannot follow, to first order, in the displacement's
     /// unit; none where nothing is hidden or the base model excites itself.
@@ -82,6 +83,11 @@ pub(super) struct Scales {
 }
 
 impl Scales {
+    /// Factor of what a sensor shows of the motion.
+    pub(super) fn shown(&self, by: Shown) -> f64 {
+        self.length * self.rate.powi(i32::from(by.derivatives()))
+    }
+
     /// Scales of an amplitude and a natural circular frequency, which gives a little so that the sampling interval is
     /// short in decimal.
     pub(super) fn new(length: f64, rate: f64, interval: f64, mass: f64, turns: bool, drive: Drive) -> Self {

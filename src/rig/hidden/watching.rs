@@ -57,12 +57,55 @@ impl FromStr for NoiseKind {
     }
 }
 
-/// What watches a test: one sensor each for displacement and input, the same in every record.
+/// What the motion's sensor shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Shown {
+    /// Displacement.
+    #[default]
+    Displacement,
+    /// Velocity, as a laser vibrometer does.
+    Velocity,
+    /// Acceleration.
+    Acceleration,
+}
+
+impl Shown {
+    /// Every kind of sensor.
+    pub const ALL: [Self; 3] = [Self::Displacement, Self::Velocity, Self::Acceleration];
+
+    /// The channel's name, which is what it is typed with.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Displacement => "x",
+            Self::Velocity => "v",
+            Self::Acceleration => "a",
+        }
+    }
+
+    /// How often the displacement is differentiated.
+    pub(super) fn derivatives(self) -> u8 {
+        self as u8
+    }
+}
+
+impl FromStr for Shown {
+    type Err = String;
+
+    /// Reads the name it is typed with.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let known = Self::ALL.into_iter().find(|shown| shown.name() == text);
+        known.ok_or_else(|| format!("{text:?} is no channel of a motion: write x, v or a"))
+    }
+}
+
+/// What watches a test: one sensor each for motion and input, the same in every record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Watching {
-    /// What the displacement's noise is like.
+    /// What is shown of the motion.
+    pub shown: Shown,
+    /// What the noise on it is like.
     pub kind: NoiseKind,
-    /// Its standard deviation, or the quantisation step, as a share of the RMS displacement over the fitted records.
+    /// Its standard deviation, or the quantisation step, as a share of the RMS of what is shown over the fitted records.
     pub share: f64,
     /// Standard deviation of the input's white noise as a share of its RMS.
     pub input_share: f64,
@@ -71,12 +114,13 @@ pub struct Watching {
 }
 
 impl Watching {
-    /// White noise on the displacement, and a thousandth on the input where there is any.
+    /// White noise on a displacement, and a thousandth on the input where there is any.
     pub fn white(share: f64) -> Self {
-        Self { kind: NoiseKind::White, share, input_share: if share > 0.0 { 1e-3 } else { 0.0 }, jitter: 0.0 }
+        let input_share = if share > 0.0 { 1e-3 } else { 0.0 };
+        Self { shown: Shown::Displacement, kind: NoiseKind::White, share, input_share, jitter: 0.0 }
     }
 
-    /// The standard deviation of the displacement's noise for an RMS displacement.
+    /// The standard deviation of the noise on a motion of this RMS.
     pub(super) fn deviation(&self, rms: f64) -> f64 {
         match self.kind {
             NoiseKind::White | NoiseKind::Coloured => self.share * rms,
@@ -94,8 +138,8 @@ impl Watching {
         even.map(|t| (t + sampling.interval * normal.sample(&mut random).clamp(-0.4, 0.4)).max(0.0)).collect()
     }
 
-    /// Records a clean displacement, whose RMS over the fitted records is given.
-    pub(in crate::rig) fn displacement(&self, clean: &[f64], rms: f64, seed: u64, stream: u64) -> Vec<f64> {
+    /// Records a clean motion, whose RMS over the fitted records is given.
+    pub(in crate::rig) fn motion(&self, clean: &[f64], rms: f64, seed: u64, stream: u64) -> Vec<f64> {
         let size = self.share * rms;
         match self.kind {
             NoiseKind::White => Sensor::noisy(size).measure(clean, seed, stream),
