@@ -5,12 +5,15 @@ use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use sindyscope::record::{RecordSet, Usage};
-use sindyscope::rig::{ScenarioOptions, generate};
+use sindyscope::rig::{Noise, ScenarioOptions, generate};
 use sindyscope::study::{Cancel, Differentiation, Formulation, Settings, Smoothing, Study, landscape, suggest};
 use sindyscope::term::{Kind, list};
 
 /// Twelve candidate terms.
 const LIBRARY: &str = "x, v, u, du, x^2, x^3, v*|v|, sgn(x), sgn(v), sgn(u), sgn(du), 1";
+
+/// Twelve candidate terms of two masses.
+const LIBRARY_OF_TWO: &str = "x1, x2, v1, v2, u, x1^3, (x2-x1)^3, v1*|v1|, sgn(v1), sgn(v2-v1), sgn(v2), 1";
 
 fn friction(samples: usize) -> (RecordSet, Settings) {
     let options = ScenarioOptions {
@@ -26,14 +29,38 @@ fn friction(samples: usize) -> (RecordSet, Settings) {
     (records, settings)
 }
 
+/// Two masses, twelve candidate terms in each equation.
+fn two_masses(samples: usize) -> (RecordSet, Settings) {
+    let rate = 500.0;
+    let options = ScenarioOptions {
+        rate: Some(rate),
+        duration: Some(samples as f64 / rate),
+        noise: Some(Noise::ShareOfPeak(0.01)),
+        ..ScenarioOptions::default()
+    };
+    let records = RecordSet::new(generate("two-masses", &options).expect("a scenario of the rig").records, Usage::Fit);
+    let mut settings = suggest(&records, Kind::SecondOrder).expect("a record to fit");
+    settings.terms = list(LIBRARY_OF_TWO).expect("terms");
+    (records, settings)
+}
+
 /// Alternates between two settings, so that nothing is found in the study's memory.
 fn alternate(c: &mut Criterion, name: &str, samples: usize, change: impl Fn(&mut Settings, bool)) {
-    let (records, settings) = friction(samples);
+    alternate_on(c, &format!("{name}, {samples} samples"), friction(samples), change);
+}
+
+/// The same on the records and from the settings given.
+fn alternate_on(
+    c: &mut Criterion,
+    name: &str,
+    (records, settings): (RecordSet, Settings),
+    change: impl Fn(&mut Settings, bool),
+) {
     let mut study = Study::default();
     let cancel = Cancel::default();
     study.run(&records, &settings, &cancel).expect("an outcome");
     let mut other = false;
-    c.bench_function(&format!("{name}, {samples} samples"), |b| {
+    c.bench_function(name, |b| {
         b.iter(|| {
             other = !other;
             let mut settings = settings.clone();
@@ -45,6 +72,9 @@ fn alternate(c: &mut Criterion, name: &str, samples: usize, change: impl Fn(&mut
 
 fn studies(c: &mut Criterion) {
     alternate(c, "threshold change", 20_000, |s, other| s.threshold = if other { 0.01 } else { 0.3 });
+    alternate_on(c, "threshold change, two masses, 20000 samples", two_masses(20_000), |s, other| {
+        s.threshold = if other { 0.01 } else { 0.3 };
+    });
     alternate(c, "segment change", 20_000, |s, other| s.smoothing.window = if other { 31 } else { 33 });
     alternate(c, "segment change", 1_000_000, |s, other| s.smoothing.window = if other { 31 } else { 33 });
     for samples in [20_000, 1_000_000] {
