@@ -84,6 +84,25 @@ fn studies(c: &mut Criterion) {
     }
 }
 
+/// What comes before the response: smoothing, library and sparse regression, nothing in the study's memory.
+fn fits(c: &mut Criterion) {
+    let options = ScenarioOptions { seed: 1, ..ScenarioOptions::default() };
+    let records = RecordSet::new(generate("duffing-noisy", &options).expect("a scenario").records, Usage::Fit);
+    let mut settings = suggest(&records, Kind::SecondOrder).expect("a record to fit");
+    settings.terms = list("x, x^2, x^3, v, v^2, v^3, u, u^2, u^3").expect("terms");
+    settings.smoothing = Smoothing { from_data: false, ..settings.smoothing }.with_window(81);
+    settings.form = Formulation::Derivative;
+    settings.threshold = 0.1;
+    settings.refine = false;
+    c.bench_function("fit alone, 7000 samples", |b| {
+        b.iter_custom(|times| {
+            let fit =
+                |_| Study::default().run(&records, &settings, &Cancel::default()).expect("an outcome").elapsed.fit;
+            Duration::from_secs_f64((0..times).map(fit).sum::<f64>() / 1e3)
+        });
+    });
+}
+
 /// Every way of differentiation, its length moved, on the longest records that it is for.
 fn differentiations(c: &mut Criterion) {
     for method in Differentiation::ALL {
@@ -120,7 +139,7 @@ criterion_group! {
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).measurement_time(Duration::from_secs(4));
-    targets = studies
+    targets = studies, fits
 }
 criterion_group! {
     name = ways;
