@@ -1,5 +1,6 @@
 //! Savitzky–Golay smoothing and differentiation (Savitzky & Golay 1964; Gram polynomials after Gorry 1990).
 
+use fearless_simd::{Level, dispatch};
 use nalgebra::DMatrix;
 
 use super::sums::dot;
@@ -20,6 +21,7 @@ pub struct SavitzkyGolay {
 const LANES: usize = 16;
 
 /// Neighbouring outputs of an even or odd kernel, whose right half is given; the first sample is the first output's leftmost.
+#[inline(always)] // into each width of registers
 fn weighed<const OUTPUTS: usize, const ODD: bool>(samples: &[f64], right: &[f64]) -> [f64; OUTPUTS] {
     let half = right.len() - 1;
     let near = |from: usize| samples[from..].first_chunk::<OUTPUTS>();
@@ -38,6 +40,20 @@ fn weighed<const OUTPUTS: usize, const ODD: bool>(samples: &[f64], right: &[f64]
         }
     }
     sums
+}
+
+/// All outputs of an even or odd kernel; mirrored samples share one multiplication.
+#[inline(always)] // into each width of registers
+fn all_weighed<const ODD: bool>(samples: &[f64], right: &[f64], out: &mut [f64]) {
+    let mut blocks = out.chunks_exact_mut(LANES);
+    let mut first = 0;
+    for block in blocks.by_ref() {
+        block.copy_from_slice(&weighed::<LANES, ODD>(&samples[first..], right));
+        first += LANES;
+    }
+    for (k, o) in blocks.into_remainder().iter_mut().enumerate() {
+        [*o] = weighed::<1, ODD>(&samples[first + k..], right);
+    }
 }
 
 impl SavitzkyGolay {
@@ -145,26 +161,17 @@ impl SavitzkyGolay {
         self.ends(samples, scale, derivative, stride, out);
     }
 
-    /// The part at least half a segment from both ends; mirrored samples share one multiplication.
+    /// The part at least half a segment from both ends.
     fn inside(&self, samples: &[f64], kernel: &[f64], odd: bool, stride: usize, out: &mut [f64]) {
         let (n, h) = (samples.len(), self.half);
-        let right = &kernel[h..];
         if stride == 1 {
-            let mut blocks = out[h..n - h].chunks_exact_mut(LANES);
-            let mut first = 0;
-            for block in blocks.by_ref() {
-                let sums = if odd {
-                    weighed::<LANES, true>(&samples[first..], right)
-                } else {
-                    weighed::<LANES, false>(&samples[first..], right)
-                };
-                block.copy_from_slice(&sums);
-                first += LANES;
-            }
-            for (k, o) in blocks.into_remainder().iter_mut().enumerate() {
-                let samples = &samples[first + k..];
-                [*o] = if odd { weighed::<1, true>(samples, right) } else { weighed::<1, false>(samples, right) };
-            }
+            let (right, out) = (&kernel[h..], &mut out[h..n - h]);
+            // The widest registers that the processor has: each output is the same sum in the same order in all of them.
+            dispatch!(Level::new(), _simd => if odd {
+                all_weighed::<true>(samples, right, out);
+            } else {
+                all_weighed::<false>(samples, right, out);
+            });
         } else {
             for (o, centre) in out.iter_mut().zip((0..n).step_by(stride)) {
                 if centre >= h && centre + h < n {
