@@ -374,7 +374,7 @@ pub(super) fn confused(
             let Contender { form, score, .. } = other;
             (form.effect != first.form.effect || form.is_elsewhere(first.form))
                 // A richer form fits as well by nature: it is a rival only where it does better than its price, on the data
-                // fitted as on all, and data never fitted bear it out, or neither of the two.
+                // fitted as on all, and data never fitted bear it out; or where the two are disputed.
                 && if form.includes(first.form) {
                     let borne_out = score.is_borne_out_beside(best) && !resolution.leaves_open(best, score);
                     let paid = score.bic < best.bic;

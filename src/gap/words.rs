@@ -111,7 +111,12 @@ pub(super) fn sentence(verdict: Verdict, stages: &[Arc<Stage>], rounds: &[Round]
             "Something is missing, and no effect of the catalogue closes the gap on data never fitted.".to_owned()
         }
         Verdict::Unexplained => {
-            format!("Missing: {}; {gap}. Something more is left that these data cannot name.", names.join(" and "))
+            let left = rounds.last().is_none_or(|r| r.evidence.significant);
+            let doubt = match left {
+                true => "Something more is left that these data cannot name.",
+                false => "The forces between the masses contradict the springs: something else may stand behind them.",
+            };
+            format!("Missing: {}; {gap}. {doubt}", names.join(" and "))
         }
     }
 }

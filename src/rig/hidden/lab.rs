@@ -169,7 +169,7 @@ fn unfit(regime: Regime, plan: &Plan<'_>, performed: &Performed) -> Option<Strin
             return Some(format!("the mass stands still in {still:.2?} of the records"));
         }
     }
-    let noise = plan.deviation(performed);
+    let noise = plan.deviation(&performed.motions);
     if regime != Regime::SelfExcited
         && !plan.effects.is_empty()
         && beyond_base.is_some_and(|left| left < LEAST_TOLD * noise)

@@ -334,8 +334,8 @@ impl<'a> Plan<'a> {
     }
 
     /// Standard deviation of the noise of the motion's sensor, without unit.
-    fn deviation(&self, performed: &Performed) -> f64 {
-        self.heard.unwrap_or_else(|| self.watching.deviation(self.shown_rms(&performed.motions)))
+    fn deviation(&self, motions: &[Motions]) -> f64 {
+        self.heard.unwrap_or_else(|| self.watching.deviation(self.shown_rms(motions)))
     }
 
     /// RMS of what is shown of the motion over the fitted records, without unit.
@@ -416,11 +416,10 @@ struct Table<'a> {
 impl<'a> Table<'a> {
     fn new(plan: &'a Plan<'a>, assembly: &'a Assembly, motions: &'a [Motions]) -> Self {
         let fitted = || plan.runs.iter().zip(motions).filter(|(run, _)| !run.held_out).map(|(_, m)| m);
-        let x = plan.shown_rms(motions);
         let u = Extent::of(fitted().flat_map(|m| m.applied.iter().copied())).rms;
-        let noise = plan.heard.unwrap_or_else(|| plan.watching.deviation(x)) * plan.scales.shown(plan.watching.shown);
+        let noise = plan.deviation(motions) * plan.scales.shown(plan.watching.shown);
         let seed = spread(plan.seed, "sensors");
-        Self { plan, assembly, motions, seed, rms: (x, u), noise, offsets: Vec::new() }
+        Self { plan, assembly, motions, seed, rms: (plan.shown_rms(motions), u), noise, offsets: Vec::new() }
     }
 
     fn record(&mut self, index: usize, run: &Run) -> Record {
