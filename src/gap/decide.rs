@@ -302,6 +302,16 @@ pub(super) struct Contender<'a> {
     pub(super) score: Score,
     /// Whether the data tell each of its parts from zero.
     pub(super) determined: bool,
+    /// Number of values that were fitted with it, to records held out too.
+    pub(super) unknowns: usize,
+}
+
+impl Contender<'_> {
+    /// True if the other is a special or limiting case of it with fewer values to fit. An offset for each of several records
+    /// is more than a constant force, the offset of one is not.
+    fn is_richer_than(&self, other: &Self) -> bool {
+        self.form.includes(other.form) && self.unknowns > other.unknowns
+    }
 }
 
 /// The order of candidates that stand, best first: by score, but where all are far from the noise by the error on data never
@@ -375,7 +385,7 @@ pub(super) fn confused(
             (form.effect != first.form.effect || form.is_elsewhere(first.form))
                 // A richer form fits as well by nature: it is a rival only where it does better than its price, on the data
                 // fitted as on all, and data never fitted bear it out; or where the two are disputed.
-                && if form.includes(first.form) {
+                && if other.is_richer_than(first) {
                     let borne_out = score.is_borne_out_beside(best) && !resolution.leaves_open(best, score);
                     let paid = score.bic < best.bic;
                     as_good(score) && better(score) && paid && borne_out || disputed(other)

@@ -102,6 +102,11 @@ impl Fitted {
         Landed { refined: (*self.refined).clone(), runs: self.runs.to_vec(), level, whole }
     }
 
+    /// Number of values that data never fitted have of their own.
+    pub(super) fn passing_of_folds(&self) -> usize {
+        self.folds.iter().map(|fold| fold.passing).sum()
+    }
+
     /// RMS of what is left on data never fitted.
     pub(super) fn held_out_error(&self) -> f64 {
         let (rss, freedom) = self.folds.iter().fold((0.0, 0), |(rss, freedom), fold| {

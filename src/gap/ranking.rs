@@ -105,11 +105,14 @@ impl Search {
             }
             singles.push(Entry { form: k, score, fitted, refused });
         }
+        // Records held out have values of their own; parts of fitted ones have theirs already.
+        let beginnings = |f: &Fitted| if data.held_out().is_empty() { 0 } else { f.passing_of_folds() };
         let contender = |e: &Entry<'_>| Contender {
             index: e.form,
             form: &forms[e.form],
             score: e.score,
             determined: e.refused.is_none(),
+            unknowns: e.fitted.refined.unknowns() + beginnings(e.fitted),
         };
         let standing: Vec<Contender<'_>> = singles.iter().filter(|e| e.refused.is_none()).map(contender).collect();
         // What the data do not determine, but do not speak against either, is a rival all the same.
