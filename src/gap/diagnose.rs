@@ -99,7 +99,7 @@ impl Search {
         rounds.push(last);
         let remaining =
             rounds.last().map_or_else(Remaining::default, |round| remaining(&round.evidence, &round.hidden_up_to));
-        let sentence = sentence(verdict, &stages, &rounds, &self.data.shown_unit);
+        let sentence = sentence((verdict, remaining.significant), &stages, &rounds, &self.data.shown_unit);
         Ok(self.diagnosis((verdict, sentence), rounds, stages, remaining, started))
     }
 
@@ -171,20 +171,23 @@ impl Search {
             (_, Some(stage)) => self.left(stage, cancel)?,
             _ => return Err(GapError::Base),
         };
+        let fitted = stages.last().and_then(|s| s.fit.0.as_ref());
+        let contradicted = fitted.is_some_and(|f| !self.contradictions(f).is_empty());
         let verdict = match finding {
             Some(Finding::Ambiguous(_)) if added && !looked => Verdict::Ambiguous,
-            _ if remaining.significant => Verdict::Unexplained,
+            _ if remaining.significant || contradicted => Verdict::Unexplained,
             _ if added => Verdict::Named,
             _ => Verdict::NothingMissing,
         };
         let open = !looked || matches!(finding, Some(Finding::Named | Finding::Ambiguous(_)));
         let sentence = match verdict {
             // What was not looked for cannot be said to have no name.
-            Verdict::Unexplained if open && added => {
-                sentence(Verdict::Named, &stages, &rounds, &self.data.shown_unit) + " What is left is more than noise."
+            Verdict::Unexplained if open && added && remaining.significant => {
+                sentence((Verdict::Named, true), &stages, &rounds, &self.data.shown_unit)
+                    + " What is left is more than noise."
             }
-            Verdict::Unexplained if open => "Something is missing: the gap is more than noise.".to_owned(),
-            verdict => sentence(verdict, &stages, &rounds, &self.data.shown_unit),
+            Verdict::Unexplained if open && !added => "Something is missing: the gap is more than noise.".to_owned(),
+            verdict => sentence((verdict, remaining.significant), &stages, &rounds, &self.data.shown_unit),
         };
         Ok(self.diagnosis((verdict, sentence), rounds, stages, remaining, started))
     }

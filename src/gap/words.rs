@@ -76,8 +76,13 @@ pub fn within(title: &str) -> String {
     }
 }
 
-/// The verdict in one sentence.
-pub(super) fn sentence(verdict: Verdict, stages: &[Arc<Stage>], rounds: &[Round], length: &str) -> String {
+/// The verdict in one sentence, and whether more than noise is left.
+pub(super) fn sentence(
+    (verdict, left): (Verdict, bool),
+    stages: &[Arc<Stage>],
+    rounds: &[Round],
+    length: &str,
+) -> String {
     let (Some(first), Some(last)) = (stages.first(), stages.last()) else { return String::new() };
     let names: Vec<String> = last.effects.iter().map(|e| within(&e.title)).collect();
     let rms = |s: &Stage| s.gap.test_rmse.unwrap_or(s.gap.train_rmse);
@@ -111,7 +116,6 @@ pub(super) fn sentence(verdict: Verdict, stages: &[Arc<Stage>], rounds: &[Round]
             "Something is missing, and no effect of the catalogue closes the gap on data never fitted.".to_owned()
         }
         Verdict::Unexplained => {
-            let left = rounds.last().is_none_or(|r| r.evidence.significant);
             let doubt = match left {
                 true => "Something more is left that these data cannot name.",
                 false => "The forces between the masses contradict the springs: something else may stand behind them.",
