@@ -5,10 +5,10 @@ use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use sindyscope::gap::{Ask, Progress, Search};
-use sindyscope::record::{RecordSet, Usage};
-use sindyscope::rig::hidden::{Request, Shaking, Watching, draw};
-use sindyscope::study::Cancel;
+use sindyscope_core::study::Cancel;
+use sindyscope_rig::hidden::{Request, Shaking, Watching, draw};
+use sindyscope_search::{Ask, Progress, Search};
+use sindyscope_values::record::{RecordSet, Usage};
 
 /// 3000 fitted samples in which an effect is hidden, and a held-out record.
 fn records(effect: &str) -> RecordSet {

@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use sindyscope::model::{Equation, Model};
-use sindyscope::simulate::{InputGrid, Limits, Output, Response, Simulator, Workspace, fit_initial_state};
-use sindyscope::term::Term;
+use sindyscope_core::simulate::{InputGrid, Limits, Output, Response, Simulator, Workspace, fit_initial_state};
+use sindyscope_values::model::{Equation, Model};
+use sindyscope_values::term::Term;
 
 fn simulator(inputs: usize, terms: &[(&str, f64)]) -> Simulator {
     let terms = terms.iter().map(|(text, c)| (Term::parse(text).expect("a term"), *c));

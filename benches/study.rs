@@ -4,10 +4,10 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use sindyscope::record::{RecordSet, Usage};
-use sindyscope::rig::{Noise, ScenarioOptions, generate};
-use sindyscope::study::{Cancel, Differentiation, Formulation, Settings, Smoothing, Study, landscape, suggest};
-use sindyscope::term::{Kind, list};
+use sindyscope_core::study::{Cancel, Differentiation, Formulation, Settings, Smoothing, Study, landscape, suggest};
+use sindyscope_rig::{Noise, ScenarioOptions, generate};
+use sindyscope_values::record::{RecordSet, Usage};
+use sindyscope_values::term::{Kind, list};
 
 /// Twelve candidate terms.
 const LIBRARY: &str = "x, v, u, du, x^2, x^3, v*|v|, sgn(x), sgn(v), sgn(u), sgn(du), 1";

@@ -10,8 +10,8 @@ use egui::accesskit::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use sindyscope::app::{App, Source, State};
-use sindyscope::record::write_csv;
-use sindyscope::rig::{ScenarioOptions, generate};
+use sindyscope_files::write_csv;
+use sindyscope_rig::{ScenarioOptions, generate};
 
 /// Milliseconds that a frame may take at sixty frames a second.
 const FRAME: f64 = 16.7;

@@ -5,13 +5,13 @@
 
 use std::error::Error;
 
-use sindyscope::model::Model;
-use sindyscope::record::{Record, RecordSet, Usage};
-use sindyscope::rig::{Noise, ScenarioOptions, generate};
-use sindyscope::study::{
+use sindyscope_core::study::{
     Cancel, Differentiation, Free, Kinematics, Outcome, Scaling, Settings, Study, choose, suggest,
 };
-use sindyscope::term::{Kind, Symbol, list, polynomials};
+use sindyscope_rig::{Noise, ScenarioOptions, generate};
+use sindyscope_values::model::Model;
+use sindyscope_values::record::{Record, RecordSet, Usage};
+use sindyscope_values::term::{Kind, Symbol, list, polynomials};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 

@@ -2,9 +2,10 @@
 
 use std::error::Error;
 
-use sindyscope::gap::{Ask, Search};
-use sindyscope::record::{ReadOptions, RecordSet, Usage, read_files};
-use sindyscope::study::Cancel;
+use sindyscope_core::study::Cancel;
+use sindyscope_files::{ReadOptions, read_files};
+use sindyscope_search::{Ask, Search};
+use sindyscope_values::record::{RecordSet, Usage};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut files = std::env::args_os().skip(1).map(std::path::PathBuf::from);

@@ -4,10 +4,11 @@
 
 use std::error::Error;
 
-use sindyscope::format::equations;
-use sindyscope::record::{ReadOptions, RecordSet, Usage, read_files};
-use sindyscope::study::{Cancel, Study, suggest};
-use sindyscope::term::Kind;
+use sindyscope_core::study::{Cancel, Study, suggest};
+use sindyscope_files::{ReadOptions, read_files};
+use sindyscope_values::format::equations;
+use sindyscope_values::record::{RecordSet, Usage};
+use sindyscope_values::term::Kind;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let files: Vec<String> = std::env::args().skip(1).collect();

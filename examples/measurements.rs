@@ -7,10 +7,11 @@ use std::error::Error;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use sindyscope::format::units::format_si;
-use sindyscope::gap::{Ask, Diagnosis, Search};
-use sindyscope::record::{ReadOptions, RecordSet, Usage, read_files};
-use sindyscope::study::Cancel;
+use sindyscope_core::study::Cancel;
+use sindyscope_files::{ReadOptions, read_files};
+use sindyscope_search::{Ask, Diagnosis, Search};
+use sindyscope_values::format::units::format_si;
+use sindyscope_values::record::{RecordSet, Usage};
 
 /// Measurements of one thing: what is fitted, what is held out.
 struct Set {
@@ -132,7 +133,7 @@ fn search(set: &Set, folder: &std::path::Path) -> Result<(Diagnosis, String), Bo
 }
 
 fn line(name: &str, diagnosis: &Diagnosis, unit: &str, seconds: f64) -> String {
-    let error = |stage: Option<&std::sync::Arc<sindyscope::gap::Stage>>| {
+    let error = |stage: Option<&std::sync::Arc<sindyscope_search::Stage>>| {
         stage.and_then(|s| s.gap.test_rmse).map_or_else(|| "–".to_owned(), |e| format_si(e, unit, 3))
     };
     let last = diagnosis.stages.last();

@@ -9,9 +9,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use serde_json::json;
-use sindyscope::record::{Record, Role};
-use sindyscope::rig::hidden::{Hidden, Regime, draw_in};
-use sindyscope::term::Term;
+use sindyscope_rig::hidden::{Hidden, Regime, draw_in};
+use sindyscope_values::record::{Record, Role};
+use sindyscope_values::term::Term;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut given = std::env::args().skip(1);

@@ -2,11 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use sindyscope::model::Model;
-use sindyscope::record::{RecordSet, Usage};
-use sindyscope::rig::{Noise, ScenarioOptions, generate};
-use sindyscope::study::{Cancel, Own, Settings, Study, suggest};
-use sindyscope::term::{Kind, Term, list};
+use sindyscope_core::study::{Cancel, Own, Settings, Study, suggest};
+use sindyscope_rig::{Noise, ScenarioOptions, generate};
+use sindyscope_values::model::Model;
+use sindyscope_values::record::{RecordSet, Usage};
+use sindyscope_values::term::{Kind, Term, list};
 
 /// Standard errors on either side that hold the truth in 95 of 100.
 const WIDTH: f64 = 1.96;

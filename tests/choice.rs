@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use sindyscope::record::{ReadOptions, RecordSet, Usage, read_set};
-use sindyscope::rig::{ScenarioOptions, generate};
-use sindyscope::study::{Cancel, Free, Judge, Settings, Study, choose, landscape, suggest};
-use sindyscope::term::Kind;
+use sindyscope_core::study::{Cancel, Free, Judge, Settings, Study, choose, landscape, suggest};
+use sindyscope_files::{ReadOptions, read_set};
+use sindyscope_rig::{ScenarioOptions, generate};
+use sindyscope_values::record::{RecordSet, Usage};
+use sindyscope_values::term::Kind;
 
 /// Of the errors of two responses the parts below this share of the motion are not told apart by any measurement.
 const EQUAL: f64 = 3e-4;

@@ -324,8 +324,8 @@ fn reports_are_whole_documents() {
 #[test]
 #[cfg(feature = "desktop")]
 fn a_saved_project_is_written_as_its_report() {
-    use sindyscope::study::Settings;
-    use sindyscope::term::Term;
+    use sindyscope_core::study::Settings;
+    use sindyscope_values::term::Term;
 
     let here = folder();
     duffing(here.path());

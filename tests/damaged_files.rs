@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
-use sindyscope::record::{ReadError, ReadOptions, Role, look, read_files};
+use sindyscope_files::{ReadError, ReadOptions, look, read_files};
+use sindyscope_values::record::Role;
 
 /// Damaged copies of each file, and in the long run.
 const COPIES: usize = 200;

@@ -8,12 +8,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::Value;
-use sindyscope::export::{Export, ExportError, Format, Start, drive, write};
-use sindyscope::model::{Equation, Model, Units};
-use sindyscope::record::{ReadOptions, read_set};
-use sindyscope::simulate::{InputGrid, Limits, Simulator};
-use sindyscope::study::{Cancel, Lock, Outcome, Study, suggest};
-use sindyscope::term::{Kind, Layout, Term, list};
+use sindyscope_core::simulate::{InputGrid, Limits, Simulator};
+use sindyscope_core::study::{Cancel, Lock, Outcome, Study, suggest};
+use sindyscope_files::{ReadOptions, read_set};
+use sindyscope_report::export::{Export, ExportError, Format, Start, drive, write};
+use sindyscope_values::model::{Equation, Model, Units};
+use sindyscope_values::term::{Kind, Layout, Term, list};
 use tempfile::TempDir;
 
 /// The largest difference from the simulator's response, as a share of each state's largest magnitude.

@@ -5,12 +5,13 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 
-use sindyscope::gap::{Ask, Choice, Diagnosis, Found, Restored, Round, Search, Stage};
-use sindyscope::record::{ReadOptions, Record, RecordSet, Usage, read_text, write_csv};
-use sindyscope::rig::hidden::{Regime, Request, Shaking, draw, draw_in};
-use sindyscope::rig::{ScenarioOptions, generate};
-use sindyscope::study::Cancel;
-use sindyscope::term::Term;
+use sindyscope_core::study::Cancel;
+use sindyscope_files::{ReadOptions, read_text, write_csv};
+use sindyscope_rig::hidden::{Regime, Request, Shaking, draw, draw_in};
+use sindyscope_rig::{ScenarioOptions, generate};
+use sindyscope_search::{Ask, Choice, Diagnosis, Found, Restored, Round, Search, Stage};
+use sindyscope_values::record::{Record, RecordSet, Usage};
+use sindyscope_values::term::Term;
 
 /// Bytes of text that one look may take with its stages.
 const MOST: usize = 100_000;
@@ -20,7 +21,7 @@ struct Case {
     base: Option<Vec<Term>>,
 }
 
-fn hidden(hidden: sindyscope::rig::hidden::Hidden) -> Case {
+fn hidden(hidden: sindyscope_rig::hidden::Hidden) -> Case {
     let mut records = RecordSet::new(hidden.fit, Usage::Fit);
     records.add(hidden.held_out, Usage::HeldOut);
     Case { records, base: hidden.base }

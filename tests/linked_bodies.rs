@@ -6,10 +6,11 @@ mod measurements;
 
 use rand::SeedableRng as _;
 use rand_distr::{Distribution as _, StandardNormal};
-use sindyscope::gap::{Ask, GapError, Search};
-use sindyscope::record::{Channel, ReadOptions, Record, RecordSet, Role, Usage, read_files};
-use sindyscope::study::{Cancel, Formulation, Outcome, Own, Settings, Smoothing, Study, suggest};
-use sindyscope::term::{Kind, Term};
+use sindyscope_core::study::{Cancel, Formulation, Outcome, Own, Settings, Smoothing, Study, suggest};
+use sindyscope_files::{ReadOptions, read_files};
+use sindyscope_search::{Ask, GapError, Search};
+use sindyscope_values::record::{Channel, Record, RecordSet, Role, Usage};
+use sindyscope_values::term::{Kind, Term};
 
 const INTERVAL: f64 = 0.005;
 const COUNT: usize = 6000;
@@ -195,7 +196,7 @@ fn gravity_of_a_measured_double_pendulum_is_that_of_its_links() {
         "u2, a1, cos(x2)*a1, sin(x2)*v1^2, sin(x1+x2), v2, sgn(v2)",
     ];
     for (mass, list) in lists.into_iter().enumerate() {
-        let terms = sindyscope::term::list(list).unwrap();
+        let terms = sindyscope_values::term::list(list).unwrap();
         settings.own.insert(mass, Own { terms: Some(terms), ..Own::default() });
     }
     settings.threshold = 0.0;

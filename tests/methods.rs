@@ -2,13 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use sindyscope::record::{RecordSet, Usage};
-use sindyscope::rig::{ScenarioOptions, generate};
-use sindyscope::study::{
+use sindyscope_core::study::{
     Cancel, Differentiation, Formulation, Free, Outcome, Regressor, Settings, Smoothing, Study, choose, landscape,
     suggest,
 };
-use sindyscope::term::{Kind, list, rate};
+use sindyscope_rig::{ScenarioOptions, generate};
+use sindyscope_values::record::{RecordSet, Usage};
+use sindyscope_values::term::{Kind, list, rate};
 
 const TRUTH: [(&str, f64); 4] = [("x", -1.0), ("v", -0.2), ("x^3", -0.6), ("u", 1.0)];
 

@@ -5,10 +5,10 @@
 use std::sync::Arc;
 
 use serde_json::Value;
-use sindyscope::record::{Channel, Record, Role};
-use sindyscope::signal::{Differentiation, Facts, Signals, Smoothing};
-use sindyscope::sparse::{Constraint, Options, Reduced, Regressor, stlsq};
-use sindyscope::term::Kind;
+use sindyscope_core::signal::{Differentiation, Facts, Signals, Smoothing};
+use sindyscope_core::sparse::{Constraint, Options, Reduced, Regressor, stlsq};
+use sindyscope_values::record::{Channel, Record, Role};
+use sindyscope_values::term::Kind;
 
 fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()

@@ -2,10 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use sindyscope::record::{Channel, Record, RecordSet, Usage};
-use sindyscope::rig::{Noise, ScenarioOptions, generate};
-use sindyscope::study::{Cancel, Free, Lock, Outcome, Settings, Study, choose, suggest};
-use sindyscope::term::{Kind, Term, list};
+use sindyscope_core::study::{Cancel, Free, Lock, Outcome, Settings, Study, choose, suggest};
+use sindyscope_rig::{Noise, ScenarioOptions, generate};
+use sindyscope_values::record::{Channel, Record, RecordSet, Usage};
+use sindyscope_values::term::{Kind, Term, list};
 
 const DUFFING: &str = "x, v, u, x^2, x^3, v*|v|, sgn(v)";
 const FRICTION: &str = "x, v, u, du, sgn(x), sgn(v), sgn(u), sgn(du)";
@@ -121,7 +121,7 @@ fn in_millimetres(records: &RecordSet) -> RecordSet {
             .channels
             .iter()
             .map(|c| match c.role {
-                sindyscope::record::Role::Displacement(_) => {
+                sindyscope_values::record::Role::Displacement(_) => {
                     Channel { values: c.values.iter().map(|x| 1000.0 * x).collect(), ..c.clone() }
                 }
                 _ => c.clone(),

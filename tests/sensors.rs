@@ -5,11 +5,12 @@ use std::fmt::Write as _;
 
 use rand::SeedableRng as _;
 use rand_distr::{Distribution as _, Normal};
-use sindyscope::gap::{Ask, Search, Verdict};
-use sindyscope::record::{ReadOptions, RecordSet, Role, Usage, read_files};
-use sindyscope::rig::{ScenarioOptions, generate};
-use sindyscope::study::{Cancel, Study, suggest};
-use sindyscope::term::{Kind, Term, list};
+use sindyscope_core::study::{Cancel, Study, suggest};
+use sindyscope_files::{ReadOptions, read_files};
+use sindyscope_rig::{ScenarioOptions, generate};
+use sindyscope_search::{Ask, Search, Verdict};
+use sindyscope_values::record::{RecordSet, Role, Usage};
+use sindyscope_values::term::{Kind, Term, list};
 
 /// Samples of the rig's fine record for one of the sensor's.
 const FINE: usize = 20;

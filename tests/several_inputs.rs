@@ -4,12 +4,12 @@
 
 use std::sync::Arc;
 
-use sindyscope::gap::{Ask, Diagnosis, Search, Verdict};
-use sindyscope::model::{Equation, Model};
-use sindyscope::record::{Channel, Record, RecordSet, Role, Usage};
-use sindyscope::rig::{Contact, Excitation, Noise, Plant, Sampling, Sensor, respond};
-use sindyscope::study::{Cancel, calibrate, calibration_list, suggest};
-use sindyscope::term::{Kind, Term, list};
+use sindyscope_core::study::{Cancel, calibrate, calibration_list, suggest};
+use sindyscope_rig::{Contact, Excitation, Noise, Plant, Sampling, Sensor, respond};
+use sindyscope_search::{Ask, Diagnosis, Search, Verdict};
+use sindyscope_values::model::{Equation, Model};
+use sindyscope_values::record::{Channel, Record, RecordSet, Role, Usage};
+use sindyscope_values::term::{Kind, Term, list};
 
 const SAMPLING: Sampling = Sampling { start: 0.0, interval: 0.01, count: 2500 };
 
@@ -86,7 +86,7 @@ fn diagnosed(bench: &Bench) -> Diagnosis {
 /// The effects found, each with its form and its first parameter.
 fn found(diagnosis: &Diagnosis) -> Vec<(String, String, f64)> {
     let last = Arc::clone(diagnosis.stages.last().unwrap());
-    let of = |e: &sindyscope::gap::Added| (e.choice.effect.clone(), e.choice.form.clone(), e.parameters[0].value);
+    let of = |e: &sindyscope_search::Added| (e.choice.effect.clone(), e.choice.form.clone(), e.parameters[0].value);
     last.effects.iter().map(of).collect()
 }
 

@@ -4,11 +4,11 @@
 //! `cargo test --profile study --no-default-features --test several_masses -- --ignored --nocapture`
 #![allow(clippy::unwrap_used, reason = "a test may end by a panic")]
 
-use sindyscope::model::Model;
-use sindyscope::record::{RecordSet, Usage};
-use sindyscope::rig::{Generated, Noise, ScenarioOptions, generate};
-use sindyscope::study::{Cancel, Free, Lock, Outcome, Own, Settings, Study, choose, suggest};
-use sindyscope::term::{Kind, Term, list};
+use sindyscope_core::study::{Cancel, Free, Lock, Outcome, Own, Settings, Study, choose, suggest};
+use sindyscope_rig::{Generated, Noise, ScenarioOptions, generate};
+use sindyscope_values::model::Model;
+use sindyscope_values::record::{RecordSet, Usage};
+use sindyscope_values::term::{Kind, Term, list};
 
 fn made(scenario: &str, options: ScenarioOptions) -> (RecordSet, Model) {
     let Generated { records, truth, .. } = generate(scenario, &options).unwrap();
@@ -83,7 +83,7 @@ fn refined_equations_of_two_masses_tell_how_sure_they_are() {
         }
     }
     // The modes of the truth, each within its own doubt.
-    let known = sindyscope::model::modes(&truth, &[]);
+    let known = sindyscope_values::model::modes(&truth, &[]);
     let found = refined.modes();
     assert_eq!((known.len(), found.len()), (2, 2));
     for (found, known) in found.iter().zip(&known) {
@@ -176,7 +176,8 @@ fn ninety_per_cent_intervals_of_two_masses_hold_the_truth() {
                 figures.push((name, term.coefficient, found.coefficient, found.std_error.unwrap()));
             }
         }
-        for (k, (known, found)) in sindyscope::model::modes(&truth, &[]).iter().zip(outcome.modes()).enumerate() {
+        for (k, (known, found)) in sindyscope_values::model::modes(&truth, &[]).iter().zip(outcome.modes()).enumerate()
+        {
             figures.push((format!("f{}", k + 1), known.frequency, found.frequency, found.frequency_error.unwrap()));
             figures.push((format!("zeta{}", k + 1), known.damping, found.damping, found.damping_error.unwrap()));
         }

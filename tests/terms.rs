@@ -1,7 +1,7 @@
 //! Terms: what is printed reads back as itself, whatever the term; no text makes the reader fail badly.
 
 use proptest::prelude::*;
-use sindyscope::term::{Expression, Function, Kind, Layout, Program, SampleBlock, Symbol, Term};
+use sindyscope_values::term::{Expression, Function, Kind, Layout, Program, SampleBlock, Symbol, Term};
 
 fn symbol() -> impl Strategy<Value = Symbol> {
     prop_oneof![

@@ -4,10 +4,11 @@
 
 mod measurements;
 
-use sindyscope::record::{ReadOptions, Record, RecordSet, Usage, read_files};
-use sindyscope::rig::{Noise, ScenarioOptions, generate};
-use sindyscope::study::{Cancel, Formulation, Free, Lock, Outcome, Settings, Study, choose, suggest};
-use sindyscope::term::{Kind, Term, list};
+use sindyscope_core::study::{Cancel, Formulation, Free, Lock, Outcome, Settings, Study, choose, suggest};
+use sindyscope_files::{ReadOptions, read_files};
+use sindyscope_rig::{Noise, ScenarioOptions, generate};
+use sindyscope_values::record::{Record, RecordSet, Usage};
+use sindyscope_values::term::{Kind, Term, list};
 
 const WEAK: Formulation = Formulation::Weak { half_width: None };
 

@@ -17,10 +17,11 @@ use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use egui_kittest::{Harness, SnapshotOptions, TestRenderer};
 use sindyscope::app::plot::raster::Rasterizer;
 use sindyscope::app::{App, Edit, Sample, Source, State};
-use sindyscope::record::{Usage, write_csv};
-use sindyscope::rig::{ScenarioOptions, generate};
-use sindyscope::study::{Differentiation, Lock, Regressor};
-use sindyscope::term::{Kind, Term};
+use sindyscope_core::study::{Differentiation, Lock, Regressor};
+use sindyscope_files::write_csv;
+use sindyscope_rig::{ScenarioOptions, generate};
+use sindyscope_values::record::Usage;
+use sindyscope_values::term::{Kind, Term};
 
 /// Pictures without a graphics card, alike on every machine.
 #[derive(Default)]

@@ -4,13 +4,13 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::state::Pin;
-use crate::model::Units;
-use crate::record::prepare::PrepareError;
-use crate::record::{Record, RecordSet, Usage};
-use crate::rig::hidden::Truth;
-use crate::signal::Smoothing;
-use crate::study::{Ensemble, Inclusion, Outcome, suggested_half_width};
-use crate::term::{Kind, Layout, Symbol, Term};
+use sindyscope_core::prepare::PrepareError;
+use sindyscope_core::signal::Smoothing;
+use sindyscope_core::study::{Ensemble, Inclusion, Outcome, suggested_half_width};
+use sindyscope_rig::hidden::Truth;
+use sindyscope_values::model::Units;
+use sindyscope_values::record::{Record, RecordSet, Usage};
+use sindyscope_values::term::{Kind, Layout, Symbol, Term};
 
 /// How long after a change the response before it stays in view, s.
 const GHOST: f64 = 1.2;

@@ -1,5 +1,6 @@
 //! The whole record in a strip above the plots: its ends are dragged to crop it, a divider to hold its last part out.
 
+use crate::app::plot::palette::Painted as _;
 use std::sync::{Arc, Weak};
 
 use egui::{Align2, Color32, CursorIcon, FontId, Id, Rect, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2};
@@ -9,8 +10,8 @@ use super::plot::decimate::{Envelope, Samples};
 use super::plot::palette::{self, Ink};
 use super::plot::units::Scale;
 use super::theme;
-use crate::record::Record;
-use crate::record::prepare::{Preparation, Treatment};
+use sindyscope_core::prepare::{Preparation, Treatment};
+use sindyscope_values::record::Record;
 
 /// Height of the strip, points.
 const HEIGHT: f32 = 64.0;

@@ -11,8 +11,8 @@ use std::time::{Duration, Instant};
 
 use super::project;
 use super::report::Saved;
-use crate::export::Format;
-use crate::report::FigureFormat;
+use sindyscope_report::document::FigureFormat;
+use sindyscope_report::export::Format;
 
 /// A dialog that vanishes faster than this was never seen by a person: the system has none.
 const UNSEEN: Duration = Duration::from_millis(400);
@@ -160,7 +160,7 @@ impl Dialogs {
         dialog = match purpose {
             Purpose::Open | Purpose::Add | Purpose::Locate => {
                 let mut endings: Vec<&str> =
-                    crate::record::FORMATS.iter().flat_map(|f| f.extensions).copied().collect();
+                    sindyscope_files::FORMATS.iter().flat_map(|f| f.extensions).copied().collect();
                 if purpose == Purpose::Open {
                     endings.push(project::EXTENSION);
                 }

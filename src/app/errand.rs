@@ -8,12 +8,15 @@ use super::missing::Walk;
 use super::project::{self, Project};
 use super::state::{Edit, Sample, Source};
 use super::{disk, moved, rig};
-use crate::record::prepare::{self, Preparation, PrepareError};
-use crate::record::{ReadOptions, Record, RecordSet, Usage, read_set, read_text};
-use crate::rig::hidden::{Request, Shaking, Truth, draw};
-use crate::rig::record_rig;
-use crate::study::{Calibrated, Calibration, Cancel, Chosen, Free, Settings, StudyError, calibrate, choose, suggest};
-use crate::term::{Kind, list};
+use sindyscope_core::prepare::{self, Preparation, PrepareError};
+use sindyscope_core::study::{
+    Calibrated, Calibration, Cancel, Chosen, Free, Settings, StudyError, calibrate, choose, suggest,
+};
+use sindyscope_files::{ReadOptions, read_set, read_text};
+use sindyscope_rig::hidden::{Request, Shaking, Truth, draw};
+use sindyscope_rig::record_rig;
+use sindyscope_values::record::{Record, RecordSet, Usage};
+use sindyscope_values::term::{Kind, list};
 
 /// What to do.
 #[derive(Debug)]
@@ -127,7 +130,7 @@ impl Problem {
     }
 
     /// Why a file cannot be read.
-    pub(crate) fn reading(error: &crate::record::ReadError) -> Self {
+    pub(crate) fn reading(error: &sindyscope_files::ReadError) -> Self {
         let about_columns = error.is_about_columns();
         let advice = error.advice();
         // Options of the command line help nobody in a window.
@@ -378,7 +381,7 @@ fn as_the_folder(opening: &Opening) -> Option<(ReadOptions, Read)> {
 
 /// Reads what a source names.
 fn records(opening: &Opening) -> Result<Read, Problem> {
-    let problem = |e: crate::record::ReadError| Problem::reading(&e);
+    let problem = |e: sindyscope_files::ReadError| Problem::reading(&e);
     match &opening.source {
         Source::Nothing => Err(Problem::new("there is nothing to open", "")),
         Source::Sample(sample) => {

@@ -4,7 +4,7 @@ use egui::{Align2, Context, DragValue, Key, Ui, Window, vec2};
 use serde::{Deserialize, Serialize};
 
 use super::widgets::{row, switch};
-use crate::report::{FigureFormat, FigureSize};
+use sindyscope_report::document::{FigureFormat, FigureSize};
 
 /// How figures are saved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -16,11 +16,12 @@ use super::missing::{RoundStep, Walk};
 use super::rig::RigState;
 use super::state::{Edit, Pin, Room, Source, leniently};
 use super::views::{View, ViewState};
-use crate::gap::Found;
-use crate::record::prepare::Preparation;
-use crate::record::{ReadOptions, Usage};
-use crate::report::Arrangement;
-use crate::study::Settings;
+use sindyscope_core::prepare::Preparation;
+use sindyscope_core::study::Settings;
+use sindyscope_files::ReadOptions;
+use sindyscope_report::document::Arrangement;
+use sindyscope_search::Found;
+use sindyscope_values::record::Usage;
 
 /// The format that this program writes; a higher one is from a newer program. The first had no checksums, no steps and no views;
 /// the second neither report nor virtual rig, the third no walk's rounds.
@@ -198,15 +199,15 @@ pub(crate) fn is_project(path: &Path) -> bool {
     let named = || path.extension().is_some_and(|e| e.eq_ignore_ascii_case(EXTENSION));
     let mut head = Vec::new();
     let read = fs::File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
-    (read.is_ok() && crate::record::is_project(&head)) || named()
+    (read.is_ok() && sindyscope_files::is_project(&head)) || named()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::app::missing::Base;
-    use crate::gap::Choice;
-    use crate::record::prepare::Treatment;
+    use sindyscope_core::prepare::Treatment;
+    use sindyscope_search::Choice;
 
     fn project(file: &Path) -> Project {
         let usage = BTreeMap::from([("2 Hz".to_owned(), Usage::HeldOut)]);

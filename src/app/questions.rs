@@ -2,10 +2,10 @@
 
 use super::state::Edit;
 use super::worker::{Busy, Worker};
-use crate::model::Units;
-use crate::record::{RecordSet, Usage};
-use crate::study::{Known, Score, Settings, Study};
-use crate::term::{Expression, Kind, Layout, Symbol, Term};
+use sindyscope_core::study::{Known, Score, Settings, Study};
+use sindyscope_values::model::Units;
+use sindyscope_values::record::{RecordSet, Usage};
+use sindyscope_values::term::{Expression, Kind, Layout, Symbol, Term};
 
 /// An answer: what it says, and what every fit would then keep to.
 #[derive(Clone, Debug, PartialEq)]

@@ -11,13 +11,14 @@ use super::lessons::Progress;
 use super::missing::{RoundStep, Walk};
 use super::rig::{ClassCase, RigState};
 use super::views::{View, ViewState};
-use crate::gap::Found;
-use crate::record::prepare::Preparation;
-use crate::record::{ReadOptions, Usage};
-use crate::report::Arrangement;
-use crate::rig::RigSettings;
-use crate::study::Settings;
-use crate::term::Kind;
+use sindyscope_core::prepare::Preparation;
+use sindyscope_core::study::Settings;
+use sindyscope_files::ReadOptions;
+use sindyscope_report::document::Arrangement;
+use sindyscope_rig::RigSettings;
+use sindyscope_search::Found;
+use sindyscope_values::record::Usage;
+use sindyscope_values::term::Kind;
 
 /// Files kept in the list of recent ones.
 const RECENT: usize = 8;

@@ -5,8 +5,8 @@ use std::sync::mpsc::{Receiver, channel};
 
 use super::state::Edit;
 use super::worker::{Busy, Worker};
-use crate::record::{RecordSet, Usage};
-use crate::study::{Landscape, Settings, StudyError, landscape};
+use sindyscope_core::study::{Landscape, Settings, StudyError, landscape};
+use sindyscope_values::record::{RecordSet, Usage};
 
 /// Segment lengths and thresholds of a full map.
 const SIZE: (usize, usize) = (25, 25);

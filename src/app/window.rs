@@ -36,12 +36,12 @@ use super::survey::Survey;
 use super::views::{self, Group, Picture, Request, Search, View, ViewState};
 use super::worker::Worker;
 use super::{AppError, help, overlay, status, theme, toolbar, welcome};
-use crate::export::{self, Format};
-use crate::format::equations;
-use crate::gap::{Diagnosis, Stage};
-use crate::record::{Record, RecordSet};
-use crate::report::FigureFormat;
-use crate::study::{Ensemble, Landscape, Outcome, Settings, Study, StudyError};
+use sindyscope_core::study::{Ensemble, Landscape, Outcome, Settings, Study, StudyError};
+use sindyscope_report::document::FigureFormat;
+use sindyscope_report::export::{self, Format};
+use sindyscope_search::{Diagnosis, Stage};
+use sindyscope_values::format::equations;
+use sindyscope_values::record::{Record, RecordSet};
 
 /// A study to be run.
 struct Question {

@@ -6,7 +6,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::study::Cancel;
+use sindyscope_core::study::Cancel;
 
 /// How long a run may take before a newer question stops it. A shorter run is left to end, so that while a slider is
 /// dragged the window keeps showing new answers instead of none.

@@ -1,9 +1,9 @@
 use super::failure::Failure;
 use super::options::StudyOptions;
 use super::progress::Progress;
-use crate::record::prepare::{Preparation, prepare};
-use crate::record::{RecordSet, Usage};
-use crate::study::{Calibrated, Cancel, Free, Horizon, Outcome, Study, calibrate, choose, suggest};
+use sindyscope_core::prepare::{Preparation, prepare};
+use sindyscope_core::study::{Calibrated, Cancel, Free, Horizon, Outcome, Study, calibrate, choose, suggest};
+use sindyscope_values::record::{RecordSet, Usage};
 
 /// A study with how its settings came about.
 pub(super) struct Analysis {

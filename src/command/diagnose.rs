@@ -6,12 +6,12 @@ use super::failure::Failure;
 use super::options::{DataOptions, KindName, Terms, not_negative, odd};
 use super::progress::Progress;
 use super::{Output, diagnosed, json};
-use crate::gap::{self, Ask, Diagnosis, Search};
-use crate::model::Units;
-use crate::record::RecordSet;
-use crate::report;
-use crate::study::Cancel;
-use crate::term::{Kind, Term};
+use sindyscope_core::study::Cancel;
+use sindyscope_report::document;
+use sindyscope_search::{Ask, Diagnosis, Search};
+use sindyscope_values::model::Units;
+use sindyscope_values::record::RecordSet;
+use sindyscope_values::term::{Kind, Term};
 
 /// Most effects that are added unless told otherwise.
 pub(super) const MAX_EFFECTS: u8 = 3;
@@ -63,7 +63,7 @@ pub(super) fn run(options: &Options) -> Output {
     if let Some(json) = json::write(options.json.as_deref(), &diagnosed::result(&diagnosis, &records))? {
         return Ok(json);
     }
-    let mut text = report::walk(&diagnosis, &records);
+    let mut text = document::walk(&diagnosis, &records);
     let unused = options.unused();
     if !unused.is_empty() {
         text.push_str(&format!("{} changed nothing: diagnose neither smooths nor thresholds.\n", unused.join(", ")));
@@ -117,8 +117,8 @@ pub(super) fn search(
         search.base_terms().try_for_each(|t| units.check(t, &layout)).map_err(Failure::new)?;
     }
     let progress = Progress::new();
-    let tell = |progressed: gap::Progress| {
-        if let gap::Progress::Step(what, share) = progressed {
+    let tell = |progressed: sindyscope_search::Progress| {
+        if let sindyscope_search::Progress::Step(what, share) = progressed {
             progress.show(what, share);
         }
     };

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 
 use super::json::{VERSION, equations};
-use crate::gap::{Candidate, Diagnosis, Finding, Gap, Parameter, Round, Stage, Step};
-use crate::model::{Model, Units};
-use crate::record::RecordSet;
+use sindyscope_search::{Candidate, Diagnosis, Finding, Gap, Parameter, Round, Stage, Step};
+use sindyscope_values::model::{Model, Units};
+use sindyscope_values::record::RecordSet;
 
 /// The result of `diagnose`.
 pub(super) fn result(diagnosis: &Diagnosis, records: &RecordSet) -> Value {

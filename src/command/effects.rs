@@ -7,8 +7,8 @@ use serde_json::{Map, Value, json};
 
 use super::Output;
 use super::json::{self, VERSION};
-use crate::format::number::significant_trimmed;
-use crate::gap::{Entry, EntryForm, guide};
+use sindyscope_search::{Entry, EntryForm, guide};
+use sindyscope_values::format::number::significant_trimmed;
 
 /// Options of `effects`.
 #[derive(Debug, Args)]

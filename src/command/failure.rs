@@ -1,11 +1,11 @@
 use std::fmt;
 use std::path::Path;
 
-use crate::export::ExportError;
-use crate::gap::GapError;
-use crate::record::ReadError;
-use crate::report::ReportError;
-use crate::study::StudyError;
+use sindyscope_core::study::StudyError;
+use sindyscope_files::ReadError;
+use sindyscope_report::document::ReportError;
+use sindyscope_report::export::ExportError;
+use sindyscope_search::GapError;
 
 /// Why the work could not be done, and what to try.
 #[derive(Clone, Debug, PartialEq, Eq)]

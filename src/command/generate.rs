@@ -9,9 +9,10 @@ use super::failure::Failure;
 use super::hidden;
 use super::options::{finite, not_negative, positive};
 use super::{Output, Stop, usage};
-use crate::format::number::significant_trimmed;
-use crate::record::{Record, write_csv};
-use crate::rig::{Noise, Parameter, RigError, Scenario, ScenarioOptions, Shaking, generate, scenarios};
+use sindyscope_files::write_csv;
+use sindyscope_rig::{Noise, Parameter, RigError, Scenario, ScenarioOptions, Shaking, generate, scenarios};
+use sindyscope_values::format::number::significant_trimmed;
+use sindyscope_values::record::Record;
 
 /// The name under which the scenarios are listed.
 const LIST: &str = "list";

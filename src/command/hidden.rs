@@ -5,9 +5,9 @@ use clap::error::ErrorKind;
 
 use super::failure::Failure;
 use super::{Stop, usage};
-use crate::record::Record;
-use crate::rig::hidden::{Hidden, NoiseKind, Request, Shaking, Shown, Watching, draw, names, outside_names, title};
-use crate::rig::{Noise, RigError};
+use sindyscope_rig::hidden::{Hidden, NoiseKind, Request, Shaking, Shown, Watching, draw, names, outside_names, title};
+use sindyscope_rig::{Noise, RigError};
+use sindyscope_values::record::Record;
 
 /// The name of the scenario.
 pub(super) const NAME: &str = "hidden";

@@ -6,13 +6,13 @@ use super::analysis::{Analysis, analyse};
 use super::failure::Failure;
 use super::options::StudyOptions;
 use super::{Output, json};
-use crate::export;
-use crate::format::equations;
-use crate::format::number::{format_measured, significant};
-use crate::format::units::format_si;
-use crate::record::{Role, Usage};
-use crate::report::{Arrangement, Report};
-use crate::study::{self, Calibrated, Calibration, Horizon};
+use sindyscope_core::study::{self, Calibrated, Calibration, Horizon};
+use sindyscope_report::document::{Arrangement, Report};
+use sindyscope_report::export;
+use sindyscope_values::format::equations;
+use sindyscope_values::format::number::{format_measured, significant};
+use sindyscope_values::format::units::format_si;
+use sindyscope_values::record::{Role, Usage};
 
 /// Options of `identify`.
 #[derive(Debug, Args)]

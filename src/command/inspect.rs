@@ -8,10 +8,11 @@ use super::Output;
 use super::failure::Failure;
 use super::json::{self, VERSION};
 use super::options::{KindName, positive};
-use crate::format::number::significant_trimmed;
-use crate::format::units::format_si;
-use crate::record::{ColumnMap, ColumnUse, Overview, ReadError, ReadOptions, Record, Role, look, notices, read_files};
-use crate::signal::standard_deviation;
+use sindyscope_core::signal::standard_deviation;
+use sindyscope_files::{ColumnMap, ColumnUse, Overview, ReadError, ReadOptions, look, read_files};
+use sindyscope_values::format::number::significant_trimmed;
+use sindyscope_values::format::units::format_si;
+use sindyscope_values::record::{Record, Role, notices};
 
 /// Options of `inspect`.
 #[derive(Debug, Args)]

@@ -6,13 +6,13 @@ use serde_json::{Value, json};
 
 use super::analysis::Analysis;
 use super::failure::Failure;
-use crate::format::equations::{integrated_state, is_kinematic};
-use crate::model::{Equation, Mode, Model, Units, WeightedTerm};
-use crate::record::Usage;
-use crate::study::{
+use sindyscope_core::study::{
     Calibration, EquationFit, Formulation, Horizon, Kinematics, Lock, Outcome, Scaling, Score, Settings, Severity,
 };
-use crate::term::{Kind, Layout, Symbol, Term, integral};
+use sindyscope_values::format::equations::{integrated_state, is_kinematic};
+use sindyscope_values::model::{Equation, Mode, Model, Units, WeightedTerm};
+use sindyscope_values::record::Usage;
+use sindyscope_values::term::{Kind, Layout, Symbol, Term, integral};
 
 /// The version of the fields below.
 pub(super) const VERSION: u32 = 1;
@@ -73,7 +73,7 @@ pub(super) fn identified(analysis: &Analysis) -> Value {
             },
             "text": w.text,
         })).collect::<Vec<_>>(),
-        "notices": crate::record::notices(analysis.records.entries.iter().map(|(r, _)| &**r)),
+        "notices": sindyscope_values::record::notices(analysis.records.entries.iter().map(|(r, _)| &**r)),
         "choice": analysis.choice,
     })
 }

@@ -13,6 +13,7 @@ mod json;
 mod options;
 mod progress;
 mod report;
+pub(crate) mod shell;
 mod window;
 
 use std::ffi::OsString;

@@ -8,14 +8,15 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 
 use super::failure::Failure;
-use crate::format::shell::{quoted, seen_from};
-use crate::record::prepare::{self, Preparation, Treatment};
-use crate::record::{ColumnMap, ReadOptions, RecordSet, read_set};
-use crate::study::{
+use crate::command::shell::{quoted, seen_from};
+use sindyscope_core::prepare::{self, Preparation, Treatment};
+use sindyscope_core::study::{
     Calibration, Differentiation, Formulation, Kinematics, Known, Lock, NARROWEST, Regressor, Scaling, Settings,
     force_over_mass,
 };
-use crate::term::{Kind, Part, Term, by_equation, is_integral, rate};
+use sindyscope_files::{ColumnMap, ReadOptions, read_set};
+use sindyscope_values::record::RecordSet;
+use sindyscope_values::term::{Kind, Part, Term, by_equation, is_integral, rate};
 
 /// Data, and how they are read.
 #[derive(Debug, Args)]

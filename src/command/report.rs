@@ -9,9 +9,9 @@ use super::diagnose::{MAX_EFFECTS, first_order, search};
 use super::failure::Failure;
 use super::options::{KindName, StudyOptions, Terms};
 use super::{Output, diagnosed, json};
-use crate::format::shell::quoted;
-use crate::report::{Arrangement, Format, Paper, Report, Sections};
-use crate::term::Term;
+use crate::command::shell::quoted;
+use sindyscope_report::document::{Arrangement, Format, Paper, Report, Sections};
+use sindyscope_values::term::Term;
 
 /// Options of `report`.
 #[derive(Debug, Args)]
@@ -153,7 +153,7 @@ fn of_project(options: &Options, project: &Path) -> Output {
             .into());
     }
     let here = std::env::current_dir().unwrap_or_default();
-    let typed = |path: &Path| quoted(&crate::format::shell::seen_from(&here, path).to_string_lossy());
+    let typed = |path: &Path| quoted(&crate::command::shell::seen_from(&here, path).to_string_lossy());
     let command = format!("sindyscope report {} --out {}", typed(project), typed(&options.out));
     let content = crate::app::report_of_project(project, &command)
         .map_err(|problem| Failure::new(problem.what).try_this(problem.advice))?;

@@ -52,8 +52,8 @@ fn parse(arguments: &[&str]) -> super::report::Options {
 
 #[test]
 fn what_was_given_goes_over_what_was_suggested() {
-    use crate::study::{Kinematics, Lock, Regressor, Scaling, Settings};
-    use crate::term::Term;
+    use sindyscope_core::study::{Kinematics, Lock, Regressor, Scaling, Settings};
+    use sindyscope_values::term::Term;
     let term = |text: &str| Term::parse(text).expect("a term");
     let options = parse(&[
         "--terms",
@@ -122,8 +122,8 @@ fn what_was_given_goes_over_what_was_suggested() {
 
 #[test]
 fn lists_for_each_equation_are_taken_and_come_back_in_the_command() {
-    use crate::study::{Lock, Settings};
-    use crate::term::Term;
+    use sindyscope_core::study::{Lock, Settings};
+    use sindyscope_values::term::Term;
     let term = |text: &str| Term::parse(text).expect("a term");
     let options = parse(&[
         "--terms",

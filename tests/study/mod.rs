@@ -8,10 +8,10 @@ use std::fmt::Write as _;
 use std::time::Instant;
 
 use rayon::prelude::*;
-use sindyscope::gap::{Ask, Finding, Search, Verdict};
-use sindyscope::record::{RecordSet, Usage};
-use sindyscope::rig::hidden::{NoiseKind, Regime, Request, Shaking, Watching, draw, draw_in, exercised};
-use sindyscope::study::Cancel;
+use sindyscope_core::study::Cancel;
+use sindyscope_rig::hidden::{NoiseKind, Regime, Request, Shaking, Watching, draw, draw_in, exercised};
+use sindyscope_search::{Ask, Finding, Search, Verdict};
+use sindyscope_values::record::{RecordSet, Usage};
 
 /// Effects that no data of one kind can tell apart: an algebraic identity or a symmetry, not a lack of skill.
 const TIES: &[&[&str]] = &[
@@ -174,7 +174,7 @@ pub(crate) fn cases(
     let mut cases = Vec::new();
     for effects in effects {
         for &shaking in shakings {
-            if !effects.iter().all(|e| sindyscope::rig::hidden::possible(e, shaking)) {
+            if !effects.iter().all(|e| sindyscope_rig::hidden::possible(e, shaking)) {
                 continue;
             }
             for &watching in noises {

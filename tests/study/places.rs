@@ -3,11 +3,11 @@
 use rand::seq::IndexedRandom as _;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
-use sindyscope::gap::{Ask, Search, Verdict};
-use sindyscope::record::{RecordSet, Usage};
-use sindyscope::rig::hidden::Shown;
-use sindyscope::rig::{Noise, ScenarioOptions, generate};
-use sindyscope::study::Cancel;
+use sindyscope_core::study::Cancel;
+use sindyscope_rig::hidden::Shown;
+use sindyscope_rig::{Noise, ScenarioOptions, generate};
+use sindyscope_search::{Ask, Search, Verdict};
+use sindyscope_values::record::{RecordSet, Usage};
 
 /// What became of a draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

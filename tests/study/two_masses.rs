@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use sindyscope::gap::{Ask, Diagnosis, Search};
-use sindyscope::model::{Equation, Model};
-use sindyscope::record::{Channel, Record, RecordSet, Role, Usage};
-use sindyscope::rig::{Contact, Excitation, Plant, Sampling, Sensor, respond};
-use sindyscope::study::Cancel;
-use sindyscope::term::Term;
+use sindyscope_core::study::Cancel;
+use sindyscope_rig::{Contact, Excitation, Plant, Sampling, Sensor, respond};
+use sindyscope_search::{Ask, Diagnosis, Search};
+use sindyscope_values::model::{Equation, Model};
+use sindyscope_values::record::{Channel, Record, RecordSet, Role, Usage};
+use sindyscope_values::term::Term;
 
 /// Stiffness over mass of the springs to ground and between the masses, as felt by the first and by the second.
 const GROUND: f64 = 600.0;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use sindyscope::gap::Diagnosis;
+use sindyscope_search::Diagnosis;
 
 use super::*;
 

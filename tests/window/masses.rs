@@ -1,9 +1,9 @@
 //! Several masses, the places between them, and what is saved of the plots of "What's missing".
 
 use super::*;
-use sindyscope::format::units::format_si;
-use sindyscope::record::prepare::{Treatment, prepare};
-use sindyscope::record::{self, RecordSet};
+use sindyscope_core::prepare::{Treatment, prepare};
+use sindyscope_values::format::units::format_si;
+use sindyscope_values::record::{self, RecordSet};
 
 /// Two masses with friction between them, one record.
 fn chain(folder: &Path) -> PathBuf {

@@ -6,9 +6,9 @@ use egui::accesskit::Role;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable as _;
 use sindyscope::app::{Sample, Source, State};
-use sindyscope::record::{ReadOptions, read_set};
-use sindyscope::rig::{ExcitationChoice, PlantChoice, RigDrive};
-use sindyscope::term::Term;
+use sindyscope_files::{ReadOptions, read_set};
+use sindyscope_rig::{ExcitationChoice, PlantChoice, RigDrive};
+use sindyscope_values::term::Term;
 
 use super::{CTRL, Window, start};
 
@@ -43,7 +43,7 @@ impl Window {
         self.click("Save");
     }
 
-    fn rig_settings(&self) -> sindyscope::rig::RigSettings {
+    fn rig_settings(&self) -> sindyscope_rig::RigSettings {
         self.app().state().rig.settings.clone()
     }
 
@@ -321,7 +321,7 @@ fn the_rig_looks_as_it_did() {
 #[test]
 fn an_older_session_opens_in_a_window_with_a_rig() {
     let state: State = serde_json::from_str(r#"{"record": 1, "source": {"sample": "duffing"}}"#).unwrap();
-    assert_eq!(state.rig.settings, sindyscope::rig::RigSettings::default());
+    assert_eq!(state.rig.settings, sindyscope_rig::RigSettings::default());
     let window = Window::open(state);
     assert_eq!(window.app().state().source, Source::Sample(Sample::Duffing));
 }

@@ -1,12 +1,14 @@
 //! The list of columns: number, name, first values, and what each is used for.
 
+use crate::app::plot::palette::Painted as _;
 use egui::{Align, ComboBox, DragValue, Label, Layout, RichText, ScrollArea, Sense, Stroke, Ui, pos2, vec2};
 
 use super::Open;
 use crate::app::plot::palette::Ink;
 use crate::app::theme::{self, ROW};
-use crate::format::number::significant_trimmed;
-use crate::record::{ColumnOverview, ColumnUse, Role};
+use sindyscope_files::{ColumnOverview, ColumnUse};
+use sindyscope_values::format::number::significant_trimmed;
+use sindyscope_values::record::Role;
 
 /// Widths of the columns of the list, points; the name takes what is left.
 const NUMBER: f32 = 34.0;
@@ -187,7 +189,7 @@ fn name(used: Option<ColumnUse>, column: &ColumnOverview) -> &'static str {
         Some(ColumnUse::Channel(Role::Acceleration(_))) => "acceleration",
         // Which of the two it is, the unit says; the equations treat both as inputs.
         Some(ColumnUse::Channel(Role::Input(_)))
-            if crate::record::metres(&column.unit).is_some() && !column.unit.is_empty() =>
+            if sindyscope_values::record::metres(&column.unit).is_some() && !column.unit.is_empty() =>
         {
             "base motion"
         }

@@ -14,9 +14,9 @@ use super::errand::{Problem, file_name};
 use super::theme::{self, ROW};
 use super::widgets::chip;
 use super::worker::Worker;
-use crate::format::number::significant_trimmed;
-use crate::record::{ColumnUse, Overview, ReadOptions, TableOverview, look, read_set};
 use preview::Preview;
+use sindyscope_files::{ColumnUse, Overview, ReadOptions, TableOverview, look, read_set};
+use sindyscope_values::format::number::significant_trimmed;
 
 /// What to look into, and how it would be read.
 struct Question {
@@ -198,7 +198,7 @@ impl Open {
 /// Looks into the first file and reads all as they would be read.
 fn answer(question: &Question) -> Answer {
     let Question { ticket, paths, reading, looks } = question;
-    let problem = |e: crate::record::ReadError| Problem::reading(&e);
+    let problem = |e: sindyscope_files::ReadError| Problem::reading(&e);
     let overview = match (paths.first(), looks) {
         (Some(path), true) => Some(look(path, reading).map_err(problem)),
         _ => None,

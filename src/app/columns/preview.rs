@@ -1,5 +1,6 @@
 //! What would be read with the columns chosen: each channel over the time.
 
+use crate::app::plot::palette::Painted as _;
 use egui::{Label, RichText, ScrollArea, Ui, vec2};
 use egui_plot::{AxisHints, Line, Plot, PlotPoint, PlotPoints};
 
@@ -7,8 +8,8 @@ use crate::app::plot::axis;
 use crate::app::plot::decimate::{Envelope, Samples};
 use crate::app::plot::palette::Ink;
 use crate::app::plot::units::Scale;
-use crate::format::number::significant_trimmed;
-use crate::record::{RecordSet, Role};
+use sindyscope_values::format::number::significant_trimmed;
+use sindyscope_values::record::{RecordSet, Role};
 
 /// Columns of pixels that a channel is decimated to.
 const COLUMNS: usize = 700;
@@ -50,7 +51,7 @@ impl Preview {
             return Self { summary: "no record".into(), traces: Vec::new(), notices: Vec::new() };
         };
         let samples = Samples { values: &[], start: record.start, interval: record.interval };
-        let trace = |channel: &crate::record::Channel| {
+        let trace = |channel: &sindyscope_values::record::Channel| {
             let samples = Samples { values: &channel.values, ..samples };
             let (start, end) = (record.start, record.start + record.duration());
             let mut points = Vec::new();

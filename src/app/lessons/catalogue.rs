@@ -3,8 +3,8 @@
 use super::{Course, Exercise, Lesson, Start};
 use crate::app::state::{Room, Sample};
 use crate::app::views::View;
-use crate::rig::{EffectValue, ExcitationChoice, RigDrive, RigSettings};
-use crate::study::Scaling;
+use sindyscope_core::study::Scaling;
+use sindyscope_rig::{EffectValue, ExcitationChoice, RigDrive, RigSettings};
 
 /// Segment, in main periods, from which on smoothing flattens the motion.
 const QUARTER: f64 = 0.25;

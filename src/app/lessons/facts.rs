@@ -2,8 +2,8 @@
 
 use crate::app::state::Room;
 use crate::app::views::View;
-use crate::rig::RigSettings;
-use crate::study::{Outcome, Settings};
+use sindyscope_core::study::{Outcome, Settings};
+use sindyscope_rig::RigSettings;
 
 /// A term that was found.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,7 +43,11 @@ impl Found {
                     doubt: doubt(t.std_error, t.coefficient),
                 })
                 .collect(),
-            standing: outcome.records.iter().map(crate::study::RecordOutcome::standing_share).fold(0.0, f64::max),
+            standing: outcome
+                .records
+                .iter()
+                .map(sindyscope_core::study::RecordOutcome::standing_share)
+                .fold(0.0, f64::max),
         }
     }
 

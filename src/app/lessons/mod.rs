@@ -13,10 +13,10 @@ use serde::{Deserialize, Serialize};
 
 use super::state::{Room, Sample};
 use super::views::View;
-use crate::rig::RigSettings;
 pub(crate) use catalogue::LESSONS;
 pub(crate) use facts::{Facts, Found};
 pub(crate) use panel::{Ask, list, show};
+use sindyscope_rig::RigSettings;
 
 /// A lesson.
 pub(crate) struct Lesson {

@@ -7,8 +7,8 @@ use egui::{RichText, ScrollArea, Ui, vec2};
 use super::figures::{self, Figure};
 use super::plots::{self, Frame, Panel, Trace};
 use super::{Act, Missing, RoundStep, Sight, cards, compare, stage_color, stands, words};
-use crate::gap::{Candidate, Stage};
-use crate::record::Usage;
+use sindyscope_search::{Candidate, Stage};
+use sindyscope_values::record::Usage;
 
 pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, before: &Arc<Stage>, acts: &mut Vec<Act>) {
     let candidates = sight.candidates();
@@ -17,7 +17,7 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, before: &
         ui.centered_and_justified(|ui| ui.weak(text));
         return;
     }
-    let by_choice = |choice: &Option<crate::gap::Choice>| {
+    let by_choice = |choice: &Option<sindyscope_search::Choice>| {
         choice.as_ref().and_then(|choice| sight.offered().find(|c| c.choice == *choice))
     };
     let next = next(room, sight);
@@ -25,7 +25,7 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, before: &
     let list = (0.32 * ui.available_height()).max(150.0);
     // The pointer was over a row in the frame before: the rows lie beneath the plot.
     let hovered =
-        ui.data(|d| d.get_temp::<Option<crate::gap::Choice>>(egui::Id::unique("hovered candidate"))).flatten();
+        ui.data(|d| d.get_temp::<Option<sindyscope_search::Choice>>(egui::Id::unique("hovered candidate"))).flatten();
     let shown = by_choice(&hovered).or(chosen);
     let after = shown.and_then(|c| sight.with(&c.choice));
     let aside = shown.map_or_else(String::new, |c| format!("preview: {}", c.title));
@@ -93,7 +93,7 @@ pub(super) fn overlay(
         let (measured, simulated) = trace.of_mass(sight.mass);
         traces.push(Trace { name, color, width, values: Arc::clone(simulated), leads: false });
         let gap = room.plots.made(0, measured, simulated, |m, s| m - s);
-        let size = crate::format::units::format_si(rms(&gap), &sensor.unit, 3);
+        let size = sindyscope_values::format::units::format_si(rms(&gap), &sensor.unit, 3);
         aside = if aside.is_empty() { format!("RMS {size}") } else { format!("{aside} → {size}") };
         gaps.push(Trace { name, color, width: 1.0, values: gap, leads: true });
     }

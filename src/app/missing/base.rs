@@ -10,9 +10,9 @@ use crate::app::bench::Bench;
 use crate::app::state::Edit;
 use crate::app::theme;
 use crate::app::widgets::section;
-use crate::gap::Stage;
-use crate::study::{Lock, Settings};
-use crate::term::{Kind, Layout as Symbols, Symbol, Term, list};
+use sindyscope_core::study::{Lock, Settings};
+use sindyscope_search::Stage;
+use sindyscope_values::term::{Kind, Layout as Symbols, Symbol, Term, list};
 
 /// The base model and the walk.
 pub(super) fn column(ui: &mut Ui, room: &mut Missing, bench: &Bench, edit: &mut Edit) -> Vec<Act> {

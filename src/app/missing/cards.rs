@@ -1,14 +1,14 @@
 //! Candidates as cards, and as rows of a list.
 
-use crate::format::units::raised;
 use egui::{Align, FontId, Layout, Rect, RichText, Sense, Stroke, StrokeKind, Ui, UiBuilder, WidgetInfo, pos2, vec2};
+use sindyscope_values::format::units::raised;
 
 use super::figures::{self, Figure};
 use super::subject::short_title;
 use super::{Act, Missing, Sight, plots, stage_color, stands, words};
 use crate::app::theme;
-use crate::format::number::significant_trimmed;
-use crate::gap::{Candidate, Stage, Standing};
+use sindyscope_search::{Candidate, Stage, Standing};
+use sindyscope_values::format::number::significant_trimmed;
 
 /// Narrowest card, points.
 pub(super) const NARROWEST: f32 = 270.0;
@@ -130,7 +130,7 @@ pub(super) fn card(
     let confused = if candidate.confused_with.is_empty() {
         String::new()
     } else {
-        let named = sight.round().is_some_and(|r| r.finding == crate::gap::Finding::Named);
+        let named = sight.round().is_some_and(|r| r.finding == sindyscope_search::Finding::Named);
         // Where one is named, what looks like it comes to the same motion here and has more to it than is needed.
         let words = if named { "Moves alike here, with more to it" } else { "Cannot be told from" };
         format!("{words}: {}.", candidate.confused_with.join(", "))

@@ -1,6 +1,7 @@
 //! The masses as one would sketch them: springs and dampers to the ground, to the base and between neighbours, each of
 //! them a place where an effect may act and which can be picked.
 
+use crate::app::plot::palette::Painted as _;
 use egui::{
     Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Shape, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2,
 };
@@ -9,8 +10,8 @@ use super::subject::{Subject, site_name};
 use super::words::capitalised;
 use crate::app::plot::palette::{self, Ink};
 use crate::app::theme;
-use crate::gap::Site;
-use crate::term::Symbol;
+use sindyscope_search::Site;
+use sindyscope_values::term::Symbol;
 
 /// Height of a mass, points.
 const MASS: f32 = 34.0;

@@ -1,6 +1,7 @@
 //! Compare: where the simulated response and the measurement part.
 
-use crate::format::units::raised;
+use crate::app::plot::palette::Painted as _;
+use sindyscope_values::format::units::raised;
 use std::sync::Arc;
 
 use egui::{RichText, Ui, vec2};
@@ -10,9 +11,9 @@ use super::plots::{self, Frame, Panel, Trace};
 use super::{Act, Missing, RoundStep, Sight, cards, map, stage_color, stands, words};
 use crate::app::plot::palette::{self, Ink};
 use crate::app::theme;
-use crate::format::number::significant;
-use crate::gap::{Place, Site, Stage, Trace as Response};
-use crate::record::Usage;
+use sindyscope_search::{Place, Site, Stage, Trace as Response};
+use sindyscope_values::format::number::significant;
+use sindyscope_values::record::Usage;
 
 /// Least height of the row of maps, points.
 const MAPS: f32 = 160.0;
@@ -101,9 +102,10 @@ pub(super) fn time(
         unit: sensor.unit.clone(),
         traces: vec![line("measured − simulated", Ink::Error.color(dark), 1.0, gap, true)],
         band: None,
-        level: (noise > 0.0)
-            .then(|| (format!("± noise {}", crate::format::units::format_si(noise, &sensor.unit, 2)), noise)),
-        aside: format!("RMS {}", crate::format::units::format_si(rms, &sensor.unit, 3)),
+        level: (noise > 0.0).then(|| {
+            (format!("± noise {}", sindyscope_values::format::units::format_si(noise, &sensor.unit, 2)), noise)
+        }),
+        aside: format!("RMS {}", sindyscope_values::format::units::format_si(rms, &sensor.unit, 3)),
         empty: "",
         share: 1.0,
     };

@@ -8,9 +8,9 @@ use crate::app::plot::export::csv;
 use crate::app::plot::palette;
 use crate::app::state::Edit;
 use crate::app::views;
-use crate::format::units::Scale;
-use crate::gap::{Choice, Curve, Map, Profile, Stage};
-use crate::report::FigureSize;
+use sindyscope_report::document::FigureSize;
+use sindyscope_search::{Choice, Curve, Map, Profile, Stage};
+use sindyscope_values::format::units::Scale;
 
 /// A figure that is saved alone.
 #[derive(Clone, Debug, PartialEq)]

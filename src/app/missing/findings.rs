@@ -1,16 +1,16 @@
 //! The right column: the gap in one figure, the evidence, the equation with what was added, what these data cannot show.
 
-use crate::format::units::{as_fraction, format_si};
 use egui::{Align, Color32, FontId, Layout as Flow, Rect, RichText, Sense, Ui, WidgetInfo, pos2, vec2};
+use sindyscope_values::format::units::{as_fraction, format_si};
 
 use super::{Sight, stage_color, words};
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{card, section, share_bar};
-use crate::format::equations::{by_share, is_kinematic};
-use crate::format::number::{align_at_point, format_measured, significant_trimmed};
-use crate::gap::{Choice, Stage, Test};
-use crate::rig::hidden::{Truth, title};
-use crate::term::{Expression, Term};
+use sindyscope_rig::hidden::{Truth, title};
+use sindyscope_search::{Choice, Stage, Test};
+use sindyscope_values::format::equations::{by_share, is_kinematic};
+use sindyscope_values::format::number::{align_at_point, format_measured, significant_trimmed};
+use sindyscope_values::term::{Expression, Term};
 
 /// Why the figure may be smaller than that of Identify.
 const NOISE: &str = "Standard deviation of the noise in the samples that are searched; where they were thinned behind a low-pass filter, \

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use super::Missing;
-use crate::gap::Found;
+use sindyscope_search::Found;
 
 /// Walks put aside that can come back.
 const PAST: usize = 4;

@@ -1,11 +1,12 @@
 //! The missing force over displacement and velocity, and along single quantities.
 
+use crate::app::plot::palette::Painted as _;
 use egui::{Align2, Color32, FontId, Mesh, Rect, Response, Sense, Shape, Stroke, Ui, WidgetInfo, pos2, vec2};
 
 use super::plots::{Axes, extent};
 use crate::app::plot::{display, palette};
-use crate::format::number::significant;
-use crate::gap::{Map, Profile};
+use sindyscope_search::{Map, Profile};
+use sindyscope_values::format::number::significant;
 
 /// Scores from which a cell's mean is no chance.
 const SIGNIFICANT: f64 = 3.0;

@@ -24,6 +24,7 @@ mod waterfall;
 mod words;
 mod work;
 
+use crate::app::plot::palette::Painted as _;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -32,11 +33,11 @@ use egui::{Ui, vec2};
 use super::bench::Bench;
 use super::state::Edit;
 use super::worker::Busy;
-use crate::gap::{Blind, Candidate, Choice, Diagnosis, Place, Restored, Round, Site, Stage, Standing, Trace};
-use crate::study::Settings;
-use crate::term::{Kind, Term};
 use figures::Figure;
 use keep::Shelf;
+use sindyscope_core::study::Settings;
+use sindyscope_search::{Blind, Candidate, Choice, Diagnosis, Place, Restored, Round, Site, Stage, Standing, Trace};
+use sindyscope_values::term::{Kind, Term};
 use subject::Subject;
 pub(crate) use walk::RoundStep;
 pub use walk::{Base, Walk};

@@ -5,7 +5,7 @@ use egui::{RichText, ScrollArea, Ui, vec2};
 use super::subject::site_name;
 use super::words::capitalised;
 use super::{Act, Missing, Sight, cards, stands, words};
-use crate::gap::{Candidate, Standing};
+use sindyscope_search::{Candidate, Standing};
 
 /// Space between cards, points.
 const SPACE: f32 = 8.0;

@@ -7,8 +7,8 @@ use super::subject::site_name;
 use super::words::capitalised;
 use super::{Missing, Sight, stage_color, stands};
 use crate::app::widgets::section;
-use crate::gap::{Candidate, Site, Stage, within};
-use crate::term::{Expression, Symbol};
+use sindyscope_search::{Candidate, Site, Stage, within};
+use sindyscope_values::term::{Expression, Symbol};
 
 /// Draws the section; nothing where there is one place alone.
 pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>) {

@@ -1,5 +1,6 @@
 //! Plots of the room: stacks over time on one axis, and small ones drawn by hand on cards.
 
+use crate::app::plot::palette::Painted as _;
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -11,7 +12,7 @@ use crate::app::plot::decimate::{Decimated, Samples};
 use crate::app::plot::palette::Ink;
 use crate::app::plot::units::Scale;
 use crate::app::plot::{axis, display, export, number, palette, pointer};
-use crate::gap::Curve;
+use sindyscope_search::Curve;
 
 /// Room left of every plot for its ticks and label, points.
 const AXIS: f32 = 66.0;

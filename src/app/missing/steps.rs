@@ -4,7 +4,7 @@ use egui::{Align, Color32, Layout, Rect, RichText, Sense, Stroke, Ui, WidgetInfo
 
 use super::{Act, Missing, RoundStep, Sight, base, stands, work};
 use crate::app::theme::{self, ROW};
-use crate::gap::Standing;
+use sindyscope_search::Standing;
 
 /// Height of the steps' row, points.
 const HEIGHT: f32 = 34.0;

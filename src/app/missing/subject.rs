@@ -1,11 +1,11 @@
 //! What the records are of: the masses, what the sensor of each shows, and whether the base moves.
 
 use crate::app::bench::Bench;
-use crate::format::units::per_second;
-use crate::gap::{Candidate, Site};
-use crate::record::Role;
-use crate::study::base_excited;
-use crate::term::{Kind, Layout};
+use sindyscope_core::study::base_excited;
+use sindyscope_search::{Candidate, Site};
+use sindyscope_values::format::units::per_second;
+use sindyscope_values::record::Role;
+use sindyscope_values::term::{Kind, Layout};
 
 /// The masses and their sensors, as the first record has them.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,7 +1,7 @@
 //! Verify: did the gap shrink on data never fitted, and what is left.
 
-use crate::format::units::raised;
-use crate::gap::{Finding, Stage, Verdict, within};
+use sindyscope_search::{Finding, Stage, Verdict, within};
+use sindyscope_values::format::units::raised;
 use std::sync::Arc;
 
 use egui::{RichText, ScrollArea, Ui, vec2};
@@ -11,7 +11,7 @@ use super::plots::{self, Frame, Panel, Trace};
 use super::{Act, Missing, RoundStep, Sight, compare, map, stage_color, waterfall, words};
 use crate::app::theme;
 use crate::app::widgets::card;
-use crate::record::Usage;
+use sindyscope_values::record::Usage;
 
 pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, acts: &mut Vec<Act>) {
     let stages = sight.stages();
@@ -94,7 +94,7 @@ pub(super) fn before_and_after(
     ui: &mut Ui,
     room: &mut Missing,
     sight: &Sight<'_>,
-    (stages, trace): (&[&Arc<Stage>], &crate::gap::Trace),
+    (stages, trace): (&[&Arc<Stage>], &sindyscope_search::Trace),
     height: f32,
     acts: &mut Vec<Act>,
 ) {

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
-use crate::gap::Choice;
-use crate::term::Term;
+use sindyscope_search::Choice;
+use sindyscope_values::term::Term;
 
 /// The model that a walk starts from.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -1,13 +1,14 @@
 //! The gap from stage to stage: base, each effect, and the noise beneath.
 
+use crate::app::plot::palette::Painted as _;
 use std::sync::Arc;
 
 use egui::{Align2, Color32, FontId, Rect, Response, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
 
 use super::stage_color;
 use crate::app::plot::{display, palette};
-use crate::format::number::significant;
-use crate::gap::Stage;
+use sindyscope_search::Stage;
+use sindyscope_values::format::number::significant;
 
 /// Widest bar, points.
 const WIDEST: f32 = 46.0;

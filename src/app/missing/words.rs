@@ -1,12 +1,12 @@
 //! Figures as words, and sentences that stand alone.
 
-use crate::gap::{Finding, Gap, LEVEL, Round, within};
 use egui::text::{LayoutJob, TextFormat};
 use egui::{Color32, FontId, RichText, Ui};
+use sindyscope_search::{Finding, Gap, LEVEL, Round, within};
 
 use crate::app::theme;
-use crate::format::number::{significant, significant_trimmed, superscript};
-use crate::format::units::format_si;
+use sindyscope_values::format::number::{significant, significant_trimmed, superscript};
+use sindyscope_values::format::units::format_si;
 
 /// Probability below which an answer that is no yes is no plain no either.
 const HINT: f64 = 0.01;

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use crate::app::worker::{Busy, Worker};
-use crate::gap::{
+use sindyscope_core::study::Cancel;
+use sindyscope_search::{
     Ask, Blind, Candidate, Choice, Diagnosis, Finding, Found, GapError, Place, Progress, Restored, Round, Search, Stage,
 };
-use crate::record::{RecordSet, Usage};
-use crate::study::Cancel;
-use crate::term::Term;
+use sindyscope_values::record::{RecordSet, Usage};
+use sindyscope_values::term::Term;
 
 /// The records and the base model that everything found belongs to.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,9 +6,9 @@ use super::{Ask, Desk, masses, refusal};
 use crate::app::commands::Command;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{row, section, switch};
-use crate::format::number::significant_trimmed;
-use crate::record::{Record, Usage};
-use crate::term::Kind;
+use sindyscope_values::format::number::significant_trimmed;
+use sindyscope_values::record::{Record, Usage};
+use sindyscope_values::term::Kind;
 
 const USAGES: [(Usage, &str, &str); 3] = [
     (Usage::Fit, "fit", "Fitted and simulated"),

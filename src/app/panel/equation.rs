@@ -10,13 +10,13 @@ use crate::app::commands::Command;
 use crate::app::plot::display;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, section, share_bar};
-use crate::format::equations::{by_share, digits, is_kinematic};
-use crate::format::number::{align_at_point, format_measured, plain, significant, significant_trimmed};
-use crate::format::shown::ShownUnits;
-use crate::format::units::raised;
-use crate::model::{Equation, WeightedTerm};
-use crate::study::{EquationFit, Lock, Settings};
-use crate::term::{Expression, Kind, Layout, Symbol, Term};
+use sindyscope_core::study::{EquationFit, Lock, Settings};
+use sindyscope_values::format::equations::{by_share, digits, is_kinematic};
+use sindyscope_values::format::number::{align_at_point, format_measured, plain, significant, significant_trimmed};
+use sindyscope_values::format::shown::ShownUnits;
+use sindyscope_values::format::units::raised;
+use sindyscope_values::model::{Equation, WeightedTerm};
+use sindyscope_values::term::{Expression, Kind, Layout, Symbol, Term};
 
 /// Seconds in which a changed coefficient's ground fades.
 const FLASH: f64 = 0.7;

@@ -7,9 +7,9 @@ use super::{Ask, Desk};
 use crate::app::plot::display;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{card, section};
-use crate::format::number::{plain, significant};
-use crate::record::Usage;
-use crate::study::{Outcome, Score, Severity, Warning};
+use sindyscope_core::study::{Outcome, Score, Severity, Warning};
+use sindyscope_values::format::number::{plain, significant};
+use sindyscope_values::record::Usage;
 
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     section(ui, "FIT", |_| {}, |_| {});

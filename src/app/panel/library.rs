@@ -5,9 +5,9 @@ use egui::{RichText, Ui, vec2};
 use super::Desk;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, row, section, switch};
-use crate::model::Units;
-use crate::study::Settings;
-use crate::term::{Expression, Family, Function, Layout, Symbol, Term, list, polynomials};
+use sindyscope_core::study::Settings;
+use sindyscope_values::model::Units;
+use sindyscope_values::term::{Expression, Family, Function, Layout, Symbol, Term, list, polynomials};
 
 const FAMILIES: [(Family, &str, &str); 11] = [
     (Family::Constant, "1", "A constant force, or an offset"),
@@ -227,7 +227,7 @@ fn set_polynomials(settings: &mut Settings, layout: &Layout, degree: usize, cros
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::term::Kind;
+    use sindyscope_values::term::Kind;
 
     const ONE: Layout = Layout { kind: Kind::SecondOrder, freedoms: 1, inputs: 1, internals: 0 };
 

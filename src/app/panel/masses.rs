@@ -3,9 +3,9 @@
 use egui::{RichText, Ui, vec2};
 
 use crate::app::theme::ROW;
-use crate::format::units::raised;
-use crate::record::{Channel, Record, Role};
-use crate::term::Kind;
+use sindyscope_values::format::units::raised;
+use sindyscope_values::record::{Channel, Record, Role};
+use sindyscope_values::term::Kind;
 
 /// A row for each mass: its number and what is measured of it.
 pub(super) fn show(ui: &mut Ui, record: &Record) {

@@ -20,9 +20,9 @@ use super::errand::Refused;
 use super::questions::Bought;
 use super::state::{Edit, Room};
 use super::worker::Busy;
-use crate::record::prepare::Preparation;
-use crate::study::{Calibration, Remedy, Settings};
-use crate::term::{Kind, Term};
+use sindyscope_core::prepare::Preparation;
+use sindyscope_core::study::{Calibration, Remedy, Settings};
+use sindyscope_values::term::{Kind, Term};
 
 /// What a panel asks the window to do, beside changing the settings.
 #[derive(Clone, Debug, PartialEq)]

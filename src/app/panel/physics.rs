@@ -6,10 +6,10 @@ use super::Desk;
 use crate::app::questions::{adds, tie};
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, row, section, switch};
-use crate::format::number::{align_at_point, format_measured};
-use crate::record::Record;
-use crate::study::{Known, Lock, Outcome, Pair, Settings, force_over_mass, known_list};
-use crate::term::{Expression, Kind, Layout, Symbol, Term};
+use sindyscope_core::study::{Known, Lock, Outcome, Pair, Settings, force_over_mass, known_list};
+use sindyscope_values::format::number::{align_at_point, format_measured};
+use sindyscope_values::record::Record;
+use sindyscope_values::term::{Expression, Kind, Layout, Symbol, Term};
 
 /// Whether a restoring force is known to be as large one way as the other.
 #[derive(Clone, Copy, PartialEq)]
@@ -222,7 +222,7 @@ pub(super) fn found(ui: &mut Ui, outcome: &Outcome) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::Sign;
+    use sindyscope_core::study::Sign;
 
     #[test]
     fn what_a_button_says_is_what_a_command_says() {

@@ -5,9 +5,9 @@ use egui::{DragValue, Id, Label, RichText, Ui, WidgetInfo};
 use super::{Ask, Desk};
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, section};
-use crate::record::prepare::{MOST_DECIMATED, MOST_PARTS, Preparation, SPIKE, Treatment};
-use crate::record::{Channel, Role, Usage};
-use crate::study::Calibration;
+use sindyscope_core::prepare::{MOST_DECIMATED, MOST_PARTS, Preparation, SPIKE, Treatment};
+use sindyscope_core::study::Calibration;
+use sindyscope_values::record::{Channel, Role, Usage};
 
 /// The share that the button holds out.
 const SHARE: f64 = 0.3;

@@ -6,7 +6,7 @@ use super::Desk;
 use crate::app::questions::{Bought, replies};
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::card;
-use crate::format::units::format_si;
+use sindyscope_values::format::units::format_si;
 
 /// Share of the error that an answer must save to be worth a question.
 const WORTH: f64 = 0.05;

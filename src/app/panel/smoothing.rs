@@ -6,8 +6,8 @@ use super::{Ask, Desk};
 use crate::app::commands::Command;
 use crate::app::theme::ROW;
 use crate::app::widgets::{Setting, Spread, row, section};
-use crate::format::number::significant_trimmed;
-use crate::study::{Differentiation, Formulation, NARROWEST};
+use sindyscope_core::study::{Differentiation, Formulation, NARROWEST};
+use sindyscope_values::format::number::significant_trimmed;
 
 const METHODS: [(Differentiation, &str, &str); 7] = [
     (

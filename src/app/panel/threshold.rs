@@ -5,9 +5,9 @@ use egui::{RichText, Ui};
 use super::Desk;
 use super::equation::symbol;
 use crate::app::widgets::{Mark, Setting, Spread, row, section, switch};
-use crate::format::number::significant_trimmed;
-use crate::study::{Kinematics, Regressor, Scaling};
-use crate::term::Kind;
+use sindyscope_core::study::{Kinematics, Regressor, Scaling};
+use sindyscope_values::format::number::significant_trimmed;
+use sindyscope_values::term::Kind;
 
 /// The threshold's slider; a coefficient on its own scale is rarely outside.
 const SCALED: std::ops::RangeInclusive<f64> = 1e-4..=1.0;

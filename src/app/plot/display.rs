@@ -9,7 +9,7 @@ use std::hash::Hash;
 use egui::{Context, CursorIcon, Id, Popup, Rect, Response, Sense, Ui, WidgetInfo};
 
 use super::units::Scale;
-use crate::format::shown::ShownUnits;
+use sindyscope_values::format::shown::ShownUnits;
 
 fn id() -> Id {
     Id::unique("shown units")

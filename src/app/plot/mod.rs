@@ -9,4 +9,4 @@ pub(crate) mod pointer;
 pub mod raster;
 pub mod vector;
 
-pub use crate::format::{number, units};
+pub use sindyscope_values::format::{number, units};

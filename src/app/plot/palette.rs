@@ -3,22 +3,29 @@
 use egui::{Color32, Stroke};
 use egui_plot::{LineStyle, Span};
 
-use crate::format::palette;
-pub use crate::format::palette::Ink;
+use sindyscope_report::palette;
+pub use sindyscope_report::palette::Ink;
 
-impl Ink {
+/// An ink as egui draws it.
+pub trait Painted {
     /// The colour on the dark or the light theme's plot ground.
-    pub fn color(self, dark: bool) -> Color32 {
+    fn color(self, dark: bool) -> Color32;
+    /// Solid or dashed.
+    fn style(self) -> LineStyle;
+    /// Colour and width.
+    fn stroke(self, dark: bool) -> Stroke;
+}
+
+impl Painted for Ink {
+    fn color(self, dark: bool) -> Color32 {
         rgb(self.rgb(dark))
     }
 
-    /// Solid or dashed.
-    pub fn style(self) -> LineStyle {
+    fn style(self) -> LineStyle {
         self.dash().map_or(LineStyle::Solid, |length| LineStyle::Dashed { length })
     }
 
-    /// Colour and width.
-    pub fn stroke(self, dark: bool) -> Stroke {
+    fn stroke(self, dark: bool) -> Stroke {
         Stroke::new(self.width(), self.color(dark))
     }
 }

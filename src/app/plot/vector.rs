@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use egui::epaint::{ClippedShape, ColorMode, PathShape, TextShape};
 use egui::{Color32, FontFamily, Mesh, Pos2, Rect, Shape, Stroke, Vec2};
 
-use crate::report::escape;
+use sindyscope_report::document::escape;
 
 /// Width of the line that covers the seam between neighbouring areas of one colour, points.
 const SEAM: f32 = 0.3;
@@ -214,7 +214,7 @@ fn areas(out: &mut String, mesh: &Mesh) {
 mod tests {
     use super::*;
     use crate::app::plot::export::{Sheet, shapes};
-    use crate::report::FigureFormat;
+    use sindyscope_report::document::FigureFormat;
 
     #[test]
     fn a_plot_becomes_lines_and_words() {

@@ -5,7 +5,7 @@ use egui::{Align, CursorIcon, Key, Layout, Rect, RichText, Sense, Ui, WidgetInfo
 use super::ReportRoom;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{icon, row, section};
-use crate::report::{Arrangement, Item, Section};
+use sindyscope_report::document::{Arrangement, Item, Section};
 
 /// Width of the handle in front of an entry, points.
 const HANDLE: f32 = 18.0;

@@ -7,10 +7,10 @@ use super::{Content, title};
 use crate::app::errand::{self, Delivery, Errand, Opening, Problem};
 use crate::app::missing::Base;
 use crate::app::state::{Edit, Source};
-use crate::gap::{self, Diagnosis, Found, GapError, Search};
-use crate::record::{RecordSet, Usage};
-use crate::study::{Cancel, Outcome, Study};
-use crate::term::Kind;
+use sindyscope_core::study::{Cancel, Outcome, Study};
+use sindyscope_search::{Ask, Diagnosis, Found, GapError, Search};
+use sindyscope_values::record::{RecordSet, Usage};
+use sindyscope_values::term::Kind;
 
 /// Opens a project as the window does, and makes everything that its report holds.
 ///
@@ -59,7 +59,7 @@ fn diagnosed(
         Base::Linear | Base::Identified => None,
     };
     let found = found.filter(|found| found.is_of(&Found::records_of(records), base.as_deref()));
-    let search = Search::new(records, &gap::Ask { base, ..gap::Ask::default() })?;
+    let search = Search::new(records, &Ask { base, ..Ask::default() })?;
     if let Some(found) = found
         && let Some(mut restored) = search.restore(found, cancel)?
         && let Some(diagnosis) = restored.conclusions.remove(&walk.accepted)

@@ -1,7 +1,7 @@
 //! The room "Report": what a person takes along. On the left the sections, chosen, ordered and with texts between them; in the centre
 //! the pages as they will be saved.
 //!
-//! What is arranged is part of what undo takes back and of the project ([`crate::report::Arrangement`]); here is only how it is shown.
+//! What is arranged is part of what undo takes back and of the project ([`sindyscope_report::document::Arrangement`]); here is only how it is shown.
 
 mod contents;
 pub(crate) mod headless;
@@ -13,11 +13,11 @@ use std::sync::Arc;
 use super::bench::Bench;
 use super::state::Edit;
 use super::worker::{Busy, Worker};
-use crate::format::shell::quoted;
-use crate::gap::Diagnosis;
-use crate::record::{RecordSet, Usage};
-use crate::report::{Arrangement, Pixels, Report, Section, pixels};
-use crate::study::Outcome;
+use crate::command::shell::quoted;
+use sindyscope_core::study::Outcome;
+use sindyscope_report::document::{Arrangement, Pixels, Report, Section, pixels};
+use sindyscope_search::Diagnosis;
+use sindyscope_values::record::{RecordSet, Usage};
 
 /// What the room asks the window to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

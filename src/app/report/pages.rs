@@ -8,7 +8,7 @@ use egui::{
 use super::{Act, ReportRoom, Saved};
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::switch;
-use crate::report::{Arrangement, Paper, Pixels};
+use sindyscope_report::document::{Arrangement, Paper, Pixels};
 
 /// Pixels that a page is wide at first.
 pub(super) const USUAL: u32 = 768;

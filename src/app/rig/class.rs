@@ -9,12 +9,12 @@ use crate::app::dialogs::Purpose;
 use crate::app::theme;
 use crate::app::widgets::{Setting, Spread, card, row, section};
 use crate::app::worker::{Busy, Worker};
-use crate::format::number::significant_trimmed;
-use crate::format::units::raised;
-use crate::gap::{Ask, Progress, Search, Verdict};
-use crate::record::{RecordSet, Usage};
-use crate::rig::hidden::{Hidden, Request, Shaking, Watching, draw, names, possible, title};
-use crate::study::Cancel;
+use sindyscope_core::study::Cancel;
+use sindyscope_rig::hidden::{Hidden, Request, Shaking, Watching, draw, names, possible, title};
+use sindyscope_search::{Ask, Progress, Search, Verdict};
+use sindyscope_values::format::number::significant_trimmed;
+use sindyscope_values::format::units::raised;
+use sindyscope_values::record::{RecordSet, Usage};
 
 /// Ways to shake, with what a teacher calls them.
 const SHAKINGS: [(Shaking, &str); 5] = [

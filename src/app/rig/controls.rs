@@ -5,10 +5,10 @@ use egui::{RichText, Ui};
 use super::{Page, RigRoom, RigState, class};
 use crate::app::theme;
 use crate::app::widgets::{Setting, Spread, row, section, switch};
-use crate::format::number::significant_trimmed;
-use crate::format::units::raised;
-use crate::rig::hidden::{names, title};
-use crate::rig::{EffectValue, ExcitationChoice, PlantChoice, RigDrive, RigSettings};
+use sindyscope_rig::hidden::{names, title};
+use sindyscope_rig::{EffectValue, ExcitationChoice, PlantChoice, RigDrive, RigSettings};
+use sindyscope_values::format::number::significant_trimmed;
+use sindyscope_values::format::units::raised;
 
 /// How far a parameter may be moved from what was suggested.
 const SPAN: f64 = 30.0;

@@ -1,5 +1,6 @@
 //! The rig as one would sketch it: base, springs, dampers, masses and what rubs, moving with the simulated motion.
 
+use crate::app::plot::palette::Painted as _;
 use std::f32::consts::PI;
 
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Ui, pos2, vec2};
@@ -7,9 +8,9 @@ use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, StrokeKi
 use super::Made;
 use crate::app::plot::palette::{self, Ink};
 use crate::app::theme;
-use crate::format::units::format_si;
-use crate::rig::hidden::title;
-use crate::rig::{PlantChoice, RigDrive};
+use sindyscope_rig::hidden::title;
+use sindyscope_rig::{PlantChoice, RigDrive};
+use sindyscope_values::format::units::format_si;
 
 /// Height of the drawing, points.
 pub(super) const HEIGHT: f32 = 158.0;

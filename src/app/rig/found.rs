@@ -6,13 +6,13 @@ use super::{Act, Made, Page, RigRoom, RigState, class};
 use crate::app::dialogs::Purpose;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{card, chip, section};
-use crate::format::number::{format_measured, significant_trimmed};
-use crate::format::units::format_si;
-use crate::model::WeightedTerm;
-use crate::rig::hidden::title;
-use crate::rig::{PlantChoice, RigRun};
-use crate::study::Outcome;
-use crate::term::{Expression, Symbol, Term};
+use sindyscope_core::study::Outcome;
+use sindyscope_rig::hidden::title;
+use sindyscope_rig::{PlantChoice, RigRun};
+use sindyscope_values::format::number::{format_measured, significant_trimmed};
+use sindyscope_values::format::units::format_si;
+use sindyscope_values::model::WeightedTerm;
+use sindyscope_values::term::{Expression, Symbol, Term};
 
 /// A coefficient is right within so many standard errors, or within this share of it.
 const ERRORS: f64 = 3.0;

@@ -21,12 +21,12 @@ use super::dialogs::Purpose;
 use super::history::History;
 use super::missing::plots;
 use super::worker::{Busy, Worker};
-use crate::rig::{RigRun, RigSettings};
-use crate::study::Outcome;
 use class::ClassWork;
 pub(crate) use class::records as round;
 pub use class::{ClassCase, ClassState};
 use player::Player;
+use sindyscope_core::study::Outcome;
+use sindyscope_rig::{RigRun, RigSettings};
 pub(crate) use work::records;
 use work::{Answer, Question};
 

@@ -1,5 +1,6 @@
 //! The centre of the room: its pages, and on the first the drawing over the record.
 
+use crate::app::plot::palette::Painted as _;
 use std::sync::Arc;
 
 use egui::{Align, Layout, RichText, Stroke, Ui, vec2};
@@ -50,7 +51,10 @@ impl RigRoom {
         if let Some(failure) = &self.failure {
             card(ui, colors.wrong, |ui| {
                 ui.add(
-                    egui::Label::new(RichText::new(crate::format::units::raised(failure)).color(colors.wrong)).wrap(),
+                    egui::Label::new(
+                        RichText::new(sindyscope_values::format::units::raised(failure)).color(colors.wrong),
+                    )
+                    .wrap(),
                 );
             });
         }

@@ -4,7 +4,7 @@ use egui::{Slider, Ui};
 use serde::{Deserialize, Serialize};
 
 use crate::app::widgets::icon;
-use crate::format::number::significant_trimmed;
+use sindyscope_values::format::number::significant_trimmed;
 
 /// How long a period of the motion takes on the screen at the pace offered, s.
 const COMFORTABLE: f64 = 1.4;

@@ -8,8 +8,9 @@ use serde_json::json;
 use super::class::ClassCase;
 use super::{Made, work};
 use crate::app::worker::Worker;
-use crate::record::{Record, write_csv};
-use crate::rig::hidden::draw;
+use sindyscope_files::write_csv;
+use sindyscope_rig::hidden::draw;
+use sindyscope_values::record::Record;
 
 /// What is to be written, and where.
 pub(super) enum Job {

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use crate::app::worker::Worker;
-use crate::record::{RecordSet, Usage};
-use crate::rig::{RigRun, RigSettings, record_rig};
-use crate::study::{Cancel, Outcome, Study, StudyError, suggest};
-use crate::term::Kind;
+use sindyscope_core::study::{Cancel, Outcome, Study, StudyError, suggest};
+use sindyscope_rig::{RigRun, RigSettings, record_rig};
+use sindyscope_values::record::{RecordSet, Usage};
+use sindyscope_values::term::Kind;
 
 pub(super) struct Question {
     pub(super) ticket: u64,

@@ -9,8 +9,8 @@ use super::kept::Kept;
 use super::{Picture, View};
 use crate::app::plot::decimate::{Decimated, Samples};
 use crate::app::plot::palette::Ink;
-use crate::signal::spectrum::{Peak, Spectrum};
-use crate::study::Outcome;
+use sindyscope_core::signal::spectrum::{Peak, Spectrum};
+use sindyscope_core::study::Outcome;
 
 /// A curve of a plot: the plot's name and what is drawn.
 pub(super) type CurveKey = (&'static str, Ink);

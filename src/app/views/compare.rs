@@ -1,5 +1,6 @@
 //! Pinned settings beside each other: responses, errors, terms and figures.
 
+use crate::app::plot::palette::Painted as _;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
@@ -12,8 +13,8 @@ use super::{Picture, Request, View, ViewState, legend};
 use crate::app::plot::palette::{self, Ink};
 use crate::app::plot::units;
 use crate::app::plot::{axis, decimate, display, number};
-use crate::study::{Outcome, RecordOutcome, Score};
-use crate::term::{Symbol, Term};
+use sindyscope_core::study::{Outcome, RecordOutcome, Score};
+use sindyscope_values::term::{Symbol, Term};
 
 /// Most outcomes that are kept: letters and colours to tell them apart.
 const MOST: usize = 6;

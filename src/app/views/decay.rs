@@ -8,8 +8,8 @@ use super::figure::{Axis, Figure, Graph, Shape, lead, points};
 use super::legend::{self, Entry};
 use super::scene::Scene;
 use crate::app::plot::palette::Ink;
-use crate::diagram::{Decay, NoDecay};
-use crate::term::Symbol;
+use sindyscope_report::diagram::{Decay, NoDecay};
+use sindyscope_values::term::Symbol;
 
 pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Option<Request> {
     let (index, freedom) = (scene.index, scene.freedom);

@@ -4,8 +4,8 @@ use egui_plot::PlotPoint;
 
 use crate::app::plot::palette::Ink;
 use crate::app::plot::units::Scale;
-use crate::diagram::Cells;
-use crate::format::shown::ShownUnits;
+use sindyscope_report::diagram::Cells;
+use sindyscope_values::format::shown::ShownUnits;
 
 /// What a view shows.
 #[derive(Clone, Debug)]

@@ -11,9 +11,9 @@ use super::legend::{self, Entry};
 use super::scene::Scene;
 use crate::app::plot::palette::Ink;
 use crate::app::plot::units::{format_si, per_second};
-use crate::diagram::{Across, Cells, Element, FrictionForce, RestoringForce, Samples, Slice};
-use crate::record::Role;
-use crate::study::{Outcome, base_excited};
+use sindyscope_core::study::{Outcome, base_excited};
+use sindyscope_report::diagram::{Across, Cells, Element, FrictionForce, RestoringForce, Samples, Slice};
+use sindyscope_values::record::Role;
 
 const FORCE: &str = "force / mass";
 

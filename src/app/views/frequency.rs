@@ -10,9 +10,9 @@ use super::legend::{self, Entry};
 use super::scene::Scene;
 use crate::app::plot::palette::Ink;
 use crate::app::plot::units::format_si;
-use crate::diagram::{FrequencyResponse, NoResponse};
-use crate::record::Role;
-use crate::term::Symbol;
+use sindyscope_report::diagram::{FrequencyResponse, NoResponse};
+use sindyscope_values::record::Role;
+use sindyscope_values::term::Symbol;
 
 /// Segments averaged, to choose from.
 pub(super) const AVERAGES: [usize; 5] = [2, 4, 8, 16, 32];
@@ -99,7 +99,7 @@ fn figure(response: &FrequencyResponse, names: &(String, String), unit: &str, lo
         runs(both.map(|(f, v)| (*f, PlotPoint::new(place(*f), map(*v)))), response.step * step as f64)
     };
     let level = |v: f64| v.max(f64::MIN_POSITIVE).log10();
-    let tones = |which: &dyn Fn(&crate::diagram::Tone) -> Option<f64>| -> Vec<PlotPoint> {
+    let tones = |which: &dyn Fn(&sindyscope_report::diagram::Tone) -> Option<f64>| -> Vec<PlotPoint> {
         response.tones.iter().filter_map(|t| Some(PlotPoint::new(place(t.frequency), which(t)?))).collect()
     };
     let broad = !response.frequency.is_empty();
@@ -144,7 +144,7 @@ fn figure(response: &FrequencyResponse, names: &(String, String), unit: &str, lo
     let frequencies: Vec<f64> =
         response.frequency.iter().copied().chain(response.tones.iter().map(|t| t.frequency)).collect();
     let with_tones = |values: &[f64], k: usize, simulated: bool| -> Vec<f64> {
-        let of = |t: &crate::diagram::Tone| {
+        let of = |t: &sindyscope_report::diagram::Tone| {
             if simulated { t.simulated.map_or(f64::NAN, |s| s[k]) } else { t.measured[k] }
         };
         let missing = response.frequency.len().saturating_sub(values.len());

@@ -1,5 +1,6 @@
 //! The error on what was not fitted over the number of terms.
 
+use crate::app::plot::palette::Painted as _;
 use egui::{Id, Stroke, Ui, WidgetInfo};
 use egui_plot::{GridInput, GridMark, Line, Plot, PlotPoints, Points};
 
@@ -8,8 +9,8 @@ use super::panel::{self, AXIS_WIDTH};
 use super::scene::Scene;
 use super::{Picture, Request, View, ViewState, legend};
 use crate::app::plot::{axis, palette};
-use crate::format::palette::Ink;
-use crate::study::{Cell, GridPoint, Landscape};
+use sindyscope_core::study::{Cell, GridPoint, Landscape};
+use sindyscope_report::palette::Ink;
 
 const ID: &str = "front";
 

@@ -5,9 +5,9 @@ use egui::{Align, Layout, Ui};
 use super::scene::Scene;
 use super::{Picture, Request, View, ViewState, forces, frequency, map};
 use crate::app::plot::{number, units};
-use crate::diagram::{Across, Source};
-use crate::record::Usage;
-use crate::term::Symbol;
+use sindyscope_report::diagram::{Across, Source};
+use sindyscope_values::record::Usage;
+use sindyscope_values::term::Symbol;
 
 const HEIGHT: f32 = 24.0;
 

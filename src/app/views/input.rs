@@ -7,8 +7,8 @@ use super::scene::Scene;
 use super::{Request, View, ViewState, legend};
 use crate::app::plot::palette::Ink;
 use crate::app::plot::units::per_second;
-use crate::record::Role;
-use crate::term::Symbol;
+use sindyscope_values::record::Role;
+use sindyscope_values::term::Symbol;
 
 pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Option<Request> {
     if scene.layout.inputs == 0 {

@@ -9,7 +9,7 @@ use egui::Ui;
 use super::figure::{Figure, Graph};
 use super::scene::Scene;
 use super::{View, legend};
-use crate::study::Outcome;
+use sindyscope_core::study::Outcome;
 
 /// Figures of so many samples are computed at once: that costs less than a frame.
 const AT_ONCE: usize = 1 << 13;

@@ -1,5 +1,6 @@
 //! Legends: a line above each plot, so that they never cover data. A click switches a curve, Alt-click shows it alone.
 
+use crate::app::plot::palette::Painted as _;
 use std::collections::BTreeSet;
 
 use egui::{Align2, Role, Sense, Stroke, TextStyle, Ui, Vec2, WidgetInfo, pos2, vec2};

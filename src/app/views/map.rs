@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::scene::Scene;
 use super::{Picture, Request, ViewState, legend, panel};
 use crate::app::plot::{export, number, palette, pointer};
-use crate::study::{Cell, GridPoint, Judge, Landscape};
+use sindyscope_core::study::{Cell, GridPoint, Judge, Landscape};
 
 /// What the map is coloured by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -34,12 +34,12 @@ use serde::{Deserialize, Serialize};
 use super::plot::export::{self, Sheet};
 use super::plot::palette::{self, Ink};
 use super::plot::vector;
-use crate::diagram::{Across, Source};
-use crate::format::shown::ShownUnits;
-use crate::report::{FigureKind, FigureSize};
-use crate::study::{Landscape, Outcome};
 use cache::Cache;
 use scene::Scene;
+use sindyscope_core::study::{Landscape, Outcome};
+use sindyscope_report::diagram::{Across, Source};
+use sindyscope_report::document::{FigureKind, FigureSize};
+use sindyscope_values::format::shown::ShownUnits;
 
 /// One way of looking at an outcome.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]

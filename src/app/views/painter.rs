@@ -1,5 +1,6 @@
 //! Draws figures: rows of graphs with their axes, legends, values at the pointer and menus.
 
+use crate::app::plot::palette::Painted as _;
 use egui::{Align, Align2, FontId, Id, Layout, Mesh, Rect, Stroke, Ui, pos2, vec2};
 use egui_plot::{Bar, BarChart, FilledArea, HLine, Line, Plot, PlotPoints, Points};
 
@@ -11,7 +12,7 @@ use super::{Request, View, ViewState};
 use crate::app::plot::palette::{self, Ink};
 use crate::app::plot::units::Scale;
 use crate::app::plot::{axis, display, export, number, pointer};
-use crate::diagram::Cells;
+use sindyscope_report::diagram::Cells;
 
 /// Room for a map's colours and their values, points.
 const BAR: f32 = 64.0;

@@ -1,5 +1,6 @@
 //! Plots over time, one above the other on one time axis.
 
+use crate::app::plot::palette::Painted as _;
 use std::collections::BTreeSet;
 use std::fmt::Debug;
 use std::hash::Hash;
@@ -17,8 +18,8 @@ use crate::app::plot::decimate::Samples;
 use crate::app::plot::palette::{self, Ink};
 use crate::app::plot::units::Scale;
 use crate::app::plot::{axis, display, export, number, pointer};
-use crate::format::shown::ShownUnits;
-use crate::record::Usage;
+use sindyscope_values::format::shown::ShownUnits;
+use sindyscope_values::record::Usage;
 
 /// Room left of every plot for its ticks and label, so that plots above each other are aligned, points.
 pub(super) const AXIS_WIDTH: f32 = 72.0;

@@ -7,7 +7,7 @@ use super::panel::{self, AXIS_WIDTH};
 use super::scene::Scene;
 use super::{Request, View, ViewState, legend};
 use crate::app::plot::{axis, export, number, palette, pointer};
-use crate::study::{EquationFit, PathTerm, Scaling};
+use sindyscope_core::study::{EquationFit, PathTerm, Scaling};
 
 const ID: &str = "path";
 

@@ -10,7 +10,7 @@ use super::{Request, View, ViewState};
 use crate::app::plot::palette::{self, Ink};
 use crate::app::plot::units::Scale;
 use crate::app::plot::{axis, decimate, display, export, pointer};
-use crate::term::Symbol;
+use sindyscope_values::term::Symbol;
 
 const ID: &str = "phase";
 
@@ -36,7 +36,7 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, state: &mut ViewState) -> Opt
         (scene.layout.name(Symbol::State(across)), symbol, unit)
     } else {
         let name = |i| scene.layout.name(Symbol::State(i));
-        (name(across), name(up), scene.unit_of(crate::record::Role::Displacement(up)))
+        (name(across), name(up), scene.unit_of(sindyscope_values::record::Role::Displacement(up)))
     };
     let names =
         [Entry { ink: Ink::Measured, name: "measured, smoothed" }, Entry { ink: Ink::Identified, name: "identified" }];

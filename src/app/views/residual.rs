@@ -10,8 +10,8 @@ use super::scene::Scene;
 use crate::app::plot::number::{plain, significant};
 use crate::app::plot::palette::Ink;
 use crate::app::plot::units::{format_si, per_second};
-use crate::diagram::{Correlation, Histogram, Partner, Residual, Source};
-use crate::term::Layout;
+use sindyscope_report::diagram::{Correlation, Histogram, Partner, Residual, Source};
+use sindyscope_values::term::Layout;
 
 /// Share of lags outside a band from which a correlation is marked: chance leaves 0.05, seldom twice that.
 const SUSPECT: f64 = 0.15;

@@ -10,7 +10,7 @@ use super::scene::Scene;
 use super::{Request, View, ViewState};
 use crate::app::plot::palette::Ink;
 use crate::app::plot::units;
-use crate::study::RecordOutcome;
+use sindyscope_core::study::RecordOutcome;
 
 /// A stretch is worth marking if its error exceeds the noise that stands in every comparison by this factor.
 const ABOVE_NOISE: f64 = 1.25;

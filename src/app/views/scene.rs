@@ -1,14 +1,15 @@
 //! One record of an outcome as the views see it: symbols, units, series.
 
+use crate::app::plot::palette::Painted as _;
 use std::sync::Arc;
 
 use super::{Picture, ViewState};
 use crate::app::plot::decimate::Samples;
 use crate::app::plot::palette::Ink;
 use crate::app::plot::units::{Scale, per_second};
-use crate::record::Role;
-use crate::study::{Outcome, RecordOutcome};
-use crate::term::{Kind, Layout, Symbol};
+use sindyscope_core::study::{Outcome, RecordOutcome};
+use sindyscope_values::record::Role;
+use sindyscope_values::term::{Kind, Layout, Symbol};
 
 /// Share of its strength that what is shown loses while a newer outcome is being computed.
 const STALE_FADE: f32 = 0.45;
@@ -102,11 +103,11 @@ impl<'a> Scene<'a> {
         simulated(self.record, state)
     }
 
-    pub(super) fn channel(&self) -> Option<&'a crate::study::Channel> {
+    pub(super) fn channel(&self) -> Option<&'a sindyscope_core::study::Channel> {
         self.record.channels.get(self.freedom)
     }
 
-    pub(super) fn channel_before(&self) -> Option<&'a crate::study::Channel> {
+    pub(super) fn channel_before(&self) -> Option<&'a sindyscope_core::study::Channel> {
         self.before.and_then(|r| r.channels.get(self.freedom))
     }
 

@@ -1,5 +1,6 @@
 //! Amplitude spectra of measurement, model and error.
 
+use crate::app::plot::palette::Painted as _;
 use std::sync::{Arc, OnceLock};
 
 use egui::{Align, Align2, Id, Layout, Stroke, Ui, pos2, vec2};
@@ -13,7 +14,7 @@ use super::{Request, View, ViewState};
 use crate::app::plot::palette::{self, Ink};
 use crate::app::plot::units::Scale;
 use crate::app::plot::{axis, decimate, export, pointer, units};
-use crate::signal::spectrum::Spectrum;
+use sindyscope_core::signal::spectrum::Spectrum;
 
 const ID: &str = "spectrum";
 

@@ -9,11 +9,11 @@ use rand_distr::{Distribution as _, Normal};
 
 use super::*;
 use crate::app::plot::raster::Rasterizer;
-use crate::model::{Equation, Model};
-use crate::record::{Channel as RecordChannel, Record, Role, Usage};
-use crate::signal::Signals;
-use crate::study::{Channel, Elapsed, RecordOutcome, Score, Settings};
-use crate::term::{Kind, Layout, Symbol};
+use sindyscope_core::signal::Signals;
+use sindyscope_core::study::{Channel, Elapsed, RecordOutcome, Score, Settings};
+use sindyscope_values::model::{Equation, Model};
+use sindyscope_values::record::{Channel as RecordChannel, Record, Role, Usage};
+use sindyscope_values::term::{Kind, Layout, Symbol};
 
 /// What an outcome of these tests is like.
 #[derive(Clone, Copy)]
@@ -62,7 +62,7 @@ fn outcome_of(cases: &[Case]) -> Arc<Outcome> {
         model: Model { layout, equations: vec![Equation { terms: Vec::new() }; layout.states()], static_ratio: 1.0 },
         refinement: None,
         fits: Vec::new(),
-        covariance: crate::study::Covariance::default(),
+        covariance: sindyscope_core::study::Covariance::default(),
         train: records[0].channels[0].score,
         test: None,
         records,

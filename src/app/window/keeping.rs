@@ -10,9 +10,9 @@ use crate::app::AppError;
 use crate::app::project::{Project, Shown};
 use crate::app::session::{self, Keeper};
 use crate::app::state::{Pin, State};
-use crate::record::prepare::prepare_leniently;
-use crate::record::{Record, Usage};
-use crate::study::Outcome;
+use sindyscope_core::prepare::prepare_leniently;
+use sindyscope_core::study::Outcome;
+use sindyscope_values::record::{Record, Usage};
 
 impl App {
     /// The window as the session's file says it was left, or with files in it; all that a person decides is written there

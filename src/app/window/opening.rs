@@ -12,11 +12,12 @@ use crate::app::history::History;
 use crate::app::panel::Typing;
 use crate::app::project;
 use crate::app::state::{Edit, Pin, Room, Sample, Source, absolute};
-use crate::format::number::format_measured;
-use crate::record::prepare::{Preparation, Treatment, bridged};
-use crate::record::{ReadOptions, RecordSet, Usage};
-use crate::study::Calibrated;
-use crate::term::Kind;
+use sindyscope_core::prepare::{Preparation, Treatment, bridged};
+use sindyscope_core::study::Calibrated;
+use sindyscope_files::ReadOptions;
+use sindyscope_values::format::number::format_measured;
+use sindyscope_values::record::{RecordSet, Usage};
+use sindyscope_values::term::Kind;
 
 impl App {
     /// Opens files: measurements, or a project. What was left with the same files the last time comes back.

@@ -9,7 +9,7 @@ use crate::app::lessons::{self, Ask, Facts, Found, Position, Start};
 use crate::app::panel;
 use crate::app::rig::{Act, Page};
 use crate::app::state::{Room, Source};
-use crate::record::Usage;
+use sindyscope_values::record::Usage;
 
 impl App {
     pub(super) fn collect_rig(&mut self) {

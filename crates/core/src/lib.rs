@@ -1,0 +1,10 @@
+//! Signals, sparse regression, simulation and refinement of equations of motion.
+
+pub mod dataset;
+pub mod prepare;
+pub mod refine;
+pub mod sampling;
+pub mod signal;
+pub mod simulate;
+pub mod sparse;
+pub mod study;

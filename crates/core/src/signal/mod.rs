@@ -1,0 +1,203 @@
+//! Smoothing, differentiation, spectra and noise of sampled signals.
+
+mod difference;
+mod facts;
+mod kalman;
+mod noise;
+mod savgol;
+mod smoother;
+mod smoothing;
+mod spectral;
+pub mod spectrum;
+mod spline;
+mod standing;
+mod sums;
+
+pub use difference::central;
+pub use facts::Facts;
+pub use noise::standard_deviation;
+pub use savgol::SavitzkyGolay;
+pub use smoother::Smoother;
+pub use smoothing::{Differentiation, Smoothing};
+pub use spectrum::{Peak, Spectrum, main_period, motion_period};
+pub use standing::{rests, standstills};
+pub use sums::{dot, mean_and_variance, rms};
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use sindyscope_values::record::{Record, Role};
+use sindyscope_values::term::{Kind, Layout, SampleBlock};
+
+/// A record smoothed and differentiated: what the library's columns are computed from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Signals {
+    /// Time of the first sample, s.
+    pub start: f64,
+    /// Sampling interval, s.
+    pub interval: f64,
+    /// State vector, one series a state: displacements, then velocities.
+    pub states: Vec<Vec<f64>>,
+    /// Time derivative of each state of `states`.
+    pub rates: Vec<Vec<f64>>,
+    /// Inputs.
+    pub inputs: Vec<Vec<f64>>,
+    /// First derivative of each input.
+    pub input_rates: Vec<Vec<f64>>,
+    /// Main period of the first displacement, s, if it oscillates.
+    pub main_period: Option<f64>,
+    /// Length of the smoothing, samples: of the segment, or the period of which half the amplitude passes; zero without.
+    pub length: f64,
+    /// Standard deviation of each displacement's measurement noise, estimated without a model.
+    pub noise: Vec<f64>,
+    /// The channels as measured.
+    pub measured: Vec<Measured>,
+}
+
+/// A channel as measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// What it measures.
+    pub role: Role,
+    /// One value a sample.
+    pub values: Arc<[f64]>,
+    /// Standard deviation of its noise, estimated without a model.
+    pub noise: f64,
+}
+
+/// The series of [`Signals`] as a [`SampleBlock`] borrows them.
+#[derive(Debug)]
+pub struct Slices<'a> {
+    start: f64,
+    interval: f64,
+    states: Vec<&'a [f64]>,
+    inputs: Vec<&'a [f64]>,
+    input_rates: Vec<&'a [f64]>,
+    accelerations: Vec<&'a [f64]>,
+}
+
+impl Slices<'_> {
+    /// What terms are evaluated along.
+    pub fn block(&self) -> SampleBlock<'_> {
+        SampleBlock {
+            start: self.start,
+            interval: self.interval,
+            states: &self.states,
+            inputs: &self.inputs,
+            input_rates: &self.input_rates,
+            accelerations: &self.accelerations,
+        }
+    }
+}
+
+impl Signals {
+    /// Accelerations, one series a degree of freedom: of displacements and velocities the rates' second half. Of a first-order
+    /// system they mean nothing.
+    pub fn accelerations(&self) -> &[Vec<f64>] {
+        &self.rates[self.rates.len() / 2..]
+    }
+
+    /// The series, borrowed for evaluating terms along them.
+    pub fn slices(&self) -> Slices<'_> {
+        fn slices(series: &[Vec<f64>]) -> Vec<&[f64]> {
+            series.iter().map(Vec::as_slice).collect()
+        }
+        Slices {
+            start: self.start,
+            interval: self.interval,
+            states: slices(&self.states),
+            inputs: slices(&self.inputs),
+            input_rates: slices(&self.input_rates),
+            accelerations: slices(self.accelerations()),
+        }
+    }
+
+    /// Smooths and differentiates a record; channels that the layout expects and the record lacks are left empty.
+    ///
+    /// Velocities are derived from displacements unless measured. Each state's rate is the filter's derivative of the
+    /// *smoothed* state, so an equation between states holds between rates and equally filtered columns; only total
+    /// variation, which is no filter, gives both from the samples at once.
+    pub fn new(record: &Record, layout: &Layout, smoothing: &Smoothing, facts: &Facts) -> Self {
+        let interval = record.interval;
+        let values = |role: Role| record.channel(role).map(|c| &*c.values);
+        let leading = values(Role::Displacement(0)).unwrap_or(&[]);
+        let length = Smoother::length(smoothing, leading);
+        let smoother = Smoother::new(smoothing, length, record.len());
+        let input = |j: usize| {
+            let motion = values(Role::Input(j)).map(|u| smoother.motion(u, interval));
+            motion.map_or_else(Default::default, |m| (m.position, m.velocity))
+        };
+        let inputs = || (0..layout.inputs).map(input).unzip();
+        let ((states, derived), (inputs, input_rates)) =
+            rayon::join(|| Self::motion(record, layout, &smoother), inputs);
+        let rate = |(k, (state, derived)): (usize, (&Vec<f64>, Option<Vec<f64>>))| {
+            let measured = k.checked_sub(layout.freedoms).and_then(|i| values(Role::Acceleration(i)));
+            match (measured, derived) {
+                (Some(a), _) => smoother.smooth(&smoother.smooth(a, interval), interval),
+                (None, Some(rate)) => rate,
+                (None, None) => smoother.differentiate(state, interval),
+            }
+        };
+        let rates = states.par_iter().zip(derived).enumerate().map(rate).collect();
+        Self {
+            start: record.start,
+            interval,
+            states,
+            rates,
+            inputs,
+            input_rates,
+            main_period: facts.main_period,
+            length,
+            noise: facts.noise.clone(),
+            measured: record
+                .channels
+                .iter()
+                .zip(&facts.channel_noise)
+                .map(|(c, noise)| Measured { role: c.role, values: Arc::clone(&c.values), noise: *noise })
+                .collect(),
+        }
+    }
+
+    /// The smoothed states, and those rates that came with a state, because they are not what differentiating it again would
+    /// give.
+    fn motion(record: &Record, layout: &Layout, smoother: &Smoother) -> (Vec<Vec<f64>>, Vec<Option<Vec<f64>>>) {
+        let interval = record.interval;
+        let values = |role: Role| record.channel(role).map(|c| &*c.values);
+        let second_order = layout.kind == Kind::SecondOrder;
+        let mut states = Vec::with_capacity(layout.states());
+        let mut velocities = Vec::with_capacity(layout.freedoms);
+        let mut derived: Vec<Option<Vec<f64>>> = vec![None; layout.states()];
+        for i in 0..layout.freedoms {
+            let Some(x) = values(Role::Displacement(i)) else {
+                states.push(Vec::new());
+                velocities.push(Vec::new());
+                continue;
+            };
+            let motion = smoother.motion(x, interval);
+            if !smoother.is_linear() {
+                derived[i] = Some(motion.velocity.clone());
+                if second_order {
+                    derived[layout.freedoms + i] = motion.acceleration;
+                }
+            }
+            states.push(motion.position);
+            velocities.push(motion.velocity);
+        }
+        if second_order {
+            for (i, derived_velocity) in velocities.into_iter().enumerate() {
+                states.push(match values(Role::Velocity(i)) {
+                    None => derived_velocity,
+                    Some(measured) => {
+                        let motion = smoother.motion(measured, interval);
+                        if !smoother.is_linear() {
+                            derived[layout.freedoms + i] = Some(motion.velocity);
+                        }
+                        motion.position
+                    }
+                });
+            }
+        }
+        (states, derived)
+    }
+}

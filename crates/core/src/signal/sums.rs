@@ -1,0 +1,25 @@
+/// Inner product, several lanes at once.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    const LANES: usize = 8;
+    let mut sums = [0.0; LANES];
+    let (a8, b8) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let rest: f64 = a8.remainder().iter().zip(b8.remainder()).map(|(a, b)| a * b).sum();
+    for (a, b) in a8.zip(b8) {
+        for (s, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *s += a * b;
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
+/// Root mean square; 0 of nothing.
+pub fn rms(values: &[f64]) -> f64 {
+    if values.is_empty() { 0.0 } else { (dot(values, values) / values.len() as f64).sqrt() }
+}
+
+/// Mean and variance; 0 of nothing.
+pub fn mean_and_variance(values: &[f64]) -> (f64, f64) {
+    let n = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (mean, values.iter().map(|y| (y - mean) * (y - mean)).sum::<f64>() / n)
+}

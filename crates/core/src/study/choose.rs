@@ -1,0 +1,971 @@
+//! Chooses settings by simulation error on stretches that were not fitted.
+
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use super::eliminate::left;
+use super::known::candidate_terms;
+use super::refined::same_terms;
+use super::regression::{self, Regression, fitted_states};
+use super::suggest::odd;
+use super::{Cancel, Formulation, Outcome, Regressor, Settings, Smoothing, Study, StudyError, check};
+use crate::dataset::Drive;
+use crate::refine::Bar;
+use crate::signal::{Differentiation, Facts, Signals, dot, mean_and_variance};
+use crate::simulate::{Output, Response, Simulator, Workspace};
+use sindyscope_values::format::number::significant_trimmed;
+use sindyscope_values::model::Model;
+use sindyscope_values::record::{Record, RecordSet, Usage};
+use sindyscope_values::term::{Kind, Layout, Symbol};
+
+/// Which settings [`choose`] may change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Free {
+    /// The smoothing segment length.
+    pub window: bool,
+    /// The smoothing polynomial's order.
+    pub order: bool,
+    /// The threshold.
+    pub threshold: bool,
+    /// Whether the equation is held against the data at samples or in the weak form.
+    pub form: bool,
+    /// Whether the coefficients are fitted to the response itself at the end.
+    pub refine: bool,
+}
+
+/// What [`choose`] chose, and why.
+#[derive(Clone, Debug)]
+pub struct Chosen {
+    /// The settings chosen.
+    pub settings: Settings,
+    /// One sentence: what was tried and what decided.
+    pub reason: String,
+    /// RMS error of the simulated response on what was not fitted, as a share of the motion's standard deviation.
+    pub error: f64,
+}
+
+/// Share of a single record that is fitted; the rest judges.
+pub(super) const FITTED_SHARE: f64 = 0.6;
+/// Most groups that several records are left out in.
+const MOST_FOLDS: usize = 4;
+/// Main periods after which a simulated stretch starts anew, so that a chaotic motion is judged too.
+const STRETCH_PERIODS: f64 = 10.0;
+/// Samples simulated for one candidate, at most.
+const MOST_SAMPLES: usize = 40_000;
+/// What a stretch counts whose response left the data's range, or missed it by more: an error of ten times the motion.
+/// Finite, so that of settings that all fail somewhere the one that fails least is taken.
+const DIVERGED: f64 = 100.0;
+/// Largest error of a sampling interval of a response that judges, as a share of the motion: a whole stretch adds up to
+/// far less than [`EQUAL`].
+const JUDGED: f64 = 1e-7;
+/// Samples of all fitted records together that settings are chosen by, at most, but so many of each at least.
+const MOST_CHOSEN: usize = 200_000;
+const LEAST_CHOSEN: usize = 10_000;
+/// Rounds of smoothings around the best so far, at most.
+const MOST_ROUNDS: usize = 4;
+/// Thresholds tried for one smoothing, at most, for each degree of freedom.
+const MOST_THRESHOLDS: usize = 10;
+
+/// A stretch of a record that judges.
+struct Stretch {
+    record: usize,
+    range: Range<usize>,
+    /// Samples that are judged together: one error each.
+    block: usize,
+}
+
+/// Data fitted together and the stretches that judge them.
+struct Fold {
+    /// Indices into the pieces.
+    fitted: Vec<usize>,
+    judges: Vec<Stretch>,
+}
+
+/// What is fitted and what judges it.
+pub(super) struct Plan {
+    pub(super) layout: Layout,
+    /// What is fitted, by itself or together: whole records, or the first part of a single one.
+    pub(super) pieces: Vec<(Arc<Record>, Arc<Facts>)>,
+    /// What is simulated.
+    records: Vec<(Arc<Record>, Arc<Facts>)>,
+    folds: Vec<Fold>,
+    /// Variance of what each of a record's sensors shows.
+    variance: Vec<Vec<f64>>,
+}
+
+/// How columns and rates are made.
+type Way = (Formulation, Smoothing);
+
+/// One setting with its errors.
+#[derive(Clone)]
+pub(super) struct Trial {
+    pub(super) form: Formulation,
+    pub(super) smoothing: Smoothing,
+    pub(super) threshold: f64,
+    pub(super) terms: usize,
+    /// Squared error of each stretch over the record's variance, in the plan's order.
+    pub(super) errors: Vec<f64>,
+}
+
+impl Trial {
+    /// Mean squared error as a share of the motion's variance.
+    pub(super) fn mean(&self) -> f64 {
+        mean(&self.errors)
+    }
+
+    /// The same of the middle stretch: that one goes astray says little about what refinement would make of it.
+    fn median(&self) -> f64 {
+        let mut errors = self.errors.clone();
+        errors.sort_by(f64::total_cmp);
+        errors.get(errors.len() / 2).copied().unwrap_or(0.0)
+    }
+}
+
+/// Chooses the free settings by simulation error on stretches that were not fitted: of several records each is left out
+/// in turn, of a single one the last part. Of the settings within one standard error of the best the one with the fewest
+/// terms is taken (Breiman et al. 1984); of those with as many terms the one whose response is nearest to the refined one.
+/// Where refined fits do much better on the stretches that were not fitted, they are compared in the same way and
+/// refinement is chosen too. At last the terms are dropped that the response does without. Records held out by the user
+/// are not looked at.
+///
+/// `progress` is told the share done, 0 to 1.
+///
+/// # Errors
+/// As [`Study::run`](super::Study::run).
+pub fn choose(
+    records: &RecordSet,
+    start: &Settings,
+    free: Free,
+    cancel: &Cancel,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<Chosen, StudyError> {
+    let layout = check(records, start)?;
+    let whole = records.with(Usage::Fit).map(|r| r.len()).sum::<usize>();
+    let records = &beginnings(records);
+    let plan = Plan::new(records, layout);
+    let mut tried: Vec<Trial> = Vec::new();
+    let forms = if free.form {
+        vec![Formulation::Derivative, Formulation::Weak { half_width: None }]
+    } else {
+        vec![start.form]
+    };
+    let smoothings = first_smoothings(&plan, start, free);
+    let mut next: Vec<Way> = forms.into_iter().flat_map(|form| smoothings.iter().map(move |s| (form, *s))).collect();
+    let mut seen: Vec<Way> = Vec::new();
+    for round in 0..MOST_ROUNDS {
+        let report = |share: f64| progress((round as f64 + share) / MOST_ROUNDS as f64);
+        tried.extend(plan.judge_all(start, &next, free, cancel, &report)?);
+        seen.append(&mut next);
+        let Some(best) = best(&tried) else { break };
+        next = nearby_smoothings(&plan, best.smoothing, free).into_iter().map(|s| (best.form, s)).collect();
+        next.retain(|s| !seen.contains(s));
+        if next.is_empty() {
+            break;
+        }
+    }
+    progress(1.0);
+    let Some(sparse) = parsimonious(&tried) else {
+        return Err(StudyError::Setting("no setting gave a response that could be compared".into()));
+    };
+    let settled = plan.settle(records, start, free, &tried, sparse, cancel)?;
+    let (chosen, mut settings) = match &settled {
+        Some(Settled { candidate, settings }) => (*candidate, settings.clone()),
+        None => (sparse, plan.settings(start, free, sparse)?),
+    };
+    let mut error = chosen.mean();
+    if free.refine
+        && let Some((better, refined)) = plan.refined_choice(start, free, &tried, chosen, cancel)?
+    {
+        (settings, error) = (better, refined);
+    }
+    if free.refine
+        && free.threshold
+        && error > LOST * LOST
+        && let Some((better, refined)) = plan.whole_library(start, &settings, error, cancel)?
+    {
+        (settings, error) = (better, refined);
+    }
+    if free.threshold {
+        let (lean, found) = plan.without_needless(records, settings, cancel)?;
+        (settings, error) = (lean, found.unwrap_or(error));
+    }
+    let mut dropped: Vec<String> =
+        settings.locks.keys().filter(|t| !start.locks.contains_key(*t)).map(ToString::to_string).collect();
+    for (freedom, own) in &settings.own {
+        let before = start.own.get(freedom);
+        let new = own.locks.keys().filter(|t| !before.is_some_and(|b| b.locks.contains_key(*t)));
+        let equation = match layout.kind {
+            Kind::SecondOrder => layout.name(Symbol::Rate(*freedom)),
+            Kind::FirstOrder => layout.name(Symbol::State(*freedom)),
+        };
+        dropped.extend(new.map(|t| format!("{} of d{equation}/dt", t.text(&layout))));
+    }
+    let dropped =
+        if dropped.is_empty() { String::new() } else { format!("; dropped as needless: {}", dropped.join(", ")) };
+    let judged = match plan.pieces.len() {
+        1 => "the last part of the record, which was not fitted".to_owned(),
+        n => format!("{n} records, each left out in turn"),
+    };
+    let judged = match records.with(Usage::Fit).map(|r| r.len()).sum::<usize>() {
+        used if used < whole => format!("{judged}, by the first {used} samples"),
+        _ => judged,
+    };
+    let form = match settings.form {
+        Formulation::Derivative => "",
+        Formulation::Weak { .. } => "weak form, ",
+        Formulation::Integral => "integral form, ",
+    };
+    let refined = if settings.refine && !start.refine { ", coefficients fitted to the response itself" } else { "" };
+    let regressor = match settings.regressor {
+        Regressor::Stlsq => String::new(),
+        other => format!("{}, ", other.title()),
+    };
+    let smoothing = match settings.smoothing {
+        s if s.method.is_local() => format!("segment {} of order {}", s.window, s.order),
+        s if s.given().is_some() => format!("{} of {} samples", s.method.title(), s.window),
+        s => s.method.title().to_owned(),
+    };
+    let reason = format!(
+        "{regressor}{form}{smoothing} and threshold {:.2e}{refined}: simulation error {} % of the motion's standard deviation on {judged}; {} settings tried{dropped}",
+        settings.threshold,
+        significant_trimmed(100.0 * error.sqrt(), 2),
+        tried.len(),
+    );
+    Ok(Chosen { settings, reason, error: error.sqrt() })
+}
+
+/// Mean of squared errors; zero of none.
+pub(super) fn mean(errors: &[f64]) -> f64 {
+    errors.iter().sum::<f64>() / errors.len().max(1) as f64
+}
+
+pub(super) fn best(tried: &[Trial]) -> Option<&Trial> {
+    tried.iter().filter(|c| c.mean().is_finite()).min_by(|a, b| a.mean().total_cmp(&b.mean()))
+}
+
+/// Errors of the motion closer to each other than this share of it are as good as equal: no measurement supports a
+/// term that betters less.
+pub(super) const EQUAL: f64 = 3e-4;
+
+/// What is chosen is at most so many times worse than the best.
+const WORST: f64 = 1.25;
+
+/// How far the displacements of two outcomes lie apart, mean square over the motion's variance; none if their terms
+/// differ or a response does not last.
+fn distance(outcome: &Outcome, other: &Outcome) -> Option<f64> {
+    if !same_terms(&outcome.model, &other.model) || outcome.diverged() {
+        return None;
+    }
+    let freedoms = outcome.model.layout.freedoms;
+    let apart = |i: usize| {
+        let (mut squares, mut spread) = (0.0, 0.0);
+        for (a, b) in outcome.records.iter().zip(&other.records) {
+            let (a, b) = (a.states.get(i)?, b.states.get(i)?);
+            squares += a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+            spread += b.len() as f64 * mean_and_variance(b).1;
+        }
+        Some(squares / spread)
+    };
+    let sum: f64 = (0..freedoms).map(apart).sum::<Option<f64>>()?;
+    Some(sum / freedoms.max(1) as f64).filter(|d| d.is_finite())
+}
+
+/// The candidate with the fewest terms whose error is within one standard error (of the difference) of the best.
+pub(super) fn parsimonious(tried: &[Trial]) -> Option<&Trial> {
+    let fewest = close(tried).map(|c| c.terms).min()?;
+    close(tried).filter(|c| c.terms == fewest).min_by(|a, b| a.mean().total_cmp(&b.mean()))
+}
+
+/// The fitted records, of very long ones the beginning: more says next to nothing new about settings and takes its time.
+fn beginnings(records: &RecordSet) -> RecordSet {
+    let count = records.with(Usage::Fit).count().max(1);
+    let cut = |(record, usage): &(Arc<Record>, Usage)| {
+        let most = (MOST_CHOSEN / count).max(LEAST_CHOSEN);
+        let part = *usage == Usage::Fit && record.len() > most;
+        (if part { Arc::new(record.slice(0..most)) } else { Arc::clone(record) }, *usage)
+    };
+    RecordSet { entries: records.entries.iter().map(cut).collect() }
+}
+
+/// The candidates within one standard error of the best.
+fn close(tried: &[Trial]) -> impl Iterator<Item = &Trial> {
+    let best = best(tried);
+    let within = move |c: &&Trial| {
+        let Some(best) = best else { return false };
+        let differences: Vec<f64> = c.errors.iter().zip(&best.errors).map(|(a, b)| a - b).collect();
+        let n = differences.len() as f64;
+        let mean = differences.iter().sum::<f64>() / n;
+        let variance = differences.iter().map(|d| (d - mean) * (d - mean)).sum::<f64>() / (n - 1.0).max(1.0);
+        // Of a few stretches the standard error is itself uncertain.
+        let slack = (variance / n).sqrt().min((WORST * WORST - 1.0) * best.mean());
+        mean <= slack + 0.02 * best.mean() + EQUAL * EQUAL
+    };
+    tried.iter().filter(within)
+}
+
+/// Mean logarithm of the ratios of two settings' squared errors, stretch for stretch, and its standard error.
+pub(super) fn ratio(errors: &[f64], others: &[f64]) -> (f64, f64) {
+    let level = |e: &f64| (e + EQUAL * EQUAL).ln();
+    let ratios: Vec<f64> = errors.iter().zip(others).map(|(a, b)| level(a) - level(b)).collect();
+    let (mean, variance) = mean_and_variance(&ratios);
+    (mean, (variance / (ratios.len() as f64 - 1.0).max(1.0)).sqrt())
+}
+
+/// As [`parsimonious`], by the ratios of errors.
+fn parsimonious_by_ratio(tried: &[Trial]) -> Option<&Trial> {
+    let first = tried.first()?;
+    let lowest =
+        |a: &&Trial, b: &&Trial| ratio(&a.errors, &first.errors).0.total_cmp(&ratio(&b.errors, &first.errors).0);
+    let best = tried.iter().min_by(lowest)?;
+    let close = |c: &&Trial| {
+        let (mean, error) = ratio(&c.errors, &best.errors);
+        mean <= error.min(2.0 * WORST.ln()) + 0.02
+    };
+    let fewest = tried.iter().filter(close).map(|c| c.terms).min()?;
+    tried.iter().filter(close).filter(|c| c.terms == fewest).min_by(lowest)
+}
+
+/// Refinement is worth its time where it lowers the error to this share, or below.
+const BETTERED: f64 = 0.6;
+/// Share of the motion that a chosen setting leaves where no regression leads to a response that follows it.
+const LOST: f64 = 0.3;
+/// A threshold that takes out what is next to nothing alone.
+const NEXT_TO_NOTHING: f64 = 1e-3;
+/// Numbers of terms whose refined fits are compared, at most.
+const LEVELS: usize = 6;
+/// Candidates whose error is so many times the best on most of the stretches are not refined.
+const HOPEFUL: f64 = 5.0;
+/// Samples that are refined while settings are chosen, at most.
+const MOST_REFINED: usize = 24_000;
+
+/// For each number of terms the candidate of the smallest error, the best first.
+fn levels(tried: &[Trial]) -> Vec<&Trial> {
+    let least = best(tried).map_or(0.0, Trial::median);
+    let mut levels: Vec<&Trial> = Vec::new();
+    for candidate in tried.iter().filter(|c| c.median() <= HOPEFUL * HOPEFUL * least) {
+        match levels.iter_mut().find(|c| c.terms == candidate.terms) {
+            Some(known) if candidate.mean() < known.mean() => *known = candidate,
+            Some(_) => {}
+            None => levels.push(candidate),
+        }
+    }
+    levels.sort_by(|a, b| a.mean().total_cmp(&b.mean()));
+    levels.truncate(LEVELS);
+    levels
+}
+
+/// The refined fit of some records; none if they cannot be fitted. Among rivals it need not be the best that there is where it
+/// stays far behind them.
+pub(super) fn refined_fit(
+    pieces: &[Arc<Record>],
+    fitted: &[usize],
+    settings: &Settings,
+    start: Option<&Model>,
+    rivals: Option<&Arc<Bar>>,
+    cancel: &Cancel,
+) -> Result<Option<Outcome>, StudyError> {
+    let mut study = Study { start: start.cloned(), rivals: rivals.cloned(), ..Study::default() };
+    let entries = fitted.iter().map(|k| (Arc::clone(&pieces[*k]), Usage::Fit)).collect();
+    match study.run(&RecordSet { entries }, settings, cancel) {
+        Ok(outcome) if outcome.refinement.is_some() && !outcome.diverged() => Ok(Some(outcome)),
+        Err(StudyError::Cancelled) => Err(StudyError::Cancelled),
+        _ => Ok(None),
+    }
+}
+
+/// Records cut so that refining them takes no longer than it must.
+pub(super) fn shortened<'a>(records: impl IntoIterator<Item = &'a Arc<Record>>) -> Vec<Arc<Record>> {
+    let records: Vec<&Arc<Record>> = records.into_iter().collect();
+    let most = MOST_REFINED / records.len().max(1);
+    let cut = |r: &Arc<Record>| if r.len() > most { Arc::new(r.slice(0..most)) } else { Arc::clone(r) };
+    records.into_iter().map(cut).collect()
+}
+
+/// A candidate held against the refined response.
+struct Settled<'a> {
+    candidate: &'a Trial,
+    settings: Settings,
+}
+
+/// Settings alike in terms and error that are held against the refined response, at most.
+const ALIKE: usize = 12;
+
+impl Plan {
+    /// The settings of a candidate.
+    fn settings(&self, start: &Settings, free: Free, chosen: &Trial) -> Result<Settings, StudyError> {
+        let threshold = if free.threshold { self.centred_threshold(start, chosen)? } else { start.threshold };
+        Ok(Settings { smoothing: chosen.smoothing, form: chosen.form, threshold, ..start.clone() })
+    }
+
+    /// Among candidates that leave the same number of terms and do as well, the noise of the data decides which errs
+    /// least. Where the response itself can be fitted, the one is taken whose response is nearest to the fitted one: that
+    /// comparison has no noise in it, and what is left is the smoothing's bias. None if nothing can be refined.
+    fn settle<'a>(
+        &self,
+        records: &RecordSet,
+        start: &Settings,
+        free: Free,
+        tried: &'a [Trial],
+        sparse: &'a Trial,
+        cancel: &Cancel,
+    ) -> Result<Option<Settled<'a>>, StudyError> {
+        let mut alike: Vec<&Trial> = Vec::new();
+        for candidate in close(tried).filter(|c| c.terms == sparse.terms) {
+            match alike.iter_mut().find(|c| (c.form, c.smoothing) == (candidate.form, candidate.smoothing)) {
+                Some(known) if candidate.mean() < known.mean() => *known = candidate,
+                Some(_) => {}
+                None => alike.push(candidate),
+            }
+        }
+        alike.sort_by(|a, b| a.mean().total_cmp(&b.mean()));
+        alike.truncate(ALIKE);
+        let fitted = records.entries.iter().filter(|(_, usage)| *usage == Usage::Fit).cloned().collect();
+        let fitted = RecordSet { entries: fitted };
+        let mut study = Study::default();
+        let settings = self.settings(start, free, sparse)?;
+        let refined = study.run(&fitted, &Settings { refine: true, ..settings }, cancel)?;
+        if refined.refinement.is_none() || refined.diverged() {
+            return Ok(None);
+        }
+        let mut nearest: Option<(f64, Settled<'a>)> = None;
+        for candidate in alike {
+            let settings = Settings { refine: false, ..self.settings(start, free, candidate)? };
+            // A smoothing that whole records do not bear is none.
+            let outcome = match study.run(&fitted, &settings, cancel) {
+                Ok(outcome) => outcome,
+                Err(StudyError::Cancelled) => return Err(StudyError::Cancelled),
+                Err(_) => continue,
+            };
+            let Some(distance) = distance(&outcome, &refined) else { continue };
+            if nearest.as_ref().is_none_or(|(least, _)| distance < *least) {
+                let settings = Settings { refine: start.refine, ..settings };
+                nearest = Some((distance, Settled { candidate, settings }));
+            }
+        }
+        Ok(nearest.map(|(_, settled)| settled))
+    }
+
+    /// Settings whose refined fits do much better on what was not fitted than the settings chosen so far, with their mean
+    /// squared error: without the smoothing's bias in the coefficients, the stretches that judge also tell better which
+    /// terms are right. Errors are compared by their ratio on each stretch: where the record of a resonance is left out its
+    /// damping is not known, and that one error would hide what all others tell.
+    fn refined_choice(
+        &self,
+        start: &Settings,
+        free: Free,
+        tried: &[Trial],
+        present: &Trial,
+        cancel: &Cancel,
+    ) -> Result<Option<(Settings, f64)>, StudyError> {
+        let pieces = self.shortened();
+        let all: Vec<usize> = (0..pieces.len()).collect();
+        /// A candidate, its settings refined, the model that all pieces gave, and what it leaves of them.
+        struct Level<'c> {
+            candidate: &'c Trial,
+            settings: Settings,
+            model: Model,
+            left: f64,
+        }
+        let rivals = Arc::new(Bar::default());
+        // One after another, for which are given up must not hang on the threads' luck.
+        let levels: Result<Vec<Option<Level<'_>>>, StudyError> = levels(tried)
+            .into_iter()
+            .map(|candidate| {
+                let settings = Settings { refine: true, ..self.settings(start, free, candidate)? };
+                let outcome = refined_fit(&pieces, &all, &settings, None, Some(&rivals), cancel)?;
+                let level = |outcome: Outcome| {
+                    let left = left(&outcome)?;
+                    let left = left.iter().sum::<f64>() / left.len() as f64;
+                    Some(Level { candidate, settings, model: outcome.model, left })
+                };
+                Ok(outcome.and_then(level))
+            })
+            .collect();
+        let mut levels: Vec<Level<'_>> = levels?.into_iter().flatten().collect();
+        let least = levels.iter().map(|l| l.left).fold(f64::INFINITY, f64::min);
+        if least >= BETTERED * BETTERED * present.mean() {
+            return Ok(None);
+        }
+        // More terms that leave as much by the Bayesian information criterion (Schwarz 1978) would not be chosen either.
+        let samples = pieces.iter().map(|p| p.len()).sum::<usize>().max(2) as f64;
+        let criterion = |terms: usize, left: f64| samples * (left + EQUAL * EQUAL).ln() + terms as f64 * samples.ln();
+        let known: Vec<(usize, f64)> = levels.iter().map(|l| (l.candidate.terms, l.left)).collect();
+        levels.retain(|l| {
+            let own = criterion(l.candidate.terms, l.left);
+            !known.iter().any(|(terms, left)| *terms < l.candidate.terms && criterion(*terms, *left) <= own)
+        });
+        levels.retain(|l| l.left + EQUAL * EQUAL <= HOPEFUL * HOPEFUL * (least + EQUAL * EQUAL));
+        let judged: Result<Vec<Option<Trial>>, StudyError> = levels
+            .par_iter()
+            .map(|level| {
+                let errors = self.judge_refined(&pieces, &level.settings, Some(&level.model), cancel)?;
+                Ok(errors.map(|errors| Trial { errors, ..level.candidate.clone() }))
+            })
+            .collect();
+        let judged: Vec<Trial> = judged?.into_iter().flatten().collect();
+        let better = |c: &&Trial| ratio(&c.errors, &present.errors).0 < 2.0 * BETTERED.ln();
+        let Some(chosen) = parsimonious_by_ratio(&judged).filter(better) else { return Ok(None) };
+        let settings = levels.into_iter().find(|l| l.candidate.terms == chosen.terms).map(|l| l.settings);
+        Ok(settings.map(|settings| (settings, chosen.mean())))
+    }
+
+    /// Settings that keep next to the whole library, refined, with their mean squared error, if that is much less than
+    /// `present`: where the motion is an estimate, as of accelerometers, no regression may rank the terms well enough for its
+    /// response to follow, and what is needless is told by the response alone.
+    fn whole_library(
+        &self,
+        start: &Settings,
+        chosen: &Settings,
+        present: f64,
+        cancel: &Cancel,
+    ) -> Result<Option<(Settings, f64)>, StudyError> {
+        let pieces = self.shortened();
+        let all: Vec<usize> = (0..pieces.len()).collect();
+        let ways = [(start.form, start.smoothing), (chosen.form, chosen.smoothing)];
+        let judged = |(form, smoothing): &Way| -> Result<Option<(Settings, f64)>, StudyError> {
+            let threshold = NEXT_TO_NOTHING;
+            let settings = Settings { form: *form, smoothing: *smoothing, threshold, refine: true, ..start.clone() };
+            let Some(outcome) = refined_fit(&pieces, &all, &settings, None, None, cancel)? else { return Ok(None) };
+            let errors = self.judge_refined(&pieces, &settings, Some(&outcome.model), cancel)?;
+            Ok(errors.map(|errors| (settings, mean(&errors))))
+        };
+        let judged: Result<Vec<Option<(Settings, f64)>>, StudyError> = ways.par_iter().map(judged).collect();
+        let least = judged?.into_iter().flatten().min_by(|a, b| a.1.total_cmp(&b.1));
+        Ok(least.filter(|(_, error)| *error < BETTERED * BETTERED * present))
+    }
+
+    /// Number of samples that judge.
+    pub(super) fn judging(&self) -> usize {
+        self.folds.iter().flat_map(|fold| &fold.judges).map(|judge| judge.range.len()).sum()
+    }
+
+    /// The pieces, cut so that refining them takes no longer than it must.
+    pub(super) fn shortened(&self) -> Vec<Arc<Record>> {
+        shortened(self.pieces.iter().map(|(record, _)| record))
+    }
+
+    /// Squared errors of refined fits on the stretches that were not fitted; none if some fold cannot be refined. `known` is
+    /// what all pieces together gave.
+    pub(super) fn judge_refined(
+        &self,
+        pieces: &[Arc<Record>],
+        settings: &Settings,
+        known: Option<&Model>,
+        cancel: &Cancel,
+    ) -> Result<Option<Vec<f64>>, StudyError> {
+        let Some(smoothed) = self.smoothed(settings, &settings.smoothing, cancel)? else { return Ok(None) };
+        let mut models = Vec::with_capacity(self.folds.len());
+        for fold in &self.folds {
+            let of_all = known.filter(|_| fold.fitted.len() == pieces.len());
+            let model = match of_all {
+                Some(model) => Some(model.clone()),
+                None => refined_fit(pieces, &fold.fitted, settings, known, None, cancel)?.map(|outcome| outcome.model),
+            };
+            match model {
+                Some(model) => models.push(model),
+                None => return Ok(None),
+            }
+        }
+        Ok(Some(smoothed.judge(self, &models, &mut Workspace::default(), cancel)?.errors))
+    }
+
+    /// Cross-validation among the fitted records; those held out are not looked at.
+    pub(super) fn new(records: &RecordSet, layout: Layout) -> Self {
+        let records = with_facts(records, Usage::Fit, &layout);
+        let (pieces, ranges): (Vec<_>, Vec<(usize, Range<usize>)>) = match records.as_slice() {
+            [(only, _)] => {
+                let cut = (FITTED_SHARE * only.len() as f64) as usize;
+                let first = Arc::new(only.slice(0..cut));
+                let facts = Facts::of(&first, &layout);
+                (vec![(first, facts)], vec![(0, cut..only.len())])
+            }
+            several => (several.to_vec(), several.iter().enumerate().map(|(k, (r, _))| (k, 0..r.len())).collect()),
+        };
+        let stretches = stretches(&records, &ranges);
+        let folds = if pieces.len() == 1 {
+            vec![Fold { fitted: vec![0], judges: stretches }]
+        } else {
+            let groups = pieces.len().min(MOST_FOLDS);
+            let mut folds: Vec<Fold> = (0..groups)
+                .map(|g| Fold { fitted: (0..pieces.len()).filter(|k| k % groups != g).collect(), judges: Vec::new() })
+                .collect();
+            for s in stretches {
+                folds[s.record % groups].judges.push(s);
+            }
+            folds
+        };
+        Self { layout, variance: variances(&records), pieces, records, folds }
+    }
+
+    /// Everything marked fit is fitted, and what is held out judges: in one go as the window shows it, or in stretches
+    /// of it where there is much.
+    pub(super) fn held_out(records: &RecordSet, layout: Layout) -> Self {
+        let pieces = with_facts(records, Usage::Fit, &layout);
+        let records = with_facts(records, Usage::HeldOut, &layout);
+        let ranges: Vec<(usize, Range<usize>)> =
+            records.iter().enumerate().map(|(k, (r, _))| (k, 0..r.len())).collect();
+        let mut judges = stretches(&records, &ranges);
+        if ranges.iter().map(|(_, range)| range.len()).sum::<usize>() <= MOST_SAMPLES {
+            let block = |record: usize| judges.iter().find(|j| j.record == record).map_or(1, |j| j.range.len());
+            judges =
+                ranges.into_iter().map(|(record, range)| Stretch { record, range, block: block(record) }).collect();
+        }
+        let folds = vec![Fold { fitted: (0..pieces.len()).collect(), judges }];
+        Self { layout, variance: variances(&records), pieces, records, folds }
+    }
+
+    /// Judges every threshold of every way, on the cores there are.
+    fn judge_all(
+        &self,
+        start: &Settings,
+        ways: &[Way],
+        free: Free,
+        cancel: &Cancel,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<Vec<Trial>, StudyError> {
+        let done = AtomicUsize::new(0);
+        let judged: Result<Vec<Vec<Trial>>, StudyError> = ways
+            .par_iter()
+            .map(|(form, smoothing)| {
+                let start = Settings { form: *form, ..start.clone() };
+                let candidates = self.judge(&start, smoothing, free, cancel)?;
+                let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+                progress(done as f64 / ways.len() as f64);
+                Ok(candidates)
+            })
+            .collect();
+        Ok(judged?.into_iter().flatten().collect())
+    }
+
+    fn judge(
+        &self,
+        start: &Settings,
+        smoothing: &Smoothing,
+        free: Free,
+        cancel: &Cancel,
+    ) -> Result<Vec<Trial>, StudyError> {
+        let Some(smoothed) = self.smoothed(start, smoothing, cancel)? else { return Ok(Vec::new()) };
+        let settings = Settings { smoothing: *smoothing, ..start.clone() };
+        let thresholds = if free.threshold {
+            smoothed.all.thresholds(&settings, MOST_THRESHOLDS * self.layout.freedoms)
+        } else {
+            vec![start.threshold]
+        };
+        let mut workspace = Workspace::default();
+        let mut candidates: Vec<Trial> = Vec::with_capacity(thresholds.len());
+        for threshold in thresholds {
+            let settings = Settings { threshold, ..settings.clone() };
+            let models = smoothed.models(&settings);
+            let Judgement { errors, .. } = smoothed.judge(self, &models, &mut workspace, cancel)?;
+            let terms = smoothed.all.model(&settings).equations.iter().map(|e| e.terms.len()).sum();
+            candidates.push(Trial { form: settings.form, smoothing: *smoothing, threshold, terms, errors });
+        }
+        Ok(candidates)
+    }
+
+    /// What a smoothing makes of the records; none if it leaves too few rows.
+    pub(super) fn smoothed(
+        &self,
+        start: &Settings,
+        smoothing: &Smoothing,
+        cancel: &Cancel,
+    ) -> Result<Option<Smoothed>, StudyError> {
+        let settings = Settings { smoothing: *smoothing, ..start.clone() };
+        let Some(pieces) = self.regressions(&settings, cancel)? else { return Ok(None) };
+        let signals: Vec<Signals> =
+            self.records.iter().map(|(record, facts)| Signals::new(record, &self.layout, smoothing, facts)).collect();
+        let drive = |judge: &Stretch| {
+            let (record, facts) = &self.records[judge.record];
+            Drive::new(record, &self.layout, facts, &signals[judge.record], judge.range.clone())
+        };
+        let drives = self.folds.iter().map(|fold| fold.judges.iter().map(drive).collect()).collect();
+        let joined =
+            |k: &mut dyn Iterator<Item = usize>| Regression::joined(&k.map(|k| &pieces[k]).collect::<Vec<_>>());
+        let folds = self.folds.iter().map(|fold| joined(&mut fold.fitted.iter().copied())).collect();
+        Ok(Some(Smoothed { all: joined(&mut (0..pieces.len())), folds, drives }))
+    }
+
+    /// The pieces' regressions; none if the smoothing leaves too few rows.
+    fn regressions(&self, settings: &Settings, cancel: &Cancel) -> Result<Option<Vec<Regression>>, StudyError> {
+        let terms = candidate_terms(settings, &self.layout);
+        let fitted = fitted_states(&self.layout, settings.kinematics);
+        let mut signals = Vec::with_capacity(self.pieces.len());
+        for (piece, facts) in &self.pieces {
+            cancel.check()?;
+            if settings.smoothing.given().is_some_and(|window| piece.len() < window) {
+                return Ok(None);
+            }
+            signals.push(Arc::new(Signals::new(piece, &self.layout, &settings.smoothing, facts)));
+        }
+        let Ok(basis) = regression::basis(&self.layout, &terms, &signals, settings.form, &fitted) else {
+            return Ok(None);
+        };
+        let mut regressions = Vec::with_capacity(self.pieces.len());
+        for signals in signals {
+            cancel.check()?;
+            match Regression::new(&self.layout, &terms, &[signals], &settings.smoothing, &basis, &fitted) {
+                Ok(regression) => regressions.push(regression.bounded(settings)),
+                Err(_) => return Ok(None),
+            }
+        }
+        Ok(Some(regressions))
+    }
+
+    /// The threshold in the middle of those that leave the chosen terms, fitted on everything.
+    fn centred_threshold(&self, start: &Settings, chosen: &Trial) -> Result<f64, StudyError> {
+        let settings = Settings { smoothing: chosen.smoothing, form: chosen.form, ..start.clone() };
+        let Some(pieces) = self.regressions(&settings, &Cancel::default())? else { return Ok(chosen.threshold) };
+        let all = Regression::joined(&pieces.iter().collect::<Vec<_>>());
+        let marks = all.marks(&settings);
+        let below = marks.iter().copied().filter(|m| *m < chosen.threshold).fold(0.0, f64::max);
+        let above = marks.iter().copied().filter(|m| *m >= chosen.threshold).fold(f64::INFINITY, f64::min);
+        let middle = between(below, above);
+        let rounded: f64 = format!("{middle:.1e}").parse().unwrap_or(middle);
+        Ok(if rounded > below && rounded < above { rounded } else { middle })
+    }
+}
+
+fn with_facts(records: &RecordSet, usage: Usage, layout: &Layout) -> Vec<(Arc<Record>, Arc<Facts>)> {
+    records.with(usage).map(|r| (Arc::clone(r), Facts::of(r, layout))).collect()
+}
+
+/// Variance of what each of a record's sensors shows, in their order.
+fn variances(records: &[(Arc<Record>, Arc<Facts>)]) -> Vec<Vec<f64>> {
+    let of = |record: &Record| record.sensors().map(|c| mean_and_variance(&c.values).1).collect();
+    records.iter().map(|(record, _)| of(record)).collect()
+}
+
+/// Stretches of some periods within ranges of records; too many are thinned evenly.
+fn stretches(records: &[(Arc<Record>, Arc<Facts>)], ranges: &[(usize, Range<usize>)]) -> Vec<Stretch> {
+    let mut stretches: Vec<Stretch> = Vec::new();
+    for (record, range) in ranges {
+        let (data, facts) = &records[*record];
+        let period = facts.main_period.map_or(0.1 * range.len() as f64, |p| p / data.interval);
+        let length = ((STRETCH_PERIODS * period) as usize).clamp(100, range.len().max(100));
+        let count = (range.len() / length).max(1);
+        let length = range.len() / count;
+        stretches.extend((0..count).map(|k| {
+            let from = range.start + k * length;
+            Stretch { record: *record, range: from..from + length, block: length }
+        }));
+    }
+    let total: usize = stretches.iter().map(|s| s.range.len()).sum();
+    let every = total.div_ceil(MOST_SAMPLES);
+    let mut index = 0;
+    stretches.retain(|_| {
+        index += 1;
+        (index - 1) % every == 0
+    });
+    stretches
+}
+
+/// Records smoothed in one way: what is fitted is reduced, and what judges can be simulated.
+pub(super) struct Smoothed {
+    /// Everything that may be fitted.
+    pub(super) all: Regression,
+    /// What is fitted in each fold.
+    pub(super) folds: Vec<Regression>,
+    /// What drives each fold's judges.
+    drives: Vec<Vec<Drive>>,
+}
+
+/// How models do on the stretches that judge them.
+#[derive(Clone)]
+pub(super) struct Judgement {
+    /// Squared error of each block over the record's variance.
+    pub(super) errors: Vec<f64>,
+    /// Blocks whose response left the data's range, or missed it by far.
+    pub(super) failed: usize,
+    /// See [`Correlation::whiteness`].
+    pub(super) whiteness: f64,
+}
+
+impl Smoothed {
+    /// The model that each fold gives.
+    pub(super) fn models(&self, settings: &Settings) -> Vec<Model> {
+        self.folds.iter().map(|regression| regression.model(settings)).collect()
+    }
+
+    /// Simulates each fold's model along the stretches that judge it.
+    pub(super) fn judge(
+        &self,
+        plan: &Plan,
+        models: &[Model],
+        workspace: &mut Workspace,
+        cancel: &Cancel,
+    ) -> Result<Judgement, StudyError> {
+        let mut judgement = Judgement { errors: Vec::new(), failed: 0, whiteness: f64::NAN };
+        let mut correlation = Correlation::default();
+        for ((fold, model), drives) in plan.folds.iter().zip(models).zip(&self.drives) {
+            let simulator = Simulator::new(model).map_err(|e| StudyError::Setting(e.to_string()))?;
+            for (judge, drive) in fold.judges.iter().zip(drives) {
+                cancel.check()?;
+                let response = drive.respond(&simulator, JUDGED, workspace, &|| cancel.is_cancelled());
+                cancel.check()?;
+                let lasted = response.states.first().map_or(0, Vec::len);
+                let blocks = (judge.range.len() / judge.block).max(1);
+                for block in 0..blocks {
+                    // The last one takes what does not fill another.
+                    let to = if block + 1 == blocks { judge.range.len() } else { (block + 1) * judge.block };
+                    let from = block * judge.block;
+                    let error = squared_error(drive, &response, &plan.variance[judge.record], from..to);
+                    let failed = lasted < to || !error.is_finite() || error > DIVERGED;
+                    judgement.failed += usize::from(failed);
+                    judgement.errors.push(if failed { DIVERGED } else { error });
+                }
+                if let (Some(y), Some(shown)) = (drive.measured.first(), drive.outputs.first()) {
+                    correlation.add(y, shown.of(&response, plan.layout.freedoms));
+                }
+            }
+        }
+        judgement.whiteness = correlation.whiteness();
+        Ok(judgement)
+    }
+}
+
+/// Sums of an error's products with itself some samples later.
+#[derive(Default)]
+struct Correlation {
+    square: f64,
+    products: [f64; LAGS],
+    error: Vec<f64>,
+}
+
+/// Lags of 1, 2, 4, … samples.
+const LAGS: usize = 8;
+
+impl Correlation {
+    fn add(&mut self, measured: &[f64], response: &[f64]) {
+        self.error.clear();
+        self.error.extend(measured.iter().zip(response).map(|(y, x)| y - x));
+        self.square += dot(&self.error, &self.error);
+        for (k, product) in self.products.iter_mut().enumerate() {
+            if let Some(later) = self.error.get(1 << k..) {
+                *product += dot(&self.error[..later.len()], later);
+            }
+        }
+    }
+
+    /// One less the largest autocorrelation at lags of 1, 2, 4, … 128 samples: near one where the error is noise alone,
+    /// near zero where it is a motion that the model misses.
+    fn whiteness(&self) -> f64 {
+        if self.square == 0.0 {
+            return f64::NAN;
+        }
+        1.0 - self.products.iter().map(|p| (p / self.square).abs()).fold(0.0, f64::max)
+    }
+}
+
+/// Mean squared error over a block of samples as a share of the variance, mean over sensors.
+fn squared_error(drive: &Drive, response: &Response, variance: &[f64], block: Range<usize>) -> f64 {
+    let freedoms = drive.outputs.len();
+    let channel = |((y, shown), variance): ((&Arc<[f64]>, &Output), &f64)| {
+        let x = shown.of(response, freedoms);
+        let (Some(y), Some(x)) = (y.get(block.clone()), x.get(block.clone())) else { return f64::INFINITY };
+        y.iter().zip(x).map(|(y, x)| (y - x) * (y - x)).sum::<f64>() / y.len().max(1) as f64 / variance
+    };
+    drive.measured.iter().zip(&drive.outputs).zip(variance).map(channel).sum::<f64>()
+        / drive.measured.len().max(1) as f64
+}
+
+/// A threshold well inside an interval between two marks.
+pub(super) fn between(below: f64, above: f64) -> f64 {
+    match (below > 0.0, above.is_finite()) {
+        (true, true) => (below * above).sqrt(),
+        (true, false) => 2.0 * below,
+        (false, true) => 0.3 * above,
+        (false, false) => 0.0,
+    }
+}
+
+pub(super) fn period_samples(plan: &Plan) -> f64 {
+    let periods = plan.records.iter().filter_map(|(r, f)| Some(f.main_period? / r.interval));
+    let shortest = periods.fold(f64::INFINITY, f64::min);
+    if shortest.is_finite() {
+        shortest
+    } else {
+        0.1 * plan.pieces.iter().map(|(r, _)| r.len()).min().unwrap_or(0) as f64
+    }
+}
+
+/// Segment lengths that a piece can bear.
+pub(super) fn bearable(plan: &Plan, order: usize) -> Range<usize> {
+    let shortest = plan.pieces.iter().map(|(r, _)| r.len()).min().unwrap_or(0);
+    order + 2..(shortest / 4).max(order + 3)
+}
+
+fn first_smoothings(plan: &Plan, start: &Settings, free: Free) -> Vec<Smoothing> {
+    const STEPS: usize = 9;
+    let base = start.smoothing;
+    if !free.window || base.method == Differentiation::Difference {
+        return vec![base];
+    }
+    let order = if free.order || base.method.is_global() { 5 } else { base.order };
+    let (shortest, longest) = (0.02, 0.25 * (order as f64 + 1.0) / 2.0);
+    let period = period_samples(plan);
+    let mut smoothings: Vec<Smoothing> = (0..STEPS)
+        .map(|k| {
+            let share = shortest * f64::powf(longest / shortest, k as f64 / (STEPS - 1) as f64);
+            Smoothing { order, ..base }.with_window(fit_window(plan, order, share * period))
+        })
+        .collect();
+    if base.method.is_global() {
+        smoothings.push(Smoothing { from_data: true, ..base });
+    }
+    smoothings.dedup();
+    smoothings
+}
+
+fn fit_window(plan: &Plan, order: usize, samples: f64) -> usize {
+    let range = bearable(plan, order);
+    odd((samples as usize).clamp(range.start, range.end)).min(odd(range.end) | 1)
+}
+
+fn nearby_smoothings(plan: &Plan, best: Smoothing, free: Free) -> Vec<Smoothing> {
+    if best.method == Differentiation::Difference || best.method.is_global() && best.from_data {
+        return vec![best];
+    }
+    let orders: Vec<usize> = match (free.order, best.order) {
+        (_, order) if best.method.is_global() => vec![order],
+        (false, order) => vec![order],
+        // Data with few samples a period need the highest orders: their pass band is the widest.
+        (true, order) => {
+            [order.saturating_sub(2), order, order + 2].into_iter().filter(|o| (3..=11).contains(o)).collect()
+        }
+    };
+    let mut smoothings = Vec::new();
+    for order in &orders {
+        // A higher order passes higher frequencies: segments of equal pass band grow with it.
+        let equal = best.window as f64 * (*order as f64 + 1.0) / (best.order as f64 + 1.0);
+        let factors: &[f64] = if free.window { &[0.6, 0.8, 1.0, 1.25] } else { &[1.0] };
+        for factor in factors {
+            let window = if free.window { fit_window(plan, *order, factor * equal) } else { best.window };
+            let smoothing = Smoothing { order: *order, ..best }.with_window(window);
+            if *order < window && !smoothings.contains(&smoothing) {
+                smoothings.push(smoothing);
+            }
+        }
+    }
+    smoothings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sindyscope_rig::{ScenarioOptions, generate};
+
+    #[test]
+    fn of_very_long_records_the_beginnings_choose() {
+        let options = ScenarioOptions { duration: Some(25.0), rate: Some(10_000.0), ..ScenarioOptions::default() };
+        let long = generate("duffing", &options).unwrap().records;
+        let mut records = RecordSet::new(long.clone(), Usage::Fit);
+        records.add(long, Usage::HeldOut);
+        let lengths = |set: &RecordSet| set.entries.iter().map(|(r, _)| r.len()).collect::<Vec<usize>>();
+        assert_eq!(lengths(&beginnings(&records)), [MOST_CHOSEN, 250_000]);
+        let short = RecordSet { entries: vec![(Arc::new(records.entries[0].0.slice(0..5000)), Usage::Fit)] };
+        assert!(Arc::ptr_eq(&beginnings(&short).entries[0].0, &short.entries[0].0));
+    }
+}

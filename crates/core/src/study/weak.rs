@@ -1,0 +1,463 @@
+//! The weak form: equations held against averages over test functions that take the derivatives off the measurement.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::StudyError;
+use super::noise::{Kernels, Passing, Whitening, place, rate_place, slopes, symbols};
+use super::regression::Raster;
+use crate::signal::{Measured, Signals, dot};
+use crate::sparse::Reduced;
+use sindyscope_values::term::{Expression, Kind, Layout, Program, Symbol, Term, derivative};
+
+/// Exponent of the test functions (1 − s²)ᵖ: five derivatives vanish at the ends, so sums over samples are integrals.
+const EXPONENT: i32 = 6;
+/// Test functions begin anew after this share of their half width: closer ones repeat each other.
+const SPACING: f64 = 1.0 / 6.0;
+/// Half width in main periods, unless it is given.
+const PERIODS: f64 = 0.4;
+/// Narrowest half width of the weak form's test functions, samples: narrower sums are no integrals.
+pub const NARROWEST: usize = 6;
+/// Share of a row's variance that is no sensor's noise: what forces on the smoothed motion and the model itself miss.
+/// Without it the fastest rows, in which there is next to no motion, would weigh most. A tenth and a thousandth do as
+/// well on the report's systems.
+const FLOOR: f64 = 1e-2;
+/// Ridge of the fit whose slopes say what noise passes, as a share of a column's square: slopes across a path on which
+/// terms are nearly dependent would else be anything.
+const DAMPING: f64 = 1e-4;
+
+/// How measurements are averaged, and what their noise does to the averages.
+///
+/// With a test function φ that vanishes at its ends, ⟨φ, ẍ⟩ = ⟨φ̈, x⟩: the equation ẍ = Σ θₖ fₖ becomes one between
+/// averages of what was measured, terms linear in velocities included; only forces that are not linear are evaluated on
+/// the smoothed motion (Messenger & Bortz 2021; Reinbold, Gurevich & Grigoriev 2020). White noise of a sensor passes the
+/// linear part of the equation, so the covariance of the averages is known, and they are whitened with it.
+#[derive(Clone, Debug)]
+pub(super) struct Weak {
+    half_width: usize,
+    /// Samples between the centres of neighbouring test functions.
+    stride: usize,
+    /// Share of a row's variance that is no sensor's noise.
+    floor: f64,
+    /// For each fitted state what noise of each symbol passes.
+    passing: Vec<Vec<Passing>>,
+}
+
+/// Columns and rate of one fitted state.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Rows {
+    pub(super) columns: Vec<Vec<f64>>,
+    pub(super) rate: Vec<f64>,
+}
+
+/// The half width of the weak form's test functions that records suggest, samples.
+pub fn suggested_half_width<'a>(records: impl Iterator<Item = &'a Signals>) -> usize {
+    let (mut shortest, mut period) = (usize::MAX, f64::INFINITY);
+    for signals in records {
+        shortest = shortest.min(length(signals));
+        period = signals.main_period.map_or(period, |p| period.min(p / signals.interval));
+    }
+    let half_width = if period.is_finite() { PERIODS * period } else { 0.02 * shortest as f64 };
+    (half_width as usize).min(shortest / 10).max(NARROWEST)
+}
+
+fn length(signals: &Signals) -> usize {
+    signals.states.first().map_or(0, Vec::len)
+}
+
+impl Weak {
+    /// The weak form of the equations of some states over some records.
+    pub(super) fn new(
+        layout: &Layout,
+        terms: &[Term],
+        records: &[Arc<Signals>],
+        half_width: Option<usize>,
+        fitted: &[usize],
+        most_rows: usize,
+    ) -> Result<Self, StudyError> {
+        let half_width = half_width.unwrap_or_else(|| suggested_half_width(records.iter().map(|s| &**s))).max(2);
+        if let Some(short) = records.iter().map(|s| length(s)).filter(|n| *n < 4 * half_width).min() {
+            return Err(StudyError::Setting(format!(
+                "a record of {short} samples is too short for test functions of half width {half_width}: it needs {}",
+                4 * half_width
+            )));
+        }
+        let total: usize = records.iter().map(|s| length(s)).sum();
+        let stride = ((SPACING * half_width as f64) as usize).max(total.div_ceil(most_rows)).max(1);
+        let mut weak = Self { half_width, stride, floor: FLOOR, passing: Vec::new() };
+        weak.passing = weak.passing(layout, terms, records, fitted);
+        Ok(weak)
+    }
+
+    /// Samples between neighbouring rows.
+    pub(super) fn stride(&self) -> usize {
+        self.stride
+    }
+
+    /// How its rows lie on a record's samples.
+    pub(super) fn raster(&self, signals: &Signals) -> Raster {
+        let rows = (length(signals).saturating_sub(self.span()) / self.stride) + 1;
+        Raster { rows, first: self.half_width, stride: self.stride, reach: self.half_width }
+    }
+
+    /// Samples that one row averages over.
+    pub(super) fn span(&self) -> usize {
+        2 * self.half_width + 1
+    }
+
+    /// The averages of a series with the test function's derivative of some order, and the sign that moving it brings.
+    fn averages(&self, values: &[f64], kernel: &[f64]) -> Vec<f64> {
+        let last = values.len().saturating_sub(kernel.len());
+        (0..=last).step_by(self.stride).map(|from| dot(kernel, &values[from..from + kernel.len()])).collect()
+    }
+
+    /// What noise passes: the slopes of the equation nearest to the data, in the library's terms and in every symbol by
+    /// itself, fitted without whitening.
+    fn passing(
+        &self,
+        layout: &Layout,
+        terms: &[Term],
+        records: &[Arc<Signals>],
+        fitted: &[usize],
+    ) -> Vec<Vec<Passing>> {
+        let mut all: Vec<Term> = symbols(layout).into_iter().map(|s| Term::new(Expression::Symbol(s))).collect();
+        all.extend(terms.iter().filter(|t| !all.contains(t)).cloned().collect::<Vec<_>>());
+        let mut columns: Vec<Vec<f64>> = vec![Vec::new(); all.len() + 1];
+        let mut rates: Vec<Vec<f64>> = vec![Vec::new(); fitted.len()];
+        for signals in records {
+            let kernels = test_functions(self.half_width, signals.interval);
+            for (column, averages) in columns.iter_mut().zip(self.columns(layout, &all, signals, &kernels)) {
+                column.extend(averages);
+            }
+            for (rate, state) in rates.iter_mut().zip(fitted) {
+                if let Some((channel, order)) = rate_place(&signals.measured, layout, *state) {
+                    rate.extend(self.averages(&signals.measured[channel].values, &kernels[order]));
+                }
+            }
+        }
+        let rows = rates.first().map_or(0, Vec::len);
+        columns[all.len()].resize(rows, 1.0);
+        rates
+            .iter()
+            .map(|rate| {
+                let reduced = Reduced::new(&columns, rate);
+                let usable: Vec<usize> = (0..columns.len()).filter(|k| !reduced.unusable(*k)).collect();
+                let coefficients = reduced.damped(&usable, DAMPING);
+                let known = usable.iter().zip(coefficients).filter_map(|(k, c)| Some((all.get(*k)?, c)));
+                slopes(known, layout, records)
+            })
+            .collect()
+    }
+
+    /// Appends a record's rows that are kept, whitened, to those of each fitted state.
+    pub(super) fn append(
+        &self,
+        layout: &Layout,
+        terms: &[Term],
+        signals: &Signals,
+        fitted: &[usize],
+        (kept, rows): (&[Range<usize>], &mut [Rows]),
+    ) {
+        let kernels = test_functions(self.half_width, signals.interval);
+        let columns = self.columns(layout, terms, signals, &kernels);
+        let both = Kernels { rate: kernels.clone(), column: kernels.clone() };
+        for ((state, passing), rows) in fitted.iter().zip(&self.passing).zip(rows) {
+            let Some((channel, order)) = rate_place(&signals.measured, layout, *state) else { continue };
+            let rate = self.averages(&signals.measured[channel].values, &kernels[order]);
+            let covariance = both.covariance(&signals.measured, (channel, order), passing, self.stride);
+            let longest = kept.iter().map(Range::len).max().unwrap_or(0);
+            let whitening = Whitening::new(&covariance, self.floor, longest);
+            for stretch in kept {
+                for (whole, column) in rows.columns.iter_mut().zip(&columns) {
+                    whitening.apply(&column[stretch.clone()], whole);
+                }
+                whitening.apply(&rate[stretch.clone()], &mut rows.rate);
+            }
+        }
+    }
+
+    /// The averages of every term, not yet whitened.
+    fn columns(&self, layout: &Layout, terms: &[Term], signals: &Signals, kernels: &[Vec<f64>; 3]) -> Vec<Vec<f64>> {
+        let parts: Vec<Vec<Part>> = terms.iter().map(|t| parts(t.expression(), layout, &signals.measured)).collect();
+        let on_path: Vec<Expression> = parts
+            .iter()
+            .flatten()
+            .filter_map(|p| if let Source::Path(e) = &p.source { Some(e.clone()) } else { None })
+            .collect();
+        let mut along = vec![Vec::new(); on_path.len()];
+        let slices = signals.slices();
+        let samples = slices.block();
+        Program::new(&on_path, layout).columns(&samples, &mut along);
+        let mut along = along.iter();
+        parts
+            .iter()
+            .map(|parts| {
+                let mut column: Vec<f64> = Vec::new();
+                for Part { factor, order, source } in parts {
+                    let values: &[f64] = match source {
+                        Source::Measured(channel) => &signals.measured[*channel].values,
+                        Source::Path(_) => along.next().map_or(&[], Vec::as_slice),
+                    };
+                    let averages = self.averages(values, &kernels[*order]);
+                    column.resize(averages.len(), 0.0);
+                    column.iter_mut().zip(averages).for_each(|(c, a)| *c += factor * a);
+                }
+                column
+            })
+            .collect()
+    }
+}
+
+/// The normalised test function and its derivatives, each with the sign that moving it from the measurement brings.
+pub fn test_functions(half_width: usize, interval: f64) -> [Vec<f64>; 3] {
+    let p = f64::from(EXPONENT);
+    let width = half_width as f64 * interval;
+    let place = |i: usize| (i as f64 - half_width as f64) / half_width as f64;
+    let each = |value: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
+        (0..=2 * half_width).map(|i| value(place(i), 1.0 - place(i) * place(i))).collect()
+    };
+    let function = each(&|_, q| q.powi(EXPONENT));
+    let first = each(&|s, q| 2.0 * p * s * q.powi(EXPONENT - 1) / width);
+    let second = each(&|s, q| {
+        (4.0 * p * (p - 1.0) * s * s * q.powi(EXPONENT - 2) - 2.0 * p * q.powi(EXPONENT - 1)) / (width * width)
+    });
+    let total: f64 = function.iter().sum();
+    let [function, mut first, mut second] =
+        [function, first, second].map(|kernel| -> Vec<f64> { kernel.iter().map(|k| k / total).collect() });
+    // Exact for parabolas, however few the samples: a constant would otherwise drown a slow motion's derivative.
+    let moment = |kernel: &[f64], order: i32| -> f64 {
+        kernel.iter().enumerate().map(|(i, k)| k * (place(i) * width).powi(order)).sum()
+    };
+    let slope = moment(&first, 1);
+    first.iter_mut().for_each(|k| *k /= slope);
+    let level = moment(&second, 0);
+    second.iter_mut().zip(&function).for_each(|(k, f)| *k -= level * f);
+    let bend = moment(&second, 2) / 2.0;
+    second.iter_mut().for_each(|k| *k /= bend);
+    [function, first, second]
+}
+
+/// A part of a term: a series times a factor, whose derivative of some order is averaged.
+#[derive(Clone, Debug, PartialEq)]
+struct Part {
+    factor: f64,
+    order: usize,
+    source: Source,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Source {
+    Measured(usize),
+    /// Evaluated along the smoothed motion.
+    Path(Expression),
+}
+
+/// A term taken apart: what is linear comes from the measurement, `xⁿ v` is the derivative of `xⁿ⁺¹/(n+1)`, and `g(x) a` that
+/// of `g v` without what `g` changes by.
+fn parts(expression: &Expression, layout: &Layout, measured: &[Measured]) -> Vec<Part> {
+    let addends: &[Expression] =
+        if let Expression::Sum(parts) = expression { parts } else { std::slice::from_ref(expression) };
+    let taken: Option<Vec<Vec<Part>>> = addends
+        .iter()
+        .map(|e| {
+            let one = linear(e, measured).or_else(|| total_derivative(e, layout, measured));
+            one.map(|part| vec![part]).or_else(|| inertial(e, layout))
+        })
+        .collect();
+    let whole = || vec![Part { factor: 1.0, order: 0, source: Source::Path(expression.clone()) }];
+    taken.map_or_else(whole, |parts| parts.concat())
+}
+
+/// The numbers of a product multiplied, and its other factors.
+fn factors(expression: &Expression) -> (f64, Vec<&Expression>) {
+    let all =
+        if let Expression::Product(parts) = expression { parts.as_slice() } else { std::slice::from_ref(expression) };
+    let number = |e: &Expression| if let Expression::Number(n) = e { Some(*n) } else { None };
+    (all.iter().filter_map(number).product(), all.iter().filter(|e| number(e).is_none()).collect())
+}
+
+fn linear(expression: &Expression, measured: &[Measured]) -> Option<Part> {
+    let (factor, rest) = factors(expression);
+    let [Expression::Symbol(symbol)] = rest.as_slice() else { return None };
+    let (channel, order) = place(measured, *symbol)?;
+    Some(Part { factor, order, source: Source::Measured(channel) })
+}
+
+fn total_derivative(expression: &Expression, layout: &Layout, measured: &[Measured]) -> Option<Part> {
+    let (factor, rest) = factors(expression);
+    let rate = rest.iter().position(|e| matches!(e, Expression::Symbol(Symbol::Rate(_))))?;
+    let Expression::Symbol(Symbol::Rate(freedom)) = rest[rate] else { return None };
+    // A velocity measured by itself needs no derivative.
+    if layout.kind != Kind::SecondOrder || place(measured, Symbol::Rate(*freedom))?.1 == 0 {
+        return None;
+    }
+    let state = Expression::Symbol(Symbol::State(*freedom));
+    let mut power = 1.0;
+    for (_, e) in rest.iter().enumerate().filter(|(k, _)| *k != rate) {
+        match e {
+            Expression::Power(base, n) if **base == state => power += n,
+            e if **e == state => power += 1.0,
+            _ => return None,
+        }
+    }
+    if power == 0.0 {
+        return None;
+    }
+    let integral = Expression::Power(Box::new(state), power).normal();
+    Some(Part { factor: factor / power, order: 1, source: Source::Path(integral) })
+}
+
+/// A product of an acceleration and a function of displacements: `g a = d(g v)/dt − (dg/dt) v`.
+fn inertial(expression: &Expression, layout: &Layout) -> Option<Vec<Part>> {
+    let (factor, rest) = factors(expression);
+    let place = rest.iter().position(|e| matches!(e, Expression::Symbol(Symbol::Acceleration(_))))?;
+    let Expression::Symbol(Symbol::Acceleration(freedom)) = rest[place] else { return None };
+    let others = rest.iter().enumerate().filter(|(k, _)| *k != place).map(|(_, e)| (*e).clone());
+    let function = Expression::Product(others.collect()).normal();
+    let mut moves = true;
+    function.visit(&mut |e| moves &= !matches!(e, Expression::Symbol(s) if !matches!(s, Symbol::State(_))));
+    if !moves {
+        return None;
+    }
+    let velocity = Expression::Symbol(Symbol::Rate(*freedom));
+    let changes = (0..layout.freedoms).map(|i| derivative(&function, Symbol::State(i)) * Symbol::Rate(i)).collect();
+    let part = |factor: f64, order: usize, e: Expression| Part { factor, order, source: Source::Path(e.normal()) };
+    Some(vec![
+        part(factor, 1, function.clone() * velocity.clone()),
+        part(-factor, 0, Expression::Sum(changes) * velocity),
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::{Facts, Smoothing};
+    use rand::SeedableRng as _;
+    use rand_distr::{Distribution as _, StandardNormal};
+    use sindyscope_values::record::{Channel, Record, Role};
+
+    const INTERVAL: f64 = 0.01;
+    const LAYOUT: Layout = Layout { kind: Kind::SecondOrder, freedoms: 1, inputs: 1, internals: 0 };
+
+    /// A motion's displacement and input, each with white noise of its own.
+    fn signals(motion: impl Fn(f64) -> [f64; 2], noise: f64, count: usize) -> Arc<Signals> {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(5);
+        let mut deviate = || -> f64 {
+            let deviate: f64 = StandardNormal.sample(&mut rng);
+            noise * deviate
+        };
+        let mut series = |which: usize| -> Arc<[f64]> {
+            (0..count).map(|k| motion(INTERVAL * k as f64)[which] + deviate()).collect()
+        };
+        let channel =
+            |role, values| Channel { name: String::new(), role, unit: String::new(), values, estimated: false };
+        let record = Record {
+            name: String::new(),
+            source: None,
+            start: 0.0,
+            interval: INTERVAL,
+            channels: vec![channel(Role::Displacement(0), series(0)), channel(Role::Input(0), series(1))],
+            notices: Vec::new(),
+        };
+        Arc::new(Signals::new(&record, &LAYOUT, &Smoothing::default(), &Facts::new(&record, &LAYOUT)))
+    }
+
+    fn terms(list: &str) -> Vec<Term> {
+        sindyscope_values::term::list(list).unwrap()
+    }
+
+    fn rows(weak: &Weak, terms: &[Term], signals: &Signals) -> Rows {
+        let mut rows = [Rows { columns: vec![Vec::new(); terms.len()], rate: Vec::new() }];
+        let all = 0..weak.raster(signals).rows;
+        weak.append(&LAYOUT, terms, signals, &[1], (&[all], &mut rows));
+        let [rows] = rows;
+        rows
+    }
+
+    #[test]
+    fn a_motion_keeps_its_equation() {
+        // x = sin 3t + sin 5t obeys ẍ = −9x − v + u with u = ẍ + 9x + v.
+        let motion = |t: f64| {
+            let (x, v, a) = (
+                (3.0 * t).sin() + (5.0 * t).sin(),
+                3.0 * (3.0 * t).cos() + 5.0 * (5.0 * t).cos(),
+                -9.0 * (3.0 * t).sin() - 25.0 * (5.0 * t).sin(),
+            );
+            [x, a + 9.0 * x + v]
+        };
+        let signals = signals(motion, 0.0, 3000);
+        let terms = terms("x, v, u, x*v");
+        for half_width in [NARROWEST, 20, 100, 400] {
+            let weak = Weak::new(&LAYOUT, &[], &[Arc::clone(&signals)], Some(half_width), &[1], usize::MAX).unwrap();
+            let Rows { columns, rate } = rows(&weak, &terms, &signals);
+            let found = Reduced::new(&columns, &rate).least_squares(&[0, 1, 2, 3]);
+            for (found, truth) in found.iter().zip([-9.0, -1.0, 1.0, 0.0]) {
+                // Sums over the narrowest test function are integrals to five digits.
+                assert!((found - truth).abs() < 1e-4, "{half_width}: {found} {truth}");
+            }
+        }
+    }
+
+    #[test]
+    fn accelerations_are_averaged_without_being_estimated() {
+        let motion = |t: f64| [(3.0 * t).sin(), -9.0 * (3.0 * t).sin()];
+        let product: Vec<f64> = (0..3000).map(|k| motion(INTERVAL * k as f64)).map(|[x, a]| x.cos() * a).collect();
+        let rms = |values: &[f64]| (dot(values, values) / values.len() as f64).sqrt();
+        for (noise, bound) in [(0.0, 1e-5), (1e-3, 4e-3)] {
+            let signals = signals(motion, noise, 3000);
+            let kernels = test_functions(40, INTERVAL);
+            let weak = Weak::new(&LAYOUT, &[], &[Arc::clone(&signals)], Some(40), &[1], usize::MAX).unwrap();
+            let averaged = weak.averages(&product, &kernels[0]);
+            let column = weak.columns(&LAYOUT, &terms("cos(x)*a"), &signals, &kernels).swap_remove(0);
+            let apart: Vec<f64> = averaged.iter().zip(&column).map(|(a, b)| a - b).collect();
+            assert!(rms(&apart) < bound * rms(&averaged), "{noise}: {} of {}", rms(&apart), rms(&averaged));
+        }
+    }
+
+    #[test]
+    fn noise_alone_gives_rows_that_do_not_hang_together() {
+        let signals = signals(|_| [0.0; 2], 1e-3, 200_000);
+        let mut weak = Weak::new(&LAYOUT, &[], &[Arc::clone(&signals)], Some(30), &[1], usize::MAX).unwrap();
+        weak.floor = 1e-9;
+        let passing = |(symbol, mean)| Passing { symbol, mean, spread: 0.0 };
+        let slopes = [(Symbol::State(0), -40.0), (Symbol::Rate(0), -2.0), (Symbol::Input(0), 30.0)];
+        weak.passing = vec![slopes.map(passing).to_vec()];
+        let Rows { columns, rate } = rows(&weak, &terms("x, v, u"), &signals);
+        let residual: Vec<f64> = (0..rate.len())
+            .map(|k| rate[k] + 40.0 * columns[0][k] + 2.0 * columns[1][k] - 30.0 * columns[2][k])
+            .collect();
+        let power = dot(&residual, &residual) / residual.len() as f64;
+        // 40 000 rows: a variance is known to 0.7 %, a correlation to 0.005; the noise itself to 1 %.
+        assert!((power.sqrt() / 1e-3 - 1.0).abs() < 0.02, "{power}");
+        for lag in 1..20 {
+            let correlation = dot(&residual[lag..], &residual[..residual.len() - lag]) / residual.len() as f64 / power;
+            assert!(correlation.abs() < 0.03, "{lag}: {correlation}");
+        }
+    }
+
+    #[test]
+    fn derivatives_are_taken_off_what_is_linear() {
+        let measured = signals(|t| [t, t], 0.0, 100).measured.clone();
+        let orders = |text: &str| -> Vec<(f64, usize, bool)> {
+            let parts = parts(Term::parse(text).unwrap().expression(), &LAYOUT, &measured);
+            parts.iter().map(|p| (p.factor, p.order, matches!(p.source, Source::Measured(_)))).collect()
+        };
+        assert_eq!(orders("v"), [(1.0, 1, true)]);
+        assert_eq!(orders("-2*x"), [(-2.0, 0, true)]);
+        assert_eq!(orders("v-du"), [(1.0, 1, true), (-1.0, 1, true)]);
+        assert_eq!(orders("x^2*v"), [(1.0 / 3.0, 1, false)]);
+        assert_eq!(orders("2*a"), [(2.0, 2, true)]);
+        assert_eq!(orders("3*x^2*a"), [(3.0, 1, false), (-3.0, 0, false)]);
+        assert_eq!(orders("v*a"), [(1.0, 0, false)]);
+        assert_eq!(orders("v/x"), [(1.0, 0, false)], "its integral is a logarithm");
+        assert_eq!(orders("v*|v|"), [(1.0, 0, false)]);
+        assert_eq!(orders("x-u^2"), [(1.0, 0, false)]);
+    }
+
+    #[test]
+    fn a_record_too_short_is_refused_in_words() {
+        let signals = signals(|t| [t.sin(), t.cos()], 0.0, 100);
+        let refused = Weak::new(&LAYOUT, &[], &[signals], Some(50), &[1], usize::MAX).unwrap_err();
+        assert!(refused.to_string().contains("half width 50"), "{refused}");
+    }
+}

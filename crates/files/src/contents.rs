@@ -1,0 +1,497 @@
+//! What a file of named columns holds before anything is chosen, and how the chosen columns become a table.
+//!
+//! Formats that tell their columns' names, units and sampling apart from the numbers hand on [`Contents`]: the numbers are
+//! decoded only where they are wanted. Columns that share a group, a length and a time base can stand in one record.
+
+use std::sync::Arc;
+
+use super::columns::Selection;
+use super::error::{ReadError, Row, list, printable};
+use super::heading::{Heading, Key, Meaning, Quantity, label};
+use super::table::{Choose, FIRST_ROWS, LARGEST, Table, TableHead};
+use sindyscope_values::record::units;
+
+/// What is wrong with a file's bytes, told by the reader of its format.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Flaw {
+    /// A clause: `the header of variable x is cut short`.
+    pub(super) what: String,
+    /// The byte where it was found, from 0.
+    pub(super) at: Option<usize>,
+    /// What to try; the general advice if empty.
+    pub(super) advice: &'static str,
+}
+
+impl Flaw {
+    /// A flaw of the file as a whole.
+    pub(super) fn new(what: impl Into<String>) -> Self {
+        Self { what: printable(&what.into()), at: None, advice: "" }
+    }
+
+    /// A flaw found at a byte.
+    pub(super) fn at(what: impl Into<String>, byte: usize) -> Self {
+        Self { at: Some(byte), ..Self::new(what) }
+    }
+
+    /// The same with its own advice.
+    #[must_use]
+    pub(super) fn try_this(self, advice: &'static str) -> Self {
+        Self { advice, ..self }
+    }
+
+    /// The flaw as an error of a file.
+    pub(super) fn of(self, file: &str, format: &'static str) -> ReadError {
+        let Self { what, at, advice } = self;
+        ReadError::Malformed { file: file.to_owned(), format, what, at, advice }
+    }
+}
+
+/// When a column's samples were taken.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum TimeBase {
+    /// Not said, or said by another column.
+    Unknown,
+    /// Evenly; both in seconds.
+    Even { start: f64, interval: f64 },
+    /// At these instants, in the unit given.
+    Stamps(Arc<[f64]>, String),
+}
+
+/// Decodes a column.
+pub(super) type Decode<'a> = Box<dyn Fn() -> Result<Vec<f64>, Flaw> + 'a>;
+
+/// One column of numbers.
+pub(super) struct Column<'a> {
+    pub(super) heading: Heading,
+    /// What the file calls the columns that belong together; may be empty.
+    pub(super) group: String,
+    pub(super) base: TimeBase,
+    /// Number of samples.
+    pub(super) len: usize,
+    pub(super) decode: Decode<'a>,
+}
+
+impl<'a> Column<'a> {
+    /// A column with the unit that the file gives apart from the name.
+    pub(super) fn new(name: &str, unit: &str, len: usize, decode: Decode<'a>) -> Self {
+        let mut heading = if name.trim().is_empty() { Heading::unnamed() } else { named(name, unit) };
+        // A field of a structure is what its own name says: `run.x` is a displacement, not a number of a run.
+        if let Some((_, field)) = name.rsplit_once('.') {
+            let field = named(field, unit);
+            if field.meaning != Meaning::Unknown {
+                heading.meaning = field.meaning;
+            }
+        }
+        Self { heading, group: String::new(), base: TimeBase::Unknown, len, decode }
+    }
+
+    /// The same column, known by the file to be the time.
+    #[must_use]
+    pub(super) fn into_time(mut self) -> Self {
+        self.heading.meaning = Meaning::Known(Key { quantity: Quantity::Time, number: None });
+        // What a format calls the time is in seconds where the unit is none of time.
+        if units::parse(&self.heading.unit).is_none_or(|unit| !unit.is_time()) {
+            self.heading.unit = "s".into();
+        }
+        self
+    }
+
+    fn is_time(&self) -> bool {
+        matches!(self.heading.meaning, Meaning::Known(Key { quantity: Quantity::Time, .. }))
+    }
+}
+
+/// A heading whose unit stands apart from its name; `Newtons` is known as `newtons`.
+fn named(name: &str, unit: &str) -> Heading {
+    let unit = unit.trim();
+    let lower = unit.to_lowercase();
+    let known = units::parse(unit).is_none() && units::parse(&lower).is_some();
+    let unit = if known { lower.as_str() } else { unit };
+    let silent = unit.is_empty() || unit.eq_ignore_ascii_case("none") || unit.eq_ignore_ascii_case("unitless");
+    let heading = Heading::new(name, (!silent).then_some(unit));
+    if silent || heading.unit == unit {
+        return heading;
+    }
+    // What the file says apart counts more than the end of a name, such as `sine 5 Hz`.
+    Heading { name: heading.name, ..Heading::new(&format!("{name} [{unit}]"), None) }
+}
+
+/// All columns of a file.
+#[derive(Default)]
+pub(super) struct Contents<'a> {
+    pub(super) columns: Vec<Column<'a>>,
+    /// What the reader found and did.
+    pub(super) notices: Vec<String>,
+}
+
+/// Columns that can stand in one record.
+struct Sheet<'c, 'a> {
+    group: &'c str,
+    base: &'c TimeBase,
+    len: usize,
+    columns: Vec<&'c Column<'a>>,
+    headings: Vec<Heading>,
+}
+
+impl Sheet<'_, '_> {
+    /// True if the last heading is that of the time base, which is no column of the file.
+    fn has_base(&self) -> bool {
+        self.headings.len() > self.columns.len()
+    }
+
+    fn decode(&self, column: usize) -> Result<Vec<f64>, Flaw> {
+        let mut values = match (self.columns.get(column), self.base) {
+            (Some(column), _) => (column.decode)()?,
+            (None, TimeBase::Even { start, interval }) => (0..self.len).map(|k| start + interval * k as f64).collect(),
+            (None, TimeBase::Stamps(stamps, _)) => stamps.to_vec(),
+            (None, TimeBase::Unknown) => Vec::new(),
+        };
+        if values.len() < self.len {
+            let name = label(&self.headings, column);
+            return Err(Flaw::new(format!("column `{name}` has {} values instead of {}", values.len(), self.len)));
+        }
+        values.truncate(self.len);
+        Ok(values)
+    }
+}
+
+/// Names by which files call a sampling rate or interval that stands among their variables.
+const RATES: &[&str] = &["fs", "fsamp", "rate", "samplerate", "samplingrate", "samplingfrequency", "sr"];
+const INTERVALS: &[&str] = &["dt", "ts", "tsamp", "deltat", "interval", "sampletime", "samplingtime"];
+
+/// A lone number that tells the sampling of all columns without a time base.
+fn sampling_variable(columns: &[Column<'_>]) -> Option<(f64, String)> {
+    columns.iter().filter(|c| c.len == 1).find_map(|column| {
+        let plain: String =
+            column.heading.stem.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_lowercase();
+        let known = |names: &[&str]| names.contains(&plain.as_str());
+        if !(known(RATES) || known(INTERVALS)) {
+            return None;
+        }
+        let value = *(column.decode)().ok()?.first()?;
+        let interval = if known(RATES) { value.recip() } else { value };
+        let scale = units::parse(&column.heading.unit).filter(|u| u.is_time() || u.is_frequency());
+        let interval = match scale {
+            Some(unit) if unit.is_frequency() => interval / unit.factor,
+            Some(unit) => interval * unit.factor,
+            None => interval,
+        };
+        (interval.is_normal() && interval > 0.0).then(|| (interval, column.heading.name.clone()))
+    })
+}
+
+fn sheets<'c, 'a>(columns: &'c [Column<'a>], known: Option<&'c TimeBase>) -> Vec<Sheet<'c, 'a>> {
+    let mut sheets: Vec<Sheet<'c, 'a>> = Vec::new();
+    for column in columns.iter().filter(|c| c.len > 1) {
+        let base = known.filter(|_| column.base == TimeBase::Unknown).unwrap_or(&column.base);
+        let same =
+            |sheet: &&mut Sheet<'_, '_>| sheet.group == column.group && sheet.len == column.len && sheet.base == base;
+        match sheets.iter_mut().find(same) {
+            Some(sheet) => sheet.columns.push(column),
+            None => {
+                let (group, len, columns) = (column.group.as_str(), column.len, vec![column]);
+                sheets.push(Sheet { group, base, len, columns, headings: Vec::new() });
+            }
+        }
+    }
+    for sheet in &mut sheets {
+        sheet.headings = sheet.columns.iter().map(|c| c.heading.clone()).collect();
+        let unit = match sheet.base {
+            TimeBase::Unknown => continue,
+            TimeBase::Even { .. } => "s",
+            TimeBase::Stamps(_, unit) => unit,
+        };
+        if !sheet.columns.iter().any(|c| c.is_time()) {
+            let mut time = Heading::new("time", Some(unit));
+            time.meaning = Meaning::Known(Key { quantity: Quantity::Time, number: None });
+            sheet.headings.push(time);
+        }
+    }
+    sheets
+}
+
+/// Values that are decoded at most to show the first ones: a column is decoded whole.
+const LOOKED_AT: usize = 4_000_000;
+
+/// The tables of a file, before any column is chosen.
+pub(super) fn heads(contents: &Contents<'_>) -> Vec<TableHead> {
+    let told = sampling_variable(&contents.columns);
+    let known = told.map(|(interval, _)| TimeBase::Even { start: 0.0, interval });
+    let mut left = LOOKED_AT;
+    let mut heads = Vec::new();
+    for sheet in sheets(&contents.columns, known.as_ref()) {
+        let mut first = Vec::new();
+        for column in 0..sheet.headings.len() {
+            let decoded = if sheet.len <= left { sheet.decode(column).ok() } else { None };
+            left = left.saturating_sub(sheet.len);
+            let mut values = decoded.unwrap_or_default();
+            values.truncate(FIRST_ROWS);
+            first.push(values);
+        }
+        let rate = match sheet.base {
+            TimeBase::Even { interval, .. } if sheet.has_base() => Some(interval.recip()),
+            _ => None,
+        };
+        let Sheet { group, len: rows, headings, .. } = sheet;
+        heads.push(TableHead { name: group.to_owned(), headings, rows, rate, first });
+    }
+    heads
+}
+
+/// Chooses the columns that are wanted and decodes them.
+///
+/// Sheets that measure the same quantities are records of one file; other sheets are left out, with a notice.
+pub(super) fn table(
+    file: &str,
+    format: &'static str,
+    contents: Contents<'_>,
+    choose: &Choose<'_>,
+) -> Result<Table, ReadError> {
+    let Contents { columns, mut notices } = contents;
+    let told = sampling_variable(&columns);
+    let known = told.as_ref().map(|(interval, _)| TimeBase::Even { start: 0.0, interval: *interval });
+    let sheets = sheets(&columns, known.as_ref());
+    if sheets.is_empty() {
+        let names: Vec<&str> = columns.iter().map(|c| c.heading.name.as_str()).collect();
+        let held = if names.is_empty() { String::new() } else { format!(" (there is {})", list(&names)) };
+        let mut what = format!("it holds no columns of numbers{held}");
+        for notice in notices {
+            what += &format!("; {notice}");
+        }
+        return Err(Flaw::new(what).try_this(NO_COLUMNS).of(file, format));
+    }
+    let chosen: Vec<Result<Selection, ReadError>> = sheets.iter().map(|s| choose(&s.headings)).collect();
+    let Some(first) = chosen.iter().position(Result::is_ok) else {
+        return Err(no_sheet(&sheets, chosen));
+    };
+    let selected: Vec<(&Sheet<'_, '_>, &Selection)> =
+        sheets.iter().zip(&chosen).filter_map(|(sheet, selection)| Some((sheet, selection.as_ref().ok()?))).collect();
+    let (leading, selection) = selected[0];
+    let alike = |(sheet, other): &(&Sheet<'_, '_>, &Selection)| {
+        sheet.headings == leading.headings && other.channels == selection.channels && other.trajectory.is_none()
+    };
+    let runs: Vec<&Sheet<'_, '_>> = if selection.trajectory.is_none() {
+        selected.iter().copied().filter(alike).map(|(s, _)| s).collect()
+    } else {
+        vec![leading]
+    };
+    let used = |sheet: &Sheet<'_, '_>| runs.iter().any(|run| std::ptr::eq(*run, sheet));
+    let unused: Vec<&str> =
+        sheets.iter().filter(|s| !used(s)).flat_map(|s| s.columns.iter().map(|c| c.heading.name.as_str())).collect();
+    if !unused.is_empty() {
+        notices.push(format!("columns of another length, sampling or group were left out: {}", list(&unused)));
+    }
+    if leading.has_base()
+        && selection.time == Some(leading.columns.len())
+        && let Some((interval, name)) = told.filter(|_| Some(leading.base) == known.as_ref())
+    {
+        notices.push(format!("the sampling interval, {interval} s, was taken from `{name}`"));
+    }
+    let mut filling = Filling::new(file, format, &sheets[first].headings, selection);
+    for (index, sheet) in runs.iter().enumerate() {
+        filling.add(sheet, (runs.len() > 1).then(|| run_label(&runs, index)))?;
+    }
+    notices.extend(filling.notice());
+    filling.into_table(selection.clone(), notices)
+}
+
+/// What to try where a file holds nothing that is a measurement.
+const NO_COLUMNS: &str = "save each channel as a numeric vector or as a column of a matrix, all of one length";
+
+/// A run's name: that of its group if that tells it from the others.
+fn run_label(runs: &[&Sheet<'_, '_>], index: usize) -> String {
+    let group = runs[index].group;
+    let own = !group.is_empty() && runs.iter().filter(|r| r.group == group).count() == 1;
+    if own { group.to_owned() } else { (index + 1).to_string() }
+}
+
+/// Why no sheet has all that is needed: the reason of the largest, with the columns of all.
+fn no_sheet(sheets: &[Sheet<'_, '_>], chosen: Vec<Result<Selection, ReadError>>) -> ReadError {
+    let size = |sheet: &Sheet<'_, '_>| sheet.len.saturating_mul(sheet.columns.len());
+    let largest = (0..sheets.len()).max_by_key(|&i| (size(&sheets[i]), sheets.len() - i)).unwrap_or(0);
+    let others = sheets.iter().enumerate().filter(|(i, _)| *i != largest);
+    let others: Vec<String> = others.flat_map(|(_, s)| (0..s.columns.len()).map(|c| label(&s.headings, c))).collect();
+    let mut errors = chosen.into_iter().filter_map(Result::err);
+    let Some(mut error) = errors.nth(largest) else {
+        return Flaw::new("it holds no columns of numbers").of("", "");
+    };
+    if let ReadError::NoTime { columns, .. }
+    | ReadError::NoDisplacement { columns, .. }
+    | ReadError::UnknownColumn { columns, .. } = &mut error
+    {
+        // The time base is no column to be chosen: advice speaks of the last one.
+        if sheets[largest].has_base() && columns.len() == sheets[largest].headings.len() {
+            columns.rotate_right(1);
+        }
+        for name in others {
+            if !columns.contains(&name) {
+                columns.push(name);
+            }
+        }
+    }
+    error
+}
+
+/// A table on its way: rows of one sheet after another.
+struct Filling<'a> {
+    file: &'a str,
+    format: &'static str,
+    headings: &'a [Heading],
+    selection: &'a Selection,
+    stamps: Vec<f64>,
+    channels: Vec<Vec<f64>>,
+    trajectories: Vec<u32>,
+    labels: Vec<String>,
+    rows: Vec<u32>,
+    /// The number of each row, counting those without values; of all sheets.
+    places: Vec<f64>,
+    /// Rows so far, with those without values.
+    counted: usize,
+    /// Rows without a value: how many, and sample and column of the first.
+    missing: usize,
+    first_missing: Option<(usize, usize)>,
+}
+
+impl<'a> Filling<'a> {
+    fn new(file: &'a str, format: &'static str, headings: &'a [Heading], selection: &'a Selection) -> Self {
+        Self {
+            file,
+            format,
+            headings,
+            selection,
+            stamps: Vec::new(),
+            channels: vec![Vec::new(); selection.channels.len()],
+            trajectories: Vec::new(),
+            labels: Vec::new(),
+            rows: Vec::new(),
+            places: Vec::new(),
+            counted: 0,
+            missing: 0,
+            first_missing: None,
+        }
+    }
+
+    fn add(&mut self, sheet: &Sheet<'_, '_>, run: Option<String>) -> Result<(), ReadError> {
+        let decode = |column: usize| sheet.decode(column).map_err(|flaw| flaw.of(self.file, self.format));
+        let mut wanted: Vec<(usize, Vec<f64>)> = Vec::new();
+        for column in self.selection.time.into_iter().chain(self.selection.channels.iter().map(|(_, c)| *c)) {
+            wanted.push((column, decode(column)?));
+        }
+        let trajectory = self.selection.trajectory.map(decode).transpose()?;
+        let whole = self.whole_rows(sheet, &wanted)?;
+        for row in (0..sheet.len).filter(|row| whole.as_ref().is_none_or(|w| w[*row])) {
+            self.rows.push(u32::try_from(row + 1).unwrap_or(u32::MAX));
+            self.places.push((self.counted + row) as f64);
+            if let Some(values) = &trajectory {
+                self.label(values[row].to_string());
+            } else if let Some(run) = &run {
+                self.label(run.clone());
+            }
+        }
+        self.counted += sheet.len;
+        let kept = |values: Vec<f64>| match &whole {
+            None => values,
+            Some(whole) => values.into_iter().zip(whole).filter(|(_, keep)| **keep).map(|(v, _)| v).collect(),
+        };
+        let mut wanted = wanted.into_iter().map(|(_, values)| kept(values));
+        let join = |all: &mut Vec<f64>, more: Vec<f64>| {
+            if all.is_empty() { *all = more } else { all.extend(more) }
+        };
+        if self.selection.time.is_some() {
+            join(&mut self.stamps, wanted.next().unwrap_or_default());
+        }
+        for (channel, values) in self.channels.iter_mut().zip(wanted) {
+            join(channel, values);
+        }
+        Ok(())
+    }
+
+    /// Which rows have all values, or none if all have.
+    fn whole_rows(
+        &mut self,
+        sheet: &Sheet<'_, '_>,
+        wanted: &[(usize, Vec<f64>)],
+    ) -> Result<Option<Vec<bool>>, ReadError> {
+        let mut whole: Option<Vec<bool>> = None;
+        for (column, values) in wanted {
+            for (row, value) in values.iter().enumerate() {
+                if value.abs() <= LARGEST {
+                    continue;
+                }
+                if !value.is_nan() {
+                    let (file, row) = (self.file.to_owned(), Row::Sample(row + 1));
+                    let (column, cell) = (label(self.headings, *column), value.to_string());
+                    return Err(if value.is_infinite() {
+                        ReadError::NotFinite { file, row, column, cell }
+                    } else {
+                        ReadError::TooLarge { file, row, column, cell }
+                    });
+                }
+                let rows = whole.get_or_insert_with(|| vec![true; sheet.len]);
+                if rows[row] {
+                    rows[row] = false;
+                    self.missing += 1;
+                    if self.first_missing.is_none_or(|(first, _)| row < first) {
+                        self.first_missing = Some((row, *column));
+                    }
+                }
+            }
+        }
+        if let Some(rows) = &whole
+            // Rows of several records may be mixed: then their numbers do not tell which are missing.
+            && let Some(row) = inside(rows).filter(|_| self.selection.time.is_none() && self.selection.trajectory.is_some())
+        {
+            let column = wanted.iter().find(|(_, values)| values[row].is_nan()).map_or(0, |(c, _)| *c);
+            let (file, column) = (self.file.to_owned(), label(self.headings, column));
+            return Err(ReadError::MissingCell { file, row: Row::Sample(row + 1), column });
+        }
+        Ok(whole)
+    }
+
+    fn label(&mut self, label: String) {
+        let last = self.trajectories.last().filter(|i| self.labels[**i as usize] == label).copied();
+        let index = last.or_else(|| self.labels.iter().position(|l| *l == label).and_then(|i| u32::try_from(i).ok()));
+        let index = index.unwrap_or_else(|| {
+            self.labels.push(label);
+            u32::try_from(self.labels.len() - 1).unwrap_or(u32::MAX)
+        });
+        self.trajectories.push(index);
+    }
+
+    fn notice(&self) -> Option<String> {
+        let (row, column) = self.first_missing?;
+        let (row, column) = (row + 1, label(self.headings, column));
+        Some(match self.missing {
+            1 => format!("sample {row} has no value of `{column}` and was left out"),
+            n => format!("{n} samples without a value, the first of `{column}` at sample {row}, were left out"),
+        })
+    }
+
+    fn into_table(self, selection: Selection, notices: Vec<String>) -> Result<Table, ReadError> {
+        if self.rows.is_empty()
+            && let Some((row, column)) = self.first_missing
+        {
+            let (file, column) = (self.file.to_owned(), label(self.headings, column));
+            return Err(ReadError::MissingCell { file, row: Row::Sample(row + 1), column });
+        }
+        let gaps = selection.time.is_none() && self.places.windows(2).any(|w| w[1] - w[0] > 1.0);
+        Ok(Table {
+            headings: self.headings.to_vec(),
+            selection,
+            stamps: if gaps { self.places } else { self.stamps },
+            channels: self.channels,
+            trajectories: self.trajectories,
+            labels: self.labels,
+            rows: self.rows,
+            by_sample: true,
+            notices,
+        })
+    }
+}
+
+/// The first row without a value between rows that have all.
+fn inside(whole: &[bool]) -> Option<usize> {
+    let first = whole.iter().position(|w| *w)?;
+    let last = whole.iter().rposition(|w| *w)?;
+    (first..last).find(|row| !whole[*row])
+}

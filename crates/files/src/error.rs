@@ -1,0 +1,520 @@
+use super::heading::{Key, article};
+use sindyscope_core::sampling::LEAST_SAMPLES;
+
+/// Where a row of numbers stands in its file, from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Row {
+    /// A line of text.
+    Line(usize),
+    /// A sample of a file that has no lines.
+    Sample(usize),
+}
+
+impl std::fmt::Display for Row {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Sample(sample) => write!(f, "sample {sample}"),
+        }
+    }
+}
+
+/// Why measurements cannot be read: the message says what is wrong and where, [`ReadError::advice`] what to try.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The file cannot be opened or read.
+    #[error("{path}: {reason}")]
+    Open {
+        /// The path as it was given.
+        path: String,
+        /// What the system says.
+        reason: String,
+    },
+    /// The bytes are no text.
+    #[error("{file}: this is not a text file")]
+    NotText {
+        /// The file's name.
+        file: String,
+    },
+    /// The bytes are not what the format says.
+    #[error("{file}: this {format} file cannot be read: {what}{}", at_byte(.at))]
+    Malformed {
+        /// The file's name.
+        file: String,
+        /// The format's name.
+        format: &'static str,
+        /// What is wrong, as a clause.
+        what: String,
+        /// The byte where it was found, from 0.
+        at: Option<usize>,
+        /// What to try; the general advice if empty.
+        advice: &'static str,
+    },
+    /// A project that the window saved.
+    #[error("{file}: this is a saved project, not a measurement")]
+    IsProject {
+        /// The file's name.
+        file: String,
+    },
+    /// Nothing but blank and comment lines.
+    #[error("{file}: the file is empty")]
+    Empty {
+        /// The file's name.
+        file: String,
+    },
+    /// A header without a row of numbers.
+    #[error("{file}: there are no samples below the header in line {line}")]
+    HeaderOnly {
+        /// The file's name.
+        file: String,
+        /// The header's line.
+        line: usize,
+    },
+    /// Numbers without names.
+    #[error("{file}: there is no header, only numbers from line {line} on")]
+    NoHeader {
+        /// The file's name.
+        file: String,
+        /// The first line of numbers.
+        line: usize,
+        /// Number of columns.
+        columns: usize,
+    },
+    /// No column is the time, and no sampling rate is given.
+    #[error("{file}: no column is the time; the columns are {}", list(.columns))]
+    NoTime {
+        /// The file's name.
+        file: String,
+        /// The names of all columns.
+        columns: Vec<String>,
+    },
+    /// No column is a displacement or state.
+    #[error("{file}: no column is a displacement; the columns are {}{}", list(.columns), doubts(.doubtful))]
+    NoDisplacement {
+        /// The file's name.
+        file: String,
+        /// The names of all columns.
+        columns: Vec<String>,
+        /// Columns whose names start like a known one but are something else, each with the reason.
+        doubtful: Vec<(String, String)>,
+    },
+    /// Two columns have a claim to one role.
+    #[error("{file}: `{first}` and `{second}` could both be the {}", in_words(.key))]
+    TwoColumns {
+        /// The file's name.
+        file: String,
+        /// The short name of what both could be, as `--columns` takes it.
+        key: String,
+        /// One column.
+        first: String,
+        /// The other.
+        second: String,
+        /// The numbers of both, from 1.
+        numbers: (usize, usize),
+    },
+    /// Numbered columns with a number left out.
+    #[error("{file}: `{column}` is there, but no {key}")]
+    NumberMissing {
+        /// The file's name.
+        file: String,
+        /// The column with the higher number.
+        column: String,
+        /// The short name that is missing.
+        key: String,
+    },
+    /// `--columns` names a column that is not there.
+    #[error("{file}: there is no column `{name}` for {key}; the columns are {}", list(.columns))]
+    UnknownColumn {
+        /// The file's name.
+        file: String,
+        /// The short name on the left of the equals sign.
+        key: String,
+        /// The name on its right.
+        name: String,
+        /// The names of all columns.
+        columns: Vec<String>,
+    },
+    /// `--columns` names a column that is there more than once.
+    #[error("{file}: {count} columns are called `{name}`")]
+    AmbiguousColumn {
+        /// The file's name.
+        file: String,
+        /// The short name on the left of the equals sign.
+        key: String,
+        /// The name on its right.
+        name: String,
+        /// How many columns it fits.
+        count: usize,
+    },
+    /// `--columns` uses one column twice.
+    #[error("{file}: column `{column}` cannot be both {first} and {second}")]
+    ColumnUsedTwice {
+        /// The file's name.
+        file: String,
+        /// The column.
+        column: String,
+        /// One short name.
+        first: String,
+        /// The other.
+        second: String,
+    },
+    /// More channels of motion than an equation can be found for.
+    #[error("{file}: {count} columns are taken for motions, such as `{first}`; up to {most} can be studied together")]
+    TooManyMotions {
+        /// The file's name.
+        file: String,
+        /// How many there are.
+        count: usize,
+        /// The first one's name.
+        first: String,
+        /// The names of all columns.
+        columns: Vec<String>,
+        /// The most that are read.
+        most: usize,
+    },
+    /// The sampling rate is not a positive number.
+    #[error("a sampling rate of {rate} Hz is impossible")]
+    BadRate {
+        /// The rate that was given, Hz.
+        rate: f64,
+    },
+    /// The time column's unit is none of time.
+    #[error("{file}, column `{column}`: `{unit}` is not a unit of time")]
+    TimeUnit {
+        /// The file's name.
+        file: String,
+        /// The column.
+        column: String,
+        /// Its unit.
+        unit: String,
+    },
+    /// A row has more or fewer cells than the header.
+    #[error("{file}, line {line}: {cells} cells where the header has {expected}")]
+    RowLength {
+        /// The file's name.
+        file: String,
+        /// The row's line.
+        line: usize,
+        /// Cells in the row.
+        cells: usize,
+        /// Cells in the header.
+        expected: usize,
+    },
+    /// An empty cell.
+    #[error("{file}, {row}, column `{column}`: the value is missing")]
+    MissingCell {
+        /// The file's name.
+        file: String,
+        /// Where the row stands.
+        row: Row,
+        /// The column.
+        column: String,
+    },
+    /// A cell that is no number.
+    #[error("{file}, line {line}, column `{column}`: `{cell}` is not a number")]
+    NotANumber {
+        /// The file's name.
+        file: String,
+        /// The row's line.
+        line: usize,
+        /// The column.
+        column: String,
+        /// What stands there.
+        cell: String,
+    },
+    /// A cell that holds NaN or an infinity.
+    #[error("{file}, {row}, column `{column}`: `{cell}` is not a finite number")]
+    NotFinite {
+        /// The file's name.
+        file: String,
+        /// Where the row stands.
+        row: Row,
+        /// The column.
+        column: String,
+        /// What stands there.
+        cell: String,
+    },
+    /// A number beyond all measurement, whose square would overflow soon.
+    #[error("{file}, {row}, column `{column}`: `{cell}` is too large")]
+    TooLarge {
+        /// The file's name.
+        file: String,
+        /// Where the row stands.
+        row: Row,
+        /// The column.
+        column: String,
+        /// What stands there.
+        cell: String,
+    },
+    /// Decimal points and decimal commas in one file.
+    #[error("{file}, line {line}, column `{column}`: `{cell}`: decimal points and decimal commas are mixed")]
+    MixedDecimals {
+        /// The file's name.
+        file: String,
+        /// The row's line.
+        line: usize,
+        /// The column.
+        column: String,
+        /// What stands there.
+        cell: String,
+    },
+    /// Two samples have one time.
+    #[error("{file}, {row}, column `{column}`: the time {time} is there twice")]
+    RepeatedTime {
+        /// The file's name.
+        file: String,
+        /// Where the second one stands.
+        row: Row,
+        /// The time column.
+        column: String,
+        /// The time, in the file's unit.
+        time: f64,
+    },
+    /// Time runs backwards.
+    #[error("{file}, {row}, column `{column}`: the time falls from {before} to {time}")]
+    FallingTime {
+        /// The file's name.
+        file: String,
+        /// Where it falls.
+        row: Row,
+        /// The time column.
+        column: String,
+        /// The time before, in the file's unit.
+        before: f64,
+        /// The time there, in the file's unit.
+        time: f64,
+    },
+    /// The sampling is too uneven to be evened out.
+    #[error(
+        "{file}, {row}, column `{column}`: the sampling is uneven: a step of {step} s where {usual} s is usual ({percent} % off)"
+    )]
+    UnevenTime {
+        /// The file's name.
+        file: String,
+        /// Where the worst step ends.
+        row: Row,
+        /// The time column.
+        column: String,
+        /// The worst step, s.
+        step: f64,
+        /// The usual step, s.
+        usual: f64,
+        /// How far time stamps are off an even grid, % of the usual step.
+        percent: f64,
+    },
+    /// Not enough samples for anything.
+    #[error("{file}: {}{samples} samples are too few (at least {})", longest(*.records), LEAST_SAMPLES)]
+    TooFewSamples {
+        /// The file's name.
+        file: String,
+        /// How many records the file has.
+        records: usize,
+        /// Samples in the longest stretch without a gap.
+        samples: usize,
+    },
+    /// Two files of a set measure different things.
+    #[error(
+        "{file}: the {quantity} `{column}` is in {unit}, in {other} it is in {other_unit}: these cannot be one quantity"
+    )]
+    UnitsDiffer {
+        /// The file's name.
+        file: String,
+        /// What it is, in words: `displacement`.
+        quantity: &'static str,
+        /// The channel's name.
+        column: String,
+        /// Its unit.
+        unit: Box<str>,
+        /// The file that comes before.
+        other: Box<str>,
+        /// The unit there.
+        other_unit: Box<str>,
+    },
+    /// A displacement that does not move.
+    #[error("{file}, column `{column}`: the displacement is constant ({value}{})", of_record(.record))]
+    ConstantDisplacement {
+        /// The file's name.
+        file: String,
+        /// The column.
+        column: String,
+        /// The record's label, if the file has several.
+        record: Option<String>,
+        /// Its value.
+        value: f64,
+    },
+}
+
+impl ReadError {
+    /// What to try, in one sentence.
+    pub fn advice(&self) -> String {
+        match self {
+            Self::Open { .. } => "check the path, and that the file may be read".into(),
+            Self::IsProject { file } => {
+                format!("open it in the window with `sindyscope {file}`; commands take the measurements that it names")
+            }
+            Self::Malformed { advice: "", .. } => {
+                "copy or export the measurement anew, whole; CSV text with a header such as `t,x,u` always does".into()
+            }
+            Self::Malformed { advice, .. } => (*advice).into(),
+            Self::NotText { .. } => {
+                "export the measurement as CSV text: a header such as `t,x,u`, then one row a sample".into()
+            }
+            Self::Empty { .. } | Self::HeaderOnly { .. } => {
+                "a file needs a header such as `t,x,u` and below it one row a sample".into()
+            }
+            Self::NoHeader { columns, .. } => {
+                let example = match columns {
+                    1 => "`--columns x=1` and the sampling rate as `--rate HZ`",
+                    2 => "`--columns t=1,x=2`",
+                    _ => "`--columns t=1,x=2,u=3`",
+                };
+                format!("add a header such as `t,x,u`, or give the columns by number: {example}")
+            }
+            Self::NoTime { columns, .. } => format!(
+                "name the time column, as in `--columns t={}`, or give the sampling rate in hertz: `--rate 1000`",
+                columns.first().map_or("NAME", String::as_str)
+            ),
+            Self::NoDisplacement { columns, doubtful, .. } => {
+                let example = doubtful.last().map(|(name, _)| name).or(columns.last());
+                format!(
+                    "say which column is which, as in `--columns x={}`, or name it `x` in the header",
+                    example.map_or("NAME", String::as_str)
+                )
+            }
+            Self::TwoColumns { key, first, second, numbers, .. } => {
+                let (one, two) =
+                    if first == second { (numbers.0.to_string(), numbers.1.to_string()) } else { (first.clone(), second.clone()) };
+                let both = Key::of_word(key).is_some_and(|k| k.number.is_none() && k.quantity.is_numbered());
+                let both = if both { format!("; or use both: `--columns {key}1={one},{key}2={two}`") } else { String::new() };
+                format!("choose one: `--columns {key}={one}`{both}")
+            }
+            Self::NumberMissing { column, key, .. } => {
+                format!("number the columns without a hole, or say which is which: `--columns {key}={column}`")
+            }
+            Self::UnknownColumn { .. } => "write the name as in the header, or the column's number from 1".into(),
+            Self::AmbiguousColumn { key, .. } => format!("give the column's number instead: `--columns {key}=2`"),
+            Self::ColumnUsedTwice { first, .. } => format!("leave one of them out, or give {first} another column"),
+            Self::TooManyMotions { first, .. } => {
+                format!("name those to be studied and no others: `--columns x1={first} --only-named`")
+            }
+            Self::BadRate { .. } => "give the samples a second as a positive number: `--rate 1000`".into(),
+            Self::TimeUnit { .. } => {
+                "give the time in s, ms, us, min or h in the header, or the sampling rate: `--rate HZ`".into()
+            }
+            Self::RowLength { .. } => {
+                "correct the row; a decimal comma in a file separated by commas also looks like this".into()
+            }
+            Self::MissingCell { .. } | Self::NotFinite { .. } => {
+                "fill the value in or delete the row: a longer stretch without rows splits the record in two".into()
+            }
+            Self::NotANumber { .. } => {
+                "correct the cell, or delete the row; text columns may stay if they are not used".into()
+            }
+            Self::TooLarge { .. } => "correct the cell, or give the measurement in a larger unit".into(),
+            Self::MixedDecimals { .. } => "write all numbers with a decimal point, without thousands separators".into(),
+            Self::RepeatedTime { .. } => {
+                "delete the double row; if the time is only rounded too much, give the sampling rate: `--rate HZ`".into()
+            }
+            Self::FallingTime { .. } => {
+                "if another run begins there, tell runs apart by a column `record`, or by one file each".into()
+            }
+            Self::UnevenTime { .. } => {
+                "resample the measurement to even steps (done here where at most one step in ten is half as long again as usual), or, if only the time stamps are bad, give the sampling rate: `--rate HZ`".into()
+            }
+            Self::TooFewSamples { records: 1, .. } => "use a longer measurement, or a higher sampling rate".into(),
+            Self::TooFewSamples { .. } => {
+                "check the column that tells the records apart, or join runs that belong together".into()
+            }
+            Self::UnitsDiffer { .. } => {
+                "open the files one by one, or correct the unit in the header; units of one quantity (m and mm) are converted".into()
+            }
+            Self::ConstantDisplacement { .. } => {
+                "check the sensor and which column is the displacement: `--columns x=NAME`".into()
+            }
+        }
+    }
+
+    /// The names of the file's columns, where the error is about which is which.
+    pub fn columns(&self) -> Option<&[String]> {
+        match self {
+            Self::NoTime { columns, .. }
+            | Self::NoDisplacement { columns, .. }
+            | Self::UnknownColumn { columns, .. }
+            | Self::TooManyMotions { columns, .. } => Some(columns),
+            _ => None,
+        }
+    }
+
+    /// True if saying which column is which, or how fast was sampled, is what is needed.
+    pub fn is_about_columns(&self) -> bool {
+        self.columns().is_some()
+            || matches!(
+                self,
+                Self::NoHeader { .. }
+                    | Self::TwoColumns { .. }
+                    | Self::NumberMissing { .. }
+                    | Self::AmbiguousColumn { .. }
+                    | Self::ColumnUsedTwice { .. }
+                    | Self::TimeUnit { .. }
+                    | Self::ConstantDisplacement { .. }
+            )
+    }
+}
+
+/// A text out of a file as a message can hold it: in one line, without signs that move or hide what stands around it.
+pub(super) fn printable(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() || c == '\u{feff}' { '\u{fffd}' } else { c }).collect()
+}
+
+/// `` `a`, `b` and `c` ``, the tail of a long list left out.
+pub(super) fn list<S: AsRef<str>>(names: &[S]) -> String {
+    const SHOWN: usize = 12;
+    let mut text = String::new();
+    for (i, name) in names.iter().take(SHOWN).enumerate() {
+        let joint = match i {
+            0 => "",
+            _ if i + 1 == names.len() => " and ",
+            _ => ", ",
+        };
+        text += joint;
+        text += &format!("`{}`", name.as_ref());
+    }
+    if names.len() > SHOWN {
+        text += &format!(" and {} more", names.len() - SHOWN);
+    }
+    text
+}
+
+fn doubts(doubtful: &[(String, String)]) -> String {
+    doubtful.iter().map(|(name, why)| format!("; `{name}` is not taken for one: {why}")).collect()
+}
+
+fn longest(records: usize) -> String {
+    if records > 1 { format!("in the longest of {records} records, ") } else { String::new() }
+}
+
+fn at_byte(at: &Option<usize>) -> String {
+    at.map_or(String::new(), |byte| format!(" (at byte {byte})"))
+}
+
+fn of_record(record: &Option<String>) -> String {
+    record.as_ref().map_or(String::new(), |r| format!(", in record `{r}`"))
+}
+
+/// What a short name stands for, in words: `displacement x2`.
+fn in_words(key: &str) -> String {
+    match Key::of_word(key) {
+        Some(known) if known.quantity.is_numbered() => format!("{} {key}", known.quantity.noun()),
+        Some(known) => known.quantity.noun().to_owned(),
+        None => key.to_owned(),
+    }
+}
+
+/// The reason that a doubtful column is left out, as a notice.
+pub(super) fn doubtful_notice(name: &str, key: Key, why: &str) -> String {
+    format!(
+        "column `{name}` is not taken for {}: {why}; if it is one, say so: `--columns {key}={name}`",
+        article(key.quantity.noun())
+    )
+}

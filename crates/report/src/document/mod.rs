@@ -1,0 +1,209 @@
+//! A study as a document: a web page that needs nothing beside itself, pages of a PDF, or a picture; and single figures.
+//!
+//! What it holds is arranged (`arrangement`, `sections`), the content is the same in every form (`content`), and so are the figures;
+//! `html` writes a web page, `page` draws sheets as SVG, `pdf` turns those into a PDF.
+
+mod arrangement;
+mod chart;
+mod content;
+mod figures;
+mod font;
+mod html;
+mod math;
+mod page;
+mod pdf;
+mod physics_figures;
+mod sections;
+mod single;
+mod style;
+mod svg;
+mod text;
+mod walk;
+mod walk_figures;
+
+use std::ffi::OsStr;
+use std::path::Path;
+
+use figures::Room;
+use font::Fonts;
+use sections::Composed;
+use sindyscope_core::study::Outcome;
+use sindyscope_search::Diagnosis;
+use sindyscope_values::model::{Model, Units};
+use sindyscope_values::record::RecordSet;
+
+pub use arrangement::{Arrangement, Item, Paper, Section, Sections};
+pub use single::{FigureFormat, FigureKind, FigureSize};
+pub use svg::escape;
+
+/// What a report is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Report<'a> {
+    /// The document's title.
+    pub title: &'a str,
+    /// The records, those that are left out too.
+    pub records: &'a RecordSet,
+    /// What the study found.
+    pub outcome: &'a Outcome,
+    /// How the settings were chosen, if the program chose them.
+    pub choice: Option<&'a str>,
+    /// The command that makes this report again.
+    pub command: Option<&'a str>,
+    /// What the search for missing effects found, if one was made.
+    pub diagnosis: Option<&'a Diagnosis>,
+    /// Which sections it has, in which order, with which texts between.
+    pub arrangement: &'a Arrangement,
+}
+
+/// A search for missing effects in plain text, for a terminal.
+pub fn walk(diagnosis: &Diagnosis, records: &RecordSet) -> String {
+    walk::text(diagnosis, displacement_unit(records), &|model| units(records, model))
+}
+
+/// The units of a model's terms on these records.
+fn units(records: &RecordSet, model: &Model) -> Units {
+    records.entries.first().map_or_else(Units::default, |(r, _)| Units::of(r, &model.layout))
+}
+
+/// The unit of the first displacement; gaps are in it.
+fn displacement_unit(records: &RecordSet) -> &str {
+    records.entries.iter().find_map(|(r, _)| r.sensor(0)).map_or("", |c| c.unit.as_str())
+}
+
+/// The kinds of document that can be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// A self-contained web page.
+    Html,
+    /// Pages of paper with embedded fonts.
+    Pdf,
+    /// A picture at twice the size of a screen's points.
+    Png,
+}
+
+/// Why a report was not written.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// A file's ending that stands for no kind of document.
+    #[error("a report can be written to .html, .pdf or .png, not to {0}")]
+    Ending(String),
+    /// A file's ending that stands for no kind of figure.
+    #[error("a figure can be written to .svg, .pdf or .png, not to {0}")]
+    FigureEnding(String),
+    /// The file could not be written.
+    #[error("cannot write {path}: {source}")]
+    Write {
+        /// The file.
+        path: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The picture could not be drawn.
+    #[error("cannot draw the report: {0}")]
+    Picture(String),
+}
+
+impl Format {
+    /// The kind of document that a file's ending asks for.
+    ///
+    /// # Errors
+    /// An ending that stands for none, or no ending.
+    pub fn of(path: &Path) -> Result<Self, ReportError> {
+        let ending = path.extension().and_then(OsStr::to_str).unwrap_or_default();
+        match ending.to_ascii_lowercase().as_str() {
+            "html" | "htm" => Ok(Self::Html),
+            "pdf" => Ok(Self::Pdf),
+            "png" => Ok(Self::Png),
+            "" => Err(ReportError::Ending("a file without an ending".into())),
+            _ => Err(ReportError::Ending(format!(".{ending}"))),
+        }
+    }
+}
+
+impl Report<'_> {
+    /// Errors, doubts and settings in plain text, for a terminal.
+    pub fn summary(&self) -> String {
+        text::document(&content::summary(self))
+    }
+
+    /// The web page.
+    pub fn html(&self) -> String {
+        html::document(self.heading(), &self.compose(&Room::PAGES).blocks)
+    }
+
+    /// The pages of paper, each as an SVG document that uses the window's fonts, and the sections that were asked for and that this
+    /// study has nothing for.
+    pub fn pages(&self) -> (Vec<String>, Vec<Section>) {
+        let composed = self.compose(&Room::PAGES);
+        let pages = page::pages(&composed.blocks, &Fonts::new(), self.arrangement.paper, self.heading());
+        (pages, composed.empty)
+    }
+
+    /// The PDF, as the bytes of a file: the same for the same report, whenever it is made.
+    ///
+    /// # Errors
+    /// A font that cannot be embedded.
+    pub fn pdf(&self) -> Result<Vec<u8>, ReportError> {
+        pdf::document(&self.pages().0, self.heading(), &Fonts::new())
+    }
+
+    /// The picture, as the bytes of a PNG file.
+    ///
+    /// # Errors
+    /// A picture too large to draw.
+    pub fn png(&self) -> Result<Vec<u8>, ReportError> {
+        let fonts = Fonts::new();
+        let sheet = page::sheet(&self.compose(&Room::PICTURE).blocks, &fonts);
+        fonts.png(&sheet, page::SCALE)
+    }
+
+    /// Writes the document that the file's ending asks for.
+    ///
+    /// # Errors
+    /// An ending that stands for none; a file that cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), ReportError> {
+        let bytes = match Format::of(path)? {
+            Format::Html => self.html().into_bytes(),
+            Format::Pdf => self.pdf()?,
+            Format::Png => self.png()?,
+        };
+        std::fs::write(path, bytes).map_err(|source| ReportError::Write { path: path.display().to_string(), source })
+    }
+
+    fn compose(&self, room: &Room) -> Composed {
+        sections::compose(self, self.arrangement, room)
+    }
+
+    /// The title: one's own, or the name of the data.
+    fn heading(&self) -> &str {
+        match self.arrangement.title.trim() {
+            "" => self.title,
+            own => own,
+        }
+    }
+}
+
+/// A page of a report as pixels: `width` × `height`, four bytes each, red first, opacity last and multiplied into the others.
+#[derive(Clone, Debug)]
+pub struct Pixels {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// The pixels, row by row.
+    pub bytes: Vec<u8>,
+}
+
+/// Draws a page as pixels, so wide.
+///
+/// # Errors
+/// What is given is no SVG document, or no picture can be that large.
+pub fn pixels(page: &str, width: u32) -> Result<Pixels, ReportError> {
+    let fonts = Fonts::new();
+    let natural = fonts.tree(page)?.size().width();
+    let drawn = fonts.pixels(page, width as f32 / natural)?;
+    Ok(Pixels { width: drawn.width(), height: drawn.height(), bytes: drawn.take() })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,260 @@
+//! A linear plant with effects in it: put together, set in motion, and its missing forces measured.
+
+use super::algebra::{E, v};
+use super::catalogue::Effect;
+use super::parts::{Begins, Parts, SensorFault};
+use super::scene::{Dice, Drive, Extent, Motion, Scene};
+use super::shaking::Run;
+use super::watching::Shown;
+use crate::Excitation;
+use crate::RigError;
+use crate::plant::Plant;
+use crate::response::{Response, Stop, respond_at};
+use crate::span::Accuracy;
+use sindyscope_values::model::{Equation, Model};
+use sindyscope_values::term::{Expression, Program};
+
+/// A linear plant with effects in it.
+#[derive(Clone, Debug)]
+pub(super) struct Assembly {
+    pub parts: Vec<Parts>,
+    pub plant: Plant,
+    scene: Scene,
+}
+
+/// The motion of one run.
+#[derive(Clone, Debug)]
+pub(super) struct Motions {
+    pub times: Vec<f64>,
+    /// One series a state.
+    pub states: Vec<Vec<f64>>,
+    /// The mass's acceleration.
+    pub acceleration: Vec<f64>,
+    /// One series for each of the plant's inputs and its first and second derivatives: value, rate, acceleration.
+    pub inputs: Vec<[Vec<f64>; 3]>,
+    /// What is measured as the input: the first of them, or the force of a control; empty without any.
+    pub applied: Vec<f64>,
+    pub stops: Vec<Stop>,
+}
+
+impl Motions {
+    /// What a sensor shows of the mass's motion.
+    pub(super) fn shown(&self, by: Shown) -> &[f64] {
+        match by {
+            Shown::Displacement => &self.states[0],
+            Shown::Velocity => &self.states[1],
+            Shown::Acceleration => &self.acceleration,
+        }
+    }
+}
+
+impl Assembly {
+    /// Effects with their strengths, in a scene.
+    pub(super) fn new(effects: &[(&Effect, Dice)], strengths: &[f64], scene: &Scene) -> Self {
+        let mut first_state = scene.own_states();
+        let mut parts = Vec::with_capacity(effects.len());
+        // Friction in the joint rubs on the base that moves late, as the spring pulls at it.
+        let arriving = usize::from(effects.iter().any(|(effect, _)| effect.name == "input_delay"));
+        for ((effect, dice), strength) in effects.iter().zip(strengths) {
+            let part = (effect.build)(*strength, dice, &Scene { first_state, arriving, ..scene.clone() });
+            first_state += part.inner.len();
+            parts.push(part);
+        }
+        let inputs = match scene.drive {
+            Drive::None => 0,
+            _ if scene.control.is_some() => 2,
+            _ if parts.iter().any(|p| p.delay > 0.0) => 2,
+            _ => 1,
+        };
+        let forces = std::iter::once(scene.base()).chain(parts.iter().map(|p| p.force.clone()));
+        let known = |terms: Vec<E>| Equation::known(terms.into_iter().map(|e| (e.term(), 1.0)));
+        let mut equations = vec![known(vec![v()]), known(forces.collect())];
+        equations.extend(scene.control.map(|control| known(vec![control.filtered_rate()])));
+        equations.extend(parts.iter().flat_map(|p| &p.inner).map(|inner| known(vec![inner.rate.clone()])));
+        let contacts = parts.iter().filter_map(|p| p.contact.clone()).collect();
+        let plant = Plant { smooth: Model::first_order(inputs, equations), contacts };
+        Self { parts, plant, scene: scene.clone() }
+    }
+
+    /// Factor on all levels.
+    pub(super) fn level(&self) -> f64 {
+        self.parts.iter().map(|p| p.level).product()
+    }
+
+    /// What the displacement sensor does.
+    pub(super) fn seen(&self) -> SensorFault {
+        self.parts.iter().map(|p| p.seen).find(|s| *s != SensorFault::True).unwrap_or_default()
+    }
+
+    /// The same with friction that holds no harder than it slides, if it does.
+    pub(super) fn without_static_level(&self) -> Option<Self> {
+        let mut simpler = self.clone();
+        let holding = simpler.plant.contacts.iter_mut().filter(|c| c.holding_ratio > 1.0);
+        let changed = holding.map(|c| c.holding_ratio = 1.0).count();
+        (changed > 0).then_some(simpler)
+    }
+
+    /// Moves along a run.
+    pub(super) fn follow(&self, run: &Run, accuracy: Accuracy) -> Result<Motions, RigError> {
+        self.follow_at(run, (0..run.sampling.count).map(|k| run.sampling.time(k)).collect(), accuracy)
+    }
+
+    /// The same, seen at any instants in order.
+    pub(super) fn follow_at(&self, run: &Run, times: Vec<f64>, accuracy: Accuracy) -> Result<Motions, RigError> {
+        let run = run.scaled(self.level(), self.level());
+        let delay: f64 = self.parts.iter().map(|p| p.delay).sum();
+        let inputs: Vec<Excitation> = match (&run.excitation, self.plant.smooth.layout.inputs) {
+            (Some(reference), 2) if self.scene.control.is_some() => {
+                vec![reference.clone(), run.noise.clone().unwrap_or_else(Excitation::rest)]
+            }
+            (Some(excitation), 2) => vec![excitation.clone(), excitation.clone().delayed(delay)],
+            (Some(excitation), _) => vec![excitation.clone()],
+            (None, _) => Vec::new(),
+        };
+        let mut initial = run.initial.to_vec();
+        initial.resize(self.scene.own_states(), 0.0);
+        initial.extend(self.parts.iter().flat_map(|p| &p.inner).map(|inner| match inner.begins {
+            Begins::Zero => 0.0,
+            Begins::Displacement => run.initial[0],
+            Begins::Velocity => run.initial[1],
+        }));
+        let mut response = respond_at(accuracy, &self.plant, &inputs, &initial, &times)?;
+        let series = |input: &Excitation| {
+            let mut jet: [Vec<f64>; 3] = Default::default();
+            for t in &times {
+                for (order, value) in jet.iter_mut().zip(input.at(*t).0) {
+                    order.push(value);
+                }
+            }
+            jet
+        };
+        let inputs = inputs.iter().map(series).collect();
+        let acceleration = response.rates.swap_remove(1);
+        let Response { states, stops, .. } = response;
+        let mut motions = Motions { times, states, acceleration, inputs, applied: Vec::new(), stops };
+        motions.applied = match (self.scene.control, motions.inputs.first()) {
+            (Some(control), _) => self.along(&motions, &[control.force()]).remove(0),
+            (None, Some([u, ..])) => u.clone(),
+            (None, None) => Vec::new(),
+        };
+        Ok(motions)
+    }
+
+    /// Values of expressions along a motion, one series each.
+    pub(super) fn along(&self, motions: &Motions, expressions: &[E]) -> Vec<Vec<f64>> {
+        let layout = self.plant.smooth.layout;
+        let expressions: Vec<Expression> = expressions.iter().map(|e| e.0.normal()).collect();
+        let program = Program::new(&expressions, &layout);
+        let mut slots = program.slots();
+        let mut values = vec![Vec::with_capacity(motions.times.len()); expressions.len()];
+        for (k, t) in motions.times.iter().enumerate() {
+            slots[0] = *t;
+            for (j, series) in motions.states.iter().enumerate() {
+                slots[1 + j] = series[k];
+            }
+            let first = 1 + layout.states();
+            for (j, jet) in motions.inputs.iter().enumerate() {
+                for (order, series) in jet.iter().enumerate() {
+                    slots[first + order * layout.inputs + j] = series[k];
+                }
+            }
+            program.run(&mut slots);
+            for (index, series) in values.iter_mut().enumerate() {
+                series.push(slots[program.output(index)]);
+            }
+        }
+        values
+    }
+
+    /// The missing acceleration of each effect over a motion, one series an effect. What changes the sensor counts as the
+    /// spring force of what it changes, `shift` being the record's own share of a shifted zero.
+    pub(super) fn missing(&self, motions: &Motions, shift: f64) -> Vec<Vec<f64>> {
+        let none = || E(Expression::Number(0.0));
+        let contacts: Vec<E> = self.parts.iter().map(|p| p.contact.as_ref().map_or_else(none, sliding_force)).collect();
+        let mut expressions: Vec<E> = self.parts.iter().map(|p| p.force.clone()).collect();
+        expressions.extend(contacts);
+        expressions.push(self.scene.base());
+        let values = self.along(motions, &expressions);
+        let count = self.parts.len();
+        let mut missing = vec![Vec::with_capacity(motions.times.len()); count];
+        for (k, t) in motions.times.iter().enumerate() {
+            let output = |index: usize| values[index][k];
+            let smooth: f64 = (0..count).map(output).sum::<f64>() + output(2 * count);
+            let mut contact = 0;
+            for (j, part) in self.parts.iter().enumerate() {
+                let mut force = output(j);
+                if part.contact.is_some() {
+                    let stuck = motions.stops.iter().any(|s| s.contact == contact && s.from <= *t && *t < s.to);
+                    // While it sticks, the contact gives whatever keeps the mass on what it sticks to.
+                    force +=
+                        if stuck { self.held_acceleration(contact, motions, k) - smooth } else { output(count + j) };
+                    contact += 1;
+                }
+                force += self.scene.stiffness
+                    * match part.seen {
+                        SensorFault::True => 0.0,
+                        SensorFault::Shifted(size) => size * shift,
+                        SensorFault::Clipped(limit) => motions.states[0][k].clamp(-limit, limit) - motions.states[0][k],
+                    };
+                missing[j].push(force);
+            }
+        }
+        missing
+    }
+
+    /// Acceleration of what a contact sticks to: the base's, as it arrives, where it is in the joint.
+    fn held_acceleration(&self, contact: usize, motions: &Motions, sample: usize) -> f64 {
+        let in_joint = self.plant.contacts[contact].velocity != v().term();
+        if in_joint { motions.inputs.last().map_or(0.0, |jet| jet[2][sample]) } else { 0.0 }
+    }
+
+    /// Displacement and velocity of the mass, deflection and velocity of the joint's spring, and the input, over a motion.
+    pub(super) fn series(&self, motions: &Motions) -> [Vec<f64>; 5] {
+        let (x, v) = (motions.states[0].clone(), motions.states[1].clone());
+        let (u, du) = motions.inputs.first().map_or((&[][..], &[][..]), |jet| (&jet[0][..], &jet[1][..]));
+        let less = |a: &[f64], b: &[f64]| match self.scene.drive {
+            Drive::Base => a.iter().zip(b).map(|(a, b)| a - b).collect(),
+            Drive::Force | Drive::None => a.to_vec(),
+        };
+        let (r, w) = (less(&x, u), less(&v, du));
+        [x, v, r, w, motions.applied.clone()]
+    }
+}
+
+/// −strength × sgn velocity.
+fn sliding_force(contact: &crate::plant::Contact) -> E {
+    let sign = E(contact.velocity.expression().clone()).call(sindyscope_values::term::Function::Sgn);
+    let sum = contact.sliding.iter().map(|(term, weight)| E(term.expression().clone()) * *weight);
+    -(sum.fold(E(Expression::Number(0.0)), |a, b| a + b) * sign)
+}
+
+/// The size of motions over all of them.
+pub(super) fn extents(assembly: &Assembly, motions: &[Motions]) -> Motion {
+    let mut all: [Vec<f64>; 5] = Default::default();
+    for motion in motions {
+        for (all, own) in all.iter_mut().zip(assembly.series(motion)) {
+            all.extend(own);
+        }
+    }
+    let [x, v, r, w, u] = all.map(|series| Extent::of(series.into_iter()));
+    Motion { x, v, r, w, u }
+}
+
+/// What forces are compared with: the spring's, or the input where there is no spring.
+pub(super) fn reference(assembly: &Assembly, motion: &Motions) -> Vec<f64> {
+    let [_, _, deflection, _, input] = assembly.series(motion);
+    let stiffness = assembly.scene.stiffness;
+    if assembly.scene.sprung { deflection.into_iter().map(|r| stiffness * r).collect() } else { input }
+}
+
+/// Share of the sampled time in which a contact sticks.
+pub(super) fn stuck_share(motions: &[Motions]) -> f64 {
+    let mut stuck = 0.0;
+    let mut whole = 0.0;
+    for motion in motions {
+        let (Some(from), Some(to)) = (motion.times.first(), motion.times.last()) else { continue };
+        whole += to - from;
+        stuck += motion.stops.iter().map(|s| (s.to.min(*to) - s.from.max(*from)).max(0.0)).sum::<f64>();
+    }
+    if whole > 0.0 { stuck / whole } else { 0.0 }
+}

@@ -1,0 +1,225 @@
+//! One mass with an effect in it, every number of it given and with its unit.
+
+use std::f64::consts::TAU;
+
+use super::assembly::{Assembly, Motions, extents};
+use super::calibrate::measure;
+use super::catalogue;
+use super::parts::{Constant, SensorFault};
+use super::scene::{Dice, Drive, Extent, Motion, Scene};
+use super::shaking::Run;
+use super::truth::Scales;
+use crate::response::{Sampling, Stop};
+use crate::span::Accuracy;
+use crate::{Excitation, RigError};
+use sindyscope_values::term::Expression;
+
+/// Missing force over spring force that the parameters offered first lead to, about.
+const OFFERED: f64 = 0.05;
+/// Significant digits of what is offered.
+const DIGITS: usize = 2;
+/// Samples that are enough to know the size of a motion.
+const ENOUGH: usize = 1500;
+
+/// The linear plant: `ẍ = −stiffness (x − u) − damping (ẋ − u̇)`, or with `mobility × u` of a force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Linear {
+    /// Stiffness over mass, 1/s².
+    pub stiffness: f64,
+    /// Damping over mass, 1/s.
+    pub damping: f64,
+    /// One over the mass, 1/kg.
+    pub mobility: f64,
+    pub drive: Drive,
+}
+
+/// An effect with its numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct GivenEffect {
+    pub name: String,
+    /// To the ground, or across the joint where the base moves.
+    pub to_ground: bool,
+    /// Parameters by name, in SI units.
+    pub values: Vec<(String, f64)>,
+}
+
+/// A plant with an effect, ready to be moved.
+pub(crate) struct Given {
+    assembly: Assembly,
+}
+
+/// How it moved.
+#[derive(Clone, Debug)]
+pub(crate) struct Moved {
+    /// Displacement of each mass, m or rad.
+    pub displacements: Vec<Vec<f64>>,
+    /// The input as it is measured; empty without one.
+    pub input: Vec<f64>,
+    pub stops: Vec<Stop>,
+    /// RMS missing force over RMS spring force.
+    pub ratio: f64,
+}
+
+fn scene(linear: &Linear, origin: f64, length: f64) -> Scene {
+    let Linear { stiffness, damping, mobility, drive } = *linear;
+    Scene { stiffness, mobility, ..Scene::linear(damping, drive, origin, length) }
+}
+
+fn run(excitation: Option<&Excitation>, initial: [f64; 2], sampling: Sampling) -> Run {
+    Run { name: String::new(), excitation: excitation.cloned(), noise: None, initial, sampling, held_out: false }
+}
+
+fn effect(name: &str) -> Result<&'static catalogue::Effect, RigError> {
+    catalogue::find(name).ok_or_else(|| RigError::BadOption {
+        option: "effect",
+        problem: format!("there is no effect {name:?}; choose one of the list"),
+    })
+}
+
+/// An effect's parameters with values that suit the linear plant's motion, and their units.
+///
+/// # Errors
+/// An unknown effect, or one that the drive has no place for; a motion that grows without bound.
+pub(crate) fn suggestions(
+    name: &str,
+    to_ground: bool,
+    linear: &Linear,
+    excitation: Option<&Excitation>,
+    initial: [f64; 2],
+    sampling: Sampling,
+) -> Result<Vec<(&'static str, f64, String)>, RigError> {
+    let effect = suited(name, linear.drive)?;
+    let end = sampling.time(sampling.count.saturating_sub(1));
+    let step = sampling.count.div_ceil(ENOUGH).max(1);
+    let coarse =
+        Sampling { interval: sampling.interval * step as f64, count: sampling.count.div_ceil(step), ..sampling };
+    let whole = scene(linear, sampling.start, end - sampling.start);
+    let plain = Assembly::new(&[], &[], &whole);
+    let motion = plain.follow(&run(excitation, initial, coarse), Accuracy::DRAFT)?;
+    let motion = extents(&plain, &[motion]);
+    // Without units an effect's first strength is known.
+    let (rate, length) = (linear.stiffness.sqrt(), motion.x.peak.max(f64::MIN_POSITIVE));
+    let scales = Scales::new(length, rate, rate * sampling.interval, 1.0 / linear.mobility, turns(name), linear.drive);
+    let over = |e: Extent, unit: f64| Extent { peak: e.peak / unit, rms: e.rms / unit };
+    let bare = Scene {
+        motion: Motion {
+            x: over(motion.x, length),
+            v: over(motion.v, length * rate),
+            r: over(motion.r, length),
+            w: over(motion.w, length * rate),
+            u: over(motion.u, scales.input),
+        },
+        ..Scene::linear(linear.damping / rate, linear.drive, rate * sampling.start, rate * whole.length)
+    };
+    let offered = (effect.first * OFFERED).min(effect.most);
+    let parts = Assembly::new(&[(effect, dice(to_ground))], &[offered], &bare).parts;
+    let constants = parts.into_iter().flat_map(|part| part.constants);
+    let fixed = |c: &Constant| c.name != "k_sin";
+    Ok(constants
+        .filter(fixed)
+        .map(|c| (c.name, rounded(scales.value(c.value, c.dimension)), scales.unit(c.dimension)))
+        .collect())
+}
+
+/// Middling shapes, every sign positive.
+fn dice(to_ground: bool) -> Dice {
+    Dice::new([if to_ground { 0.0 } else { 1.0 }, 0.5, 0.5, 0.5, 0.5, 0.5])
+}
+
+fn rounded(value: f64) -> f64 {
+    format!("{value:.digits$e}", digits = DIGITS - 1).parse().unwrap_or(value)
+}
+
+/// True if the plant is one that turns: its displacement is an angle.
+fn turns(name: &str) -> bool {
+    name == "pendulum_restoring"
+}
+
+fn suited(name: &str, drive: Drive) -> Result<&'static catalogue::Effect, RigError> {
+    let effect = effect(name)?;
+    if effect.suits(drive) {
+        return Ok(effect);
+    }
+    let problem = match drive {
+        Drive::Base => "this effect has no place where the base moves: drive the mass by a force",
+        Drive::Force => "this effect needs a base that moves: choose it under Drive",
+        Drive::None => "this effect needs an input: choose another excitation than free decay",
+    };
+    Err(RigError::BadOption { option: "effect", problem: problem.to_owned() })
+}
+
+impl Given {
+    /// A plant with an effect whose records begin at `origin` and last for `length`, s.
+    ///
+    /// # Errors
+    /// An unknown effect, or one that the drive has no place for.
+    pub(crate) fn new(
+        linear: &Linear,
+        given: Option<&GivenEffect>,
+        origin: f64,
+        length: f64,
+    ) -> Result<Self, RigError> {
+        let scene = scene(linear, origin, length);
+        let Some(given) = given else { return Ok(Self { assembly: Assembly::new(&[], &[], &scene) }) };
+        let effect = suited(&given.name, linear.drive)?;
+        let dice = dice(given.to_ground).giving(given.values.clone());
+        let mut assembly = Assembly::new(&[(effect, dice)], &[OFFERED], &scene);
+        // The level is given, too.
+        assembly.parts.iter_mut().for_each(|part| part.level = 1.0);
+        Ok(Self { assembly })
+    }
+
+    /// Moves along an excitation from a displacement and velocity, seen at instants in order.
+    ///
+    /// # Errors
+    /// A motion that grows without bound or takes too many steps.
+    pub(crate) fn follow(
+        &self,
+        excitation: Option<&Excitation>,
+        initial: [f64; 2],
+        instants: Vec<f64>,
+    ) -> Result<Moved, RigError> {
+        // The instants say when it is seen; the sampling is of no use.
+        let unused = Sampling { start: 0.0, interval: 1.0, count: 0 };
+        let motions = self.assembly.follow_at(&run(excitation, initial, unused), instants, Accuracy::FINE)?;
+        let (_, ratio) = measure(&self.assembly, std::slice::from_ref(&motions));
+        let Motions { mut states, applied, stops, .. } = motions;
+        Ok(Moved { displacements: vec![states.swap_remove(0)], input: applied, stops, ratio })
+    }
+
+    /// What the displacement sensor shows of a displacement.
+    pub(crate) fn seen(&self, displacement: f64) -> f64 {
+        match self.assembly.seen() {
+            SensorFault::True => displacement,
+            SensorFault::Shifted(size) => displacement + size,
+            SensorFault::Clipped(limit) => displacement.clamp(-limit, limit),
+        }
+    }
+
+    /// Time by which the input arrives late, s.
+    pub(crate) fn delay(&self) -> f64 {
+        self.assembly.parts.iter().map(|p| p.delay).sum()
+    }
+
+    /// The missing acceleration but for what contacts give, in states of first order: displacement, velocity, inner states.
+    pub(crate) fn forces(&self) -> impl Iterator<Item = &Expression> {
+        self.assembly.parts.iter().map(|part| &part.force.0)
+    }
+
+    /// The plant itself, of first order.
+    pub(crate) fn plant(&self) -> &crate::Plant {
+        &self.assembly.plant
+    }
+
+    /// Where the effect acts, in words; empty where there is only one place.
+    pub(crate) fn place(&self) -> &'static str {
+        self.assembly.parts.first().map_or("", |part| part.place)
+    }
+}
+
+impl Linear {
+    /// Natural frequency, Hz.
+    pub(crate) fn natural_frequency(&self) -> f64 {
+        self.stiffness.sqrt() / TAU
+    }
+}

@@ -1,0 +1,481 @@
+//! Rigs that hide an effect: records of a linear oscillator and something else, and apart from them what it was.
+//!
+//! [`draw`] makes a plant of random frequency, damping and size, hides the effects asked for in it, shakes it and watches it.
+//! The plant is `ẍ = −k(x − u) − c(ẋ − u̇) + Δ` (the base moves), `ẍ = −k x − c ẋ + b u + Δ` (a force acts) or
+//! `ẍ = −k x − c ẋ + Δ` (free decay); each effect is its own Δ, of a size relative to the spring's force that is asked for.
+//! The [`Truth`] never touches the records.
+
+mod algebra;
+mod assembly;
+mod calibrate;
+mod catalogue;
+mod chance;
+mod driving;
+mod exciting;
+mod friction;
+mod given;
+mod judge;
+mod lab;
+mod memory;
+mod parts;
+mod regime;
+mod scene;
+mod shaking;
+mod stiffness;
+mod time;
+mod truth;
+mod watching;
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+use sindyscope_values::record::{Channel, Record, Role};
+
+use super::RigError;
+use super::scenario::per_second;
+use super::sensor::Sensor;
+use super::span::Accuracy;
+use assembly::{Assembly, Motions};
+use calibrate::{calibrate, hold, linear_motion, measure, shift};
+use catalogue::Effect;
+use chance::log_uniform;
+use parts::SensorFault;
+use scene::{Dice, Extent, Scene};
+use shaking::{Run, Subject, Test};
+use sindyscope_values::term::Term;
+use truth::Scales;
+
+pub(crate) use catalogue::{known_name, suits};
+pub(crate) use given::{Given, GivenEffect, Linear, Moved, suggestions};
+pub(crate) use scene::Drive;
+
+pub use catalogue::{exercised, names, outside_names, pairs, possible, title};
+pub use regime::Regime;
+pub use shaking::Shaking;
+pub use truth::{TrueParameter, Truth};
+pub use watching::{NoiseKind, Shown, Watching};
+
+/// Draws of a plant after which no motion was found to be bounded.
+const MOST_ATTEMPTS: u64 = 8;
+/// The least of the ratio asked for that is accepted at the first try.
+const LEAST_REACHED: f64 = 0.3;
+/// The largest share of the time in which friction may hold the mass.
+const MOST_STUCK: f64 = 0.4;
+/// Ratios of missing force to spring force that are drawn.
+const RATIOS: (f64, f64) = (0.02, 0.15);
+/// The largest ratio that may be asked for.
+const LARGEST_RATIO: f64 = 0.5;
+/// Numbers of fitted samples that may be asked for.
+const SAMPLES: (usize, usize) = (300, 1_000_000);
+
+/// What is to be hidden and how it is tested.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Request {
+    /// Names of the effects ([`names`], [`outside_names`]); none hides nothing.
+    pub effects: Vec<String>,
+    /// How the plant is shaken.
+    pub shaking: Shaking,
+    /// What watches it.
+    pub watching: Watching,
+    /// Seed of everything drawn. The plant does not depend on what watches it.
+    pub seed: u64,
+    /// RMS missing force over RMS spring force, of each effect; drawn from 2 to 15 % if not given. An effect that cannot
+    /// be as large (a delay beyond a twentieth of the natural period) stays below.
+    pub ratio: Option<f64>,
+    /// Samples in all fitted records together, which last 75 natural periods (a decay: until it has died down).
+    pub samples: usize,
+}
+
+impl Request {
+    /// Effects under an excitation, watched with 1 % of white noise.
+    pub fn new<S: Into<String>>(effects: impl IntoIterator<Item = S>, shaking: Shaking, seed: u64) -> Self {
+        Self {
+            effects: effects.into_iter().map(Into::into).collect(),
+            shaking,
+            watching: Watching::white(0.01),
+            seed,
+            ratio: None,
+            samples: 3000,
+        }
+    }
+
+    /// One of [`names`] that the excitation can show, drawn too.
+    pub fn blind(shaking: Shaking, seed: u64) -> Self {
+        let mut random = Pcg64::seed_from_u64(spread(seed, "blind"));
+        let shown: Vec<&str> = names().filter(|name| exercised(name, shaking)).collect();
+        Self::new([shown[random.random_range(0..shown.len())]], shaking, seed)
+    }
+}
+
+/// The records of a test, and what they hide.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hidden {
+    /// Records to fit.
+    pub fit: Vec<Record>,
+    /// Records held out.
+    pub held_out: Vec<Record>,
+    /// True if the input is the base's displacement; a force or nothing otherwise.
+    pub base_excited: bool,
+    /// Terms of the base model that the search is told; none for its own choice.
+    pub base: Option<Vec<Term>>,
+    /// What is hidden.
+    pub truth: Truth,
+}
+
+/// Draws a plant that hides what is asked for, and makes its records.
+///
+/// # Errors
+/// An unknown effect, or one that cannot be under the excitation; a ratio or number of samples out of bounds; a plant whose
+/// motion stays unbounded however it is drawn.
+pub fn draw(request: &Request) -> Result<Hidden, RigError> {
+    let effects = request.effects.iter().map(|name| known(name, request.shaking)).collect::<Result<Vec<_>, _>>()?;
+    let bad = |option, problem: String| Err(RigError::BadOption { option, problem });
+    if let Some(ratio) = request.ratio
+        && !(ratio > 0.0 && ratio <= LARGEST_RATIO)
+    {
+        return bad("--ratio", format!("{ratio} is out of bounds: give a share above 0, at most {LARGEST_RATIO}"));
+    }
+    if !(SAMPLES.0..=SAMPLES.1).contains(&request.samples) {
+        let (least, most) = SAMPLES;
+        return bad("--samples", format!("{} is out of bounds: give a number from {least} to {most}", request.samples));
+    }
+    let Watching { share, input_share, .. } = request.watching;
+    if !(0.0..=1.0).contains(&share) || !(0.0..=1.0).contains(&input_share) {
+        return bad("--noise", "give a share of the RMS from 0 to 100%".to_owned());
+    }
+    let mut failure = RigError::Unbounded { time: 0.0 };
+    let mut weak: Option<Hidden> = None;
+    for attempt in 0..MOST_ATTEMPTS {
+        let plan = Plan::draw(request, &effects, attempt)?;
+        if let Some(fault) = plan.sensor_fault().filter(|_| request.watching.shown != Shown::Displacement) {
+            return bad("--measure", format!("{} is a fault of a displacement's sensor: measure x", fault.name));
+        }
+        let targets = match &plan.sizes {
+            Sizes::Ratios(targets, _) => targets.clone(),
+            Sizes::Still(..) | Sizes::Strengths(_) => Vec::new(),
+        };
+        match plan.perform().map(|(plan, performed)| plan.hidden(&performed)) {
+            Ok(hidden) => {
+                let ratios = hidden.truth.ratios.iter().zip(&targets);
+                let weakest = ratios.map(|(ratio, target)| ratio / target).fold(1.0, f64::min);
+                if weakest >= LEAST_REACHED {
+                    return Ok(hidden);
+                }
+                if weak.is_some() {
+                    break;
+                }
+                weak = Some(hidden);
+            }
+            Err(error) => failure = error,
+        }
+    }
+    weak.ok_or(failure)
+}
+
+/// Draws the effect and the excitation too: one of [`names`], shaken richly and watched with 1 % of white noise.
+///
+/// # Errors
+/// As [`draw`].
+pub fn blind(seed: u64) -> Result<Hidden, RigError> {
+    let rich = [Shaking::Multisine, Shaking::SweepPair];
+    let shaking = rich[Pcg64::seed_from_u64(spread(seed, "shaking")).random_range(0..rich.len())];
+    draw(&Request::blind(shaking, seed))
+}
+
+/// Draws a case of a regime: effect, plant, excitation and sensors.
+///
+/// # Errors
+/// No plant was found that hides the effect drawn so that it can be told; another seed will do.
+pub fn draw_in(regime: Regime, seed: u64) -> Result<Hidden, RigError> {
+    if regime == Regime::Usual { blind(seed) } else { lab::draw(regime, seed) }
+}
+
+fn known(name: &str, shaking: Shaking) -> Result<&'static Effect, RigError> {
+    let bad = |problem: String| RigError::BadOption { option: "--effect", problem };
+    let effect = catalogue::find(name).ok_or_else(|| {
+        let known: Vec<&str> = names().chain(outside_names()).collect();
+        bad(format!("there is no effect {name:?}; choose of: {}", known.join(", ")))
+    })?;
+    if effect.can_be_hidden(shaking) {
+        Ok(effect)
+    } else {
+        Err(bad(format!("{name} needs an input, and a free decay has none; choose another excitation")))
+    }
+}
+
+/// A seed of its own for every use of one.
+fn spread(seed: u64, text: &str) -> u64 {
+    // FNV-1a, which is the same for ever.
+    let hash = |h: u64, byte: u8| (h ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+    seed.to_le_bytes().into_iter().chain(text.bytes()).fold(0xcbf2_9ce4_8422_2325, hash)
+}
+
+/// How large effects are to be.
+#[derive(Clone, Debug, PartialEq)]
+enum Sizes {
+    /// RMS missing force over RMS spring force (input, where there is no spring), of each, and the largest share of the
+    /// time in which friction may hold the mass.
+    Ratios(Vec<f64>, f64),
+    /// Share of the time in which friction holds the mass still, and the bounds of it in each record.
+    Still(f64, (f64, f64)),
+    /// Their strengths.
+    Strengths(Vec<f64>),
+}
+
+/// A drawn plant and test, before the effects have their strengths.
+struct Plan<'a> {
+    effects: Vec<(&'a Effect, Dice)>,
+    sizes: Sizes,
+    scene: Scene,
+    runs: Vec<Run>,
+    scales: Scales,
+    watching: Watching,
+    seed: u64,
+    /// Standard deviation of the noise that a control hears, without unit.
+    heard: Option<f64>,
+}
+
+/// A plan carried out, without units.
+struct Performed {
+    assembly: Assembly,
+    /// One a run, in their order.
+    motions: Vec<Motions>,
+    ratios: Vec<f64>,
+    ratio: f64,
+    /// RMS of what an effect changes beyond the simpler one that it contains.
+    beyond_simpler: Option<f64>,
+    /// RMS of what the base model cannot follow.
+    beyond_base: Option<f64>,
+}
+
+impl<'a> Plan<'a> {
+    fn draw(request: &Request, effects: &[&'a Effect], attempt: u64) -> Result<Self, RigError> {
+        let key = format!("{} {} {attempt}", request.effects.join(" "), request.shaking);
+        let random = &mut Pcg64::seed_from_u64(spread(request.seed, &key));
+        let drive = drive(effects, request.shaking, random)?;
+        let frequency = log_uniform(random, 0.2, 50.0);
+        // Who waits for a tone to be steady has a plant in which it becomes so.
+        let least_damping = if request.shaking == Shaking::SingleTone { 0.01 } else { 0.003 };
+        let damping_ratio = log_uniform(random, least_damping, 0.05);
+        let (small, large) = (log_uniform(random, 1e-6, 1.0), log_uniform(random, 0.05, 1.5));
+        let pendulum = effects.iter().any(|e| e.name == "pendulum_restoring");
+        let turns = drive != Drive::Base && (pendulum | (random.random::<f64>() < 0.25));
+        let length = match (pendulum, turns) {
+            (true, _) => 1.0,
+            (false, true) => large,
+            (false, false) => small,
+        };
+        let mass = log_uniform(random, 0.01, 100.0);
+        let dice = effects.iter().map(|e| (*e, Dice::new(std::array::from_fn(|_| random.random())))).collect();
+        let targets = effects
+            .iter()
+            .map(|_| {
+                let drawn = log_uniform(random, RATIOS.0, RATIOS.1);
+                request.ratio.unwrap_or(drawn)
+            })
+            .collect();
+        let damping = 2.0 * damping_ratio;
+        let subject = Subject { drive, damping, rubs: effects.iter().any(|e| e.rubs) };
+        let Test { runs, origin, length: duration } = shaking::draw(request.shaking, subject, request.samples, random);
+        let mut scene = Scene::linear(damping, drive, origin, duration);
+        // A steady tone's initial state belongs to its input; a displaced start is relative to the forced motion.
+        let runs = brought_to_one(&mut scene, runs, request.shaking == Shaking::SingleTone)?;
+        let interval = runs.first().map_or(1.0, |r| r.sampling.interval);
+        let scales = Scales::new(length, frequency * TAU, interval, mass, turns, drive);
+        let sizes = Sizes::Ratios(targets, MOST_STUCK);
+        let Request { watching, seed, .. } = *request;
+        Ok(Self { effects: dice, sizes, scene, runs, scales, watching, seed, heard: None })
+    }
+
+    /// An effect that is in the sensor, not in the motion.
+    fn sensor_fault(&self) -> Option<&'a Effect> {
+        let at_fault = |(e, dice): &&(&Effect, Dice)| (e.build)(e.first, dice, &self.scene).seen != SensorFault::True;
+        self.effects.iter().find(at_fault).map(|(effect, _)| *effect)
+    }
+
+    /// Gives the effects their sizes and sets the plant in motion.
+    fn perform(mut self) -> Result<(Self, Performed), RigError> {
+        let assembly = match &self.sizes {
+            Sizes::Ratios(targets, stuck) => calibrate(&self.effects, targets, *stuck, &mut self.scene, &self.runs)?,
+            Sizes::Still(share, bounds) => hold(&self.effects, *share, *bounds, &mut self.scene, &self.runs)?,
+            Sizes::Strengths(strengths) => Assembly::new(&self.effects, strengths, &self.scene),
+        };
+        let instants = |(index, run): (usize, &Run)| {
+            self.watching.instants(&run.sampling, spread(self.seed, &format!("clock {index}")))
+        };
+        let motions: Vec<Motions> = self
+            .runs
+            .iter()
+            .enumerate()
+            .map(|each| assembly.follow_at(each.1, instants(each), Accuracy::FINE))
+            .collect::<Result<_, _>>()?;
+        let fitted: Vec<Motions> =
+            self.runs.iter().zip(&motions).filter(|(run, _)| !run.held_out).map(|(_, m)| m.clone()).collect();
+        let (ratios, ratio) = measure(&assembly, &fitted);
+        let simpler = match assembly.without_static_level() {
+            Some(simpler) => {
+                let fit = self.runs.iter().filter(|run| !run.held_out);
+                Some(fit.map(|run| simpler.follow(run, Accuracy::FINE)).collect::<Result<Vec<_>, _>>()?)
+            }
+            None => None,
+        };
+        let beyond_simpler = simpler.map(|simpler| {
+            let shown = self.watching.shown;
+            let change = fitted.iter().zip(&simpler).flat_map(|(a, b)| a.shown(shown).iter().zip(b.shown(shown)));
+            Extent::of(change.map(|(a, b)| a - b)).rms
+        });
+        // The linear plant of what excites itself has no response.
+        let beyond_base = (self.scene.damping > 0.0 && !self.effects.is_empty())
+            .then(|| judge::beyond_base(&assembly, &self.scene, &fitted));
+        Ok((self, Performed { assembly, motions, ratios, ratio, beyond_simpler, beyond_base }))
+    }
+
+    /// Standard deviation of the noise of the motion's sensor, without unit.
+    fn deviation(&self, motions: &[Motions]) -> f64 {
+        self.heard.unwrap_or_else(|| self.watching.deviation(self.shown_rms(motions)))
+    }
+
+    /// RMS of what is shown of the motion over the fitted records, without unit.
+    fn shown_rms(&self, motions: &[Motions]) -> f64 {
+        let fitted = self.runs.iter().zip(motions).filter(|(run, _)| !run.held_out);
+        Extent::of(fitted.flat_map(|(_, m)| m.shown(self.watching.shown).iter().copied())).rms
+    }
+
+    /// The records, and what they hide.
+    fn hidden(&self, performed: &Performed) -> Hidden {
+        let Performed { assembly, motions, ratios, ratio, .. } = performed;
+        let mut table = Table::new(self, assembly, motions);
+        let (mut fit, mut held_out) = (Vec::new(), Vec::new());
+        for (index, run) in self.runs.iter().enumerate() {
+            let record = table.record(index, run);
+            if run.held_out { held_out.push(record) } else { fit.push(record) }
+        }
+        let names: Vec<&'static str> = self.effects.iter().map(|(e, _)| e.name).collect();
+        let titles: Vec<&'static str> = self.effects.iter().map(|(e, _)| e.title).collect();
+        let measured = truth::Measured {
+            ratios: ratios.clone(),
+            ratio: *ratio,
+            noise: table.noise,
+            beyond_simpler: performed.beyond_simpler.map(|size| size * self.scales.shown(self.watching.shown)),
+            beyond_base: performed.beyond_base.map(|size| size * self.scales.length),
+            offsets: table.offsets,
+        };
+        let truth = Truth::new(&names, &titles, &assembly.parts, &self.scene, &self.scales, &measured);
+        let base_excited = self.scene.drive == Drive::Base;
+        Hidden { fit, held_out, base_excited, base: self.scene.base_terms(), truth }
+    }
+}
+
+/// The drive that all effects suit.
+fn drive(effects: &[&Effect], shaking: Shaking, random: &mut Pcg64) -> Result<Drive, RigError> {
+    let base_first = random.random::<bool>();
+    let order = match (shaking, base_first) {
+        (Shaking::Decay, _) => [Drive::None; 2],
+        (_, true) => [Drive::Base, Drive::Force],
+        (_, false) => [Drive::Force, Drive::Base],
+    };
+    order.into_iter().find(|drive| effects.iter().all(|e| e.suits(*drive))).ok_or_else(|| RigError::BadOption {
+        option: "--effect",
+        problem: "these effects need different plants: one with a moving base and one without".to_owned(),
+    })
+}
+
+/// Brings the runs to the level at which the linear plant's largest displacement is 1, and notes its motion; initial states
+/// that belong to a steady motion keep to it, others are relative to the forced motion.
+fn brought_to_one(scene: &mut Scene, runs: Vec<Run>, steady: bool) -> Result<Vec<Run>, RigError> {
+    let state = |kept: f64| if steady { kept } else { 1.0 };
+    let mut level = 1.0;
+    if scene.drive != Drive::None {
+        let forced: Vec<Run> = runs.iter().map(|r| r.scaled(1.0, if steady { 1.0 } else { 0.0 })).collect();
+        level = 1.0 / linear_motion(scene, &forced)?.x.peak;
+    }
+    let runs: Vec<Run> = runs.iter().map(|r| r.scaled(level, state(level))).collect();
+    let whole = 1.0 / linear_motion(scene, &runs)?.x.peak;
+    let runs: Vec<Run> = runs.iter().map(|r| r.scaled(whole, whole)).collect();
+    scene.motion = linear_motion(scene, &runs)?;
+    Ok(runs)
+}
+
+/// What turns motions into records.
+struct Table<'a> {
+    plan: &'a Plan<'a>,
+    assembly: &'a Assembly,
+    motions: &'a [Motions],
+    seed: u64,
+    /// RMS of what is shown of the motion and of the input over the fitted records, without unit.
+    rms: (f64, f64),
+    /// Standard deviation of the noise of the motion's sensor, in its unit.
+    noise: f64,
+    /// Where the sensor's zero was in each record so far, in its unit.
+    offsets: Vec<(String, f64)>,
+}
+
+impl<'a> Table<'a> {
+    fn new(plan: &'a Plan<'a>, assembly: &'a Assembly, motions: &'a [Motions]) -> Self {
+        let fitted = || plan.runs.iter().zip(motions).filter(|(run, _)| !run.held_out).map(|(_, m)| m);
+        let u = Extent::of(fitted().flat_map(|m| m.applied.iter().copied())).rms;
+        let noise = plan.deviation(motions) * plan.scales.shown(plan.watching.shown);
+        let seed = spread(plan.seed, "sensors");
+        Self { plan, assembly, motions, seed, rms: (plan.shown_rms(motions), u), noise, offsets: Vec::new() }
+    }
+
+    fn record(&mut self, index: usize, run: &Run) -> Record {
+        let Plan { scales, scene, watching, .. } = self.plan;
+        let motion = &self.motions[index];
+        let mut shown = motion.shown(watching.shown).to_vec();
+        match self.assembly.seen() {
+            SensorFault::True => {}
+            SensorFault::Shifted(size) => {
+                let offset = size * shift(index);
+                shown.iter_mut().for_each(|x| *x += offset);
+                self.offsets.push((run.name.clone(), offset * scales.length));
+            }
+            SensorFault::Clipped(limit) => shown.iter_mut().for_each(|x| *x = x.clamp(-limit, limit)),
+        }
+        if let Some(datum) = scene.datum.filter(|_| watching.shown == Shown::Displacement) {
+            shown.iter_mut().for_each(|x| *x -= datum);
+        }
+        // What a control hears is what is recorded.
+        let heard = motion.inputs.get(1).filter(|_| self.plan.heard.is_some());
+        if let Some([noise, ..]) = heard {
+            shown.iter_mut().zip(noise).for_each(|(x, noise)| *x += noise);
+        }
+        let scale = scales.shown(watching.shown);
+        shown.iter_mut().for_each(|x| *x *= scale);
+        let stream = 2 * index as u64;
+        let values = match heard {
+            Some(_) => Sensor::PERFECT.measure(&shown, self.seed, stream),
+            None => watching.motion(&shown, self.rms.0 * scale, self.seed, stream),
+        };
+        let (role, unit) = match watching.shown {
+            Shown::Displacement => (Role::Displacement(0), scales.unit.to_owned()),
+            Shown::Velocity => (Role::Velocity(0), per_second(scales.unit, 1)),
+            Shown::Acceleration => (Role::Acceleration(0), per_second(scales.unit, 2)),
+        };
+        let mut channels = vec![channel(watching.shown.name(), role, &unit, values)];
+        if !motion.applied.is_empty() {
+            let clean: Vec<f64> = motion.applied.iter().map(|u| u * scales.input).collect();
+            let values = watching.input(&clean, self.rms.1 * scales.input, self.seed, stream + 1);
+            channels.push(channel("u", Role::Input(0), scales.input_unit, values));
+        }
+        Record {
+            name: run.name.clone(),
+            source: None,
+            start: ((run.sampling.start - scene.origin) / run.sampling.interval).round() * scales.interval,
+            interval: scales.interval,
+            channels,
+            notices: Vec::new(),
+        }
+        .completed()
+    }
+}
+
+fn channel(name: &str, role: Role, unit: &str, values: Vec<f64>) -> Channel {
+    Channel { name: name.to_owned(), role, unit: unit.to_owned(), values: Arc::from(values), estimated: false }
+}
+
+#[cfg(test)]
+mod tests;

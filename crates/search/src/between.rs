@@ -1,0 +1,68 @@
+//! What an input does between its samples, and how much of the response hangs on it.
+//!
+//! The simulation follows a smooth curve through an input's samples. A control that hears the sensor's noise gives an input
+//! that is rough from one sample to the next, and then no sample tells what lies between: where dry friction turns with the
+//! motion's direction, another course of the same samples is another response.
+
+use std::sync::Arc;
+
+use super::columns::Basis;
+use super::data::Data;
+use super::fit::{Fitted, Pace, WHOLE};
+use sindyscope_core::refine::{Options, Run, Structure as _, respond};
+use sindyscope_core::signal::rms;
+use sindyscope_core::study::Cancel;
+
+/// The true course may differ from the one that was simulated by so many times as much as the other one does: a force that a
+/// control gives has corners where dry friction turns, and in half of the virtual rig's closed loops the true model leaves no
+/// more than that.
+const COURSES: f64 = 6.0;
+/// Points of the other course for each sample.
+const FINER: usize = 4;
+
+impl Data {
+    /// RMS that the unknown course of the inputs between their samples may come to in the response of a model along the fitted
+    /// records, weighted: what a course through fewer neighbours changes and no parameter, offset or initial state makes up
+    /// for. Zero where that cannot be told.
+    pub(super) fn between_samples(&self, fitted: &Fitted, cancel: &Cancel) -> f64 {
+        let driven = fitted.level != WHOLE;
+        // Internal states of segments begin as the measured motion drives them, sample by sample.
+        if driven && fitted.composition.internals() > 0 || self.layout.inputs == 0 {
+            return 0.0;
+        }
+        let finer = |run: &Run| -> Option<Run> {
+            let spread = |values: &Arc<[f64]>| values.iter().flat_map(|v| [*v; FINER]).collect();
+            Some(Run {
+                grid: Arc::new(run.grid.other_course(FINER)?),
+                measured: run.measured.iter().map(spread).collect(),
+                range: run.range.start * FINER..(run.range.end - 1) * FINER + 1,
+                ..run.clone()
+            })
+        };
+        let Some(runs) = fitted.runs.iter().map(finer).collect::<Option<Vec<Run>>>() else { return 0.0 };
+        let cancelled = || cancel.is_cancelled();
+        let options = Options { driven, ..Self::options(&cancelled, 0, Pace::Thorough) };
+        let refined = &fitted.refined;
+        let Some(other) = respond(&fitted.composition, &runs, &refined.point, options) else { return 0.0 };
+        let change = |((run, other), here): ((&Run, &Vec<f64>), &Vec<f64>)| -> Vec<f64> {
+            let fine = other.len() / run.measured.len().max(1);
+            let of_samples = other.chunks(fine.max(1)).flat_map(|series| series.iter().step_by(FINER));
+            of_samples.zip(here).map(|(o, h)| o - h).collect()
+        };
+        let changes: Vec<Vec<f64>> = fitted.runs.iter().zip(&other).zip(&refined.simulated).map(change).collect();
+        let mut left = fitted.rows(&changes);
+        let mut basis = Basis::default();
+        for column in self.tangent(fitted) {
+            basis.push(column);
+        }
+        basis.remove(&mut left);
+        COURSES * rms(&left)
+    }
+
+    /// True if a fit leaves less than so many times the noise and what the inputs may do between their samples, on the data
+    /// fitted and on those never fitted.
+    pub(super) fn is_within(&self, fitted: &Fitted, noise: f64, times: (f64, f64), cancel: &Cancel) -> bool {
+        let within = |noise: f64| fitted.error() < times.0 * noise && fitted.held_out_error() < times.1 * noise;
+        within(noise) || within(noise.hypot(self.between_samples(fitted, cancel)))
+    }
+}

@@ -1,0 +1,159 @@
+use super::{Addition, Axis, Direction, Form, Frame, Inner, OneTerm, Setting, coefficient, even, shared, with_words};
+use sindyscope_values::term::{Expression, Term};
+
+/// Restoring forces.
+pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
+    for frame in setting.frames() {
+        powers(setting, frame, forms);
+        contacts(frame, forms);
+    }
+    pendulum(setting, forms);
+}
+
+fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
+    setting.offer(
+        frame,
+        OneTerm {
+            effect: "linear_stiffness",
+            title: "Linear stiffness",
+            explanation: "A spring in proportion to the displacement.",
+            separates: "a wide band of frequencies",
+            formula: r"k\,r",
+            force: frame.r(),
+            coefficient: coefficient("k", 0, -2, Direction::Any),
+            axis: Axis::Displacement,
+        },
+        forms,
+    );
+    setting.offer(
+        frame,
+        OneTerm {
+            effect: "quadratic_stiffness",
+            title: "Quadratic stiffness",
+            explanation: "A spring that is stiffer on one side than on the other.",
+            separates: "two amplitudes: the mean shifts with the amplitude squared",
+            formula: r"k_2\,r^2",
+            force: frame.r().power(2.0),
+            coefficient: coefficient("k_2", -1, -2, Direction::Any),
+            axis: Axis::Displacement,
+        },
+        forms,
+    );
+    setting.offer(
+        frame,
+        OneTerm {
+            effect: "cubic_stiffness",
+            title: "Cubic stiffness",
+            explanation: "A spring that hardens (or, with the other sign, softens) with the displacement.",
+            separates: "amplitudes that differ three times or more",
+            formula: r"k_3\,r^3",
+            force: frame.r().power(3.0),
+            coefficient: coefficient("k_3", -2, -2, Direction::Any),
+            axis: Axis::Displacement,
+        },
+        forms,
+    );
+    setting.offer(
+        frame,
+        OneTerm {
+            effect: "quintic_stiffness",
+            title: "Quintic stiffness",
+            explanation: "A spring that hardens (or softens) only at the largest displacements.",
+            separates: "the largest safe amplitude",
+            formula: r"k_5\,r^5",
+            force: frame.r().power(5.0),
+            coefficient: coefficient("k_5", -4, -2, Direction::Any),
+            axis: Axis::Displacement,
+        },
+        forms,
+    );
+    setting.offer(
+        frame,
+        OneTerm {
+            effect: "bilinear_stiffness",
+            title: "Bilinear stiffness",
+            explanation: "A spring with one stiffness when pulled and another when pushed, as of a breathing crack.",
+            separates: "two amplitudes: the share of the second harmonic stays the same",
+            formula: r"k_b\max(r,0)",
+            force: frame.r().max(0.0),
+            coefficient: coefficient("k_b", 0, -2, Direction::Any),
+            axis: Axis::Displacement,
+        },
+        forms,
+    );
+}
+
+fn contacts(frame: &Frame, forms: &mut Vec<Form>) {
+    let reach = frame.reach;
+    let gap = |from: f64| Inner::new("d", (1, 0), even(from * reach, 0.95 * reach, 24), (0.01 * reach, 0.98 * reach));
+    forms.push(Form {
+        effect: "clearance",
+        title: "Clearance",
+        explanation: "A gap on both sides, then further springs: freeplay, or side stops.",
+        separates: "amplitudes just below and just above the gap",
+        formula: r"-k_c\,(r-\max(-d,\min(r,d)))",
+        form: frame.form.clone(),
+        site: Some(frame.site),
+        coefficients: vec![coefficient("k_c", 0, -2, Direction::Against)],
+        inner: vec![gap(0.03)],
+        contains: &[],
+        axis: Axis::Displacement,
+        build: {
+            let frame = frame.clone();
+            shared(move |inner| Addition {
+                terms: vec![Term::new(frame.r().dead_zone(inner[0]))],
+                ..Addition::default()
+            })
+        },
+    });
+    type Stop = fn(Expression, f64) -> Expression;
+    let sides: [(&str, Stop); 2] = [("above", |r, gap| (r - gap).max(0.0)), ("below", |r, gap| (r + gap).min(0.0))];
+    for (side, beyond) in sides {
+        let there = frame.clone();
+        forms.push(Form {
+            effect: "one_sided_stop",
+            title: "One-sided stop",
+            explanation: "Contact with a further spring on one side only, beyond a gap.",
+            separates: "amplitudes just below and just above the gap",
+            formula: r"-k_s\max(r-d,0)\quad\text{or}\quad -k_s\min(r+d,0)",
+            form: with_words(&frame.form, side),
+            site: Some(frame.site),
+            coefficients: vec![coefficient("k_s", 0, -2, Direction::Against)],
+            inner: vec![gap(0.03)],
+            contains: &[],
+            axis: Axis::Displacement,
+            build: shared(move |inner| Addition {
+                terms: vec![Term::new(beyond(there.r(), inner[0]))],
+                ..Addition::default()
+            }),
+        });
+    }
+}
+
+fn pendulum(setting: &Setting, forms: &mut Vec<Form>) {
+    let angle = matches!(setting.unit.as_str(), "rad" | "");
+    for frame in setting.springs() {
+        let spring = Term::new(frame.r());
+        if !angle || frame.reach < 0.05 || !setting.has(&spring, frame.site) {
+            continue;
+        }
+        forms.push(Form {
+            effect: "pendulum_restoring",
+            title: "Pendulum restoring force",
+            explanation: "Gravity on a pendulum: the restoring torque goes with the sine of the angle, in place of the spring.",
+            separates: "swings beyond one radian",
+            formula: r"-(g/l)\,\sin r\quad\text{in place of the spring}",
+            form: frame.form.clone(),
+            site: Some(frame.site),
+            coefficients: vec![coefficient("g/l", 0, -2, Direction::Against)],
+            inner: Vec::new(),
+            contains: &[],
+            axis: Axis::Displacement,
+            build: shared(move |_| Addition {
+                terms: vec![Term::new(frame.r().sin())],
+                replaces: vec![spring.clone()],
+                ..Addition::default()
+            }),
+        });
+    }
+}

@@ -1,0 +1,393 @@
+//! Is there a gap? Questions put to what the fitted model leaves, each a score test: would this be zero but for chance if
+//! nothing were missing?
+//!
+//! The columns of a question are evaluated on the *simulated* motion, which noise does not touch, and what the model's own
+//! parameters (initial states and offsets too) can do is projected out, so the tests hold their level. The residual's
+//! colour, taken from what is left when all questions are answered, is whitened first.
+
+use statrs::distribution::{ContinuousCDF as _, FisherSnedecor};
+
+use super::columns::{Basis, Path};
+use super::data::{Data, Series};
+use super::effects::{Addition, Form};
+use super::fit::Fitted;
+use super::outcome::{Evidence, Test};
+use super::screen::{Motion, Screened};
+use sindyscope_core::refine::{autoregression, lagged_products};
+use sindyscope_core::signal::{dot, rms};
+use sindyscope_core::study::Cancel;
+
+/// Level of the search: the probability of calling a gap where there is none.
+pub const LEVEL: f64 = 1e-4;
+/// The same where the sensor's steps are what is left: they are no chance, and repeat with the motion.
+const LEVEL_OF_STEPS: f64 = 1e-11;
+
+/// Residual, as a share of the motion, below which a fit is exact.
+const EXACT: f64 = 3e-6;
+/// Times the noise that a model with effects in it may leave: an input's own noise and rounding, and what the noise's estimate
+/// is off by, come to that, and what would explain it bears no name.
+const SETTLED: f64 = 1.05;
+/// Residual, as a share of the noise, below which nothing is left that the sensor could have shown.
+const BELOW: f64 = 0.5;
+
+/// Order of the autoregression that describes the residual's colour.
+const ORDER: usize = 6;
+
+/// Hits of the screen that are asked for by name.
+const NAMED: usize = 12;
+
+/// The residual's colour, whitened away.
+pub(super) struct Whitener {
+    /// For each sensor: its autoregression, and the first one's innovation over its own.
+    sensors: Vec<(Vec<f64>, f64)>,
+    spans: Vec<std::ops::Range<usize>>,
+}
+
+impl Whitener {
+    /// From a residual out of which a basis was taken. What white noise lost with the basis is put back: where the basis has
+    /// the motion's frequencies, noise would seem weak there, and any force at them strong.
+    fn new(data: &Data, residual: &[f64], taken: &Basis) -> Self {
+        let spans: Vec<_> = data.spans().collect();
+        let count = data.outputs.len();
+        let of = |sensor: usize| {
+            let own = spans.iter().skip(sensor).step_by(count);
+            let products = |rows: &[f64]| lagged_products(own.clone().map(|s| &rows[s.clone()]), ORDER);
+            let mut lost = vec![0.0; ORDER + 1];
+            for column in &taken.columns {
+                lost.iter_mut().zip(products(column)).for_each(|(lost, product)| *lost += product);
+            }
+            let samples = own.clone().map(|s| s.len()).sum::<usize>() as f64;
+            let mut correlation = products(residual);
+            let variance = correlation[0] / (samples - lost[0]).max(1.0);
+            correlation.iter_mut().zip(lost).for_each(|(c, lost)| *c = (*c + variance * lost) / samples.max(1.0));
+            autoregression(&correlation)
+        };
+        let fitted: Vec<(Vec<f64>, f64)> = (0..count).map(of).collect();
+        let first = fitted[0].1;
+        let relative = |own: f64| if own > 0.0 && first > 0.0 { (first / own).sqrt() } else { 1.0 };
+        Self { sensors: fitted.into_iter().map(|(a, variance)| (a, relative(variance))).collect(), spans }
+    }
+
+    fn apply(&self, column: &[f64]) -> Vec<f64> {
+        let mut out = Vec::with_capacity(column.len());
+        for (span, (coefficients, scale)) in self.spans.iter().zip(self.sensors.iter().cycle()) {
+            let part = &column[span.clone()];
+            out.extend((coefficients.len()..part.len()).map(|n| {
+                let predicted: f64 = coefficients.iter().enumerate().map(|(k, a)| a * part[n - 1 - k]).sum();
+                scale * (part[n] - predicted)
+            }));
+        }
+        out
+    }
+}
+
+/// A fitted model, the motion under it, and what the screen says of the catalogue's forms.
+#[derive(Clone, Copy)]
+pub(super) struct Examined<'a> {
+    pub(super) fitted: &'a Fitted,
+    pub(super) motion: &'a Motion,
+    pub(super) forms: &'a [Form],
+    pub(super) screened: &'a Screened,
+}
+
+impl Data {
+    /// Asks whether the fitted model leaves more than noise; none if cancelled.
+    pub(super) fn evidence(&self, seen: &Examined<'_>, cancel: &Cancel) -> Option<Evidence> {
+        let Examined { fitted, motion, forms, screened } = *seen;
+        let terms = fitted.terms();
+        let present = (terms.as_slice(), fitted.parameters.coefficients.as_slice());
+        let tangent = self.tangent(fitted);
+        let simulated = fitted.by_record(&fitted.refined.simulated);
+        let residual = fitted.rows(&fitted.refined.residuals);
+        let groups = self.groups(motion);
+        let mut questions: Vec<(String, Vec<Vec<f64>>, f64)> = groups
+            .into_iter()
+            .map(|(question, forces)| {
+                let columns = forces.iter().map(|(mass, f)| self.respond(*mass, f, motion)).collect();
+                (question, columns, 1.0)
+            })
+            .collect();
+        for hit in screened.hits.iter().take(NAMED) {
+            if cancel.is_cancelled() {
+                return None;
+            }
+            let form = &forms[hit.form];
+            let columns =
+                self.columns(&form.addition(&hit.inner), &motion.simulated, &motion.variations, present, &simulated);
+            // Neighbours on a fine grid ask the same thing: two points of it are one question.
+            let asked = 1.0 + form.grid().len() as f64 / 2.0;
+            questions.push((format!("Has the shape of {}", form.full_title()), columns, asked));
+        }
+        let mut all = Basis::default();
+        for column in tangent
+            .iter()
+            .chain(questions.iter().flat_map(|q| &q.1))
+            .chain(screened.hits.iter().take(3).flat_map(|h| &h.columns))
+        {
+            if cancel.is_cancelled() {
+                return None;
+            }
+            all.push(column.clone());
+        }
+        let mut rest = residual.clone();
+        all.remove(&mut rest);
+        let whitener = Whitener::new(self, &rest, &all);
+        let mut basis = Basis::default();
+        for column in &tangent {
+            basis.push(whitener.apply(column));
+        }
+        let mut target = whitener.apply(&residual);
+        basis.remove(&mut target);
+        let left = whitener.apply(&rest);
+        let freedom = left.len().saturating_sub(all.columns.len()).max(1) as f64;
+        let variance = dot(&left, &left) / freedom;
+        let total: f64 = questions.iter().map(|q| q.2).sum::<f64>() + (forms.len().saturating_sub(NAMED)) as f64;
+        let mut tests: Vec<Test> = questions
+            .into_iter()
+            .filter_map(|(question, columns, _)| {
+                let mut own = Basis::default();
+                let mut gain = 0.0;
+                for column in &columns {
+                    if cancel.is_cancelled() {
+                        return None;
+                    }
+                    let mut column = whitener.apply(column);
+                    let whole = dot(&column, &column).sqrt();
+                    basis.remove(&mut column);
+                    if dot(&column, &column).sqrt() > 1e-5 * whole && own.push(column) {
+                        let share = own.columns.last().map_or(0.0, |q| dot(q, &target));
+                        gain += share * share;
+                    }
+                }
+                let m = own.columns.len() as f64;
+                let law = FisherSnedecor::new(m.max(1.0), freedom).ok()?;
+                let p = if m > 0.0 && variance > 0.0 { law.sf(gain / m / variance) } else { 1.0 };
+                // Šidák's correction for the number of questions.
+                let p = if p < 1e-9 { (p * total).min(1.0) } else { 1.0 - (1.0 - p).powf(total) };
+                Some(Test { question, p_value: p })
+            })
+            .collect();
+        if cancel.is_cancelled() {
+            return None;
+        }
+        tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
+        let p_value = tests.first().map_or(1.0, |t| t.p_value);
+        let level = if self.stepped { LEVEL_OF_STEPS } else { LEVEL };
+        // Below this the simulation's own arithmetic, or the sensor's, is what is left.
+        let motion = self.loudest();
+        let exact = fitted.refined.rmse() < (EXACT * motion).max(BELOW * self.noise);
+        let settled =
+            !fitted.composition.forms.is_empty() && self.is_within(fitted, self.noise, (SETTLED, SETTLED), cancel);
+        Some(Evidence {
+            significant: p_value < level && !exact && !settled,
+            p_value: if exact { 1.0 } else { p_value },
+            tests,
+        })
+    }
+
+    /// The response to a force on one mass that is given at every sample of every fitted record.
+    fn respond(&self, mass: usize, force: &[Vec<f64>], motion: &Motion) -> Vec<f64> {
+        let mut response = Vec::new();
+        let mut column = Vec::new();
+        let shown = self.shown();
+        for (force, variation) in force.iter().zip(&motion.variations) {
+            variation.respond(&[(mass, force)], &shown, &mut response);
+            column.extend_from_slice(&response);
+        }
+        column
+    }
+
+    /// Questions that name no effect: forces of any shape in the state, in the input, in time, and with memory, on each mass.
+    fn groups(&self, motion: &Motion) -> Vec<Question> {
+        type Kind = fn(&Shapes<'_>) -> Vec<PerRecord>;
+        let kinds: [(&str, Kind); 4] = [
+            ("Depends on displacement and velocity", |s| s.state()),
+            ("Remembers the motion of up to a period ago", |s| s.memory()),
+            ("Changes in the course of a record", |s| s.time()),
+            ("Depends on the input", |s| s.input()),
+        ];
+        let masses = self.masses();
+        let mut groups: Vec<Question> = Vec::new();
+        for (words, kind) in kinds {
+            let mut forces = Vec::new();
+            for mass in 0..masses {
+                let shapes = Shapes { data: self, motion, mass, other: None };
+                forces.extend(kind(&shapes).into_iter().map(|f| (mass, f)));
+            }
+            groups.push((words.to_owned(), forces));
+        }
+        for other in 1..masses {
+            let mut forces = Vec::new();
+            for mass in [other - 1, other] {
+                let shapes = Shapes { data: self, motion, mass: other - 1, other: Some(other) };
+                forces.extend(shapes.state().into_iter().map(|f| (mass, f)));
+            }
+            groups.push((format!("Depends on the motion between masses {other} and {}", other + 1), forces));
+        }
+        groups.retain(|(_, forces)| !forces.is_empty());
+        groups
+    }
+
+    /// The least size of each form's effect that these data would have shown, in words: three standard errors of its first
+    /// coefficient, as a share of the spring force. Of a cancelled search it is not complete.
+    pub(super) fn detectable(&self, seen: &Examined<'_>, cancel: &Cancel) -> Vec<(String, f64)> {
+        let Examined { fitted, motion, forms, screened } = *seen;
+        let terms = fitted.terms();
+        let present = (terms.as_slice(), fitted.parameters.coefficients.as_slice());
+        let mut basis = Basis::default();
+        for column in self.tangent(fitted) {
+            basis.push(column);
+        }
+        let deviation = fitted.refined.rmse();
+        let simulated = fitted.by_record(&fitted.refined.simulated);
+        let spring = |mass: usize| {
+            let stiffness = motion.variations.first().map_or(1.0, |v| v.oscillator.stiffness[(mass, mass)]);
+            stiffness * motion.measured.iter().map(|p| rms(&p.x[mass])).fold(0.0, f64::max)
+        };
+        let mut sizes = Vec::new();
+        for hit in screened.hits.iter().take_while(|_| !cancel.is_cancelled()) {
+            let form = &forms[hit.form];
+            let addition: Addition = form.addition(&hit.inner);
+            // In a joint, what acts on the one mass and what acts on the other.
+            let single = matches!(addition.terms.as_slice(), [_])
+                || matches!(addition.terms.as_slice(), [a, b] if a.mass != b.mass);
+            if !single {
+                continue;
+            }
+            let columns = self.columns(&addition, &motion.simulated, &motion.variations, present, &simulated);
+            let limit = |mut column: Vec<f64>, k: usize| -> Option<f64> {
+                basis.remove(&mut column);
+                let size = dot(&column, &column).sqrt();
+                let shape = |(s, p): (&Series, &Path)| {
+                    let terms = &addition.terms[k..=k];
+                    rms(&super::columns::forces(terms, &addition.internals, &self.layout, s, &s.inputs(), p)[0])
+                };
+                let force = self.fit().iter().zip(&motion.simulated).map(shape).fold(0.0, f64::max);
+                let spring = spring(addition.terms[k].mass);
+                (size > 0.0 && spring > 0.0).then(|| 3.0 * deviation / size * force / spring)
+            };
+            let least = columns.into_iter().enumerate().filter_map(|(k, c)| limit(c, k)).reduce(f64::min);
+            sizes.extend(least.map(|least| (form.full_title(), least)));
+        }
+        sizes
+    }
+}
+
+/// A question in words, and the forces that it asks for, each with the mass that it acts on.
+type Question = (String, Vec<(usize, PerRecord)>);
+/// One value a sample: `[record][sample]`.
+type PerRecord = Vec<Vec<f64>>;
+
+/// Shapes of forces that follow the motion of one mass, or that between it and another.
+struct Shapes<'a> {
+    data: &'a Data,
+    motion: &'a Motion,
+    mass: usize,
+    other: Option<usize>,
+}
+
+impl Shapes<'_> {
+    /// Displacement and velocity, each by twice its largest RMS.
+    fn scaled(&self) -> Vec<(Vec<f64>, Vec<f64>)> {
+        let across = |all: &[Vec<f64>]| -> Vec<f64> {
+            match self.other {
+                None => all[self.mass].clone(),
+                Some(other) => all[self.mass].iter().zip(&all[other]).map(|(a, b)| a - b).collect(),
+            }
+        };
+        let paths = || self.motion.simulated.iter();
+        let mut pairs: Vec<(Vec<f64>, Vec<f64>)> = paths().map(|p| (across(&p.x), across(&p.v))).collect();
+        let scale = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::MIN_POSITIVE, f64::max) * 2.0;
+        let sx = scale(&mut pairs.iter().map(|p| rms(&p.0)));
+        let sv = scale(&mut pairs.iter().map(|p| rms(&p.1)));
+        for (x, v) in &mut pairs {
+            x.iter_mut().for_each(|x| *x /= sx);
+            v.iter_mut().for_each(|v| *v /= sv);
+        }
+        pairs
+    }
+
+    fn state(&self) -> Vec<PerRecord> {
+        let pairs = self.scaled();
+        let pointwise = |f: &dyn Fn(f64, f64) -> f64| -> PerRecord {
+            pairs.iter().map(|(x, v)| x.iter().zip(v).map(|(x, v)| f(*x, *v)).collect()).collect()
+        };
+        let mut state = Vec::new();
+        for i in 0..=5_i32 {
+            for j in 0..=(5 - i) {
+                if i + j >= 2 {
+                    state.push(pointwise(&|x, v| x.powi(i) * v.powi(j)));
+                }
+            }
+        }
+        if self.other.is_none() {
+            state.push(pointwise(&|_, _| 1.0));
+        }
+        state.push(pointwise(&|_, v| sindyscope_values::term::sign(v)));
+        state.push(pointwise(&|x, _| x.abs()));
+        state.push(pointwise(&|x, v| x.abs() * sindyscope_values::term::sign(v)));
+        state
+    }
+
+    fn memory(&self) -> Vec<PerRecord> {
+        let pairs = self.scaled();
+        let lag = |quarters: usize, f: &dyn Fn(f64, f64) -> f64| -> PerRecord {
+            let series = |(s, (x, v)): (&Series, &(Vec<f64>, Vec<f64>))| {
+                let back = (quarters as f64 * 0.25 / (self.data.frequency * s.interval)).round() as usize;
+                (0..s.len()).map(|k| if k >= back { f(x[k - back], v[k - back]) } else { 0.0 }).collect()
+            };
+            self.data.fit().iter().zip(&pairs).map(series).collect()
+        };
+        let mut memory = Vec::new();
+        for quarters in [1, 2, 3] {
+            memory.push(lag(quarters, &|x, _| x));
+            memory.push(lag(quarters, &|x, _| x.powi(3)));
+            memory.push(lag(quarters, &|_, v| sindyscope_values::term::sign(v)));
+        }
+        memory
+    }
+
+    fn time(&self) -> Vec<PerRecord> {
+        let pairs = self.scaled();
+        let over = |f: &dyn Fn(f64, f64, f64) -> f64| -> PerRecord {
+            let series = |(x, v): &(Vec<f64>, Vec<f64>)| {
+                let n = x.len() as f64;
+                (0..x.len()).map(|k| f(2.0 * k as f64 / n - 1.0, x[k], v[k])).collect()
+            };
+            pairs.iter().map(series).collect()
+        };
+        vec![
+            over(&|t, x, _| t * x),
+            over(&|t, _, v| t * v),
+            over(&|t, x, _| t * t * x),
+            over(&|t, _, v| t * t * v),
+            over(&|t, _, _| t),
+            over(&|_, _, _| 1.0),
+        ]
+    }
+
+    fn input(&self) -> Vec<PerRecord> {
+        (0..self.data.layout.inputs).flat_map(|j| self.of_input(j)).collect()
+    }
+
+    fn of_input(&self, j: usize) -> Vec<PerRecord> {
+        let data = self.data;
+        let largest = |pick: fn(&Series) -> &Vec<Vec<f64>>| {
+            data.fit().iter().map(|s| rms(&pick(s)[j])).fold(f64::MIN_POSITIVE, f64::max) * 2.0
+        };
+        let (su, sdu) = (largest(|s| &s.inputs), largest(|s| &s.input_rates));
+        let input = |f: &dyn Fn(f64, f64) -> f64| -> PerRecord {
+            let series =
+                |s: &Series| s.inputs[j].iter().zip(&s.input_rates[j]).map(|(u, du)| f(u / su, du / sdu)).collect();
+            data.fit().iter().map(series).collect()
+        };
+        vec![
+            input(&|u, _| u),
+            input(&|_, du| du),
+            input(&|u, _| u * u),
+            input(&|u, _| u.powi(3)),
+            input(&|u, _| u.powi(5)),
+            input(&|_, du| sindyscope_values::term::sign(du)),
+        ]
+    }
+}

@@ -1,0 +1,769 @@
+//! Fitting a composition to the records: start, refinement, and the gap on data never fitted.
+
+use std::sync::Arc;
+
+use super::columns::{Inputs, Path, forces};
+use super::data::{Data, LEAST_NOISE, Series};
+use super::motion::{Oscillator, Slopes, Variation};
+use super::outcome::{Beginnings, Gap};
+use super::parameters::{InnerValues, Parameters};
+use super::site::{Placed, accelerations};
+use super::structure::Composition;
+use sindyscope_core::refine::{
+    Bar, Goal, Landed, Options, Output, Point, Refined, Run, Structure, climb, cut, levels, misfit, refine, shoot,
+};
+use sindyscope_core::signal::{dot, mean_and_variance, rms};
+use sindyscope_core::study::Cancel;
+use sindyscope_values::model::Equation;
+use sindyscope_values::term::{Expression, Layout, Symbol, derivative};
+
+/// A composition fitted to the fitted records, and held against data that were not.
+#[derive(Clone, Debug)]
+pub(super) struct Fitted {
+    pub(super) composition: Composition,
+    pub(super) refined: Arc<Refined>,
+    /// What the records share of `refined`, part by part.
+    pub(super) parameters: Parameters,
+    /// What was fitted: whole records, or the segments at which the model still follows them.
+    pub(super) runs: Arc<[Run]>,
+    /// Doublings of the shortest segments; [`WHOLE`] for whole records.
+    pub(super) level: usize,
+    /// Residual sums of squares on data left out, one a fold, over segments as long as the fitted ones.
+    pub(super) folds: Vec<Fold>,
+    /// The response along each held-out record, empty where it does not last.
+    pub(super) held_out: Vec<Followed>,
+    pub(super) gap: Gap,
+}
+
+/// A response along one record.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Followed {
+    /// What the sensors would show, one behind the other.
+    pub(super) simulated: Vec<f64>,
+    pub(super) beginnings: Beginnings,
+}
+
+/// The level at which whole records are fitted.
+pub(super) const WHOLE: usize = usize::MAX;
+
+/// The score of one set of data that was left out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Fold {
+    pub(super) rss: f64,
+    pub(super) samples: usize,
+    /// Initial values that were fitted to it.
+    pub(super) passing: usize,
+    /// Sum of squares and samples of the first sensor alone.
+    pub(super) first: (f64, usize),
+}
+
+impl Fold {
+    pub(super) fn rmse(&self) -> f64 {
+        (self.rss / self.samples.saturating_sub(self.passing).max(1) as f64).sqrt()
+    }
+}
+
+impl Fitted {
+    /// A series per run put together again: one a fitted record, its sensors' series one behind the other.
+    pub(super) fn by_record(&self, per_run: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        by_record(&self.runs, &slices(per_run))
+    }
+
+    /// The response along each fitted record.
+    pub(super) fn followed(&self) -> Vec<Followed> {
+        followed(&self.runs, &self.refined)
+    }
+
+    /// The same of all records, one behind the other.
+    pub(super) fn rows(&self, per_run: &[Vec<f64>]) -> Vec<f64> {
+        self.by_record(per_run).concat()
+    }
+
+    /// What a shared parameter does to all rows.
+    pub(super) fn sensitivity(&self, parameter: usize) -> Vec<f64> {
+        let series: Vec<&[f64]> = self.refined.sensitivities.iter().map(|run| run[parameter].as_slice()).collect();
+        by_record(&self.runs, &series).concat()
+    }
+
+    /// Terms of the accelerations.
+    pub(super) fn terms(&self) -> Vec<Placed> {
+        self.composition.compose(&self.parameters.inner).terms
+    }
+
+    /// RMS of the residuals, initial values allowed for.
+    pub(super) fn error(&self) -> f64 {
+        let freedom = self.refined.samples.saturating_sub(self.refined.passing()).max(1);
+        (self.refined.rss_beside_jumps() / freedom as f64).sqrt()
+    }
+
+    /// Where the fit landed, to go on from.
+    pub(super) fn landed(&self) -> Landed {
+        let (level, whole) = (self.level, self.level == WHOLE);
+        Landed { refined: (*self.refined).clone(), runs: self.runs.to_vec(), level, whole }
+    }
+
+    /// Number of values that data never fitted have of their own.
+    pub(super) fn passing_of_folds(&self) -> usize {
+        self.folds.iter().map(|fold| fold.passing).sum()
+    }
+
+    /// RMS of what is left on data never fitted.
+    pub(super) fn held_out_error(&self) -> f64 {
+        let (rss, freedom) = self.folds.iter().fold((0.0, 0), |(rss, freedom), fold| {
+            (rss + fold.rss, freedom + fold.samples.saturating_sub(fold.passing))
+        });
+        if freedom == 0 { self.error() } else { (rss / freedom as f64).sqrt() }
+    }
+}
+
+fn by_record(runs: &[Run], per_run: &[&[f64]]) -> Vec<Vec<f64>> {
+    let mut sensors: Vec<Vec<Vec<f64>>> = Vec::new();
+    for (run, values) in runs.iter().zip(per_run) {
+        sensors.resize_with(sensors.len().max(run.record + 1), || vec![Vec::new(); run.outputs.len()]);
+        let parts = values.chunks(run.range.len().max(1));
+        sensors[run.record].iter_mut().zip(parts).for_each(|(whole, part)| whole.extend_from_slice(part));
+    }
+    sensors.into_iter().map(|sensors| sensors.concat()).collect()
+}
+
+fn slices(series: &[Vec<f64>]) -> Vec<&[f64]> {
+    series.iter().map(Vec::as_slice).collect()
+}
+
+/// The response along each record that runs are of.
+pub(super) fn followed(runs: &[Run], refined: &Refined) -> Vec<Followed> {
+    let simulated = by_record(runs, &slices(&refined.simulated));
+    let Point { offsets, own, .. } = &refined.point;
+    let of_record = |(record, simulated): (usize, Vec<f64>)| {
+        let own_runs = || runs.iter().zip(own).filter(|(run, _)| run.record == record);
+        let sensors = own_runs().next().map_or(1, |(run, _)| run.outputs.len()).max(1);
+        let offsets = offsets.chunks(sensors).nth(record).unwrap_or_default().to_vec();
+        let stretches = own_runs().map(|(run, own)| (run.range.clone(), own.clone())).collect();
+        Followed { simulated, beginnings: Beginnings { stretches, offsets } }
+    };
+    simulated.into_iter().enumerate().map(of_record).collect()
+}
+
+/// Sum of squares and samples of the first sensor's rows of runs.
+pub(super) fn of_first(runs: &[Run], residuals: &[Vec<f64>]) -> (f64, usize) {
+    runs.iter().zip(residuals).fold((0.0, 0), |(squares, samples), (run, e)| {
+        let first = &e[..run.range.len().min(e.len())];
+        (squares + dot(first, first), samples + first.len())
+    })
+}
+
+/// Steps of a refinement from a good start, and at most.
+const STEPS: usize = 24;
+pub(super) const FEW_STEPS: usize = 8;
+/// Integration steps that one of several candidates may take: about half a second.
+const EFFORT: usize = 800_000;
+/// How many times less than expected of a fit a rival must have left for the fit not to be sought far from its start.
+const SURPASSED: f64 = 2.0;
+/// How many times the least sum of squares leaves a rival so far behind that its score does not matter.
+const BEHIND: f64 = 2.25;
+/// Motion left unexplained (a share of its RMS) above which a fit may have missed its basin.
+const LOST: f64 = 0.3;
+/// A held-out record that is left with so many times the error of the fitted ones may have been begun wrongly.
+const ASTRAY: f64 = 1.5;
+/// Least width of a secant, as a share of the motion's RMS.
+const SECANT: f64 = 1e-3;
+/// Parts of a single record that judge a fit to the rest, as shares of its length: in a decay or a sweep its beginning, its
+/// middle and its end each tell what the others cannot.
+const LEFT_OUT: [(f64, f64); 2] = [(0.2, 0.35), (0.65, 0.8)];
+/// Periods that such a part lasts at least, for its own initial state explains the first ones; a shorter record's end judges.
+const LASTING: f64 = 3.0;
+const LEFT_OUT_AT_END: [(f64, f64); 1] = [(0.7, 1.0)];
+
+/// The derivative of a term, where it is a constant.
+fn slope(term: &Placed, symbol: Symbol) -> f64 {
+    match derivative(term.term.expression(), symbol) {
+        Expression::Number(n) => n,
+        _ => 0.0,
+    }
+}
+
+fn finite(value: f64, otherwise: f64) -> f64 {
+    if value.is_finite() { value } else { otherwise }
+}
+
+/// How long a refinement may take.
+#[derive(Clone, Copy)]
+pub(super) enum Pace<'a> {
+    /// Until nothing changes.
+    Thorough,
+    /// One of a few that are gone on with.
+    Again,
+    /// One of many, given up where it stays behind the others.
+    Rival(&'a Bar),
+}
+
+/// How hard data that were not fitted are tried to be followed.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Care {
+    /// A beginning that leads astray is sought along short segments.
+    Full,
+    /// As the first attempt has it: for a rival that is far behind.
+    Little,
+}
+
+impl Pace<'_> {
+    /// How hard a fit of this sum of squares is tried to be followed beyond the data fitted.
+    pub(super) fn care(self, rss: f64) -> Care {
+        match self {
+            Self::Rival(bar) if rss > BEHIND * bar.least() => Care::Little,
+            _ => Care::Full,
+        }
+    }
+
+    /// True if a rival does far better than this one is expected to.
+    pub(super) fn surpassed(self, expected: f64) -> bool {
+        matches!(self, Self::Rival(bar) if SURPASSED * bar.least() < expected)
+    }
+}
+
+impl Data {
+    pub(super) fn options<'a>(cancelled: &'a (dyn Fn() -> bool + Sync), steps: usize, pace: Pace<'a>) -> Options<'a> {
+        let (effort, bar) = match pace {
+            Pace::Thorough => (usize::MAX, None),
+            Pace::Again => (4 * EFFORT, None),
+            Pace::Rival(bar) => (EFFORT, Some(bar)),
+        };
+        Options { frozen: false, driven: false, steps, effort, bar, cancelled }
+    }
+
+    /// What a fit up to a level is to reach.
+    pub(super) fn goal<'a>(&self, top: usize, options: Options<'a>) -> Goal<'a> {
+        Goal { period: self.period, noise: self.noise.max(self.least_noise()), top, options }
+    }
+
+    /// Below this a residual is the simulation's own arithmetic.
+    fn least_noise(&self) -> f64 {
+        LEAST_NOISE * self.loudest()
+    }
+
+    /// The largest RMS of what the first sensor showed of a fitted record.
+    pub(super) fn loudest(&self) -> f64 {
+        self.fit().iter().map(|s| rms(&s.measured[0])).fold(0.0, f64::max)
+    }
+
+    /// The fitted records, each as one run.
+    pub(super) fn whole(&self) -> Vec<Run> {
+        self.fit().iter().map(Series::run).collect()
+    }
+
+    /// Refines along whole records from a point; where that is lost, by way of segments that grow.
+    ///
+    /// It is lost if it leaves more than `lost`.
+    pub(super) fn refine(
+        &self,
+        composition: &Composition,
+        start: &Point,
+        lost: f64,
+        pace: Pace<'_>,
+        cancel: &Cancel,
+    ) -> Option<Refined> {
+        let cancelled = || cancel.is_cancelled();
+        let steps = if matches!(pace, Pace::Rival(_)) { 2 * FEW_STEPS + 4 } else { STEPS };
+        let runs = self.whole();
+        let direct = refine(composition, &runs, start, Self::options(&cancelled, steps, pace))
+            .map(|found| self.again(composition, &runs, found, pace, cancel));
+        if direct.as_ref().is_some_and(|f| f.rss <= lost) || pace.surpassed(lost) || cancel.is_cancelled() {
+            return direct;
+        }
+        let goal = self.goal(WHOLE, Self::options(&cancelled, steps, Pace::Thorough));
+        let first = shoot(composition, &runs, (&start.shared, None), 0, goal, FEW_STEPS);
+        let held = first.map(|first| climb(composition, &runs, first, goal)).unwrap_or_default();
+        let long = match held.into_iter().next_back() {
+            Some(landed) if landed.whole => Some(landed.refined),
+            Some(landed) => {
+                let shared = &landed.refined.point.shared;
+                shoot(composition, &runs, (shared, Some(landed.of(composition))), WHOLE, goal, steps).map(|l| l.refined)
+            }
+            None => None,
+        };
+        match (direct, long) {
+            (Some(a), Some(b)) => Some(if b.rss < a.rss { b } else { a }),
+            (a, b) => b.or(a),
+        }
+    }
+
+    /// Refines from a point over segments of a level.
+    pub(super) fn refine_at(
+        &self,
+        composition: &Composition,
+        start: &Point,
+        level: usize,
+        cancel: &Cancel,
+    ) -> Option<Landed> {
+        let whole = self.whole();
+        if level == WHOLE {
+            let refined = self.refine(composition, start, self.lost(), Pace::Thorough, cancel)?;
+            return Some(Landed { refined, runs: whole, level, whole: true });
+        }
+        let cancelled = || cancel.is_cancelled();
+        let goal = self.goal(level, Self::options(&cancelled, STEPS, Pace::Thorough));
+        shoot(composition, &whole, (&start.shared, None), level, goal, STEPS)
+    }
+
+    /// What a composition leaves over segments of a level at a point; none where it cannot be followed.
+    pub(super) fn misfit_at(
+        &self,
+        composition: &Composition,
+        point: &Point,
+        level: usize,
+        cancel: &Cancel,
+    ) -> Option<f64> {
+        let whole = self.whole();
+        let cancelled = || cancel.is_cancelled();
+        let options = Options { driven: level != WHOLE, ..Self::options(&cancelled, 0, Pace::Thorough) };
+        if level == WHOLE {
+            return misfit(composition, &whole, point, options);
+        }
+        let runs = cut(&whole, self.period, level);
+        let point = Point::new(composition, &runs, point.shared.clone(), true);
+        misfit(composition, &runs, &point, options)
+    }
+
+    /// The sum of squares above which a fit without expectations has missed its basin.
+    pub(super) fn lost(&self) -> f64 {
+        LOST * LOST * self.squares()
+    }
+
+    /// Begins each record anew from where it was measured to begin, and goes on where that helps: an initial state may have
+    /// been caught where a wrong model needed it.
+    fn again(
+        &self,
+        composition: &Composition,
+        runs: &[Run],
+        found: Refined,
+        pace: Pace<'_>,
+        cancel: &Cancel,
+    ) -> Refined {
+        let cancelled = || cancel.is_cancelled();
+        let frozen = Options { frozen: true, effort: EFFORT, ..Self::options(&cancelled, FEW_STEPS, Pace::Thorough) };
+        let mut point = found.point.clone();
+        let mut bettered = false;
+        for (r, run) in runs.iter().enumerate() {
+            let alone = [Run { record: 0, ..run.clone() }];
+            let here: f64 = dot(&found.residuals[r], &found.residuals[r]);
+            let mut start = Point::new(composition, &alone, point.shared.clone(), false);
+            let sensors = run.outputs.len();
+            start.offsets = found.point.offsets.chunks(sensors).nth(r).map(<[f64]>::to_vec).unwrap_or_default();
+            if let Some(mut other) = refine(composition, &alone, &start, frozen)
+                && other.rss < 0.9 * here
+                && let Some(own) = other.point.own.pop()
+            {
+                point.own[r] = own;
+                bettered = true;
+            }
+        }
+        if !bettered {
+            return found;
+        }
+        match refine(composition, runs, &point, Self::options(&cancelled, FEW_STEPS, pace)) {
+            Some(better) if better.rss < found.rss => better,
+            _ => found,
+        }
+    }
+
+    /// The parts of a single record of this duration that judge a fit to the rest, as shares of its length.
+    pub(super) fn left_out(&self, duration: f64) -> &'static [(f64, f64)] {
+        let shortest = LEFT_OUT.iter().map(|(from, to)| (to - from) * duration).fold(f64::INFINITY, f64::min);
+        if shortest < LASTING * self.period { &LEFT_OUT_AT_END } else { &LEFT_OUT }
+    }
+
+    /// The records (or parts of one) that are fitted and those that judge, one pair a fold.
+    fn folds(&self) -> Vec<(Vec<Run>, Vec<Run>)> {
+        let fit = self.whole();
+        if !self.held_out().is_empty() {
+            return Vec::new();
+        }
+        let numbered = |runs: Vec<Run>| -> Vec<Run> {
+            runs.into_iter().enumerate().map(|(record, run)| Run { record, ..run }).collect()
+        };
+        if let [single] = fit.as_slice() {
+            let n = single.range.len() as f64;
+            let at = |share: f64| (share * n) as usize;
+            let left_out = self.left_out(n * single.grid.interval());
+            let test = left_out.iter().map(|(from, to)| single.part(at(*from)..at(*to))).collect();
+            let starts = std::iter::once(0.0).chain(left_out.iter().map(|(_, to)| *to));
+            let ends = left_out.iter().map(|(from, _)| *from).chain([1.0]);
+            let rest = starts.zip(ends).map(|(from, to)| single.part(at(from)..at(to)));
+            let train = rest.filter(|run| !run.range.is_empty()).collect();
+            return vec![(train, test)];
+        }
+        let groups = fit.len().min(4);
+        (0..groups)
+            .map(|g| {
+                let (test, train): (Vec<_>, Vec<_>) =
+                    fit.iter().cloned().enumerate().partition(|(k, _)| k % groups == g);
+                let runs = |list: Vec<(usize, Run)>| numbered(list.into_iter().map(|(_, run)| run).collect());
+                (runs(train), runs(test))
+            })
+            .collect()
+    }
+
+    /// Holds a refinement of whole records against data that were not fitted.
+    pub(super) fn judge(&self, composition: Composition, refined: Refined, care: Care, cancel: &Cancel) -> Fitted {
+        let landed = Landed { refined, runs: self.whole(), level: WHOLE, whole: true };
+        self.judged_with(composition, landed, care, cancel)
+    }
+
+    /// Follows records that were not fitted with the parameters as they are: what each has of its own is fitted.
+    fn follow(
+        &self,
+        composition: &Composition,
+        shared: &[f64],
+        records: &[Run],
+        (level, expected): (usize, f64),
+        care: Care,
+        cancel: &Cancel,
+    ) -> Option<Landed> {
+        let cancelled = || cancel.is_cancelled();
+        let options = Options { frozen: true, effort: EFFORT, ..Self::options(&cancelled, FEW_STEPS, Pace::Thorough) };
+        let goal = Goal { noise: expected.max(self.noise), ..self.goal(level, options) };
+        let direct = shoot(composition, records, (shared, None), level, goal, FEW_STEPS);
+        let top = levels(records, self.period);
+        let near = direct.as_ref().is_some_and(|d| d.error() < ASTRAY * expected);
+        if near || top == 0 || level == 0 || care == Care::Little {
+            return direct;
+        }
+        // A record begun a little wrongly goes astray though the model is right: the beginning is found along segments.
+        let first = shoot(composition, records, (shared, None), 0, goal, FEW_STEPS)?;
+        let longest = climb(composition, records, first, goal).into_iter().next_back();
+        let reached = longest.filter(|l| l.level >= level.min(top));
+        match (direct, reached) {
+            (Some(a), Some(b)) => Some(if b.refined.rss < a.refined.rss { b } else { a }),
+            (a, b) => a.or(b),
+        }
+    }
+
+    /// What parameters leave on the held-out records over segments of a level, as RMS; none without such records.
+    pub(super) fn left_of_held_out(
+        &self,
+        composition: &Composition,
+        shared: &[f64],
+        (level, expected): (usize, f64),
+        cancel: &Cancel,
+    ) -> Option<f64> {
+        if self.held_out().is_empty() {
+            return None;
+        }
+        let (mut rss, mut freedom) = (0.0, 0);
+        for s in self.held_out() {
+            let runs = [Run { record: 0, ..s.run() }];
+            let Some(found) = self.follow(composition, shared, &runs, (level, expected), Care::Full, cancel) else {
+                return Some(f64::INFINITY);
+            };
+            rss += found.refined.rss;
+            freedom += found.refined.samples.saturating_sub(found.refined.passing());
+        }
+        Some((rss / freedom.max(1) as f64).sqrt())
+    }
+
+    /// Holds a fit against data that were not fitted, over segments as long as its own.
+    pub(super) fn judged(&self, composition: Composition, landed: Landed, cancel: &Cancel) -> Fitted {
+        self.judged_with(composition, landed, Care::Full, cancel)
+    }
+
+    fn judged_with(&self, composition: Composition, landed: Landed, care: Care, cancel: &Cancel) -> Fitted {
+        let cancelled = || cancel.is_cancelled();
+        let Landed { refined, runs, level, whole } = landed;
+        let level = if whole { WHOLE } else { level };
+        let lost = |runs: &[Run]| {
+            let shown: Vec<Vec<f64>> = runs.iter().map(|r| r.target().collect()).collect();
+            let rss = shown.iter().map(|y| dot(y, y)).sum::<f64>();
+            let samples = runs.iter().map(Run::rows).sum();
+            Fold { rss, samples, passing: 0, first: of_first(runs, &shown) }
+        };
+        let fold = |found: &Option<Landed>, runs: &[Run]| {
+            found.as_ref().map_or_else(
+                || lost(runs),
+                |l| Fold {
+                    rss: l.refined.rss_beside_jumps(),
+                    samples: l.refined.samples,
+                    passing: l.refined.passing(),
+                    first: of_first(&l.runs, &l.refined.residuals),
+                },
+            )
+        };
+        let freedom = refined.samples.saturating_sub(refined.passing()).max(1) as f64;
+        let expected = (level, (refined.rss / freedom).sqrt());
+        let mut held_out = Vec::new();
+        let mut folds = Vec::new();
+        for s in self.held_out() {
+            let runs = [Run { record: 0, ..s.run() }];
+            let fit = self.follow(&composition, &refined.point.shared, &runs, expected, care, cancel);
+            folds.push(fold(&fit, &runs));
+            held_out.push(fit.and_then(|l| followed(&l.runs, &l.refined).pop()).unwrap_or_default());
+        }
+        for (train, test) in self.folds() {
+            let goal = self.goal(level, Self::options(&cancelled, FEW_STEPS, Pace::Thorough));
+            let found = shoot(&composition, &train, (&refined.point.shared, None), level, goal, FEW_STEPS)
+                .and_then(|f| self.follow(&composition, &f.refined.point.shared, &test, expected, care, cancel));
+            folds.push(fold(&found, &test));
+        }
+        let spread = |series: &[Series]| {
+            let (mut squares, mut count) = (0.0, 0.0);
+            for s in series {
+                squares += s.len() as f64 * mean_and_variance(&s.measured[0]).1;
+                count += s.len() as f64;
+            }
+            f64::sqrt(squares / f64::max(count, 1.0))
+        };
+        let root = |(squares, samples): (f64, usize)| (squares / samples.max(1) as f64).sqrt();
+        let test = folds.iter().fold((0.0, 0), |(s, n), f| (s + f.first.0, n + f.first.1));
+        let test_rmse = (test.1 > 0).then(|| root(test));
+        let train_rmse = root(of_first(&runs, &refined.residuals));
+        let judged = if self.held_out().is_empty() { self.fit() } else { self.held_out() };
+        let gap = Gap {
+            train_rmse,
+            test_rmse,
+            train_nrmse: train_rmse / spread(self.fit()),
+            test_nrmse: test_rmse.map(|r| r / spread(judged)),
+            horizon: runs.iter().map(|r| r.range.len() as f64 * r.grid.interval()).fold(0.0, f64::max),
+        };
+        let parameters = composition.named(&refined.point.shared);
+        Fitted { composition, refined: Arc::new(refined), parameters, runs: runs.into(), level, folds, held_out, gap }
+    }
+
+    /// Coefficients of terms to start from: with `L` the response of a linear oscillator of the motion's frequency,
+    /// `measured − L[k x + c v] = Σ coefficient · L[term]` for each mass, but for free vibrations, in which everything is linear.
+    /// Coefficients are drawn to that oscillator's by `prior`, a share of the data's own weight.
+    pub(super) fn start(
+        &self,
+        terms: &[Placed],
+        internals: &[Equation],
+        paths: &[Path],
+        prior: f64,
+    ) -> Option<Vec<f64>> {
+        let omega = std::f64::consts::TAU * self.frequency;
+        let (k, c) = (omega * omega, 0.1 * omega);
+        let m = terms.len();
+        let mut normal = nalgebra::DMatrix::zeros(m, m);
+        let mut right = nalgebra::DVector::<f64>::zeros(m);
+        for (s, path) in self.fit().iter().zip(paths) {
+            let oscillator = Oscillator::single(k, c, s.interval);
+            let mut free = super::columns::Basis::default();
+            for column in oscillator.free(s.len()) {
+                free.push(column);
+            }
+            let mut response = Vec::new();
+            let targets: Vec<Vec<f64>> = (0..self.masses())
+                .map(|mass| {
+                    let (x, v) = (&path.x[mass], &path.v[mass]);
+                    let known: Vec<f64> = x.iter().zip(v).map(|(x, v)| k * x + c * v).collect();
+                    oscillator.respond(&known, &mut response);
+                    let shown = self.outputs[mass] == Output::Displacement(mass);
+                    let moved = if shown { &s.measured[mass][..] } else { &x[..] };
+                    let mut target: Vec<f64> = moved.iter().zip(&response).map(|(y, r)| y - r).collect();
+                    free.remove(&mut target);
+                    target
+                })
+                .collect();
+            let columns: Vec<Vec<f64>> = forces(terms, internals, &self.layout, s, &s.inputs(), path)
+                .iter()
+                .map(|f| {
+                    let mut out = Vec::new();
+                    oscillator.respond(f, &mut out);
+                    free.remove(&mut out);
+                    out
+                })
+                .collect();
+            for (i, a) in columns.iter().enumerate() {
+                right[i] += dot(a, &targets[terms[i].mass]);
+                for (j, b) in columns.iter().enumerate().filter(|(j, _)| terms[*j].mass == terms[i].mass) {
+                    normal[(i, j)] += dot(a, b);
+                }
+            }
+        }
+        let scale: Vec<f64> =
+            (0..m).map(|i| f64::sqrt(normal[(i, i)]).recip()).map(|s| if s.is_finite() { s } else { 0.0 }).collect();
+        let scaled = nalgebra::DMatrix::from_fn(m, m, |i, j| {
+            normal[(i, j)] * scale[i] * scale[j] + if i == j { prior } else { 0.0 }
+        });
+        let mut expected = vec![0.0; m];
+        for mass in 0..self.masses() {
+            for (symbol, value) in [(Symbol::State(mass), -k), (Symbol::Rate(mass), -c)] {
+                let first = terms.iter().position(|t| t.mass == mass && slope(t, symbol) != 0.0);
+                if let Some(i) = first {
+                    expected[i] = value / slope(&terms[i], symbol);
+                }
+            }
+        }
+        let pull = |i: usize| if scale[i] > 0.0 { prior * expected[i] / scale[i] } else { 0.0 };
+        let solved = scaled.cholesky()?.solve(&nalgebra::DVector::from_fn(m, |i, _| right[i] * scale[i] + pull(i)));
+        Some((0..m).map(|i| solved[i] * scale[i]).collect())
+    }
+
+    /// Scales of a composition's shared parameters: what changes the acceleration by a hundredth of its size, and a
+    /// fifth of an inner quantity.
+    pub(super) fn scales(&self, composition: &Composition, inner: &InnerValues, paths: &[Path]) -> Parameters {
+        let composed = composition.compose(inner);
+        let omega = std::f64::consts::TAU * self.frequency;
+        let mut squares = vec![0.0; composed.terms.len()];
+        let (mut motion, mut count) = (vec![0.0; self.masses()], 0);
+        for (s, path) in self.fit().iter().zip(paths) {
+            let columns = forces(&composed.terms, &composed.internals, &self.layout, s, &s.inputs(), path);
+            for (square, column) in squares.iter_mut().zip(&columns) {
+                *square += dot(column, column);
+            }
+            motion.iter_mut().zip(&path.x).for_each(|(motion, x)| *motion += dot(x, x));
+            count += s.len();
+        }
+        let moved = |mass: usize| f64::sqrt(motion[mass] / count as f64);
+        let coefficients = squares
+            .iter()
+            .zip(&composed.terms)
+            .map(|(s, placed)| {
+                let size = f64::sqrt(s / count as f64);
+                if size > 0.0 { 0.01 * omega * omega * moved(placed.mass) / size } else { 1.0 }
+            })
+            .collect();
+        let quantity = |v: &f64| if *v == 0.0 { 0.01 / self.frequency } else { 0.2 * v.abs() };
+        let inner = InnerValues {
+            equilibrium: inner.equilibrium.map(|_| 0.01 * moved(0)),
+            forms: inner.forms.iter().map(|own| own.iter().map(quantity).collect()).collect(),
+        };
+        Parameters { coefficients, inner }
+    }
+
+    /// What a small force does along a simulated motion under accelerations of these terms.
+    pub(super) fn variation(&self, terms: &[Placed], coefficients: &[f64], s: &Series, path: &Path) -> Variation {
+        let oscillator = self.oscillator(terms, coefficients, s.interval);
+        let layout = Layout { internals: 0, ..self.layout };
+        let masses = self.masses();
+        // Internal states stand still while displacement and velocity are varied.
+        let (own, weights): (Vec<Placed>, Vec<f64>) = terms
+            .iter()
+            .zip(coefficients)
+            .filter(|(t, _)| layout.covers(t.term.expression()))
+            .map(|(t, c)| (t.clone(), *c))
+            .unzip();
+        // A sign has no slope but a jump.
+        let linear = |t: &Placed| {
+            let constant = |symbol| matches!(derivative(t.term.expression(), symbol), Expression::Number(_));
+            !t.term.switches() && (0..masses).all(|i| constant(Symbol::State(i)) && constant(Symbol::Rate(i)))
+        };
+        if own.iter().all(linear) {
+            return Variation::new(oscillator, &[]);
+        }
+        let n = s.len();
+        let next = |k: usize| (k + 1).min(n - 1);
+        let middle = |a: &[f64]| -> Vec<f64> { (0..n).map(|k| 0.5 * (a[k] + a[next(k)])).collect() };
+        let values: Vec<Vec<f64>> = s.inputs.iter().map(|u| middle(u)).collect();
+        let rates: Vec<Vec<f64>> = s.input_rates.iter().map(|u| middle(u)).collect();
+        let inputs = Inputs {
+            values: values.iter().map(Vec::as_slice).collect(),
+            rates: rates.iter().map(Vec::as_slice).collect(),
+        };
+        let force = |path: &Path| -> Vec<Vec<f64>> {
+            let columns = forces(&own, &[], &self.layout, s, &inputs, path);
+            accelerations(masses, &own, &weights, &columns, n)
+        };
+        // As wide as the sample's own change, against ground, across the joints and to the base: no jump falls between two
+        // secants.
+        let width = |all: &[Vec<f64>], mass: usize, input: Option<&Vec<f64>>| -> Vec<f64> {
+            let least = SECANT * rms(&all[mass]);
+            let step = |a: &[f64], k: usize| a[next(k)] - a[k];
+            let change = |k: usize| {
+                let own = step(&all[mass], k);
+                let joints = [mass.checked_sub(1), Some(mass + 1)].into_iter().flatten().filter_map(|j| all.get(j));
+                let base = input.filter(|_| self.base_excited);
+                joints.chain(base).map(|other| (own - step(other, k)).abs()).fold(own.abs().max(least), f64::max)
+            };
+            (0..n).map(change).collect()
+        };
+        let centre =
+            Path { x: path.x.iter().map(|x| middle(x)).collect(), v: path.v.iter().map(|v| middle(v)).collect() };
+        let mut slopes = Slopes { stiffness: vec![0.0; n * masses * masses], damping: vec![0.0; n * masses * masses] };
+        for j in 0..masses {
+            let wx = width(&path.x, j, s.inputs.first());
+            let wv = width(&path.v, j, s.input_rates.first());
+            let aside = |series: &mut [f64], width: &[f64], side: f64| {
+                series.iter_mut().zip(width).for_each(|(a, w)| *a += side * w);
+            };
+            let [pushed, pulled] = [0.5, -0.5].map(|side| {
+                let mut moved = centre.clone();
+                aside(&mut moved.x[j], &wx, side);
+                force(&moved)
+            });
+            let [faster, slower] = [0.5, -0.5].map(|side| {
+                let mut moved = centre.clone();
+                aside(&mut moved.v[j], &wv, side);
+                force(&moved)
+            });
+            for i in 0..masses {
+                for k in 0..n {
+                    let place = (k * masses + i) * masses + j;
+                    let stiffness = (pulled[i][k] - pushed[i][k]) / wx[k];
+                    let damping = (slower[i][k] - faster[i][k]) / wv[k];
+                    slopes.stiffness[place] = finite(stiffness, oscillator.stiffness[(i, j)]);
+                    slopes.damping[place] = finite(damping, oscillator.damping[(i, j)]);
+                }
+            }
+        }
+        Variation::along(oscillator, slopes)
+    }
+
+    /// The linear system that accelerations are, to first order, in displacements and velocities.
+    pub(super) fn oscillator(&self, terms: &[Placed], coefficients: &[f64], interval: f64) -> Oscillator {
+        let total = |mass: usize, symbol: Symbol| -> f64 {
+            let of_mass = terms.iter().zip(coefficients).filter(|(t, _)| t.mass == mass);
+            of_mass.map(|(t, c)| c * slope(t, symbol)).sum()
+        };
+        let omega = std::f64::consts::TAU * self.frequency;
+        let n = self.masses();
+        let stiffness = nalgebra::DMatrix::from_fn(n, n, |i, j| -total(i, Symbol::State(j)));
+        let damping = nalgebra::DMatrix::from_fn(n, n, |i, j| -total(i, Symbol::Rate(j)));
+        if n > 1 {
+            return settling(&stiffness, &damping, omega, interval);
+        }
+        let (k, c) = (stiffness[0], damping[0]);
+        let k = if k > 0.05 * omega * omega { k } else { omega * omega };
+        Oscillator::single(k, c.max(LEAST_DAMPING * k.sqrt()), interval)
+    }
+}
+
+/// Twice the least damping ratio of the linear system that stands for a model.
+const LEAST_DAMPING: f64 = 0.002;
+
+/// A linear system whose free vibrations die away: damping is added as needed, and one that is pushed away from rest is
+/// replaced by masses that vibrate each for itself at the motion's frequency.
+fn settling(
+    stiffness: &nalgebra::DMatrix<f64>,
+    damping: &nalgebra::DMatrix<f64>,
+    omega: f64,
+    interval: f64,
+) -> Oscillator {
+    let n = stiffness.nrows();
+    let unit = nalgebra::DMatrix::<f64>::identity(n, n);
+    for added in [0.0, 1.0, 3.0, 10.0, 30.0, 100.0] {
+        let more = damping + &unit * (added * LEAST_DAMPING * omega);
+        let values = Oscillator::matrix(stiffness, &more).complex_eigenvalues();
+        let settles = |v: &nalgebra::Complex<f64>| v.re <= -0.4 * LEAST_DAMPING * v.norm() && v.norm() > 0.1 * omega;
+        if values.iter().all(settles) {
+            return Oscillator::new(stiffness.clone(), more, interval);
+        }
+    }
+    Oscillator::new(&unit * (omega * omega), unit * (LEAST_DAMPING * omega), interval)
+}
+
+/// What each record has of its own, carried from one composition to another: initial state, the internal states that both
+/// have, the offset.
+pub(super) fn carried(before: &Composition, after: &Composition, point: &Point) -> Point {
+    let states = 2 * after.layout.freedoms;
+    let kept = states + before.internals().min(after.internals());
+    let own = point.own.iter().map(|values| {
+        let mut next = vec![0.0; states + after.internals()];
+        let kept = kept.min(values.len());
+        next[..kept].copy_from_slice(&values[..kept]);
+        next
+    });
+    let offsets = match (before.offset(), after.offset()) {
+        (_, false) => Vec::new(),
+        (true, true) => point.offsets.clone(),
+        (false, true) => vec![0.0; point.own.len() * after.layout.freedoms],
+    };
+    Point { shared: Vec::new(), offsets, own: own.collect() }
+}

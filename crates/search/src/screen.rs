@@ -1,0 +1,534 @@
+//! The fast screen: which effects would explain what the response leaves, were their force taken along the measured motion.
+//!
+//! With the motion known, the missing force enters a linear oscillator, and what it makes of each candidate's force is a
+//! column of a linear regression on the residual, whose noise is that of the sensor: white where the sensor's is. This is
+//! the weak form with its noise whitened, the oscillator's response being the test function.
+
+use rayon::prelude::*;
+
+use super::columns::{Basis, Path, forces};
+use super::data::{Data, Series};
+use super::effects::{Addition, Form};
+use super::fit::Fitted;
+use super::motion::{Sensing, Smoothed, Variation, smooth};
+use super::site::{Placed, accelerations};
+use sindyscope_core::refine::{Output, Structure as _};
+use sindyscope_core::signal::{dot, rms};
+use sindyscope_core::simulate::{Limits, Simulator};
+use sindyscope_core::study::Cancel;
+
+/// The motion of every fitted record under a fitted model.
+pub(super) struct Motion {
+    /// As simulated.
+    pub(super) simulated: Vec<Path>,
+    /// As measured: the simulation and what the smoother says it missed.
+    pub(super) measured: Vec<Path>,
+    /// What the model lacks, force per unit of mass: `[record][mass][sample]`.
+    pub(super) missing: Vec<Vec<Vec<f64>>>,
+    /// Its standard deviation.
+    pub(super) deviation: Vec<Vec<Vec<f64>>>,
+    /// What a small force does along each record.
+    pub(super) variations: Vec<Variation>,
+    /// Standard deviation of each velocity's error along the measured motion.
+    pub(super) speed_noise: Vec<f64>,
+}
+
+impl Motion {
+    /// The missing force on one mass, a series a record.
+    pub(super) fn missing_of(&self, mass: usize) -> Vec<&[f64]> {
+        self.missing.iter().map(|record| record[mass].as_slice()).collect()
+    }
+}
+
+/// A form at its best inner values.
+#[derive(Clone, Debug)]
+pub(super) struct Hit {
+    /// Index of the form.
+    pub(super) form: usize,
+    pub(super) inner: Vec<f64>,
+    /// By how much it lowers the sum of squares.
+    pub(super) gain: f64,
+    /// The same with the offset of every record free.
+    pub(super) free_gain: f64,
+    /// The responses of its columns, what the model explains not removed.
+    pub(super) columns: Vec<Vec<f64>>,
+}
+
+impl Data {
+    /// The motion under a fitted model.
+    pub(super) fn motion(&self, fitted: &Fitted) -> Option<Motion> {
+        let (model, composed) = fitted.composition.model(&fitted.parameters);
+        let simulator = Simulator::new(&model).ok()?;
+        let mut simulated = Vec::new();
+        let mut variations: Vec<Variation> = Vec::new();
+        for (r, s) in self.fit().iter().enumerate() {
+            let limits = Limits { states: &s.limits, tolerance: 1e-8, ..Limits::default() };
+            let delayed;
+            let grid = if composed.delays.is_none() {
+                &*s.grid
+            } else {
+                delayed = s.grid.delayed(&composed.delays);
+                &delayed
+            };
+            let masses = self.masses();
+            let mut path = Path { x: vec![Vec::new(); masses], v: vec![Vec::new(); masses] };
+            let mut driven = Vec::new();
+            let runs = fitted.runs.iter().zip(&fitted.refined.point.own).filter(|(run, _)| run.record == r);
+            for (run, own) in runs {
+                let mut initial = own.clone();
+                if initial.len() < 2 * masses + composed.internals.len() {
+                    if driven.is_empty() {
+                        driven = fitted.composition.driven(&fitted.refined.point.shared, run);
+                    }
+                    initial.extend(driven.iter().map(|z| z[run.range.start]));
+                }
+                let response = simulator.run(grid, &initial, run.range.clone(), &limits);
+                if response.len() < run.range.len() {
+                    return None;
+                }
+                let (x, rest) = response.states.split_at(masses);
+                path.x.iter_mut().zip(x).for_each(|(path, x)| path.extend_from_slice(x));
+                path.v.iter_mut().zip(rest).for_each(|(path, v)| path.extend_from_slice(v));
+            }
+            variations.push(self.variation(&composed.terms, &fitted.parameters.coefficients, s, &path));
+            simulated.push(path);
+        }
+        let mut measured = Vec::new();
+        let mut missing = Vec::new();
+        let mut deviation = Vec::new();
+        let mut speed = vec![0.0; self.masses()];
+        let residuals = fitted.by_record(&fitted.refined.residuals);
+        let residuals: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
+        let (shown, reach) = (self.shown(), self.reach());
+        let seen = Sensing { period: self.frequency.recip(), outputs: &shown, reach: &reach };
+        // Records of different rates are smoothed apart; those of one rate share the intensity.
+        let alike = self.fit().iter().all(|s| (s.interval / self.fit()[0].interval - 1.0).abs() < 1e-6);
+        let mut smoothed: Vec<Smoothed> = Vec::new();
+        if alike {
+            smoothed = smooth(&variations.first()?.oscillator, &residuals, seen);
+        } else {
+            for (variation, e) in variations.iter().zip(&residuals) {
+                smoothed.append(&mut smooth(&variation.oscillator, &[e], seen));
+            }
+        }
+        for (((s, path), smoothed), variation) in self.fit().iter().zip(&simulated).zip(smoothed).zip(&variations) {
+            let sum = |a: &[Vec<f64>], b: &[Vec<f64>]| -> Vec<Vec<f64>> {
+                a.iter().zip(b).map(|(a, b)| a.iter().zip(b).map(|(a, b)| a + b).collect()).collect()
+            };
+            let there = Path { x: sum(&path.x, &smoothed.displacement), v: sum(&path.v, &smoothed.velocity) };
+            let acceleration = |path: &Path| -> Vec<Vec<f64>> {
+                let columns = forces(&composed.terms, &composed.internals, &self.layout, s, &s.inputs(), path);
+                accelerations(self.masses(), &composed.terms, &fitted.parameters.coefficients, &columns, s.len())
+            };
+            let (here, there_force) = (acceleration(path), acceleration(&there));
+            let (stiffness, damping) = (&variation.oscillator.stiffness, &variation.oscillator.damping);
+            let linear = |i: usize, k: usize| -> f64 {
+                let part = |j: usize| {
+                    stiffness[(i, j)] * smoothed.displacement[j][k] + damping[(i, j)] * smoothed.velocity[j][k]
+                };
+                (0..self.masses()).map(part).sum()
+            };
+            let lacking = |i: usize| {
+                let at = |k: usize| smoothed.force[i][k] + here[i][k] - there_force[i][k] - linear(i, k);
+                (0..s.len()).map(at).collect()
+            };
+            missing.push((0..self.masses()).map(lacking).collect());
+            for (speed, deviation) in speed.iter_mut().zip(&smoothed.velocity_deviation) {
+                *speed += dot(deviation, deviation);
+            }
+            deviation.push(smoothed.force_deviation);
+            measured.push(there);
+        }
+        let count: usize = self.fit().iter().map(Series::len).sum();
+        let speed_noise = speed.iter().map(|s| f64::sqrt(s / count as f64)).collect();
+        Some(Motion { simulated, measured, missing, deviation, variations, speed_noise })
+    }
+
+    /// What each mass's sensor shows, and what it counts.
+    pub(super) fn shown(&self) -> Vec<(Output, f64)> {
+        self.outputs.iter().copied().zip(self.weights.iter().copied()).collect()
+    }
+
+    /// How far each mass moves beside the first.
+    fn reach(&self) -> Vec<f64> {
+        let moved = |i: usize| self.fit().iter().map(|s| rms(&s.smoothed.states[i])).fold(0.0, f64::max);
+        let first = moved(0).max(f64::MIN_POSITIVE);
+        (0..self.masses()).map(|i| (moved(i) / first).max(f64::MIN_POSITIVE)).collect()
+    }
+
+    /// The responses of an addition's columns, records one behind the other.
+    ///
+    /// `present` are the fitted model's terms and coefficients, which an effect on the input acts through.
+    pub(super) fn columns(
+        &self,
+        addition: &Addition,
+        paths: &[Path],
+        variations: &[Variation],
+        present: (&[Placed], &[f64]),
+        simulated: &[Vec<f64>],
+    ) -> Vec<Vec<f64>> {
+        let total = self.total();
+        if addition.offset {
+            return self.offsets();
+        }
+        if let Some(level) = addition.ceiling {
+            return vec![self.clipped(level, simulated)];
+        }
+        let on_input = !addition.delays.is_none() || addition.input_limit.is_some();
+        let count = if on_input { 1 } else { addition.terms.len() };
+        let mut columns = vec![Vec::with_capacity(total); count];
+        let mut response = Vec::new();
+        let shown = self.shown();
+        for ((s, path), variation) in self.fit().iter().zip(paths).zip(variations) {
+            if on_input {
+                let changes = self.input_change(addition, s, path, present);
+                let forces: Vec<(usize, &[f64])> = changes.iter().map(Vec::as_slice).enumerate().collect();
+                variation.respond(&forces, &shown, &mut response);
+                columns[0].extend_from_slice(&response);
+                continue;
+            }
+            let forces = forces(&addition.terms, &addition.internals, &self.layout, s, &s.inputs(), path);
+            for ((column, force), placed) in columns.iter_mut().zip(&forces).zip(&addition.terms) {
+                variation.respond(&[(placed.mass, force)], &shown, &mut response);
+                column.extend_from_slice(&response);
+            }
+        }
+        columns
+    }
+
+    /// Rows of all fitted records: samples times sensors.
+    fn total(&self) -> usize {
+        self.fit().iter().map(|s| s.len() * self.outputs.len()).sum()
+    }
+
+    /// One column for each sensor of each record: its weight there.
+    fn offsets(&self) -> Vec<Vec<f64>> {
+        let total = self.total();
+        let each = self.spans().zip(self.weights.iter().cycle());
+        each.map(|(span, weight)| {
+            let mut column = vec![0.0; total];
+            column[span].fill(*weight);
+            column
+        })
+        .collect()
+    }
+
+    /// What sensors that show no more than ± a level leave of a simulated response.
+    fn clipped(&self, level: f64, simulated: &[Vec<f64>]) -> Vec<f64> {
+        let mut column = simulated.concat();
+        for (span, weight) in self.spans().zip(self.weights.iter().cycle()) {
+            column[span].iter_mut().for_each(|y| *y = (*y).clamp(-level * weight, level * weight) - *y);
+        }
+        column
+    }
+
+    /// What a change of the input does to the accelerations.
+    fn input_change(
+        &self,
+        addition: &Addition,
+        s: &Series,
+        path: &Path,
+        (terms, coefficients): (&[Placed], &[f64]),
+    ) -> Vec<Vec<f64>> {
+        let total = |inputs: &super::columns::Inputs<'_>| -> Vec<Vec<f64>> {
+            let columns = forces(terms, &[], &self.layout, s, inputs, path);
+            accelerations(self.masses(), terms, coefficients, &columns, s.len())
+        };
+        let before = total(&s.inputs());
+        let (values, rates) = match addition.input_limit {
+            Some((input, limit)) => {
+                let (mut values, mut rates) = (s.inputs.clone(), s.input_rates.clone());
+                for (u, du) in values[input].iter_mut().zip(&mut rates[input]) {
+                    if u.abs() >= limit {
+                        (*u, *du) = (u.clamp(-limit, limit), 0.0);
+                    }
+                }
+                (values, rates)
+            }
+            None => s.delayed_inputs(&addition.delays),
+        };
+        let changed = super::columns::Inputs {
+            values: values.iter().map(Vec::as_slice).collect(),
+            rates: rates.iter().map(Vec::as_slice).collect(),
+        };
+        let mut changes = total(&changed);
+        for (change, before) in changes.iter_mut().zip(&before) {
+            change.iter_mut().zip(before).for_each(|(a, b)| *a -= b);
+        }
+        changes
+    }
+
+    /// The place of each sensor of each fitted record among all rows.
+    pub(super) fn spans(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
+        let mut next = 0;
+        let sensors = self.outputs.len();
+        self.fit().iter().flat_map(move |s| std::iter::repeat_n(s, sensors)).map(move |s| {
+            let span = next..next + s.len();
+            next = span.end;
+            span
+        })
+    }
+
+    /// A sensitivity of each run on all rows, those of one run's own values zero elsewhere.
+    fn own_columns(&self, fitted: &Fitted, shared: usize) -> Vec<Vec<f64>> {
+        let total = self.total();
+        let free = !fitted.refined.point.offsets.is_empty();
+        let mut columns = if free { self.offsets() } else { Vec::new() };
+        let offsets = if free { self.outputs.len() } else { 0 };
+        let spans: Vec<_> = self.spans().collect();
+        let mut before = (usize::MAX, 0);
+        for (run, sensitivities) in fitted.runs.iter().zip(&fitted.refined.sensitivities) {
+            // Where the run begins in its record, runs of one record standing behind one another.
+            let from = if before.0 == run.record { before.1 } else { 0 };
+            let length = run.range.len();
+            for s in &sensitivities[shared + offsets..] {
+                let mut column = vec![0.0; total];
+                for (i, part) in s.chunks(length.max(1)).enumerate() {
+                    let place = spans[run.record * self.outputs.len() + i].start + from;
+                    column[place..place + part.len()].copy_from_slice(part);
+                }
+                columns.push(column);
+            }
+            before = (run.record, from + length);
+        }
+        columns
+    }
+
+    /// What the fitted model's own parameters can do to the response: its exact sensitivities.
+    pub(super) fn tangent(&self, fitted: &Fitted) -> Vec<Vec<f64>> {
+        let shared = fitted.refined.point.shared.len();
+        let mut columns: Vec<Vec<f64>> = (0..shared).map(|j| fitted.sensitivity(j)).collect();
+        columns.extend(self.own_columns(fitted, shared));
+        columns
+    }
+
+    /// Tries every form at every inner value; the best of each form, best first.
+    pub(super) fn screen(&self, fitted: &Fitted, motion: &Motion, forms: &[Form], cancel: &Cancel) -> Screened {
+        let composed = fitted.composition.compose(&fitted.parameters.inner);
+        let present = (composed.terms.as_slice(), fitted.parameters.coefficients.as_slice());
+        let own =
+            Addition { terms: composed.terms.clone(), internals: composed.internals.clone(), ..Addition::default() };
+        let simulated = &fitted.by_record(&fitted.refined.simulated);
+        let base = self.columns(&own, &motion.measured, &motion.variations, present, simulated);
+        let shared = fitted.refined.point.shared.len();
+        let inner = composed.terms.len()..shared;
+        let mut rest: Vec<Vec<f64>> = inner.map(|j| fitted.sensitivity(j)).collect();
+        rest.extend(self.own_columns(fitted, shared));
+        let mut basis = Basis::default();
+        for column in base.iter().chain(&rest) {
+            basis.push(column.clone());
+        }
+        let residual = fitted.rows(&fitted.refined.residuals);
+        let mut target = residual.clone();
+        basis.remove(&mut target);
+        let rss = dot(&target, &target);
+        let points: Vec<(usize, Vec<f64>)> =
+            forms.iter().enumerate().flat_map(|(k, f)| f.grid().into_iter().map(move |p| (k, p))).collect();
+        let found: Vec<Option<f64>> = points
+            .par_iter()
+            .map(|(k, inner)| {
+                if cancel.is_cancelled() {
+                    return None;
+                }
+                let form = &forms[*k];
+                let columns =
+                    self.columns(&form.addition(inner), &motion.measured, &motion.variations, present, simulated);
+                explain(&basis, &target, columns, form)
+            })
+            .collect();
+        let mut hits: Vec<Hit> = Vec::new();
+        for (k, form) in forms.iter().enumerate() {
+            let mut own: Vec<(usize, f64)> = points
+                .iter()
+                .enumerate()
+                .filter(|(_, (f, _))| *f == k)
+                .filter_map(|(i, _)| found[i].map(|gain| (i, gain)))
+                .collect();
+            own.sort_by(|a, b| b.1.total_cmp(&a.1));
+            let Some(best) = own.first() else { continue };
+            let columns = self.columns(
+                &form.addition(&points[best.0].1),
+                &motion.measured,
+                &motion.variations,
+                present,
+                simulated,
+            );
+            hits.push(Hit { form: k, inner: points[best.0].1.clone(), gain: best.1, free_gain: 0.0, columns });
+        }
+        hits.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        // A record's offset hides other effects where it is large: each is also tried with the offsets out of the way.
+        let mut free = basis;
+        for column in self.offsets() {
+            free.push(column);
+        }
+        free.remove(&mut target);
+        let free_rss = dot(&target, &target);
+        for hit in &mut hits {
+            hit.free_gain = explain(&free, &target, hit.columns.clone(), &forms[hit.form]).unwrap_or(0.0);
+        }
+        // Values of one form that lie apart and do nearly as well are starts of their own.
+        let gains = points.into_iter().zip(found).filter_map(|(p, f)| f.map(|gain| (p.0, p.1, gain))).collect();
+        Screened { hits, gains, rss, free_rss, base, rest, residual }
+    }
+}
+
+/// What the screen found.
+pub(super) struct Screened {
+    /// The best of each form, best first.
+    pub(super) hits: Vec<Hit>,
+    /// (form, inner values, gain) of every point.
+    pub(super) gains: Vec<(usize, Vec<f64>, f64)>,
+    /// What the model itself leaves once its coefficients are moved along the measured motion.
+    pub(super) rss: f64,
+    /// The same with the offset of every record free.
+    free_rss: f64,
+    base: Vec<Vec<f64>>,
+    rest: Vec<Vec<f64>>,
+    residual: Vec<f64>,
+}
+
+/// Forms of one effect that are refined.
+const ALIKE: usize = 2;
+/// Share of the best gain below which a form is not refined.
+const FAINT: f64 = 0.01;
+/// Forms that are refined though the best leaves far less.
+const ALWAYS: usize = 5;
+/// How many times the screen may overestimate what a form leaves.
+const OVERESTIMATED: f64 = 4.0;
+/// Difference of two forms' BIC from which on nothing could make them rivals: ten times what tells them apart.
+const BEYOND_DOUBT: f64 = 100.0;
+/// What a further form may leave along the measured motion, in what the best leaves.
+const NEAR: f64 = 3.0;
+
+impl Screened {
+    /// The forms to refine: those of the largest gains, with or without offsets, at most two of one effect.
+    pub(super) fn likeliest(&self, forms: &[Form], most: usize) -> Vec<usize> {
+        let best = |gain: fn(&Hit) -> f64| self.hits.iter().map(gain).fold(f64::MIN_POSITIVE, f64::max);
+        let (gain, free) = (best(|h| h.gain), best(|h| h.free_gain));
+        let mut ranked: Vec<(f64, usize)> =
+            self.hits.iter().map(|h| ((h.gain / gain).max(h.free_gain / free), h.form)).collect();
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut chosen: Vec<usize> = Vec::new();
+        for (share, form) in ranked {
+            let same = |k: &&usize| forms[**k].effect == forms[form].effect && !forms[**k].is_elsewhere(&forms[form]);
+            let alike = chosen.iter().filter(same).count();
+            let near = self.hits.iter().filter(|h| h.form == form).any(|h| {
+                self.rss - h.gain < NEAR * (self.rss - gain)
+                    || self.free_rss - h.free_gain < NEAR * (self.free_rss - free)
+            });
+            if share > FAINT && alike < ALIKE && chosen.len() < most && (near || chosen.len() < ALWAYS) {
+                chosen.push(form);
+            }
+        }
+        chosen
+    }
+
+    /// True if a form cannot come near another that explains the data, by what both leave along the measured motion of so
+    /// many independent samples; the screen may overestimate that several times.
+    pub(super) fn outdone(&self, form: usize, by: usize, samples: f64) -> bool {
+        let hit = |form: usize| self.hits.iter().find(|h| h.form == form);
+        let (Some(this), Some(best)) = (hit(form), hit(by)) else { return false };
+        let behind = |whole: f64, gain: fn(&Hit) -> f64| {
+            let (left, least) = (whole - gain(this), (whole - gain(best)).max(f64::MIN_POSITIVE));
+            samples * ((left - least).max(0.0) / (OVERESTIMATED * least)).ln_1p()
+        };
+        behind(self.rss, |h| h.gain).min(behind(self.free_rss, |h| h.free_gain)) > BEYOND_DOUBT
+    }
+
+    /// The sum of squares above which a refinement of a form has missed its basin: several times what the form leaves along
+    /// the measured motion. Infinite for a form that explains little there.
+    pub(super) fn expected(&self, form: usize) -> f64 {
+        match self.hits.iter().find(|h| h.form == form) {
+            Some(hit) if hit.gain > 0.5 * self.rss => 4.0 * (self.rss - hit.gain),
+            _ => f64::INFINITY,
+        }
+    }
+
+    /// Inner values to refine a form from: its best, and others that are peaks of their own.
+    pub(super) fn starts(&self, form: usize, most: usize) -> Vec<Vec<f64>> {
+        let own: Vec<(&[f64], f64)> =
+            self.gains.iter().filter(|g| g.0 == form).map(|(_, inner, gain)| (inner.as_slice(), *gain)).collect();
+        let mut peaks: Vec<(&[f64], f64)> = own
+            .iter()
+            .filter(|(here, gain)| own.iter().all(|o| o.1 <= *gain || !next_to(here, o.0, &own)))
+            .copied()
+            .collect();
+        peaks.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let best = peaks.first().map_or(0.0, |p| p.1);
+        peaks.iter().take(most).filter(|p| p.1 >= 0.5 * best).map(|p| p.0.to_vec()).collect()
+    }
+
+    /// How the model's coefficients move, and the coefficients of the columns, when both are fitted together.
+    pub(super) fn together(&self, columns: &[Vec<f64>]) -> Option<(Vec<f64>, Vec<f64>)> {
+        let all: Vec<&Vec<f64>> = self.base.iter().chain(columns).chain(&self.rest).collect();
+        let n = all.len();
+        let scale: Vec<f64> =
+            all.iter().map(|c| dot(c, c).sqrt().recip()).map(|s| if s.is_finite() { s } else { 0.0 }).collect();
+        let normal = nalgebra::DMatrix::from_fn(n, n, |i, j| {
+            if i == j { 1.0 + 1e-9 } else { dot(all[i], all[j]) * scale[i] * scale[j] }
+        });
+        let right = nalgebra::DVector::from_fn(n, |i, _| dot(all[i], &self.residual) * scale[i]);
+        let solved = normal.cholesky()?.solve(&right);
+        let value = |i: usize| solved[i] * scale[i];
+        let b = self.base.len();
+        Some(((0..b).map(value).collect(), (b..b + columns.len()).map(value).collect()))
+    }
+}
+
+/// True if two points of a grid differ in one coordinate and none of the grid lies between them.
+fn next_to(a: &[f64], b: &[f64], grid: &[(&[f64], f64)]) -> bool {
+    let mut differing = (0..a.len()).filter(|i| a[*i] != b[*i]);
+    let (Some(axis), None) = (differing.next(), differing.next()) else { return false };
+    let (low, high) = (a[axis].min(b[axis]), a[axis].max(b[axis]));
+    !grid.iter().any(|(point, _)| low < point[axis] && point[axis] < high)
+}
+
+/// By how much columns lower the sum of squares of what the basis leaves; none where they add
+/// nothing of their own or have unphysical signs.
+fn explain(basis: &Basis, target: &[f64], columns: Vec<Vec<f64>>, form: &Form) -> Option<f64> {
+    let mut own = Basis::default();
+    let mut triangle: Vec<Vec<f64>> = Vec::new();
+    let mut gain = 0.0;
+    let mut shares = Vec::new();
+    let mut present = 0;
+    for mut column in columns {
+        let whole = dot(&column, &column).sqrt();
+        basis.remove(&mut column);
+        let left = dot(&column, &column).sqrt();
+        if left.is_nan() || left <= 1e-6 * whole {
+            // The model has this column already, as Coulomb friction is in Stribeck's.
+            present += 1;
+            continue;
+        }
+        let mut row: Vec<f64> = own.columns.iter().map(|q| dot(q, &column)).collect();
+        own.remove(&mut column);
+        let size = dot(&column, &column).sqrt();
+        if size < 1e-6 * left {
+            return None;
+        }
+        row.push(size);
+        column.iter_mut().for_each(|c| *c /= size);
+        let share = dot(&column, target);
+        gain += share * share;
+        shares.push(share);
+        triangle.push(row);
+        own.columns.push(column);
+    }
+    if shares.is_empty() {
+        return None;
+    }
+    // Back substitution: column j is Σ_i triangle[j][i] q_i.
+    let m = shares.len();
+    let mut solved = vec![0.0; m];
+    for j in (0..m).rev() {
+        let later: f64 = (j + 1..m).map(|l| triangle[l][j] * solved[l]).sum();
+        solved[j] = (shares[j] - later) / triangle[j][j];
+    }
+    let wrong = form.coefficients.iter().skip(present).zip(&solved).filter(|(c, v)| c.sign.forbids(**v)).count();
+    // On the input and for pendulums the column is a difference that the coefficient scales: it must not turn it around.
+    let turned = form.coefficients.is_empty() && !form.inner.is_empty() && solved.iter().any(|v| *v < 0.0);
+    if (wrong > 0 && wrong + present == form.coefficients.len()) || turned {
+        return None;
+    }
+    Some(gain)
+}

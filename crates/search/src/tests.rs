@@ -1,0 +1,230 @@
+use super::data::step;
+use super::effects::{Frame, Setting, catalogue};
+use super::motion::{Oscillator, Sensing, Slopes, Variation, smooth};
+use super::outcome::Curve;
+use super::parameters::Parameters;
+use super::site::Placed;
+use super::structure::Composition;
+use sindyscope_core::simulate::Output;
+use sindyscope_values::term::{Layout, list};
+
+fn setting(masses: usize, base_excited: bool) -> Setting {
+    let text = match (masses, base_excited) {
+        (1, true) => "x-u, v-du",
+        (1, false) => "x, v, u",
+        _ => "x1, x2, v1, v2, u",
+    };
+    Setting {
+        base_excited,
+        input_open: false,
+        inputs: vec![0.5],
+        frames: {
+            let mut frames = Frame::all(masses, base_excited);
+            frames.iter_mut().for_each(|f| (f.reach, f.speed, f.speed_noise) = (1.1, 11.0, 0.01));
+            frames
+        },
+        terms: (0..masses)
+            .flat_map(|mass| list(text).unwrap().into_iter().map(move |term| Placed { mass, term }))
+            .collect(),
+        unit: "rad".into(),
+        frequency: 2.0,
+        lines: vec![1.0],
+        pulsations: vec![1.0],
+        interval: 0.01,
+        measured: 1.1,
+        derivatives: 0,
+    }
+}
+
+#[test]
+fn the_catalogue_has_every_name_of_the_interface() {
+    const NAMES: &str = "viscous_damping coulomb_friction stribeck_friction static_friction quadratic_damping cubic_damping \
+        displacement_dependent_damping position_dependent_friction linear_stiffness quadratic_stiffness cubic_stiffness \
+        quintic_stiffness clearance one_sided_stop bilinear_stiffness pendulum_restoring bouc_wen_hysteresis \
+        viscoelastic_relaxation second_mode constant_force base_velocity input_delay input_saturation input_gain \
+        unmeasured_harmonic_force parametric_stiffness stiffness_drift sensor_offset sensor_clipping";
+    let forms = catalogue(&setting(1, true));
+    for name in NAMES.split_whitespace() {
+        assert!(forms.iter().any(|f| f.effect == name), "{name}");
+    }
+}
+
+#[test]
+fn every_form_builds_at_every_point_of_its_grid() {
+    for (masses, base_excited) in [(1, false), (1, true), (2, false), (2, true)] {
+        for form in catalogue(&setting(masses, base_excited)) {
+            for point in form.grid() {
+                let addition = form.addition(&point);
+                assert_eq!(addition.terms.len(), form.coefficients.len(), "{form:?} {point:?}");
+                for (value, inner) in point.iter().zip(&form.inner) {
+                    assert!((inner.bounds.0..=inner.bounds.1).contains(value), "{form:?} {}: {value}", inner.name);
+                }
+            }
+        }
+    }
+}
+
+/// A sensor of the first displacement.
+const SHOWN: [(Output, f64); 1] = [(Output::Displacement(0), 1.0)];
+
+#[test]
+fn of_several_masses_every_force_is_asked_for_at_every_place() {
+    let forms = catalogue(&setting(2, false));
+    for effect in ["coulomb_friction", "cubic_stiffness", "clearance", "bouc_wen_hysteresis"] {
+        let places: Vec<String> =
+            forms.iter().filter(|f| f.effect == effect).filter_map(|f| f.site).map(|s| s.to_string()).collect();
+        for place in ["ground-1", "ground-2", "1-2"] {
+            assert!(places.iter().any(|p| p == place), "{effect} {place}");
+        }
+    }
+    // The linear system has these already.
+    assert!(!forms.iter().any(|f| f.effect == "linear_stiffness" || f.effect == "viscous_damping"));
+    let friction = forms.iter().find(|f| f.effect == "coulomb_friction" && f.form.contains("between")).unwrap();
+    let added = friction.addition(&[]).terms;
+    assert_eq!(
+        added.iter().map(|t| (t.mass, t.term.as_str())).collect::<Vec<_>>(),
+        [(0, "sgn(v-v2)"), (1, "sgn(v-v2)")]
+    );
+    // Against the motion of the one mass is along that of the other.
+    assert!(friction.coefficients[0].sign.forbids(1.0) && friction.coefficients[1].sign.forbids(-1.0));
+}
+
+#[test]
+fn a_joints_forces_are_expected_in_the_ratio_of_its_springs() {
+    let forms = catalogue(&setting(2, false));
+    let friction = forms.iter().find(|f| f.effect == "coulomb_friction" && f.form.contains("between")).unwrap();
+    let terms = ["x1, x2", "x1, x2"].iter().enumerate();
+    let base = terms.flat_map(|(mass, text)| list(text).unwrap().into_iter().map(move |term| Placed { mass, term }));
+    let layout = Layout { freedoms: 2, inputs: 0, ..Layout::default() };
+    let rubbing = Composition::new(layout, base.collect()).with(friction);
+    let deviations = |coupling: f64, reaction: f64| {
+        // The first mass is twice the second.
+        let coefficients = vec![-700.0, coupling, 2.0 * coupling, -600.0, -0.3, reaction];
+        let parameters = Parameters { coefficients, inner: rubbing.middle() };
+        rubbing.reciprocity(&parameters).iter().map(|(_, deviations)| deviations.abs()).fold(0.0, f64::max)
+    };
+    assert!(deviations(300.0, 0.6) < 1e-9);
+    // Five per cent off is one standard deviation, but for what the slack takes.
+    assert!((0.7..1.0).contains(&deviations(300.0, 0.63)), "{}", deviations(300.0, 0.63));
+    assert!(deviations(300.0, 0.3) > 8.0 && deviations(300.0, -0.6) > 20.0);
+    // Masses that no spring joins tell nothing of it.
+    assert_eq!(deviations(0.0, 0.3), 0.0);
+}
+
+#[test]
+fn coupled_masses_answer_as_their_modes_do() {
+    // x1″ = −3 x1 + 2 x2 + f, x2″ = 2 x1 − 3 x2: the sum and the difference are oscillators of stiffness 1 and 5.
+    let (interval, n) = (0.02, 500);
+    let force: Vec<f64> = (0..n).map(|k| (0.9 * interval * k as f64).sin()).collect();
+    let matrix = |a: f64, b: f64| nalgebra::DMatrix::from_row_slice(2, 2, &[a, b, b, a]);
+    let both = [(Output::Displacement(0), 1.0), (Output::Displacement(1), 1.0)];
+    let mut shown = Vec::new();
+    Variation::new(Oscillator::new(matrix(3.0, -2.0), matrix(0.2, 0.0), interval), &[]).respond(
+        &[(0, &force)],
+        &both,
+        &mut shown,
+    );
+    let mode = |stiffness: f64| {
+        let mut out = Vec::new();
+        Oscillator::single(stiffness, 0.2, interval).respond(&force, &mut out);
+        out
+    };
+    let (sum, difference) = (mode(1.0), mode(5.0));
+    for k in 0..n {
+        assert!((shown[k] - 0.5 * (sum[k] + difference[k])).abs() < 1e-12);
+        assert!((shown[n + k] - 0.5 * (sum[k] - difference[k])).abs() < 1e-12);
+    }
+    // Slopes put as kicks on masses that are apart are those of the coupled ones.
+    let slopes = Slopes { stiffness: [3.0, -2.0, -2.0, 3.0].repeat(n), damping: [0.2, 0.0, 0.0, 0.2].repeat(n) };
+    let mut kicked = Vec::new();
+    Variation::along(Oscillator::new(matrix(3.0, 0.0), matrix(0.1, 0.0), interval), slopes).respond(
+        &[(0, &force)],
+        &both,
+        &mut kicked,
+    );
+    let largest = shown.iter().fold(0.0_f64, |m, p| m.max(p.abs()));
+    // Kicks put a frequency off by (0.02 × √5)²/24 of it, which comes to 2e-3 rad in ten seconds.
+    assert!(kicked.iter().zip(&shown).all(|(a, b)| (a - b).abs() < 2e-3 * largest));
+}
+
+#[test]
+fn an_oscillator_answers_a_step_as_the_textbook_says() {
+    // x″ = 1 − 4 x − 0.4 x′ from rest: x = (1 − e^{−0.2 t}(cos w t + 0.2/w sin w t))/4 with w² = 4 − 0.04.
+    let oscillator = Oscillator::single(4.0, 0.4, 0.05);
+    let mut x = Vec::new();
+    oscillator.respond(&[1.0; 200], &mut x);
+    let w = f64::sqrt(3.96);
+    for (k, x) in x.iter().enumerate() {
+        let t = 0.05 * k as f64;
+        let want = 0.25 * (1.0 - (-0.2 * t).exp() * ((w * t).cos() + 0.2 / w * (w * t).sin()));
+        assert!((x - want).abs() < 1e-12, "{t}: {x} {want}");
+    }
+}
+
+#[test]
+fn a_variation_follows_the_slopes_it_is_given() {
+    // Constant slopes, put as kicks on another oscillator, are those of their own oscillator.
+    let (interval, n) = (0.02, 1000);
+    let force: Vec<f64> = (0..n).map(|k| (0.9 * interval * k as f64).sin()).collect();
+    let (mut kicked, mut own) = (Vec::new(), Vec::new());
+    Variation::new(Oscillator::single(4.0, 0.4, interval), &vec![(5.0, 0.7); n]).respond(
+        &[(0, &force)],
+        &SHOWN,
+        &mut kicked,
+    );
+    Oscillator::single(5.0, 0.7, interval).respond(&force, &mut own);
+    let largest = own.iter().fold(0.0_f64, |m, p| m.max(p.abs()));
+    // Strang's splitting errs by the square of the step beside the period: (0.02 × √5)² / 12.
+    assert!(kicked.iter().zip(&own).all(|(a, b)| (a - b).abs() < 1e-3 * largest));
+}
+
+#[test]
+fn the_smoother_finds_a_known_missing_force_and_knows_how_well() {
+    use rand::SeedableRng as _;
+    use rand_distr::{Distribution as _, StandardNormal};
+    let mut random = rand_pcg::Pcg64::seed_from_u64(7);
+    let (interval, n) = (0.01, 4000);
+    let oscillator = Oscillator::single(39.5, 0.3, interval);
+    // A random walk, as the smoother takes the force to be.
+    let mut walked = 0.0;
+    let force: Vec<f64> = (0..n)
+        .map(|_| {
+            let step: f64 = StandardNormal.sample(&mut random);
+            walked += 0.05 * step;
+            walked
+        })
+        .collect();
+    let mut left = Vec::new();
+    oscillator.respond(&force, &mut left);
+    for e in &mut left {
+        let noise: f64 = StandardNormal.sample(&mut random);
+        *e += 1e-3 * noise;
+    }
+    let found = smooth(&oscillator, &[&left], Sensing { period: 1.0, outputs: &SHOWN, reach: &[1.0] }).pop().unwrap();
+    let deviation = |k: usize| (found.force[0][k] - force[k]) / found.force_deviation[0][k];
+    // Errors of neighbouring samples go together over some ten: 4000 samples tell their size to about 4 %; the
+    // intensity is taken from steps of a quarter of a decade.
+    let size = ((0..n).map(|k| deviation(k).powi(2)).sum::<f64>() / n as f64).sqrt();
+    assert!((0.8..1.25).contains(&size), "{size}");
+}
+
+#[test]
+fn steps_are_told_from_noise() {
+    let wave = |k: usize| (0.013 * k as f64).sin();
+    let stepped: Vec<f64> = (0..3000).map(|k| (wave(k) / 0.01).round() * 0.01).collect();
+    assert!((step(stepped).unwrap() - 0.01).abs() < 1e-12);
+    assert_eq!(step((0..3000).map(wave).collect()), None);
+    assert_eq!(step(vec![1.0; 100]), None);
+}
+
+#[test]
+fn a_force_that_depends_on_more_than_its_axis_is_a_cloud() {
+    let curve = |force: &dyn Fn(f64, usize) -> f64| {
+        let over = |k: usize| 0.01 * k as f64 - 2.0;
+        Curve { effect: (0..400).map(|k| [over(k), force(over(k), k)]).collect(), ..Curve::default() }
+    };
+    assert!(curve(&|v, _| -v.signum()).is_law());
+    assert!(curve(&|v, _| v * v * v - v).is_law());
+    // |x| sgn v, the displacement being another at every passage.
+    assert!(!curve(&|v, k| ((k * 7919) % 101) as f64 * v.signum()).is_law());
+}

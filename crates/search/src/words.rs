@@ -1,0 +1,126 @@
+//! What a search found, in plain sentences.
+
+use std::sync::Arc;
+
+use super::effects::Form;
+use super::fit::Fitted;
+use super::outcome::{Choice, Evidence, Finding, Remaining, Round, Stage, Verdict};
+use sindyscope_values::format::number::significant;
+use sindyscope_values::format::units::format_si;
+
+/// What is left, in words.
+pub(super) fn remaining(evidence: &Evidence, hidden_up_to: &[(String, f64)]) -> Remaining {
+    let mut note = String::new();
+    if evidence.significant {
+        note.push_str("What is left is more than noise. ");
+    }
+    let mut sizes: Vec<&(String, f64)> = hidden_up_to.iter().filter(|(_, s)| s.is_finite()).collect();
+    sizes.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let list: Vec<String> =
+        sizes.iter().map(|(title, s)| format!("{} {} %", within(title), significant(100.0 * s, 2))).collect();
+    if !list.is_empty() {
+        note.push_str("Detection limits (share of the spring force): ");
+        note.push_str(&list.join(", "));
+        note.push('.');
+    }
+    Remaining { significant: evidence.significant, p_value: evidence.p_value, note }
+}
+
+/// Effects by their plain names.
+pub(super) fn titles(choices: &[Choice]) -> String {
+    let name = |c: &Choice| format!("{} {}", c.effect.replace('_', " "), c.form).trim().to_owned();
+    choices.iter().map(name).collect::<Vec<_>>().join(" and ")
+}
+
+/// Why a refitted candidate is where it is.
+pub(super) fn why(form: &Form, before: &Fitted, after: &Fitted, refused: Option<&str>, length: &str) -> String {
+    let number = |v: f64| format_si(v, length, 3);
+    let rms = |f: &Fitted| f.gap.test_rmse.unwrap_or(f.gap.train_rmse);
+    let (b, a) = (rms(before), rms(after));
+    match refused {
+        Some(reason) => format!("Refused: {reason}."),
+        None => format!(
+            "With {} the error on data never fitted falls from {} to {}, {} times.",
+            within(form.title),
+            number(b),
+            number(a),
+            significant(b / a, 2)
+        ),
+    }
+}
+
+/// Why an effect is named that does nothing alone.
+pub(super) fn in_company(title: &str, other: &str, (before, after): (&Fitted, &Fitted), length: &str) -> String {
+    let number = |f: &Fitted| format_si(f.gap.test_rmse.unwrap_or(f.gap.train_rmse), length, 3);
+    format!(
+        "Alone, {} does not help data never fitted; together with {} it brings their error from {} to {}.",
+        within(title),
+        within(other),
+        number(before),
+        number(after)
+    )
+}
+
+pub(super) fn sentence_case(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// A title within a sentence: names keep their capitals.
+pub fn within(title: &str) -> String {
+    let name = ["Coulomb", "Stribeck", "Bouc", "Maxwell", "Duffing"].iter().any(|n| title.starts_with(n));
+    let mut letters = title.chars();
+    match letters.next() {
+        Some(first) if !name => first.to_lowercase().chain(letters).collect(),
+        _ => title.to_owned(),
+    }
+}
+
+/// The verdict in one sentence, and whether more than noise is left.
+pub(super) fn sentence(
+    (verdict, left): (Verdict, bool),
+    stages: &[Arc<Stage>],
+    rounds: &[Round],
+    length: &str,
+) -> String {
+    let (Some(first), Some(last)) = (stages.first(), stages.last()) else { return String::new() };
+    let names: Vec<String> = last.effects.iter().map(|e| within(&e.title)).collect();
+    let rms = |s: &Stage| s.gap.test_rmse.unwrap_or(s.gap.train_rmse);
+    let gap = format!(
+        "the error on data never fitted falls from {} to {}",
+        format_si(rms(first), length, 3),
+        format_si(rms(last), length, 3)
+    );
+    match verdict {
+        Verdict::NothingMissing => "Nothing is missing that these data can show.".to_owned(),
+        Verdict::Named => format!("Missing: {}; {gap}.", names.join(" and ")),
+        Verdict::Ambiguous => {
+            let others = rounds
+                .iter()
+                .rev()
+                .find_map(|r| match &r.finding {
+                    Finding::Ambiguous(places) => Some(
+                        places
+                            .iter()
+                            .filter_map(|k| r.candidates.get(*k))
+                            .map(|c| within(&c.title))
+                            .collect::<Vec<_>>()
+                            .join(", "),
+                    ),
+                    _ => None,
+                })
+                .unwrap_or_default();
+            format!("{}, or just as well {others}: these data cannot tell; {gap}.", sentence_case(&names.join(" and ")))
+        }
+        Verdict::Unexplained if names.is_empty() => {
+            "Something is missing, and no effect of the catalogue closes the gap on data never fitted.".to_owned()
+        }
+        Verdict::Unexplained => {
+            let doubt = match left {
+                true => "Something more is left that these data cannot name.",
+                false => "The forces between the masses contradict the springs: something else may stand behind them.",
+            };
+            format!("Missing: {}; {gap}. {doubt}", names.join(" and "))
+        }
+    }
+}
