@@ -3,9 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use sindyscope_core::study::{Cancel, Free, Lock, Outcome, Settings, Study, choose, suggest};
-use sindyscope_rig::{Noise, ScenarioOptions, generate};
+use sindyscope_rig::{Noise, RigSettings, ScenarioOptions, generate, record_rig};
 use sindyscope_values::record::{Channel, Record, RecordSet, Usage};
-use sindyscope_values::term::{Kind, Term, list};
+use sindyscope_values::term::{Kind, Symbol, Term, list};
 
 const DUFFING: &str = "x, v, u, x^2, x^3, v*|v|, sgn(v)";
 const FRICTION: &str = "x, v, u, du, sgn(x), sgn(v), sgn(u), sgn(du)";
@@ -203,5 +203,21 @@ fn lorenz_is_found_as_a_first_order_system() {
             let coefficient = found.iter().find(|(t, _)| t == term).map(|(_, c)| *c);
             assert!(coefficient.is_some_and(|c| (c / value - 1.0).abs() < 0.01), "{term}: {found:?}");
         }
+    }
+}
+
+#[test]
+fn the_plant_that_was_set_on_the_adjustable_rig_is_found() {
+    let settings = RigSettings { noise: 0.0, duration: 8.0, rate: 200.0, frequency: 3.0, ..RigSettings::default() };
+    let made = record_rig(&settings).unwrap();
+    let [fit, held_out] = made.records;
+    let records = set(vec![fit], vec![held_out]);
+    let outcome = run(&records, &suggest(&records, Kind::SecondOrder).unwrap());
+    let equation = outcome.model.leading().unwrap();
+    for text in ["x", "u", "sgn(v)"] {
+        let term = Term::parse(text).unwrap();
+        let (truth, found) =
+            (made.truth.coefficient(Symbol::Rate(0), &term).unwrap(), equation.coefficient(&term).unwrap());
+        assert!((found / truth - 1.0).abs() < 0.03, "{text}: {found} of {truth}");
     }
 }
