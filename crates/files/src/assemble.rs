@@ -1,10 +1,11 @@
 //! From a file's columns to records: trajectories, units, the even grid, and what is refused.
 
-use super::ReadOptions;
-use super::common;
-use super::error::{ReadError, Row, list};
+use super::error::{ReadError, Row};
 use super::heading::label;
+use super::options::ReadOptions;
+use super::shared_units;
 use super::table::Table;
+use super::words::list;
 use sindyscope_core::sampling::{self, Irregular, LEAST_SAMPLES, Sampling};
 use sindyscope_values::record::estimate;
 use sindyscope_values::record::units::{self, Unit};
@@ -110,7 +111,7 @@ fn convert(table: &mut Table, notices: &mut Vec<String>) -> Vec<String> {
     let mut units: Vec<String> = selection.channels.iter().map(|(_, column)| unit_of(*column)).collect();
     let Some(reference) = reference(&selection.channels, &units) else { return units };
     for (((role, column), unit), values) in selection.channels.iter().zip(&mut units).zip(channels) {
-        let Some((target, factor)) = common::derived(&reference, unit) else { continue };
+        let Some((target, factor)) = shared_units::derived(&reference, unit) else { continue };
         // Two spellings of one unit differ by the rounding of their factors at most.
         if (factor - 1.0).abs() < 1e-12 {
             continue;
@@ -340,7 +341,7 @@ impl Trajectory<'_> {
         let roles = self.table.selection.channels.iter().map(|(role, _)| role);
         roles
             .zip(columns)
-            .position(|(role, values)| matches!(role, Role::Displacement(_)) && super::is_constant(values))
+            .position(|(role, values)| matches!(role, Role::Displacement(_)) && is_constant(values))
             .map(|channel| (channel, columns[channel][0]))
     }
 
@@ -447,7 +448,7 @@ impl Trajectory<'_> {
 /// `file` names a record's file for the notice.
 pub(super) fn drop_constant_inputs(records: &mut [Record], file: &dyn Fn(&Record) -> String) {
     let Some(first) = records.first() else { return };
-    let constant = |role: Role| records.iter().all(|r| r.channel(role).is_none_or(|c| super::is_constant(&c.values)));
+    let constant = |role: Role| records.iter().all(|r| r.channel(role).is_none_or(|c| is_constant(&c.values)));
     let dropped: Vec<Role> =
         first.channels.iter().map(|c| c.role).filter(|r| matches!(r, Role::Input(_)) && constant(*r)).collect();
     if dropped.is_empty() {
@@ -475,4 +476,10 @@ pub(super) fn drop_constant_inputs(records: &mut [Record], file: &dyn Fn(&Record
         }
         record.channels = kept;
     }
+}
+
+/// True if values differ by no more than the rounding of their arithmetic.
+fn is_constant(values: &[f64]) -> bool {
+    let (least, most) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (l.min(*v), m.max(*v)));
+    most - least <= 8.0 * f64::EPSILON * most.abs().max(least.abs())
 }

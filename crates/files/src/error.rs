@@ -1,4 +1,5 @@
-use super::heading::{Key, article};
+use super::heading::Key;
+use super::words::{article, list};
 use sindyscope_core::sampling::LEAST_SAMPLES;
 
 /// Where a row of numbers stands in its file, from 1.
@@ -56,6 +57,16 @@ pub enum ReadError {
     IsProject {
         /// The file's name.
         file: String,
+    },
+    /// A file of a kind that holds no table of numbers, or one that only the program that wrote it reads.
+    #[error("{file}: this is {what}, not a table of measurements")]
+    Foreign {
+        /// The file's name.
+        file: String,
+        /// What it is, with its article.
+        what: &'static str,
+        /// What to export instead.
+        advice: &'static str,
     },
     /// Nothing but blank and comment lines.
     #[error("{file}: the file is empty")]
@@ -356,7 +367,7 @@ impl ReadError {
             Self::Malformed { advice: "", .. } => {
                 "copy or export the measurement anew, whole; CSV text with a header such as `t,x,u` always does".into()
             }
-            Self::Malformed { advice, .. } => (*advice).into(),
+            Self::Malformed { advice, .. } | Self::Foreign { advice, .. } => (*advice).into(),
             Self::NotText { .. } => {
                 "export the measurement as CSV text: a header such as `t,x,u`, then one row a sample".into()
             }
@@ -460,30 +471,6 @@ impl ReadError {
                     | Self::ConstantDisplacement { .. }
             )
     }
-}
-
-/// A text out of a file as a message can hold it: in one line, without signs that move or hide what stands around it.
-pub(super) fn printable(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() || c == '\u{feff}' { '\u{fffd}' } else { c }).collect()
-}
-
-/// `` `a`, `b` and `c` ``, the tail of a long list left out.
-pub(super) fn list<S: AsRef<str>>(names: &[S]) -> String {
-    const SHOWN: usize = 12;
-    let mut text = String::new();
-    for (i, name) in names.iter().take(SHOWN).enumerate() {
-        let joint = match i {
-            0 => "",
-            _ if i + 1 == names.len() => " and ",
-            _ => ", ",
-        };
-        text += joint;
-        text += &format!("`{}`", name.as_ref());
-    }
-    if names.len() > SHOWN {
-        text += &format!(" and {} more", names.len() - SHOWN);
-    }
-    text
 }
 
 fn doubts(doubtful: &[(String, String)]) -> String {

@@ -7,7 +7,7 @@ use super::heading::{Heading, Key, Meaning, Quantity};
 use sindyscope_values::record::units;
 
 /// More columns than this of one quantity are no proposal: then the first alone is.
-const MOST_OF_ONE: usize = 6;
+const MOST_OF_ONE: usize = 16;
 
 /// A step of evenly rising values may differ from the mean step by this share.
 const EVEN: f64 = 0.5;
@@ -100,9 +100,8 @@ pub(super) fn guess(headings: &[Heading], first: &[Vec<f64>], taken: &[Option<Ke
             }
         }
     }
-    let moves =
-        |quantity: Quantity| matches!(quantity, Quantity::Displacement | Quantity::Velocity | Quantity::Acceleration);
-    let known = taken.iter().flatten().any(|key| moves(key.quantity)) || found.iter().flatten().any(|q| moves(*q));
+    let known =
+        taken.iter().flatten().any(|key| key.quantity.is_motion()) || found.iter().flatten().any(|q| q.is_motion());
     if !known {
         // Nothing speaks: the first column beside the time is the motion, and of two the other what drives it.
         let idle: Vec<usize> =

@@ -1,6 +1,6 @@
 //! A column's name in the header: what it measures, which of several, in which unit.
 
-use super::error::printable;
+use super::words::{article, printable};
 use sindyscope_values::record::units;
 
 /// A longer name is no name but a line of something else; so many characters of it are enough.
@@ -53,6 +53,11 @@ impl Quantity {
             Self::Input => "input",
             Self::Trajectory => "record",
         }
+    }
+
+    /// True for what a sensor of the motion shows.
+    pub(super) fn is_motion(self) -> bool {
+        matches!(self, Self::Displacement | Self::Velocity | Self::Acceleration)
     }
 
     /// True if there may be several, told apart by a number.
@@ -221,12 +226,6 @@ fn doubt(quantity: Quantity, word: &str, rest: &[&str], unit: &str) -> Option<St
         return Some(format!("`{rate}` in it speaks of a derivative"));
     }
     None
-}
-
-/// `a velocity`, `an input`.
-pub(super) fn article(noun: &str) -> String {
-    let an = noun.starts_with(['a', 'e', 'i', 'o', 'u']);
-    format!("{} {noun}", if an { "an" } else { "a" })
 }
 
 #[cfg(test)]

@@ -1,15 +1,14 @@
 //! What a file holds before anything is read from it: its tables, their columns and first values, and what each column is
 //! taken for. Numbers beyond the first rows are not looked at, so a wide file answers at once.
 
-use std::path::Path;
-
-use super::columns::{self, ColumnMap};
-use super::error::ReadError;
+use super::column_map::ColumnMap;
 use super::guess;
 use super::heading::{Heading, Key, Quantity};
+use super::options::ReadOptions;
+use super::selection;
 use super::table::TableHead;
-use super::{ReadOptions, file_name, formats, is_project};
 use sindyscope_values::record::Role;
+use sindyscope_values::record::units;
 
 /// What a column is used for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -23,7 +22,7 @@ pub enum ColumnUse {
 }
 
 impl ColumnUse {
-    fn of(key: Key, from_zero: bool) -> Self {
+    fn from_key(key: Key, from_zero: bool) -> Self {
         let index = (key.number.unwrap_or(1) + usize::from(from_zero && key.number.is_some())).saturating_sub(1);
         match key.quantity {
             Quantity::Time => Self::Time,
@@ -77,6 +76,35 @@ pub struct TableOverview {
 }
 
 impl TableOverview {
+    /// What the columns of a table are taken for with these options, and what the others may be.
+    pub(super) fn new(head: TableHead, options: &ReadOptions) -> Self {
+        let TableHead { name, headings, rows, rate, first } = head;
+        let mut taken = selection::taken(&headings, options);
+        number_the_alike(&mut taken);
+        let guesses =
+            if options.only_named { vec![None; headings.len()] } else { guess::guess(&headings, &first, &taken) };
+        let zero =
+            |quantity: Quantity| taken.iter().flatten().any(|key| key.quantity == quantity && key.number == Some(0));
+        let used = |key: &Key| ColumnUse::from_key(*key, zero(key.quantity));
+        let references = references(&headings);
+        let columns: Vec<ColumnOverview> = headings
+            .iter()
+            .zip(first.into_iter().chain(std::iter::repeat_with(Vec::new)))
+            .zip(references)
+            .enumerate()
+            .map(|(c, ((heading, first), reference))| ColumnOverview {
+                name: heading.name.clone(),
+                unit: heading.unit.clone(),
+                taken: taken[c].as_ref().map(used),
+                guess: guesses[c].as_ref().map(used),
+                first,
+                reference,
+            })
+            .collect();
+        let rate = rate.or_else(|| rate_of(&columns));
+        Self { name, rows, rate, columns }
+    }
+
     /// What `uses[column]` says, as options of reading take it.
     pub fn map(&self, uses: &[Option<ColumnUse>]) -> ColumnMap {
         let symbol = |used: &ColumnUse| used.key(false).trim_end_matches(|c: char| c.is_ascii_digit()).to_owned();
@@ -129,50 +157,19 @@ impl Overview {
     }
 }
 
-/// Looks into a file: what it holds, and what its columns are taken for with these options.
-///
-/// # Errors
-/// The file cannot be opened, is damaged, or holds no table; that its columns cannot be told apart is no error.
-pub fn look(path: &Path, options: &ReadOptions) -> Result<Overview, ReadError> {
-    let bytes = super::bytes_of(path)?;
-    if is_project(&bytes[..bytes.len().min(1 << 16)]) {
-        return Err(ReadError::IsProject { file: file_name(path) });
+/// Numbers columns that are taken for one quantity by names without a number, such as `force_left` and `force_right`.
+fn number_the_alike(taken: &mut [Option<Key>]) {
+    for quantity in [Quantity::Displacement, Quantity::Velocity, Quantity::Acceleration, Quantity::Input] {
+        let of_quantity = || taken.iter().flatten().filter(|key| key.quantity == quantity);
+        if of_quantity().filter(|key| key.number.is_none()).count() < 2 {
+            continue;
+        }
+        let used: Vec<usize> = of_quantity().filter_map(|key| key.number).collect();
+        let mut free = (1..).filter(|number| !used.contains(number));
+        for key in taken.iter_mut().flatten().filter(|key| key.quantity == quantity && key.number.is_none()) {
+            key.number = free.next();
+        }
     }
-    let file = file_name(path);
-    let format = formats::of(&super::ending(path), &bytes);
-    let heads = format.look(&file, &bytes, &|headings| columns::assign(&file, headings, options))?;
-    let tables: Vec<TableOverview> = heads.into_iter().map(|head| table(head, options)).collect();
-    if tables.is_empty() {
-        // Reading tells why there is none.
-        format.read(&file, &bytes, &|headings| columns::assign(&file, headings, options))?;
-        return Err(ReadError::Empty { file });
-    }
-    Ok(Overview { file, format: format.name, tables })
-}
-
-fn table(head: TableHead, options: &ReadOptions) -> TableOverview {
-    let TableHead { name, headings, rows, rate, first } = head;
-    let taken = columns::taken(&headings, options);
-    let guesses = if options.only_named { vec![None; headings.len()] } else { guess::guess(&headings, &first, &taken) };
-    let zero = |quantity: Quantity| taken.iter().flatten().any(|key| key.quantity == quantity && key.number == Some(0));
-    let used = |key: &Key| ColumnUse::of(*key, zero(key.quantity));
-    let references = references(&headings);
-    let columns: Vec<ColumnOverview> = headings
-        .iter()
-        .zip(first.into_iter().chain(std::iter::repeat_with(Vec::new)))
-        .zip(references)
-        .enumerate()
-        .map(|(c, ((heading, first), reference))| ColumnOverview {
-            name: heading.name.clone(),
-            unit: heading.unit.clone(),
-            taken: taken[c].as_ref().map(used),
-            guess: guesses[c].as_ref().map(used),
-            first,
-            reference,
-        })
-        .collect();
-    let rate = rate.or_else(|| rate_of(&columns));
-    TableOverview { name, rows, rate, columns }
 }
 
 /// Samples a second by the first values of the time, if they rise evenly, Hz.
@@ -180,11 +177,7 @@ fn rate_of(columns: &[ColumnOverview]) -> Option<f64> {
     let time = columns.iter().find(|c| c.taken.or(c.guess) == Some(ColumnUse::Time))?;
     let factor = match time.unit.as_str() {
         "" => 1.0,
-        unit => {
-            sindyscope_values::record::units::parse(unit)
-                .filter(sindyscope_values::record::units::Unit::is_time)?
-                .factor
-        }
+        unit => units::parse(unit).filter(units::Unit::is_time)?.factor,
     };
     let mut steps: Vec<f64> = time.first.windows(2).map(|w| (w[1] - w[0]) * factor).collect();
     steps.sort_by(f64::total_cmp);

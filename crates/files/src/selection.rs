@@ -1,134 +1,12 @@
 //! Which column is which: what the user says first, then what the header says.
 
-use std::fmt;
-use std::str::FromStr;
-
-use serde::{Deserialize, Serialize};
-
-use super::ReadOptions;
-use super::error::{ReadError, doubtful_notice, list};
+use super::error::{ReadError, doubtful_notice};
 use super::heading::{Heading, Key, Meaning, Quantity, label};
+use super::options::ReadOptions;
+use super::words::list;
 use sindyscope_values::record::Role;
+use sindyscope_values::record::units;
 use sindyscope_values::term::Kind;
-
-/// Which column is which, as the user says it: `t=Time,x=Laser 2,u1=3`.
-///
-/// The left side of each pair is one of `t`, `x`, `v`, `a`, `u` (with a number where there are several) and `record`, or one
-/// of the header names that stand for them; the right side is a column's name, with or without its unit, or its number
-/// from 1. A name may hold commas.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
-pub struct ColumnMap {
-    pairs: Vec<(Key, String)>,
-}
-
-/// Why a text is no [`ColumnMap`].
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ColumnMapError {
-    /// No equals sign.
-    #[error("`{0}` has no `=`: write `x=NAME`, several with commas between them")]
-    NoEquals(String),
-    /// The left side is none of the known names.
-    #[error("`{0}` is none of t, x, v, a, u (or x1, x2, …) and record")]
-    UnknownKey(String),
-    /// Numbers count from 1.
-    #[error("`{0}`: numbers count from 1")]
-    Zero(String),
-    /// Nothing on the right side.
-    #[error("`{0}=` names no column")]
-    NoName(String),
-    /// The same left side twice.
-    #[error("`{0}` is given twice")]
-    Twice(String),
-}
-
-impl ColumnMap {
-    /// True if nothing is said.
-    pub fn is_empty(&self) -> bool {
-        self.pairs.is_empty()
-    }
-
-    /// True if every column is called by a name, none by its number.
-    pub fn names_all(&self) -> bool {
-        self.pairs.iter().all(|(_, column)| column.parse::<usize>().is_err())
-    }
-
-    /// Adds or replaces one pair, as in `x2` and the column's name.
-    ///
-    /// # Errors
-    /// A left side that is none of the known names, or an empty column name.
-    pub fn set(&mut self, key: &str, column: &str) -> Result<(), ColumnMapError> {
-        let (key, column) = pair(key, column)?;
-        self.pairs.retain(|(k, _)| *k != key);
-        self.pairs.push((key, column));
-        Ok(())
-    }
-}
-
-fn pair(key: &str, column: &str) -> Result<(Key, String), ColumnMapError> {
-    let bare = |c: char| c.is_whitespace() || c == '"' || c == ',';
-    let (key, column) = (key.trim(), column.trim_matches(bare));
-    let known = Key::of_word(key).ok_or_else(|| ColumnMapError::UnknownKey(key.to_owned()))?;
-    if known.number == Some(0) {
-        return Err(ColumnMapError::Zero(key.to_owned()));
-    }
-    if column.is_empty() {
-        return Err(ColumnMapError::NoName(key.to_owned()));
-    }
-    Ok((known, column.to_owned()))
-}
-
-impl FromStr for ColumnMap {
-    type Err = ColumnMapError;
-
-    fn from_str(text: &str) -> Result<Self, ColumnMapError> {
-        let mut pieces: Vec<String> = Vec::new();
-        for piece in text.split(',') {
-            // A piece that starts no pair of its own belongs to a name with a comma in it.
-            match pieces.last_mut() {
-                Some(last) if !piece.contains('=') && !piece.trim().is_empty() => {
-                    last.push(',');
-                    last.push_str(piece);
-                }
-                _ => pieces.push(piece.to_owned()),
-            }
-        }
-        let mut map = Self::default();
-        for piece in pieces.iter().filter(|p| !p.trim().is_empty()) {
-            let (key, column) =
-                piece.split_once('=').ok_or_else(|| ColumnMapError::NoEquals(piece.trim().to_owned()))?;
-            let (key, column) = pair(key, column)?;
-            if map.pairs.iter().any(|(k, _)| *k == key) {
-                return Err(ColumnMapError::Twice(key.to_string()));
-            }
-            map.pairs.push((key, column));
-        }
-        Ok(map)
-    }
-}
-
-impl fmt::Display for ColumnMap {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, (key, name)) in self.pairs.iter().enumerate() {
-            write!(f, "{}{key}={name}", if i > 0 { "," } else { "" })?;
-        }
-        Ok(())
-    }
-}
-
-impl TryFrom<String> for ColumnMap {
-    type Error = ColumnMapError;
-
-    fn try_from(text: String) -> Result<Self, ColumnMapError> {
-        text.parse()
-    }
-}
-
-impl From<ColumnMap> for String {
-    fn from(map: ColumnMap) -> Self {
-        map.to_string()
-    }
-}
 
 /// The columns that are read, by position from zero.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -159,7 +37,10 @@ pub(super) fn taken(headings: &[Heading], options: &ReadOptions) -> Vec<Option<K
         Quantity::Input,
     ];
     for quantity in quantities {
-        assignment.of(quantity);
+        assignment.columns(quantity);
+    }
+    if !assignment.taken.iter().flatten().any(|key| key.quantity.is_motion()) {
+        assignment.accelerations_by_unit();
     }
     assignment.taken
 }
@@ -189,7 +70,10 @@ impl Assignment<'_> {
         let mut displacements = self.numbered(Quantity::Displacement)?;
         self.add_coordinates(&mut displacements);
         let velocities = self.numbered(Quantity::Velocity)?;
-        let accelerations = self.numbered(Quantity::Acceleration)?;
+        let mut accelerations = self.numbered(Quantity::Acceleration)?;
+        if displacements.is_empty() && velocities.is_empty() && accelerations.is_empty() {
+            accelerations = self.accelerations_by_unit();
+        }
         let inputs = self.numbered(Quantity::Input)?;
         let second_order = self.options.kind == Kind::SecondOrder;
         if displacements.is_empty() && velocities.is_empty() && (accelerations.is_empty() || !second_order) {
@@ -317,7 +201,7 @@ impl Assignment<'_> {
     }
 
     /// Columns of a quantity: those that the user named, and those of the header that do not stand against them.
-    fn of(&mut self, quantity: Quantity) -> Vec<(Option<usize>, usize)> {
+    fn columns(&mut self, quantity: Quantity) -> Vec<(Option<usize>, usize)> {
         let of_quantity = |key: &Key| key.quantity == quantity;
         let mapped: Vec<(Option<usize>, usize)> = (0..self.taken.len())
             .filter_map(|c| self.taken[c].filter(of_quantity).map(|key| (key.number, c)))
@@ -351,7 +235,7 @@ impl Assignment<'_> {
     }
 
     fn single(&mut self, quantity: Quantity) -> Result<Option<usize>, ReadError> {
-        match self.of(quantity)[..] {
+        match self.columns(quantity)[..] {
             [] => Ok(None),
             [(_, column)] => Ok(Some(column)),
             [(_, first), (_, second), ..] => Err(self.conflict(Key { quantity, number: None }, first, second)),
@@ -360,7 +244,7 @@ impl Assignment<'_> {
 
     /// Columns of a quantity with their numbers from 1.
     fn numbered(&mut self, quantity: Quantity) -> Result<Vec<(usize, usize)>, ReadError> {
-        let all = self.of(quantity);
+        let all = self.columns(quantity);
         let from_zero = usize::from(all.iter().any(|(number, _)| *number == Some(0)));
         let plain: Vec<usize> = all.iter().filter(|(number, _)| number.is_none()).map(|(_, c)| *c).collect();
         let mut numbered: Vec<(usize, usize)> =
@@ -407,6 +291,24 @@ impl Assignment<'_> {
                 displacements.push((displacements.len() + 1, column));
             }
         }
+    }
+
+    /// Where no name speaks of a motion: the columns whose unit is that of an acceleration, numbered from 1.
+    fn accelerations_by_unit(&mut self) -> Vec<(usize, usize)> {
+        if self.options.kind != Kind::SecondOrder || self.options.only_named {
+            return Vec::new();
+        }
+        let says = |unit: &str| units::parse(unit).is_some_and(|unit| unit.is_acceleration());
+        let columns: Vec<usize> =
+            (0..self.headings.len()).filter(|c| self.taken[*c].is_none() && says(&self.headings[*c].unit)).collect();
+        let numbered: Vec<(usize, usize)> =
+            columns.into_iter().enumerate().map(|(i, column)| (i + 1, column)).collect();
+        for (number, column) in &numbered {
+            self.taken[*column] = Some(Key { quantity: Quantity::Acceleration, number: Some(*number) });
+            let (name, unit) = (self.name(*column), &self.headings[*column].unit);
+            self.notices.push(format!("`{name}` is taken for acceleration a{number}, as its unit {unit} says"));
+        }
+        numbered
     }
 
     fn in_sequence(&self, numbered: &[(usize, usize)]) -> Result<(), ReadError> {
@@ -510,25 +412,6 @@ mod tests {
             ("t;x;v", Kind::FirstOrder, "the velocity `v` is state x2"),
         ] {
             assert_eq!(choose(header, "", kind).unwrap().1, [want], "{header}");
-        }
-    }
-
-    #[test]
-    fn maps_are_read_and_print_back() {
-        for text in ["", "t=Time", "x1=a,x2=b,u=c=d", "record=run no, left,t=1"] {
-            assert_eq!(text.parse::<ColumnMap>().unwrap().to_string(), text);
-        }
-        let spoken: ColumnMap = "time=A, displacement=\"B\" ,force2=C,trial=D".parse().unwrap();
-        assert_eq!(spoken.to_string(), "t=A,x=B,u2=C,record=D");
-        for (text, message) in [
-            ("x", "`x` has no `=`: write `x=NAME`, several with commas between them"),
-            ("y=a", "`y` is none of t, x, v, a, u (or x1, x2, …) and record"),
-            ("t1=a", "`t1` is none of t, x, v, a, u (or x1, x2, …) and record"),
-            ("x0=a", "`x0`: numbers count from 1"),
-            ("x=", "`x=` names no column"),
-            ("x=a,x=b", "`x` is given twice"),
-        ] {
-            assert_eq!(text.parse::<ColumnMap>().unwrap_err().to_string(), message);
         }
     }
 }

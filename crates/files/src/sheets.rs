@@ -1,128 +1,14 @@
-//! What a file of named columns holds before anything is chosen, and how the chosen columns become a table.
+//! Which columns of a file can stand in one record, and how the chosen ones become a table.
 //!
-//! Formats that tell their columns' names, units and sampling apart from the numbers hand on [`Contents`]: the numbers are
-//! decoded only where they are wanted. Columns that share a group, a length and a time base can stand in one record.
+//! Columns that share a group, a length and a time base make a sheet.
 
-use std::sync::Arc;
-
-use super::columns::Selection;
-use super::error::{ReadError, Row, list, printable};
+use super::column::{Column, Contents, Flaw, TimeBase};
+use super::error::{ReadError, Row};
 use super::heading::{Heading, Key, Meaning, Quantity, label};
+use super::selection::Selection;
 use super::table::{Choose, FIRST_ROWS, LARGEST, Table, TableHead};
+use super::words::list;
 use sindyscope_values::record::units;
-
-/// What is wrong with a file's bytes, told by the reader of its format.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Flaw {
-    /// A clause: `the header of variable x is cut short`.
-    pub(super) what: String,
-    /// The byte where it was found, from 0.
-    pub(super) at: Option<usize>,
-    /// What to try; the general advice if empty.
-    pub(super) advice: &'static str,
-}
-
-impl Flaw {
-    /// A flaw of the file as a whole.
-    pub(super) fn new(what: impl Into<String>) -> Self {
-        Self { what: printable(&what.into()), at: None, advice: "" }
-    }
-
-    /// A flaw found at a byte.
-    pub(super) fn at(what: impl Into<String>, byte: usize) -> Self {
-        Self { at: Some(byte), ..Self::new(what) }
-    }
-
-    /// The same with its own advice.
-    #[must_use]
-    pub(super) fn try_this(self, advice: &'static str) -> Self {
-        Self { advice, ..self }
-    }
-
-    /// The flaw as an error of a file.
-    pub(super) fn of(self, file: &str, format: &'static str) -> ReadError {
-        let Self { what, at, advice } = self;
-        ReadError::Malformed { file: file.to_owned(), format, what, at, advice }
-    }
-}
-
-/// When a column's samples were taken.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum TimeBase {
-    /// Not said, or said by another column.
-    Unknown,
-    /// Evenly; both in seconds.
-    Even { start: f64, interval: f64 },
-    /// At these instants, in the unit given.
-    Stamps(Arc<[f64]>, String),
-}
-
-/// Decodes a column.
-pub(super) type Decode<'a> = Box<dyn Fn() -> Result<Vec<f64>, Flaw> + 'a>;
-
-/// One column of numbers.
-pub(super) struct Column<'a> {
-    pub(super) heading: Heading,
-    /// What the file calls the columns that belong together; may be empty.
-    pub(super) group: String,
-    pub(super) base: TimeBase,
-    /// Number of samples.
-    pub(super) len: usize,
-    pub(super) decode: Decode<'a>,
-}
-
-impl<'a> Column<'a> {
-    /// A column with the unit that the file gives apart from the name.
-    pub(super) fn new(name: &str, unit: &str, len: usize, decode: Decode<'a>) -> Self {
-        let mut heading = if name.trim().is_empty() { Heading::unnamed() } else { named(name, unit) };
-        // A field of a structure is what its own name says: `run.x` is a displacement, not a number of a run.
-        if let Some((_, field)) = name.rsplit_once('.') {
-            let field = named(field, unit);
-            if field.meaning != Meaning::Unknown {
-                heading.meaning = field.meaning;
-            }
-        }
-        Self { heading, group: String::new(), base: TimeBase::Unknown, len, decode }
-    }
-
-    /// The same column, known by the file to be the time.
-    #[must_use]
-    pub(super) fn into_time(mut self) -> Self {
-        self.heading.meaning = Meaning::Known(Key { quantity: Quantity::Time, number: None });
-        // What a format calls the time is in seconds where the unit is none of time.
-        if units::parse(&self.heading.unit).is_none_or(|unit| !unit.is_time()) {
-            self.heading.unit = "s".into();
-        }
-        self
-    }
-
-    fn is_time(&self) -> bool {
-        matches!(self.heading.meaning, Meaning::Known(Key { quantity: Quantity::Time, .. }))
-    }
-}
-
-/// A heading whose unit stands apart from its name; `Newtons` is known as `newtons`.
-fn named(name: &str, unit: &str) -> Heading {
-    let unit = unit.trim();
-    let lower = unit.to_lowercase();
-    let known = units::parse(unit).is_none() && units::parse(&lower).is_some();
-    let unit = if known { lower.as_str() } else { unit };
-    let silent = unit.is_empty() || unit.eq_ignore_ascii_case("none") || unit.eq_ignore_ascii_case("unitless");
-    let heading = Heading::new(name, (!silent).then_some(unit));
-    if silent || heading.unit == unit {
-        return heading;
-    }
-    // What the file says apart counts more than the end of a name, such as `sine 5 Hz`.
-    Heading { name: heading.name, ..Heading::new(&format!("{name} [{unit}]"), None) }
-}
-
-/// All columns of a file.
-#[derive(Default)]
-pub(super) struct Contents<'a> {
-    pub(super) columns: Vec<Column<'a>>,
-    /// What the reader found and did.
-    pub(super) notices: Vec<String>,
-}
 
 /// Columns that can stand in one record.
 struct Sheet<'c, 'a> {
@@ -258,7 +144,7 @@ pub(super) fn table(
         for notice in notices {
             what += &format!("; {notice}");
         }
-        return Err(Flaw::new(what).try_this(NO_COLUMNS).of(file, format));
+        return Err(Flaw::new(what).try_this(NO_COLUMNS).in_file(file, format));
     }
     let chosen: Vec<Result<Selection, ReadError>> = sheets.iter().map(|s| choose(&s.headings)).collect();
     let Some(first) = chosen.iter().position(Result::is_ok) else {
@@ -313,7 +199,7 @@ fn no_sheet(sheets: &[Sheet<'_, '_>], chosen: Vec<Result<Selection, ReadError>>)
     let others: Vec<String> = others.flat_map(|(_, s)| (0..s.columns.len()).map(|c| label(&s.headings, c))).collect();
     let mut errors = chosen.into_iter().filter_map(Result::err);
     let Some(mut error) = errors.nth(largest) else {
-        return Flaw::new("it holds no columns of numbers").of("", "");
+        return Flaw::new("it holds no columns of numbers").in_file("", "");
     };
     if let ReadError::NoTime { columns, .. }
     | ReadError::NoDisplacement { columns, .. }
@@ -372,7 +258,7 @@ impl<'a> Filling<'a> {
     }
 
     fn add(&mut self, sheet: &Sheet<'_, '_>, run: Option<String>) -> Result<(), ReadError> {
-        let decode = |column: usize| sheet.decode(column).map_err(|flaw| flaw.of(self.file, self.format));
+        let decode = |column: usize| sheet.decode(column).map_err(|flaw| flaw.in_file(self.file, self.format));
         let mut wanted: Vec<(usize, Vec<f64>)> = Vec::new();
         for column in self.selection.time.into_iter().chain(self.selection.channels.iter().map(|(_, c)| *c)) {
             wanted.push((column, decode(column)?));

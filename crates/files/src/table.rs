@@ -1,63 +1,11 @@
 //! What every format's reader hands on: named columns of finite numbers.
 
-use super::columns::Selection;
-use super::contents::{self, Contents, Flaw};
 use super::error::{ReadError, Row};
 use super::heading::Heading;
-
-/// A file format that measurements are read from.
-#[derive(Clone, Copy, Debug)]
-pub struct Format {
-    /// What a file dialog calls it.
-    pub name: &'static str,
-    /// Endings of its files, without the dot, in lower case.
-    pub extensions: &'static [&'static str],
-    /// True if a file's first bytes are those of this format, whatever its ending.
-    pub(super) recognises: fn(&[u8]) -> bool,
-    pub(super) reader: Reader,
-}
-
-/// How a format is read.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Reader {
-    /// Row by row, the columns chosen on the way; and what there is to choose from.
-    Rows {
-        read: fn(&str, &[u8], &Choose<'_>) -> Result<Table, ReadError>,
-        look: fn(&str, &[u8], &Choose<'_>) -> TableHeads,
-    },
-    /// Column by column, each decoded only where it is wanted.
-    Columns(for<'a> fn(&'a [u8]) -> Result<Contents<'a>, Flaw>),
-}
-
-impl Format {
-    /// Reads a file's bytes; the function given decides from the headings which columns are wanted.
-    pub(super) fn read(&self, file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Table, ReadError> {
-        match self.reader {
-            Reader::Rows { read, .. } => read(file, bytes, choose),
-            Reader::Columns(read) => {
-                let contents = read(bytes).map_err(|flaw| flaw.of(file, self.name))?;
-                contents::table(file, self.name, contents, choose)
-            }
-        }
-    }
-
-    /// What a file's bytes hold, before any column is chosen: one entry a table.
-    pub(super) fn look(&self, file: &str, bytes: &[u8], choose: &Choose<'_>) -> TableHeads {
-        match self.reader {
-            Reader::Rows { look, .. } => look(file, bytes, choose),
-            Reader::Columns(read) => {
-                let contents = read(bytes).map_err(|flaw| flaw.of(file, self.name))?;
-                Ok(contents::heads(&contents))
-            }
-        }
-    }
-}
+use super::selection::Selection;
 
 /// Rows of a table that are looked at before any column is chosen.
 pub(super) const FIRST_ROWS: usize = 200;
-
-/// The tables of a file, or why there are none.
-pub(super) type TableHeads = Result<Vec<TableHead>, ReadError>;
 
 /// A table of a file before its columns are chosen.
 #[derive(Clone, Debug)]

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::super::contents::Flaw;
+use crate::column::Flaw;
 
 /// Which byte comes first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,18 +3,18 @@
 
 use hdf5_pure::{AttrValue, DType, Dataset, File, Group};
 
-use super::super::contents::{Column, Contents, Flaw};
-use super::super::table::{Format, Reader};
+use crate::column::{Column, Contents, Flaw};
+use crate::format::Format;
 
-pub(in super::super) const FORMAT: Format = Format {
-    name: "HDF5 and MATLAB 7.3",
-    extensions: &["h5", "hdf5"],
-    recognises: |bytes| {
+pub(crate) const FORMAT: Format = Format::of_columns(
+    "HDF5 and MATLAB 7.3",
+    &["h5", "hdf5"],
+    |bytes| {
         // MATLAB writes a header of its own in front, whatever version it names.
         bytes.starts_with(MAGIC) || bytes.get(512..520) == Some(MAGIC) || bytes.starts_with(b"MATLAB 7.3")
     },
-    reader: Reader::Columns(read),
-};
+    read,
+);
 
 const MAGIC: &[u8] = b"\x89HDF\r\n\x1a\n";
 
@@ -132,7 +132,7 @@ impl Walk<'_> {
                 values.map_err(|error| Flaw::new(format!("its data are damaged ({error})")))
             };
             let len = usize::try_from(len).unwrap_or(usize::MAX);
-            self.contents.columns.push(Column::new(&label, &unit, len, Box::new(decode)));
+            self.contents.columns.push(Column::new(&label, &unit, len, decode));
         }
         Ok(())
     }

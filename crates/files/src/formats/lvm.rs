@@ -5,19 +5,19 @@
 
 use std::sync::Arc;
 
-use super::super::contents::{Column, Contents, Flaw, TimeBase};
-use super::super::delimited::{number, text_of};
-use super::super::heading::{Heading, Key, Meaning, Quantity};
-use super::super::table::{Format, Reader};
+use super::text::{number, text_of};
+use crate::column::{Column, Contents, Flaw, TimeBase};
+use crate::format::Format;
+use crate::heading::{Heading, Key, Meaning, Quantity};
 use sindyscope_core::sampling::significant;
 use sindyscope_values::record::units;
 
-pub(in super::super) const FORMAT: Format = Format {
-    name: "LabVIEW measurement",
-    extensions: &["lvm"],
-    recognises: |bytes| bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).starts_with(MAGIC),
-    reader: Reader::Columns(read),
-};
+pub(crate) const FORMAT: Format = Format::of_columns(
+    "LabVIEW measurement",
+    &["lvm"],
+    |bytes| bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).starts_with(MAGIC),
+    read,
+);
 
 const MAGIC: &[u8] = b"LabVIEW Measurement";
 const END: &[u8] = b"***End_of_Header***";
@@ -210,7 +210,7 @@ impl Segment {
             };
             let len = values.len();
             let unit = if is_x || Some(index) == own_time { "s" } else { unit.as_str() };
-            let column = Column::new(&name, unit, len, Box::new(move || Ok(values.clone())));
+            let column = Column::new(&name, unit, len, move || Ok(values.clone()));
             let column = Column { base, group: group.to_owned(), ..column };
             contents.columns.push(if is_x { column.into_time() } else { column });
         }

@@ -7,16 +7,11 @@ use std::io::Read;
 
 use flate2::read::ZlibDecoder;
 
-use super::super::contents::{Column, Contents, Flaw};
-use super::super::table::{Format, Reader};
 use super::bytes::{Cursor, Number, Order, Source, Strided};
+use crate::column::{Column, Contents, Flaw};
+use crate::format::Format;
 
-pub(in super::super) const FORMAT: Format = Format {
-    name: "MATLAB",
-    extensions: &["mat"],
-    recognises: |bytes| bytes.starts_with(b"MATLAB "),
-    reader: Reader::Columns(read),
-};
+pub(crate) const FORMAT: Format = Format::of_columns("MATLAB", &["mat"], |bytes| bytes.starts_with(b"MATLAB "), read);
 
 /// Structures within structures are followed so deep.
 const DEEPEST: usize = 6;
@@ -62,7 +57,7 @@ impl<'a> Matrix<'a> {
             let label = if count > 1 { format!("{name}({})", channel + 1) } else { name.clone() };
             let numbers = Strided { start: start + channel * step, stride, count: len, number, order };
             let source = source.clone();
-            contents.columns.push(Column::new(&label, "", len, Box::new(move || numbers.read(source.bytes()))));
+            contents.columns.push(Column::new(&label, "", len, move || numbers.read(source.bytes())));
         }
     }
 }

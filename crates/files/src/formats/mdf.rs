@@ -10,16 +10,16 @@ use std::sync::Arc;
 
 use flate2::read::ZlibDecoder;
 
-use super::super::contents::{Column, Contents, Flaw};
-use super::super::table::{Format, Reader};
 use super::bytes::{Cursor, Number, Order};
+use crate::column::{Column, Contents, Flaw};
+use crate::format::Format;
 
-pub(in super::super) const FORMAT: Format = Format {
-    name: "MDF4",
-    extensions: &["mf4", "mdf", "dat4"],
-    recognises: |bytes| bytes.starts_with(b"MDF     ") || bytes.starts_with(UNFINISHED),
-    reader: Reader::Columns(read),
-};
+pub(crate) const FORMAT: Format = Format::of_columns(
+    "MDF4",
+    &["mf4", "mdf", "dat4"],
+    |bytes| bytes.starts_with(b"MDF     ") || bytes.starts_with(UNFINISHED),
+    read,
+);
 
 const UNFINISHED: &[u8] = b"UnFinMF ";
 
@@ -479,13 +479,13 @@ fn channels<'a>(
             let chunks = records.bytes().chunks_exact(record.max(1)).take(len);
             Ok(chunks.enumerate().map(|(index, record)| value.of(record, index)).collect())
         };
-        let column = Column::new(&name, &unit, len, Box::new(decode));
-        let column = Column { group: own_name.clone(), ..column };
+        let column = Column::new(&name, &unit, len, decode);
+        let column = column.in_group(own_name.clone());
         let is_time = matches!(kind, 2 | 3) && sync <= 1;
         contents.columns.push(if is_time { column.into_time() } else { column });
     }
     if !left_out.is_empty() {
-        let names = super::super::error::list(&left_out);
+        let names = crate::words::list(&left_out);
         contents.notices.push(format!("{own_name}: texts, arrays and structures were left out: {names}"));
     }
     Ok(())

@@ -1,22 +1,23 @@
-//! The file formats of laboratories, one file each; what they share is in `bytes`.
+//! The file formats of laboratories, one file each and one entry in [`FORMATS`]; what they share is in `bytes`.
 
 mod bytes;
+pub(crate) mod foreign;
 mod hdf5;
 mod lvm;
 mod mat;
 mod mdf;
 mod npy;
-mod spreadsheet;
+pub(crate) mod spreadsheet;
 mod tdms;
+pub(crate) mod text;
 mod uff;
 mod wav;
 
-use super::delimited;
-use super::table::Format;
+use super::format::Format;
 
 /// The formats that measurements are read from; the first reads whatever no other recognises.
 pub const FORMATS: &[Format] = &[
-    delimited::FORMAT,
+    text::FORMAT,
     hdf5::FORMAT,
     mat::FORMAT,
     npy::FORMAT,
@@ -30,7 +31,7 @@ pub const FORMATS: &[Format] = &[
 ];
 
 /// The format of a file: by its content, or else by its ending.
-pub(super) fn of(ending: &str, bytes: &[u8]) -> &'static Format {
+pub(crate) fn recognise(ending: &str, bytes: &[u8]) -> &'static Format {
     let content = FORMATS.iter().find(|f| (f.recognises)(bytes));
     // A LabVIEW measurement without its header, or a universal file without a dataset, may still be a table of text.
     let by_ending = || FORMATS.iter().find(|f| f.extensions.contains(&ending));

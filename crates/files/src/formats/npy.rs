@@ -5,31 +5,31 @@
 
 use std::io::{Cursor as Seek, Read};
 
-use super::super::contents::{Column, Contents, Flaw};
-use super::super::table::{Format, Reader};
 use super::bytes::{Cursor, Number, Order, Source, Strided};
+use crate::column::{Column, Contents, Flaw};
+use crate::format::Format;
 
-pub(in super::super) const FORMAT: Format = Format {
-    name: "NumPy array",
-    extensions: &["npy"],
-    recognises: |bytes| bytes.starts_with(MAGIC),
-    reader: Reader::Columns(|bytes| {
+pub(crate) const FORMAT: Format = Format::of_columns(
+    "NumPy array",
+    &["npy"],
+    |bytes| bytes.starts_with(MAGIC),
+    |bytes| {
         let mut contents = Contents::default();
         add_array("", Source::File(bytes), &mut contents)?;
         Ok(contents)
-    }),
-};
+    },
+);
 
-pub(in super::super) const ARCHIVE: Format = Format {
-    name: "NumPy archive",
-    extensions: &["npz"],
+pub(crate) const ARCHIVE: Format = Format::of_columns(
+    "NumPy archive",
+    &["npz"],
     // An archive's first entry stands in its first bytes.
-    recognises: |bytes| {
+    |bytes| {
         let name = bytes.get(26..28).map_or(0, |b| usize::from(b[0]) + 256 * usize::from(b[1]));
         bytes.starts_with(b"PK\x03\x04") && bytes.get(30..30 + name).is_some_and(|n| n.ends_with(b".npy"))
     },
-    reader: Reader::Columns(read_archive),
-};
+    read_archive,
+);
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 
@@ -123,7 +123,7 @@ fn add_array<'a>(name: &str, source: Source<'a>, contents: &mut Contents<'a>) ->
             let start = at + channel * next * width;
             let numbers = Strided { start, stride: step * width, count: len, number, order };
             let source = source.clone();
-            contents.columns.push(Column::new(&label, "", len, Box::new(move || numbers.read(source.bytes()))));
+            contents.columns.push(Column::new(&label, "", len, move || numbers.read(source.bytes())));
         }
     }
     Ok(())

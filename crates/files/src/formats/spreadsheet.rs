@@ -9,22 +9,26 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use calamine::{Data, DataRef, Reader as _, Sheets, open_workbook_auto_from_rs};
 
-use super::super::contents::Flaw;
-use super::super::delimited;
-use super::super::error::ReadError;
-use super::super::table::{Choose, Format, Reader, Table, TableHead};
+use super::text;
+use crate::column::Flaw;
+use crate::error::ReadError;
+use crate::format::{Format, Reader, TextTable};
+use crate::table::{Choose, Table, TableHead};
+use crate::words::list;
 
-pub(in super::super) const FORMAT: Format = Format {
+pub(crate) const FORMAT: Format = Format {
     name: "Excel or OpenDocument",
     extensions: &["xlsx", "xlsm", "xlsb", "xls", "ods"],
     recognises: |bytes| {
-        let head = &bytes[..bytes.len().min(4096)];
-        let has = |name: &[u8]| head.windows(name.len()).any(|w| w == name);
+        // An archive's directory, which names what it holds, stands at its end.
+        let (head, tail) = (&bytes[..bytes.len().min(4096)], &bytes[bytes.len().saturating_sub(8192)..]);
+        let has = |name: &[u8]| [head, tail].iter().any(|part| part.windows(name.len()).any(|w| w == name));
+        let other = has(b"word/document") || has(b"ppt/presentation");
         let zipped = bytes.starts_with(b"PK\x03\x04")
             && (has(b"[Content_Types].xml") || has(b"xl/") || has(b"opendocument.spreadsheet"));
-        zipped || bytes.starts_with(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1")
+        (zipped && !other) || bytes.starts_with(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1")
     },
-    reader: Reader::Rows { read, look },
+    reader: Reader::Workbook(sheets),
 };
 
 /// Cells of one sheet, empty ones between others included; more are no table.
@@ -34,11 +38,11 @@ const MOST_CELLS: usize = 200_000_000;
 const DAY: f64 = 86_400.0;
 
 /// The sheets that read as a table.
-fn look(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Vec<TableHead>, ReadError> {
+pub(crate) fn look(file: &str, sheets: &[TextTable], choose: &Choose<'_>) -> Result<Vec<TableHead>, ReadError> {
     let mut tables = Vec::new();
     let mut reason = None;
-    for (name, text) in sheets(file, bytes)? {
-        match delimited::look(file, text.as_bytes(), choose) {
+    for TextTable { name, text } in sheets {
+        match text::look(file, text.as_bytes(), choose) {
             Ok(found) => tables.extend(found.into_iter().map(|table| TableHead { name: name.clone(), ..table })),
             Err(error) => reason = reason.or(Some(error)),
         }
@@ -49,24 +53,22 @@ fn look(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Vec<TableHead>,
     }
 }
 
-/// Each sheet's name and text.
-fn sheets(file: &str, bytes: &[u8]) -> Result<Vec<(String, String)>, ReadError> {
+/// The text of each sheet.
+fn sheets(bytes: &[u8]) -> Result<Vec<TextTable>, Flaw> {
     // The library that reads sheets is not proof against every damaged file.
-    let texts = catch_unwind(AssertUnwindSafe(|| texts(bytes)));
-    texts.unwrap_or_else(|_| Err(Flaw::new("it is damaged"))).map_err(|flaw| flaw.of(file, FORMAT.name))
+    catch_unwind(AssertUnwindSafe(|| texts(bytes))).unwrap_or_else(|_| Err(Flaw::new("it is damaged")))
 }
 
-fn read(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Table, ReadError> {
-    let texts = sheets(file, bytes)?;
+/// The first sheet that reads as a table.
+pub(crate) fn read(file: &str, sheets: &[TextTable], choose: &Choose<'_>) -> Result<Table, ReadError> {
     let mut first: Option<ReadError> = None;
-    let count = texts.len();
-    for (index, (name, text)) in texts.iter().enumerate() {
-        match delimited::read(file, text.as_bytes(), choose) {
+    for (index, TextTable { name, text }) in sheets.iter().enumerate() {
+        match text::read(file, text.as_bytes(), choose) {
             Ok(mut table) => {
-                if count > 1 {
-                    let others: Vec<&str> =
-                        texts.iter().enumerate().filter(|(i, _)| *i != index).map(|(_, (n, _))| n.as_str()).collect();
-                    table.notices.push(format!("sheet `{name}` was read, not {}", super::super::error::list(&others)));
+                if sheets.len() > 1 {
+                    let others = sheets.iter().enumerate().filter(|(other, _)| *other != index);
+                    let others: Vec<&str> = others.map(|(_, other)| other.name.as_str()).collect();
+                    table.notices.push(format!("sheet `{name}` was read, not {}", list(&others)));
                 }
                 return Ok(table);
             }
@@ -85,7 +87,7 @@ fn read(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Table, ReadErro
     Err(first.unwrap_or_else(|| ReadError::Empty { file: file.to_owned() }))
 }
 
-fn texts(bytes: &[u8]) -> Result<Vec<(String, String)>, Flaw> {
+fn texts(bytes: &[u8]) -> Result<Vec<TextTable>, Flaw> {
     let damaged = |error: calamine::Error| {
         let text = error.to_string();
         if text.to_lowercase().contains("password") {
@@ -115,7 +117,7 @@ fn texts(bytes: &[u8]) -> Result<Vec<(String, String)>, Flaw> {
             }
         }
         if !text.text.trim().is_empty() {
-            texts.push((name, text.text));
+            texts.push(TextTable { name, text: text.text });
         }
     }
     Ok(texts)

@@ -6,16 +6,11 @@
 
 use std::collections::HashMap;
 
-use super::super::contents::{Column, Contents, Flaw, TimeBase};
-use super::super::table::{Format, Reader};
 use super::bytes::{Cursor, Number, Order};
+use crate::column::{Column, Contents, Flaw, TimeBase};
+use crate::format::Format;
 
-pub(in super::super) const FORMAT: Format = Format {
-    name: "TDMS",
-    extensions: &["tdms"],
-    recognises: |bytes| bytes.starts_with(b"TDSm"),
-    reader: Reader::Columns(read),
-};
+pub(crate) const FORMAT: Format = Format::of_columns("TDMS", &["tdms"], |bytes| bytes.starts_with(b"TDSm"), read);
 
 /// Bits of a segment's table of contents.
 mod contains {
@@ -455,7 +450,7 @@ fn columns<'a>(bytes: &'a [u8], objects: Vec<Object>, contents: &mut Contents<'a
             }
             Ok(values)
         };
-        let column = Column::new(name, &unit, len, Box::new(decode));
+        let column = Column::new(name, &unit, len, decode);
         contents.columns.push(Column { base, group: group.clone(), ..column });
     }
 }

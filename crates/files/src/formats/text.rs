@@ -5,18 +5,20 @@ use std::collections::HashMap;
 
 use csv::{ByteRecord, Reader, ReaderBuilder};
 
-use super::columns::Selection;
-use super::error::{ReadError, Row, printable};
-use super::heading::{Heading, label};
-use super::table::{Choose, FIRST_ROWS, Format, LARGEST, Reader as FormatReader, Table, TableHead};
+use crate::error::{ReadError, Row};
+use crate::format::{self, Format};
+use crate::heading::{Heading, label};
+use crate::selection::Selection;
+use crate::table::{Choose, FIRST_ROWS, LARGEST, Table, TableHead};
+use crate::words::printable;
 use sindyscope_values::record::units;
 
 /// Text separated by commas, semicolons, tabs or blanks.
-pub(super) const FORMAT: Format = Format {
+pub(crate) const FORMAT: Format = Format {
     name: "CSV and other text",
     extensions: &["csv", "tsv", "txt", "dat", "asc"],
     recognises: |_| false,
-    reader: FormatReader::Rows { read, look },
+    reader: format::Reader::Text,
 };
 
 /// The header is looked for in so many rows.
@@ -25,14 +27,14 @@ const HEAD_ROWS: usize = 200;
 /// What can stand between cells, the likeliest reading first: a comma may be part of a number, a blank part of a name.
 const SEPARATORS: [u8; 4] = [b';', b'\t', b',', b' '];
 
-pub(super) fn read(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Table, ReadError> {
+pub(crate) fn read(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Table, ReadError> {
     let bytes = decode(bytes).ok_or_else(|| ReadError::NotText { file: file.to_owned() })?;
     let header = find_header(file, &bytes, choose)?;
     read_rows(file, &bytes, header, choose)
 }
 
 /// The names of the columns, and the first rows beneath them.
-pub(super) fn look(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Vec<TableHead>, ReadError> {
+pub(crate) fn look(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Vec<TableHead>, ReadError> {
     let bytes = decode(bytes).ok_or_else(|| ReadError::NotText { file: file.to_owned() })?;
     // Columns without names can be looked at too.
     let choose = |headings: &[Heading]| {
@@ -94,7 +96,7 @@ fn decode(bytes: &[u8]) -> Option<Cow<'_, [u8]>> {
 }
 
 /// Text in UTF-8, or else in Latin-1, in which every byte is a character.
-pub(super) fn text_of(bytes: &[u8]) -> String {
+pub(crate) fn text_of(bytes: &[u8]) -> String {
     std::str::from_utf8(bytes).map_or_else(|_| bytes.iter().map(|b| char::from(*b)).collect(), str::to_owned)
 }
 
@@ -201,7 +203,7 @@ fn trim(cell: &[u8]) -> &[u8] {
 }
 
 /// A cell's number, with decimal point or comma; may be NaN or infinite.
-pub(super) fn number(cell: &[u8]) -> Option<f64> {
+pub(crate) fn number(cell: &[u8]) -> Option<f64> {
     std::str::from_utf8(cell).ok()?.parse().ok().or_else(|| odd_number(cell))
 }
 

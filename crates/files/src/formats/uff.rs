@@ -5,19 +5,15 @@
 
 use std::sync::Arc;
 
-use super::super::contents::{Column, Contents, Flaw, TimeBase};
-use super::super::delimited::text_of;
-use super::super::heading::{Key, Meaning, Quantity};
-use super::super::table::{Format, Reader};
 use super::bytes::{Number, Order, Strided};
+use super::text::text_of;
+use crate::column::{Column, Contents, Flaw, TimeBase};
+use crate::format::Format;
+use crate::heading::{Key, Meaning, Quantity};
 use sindyscope_values::record::units;
 
-pub(in super::super) const FORMAT: Format = Format {
-    name: "Universal File Format 58",
-    extensions: &["uff", "unv", "ufb", "bunv", "uff58"],
-    recognises,
-    reader: Reader::Columns(read),
-};
+pub(crate) const FORMAT: Format =
+    Format::of_columns("Universal File Format 58", &["uff", "unv", "ufb", "bunv", "uff58"], recognises, read);
 
 /// The first line is a delimiter, the second a dataset's number.
 fn recognises(bytes: &[u8]) -> bool {
@@ -220,7 +216,7 @@ fn function<'a>(
     };
     let name = name(&header, &label);
     let decode = move || raw.read(per_sample - 1, per_sample, held);
-    let mut column = Column::new(&name, &unit, held, Box::new(decode));
+    let mut column = Column::new(&name, &unit, held, decode);
     column.base = base;
     let quantity = match words(8).first() {
         Some(&"8") => Some(Quantity::Displacement),

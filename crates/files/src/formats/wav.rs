@@ -4,15 +4,15 @@ use std::io::Cursor;
 
 use hound::{SampleFormat, WavReader};
 
-use super::super::contents::{Column, Contents, Flaw, TimeBase};
-use super::super::table::{Format, Reader};
+use crate::column::{Column, Contents, Flaw};
+use crate::format::Format;
 
-pub(in super::super) const FORMAT: Format = Format {
-    name: "WAV",
-    extensions: &["wav", "wave"],
-    recognises: |bytes| bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WAVE"),
-    reader: Reader::Columns(read),
-};
+pub(crate) const FORMAT: Format = Format::of_columns(
+    "WAV",
+    &["wav", "wave"],
+    |bytes| bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WAVE"),
+    read,
+);
 
 fn flaw(error: &hound::Error) -> Flaw {
     match error {
@@ -39,7 +39,7 @@ fn read(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
             .notices
             .push(format!("the header tells of {said} samples, the file ends before: those that it has were taken"));
     }
-    let base = TimeBase::Even { start: 0.0, interval: f64::from(spec.sample_rate).recip() };
+    let interval = f64::from(spec.sample_rate).recip();
     for channel in 0..channels {
         let name = if channels == 1 { "signal".to_owned() } else { format!("channel{}", channel + 1) };
         let decode = move || {
@@ -60,8 +60,7 @@ fn read(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
             values.resize(values.len().max(len), f64::NAN);
             Ok(values)
         };
-        let column = Column::new(&name, "", len, Box::new(decode));
-        contents.columns.push(Column { base: base.clone(), ..column });
+        contents.columns.push(Column::new(&name, "", len, decode).sampled_evenly(0.0, interval));
     }
     Ok(contents)
 }

@@ -1,9 +1,9 @@
 //! Files that other programs wrote, where the folder with them is at hand; what they hold is what those programs, or the
 //! formats' Python packages, say.
 
-use super::contents::TimeBase;
+use super::column::TimeBase;
+use super::format::Reader;
 use super::measured::folder;
-use super::table::Reader;
 use super::*;
 
 /// A column: name, unit, samples, sampling interval if the file tells it apart from the columns, first and last value.
@@ -20,7 +20,9 @@ fn held(path: &str) -> Option<Found> {
         return None;
     };
     let ending = path.extension().unwrap().to_string_lossy().to_lowercase();
-    let Reader::Columns(read) = formats::of(&ending, &bytes).reader else { panic!("{}: read as text", path.display()) };
+    let Reader::Columns(read) = formats::recognise(&ending, &bytes).reader else {
+        panic!("{}: read as text", path.display())
+    };
     let contents = match read(&bytes) {
         Ok(contents) => contents,
         Err(flaw) => return Some(Err(flaw.what)),

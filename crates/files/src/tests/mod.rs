@@ -8,9 +8,11 @@ mod measured;
 mod messages;
 mod round_trip;
 mod sets;
+mod unread;
 
 use super::*;
-use sindyscope_values::record::{Channel, Role, notices};
+use sindyscope_values::record::{Channel, Record, RecordSet, Role, Usage, notices};
+use sindyscope_values::term::Kind;
 
 /// A file of 30 rows: `header`, then `row(i)`.
 fn file(header: &str, row: impl Fn(usize) -> String) -> String {

@@ -1,5 +1,7 @@
 //! Records together: names, cuts, what they must have in common.
 
+use std::path::PathBuf;
+
 use super::*;
 
 fn record(name: &str, header: &str) -> Record {

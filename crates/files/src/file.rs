@@ -1,0 +1,193 @@
+//! One file of measurements, read from the disk once: what it holds, and its records.
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use super::assemble;
+use super::column::{Contents, Flaw};
+use super::error::ReadError;
+use super::format::{Format, Reader, TextTable};
+use super::formats::{self, foreign, spreadsheet, text};
+use super::heading::Heading;
+use super::options::ReadOptions;
+use super::overview::{Overview, TableOverview};
+use super::selection::{self, Selection};
+use super::sheets;
+use super::table::{Table, TableHead};
+use sindyscope_values::record::Record;
+
+/// A project is recognised by this many of its first bytes.
+const PROJECT_HEAD: usize = 1 << 16;
+
+/// A file of measurements: its bytes, read from the disk once, and the format that they are in.
+///
+/// [`Self::look`], [`Self::fits`] and [`Self::read`] may follow in any order, each as often as wanted.
+#[derive(Debug)]
+pub struct MeasuredFile {
+    /// Where it is on the disk; none for bytes that came another way.
+    path: Option<PathBuf>,
+    name: String,
+    bytes: Vec<u8>,
+    format: &'static Format,
+    /// The sheets of a workbook as text, once they have been wanted.
+    sheets: OnceLock<Result<Vec<TextTable>, Flaw>>,
+}
+
+impl MeasuredFile {
+    /// Reads a file's bytes, whatever they are: what cannot be used is told by [`Self::look`] and [`Self::read`].
+    ///
+    /// # Errors
+    /// The file cannot be opened or read.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, ReadError> {
+        let path = path.as_ref();
+        let bytes = std::fs::read(path)
+            .map_err(|error| ReadError::Open { path: path.display().to_string(), reason: error.to_string() })?;
+        Ok(Self { path: Some(path.to_owned()), ..Self::from_bytes(path, bytes) })
+    }
+
+    /// Bytes that came another way than from the disk; messages and records name them by the last part of `name`.
+    pub fn from_bytes(name: impl AsRef<Path>, bytes: impl Into<Vec<u8>>) -> Self {
+        let (name, bytes) = (file_name(name.as_ref()), bytes.into());
+        let format = formats::recognise(&ending(&name), &bytes);
+        Self { path: None, name, bytes, format, sheets: OnceLock::new() }
+    }
+
+    /// The same bytes, taken to be of a format.
+    #[must_use]
+    pub fn in_format(self, format: &'static Format) -> Self {
+        Self { format, sheets: OnceLock::new(), ..self }
+    }
+
+    /// Where it is on the disk; none for bytes that came another way.
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
+    }
+
+    /// The file's name, without its folder.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What it holds, byte by byte.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// The format that it is read as.
+    pub fn format(&self) -> &'static Format {
+        self.format
+    }
+
+    /// True if it is a saved project of the window, which is no measurement.
+    pub fn is_project(&self) -> bool {
+        is_project(&self.bytes)
+    }
+
+    /// What the file holds, and what its columns are taken for with these options. Numbers beyond the first rows are not
+    /// looked at, so a large file answers at once.
+    ///
+    /// # Errors
+    /// The file is damaged or holds no table. That its columns cannot be told apart is no error.
+    pub fn look(&self, options: &ReadOptions) -> Result<Overview, ReadError> {
+        self.check_kind()?;
+        let heads = self.heads(options)?;
+        let tables: Vec<TableOverview> = heads.into_iter().map(|head| TableOverview::new(head, options)).collect();
+        if tables.is_empty() {
+            // Reading tells why there is none.
+            self.table(options)?;
+            return Err(ReadError::Empty { file: self.name.clone() });
+        }
+        Ok(Overview { file: self.name.clone(), format: self.format.name, tables })
+    }
+
+    /// True if header and options tell every column that reading needs. The numbers are not read: they may still be refused.
+    pub fn fits(&self, options: &ReadOptions) -> bool {
+        let chosen = |head: &TableHead| self.choose(&head.headings, options).is_ok();
+        self.check_kind().is_ok() && self.heads(options).is_ok_and(|heads| heads.iter().any(chosen))
+    }
+
+    /// The file's records.
+    ///
+    /// # Errors
+    /// The file cannot be read, or its samples cannot be used: with the place and the reason.
+    pub fn read(&self, options: &ReadOptions) -> Result<Vec<Record>, ReadError> {
+        self.check_kind()?;
+        if let Some(rate) = options.rate.filter(|r| !(r.is_normal() && *r > 0.0)) {
+            return Err(ReadError::BadRate { rate });
+        }
+        let table = self.table(options)?;
+        let stem =
+            Path::new(&self.name).file_stem().map_or_else(|| self.name.clone(), |s| s.to_string_lossy().into_owned());
+        let mut records = assemble::records(&self.name, &stem, table, options)?;
+        for record in &mut records {
+            record.source.clone_from(&self.path);
+        }
+        Ok(records)
+    }
+
+    /// Refuses what is no measurement.
+    fn check_kind(&self) -> Result<(), ReadError> {
+        if self.is_project() {
+            return Err(ReadError::IsProject { file: self.name.clone() });
+        }
+        if (self.format.recognises)(&self.bytes) {
+            return Ok(());
+        }
+        foreign::refuse(&self.name, &ending(&self.name), &self.bytes)
+    }
+
+    fn choose(&self, headings: &[Heading], options: &ReadOptions) -> Result<Selection, ReadError> {
+        selection::assign(&self.name, headings, options)
+    }
+
+    /// The tables of the file before any column is chosen.
+    fn heads(&self, options: &ReadOptions) -> Result<Vec<TableHead>, ReadError> {
+        let choose = |headings: &[Heading]| self.choose(headings, options);
+        match self.format.reader {
+            Reader::Text => text::look(&self.name, &self.bytes, &choose),
+            Reader::Workbook(texts) => spreadsheet::look(&self.name, self.sheets(texts)?, &choose),
+            Reader::Columns(read) => Ok(sheets::heads(&self.contents(read)?)),
+        }
+    }
+
+    /// The table of the columns that the options choose.
+    fn table(&self, options: &ReadOptions) -> Result<Table, ReadError> {
+        let choose = |headings: &[Heading]| self.choose(headings, options);
+        match self.format.reader {
+            Reader::Text => text::read(&self.name, &self.bytes, &choose),
+            Reader::Workbook(texts) => spreadsheet::read(&self.name, self.sheets(texts)?, &choose),
+            Reader::Columns(read) => sheets::table(&self.name, self.format.name, self.contents(read)?, &choose),
+        }
+    }
+
+    fn contents<'a>(&'a self, read: fn(&'a [u8]) -> Result<Contents<'a>, Flaw>) -> Result<Contents<'a>, ReadError> {
+        read(&self.bytes).map_err(|flaw| flaw.in_file(&self.name, self.format.name))
+    }
+
+    fn sheets(&self, texts: fn(&[u8]) -> Result<Vec<TextTable>, Flaw>) -> Result<&[TextTable], ReadError> {
+        let texts = self.sheets.get_or_init(|| texts(&self.bytes));
+        texts.as_deref().map_err(|flaw| flaw.clone().in_file(&self.name, self.format.name))
+    }
+}
+
+/// Looks into a file; see [`MeasuredFile::look`].
+///
+/// # Errors
+/// The file cannot be opened, is damaged, or holds no table.
+pub fn look(path: &Path, options: &ReadOptions) -> Result<Overview, ReadError> {
+    MeasuredFile::open(path)?.look(options)
+}
+
+/// True if a file's first bytes are those of a saved project of the window.
+pub fn is_project(bytes: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(PROJECT_HEAD)]);
+    text.trim_start_matches('\u{feff}').trim_start().starts_with('{') && text.contains("\"sindyscope_project\"")
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
+}
+
+fn ending(name: &str) -> String {
+    Path::new(name).extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
