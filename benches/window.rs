@@ -36,7 +36,7 @@ fn open(path: PathBuf) -> Window {
     let state = State::with_source(Source::Files(vec![path]), egui::ThemePreference::Dark);
     let mut window = Harness::builder()
         .with_size([1920.0, 1080.0])
-        .build_eframe(|cc| App::with_state(&cc.egui_ctx, state).expect("a window").without_dialogs());
+        .build_eframe(|cc| App::with_state(&cc.egui_ctx, state).without_dialogs());
     settle(&mut window);
     window
 }

@@ -45,12 +45,12 @@ struct Window(Harness<'static, App>);
 impl Window {
     fn open(state: State) -> Self {
         let dark = state.theme == egui::ThemePreference::Dark;
-        Self::build(dark, |ctx| App::with_state(ctx, state).unwrap())
+        Self::build(dark, |ctx| App::with_state(ctx, state))
     }
 
     /// As the program starts: with the session that lies there, if one does, and with files.
     fn revived(session: &Path, files: Vec<PathBuf>) -> Self {
-        Self::build(false, |ctx| App::revived(ctx, session.to_owned(), files).unwrap())
+        Self::build(false, |ctx| App::revived(ctx, session.to_owned(), files))
     }
 
     fn build(dark: bool, app: impl FnOnce(&egui::Context) -> App) -> Self {

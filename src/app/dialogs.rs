@@ -2,11 +2,9 @@
 
 use std::future::Future;
 use std::path::PathBuf;
-use std::pin::pin;
+use std::pin::Pin;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, Sender, channel};
 use std::task::{Context as TaskContext, Poll, Wake, Waker};
-use std::thread::{self, Thread};
 use std::time::{Duration, Instant};
 
 use super::project;
@@ -110,11 +108,13 @@ pub(crate) struct Chosen {
     pub(crate) asked: Option<PathBuf>,
 }
 
-enum Reply {
-    Chosen(Chosen),
-    /// No dialog showed up.
-    NoDialog(Purpose, String),
-    Declined,
+/// A dialog of the system that is open.
+struct OpenDialog {
+    purpose: Purpose,
+    /// The name that was offered.
+    name: String,
+    since: Instant,
+    answer: Pin<Box<dyn Future<Output = Option<Vec<PathBuf>>>>>,
 }
 
 /// A path being typed.
@@ -132,9 +132,7 @@ pub(crate) struct PathField {
 
 /// The dialogs of one window.
 pub(crate) struct Dialogs {
-    send: Sender<Reply>,
-    replies: Receiver<Reply>,
-    open: bool,
+    open: Option<OpenDialog>,
     /// False in tests, and where the system turned out to have no dialog.
     native: bool,
     /// The path being typed, if any.
@@ -144,13 +142,12 @@ pub(crate) struct Dialogs {
 impl Dialogs {
     /// With the system's dialogs, or with the path field only.
     pub(crate) fn new(native: bool) -> Self {
-        let (send, replies) = channel();
-        Self { send, replies, open: false, native, field: None }
+        Self { open: None, native, field: None }
     }
 
     /// Asks for a file; `name` is the one offered for saving.
-    pub(crate) fn ask(&mut self, purpose: Purpose, name: &str, frame: &eframe::Frame, ctx: &egui::Context) {
-        if self.open {
+    pub(crate) fn ask(&mut self, purpose: Purpose, name: &str, frame: &eframe::Frame) {
+        if self.open.is_some() {
             return;
         }
         if !self.native {
@@ -191,40 +188,23 @@ impl Dialogs {
         if frame.winit_window().is_some() {
             dialog = dialog.set_parent(frame);
         }
-        let (send, ctx, name) = (self.send.clone(), ctx.clone(), name.to_owned());
-        let asked = Instant::now();
-        let one = |file: Option<rfd::FileHandle>| file.map(|f| vec![f.path().to_owned()]);
-        let answer = move |paths: Option<Vec<PathBuf>>| {
-            let reply = match paths {
-                Some(paths) => {
-                    // The system's own dialog has asked.
-                    let asked = paths.first().cloned();
-                    Reply::Chosen(Chosen { purpose, paths, asked })
-                }
-                None if asked.elapsed() < UNSEEN => Reply::NoDialog(purpose, name),
-                None => Reply::Declined,
-            };
-            // The window may be gone by now.
-            let _ = send.send(reply);
-            ctx.request_repaint();
-        };
-        // The dialog belongs to this thread, the waiting to another: frames go on meanwhile.
-        let thread = thread::Builder::new().name("dialog".into());
-        let waiting = match purpose {
+        let one = |file: rfd::FileHandle| vec![file.path().to_owned()];
+        // The dialog is made here, on the window's thread, as some systems ask; the answer is awaited from frame to frame.
+        let answer: Pin<Box<dyn Future<Output = Option<Vec<PathBuf>>>>> = match purpose {
             Purpose::Open | Purpose::Add => {
                 let files = dialog.pick_files();
-                thread.spawn(move || answer(block_on(files).map(|l| l.iter().map(|f| f.path().to_owned()).collect())))
+                Box::pin(async move { files.await.map(|files| files.into_iter().flat_map(one).collect()) })
             }
             Purpose::Locate => {
                 let file = dialog.pick_file();
-                thread.spawn(move || answer(one(block_on(file))))
+                Box::pin(async move { file.await.map(one) })
             }
             _ => {
                 let file = dialog.save_file();
-                thread.spawn(move || answer(one(block_on(file))))
+                Box::pin(async move { file.await.map(one) })
             }
         };
-        self.open = waiting.is_ok();
+        self.open = Some(OpenDialog { purpose, name: name.to_owned(), since: Instant::now(), answer });
     }
 
     /// Offers a path field.
@@ -242,39 +222,33 @@ impl Dialogs {
         self.field = Some(PathField { purpose, text, reason: "", fresh: true, replaces: Some(path) });
     }
 
-    /// The file that was chosen since the last call.
-    pub(crate) fn chosen(&mut self) -> Option<Chosen> {
-        let reply = self.replies.try_recv().ok()?;
-        self.open = false;
-        match reply {
-            Reply::Chosen(chosen) => Some(chosen),
-            Reply::NoDialog(purpose, name) => {
+    /// The file that was chosen since the last call; another frame is asked for when there may be one.
+    pub(crate) fn chosen(&mut self, ctx: &egui::Context) -> Option<Chosen> {
+        let waker = Waker::from(Arc::new(Repaint(ctx.clone())));
+        let open = self.open.as_mut()?;
+        let Poll::Ready(paths) = open.answer.as_mut().poll(&mut TaskContext::from_waker(&waker)) else { return None };
+        let OpenDialog { purpose, name, since, .. } = self.open.take()?;
+        match paths {
+            Some(paths) => {
+                // The system's own dialog has asked whether a file may be replaced.
+                let asked = paths.first().cloned();
+                Some(Chosen { purpose, paths, asked })
+            }
+            None if since.elapsed() < UNSEEN => {
                 self.native = false;
                 self.type_path(purpose, &name, "This system has no file dialog");
                 None
             }
-            Reply::Declined => None,
+            None => None,
         }
     }
 }
 
-struct Unpark(Thread);
+/// Asks for a frame as soon as a dialog may have been answered.
+struct Repaint(egui::Context);
 
-impl Wake for Unpark {
+impl Wake for Repaint {
     fn wake(self: Arc<Self>) {
-        self.0.unpark();
-    }
-}
-
-/// Waits for a future on this thread.
-fn block_on<T>(future: impl Future<Output = T>) -> T {
-    let waker = Waker::from(Arc::new(Unpark(thread::current())));
-    let mut context = TaskContext::from_waker(&waker);
-    let mut future = pin!(future);
-    loop {
-        match future.as_mut().poll(&mut context) {
-            Poll::Ready(value) => return value,
-            Poll::Pending => thread::park(),
-        }
+        self.0.request_repaint();
     }
 }

@@ -7,32 +7,36 @@ mod commands;
 mod cutter;
 mod dialogs;
 mod disk;
-mod errand;
 mod figure_panel;
 mod help;
 mod history;
+mod jobs;
 mod lessons;
 pub(crate) mod missing;
 mod moved;
 mod notices;
+mod open;
 mod overlay;
 mod panel;
 pub mod plot;
+mod problem;
 mod project;
 mod questions;
+mod queue;
 mod report;
 mod rig;
+mod samples;
+mod saving;
 mod session;
+mod settings_map;
 mod state;
 mod status;
-mod survey;
 mod theme;
 mod toolbar;
 pub(crate) mod views;
 mod welcome;
 mod widgets;
 mod window;
-mod worker;
 
 use std::path::PathBuf;
 
@@ -53,9 +57,6 @@ pub enum AppError {
     /// No display, or one that cannot draw.
     #[error("{0}")]
     Display(String),
-    /// No thread for the background work.
-    #[error("the system gives no thread for the computation ({0})")]
-    Thread(#[from] std::io::Error),
 }
 
 /// Opens the window, with files in it or else as it was left; returns once it is closed.
@@ -79,7 +80,7 @@ pub fn run(files: Vec<PathBuf>) -> Result<(), AppError> {
             // A system without a folder for the app: nothing outlasts the window but saved projects.
             None => App::with_state(&cc.egui_ctx, State::default().with_files(files)),
         };
-        Ok(Box::new(app?))
+        Ok(Box::new(app))
     };
     eframe::run_native("Sindyscope", options, Box::new(create)).map_err(|e| {
         // What the system says begins with places in other programs' sources; its last words name the reason.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::disk;
-use super::errand::{Problem, file_name};
+use super::problem::{Problem, file_name};
 
 /// What helps to find files, and to tell that they are the same.
 #[derive(Clone, Debug, Default)]

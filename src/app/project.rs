@@ -11,8 +11,8 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::disk;
-use super::errand::{Problem, file_name};
 use super::missing::{RoundStep, Walk};
+use super::problem::{Problem, file_name};
 use super::rig::RigState;
 use super::state::{Edit, Pin, Room, Source, leniently};
 use super::views::{View, ViewState};

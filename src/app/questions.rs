@@ -1,8 +1,7 @@
 //! What answers to the first questions about a base and a mass would buy: each is fitted beside everything else.
 
 use super::state::Edit;
-use super::worker::{Busy, Worker};
-use sindyscope_core::study::{Known, Score, Settings, Study};
+use sindyscope_core::study::{Cancel, Known, Score, Settings, Study};
 use sindyscope_values::model::Units;
 use sindyscope_values::record::{RecordSet, Usage};
 use sindyscope_values::term::{Expression, Kind, Layout, Symbol, Term};
@@ -62,111 +61,68 @@ pub(crate) fn adds(known: &Known, units: &Units, layout: &Layout) -> bool {
     units.check(&sum, layout).is_ok()
 }
 
+/// Fits once for each answer; shorter than the answers if it was cancelled.
+pub(crate) fn bought(
+    study: &mut Study,
+    records: &RecordSet,
+    settings: &Settings,
+    replies: Vec<Reply>,
+    cancel: &Cancel,
+) -> Vec<Bought> {
+    let mut ask = |reply: Reply| {
+        let settings = Settings { known: reply.known, ..settings.clone() };
+        let outcome = study.run(records, &settings, cancel).ok()?;
+        outcome.test.or(outcome.train).filter(|s| s.rmse.is_finite())
+    };
+    replies.into_iter().take_while(|_| !cancel.is_cancelled()).map(&mut ask).collect()
+}
+
 /// What the answers depend on.
 #[derive(Clone, Debug, PartialEq)]
-struct Ground {
+struct QuestionKey {
     generation: u64,
     usage: Vec<Usage>,
     settings: Settings,
 }
 
-struct Question {
-    ticket: u64,
-    records: RecordSet,
-    settings: Settings,
-    replies: Vec<Reply>,
-}
-
-/// What each answer would buy, by the number of the question.
-type Told = Option<(u64, Vec<Bought>)>;
-
 /// The questions that are open, and what is known of their answers.
+#[derive(Debug, Default)]
 pub(crate) struct Questions {
-    worker: Worker<Question, Told>,
-    ticket: u64,
-    ground: Option<Ground>,
+    asked: Option<QuestionKey>,
     bought: Vec<Bought>,
 }
 
 impl Questions {
-    pub(crate) fn new(wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
-        let mut study = Study::default();
-        let worker = Worker::spawn(
-            "questions",
-            wake,
-            move |question: Question, cancel, _| {
-                let Question { ticket, records, settings, replies } = question;
-                // Taken out, so that a crash leaves a fresh one behind.
-                let mut current = std::mem::take(&mut study);
-                let mut ask = |reply: Reply| {
-                    let settings = Settings { known: reply.known, ..settings.clone() };
-                    let outcome = current.run(&records, &settings, cancel).ok()?;
-                    outcome.test.or(outcome.train).filter(|s| s.rmse.is_finite())
-                };
-                let bought = replies.into_iter().map(&mut ask).collect();
-                study = current;
-                (!cancel.is_cancelled()).then_some(Some((ticket, bought)))
-            },
-            || None,
-        )?;
-        Ok(Self { worker, ticket: 0, ground: None, bought: Vec::new() })
-    }
-
-    /// Asks what these answers would buy, unless that is known or on its way.
-    pub(crate) fn want(
-        &mut self,
-        generation: u64,
-        edit: &Edit,
-        replies: Vec<Reply>,
-        records: impl FnOnce() -> RecordSet,
-    ) {
-        let ground = Ground { generation, usage: edit.usage.clone(), settings: edit.settings.clone() };
-        if self.ground.as_ref() == Some(&ground) {
-            return;
+    /// True if it is to be asked what the answers would buy: that is neither known nor on its way.
+    pub(crate) fn wants(&mut self, generation: u64, edit: &Edit) -> bool {
+        let key = QuestionKey { generation, usage: edit.usage.clone(), settings: edit.settings.clone() };
+        if self.asked.as_ref() == Some(&key) {
+            return false;
         }
-        self.ground = Some(ground);
+        self.asked = Some(key);
         self.bought.clear();
-        self.ticket += 1;
-        let question = Question { ticket: self.ticket, records: records(), settings: edit.settings.clone(), replies };
-        self.worker.ask_instead(question);
+        true
     }
 
-    /// Stops what runs while a newer fit is waited for: that comes first, and makes the answers out of date.
+    /// The answers are out of date or were not computed: they are asked for again.
     pub(crate) fn give_way(&mut self) {
-        if self.worker.busy().is_some() {
-            self.worker.cancel();
-            self.ground = None;
-        }
+        self.asked = None;
     }
 
-    /// Stops asking: nothing is open any more.
-    pub(crate) fn forget(&mut self) {
-        if self.ground.take().is_some() {
-            self.worker.cancel();
-            self.bought.clear();
-        }
+    /// Nothing is open any more; true if something was.
+    pub(crate) fn forget(&mut self) -> bool {
+        self.bought.clear();
+        self.asked.take().is_some()
     }
 
-    /// Takes in what was found meanwhile.
-    pub(crate) fn collect(&mut self) {
-        while let Some(told) = self.worker.answer() {
-            if let Some((ticket, bought)) = told
-                && ticket == self.ticket
-                && self.ground.is_some()
-            {
-                self.bought = bought;
-            }
-        }
+    /// Takes in what each answer would buy.
+    pub(crate) fn take(&mut self, bought: Vec<Bought>) {
+        self.bought = bought;
     }
 
     /// What each answer would buy, in the order of the answers; nothing while that is being computed.
     pub(crate) fn bought(&self) -> &[Bought] {
         &self.bought
-    }
-
-    /// What runs, or waits to.
-    pub(crate) fn busy(&self) -> Option<Busy> {
-        self.worker.busy()
     }
 }
 

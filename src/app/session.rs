@@ -3,13 +3,11 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use super::disk;
 use super::state::State;
-use super::worker::Worker;
 
 /// The format that this program writes; a higher one is from a newer program.
 const VERSION: u32 = 1;
@@ -18,7 +16,7 @@ const VERSION: u32 = 1;
 const PACE: f64 = 0.4;
 
 /// How long a window that closes waits for the last write.
-const PATIENCE: Duration = Duration::from_secs(3);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(3);
 
 /// The file of the session in this system's folder for the app, if it has one.
 pub(crate) fn file() -> Option<PathBuf> {
@@ -47,10 +45,11 @@ pub(crate) fn load(path: &Path) -> (Option<State>, Option<String>) {
     }
 }
 
-/// Keeps the session's file up to date, in a thread of its own.
+/// Keeps the session's file up to date.
+#[derive(Debug)]
 pub(crate) struct Keeper {
-    writer: Worker<String, Result<(), String>>,
-    /// The text that was handed to the writer last.
+    path: PathBuf,
+    /// The text that is to be in the file.
     written: String,
     /// When the state was looked at last, s.
     looked: f64,
@@ -58,64 +57,35 @@ pub(crate) struct Keeper {
 
 impl Keeper {
     /// Keeps a session in a file.
-    ///
-    /// # Errors
-    /// The system gives no thread.
-    pub(crate) fn new(path: PathBuf) -> std::io::Result<Self> {
-        let writer = Worker::spawn(
-            "session",
-            || {},
-            move |text: String, _, _| Some(disk::replace(&path, &text).map_err(|e| format!("{}: {e}", path.display()))),
-            || Err("an error of the program itself".to_owned()),
-        )?;
-        Ok(Self { writer, written: String::new(), looked: f64::NEG_INFINITY })
+    pub(crate) fn new(path: PathBuf) -> Self {
+        Self { path, written: String::new(), looked: f64::NEG_INFINITY }
     }
 
-    /// Looks at the state if that was some time ago, and has it written if it has changed. Gives the seconds after which
-    /// to look again, if it was too soon.
-    pub(crate) fn watch(&mut self, state: impl FnOnce() -> State, now: f64) -> Option<f64> {
-        let wait = self.looked + PACE - now;
-        if wait > 0.0 {
-            return Some(wait);
-        }
+    /// The file.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// After how many seconds it is time to look at the state again; none if it is.
+    pub(crate) fn wait(&self, now: f64) -> Option<f64> {
+        Some(self.looked + PACE - now).filter(|wait| *wait > 0.0)
+    }
+
+    /// The text that is to be written, if the state has changed.
+    pub(crate) fn text(&mut self, state: &State, now: f64) -> Option<String> {
         self.looked = now;
-        self.write(&state());
-        None
-    }
-
-    fn write(&mut self, state: &State) {
         let session = Session { sindyscope_session: VERSION, state };
         // Settings have no number that JSON lacks; what it would be, the next change mends.
-        let Ok(text) = serde_json::to_string_pretty(&session) else { return };
-        if text != self.written {
-            self.written.clone_from(&text);
-            self.writer.ask(text);
-        }
-    }
-
-    /// Writes the state and waits until that is done: the window closes.
-    pub(crate) fn finish(&mut self, state: &State) {
-        self.write(state);
-        let until = Instant::now() + PATIENCE;
-        while self.busy() && Instant::now() < until {
-            std::thread::sleep(Duration::from_millis(2));
-        }
-    }
-
-    /// Why the last write failed, told once.
-    pub(crate) fn failure(&self) -> Option<String> {
-        std::iter::from_fn(|| self.writer.answer()).filter_map(Result::err).last()
-    }
-
-    /// True while something is being written.
-    pub(crate) fn busy(&self) -> bool {
-        self.writer.busy().is_some()
+        let text = serde_json::to_string_pretty(&session).ok().filter(|text| *text != self.written)?;
+        self.written.clone_from(&text);
+        Some(text)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::app::disk;
     use crate::app::state::Source;
 
     fn state(record: usize) -> State {
@@ -126,13 +96,13 @@ mod tests {
     fn a_change_is_written_once_it_is_time_and_only_then() {
         let home = tempfile::tempdir().unwrap();
         let path = home.path().join("app/session.json");
-        let mut keeper = Keeper::new(path.clone()).unwrap();
-        assert_eq!(keeper.watch(|| state(1), 10.0), None);
-        assert!(keeper.watch(|| state(2), 10.1).is_some_and(|wait| wait < 1.0), "within a second");
-        keeper.finish(&state(1));
+        let mut keeper = Keeper::new(path.clone());
+        assert_eq!(keeper.wait(10.0), None);
+        disk::replace(&path, &keeper.text(&state(1), 10.0).unwrap()).unwrap();
+        assert!(keeper.wait(10.1).is_some_and(|wait| wait < 1.0), "within a second");
+        assert_eq!(keeper.text(&state(1), 10.5), None, "nothing has changed");
         assert_eq!(load(&path).0.unwrap().record, 1);
-        assert_eq!(keeper.watch(|| state(2), 10.5), None);
-        keeper.finish(&state(2));
+        disk::replace(&path, &keeper.text(&state(2), 11.0).unwrap()).unwrap();
         let again = load(&path).0.unwrap();
         assert_eq!((again.record, again.source), (2, Source::Hidden(u64::MAX)));
     }

@@ -4,8 +4,8 @@ use egui::{Align, Layout, Margin, Panel, Rect, RichText, Ui, pos2, vec2};
 
 use super::bench::Bench;
 use super::notices::{Level, Notices};
+use super::queue::Progress;
 use super::theme;
-use super::worker::Busy;
 
 /// Work shorter than this shows no progress line: it would only flicker, s.
 const SOON: f32 = 0.15;
@@ -13,8 +13,8 @@ const SOON: f32 = 0.15;
 /// What the line shows.
 pub(crate) struct Status<'a> {
     pub(crate) bench: &'a Bench,
-    pub(crate) fitting: Option<Busy>,
-    pub(crate) errand: Option<Busy>,
+    pub(crate) fitting: Option<Progress>,
+    pub(crate) other: Option<Progress>,
     pub(crate) opening: bool,
     pub(crate) notices: &'a mut Notices,
     pub(crate) log_open: &'a mut bool,
@@ -33,7 +33,7 @@ pub(crate) fn show(ui: &mut Ui, status: &mut Status<'_>) -> Option<Asked> {
     let panel = Panel::bottom("status").resizable(false).exact_size(26.0).frame(frame).show(ui, |ui| {
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
             let colors = theme::accents(ui.visuals().dark_mode);
-            let long = status.errand.filter(|b| b.elapsed.as_secs_f32() > 0.3);
+            let long = status.other.filter(|b| b.elapsed.as_secs_f32() > 0.3);
             match (&status.bench.failure, &status.bench.outcome) {
                 _ if status.opening => {
                     ui.label("reading…");
@@ -76,14 +76,14 @@ pub(crate) fn show(ui: &mut Ui, status: &mut Status<'_>) -> Option<Asked> {
 
 /// A thin line on the bar's upper edge while something is computed.
 fn progress(ui: &Ui, bar: Rect, status: &Status<'_>) {
-    let Some(busy) = status.errand.or(status.fitting) else { return };
+    let Some(busy) = status.other.or(status.fitting) else { return };
     let elapsed = busy.elapsed.as_secs_f32();
     if elapsed < SOON {
         ui.ctx().request_repaint_after_secs(SOON - elapsed);
         return;
     }
     let color = theme::accents(ui.visuals().dark_mode).accent;
-    let (from, to) = match busy.progress {
+    let (from, to) = match busy.share {
         Some(share) => (0.0, share as f32),
         None => {
             // A stretch that wanders: how much is left is not known.

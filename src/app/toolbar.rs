@@ -3,7 +3,7 @@
 use egui::{Align, Layout, Margin, Panel, RichText, Ui, vec2};
 
 use super::commands::Command;
-use super::errand::file_name;
+use super::problem::file_name;
 use super::state::{Room, Sample, Source, State};
 use super::theme::ROW;
 use super::widgets::{icon, switch};

@@ -1,12 +1,13 @@
 //! The app itself: state and background work brought together, frame by frame.
 
+mod jobs;
 mod keeping;
 mod opening;
 mod teaching;
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Weak};
 
 use egui::{CentralPanel, ColorImage, Context, Margin, RichText, Stroke, Theme, ThemePreference, Ui};
 
@@ -16,98 +17,38 @@ use super::command_palette::{self, Palette};
 use super::commands::Command;
 use super::cutter::Cutter;
 use super::dialogs::{Chosen, Dialogs, Purpose};
-use super::errand::{self, Delivery, Errand, Opening, Refused, file_name};
-use super::figure_panel::{self, FigureLook};
+use super::figure_panel;
 use super::history::History;
+use super::jobs::{Job, Jobs, Key};
 use super::lessons::Teacher;
 use super::missing::figures::Figure;
 use super::missing::{Act, Missing, Walk};
-use super::notices::{Level, Notices};
+use super::notices::Notices;
+use super::open::{Opening, Refused};
 use super::panel::{self, Ask, Desk, Typing};
 use super::plot::display;
-use super::plot::export::save_png;
 use super::plot::palette;
-use super::questions::{Questions, replies};
+use super::problem::file_name;
+use super::questions::Questions;
 use super::report::{self, ReportRoom, Saved};
-use super::rig::RigRoom;
-use super::session::Keeper;
+use super::rig::{RigRoom, class};
+use super::saving::{SavedContent, Saving, ViewPicture};
+use super::session::{self, Keeper};
+use super::settings_map::SettingsMap;
 use super::state::{Edit, Pin, Room, Source, State};
-use super::survey::Survey;
 use super::views::{self, Group, Picture, Request, Search, View, ViewState};
-use super::worker::Worker;
-use super::{AppError, help, overlay, status, theme, toolbar, welcome};
-use sindyscope_core::study::{Ensemble, Landscape, Outcome, Settings, Study, StudyError};
-use sindyscope_report::document::FigureFormat;
-use sindyscope_report::export::{self, Format};
+use super::{help, overlay, status, theme, toolbar, welcome};
+use sindyscope_core::study::{Outcome, Settings};
+use sindyscope_report::export::Format;
 use sindyscope_search::{Diagnosis, Stage};
 use sindyscope_values::format::equations;
 use sindyscope_values::record::{Record, RecordSet};
 
-/// A study to be run.
-struct Question {
-    ticket: u64,
-    generation: u64,
-    records: RecordSet,
-    settings: Settings,
-}
+/// A picture of the window, where it goes, and whether it may replace a file.
+type Shot = (PathBuf, bool, Arc<ColorImage>);
 
-/// What came of it; it carries what it was asked with, so that a late one is recognised.
-struct Answer {
-    ticket: u64,
-    generation: u64,
-    result: Result<Arc<Outcome>, StudyError>,
-}
-
-/// What resampling said, with the number of the outcome's question.
-type Repeated = Option<(u64, Result<Ensemble, StudyError>)>;
-
-/// Pins whose outcomes are to be made again.
-struct Pinned {
-    generation: u64,
-    pins: Vec<(RecordSet, Pin)>,
-}
-
-/// The records' generation, and each pin's outcome if it could be made.
-type Made = (u64, Vec<Option<Arc<Outcome>>>);
-
-/// A picture to be drawn and saved.
-enum PictureJob {
-    Plot(Box<PlotJob>),
-    /// A figure that is drawn already, with its title.
-    Drawing {
-        path: PathBuf,
-        svg: String,
-        title: &'static str,
-    },
-    Table {
-        path: PathBuf,
-        text: String,
-    },
-    Window {
-        path: PathBuf,
-        image: Arc<ColorImage>,
-    },
-    Report {
-        path: PathBuf,
-        content: Box<report::Content>,
-    },
-}
-
-/// A picture of a view.
-struct PlotJob {
-    path: PathBuf,
-    like: Context,
-    view: View,
-    outcome: Arc<Outcome>,
-    map: Option<Arc<Landscape>>,
-    pins: Vec<Arc<Outcome>>,
-    record: usize,
-    state: ViewState,
-    look: FigureLook,
-}
-
-/// A picture of the window and where it goes.
-type Shot = (PathBuf, Arc<ColorImage>);
+/// Jobs that the line at the bottom tells of beside the fit, the first that runs.
+const OTHERS: [Key; 7] = [Key::Open, Key::Choose, Key::Calibrate, Key::Search, Key::Pages, Key::Rig, Key::SearchRound];
 
 /// The window.
 pub struct App {
@@ -118,31 +59,23 @@ pub struct App {
     history: History<Edit>,
     notices: Notices,
     dialogs: Dialogs,
-    /// An answer that is missing tells of a crash.
-    fitting: Worker<Question, Option<Answer>>,
-    errands: Worker<Errand, Delivery>,
-    pictures: Worker<PictureJob, Result<PathBuf, String>>,
+    jobs: Jobs,
     missing: Missing,
     report: ReportRoom,
     rig: RigRoom,
     teacher: Teacher,
-    survey: Survey,
+    map: SettingsMap,
     questions: Questions,
     columns: Columns,
-    /// Repeats the regression on resampled data once the settings rest.
-    repeats: Worker<Question, Repeated>,
-    /// The question that was repeated last.
-    repeated: u64,
-    /// Makes pinned outcomes again.
-    pinning: Worker<Pinned, Option<Made>>,
+    /// The outcome whose regression was repeated on resampled data, or is being.
+    resampled: Weak<Outcome>,
     /// Pins whose outcomes are not there: yet, or as long as the records are read for another order.
     waiting_pins: Vec<Pin>,
     shots: (Sender<Shot>, Receiver<Shot>),
-    /// The last question asked, its number, and the number of the last one answered.
+    /// What was asked to be studied last: the records' generation, and the settings and usages.
     asked: Option<(u64, Edit)>,
-    ticket: u64,
-    answered: u64,
-    under_way: Option<UnderWay>,
+    /// The step of the preparation whose value is being found.
+    calibrating: Option<usize>,
     refused: Option<Refused>,
     /// Writes the state down whenever it has changed; none in tests that need none.
     keeper: Option<Keeper>,
@@ -159,30 +92,15 @@ pub struct App {
     title: String,
 }
 
-/// Which errand runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum UnderWay {
-    Opening,
-    Choosing,
-    /// What this step of the preparation takes out is being found.
-    Calibrating(usize),
-}
-
 impl App {
     /// The window as a person left it; what it shows is read and fitted in the background.
-    ///
-    /// # Errors
-    /// The system gives no thread for the background work.
-    pub fn with_state(ctx: &Context, state: State) -> Result<Self, AppError> {
+    pub fn with_state(ctx: &Context, state: State) -> Self {
         theme::install(ctx);
         ctx.set_theme(state.theme);
         if (0.5..=4.0).contains(&state.zoom) {
             ctx.set_zoom_factor(state.zoom);
         }
-        let wake = || {
-            let ctx = ctx.clone();
-            move || ctx.request_repaint()
-        };
+        let wake = ctx.clone();
         let mut app = Self {
             edit: Edit::default(),
             suggestion: Settings::default(),
@@ -190,30 +108,19 @@ impl App {
             history: History::new(Edit::default()),
             notices: Notices::default(),
             dialogs: Dialogs::new(true),
-            fitting: fitting_worker(wake())?,
-            errands: Worker::spawn("errands", wake(), errand::run, || Delivery::Crashed)?,
-            pictures: Worker::spawn(
-                "pictures",
-                wake(),
-                |job, _, _| Some(draw(job)),
-                || Err("the picture was not drawn: an error of the program; please report it".into()),
-            )?,
-            missing: Missing::new(wake())?,
-            report: ReportRoom::new(wake())?,
-            rig: RigRoom::new(wake())?,
+            jobs: Jobs::new(move || wake.request_repaint()),
+            missing: Missing::default(),
+            report: ReportRoom::default(),
+            rig: RigRoom::default(),
             teacher: Teacher::default(),
-            survey: Survey::new(wake())?,
-            questions: Questions::new(wake())?,
-            columns: Columns::new(wake())?,
-            repeats: repeats_worker(wake())?,
-            repeated: 0,
-            pinning: pinning_worker(wake())?,
+            map: SettingsMap::default(),
+            questions: Questions::default(),
+            columns: Columns::default(),
+            resampled: Weak::new(),
             waiting_pins: Vec::new(),
             shots: channel(),
             asked: None,
-            ticket: 0,
-            answered: 0,
-            under_way: None,
+            calibrating: None,
             refused: None,
             keeper: None,
             typing: Typing::default(),
@@ -229,13 +136,15 @@ impl App {
         };
         app.teacher.begin();
         if app.state.source != Source::Nothing {
-            app.missing.bring_back(app.state.found.take());
-            app.missing.begin_at(app.state.step);
+            let found = app.state.found.take();
+            app.bring_back_walk(found);
+            let wanted = app.missing.begin_at(app.state.step);
+            app.search(wanted);
             let State { source, reading, edit, checksums, .. } = app.state.clone();
             let folder = app.folder_of(&source, &reading);
             app.begin(Opening { reading, folder, edit, checksums, ..Opening::of(source) });
         }
-        Ok(app)
+        app
     }
 
     /// Without the system's file dialogs: paths are typed. For tests, and where a dialog would be in the way.
@@ -246,13 +155,7 @@ impl App {
 
     /// True while something is read, computed or drawn in the background.
     pub fn busy(&self) -> bool {
-        let workers =
-            [self.fitting.busy(), self.errands.busy(), self.pictures.busy(), self.survey.busy(), self.questions.busy()];
-        let busy =
-            workers.iter().any(Option::is_some) || self.repeats.busy().is_some() || self.pinning.busy().is_some();
-        let busy = busy || self.keeper.as_ref().is_some_and(Keeper::busy) || self.rig.waiting();
-        let rooms = self.missing.waiting() || self.report.waiting() || self.columns.busy();
-        busy || self.answered != self.ticket || rooms || self.state.views.busy()
+        self.jobs.busy() || self.state.views.busy()
     }
 
     /// The settings as they stand.
@@ -285,241 +188,67 @@ impl App {
         self.missing.diagnosis(&self.edit.walk)
     }
 
-    /// Takes in what the background work brought.
-    fn collect(&mut self, ctx: &Context) {
-        let (now, held) = ctx.input(|i| (i.time, i.pointer.any_down()));
-        let idle = self.errands.busy().is_none();
-        while let Some(delivery) = self.errands.answer() {
-            self.under_way = None;
-            self.delivered(delivery);
-        }
-        if idle && self.errands.busy().is_none() {
-            self.under_way = None;
-        }
-        while let Some(answer) = self.fitting.answer() {
-            let Some(answer) = answer else {
-                self.answered = self.ticket;
-                self.bench.failure = Some("the computation failed by an error of the program itself".into());
-                continue;
-            };
-            self.answered = self.answered.max(answer.ticket);
-            if answer.generation != self.bench.generation {
-                continue;
-            }
-            match answer.result {
-                Ok(outcome) => self.bench.take(outcome, held, now),
-                Err(StudyError::Cancelled) => {}
-                Err(error) => self.bench.failure = Some(error.to_string()),
-            }
-        }
-        while let Some(answer) = self.pinning.answer() {
-            if let Some((generation, made)) = answer {
-                self.brought_back(generation, made);
-            }
-        }
-        if let Some(problem) = self.keeper.as_ref().and_then(Keeper::failure) {
-            self.notices.error(format!("The session was not saved: {problem}; save a project instead"));
-        }
-        self.missing.collect();
-        if let Some(note) = self.missing.note() {
-            self.notices.note(note);
-        }
-        self.report.collect();
-        self.collect_rig();
-        self.survey.collect();
-        self.questions.collect();
-        self.columns.collect();
-        while let Some(answer) = self.repeats.answer() {
-            if let Some((ticket, Ok(ensemble))) = answer
-                && ticket == self.answered
-            {
-                self.bench.ensemble = Some(Arc::new(ensemble));
-            }
-        }
-        while let Ok((path, image)) = self.shots.1.try_recv() {
-            self.pictures.ask(PictureJob::Window { path, image });
-        }
-        while let Some(saved) = self.pictures.answer() {
-            match saved {
-                Ok(path) => self.notices.done(format!("Saved {}", path.display())),
-                Err(problem) => self.notices.error(problem),
-            }
-        }
-    }
-
-    fn delivered(&mut self, delivery: Delivery) {
-        match delivery {
-            Delivery::Opened(opened) => self.opened(*opened),
-            Delivery::NotOpened(refused) => {
-                // The card in the left column says it for all to see.
-                self.notices.log(Level::Error, refused.problem.what.clone());
-                if let Source::Files(paths) = &refused.opening.source {
-                    self.state.recent.retain(|p| !paths.contains(p) || p.exists());
-                }
-                if refused.problem.about_columns
-                    && let Source::Files(paths) = &refused.opening.source
-                {
-                    self.columns.open(paths.clone(), &refused.opening.reading);
-                }
-                // A source that cannot be read just now stays the one to come back to, with all that belongs to it.
-                self.refused = Some(*refused);
-            }
-            Delivery::Chosen { generation, .. } if generation != self.bench.generation => {}
-            Delivery::Chosen { choice: Ok(choice), .. } => {
-                // What was changed meanwhile stays; only what was chosen is taken over.
-                for settings in [&mut self.edit.settings, &mut self.suggestion] {
-                    settings.smoothing = choice.settings.smoothing;
-                    settings.threshold = choice.settings.threshold;
-                    settings.scaling = choice.settings.scaling;
-                }
-                self.notices.done(format!("Chosen: {}", choice.reason));
-            }
-            Delivery::Chosen { choice: Err(StudyError::Cancelled), .. } => {}
-            Delivery::Chosen { choice: Err(error), .. } => self.notices.error(format!("Nothing was chosen: {error}")),
-            Delivery::Calibrated { generation, .. } if generation != self.bench.generation => {}
-            Delivery::Calibrated { step, found: Ok(found), .. } => self.take_out(step, &found),
-            Delivery::Calibrated { found: Err(StudyError::Cancelled), .. } => {}
-            Delivery::Calibrated { found: Err(error), .. } => self.notices.error(format!("Nothing was found: {error}")),
-            Delivery::Crashed => {
-                self.notices.error("That failed by an error of the program itself; please report what you did");
-            }
-        }
-    }
-
-    /// Repeats the regression on resampled data once the outcome is there and nothing is being dragged.
-    fn repeat(&mut self, ctx: &Context) {
-        let held = ctx.input(|i| i.pointer.any_down());
-        let rests = self.answered == self.ticket && self.bench.outcome.is_some() && self.bench.failure.is_none();
-        if held || !rests || self.repeated == self.answered {
-            return;
-        }
-        self.repeated = self.answered;
-        let (records, settings) = (self.records(), self.edit.settings.clone());
-        let question = Question { ticket: self.answered, generation: self.bench.generation, records, settings };
-        self.repeats.ask_instead(question);
-    }
-
-    /// Asks what the answers to the open questions would buy, once the outcome is there and nothing is being dragged.
-    fn question(&mut self, ctx: &Context) {
-        let kind = self.edit.settings.kind;
-        let open = self.state.room == Room::Identify && self.edit.settings.known.is_empty();
-        let replies = if open { replies(&self.bench.layout(kind), &self.bench.units(kind)) } else { Vec::new() };
-        if replies.is_empty() {
-            return self.questions.forget();
-        }
-        let held = ctx.input(|i| i.pointer.any_down());
-        if self.answered != self.ticket {
-            self.questions.give_way();
-        } else if !held && self.bench.outcome.is_some() {
-            let (bench, edit) = (&self.bench, &self.edit);
-            self.questions.want(bench.generation, edit, replies, || bench.set(&edit.usage));
-        }
-    }
-
-    /// Asks for the map of settings while a view shows it.
-    fn look_around(&mut self) {
-        if self.bench.records.is_empty() {
-            self.survey.forget();
-        } else if self.state.view.needs_map() && self.bench.outcome.is_some() {
-            let (bench, edit) = (&self.bench, &self.edit);
-            self.survey.want(bench.generation, edit, || bench.set(&edit.usage));
-        }
-    }
-
-    /// Asks for a study if what was asked last is no longer what is wanted.
-    fn ask(&mut self) {
-        match self.state.room {
-            Room::Identify => {}
-            Room::Missing => self.missing.attend(&self.bench, &self.edit),
-            Room::Rig => self.rig.attend(&self.state.rig),
-            Room::Report => {
-                // A walk that came back with its project is told in the report too.
-                if !self.edit.walk.accepted.is_empty() || self.missing.found().is_some() {
-                    self.missing.attend(&self.bench, &self.edit);
-                }
-                let sight = report::Sight {
-                    bench: &self.bench,
-                    edit: &self.edit,
-                    diagnosis: self.missing.diagnosis(&self.edit.walk),
-                    project: self.state.project.as_deref(),
-                };
-                self.report.attend(&sight);
-            }
-        }
-        // A walk decides nothing of the study.
-        let same = |(generation, edit): &(u64, Edit)| {
-            *generation == self.bench.generation
-                && (&edit.settings, &edit.usage) == (&self.edit.settings, &self.edit.usage)
-        };
-        if self.bench.records.is_empty() || self.asked.as_ref().is_some_and(same) {
-            return;
-        }
-        self.ticket += 1;
-        self.asked = Some((self.bench.generation, self.edit.clone()));
-        self.fitting.ask(Question {
-            ticket: self.ticket,
-            generation: self.bench.generation,
-            records: self.records(),
-            settings: self.edit.settings.clone(),
-        });
-    }
-
     fn chosen(&mut self, ctx: &Context, chosen: Chosen) {
         let Chosen { purpose, paths, asked } = chosen;
         let Some(path) = paths.first().cloned() else { return };
         let named = purpose.ending().map_or(path.clone(), |ending| with_extension(path, ending));
         // A picture is never something else than its name says.
         let path = if purpose == Purpose::Window { named.with_extension("png") } else { named };
-        if purpose.saves() && path.exists() && asked.as_ref() != Some(&path) {
-            return self.dialogs.ask_to_replace(purpose, path);
-        }
+        let replaces = asked.as_ref() == Some(&path);
         match purpose {
             Purpose::Open => self.open(paths),
             Purpose::Add => self.add_records(paths),
             Purpose::Locate => self.located(path),
-            Purpose::Project => self.save_project(&path),
-            Purpose::Model => self.export_model(&path),
-            Purpose::Plot if self.state.room == Room::Missing => self.draw_figure(ctx, path),
-            Purpose::Plot => self.draw_plot(ctx, path),
-            Purpose::Table => {
-                let text = std::mem::take(&mut self.table);
-                self.pictures.ask(PictureJob::Table { path, text });
-            }
-            Purpose::Report(_) => self.save_report(path),
-            Purpose::RigRecords | Purpose::RoundRecords | Purpose::Rounds => {
-                self.rig.save(purpose, path, &self.state.rig);
-            }
             Purpose::Window => {
                 let (send, ctx2) = (self.shots.0.clone(), ctx.clone());
                 ctx.request_screenshot(move |image| {
                     // The window may be closing.
-                    let _ = send.send((path, image));
+                    let _ = send.send((path, replaces, image));
                     ctx2.request_repaint();
                 });
             }
+            _ => match self.content(ctx, purpose) {
+                Some(content) => self.save(Saving { path, purpose, replaces, content }),
+                None if purpose == Purpose::Plot && self.state.room == Room::Missing => {
+                    self.notices
+                        .error("The figure was not saved: there is nothing to draw yet; look for effects first");
+                }
+                None => {}
+            },
         }
     }
 
-    fn export_model(&mut self, path: &Path) {
-        let Some(outcome) = &self.bench.outcome else { return };
-        match export::write(outcome, path) {
-            Ok(written) => {
-                let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
-                self.notices.done(format!("Saved {}", names.join(" and ")));
+    /// What a file for this purpose is to hold; none if there is nothing to save.
+    fn content(&mut self, ctx: &Context, purpose: Purpose) -> Option<SavedContent> {
+        Some(match purpose {
+            Purpose::Open | Purpose::Add | Purpose::Locate | Purpose::Window => return None,
+            Purpose::Project => SavedContent::Project(Box::new(self.project())),
+            Purpose::Model => SavedContent::Model(Arc::clone(self.bench.outcome.as_ref()?)),
+            Purpose::Plot if self.state.room == Room::Missing => {
+                // Drawn at once: the search may be busy, and what is saved is what is seen.
+                let size = self.state.figure.size;
+                let svg = self.missing.svg(ctx, &self.figure, (&self.bench, &self.edit), size)?;
+                SavedContent::Figure { svg, title: self.figure.name() }
             }
-            Err(problem) => self.notices.error(problem.to_string()),
-        }
+            Purpose::Plot => SavedContent::View(Box::new(self.view_picture(ctx)?)),
+            Purpose::Table => SavedContent::Table(self.table.clone()),
+            Purpose::Report(_) => SavedContent::Report(Box::new(self.sight().content()?)),
+            Purpose::RigRecords => SavedContent::RigRecords(Box::new(self.rig.made()?.clone())),
+            Purpose::RoundRecords => SavedContent::RoundRecords(self.state.rig.class.case.clone()),
+            Purpose::Rounds => SavedContent::Table(class::csv(&self.state.rig.class)),
+        })
     }
 
-    fn save_report(&mut self, path: PathBuf) {
-        let sight = report::Sight {
+    fn save(&mut self, saving: Saving) {
+        self.jobs.want(Key::Save(saving.path.clone()), Job::Save(Box::new(saving)));
+    }
+
+    fn sight(&self) -> report::Sight<'_> {
+        report::Sight {
             bench: &self.bench,
             edit: &self.edit,
             diagnosis: self.missing.diagnosis(&self.edit.walk),
             project: self.state.project.as_deref(),
-        };
-        if let Some(content) = sight.content() {
-            self.pictures.ask(PictureJob::Report { path, content: Box::new(content) });
         }
     }
 
@@ -536,7 +265,7 @@ impl App {
             figure_panel::Outcome::Closed => self.figure_open = false,
             figure_panel::Outcome::Save => {
                 let name = self.file_name(name, self.state.figure.format.figure().ending());
-                self.dialogs.ask(Purpose::Plot, &name, frame, ctx);
+                self.dialogs.ask(Purpose::Plot, &name, frame);
             }
         }
     }
@@ -547,26 +276,19 @@ impl App {
         format!("{stem}-{}.{ending}", what.to_lowercase().replace(' ', "-"))
     }
 
-    /// Draws a figure of "What's missing" at once: its thread is busy with the search.
-    fn draw_figure(&mut self, ctx: &Context, path: PathBuf) {
-        let size = self.state.figure.size;
-        match self.missing.svg(ctx, &self.figure, (&self.bench, &self.edit), size) {
-            Some(svg) => self.pictures.ask(PictureJob::Drawing { path, svg, title: self.figure.name() }),
-            None => {
-                self.notices.error("The figure was not saved: there is nothing to draw yet; look for effects first");
-            }
-        }
-    }
-
-    fn draw_plot(&mut self, ctx: &Context, path: PathBuf) {
-        let Some(outcome) = self.bench.outcome.clone() else { return };
-        let record = self.record_in(&outcome);
-        let (view, state) = (self.state.view, self.state.views.clone());
-        let map = self.survey.map().map(|(map, _)| Arc::clone(map));
-        let pins = self.bench.pins.clone();
-        let look = self.state.figure;
-        let job = PlotJob { path, like: ctx.clone(), view, outcome, map, pins, record, state, look };
-        self.pictures.ask(PictureJob::Plot(Box::new(job)));
+    /// The picture of the view that is shown.
+    fn view_picture(&self, ctx: &Context) -> Option<ViewPicture> {
+        let outcome = self.bench.outcome.clone()?;
+        Some(ViewPicture {
+            like: ctx.clone(),
+            view: self.state.view,
+            record: self.record_in(&outcome),
+            outcome,
+            map: self.map.map().map(|(map, _)| Arc::clone(map)),
+            pins: self.bench.pins.clone(),
+            state: self.state.views.clone(),
+            look: self.state.figure,
+        })
     }
 
     /// Where the record shown stands among the outcome's, which lacks those that are off.
@@ -580,7 +302,7 @@ impl App {
         let stem = Path::new(&self.bench.title).file_stem().map_or("sindyscope".into(), |s| s.to_string_lossy());
         let stem = stem.into_owned();
         match command {
-            Command::Open => self.dialogs.ask(Purpose::Open, "", frame, ctx),
+            Command::Open => self.dialogs.ask(Purpose::Open, "", frame),
             Command::OpenPath => self.dialogs.type_path(Purpose::Open, "", ""),
             Command::Sample(sample) => self.open_sample(sample),
             Command::Demonstration => {
@@ -590,16 +312,19 @@ impl App {
             Command::Lessons => self.show_lessons(),
             Command::AddRecords => {
                 let purpose = if self.bench.records.is_empty() { Purpose::Open } else { Purpose::Add };
-                self.dialogs.ask(purpose, "", frame, ctx);
+                self.dialogs.ask(purpose, "", frame);
             }
             Command::Columns => self.show_columns(),
             Command::Close => self.close(),
             Command::SaveProject | Command::Choose if self.bench.records.is_empty() => {}
             Command::SaveProject => match self.state.project.clone() {
-                Some(path) => self.save_project(&path),
-                None => self.dialogs.ask(Purpose::Project, &format!("{stem}.json"), frame, ctx),
+                Some(path) => {
+                    let content = SavedContent::Project(Box::new(self.project()));
+                    self.save(Saving { path, purpose: Purpose::Project, replaces: true, content });
+                }
+                None => self.dialogs.ask(Purpose::Project, &format!("{stem}.json"), frame),
             },
-            Command::SaveProjectAs => self.dialogs.ask(Purpose::Project, &format!("{stem}.json"), frame, ctx),
+            Command::SaveProjectAs => self.dialogs.ask(Purpose::Project, &format!("{stem}.json"), frame),
             Command::Undo | Command::Redo if self.state.room == Room::Rig => {
                 self.rig.step(&mut self.state.rig, command == Command::Undo);
             }
@@ -614,28 +339,27 @@ impl App {
                 }
             }
             Command::Choose => {
-                self.under_way = Some(UnderWay::Choosing);
-                let (generation, records) = (self.bench.generation, self.records());
-                self.errands.ask_instead(Errand::Choose { generation, records, settings: self.edit.settings.clone() });
+                let (records, settings) = (self.records(), self.edit.settings.clone());
+                self.jobs.want_instead(Key::Choose, Job::Choose { records, settings });
             }
             Command::Reset => self.edit.settings = self.suggestion.clone(),
             Command::PlotPicture if self.state.room == Room::Rig => {
-                self.dialogs.ask(Purpose::Window, "virtual-rig.png", frame, ctx);
+                self.dialogs.ask(Purpose::Window, "virtual-rig.png", frame);
             }
             Command::PlotPicture | Command::ExportModel | Command::SaveReport if self.bench.outcome.is_none() => {}
-            Command::SaveReport => self.dialogs.ask(Purpose::Report(Saved::Pdf), &format!("{stem}.pdf"), frame, ctx),
+            Command::SaveReport => self.dialogs.ask(Purpose::Report(Saved::Pdf), &format!("{stem}.pdf"), frame),
             Command::ExportModel => {
                 let name = format!("{stem}.{}", Format::Python.ending());
-                self.dialogs.ask(Purpose::Model, &name, frame, ctx);
+                self.dialogs.ask(Purpose::Model, &name, frame);
             }
             Command::PlotPicture if self.state.room == Room::Report => {
-                self.dialogs.ask(Purpose::Window, &format!("{stem}-report.png"), frame, ctx);
+                self.dialogs.ask(Purpose::Window, &format!("{stem}-report.png"), frame);
             }
             Command::PlotPicture => {
                 self.figure_open = !self.figure_open;
                 self.figure = self.missing.main_figure();
             }
-            Command::WindowPicture => self.dialogs.ask(Purpose::Window, &format!("{stem}-window.png"), frame, ctx),
+            Command::WindowPicture => self.dialogs.ask(Purpose::Window, &format!("{stem}-window.png"), frame),
             Command::CopyText | Command::CopyLatex | Command::CopyPython | Command::CopyJson => self.copy(command, ctx),
             Command::View(view) => self.state.view = view,
             Command::Room(room) => self.state.room = room,
@@ -662,7 +386,7 @@ impl App {
             Act::SaveFigure(figure) => (self.figure, self.figure_open) = (figure, true),
             Act::SaveTable(what, text) => {
                 self.table = text;
-                self.dialogs.ask(Purpose::Table, &self.file_name(what, "csv"), frame, ctx);
+                self.dialogs.ask(Purpose::Table, &self.file_name(what, "csv"), frame);
             }
             Act::Use => match self.missing.taken_over(&self.edit) {
                 Some(Ok(settings)) => {
@@ -682,7 +406,10 @@ impl App {
                     self.notices.note("The equations are on the clipboard, as text");
                 }
             }
-            act => self.missing.act(act, &self.bench, &mut self.edit),
+            act => {
+                let wanted = self.missing.act(act, &self.bench, &mut self.edit);
+                self.search(wanted);
+            }
         }
     }
 
@@ -720,20 +447,22 @@ impl App {
                 (self.state.room, self.state.cutting) = (Room::Identify, true);
             }
             Ask::Cut => self.state.cutting = !self.state.cutting,
-            Ask::Locate => self.dialogs.ask(Purpose::Locate, "", frame, ctx),
+            Ask::Locate => self.dialogs.ask(Purpose::Locate, "", frame),
             Ask::Calibrate { step, sought } => {
-                self.under_way = Some(UnderWay::Calibrating(step));
-                let (generation, records) = (self.bench.generation, self.records());
-                let settings = self.edit.settings.clone();
-                self.errands.ask_instead(Errand::Calibrate { generation, records, settings, step, sought });
+                self.calibrating = Some(step);
+                let (records, settings) = (self.records(), self.edit.settings.clone());
+                self.jobs.want_instead(Key::Calibrate, Job::Calibrate { records, settings, step, sought });
             }
-            Ask::StopErrand => self.errands.cancel(),
+            Ask::StopErrand => {
+                self.jobs.cancel(&Key::Choose);
+                self.jobs.cancel(&Key::Calibrate);
+            }
         }
     }
 
     fn centre(&mut self, ui: &mut Ui, frame: &eframe::Frame) {
         let dark = ui.visuals().dark_mode;
-        let opening = self.under_way == Some(UnderWay::Opening);
+        let opening = self.opening();
         let outline = egui::Frame::new().fill(palette::ground(dark)).inner_margin(Margin::symmetric(10, 4));
         CentralPanel::default().frame(outline).show(ui, |ui| {
             if self.state.room == Room::Rig {
@@ -750,8 +479,7 @@ impl App {
                     let stem =
                         Path::new(&self.bench.title).file_stem().map_or("report".into(), |s| s.to_string_lossy());
                     let name = format!("{stem}.{}", saved.ending());
-                    let ctx = ui.ctx().clone();
-                    self.dialogs.ask(Purpose::Report(saved), &name, frame, &ctx);
+                    self.dialogs.ask(Purpose::Report(saved), &name, frame);
                 }
                 return;
             }
@@ -778,11 +506,11 @@ impl App {
                 outcome: &outcome,
                 previous: self.bench.ghost(),
                 record: self.record_in(&outcome),
-                stale: self.answered != self.ticket || self.bench.failure.is_some(),
+                stale: self.jobs.progress(&Key::Fit).is_some() || self.bench.failure.is_some(),
                 search: Search {
-                    map: self.survey.map().map(|(map, _)| map),
-                    stale: self.survey.map().is_some_and(|(_, stale)| stale),
-                    failure: self.survey.failure(),
+                    map: self.map.map().map(|(map, _)| map),
+                    stale: self.map.map().is_some_and(|(_, stale)| stale),
+                    failure: self.map.failure(),
                 },
                 pins: &self.bench.pins,
             };
@@ -799,8 +527,7 @@ impl App {
                 Some(Request::SaveTable(text)) => {
                     self.table = text;
                     let name = self.file_name(self.state.view.label(), "csv");
-                    let ctx = ui.ctx().clone();
-                    self.dialogs.ask(Purpose::Table, &name, frame, &ctx);
+                    self.dialogs.ask(Purpose::Table, &name, frame);
                 }
                 Some(Request::Set { window, threshold }) => self.set(window, threshold),
                 Some(Request::Pin) => {
@@ -847,12 +574,12 @@ impl eframe::App for App {
     fn logic(&mut self, ctx: &Context, _frame: &mut eframe::Frame) {
         self.collect(ctx);
         self.dropped(ctx);
-        if let Some(chosen) = self.dialogs.chosen() {
+        if let Some(chosen) = self.dialogs.chosen(ctx) {
             self.chosen(ctx, chosen);
         }
         self.ask();
         self.look_around();
-        self.repeat(ctx);
+        self.resample(ctx);
         self.question(ctx);
         self.set_title(ctx);
         self.teach();
@@ -869,7 +596,7 @@ impl eframe::App for App {
         for command in Command::pressed(&ctx) {
             self.run(command, &ctx, frame);
         }
-        let opening = self.under_way == Some(UnderWay::Opening);
+        let opening = self.opening();
         let (can_undo, can_redo) = match self.state.room {
             Room::Rig => self.rig.can_step(&self.state.rig),
             _ => (self.history.can_undo(&self.edit), self.history.can_redo(&self.edit)),
@@ -883,14 +610,14 @@ impl eframe::App for App {
         }
         let mut line = status::Status {
             bench: &self.bench,
-            fitting: self.fitting.busy(),
-            errand: self.errands.busy().or(self.missing.busy()).or(self.report.busy()).or(self.rig.busy()),
+            fitting: self.jobs.progress(&Key::Fit),
+            other: OTHERS.iter().find_map(|key| self.jobs.progress(key)),
             opening,
             notices: &mut self.notices,
             log_open: &mut self.log_open,
         };
         if status::show(ui, &mut line).is_some() {
-            self.errands.cancel();
+            self.jobs.cancel(&Key::Open);
         }
         self.lesson(ui);
         let (now, held) = ctx.input(|i| (i.time, i.pointer.any_down()));
@@ -898,11 +625,8 @@ impl eframe::App for App {
         if self.state.room == Room::Rig {
             self.rig_columns(ui, frame);
         } else if !self.bench.records.is_empty() || self.refused.is_some() {
-            let choosing = self.errands.busy().filter(|_| self.under_way == Some(UnderWay::Choosing));
-            let calibrating = match self.under_way {
-                Some(UnderWay::Calibrating(step)) if self.errands.busy().is_some() => Some(step),
-                _ => None,
-            };
+            let choosing = self.jobs.progress(&Key::Choose);
+            let calibrating = self.calibrating.filter(|_| self.jobs.progress(&Key::Calibrate).is_some());
             let mut desk = Desk {
                 bench: &self.bench,
                 edit: &mut self.edit,
@@ -968,6 +692,8 @@ impl eframe::App for App {
         if let Some(reading) = self.columns.show(&ctx) {
             self.read_with(reading);
         }
+        let wanted = self.columns.wanted();
+        self.read_columns(wanted);
         help::show(&ctx, &mut self.help_open);
         if let Some(chosen) = overlay::path_field(&ctx, &mut self.dialogs) {
             self.chosen(&ctx, chosen);
@@ -986,103 +712,14 @@ impl eframe::App for App {
 
     fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
         let state = self.state();
-        if let Some(keeper) = &mut self.keeper {
-            keeper.finish(&state);
+        let now = f64::INFINITY;
+        if let Some(keeper) = &mut self.keeper
+            && let Some(text) = keeper.text(&state, now)
+        {
+            self.jobs.want(Key::Session, Job::Session { path: keeper.path().to_owned(), text });
         }
+        self.jobs.finish(&Key::Session, session::PATIENCE);
     }
-}
-
-fn fitting_worker(wake: impl Fn() + Send + 'static) -> std::io::Result<Worker<Question, Option<Answer>>> {
-    let mut study = Study::default();
-    Worker::spawn(
-        "study",
-        wake,
-        move |question: Question, cancel, _| {
-            let Question { ticket, generation, records, settings } = question;
-            // Taken out, so that a crash leaves a fresh one behind.
-            let mut current = std::mem::take(&mut study);
-            let result = current.run(&records, &settings, cancel).map(Arc::new);
-            study = current;
-            Some(Some(Answer { ticket, generation, result }))
-        },
-        || None,
-    )
-}
-
-fn pinning_worker(wake: impl Fn() + Send + 'static) -> std::io::Result<Worker<Pinned, Option<Made>>> {
-    Worker::spawn(
-        "pins",
-        wake,
-        move |Pinned { generation, pins }: Pinned, cancel, _| {
-            let mut study = Study::default();
-            let make = |(records, pin): (RecordSet, Pin)| study.run(&records, &pin.settings, cancel).ok().map(Arc::new);
-            let made = pins.into_iter().map(make).collect();
-            (!cancel.is_cancelled()).then_some(Some((generation, made)))
-        },
-        || None,
-    )
-}
-
-fn repeats_worker(wake: impl Fn() + Send + 'static) -> std::io::Result<Worker<Question, Repeated>> {
-    let mut study = Study::default();
-    Worker::spawn(
-        "repeats",
-        wake,
-        move |question: Question, cancel, _| {
-            // Taken out, so that a crash leaves a fresh one behind.
-            let mut current = std::mem::take(&mut study);
-            let result = current.ensemble(&question.records, &question.settings, cancel);
-            study = current;
-            Some(Some((question.ticket, result)))
-        },
-        || None,
-    )
-}
-
-fn draw(job: PictureJob) -> Result<PathBuf, String> {
-    let (path, image) = match job {
-        PictureJob::Plot(job) => {
-            let PlotJob { path, like, view, outcome, map, pins, record, state, look } = *job;
-            let search = Search { map: map.as_ref(), ..Search::default() };
-            let picture = Picture { outcome: &outcome, previous: None, record, stale: false, search, pins: &pins };
-            let format = FigureFormat::of(&path).map_err(|e| format!("The figure was not saved: {e}"))?;
-            let own = view
-                .figure(&state)
-                .filter(|_| !look.as_shown && state.units.is_empty())
-                .and_then(|kind| kind.svg(&outcome, record, look.size));
-            let drawing = own.unwrap_or_else(|| views::vector(&like, view, &picture, &state, look.size));
-            return save_figure(path, &drawing, view.label(), format);
-        }
-        PictureJob::Drawing { path, svg, title } => {
-            let format = FigureFormat::of(&path).map_err(|e| format!("The figure was not saved: {e}"))?;
-            return save_figure(path, &svg, title, format);
-        }
-        PictureJob::Table { path, text } => {
-            let failed = |e| format!("The numbers were not saved: {e}; choose another folder ({})", path.display());
-            std::fs::write(&path, text).map_err(failed)?;
-            return Ok(path);
-        }
-        PictureJob::Window { path, image } => {
-            let [width, height] = image.size.map(|n| u32::try_from(n).unwrap_or(u32::MAX));
-            let bytes: Vec<u8> = image.pixels.iter().flat_map(|p| p.to_srgba_unmultiplied()).collect();
-            let image = image::RgbaImage::from_raw(width, height, bytes);
-            (path, image.ok_or("the picture of the window came damaged; try again")?)
-        }
-        PictureJob::Report { path, content } => {
-            content.report().write(&path).map_err(|e| format!("The report was not saved: {e}"))?;
-            return Ok(path);
-        }
-    };
-    save_png(&path, &image)?;
-    Ok(path)
-}
-
-/// Writes a drawing in a form.
-fn save_figure(path: PathBuf, drawing: &str, title: &str, format: FigureFormat) -> Result<PathBuf, String> {
-    let written = format.bytes(drawing, title).map_err(|e| e.to_string()).and_then(|bytes| {
-        std::fs::write(&path, bytes).map_err(|e| format!("{e}; choose another folder ({})", path.display()))
-    });
-    written.map(|()| path).map_err(|e| format!("The figure was not saved: {e}"))
 }
 
 /// The path with an ending, if it has none.

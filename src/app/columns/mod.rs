@@ -1,46 +1,33 @@
 //! The columns of a file: what it holds, what each column is used for, and what would be read, live.
 //!
-//! The window is not modal. Files are looked into and read by a thread of its own; the answer to an older question is
-//! dropped.
+//! The window is not modal; files are looked into and read in the background.
 
 mod list;
 mod preview;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use egui::{Align2, Context, Key, Label, Margin, Panel, RichText, TextEdit, Ui, Window, vec2};
 
-use super::errand::{Problem, file_name};
+use super::problem::{Problem, file_name};
 use super::theme::{self, ROW};
 use super::widgets::chip;
-use super::worker::Worker;
-use preview::Preview;
+pub(crate) use preview::Preview;
 use sindyscope_files::{ColumnUse, Overview, ReadOptions, TableOverview, look, read_set};
 use sindyscope_values::format::number::significant_trimmed;
 
-/// What to look into, and how it would be read.
-struct Question {
-    ticket: u64,
-    paths: Vec<PathBuf>,
-    reading: ReadOptions,
-    /// False if the file was looked into already.
-    looks: bool,
-}
-
-/// What came of it.
-struct Answer {
-    ticket: u64,
-    /// None if it was looked into already.
-    overview: Option<Result<Overview, Problem>>,
-    /// None while it is not yet known which column is which.
-    preview: Option<Result<Preview, Problem>>,
+/// What is to be read for the window of columns.
+#[derive(Debug, PartialEq)]
+pub(crate) enum Wanted {
+    /// What the file holds.
+    Overview { path: PathBuf, reading: ReadOptions },
+    /// What would be read of it.
+    Preview { path: PathBuf, reading: ReadOptions },
 }
 
 /// The window of columns.
+#[derive(Default)]
 pub(crate) struct Columns {
-    worker: Worker<Question, Option<Answer>>,
-    ticket: u64,
-    answered: u64,
     open: Option<Open>,
 }
 
@@ -65,31 +52,22 @@ struct Open {
 }
 
 impl Columns {
-    /// Without a file.
-    ///
-    /// # Errors
-    /// The system gives no thread.
-    pub(crate) fn new(wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
-        let worker = Worker::spawn("columns", wake, |question, _, _| Some(Some(answer(&question))), || None)?;
-        Ok(Self { worker, ticket: 0, answered: 0, open: None })
-    }
-
-    /// Shows the columns of files that are read alike.
-    pub(crate) fn open(&mut self, paths: Vec<PathBuf>, reading: &ReadOptions) {
-        let rate = reading.rate.map_or(String::new(), |r| r.to_string());
+    /// Shows the columns of files that are read alike, once the first of them was looked into.
+    pub(crate) fn open(&mut self, paths: Vec<PathBuf>, reading: &ReadOptions) -> Option<Wanted> {
+        let wanted = paths.first().map(|path| Wanted::Overview { path: path.clone(), reading: reading.clone() });
         self.open = Some(Open {
-            paths: paths.clone(),
+            paths,
             reading: reading.clone(),
             overview: None,
             table: 0,
             uses: Vec::new(),
-            rate,
+            rate: reading.rate.map_or(String::new(), |r| r.to_string()),
             search: String::new(),
             chosen_only: false,
             preview: None,
             asked: None,
         });
-        self.ask(paths, reading.clone(), true);
+        wanted
     }
 
     /// Closes the window.
@@ -97,38 +75,29 @@ impl Columns {
         self.open = None;
     }
 
-    /// True while a file is being looked into or read.
-    pub(crate) fn busy(&self) -> bool {
-        self.answered != self.ticket
-    }
-
-    fn ask(&mut self, paths: Vec<PathBuf>, reading: ReadOptions, looks: bool) {
-        self.ticket += 1;
-        self.worker.ask(Question { ticket: self.ticket, paths, reading, looks });
-    }
-
-    /// Takes in what the thread brought.
-    pub(crate) fn collect(&mut self) {
-        while let Some(answer) = self.worker.answer() {
-            let Some(Answer { ticket, overview, preview }) = answer else {
-                self.answered = self.ticket;
-                if let Some(open) = &mut self.open {
-                    open.preview = Some(Err(Problem::new("this failed by an error of the program itself", "")));
-                }
-                continue;
-            };
-            self.answered = self.answered.max(ticket);
-            // A question that was replaced while it waited is never answered.
-            let Some(open) = self.open.as_mut().filter(|_| ticket == self.ticket) else { continue };
-            if let Some(overview) = overview {
-                if let Ok(overview) = &overview {
-                    open.table = overview.main();
-                    open.uses = overview.tables[open.table].proposed();
-                }
-                open.overview = Some(overview);
-            }
-            open.preview = preview.or(open.preview.take());
+    /// Takes in what the file holds.
+    pub(crate) fn looked(&mut self, overview: Result<Overview, Problem>) {
+        let Some(open) = &mut self.open else { return };
+        if let Ok(overview) = &overview {
+            open.table = overview.main();
+            open.uses = overview.tables[open.table].proposed();
         }
+        open.overview = Some(overview);
+    }
+
+    /// Takes in what would be read.
+    pub(crate) fn previewed(&mut self, preview: Result<Preview, Problem>) {
+        if let Some(open) = &mut self.open {
+            open.preview = Some(preview);
+        }
+    }
+
+    /// What would be read with the columns chosen, if it is not known.
+    pub(crate) fn wanted(&mut self) -> Option<Wanted> {
+        let open = self.open.as_mut().filter(|open| open.table().is_some())?;
+        let reading = open.options().ok().filter(|options| open.asked.as_ref() != Some(options))?;
+        open.asked = Some(reading.clone());
+        Some(Wanted::Preview { path: open.paths.first()?.clone(), reading })
     }
 
     /// Draws the window; gives the way of reading that a person decided on.
@@ -156,12 +125,6 @@ impl Columns {
         if !typing && ctx.input_mut(|i| i.consume_key(egui::Modifiers::NONE, Key::Escape)) {
             stays = false;
         }
-        let next = open.options().ok().filter(|options| open.ready() && open.asked.as_ref() != Some(options));
-        if let Some(options) = next {
-            open.asked = Some(options.clone());
-            let paths = open.paths.clone();
-            self.ask(paths, options, false);
-        }
         if !stays || asked.is_some() {
             self.open = None;
         }
@@ -172,11 +135,6 @@ impl Columns {
 impl Open {
     fn table(&self) -> Option<&TableOverview> {
         self.overview.as_ref()?.as_ref().ok()?.tables.get(self.table)
-    }
-
-    /// True once it is known what there is to choose from.
-    fn ready(&self) -> bool {
-        self.table().is_some()
     }
 
     /// The way of reading that is chosen.
@@ -195,18 +153,14 @@ impl Open {
     }
 }
 
-/// Looks into the first file and reads all as they would be read.
-fn answer(question: &Question) -> Answer {
-    let Question { ticket, paths, reading, looks } = question;
-    let problem = |e: sindyscope_files::ReadError| Problem::reading(&e);
-    let overview = match (paths.first(), looks) {
-        (Some(path), true) => Some(look(path, reading).map_err(problem)),
-        _ => None,
-    };
-    // A person sees first what is proposed.
-    let preview = (!looks)
-        .then(|| read_set(&paths[..paths.len().min(1)], &[], reading).map_err(problem).map(|set| Preview::of(&set)));
-    Answer { ticket: *ticket, overview, preview }
+/// Looks into a file.
+pub(crate) fn overview(path: &Path, reading: &ReadOptions) -> Result<Overview, Problem> {
+    look(path, reading).map_err(|e| Problem::reading(&e))
+}
+
+/// Reads a file as it would be read.
+pub(crate) fn preview(path: &Path, reading: &ReadOptions) -> Result<Preview, Problem> {
+    read_set(&[path], &[], reading).map(|set| Preview::of(&set)).map_err(|e| Problem::reading(&e))
 }
 
 fn body(ui: &mut Ui, open: &mut Open) -> Option<ReadOptions> {

@@ -28,6 +28,7 @@ const NAME: f32 = 18.0;
 const AXIS: f32 = 58.0;
 
 /// One channel, ready to be drawn: over the time in s, in its own unit.
+#[derive(Debug)]
 struct Trace {
     name: String,
     unit: String,
@@ -37,7 +38,8 @@ struct Trace {
 }
 
 /// What would be read.
-pub(super) struct Preview {
+#[derive(Debug)]
+pub(crate) struct Preview {
     /// What it is, in one line.
     summary: String,
     traces: Vec<Trace>,

@@ -1,11 +1,11 @@
 //! What was found, as the project and the session keep it, and how it comes back.
 //!
 //! A walk belongs to the records and the base model that it was found with. Where those change, it is put aside; where they
-//! come back (a project is opened, the window starts again, a change is undone) the room's thread makes it whole again.
+//! come back (a project is opened, the window starts again, a change is undone) the search makes it whole again.
 
 use std::sync::Arc;
 
-use super::Missing;
+use super::{Missing, Wanted};
 use sindyscope_search::Found;
 
 /// Walks put aside that can come back.
@@ -65,9 +65,10 @@ impl Shelf {
 
 impl Missing {
     /// Brings back what was kept with the records that are opened, as soon as the room is looked at.
-    pub(crate) fn bring_back(&mut self, found: Option<Arc<Found>>) {
-        self.forget();
+    pub(crate) fn bring_back(&mut self, found: Option<Arc<Found>>) -> Option<Wanted> {
+        let wanted = self.forget();
         self.shelf = Shelf { coming: found, ..Shelf::default() };
+        wanted
     }
 
     /// What is to be kept.

@@ -1,8 +1,8 @@
 //! The room "What's missing": a walk in rounds of four steps, from where model and measurement part to an effect that was
 //! added and checked on data never fitted.
 //!
-//! [`Walk`] is what a person decided; [`Missing`] is what was found for it, with the thread that finds it. Each step is a
-//! function of both and asks for [`Act`]s; none computes anything.
+//! [`Walk`] is what a person decided; [`Missing`] is what was found for it. Each step is a function of both and asks for
+//! [`Act`]s; none computes anything.
 
 mod add;
 mod base;
@@ -22,7 +22,7 @@ mod verify;
 mod walk;
 mod waterfall;
 mod words;
-mod work;
+pub(crate) mod work;
 
 use crate::app::plot::palette::Painted as _;
 use std::collections::HashMap;
@@ -31,8 +31,8 @@ use std::sync::Arc;
 use egui::{Ui, vec2};
 
 use super::bench::Bench;
+use super::queue::Progress;
 use super::state::Edit;
-use super::worker::Busy;
 use figures::Figure;
 use keep::Shelf;
 use sindyscope_core::study::Settings;
@@ -41,7 +41,7 @@ use sindyscope_values::term::{Kind, Term};
 use subject::Subject;
 pub(crate) use walk::RoundStep;
 pub use walk::{Base, Walk};
-use work::{Event, Key, Question, Want, Work};
+use work::{Event, Key, Request, Want};
 
 /// What a step asks for.
 #[derive(Clone, Debug, PartialEq)]
@@ -107,13 +107,23 @@ struct Partial {
 #[derive(Clone, Copy, Debug)]
 struct Running {
     want: Want,
+    /// What it does at the moment.
     sentence: &'static str,
     share: f64,
 }
 
+/// What the room wants done in the background.
+#[derive(Debug)]
+pub(crate) enum Wanted {
+    /// This search, in place of any other.
+    Search(Box<Request>),
+    /// No search any more.
+    Nothing,
+}
+
 /// The room: what was found, what is under way and how it is shown.
+#[derive(Default)]
 pub(crate) struct Missing {
-    work: Work,
     known: Known,
     running: Option<Running>,
     shelf: Shelf,
@@ -228,40 +238,12 @@ fn stands(candidate: &Candidate) -> bool {
 }
 
 impl Missing {
-    pub(crate) fn new(wake: impl Fn() + Clone + Send + Sync + 'static) -> std::io::Result<Self> {
-        Ok(Self {
-            work: Work::new(wake)?,
-            known: Known::default(),
-            running: None,
-            shelf: Shelf::default(),
-            by_itself: false,
-            revealed: false,
-            stopped: false,
-            step: RoundStep::default(),
-            selected: None,
-            skipped: Vec::new(),
-            hovered: None,
-            show_all: false,
-            site: None,
-            mass: 0,
-            record: 0,
-            verified: None,
-            profile: None,
-            typing: None,
-            plots: plots::Cache::default(),
-        })
-    }
-
-    /// What runs, for the progress line.
-    pub(crate) fn busy(&self) -> Option<Busy> {
-        let running = self.running?;
-        let elapsed = self.work.busy().map(|b| b.elapsed).unwrap_or_default();
-        Some(Busy { elapsed, progress: (running.want == Want::Look).then_some(running.share) })
-    }
-
-    /// True until everything asked for has come.
-    pub(crate) fn waiting(&self) -> bool {
-        self.work.expected() || self.work.busy().is_some()
+    /// Notes how far the search has come.
+    pub(crate) fn progress(&mut self, progress: Progress) {
+        if let Some(running) = &mut self.running {
+            running.sentence = progress.stage.unwrap_or(running.sentence);
+            running.share = progress.share.unwrap_or(0.0).max(running.share);
+        }
     }
 
     /// True once a look for missing effects has come to its end.
@@ -275,9 +257,10 @@ impl Missing {
     }
 
     /// Begins with a step in view: that of a walk that comes back.
-    pub(crate) fn begin_at(&mut self, step: RoundStep) {
-        self.forget();
+    pub(crate) fn begin_at(&mut self, step: RoundStep) -> Option<Wanted> {
+        let wanted = self.forget();
         self.step = step;
+        wanted
     }
 
     /// Looks as soon as the base is fitted: a demonstration.
@@ -295,67 +278,64 @@ impl Missing {
         self.known.stages.get(&walk.accepted)
     }
 
-    /// Takes in what the thread told.
-    pub(crate) fn collect(&mut self) {
-        let mut more = false;
-        while let Some(event) = self.work.event() {
-            match event {
-                Event::Ready { records, noise_floor, notices, blind } => {
-                    let known = &mut self.known;
-                    (known.records, known.noise_floor) = (records, noise_floor);
-                    (known.notices, known.blind) = (notices, blind);
-                }
-                Event::Restored(restored, found) => {
-                    let Restored { stages, rounds, conclusions } = *restored;
-                    self.known.stages.extend(stages);
-                    self.known.rounds.extend(rounds);
-                    self.known.conclusions.extend(conclusions);
-                    self.shelf.restored(found);
-                }
-                Event::Stage(choices, stage) => {
-                    self.known.stages.insert(choices, stage);
-                    more |= self.running.is_some_and(|r| r.want == Want::Try);
-                }
-                Event::Step(sentence, share) => {
-                    if let Some(running) = &mut self.running {
-                        (running.sentence, running.share) = (sentence, share.max(running.share));
-                    }
-                }
-                Event::Place(place) => self.partial().place = Some(place),
-                Event::Ranking(candidates) => self.partial().candidates = candidates,
-                Event::Round(choices, round) => {
-                    for candidate in &round.candidates {
-                        if let Some(stage) = &candidate.stage {
-                            let choices = stage.effects.iter().map(|e| e.choice.clone()).collect();
-                            self.known.stages.entry(choices).or_insert_with(|| Arc::clone(stage));
-                        }
-                    }
-                    self.known.partial = None;
-                    self.known.rounds.insert(choices, round);
-                    more = true;
-                }
-                Event::Concluded(choices, diagnosis) => {
-                    self.known.conclusions.insert(choices, diagnosis);
-                    more = true;
-                }
-                Event::Failed(text) => match self.running.take() {
-                    Some(Running { want: Want::Try, .. }) => {
-                        let choice = self.selected.clone();
-                        self.known.refused = choice.map(|choice| (choice, text));
-                    }
-                    _ => {
-                        self.known.failure = Some(text);
-                        self.shelf.missed();
-                    }
-                },
-                Event::Done => {
-                    self.running = None;
-                    self.shelf.missed();
+    /// Takes in what the search found.
+    pub(crate) fn take(&mut self, event: Event) {
+        match event {
+            Event::Ready { records, noise_floor, notices, blind } => {
+                let known = &mut self.known;
+                (known.records, known.noise_floor) = (records, noise_floor);
+                (known.notices, known.blind) = (notices, blind);
+            }
+            Event::Restored(restored, found) => {
+                let Restored { stages, rounds, conclusions } = *restored;
+                self.known.stages.extend(stages);
+                self.known.rounds.extend(rounds);
+                self.known.conclusions.extend(conclusions);
+                self.shelf.restored(found);
+            }
+            Event::Stage(choices, stage) => {
+                self.known.stages.insert(choices, stage);
+                if self.running.is_some_and(|r| r.want == Want::Try) {
+                    self.keep();
                 }
             }
+            Event::Place(place) => self.partial().place = Some(place),
+            Event::Ranking(candidates) => self.partial().candidates = candidates,
+            Event::Round(choices, round) => {
+                for candidate in &round.candidates {
+                    if let Some(stage) = &candidate.stage {
+                        let choices = stage.effects.iter().map(|e| e.choice.clone()).collect();
+                        self.known.stages.entry(choices).or_insert_with(|| Arc::clone(stage));
+                    }
+                }
+                self.known.partial = None;
+                self.known.rounds.insert(choices, round);
+                self.keep();
+            }
+            Event::Concluded(choices, diagnosis) => {
+                self.known.conclusions.insert(choices, diagnosis);
+                self.keep();
+            }
         }
-        if more {
-            self.keep();
+    }
+
+    /// The search has come to its end.
+    pub(crate) fn done(&mut self) {
+        self.running = None;
+        self.shelf.missed();
+    }
+
+    /// The search failed, for this reason.
+    pub(crate) fn fail(&mut self, reason: String) {
+        match self.running.take() {
+            Some(Running { want: Want::Try, .. }) => {
+                let choice = self.selected.clone();
+                self.known.refused = choice.map(|choice| (choice, reason));
+            }
+            _ => {
+                self.known.failure = Some(reason);
+                self.shelf.missed();
+            }
         }
     }
 
@@ -364,12 +344,11 @@ impl Missing {
     }
 
     /// Asks for what the room needs and does not have; nothing while it is not looked at.
-    pub(crate) fn attend(&mut self, bench: &Bench, edit: &Edit) {
+    pub(crate) fn attend(&mut self, bench: &Bench, edit: &Edit) -> Option<Wanted> {
         if bench.records.is_empty() {
-            self.forget();
-            return;
+            return self.forget();
         }
-        let Some(key) = key(bench, edit) else { return };
+        let key = key(bench, edit)?;
         if self.known.key.as_ref() != Some(&key) {
             let other_records = self.known.key.as_ref().is_none_or(|k| k.generation != key.generation);
             if other_records {
@@ -382,18 +361,19 @@ impl Missing {
             let before = shown.or(self.known.before.take());
             self.known = Known { key: Some(key), before, ..Known::default() };
             self.pass_over();
-            self.ask(bench, edit, Want::Stages);
-            return;
+            return self.ask(bench, edit, Want::Stages);
         }
         if self.running.is_some() || self.stopped || self.known.failure.is_some() {
-            return;
+            return None;
         }
         if !self.known.stages.contains_key(&edit.walk.accepted) {
-            self.ask(bench, edit, Want::Stages);
+            self.ask(bench, edit, Want::Stages)
         } else if std::mem::take(&mut self.by_itself) && self.known.rounds.is_empty() {
-            self.ask(bench, edit, Want::Look);
+            self.ask(bench, edit, Want::Look)
         } else if !edit.walk.accepted.is_empty() && !self.known.conclusions.contains_key(&edit.walk.accepted) {
-            self.ask(bench, edit, Want::Conclusion);
+            self.ask(bench, edit, Want::Conclusion)
+        } else {
+            None
         }
     }
 
@@ -403,21 +383,19 @@ impl Missing {
         self.skipped.clear();
     }
 
-    fn forget(&mut self) {
-        if self.known.key.is_none() {
-            return;
-        }
-        self.work.cancel();
+    fn forget(&mut self) -> Option<Wanted> {
+        self.known.key.as_ref()?;
         self.running = None;
         self.shelf.put_aside();
         self.known = Known::default();
         self.pass_over();
         (self.step, self.record, self.verified, self.revealed) = (RoundStep::Compare, 0, None, false);
         (self.site, self.profile) = (None, None);
+        Some(Wanted::Nothing)
     }
 
-    fn ask(&mut self, bench: &Bench, edit: &Edit, want: Want) {
-        let Some(key) = self.known.key.clone() else { return };
+    fn ask(&mut self, bench: &Bench, edit: &Edit, want: Want) -> Option<Wanted> {
+        let key = self.known.key.clone()?;
         let accepted = &edit.walk.accepted;
         let rounds = (0..=accepted.len()).map_while(|n| self.known.rounds.get(&accepted[..n]).cloned()).collect();
         self.known.failure = None;
@@ -429,23 +407,23 @@ impl Missing {
         }
         let kept = if want == Want::Stages { self.shelf.candidates() } else { Vec::new() };
         let (records, choices) = (bench.set(&edit.usage), accepted.clone());
-        self.work.ask(Question { ticket: 0, key, records, choices, rounds, kept, want });
+        Some(Wanted::Search(Box::new(Request { key, records, choices, rounds, kept, want })))
     }
 
     /// Does what was asked for.
-    pub(crate) fn act(&mut self, act: Act, bench: &Bench, edit: &mut Edit) {
+    pub(crate) fn act(&mut self, act: Act, bench: &Bench, edit: &mut Edit) -> Option<Wanted> {
         match act {
             Act::Look => {
                 self.pass_over();
                 self.step = RoundStep::Compare;
                 self.known.rounds.remove(&edit.walk.accepted);
                 self.known.conclusions.remove(&edit.walk.accepted);
-                self.ask(bench, edit, Want::Look);
+                return self.ask(bench, edit, Want::Look);
             }
             Act::Cancel => {
-                self.work.cancel();
                 self.running = None;
                 self.stopped = true;
+                return Some(Wanted::Nothing);
             }
             Act::Restart => {
                 edit.walk = Walk::default();
@@ -457,7 +435,7 @@ impl Missing {
             Act::Go(step) => self.step = step,
             Act::Select(choice) => self.selected = Some(choice),
             Act::Try(choice) => {
-                let Some(key) = self.known.key.clone() else { return };
+                let key = self.known.key.clone()?;
                 let mut choices = edit.walk.accepted.clone();
                 choices.push(choice.clone());
                 self.selected = Some(choice);
@@ -465,7 +443,8 @@ impl Missing {
                 let sentence = "Fitting the effect to the measured response";
                 self.running = Some(Running { want: Want::Try, sentence, share: 0.0 });
                 let (records, rounds, kept) = (bench.set(&edit.usage), Vec::new(), Vec::new());
-                self.work.ask(Question { ticket: 0, key, records, choices, rounds, kept, want: Want::Try });
+                let request = Request { key, records, choices, rounds, kept, want: Want::Try };
+                return Some(Wanted::Search(Box::new(request)));
             }
             Act::Accept(choice) => {
                 let subject = Subject::of(bench);
@@ -478,7 +457,7 @@ impl Missing {
                 edit.walk.accepted = accepted;
                 self.pass_over();
                 self.step = RoundStep::Verify;
-                self.ask(bench, edit, Want::Conclusion);
+                return self.ask(bench, edit, Want::Conclusion);
             }
             // The window does these: they concern more than the room.
             Act::Use | Act::Copy | Act::SaveFigure(_) | Act::SaveTable(..) => {}
@@ -492,6 +471,7 @@ impl Missing {
                 };
             }
         }
+        None
     }
 
     /// What the steps see.

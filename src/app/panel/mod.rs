@@ -16,10 +16,10 @@ use egui::{Margin, Panel, ScrollArea, Ui, UiBuilder};
 
 use super::bench::Bench;
 use super::commands::Command;
-use super::errand::Refused;
+use super::open::Refused;
 use super::questions::Bought;
+use super::queue::Progress;
 use super::state::{Edit, Room};
-use super::worker::Busy;
 use sindyscope_core::prepare::Preparation;
 use sindyscope_core::study::{Calibration, Remedy, Settings};
 use sindyscope_values::term::{Kind, Term};
@@ -59,7 +59,7 @@ pub(crate) struct Desk<'a> {
     /// Whether the whole record is shown above the plots, to be cut.
     pub(crate) cutting: bool,
     /// Whether settings are being chosen.
-    pub(crate) choosing: Option<Busy>,
+    pub(crate) choosing: Option<Progress>,
     /// The step whose value is being found.
     pub(crate) calibrating: Option<usize>,
     /// What was not opened, and why.

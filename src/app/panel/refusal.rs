@@ -4,7 +4,7 @@ use egui::{Label, RichText, Ui};
 
 use super::Ask;
 use crate::app::commands::Command;
-use crate::app::errand::Refused;
+use crate::app::open::Refused;
 use crate::app::state::Source;
 use crate::app::theme;
 use crate::app::widgets::card;

@@ -202,7 +202,7 @@ fn form(ui: &mut Ui, desk: &mut Desk<'_>) {
 }
 
 /// The button that chooses, or while it works its progress and a way to stop it: of one height, so that nothing jumps.
-fn choose(ui: &mut Ui, choosing: Option<crate::app::worker::Busy>, asks: &mut Vec<Ask>) {
+fn choose(ui: &mut Ui, choosing: Option<crate::app::queue::Progress>, asks: &mut Vec<Ask>) {
     match choosing {
         None => {
             let button = ui.button(Command::Choose.spec().label).on_hover_text(Command::Choose.hint(ui.ctx()));
@@ -214,7 +214,7 @@ fn choose(ui: &mut Ui, choosing: Option<crate::app::worker::Busy>, asks: &mut Ve
             if ui.button("Cancel").on_hover_text("Stop and leave the settings as they are").clicked() {
                 asks.push(Ask::StopErrand);
             }
-            let share = busy.progress.unwrap_or(0.0) as f32;
+            let share = busy.share.unwrap_or(0.0) as f32;
             let bar = egui::ProgressBar::new(share).desired_width(110.0).desired_height(ROW - 8.0);
             ui.add(bar).on_hover_text(format!("{:.0} % of the settings tried", 100.0 * share));
         }

@@ -4,8 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::{Content, title};
-use crate::app::errand::{self, Delivery, Errand, Opening, Problem};
 use crate::app::missing::Base;
+use crate::app::open::{self, Opening};
+use crate::app::problem::Problem;
 use crate::app::state::{Edit, Source};
 use sindyscope_core::study::{Cancel, Outcome, Study};
 use sindyscope_search::{Ask, Diagnosis, Found, GapError, Search};
@@ -19,11 +20,7 @@ use sindyscope_values::term::Kind;
 pub(crate) fn project(path: &Path, command: &str) -> Result<Content, Problem> {
     let cancel = Cancel::default();
     let opening = Opening::of(Source::Files(vec![path.to_owned()]));
-    let opened = match errand::run(Errand::Open(Box::new(opening)), &cancel, &|_| {}) {
-        Some(Delivery::Opened(opened)) => opened,
-        Some(Delivery::NotOpened(refused)) => return Err(refused.problem),
-        _ => return Err(Problem::new("the project was not opened", "open it in the window")),
-    };
+    let opened = open::open(opening).map_err(|refused| refused.problem)?;
     let Edit { settings, usage, walk, report, .. } = &opened.edit;
     let use_of = |k: usize| usage.get(k).copied().unwrap_or(Usage::Fit);
     let entries = opened.records.iter().enumerate().map(|(k, record)| (Arc::clone(record), use_of(k))).collect();

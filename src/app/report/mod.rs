@@ -12,9 +12,8 @@ use std::sync::Arc;
 
 use super::bench::Bench;
 use super::state::Edit;
-use super::worker::{Busy, Worker};
 use crate::command::shell::quoted;
-use sindyscope_core::study::Outcome;
+use sindyscope_core::study::{Cancel, Outcome};
 use sindyscope_report::document::{Arrangement, Pixels, Report, Section, pixels};
 use sindyscope_search::Diagnosis;
 use sindyscope_values::record::{RecordSet, Usage};
@@ -138,24 +137,30 @@ impl Key {
     }
 }
 
-/// Pages to be drawn, so many pixels wide.
-struct Question {
-    ticket: u64,
-    content: Content,
+/// Draws the pages, so many pixels wide, and names the sections that the study has nothing for.
+///
+/// # Errors
+/// A page cannot be drawn, or the work was cancelled.
+pub(crate) fn pages(
+    content: &Content,
     width: u32,
-}
-
-/// The pages, and the sections that the study has nothing for.
-struct Answer {
-    ticket: u64,
-    drawn: Result<(Vec<Pixels>, Vec<Section>), String>,
+    cancel: &Cancel,
+    tell: &dyn Fn(f64),
+) -> Result<(Vec<Pixels>, Vec<Section>), String> {
+    let (pages, empty) = content.report().pages();
+    let mut drawn = Vec::with_capacity(pages.len());
+    for (k, page) in pages.iter().enumerate() {
+        if cancel.is_cancelled() {
+            return Err("cancelled".to_owned());
+        }
+        tell(k as f64 / pages.len() as f64);
+        drawn.push(pixels(page, width).map_err(|e| e.to_string())?);
+    }
+    Ok((drawn, empty))
 }
 
 /// The room.
 pub(crate) struct ReportRoom {
-    worker: Worker<Question, Option<Answer>>,
-    ticket: u64,
-    answered: u64,
     asked: Option<Key>,
     pages: Vec<pages::Page>,
     empty: Vec<Section>,
@@ -166,33 +171,9 @@ pub(crate) struct ReportRoom {
     whole: bool,
 }
 
-impl ReportRoom {
-    /// # Errors
-    /// The system gives no thread.
-    pub(crate) fn new(wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
-        Ok(Self {
-            worker: Worker::spawn(
-                "report",
-                wake,
-                |Question { ticket, content, width }: Question, cancel, tell| {
-                    let (pages, empty) = content.report().pages();
-                    let mut drawn = Ok(Vec::new());
-                    for (k, page) in pages.iter().enumerate() {
-                        if cancel.is_cancelled() {
-                            return None;
-                        }
-                        tell(k as f64 / pages.len() as f64);
-                        drawn = drawn.and_then(|mut all: Vec<Pixels>| {
-                            all.push(pixels(page, width).map_err(|e| e.to_string())?);
-                            Ok(all)
-                        });
-                    }
-                    Some(Some(Answer { ticket, drawn: drawn.map(|pages| (pages, empty)) }))
-                },
-                || None,
-            )?,
-            ticket: 0,
-            answered: 0,
+impl Default for ReportRoom {
+    fn default() -> Self {
+        Self {
             asked: None,
             pages: Vec::new(),
             empty: Vec::new(),
@@ -200,49 +181,33 @@ impl ReportRoom {
             contents: contents::Contents::default(),
             width: pages::USUAL,
             whole: false,
-        })
-    }
-
-    /// What runs, for the progress line.
-    pub(crate) fn busy(&self) -> Option<Busy> {
-        self.worker.busy()
-    }
-
-    /// True until the pages that were asked for have come.
-    pub(crate) fn waiting(&self) -> bool {
-        self.answered != self.ticket || self.worker.busy().is_some()
-    }
-
-    /// Takes in what was drawn.
-    pub(crate) fn collect(&mut self) {
-        while let Some(answer) = self.worker.answer() {
-            let Some(Answer { ticket, drawn }) = answer else {
-                self.answered = self.ticket;
-                self.failure = Some("the pages were not drawn: an error of the program; please report it".into());
-                continue;
-            };
-            self.answered = self.answered.max(ticket);
-            match drawn {
-                Ok((drawn, empty)) => {
-                    self.failure = None;
-                    self.empty = empty;
-                    self.pages = drawn.into_iter().map(pages::Page::new).collect();
-                }
-                Err(problem) => self.failure = Some(problem),
-            }
         }
     }
+}
 
-    /// Asks for the pages if what is shown is no longer what was drawn.
-    pub(crate) fn attend(&mut self, sight: &Sight<'_>) {
+impl ReportRoom {
+    /// Takes in the pages that were drawn.
+    pub(crate) fn take(&mut self, pages: Vec<Pixels>, empty: Vec<Section>) {
+        self.failure = None;
+        self.empty = empty;
+        self.pages = pages.into_iter().map(pages::Page::new).collect();
+    }
+
+    /// Notes why there are none.
+    pub(crate) fn fail(&mut self, reason: String) {
+        self.failure = Some(reason);
+    }
+
+    /// What the pages are to be drawn of, and how wide, if what is shown is no longer what was drawn.
+    pub(crate) fn wanted(&mut self, sight: &Sight<'_>) -> Option<(Content, u32)> {
         if sight.bench.outcome.is_none() {
             (self.asked, self.pages) = (None, Vec::new());
-            return;
+            return None;
         }
         if self.asked.as_ref().is_some_and(|key| key.holds(sight, self.width)) {
-            return;
+            return None;
         }
-        let Some(content) = sight.content() else { return };
+        let content = sight.content()?;
         self.asked = Some(Key {
             outcome: Arc::clone(&content.outcome),
             diagnosis: content.diagnosis.clone(),
@@ -252,7 +217,6 @@ impl ReportRoom {
             generation: sight.bench.generation,
             width: self.width,
         });
-        self.ticket += 1;
-        self.worker.ask(Question { ticket: self.ticket, content, width: self.width });
+        Some((content, self.width))
     }
 }

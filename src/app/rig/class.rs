@@ -8,7 +8,6 @@ use super::{Act, RigRoom};
 use crate::app::dialogs::Purpose;
 use crate::app::theme;
 use crate::app::widgets::{Setting, Spread, card, row, section};
-use crate::app::worker::{Busy, Worker};
 use sindyscope_core::study::Cancel;
 use sindyscope_rig::hidden::{Hidden, Request, Shaking, Watching, draw, names, possible, title};
 use sindyscope_search::{Ask, Progress, Search, Verdict};
@@ -127,94 +126,65 @@ impl ClassState {
     }
 }
 
-enum Question {
-    /// Draw what a round hides.
-    Draw(ClassCase),
-    /// Search for it in its records.
-    Search(usize, ClassCase),
-}
-
-enum Answer {
-    Drawn(ClassCase, Result<(String, String), String>),
-    Searched(usize, Result<Answered, String>),
-    Crashed,
-}
-
-/// The thread of the class mode.
-pub(super) struct ClassWork {
-    worker: Worker<Question, Answer>,
-    /// The round that is searched.
-    searching: Option<usize>,
-    drawing: bool,
-    failure: Option<String>,
+/// What the class mode waits for.
+#[derive(Debug, Default)]
+pub(crate) struct ClassWork {
+    /// The round that is searched, and how far the search has come.
+    pub(crate) searching: Option<usize>,
+    pub(crate) progress: Option<f64>,
+    pub(crate) drawing: bool,
+    pub(crate) failure: Option<String>,
 }
 
 impl ClassWork {
-    pub(super) fn new(wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
-        let worker = Worker::spawn(
-            "class",
-            wake,
-            |question, cancel, tell| Some(answer(question, cancel, tell)),
-            || Answer::Crashed,
-        )?;
-        Ok(Self { worker, searching: None, drawing: false, failure: None })
+    /// A round is being drawn.
+    pub(crate) fn draws(&mut self) {
+        (self.failure, self.drawing) = (None, true);
     }
 
-    pub(super) fn busy(&self) -> Option<Busy> {
-        self.worker.busy().filter(|_| self.searching.is_some() || self.drawing)
+    /// A round is being searched.
+    pub(crate) fn searches(&mut self, index: usize) {
+        (self.failure, self.searching) = (None, Some(index));
     }
 
-    pub(super) fn collect(&mut self, state: &mut ClassState) {
-        while let Some(answer) = self.worker.answer() {
-            match answer {
-                Answer::Drawn(case, Ok((hidden, description))) => {
-                    self.drawing = false;
-                    let (guesses, revealed, answered) = (Vec::new(), false, None);
-                    state.rounds.push(ClassRound { case, hidden, description, guesses, revealed, answered });
-                }
-                Answer::Drawn(_, Err(problem)) => {
-                    self.drawing = false;
-                    self.failure = Some(problem);
-                }
-                Answer::Searched(index, Ok(found)) => {
-                    self.searching = None;
-                    if let Some(round) = state.rounds.get_mut(index) {
-                        round.answered = Some(found);
-                    }
-                }
-                Answer::Searched(_, Err(problem)) => {
-                    self.searching = None;
-                    self.failure = Some(problem).filter(|p| !p.is_empty());
-                }
-                Answer::Crashed => {
-                    (self.searching, self.drawing) = (None, false);
-                    self.failure = Some("that failed by an error of the program itself; please report it".into());
+    /// The round that was to be drawn, or why there is none.
+    pub(crate) fn drawn(&mut self, state: &mut ClassState, round: Result<ClassRound, String>) {
+        self.drawing = false;
+        match round {
+            Ok(round) => state.rounds.push(round),
+            Err(problem) => self.failure = Some(problem),
+        }
+    }
+
+    /// What the search found, or why it found nothing.
+    pub(crate) fn searched(&mut self, state: &mut ClassState, answered: Result<(usize, Answered), String>) {
+        self.searching = None;
+        match answered {
+            Ok((index, answered)) => {
+                if let Some(round) = state.rounds.get_mut(index) {
+                    round.answered = Some(answered);
                 }
             }
+            Err(problem) => self.failure = Some(problem),
         }
-    }
-
-    fn search(&mut self, state: &ClassState, index: usize) {
-        let Some(round) = state.rounds.get(index) else { return };
-        self.failure = None;
-        self.searching = Some(index);
-        self.worker.ask_instead(Question::Search(index, round.case.clone()));
     }
 }
 
-fn answer(question: Question, cancel: &Cancel, tell: &(dyn Fn(f64) + Sync)) -> Answer {
-    match question {
-        Question::Draw(case) => {
-            let drawn = draw(&case.request()).map_err(|e| e.to_string());
-            let told = drawn.map(|hidden| (hidden.truth.effects.join(", "), hidden.truth.description));
-            Answer::Drawn(case, told)
-        }
-        Question::Search(index, case) => Answer::Searched(index, search(&case, cancel, tell)),
+impl ClassRound {
+    /// A round that begins.
+    pub(crate) fn new(case: ClassCase, hidden: String, description: String) -> Self {
+        Self { case, hidden, description, guesses: Vec::new(), revealed: false, answered: None }
     }
 }
 
-/// What the program names in the records of a case; an empty reason if it was stopped.
-fn search(case: &ClassCase, cancel: &Cancel, tell: &(dyn Fn(f64) + Sync)) -> Result<Answered, String> {
+/// What a round hides: the name of the effect and its description.
+pub(crate) fn drawn(case: &ClassCase) -> Result<(String, String), String> {
+    let hidden = draw(&case.request()).map_err(|e| e.to_string())?;
+    Ok((hidden.truth.effects.join(", "), hidden.truth.description))
+}
+
+/// What the program names in the records of a case.
+pub(crate) fn search(case: &ClassCase, cancel: &Cancel, tell: &(dyn Fn(f64) + Sync)) -> Result<Answered, String> {
     let hidden = draw(&case.request()).map_err(|e| e.to_string())?;
     let search = Search::new(&records(hidden), &Ask::default()).map_err(|e| e.to_string())?;
     let hear = |progress: Progress| {
@@ -222,9 +192,7 @@ fn search(case: &ClassCase, cancel: &Cancel, tell: &(dyn Fn(f64) + Sync)) -> Res
             tell(share);
         }
     };
-    let found = search
-        .diagnose(&hear, cancel)
-        .map_err(|e| if cancel.is_cancelled() { String::new() } else { e.to_string() })?;
+    let found = search.diagnose(&hear, cancel).map_err(|e| e.to_string())?;
     let added = found.stages.last().map_or(&[][..], |stage| &stage.effects);
     let verdict = match found.verdict {
         Verdict::Named => "named",
@@ -282,7 +250,7 @@ fn rows(state: &ClassState) -> Vec<Row<'_>> {
 }
 
 /// The rounds whose truth was told as CSV, one line a guess.
-pub(super) fn csv(state: &ClassState) -> String {
+pub(crate) fn csv(state: &ClassState) -> String {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let head = ["round", "who", "guess", "right", "hidden", "found", "verdict", "noise", "ratio", "excitation", "seed"];
     // Writing to memory does not fail.
@@ -307,7 +275,7 @@ pub(super) fn csv(state: &ClassState) -> String {
 }
 
 /// The left column: what the next round hides; nothing of it while one is open, for the students look on.
-pub(super) fn form(ui: &mut Ui, room: &mut RigRoom, state: &mut ClassState) {
+pub(super) fn form(ui: &mut Ui, room: &RigRoom, state: &mut ClassState, acts: &mut Vec<Act>) {
     let number = state.rounds.len() + usize::from(state.open().is_none());
     section(ui, &format!("ROUND {number}"), |_| {}, |_| {});
     if state.open().is_some() {
@@ -381,9 +349,7 @@ pub(super) fn form(ui: &mut Ui, room: &mut RigRoom, state: &mut ClassState) {
     ui.add_space(6.0);
     let ready = !room.class.drawing;
     if ui.add_enabled(ready, egui::Button::new("Begin the round")).clicked() {
-        room.class.failure = None;
-        room.class.drawing = true;
-        room.class.worker.ask_instead(Question::Draw(case.clone()));
+        acts.push(Act::DrawRound);
     }
 }
 
@@ -408,7 +374,7 @@ pub(super) fn rules(ui: &mut Ui) {
 }
 
 /// The centre: the open round, and the table of all.
-pub(super) fn show(ui: &mut Ui, room: &mut RigRoom, state: &mut ClassState, acts: &mut Vec<Act>) {
+pub(super) fn show(ui: &mut Ui, room: &RigRoom, state: &mut ClassState, acts: &mut Vec<Act>) {
     let colors = theme::accents(ui.visuals().dark_mode);
     if let Some(failure) = room.class.failure.clone() {
         card(ui, colors.wrong, |ui| {
@@ -417,7 +383,7 @@ pub(super) fn show(ui: &mut Ui, room: &mut RigRoom, state: &mut ClassState, acts
     }
     ui.add_space(4.0);
     if state.open().is_some() {
-        open_round(ui, room, state, acts);
+        open_round(ui, state, acts);
     } else if room.class.drawing {
         ui.weak("making the records…");
     } else if state.rounds.is_empty() {
@@ -430,7 +396,7 @@ pub(super) fn show(ui: &mut Ui, room: &mut RigRoom, state: &mut ClassState, acts
     }
 }
 
-fn open_round(ui: &mut Ui, room: &mut RigRoom, state: &mut ClassState, acts: &mut Vec<Act>) {
+fn open_round(ui: &mut Ui, state: &mut ClassState, acts: &mut Vec<Act>) {
     let accent = theme::accents(ui.visuals().dark_mode).accent;
     let number = state.rounds.len();
     let mut reveal = false;
@@ -494,11 +460,11 @@ fn open_round(ui: &mut Ui, room: &mut RigRoom, state: &mut ClassState, acts: &mu
             round.revealed = true;
         }
         state.case.seed = state.case.seed % 1000 + 1;
-        room.class.search(state, number - 1);
+        acts.push(Act::SearchRound(number - 1));
     }
 }
 
-fn table(ui: &mut Ui, room: &mut RigRoom, state: &mut ClassState, acts: &mut Vec<Act>) {
+fn table(ui: &mut Ui, room: &RigRoom, state: &ClassState, acts: &mut Vec<Act>) {
     let colors = theme::accents(ui.visuals().dark_mode);
     ui.horizontal(|ui| {
         ui.label(RichText::new("Truth, guesses and what the program found").size(15.0).strong());
@@ -509,7 +475,7 @@ fn table(ui: &mut Ui, room: &mut RigRoom, state: &mut ClassState, acts: &mut Vec
         });
     });
     let mut again = None;
-    let busy = room.class.worker.busy().and_then(|b| b.progress);
+    let busy = room.class.progress;
     let searching = room.class.searching;
     ScrollArea::both().id_salt("rounds").auto_shrink([false, true]).max_height(0.55 * ui.available_height()).show(
         ui,
@@ -556,11 +522,10 @@ fn table(ui: &mut Ui, room: &mut RigRoom, state: &mut ClassState, acts: &mut Vec
         },
     );
     if searching.is_some() && ui.button("Stop the search").clicked() {
-        room.class.worker.cancel();
-        room.class.searching = None;
+        acts.push(Act::StopSearch);
     }
     if let Some(index) = again {
-        room.class.search(state, index);
+        acts.push(Act::SearchRound(index));
     }
     if let Some(round) = state.rounds.iter().rev().find(|round| round.revealed) {
         ui.add_space(6.0);

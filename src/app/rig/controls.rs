@@ -2,7 +2,7 @@
 
 use egui::{RichText, Ui};
 
-use super::{Page, RigRoom, RigState, class};
+use super::{Act, Page, RigRoom, RigState, class};
 use crate::app::theme;
 use crate::app::widgets::{Setting, Spread, row, section, switch};
 use sindyscope_rig::hidden::{names, title};
@@ -13,9 +13,9 @@ use sindyscope_values::format::units::raised;
 /// How far a parameter may be moved from what was suggested.
 const SPAN: f64 = 30.0;
 
-pub(super) fn show(ui: &mut Ui, room: &mut RigRoom, state: &mut RigState) {
+pub(super) fn show(ui: &mut Ui, room: &RigRoom, state: &mut RigState, acts: &mut Vec<Act>) {
     if state.page == Page::Class {
-        class::form(ui, room, &mut state.class);
+        class::form(ui, room, &mut state.class, acts);
         return;
     }
     let settings = &mut state.settings;
@@ -28,8 +28,10 @@ pub(super) fn show(ui: &mut Ui, room: &mut RigRoom, state: &mut RigState) {
 
 impl RigRoom {
     /// Draws the left column.
-    pub(crate) fn controls(&mut self, ui: &mut Ui, state: &mut RigState) {
-        show(ui, self, state);
+    pub(crate) fn controls(&self, ui: &mut Ui, state: &mut RigState) -> Vec<Act> {
+        let mut acts = Vec::new();
+        show(ui, self, state, &mut acts);
+        acts
     }
 }
 

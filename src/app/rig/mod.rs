@@ -3,16 +3,15 @@
 //!
 //! [`RigState`] is what a person decided; [`RigRoom`] is what was made of it, with the threads that make it.
 
-mod class;
+pub(crate) mod class;
 mod controls;
 mod drawing;
 mod found;
 mod pages;
 mod player;
-mod save;
-mod work;
+pub(crate) mod save;
+pub(crate) mod work;
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -20,15 +19,15 @@ use serde::{Deserialize, Serialize};
 use super::dialogs::Purpose;
 use super::history::History;
 use super::missing::plots;
-use super::worker::{Busy, Worker};
 use class::ClassWork;
 pub(crate) use class::records as round;
+pub(crate) use class::{Answered, ClassRound};
 pub use class::{ClassCase, ClassState};
 use player::Player;
 use sindyscope_core::study::Outcome;
 use sindyscope_rig::{RigRun, RigSettings};
+use work::RecordedRig;
 pub(crate) use work::records;
-use work::{Answer, Question};
 
 /// What the centre of the room shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -80,6 +79,12 @@ pub(crate) enum Act {
     Save(Purpose),
     /// Begin a lesson, by its name.
     Begin(&'static str),
+    /// Draw what the next round of the class mode hides.
+    DrawRound,
+    /// Let the program search in the records of a round.
+    SearchRound(usize),
+    /// Stop that search.
+    StopSearch,
 }
 
 /// The last run and what was found in it.
@@ -95,100 +100,56 @@ pub(crate) struct Made {
 }
 
 /// The room.
+#[derive(Default)]
 pub(crate) struct RigRoom {
-    work: Worker<Question, Option<Answer>>,
+    /// What the last run was asked with: the settings, and whether the library lacks the plant's own terms.
     asked: Option<(RigSettings, bool)>,
-    ticket: u64,
-    answered: u64,
     made: Option<Made>,
     /// Why the newest settings have no run.
     failure: Option<String>,
-    class: ClassWork,
-    saving: Worker<save::Job, Result<Vec<PathBuf>, String>>,
+    pub(crate) class: ClassWork,
     history: Option<History<RigSettings>>,
     plots: plots::Cache,
 }
 
 impl RigRoom {
-    pub(crate) fn new(wake: impl Fn() + Clone + Send + Sync + 'static) -> std::io::Result<Self> {
-        Ok(Self {
-            work: work::worker(wake.clone())?,
-            asked: None,
-            ticket: 0,
-            answered: 0,
-            made: None,
-            failure: None,
-            class: ClassWork::new(wake.clone())?,
-            saving: save::worker(wake)?,
-            history: None,
-            plots: plots::Cache::default(),
-        })
-    }
-
-    /// True until everything asked for has come.
-    pub(crate) fn waiting(&self) -> bool {
-        self.answered != self.ticket || self.saving.busy().is_some() || self.class.busy().is_some()
-    }
-
-    /// What runs, for the progress line.
-    pub(crate) fn busy(&self) -> Option<Busy> {
-        self.work.busy().or(self.class.busy())
-    }
-
     /// The last run.
     pub(crate) fn made(&self) -> Option<&Made> {
         self.made.as_ref()
     }
 
-    /// True if the last run is of these settings.
-    pub(crate) fn is_current(&self) -> bool {
-        self.answered == self.ticket && self.failure.is_none()
+    /// The last run if it is of these settings.
+    pub(crate) fn current(&self, state: &RigState) -> Option<&Made> {
+        self.made.as_ref().filter(|made| self.failure.is_none() && made.settings == state.settings)
     }
 
-    /// Asks for a run of the rig if the last one is of other settings.
-    pub(crate) fn attend(&mut self, state: &RigState) {
+    /// True if a run of the rig is to be asked for: the last one that was is of other settings.
+    pub(crate) fn wants(&mut self, state: &RigState) -> bool {
         let wanted = (&state.settings, state.usual_library);
         if self.asked.as_ref().is_some_and(|(settings, usual)| (settings, *usual) == wanted) {
-            return;
+            return false;
         }
-        self.ticket += 1;
         self.asked = Some((state.settings.clone(), state.usual_library));
-        let question =
-            Question { ticket: self.ticket, settings: state.settings.clone(), usual_library: state.usual_library };
-        self.work.ask(question);
+        true
     }
 
-    /// Takes in what the threads brought; sentences for the notices come back.
-    pub(crate) fn collect(&mut self, state: &mut RigState) -> Vec<Result<String, String>> {
-        while let Some(answer) = self.work.answer() {
-            let Some(answer) = answer else {
-                self.answered = self.ticket;
-                self.failure = Some("the rig failed by an error of the program itself; please report it".into());
-                continue;
-            };
-            self.answered = self.answered.max(answer.ticket);
-            match answer.result {
-                Ok((run, outcome)) => {
-                    self.failure = None;
-                    if answer.ticket == self.ticket {
-                        self.take_values(&run, state);
-                    }
-                    let settings = RigSettings { effect_values: run.effect_values.clone(), ..answer.settings };
-                    let fitted = outcome.as_ref().ok().and_then(|o| o.records.first());
-                    let channels = fitted.map_or(&[][..], |record| &record.channels);
-                    let responses = channels.iter().map(|c| Arc::from(c.response.as_slice())).collect();
-                    self.made = Some(Made { settings, run, outcome, responses });
-                }
-                Err(problem) => self.failure = Some(problem),
-            }
+    /// Takes in a run.
+    pub(crate) fn take(&mut self, recorded: RecordedRig, state: &mut RigState) {
+        let RecordedRig { settings, run, outcome } = recorded;
+        self.failure = None;
+        if settings == state.settings {
+            self.take_values(&run, state);
         }
-        self.class.collect(&mut state.class);
-        let saved = std::iter::from_fn(|| self.saving.answer());
-        let told = |paths: Vec<PathBuf>| {
-            let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();
-            format!("Saved {}", names.join(" and "))
-        };
-        saved.map(|result| result.map(told)).collect()
+        let settings = RigSettings { effect_values: run.effect_values.clone(), ..settings };
+        let fitted = outcome.as_ref().ok().and_then(|o| o.records.first());
+        let channels = fitted.map_or(&[][..], |record| &record.channels);
+        let responses = channels.iter().map(|c| Arc::from(c.response.as_slice())).collect();
+        self.made = Some(Made { settings, run, outcome, responses });
+    }
+
+    /// Notes why the newest settings have no run.
+    pub(crate) fn fail(&mut self, reason: String) {
+        self.failure = Some(reason);
     }
 
     /// Keeps the parameters that were suggested for an effect: from now on they are the person's.
@@ -225,19 +186,6 @@ impl RigRoom {
         let found = if back { history.undo(&state.settings) } else { history.redo(&state.settings) };
         if let Some(settings) = found {
             state.settings = settings;
-        }
-    }
-
-    /// Writes something of the room to a file, in the background.
-    pub(crate) fn save(&mut self, purpose: Purpose, path: PathBuf, state: &RigState) {
-        let job = match purpose {
-            Purpose::RigRecords => self.made.clone().map(|made| save::Job::Rig(path, Box::new(made))),
-            Purpose::RoundRecords => Some(save::Job::Round(path, state.class.case.clone())),
-            Purpose::Rounds => Some(save::Job::Table(path, class::csv(&state.class))),
-            _ => None,
-        };
-        if let Some(job) = job {
-            self.saving.ask(job);
         }
     }
 }

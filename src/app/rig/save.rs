@@ -1,4 +1,4 @@
-//! Records of the room as files, written in the background.
+//! Records of the room as files.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,55 +7,29 @@ use serde_json::json;
 
 use super::class::ClassCase;
 use super::{Made, work};
-use crate::app::worker::Worker;
 use sindyscope_files::write_csv;
 use sindyscope_rig::hidden::draw;
 use sindyscope_values::record::Record;
 
-/// What is to be written, and where.
-pub(super) enum Job {
-    /// The rig's records, and the truth beside them.
-    Rig(PathBuf, Box<Made>),
-    /// The records of a class's round, without what they hide.
-    Round(PathBuf, ClassCase),
-    /// A text.
-    Table(PathBuf, String),
+/// Writes the rig's records, and the truth beside them.
+pub(crate) fn rig(path: PathBuf, made: &Made) -> Result<Vec<PathBuf>, String> {
+    let comments = vec![
+        "Sindyscope's virtual rig; the record `held out` is for checking, not for fitting".to_owned(),
+        made.run.truth.told.description.clone(),
+    ];
+    csv(&path, work::records(&made.run).entries.iter().map(|(r, _)| &**r), &comments)?;
+    let beside = path.with_extension("truth.json");
+    let text = serde_json::to_string_pretty(&truth(made)).map_err(|e| failed(&beside, &e.to_string()))?;
+    fs::write(&beside, text + "\n").map_err(|e| failed(&beside, &e.to_string()))?;
+    Ok(vec![path, beside])
 }
 
-pub(super) fn worker(wake: impl Fn() + Send + 'static) -> std::io::Result<Worker<Job, Result<Vec<PathBuf>, String>>> {
-    Worker::spawn(
-        "rig files",
-        wake,
-        |job, _, _| Some(write(job)),
-        || Err("nothing was saved: an error of the program; please report it".to_owned()),
-    )
-}
-
-fn write(job: Job) -> Result<Vec<PathBuf>, String> {
-    match job {
-        Job::Rig(path, made) => {
-            let truth = truth(&made);
-            let comments = vec![
-                "Sindyscope's virtual rig; the record `held out` is for checking, not for fitting".to_owned(),
-                made.run.truth.told.description.clone(),
-            ];
-            csv(&path, work::records(&made.run).entries.iter().map(|(r, _)| &**r), &comments)?;
-            let beside = path.with_extension("truth.json");
-            let text = serde_json::to_string_pretty(&truth).map_err(|e| failed(&beside, &e.to_string()))?;
-            fs::write(&beside, text + "\n").map_err(|e| failed(&beside, &e.to_string()))?;
-            Ok(vec![path, beside])
-        }
-        Job::Round(path, case) => {
-            let hidden = draw(&case.request()).map_err(|e| e.to_string())?;
-            let comments = vec!["Sindyscope, a virtual rig that hides an effect: which is it?".to_owned()];
-            csv(&path, hidden.fit.iter().chain(&hidden.held_out), &comments)?;
-            Ok(vec![path])
-        }
-        Job::Table(path, text) => {
-            fs::write(&path, text).map_err(|e| failed(&path, &e.to_string()))?;
-            Ok(vec![path])
-        }
-    }
+/// Writes the records of a class's round, without what they hide.
+pub(crate) fn round(path: PathBuf, case: &ClassCase) -> Result<Vec<PathBuf>, String> {
+    let hidden = draw(&case.request()).map_err(|e| e.to_string())?;
+    let comments = vec!["Sindyscope, a virtual rig that hides an effect: which is it?".to_owned()];
+    csv(&path, hidden.fit.iter().chain(&hidden.held_out), &comments)?;
+    Ok(vec![path])
 }
 
 fn csv<'a>(path: &Path, records: impl IntoIterator<Item = &'a Record>, comments: &[String]) -> Result<(), String> {

@@ -1,51 +1,40 @@
-//! The rig's background work: recorded and fitted, the newest settings only.
+//! The rig's background work: recorded, and its record studied.
 
 use std::sync::Arc;
 
-use crate::app::worker::Worker;
 use sindyscope_core::study::{Cancel, Outcome, Study, StudyError, suggest};
 use sindyscope_rig::{RigRun, RigSettings, record_rig};
 use sindyscope_values::record::{RecordSet, Usage};
 use sindyscope_values::term::Kind;
 
-pub(super) struct Question {
-    pub(super) ticket: u64,
-    pub(super) settings: RigSettings,
-    pub(super) usual_library: bool,
+/// The last run, with the settings that it was made of.
+pub(crate) type Recorded = (RigSettings, Arc<RigRun>);
+
+/// A run of the rig and what was found in its record.
+#[derive(Debug)]
+pub(crate) struct RecordedRig {
+    /// The settings that were asked for.
+    pub(crate) settings: RigSettings,
+    pub(crate) run: Arc<RigRun>,
+    /// The study of the record, or why there is none.
+    pub(crate) outcome: Result<Arc<Outcome>, String>,
 }
 
-/// The rig's records and the study of them; either may have failed, with a sentence.
-pub(super) type Made = Result<(Arc<RigRun>, Result<Arc<Outcome>, String>), String>;
-
-/// What came of it; it carries what it was asked with.
-pub(super) struct Answer {
-    pub(super) ticket: u64,
-    pub(super) settings: RigSettings,
-    pub(super) result: Made,
-}
-
-pub(super) fn worker(wake: impl Fn() + Send + 'static) -> std::io::Result<Worker<Question, Option<Answer>>> {
-    let mut last: Option<(RigSettings, Arc<RigRun>)> = None;
-    Worker::spawn(
-        "rig",
-        wake,
-        move |question: Question, cancel, _| {
-            let Question { ticket, settings, usual_library } = question;
-            let known = last.as_ref().filter(|(of, _)| *of == settings).map(|(_, run)| Arc::clone(run));
-            let run = known.map_or_else(|| record_rig(&settings).map(Arc::new), Ok);
-            let result = match run {
-                Ok(run) => {
-                    last = Some((settings.clone(), Arc::clone(&run)));
-                    let outcome = fit(&run, usual_library, cancel).map(Arc::new).map_err(|e| e.to_string());
-                    Ok((run, outcome))
-                }
-                Err(error) => Err(error.to_string()),
-            };
-            // A newer question is waiting: half a study is none.
-            (!cancel.is_cancelled()).then_some(Some(Answer { ticket, settings, result }))
-        },
-        || None,
-    )
+/// Records the rig, unless the last run is of the same settings, and studies its record.
+///
+/// # Errors
+/// These settings make no record.
+pub(crate) fn record(
+    last: &mut Option<Recorded>,
+    settings: RigSettings,
+    usual_library: bool,
+    cancel: &Cancel,
+) -> Result<RecordedRig, String> {
+    let known = last.as_ref().filter(|(of, _)| *of == settings).map(|(_, run)| Arc::clone(run));
+    let run = known.map_or_else(|| record_rig(&settings).map(Arc::new), Ok).map_err(|e| e.to_string())?;
+    *last = Some((settings.clone(), Arc::clone(&run)));
+    let outcome = fit(&run, usual_library, cancel).map(Arc::new).map_err(|e| e.to_string());
+    Ok(RecordedRig { settings, run, outcome })
 }
 
 /// The records of a run: one fitted, one held out.

@@ -1,12 +1,12 @@
 //! What is kept: the session, the project, the pins.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use egui::Context;
 
-use super::{App, Pinned};
-use crate::app::AppError;
+use super::App;
+use crate::app::jobs::{Job, Key};
 use crate::app::project::{Project, Shown};
 use crate::app::session::{self, Keeper};
 use crate::app::state::{Pin, State};
@@ -17,17 +17,14 @@ use sindyscope_values::record::{Record, Usage};
 impl App {
     /// The window as the session's file says it was left, or with files in it; all that a person decides is written there
     /// within a second, so that not even a crash loses it.
-    ///
-    /// # Errors
-    /// The system gives no thread for the background work.
-    pub fn revived(ctx: &Context, session: PathBuf, files: Vec<PathBuf>) -> Result<Self, AppError> {
+    pub fn revived(ctx: &Context, session: PathBuf, files: Vec<PathBuf>) -> Self {
         let (state, problem) = session::load(&session);
-        let mut app = Self::with_state(ctx, state.unwrap_or_default().with_files(files))?;
+        let mut app = Self::with_state(ctx, state.unwrap_or_default().with_files(files));
         if let Some(problem) = problem {
             app.notices.error(problem);
         }
-        app.keeper = Some(Keeper::new(session)?);
-        Ok(app)
+        app.keeper = Some(Keeper::new(session));
+        app
     }
 
     /// What survives a restart.
@@ -48,11 +45,16 @@ impl App {
         if held {
             return;
         }
-        let Some(mut keeper) = self.keeper.take() else { return };
-        if let Some(wait) = keeper.watch(|| self.state(), now) {
-            ctx.request_repaint_after_secs(wait as f32);
+        let Some(wait) = self.keeper.as_ref().map(|keeper| keeper.wait(now)) else { return };
+        if let Some(wait) = wait {
+            return ctx.request_repaint_after_secs(wait as f32);
         }
-        self.keeper = Some(keeper);
+        let state = self.state();
+        if let Some(keeper) = &mut self.keeper
+            && let Some(text) = keeper.text(&state, now)
+        {
+            self.jobs.want(Key::Session, Job::Session { path: keeper.path().to_owned(), text });
+        }
     }
 
     /// Keeps what was done with the source that is open, for when it is opened again.
@@ -96,26 +98,23 @@ impl App {
         let now: Vec<Pin> = now;
         if !now.is_empty() {
             self.waiting_pins.extend(now.iter().cloned());
-            let generation = self.bench.generation;
             let of = |pin: Pin| {
                 if pin.steps == self.edit.steps {
-                    return (self.bench.set(&pin.usage), pin);
+                    return (self.bench.set(&pin.usage), pin.settings);
                 }
                 let (mut set, _) = prepare_leniently(&self.bench.raw, &pin.steps);
                 for ((_, usage), own) in set.entries.iter_mut().zip(&pin.usage) {
                     *usage = *own;
                 }
-                (set, pin)
+                (set, pin.settings)
             };
-            self.pinning.ask_instead(Pinned { generation, pins: now.into_iter().map(of).collect() });
+            let pins = now.into_iter().map(of).collect();
+            self.jobs.want_instead(Key::Pins, Job::Pins(pins));
         }
     }
 
     /// Puts outcomes that were made again where they were pinned.
-    pub(super) fn brought_back(&mut self, generation: u64, made: Vec<Option<Arc<Outcome>>>) {
-        if generation != self.bench.generation {
-            return;
-        }
+    pub(super) fn brought_back(&mut self, made: Vec<Option<Arc<Outcome>>>) {
         let kind = self.state.reading.kind;
         let (mine, others): (Vec<Pin>, Vec<Pin>) =
             std::mem::take(&mut self.waiting_pins).into_iter().partition(|p| p.settings.kind == kind);
@@ -130,23 +129,16 @@ impl App {
         self.keep_pins();
     }
 
-    pub(super) fn save_project(&mut self, path: &Path) {
+    /// The project as it would be saved now.
+    pub(super) fn project(&self) -> Project {
         let usage = self.bench.records.iter().zip(&self.edit.usage).map(|(r, u)| (r.name.clone(), *u)).collect();
         let State { source, reading, found, room, step, view, views, rig, .. } = self.state();
         let record = self.bench.records.get(self.state.record).map_or(String::new(), |r| r.name.clone());
-        let project = Project::new(source, reading, usage, &self.edit)
+        Project::new(source, reading, usage, &self.edit)
             .with_checksums(&self.state.checksums)
             .with_found(found)
             .with_pins(self.pins())
             .with_shown(Shown { room, step, view, record, views })
-            .with_rig(rig);
-        match project.save(path) {
-            Ok(()) => {
-                self.state.remember(path);
-                self.state.project = Some(path.to_owned());
-                self.notices.done(format!("Saved {}", path.display()));
-            }
-            Err(problem) => self.notices.error(problem),
-        }
+            .with_rig(rig)
     }
 }

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 
 use egui::Context;
 
-use super::{App, UnderWay};
+use super::App;
 use crate::app::commands::Command;
-use crate::app::errand::{Errand, Opened, Opening, Read};
 use crate::app::history::History;
+use crate::app::jobs::{Job, Key};
+use crate::app::open::{Opened, Opening, Read};
 use crate::app::panel::Typing;
-use crate::app::project;
 use crate::app::state::{Edit, Pin, Room, Sample, Source, absolute};
 use sindyscope_core::prepare::{Preparation, Treatment, bridged};
 use sindyscope_core::study::Calibrated;
@@ -19,12 +19,14 @@ use sindyscope_values::format::number::format_measured;
 use sindyscope_values::record::{RecordSet, Usage};
 use sindyscope_values::term::Kind;
 
+/// Jobs on the records that are open: with others they are in vain.
+const OF_THE_RECORDS: [Key; 6] = [Key::Choose, Key::Calibrate, Key::Fit, Key::Resample, Key::Pins, Key::Answers];
+
 impl App {
     /// Opens files: measurements, or a project. What was left with the same files the last time comes back.
     pub fn open(&mut self, paths: Vec<PathBuf>) {
         let paths: Vec<PathBuf> = paths.into_iter().map(absolute).collect();
-        let project = paths.iter().find(|p| project::is_project(p)).cloned();
-        let source = Source::Files(project.map_or(paths, |p| vec![p]));
+        let source = Source::Files(paths);
         // Otherwise, whatever was open before says nothing of these files.
         let kept = self.state.kept(&source).filter(|_| source != self.state.source).cloned().unwrap_or_default();
         let folder = self.folder_of(&source, &kept.reading);
@@ -46,7 +48,8 @@ impl App {
         let refused = self.refused.as_ref().map(|r| (&r.opening.source, &r.opening.reading));
         let (source, reading) = refused.unwrap_or((&self.state.source, &self.state.reading));
         if let Source::Files(files) = source {
-            self.columns.open(files.clone(), reading);
+            let wanted = self.columns.open(files.clone(), reading);
+            self.read_columns(wanted);
         }
     }
 
@@ -65,10 +68,6 @@ impl App {
             self.notices.note("Records are added to files; a sample stands alone, so the files were opened instead");
             return self.open(paths);
         };
-        if let Some(project) = paths.iter().find(|p| project::is_project(p)) {
-            let name = crate::app::errand::file_name(project);
-            return self.notices.error(format!("{name} is a project: open it, its records cannot be added to others"));
-        }
         let new = paths.into_iter().map(absolute).filter(|p| !open.contains(p));
         let source = Source::Files(open.iter().cloned().chain(new).collect());
         let (reading, edit, usage) = (self.state.reading.clone(), Some(self.edit.clone()), self.usage_by_name());
@@ -85,8 +84,7 @@ impl App {
 
     pub(super) fn begin(&mut self, opening: Opening) {
         self.refused = None;
-        self.under_way = Some(UnderWay::Opening);
-        self.errands.ask_instead(Errand::Open(Box::new(opening)));
+        self.jobs.want_instead(Key::Open, Job::Open(Box::new(opening)));
     }
 
     pub(super) fn open_sample(&mut self, sample: Sample) {
@@ -139,6 +137,9 @@ impl App {
         }
         let channels = |r: &ReadOptions| (r.kind, r.columns.clone(), r.only_named, r.rate);
         let stay = unchanged && was_open && channels(&reading) == channels(&self.state.reading) && project.is_none();
+        for key in OF_THE_RECORDS {
+            self.jobs.cancel(&key);
+        }
         let old = std::mem::take(&mut self.bench);
         self.bench.generation = old.generation;
         self.bench.open(title, records, raw, truth);
@@ -162,14 +163,15 @@ impl App {
             None => self.state.kept(&source).map(|k| k.pins.clone()).unwrap_or_default(),
         };
         match &project {
-            Some((_, project)) => self.missing.bring_back(project.found.clone()),
+            Some((_, project)) => self.bring_back_walk(project.found.clone()),
             None if same => {}
-            None => self.missing.bring_back(self.state.kept(&source).and_then(|k| k.found.clone())),
+            None => self.bring_back_walk(self.state.kept(&source).and_then(|k| k.found.clone())),
         }
         self.state.record = if same { self.state.record.min(count.saturating_sub(1)) } else { 0 };
         if let Some(shown) = project.as_ref().and_then(|(_, project)| project.shown.clone()) {
             (self.state.room, self.state.view, self.state.views) = (shown.room, shown.view, shown.views);
-            self.missing.begin_at(shown.step);
+            let wanted = self.missing.begin_at(shown.step);
+            self.search(wanted);
             let named = self.bench.records.iter().position(|r| r.name == shown.record);
             self.state.record = named.unwrap_or(self.state.record);
         }
@@ -191,10 +193,13 @@ impl App {
 
     /// Takes the records off the bench.
     pub(super) fn close(&mut self) {
-        self.errands.cancel();
+        self.jobs.cancel(&Key::Open);
+        for key in OF_THE_RECORDS {
+            self.jobs.cancel(&key);
+        }
         self.columns.close();
         self.leave();
-        self.missing.bring_back(None);
+        self.bring_back_walk(None);
         self.bench.open(String::new(), Vec::new(), RecordSet::default(), None);
         self.waiting_pins = Vec::new();
         self.edit = Edit::default();
@@ -227,7 +232,7 @@ impl App {
 
     /// Prepares the records in another way: a step that can be taken back.
     pub(super) fn prepare(&mut self, steps: Vec<Preparation>) {
-        if self.under_way == Some(UnderWay::Opening) || steps == self.edit.steps {
+        if self.opening() || steps == self.edit.steps {
             return;
         }
         self.history.note(&self.edit);

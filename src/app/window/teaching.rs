@@ -4,45 +4,36 @@ use egui::Ui;
 
 use super::App;
 use crate::app::dialogs::Purpose;
-use crate::app::errand::Opening;
 use crate::app::lessons::{self, Ask, Facts, Found, Position, Start};
+use crate::app::open::Opening;
 use crate::app::panel;
 use crate::app::rig::{Act, Page};
 use crate::app::state::{Room, Source};
 use sindyscope_values::record::Usage;
 
 impl App {
-    pub(super) fn collect_rig(&mut self) {
-        for told in self.rig.collect(&mut self.state.rig) {
-            match told {
-                Ok(text) => self.notices.done(text),
-                Err(problem) => self.notices.error(problem),
-            }
-        }
-    }
-
     /// The columns beside the rig.
     pub(super) fn rig_columns(&mut self, ui: &mut Ui, frame: &eframe::Frame) {
-        panel::controls(ui, |ui| self.rig.controls(ui, &mut self.state.rig));
         let mut acts = Vec::new();
-        panel::findings(ui, |ui| acts = self.rig.findings(ui, &mut self.state.rig));
+        panel::controls(ui, |ui| acts.extend(self.rig.controls(ui, &mut self.state.rig)));
+        panel::findings(ui, |ui| acts.extend(self.rig.findings(ui, &mut self.state.rig)));
         for act in acts {
-            self.rig_act(act, ui, frame);
+            self.rig_act(act, frame);
         }
     }
 
     /// The rig's room itself.
     pub(super) fn rig_centre(&mut self, ui: &mut Ui, frame: &eframe::Frame) {
         for act in self.rig.show(ui, &mut self.state.rig, &self.state.lessons) {
-            self.rig_act(act, ui, frame);
+            self.rig_act(act, frame);
         }
     }
 
-    fn rig_act(&mut self, act: Act, ui: &Ui, frame: &eframe::Frame) {
+    fn rig_act(&mut self, act: Act, frame: &eframe::Frame) {
         match act {
             Act::Study => {
-                let settings = self.rig.made().map(|made| made.settings.clone());
-                if let Some(settings) = settings.filter(|_| self.rig.is_current()) {
+                let made = self.rig.current(&self.state.rig);
+                if let Some(settings) = made.map(|made| made.settings.clone()) {
                     self.study(Source::Rig(Box::new(settings)));
                 }
             }
@@ -57,9 +48,10 @@ impl App {
                     Purpose::RoundRecords => format!("round-{}.csv", self.state.rig.class.rounds.len()),
                     _ => "virtual-rig.csv".to_owned(),
                 };
-                self.dialogs.ask(purpose, &name, frame, ui.ctx());
+                self.dialogs.ask(purpose, &name, frame);
             }
             Act::Begin(id) => self.begin_lesson(id),
+            Act::DrawRound | Act::SearchRound(_) | Act::StopSearch => self.class_act(&act),
         }
     }
 
@@ -134,7 +126,7 @@ impl App {
     /// What the window shows, as far as a lesson may ask.
     fn facts(&self) -> Facts {
         let held_out = self.edit.usage.get(self.state.record) == Some(&Usage::HeldOut);
-        let made = self.rig.made().filter(|_| self.rig.is_current());
+        let made = self.rig.current(&self.state.rig);
         let outcome = self.bench.outcome.as_ref().filter(|_| self.bench.failure.is_none());
         Facts {
             room: self.state.room,

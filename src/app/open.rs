@@ -1,33 +1,20 @@
-//! Work that takes its time and is not a study: reading files, choosing settings.
+//! Opening: records are read, prepared and given settings to start from.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::missing::Walk;
+use super::problem::{Problem, file_name};
 use super::project::{self, Project};
-use super::state::{Edit, Sample, Source};
+use super::state::{Edit, Source};
 use super::{disk, moved, rig};
 use sindyscope_core::prepare::{self, Preparation, PrepareError};
-use sindyscope_core::study::{
-    Calibrated, Calibration, Cancel, Chosen, Free, Settings, StudyError, calibrate, choose, suggest,
-};
-use sindyscope_files::{ReadOptions, read_set, read_text};
+use sindyscope_core::study::{Settings, suggest};
+use sindyscope_files::{ReadOptions, read_set};
 use sindyscope_rig::hidden::{Request, Shaking, Truth, draw};
 use sindyscope_rig::record_rig;
 use sindyscope_values::record::{Record, RecordSet, Usage};
-use sindyscope_values::term::{Kind, list};
-
-/// What to do.
-#[derive(Debug)]
-pub(crate) enum Errand {
-    /// Read records and find settings to start from.
-    Open(Box<Opening>),
-    /// Choose settings by simulation error.
-    Choose { generation: u64, records: RecordSet, settings: Settings },
-    /// Find what a step of the preparation takes out of a channel, with the equation.
-    Calibrate { generation: u64, records: RecordSet, settings: Settings, step: usize, sought: Calibration },
-}
 
 /// What to open, and what is known about it already.
 #[derive(Clone, Debug, Default)]
@@ -63,21 +50,6 @@ impl Opening {
     }
 }
 
-/// What was brought back.
-#[derive(Debug)]
-pub(crate) enum Delivery {
-    /// Records to put on the bench.
-    Opened(Box<Opened>),
-    /// They cannot be opened.
-    NotOpened(Box<Refused>),
-    /// Settings were chosen.
-    Chosen { generation: u64, choice: Result<Box<Chosen>, StudyError> },
-    /// What is still to be taken out of a channel by a step of the preparation.
-    Calibrated { generation: u64, step: usize, found: Result<Calibrated, StudyError> },
-    /// The work itself failed.
-    Crashed,
-}
-
 /// What was opened.
 #[derive(Debug)]
 pub(crate) struct Opened {
@@ -110,140 +82,25 @@ pub(crate) struct Opened {
 pub(crate) struct Refused {
     pub(crate) opening: Opening,
     pub(crate) problem: Problem,
+    /// Which of the source's files are no longer there.
+    pub(crate) gone: Vec<PathBuf>,
 }
 
-/// Why something cannot be opened, and what to try.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Problem {
-    pub(crate) what: String,
-    pub(crate) advice: String,
-    /// Whether saying which column is which may help.
-    pub(crate) about_columns: bool,
-    /// The file that is not where it was.
-    pub(crate) missing: Option<PathBuf>,
-}
-
-impl Problem {
-    /// What is wrong, and what to try.
-    pub(crate) fn new(what: impl Into<String>, advice: impl Into<String>) -> Self {
-        Self { what: what.into(), advice: advice.into(), about_columns: false, missing: None }
-    }
-
-    /// Why a file cannot be read.
-    pub(crate) fn reading(error: &sindyscope_files::ReadError) -> Self {
-        let about_columns = error.is_about_columns();
-        let advice = error.advice();
-        // Options of the command line help nobody in a window.
-        let advice = match advice.contains("`--") {
-            true => "say which column is which, or give the sampling rate, under “Choose the columns…”".to_owned(),
-            false => advice,
+/// Reads what is to be opened.
+///
+/// # Errors
+/// What cannot be opened, and why.
+pub(crate) fn open(opening: Opening) -> Result<Opened, Refused> {
+    read(&opening).map_err(|problem| {
+        let gone = match &opening.source {
+            Source::Files(files) => files.iter().filter(|file| !file.exists()).cloned().collect(),
+            _ => Vec::new(),
         };
-        Self { about_columns, ..Self::new(error.to_string(), advice) }
-    }
+        Refused { opening, problem, gone }
+    })
 }
 
-/// Does an errand; nothing comes back if it was cancelled.
-pub(crate) fn run(errand: Errand, cancel: &Cancel, progress: &(dyn Fn(f64) + Sync)) -> Option<Delivery> {
-    let delivery = match errand {
-        Errand::Open(opening) => match open(&opening) {
-            Ok(opened) => Delivery::Opened(Box::new(opened)),
-            Err(problem) => Delivery::NotOpened(Box::new(Refused { opening: *opening, problem })),
-        },
-        Errand::Choose { generation, records, settings } => {
-            let free = Free { window: true, order: true, threshold: true, form: true, refine: true };
-            let choice = choose(&records, &settings, free, cancel, progress);
-            Delivery::Chosen { generation, choice: choice.map(Box::new) }
-        }
-        Errand::Calibrate { generation, records, settings, step, sought } => {
-            let found = calibrate(&records, &settings, &[sought], cancel).map(|found| found[0]);
-            Delivery::Calibrated { generation, step, found }
-        }
-    };
-    (!cancel.is_cancelled()).then_some(delivery)
-}
-
-/// A file of `sample_data/`, by its name.
-type Bundled = (&'static str, &'static [u8]);
-
-/// What of a sample is held out.
-enum HeldOut {
-    /// Another file.
-    File(Bundled),
-    /// The record from this time on, s.
-    From(f64),
-}
-
-/// The library and threshold of the lesson in `sample_data/README.md`.
-const OVERFIT_LIBRARY: &str = "x, v, u, x^2, x^3, x^5, x^7, 1";
-const OVERFIT_THRESHOLD: f64 = 0.01;
-
-macro_rules! bundled {
-    ($name:literal) => {
-        ($name, include_bytes!(concat!("../../sample_data/", $name)).as_slice())
-    };
-}
-
-impl Sample {
-    /// Every sample, the one shown first in front.
-    pub(crate) const ALL: [Self; 4] = [Self::Duffing, Self::Friction, Self::Lorenz, Self::Overfit];
-
-    /// What it is, in two or three words.
-    pub(crate) fn label(self) -> &'static str {
-        match self {
-            Self::Duffing => "Duffing oscillator",
-            Self::Friction => "Dry friction",
-            Self::Lorenz => "Lorenz system",
-            Self::Overfit => "An overfit",
-        }
-    }
-
-    /// What it is, in one sentence.
-    pub(crate) fn tooltip(self) -> &'static str {
-        match self {
-            Self::Duffing => {
-                "A mass on a hardening spring under a harmonic force, measured with noise; the last part is held out"
-            }
-            Self::Friction => {
-                "A mass with dry friction on a shaken base, at four frequencies, and at a fifth that is held out"
-            }
-            Self::Lorenz => "Three states of a chaotic system, every one measured: equations of first order",
-            Self::Overfit => {
-                "A lesson: with powers in the library that the motion is too small for, the fit is good and fails at four times the force"
-            }
-        }
-    }
-
-    /// The file to fit, and what is held out.
-    fn files(self) -> (Bundled, HeldOut) {
-        match self {
-            Self::Duffing => (bundled!("duffing_noisy.csv"), HeldOut::From(50.0)),
-            Self::Friction => (bundled!("friction_noisy.csv"), HeldOut::File(bundled!("friction_noisy_test.csv"))),
-            Self::Lorenz => (bundled!("lorenz.csv"), HeldOut::From(7.0)),
-            Self::Overfit => (bundled!("overfit.csv"), HeldOut::File(bundled!("overfit_test.csv"))),
-        }
-    }
-
-    /// Order of its equations.
-    pub(crate) fn kind(self) -> Kind {
-        match self {
-            Self::Duffing | Self::Friction | Self::Overfit => Kind::SecondOrder,
-            Self::Lorenz => Kind::FirstOrder,
-        }
-    }
-
-    /// The settings that it opens with, where they are other than what the program suggests.
-    fn settings(self, suggestion: &Settings) -> Settings {
-        let mut settings = suggestion.clone();
-        if self == Self::Overfit
-            && let Ok(terms) = list(OVERFIT_LIBRARY)
-        {
-            (settings.terms, settings.threshold) = (terms, OVERFIT_THRESHOLD);
-        }
-        settings
-    }
-}
-
-fn open(opening: &Opening) -> Result<Opened, Problem> {
+fn read(opening: &Opening) -> Result<Opened, Problem> {
     let (mut opening, asked) = (opening.clone(), opening.source.clone());
     let remembered = opening.edit.is_some();
     let mut read = None;
@@ -256,6 +113,10 @@ fn open(opening: &Opening) -> Result<Opened, Problem> {
         known.checksums = files.iter().cloned().zip(opening.checksums.iter().cloned()).collect();
     }
     if let Some(path) = project {
+        if opening.goes_on {
+            let what = format!("{} is a project: its records cannot be added to others", file_name(&path));
+            return Err(Problem::new(what, "open it by itself"));
+        }
         let project = Project::load(&path)?;
         opening.source = project.source.clone();
         opening.reading = project.reading.clone();
@@ -385,26 +246,8 @@ fn records(opening: &Opening) -> Result<Read, Problem> {
     match &opening.source {
         Source::Nothing => Err(Problem::new("there is nothing to open", "")),
         Source::Sample(sample) => {
-            let (fitted, held_out) = sample.files();
-            let mut set = RecordSet::default();
-            let read = |(name, bytes): Bundled| read_text(name, bytes, &opening.reading).map_err(problem);
-            let records = read(fitted)?;
-            match held_out {
-                HeldOut::File(file) => {
-                    set.add(records, Usage::Fit);
-                    set.add(read(file)?, Usage::HeldOut);
-                }
-                HeldOut::From(time) => {
-                    for record in records {
-                        let (mut first, mut last) = record.split_at(time);
-                        first.name = format!("up to {time} s");
-                        last.name = format!("from {time} s");
-                        set.add([first], Usage::Fit);
-                        set.add([last], Usage::HeldOut);
-                    }
-                }
-            }
-            Ok(Read { title: fitted.0.to_owned(), set, truth: None })
+            let (title, set) = sample.records(&opening.reading).map_err(problem)?;
+            Ok(Read { title, set, truth: None })
         }
         Source::Files(paths) => {
             let set = read_set(paths, &[], &opening.reading).map_err(problem)?;
@@ -434,9 +277,4 @@ fn records(opening: &Opening) -> Result<Read, Problem> {
             Ok(Read { title: "a class's round".into(), set: rig::round(hidden), truth: None })
         }
     }
-}
-
-/// A path's last part.
-pub(crate) fn file_name(path: &Path) -> String {
-    path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned())
 }

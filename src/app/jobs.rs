@@ -1,0 +1,241 @@
+//! All background work of the window: a closed set of jobs on one queue.
+//!
+//! Nothing else in the window starts a thread or touches a file.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use sindyscope_core::study::{
+    Calibrated, Calibration, Chosen, Ensemble, Free, Landscape, Outcome, Settings, Study, calibrate, choose, landscape,
+};
+use sindyscope_files::{Overview, ReadOptions};
+use sindyscope_report::document::{Pixels, Section};
+use sindyscope_rig::RigSettings;
+use sindyscope_values::record::RecordSet;
+
+use super::columns::{self, Preview};
+use super::disk;
+use super::missing::work::{self as search, CachedSearch};
+use super::open::{self, Opened, Opening, Refused};
+use super::problem::Problem;
+use super::questions::{self, Bought, Reply};
+pub(crate) use super::queue::Update;
+use super::queue::{self, Report, Work};
+use super::report::{self, Content};
+use super::rig::work::{self as rig, Recorded, RecordedRig};
+use super::rig::{Answered, ClassCase, class};
+use super::saving::{SaveResult, Saving};
+
+/// The queue of the window.
+pub(crate) type Jobs = queue::Jobs<Job>;
+
+/// Segment lengths and thresholds of a full map of settings.
+const MAP_SIZE: (usize, usize) = (25, 25);
+
+/// What jobs replace each other by.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Key {
+    /// Reading records.
+    Open,
+    /// Choosing settings.
+    Choose,
+    /// Finding what a step of the preparation takes out.
+    Calibrate,
+    /// The study of the settings as they stand.
+    Fit,
+    /// The study on resampled data.
+    Resample,
+    /// The studies that were pinned.
+    Pins,
+    /// What the answers to open questions would buy.
+    Answers,
+    /// The map of settings.
+    Map,
+    /// The search for what is missing.
+    Search,
+    /// The pages of the report.
+    Pages,
+    /// The virtual rig.
+    Rig,
+    /// Drawing a round of the class mode.
+    DrawRound,
+    /// The search in the records of a round.
+    SearchRound,
+    /// The columns of a file.
+    Columns,
+    /// What would be read with the columns chosen.
+    Preview,
+    /// The session's file.
+    Session,
+    /// A file that is saved: no two writes of one file overtake each other.
+    Save(PathBuf),
+}
+
+/// What is to be done.
+#[derive(Debug)]
+pub(crate) enum Job {
+    /// Read records and find settings to start from.
+    Open(Box<Opening>),
+    /// Choose settings by simulation error.
+    Choose { records: RecordSet, settings: Settings },
+    /// Find what a step of the preparation takes out of a channel, with the equation.
+    Calibrate { records: RecordSet, settings: Settings, step: usize, sought: Calibration },
+    /// Study records.
+    Fit { records: RecordSet, settings: Settings },
+    /// Repeat the regression on resampled data.
+    Resample { records: RecordSet, settings: Settings },
+    /// Make pinned outcomes again.
+    Pins(Vec<(RecordSet, Settings)>),
+    /// Fit once for each answer.
+    Answers { records: RecordSet, settings: Settings, replies: Vec<Reply> },
+    /// Map the settings, coarsely first.
+    Map { records: RecordSet, settings: Settings },
+    /// Search for what is missing.
+    Search(Box<search::Request>),
+    /// Draw the pages of the report, so many pixels wide.
+    Pages { content: Box<Content>, width: u32 },
+    /// Record the virtual rig and study its record.
+    Rig { settings: Box<RigSettings>, usual_library: bool },
+    /// Draw what a round hides.
+    DrawRound(ClassCase),
+    /// Search for what a round hides.
+    SearchRound { index: usize, case: ClassCase },
+    /// Look into a file.
+    Columns { path: PathBuf, reading: ReadOptions },
+    /// Read a file with the columns chosen.
+    Preview { path: PathBuf, reading: ReadOptions },
+    /// Write the session's file.
+    Session { path: PathBuf, text: String },
+    /// Save something to a file.
+    Save(Box<Saving>),
+}
+
+/// What is told on the way.
+#[derive(Debug)]
+pub(crate) enum Part {
+    /// The map as far as it is known.
+    Map(Landscape),
+    /// What the search has found so far.
+    Search(search::Event),
+}
+
+/// What came of a job.
+#[derive(Debug)]
+pub(crate) enum Done {
+    /// Records were read, or not.
+    Opened(Result<Box<Opened>, Box<Refused>>),
+    /// Settings were chosen.
+    Chosen(Box<Chosen>),
+    /// What is still to be taken out of a channel by a step of the preparation.
+    Calibrated { step: usize, found: Calibrated },
+    /// The outcome of a study.
+    Fitted(Arc<Outcome>),
+    /// How sure the terms are.
+    Resampled(Ensemble),
+    /// Each pin's outcome, if it could be made.
+    Pinned(Vec<Option<Arc<Outcome>>>),
+    /// What each answer would buy.
+    Bought(Vec<Bought>),
+    /// The whole map of settings.
+    Map(Landscape),
+    /// The search has come to its end.
+    Searched,
+    /// The pages, and the sections that the study has nothing for.
+    Pages(Vec<Pixels>, Vec<Section>),
+    /// The rig's record and what was found in it.
+    Recorded(Box<RecordedRig>),
+    /// What a round hides: the effect's name and its description.
+    RoundDrawn { case: ClassCase, hidden: String, description: String },
+    /// What the program found in a round.
+    RoundSearched { index: usize, answered: Answered },
+    /// What a file holds.
+    Columns(Result<Overview, Problem>),
+    /// What would be read.
+    Preview(Result<Preview, Problem>),
+    /// The session was written.
+    Kept,
+    /// Something was saved, or there is a file already.
+    Saved(SaveResult),
+}
+
+/// What the jobs of one key use again.
+#[derive(Default)]
+pub(crate) struct Memory {
+    /// Smoothed records and Gram matrices of the last study.
+    study: Study,
+    search: Option<CachedSearch>,
+    rig: Option<Recorded>,
+}
+
+impl Work for Job {
+    type Key = Key;
+    type Part = Part;
+    type Done = Done;
+    type Memory = Memory;
+
+    fn run(self, memory: &mut Memory, report: &Report<'_, Self>) -> Result<Done, String> {
+        let cancel = report.cancel;
+        let share = |share: f64| report.share(share);
+        Ok(match self {
+            Self::Open(opening) => Done::Opened(open::open(*opening).map(Box::new).map_err(Box::new)),
+            Self::Choose { records, settings } => {
+                let free = Free { window: true, order: true, threshold: true, form: true, refine: true };
+                Done::Chosen(Box::new(choose(&records, &settings, free, cancel, &share).map_err(sentence)?))
+            }
+            Self::Calibrate { records, settings, step, sought } => {
+                let found = calibrate(&records, &settings, &[sought], cancel).map_err(sentence)?;
+                Done::Calibrated { step, found: found[0] }
+            }
+            Self::Fit { records, settings } => {
+                Done::Fitted(Arc::new(memory.study.run(&records, &settings, cancel).map_err(sentence)?))
+            }
+            Self::Resample { records, settings } => {
+                Done::Resampled(memory.study.ensemble(&records, &settings, cancel).map_err(sentence)?)
+            }
+            Self::Pins(pins) => {
+                let mut study = |(records, settings)| memory.study.run(&records, &settings, cancel).ok().map(Arc::new);
+                Done::Pinned(pins.into_iter().map(&mut study).collect())
+            }
+            Self::Answers { records, settings, replies } => {
+                Done::Bought(questions::bought(&mut memory.study, &records, &settings, replies, cancel))
+            }
+            Self::Map { records, settings } => {
+                let tell = |map: Landscape| report.part(Part::Map(map));
+                Done::Map(landscape(&records, &settings, MAP_SIZE, cancel, &tell).map_err(sentence)?)
+            }
+            Self::Search(request) => {
+                let teller = search::Teller {
+                    tell: &|event| report.part(Part::Search(event)),
+                    stage: &|stage, share| report.stage(stage, share),
+                };
+                search::run(&mut memory.search, *request, &teller, cancel)?;
+                Done::Searched
+            }
+            Self::Pages { content, width } => {
+                let (pages, empty) = report::pages(&content, width, cancel, &share)?;
+                Done::Pages(pages, empty)
+            }
+            Self::Rig { settings, usual_library } => {
+                Done::Recorded(Box::new(rig::record(&mut memory.rig, *settings, usual_library, cancel)?))
+            }
+            Self::DrawRound(case) => {
+                let (hidden, description) = class::drawn(&case)?;
+                Done::RoundDrawn { case, hidden, description }
+            }
+            Self::SearchRound { index, case } => {
+                Done::RoundSearched { index, answered: class::search(&case, cancel, &share)? }
+            }
+            Self::Columns { path, reading } => Done::Columns(columns::overview(&path, &reading)),
+            Self::Preview { path, reading } => Done::Preview(columns::preview(&path, &reading)),
+            Self::Session { path, text } => {
+                disk::replace(&path, &text).map_err(|e| format!("{}: {e}", path.display()))?;
+                Done::Kept
+            }
+            Self::Save(saving) => Done::Saved(saving.run()?),
+        })
+    }
+}
+
+fn sentence(error: impl std::fmt::Display) -> String {
+    error.to_string()
+}

@@ -1,0 +1,38 @@
+//! Why something cannot be opened, in words for a person.
+
+use std::path::{Path, PathBuf};
+
+/// Why something cannot be opened, and what to try.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Problem {
+    pub(crate) what: String,
+    pub(crate) advice: String,
+    /// Whether saying which column is which may help.
+    pub(crate) about_columns: bool,
+    /// The file that is not where it was.
+    pub(crate) missing: Option<PathBuf>,
+}
+
+impl Problem {
+    /// What is wrong, and what to try.
+    pub(crate) fn new(what: impl Into<String>, advice: impl Into<String>) -> Self {
+        Self { what: what.into(), advice: advice.into(), about_columns: false, missing: None }
+    }
+
+    /// Why a file cannot be read.
+    pub(crate) fn reading(error: &sindyscope_files::ReadError) -> Self {
+        let about_columns = error.is_about_columns();
+        let advice = error.advice();
+        // Options of the command line help nobody in a window.
+        let advice = match advice.contains("`--") {
+            true => "say which column is which, or give the sampling rate, under “Choose the columns…”".to_owned(),
+            false => advice,
+        };
+        Self { about_columns, ..Self::new(error.to_string(), advice) }
+    }
+}
+
+/// A path's last part.
+pub(crate) fn file_name(path: &Path) -> String {
+    path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned())
+}

@@ -1,0 +1,448 @@
+//! The queue of background work: a job is wanted under a key, and the newest job of a key wins.
+//!
+//! Jobs of different keys run beside each other, each on a thread of its own; threads that have nothing to do are used again.
+//! What the jobs of one key may use again lies in a memory that is handed from each to the next.
+
+use std::collections::{HashMap, VecDeque};
+use std::fmt::Debug;
+use std::hash::Hash;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use sindyscope_core::study::Cancel;
+
+/// How long a run may take before a newer job of its key stops it. A shorter run is left to end, so that while a slider is
+/// dragged the window keeps showing new results instead of none.
+const PATIENCE: Duration = Duration::from_millis(400);
+
+/// What is told of a job that panicked.
+const CRASHED: &str = "that failed by an error of the program itself; please report what you did";
+
+/// A closed set of jobs.
+pub(crate) trait Work: Send + Sized + 'static {
+    /// What jobs replace each other by.
+    type Key: Clone + Debug + Eq + Hash + Send;
+    /// What is told on the way.
+    type Part: Send;
+    /// What came of a job.
+    type Done: Send;
+    /// What the next job of the same key may use again.
+    type Memory: Default + Send;
+
+    /// Does the job, or says in a sentence why not. Whatever it gives after it was cancelled is dropped.
+    fn run(self, memory: &mut Self::Memory, report: &Report<'_, Self>) -> Result<Self::Done, String>;
+}
+
+/// What has come of a job since it was asked for last.
+#[derive(Debug, PartialEq)]
+pub(crate) enum Update<P, D> {
+    /// Something on the way; more comes.
+    Part(P),
+    /// It has ended.
+    Done(D),
+    /// It has ended without a result, for this reason.
+    Failed(String),
+}
+
+/// How far a job has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Progress {
+    /// For how long it has been running.
+    pub(crate) elapsed: Duration,
+    /// Share done, 0 to 1, if the job tells.
+    pub(crate) share: Option<f64>,
+    /// What it does at the moment, if the job tells.
+    pub(crate) stage: Option<&'static str>,
+}
+
+/// What a running job sees of the queue.
+pub(crate) struct Report<'a, W: Work> {
+    /// Set as soon as nobody wants the result any more.
+    pub(crate) cancel: &'a Cancel,
+    key: &'a W::Key,
+    shared: &'a Shared<W>,
+}
+
+impl<W: Work> Report<'_, W> {
+    /// Tells the share that is done, 0 to 1.
+    pub(crate) fn share(&self, share: f64) {
+        self.progress(|run| run.share = Some(share));
+    }
+
+    /// Tells what is being done, and the share of the whole that is done.
+    pub(crate) fn stage(&self, stage: &'static str, share: f64) {
+        self.progress(|run| (run.stage, run.share) = (Some(stage), Some(share)));
+    }
+
+    fn progress(&self, change: impl FnOnce(&mut Run)) {
+        if let Some(run) = self.shared.lock().slots.get_mut(self.key).and_then(|slot| slot.running.as_mut()) {
+            change(run);
+        }
+        (self.shared.wake)();
+    }
+
+    /// Hands over what was found so far.
+    pub(crate) fn part(&self, part: W::Part) {
+        self.shared.lock().tell(self.key, self.cancel, Update::Part(part));
+        (self.shared.wake)();
+    }
+}
+
+/// The queue, as the window holds it.
+pub(crate) struct Jobs<W: Work> {
+    shared: Arc<Shared<W>>,
+    updates: Receiver<Told<W>>,
+}
+
+/// An update of a job, with the flag that tells whether it is still wanted.
+type Told<W> = (<W as Work>::Key, Cancel, Update<<W as Work>::Part, <W as Work>::Done>);
+
+struct Shared<W: Work> {
+    state: Mutex<State<W>>,
+    bell: Condvar,
+    wake: Box<dyn Fn() + Send + Sync>,
+}
+
+struct State<W: Work> {
+    slots: HashMap<W::Key, Slot<W>>,
+    /// Keys whose job may begin.
+    ready: VecDeque<W::Key>,
+    send: Sender<Told<W>>,
+    /// Updates that were sent and not taken in yet.
+    undelivered: usize,
+    threads: usize,
+    idle: usize,
+    closed: bool,
+}
+
+struct Slot<W: Work> {
+    waiting: Option<W>,
+    running: Option<Run>,
+    /// The flag of the run that is under way or was the last: its updates are dropped once it is set.
+    last: Cancel,
+    memory: W::Memory,
+}
+
+#[derive(Clone)]
+struct Run {
+    cancel: Cancel,
+    since: Instant,
+    share: Option<f64>,
+    stage: Option<&'static str>,
+}
+
+impl<W: Work> Default for Slot<W> {
+    fn default() -> Self {
+        Self { waiting: None, running: None, last: Cancel::default(), memory: W::Memory::default() }
+    }
+}
+
+impl<W: Work> State<W> {
+    fn tell(&mut self, key: &W::Key, cancel: &Cancel, update: Update<W::Part, W::Done>) {
+        // Without a receiver the window is gone.
+        if self.send.send((key.clone(), cancel.clone(), update)).is_ok() {
+            self.undelivered += 1;
+        }
+    }
+}
+
+impl<W: Work> Shared<W> {
+    fn lock(&self) -> MutexGuard<'_, State<W>> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Waits for a job that may begin; none once the window is gone.
+    fn take(&self) -> Option<(W::Key, W, W::Memory, Cancel)> {
+        let mut state = self.lock();
+        loop {
+            if state.closed {
+                return None;
+            }
+            if let Some(key) = state.ready.pop_front() {
+                let Some(slot) = state.slots.get_mut(&key) else { continue };
+                let Some(job) = slot.waiting.take() else { continue };
+                let cancel = Cancel::default();
+                slot.running = Some(Run { cancel: cancel.clone(), since: Instant::now(), share: None, stage: None });
+                slot.last = cancel.clone();
+                let memory = std::mem::take(&mut slot.memory);
+                return Some((key, job, memory, cancel));
+            }
+            state.idle += 1;
+            state = self.bell.wait(state).unwrap_or_else(PoisonError::into_inner);
+            state.idle -= 1;
+        }
+    }
+
+    /// Does jobs until the window is gone.
+    fn serve(&self) {
+        while let Some((key, job, mut memory, cancel)) = self.take() {
+            let report = Report { cancel: &cancel, key: &key, shared: self };
+            let result = catch_unwind(AssertUnwindSafe(|| job.run(&mut memory, &report)));
+            let update = match result {
+                Ok(Ok(done)) => Update::Done(done),
+                Ok(Err(reason)) => Update::Failed(reason),
+                Err(_) => {
+                    // What a panic left behind may be half changed.
+                    memory = W::Memory::default();
+                    Update::Failed(CRASHED.to_owned())
+                }
+            };
+            let mut state = self.lock();
+            state.tell(&key, &cancel, update);
+            if let Some(slot) = state.slots.get_mut(&key) {
+                (slot.running, slot.memory) = (None, memory);
+                if slot.waiting.is_some() {
+                    state.ready.push_back(key);
+                }
+            }
+            drop(state);
+            (self.wake)();
+        }
+    }
+}
+
+impl<W: Work> Jobs<W> {
+    /// An empty queue; `wake` is called whenever there is something to see.
+    pub(crate) fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {
+        let (send, updates) = channel();
+        let state = State {
+            slots: HashMap::new(),
+            ready: VecDeque::new(),
+            send,
+            undelivered: 0,
+            threads: 0,
+            idle: 0,
+            closed: false,
+        };
+        let shared = Shared { state: Mutex::new(state), bell: Condvar::new(), wake: Box::new(wake) };
+        Self { shared: Arc::new(shared), updates }
+    }
+
+    /// Asks for a job. It replaces one of its key that waits, and one that has been running for long; a short run is let end.
+    pub(crate) fn want(&self, key: W::Key, job: W) {
+        let mut state = self.shared.lock();
+        let slot = state.slots.entry(key.clone()).or_default();
+        let waited = slot.waiting.replace(job).is_some();
+        match &slot.running {
+            Some(run) if run.since.elapsed() > PATIENCE => return run.cancel.cancel(),
+            Some(_) => return,
+            None if waited => return,
+            None => state.ready.push_back(key),
+        }
+        if state.idle < state.ready.len() {
+            self.hire(state);
+        } else {
+            self.shared.bell.notify_one();
+        }
+    }
+
+    /// Asks for a job, and stops whatever runs under its key.
+    pub(crate) fn want_instead(&self, key: W::Key, job: W) {
+        self.cancel(&key);
+        self.want(key, job);
+    }
+
+    /// Starts one thread more.
+    fn hire(&self, mut state: MutexGuard<'_, State<W>>) {
+        let shared = Arc::clone(&self.shared);
+        let name = format!("job {}", state.threads + 1);
+        match thread::Builder::new().name(name).spawn(move || shared.serve()) {
+            Ok(_) => state.threads += 1,
+            // Those that there are take it in time.
+            Err(_) if state.threads > 0 => {}
+            Err(error) => {
+                for key in std::mem::take(&mut state.ready) {
+                    let reason = format!("the system gives no thread for the computation ({error})");
+                    if let Some(slot) = state.slots.get_mut(&key) {
+                        (slot.waiting, slot.last) = (None, Cancel::default());
+                        let flag = slot.last.clone();
+                        state.tell(&key, &flag, Update::Failed(reason));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Stops what runs under a key, and forgets what waits and what it told.
+    pub(crate) fn cancel(&self, key: &W::Key) {
+        let mut state = self.shared.lock();
+        if let Some(slot) = state.slots.get_mut(key) {
+            slot.last.cancel();
+            if slot.waiting.take().is_some() {
+                state.ready.retain(|other| other != key);
+            }
+        }
+    }
+
+    /// What has come since the last call, in order. Of jobs that were cancelled nothing comes.
+    pub(crate) fn poll(&self) -> Vec<(W::Key, Update<W::Part, W::Done>)> {
+        let told: Vec<Told<W>> = self.updates.try_iter().collect();
+        self.shared.lock().undelivered -= told.len();
+        told.into_iter().filter(|(_, cancel, _)| !cancel.is_cancelled()).map(|(key, _, update)| (key, update)).collect()
+    }
+
+    /// How far the job of a key has come; none if nothing is wanted of it any more.
+    pub(crate) fn progress(&self, key: &W::Key) -> Option<Progress> {
+        let state = self.shared.lock();
+        let slot = state.slots.get(key)?;
+        match (slot.running.as_ref().filter(|run| !run.cancel.is_cancelled()), &slot.waiting) {
+            (Some(run), _) => Some(Progress { elapsed: run.since.elapsed(), share: run.share, stage: run.stage }),
+            (None, Some(_)) => Some(Progress::default()),
+            (None, None) => None,
+        }
+    }
+
+    /// True while a job runs or waits, and until all that was told is taken in.
+    pub(crate) fn busy(&self) -> bool {
+        let state = self.shared.lock();
+        state.undelivered > 0 || state.slots.values().any(|slot| slot.running.is_some() || slot.waiting.is_some())
+    }
+
+    /// Waits for the job of a key to end, but not for longer than this.
+    pub(crate) fn finish(&self, key: &W::Key, patience: Duration) {
+        let until = Instant::now() + patience;
+        while self.progress(key).is_some() && Instant::now() < until {
+            thread::sleep(Duration::from_millis(2));
+        }
+    }
+}
+
+impl<W: Work> Drop for Jobs<W> {
+    fn drop(&mut self) {
+        let mut state = self.shared.lock();
+        state.closed = true;
+        for slot in state.slots.values_mut() {
+            slot.waiting = None;
+            slot.last.cancel();
+        }
+        self.shared.bell.notify_all();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Squares a number, in so long a time; counts the squares of its key.
+    struct Square(u64, Duration);
+
+    impl Work for Square {
+        type Key = &'static str;
+        type Part = usize;
+        type Done = u64;
+        type Memory = usize;
+
+        fn run(self, memory: &mut usize, report: &Report<'_, Self>) -> Result<u64, String> {
+            let Self(number, pace) = self;
+            let until = Instant::now() + pace;
+            report.stage("squaring", 0.5);
+            while Instant::now() < until && !report.cancel.is_cancelled() {
+                thread::sleep(Duration::from_millis(1));
+            }
+            assert!(number != 13, "unlucky");
+            *memory += 1;
+            report.part(*memory);
+            if number == 7 { Err("seven has none".to_owned()) } else { Ok(number * number) }
+        }
+    }
+
+    const SOON: Duration = Duration::from_millis(60);
+    const NEVER: Duration = Duration::from_secs(3600);
+
+    fn wait<A>(mut poll: impl FnMut() -> Option<A>) -> A {
+        let until = Instant::now() + Duration::from_secs(20);
+        loop {
+            if let Some(found) = poll() {
+                return found;
+            }
+            assert!(Instant::now() < until, "nothing came");
+            thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    /// What ends next, without the parts.
+    fn next(jobs: &Jobs<Square>) -> Result<u64, String> {
+        wait(|| {
+            jobs.poll().into_iter().find_map(|(_, update)| match update {
+                Update::Part(_) => None,
+                Update::Done(square) => Some(Ok(square)),
+                Update::Failed(reason) => Some(Err(reason)),
+            })
+        })
+    }
+
+    fn started(jobs: &Jobs<Square>, key: &'static str) {
+        wait(|| jobs.progress(&key)?.share);
+    }
+
+    #[test]
+    fn a_short_run_ends_and_the_newest_job_of_its_key_follows() {
+        let jobs = Jobs::new(|| {});
+        jobs.want("a", Square(2, SOON));
+        started(&jobs, "a");
+        for number in 3..=9 {
+            jobs.want("a", Square(number, SOON));
+        }
+        assert_eq!(next(&jobs), Ok(4));
+        assert_eq!(next(&jobs), Ok(81), "what was replaced is never answered");
+        wait(|| (!jobs.busy()).then_some(()));
+    }
+
+    #[test]
+    fn a_cancelled_run_stops_within_50_ms_and_nothing_of_it_is_told() {
+        let jobs = Jobs::new(|| {});
+        jobs.want("a", Square(2, NEVER));
+        started(&jobs, "a");
+        let asked = Instant::now();
+        jobs.cancel(&"a");
+        assert_eq!(jobs.progress(&"a"), None, "at once for whoever looks");
+        wait(|| (!jobs.busy() || !jobs.poll().is_empty()).then_some(()));
+        assert!(asked.elapsed() < Duration::from_millis(50), "{:?}", asked.elapsed());
+        assert!(jobs.poll().is_empty());
+        jobs.want_instead("a", Square(3, Duration::ZERO));
+        assert_eq!(next(&jobs), Ok(9));
+    }
+
+    #[test]
+    fn jobs_of_different_keys_do_not_wait_for_each_other() {
+        let jobs = Jobs::new(|| {});
+        for key in ["a", "b", "c"] {
+            jobs.want(key, Square(2, NEVER));
+        }
+        jobs.want("d", Square(5, Duration::ZERO));
+        assert_eq!(next(&jobs), Ok(25));
+    }
+
+    #[test]
+    fn a_panic_and_a_failure_are_told_and_the_key_lives_on() {
+        let jobs = Jobs::new(|| {});
+        jobs.want("a", Square(13, Duration::ZERO));
+        assert_eq!(next(&jobs), Err(CRASHED.to_owned()));
+        jobs.want("a", Square(7, Duration::ZERO));
+        assert_eq!(next(&jobs), Err("seven has none".to_owned()));
+        jobs.want("a", Square(3, Duration::ZERO));
+        assert_eq!(next(&jobs), Ok(9));
+    }
+
+    #[test]
+    fn the_jobs_of_a_key_share_a_memory() {
+        let jobs = Jobs::new(|| {});
+        let mut counts = Vec::new();
+        for key in ["a", "a", "b"] {
+            jobs.want(key, Square(1, Duration::ZERO));
+            wait(|| {
+                let updates = jobs.poll();
+                let ended = updates.iter().any(|(_, update)| matches!(update, Update::Done(_)));
+                counts.extend(updates.into_iter().filter_map(|(_, update)| match update {
+                    Update::Part(count) => Some(count),
+                    _ => None,
+                }));
+                ended.then_some(())
+            });
+        }
+        assert_eq!(counts, [1, 2, 1]);
+    }
+}

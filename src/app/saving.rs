@@ -1,0 +1,152 @@
+//! Everything that is saved to a file that a person chose.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use egui::{ColorImage, Context};
+
+use super::dialogs::Purpose;
+use super::figure_panel::FigureLook;
+use super::plot::export::save_png;
+use super::project::Project;
+use super::report::Content;
+use super::rig::{ClassCase, Made, save};
+use super::views::{self, Picture, Search, View, ViewState};
+use sindyscope_core::study::{Landscape, Outcome};
+use sindyscope_report::document::FigureFormat;
+use sindyscope_report::export;
+
+/// What is saved, and where.
+#[derive(Debug)]
+pub(crate) struct Saving {
+    pub(crate) path: PathBuf,
+    /// What the file is for: asked for again if there is one already.
+    pub(crate) purpose: Purpose,
+    /// True if a file that is there may be replaced: a person was asked.
+    pub(crate) replaces: bool,
+    pub(crate) content: SavedContent,
+}
+
+/// What a file holds once it is saved.
+#[derive(Debug)]
+pub(crate) enum SavedContent {
+    /// The project.
+    Project(Box<Project>),
+    /// The model, in the form that the file's ending says.
+    Model(Arc<Outcome>),
+    /// A picture of a view.
+    View(Box<ViewPicture>),
+    /// A figure that is drawn already, as SVG, with its title.
+    Figure { svg: String, title: &'static str },
+    /// The numbers of a plot, or the rounds of a class.
+    Table(String),
+    /// A picture of the window.
+    Window(Arc<ColorImage>),
+    /// The report, as what the file's ending says.
+    Report(Box<Content>),
+    /// The virtual rig's records and the truth beside them.
+    RigRecords(Box<Made>),
+    /// The records of a class's round.
+    RoundRecords(ClassCase),
+}
+
+/// A picture of a view.
+pub(crate) struct ViewPicture {
+    /// The window's context: the view is drawn as zoomed there.
+    pub(crate) like: Context,
+    pub(crate) view: View,
+    pub(crate) outcome: Arc<Outcome>,
+    pub(crate) map: Option<Arc<Landscape>>,
+    pub(crate) pins: Vec<Arc<Outcome>>,
+    pub(crate) record: usize,
+    pub(crate) state: ViewState,
+    pub(crate) look: FigureLook,
+}
+
+impl std::fmt::Debug for ViewPicture {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ViewPicture").field("view", &self.view).field("look", &self.look).finish_non_exhaustive()
+    }
+}
+
+/// What came of it.
+#[derive(Debug, PartialEq)]
+pub(crate) enum SaveResult {
+    /// These files were written.
+    Written { purpose: Purpose, paths: Vec<PathBuf> },
+    /// Nothing was: there is a file already, and nobody was asked about it.
+    Taken { purpose: Purpose, path: PathBuf },
+}
+
+impl Saving {
+    /// Writes the file.
+    ///
+    /// # Errors
+    /// It cannot be written, in one sentence.
+    pub(crate) fn run(self) -> Result<SaveResult, String> {
+        let Self { path, purpose, replaces, content } = self;
+        if !replaces && path.exists() {
+            return Ok(SaveResult::Taken { purpose, path });
+        }
+        let written = match content {
+            SavedContent::Project(project) => project.save(&path).map(|()| vec![path])?,
+            SavedContent::Model(outcome) => export::write(&outcome, &path).map_err(|e| e.to_string())?,
+            SavedContent::View(picture) => {
+                figure(&path, picture.view.label(), || picture.svg())?;
+                vec![path]
+            }
+            SavedContent::Figure { svg, title } => {
+                figure(&path, title, || svg)?;
+                vec![path]
+            }
+            SavedContent::Table(text) => {
+                let failed = |e| format!("The numbers were not saved: {e}; choose another folder ({})", path.display());
+                fs::write(&path, text).map_err(failed)?;
+                vec![path]
+            }
+            SavedContent::Window(image) => {
+                save_png(&path, &pixels(&image)?)?;
+                vec![path]
+            }
+            SavedContent::Report(content) => {
+                content.report().write(&path).map_err(|e| format!("The report was not saved: {e}"))?;
+                vec![path]
+            }
+            SavedContent::RigRecords(made) => save::rig(path, &made)?,
+            SavedContent::RoundRecords(case) => save::round(path, &case)?,
+        };
+        Ok(SaveResult::Written { purpose, paths: written })
+    }
+}
+
+impl ViewPicture {
+    /// The report's own figure of the view where it has one and the window's is not asked for; else what the window shows.
+    fn svg(self) -> String {
+        let Self { like, view, outcome, map, pins, record, state, look } = self;
+        let search = Search { map: map.as_ref(), ..Search::default() };
+        let picture = Picture { outcome: &outcome, previous: None, record, stale: false, search, pins: &pins };
+        let own = view
+            .figure(&state)
+            .filter(|_| !look.as_shown && state.units.is_empty())
+            .and_then(|kind| kind.svg(&outcome, record, look.size));
+        own.unwrap_or_else(|| views::vector(&like, view, &picture, &state, look.size))
+    }
+}
+
+/// Writes a drawing in the form that the path's ending says.
+fn figure(path: &Path, title: &str, drawing: impl FnOnce() -> String) -> Result<(), String> {
+    let write = || {
+        let format = FigureFormat::of(path).map_err(|e| e.to_string())?;
+        let bytes = format.bytes(&drawing(), title).map_err(|e| e.to_string())?;
+        fs::write(path, bytes).map_err(|e| format!("{e}; choose another folder ({})", path.display()))
+    };
+    write().map_err(|e: String| format!("The figure was not saved: {e}"))
+}
+
+fn pixels(image: &ColorImage) -> Result<image::RgbaImage, String> {
+    let [width, height] = image.size.map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+    let bytes: Vec<u8> = image.pixels.iter().flat_map(|p| p.to_srgba_unmultiplied()).collect();
+    let image = image::RgbaImage::from_raw(width, height, bytes);
+    image.ok_or_else(|| "the picture of the window came damaged; try again".to_owned())
+}
