@@ -10,9 +10,9 @@ use clap::{Args, ValueEnum};
 use super::failure::Failure;
 use crate::command::shell::{quoted, seen_from};
 use sindyscope_core::prepare::{self, Preparation, Treatment};
+use sindyscope_core::signal::TestFunction;
 use sindyscope_core::study::{
-    Calibration, Differentiation, Formulation, Kinematics, Known, Lock, NARROWEST, Regressor, Scaling, Settings,
-    force_over_mass,
+    Calibration, Differentiation, Formulation, Kinematics, Known, Lock, Regressor, Scaling, Settings, force_over_mass,
 };
 use sindyscope_files::{ColumnMap, ReadOptions, read_set};
 use sindyscope_values::record::RecordSet;
@@ -568,7 +568,11 @@ fn share(text: &str) -> Result<f64, String> {
 
 fn half_width(text: &str) -> Result<usize, String> {
     let n = text.parse().map_err(|_| "it is a whole number of samples")?;
-    if n >= NARROWEST { Ok(n) } else { Err(format!("test functions reach at least {NARROWEST} samples to each side")) }
+    if n >= TestFunction::NARROWEST {
+        Ok(n)
+    } else {
+        Err(format!("test functions reach at least {} samples to each side", TestFunction::NARROWEST))
+    }
 }
 
 pub(super) fn odd(text: &str) -> Result<usize, String> {

@@ -6,11 +6,11 @@
 
 use std::sync::Arc;
 
-use super::columns::Basis;
 use super::data::Data;
 use super::fit::{Fitted, Pace, WHOLE};
 use sindyscope_core::refine::{Options, Run, Structure as _, respond};
 use sindyscope_core::signal::rms;
+use sindyscope_core::sparse::OrthonormalBasis;
 use sindyscope_core::study::Cancel;
 
 /// The true course may differ from the one that was simulated by so many times as much as the other one does: a force that a
@@ -51,7 +51,7 @@ impl Data {
         };
         let changes: Vec<Vec<f64>> = fitted.runs.iter().zip(&other).zip(&refined.simulated).map(change).collect();
         let mut left = fitted.rows(&changes);
-        let mut basis = Basis::default();
+        let mut basis = OrthonormalBasis::default();
         for column in self.tangent(fitted) {
             basis.push(column);
         }

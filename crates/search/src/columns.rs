@@ -243,37 +243,3 @@ pub(super) fn integrate(
     }
     out
 }
-
-/// An orthonormal basis of columns, by Gram and Schmidt twice over.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Basis {
-    pub(super) columns: Vec<Vec<f64>>,
-}
-
-impl Basis {
-    /// What of a column lies outside the basis.
-    pub(super) fn remove(&self, column: &mut [f64]) {
-        for q in &self.columns {
-            let share = sindyscope_core::signal::dot(q, column);
-            column.iter_mut().zip(q).for_each(|(c, q)| *c -= share * q);
-        }
-    }
-
-    /// Takes a column into the basis, unless next to nothing of it lies outside; true if it was taken.
-    pub(super) fn push(&mut self, mut column: Vec<f64>) -> bool {
-        let whole = sindyscope_core::signal::dot(&column, &column).sqrt();
-        if !(whole > 0.0 && whole.is_finite()) {
-            return false;
-        }
-        column.iter_mut().for_each(|c| *c /= whole);
-        self.remove(&mut column);
-        self.remove(&mut column);
-        let left = sindyscope_core::signal::dot(&column, &column).sqrt();
-        if left < 1e-6 {
-            return false;
-        }
-        column.iter_mut().for_each(|c| *c /= left);
-        self.columns.push(column);
-        true
-    }
-}

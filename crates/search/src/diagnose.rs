@@ -1,7 +1,6 @@
 //! The walk that a search makes on its own, and what a walk has come to.
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use super::decide::{FAR, is_undetermined, score};
 use super::effects::Form;
@@ -12,6 +11,7 @@ use super::outcome::{Choice, Diagnosis, Finding, Remaining, Round, Stage, Standi
 use super::search::{Depth, Listener, Search};
 use super::structure::choice;
 use super::words::{in_company, remaining, sentence, titles};
+use sindyscope_core::clock::Stopwatch;
 use sindyscope_core::refine::Point;
 use sindyscope_core::study::Cancel;
 use sindyscope_values::format::number::significant;
@@ -27,7 +27,7 @@ impl Search {
     /// # Errors
     /// The base cannot be fitted; cancelled.
     pub fn diagnose(&self, tell: Listener<'_>, cancel: &Cancel) -> Result<Diagnosis, GapError> {
-        let started = Instant::now();
+        let started = Stopwatch::start();
         let mut stage = self.base(cancel)?;
         let mut steps: Vec<Advance> = Vec::new();
         let mut last = loop {
@@ -162,7 +162,7 @@ impl Search {
         stages: Vec<Arc<Stage>>,
         cancel: &Cancel,
     ) -> Result<Diagnosis, GapError> {
-        let started = Instant::now();
+        let started = Stopwatch::start();
         let added = stages.last().is_some_and(|s| !s.effects.is_empty());
         let looked = rounds.len() >= stages.len();
         let finding = rounds.last().map(|r| &r.finding);
@@ -198,7 +198,7 @@ impl Search {
         rounds: Vec<Round>,
         stages: Vec<Arc<Stage>>,
         remaining: Remaining,
-        started: Instant,
+        started: Stopwatch,
     ) -> Diagnosis {
         let held = stages.last().map(|stage| self.said_of(stage)).unwrap_or_default();
         Diagnosis {
@@ -210,7 +210,7 @@ impl Search {
             rounds,
             stages,
             remaining,
-            elapsed_ms: 1e3 * started.elapsed().as_secs_f64(),
+            elapsed_ms: started.milliseconds(),
         }
     }
 

@@ -7,7 +7,7 @@
 
 use statrs::distribution::{ContinuousCDF as _, FisherSnedecor};
 
-use super::columns::{Basis, Path};
+use super::columns::Path;
 use super::data::{Data, Series};
 use super::effects::{Addition, Form};
 use super::fit::Fitted;
@@ -15,6 +15,7 @@ use super::outcome::{Evidence, Test};
 use super::screen::{Motion, Screened};
 use sindyscope_core::refine::{autoregression, lagged_products};
 use sindyscope_core::signal::{dot, rms};
+use sindyscope_core::sparse::OrthonormalBasis;
 use sindyscope_core::study::Cancel;
 
 /// Level of the search: the probability of calling a gap where there is none.
@@ -46,14 +47,14 @@ pub(super) struct Whitener {
 impl Whitener {
     /// From a residual out of which a basis was taken. What white noise lost with the basis is put back: where the basis has
     /// the motion's frequencies, noise would seem weak there, and any force at them strong.
-    fn new(data: &Data, residual: &[f64], taken: &Basis) -> Self {
+    fn new(data: &Data, residual: &[f64], taken: &OrthonormalBasis) -> Self {
         let spans: Vec<_> = data.spans().collect();
         let count = data.outputs.len();
         let of = |sensor: usize| {
             let own = spans.iter().skip(sensor).step_by(count);
             let products = |rows: &[f64]| lagged_products(own.clone().map(|s| &rows[s.clone()]), ORDER);
             let mut lost = vec![0.0; ORDER + 1];
-            for column in &taken.columns {
+            for column in taken.columns() {
                 lost.iter_mut().zip(products(column)).for_each(|(lost, product)| *lost += product);
             }
             let samples = own.clone().map(|s| s.len()).sum::<usize>() as f64;
@@ -118,7 +119,7 @@ impl Data {
             let asked = 1.0 + form.grid().len() as f64 / 2.0;
             questions.push((format!("Has the shape of {}", form.full_title()), columns, asked));
         }
-        let mut all = Basis::default();
+        let mut all = OrthonormalBasis::default();
         for column in tangent
             .iter()
             .chain(questions.iter().flat_map(|q| &q.1))
@@ -132,20 +133,20 @@ impl Data {
         let mut rest = residual.clone();
         all.remove(&mut rest);
         let whitener = Whitener::new(self, &rest, &all);
-        let mut basis = Basis::default();
+        let mut basis = OrthonormalBasis::default();
         for column in &tangent {
             basis.push(whitener.apply(column));
         }
         let mut target = whitener.apply(&residual);
         basis.remove(&mut target);
         let left = whitener.apply(&rest);
-        let freedom = left.len().saturating_sub(all.columns.len()).max(1) as f64;
+        let freedom = left.len().saturating_sub(all.columns().len()).max(1) as f64;
         let variance = dot(&left, &left) / freedom;
         let total: f64 = questions.iter().map(|q| q.2).sum::<f64>() + (forms.len().saturating_sub(NAMED)) as f64;
         let mut tests: Vec<Test> = questions
             .into_iter()
             .filter_map(|(question, columns, _)| {
-                let mut own = Basis::default();
+                let mut own = OrthonormalBasis::default();
                 let mut gain = 0.0;
                 for column in &columns {
                     if cancel.is_cancelled() {
@@ -155,11 +156,11 @@ impl Data {
                     let whole = dot(&column, &column).sqrt();
                     basis.remove(&mut column);
                     if dot(&column, &column).sqrt() > 1e-5 * whole && own.push(column) {
-                        let share = own.columns.last().map_or(0.0, |q| dot(q, &target));
+                        let share = own.columns().last().map_or(0.0, |q| dot(q, &target));
                         gain += share * share;
                     }
                 }
-                let m = own.columns.len() as f64;
+                let m = own.columns().len() as f64;
                 let law = FisherSnedecor::new(m.max(1.0), freedom).ok()?;
                 let p = if m > 0.0 && variance > 0.0 { law.sf(gain / m / variance) } else { 1.0 };
                 // Šidák's correction for the number of questions.
@@ -234,7 +235,7 @@ impl Data {
         let Examined { fitted, motion, forms, screened } = *seen;
         let terms = fitted.terms();
         let present = (terms.as_slice(), fitted.parameters.coefficients.as_slice());
-        let mut basis = Basis::default();
+        let mut basis = OrthonormalBasis::default();
         for column in self.tangent(fitted) {
             basis.push(column);
         }

@@ -13,6 +13,7 @@ use sindyscope_core::refine::{
     Bar, Goal, Landed, Options, Output, Point, Refined, Run, Structure, climb, cut, levels, misfit, refine, shoot,
 };
 use sindyscope_core::signal::{dot, mean_and_variance, rms};
+use sindyscope_core::sparse::OrthonormalBasis;
 use sindyscope_core::study::Cancel;
 use sindyscope_values::model::Equation;
 use sindyscope_values::term::{Expression, Layout, Symbol, derivative};
@@ -544,7 +545,7 @@ impl Data {
         let mut right = nalgebra::DVector::<f64>::zeros(m);
         for (s, path) in self.fit().iter().zip(paths) {
             let oscillator = Oscillator::single(k, c, s.interval);
-            let mut free = super::columns::Basis::default();
+            let mut free = OrthonormalBasis::default();
             for column in oscillator.free(s.len()) {
                 free.push(column);
             }

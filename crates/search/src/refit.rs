@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
+use sindyscope_core::parallel::prelude::*;
 
 use super::data::Data;
 use super::effects::{Direction, Form, logarithmic};

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use rayon::prelude::*;
+use sindyscope_core::parallel::prelude::*;
 
 use super::data::Series;
 use super::effects::{Addition, Form};

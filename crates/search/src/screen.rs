@@ -4,9 +4,9 @@
 //! column of a linear regression on the residual, whose noise is that of the sensor: white where the sensor's is. This is
 //! the weak form with its noise whitened, the oscillator's response being the test function.
 
-use rayon::prelude::*;
+use sindyscope_core::parallel::prelude::*;
 
-use super::columns::{Basis, Path, forces};
+use super::columns::{Path, forces};
 use super::data::{Data, Series};
 use super::effects::{Addition, Form};
 use super::fit::Fitted;
@@ -15,6 +15,7 @@ use super::site::{Placed, accelerations};
 use sindyscope_core::refine::{Output, Structure as _};
 use sindyscope_core::signal::{dot, rms};
 use sindyscope_core::simulate::{Limits, Simulator};
+use sindyscope_core::sparse::OrthonormalBasis;
 use sindyscope_core::study::Cancel;
 
 /// The motion of every fitted record under a fitted model.
@@ -314,7 +315,7 @@ impl Data {
         let inner = composed.terms.len()..shared;
         let mut rest: Vec<Vec<f64>> = inner.map(|j| fitted.sensitivity(j)).collect();
         rest.extend(self.own_columns(fitted, shared));
-        let mut basis = Basis::default();
+        let mut basis = OrthonormalBasis::default();
         for column in base.iter().chain(&rest) {
             basis.push(column.clone());
         }
@@ -485,8 +486,8 @@ fn next_to(a: &[f64], b: &[f64], grid: &[(&[f64], f64)]) -> bool {
 
 /// By how much columns lower the sum of squares of what the basis leaves; none where they add
 /// nothing of their own or have unphysical signs.
-fn explain(basis: &Basis, target: &[f64], columns: Vec<Vec<f64>>, form: &Form) -> Option<f64> {
-    let mut own = Basis::default();
+fn explain(basis: &OrthonormalBasis, target: &[f64], columns: Vec<Vec<f64>>, form: &Form) -> Option<f64> {
+    let mut own = OrthonormalBasis::default();
     let mut triangle: Vec<Vec<f64>> = Vec::new();
     let mut gain = 0.0;
     let mut shares = Vec::new();
@@ -500,7 +501,7 @@ fn explain(basis: &Basis, target: &[f64], columns: Vec<Vec<f64>>, form: &Form) -
             present += 1;
             continue;
         }
-        let mut row: Vec<f64> = own.columns.iter().map(|q| dot(q, &column)).collect();
+        let mut row: Vec<f64> = own.columns().iter().map(|q| dot(q, &column)).collect();
         own.remove(&mut column);
         let size = dot(&column, &column).sqrt();
         if size < 1e-6 * left {
@@ -512,7 +513,7 @@ fn explain(basis: &Basis, target: &[f64], columns: Vec<Vec<f64>>, form: &Form) -
         gain += share * share;
         shares.push(share);
         triangle.push(row);
-        own.columns.push(column);
+        own.push_orthonormal(column);
     }
     if shares.is_empty() {
         return None;

@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use rayon::prelude::*;
+use sindyscope_core::parallel::prelude::*;
 
 use super::data::Data;
 use super::effects::Form;

@@ -10,33 +10,26 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use nalgebra::{DMatrix, DVector};
-
-use super::columns::{Basis, Inputs, Path, forces};
+use super::columns::{Inputs, Path, forces};
 use super::data::{Data, Series};
 use super::parameters::InnerValues;
 use super::site::Placed;
 use super::structure::{Composed, Composition};
 use sindyscope_core::refine::{Output, Structure as _};
-use sindyscope_core::signal::{dot, rests, rms};
+use sindyscope_core::signal::{TestFunction, dot, rests, rms};
 use sindyscope_core::simulate::Delays;
-use sindyscope_core::study::test_functions;
+use sindyscope_core::sparse::{BoundedSolution, Bounds, OrthonormalBasis, bounded_least_squares};
 use sindyscope_values::term::{Expression, Symbol, Term};
 
-/// Half width of a test function, as a share of the motion's period, and the least in samples.
-const HALF_WIDTH: f64 = 0.4;
-const NARROWEST: usize = 6;
-/// Rows in a half width.
-const ROWS: usize = 6;
 /// Rows of all records together, about.
 const MOST_ROWS: usize = 2000;
 /// A mass slower than this share of the RMS velocity may stand still, held by a force that no term gives.
 const STANDING: f64 = 0.1;
 /// A mass that stands still for this share of the time sticks: a smooth motion is as slow for half of it.
 const STICKS: f64 = 0.12;
-/// Where it sticks, test functions are narrower, to fit between the stops, and rows count by this power of the share in which
-/// the mass moves.
+/// Half width of the test functions where a mass sticks, in periods: they must fit between the stops.
 const NARROW: f64 = 0.15;
+/// Where a mass sticks, a row counts by this power of the share of its window in which the mass moves.
 const STRICT: i32 = 4;
 
 /// Averages over the fitted records.
@@ -61,7 +54,7 @@ type Delayed = (Vec<Vec<f64>>, Vec<Vec<f64>>);
 
 /// How one record is averaged.
 struct Rows {
-    kernels: [Vec<f64>; 3],
+    function: TestFunction,
     stride: usize,
     /// Share of the window, by the test function, in which the mass moves.
     weights: Vec<f64>,
@@ -78,13 +71,8 @@ pub(super) struct Estimate {
 
 impl Rows {
     fn average(&self, values: &[f64], order: usize) -> Vec<f64> {
-        let kernel = &self.kernels[order];
-        let last = values.len().saturating_sub(kernel.len());
-        (0..=last)
-            .step_by(self.stride)
-            .zip(&self.weights)
-            .map(|(from, weight)| weight * dot(kernel, &values[from..from + kernel.len()]))
-            .collect()
+        let averages = self.function.averages(values, order, self.stride);
+        averages.zip(&self.weights).map(|(average, weight)| weight * average).collect()
     }
 }
 
@@ -128,11 +116,12 @@ fn equation(data: &Data, mass: usize) -> (Vec<Rows>, Vec<f64>) {
         .iter()
         .zip(&moving)
         .map(|(s, moving)| {
-            let width = (if sticks { NARROW } else { HALF_WIDTH } * data.period / s.interval) as usize;
-            let half = width.max(NARROWEST).min((shortest / 10).max(2));
+            let periods = if sticks { NARROW } else { TestFunction::HALF_WIDTH_IN_PERIODS };
+            let width = (periods * data.period / s.interval) as usize;
+            let half = width.max(TestFunction::NARROWEST).min((shortest / 10).max(2));
             let mut rows = Rows {
-                kernels: test_functions(half, s.interval),
-                stride: (half / ROWS).max(total / MOST_ROWS).max(1),
+                function: TestFunction::new(half, s.interval),
+                stride: TestFunction::spacing(half).max(total / MOST_ROWS).max(1),
                 weights: vec![1.0; s.len()],
             };
             rows.weights = rows.average(moving, 0);
@@ -294,17 +283,17 @@ impl<'a> Weak<'a> {
     pub(super) fn estimate(&self, composition: &Composition, inner: &InnerValues) -> Option<Estimate> {
         let columns = self.columns_of(composition, inner);
         let terms = composition.terms();
-        let mut bounds = vec![(f64::NEG_INFINITY, f64::INFINITY); columns.len() - terms];
-        bounds.extend(composition.ranges().coefficients);
-        let (coefficients, left) = bounded(&columns, &self.target, &bounds)?;
+        let mut bounds = vec![Bounds::OPEN; columns.len() - terms];
+        bounds.extend(composition.ranges().coefficients.into_iter().map(|(low, high)| Bounds { low, high }));
+        let BoundedSolution { coefficients, sum_of_squares } = bounded_least_squares(&columns, &self.target, &bounds)?;
         let coefficients = coefficients[columns.len() - terms..].to_vec();
-        Some(Estimate { coefficients, left: left / dot(&self.target, &self.target).max(f64::MIN_POSITIVE) })
+        Some(Estimate { coefficients, left: sum_of_squares / dot(&self.target, &self.target).max(f64::MIN_POSITIVE) })
     }
 }
 
 /// The target and further columns without what a model's own terms explain.
 pub(super) struct Projector {
-    basis: Basis,
+    basis: OrthonormalBasis,
     target: Vec<f64>,
     /// Terms of the composition that is projected off, and whether the sensor's zero is free in it.
     terms: usize,
@@ -314,7 +303,7 @@ pub(super) struct Projector {
 impl Weak<'_> {
     /// Takes a composition's terms out of everything.
     pub(super) fn projector(&self, composition: &Composition, inner: &InnerValues) -> Projector {
-        let mut basis = Basis::default();
+        let mut basis = OrthonormalBasis::default();
         for column in self.columns_of(composition, inner) {
             basis.push(column);
         }
@@ -339,7 +328,7 @@ impl Projector {
         if columns.is_empty() {
             return None;
         }
-        let mut own = Basis::default();
+        let mut own = OrthonormalBasis::default();
         for mut column in columns {
             let whole = dot(&column, &column).sqrt();
             self.basis.remove(&mut column);
@@ -348,7 +337,7 @@ impl Projector {
                 return None;
             }
         }
-        Some(own.columns)
+        Some(own.into_columns())
     }
 
     /// The sum of squares of what the terms leave.
@@ -371,11 +360,11 @@ impl Projector {
     pub(super) fn gain(&self, first: &[Vec<f64>], rest: &[f64], second: &[Vec<f64>], same: f64) -> Option<f64> {
         let alone = dot(&self.target, &self.target) - dot(rest, rest);
         let [column] = second else {
-            let mut basis = Basis { columns: first.to_vec() };
+            let mut basis = OrthonormalBasis::from_orthonormal(first.to_vec());
             let mut gain = alone;
             for column in second {
                 if basis.push(column.clone()) {
-                    gain += basis.columns.last().map_or(0.0, |q| dot(q, rest).powi(2));
+                    gain += basis.columns().last().map_or(0.0, |q| dot(q, rest).powi(2));
                 }
             }
             return Some(gain);
@@ -387,62 +376,3 @@ impl Projector {
 
 /// Share of a column that must lie outside what the model has.
 const DISTINCT: f64 = 1e-5;
-
-/// Columns closer to what others make of them than this are not told from them.
-const ALIKE: f64 = 1e-10;
-
-/// Least squares within bounds on the values: those that pass one are held there, and the others sought anew. Returns the
-/// values and the sum of squares left.
-fn bounded(columns: &[Vec<f64>], target: &[f64], bounds: &[(f64, f64)]) -> Option<(Vec<f64>, f64)> {
-    let n = columns.len();
-    let size: Vec<f64> = columns.iter().map(|c| dot(c, c).sqrt()).collect();
-    let scale = |i: usize| if size[i] > 0.0 { size[i].recip() } else { 0.0 };
-    let normal =
-        DMatrix::from_fn(n, n, |i, j| if i == j { 1.0 } else { dot(&columns[i], &columns[j]) * scale(i) * scale(j) });
-    let right = DVector::from_fn(n, |i, _| dot(&columns[i], target) * scale(i));
-    let mut held = vec![0.0; n];
-    let mut free: Vec<usize> = (0..n).filter(|i| size[*i] > 0.0).collect();
-    loop {
-        let rest =
-            |i: usize| right[i] - (0..n).filter(|j| !free.contains(j)).map(|j| normal[(i, j)] * held[j]).sum::<f64>();
-        let part = DMatrix::from_fn(free.len(), free.len(), |i, j| {
-            normal[(free[i], free[j])] + if i == j { ALIKE } else { 0.0 }
-        });
-        let solved = part.cholesky()?.solve(&DVector::from_iterator(free.len(), free.iter().map(|i| rest(*i))));
-        let mut values = held.clone();
-        free.iter().zip(solved.iter()).for_each(|(i, v)| values[*i] = *v);
-        // The one that passes its bound furthest.
-        let past = |i: &usize| {
-            let (low, high) = bounds[*i];
-            let value = values[*i] * scale(*i);
-            (value.clamp(low, high) - value).abs() * size[*i]
-        };
-        let worst = free.iter().copied().filter(|i| past(i) > 0.0).max_by(|a, b| past(a).total_cmp(&past(b)));
-        let Some(worst) = worst else {
-            let left = dot(target, target) - 2.0 * (0..n).map(|i| values[i] * right[i]).sum::<f64>()
-                + (0..n).map(|i| values[i] * (0..n).map(|j| normal[(i, j)] * values[j]).sum::<f64>()).sum::<f64>();
-            return Some(((0..n).map(|i| values[i] * scale(i)).collect(), left.max(0.0)));
-        };
-        let (low, high) = bounds[worst];
-        held[worst] = (values[worst] * scale(worst)).clamp(low, high) * size[worst];
-        free.retain(|i| *i != worst);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_value_that_would_pass_its_bound_is_held_there_and_the_rest_fits_best_beside_it() {
-        let columns = vec![vec![1.0, 0.0, 1.0, 0.5], vec![0.0, 1.0, 1.0, -0.5]];
-        let target = vec![1.0, -2.0, 0.0, 1.0];
-        let open = (f64::NEG_INFINITY, f64::INFINITY);
-        let (free, least) = bounded(&columns, &target, &[open, open]).unwrap();
-        assert!(free[1] < 0.0);
-        let (held, left) = bounded(&columns, &target, &[open, (0.0, f64::INFINITY)]).unwrap();
-        assert_eq!(held[1], 0.0);
-        let alone = dot(&columns[0], &target) / dot(&columns[0], &columns[0]);
-        assert!((held[0] - alone).abs() < 1e-8 && left > least);
-    }
-}

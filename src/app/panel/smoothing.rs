@@ -6,7 +6,8 @@ use super::{Ask, Desk};
 use crate::app::commands::Command;
 use crate::app::theme::ROW;
 use crate::app::widgets::{Setting, Spread, row, section};
-use sindyscope_core::study::{Differentiation, Formulation, NARROWEST};
+use sindyscope_core::signal::TestFunction;
+use sindyscope_core::study::{Differentiation, Formulation};
 use sindyscope_values::format::number::significant_trimmed;
 
 const METHODS: [(Differentiation, &str, &str); 7] = [
@@ -182,14 +183,15 @@ fn form(ui: &mut Ui, desk: &mut Desk<'_>) {
     });
     let Formulation::Weak { half_width } = form else { return };
     let usage = &desk.edit.usage;
-    let longest = (desk.bench.shortest(usage) / 4).max(NARROWEST + 1);
-    let suggested = desk.bench.suggested_half_width().unwrap_or(NARROWEST).clamp(NARROWEST, longest);
+    let longest = (desk.bench.shortest(usage) / 4).max(TestFunction::NARROWEST + 1);
+    let suggested =
+        desk.bench.suggested_half_width().unwrap_or(TestFunction::NARROWEST).clamp(TestFunction::NARROWEST, longest);
     let mut value = half_width.unwrap_or(suggested) as f64;
     let setting = Setting {
         label: "Half width",
         tooltip: "Samples that each test function reaches to either side: it matters little, as long as some fit into the record",
         unit: ", samples",
-        range: NARROWEST as f64..=longest as f64,
+        range: TestFunction::NARROWEST as f64..=longest as f64,
         spread: Spread::Logarithmic,
         grid: 1.0,
         suggestion: Some(suggested as f64),

@@ -2,8 +2,8 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::parallel::prelude::*;
 use nalgebra::DMatrix;
-use rayon::prelude::*;
 
 use super::arrow::{Arrow, Correction};
 use super::{Instance, Options, Point, Reading, Refined, Run, Structure};

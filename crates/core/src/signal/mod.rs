@@ -12,6 +12,7 @@ pub mod spectrum;
 mod spline;
 mod standing;
 mod sums;
+mod test_function;
 
 pub use difference::central;
 pub use facts::Facts;
@@ -22,10 +23,11 @@ pub use smoothing::{Differentiation, Smoothing};
 pub use spectrum::{Peak, Spectrum, main_period, motion_period};
 pub use standing::{rests, standstills};
 pub use sums::{dot, mean_and_variance, rms};
+pub use test_function::TestFunction;
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use sindyscope_values::record::{Record, Role};
 use sindyscope_values::term::{Kind, Layout, SampleBlock};
@@ -130,7 +132,7 @@ impl Signals {
         };
         let inputs = || (0..layout.inputs).map(input).unzip();
         let ((states, derived), (inputs, input_rates)) =
-            rayon::join(|| Self::motion(record, layout, &smoother), inputs);
+            crate::parallel::join(|| Self::motion(record, layout, &smoother), inputs);
         let rate = |(k, (state, derived)): (usize, (&Vec<f64>, Option<Vec<f64>>))| {
             let measured = k.checked_sub(layout.freedoms).and_then(|i| values(Role::Acceleration(i)));
             match (measured, derived) {

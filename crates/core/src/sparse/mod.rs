@@ -1,7 +1,9 @@
 //! Sparse regression on reduced columns; knows numbers, not what a column means.
 
+mod basis;
 mod bayes;
 mod best_subset;
+mod bounded;
 mod frols;
 mod front;
 mod orthogonal;
@@ -13,6 +15,8 @@ mod stlsq;
 mod uncertainty;
 mod writing;
 
+pub use basis::OrthonormalBasis;
+pub use bounded::{BoundedSolution, Bounds, bounded_least_squares};
 pub use reduce::{Reduced, Sign};
 pub use regressor::{Regressor, drop_path};
 pub use stlsq::{Constraint, Options, Solution, stlsq};

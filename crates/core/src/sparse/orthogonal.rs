@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use super::stlsq::{fitted, fixed};
-use super::{Constraint, Reduced};
+use super::{Constraint, OrthonormalBasis, Reduced};
 
 /// Share of a column's power below which what is left of it beside others is rounding: it depends on them.
 pub(super) const DEPENDENT: f64 = 1e-20;
@@ -26,22 +26,12 @@ impl Remainder {
             fitted(reduced, constraints).into_iter().partition(|k| constraints[*k] == Constraint::Free);
         let mut target = reduced.target(&fixed(constraints));
         let mut columns: Vec<DVector<f64>> = free.iter().map(|k| reduced.column(*k)).collect();
-        let mut basis: Vec<DVector<f64>> = Vec::new();
+        let mut basis = OrthonormalBasis::with_least_share(DEPENDENT.sqrt());
         for k in &locked {
-            let mut direction = reduced.column(*k);
-            let whole = direction.norm();
-            for q in basis.iter().chain(&basis) {
-                direction.axpy(-q.dot(&direction), q, 1.0);
-            }
-            let norm = direction.norm();
-            if norm * norm > DEPENDENT * whole * whole {
-                basis.push(direction / norm);
-            }
+            basis.push(reduced.column(*k).as_slice().to_vec());
         }
-        for v in columns.iter_mut().chain([&mut target]) {
-            for q in &basis {
-                v.axpy(-q.dot(v), q, 1.0);
-            }
+        for column in columns.iter_mut().chain([&mut target]) {
+            basis.remove(column.as_mut_slice());
         }
         Self { columns, target, free, locked }
     }

@@ -3,6 +3,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use super::Redundancy;
+use super::bounded::{Bounds, SumOfSquares, active_set};
 use crate::signal::{dot, rms};
 
 /// Columns and one target reduced to a small triangle that every least-squares problem on a subset of them can be
@@ -44,29 +45,20 @@ impl Sign {
 
     /// The admitted value nearest to one.
     pub fn nearest(self, value: f64) -> f64 {
-        match self {
-            Self::NotNegative => value.max(0.0),
-            Self::NotPositive => value.min(0.0),
-        }
+        self.bounds().nearest(value)
     }
 
-    /// The least and the largest admitted value.
-    pub fn range(self) -> (f64, f64) {
+    /// The values that it admits.
+    pub fn bounds(self) -> Bounds {
         match self {
-            Self::NotNegative => (0.0, f64::INFINITY),
-            Self::NotPositive => (f64::NEG_INFINITY, 0.0),
-        }
-    }
-
-    /// How far a value lies on the admitted side.
-    fn along(self, value: f64) -> f64 {
-        match self {
-            Self::NotNegative => value,
-            Self::NotPositive => -value,
+            Self::NotNegative => Bounds { low: 0.0, high: f64::INFINITY },
+            Self::NotPositive => Bounds { low: f64::NEG_INFINITY, high: 0.0 },
         }
     }
 }
 
+/// Slope of the sum of squares along a column of norm √rows, as a share of the target's norm, below which it is rounding.
+const FLAT: f64 = 1e-12;
 /// Rows that one block of reflections works on.
 const BLOCK: usize = 256;
 
@@ -196,74 +188,38 @@ impl Reduced {
         y
     }
 
-    /// Scaled least-squares coefficients on a subset of columns with ridge weights (one a kept column, on the scaled
-    /// coefficients of columns with norm √rows), and the RMS of the scaled residual. A coefficient that its sign forbids
-    /// is zero.
+    /// `min ‖A c − b‖² + Σ wᵢ cᵢ²` over the scaled columns `keep`, and the RMS of the residual `A c − b`.
+    ///
+    /// `fixed` columns stand in `b` with their unscaled coefficient; `ridge` gives each column's weight `wᵢ`, beside columns
+    /// of norm √rows. Coefficients have the signs that they may have; of dependent columns some are zero.
     pub(super) fn solve(
         &self,
         keep: &[usize],
         fixed: &[(usize, f64)],
         ridge: impl Fn(usize) -> f64,
     ) -> (Vec<f64>, f64) {
-        let sign = |k: usize| self.signs.get(k).copied().flatten();
-        let free = self.solve_freely(keep, fixed, &ridge);
-        let admitted = |b: &f64, k: &usize| sign(*k).is_none_or(|s| s.along(*b) >= 0.0);
-        if self.signs.is_empty() || free.0.iter().zip(keep).all(|(b, k)| admitted(b, k)) {
-            return free;
+        if self.signs.is_empty() {
+            return self.solve_freely(keep, fixed, &ridge);
         }
-        self.solve_bounded(keep, fixed, &ridge, &sign)
+        let bounds: Vec<Bounds> = keep.iter().map(|k| self.signs[*k].map_or(Bounds::OPEN, Sign::bounds)).collect();
+        let flat = FLAT * self.target(fixed).norm() * (self.rows.max(1) as f64).sqrt();
+        let subset = Subset { reduced: self, keep, fixed, ridge: &ridge };
+        let b = active_set(&subset, &bounds, flat).unwrap_or_else(|| vec![0.0; keep.len()]);
+        let rms = self.residual_rms(&b, keep, fixed);
+        (b, rms)
     }
 
-    /// Least squares under signs by an active set (Lawson & Hanson 1974, ch. 23): columns without a sign are always in,
-    /// the others come in one at a time, the one first along which the residual falls fastest.
-    fn solve_bounded(
-        &self,
-        keep: &[usize],
-        fixed: &[(usize, f64)],
-        ridge: &impl Fn(usize) -> f64,
-        sign: &impl Fn(usize) -> Option<Sign>,
-    ) -> (Vec<f64>, f64) {
-        let mut inside: Vec<bool> = keep.iter().map(|k| sign(*k).is_none()).collect();
-        let mut b = vec![0.0; keep.len()];
-        let solve = |inside: &[bool]| {
-            let columns: Vec<usize> = keep.iter().zip(inside).filter(|(_, i)| **i).map(|(k, _)| *k).collect();
-            let (found, rms) = self.solve_freely(&columns, fixed, ridge);
-            let mut found = found.into_iter();
-            let all: Vec<f64> = inside.iter().map(|i| if *i { found.next().unwrap_or(0.0) } else { 0.0 }).collect();
-            (all, rms)
-        };
-        let y = self.target(fixed);
-        let mut rms = f64::INFINITY;
-        // Each round lets the sum of squares fall, so a set never comes twice; rounding may, hence the limit.
-        for _ in 0..3 * keep.len() + 3 {
-            let (mut wanted, mut left) = solve(&inside);
-            loop {
-                // The first coefficient to reach zero on the way leaves.
-                let leaves = |i: usize| {
-                    let s = sign(keep[i]).filter(|_| inside[i])?;
-                    (s.along(wanted[i]) < 0.0).then(|| (i, b[i] / (b[i] - wanted[i])))
-                };
-                let first = (0..keep.len()).filter_map(leaves).min_by(|a, b| a.1.total_cmp(&b.1));
-                let Some((out, share)) = first else { break };
-                b.iter_mut().zip(&wanted).for_each(|(b, w)| *b += share * (w - *b));
-                b[out] = 0.0;
-                inside[out] = false;
-                (wanted, left) = solve(&inside);
-            }
-            (b, rms) = (wanted, left);
-            let mut residual = y.clone();
-            for (b, k) in b.iter().zip(keep) {
-                residual.axpy(-b, &self.triangle.column(*k), 1.0);
-            }
-            let fall = |i: usize| {
-                let s = sign(keep[i]).filter(|_| !inside[i])?;
-                let slope = s.along(self.triangle.column(keep[i]).dot(&residual));
-                (slope > 1e-12 * y.norm() * (self.rows.max(1) as f64).sqrt()).then_some((i, slope))
-            };
-            let Some((comes, _)) = (0..keep.len()).filter_map(fall).max_by(|a, b| a.1.total_cmp(&b.1)) else { break };
-            inside[comes] = true;
+    /// The scaled target less what fixed and fitted columns contribute.
+    fn residual(&self, b: &[f64], keep: &[usize], fixed: &[(usize, f64)]) -> DVector<f64> {
+        let mut residual = self.target(fixed);
+        for (b, k) in b.iter().zip(keep) {
+            residual.axpy(-b, &self.triangle.column(*k), 1.0);
         }
-        (b, rms)
+        residual
+    }
+
+    fn residual_rms(&self, b: &[f64], keep: &[usize], fixed: &[(usize, f64)]) -> f64 {
+        self.residual(b, keep, fixed).norm() / (self.rows.max(1) as f64).sqrt()
     }
 
     fn solve_freely(&self, keep: &[usize], fixed: &[(usize, f64)], ridge: &impl Fn(usize) -> f64) -> (Vec<f64>, f64) {
@@ -280,12 +236,9 @@ impl Reduced {
         }
         let mut rhs = DVector::zeros(a.nrows());
         rhs.rows_mut(0, width).copy_from(&y);
-        let b = least_squares(a, rhs.clone());
-        let mut residual = y;
-        for (b, k) in b.iter().zip(keep) {
-            residual.axpy(-b, &self.triangle.column(*k), 1.0);
-        }
-        (b, residual.norm() / (self.rows.max(1) as f64).sqrt())
+        let b = least_squares(a, rhs);
+        let rms = self.residual_rms(&b, keep, fixed);
+        (b, rms)
     }
 
     /// Least-squares coefficients of some columns, unscaled.
@@ -321,6 +274,30 @@ impl Reduced {
             }
         }
         gram.iter().all(|g| g.is_finite()).then_some(gram)
+    }
+}
+
+/// Some reduced columns, others fixed beside them: what [`Reduced::solve`] finds the least of within signs.
+struct Subset<'a, R> {
+    reduced: &'a Reduced,
+    keep: &'a [usize],
+    fixed: &'a [(usize, f64)],
+    ridge: &'a R,
+}
+
+impl<R: Fn(usize) -> f64> SumOfSquares for Subset<'_, R> {
+    /// A coefficient can be held only at zero, where its sign changes.
+    fn least(&self, free: &[bool], _: &[f64]) -> Option<Vec<f64>> {
+        let columns: Vec<usize> = self.keep.iter().zip(free).filter(|(_, free)| **free).map(|(k, _)| *k).collect();
+        let (found, _) = self.reduced.solve_freely(&columns, self.fixed, self.ridge);
+        let mut found = found.into_iter();
+        Some(free.iter().map(|free| if *free { found.next().unwrap_or(0.0) } else { 0.0 }).collect())
+    }
+
+    /// The ridge adds nothing to the slope of a coefficient at zero.
+    fn descent(&self, at: &[f64]) -> Vec<f64> {
+        let residual = self.reduced.residual(at, self.keep, self.fixed);
+        self.keep.iter().map(|k| self.reduced.triangle.column(*k).dot(&residual)).collect()
     }
 }
 
@@ -467,14 +444,14 @@ mod tests {
             ];
             let reduced = Reduced::new(&base, &y).bounded(&signs);
             let (b, rms) = reduced.solve(&[0, 1, 2, 3, 4], &[], |_| 0.0);
-            assert!(b.iter().zip(signs).all(|(b, s)| s.is_none_or(|s| s.along(*b) >= 0.0)), "{b:?}");
+            assert!(b.iter().zip(signs).all(|(b, s)| s.is_none_or(|s| s.bounds().contain(*b))), "{b:?}");
             // Every set of columns that are in, by brute force.
             let best = (0..16_usize)
                 .filter_map(|set| {
                     let keep: Vec<usize> =
                         [0].into_iter().chain((0..4).filter(|j| set >> j & 1 == 1).map(|j| j + 1)).collect();
                     let (b, rms) = reduced.solve_freely(&keep, &[], &|_| 0.0);
-                    let fits = b.iter().zip(&keep).all(|(b, k)| signs[*k].is_none_or(|s| s.along(*b) >= 0.0));
+                    let fits = b.iter().zip(&keep).all(|(b, k)| signs[*k].is_none_or(|s| s.bounds().contain(*b)));
                     fits.then_some(rms)
                 })
                 .fold(f64::INFINITY, f64::min);

@@ -57,7 +57,7 @@ pub(super) fn shifts(
         let again = regression.of(&terms, &echoes).ok()?.bounded(settings);
         Some(again.refitted(model, settings))
     };
-    let (plus, minus) = rayon::join(|| echo(1.0), || echo(-1.0));
+    let (plus, minus) = crate::parallel::join(|| echo(1.0), || echo(-1.0));
     let known = regression.fitted().map(|index| model.equations[index].terms.iter().map(|t| t.coefficient));
     let shifts: Vec<Vec<f64>> = known
         .zip(plus?.into_iter().zip(minus?))

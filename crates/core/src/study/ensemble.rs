@@ -1,6 +1,6 @@
 //! How certain each term is: the regression repeated on resampled data, and with terms left out of the library.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::regression::Resampling;
 use super::{Cancel, Settings, Study, StudyError, check};

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::choose::{self, Judgement, Plan, Smoothed, Trial, bearable, period_samples};
 use super::suggest::odd;

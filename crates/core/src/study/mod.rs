@@ -37,8 +37,7 @@ pub use outcome::{
 pub use refined::Refinement;
 pub use settings::{Formulation, Kinematics, Lock, Own, Scaling, Settings};
 pub use suggest::suggest;
-pub use weak::test_functions;
-pub use weak::{NARROWEST, suggested_half_width};
+pub use weak::suggested_half_width;
 
 pub use crate::signal::{Differentiation, Smoothing};
 pub use crate::sparse::Regressor;
@@ -47,8 +46,8 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
+use crate::clock::Stopwatch;
 pub use crate::dataset::base_excited;
 use crate::dataset::{Dataset, Prepared};
 use crate::signal::Signals;
@@ -132,7 +131,7 @@ impl Study {
     /// # Errors
     /// Settings that do not fit the records, or nothing to fit; cancelled.
     pub fn run(&mut self, records: &RecordSet, settings: &Settings, cancel: &Cancel) -> Result<Outcome, StudyError> {
-        let started = Instant::now();
+        let started = Stopwatch::start();
         let regression = self.made_ready(records, settings, cancel)?;
         let identified = regression.identify(settings);
         let mut model = identified.model.clone();
@@ -147,17 +146,17 @@ impl Study {
                 Err(reason) => refused = Some(reason),
             }
         }
-        let fit = milliseconds(started);
+        let fit = started.milliseconds();
         let mut respond = || {
-            let simulating = Instant::now();
+            let simulating = Stopwatch::start();
             let responses = self.simulate(records, &model, cancel);
-            (responses, milliseconds(simulating))
+            (responses, simulating.milliseconds())
         };
         // Nothing that is drawn first waits for the errors of a regression.
         let (responses, simulate) = if settings.refine {
             respond()
         } else {
-            let (responded, errors) = rayon::join(respond, || regression.errors(&identified));
+            let (responded, errors) = crate::parallel::join(respond, || regression.errors(&identified));
             covariance = errors;
             covariance.tell(&mut model, regression.fitted());
             responded
@@ -488,8 +487,4 @@ fn noise_floor<'a>(records: impl Iterator<Item = (&'a Prepared, Usage)>) -> Opti
         samples += n;
     }
     (samples > 0.0).then(|| f64::sqrt(squares / samples))
-}
-
-fn milliseconds(since: Instant) -> f64 {
-    1e3 * since.elapsed().as_secs_f64()
 }

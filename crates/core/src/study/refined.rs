@@ -10,6 +10,7 @@ use crate::refine::{
 };
 use crate::signal::{motion_period, rms};
 use crate::simulate::Delays;
+use crate::sparse::Bounds;
 use sindyscope_values::model::Model;
 use sindyscope_values::record::{Role, Usage};
 use sindyscope_values::term::Term;
@@ -105,7 +106,10 @@ impl Structure for Coefficients<'_> {
     }
 
     fn bounds(&self) -> Vec<(f64, f64)> {
-        let of_coefficient = |k: usize| self.free[k].sign.map_or((f64::NEG_INFINITY, f64::INFINITY), Sign::range);
+        let of_coefficient = |k: usize| {
+            let bounds = self.free[k].sign.map_or(Bounds::OPEN, Sign::bounds);
+            (bounds.low, bounds.high)
+        };
         let of = |what: &Calibration| match what {
             Calibration::Delay(_) => (-MOST_DELAY * self.interval, MOST_DELAY * self.interval),
             Calibration::Gain(_) => (GAINS.0, GAINS.1),

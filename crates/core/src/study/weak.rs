@@ -6,18 +6,10 @@ use std::sync::Arc;
 use super::StudyError;
 use super::noise::{Kernels, Passing, Whitening, place, rate_place, slopes, symbols};
 use super::regression::Raster;
-use crate::signal::{Measured, Signals, dot};
+use crate::signal::{Measured, Signals, TestFunction};
 use crate::sparse::Reduced;
 use sindyscope_values::term::{Expression, Kind, Layout, Program, Symbol, Term, derivative};
 
-/// Exponent of the test functions (1 − s²)ᵖ: five derivatives vanish at the ends, so sums over samples are integrals.
-const EXPONENT: i32 = 6;
-/// Test functions begin anew after this share of their half width: closer ones repeat each other.
-const SPACING: f64 = 1.0 / 6.0;
-/// Half width in main periods, unless it is given.
-const PERIODS: f64 = 0.4;
-/// Narrowest half width of the weak form's test functions, samples: narrower sums are no integrals.
-pub const NARROWEST: usize = 6;
 /// Share of a row's variance that is no sensor's noise: what forces on the smoothed motion and the model itself miss.
 /// Without it the fastest rows, in which there is next to no motion, would weigh most. A tenth and a thousandth do as
 /// well on the report's systems.
@@ -57,8 +49,9 @@ pub fn suggested_half_width<'a>(records: impl Iterator<Item = &'a Signals>) -> u
         shortest = shortest.min(length(signals));
         period = signals.main_period.map_or(period, |p| period.min(p / signals.interval));
     }
-    let half_width = if period.is_finite() { PERIODS * period } else { 0.02 * shortest as f64 };
-    (half_width as usize).min(shortest / 10).max(NARROWEST)
+    let half_width =
+        if period.is_finite() { TestFunction::HALF_WIDTH_IN_PERIODS * period } else { 0.02 * shortest as f64 };
+    (half_width as usize).min(shortest / 10).max(TestFunction::NARROWEST)
 }
 
 fn length(signals: &Signals) -> usize {
@@ -83,7 +76,7 @@ impl Weak {
             )));
         }
         let total: usize = records.iter().map(|s| length(s)).sum();
-        let stride = ((SPACING * half_width as f64) as usize).max(total.div_ceil(most_rows)).max(1);
+        let stride = TestFunction::spacing(half_width).max(total.div_ceil(most_rows)).max(1);
         let mut weak = Self { half_width, stride, floor: FLOOR, passing: Vec::new() };
         weak.passing = weak.passing(layout, terms, records, fitted);
         Ok(weak)
@@ -96,19 +89,17 @@ impl Weak {
 
     /// How its rows lie on a record's samples.
     pub(super) fn raster(&self, signals: &Signals) -> Raster {
-        let rows = (length(signals).saturating_sub(self.span()) / self.stride) + 1;
-        Raster { rows, first: self.half_width, stride: self.stride, reach: self.half_width }
+        Raster { rows: self.rows(length(signals)), first: self.half_width, stride: self.stride, reach: self.half_width }
+    }
+
+    /// Rows of a series of so many samples.
+    fn rows(&self, samples: usize) -> usize {
+        samples.saturating_sub(self.span()) / self.stride + 1
     }
 
     /// Samples that one row averages over.
     pub(super) fn span(&self) -> usize {
         2 * self.half_width + 1
-    }
-
-    /// The averages of a series with the test function's derivative of some order, and the sign that moving it brings.
-    fn averages(&self, values: &[f64], kernel: &[f64]) -> Vec<f64> {
-        let last = values.len().saturating_sub(kernel.len());
-        (0..=last).step_by(self.stride).map(|from| dot(kernel, &values[from..from + kernel.len()])).collect()
     }
 
     /// What noise passes: the slopes of the equation nearest to the data, in the library's terms and in every symbol by
@@ -125,13 +116,13 @@ impl Weak {
         let mut columns: Vec<Vec<f64>> = vec![Vec::new(); all.len() + 1];
         let mut rates: Vec<Vec<f64>> = vec![Vec::new(); fitted.len()];
         for signals in records {
-            let kernels = test_functions(self.half_width, signals.interval);
-            for (column, averages) in columns.iter_mut().zip(self.columns(layout, &all, signals, &kernels)) {
+            let function = TestFunction::new(self.half_width, signals.interval);
+            for (column, averages) in columns.iter_mut().zip(self.columns(layout, &all, signals, &function)) {
                 column.extend(averages);
             }
             for (rate, state) in rates.iter_mut().zip(fitted) {
                 if let Some((channel, order)) = rate_place(&signals.measured, layout, *state) {
-                    rate.extend(self.averages(&signals.measured[channel].values, &kernels[order]));
+                    rate.extend(function.averages(&signals.measured[channel].values, order, self.stride));
                 }
             }
         }
@@ -158,12 +149,13 @@ impl Weak {
         fitted: &[usize],
         (kept, rows): (&[Range<usize>], &mut [Rows]),
     ) {
-        let kernels = test_functions(self.half_width, signals.interval);
-        let columns = self.columns(layout, terms, signals, &kernels);
-        let both = Kernels { rate: kernels.clone(), column: kernels.clone() };
+        let function = TestFunction::new(self.half_width, signals.interval);
+        let columns = self.columns(layout, terms, signals, &function);
+        let both = Kernels { rate: function.kernels().clone(), column: function.kernels().clone() };
         for ((state, passing), rows) in fitted.iter().zip(&self.passing).zip(rows) {
             let Some((channel, order)) = rate_place(&signals.measured, layout, *state) else { continue };
-            let rate = self.averages(&signals.measured[channel].values, &kernels[order]);
+            let measured = &signals.measured[channel].values;
+            let rate: Vec<f64> = function.averages(measured, order, self.stride).collect();
             let covariance = both.covariance(&signals.measured, (channel, order), passing, self.stride);
             let longest = kept.iter().map(Range::len).max().unwrap_or(0);
             let whitening = Whitening::new(&covariance, self.floor, longest);
@@ -177,7 +169,7 @@ impl Weak {
     }
 
     /// The averages of every term, not yet whitened.
-    fn columns(&self, layout: &Layout, terms: &[Term], signals: &Signals, kernels: &[Vec<f64>; 3]) -> Vec<Vec<f64>> {
+    fn columns(&self, layout: &Layout, terms: &[Term], signals: &Signals, function: &TestFunction) -> Vec<Vec<f64>> {
         let parts: Vec<Vec<Part>> = terms.iter().map(|t| parts(t.expression(), layout, &signals.measured)).collect();
         let on_path: Vec<Expression> = parts
             .iter()
@@ -198,43 +190,14 @@ impl Weak {
                         Source::Measured(channel) => &signals.measured[*channel].values,
                         Source::Path(_) => along.next().map_or(&[], Vec::as_slice),
                     };
-                    let averages = self.averages(values, &kernels[*order]);
-                    column.resize(averages.len(), 0.0);
+                    column.resize(self.rows(values.len()), 0.0);
+                    let averages = function.averages(values, *order, self.stride);
                     column.iter_mut().zip(averages).for_each(|(c, a)| *c += factor * a);
                 }
                 column
             })
             .collect()
     }
-}
-
-/// The normalised test function and its derivatives, each with the sign that moving it from the measurement brings.
-pub fn test_functions(half_width: usize, interval: f64) -> [Vec<f64>; 3] {
-    let p = f64::from(EXPONENT);
-    let width = half_width as f64 * interval;
-    let place = |i: usize| (i as f64 - half_width as f64) / half_width as f64;
-    let each = |value: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
-        (0..=2 * half_width).map(|i| value(place(i), 1.0 - place(i) * place(i))).collect()
-    };
-    let function = each(&|_, q| q.powi(EXPONENT));
-    let first = each(&|s, q| 2.0 * p * s * q.powi(EXPONENT - 1) / width);
-    let second = each(&|s, q| {
-        (4.0 * p * (p - 1.0) * s * s * q.powi(EXPONENT - 2) - 2.0 * p * q.powi(EXPONENT - 1)) / (width * width)
-    });
-    let total: f64 = function.iter().sum();
-    let [function, mut first, mut second] =
-        [function, first, second].map(|kernel| -> Vec<f64> { kernel.iter().map(|k| k / total).collect() });
-    // Exact for parabolas, however few the samples: a constant would otherwise drown a slow motion's derivative.
-    let moment = |kernel: &[f64], order: i32| -> f64 {
-        kernel.iter().enumerate().map(|(i, k)| k * (place(i) * width).powi(order)).sum()
-    };
-    let slope = moment(&first, 1);
-    first.iter_mut().for_each(|k| *k /= slope);
-    let level = moment(&second, 0);
-    second.iter_mut().zip(&function).for_each(|(k, f)| *k -= level * f);
-    let bend = moment(&second, 2) / 2.0;
-    second.iter_mut().for_each(|k| *k /= bend);
-    [function, first, second]
 }
 
 /// A part of a term: a series times a factor, whose derivative of some order is averaged.
@@ -331,7 +294,7 @@ fn inertial(expression: &Expression, layout: &Layout) -> Option<Vec<Part>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::signal::{Facts, Smoothing};
+    use crate::signal::{Facts, Smoothing, dot, rms};
     use rand::SeedableRng as _;
     use rand_distr::{Distribution as _, StandardNormal};
     use sindyscope_values::record::{Channel, Record, Role};
@@ -387,7 +350,7 @@ mod tests {
         };
         let signals = signals(motion, 0.0, 3000);
         let terms = terms("x, v, u, x*v");
-        for half_width in [NARROWEST, 20, 100, 400] {
+        for half_width in [TestFunction::NARROWEST, 20, 100, 400] {
             let weak = Weak::new(&LAYOUT, &[], &[Arc::clone(&signals)], Some(half_width), &[1], usize::MAX).unwrap();
             let Rows { columns, rate } = rows(&weak, &terms, &signals);
             let found = Reduced::new(&columns, &rate).least_squares(&[0, 1, 2, 3]);
@@ -402,13 +365,12 @@ mod tests {
     fn accelerations_are_averaged_without_being_estimated() {
         let motion = |t: f64| [(3.0 * t).sin(), -9.0 * (3.0 * t).sin()];
         let product: Vec<f64> = (0..3000).map(|k| motion(INTERVAL * k as f64)).map(|[x, a]| x.cos() * a).collect();
-        let rms = |values: &[f64]| (dot(values, values) / values.len() as f64).sqrt();
         for (noise, bound) in [(0.0, 1e-5), (1e-3, 4e-3)] {
             let signals = signals(motion, noise, 3000);
-            let kernels = test_functions(40, INTERVAL);
+            let function = TestFunction::new(40, INTERVAL);
             let weak = Weak::new(&LAYOUT, &[], &[Arc::clone(&signals)], Some(40), &[1], usize::MAX).unwrap();
-            let averaged = weak.averages(&product, &kernels[0]);
-            let column = weak.columns(&LAYOUT, &terms("cos(x)*a"), &signals, &kernels).swap_remove(0);
+            let averaged: Vec<f64> = function.averages(&product, 0, weak.stride).collect();
+            let column = weak.columns(&LAYOUT, &terms("cos(x)*a"), &signals, &function).swap_remove(0);
             let apart: Vec<f64> = averaged.iter().zip(&column).map(|(a, b)| a - b).collect();
             assert!(rms(&apart) < bound * rms(&averaged), "{noise}: {} of {}", rms(&apart), rms(&averaged));
         }

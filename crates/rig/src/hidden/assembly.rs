@@ -1,8 +1,8 @@
 //! A linear plant with effects in it: put together, set in motion, and its missing forces measured.
 
-use super::algebra::{E, v};
 use super::catalogue::Effect;
 use super::parts::{Begins, Parts, SensorFault};
+use super::quantities::v;
 use super::scene::{Dice, Drive, Extent, Motion, Scene};
 use super::shaking::Run;
 use super::watching::Shown;
@@ -12,7 +12,7 @@ use crate::plant::Plant;
 use crate::response::{Response, Stop, respond_at};
 use crate::span::Accuracy;
 use sindyscope_values::model::{Equation, Model};
-use sindyscope_values::term::{Expression, Program};
+use sindyscope_values::term::{Expression, Program, Term};
 
 /// A linear plant with effects in it.
 #[derive(Clone, Debug)]
@@ -67,7 +67,7 @@ impl Assembly {
             _ => 1,
         };
         let forces = std::iter::once(scene.base()).chain(parts.iter().map(|p| p.force.clone()));
-        let known = |terms: Vec<E>| Equation::known(terms.into_iter().map(|e| (e.term(), 1.0)));
+        let known = |terms: Vec<Expression>| Equation::known(terms.into_iter().map(|e| (Term::new(e), 1.0)));
         let mut equations = vec![known(vec![v()]), known(forces.collect())];
         equations.extend(scene.control.map(|control| known(vec![control.filtered_rate()])));
         equations.extend(parts.iter().flat_map(|p| &p.inner).map(|inner| known(vec![inner.rate.clone()])));
@@ -141,9 +141,9 @@ impl Assembly {
     }
 
     /// Values of expressions along a motion, one series each.
-    pub(super) fn along(&self, motions: &Motions, expressions: &[E]) -> Vec<Vec<f64>> {
+    pub(super) fn along(&self, motions: &Motions, expressions: &[Expression]) -> Vec<Vec<f64>> {
         let layout = self.plant.smooth.layout;
-        let expressions: Vec<Expression> = expressions.iter().map(|e| e.0.normal()).collect();
+        let expressions: Vec<Expression> = expressions.iter().map(Expression::normal).collect();
         let program = Program::new(&expressions, &layout);
         let mut slots = program.slots();
         let mut values = vec![Vec::with_capacity(motions.times.len()); expressions.len()];
@@ -169,9 +169,10 @@ impl Assembly {
     /// The missing acceleration of each effect over a motion, one series an effect. What changes the sensor counts as the
     /// spring force of what it changes, `shift` being the record's own share of a shifted zero.
     pub(super) fn missing(&self, motions: &Motions, shift: f64) -> Vec<Vec<f64>> {
-        let none = || E(Expression::Number(0.0));
-        let contacts: Vec<E> = self.parts.iter().map(|p| p.contact.as_ref().map_or_else(none, sliding_force)).collect();
-        let mut expressions: Vec<E> = self.parts.iter().map(|p| p.force.clone()).collect();
+        let none = || Expression::from(0.0);
+        let contacts: Vec<Expression> =
+            self.parts.iter().map(|p| p.contact.as_ref().map_or_else(none, sliding_force)).collect();
+        let mut expressions: Vec<Expression> = self.parts.iter().map(|p| p.force.clone()).collect();
         expressions.extend(contacts);
         expressions.push(self.scene.base());
         let values = self.along(motions, &expressions);
@@ -204,7 +205,7 @@ impl Assembly {
 
     /// Acceleration of what a contact sticks to: the base's, as it arrives, where it is in the joint.
     fn held_acceleration(&self, contact: usize, motions: &Motions, sample: usize) -> f64 {
-        let in_joint = self.plant.contacts[contact].velocity != v().term();
+        let in_joint = self.plant.contacts[contact].velocity != Term::new(v());
         if in_joint { motions.inputs.last().map_or(0.0, |jet| jet[2][sample]) } else { 0.0 }
     }
 
@@ -222,10 +223,10 @@ impl Assembly {
 }
 
 /// −strength × sgn velocity.
-fn sliding_force(contact: &crate::plant::Contact) -> E {
-    let sign = E(contact.velocity.expression().clone()).call(sindyscope_values::term::Function::Sgn);
-    let sum = contact.sliding.iter().map(|(term, weight)| E(term.expression().clone()) * *weight);
-    -(sum.fold(E(Expression::Number(0.0)), |a, b| a + b) * sign)
+fn sliding_force(contact: &crate::plant::Contact) -> Expression {
+    let sign = contact.velocity.expression().clone().sgn();
+    let sum = contact.sliding.iter().map(|(term, weight)| term.expression().clone() * *weight);
+    -(sum.fold(Expression::from(0.0), |a, b| a + b) * sign)
 }
 
 /// The size of motions over all of them.

@@ -1,23 +1,23 @@
 //! Hidden effects on what drives the mass, and on what measures it.
 
-use super::algebra::{E, du, number, times, u};
 use super::parts::{ACCELERATION, Dimension, LENGTH, PLAIN, Parts, RATE, SensorFault, TIME};
+use super::quantities::{du, u};
 use super::scene::{Dice, Drive, Scene};
 use super::time::wave;
-use sindyscope_values::term::Function;
+use sindyscope_values::term::Expression;
 
 /// What an input gives to the mass.
-fn given(scene: &Scene, input: E, rate: E) -> E {
+fn given(scene: &Scene, input: Expression, rate: Expression) -> Expression {
     match scene.drive {
-        Drive::Base => times(input, scene.stiffness) + rate * scene.damping,
-        Drive::Force | Drive::None => times(input, scene.mobility),
+        Drive::Base => input * scene.stiffness + rate * scene.damping,
+        Drive::Force | Drive::None => input * scene.mobility,
     }
 }
 
 /// A force that never changes.
 pub(super) fn constant_force(s: f64, dice: &Dice, scene: &Scene) -> Parts {
     let force = dice.value("g", s * dice.sign(0) * scene.motion.r.rms);
-    Parts::new("").force(number(force)).with("g", force, ACCELERATION)
+    Parts::new("").force(Expression::from(force)).with("g", force, ACCELERATION)
 }
 
 /// +c u̇.
@@ -36,14 +36,14 @@ pub(super) fn delay(s: f64, dice: &Dice, scene: &Scene) -> Parts {
 /// clip(u, L) where u is measured.
 pub(super) fn saturation(s: f64, dice: &Dice, scene: &Scene) -> Parts {
     let limit = dice.value("L", (1.0 - s) * scene.motion.u.peak);
-    let outside = (u(0).abs() + -limit).call(Function::Step);
+    let outside = (u(0).abs() + -limit).step();
     Parts::new("").force(given(scene, u(0).clip(limit) - u(0), -(du(0) * outside))).with("L", limit, Dimension::Input)
 }
 
 /// (1 + γ) u where u is measured, on the spring's side.
 pub(super) fn gain(s: f64, dice: &Dice, scene: &Scene) -> Parts {
     let gamma = dice.value("gamma", s * dice.sign(0));
-    Parts::new("").force(times(u(0) * gamma, scene.stiffness)).with("gamma", gamma, PLAIN)
+    Parts::new("").force(u(0) * gamma * scene.stiffness).with("gamma", gamma, PLAIN)
 }
 
 /// P cos(Ωt + φ), which no one measures.

@@ -1,9 +1,9 @@
 //! Hidden friction and damping: forces against a velocity.
 
-use super::algebra::{E, number, v};
 use super::parts::{ACCELERATION, Dimension, PLAIN, Parts, RATE, STIFFNESS, VELOCITY};
+use super::quantities::v;
 use super::scene::{Coordinate, Dice, Scene};
-use sindyscope_values::term::Function;
+use sindyscope_values::term::Expression;
 
 /// −c v beside the damper of the joint.
 pub(super) fn viscous(s: f64, dice: &Dice, scene: &Scene) -> Parts {
@@ -15,7 +15,7 @@ pub(super) fn viscous(s: f64, dice: &Dice, scene: &Scene) -> Parts {
 pub(super) fn coulomb(s: f64, dice: &Dice, scene: &Scene) -> Parts {
     let Coordinate { p, displacement, place, .. } = scene.coordinate(dice.heads(0));
     let strength = dice.value("F", s * displacement.rms);
-    Parts::new(place).contact(p, vec![(number(1.0), strength)], 1.0).with("F", strength, ACCELERATION)
+    Parts::new(place).contact(p, vec![(Expression::from(1.0), strength)], 1.0).with("F", strength, ACCELERATION)
 }
 
 /// `−[F + (F_s − F) exp(−(v/v_s)²)] sgn v`.
@@ -24,9 +24,9 @@ pub(super) fn stribeck(s: f64, dice: &Dice, scene: &Scene) -> Parts {
     let sliding = dice.value("F", s * displacement.rms);
     let resting = dice.value("F_s", sliding * dice.between(1, 1.5, 2.5));
     let width = dice.value("v_s", velocity.rms * dice.ratio(2, 0.15, 0.6));
-    let weakening = (-(p.clone() * (1.0 / width)).power(2.0)).call(Function::Exp);
+    let weakening = (-(p.clone() * (1.0 / width)).power(2.0)).exp();
     Parts::new(place)
-        .contact(p, vec![(number(1.0), sliding), (weakening, resting - sliding)], 1.0)
+        .contact(p, vec![(Expression::from(1.0), sliding), (weakening, resting - sliding)], 1.0)
         .with("F", sliding, ACCELERATION)
         .with("F_s", resting, ACCELERATION)
         .with("v_s", width, VELOCITY)
@@ -38,7 +38,7 @@ pub(super) fn sticking(s: f64, dice: &Dice, scene: &Scene) -> Parts {
     let sliding = dice.value("F", s * displacement.rms);
     // A contact holds at least as hard as it slides.
     let holding = dice.given("F_s").map_or(dice.between(1, 1.3, 3.0), |held| (held / sliding).max(1.0));
-    Parts::new(place).contact(p, vec![(number(1.0), sliding)], holding).with("F", sliding, ACCELERATION).with(
+    Parts::new(place).contact(p, vec![(Expression::from(1.0), sliding)], holding).with("F", sliding, ACCELERATION).with(
         "F_s",
         holding * sliding,
         ACCELERATION,
@@ -81,12 +81,12 @@ pub(super) fn rate_dependent(s: f64, dice: &Dice, scene: &Scene) -> Parts {
     let scale = dice.value("v_0", velocity.rms * dice.ratio(2, 0.02, 0.1));
     let grown = log_law(p.clone(), scale);
     Parts::new(place)
-        .contact(p, vec![(number(1.0), strength), (grown, slope * strength)], 1.0)
+        .contact(p, vec![(Expression::from(1.0), strength), (grown, slope * strength)], 1.0)
         .with("F", strength, ACCELERATION)
         .with("a", slope, PLAIN)
         .with("v_0", scale, VELOCITY)
 }
 
-fn log_law(p: E, scale: f64) -> E {
-    ((p * (1.0 / scale)).power(2.0) + 1.0).call(Function::Log) * 0.5
+fn log_law(p: Expression, scale: f64) -> Expression {
+    ((p * (1.0 / scale)).power(2.0) + 1.0).log() * 0.5
 }

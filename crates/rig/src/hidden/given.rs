@@ -203,7 +203,7 @@ impl Given {
 
     /// The missing acceleration but for what contacts give, in states of first order: displacement, velocity, inner states.
     pub(crate) fn forces(&self) -> impl Iterator<Item = &Expression> {
-        self.assembly.parts.iter().map(|part| &part.force.0)
+        self.assembly.parts.iter().map(|part| &part.force)
     }
 
     /// The plant itself, of first order.

@@ -1,8 +1,9 @@
 //! Hidden effects that remember: states that no sensor sees.
 
-use super::algebra::{E, number, state, v, x};
 use super::parts::{Begins, LENGTH, PLAIN, Parts, RATE, STIFFNESS, TIME};
+use super::quantities::{state, v, x};
 use super::scene::{Coordinate, Dice, Scene};
+use sindyscope_values::term::Expression;
 
 /// −k z, ż = w − β|w||z|ⁿ⁻¹z − γ w|z|ⁿ, with β + γ = `1/x_yⁿ` (Bouc and Wen).
 pub(super) fn bouc_wen(s: f64, dice: &Dice, scene: &Scene) -> Parts {
@@ -68,7 +69,7 @@ pub(super) fn fractional(s: f64, dice: &Dice, scene: &Scene) -> Parts {
     let c = dice.value("c_alpha", s);
     let fastest = FASTEST / scene.stiffness.sqrt();
     let mut parts = Parts::new(place);
-    let mut force: E = number(0.0);
+    let mut force = Expression::from(0.0);
     // ω^α is ∫ of ω²τ²/(1 + ω²τ²) τ^(−α−1) dτ but for sin(απ)/π; branches are that integral's sum over ln τ.
     let spacing = DECADES * std::f64::consts::LN_10 / (BRANCHES - 1) as f64;
     let weight = c * spacing * (std::f64::consts::PI * order).sin() / std::f64::consts::PI;

@@ -5,7 +5,6 @@
 //! `ẍ = −k x − c ẋ + Δ` (free decay); each effect is its own Δ, of a size relative to the spring's force that is asked for.
 //! The [`Truth`] never touches the records.
 
-mod algebra;
 mod assembly;
 mod calibrate;
 mod catalogue;
@@ -18,6 +17,7 @@ mod judge;
 mod lab;
 mod memory;
 mod parts;
+mod quantities;
 mod regime;
 mod scene;
 mod shaking;

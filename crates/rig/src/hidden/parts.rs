@@ -1,7 +1,7 @@
 //! What an effect adds to a plant.
 
-use super::algebra::{E, number};
 use crate::plant::Contact;
+use sindyscope_values::term::{Expression, Term};
 
 /// A number of an effect, without unit, and what its unit is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,7 +32,7 @@ pub(super) const PLAIN: Dimension = Dimension::Of { length: 0, time: 0 };
 /// A state of an effect's own.
 #[derive(Clone, Debug)]
 pub(super) struct Inner {
-    pub rate: E,
+    pub rate: Expression,
     pub begins: Begins,
 }
 
@@ -61,7 +61,7 @@ pub(super) enum SensorFault {
 #[derive(Clone, Debug)]
 pub(super) struct Parts {
     /// The missing acceleration, but for what the contact gives.
-    pub force: E,
+    pub force: Expression,
     pub inner: Vec<Inner>,
     pub contact: Option<Contact>,
     /// How late the input arrives.
@@ -77,7 +77,7 @@ pub(super) struct Parts {
 impl Parts {
     pub(super) fn new(place: &'static str) -> Self {
         Self {
-            force: number(0.0),
+            force: Expression::from(0.0),
             inner: Vec::new(),
             contact: None,
             delay: 0.0,
@@ -93,18 +93,18 @@ impl Parts {
         self
     }
 
-    pub(super) fn force(self, force: E) -> Self {
+    pub(super) fn force(self, force: Expression) -> Self {
         Self { force, ..self }
     }
 
-    pub(super) fn inner(mut self, begins: Begins, rate: E) -> Self {
+    pub(super) fn inner(mut self, begins: Begins, rate: Expression) -> Self {
         self.inner.push(Inner { rate, begins });
         self
     }
 
-    pub(super) fn contact(self, velocity: E, sliding: Vec<(E, f64)>, holding_ratio: f64) -> Self {
-        let sliding = sliding.into_iter().map(|(e, weight)| (e.term(), weight)).collect();
-        let contact = Contact { velocity: velocity.term(), acts_on: vec![(1, 1.0)], sliding, holding_ratio };
+    pub(super) fn contact(self, velocity: Expression, sliding: Vec<(Expression, f64)>, holding_ratio: f64) -> Self {
+        let sliding = sliding.into_iter().map(|(e, weight)| (Term::new(e), weight)).collect();
+        let contact = Contact { velocity: Term::new(velocity), acts_on: vec![(1, 1.0)], sliding, holding_ratio };
         Self { contact: Some(contact), ..self }
     }
 }

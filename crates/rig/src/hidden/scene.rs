@@ -3,8 +3,8 @@
 //! Everything here is without units: lengths over the amplitude scale, times over 1/ω₀. So the stiffness over mass is 1
 //! and the natural period 2π, and one tolerance of integration is right from micrometres to metres.
 
-use super::algebra::{E, du, state, times, u, v, x};
-use sindyscope_values::term::Term;
+use super::quantities::{du, state, u, v, x};
+use sindyscope_values::term::{Expression, Term};
 
 /// How far a quantity goes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -67,16 +67,16 @@ pub(super) struct Control {
 }
 
 impl Control {
-    fn seen() -> E {
+    fn seen() -> Expression {
         x() + u(1)
     }
 
     /// Rate of what the sensor shows.
-    pub(super) fn filtered_rate(&self) -> E {
+    pub(super) fn filtered_rate(&self) -> Expression {
         (Self::seen() - state(2)) * (1.0 / self.filter)
     }
 
-    pub(super) fn force(&self) -> E {
+    pub(super) fn force(&self) -> Expression {
         (u(0) - Self::seen()) * self.proportional + (du(0) - self.filtered_rate()) * self.derivative
     }
 }
@@ -112,8 +112,8 @@ pub(super) struct Scene {
 
 /// Displacement and velocity that an effect acts on, with their extents.
 pub(super) struct Coordinate {
-    pub q: E,
-    pub p: E,
+    pub q: Expression,
+    pub p: Expression,
     pub displacement: Extent,
     pub velocity: Extent,
     /// Where it acts, in words.
@@ -162,15 +162,15 @@ impl Scene {
     }
 
     /// Acceleration of the plant that nothing is hidden in.
-    pub(super) fn base(&self) -> E {
+    pub(super) fn base(&self) -> Expression {
         let Coordinate { q, p, .. } = self.coordinate(false);
         let damper = if self.grounded_damper { v() } else { p };
-        let linear = times(-q.clone(), self.stiffness);
+        let linear = -q.clone() * self.stiffness;
         let stiff = if self.cubic > 0.0 { linear - q.power(3.0) * self.cubic } else { linear };
         let restoring = if self.sprung { stiff - damper * self.damping } else { -(damper * self.damping) };
         match (self.drive, self.control) {
             (Drive::Force, Some(control)) => restoring + control.force(),
-            (Drive::Force, None) => restoring + times(u(0), self.mobility),
+            (Drive::Force, None) => restoring + u(0) * self.mobility,
             (Drive::Base | Drive::None, _) => restoring,
         }
     }

@@ -1,9 +1,9 @@
 //! Hidden springs and stops: forces against a displacement.
 
-use super::algebra::{number, times, v, x};
 use super::parts::{Dimension, LENGTH, PLAIN, Parts, RATE, STIFFNESS, TIME};
+use super::quantities::{v, x};
 use super::scene::{Coordinate, Dice, Scene};
-use sindyscope_values::term::Function;
+use sindyscope_values::term::Expression;
 
 /// The largest share of the linear spring that a softening term may take away at the largest displacement.
 const SOFTEST: f64 = 0.45;
@@ -51,19 +51,19 @@ pub(super) fn one_sided_stop(s: f64, dice: &Dice, scene: &Scene) -> Parts {
     let Coordinate { q, displacement, place, .. } = scene.coordinate(dice.heads(0));
     let gap = dice.value("d", displacement.peak * dice.between(1, 0.2, 0.6));
     let k = dice.value("k_s", s);
-    Parts::new(place).force((q + -gap).positive() * -k).with("k_s", k, STIFFNESS).with("d", gap, LENGTH)
+    Parts::new(place).force((q + -gap).max(0.0) * -k).with("k_s", k, STIFFNESS).with("d", gap, LENGTH)
 }
 
 /// −k max(r, 0), of either sign.
 pub(super) fn bilinear(s: f64, dice: &Dice, scene: &Scene) -> Parts {
     let Coordinate { q, place, .. } = scene.coordinate(dice.heads(0));
     let k = dice.value("k_b", if dice.heads(1) { -s.min(SOFTEST) } else { s });
-    Parts::new(place).force(q.positive() * -k).with("k_b", k, STIFFNESS)
+    Parts::new(place).force(q.max(0.0) * -k).with("k_b", k, STIFFNESS)
 }
 
 /// −k sin x instead of −k x; the strength is the angle that the motion reaches.
 pub(super) fn pendulum(s: f64, _: &Dice, scene: &Scene) -> Parts {
-    let force = times(x() - x().call(Function::Sin), scene.stiffness);
+    let force = (x() - x().sin()) * scene.stiffness;
     let parts = Parts::new("").force(force).with("k_sin", scene.stiffness, STIFFNESS);
     Parts { level: s, ..parts }
 }
@@ -75,7 +75,7 @@ pub(super) fn magnet(s: f64, dice: &Dice, scene: &Scene) -> Parts {
     // Beyond this the magnet's gradient nears the spring's, and the mass would snap to it.
     let strongest = 0.3 * (distance - displacement.peak).powi(3);
     let strength = dice.value("q", (s * displacement.peak.powi(3)).min(strongest));
-    let pull = (number(distance) - q).power(-2.0) + -distance.powi(-2);
+    let pull = (Expression::from(distance) - q).power(-2.0) + -distance.powi(-2);
     Parts::new(place)
         .force(pull * strength)
         .with("q", strength, Dimension::Of { length: 3, time: -2 })
@@ -89,8 +89,8 @@ pub(super) fn impact(s: f64, dice: &Dice, scene: &Scene) -> Parts {
     let loss = dice.value("a", dice.between(2, 0.8, 1.6) / velocity.peak);
     let k = dice.value("k_s", s);
     // A stop pushes and never pulls.
-    let push = (p * loss + 1.0).positive();
-    Parts::new(place).force((q + -gap).positive() * push * -k).with("k_s", k, STIFFNESS).with("d", gap, LENGTH).with(
+    let push = (p * loss + 1.0).max(0.0);
+    Parts::new(place).force((q + -gap).max(0.0) * push * -k).with("k_s", k, STIFFNESS).with("d", gap, LENGTH).with(
         "a",
         loss,
         Dimension::Of { length: -1, time: 1 },

@@ -1,15 +1,15 @@
 //! Time as the records count it.
 
-use super::algebra::{E, t};
+use super::quantities::t;
 use super::scene::Scene;
-use sindyscope_values::term::Function;
+use sindyscope_values::term::Expression;
 
 /// Time since the records begin.
-pub(super) fn elapsed(scene: &Scene) -> E {
+pub(super) fn elapsed(scene: &Scene) -> Expression {
     t() + -scene.origin
 }
 
 /// cos(rate × elapsed time + phase).
-pub(super) fn wave(rate: f64, phase: f64, scene: &Scene) -> E {
-    (elapsed(scene) * rate + phase).call(Function::Cos)
+pub(super) fn wave(rate: f64, phase: f64, scene: &Scene) -> Expression {
+    (elapsed(scene) * rate + phase).cos()
 }

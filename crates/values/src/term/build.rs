@@ -85,6 +85,18 @@ impl Expression {
         Self::call(Function::Exp, self)
     }
 
+    /// Its natural logarithm.
+    #[must_use]
+    pub fn log(self) -> Self {
+        Self::call(Function::Log, self)
+    }
+
+    /// 0 where it is negative, 1 where it is positive.
+    #[must_use]
+    pub fn step(self) -> Self {
+        Self::call(Function::Step, self)
+    }
+
     /// The larger of it and a number.
     #[must_use]
     pub fn max(self, least: f64) -> Self {
@@ -95,6 +107,12 @@ impl Expression {
     #[must_use]
     pub fn min(self, most: f64) -> Self {
         Self::Call(Function::Min, vec![self, Self::Number(most)])
+    }
+
+    /// It, held within ± a limit.
+    #[must_use]
+    pub fn clip(self, limit: f64) -> Self {
+        Self::Call(Function::Clip, vec![self, Self::Number(limit)])
     }
 
     /// What of it lies outside ± a gap.
@@ -120,6 +138,8 @@ mod tests {
             ((x() - 0.2).max(0.0), "max(x-0.2,0)"),
             ((x() + 0.2).min(0.0), "min(x+0.2,0)"),
             (x().dead_zone(0.1), "dz(x,0.1)"),
+            (x().clip(0.1), "clip(x,0.1)"),
+            ((v().power(2.0) + 1.0).log() * x().step(), "log(v^2+1)*step(x)"),
             (x() * (Expression::from(Symbol::Time) * 6.5).cos(), "x*cos(6.5*t)"),
             (x().sin() + 1.0, "sin(x)+1"),
         ];

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use crate::signal::{SavitzkyGolay, Signals, Smoother, Smoothing, dot};
 use sindyscope_values::term::{Program, SampleBlock};
