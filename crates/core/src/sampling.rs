@@ -88,9 +88,27 @@ impl Sampling {
 /// Why stamps give no even grid; rows are those of the later stamp.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Irregular {
-    Repeated { row: usize },
-    Falling { row: usize },
-    Uneven { row: usize, step: f64, usual: f64, jitter: f64 },
+    /// Two stamps are the same.
+    Repeated {
+        /// The later one's row.
+        row: usize,
+    },
+    /// Time runs backwards.
+    Falling {
+        /// The row of the stamp that is earlier than the one before it.
+        row: usize,
+    },
+    /// Steps differ by more than jitter and missing samples explain.
+    Uneven {
+        /// The later one's row.
+        row: usize,
+        /// The step to it, in the stamps' unit.
+        step: f64,
+        /// The usual step.
+        usual: f64,
+        /// How far the step is off the usual one, as a share of it.
+        jitter: f64,
+    },
 }
 
 impl Irregular {

@@ -9,7 +9,7 @@ use super::kept::Kept;
 use super::{Picture, View};
 use crate::app::plot::decimate::{Decimated, Samples};
 use crate::app::plot::palette::Ink;
-use sindyscope_core::signal::spectrum::{Peak, Spectrum};
+use sindyscope_core::signal::{Peak, Spectrum};
 use sindyscope_core::study::Outcome;
 
 /// A curve of a plot: the plot's name and what is drawn.

@@ -14,7 +14,7 @@ use super::{Request, View, ViewState};
 use crate::app::plot::palette::{self, Ink};
 use crate::app::plot::units::Scale;
 use crate::app::plot::{axis, decimate, export, pointer, units};
-use sindyscope_core::signal::spectrum::Spectrum;
+use sindyscope_core::signal::Spectrum;
 
 const ID: &str = "spectrum";
 

@@ -14,14 +14,17 @@ use sindyscope_values::term::Layout;
 /// is fitted to, its limits.
 #[derive(Debug)]
 pub struct Drive {
+    /// The inputs between their samples.
     pub grid: Arc<InputGrid>,
     /// State vectors at the first sample that the initial state is sought from.
     guesses: [Vec<f64>; 2],
-    /// What the sensors show, what they show of no motion (an accelerometer's zero is never right), and what they showed
-    /// beyond that.
+    /// What the sensors show.
     pub outputs: Vec<Output>,
+    /// What each of them shows of no motion: an accelerometer's zero is never right.
     pub zeros: Vec<f64>,
+    /// What each of them showed beyond its zero.
     pub measured: Vec<Arc<[f64]>>,
+    /// Magnitude of each state beyond which a simulation is given up.
     pub limits: Vec<f64>,
     /// Samples that the initial state is fitted to.
     opening: usize,

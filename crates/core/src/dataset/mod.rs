@@ -13,16 +13,21 @@ pub use drive::{Drive, RANGE, output};
 /// Records of one layout under one smoothing, in their set's order.
 #[derive(Clone, Debug, Default)]
 pub struct Dataset {
+    /// Numbers of states and inputs of the records.
     pub layout: Layout,
+    /// The records, each with its signals.
     pub records: Vec<Prepared>,
 }
 
 /// A record with what was computed of it alone.
 #[derive(Clone, Debug)]
 pub struct Prepared {
+    /// What was measured.
     pub record: Arc<Record>,
+    /// Its noise and period.
     pub facts: Arc<Facts>,
     smoothing: Smoothing,
+    /// It smoothed and differentiated.
     pub signals: Arc<Signals>,
     /// What a simulation needs; none if none was asked for yet.
     drive: OnceLock<Arc<Drive>>,

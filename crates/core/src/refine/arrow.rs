@@ -165,7 +165,7 @@ fn unit(square: f64) -> f64 {
 }
 
 /// The inverse of a normal matrix, by way of unit columns; a column without effect counts as one of its own.
-pub fn scaled_inverse(normal: &DMatrix<f64>, damping: f64) -> Option<DMatrix<f64>> {
+pub(crate) fn scaled_inverse(normal: &DMatrix<f64>, damping: f64) -> Option<DMatrix<f64>> {
     let n = normal.nrows();
     let scale: Vec<f64> = (0..n).map(|i| unit(normal[(i, i)])).collect();
     let mut scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] * scale[i] * scale[j]);

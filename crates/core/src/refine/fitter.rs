@@ -294,7 +294,7 @@ impl<'a> Fitter<'a> {
         nudge: f64,
         scales: &mut [f64],
     ) -> Option<Vec<Vec<Vec<f64>>>> {
-        let shared = if self.options.frozen { 0 } else { point.shared.len() };
+        let shared = self.shared(point);
         let ready = self.ready(&point.shared)?;
         let sides = self.sides(&ready, point);
         let found: Vec<Option<Vec<Vec<f64>>>> = (0..shared)
@@ -355,7 +355,7 @@ impl<'a> Fitter<'a> {
 
     /// The normal equations.
     fn arrow(&self, columns: &[Vec<Vec<f64>>], simulated: &[Vec<f64>], (point, scales): (&Point, &[f64])) -> Arrow {
-        let (shared, offsets) = (if self.options.frozen { 0 } else { point.shared.len() }, point.offsets.len());
+        let (shared, offsets) = (self.shared(point), point.offsets.len());
         let mut arrow = Arrow::new(shared + offsets);
         let mut residual = Vec::new();
         for ((run, columns), simulated) in self.runs.iter().zip(columns).zip(simulated) {
@@ -434,140 +434,223 @@ impl<'a> Fitter<'a> {
     }
 
     fn fit(&self, start: &Point) -> Option<Refined> {
+        let mut descent = Descent::new(self, start)?;
+        let arrow = descent.run()?;
+        Some(descent.refined(&arrow))
+    }
+
+    /// Number of shared parameters that are fitted.
+    fn shared(&self, point: &Point) -> usize {
+        if self.options.frozen { 0 } else { point.shared.len() }
+    }
+
+    fn is_cancelled(&self) -> bool {
+        (self.options.cancelled)()
+    }
+}
+
+/// A fit on its way down.
+struct Descent<'f, 'a> {
+    fitter: &'f Fitter<'a>,
+    point: Point,
+    /// The response there: `[run][row]`.
+    simulated: Vec<Vec<f64>>,
+    /// The sum of squares there.
+    rss: f64,
+    /// Number of residuals.
+    samples: usize,
+    /// Number of expectations.
+    expectations: usize,
+    /// Residuals and expectations less what is fitted.
+    freedom: f64,
+    /// A change of each shared parameter that moves the response by its size.
+    scales: Vec<f64>,
+    /// Share of that by which parameters are moved for a difference; negative for backwards.
+    nudge: f64,
+    /// Of Levenberg and Marquardt.
+    damping: f64,
+    /// Sensitivities there: `[run][unknown][row]`.
+    columns: Vec<Vec<Vec<f64>>>,
+    /// Secant updates of the sensitivities since they were computed.
+    updates: usize,
+    /// No step would change the fit noticeably.
+    converged: bool,
+    /// Memory for the responses of steps that are tried.
+    trial: Vec<Vec<f64>>,
+}
+
+/// What the dampings tried for a step came to.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Step {
+    /// None leads down.
+    None,
+    /// The first one does.
+    AtOnce,
+    /// A later one does.
+    Damped,
+}
+
+impl<'f, 'a> Descent<'f, 'a> {
+    /// At the start, moved within its bounds; none if the model cannot be simulated there.
+    fn new(fitter: &'f Fitter<'a>, start: &Point) -> Option<Self> {
         let mut point = start.clone();
-        for (value, (low, high)) in point.shared.iter_mut().zip(&self.bounds) {
+        for (value, (low, high)) in point.shared.iter_mut().zip(&fitter.bounds) {
             *value = value.clamp(*low, *high);
         }
         let mut simulated = Vec::new();
-        let mut rss = self.all(&point, &mut simulated)?;
-        let samples: usize = self.runs.iter().map(Run::rows).sum();
-        let shared = if self.options.frozen { 0 } else { point.shared.len() };
-        let offsets = point.offsets.len();
+        let rss = fitter.all(&point, &mut simulated)?;
+        let samples: usize = fitter.runs.iter().map(Run::rows).sum();
         let own: usize = point.own.iter().map(Vec::len).sum();
-        let expectations = self.expectations(&point.shared).len();
-        let freedom = (samples + expectations).saturating_sub(shared + offsets + own).max(1) as f64;
-        let mut scales = self.structure.scales();
-        let mut trial = Vec::new();
-        let mut damping: f64 = 1e-5;
-        let mut nudge = NUDGE;
-        let mut converged = false;
-        let mut columns = Vec::new();
-        let mut arrow;
-        // Secant updates of the sensitivities since they were computed.
-        let mut updates = 0;
+        let expectations = fitter.expectations(&point.shared).len();
+        let unknowns = fitter.shared(&point) + point.offsets.len() + own;
+        Some(Self {
+            fitter,
+            simulated,
+            rss,
+            samples,
+            expectations,
+            freedom: (samples + expectations).saturating_sub(unknowns).max(1) as f64,
+            scales: fitter.structure.scales(),
+            nudge: NUDGE,
+            damping: 1e-5,
+            columns: Vec::new(),
+            updates: 0,
+            converged: false,
+            trial: Vec::new(),
+            point,
+        })
+    }
+
+    /// Steps down until nothing is gained, or no more steps may be taken. Gives the normal equations of the last sensitivities;
+    /// none if cancelled, or if the model cannot be simulated around a point.
+    fn run(&mut self) -> Option<Arrow> {
+        let Fitter { options, rates, .. } = self.fitter;
+        let common = self.fitter.shared(&self.point) + self.point.offsets.len();
         let mut fresh = true;
-        let mut step = 0;
+        let mut steps = 0;
         loop {
-            if (self.options.cancelled)() {
+            if self.fitter.is_cancelled() {
                 return None;
             }
             if fresh {
-                columns = self.sensitivities(&point, &simulated, nudge, &mut scales)?;
-                updates = 0;
+                self.differentiate()?;
             }
-            arrow = self.arrow(&columns, &simulated, (&point, &scales));
-            let ended = step >= self.options.steps || self.spent.load(Ordering::Relaxed) > self.options.effort;
-            if converged || ended {
-                if updates > 0 {
-                    columns = self.sensitivities(&point, &simulated, nudge, &mut scales)?;
-                    arrow = self.arrow(&columns, &simulated, (&point, &scales));
+            let arrow = self.arrow();
+            let ended = steps >= options.steps || self.fitter.spent.load(Ordering::Relaxed) > options.effort;
+            if self.converged || ended {
+                if self.updates == 0 {
+                    return Some(arrow);
                 }
-                break;
+                self.differentiate()?;
+                return Some(self.arrow());
             }
-            step += 1;
-            let began = rss;
-            let mut taken = false;
-            let mut at_once = false;
-            let at: Vec<f64> = point.shared[..shared].iter().chain(&point.offsets).copied().collect();
-            let reach = if shared > 0 { self.reach(&point.shared) } else { Vec::new() };
-            for attempt in 0..if updates > 0 { SECANT_TRIES } else { TRIES } {
-                let Some(by) = arrow.step(damping, &at, &reach) else {
-                    damping = (damping * 10.0).max(1e-6);
-                    continue;
-                };
-                let candidate = moved(&point, &by, shared);
-                match self.all(&candidate, &mut trial) {
-                    Some(found) if found < rss => {
-                        converged = rss - found < NOTICEABLE * found / freedom;
-                        (point, rss) = (candidate, found);
-                        std::mem::swap(&mut simulated, &mut trial);
-                        damping = (damping * 0.1).max(1e-12);
-                        (taken, at_once) = (true, attempt == 0);
-                        if at_once && updates < SECANTS && shared + offsets > 1 && !self.rates {
-                            self.secant(&mut columns, (&trial, &simulated), &by, (shared, offsets));
-                        }
-                        break;
-                    }
-                    // Nothing left to gain beyond the arithmetic's own noise.
-                    Some(found) if found - rss < 1e-9 * rss && damping < 1e-3 => {
-                        converged = true;
-                        break;
-                    }
-                    _ => damping = (damping * 10.0).max(1e-6),
-                }
-                if (self.options.cancelled)() {
-                    return None;
-                }
-            }
-            if updates > 0 && (converged || !taken) {
+            steps += 1;
+            let began = self.rss;
+            let step = self.step(&arrow)?;
+            if self.updates > 0 && (self.converged || step == Step::None) {
                 // A secant is no proof: the sensitivities themselves are asked.
-                converged = false;
+                self.converged = false;
                 fresh = true;
                 continue;
             }
-            if converged {
+            if self.converged {
                 // The last step was next to none: the sensitivities are still those of the point.
-                break;
+                return Some(arrow);
             }
             // A secant across jumps of an acceleration is none.
-            fresh = !at_once || updates >= SECANTS || shared + offsets <= 1 || self.rates;
-            updates += 1;
-            if let Some(bar) = self.options.bar {
-                bar.reached(rss);
-                if step > PATIENCE && rss > HOPELESS.0 * bar.least() && rss > (1.0 - HOPELESS.1) * began {
-                    break;
+            fresh = step != Step::AtOnce || self.updates >= SECANTS || common <= 1 || *rates;
+            self.updates += 1;
+            if let Some(bar) = options.bar {
+                bar.reached(self.rss);
+                if steps > PATIENCE && self.rss > HOPELESS.0 * bar.least() && self.rss > (1.0 - HOPELESS.1) * began {
+                    return Some(arrow);
                 }
             }
-            if !taken {
+            if step == Step::None {
                 // No descent along any damped step. A difference may have straddled a stop of the motion, on whose two sides
                 // the response moves differently: a wider one, from the other side, sees past it. One of many rivals is not
                 // worth that.
-                if self.options.frozen || self.options.bar.is_some() || nudge.abs() >= WIDEST * NUDGE {
-                    break;
+                if options.frozen || options.bar.is_some() || self.nudge.abs() >= WIDEST * NUDGE {
+                    return Some(arrow);
                 }
-                nudge *= -WIDER;
-                damping = 1e-4;
+                self.nudge *= -WIDER;
+                self.damping = 1e-4;
             }
         }
-        let residuals: Vec<Vec<f64>> = self
-            .runs
-            .iter()
-            .zip(&simulated)
-            .map(|(run, s)| run.target().zip(s).map(|(y, s)| y - s).collect())
-            .collect();
-        let rss_at_jumps = self.at_jumps(&point, &residuals);
-        let held = |(value, (low, high)): (&f64, &(f64, f64))| value <= low || value >= high;
-        let mut at_bound: Vec<bool> = point.shared.iter().zip(&self.bounds).map(held).collect();
-        at_bound.resize(point.shared.len(), false);
-        let mut refined = Refined {
-            point,
-            rss,
-            rss_at_jumps,
-            expectations,
-            samples,
-            residuals,
-            simulated,
-            sensitivities: columns,
-            covariance: DMatrix::zeros(0, 0),
-            at_bound,
-            converged,
-        };
-        if shared > 0
-            && let Some(covariance) = arrow.inverse(shared, &refined.at_bound)
-        {
-            refined.covariance = covariance * (rss / freedom);
+    }
+
+    /// Computes the sensitivities at the point.
+    fn differentiate(&mut self) -> Option<()> {
+        self.columns = self.fitter.sensitivities(&self.point, &self.simulated, self.nudge, &mut self.scales)?;
+        self.updates = 0;
+        Some(())
+    }
+
+    /// The normal equations at the point.
+    fn arrow(&self) -> Arrow {
+        self.fitter.arrow(&self.columns, &self.simulated, (&self.point, &self.scales))
+    }
+
+    /// Goes to the first point that leads down, of steps damped more and more; none if cancelled.
+    fn step(&mut self, arrow: &Arrow) -> Option<Step> {
+        let (shared, offsets) = (self.fitter.shared(&self.point), self.point.offsets.len());
+        let at: Vec<f64> = self.point.shared[..shared].iter().chain(&self.point.offsets).copied().collect();
+        let reach = if shared > 0 { self.fitter.reach(&self.point.shared) } else { Vec::new() };
+        for attempt in 0..if self.updates > 0 { SECANT_TRIES } else { TRIES } {
+            let Some(by) = arrow.step(self.damping, &at, &reach) else {
+                self.damping = (self.damping * 10.0).max(1e-6);
+                continue;
+            };
+            let candidate = moved(&self.point, &by, shared);
+            match self.fitter.all(&candidate, &mut self.trial) {
+                Some(found) if found < self.rss => {
+                    self.converged = self.rss - found < NOTICEABLE * found / self.freedom;
+                    (self.point, self.rss) = (candidate, found);
+                    std::mem::swap(&mut self.simulated, &mut self.trial);
+                    self.damping = (self.damping * 0.1).max(1e-12);
+                    let at_once = attempt == 0;
+                    if at_once && self.updates < SECANTS && shared + offsets > 1 && !self.fitter.rates {
+                        self.fitter.secant(&mut self.columns, (&self.trial, &self.simulated), &by, (shared, offsets));
+                    }
+                    return Some(if at_once { Step::AtOnce } else { Step::Damped });
+                }
+                // Nothing left to gain beyond the arithmetic's own noise.
+                Some(found) if found - self.rss < 1e-9 * self.rss && self.damping < 1e-3 => {
+                    self.converged = true;
+                    return Some(Step::None);
+                }
+                _ => self.damping = (self.damping * 10.0).max(1e-6),
+            }
+            if self.fitter.is_cancelled() {
+                return None;
+            }
         }
-        Some(refined)
+        Some(Step::None)
+    }
+
+    /// The fit as it stands, with the covariance that the normal equations give.
+    fn refined(self, arrow: &Arrow) -> Refined {
+        let Fitter { runs, bounds, .. } = self.fitter;
+        let shared = self.fitter.shared(&self.point);
+        let residual = |(run, s): (&Run, &Vec<f64>)| run.target().zip(s).map(|(y, s)| y - s).collect();
+        let residuals: Vec<Vec<f64>> = runs.iter().zip(&self.simulated).map(residual).collect();
+        let held = |(value, (low, high)): (&f64, &(f64, f64))| value <= low || value >= high;
+        let mut at_bound: Vec<bool> = self.point.shared.iter().zip(bounds).map(held).collect();
+        at_bound.resize(self.point.shared.len(), false);
+        let covariance = if shared > 0 { arrow.inverse(shared, &at_bound) } else { None };
+        Refined {
+            rss_at_jumps: self.fitter.at_jumps(&self.point, &residuals),
+            point: self.point,
+            rss: self.rss,
+            expectations: self.expectations,
+            samples: self.samples,
+            residuals,
+            simulated: self.simulated,
+            sensitivities: self.columns,
+            covariance: covariance.map_or_else(|| DMatrix::zeros(0, 0), |c| c * (self.rss / self.freedom)),
+            at_bound,
+            converged: self.converged,
+        }
     }
 }
 

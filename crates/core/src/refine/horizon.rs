@@ -105,14 +105,14 @@ pub struct Horizon {
 }
 
 /// True if an error is no more than noise leaves, by chance or by what it does to an initial state.
-pub fn holds(error: f64, noise: f64) -> bool {
+pub(crate) fn holds(error: f64, noise: f64) -> bool {
     error < HOLDS * noise
 }
 
 /// The horizon of a model at given shared parameters, which stay: only initial states are fitted.
 ///
 /// None where the model can be followed over no stretch, or it was cancelled.
-pub fn horizon(structure: &dyn Structure, whole: &[Run], shared: &[f64], goal: Goal<'_>) -> Option<Horizon> {
+pub(crate) fn horizon(structure: &dyn Structure, whole: &[Run], shared: &[f64], goal: Goal<'_>) -> Option<Horizon> {
     let goal = Goal { options: Options { frozen: true, ..goal.options }, ..goal };
     let top = levels(whole, goal.period);
     let at = |level: usize| shoot(structure, whole, (shared, None), level, goal, STEPS);
@@ -311,7 +311,7 @@ pub fn climb(structure: &dyn Structure, whole: &[Run], first: Landed, goal: Goal
 /// start; where whole records cannot be followed it is the fit at the longest segments that can.
 ///
 /// None if the model can be simulated nowhere, or the fit was cancelled.
-pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<'_>) -> Option<Landed> {
+pub(crate) fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<'_>) -> Option<Landed> {
     let top = levels(whole, goal.period);
     let options = Options { driven: false, ..goal.options };
     let direct = refine(structure, whole, start, options).map(|refined| Landed {

@@ -27,9 +27,10 @@ pub use crate::simulate::Output;
 use crate::simulate::{Delays, InputGrid};
 use sindyscope_values::model::Model;
 
-pub use arrow::scaled_inverse;
+pub(crate) use arrow::scaled_inverse;
 pub use fitter::{misfit, refine, respond};
-pub use horizon::{Before, Goal, Horizon, Landed, climb, cut, holds, horizon, land, levels, look, sampled, shoot};
+pub use horizon::{Before, Goal, Horizon, Landed, climb, cut, levels, look, sampled, shoot};
+pub(crate) use horizon::{holds, horizon, land};
 pub use statistics::{autoregression, inflation, lagged_products};
 
 /// What one set of parameters makes.

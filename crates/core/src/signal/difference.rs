@@ -1,7 +1,7 @@
 //! Plain finite differences.
 
 /// First derivative by central differences, second order right up to the ends.
-pub fn central(samples: &[f64], interval: f64) -> Vec<f64> {
+pub(crate) fn central(samples: &[f64], interval: f64) -> Vec<f64> {
     let n = samples.len();
     match n {
         0 => Vec::new(),

@@ -17,7 +17,7 @@ pub(super) const FEWEST: usize = 4;
 /// Time runs in units of `length / 2π` samples and noise in units of the sensor's: numbers are of order one whatever the
 /// sampling.
 #[derive(Clone, Debug)]
-pub struct Track {
+pub(super) struct Track {
     /// Time between samples.
     step: f64,
     /// The state at the third sample from the first three.

@@ -8,20 +8,21 @@ mod savgol;
 mod smoother;
 mod smoothing;
 mod spectral;
-pub mod spectrum;
+mod spectrum;
 mod spline;
 mod standing;
 mod sums;
 mod test_function;
 
-pub use difference::central;
+pub(crate) use difference::central;
 pub use facts::Facts;
 pub use noise::standard_deviation;
-pub use savgol::SavitzkyGolay;
+pub(crate) use savgol::SavitzkyGolay;
 pub use smoother::Smoother;
 pub use smoothing::{Differentiation, Smoothing};
 pub use spectrum::{Peak, Spectrum, main_period, motion_period};
-pub use standing::{rests, standstills};
+pub use standing::rests;
+pub(crate) use standing::standstills;
 pub use sums::{dot, mean_and_variance, rms};
 pub use test_function::TestFunction;
 

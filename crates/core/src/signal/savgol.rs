@@ -9,7 +9,7 @@ use super::sums::dot;
 ///
 /// Built on orthonormal (Gram) polynomials by their three-term recurrence, so long segments and high orders stay accurate.
 #[derive(Clone, Debug)]
-pub struct SavitzkyGolay {
+pub(crate) struct SavitzkyGolay {
     half: usize,
     /// `basis[(j, i)]`: orthonormal polynomial of degree `j` at position `i − half`.
     basis: DMatrix<f64>,
@@ -58,7 +58,7 @@ fn all_weighed<const ODD: bool>(samples: &[f64], right: &[f64], out: &mut [f64])
 
 impl SavitzkyGolay {
     /// The filter of a segment length `window` (made odd upwards) and polynomial `order` (at most `window` − 1).
-    pub fn new(window: usize, order: usize) -> Self {
+    pub(crate) fn new(window: usize, order: usize) -> Self {
         let half = window / 2;
         let window = 2 * half + 1;
         let order = order.min(window - 1);
@@ -82,12 +82,12 @@ impl SavitzkyGolay {
     }
 
     /// Segment length, samples.
-    pub fn window(&self) -> usize {
+    pub(crate) fn window(&self) -> usize {
         2 * self.half + 1
     }
 
     /// Polynomial order.
-    pub fn order(&self) -> usize {
+    pub(crate) fn order(&self) -> usize {
         self.basis.nrows() - 1
     }
 
@@ -109,7 +109,7 @@ impl SavitzkyGolay {
     }
 
     /// Weights of the segment's samples for derivative `derivative` at position `s` from its centre, per sample^derivative.
-    pub fn weights(&self, s: f64, derivative: usize) -> Vec<f64> {
+    pub(crate) fn weights(&self, s: f64, derivative: usize) -> Vec<f64> {
         let p = self.at(s, derivative);
         (0..self.window()).map(|i| p.iter().enumerate().map(|(j, p)| p * self.basis[(j, i)]).sum()).collect()
     }
@@ -120,7 +120,7 @@ impl SavitzkyGolay {
     /// formula of order six through the six samples around. So an equation `ẋ = f` holds between `D x` and `K f`
     /// whatever the filter does to either, jumps of `f` included; the plain smoothing agrees with `K` only for slow
     /// motions. Four samples longer than the segment.
-    pub fn companion(&self) -> Vec<f64> {
+    pub(crate) fn companion(&self) -> Vec<f64> {
         const AVERAGE: [f64; 6] = [11.0, -93.0, 802.0, 802.0, -93.0, 11.0];
         let slope = self.weights(0.0, 1);
         let mut kernel = vec![0.0; self.window() + 4];
@@ -138,14 +138,21 @@ impl SavitzkyGolay {
     ///
     /// Within half a segment of an end the polynomial of the end segment is evaluated. A record shorter than the
     /// segment is fitted by one polynomial with the largest odd segment that fits.
-    pub fn apply(&self, samples: &[f64], interval: f64, derivative: usize) -> Vec<f64> {
+    pub(crate) fn apply(&self, samples: &[f64], interval: f64, derivative: usize) -> Vec<f64> {
         let mut out = vec![0.0; samples.len()];
         self.apply_strided(samples, interval, derivative, 1, &mut out);
         out
     }
 
     /// [`Self::apply`] at every `stride`-th sample from the first, into `out` (`⌈samples / stride⌉` values).
-    pub fn apply_strided(&self, samples: &[f64], interval: f64, derivative: usize, stride: usize, out: &mut [f64]) {
+    pub(crate) fn apply_strided(
+        &self,
+        samples: &[f64],
+        interval: f64,
+        derivative: usize,
+        stride: usize,
+        out: &mut [f64],
+    ) {
         let n = samples.len();
         debug_assert_eq!(out.len(), n.div_ceil(stride), "one value for each stride");
         if n == 0 {

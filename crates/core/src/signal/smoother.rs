@@ -9,16 +9,21 @@ use super::{Differentiation, SavitzkyGolay, Smoothing, central};
 /// A signal smoothed, with its derivatives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
+    /// The smoothed samples, in their unit.
     pub position: Vec<f64>,
+    /// Their first derivative, per second.
     pub velocity: Vec<f64>,
     /// Where it comes with the rest and is not the velocity's derivative: the way is not linear.
     pub acceleration: Option<Vec<f64>>,
 }
 
-/// A way of smoothing with its strength settled.
+/// A way of smoothing with its strength settled, for signals of one length.
 #[derive(Clone, Debug)]
-pub enum Smoother {
-    /// Savitzky–Golay; whether the derivative is the filter's own.
+pub struct Smoother(Method);
+
+#[derive(Clone, Debug)]
+enum Method {
+    /// Savitzky–Golay; whether the derivative is the filter's own, else a difference of what is smoothed.
     Polynomial {
         filter: SavitzkyGolay,
         derived: bool,
@@ -26,6 +31,7 @@ pub enum Smoother {
     Spline(Spline),
     Spectral(Spectral),
     Kalman(Track),
+    /// Least total variation, by its length in samples.
     Variation {
         length: f64,
     },
@@ -55,34 +61,34 @@ impl Smoother {
     /// The way of `smoothing` at a strength, for signals of `count` samples.
     pub fn new(smoothing: &Smoothing, length: f64, count: usize) -> Self {
         let length = length.max(SHORTEST);
-        match smoothing.method {
-            Differentiation::Filter | Differentiation::SmoothThenDifference => Self::Polynomial {
+        Self(match smoothing.method {
+            Differentiation::Filter | Differentiation::SmoothThenDifference => Method::Polynomial {
                 filter: SavitzkyGolay::new(smoothing.window, smoothing.order),
                 derived: smoothing.method == Differentiation::Filter,
             },
-            Differentiation::Difference => Self::Difference,
-            _ if count < kalman::FEWEST => Self::Difference,
-            Differentiation::Spline => Self::Spline(Spline::new(count, length)),
-            Differentiation::Spectral => Self::Spectral(Spectral::new(count, length)),
-            Differentiation::Kalman => Self::Kalman(Track::new(length, count)),
-            Differentiation::TotalVariation => Self::Variation { length },
-        }
+            Differentiation::Difference => Method::Difference,
+            _ if count < kalman::FEWEST => Method::Difference,
+            Differentiation::Spline => Method::Spline(Spline::new(count, length)),
+            Differentiation::Spectral => Method::Spectral(Spectral::new(count, length)),
+            Differentiation::Kalman => Method::Kalman(Track::new(length, count)),
+            Differentiation::TotalVariation => Method::Variation { length },
+        })
     }
 
     /// Whether sums of signals are smoothed to the sum of what is smoothed of each: only then can library columns pass
     /// through the filter that the displacement went through.
     pub fn is_linear(&self) -> bool {
-        !matches!(self, Self::Variation { .. })
+        !matches!(self.0, Method::Variation { .. })
     }
 
     /// Smooths samples.
     pub fn smooth(&self, samples: &[f64], interval: f64) -> Vec<f64> {
-        match self {
-            Self::Polynomial { filter, .. } => filter.apply(samples, interval, 0),
-            Self::Spline(spline) => spline.smooth(samples),
-            Self::Spectral(spectral) => spectral.smooth(samples),
-            Self::Difference => samples.to_vec(),
-            Self::Kalman(_) | Self::Variation { .. } => self.motion(samples, interval).position,
+        match &self.0 {
+            Method::Polynomial { filter, .. } => filter.apply(samples, interval, 0),
+            Method::Spline(spline) => spline.smooth(samples),
+            Method::Spectral(spectral) => spectral.smooth(samples),
+            Method::Difference => samples.to_vec(),
+            Method::Kalman(_) | Method::Variation { .. } => self.motion(samples, interval).position,
         }
     }
 
@@ -92,13 +98,13 @@ impl Smoother {
             slope.iter_mut().for_each(|v| *v /= interval);
             slope
         };
-        match self {
-            Self::Polynomial { filter, derived: true } => filter.apply(samples, interval, 1),
-            Self::Polynomial { filter, derived: false } => central(&filter.apply(samples, interval, 0), interval),
-            Self::Spectral(spectral) => scaled(spectral.slope(samples)),
-            Self::Difference => central(samples, interval),
-            Self::Spline(spline) => scaled(spline.slope(samples).1),
-            Self::Kalman(_) | Self::Variation { .. } => self.motion(samples, interval).velocity,
+        match &self.0 {
+            Method::Polynomial { filter, derived: true } => filter.apply(samples, interval, 1),
+            Method::Polynomial { filter, derived: false } => central(&filter.apply(samples, interval, 0), interval),
+            Method::Spectral(spectral) => scaled(spectral.slope(samples)),
+            Method::Difference => central(samples, interval),
+            Method::Spline(spline) => scaled(spline.slope(samples).1),
+            Method::Kalman(_) | Method::Variation { .. } => self.motion(samples, interval).velocity,
         }
     }
 
@@ -109,15 +115,15 @@ impl Smoother {
             acceleration.iter_mut().for_each(|a| *a /= interval * interval);
             Motion { position, velocity, acceleration: with.then_some(acceleration) }
         };
-        match self {
-            Self::Kalman(track) => unpack(track.motion(samples), false),
-            Self::Variation { length } => unpack(least_variation(samples, *length), true),
-            Self::Spline(spline) => {
+        match &self.0 {
+            Method::Kalman(track) => unpack(track.motion(samples), false),
+            Method::Variation { length } => unpack(least_variation(samples, *length), true),
+            Method::Spline(spline) => {
                 let (position, mut velocity) = spline.slope(samples);
                 velocity.iter_mut().for_each(|v| *v /= interval);
                 Motion { position, velocity, acceleration: None }
             }
-            Self::Polynomial { .. } | Self::Spectral(_) | Self::Difference => Motion {
+            Method::Polynomial { .. } | Method::Spectral(_) | Method::Difference => Motion {
                 position: self.smooth(samples, interval),
                 velocity: self.differentiate(samples, interval),
                 acceleration: None,
@@ -153,17 +159,17 @@ fn from_data(method: Differentiation, samples: &[f64]) -> f64 {
 
 /// Where a function is lowest between two positive numbers, to 1 %: tried on a grid of their logarithms, then around the
 /// best of it by golden section.
-fn lowest(low: f64, high: f64, of: &dyn Fn(f64) -> f64) -> f64 {
+fn lowest(low: f64, high: f64, value: &dyn Fn(f64) -> f64) -> f64 {
     const GRID: usize = 16;
     let ratio = (high / low).powf(((GRID - 1) as f64).recip());
     let at = |k: usize| low * ratio.powi(k as i32);
-    let best = (0..GRID).map(|k| (k, of(at(k)))).filter(|(_, v)| !v.is_nan()).min_by(|a, b| a.1.total_cmp(&b.1));
+    let best = (0..GRID).map(|k| (k, value(at(k)))).filter(|(_, v)| !v.is_nan()).min_by(|a, b| a.1.total_cmp(&b.1));
     let Some((best, _)) = best else { return low };
     let (mut below, mut above) = (at(best.saturating_sub(1)).ln(), at((best + 1).min(GRID - 1)).ln());
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
     while above - below > 0.01 {
         let (left, right) = (above - golden * (above - below), below + golden * (above - below));
-        if of(left.exp()) <= of(right.exp()) { above = right } else { below = left }
+        if value(left.exp()) <= value(right.exp()) { above = right } else { below = left }
     }
     (0.5 * (below + above)).exp()
 }

@@ -112,7 +112,7 @@ impl Smoothing {
     }
 
     /// The Savitzky–Golay filter, where the method has one.
-    pub fn filter(&self) -> Option<SavitzkyGolay> {
+    pub(crate) fn filter(&self) -> Option<SavitzkyGolay> {
         self.method.is_local().then(|| SavitzkyGolay::new(self.window, self.order))
     }
 

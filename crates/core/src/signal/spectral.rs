@@ -22,7 +22,7 @@ const REACH: f64 = 20.0;
 /// the line between them, so that value and slope are continuous; half way round the two continuations fade into each
 /// other.
 #[derive(Clone)]
-pub struct Spectral {
+pub(super) struct Spectral {
     samples: usize,
     length: f64,
     /// What passes of each line, over the number of lines.

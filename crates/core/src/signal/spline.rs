@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 /// The natural cubic spline that minimises `Σ(y − f)² + λ∫f″²`, knots at the samples (Reinsch 1967), for records of one
 /// length; linear in the number of samples.
 #[derive(Clone, Debug)]
-pub struct Spline {
+pub(super) struct Spline {
     /// λ in samples³.
     weight: f64,
     /// Factors `LDLᵀ` of the five-banded matrix that the knots' curvatures solve: the inverse of `D`, and the two bands of `L`.

@@ -17,7 +17,7 @@ const SHORTEST: (f64, usize) = (0.05, 5);
 ///
 /// `noise` is the standard deviation of the motion's noise, `period` its main period in samples. None where the noise would
 /// hide a turn within a quarter of a period.
-pub fn standstills(motion: &[f64], noise: f64, period: f64) -> Vec<Range<usize>> {
+pub(crate) fn standstills(motion: &[f64], noise: f64, period: f64) -> Vec<Range<usize>> {
     let noise = at_least_rounding(motion, noise);
     half_length(motion, noise, period).map_or_else(Vec::new, |half| in_band(motion, noise, shortest(half, period)))
 }

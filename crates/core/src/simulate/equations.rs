@@ -71,7 +71,7 @@ impl Surface {
     }
 }
 
-/// Expressions collected for one program, and who wants each result.
+/// Expressions collected for one program; each is known by its index until the program is compiled.
 #[derive(Default)]
 struct Outputs(Vec<Expression>);
 
@@ -84,98 +84,155 @@ impl Outputs {
 
 impl Equations {
     pub(super) fn new(model: &Model) -> Result<Self, SimulateError> {
-        let layout = model.layout;
-        let states = layout.states();
+        let states = model.layout.states();
         if model.equations.len() != states {
             return Err(SimulateError::Equations { states, equations: model.equations.len() });
         }
-        let symbols: Vec<Symbol> = layout.state_symbols().collect();
-        let index = |s: Symbol| symbols.iter().position(|k| *k == s);
-        let mut weighted: Vec<Vec<(f64, Expression)>> = vec![Vec::new(); states];
         let model = model.explicit()?;
-        for (row, equation) in weighted.iter_mut().zip(&model.equations) {
-            for t in equation.terms.iter().filter(|t| t.coefficient != 0.0) {
-                if let Some(symbol) = t.term.foreign_symbol(&layout) {
-                    return Err(SimulateError::Symbol { term: t.term.to_string(), symbol: layout.name(symbol) });
-                }
-                addends(t.coefficient, t.term.expression(), row);
-            }
-        }
-        let all: Vec<Expression> = weighted.iter().flatten().map(|(_, e)| e.clone()).collect();
+        let rates = rates(&model)?;
+        let all: Vec<Expression> = rates.iter().flatten().map(|(_, e)| e.clone()).collect();
         let places = Program::surfaces(&all);
-        let mut surfaces: Vec<Surface> = places
-            .iter()
-            .map(|e| Surface {
-                expression: e.clone(),
-                jumps: all.iter().any(|part| jumps_at(part, e)),
-                gain: vec![0.0; states],
-                mixed: false,
-                gradient: vec![0.0; states],
-                support: Vec::new(),
-                offset: None,
-                curved: None,
-            })
-            .collect();
+        let mut split = Split::new(model.layout, &places, &all);
+        for (row, parts) in rates.into_iter().enumerate() {
+            split.rate(row, parts);
+        }
+        for index in 0..places.len() {
+            split.surface(index);
+        }
+        Ok(split.compiled(model.static_ratio.max(1.0)))
+    }
+}
 
-        let (mut forcing, mut rest, mut curved) = (Outputs::default(), Outputs::default(), Outputs::default());
-        let (mut forcing_rows, mut rest_rows) = (Vec::new(), Vec::new());
-        let mut matrix = vec![0.0; states * states];
-        for (row, parts) in weighted.into_iter().enumerate() {
-            let (mut outside, mut inside) = (Vec::new(), Vec::new());
-            for (c, e) in parts {
-                match class(&e, &places) {
-                    Class::State(s) => matrix[row * states + index(s).unwrap_or_default()] += c,
-                    Class::Sign(k) => surfaces[k].gain[row] += c,
-                    Class::Forcing => outside.push(times(c, e)),
-                    Class::Other => {
-                        for used in Program::surfaces(std::slice::from_ref(&e)) {
-                            surfaces.iter_mut().filter(|s| s.expression == used).for_each(|s| s.mixed = true);
-                        }
-                        inside.push(times(c, e));
+/// The rate of each state as addends with the number in front of each.
+fn rates(model: &Model) -> Result<Vec<Vec<(f64, Expression)>>, SimulateError> {
+    let layout = &model.layout;
+    let mut rates: Vec<Vec<(f64, Expression)>> = vec![Vec::new(); layout.states()];
+    for (row, equation) in rates.iter_mut().zip(&model.equations) {
+        for t in equation.terms.iter().filter(|t| t.coefficient != 0.0) {
+            if let Some(symbol) = t.term.foreign_symbol(layout) {
+                return Err(SimulateError::Symbol { term: t.term.to_string(), symbol: layout.name(symbol) });
+            }
+            addends(t.coefficient, t.term.expression(), row);
+        }
+    }
+    Ok(rates)
+}
+
+/// Equations taken apart; rows and surfaces hold indices of [`Outputs`] where [`Equations`] holds slots of programs.
+struct Split<'a> {
+    layout: Layout,
+    symbols: Vec<Symbol>,
+    /// The functions at whose zeros the equations switch.
+    places: &'a [Expression],
+    surfaces: Vec<Surface>,
+    matrix: Vec<f64>,
+    forcing: Outputs,
+    forcing_rows: Vec<(usize, usize)>,
+    rest: Outputs,
+    rest_rows: Vec<(usize, usize)>,
+    curved: Outputs,
+}
+
+impl<'a> Split<'a> {
+    /// Nothing but the surfaces of all addends.
+    fn new(layout: Layout, places: &'a [Expression], all: &[Expression]) -> Self {
+        let states = layout.states();
+        let surface = |e: &Expression| Surface {
+            expression: e.clone(),
+            jumps: all.iter().any(|part| jumps_at(part, e)),
+            gain: vec![0.0; states],
+            mixed: false,
+            gradient: vec![0.0; states],
+            support: Vec::new(),
+            offset: None,
+            curved: None,
+        };
+        Self {
+            layout,
+            symbols: layout.state_symbols().collect(),
+            places,
+            surfaces: places.iter().map(surface).collect(),
+            matrix: vec![0.0; states * states],
+            forcing: Outputs::default(),
+            forcing_rows: Vec::new(),
+            rest: Outputs::default(),
+            rest_rows: Vec::new(),
+            curved: Outputs::default(),
+        }
+    }
+
+    fn index(&self, state: Symbol) -> usize {
+        self.symbols.iter().position(|s| *s == state).unwrap_or_default()
+    }
+
+    /// Takes the rate of one state apart.
+    fn rate(&mut self, row: usize, parts: Vec<(f64, Expression)>) {
+        let (mut outside, mut inside) = (Vec::new(), Vec::new());
+        for (c, e) in parts {
+            match class(&e, self.places) {
+                Class::State(s) => {
+                    let entry = row * self.symbols.len() + self.index(s);
+                    self.matrix[entry] += c;
+                }
+                Class::Sign(k) => self.surfaces[k].gain[row] += c,
+                Class::Forcing => outside.push(times(c, e)),
+                Class::Other => {
+                    for used in Program::surfaces(std::slice::from_ref(&e)) {
+                        self.surfaces.iter_mut().filter(|s| s.expression == used).for_each(|s| s.mixed = true);
                     }
+                    inside.push(times(c, e));
                 }
             }
-            if !outside.is_empty() {
-                forcing_rows.push((row, forcing.push(Expression::Sum(outside))));
-            }
-            if !inside.is_empty() {
-                rest_rows.push((row, rest.push(Expression::Sum(inside))));
-            }
         }
-        for surface in &mut surfaces {
-            let mut parts = Vec::new();
-            addends(1.0, &surface.expression, &mut parts);
-            let (mut outside, mut bent) = (Vec::new(), Vec::new());
-            for (c, e) in parts {
-                match class(&e, &places) {
-                    Class::State(s) => surface.gradient[index(s).unwrap_or_default()] += c,
-                    Class::Forcing => outside.push(times(c, e)),
-                    Class::Sign(_) | Class::Other => bent.push(times(c, e)),
-                }
-            }
-            surface.support = (0..states).filter(|i| surface.gradient[*i] != 0.0).collect();
-            if !outside.is_empty() {
-                let e = Expression::Sum(outside).normal();
-                let drift = drift(&e, &layout);
-                surface.offset = Some((forcing.push(e), forcing.push(drift)));
-            }
-            if !bent.is_empty() {
-                let e = Expression::Sum(bent).normal();
-                let gradient = symbols
-                    .iter()
-                    .enumerate()
-                    .map(|(i, s)| (i, derivative(&e, *s)))
-                    .filter(|(_, d)| *d != Expression::Number(0.0))
-                    .map(|(i, d)| (i, curved.push(d)))
-                    .collect();
-                surface.curved =
-                    Some(Curved { value: curved.push(e.clone()), drift: curved.push(drift(&e, &layout)), gradient });
-            }
+        if !outside.is_empty() {
+            self.forcing_rows.push((row, self.forcing.push(Expression::Sum(outside))));
         }
+        if !inside.is_empty() {
+            self.rest_rows.push((row, self.rest.push(Expression::Sum(inside))));
+        }
+    }
 
-        let inner: Vec<(usize, External)> = externals(rest.0.iter().chain(&curved.0), &layout);
+    /// Takes a surface apart: what is linear in the states, what depends on time and inputs alone, what is curved.
+    fn surface(&mut self, index: usize) {
+        let mut parts = Vec::new();
+        addends(1.0, &self.places[index], &mut parts);
+        let (mut outside, mut bent) = (Vec::new(), Vec::new());
+        for (c, e) in parts {
+            match class(&e, self.places) {
+                Class::State(s) => {
+                    let state = self.index(s);
+                    self.surfaces[index].gradient[state] += c;
+                }
+                Class::Forcing => outside.push(times(c, e)),
+                Class::Sign(_) | Class::Other => bent.push(times(c, e)),
+            }
+        }
+        let surface = &mut self.surfaces[index];
+        surface.support = (0..self.symbols.len()).filter(|i| surface.gradient[*i] != 0.0).collect();
+        if !outside.is_empty() {
+            let e = Expression::Sum(outside).normal();
+            let drift = drift(&e, &self.layout);
+            surface.offset = Some((self.forcing.push(e), self.forcing.push(drift)));
+        }
+        if !bent.is_empty() {
+            let e = Expression::Sum(bent).normal();
+            let slopes = self.symbols.iter().map(|s| derivative(&e, *s)).enumerate();
+            let gradient = slopes
+                .filter(|(_, slope)| *slope != Expression::Number(0.0))
+                .map(|(state, slope)| (state, self.curved.push(slope)))
+                .collect();
+            let drift = drift(&e, &self.layout);
+            surface.curved = Some(Curved { value: self.curved.push(e), drift: self.curved.push(drift), gradient });
+        }
+    }
+
+    /// Compiles the programs and puts their slots where indices stood.
+    fn compiled(self, hold: f64) -> Equations {
+        let Self { layout, symbols, places, mut surfaces, matrix, forcing, forcing_rows, rest, rest_rows, curved } =
+            self;
+        let inner = externals(rest.0.iter().chain(&curved.0), &layout);
         let all = externals(rest.0.iter().chain(&curved.0).chain(&forcing.0), &layout);
-        let compile = |outputs: &Outputs| Program::with_held_signs(&outputs.0, &layout, &places);
+        let compile = |outputs: &Outputs| Program::with_held_signs(&outputs.0, &layout, places);
         let (forcing, rest, curved) = (compile(&forcing), compile(&rest), compile(&curved));
         let settle = |rows: Vec<(usize, usize)>, program: &Program| {
             rows.into_iter().map(|(row, output)| (row, program.output(output))).collect()
@@ -191,9 +248,9 @@ impl Equations {
                 c.gradient.iter_mut().for_each(|(_, slot)| *slot = curved.output(*slot));
             }
         }
-        Ok(Self {
+        Equations {
             layout,
-            states,
+            states: symbols.len(),
             matrix,
             forcing_rows: settle(forcing_rows, &forcing),
             rest_rows: settle(rest_rows, &rest),
@@ -205,11 +262,12 @@ impl Equations {
             derivatives: all.iter().map(|(_, e)| e.derivative()).max().unwrap_or_default(),
             externals: all,
             copied: inner.into_iter().map(|(address, _)| address).collect(),
-            hold: model.static_ratio.max(1.0),
-        })
+            hold,
+        }
     }
 }
 
+/// What an addend is to the simulation.
 enum Class {
     State(Symbol),
     Sign(usize),

@@ -71,7 +71,7 @@ fn through_six(place: f64) -> [f64; 6] {
 
 /// A series later by so many samples (earlier if negative), into `out`: polynomials through the six samples nearest to each
 /// place, at the ends continued.
-pub fn later(series: &[f64], by: f64, out: &mut Vec<f64>) {
+pub(crate) fn later(series: &[f64], by: f64, out: &mut Vec<f64>) {
     out.clear();
     let count = series.len() as isize;
     if count < NEIGHBOURS.len() as isize {

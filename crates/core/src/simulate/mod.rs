@@ -25,7 +25,7 @@ use std::ops::Range;
 
 pub use delays::Delays;
 pub use grid::InputGrid;
-pub use grid::later;
+pub(crate) use grid::later;
 pub use initial::{InitialState, fit_initial_state};
 pub use output::Output;
 

@@ -184,7 +184,7 @@ fn exact(solve: &dyn Fn(f64) -> Solution) -> Vec<(f64, Solution)> {
 /// The thresholds at which columns leave as the threshold rises from zero, ascending, each with the column that leaves.
 ///
 /// A column that comes back at a higher threshold (collinear columns can) is listed where it leaves for good.
-pub fn drop_path(path: &[(f64, Solution)]) -> Vec<(f64, usize)> {
+pub(crate) fn drop_path(path: &[(f64, Solution)]) -> Vec<(f64, usize)> {
     let columns = path.first().map_or(0, |(_, s)| s.coefficients.len());
     let mut leaves: Vec<Option<f64>> = vec![None; columns];
     for pair in path.windows(2) {

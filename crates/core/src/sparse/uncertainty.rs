@@ -23,7 +23,7 @@ const NOTHING: f64 = 0.01;
 /// Where something is known of how residuals are correlated, `C = LLᵀ`, columns and residual are those times L⁻¹, and only
 /// what is not known is left to the kernel (prewhitening, Andrews & Monahan 1992); `weights` are then the columns times Lᵀ.
 #[derive(Clone, Debug)]
-pub struct Scores {
+pub(crate) struct Scores {
     /// Of each record one column a piece, the kept columns' scores first.
     records: Vec<DMatrix<f64>>,
     /// Inverse of the kept columns' Gram matrix, if they are independent.
@@ -39,7 +39,7 @@ impl Scores {
     /// The scores of a fit: of the columns `keep`, and of others whose weights come after theirs.
     ///
     /// `residual` and the boundaries between records in `starts` are those of the rows that were reduced.
-    pub fn new(
+    pub(crate) fn new(
         reduced: &Reduced,
         keep: &[usize],
         [columns, weights]: [&[Vec<f64>]; 2],
@@ -89,16 +89,13 @@ impl Scores {
         Self { records, bread, kept, reach: 2 * block / piece, blocks }
     }
 
-    /// Covariance of the kept columns' coefficients: the sandwich estimator with Parzen's kernel over two blocks (Newey &
-    /// West 1987; Andrews 1991). The kernel matters: residuals of derivatives have neighbours that cancel, and blocks with
-    /// hard edges, in which the outermost find none, would overstate their sum. None where the columns are dependent or
-    /// there are fewer than two blocks more than columns.
-    pub fn covariance(&self) -> Option<DMatrix<f64>> {
-        self.covariance_with(self)
-    }
-
-    /// The same between the kept columns' coefficients and those of another fit of the same rows.
-    pub fn covariance_with(&self, other: &Self) -> Option<DMatrix<f64>> {
+    /// Covariance of the kept columns' coefficients with those of a fit of the same rows, which may be the same fit: the
+    /// sandwich estimator with Parzen's kernel over two blocks (Newey & West 1987; Andrews 1991).
+    ///
+    /// The kernel matters: residuals of derivatives have neighbours that cancel, and blocks with hard edges, in which the
+    /// outermost find none, would overstate their sum. None where the columns are dependent or there are fewer than two blocks
+    /// more than columns.
+    pub(crate) fn covariance(&self, other: &Self) -> Option<DMatrix<f64>> {
         let breads = self.bread.as_ref().zip(other.bread.as_ref());
         let (bread, others) = breads?;
         if [self, other].iter().any(|s| s.kept > 0 && s.blocks < s.kept as f64 + 2.0) {
@@ -138,7 +135,7 @@ impl Scores {
 
     /// What another draw of the residuals might change the moments by, the kept columns' first: each piece's score times a
     /// random number that is correlated over blocks as the kernel does (dependent wild bootstrap, Shao 2010).
-    pub fn draw(&self, random: &mut impl Rng) -> DVector<f64> {
+    pub(crate) fn draw(&self, random: &mut impl Rng) -> DVector<f64> {
         let window = self.window();
         let mut sum = DVector::zeros(self.records.first().map_or(0, DMatrix::nrows));
         for scores in &self.records {
@@ -178,7 +175,7 @@ mod tests {
                 .map(|k| y[k] - solution.coefficients[0] * columns[0][k] - solution.coefficients[1] * columns[1][k])
                 .collect();
             let scores = Scores::new(&reduced, &[0, 1], [&columns; 2], &residual, &[0], block);
-            let covariance = scores.covariance().unwrap();
+            let covariance = scores.covariance(&scores).unwrap();
             let error = (solution.coefficients[0] - 1.0).abs();
             held += usize::from(error < 1.645 * covariance[(0, 0)].sqrt());
         }
@@ -197,7 +194,7 @@ mod tests {
         let fit = reduced.least_squares(&[0, 1]);
         let residual: Vec<f64> = (0..n).map(|k| y[k] - fit[0] * columns[0][k] - fit[1] * columns[1][k]).collect();
         let scores = Scores::new(&reduced, &[0, 1], [&columns; 2], &residual, &[0], 40);
-        let covariance = scores.covariance().unwrap();
+        let covariance = scores.covariance(&scores).unwrap();
         const DRAWS: usize = 4000;
         let mut scatter = DMatrix::<f64>::zeros(2, 2);
         for _ in 0..DRAWS {

@@ -31,7 +31,7 @@ impl Covariance {
         let mut covariance = Self::unknown(fits.iter().map(|(_, places)| places.len()));
         for (a, (scores, rows)) in fits.iter().enumerate() {
             for (b, (others, columns)) in fits.iter().enumerate().skip(a) {
-                let found = scores.covariance_with(others);
+                let found = scores.covariance(others);
                 for (i, row) in rows.iter().enumerate() {
                     for (j, column) in columns.iter().enumerate() {
                         let entry = match (row.zip(*column), &found) {

@@ -176,7 +176,7 @@ pub(super) fn coefficients(model: &Model, units: &Units, beneath: impl Fn(Symbol
         let rows = terms.iter().zip(align_at_point(&numbers)).map(|(term, number)| {
             let unit = units.coefficient(*state, &term.term);
             let mut row = vec![
-                Cell::Formula(math::term(&term.term, &model.layout, false)),
+                Cell::Formula(math::term(&term.term, &model.layout)),
                 Cell::Text(term.term.text(&model.layout)),
                 Cell::Number(number),
                 Cell::Text(unit.map_or_else(String::new, |u| raised(&u))),

@@ -7,7 +7,7 @@ use super::chart::{
 };
 use super::svg::Svg;
 use crate::palette::Ink;
-use sindyscope_core::signal::spectrum::Spectrum;
+use sindyscope_core::signal::Spectrum;
 use sindyscope_core::study::{Channel, Outcome, RecordOutcome};
 use sindyscope_values::format::number::significant;
 use sindyscope_values::format::units::{Scale, per_second};

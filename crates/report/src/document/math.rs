@@ -5,7 +5,7 @@ use super::svg::{Svg, digit_of_superscript, escape};
 use sindyscope_values::format::equations::{by_share, digits, is_kinematic};
 use sindyscope_values::format::number::{significant, significant_trimmed};
 use sindyscope_values::model::Model;
-use sindyscope_values::term::{Expression, Function, Kind, Layout, Symbol, Term};
+use sindyscope_values::term::{Function, Kind, Layout, Notation, Symbol, Term, written, written_factor};
 
 /// A formula's tree.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,14 +28,6 @@ pub(super) enum Math {
     Fraction(Box<Self>, Box<Self>),
     /// Square root.
     Root(Box<Self>),
-}
-
-/// How tightly a form binds: a part that binds less than its surroundings needs brackets.
-#[derive(Clone, Copy, PartialEq, PartialOrd)]
-enum Binding {
-    Sum,
-    Product,
-    Atom,
 }
 
 /// The rows of an equation of motion, broken so that each fits a line: left side, and terms with signs.
@@ -73,7 +65,7 @@ pub(super) fn equations(model: &Model) -> Vec<EquationRows> {
                             Some(_) => significant(size, digits(size, term.std_error)),
                             None => significant_trimmed(size, digits(size, None)),
                         });
-                        match self::term(&term.term, &model.layout, true) {
+                        match written_factor(term.term.expression(), &Formula(&model.layout)) {
                             Math::Upright(one) if one == "1" => parts.push(number),
                             factor => parts.extend([number, Math::Operator("\u{2009}"), factor]),
                         }
@@ -109,10 +101,9 @@ fn rate(layout: &Layout, state: Symbol) -> Math {
     }
 }
 
-/// A term; in brackets where it is a sum and a coefficient stands before it.
-pub(super) fn term(term: &Term, layout: &Layout, behind_coefficient: bool) -> Math {
-    let (math, binding) = expression(term.expression(), layout);
-    if behind_coefficient && binding == Binding::Sum { brackets("(", math, ")") } else { math }
+/// A term.
+pub(super) fn term(term: &Term, layout: &Layout) -> Math {
+    written(term.expression(), &Formula(layout))
 }
 
 /// A number in the notation of [`significant_trimmed`], powers of ten raised.
@@ -150,120 +141,89 @@ fn brackets(open: &'static str, inner: Math, close: &'static str) -> Math {
     Math::Row(vec![Math::Operator(open), inner, Math::Operator(close)])
 }
 
-fn expression(e: &Expression, layout: &Layout) -> (Math, Binding) {
-    match e {
-        Expression::Number(n) => {
-            let digits = number(&significant_trimmed(n.abs(), 6));
-            if *n < 0.0 {
-                (Math::Row(vec![Math::Operator("−"), digits]), Binding::Sum)
-            } else {
-                (digits, Binding::Atom)
+/// Formulas with a layout's names, numbers to six digits.
+struct Formula<'a>(&'a Layout);
+
+impl Notation for Formula<'_> {
+    type Written = Math;
+
+    fn symbol(&self, symbol: Symbol) -> Math {
+        self::symbol(self.0, symbol)
+    }
+
+    fn number(&self, value: f64) -> Math {
+        number(&significant_trimmed(value, 6))
+    }
+
+    fn one(&self) -> Math {
+        Math::Upright("1".into())
+    }
+
+    fn negated(&self, inner: Math) -> Math {
+        Math::Row(vec![Math::Operator("−"), inner])
+    }
+
+    fn sum(&self, addends: Vec<(bool, Math)>) -> Math {
+        let mut row = Vec::new();
+        for (negative, addend) in addends {
+            match (negative, row.is_empty()) {
+                (true, true) => row.push(Math::Operator("−")),
+                (true, false) => row.push(Math::Operator(" − ")),
+                (false, true) => {}
+                (false, false) => row.push(Math::Operator(" + ")),
             }
+            row.push(addend);
         }
-        Expression::Symbol(s) => (symbol(layout, *s), Binding::Atom),
-        Expression::Sum(parts) => {
-            let mut row = Vec::new();
-            for (k, part) in parts.iter().enumerate() {
-                let (negative, part) = without_sign(part);
-                match (negative, k) {
-                    (true, 0) => row.push(Math::Operator("−")),
-                    (true, _) => row.push(Math::Operator(" − ")),
-                    (false, 0) => {}
-                    (false, _) => row.push(Math::Operator(" + ")),
+        Math::Row(row)
+    }
+
+    fn product(&self, factors: Vec<Math>) -> Math {
+        joined(factors, "\u{2009}")
+    }
+
+    fn fraction(&self, above: Math, below: Math, _: bool) -> Math {
+        Math::Fraction(above.into(), below.into())
+    }
+
+    fn bar_groups(&self) -> bool {
+        true
+    }
+
+    fn power(&self, base: Math, exponent: f64) -> Math {
+        Math::Superscript(base.into(), self.number(exponent).into())
+    }
+
+    fn call(&self, function: Function, arguments: Vec<Math>, simple: bool) -> Math {
+        let inner = joined(arguments, ", ");
+        match function {
+            Function::Abs => brackets("|", inner, "|"),
+            Function::Sqrt => Math::Root(inner.into()),
+            f => {
+                let name = Math::Upright(f.name().into());
+                if simple {
+                    Math::Row(vec![name, Math::Operator("\u{2009}"), inner])
+                } else {
+                    Math::Row(vec![name, brackets("(", inner, ")")])
                 }
-                row.push(bracketed(&part, Binding::Product, layout));
-            }
-            (Math::Row(row), Binding::Sum)
-        }
-        Expression::Product(_) => {
-            let (negative, positive) = without_sign(e);
-            let product = product(&positive, layout);
-            if negative {
-                (Math::Row(vec![Math::Operator("−"), product]), Binding::Sum)
-            } else {
-                (product, Binding::Product)
             }
         }
-        Expression::Power(_, exponent) if *exponent < 0.0 => (product(e, layout), Binding::Product),
-        Expression::Power(base, exponent) => {
-            let exponent = number(&significant_trimmed(*exponent, 6));
-            (Math::Superscript(bracketed(base, Binding::Atom, layout).into(), exponent.into()), Binding::Atom)
-        }
-        Expression::Call(function, parts) => (call(*function, parts, layout), Binding::Atom),
+    }
+
+    fn brackets(&self, inner: Math) -> Math {
+        brackets("(", inner, ")")
     }
 }
 
-/// True and the rest if an expression begins with a minus.
-fn without_sign(e: &Expression) -> (bool, Expression) {
-    match e {
-        Expression::Number(n) if *n < 0.0 => (true, Expression::Number(-n)),
-        Expression::Product(parts) => match parts.split_first() {
-            Some((Expression::Number(n), rest)) if *n < 0.0 => {
-                let mut rest = rest.to_vec();
-                if *n != -1.0 || rest.is_empty() {
-                    rest.insert(0, Expression::Number(-n));
-                }
-                (true, if rest.len() == 1 { rest.remove(0) } else { Expression::Product(rest) })
-            }
-            _ => (false, e.clone()),
-        },
-        _ => (false, e.clone()),
-    }
-}
-
-fn product(e: &Expression, layout: &Layout) -> Math {
-    let parts = match e {
-        Expression::Product(parts) => parts.as_slice(),
-        other => std::slice::from_ref(other),
-    };
-    let (mut above, mut below) = (Vec::new(), Vec::new());
-    let divisors = parts.iter().filter(|p| matches!(p, Expression::Power(_, exponent) if *exponent < 0.0)).count();
-    // A lone sum needs no brackets beneath a bar.
-    let beneath = if divisors == 1 { Binding::Sum } else { Binding::Product };
+/// Formulas in a row with an operator between them.
+fn joined(parts: Vec<Math>, operator: &'static str) -> Math {
+    let mut row = Vec::new();
     for part in parts {
-        let (side, factor) = match part {
-            Expression::Power(base, exponent) if *exponent == -1.0 => (&mut below, bracketed(base, beneath, layout)),
-            Expression::Power(base, exponent) if *exponent < 0.0 => {
-                (&mut below, bracketed(&Expression::Power(base.clone(), -exponent), Binding::Product, layout))
-            }
-            other => (&mut above, bracketed(other, Binding::Product, layout)),
-        };
-        if !side.is_empty() {
-            side.push(Math::Operator("\u{2009}"));
+        if !row.is_empty() {
+            row.push(Math::Operator(operator));
         }
-        side.push(factor);
+        row.push(part);
     }
-    if above.is_empty() {
-        above.push(Math::Upright("1".into()));
-    }
-    if below.is_empty() { Math::Row(above) } else { Math::Fraction(Math::Row(above).into(), Math::Row(below).into()) }
-}
-
-fn bracketed(e: &Expression, least: Binding, layout: &Layout) -> Math {
-    let (math, binding) = expression(e, layout);
-    if binding < least { brackets("(", math, ")") } else { math }
-}
-
-fn call(function: Function, parts: &[Expression], layout: &Layout) -> Math {
-    let mut arguments = Vec::new();
-    for part in parts {
-        if !arguments.is_empty() {
-            arguments.push(Math::Operator(", "));
-        }
-        arguments.push(expression(part, layout).0);
-    }
-    let inner = Math::Row(arguments);
-    match function {
-        Function::Abs => brackets("|", inner, "|"),
-        Function::Sqrt => Math::Root(inner.into()),
-        f => {
-            let name = Math::Upright(f.name().into());
-            match parts {
-                [Expression::Symbol(_)] => Math::Row(vec![name, Math::Operator("\u{2009}"), inner]),
-                _ => Math::Row(vec![name, brackets("(", inner, ")")]),
-            }
-        }
-    }
+    Math::Row(row)
 }
 
 impl Math {

@@ -260,7 +260,7 @@ impl Expression {
 }
 
 /// A power; whole exponents by repeated multiplication.
-pub fn power(base: f64, exponent: f64) -> f64 {
+pub(super) fn power(base: f64, exponent: f64) -> f64 {
     if exponent.fract() == 0.0 && exponent.abs() <= 64.0 {
         #[expect(clippy::cast_possible_truncation, reason = "a whole number up to 64")]
         base.powi(exponent as i32)

@@ -26,7 +26,7 @@ pub use integral::{integral, is_integral, rate};
 pub use library::{Family, polynomials};
 pub use lists::{Part, by_equation, list, pieces};
 pub use parse::TermError;
-pub use print::{Style, latex_number, written};
+pub use print::{Notation, Style, latex_number, written, written_factor};
 pub use program::LANES;
 pub use program::{Program, SampleBlock, SampleStretch, Slots};
 

@@ -1,5 +1,139 @@
+//! One printer for every notation: it decides signs, brackets and fractions; a [`Notation`] says what each becomes.
+
+use std::borrow::Cow;
+
 use super::Layout;
 use super::expression::{Expression, Function, Symbol};
+
+/// A way of writing mathematics, as a text or as the tree of a formula that is typeset.
+pub trait Notation {
+    /// What an expression is written as.
+    type Written;
+
+    /// What stands for an expression that is computed elsewhere; it must bind like a name.
+    fn substitute(&self, _: &Expression) -> Option<Self::Written> {
+        None
+    }
+    /// A quantity.
+    fn symbol(&self, symbol: Symbol) -> Self::Written;
+    /// A number that is not negative.
+    fn number(&self, value: f64) -> Self::Written;
+    /// What stands above a fraction's bar where nothing else does.
+    fn one(&self) -> Self::Written;
+    /// Something with a minus in front.
+    fn negated(&self, inner: Self::Written) -> Self::Written;
+    /// A sum of addends, each true if it is subtracted.
+    fn sum(&self, addends: Vec<(bool, Self::Written)>) -> Self::Written;
+    /// A product of one factor or more.
+    fn product(&self, factors: Vec<Self::Written>) -> Self::Written;
+    /// Products above and below a fraction's bar; `single` if below stands one factor.
+    fn fraction(&self, above: Self::Written, below: Self::Written, single: bool) -> Self::Written;
+    /// True if the bar of a fraction is as good as brackets.
+    fn bar_groups(&self) -> bool {
+        false
+    }
+    /// A base raised to a positive power.
+    fn power(&self, base: Self::Written, exponent: f64) -> Self::Written;
+    /// A function of its arguments; `simple` if its only argument is one symbol.
+    fn call(&self, function: Function, arguments: Vec<Self::Written>, simple: bool) -> Self::Written;
+    /// Something in brackets.
+    fn brackets(&self, inner: Self::Written) -> Self::Written;
+}
+
+/// A [`Notation`] in one line of text.
+pub trait Style {
+    /// A quantity's name.
+    fn symbol(&self, symbol: Symbol) -> String;
+    /// What stands for a part that is computed elsewhere; it must bind like a name.
+    fn substitute(&self, _: &Expression) -> Option<String> {
+        None
+    }
+    /// A number that is not negative; by default as short as it reads back as itself.
+    fn number(&self, value: f64) -> String {
+        number(value)
+    }
+    /// What stands between factors.
+    fn times(&self) -> &'static str;
+    /// A base raised to a power.
+    fn power(&self, base: &str, exponent: &str) -> String;
+    /// A fraction; `single` if one factor stands below.
+    fn fraction(&self, above: &str, below: &str, single: bool) -> String {
+        if single { format!("{above}/{below}") } else { format!("{above}/({below})") }
+    }
+    /// A function of its arguments; `simple` if its only argument is one symbol.
+    fn call(&self, function: Function, arguments: &[String], simple: bool) -> String;
+    /// Something in brackets.
+    fn brackets(&self, inner: &str) -> String {
+        format!("({inner})")
+    }
+}
+
+impl<S: Style> Notation for S {
+    type Written = String;
+
+    fn substitute(&self, e: &Expression) -> Option<String> {
+        Style::substitute(self, e)
+    }
+
+    fn symbol(&self, symbol: Symbol) -> String {
+        Style::symbol(self, symbol)
+    }
+
+    fn number(&self, value: f64) -> String {
+        Style::number(self, value)
+    }
+
+    fn one(&self) -> String {
+        "1".into()
+    }
+
+    fn negated(&self, inner: String) -> String {
+        format!("-{inner}")
+    }
+
+    fn sum(&self, addends: Vec<(bool, String)>) -> String {
+        let mut out = String::new();
+        for (negative, text) in addends {
+            match (negative, out.is_empty()) {
+                (true, _) => out.push('-'),
+                (false, true) => {}
+                (false, false) => out.push('+'),
+            }
+            out.push_str(&text);
+        }
+        out
+    }
+
+    fn product(&self, factors: Vec<String>) -> String {
+        factors.join(self.times())
+    }
+
+    fn fraction(&self, above: String, below: String, single: bool) -> String {
+        Style::fraction(self, &above, &below, single)
+    }
+
+    fn power(&self, base: String, exponent: f64) -> String {
+        Style::power(self, &base, &number(exponent))
+    }
+
+    fn call(&self, function: Function, arguments: Vec<String>, simple: bool) -> String {
+        Style::call(self, function, &arguments, simple)
+    }
+
+    fn brackets(&self, inner: String) -> String {
+        Style::brackets(self, &inner)
+    }
+}
+
+/// An expression in a notation.
+pub fn written<N: Notation>(e: &Expression, notation: &N) -> N::Written {
+    Printer(notation).any(e).0
+}
+
+/// An expression as a factor, in brackets where it is a sum or has a sign.
+pub fn written_factor<N: Notation>(e: &Expression, notation: &N) -> N::Written {
+    Printer(notation).bound(e, Binding::Product)
+}
 
 /// How tightly a form binds: a part that binds less than its surroundings needs brackets.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
@@ -10,102 +144,93 @@ enum Binding {
     Atom,
 }
 
-/// A way of writing mathematics in one line.
-pub trait Style {
-    fn symbol(&self, symbol: Symbol) -> String;
-    /// What stands for a part that is computed elsewhere; it must bind like a name.
-    fn substitute(&self, _: &Expression) -> Option<String> {
-        None
-    }
-    fn number(&self, value: f64) -> String {
-        number(value)
-    }
-    fn times(&self) -> &'static str;
-    fn power(&self, base: &str, exponent: &str) -> String;
-    fn fraction(&self, above: &str, below: &str, single: bool) -> String {
-        if single { format!("{above}/{below}") } else { format!("{above}/({below})") }
-    }
-    fn call(&self, function: Function, arguments: &[String], simple: bool) -> String;
-    fn brackets(&self, inner: &str) -> String {
-        format!("({inner})")
-    }
-}
+struct Printer<'a, N>(&'a N);
 
-/// An expression in a style.
-pub fn written(e: &Expression, style: &impl Style) -> String {
-    write(e, style).0
-}
-
-fn write(e: &Expression, style: &impl Style) -> (String, Binding) {
-    if let Some(text) = style.substitute(e) {
-        return (text, Binding::Atom);
-    }
-    match e {
-        Expression::Number(n) if *n < 0.0 => (style.number(*n), Binding::Sum),
-        Expression::Number(n) => (style.number(*n), Binding::Atom),
-        Expression::Symbol(s) => (style.symbol(*s), Binding::Atom),
-        Expression::Sum(parts) => {
-            let mut out = String::new();
-            for part in parts {
-                let (text, binding) = write(part, style);
-                let text = if binding == Binding::Sum && matches!(part, Expression::Sum(_)) {
-                    style.brackets(&text)
-                } else {
-                    text
+impl<N: Notation> Printer<'_, N> {
+    fn any(&self, e: &Expression) -> (N::Written, Binding) {
+        let notation = self.0;
+        if let Some(written) = notation.substitute(e) {
+            return (written, Binding::Atom);
+        }
+        if let (true, rest) = without_sign(e) {
+            return (notation.negated(self.product(factors(&rest))), Binding::Sum);
+        }
+        match e {
+            Expression::Number(n) => (notation.number(*n), Binding::Atom),
+            Expression::Symbol(s) => (notation.symbol(*s), Binding::Atom),
+            Expression::Sum(parts) => {
+                let addend = |part: &Expression| {
+                    let (negative, rest) = without_sign(part);
+                    (negative, self.bound(&rest, Binding::Product))
                 };
-                if !out.is_empty() && !text.starts_with('-') {
-                    out.push('+');
-                }
-                out.push_str(&text);
+                (notation.sum(parts.iter().map(addend).collect()), Binding::Sum)
             }
-            (out, Binding::Sum)
-        }
-        Expression::Product(parts) => product(parts, style),
-        Expression::Power(base, exponent) if *exponent < 0.0 => {
-            product(&[Expression::Power(base.clone(), *exponent)], style)
-        }
-        Expression::Power(base, exponent) => (raised(base, *exponent, style), Binding::Power),
-        Expression::Call(function, parts) => {
-            let simple = matches!(parts.as_slice(), [Expression::Symbol(_)]);
-            let arguments: Vec<String> = parts.iter().map(|p| write(p, style).0).collect();
-            (style.call(*function, &arguments, simple), Binding::Atom)
-        }
-    }
-}
-
-fn raised(base: &Expression, exponent: f64, style: &impl Style) -> String {
-    if exponent == 1.0 {
-        return bracketed(base, Binding::Power, style);
-    }
-    style.power(&bracketed(base, Binding::Atom, style), &number(exponent))
-}
-
-fn bracketed(e: &Expression, least: Binding, style: &impl Style) -> String {
-    let (text, binding) = write(e, style);
-    if binding < least { style.brackets(&text) } else { text }
-}
-
-fn product(parts: &[Expression], style: &impl Style) -> (String, Binding) {
-    let mut sign = "";
-    let (mut above, mut below) = (Vec::new(), Vec::new());
-    for (k, part) in parts.iter().enumerate() {
-        match part {
-            Expression::Number(n) if k == 0 && *n < 0.0 => {
-                sign = "-";
-                if *n != -1.0 || parts.len() == 1 {
-                    above.push(style.number(-*n));
-                }
+            Expression::Product(parts) => (self.product(parts), Binding::Product),
+            Expression::Power(_, exponent) if *exponent < 0.0 => (self.product(factors(e)), Binding::Product),
+            Expression::Power(base, exponent) => (self.raised(base, *exponent, Binding::Power), Binding::Power),
+            Expression::Call(function, parts) => {
+                let simple = matches!(parts.as_slice(), [Expression::Symbol(_)]);
+                let arguments = parts.iter().map(|p| self.any(p).0).collect();
+                (notation.call(*function, arguments, simple), Binding::Atom)
             }
-            Expression::Power(base, exponent) if *exponent < 0.0 => below.push(raised(base, -*exponent, style)),
-            other => above.push(bracketed(other, Binding::Power, style)),
         }
     }
-    let above = if above.is_empty() { "1".to_owned() } else { above.join(style.times()) };
-    let text = match below.len() {
-        0 => above,
-        n => style.fraction(&above, &below.join(style.times()), n == 1),
-    };
-    (format!("{sign}{text}"), if sign.is_empty() { Binding::Product } else { Binding::Sum })
+
+    /// An expression in brackets if it binds less than `least`.
+    fn bound(&self, e: &Expression, least: Binding) -> N::Written {
+        let (written, binding) = self.any(e);
+        if binding < least { self.0.brackets(written) } else { written }
+    }
+
+    /// A base to a positive power; to the first, it binds like `least`.
+    fn raised(&self, base: &Expression, exponent: f64, least: Binding) -> N::Written {
+        if exponent == 1.0 {
+            return self.bound(base, least);
+        }
+        self.0.power(self.bound(base, Binding::Atom), exponent)
+    }
+
+    fn product(&self, parts: &[Expression]) -> N::Written {
+        let is_divisor = |e: &&Expression| matches!(e, Expression::Power(_, exponent) if *exponent < 0.0);
+        let divisors = parts.iter().filter(is_divisor).count();
+        // A lone sum needs no brackets beneath a bar.
+        let beneath = if divisors == 1 && self.0.bar_groups() { Binding::Sum } else { Binding::Power };
+        let (mut above, mut below) = (Vec::new(), Vec::new());
+        for part in parts {
+            match part {
+                Expression::Power(base, exponent) if *exponent < 0.0 => {
+                    below.push(self.raised(base, -exponent, beneath));
+                }
+                other => above.push(self.bound(other, Binding::Power)),
+            }
+        }
+        let above = if above.is_empty() { self.0.one() } else { self.0.product(above) };
+        if below.is_empty() { above } else { self.0.fraction(above, self.0.product(below), divisors == 1) }
+    }
+}
+
+/// The factors of a product; of anything else itself.
+fn factors(e: &Expression) -> &[Expression] {
+    match e {
+        Expression::Product(parts) => parts,
+        other => std::slice::from_ref(other),
+    }
+}
+
+/// True and the rest if an expression begins with a minus.
+fn without_sign(e: &Expression) -> (bool, Cow<'_, Expression>) {
+    match e {
+        Expression::Number(n) if *n < 0.0 => (true, Cow::Owned(Expression::Number(-n))),
+        Expression::Product(parts) => match parts.as_slice() {
+            [Expression::Number(-1.0), rest] => (true, Cow::Borrowed(rest)),
+            [Expression::Number(n), rest @ ..] if *n < 0.0 => {
+                let size = (*n != -1.0 || rest.is_empty()).then_some(Expression::Number(-n));
+                (true, Cow::Owned(Expression::Product(size.into_iter().chain(rest.iter().cloned()).collect())))
+            }
+            _ => (false, Cow::Borrowed(e)),
+        },
+        _ => (false, Cow::Borrowed(e)),
+    }
 }
 
 /// A number that reads back as itself, short where it can be.
@@ -114,11 +239,21 @@ pub(super) fn number(value: f64) -> String {
     if magnitude != 0.0 && !(1e-4..1e7).contains(&magnitude) { format!("{value:e}") } else { format!("{value}") }
 }
 
-struct Text<'a>(Option<&'a Layout>);
+/// The form that people type.
+struct Text<'a> {
+    /// Gives the names; without one the first of several keeps its plain name.
+    layout: Option<&'a Layout>,
+    /// True for numbers to five digits.
+    brief: bool,
+}
 
 impl Style for Text<'_> {
     fn symbol(&self, symbol: Symbol) -> String {
-        self.0.unwrap_or(&Layout::default()).name(symbol)
+        self.layout.unwrap_or(&Layout::default()).name(symbol)
+    }
+
+    fn number(&self, value: f64) -> String {
+        number(if self.brief { brief(value) } else { value })
     }
 
     fn times(&self) -> &'static str {
@@ -139,7 +274,7 @@ impl Style for Text<'_> {
 
 /// The form that scripts read and people type; with no layout, first of several keep their plain names.
 pub(super) fn text(e: &Expression, layout: Option<&Layout>) -> String {
-    write(e, &Text(layout)).0
+    written(e, &Text { layout, brief: false })
 }
 
 /// A number inside a term for people: five significant digits, whole numbers as they are.
@@ -147,33 +282,9 @@ fn brief(value: f64) -> f64 {
     if value.fract() == 0.0 { value } else { format!("{value:.4e}").parse().unwrap_or(value) }
 }
 
-struct Brief<'a>(Text<'a>);
-
-impl Style for Brief<'_> {
-    fn symbol(&self, symbol: Symbol) -> String {
-        self.0.symbol(symbol)
-    }
-
-    fn number(&self, value: f64) -> String {
-        number(brief(value))
-    }
-
-    fn times(&self) -> &'static str {
-        self.0.times()
-    }
-
-    fn power(&self, base: &str, exponent: &str) -> String {
-        self.0.power(base, exponent)
-    }
-
-    fn call(&self, function: Function, arguments: &[String], simple: bool) -> String {
-        self.0.call(function, arguments, simple)
-    }
-}
-
 /// The form that people type, its numbers to five digits.
 pub(super) fn summary(e: &Expression, layout: &Layout) -> String {
-    write(e, &Brief(Text(Some(layout)))).0
+    written(e, &Text { layout: Some(layout), brief: true })
 }
 
 struct Pretty<'a>(&'a Layout);
@@ -213,7 +324,7 @@ fn subscript(digit: u32) -> char {
 
 /// One line for a person: `x³`, `v·|v|`, `sgn v`.
 pub(super) fn pretty(e: &Expression, layout: &Layout) -> String {
-    write(e, &Pretty(layout)).0.replace('-', "−")
+    written(e, &Pretty(layout)).replace('-', "−")
 }
 
 struct Latex<'a>(&'a Layout);
@@ -285,7 +396,7 @@ pub fn latex_number(text: &str) -> String {
 
 /// LaTeX mathematics.
 pub(super) fn latex(e: &Expression, layout: &Layout) -> String {
-    write(e, &Latex(layout)).0
+    written(e, &Latex(layout))
 }
 
 struct Python<'a>(&'a Layout);
@@ -322,5 +433,5 @@ impl Style for Python<'_> {
 
 /// A Python expression over `numpy` as `np`.
 pub(super) fn python(e: &Expression, layout: &Layout) -> String {
-    write(e, &Python(layout)).0
+    written(e, &Python(layout))
 }
