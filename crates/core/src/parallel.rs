@@ -6,16 +6,15 @@
 #[cfg(feature = "runtime")]
 pub use rayon::{join, prelude};
 
+/// Runs both and returns both results.
 #[cfg(not(feature = "runtime"))]
-pub use serial::{self as prelude, join};
+pub fn join<A, B>(first: impl FnOnce() -> A, second: impl FnOnce() -> B) -> (A, B) {
+    (first(), second())
+}
 
+/// Traits that give collections and iterators the calls of `rayon`, one piece after the other.
 #[cfg(not(feature = "runtime"))]
-pub mod serial {
-    /// Runs both and returns both results.
-    pub fn join<A, B>(first: impl FnOnce() -> A, second: impl FnOnce() -> B) -> (A, B) {
-        (first(), second())
-    }
-
+pub mod prelude {
     /// Collections that are given away piece by piece.
     pub trait IntoSerialIterator: IntoIterator + Sized {
         /// The pieces in order.

@@ -34,10 +34,6 @@ impl Bounds {
     pub fn nearest(self, value: f64) -> f64 {
         value.max(self.low).min(self.high)
     }
-
-    fn are_open(self) -> bool {
-        self == Self::OPEN
-    }
 }
 
 /// A convex sum of squares `‖A c − b‖²` of some coefficients.
@@ -61,7 +57,7 @@ pub(super) fn active_set(sum: &impl SumOfSquares, bounds: &[Bounds], tolerance: 
     if unbounded.iter().zip(bounds).all(|(c, b)| b.contain(*c)) {
         return Some(unbounded);
     }
-    let mut free: Vec<bool> = bounds.iter().map(|b| b.are_open()).collect();
+    let mut free: Vec<bool> = at.iter().zip(bounds).map(|(c, b)| b.low < *c && *c < b.high).collect();
     // One that was set free and came back at once would be chosen again.
     let mut barred = vec![false; n];
     // In exact arithmetic the sum falls with each round, so that no set comes twice; the limit is for rounding.
@@ -250,15 +246,23 @@ mod tests {
         })
     }
 
-    /// The Karush–Kuhn–Tucker conditions, slopes as shares of the norms of column and target.
-    fn assert_optimal((columns, target, bounds): &Problem, coefficients: &[f64], exact: f64) {
+    /// The largest norm among a target and its columns times their coefficients: what rounding is a share of.
+    fn size((columns, target, _): &Problem, coefficients: &[f64]) -> f64 {
+        let parts = columns.iter().zip(coefficients).map(|(a, c)| c.abs() * dot(a, a).sqrt());
+        parts.fold(dot(target, target).sqrt(), f64::max)
+    }
+
+    /// The Karush–Kuhn–Tucker conditions, to a share of the norm of each column times the [`size`] of the problem.
+    fn assert_optimal(problem: &Problem, coefficients: &[f64], exact: f64) {
+        let (columns, target, bounds) = problem;
+        let size = size(problem, coefficients);
         let mut residual = target.clone();
         for (column, c) in columns.iter().zip(coefficients) {
             residual.iter_mut().zip(column).for_each(|(r, a)| *r -= c * a);
         }
         for (i, ((column, c), bounds)) in columns.iter().zip(coefficients).zip(bounds).enumerate() {
             assert!(bounds.contain(*c), "{i}: {c} in {bounds:?}");
-            let unit = (dot(column, column) * dot(target, target)).sqrt();
+            let unit = dot(column, column).sqrt() * size;
             let slope = if unit > 0.0 { dot(column, &residual) / unit } else { 0.0 };
             // Rounding may leave a coefficient next to its bound.
             let near = |end: f64| (c - end).abs() <= 1e-9 * end.abs();
@@ -278,7 +282,8 @@ mod tests {
             let residual: Vec<f64> = (0..target.len())
                 .map(|k| target[k] - columns.iter().zip(&found.coefficients).map(|(a, c)| c * a[k]).sum::<f64>())
                 .collect();
-            prop_assert!((dot(&residual, &residual) - found.sum_of_squares).abs() < 1e-7 * dot(target, target));
+            let size = size(&problem, &found.coefficients);
+            prop_assert!((dot(&residual, &residual) - found.sum_of_squares).abs() <= 1e-12 * size * size);
         }
 
         #[test]

@@ -400,7 +400,6 @@ mod tests {
             assert!(check(header, term).is_err(), "{header} {term}");
         }
         for (header, term) in [
-            ("x [m],u [mm]", "x-u"),
             ("x [m],u [m]", "v-du"),
             ("x [m],u [m]", "x-0.002"),
             ("x [m],u [N]", "x-0.5*u"),
