@@ -4,7 +4,9 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use sindyscope_core::study::{Cancel, Differentiation, Formulation, Settings, Smoothing, Study, landscape, suggest};
+use sindyscope_core::study::{
+    Cancel, Differentiation, Formulation, Settings, Smoothing, Study, settings_grid, suggest,
+};
 use sindyscope_rig::{Noise, ScenarioOptions, generate};
 use sindyscope_values::record::{RecordSet, Usage};
 use sindyscope_values::term::{Kind, list};
@@ -120,13 +122,13 @@ fn differentiations(c: &mut Criterion) {
 fn maps(c: &mut Criterion) {
     let (records, settings) = friction(20_000);
     c.bench_function("map of 25 × 25, 20000 samples", |b| {
-        b.iter(|| black_box(landscape(&records, &settings, (25, 25), &Cancel::default(), &|_| {}).expect("a map")));
+        b.iter(|| black_box(settings_grid(&records, &settings, (25, 25), &Cancel::default(), &|_| {}).expect("a map")));
     });
     c.bench_function("first coarse map, 20000 samples", |b| {
         b.iter(|| {
             let cancel = Cancel::default();
             let stop = cancel.clone();
-            black_box(landscape(&records, &settings, (25, 25), &cancel, &move |_| stop.cancel()))
+            black_box(settings_grid(&records, &settings, (25, 25), &cancel, &move |_| stop.cancel()))
         });
     });
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use sindyscope_core::study::{Cancel, Free, Judge, Settings, Study, choose, landscape, suggest};
+use sindyscope_core::study::{Cancel, FreeSettings, Judge, Settings, Study, choose, settings_grid, suggest};
 use sindyscope_files::{ReadOptions, read_set};
 use sindyscope_rig::{ScenarioOptions, generate};
 use sindyscope_values::record::{RecordSet, Usage};
@@ -96,7 +96,7 @@ fn system(scenario: &str, seed: u64, held_out: bool) -> Case {
 fn compare(case: &Case, size: usize) -> Compared {
     let start = suggest(&case.records, case.kind).expect("settings");
     let cancel = Cancel::default();
-    let free = Free { window: true, order: true, threshold: true, form: true, refine: true };
+    let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true };
     let choice = choose(&case.records, &start, free, &cancel, &|_| {}).expect("a choice");
     let mut study = Study::default();
     let mut test = |settings: &Settings| {
@@ -110,7 +110,7 @@ fn compare(case: &Case, size: usize) -> Compared {
         maps.push(&choice.settings);
     }
     for settings in maps {
-        let map = landscape(&case.records, settings, (size, size), &cancel, &|_| {}).expect("a map");
+        let map = settings_grid(&case.records, settings, (size, size), &cancel, &|_| {}).expect("a map");
         judge = map.judge;
         let place = map.best.expect("a best point");
         best = best.min(match map.judge {

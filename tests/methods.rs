@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use sindyscope_core::study::{
-    Cancel, Differentiation, Formulation, Free, Outcome, Regressor, Settings, Smoothing, Study, choose, landscape,
-    suggest,
+    Cancel, Differentiation, Formulation, FreeSettings, Outcome, Regressor, Settings, Smoothing, Study, choose,
+    settings_grid, suggest,
 };
 use sindyscope_rig::{ScenarioOptions, generate};
 use sindyscope_values::record::{RecordSet, Usage};
@@ -32,7 +32,7 @@ fn run(records: &RecordSet, settings: &Settings) -> Outcome {
 #[ignore = "half a minute where tests are not optimised; run with --profile study"]
 fn every_regressor_finds_the_equation_once_its_threshold_is_chosen() {
     let (records, settings) = duffing();
-    let free = Free { window: false, order: false, threshold: true, form: false, refine: false };
+    let free = FreeSettings { window: false, order: false, threshold: true, form: false, refine: false };
     for regressor in Regressor::ALL {
         let start = Settings { regressor, ..settings.clone() };
         let chosen = choose(&records, &start, free, &Cancel::default(), &|_| {}).unwrap().settings;
@@ -57,7 +57,7 @@ fn the_map_is_made_with_every_regressor() {
     let (records, settings) = duffing();
     for regressor in Regressor::ALL {
         let settings = Settings { regressor, ..settings.clone() };
-        let map = landscape(&records, &settings, (4, 6), &Cancel::default(), &|_| {}).unwrap();
+        let map = settings_grid(&records, &settings, (4, 6), &Cancel::default(), &|_| {}).unwrap();
         let best = map.cell(map.parsimonious.unwrap()).unwrap();
         assert!(map.complete() && best.error < 0.05, "{regressor:?} {best:?}");
     }
@@ -83,7 +83,7 @@ fn differentiated(settings: &Settings, method: Differentiation) -> Settings {
 #[ignore = "half a minute where tests are not optimised; run with --profile study"]
 fn every_differentiation_finds_the_equation_once_its_strength_is_chosen() {
     let (records, settings) = duffing();
-    let free = Free { window: true, order: false, threshold: true, form: false, refine: false };
+    let free = FreeSettings { window: true, order: false, threshold: true, form: false, refine: false };
     for method in [Differentiation::Spline, Differentiation::Spectral, Differentiation::Kalman] {
         let start = differentiated(&settings, method);
         let choice = choose(&records, &start, free, &Cancel::default(), &|_| {}).unwrap();
@@ -114,7 +114,7 @@ fn the_map_is_made_with_every_differentiation() {
     let (records, settings) = duffing();
     for method in [Differentiation::Spline, Differentiation::TotalVariation, Differentiation::Difference] {
         let settings = differentiated(&settings, method);
-        let map = landscape(&records, &settings, (3, 3), &Cancel::default(), &|_| {}).unwrap();
+        let map = settings_grid(&records, &settings, (3, 3), &Cancel::default(), &|_| {}).unwrap();
         assert!(map.complete(), "{method:?}");
         let place = map.parsimonious.unwrap();
         let there = map.settings_at(place, &settings);

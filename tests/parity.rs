@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use serde_json::Value;
 use sindyscope_core::signal::{Differentiation, Facts, Signals, Smoothing};
-use sindyscope_core::sparse::{Constraint, Options, Reduced, Regressor, stlsq};
+use sindyscope_core::sparse::{Constraint, Reduced, Regressor, SparseOptions, stlsq};
 use sindyscope_values::record::{Channel, Record, Role};
 use sindyscope_values::term::Kind;
 
@@ -22,7 +22,7 @@ fn stlsq_gives_what_the_python_package_gives() {
         let columns: Vec<Vec<f64>> = problem["columns"].as_array().unwrap().iter().map(numbers).collect();
         let reduced = Reduced::new(&columns, &numbers(&problem["rate"]));
         for case in problem["cases"].as_array().unwrap() {
-            let options = Options {
+            let options = SparseOptions {
                 threshold: case["threshold"].as_f64().unwrap(),
                 ridge: case["ridge"].as_f64().unwrap(),
                 scaled: false,
@@ -62,14 +62,14 @@ fn support(value: &Value) -> Vec<usize> {
     value.as_array().unwrap().iter().map(|v| v.as_u64().unwrap() as usize).collect()
 }
 
-const RAW: Options = Options { threshold: 0.0, ridge: 0.0, scaled: false };
+const RAW: SparseOptions = SparseOptions { threshold: 0.0, ridge: 0.0, scaled: false };
 
 #[test]
 fn relaxed_regression_keeps_what_the_python_package_keeps() {
     for Stored { name, columns, reduced, results } in stored() {
         for case in results["sr3"].as_array().unwrap() {
             let regressor = if case["penalty"] == "l0" { Regressor::Sr3L0 } else { Regressor::Sr3L1 };
-            let options = Options { threshold: case["threshold"].as_f64().unwrap(), ..RAW };
+            let options = SparseOptions { threshold: case["threshold"].as_f64().unwrap(), ..RAW };
             let solution = regressor.solve(&reduced, &vec![Constraint::Free; columns], &options);
             assert_eq!(solution.support, support(&case["support"]), "{name} {case}");
         }

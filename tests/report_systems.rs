@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use sindyscope_core::study::{Cancel, Free, Lock, Outcome, Settings, Study, choose, suggest};
+use sindyscope_core::study::{Cancel, FreeSettings, Lock, Outcome, Settings, Study, choose, suggest};
 use sindyscope_rig::{Noise, RigSettings, ScenarioOptions, generate, record_rig};
 use sindyscope_values::record::{Channel, Record, RecordSet, Usage};
 use sindyscope_values::term::{Kind, Symbol, Term, list};
@@ -29,7 +29,7 @@ fn start(set: &RecordSet, terms: &str, known: &str) -> Settings {
 
 /// The outcome with the settings that the program chooses.
 fn chosen(set: &RecordSet, terms: &str, known: &str) -> Outcome {
-    let free = Free { window: true, order: true, threshold: true, form: true, refine: false };
+    let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: false };
     let choice = choose(set, &start(set, terms, known), free, &Cancel::default(), &|_| {}).unwrap();
     run(set, &choice.settings)
 }
@@ -182,7 +182,7 @@ fn a_mass_that_sticks_is_fitted_where_it_slides() {
 fn lorenz_is_found_as_a_first_order_system() {
     let records = RecordSet::new(rig("lorenz", &ScenarioOptions::default()), Usage::Fit);
     let settings = suggest(&records, Kind::FirstOrder).unwrap();
-    let free = Free { window: true, order: true, threshold: true, form: true, refine: false };
+    let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: false };
     let choice = choose(&records, &settings, free, &Cancel::default(), &|_| {}).unwrap();
     let outcome = run(&records, &choice.settings);
     let equation = |state: usize| -> Vec<(String, f64)> {

@@ -4,7 +4,7 @@
 //! `cargo test --profile study --no-default-features --test several_masses -- --ignored --nocapture`
 #![allow(clippy::unwrap_used, reason = "a test may end by a panic")]
 
-use sindyscope_core::study::{Cancel, Free, Lock, Outcome, Own, Settings, Study, choose, suggest};
+use sindyscope_core::study::{Cancel, FreeSettings, Lock, Outcome, Own, Settings, Study, choose, suggest};
 use sindyscope_rig::{Generated, Noise, ScenarioOptions, generate};
 use sindyscope_values::model::Model;
 use sindyscope_values::record::{RecordSet, Usage};
@@ -38,7 +38,7 @@ fn run(records: &RecordSet, settings: &Settings) -> Outcome {
 /// The settings that the program chooses where nothing is asked for.
 fn chosen(records: &RecordSet, mut settings: Settings) -> Settings {
     settings.refine = false;
-    let free = Free { window: true, order: true, threshold: true, form: true, refine: true };
+    let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true };
     choose(records, &settings, free, &Cancel::default(), &|_| {}).unwrap().settings
 }
 
@@ -216,7 +216,7 @@ fn chosen_terms(measured: &str) -> (usize, Vec<String>) {
     let fitted = made(3);
     let records = RecordSet::new(fitted.records, Usage::Fit);
     let start = suggest(&records, Kind::SecondOrder).unwrap();
-    let free = Free { window: true, order: true, threshold: true, form: true, refine: true };
+    let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true };
     let cancel = Cancel::default();
     let settings = choose(&records, &start, free, &cancel, &|_| {}).unwrap().settings;
     let outcome = Study::default().run(&records, &settings, &cancel).unwrap();

@@ -4,7 +4,7 @@
 
 mod measurements;
 
-use sindyscope_core::study::{Cancel, Formulation, Free, Lock, Outcome, Settings, Study, choose, suggest};
+use sindyscope_core::study::{Cancel, Formulation, FreeSettings, Lock, Outcome, Settings, Study, choose, suggest};
 use sindyscope_files::{ReadOptions, read_files};
 use sindyscope_rig::{Noise, ScenarioOptions, generate};
 use sindyscope_values::record::{Record, RecordSet, Usage};
@@ -115,7 +115,7 @@ fn the_silverbox_with_nine_samples_a_period() {
     let read = |name: &str| read_files(&[folder.join(name)], &options).unwrap();
     let set = set(read("silverbox_multisine_1.csv"), read("silverbox_multisine_10.csv"));
     let start = known(&set, "x, v, u, x^2, x^3, 1", Formulation::Derivative);
-    let free = Free { window: true, order: true, threshold: false, form: true, refine: false };
+    let free = FreeSettings { window: true, order: true, threshold: false, form: true, refine: false };
     let choice = choose(&set, &start, free, &Cancel::default(), &|_| {}).unwrap();
     assert!(matches!(choice.settings.form, Formulation::Weak { .. }), "{}", choice.reason);
     let outcome = run(&set, &choice.settings);

@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use sindyscope_core::study::{
-    Calibrated, Calibration, Chosen, Ensemble, Free, Landscape, Outcome, Settings, Study, calibrate, choose, landscape,
+    Calibrated, Calibration, ChosenSettings, Ensemble, FreeSettings, Outcome, Settings, SettingsGrid, Study, calibrate,
+    choose, settings_grid,
 };
 use sindyscope_files::{Overview, ReadOptions};
 use sindyscope_report::document::{Pixels, Section};
@@ -114,7 +115,7 @@ pub(crate) enum Job {
 #[derive(Debug)]
 pub(crate) enum Part {
     /// The map as far as it is known.
-    Map(Landscape),
+    Map(SettingsGrid),
     /// What the search has found so far.
     Search(search::Event),
 }
@@ -125,7 +126,7 @@ pub(crate) enum Done {
     /// Records were read, or not.
     Opened(Result<Box<Opened>, Box<Refused>>),
     /// Settings were chosen.
-    Chosen(Box<Chosen>),
+    Chosen(Box<ChosenSettings>),
     /// What is still to be taken out of a channel by a step of the preparation.
     Calibrated { step: usize, found: Calibrated },
     /// The outcome of a study.
@@ -137,7 +138,7 @@ pub(crate) enum Done {
     /// What each answer would buy.
     Bought(Vec<Bought>),
     /// The whole map of settings.
-    Map(Landscape),
+    Map(SettingsGrid),
     /// The search has come to its end.
     Searched,
     /// The pages, and the sections that the study has nothing for.
@@ -179,7 +180,7 @@ impl Work for Job {
         Ok(match self {
             Self::Open(opening) => Done::Opened(open::open(*opening).map(Box::new).map_err(Box::new)),
             Self::Choose { records, settings } => {
-                let free = Free { window: true, order: true, threshold: true, form: true, refine: true };
+                let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true };
                 Done::Chosen(Box::new(choose(&records, &settings, free, cancel, &share).map_err(sentence)?))
             }
             Self::Calibrate { records, settings, step, sought } => {
@@ -200,8 +201,8 @@ impl Work for Job {
                 Done::Bought(questions::bought(&mut memory.study, &records, &settings, replies, cancel))
             }
             Self::Map { records, settings } => {
-                let tell = |map: Landscape| report.part(Part::Map(map));
-                Done::Map(landscape(&records, &settings, MAP_SIZE, cancel, &tell).map_err(sentence)?)
+                let tell = |map: SettingsGrid| report.part(Part::Map(map));
+                Done::Map(settings_grid(&records, &settings, MAP_SIZE, cancel, &tell).map_err(sentence)?)
             }
             Self::Search(request) => {
                 let teller = search::Teller {

@@ -13,7 +13,7 @@ use super::project::Project;
 use super::report::Content;
 use super::rig::{ClassCase, Made, save};
 use super::views::{self, Picture, Search, View, ViewState};
-use sindyscope_core::study::{Landscape, Outcome};
+use sindyscope_core::study::{Outcome, SettingsGrid};
 use sindyscope_report::document::FigureFormat;
 use sindyscope_report::export;
 
@@ -57,7 +57,7 @@ pub(crate) struct ViewPicture {
     pub(crate) like: Context,
     pub(crate) view: View,
     pub(crate) outcome: Arc<Outcome>,
-    pub(crate) map: Option<Arc<Landscape>>,
+    pub(crate) map: Option<Arc<SettingsGrid>>,
     pub(crate) pins: Vec<Arc<Outcome>>,
     pub(crate) record: usize,
     pub(crate) state: ViewState,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::state::Edit;
-use sindyscope_core::study::{Landscape, Settings};
+use sindyscope_core::study::{Settings, SettingsGrid};
 use sindyscope_values::record::Usage;
 
 /// What a map depends on: everything but the two settings that it is spread over.
@@ -27,7 +27,7 @@ impl MapKey {
 #[derive(Debug, Default)]
 pub(crate) struct SettingsMap {
     asked: Option<MapKey>,
-    map: Option<(MapKey, Arc<Landscape>)>,
+    map: Option<(MapKey, Arc<SettingsGrid>)>,
     failure: Option<String>,
 }
 
@@ -47,7 +47,7 @@ impl SettingsMap {
     }
 
     /// Takes in the map that was asked for, as far as it is known.
-    pub(crate) fn take(&mut self, map: Landscape) {
+    pub(crate) fn take(&mut self, map: SettingsGrid) {
         if let Some(key) = &self.asked {
             self.map = Some((key.clone(), Arc::new(map)));
         }
@@ -59,7 +59,7 @@ impl SettingsMap {
     }
 
     /// The map as far as it is known, and whether it is that of older settings.
-    pub(crate) fn map(&self) -> Option<(&Arc<Landscape>, bool)> {
+    pub(crate) fn map(&self) -> Option<(&Arc<SettingsGrid>, bool)> {
         self.map.as_ref().map(|(key, map)| (map, self.asked.as_ref() != Some(key)))
     }
 

@@ -2,7 +2,7 @@ use super::failure::Failure;
 use super::options::StudyOptions;
 use super::progress::Progress;
 use sindyscope_core::prepare::{Preparation, prepare};
-use sindyscope_core::study::{Calibrated, Cancel, Free, Horizon, Outcome, Study, calibrate, choose, suggest};
+use sindyscope_core::study::{Calibrated, Cancel, FreeSettings, Horizon, Outcome, Study, calibrate, choose, suggest};
 use sindyscope_values::record::{RecordSet, Usage};
 
 /// A study with how its settings came about.
@@ -24,7 +24,7 @@ pub(super) fn analyse(options: &StudyOptions) -> Result<Analysis, Failure> {
     let mut settings = suggest(&records, options.data.kind.into())?;
     options.apply(&mut settings)?;
     options.apply_mass(&mut settings, &records)?;
-    let free = Free {
+    let free = FreeSettings {
         window: options.window_is_free(),
         order: options.order_is_free(),
         threshold: options.threshold.is_none(),

@@ -16,7 +16,7 @@ use sindyscope_core::study::{
 };
 use sindyscope_files::{ColumnMap, ReadOptions, read_set};
 use sindyscope_values::record::RecordSet;
-use sindyscope_values::term::{Kind, Part, Term, by_equation, is_integral, rate};
+use sindyscope_values::term::{EquationEntries, Kind, Term, by_equation, is_integral, rate};
 
 /// Data, and how they are read.
 #[derive(Debug, Args)]
@@ -463,7 +463,7 @@ fn lists(settings: &Settings) -> Vec<(&'static str, String)> {
 
 /// A list of terms, for all equations or for each.
 #[derive(Clone, Debug)]
-pub(super) struct Terms(pub(super) Vec<Part<Term>>);
+pub(super) struct Terms(pub(super) Vec<EquationEntries<Term>>);
 
 impl Terms {
     /// The list, where it must be one for all equations.
@@ -494,7 +494,7 @@ impl FromStr for Terms {
 /// A list of what is known, for all equations or for each.
 #[derive(Clone, Debug)]
 struct Constraints {
-    known: Vec<Part<Known>>,
+    known: Vec<EquationEntries<Known>>,
     /// `u=1/m`: the force's coefficient follows from the mass.
     unit_mass: bool,
 }
@@ -508,9 +508,9 @@ impl FromStr for Constraints {
         let mut unit_mass = false;
         let known = by_equation(text, read)?
             .into_iter()
-            .map(|part: Part<Option<Known>>| {
+            .map(|part: EquationEntries<Option<Known>>| {
                 unit_mass |= part.entries.contains(&None);
-                Part { equation: part.equation, entries: part.entries.into_iter().flatten().collect() }
+                EquationEntries { equation: part.equation, entries: part.entries.into_iter().flatten().collect() }
             })
             .collect();
         Ok(Self { known, unit_mass })
@@ -526,7 +526,7 @@ struct FixedTerm {
 
 /// Terms at coefficients, for all equations or for each.
 #[derive(Clone, Debug)]
-struct FixedTerms(Vec<Part<FixedTerm>>);
+struct FixedTerms(Vec<EquationEntries<FixedTerm>>);
 
 impl FromStr for FixedTerms {
     type Err = String;

@@ -167,7 +167,7 @@ fn analyse_as_given(stamps: &[f64]) -> Result<Sampling, Irregular> {
         begin = end;
     }
 
-    let fit = Line::through(stamps, &rows);
+    let fit = EvenFit::through(stamps, &rows);
     let ulp = f64::EPSILON * stamps[0].abs().max(stamps[stamps.len() - 1].abs());
     let interval = exact(fit.interval, fit.doubt(0.5 * ulp), stamps, &rows);
     // Within this, a stamp's distance from the grid is the rounding of its own arithmetic.
@@ -239,7 +239,7 @@ fn median(values: &[f64]) -> f64 {
 }
 
 /// Least squares over all stamps: one interval, each stretch with its own start.
-struct Line {
+struct EvenFit {
     interval: f64,
     /// Each stretch's grid time of its first row.
     starts: Vec<f64>,
@@ -254,7 +254,7 @@ struct Line {
     count: usize,
 }
 
-impl Line {
+impl EvenFit {
     fn through(stamps: &[f64], rows: &[Range<usize>]) -> Self {
         let longest = rows.iter().max_by_key(|r| r.len()).cloned().unwrap_or(0..stamps.len());
         // Fitting what is left of a first guess keeps the sums small, so a million stamps lose no digit.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::data::Data;
 use super::fit::Fitted;
-use sindyscope_core::refine::{MeasuredMotion, Options, Point, Run, refine};
+use sindyscope_core::refine::{FitOptions, MeasuredMotion, Point, Run, refine};
 use sindyscope_core::signal::rms;
 use sindyscope_core::simulate::{InputGrid, Limits, Simulator};
 use sindyscope_core::study::Cancel;
@@ -70,7 +70,7 @@ impl Data {
             };
             let runs = [run];
             let start = Point::new(&rival.composition, &runs, rival.refined.point.shared.clone(), false);
-            let options = Options {
+            let options = FitOptions {
                 frozen: false,
                 driven: false,
                 steps: 6,

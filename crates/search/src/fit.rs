@@ -10,7 +10,7 @@ use super::parameters::{InnerValues, Parameters};
 use super::site::{Placed, accelerations};
 use super::structure::Composition;
 use sindyscope_core::refine::{
-    Bar, Goal, Landed, Options, Output, Point, Refined, Run, Structure, climb, cut, levels, misfit, refine, shoot,
+    Bar, FitOptions, Goal, Landed, Output, Point, Refined, Run, Structure, climb, cut, levels, misfit, refine, shoot,
 };
 use sindyscope_core::signal::{dot, mean_and_variance, rms};
 use sindyscope_core::sparse::OrthonormalBasis;
@@ -223,17 +223,21 @@ impl Pace<'_> {
 }
 
 impl Data {
-    pub(super) fn options<'a>(cancelled: &'a (dyn Fn() -> bool + Sync), steps: usize, pace: Pace<'a>) -> Options<'a> {
+    pub(super) fn options<'a>(
+        cancelled: &'a (dyn Fn() -> bool + Sync),
+        steps: usize,
+        pace: Pace<'a>,
+    ) -> FitOptions<'a> {
         let (effort, bar) = match pace {
             Pace::Thorough => (usize::MAX, None),
             Pace::Again => (4 * EFFORT, None),
             Pace::Rival(bar) => (EFFORT, Some(bar)),
         };
-        Options { frozen: false, driven: false, steps, effort, bar, cancelled }
+        FitOptions { frozen: false, driven: false, steps, effort, bar, cancelled }
     }
 
     /// What a fit up to a level is to reach.
-    pub(super) fn goal<'a>(&self, top: usize, options: Options<'a>) -> Goal<'a> {
+    pub(super) fn goal<'a>(&self, top: usize, options: FitOptions<'a>) -> Goal<'a> {
         Goal { period: self.period, noise: self.noise.max(self.least_noise()), top, options }
     }
 
@@ -316,7 +320,7 @@ impl Data {
     ) -> Option<f64> {
         let whole = self.whole();
         let cancelled = || cancel.is_cancelled();
-        let options = Options { driven: level != WHOLE, ..Self::options(&cancelled, 0, Pace::Thorough) };
+        let options = FitOptions { driven: level != WHOLE, ..Self::options(&cancelled, 0, Pace::Thorough) };
         if level == WHOLE {
             return misfit(composition, &whole, point, options);
         }
@@ -341,7 +345,8 @@ impl Data {
         cancel: &Cancel,
     ) -> Refined {
         let cancelled = || cancel.is_cancelled();
-        let frozen = Options { frozen: true, effort: EFFORT, ..Self::options(&cancelled, FEW_STEPS, Pace::Thorough) };
+        let frozen =
+            FitOptions { frozen: true, effort: EFFORT, ..Self::options(&cancelled, FEW_STEPS, Pace::Thorough) };
         let mut point = found.point.clone();
         let mut bettered = false;
         for (r, run) in runs.iter().enumerate() {
@@ -421,7 +426,8 @@ impl Data {
         cancel: &Cancel,
     ) -> Option<Landed> {
         let cancelled = || cancel.is_cancelled();
-        let options = Options { frozen: true, effort: EFFORT, ..Self::options(&cancelled, FEW_STEPS, Pace::Thorough) };
+        let options =
+            FitOptions { frozen: true, effort: EFFORT, ..Self::options(&cancelled, FEW_STEPS, Pace::Thorough) };
         let goal = Goal { noise: expected.max(self.noise), ..self.goal(level, options) };
         let direct = shoot(composition, records, (shared, None), level, goal, FEW_STEPS);
         let top = levels(records, self.period);

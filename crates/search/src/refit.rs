@@ -12,7 +12,7 @@ use super::screen::{Motion, Screened};
 use super::search::{PROMISING, Refit, Search};
 use super::site::Placed;
 use super::structure::Composition;
-use sindyscope_core::refine::{Bar, Options, Point, Refined, Run, climb, levels, misfit};
+use sindyscope_core::refine::{Bar, FitOptions, Point, Refined, Run, climb, levels, misfit};
 use sindyscope_core::study::Cancel;
 
 /// Inner values that a form is refined from; one where there are many samples.
@@ -84,7 +84,7 @@ impl Search {
         let runs: Vec<Run> = data.whole();
         let cancelled = || cancel.is_cancelled();
         let options =
-            Options { frozen: false, driven: false, steps: 0, effort: usize::MAX, bar: None, cancelled: &cancelled };
+            FitOptions { frozen: false, driven: false, steps: 0, effort: usize::MAX, bar: None, cancelled: &cancelled };
         let attempt = |inner: &[f64], way: Way| {
             let (composition, point) = self.start(before, &composition, motion, screened, (form, inner, way))?;
             let left = misfit(&composition, &runs, &point, options).unwrap_or(f64::INFINITY);

@@ -18,7 +18,7 @@ use super::screen::Motion;
 use super::search::Search;
 use super::site::Placed;
 use super::structure::{Composition, counted_from};
-use sindyscope_core::refine::{Options, Point, Refined, Run, respond};
+use sindyscope_core::refine::{FitOptions, Point, Refined, Run, respond};
 use sindyscope_core::signal::dot;
 use sindyscope_core::study::Cancel;
 use sindyscope_values::model::WeightedTerm;
@@ -256,7 +256,7 @@ fn retraced(
     }
     let cancelled = || cancel.is_cancelled();
     let driven = point.own.iter().any(|own| own.len() < all);
-    let options = Options { frozen: true, driven, steps: 0, effort: usize::MAX, bar: None, cancelled: &cancelled };
+    let options = FitOptions { frozen: true, driven, steps: 0, effort: usize::MAX, bar: None, cancelled: &cancelled };
     let simulated = respond(composition, &runs, &point, options)?;
     let residual = |(run, s): (&Run, &Vec<f64>)| run.target().zip(s).map(|(y, s)| y - s).collect();
     let residuals: Vec<Vec<f64>> = runs.iter().zip(&simulated).map(residual).collect();

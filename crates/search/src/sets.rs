@@ -16,7 +16,9 @@ use super::refit::{DISTANT, HARDLY};
 use super::search::{Refit, Search};
 use super::structure::Composition;
 use super::weak::{Projector, Weak};
-use sindyscope_core::refine::{Bar, Goal, Landed, Options, Run, Structure as _, climb, levels, look, sampled, shoot};
+use sindyscope_core::refine::{
+    Bar, FitOptions, Goal, Landed, Run, Structure as _, climb, levels, look, sampled, shoot,
+};
 use sindyscope_core::study::Cancel;
 
 /// Grid points of a form that are shot from.
@@ -305,7 +307,7 @@ impl Search {
         // The likeliest first: the others are given up where they stay behind what these reach.
         trials.sort_by(|a, b| a.left.total_cmp(&b.left));
         let bar = Bar::default();
-        let among_rivals = Goal { options: Options { bar: Some(&bar), ..goal.options }, ..goal };
+        let among_rivals = Goal { options: FitOptions { bar: Some(&bar), ..goal.options }, ..goal };
         let trials = self.promising(trials, &whole, goal);
         let shots = trials.into_iter().map(|t| {
             let landed = shoot(&t.composition, &whole, (&t.shared, None), 0, among_rivals, FEW_STEPS)?;
@@ -331,7 +333,7 @@ impl Search {
             return trials;
         }
         let bar = Bar::default();
-        let goal = Goal { options: Options { bar: Some(&bar), ..goal.options }, ..goal };
+        let goal = Goal { options: FitOptions { bar: Some(&bar), ..goal.options }, ..goal };
         let looks = trials.into_iter().map(|t| {
             let (shared, rss) = look(&t.composition, &segments, &t.shared, goal, FEW_STEPS)?;
             Some((rss, Trial { shared, ..t }))
@@ -414,7 +416,7 @@ impl Search {
         let motion = best.filter(same_zero).map(|best| (best.landed(), &best.composition));
         let motion = motion.as_ref().map(|(landed, composition)| landed.of(*composition));
         let bar = Bar::default();
-        let goal = Goal { options: Options { bar: Some(&bar), ..goal.options }, ..goal };
+        let goal = Goal { options: FitOptions { bar: Some(&bar), ..goal.options }, ..goal };
         let starts =
             starts.iter().flat_map(|shared| [Some((shared, None)), motion.map(|motion| (shared, Some(motion)))]);
         let fits = starts

@@ -9,7 +9,7 @@ use super::panel::{self, AXIS_WIDTH};
 use super::scene::Scene;
 use super::{Picture, Request, View, ViewState, legend};
 use crate::app::plot::{axis, palette};
-use sindyscope_core::study::{Cell, GridPoint, Landscape};
+use sindyscope_core::study::{GridCell, GridPoint, SettingsGrid};
 use sindyscope_report::palette::Ink;
 
 const ID: &str = "front";
@@ -112,15 +112,15 @@ fn whole_marks(input: GridInput) -> Vec<GridMark> {
 }
 
 /// Every setting that did not fail, with its terms and log₁₀ of its error.
-fn points(map: &Landscape) -> Vec<(GridPoint, [f64; 2])> {
+fn points(map: &SettingsGrid) -> Vec<(GridPoint, [f64; 2])> {
     map.known().filter_map(|(place, _)| Some((place, point(map, place)?))).collect()
 }
 
-fn point(map: &Landscape, place: GridPoint) -> Option<[f64; 2]> {
+fn point(map: &SettingsGrid, place: GridPoint) -> Option<[f64; 2]> {
     dot(map.cell(place)?)
 }
 
 /// A cell's terms and log₁₀ of its error, unless it failed.
-fn dot(cell: &Cell) -> Option<[f64; 2]> {
+fn dot(cell: &GridCell) -> Option<[f64; 2]> {
     (cell.failed == 0.0 && cell.error > 0.0).then(|| [cell.terms as f64, cell.error.log10()])
 }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::scene::Scene;
 use super::{Picture, Request, ViewState, legend, panel};
 use crate::app::plot::{export, number, palette, pointer};
-use sindyscope_core::study::{Cell, GridPoint, Judge, Landscape};
+use sindyscope_core::study::{GridCell, GridPoint, Judge, SettingsGrid};
 
 /// What the map is coloured by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -53,7 +53,7 @@ impl Quantity {
         }
     }
 
-    fn value(self, cell: &Cell) -> f64 {
+    fn value(self, cell: &GridCell) -> f64 {
         match self {
             Self::Error => cell.error,
             Self::Terms => cell.terms as f64,
@@ -88,7 +88,7 @@ struct Shades {
 }
 
 impl Shades {
-    fn new(map: &Landscape, quantity: Quantity) -> Self {
+    fn new(map: &SettingsGrid, quantity: Quantity) -> Self {
         let values = map.known().map(|(_, cell)| quantity.value(cell)).filter(|v| v.is_finite());
         let (mut low, mut high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
         match quantity {
@@ -204,13 +204,13 @@ pub(super) fn show(ui: &mut Ui, scene: &Scene<'_>, picture: &Picture<'_>, state:
 }
 
 /// What a place asks for.
-pub(super) fn take(map: &Landscape, (window, threshold): GridPoint) -> Request {
+pub(super) fn take(map: &SettingsGrid, (window, threshold): GridPoint) -> Request {
     Request::Set { window: Some(map.windows[window]), threshold: map.thresholds[threshold] }
 }
 
 /// Where cells lie.
 struct Grid<'a> {
-    map: &'a Landscape,
+    map: &'a SettingsGrid,
     frame: Rect,
 }
 
@@ -329,7 +329,7 @@ fn upright(ui: &Ui, text: &str, at: Pos2, font: FontId, color: Color32) {
 }
 
 /// The colours with their values.
-fn scale(ui: &Ui, scene: &Scene<'_>, shades: &Shades, map: &Landscape, frame: Rect, rect: Rect) {
+fn scale(ui: &Ui, scene: &Scene<'_>, shades: &Shades, map: &SettingsGrid, frame: Rect, rect: Rect) {
     const PIECES: usize = 64;
     let bar = Rect::from_min_max(pos2(frame.right() + 14.0, frame.top()), pos2(frame.right() + 28.0, frame.bottom()));
     let mut mesh = egui::Mesh::default();
@@ -395,11 +395,11 @@ pub(super) fn mark(ui: &Ui, at: Pos2, sign: Marker) {
 }
 
 /// What the signs mean, and buttons that go there.
-pub(super) fn signs(ui: &mut Ui, map: &Landscape, printing: bool) -> Option<Request> {
+pub(super) fn signs(ui: &mut Ui, map: &SettingsGrid, printing: bool) -> Option<Request> {
     ui.horizontal(|ui| row(ui, map, printing)).inner
 }
 
-fn row(ui: &mut Ui, map: &Landscape, printing: bool) -> Option<Request> {
+fn row(ui: &mut Ui, map: &SettingsGrid, printing: bool) -> Option<Request> {
     let mut asked = None;
     for (sign, text) in Marker::ALL {
         if sign != Marker::Now {
@@ -428,7 +428,7 @@ fn row(ui: &mut Ui, map: &Landscape, printing: bool) -> Option<Request> {
 }
 
 /// What is known of a cell, at the pointer.
-pub(super) fn tooltip(response: &egui::Response, map: &Landscape, place: GridPoint) {
+pub(super) fn tooltip(response: &egui::Response, map: &SettingsGrid, place: GridPoint) {
     let Some(cell) = map.cell(place) else { return };
     pointer::tooltip(response).show(|ui| {
         let color = ui.visuals().text_color();
@@ -448,7 +448,7 @@ pub(super) fn tooltip(response: &egui::Response, map: &Landscape, place: GridPoi
 }
 
 /// Every cell that is known.
-pub(super) fn table(map: &Landscape) -> String {
+pub(super) fn table(map: &SettingsGrid) -> String {
     let headers = [
         "segment (samples)",
         "threshold",
@@ -459,7 +459,7 @@ pub(super) fn table(map: &Landscape) -> String {
         "whiteness",
     ]
     .map(str::to_owned);
-    let known: Vec<(GridPoint, &Cell)> = map.known().collect();
+    let known: Vec<(GridPoint, &GridCell)> = map.known().collect();
     export::csv(&headers, known.len(), |row, column| {
         let ((window, threshold), cell) = known[row];
         Some(match column {

@@ -36,7 +36,7 @@ use super::plot::palette::{self, Ink};
 use super::plot::vector;
 use cache::Cache;
 use scene::Scene;
-use sindyscope_core::study::{Landscape, Outcome};
+use sindyscope_core::study::{Outcome, SettingsGrid};
 use sindyscope_report::diagram::{Across, Source};
 use sindyscope_report::document::{FigureKind, FigureSize};
 use sindyscope_values::format::shown::ShownUnits;
@@ -222,7 +222,7 @@ pub(crate) struct Picture<'a> {
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Search<'a> {
     /// The map, as far as it is known.
-    pub(crate) map: Option<&'a Arc<Landscape>>,
+    pub(crate) map: Option<&'a Arc<SettingsGrid>>,
     /// True if it is that of older settings.
     pub(crate) stale: bool,
     /// Why there is none.

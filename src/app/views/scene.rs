@@ -103,11 +103,11 @@ impl<'a> Scene<'a> {
         simulated(self.record, state)
     }
 
-    pub(super) fn channel(&self) -> Option<&'a sindyscope_core::study::Channel> {
+    pub(super) fn channel(&self) -> Option<&'a sindyscope_core::study::SensorResponse> {
         self.record.channels.get(self.freedom)
     }
 
-    pub(super) fn channel_before(&self) -> Option<&'a sindyscope_core::study::Channel> {
+    pub(super) fn channel_before(&self) -> Option<&'a sindyscope_core::study::SensorResponse> {
         self.before.and_then(|r| r.channels.get(self.freedom))
     }
 

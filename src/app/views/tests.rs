@@ -10,7 +10,7 @@ use rand_distr::{Distribution as _, Normal};
 use super::*;
 use crate::app::plot::raster::Rasterizer;
 use sindyscope_core::signal::Signals;
-use sindyscope_core::study::{Channel, Elapsed, RecordOutcome, Score, Settings};
+use sindyscope_core::study::{Elapsed, RecordOutcome, Score, SensorResponse, Settings};
 use sindyscope_values::model::{Equation, Model};
 use sindyscope_values::record::{Channel as RecordChannel, Record, Role, Usage};
 use sindyscope_values::term::{Kind, Layout, Symbol};
@@ -96,7 +96,7 @@ fn record_of(index: usize, case: &Case) -> RecordOutcome {
         let rmse = (error.iter().map(|e| e * e).sum::<f64>() / lasts.max(1) as f64).sqrt();
         let max_error = error.iter().copied().fold(0.0, f64::max);
         let score = Score { rmse, nrmse: rmse / 1e-3, max_error, best_fit: 98.76, samples: lasts };
-        scored.push(Channel {
+        scored.push(SensorResponse {
             symbol: Symbol::State(freedom),
             role: Role::Displacement(freedom),
             response,

@@ -12,10 +12,10 @@ pub(super) struct Arrow {
     /// Shared against shared.
     pub(super) whole: DMatrix<f64>,
     pub(super) gradient: DVector<f64>,
-    runs: Vec<Own>,
+    runs: Vec<RunBlock>,
 }
 
-struct Own {
+struct RunBlock {
     square: DMatrix<f64>,
     /// Own rows, shared columns.
     cross: DMatrix<f64>,
@@ -76,7 +76,7 @@ impl Arrow {
             }
         }
         let gradient = DVector::from_iterator(m, own.iter().map(|a| dot(a, residual)));
-        self.runs.push(Own { square, cross, gradient });
+        self.runs.push(RunBlock { square, cross, gradient });
     }
 
     /// Eliminates the runs' own values; `damping` is added to the diagonal of each of their blocks as a share of it.

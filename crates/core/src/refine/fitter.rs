@@ -6,7 +6,7 @@ use crate::parallel::prelude::*;
 use nalgebra::DMatrix;
 
 use super::arrow::{Arrow, Correction};
-use super::{Instance, Options, Point, Reading, Refined, Run, Structure};
+use super::{FitOptions, Instance, Point, Reading, Refined, Run, Structure};
 use crate::signal::dot;
 use crate::simulate::{Delays, InputGrid, Limits, Output, Response, Simulator, Workspace, later};
 
@@ -49,18 +49,23 @@ const CHANGE: usize = 20;
 /// Fits a structure to runs from a point.
 ///
 /// None if the model at the start cannot be simulated along every run, or the fit was cancelled.
-pub fn refine(structure: &dyn Structure, runs: &[Run], start: &Point, options: Options<'_>) -> Option<Refined> {
+pub fn refine(structure: &dyn Structure, runs: &[Run], start: &Point, options: FitOptions<'_>) -> Option<Refined> {
     Fitter::new(structure, runs, options).fit(start)
 }
 
 /// The sum of squared residuals at a point, nothing fitted; none if the model cannot be simulated there.
-pub fn misfit(structure: &dyn Structure, runs: &[Run], point: &Point, options: Options<'_>) -> Option<f64> {
+pub fn misfit(structure: &dyn Structure, runs: &[Run], point: &Point, options: FitOptions<'_>) -> Option<f64> {
     Fitter::new(structure, runs, options).all(point, &mut Vec::new())
 }
 
 /// What the sensors of each run would show at a point, weighted, output after output, nothing fitted; none if the model cannot
 /// be simulated there.
-pub fn respond(structure: &dyn Structure, runs: &[Run], point: &Point, options: Options<'_>) -> Option<Vec<Vec<f64>>> {
+pub fn respond(
+    structure: &dyn Structure,
+    runs: &[Run],
+    point: &Point,
+    options: FitOptions<'_>,
+) -> Option<Vec<Vec<f64>>> {
     let mut simulated = Vec::new();
     Fitter::new(structure, runs, options).all(point, &mut simulated)?;
     Some(simulated)
@@ -69,7 +74,7 @@ pub fn respond(structure: &dyn Structure, runs: &[Run], point: &Point, options: 
 struct Fitter<'a> {
     structure: &'a dyn Structure,
     runs: &'a [Run],
-    options: Options<'a>,
+    options: FitOptions<'a>,
     offset: bool,
     bounds: Vec<(f64, f64)>,
     /// Some output is an acceleration.
@@ -101,7 +106,7 @@ struct Ready {
 }
 
 impl<'a> Fitter<'a> {
-    fn new(structure: &'a dyn Structure, runs: &'a [Run], options: Options<'a>) -> Self {
+    fn new(structure: &'a dyn Structure, runs: &'a [Run], options: FitOptions<'a>) -> Self {
         let (mut square, mut count) = (0.0, 0);
         for run in runs {
             square += run.target().map(|y| y * y).sum::<f64>();
@@ -481,7 +486,7 @@ struct Descent<'f, 'a> {
 
 /// What the dampings tried for a step came to.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Step {
+enum StepResult {
     /// None leads down.
     None,
     /// The first one does.
@@ -547,7 +552,7 @@ impl<'f, 'a> Descent<'f, 'a> {
             steps += 1;
             let began = self.rss;
             let step = self.step(&arrow)?;
-            if self.updates > 0 && (self.converged || step == Step::None) {
+            if self.updates > 0 && (self.converged || step == StepResult::None) {
                 // A secant is no proof: the sensitivities themselves are asked.
                 self.converged = false;
                 fresh = true;
@@ -558,7 +563,7 @@ impl<'f, 'a> Descent<'f, 'a> {
                 return Some(arrow);
             }
             // A secant across jumps of an acceleration is none.
-            fresh = step != Step::AtOnce || self.updates >= SECANTS || common <= 1 || *rates;
+            fresh = step != StepResult::AtOnce || self.updates >= SECANTS || common <= 1 || *rates;
             self.updates += 1;
             if let Some(bar) = options.bar {
                 bar.reached(self.rss);
@@ -566,7 +571,7 @@ impl<'f, 'a> Descent<'f, 'a> {
                     return Some(arrow);
                 }
             }
-            if step == Step::None {
+            if step == StepResult::None {
                 // No descent along any damped step. A difference may have straddled a stop of the motion, on whose two sides
                 // the response moves differently: a wider one, from the other side, sees past it. One of many rivals is not
                 // worth that.
@@ -592,7 +597,7 @@ impl<'f, 'a> Descent<'f, 'a> {
     }
 
     /// Goes to the first point that leads down, of steps damped more and more; none if cancelled.
-    fn step(&mut self, arrow: &Arrow) -> Option<Step> {
+    fn step(&mut self, arrow: &Arrow) -> Option<StepResult> {
         let (shared, offsets) = (self.fitter.shared(&self.point), self.point.offsets.len());
         let at: Vec<f64> = self.point.shared[..shared].iter().chain(&self.point.offsets).copied().collect();
         let reach = if shared > 0 { self.fitter.reach(&self.point.shared) } else { Vec::new() };
@@ -612,12 +617,12 @@ impl<'f, 'a> Descent<'f, 'a> {
                     if at_once && self.updates < SECANTS && shared + offsets > 1 && !self.fitter.rates {
                         self.fitter.secant(&mut self.columns, (&self.trial, &self.simulated), &by, (shared, offsets));
                     }
-                    return Some(if at_once { Step::AtOnce } else { Step::Damped });
+                    return Some(if at_once { StepResult::AtOnce } else { StepResult::Damped });
                 }
                 // Nothing left to gain beyond the arithmetic's own noise.
                 Some(found) if found - self.rss < 1e-9 * self.rss && self.damping < 1e-3 => {
                     self.converged = true;
-                    return Some(Step::None);
+                    return Some(StepResult::None);
                 }
                 _ => self.damping = (self.damping * 10.0).max(1e-6),
             }
@@ -625,7 +630,7 @@ impl<'f, 'a> Descent<'f, 'a> {
                 return None;
             }
         }
-        Some(Step::None)
+        Some(StepResult::None)
     }
 
     /// The fit as it stands, with the covariance that the normal equations give.

@@ -5,7 +5,7 @@
 //! far the model predicts before noise and its own sensitivity part it from the measurement.
 
 use super::fitter::HOPELESS;
-use super::{Bar, Options, Point, Refined, Run, Structure, misfit, refine};
+use super::{Bar, FitOptions, Point, Refined, Run, Structure, misfit, refine};
 use crate::signal::{mean_and_variance, rms};
 use crate::simulate::{Delays, Limits, Response, Simulator};
 
@@ -39,7 +39,7 @@ pub struct Goal<'a> {
     /// Doublings of the shortest segments to reach; beyond the number there are, whole records.
     pub top: usize,
     /// How the fits are done; steps count for the whole record.
-    pub options: Options<'a>,
+    pub options: FitOptions<'a>,
 }
 
 /// A fit, and how far it predicts.
@@ -113,7 +113,7 @@ pub(crate) fn holds(error: f64, noise: f64) -> bool {
 ///
 /// None where the model can be followed over no stretch, or it was cancelled.
 pub(crate) fn horizon(structure: &dyn Structure, whole: &[Run], shared: &[f64], goal: Goal<'_>) -> Option<Horizon> {
-    let goal = Goal { options: Options { frozen: true, ..goal.options }, ..goal };
+    let goal = Goal { options: FitOptions { frozen: true, ..goal.options }, ..goal };
     let top = levels(whole, goal.period);
     let at = |level: usize| shoot(structure, whole, (shared, None), level, goal, STEPS);
     let longest = match at(top) {
@@ -160,7 +160,7 @@ pub fn shoot(
 ) -> Option<Landed> {
     let runs = cut(whole, goal.period, level);
     let full = level >= levels(whole, goal.period);
-    let options = Options { driven: !full, steps, ..goal.options };
+    let options = FitOptions { driven: !full, steps, ..goal.options };
     let point = start(structure, &runs, shared, before, !full);
     let refined = refine(structure, &runs, &point, options)?;
     Some(Landed { refined, runs, level, whole: full })
@@ -188,7 +188,7 @@ pub fn look(
     goal: Goal<'_>,
     steps: usize,
 ) -> Option<(Vec<f64>, f64)> {
-    let options = Options { driven: true, steps, ..goal.options };
+    let options = FitOptions { driven: true, steps, ..goal.options };
     let point = start(structure, segments, shared, None, true);
     let refined = refine(structure, segments, &point, options)?;
     Some((refined.point.shared, refined.rss))
@@ -286,8 +286,13 @@ pub fn climb(structure: &dyn Structure, whole: &[Run], first: Landed, goal: Goal
         let runs = cut(whole, goal.period, top);
         let point = start(structure, &runs, &shared, Some(last.of(structure)), top < levels(whole, goal.period));
         let near = last.level + 1 < top
-            && misfit(structure, &runs, &point, Options { driven: top < levels(whole, goal.period), ..goal.options })
-                .is_some_and(|rss| rss < (NEAR * motion).powi(2) * last.refined.samples as f64);
+            && misfit(
+                structure,
+                &runs,
+                &point,
+                FitOptions { driven: top < levels(whole, goal.period), ..goal.options },
+            )
+            .is_some_and(|rss| rss < (NEAR * motion).powi(2) * last.refined.samples as f64);
         let at_once = near
             .then(|| shoot(structure, whole, (&shared, Some(last.of(structure))), top, goal, goal.options.steps))
             .flatten()
@@ -313,7 +318,7 @@ pub fn climb(structure: &dyn Structure, whole: &[Run], first: Landed, goal: Goal
 /// None if the model can be simulated nowhere, or the fit was cancelled.
 pub(crate) fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<'_>) -> Option<Landed> {
     let top = levels(whole, goal.period);
-    let options = Options { driven: false, ..goal.options };
+    let options = FitOptions { driven: false, ..goal.options };
     let direct = refine(structure, whole, start, options).map(|refined| Landed {
         refined,
         runs: whole.to_vec(),
@@ -329,7 +334,7 @@ pub(crate) fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal
     // What a rival leaves along whole records tells nothing of shorter segments, but that a fit which leaves more along two
     // periods is no better than it.
     let bar = goal.options.bar.map(Bar::least);
-    let mut goal = Goal { options: Options { bar: None, ..goal.options }, ..goal };
+    let mut goal = Goal { options: FitOptions { bar: None, ..goal.options }, ..goal };
     let steps = if sensitive { goal.options.steps } else { STEPS };
     let shortest = |goal| shoot(structure, whole, (&start.shared, None), 0, goal, steps);
     let Some(mut first) = shortest(goal) else { return direct };

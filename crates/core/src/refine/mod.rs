@@ -187,7 +187,7 @@ impl Point {
 
 /// How a fit is to be done.
 #[derive(Clone, Copy)]
-pub struct Options<'a> {
+pub struct FitOptions<'a> {
     /// Keep the shared parameters and fit what each record and run has of its own.
     pub frozen: bool,
     /// Internal states begin each run as the measured motion drives them; else their beginning is free.

@@ -4,7 +4,9 @@ use std::sync::Arc;
 use rand::SeedableRng as _;
 use rand_distr::{Distribution as _, Normal};
 
-use super::{Goal, Instance, MeasuredMotion, Options, Output, Point, Run, Structure, inflation, land, refine, respond};
+use super::{
+    FitOptions, Goal, Instance, MeasuredMotion, Output, Point, Run, Structure, inflation, land, refine, respond,
+};
 use crate::simulate::{Delays, InputGrid};
 use sindyscope_rig::{ScenarioOptions, generate};
 use sindyscope_values::model::{Equation, Model};
@@ -43,8 +45,8 @@ impl Structure for Free {
 
 const TRUTH: [f64; 4] = [-1.0, -0.2, 1.0, -0.6];
 
-const FREE: Options<'_> =
-    Options { frozen: false, driven: false, steps: 30, effort: usize::MAX, bar: None, cancelled: &|| false };
+const FREE: FitOptions<'_> =
+    FitOptions { frozen: false, driven: false, steps: 30, effort: usize::MAX, bar: None, cancelled: &|| false };
 
 /// The displacement of Duffing's oscillator under a multisine, and the force.
 fn shaken() -> (Vec<f64>, Arc<InputGrid>) {
@@ -115,7 +117,7 @@ fn on_which_side_of_a_jump_a_sample_of_an_acceleration_lies_tells_nothing() {
     let rubbing = Free("x, v, u, sgn(v)");
     let blank = [seen(&grid, &x, (Output::Acceleration(0), &x))];
     let point = Point::new(&rubbing, &blank, vec![-1.0, -0.2, 1.0, -0.3], false);
-    let frozen = Options { frozen: true, ..FREE };
+    let frozen = FitOptions { frozen: true, ..FREE };
     let shown = respond(&rubbing, &blank, &point, frozen).unwrap().remove(0);
     let jump = (1..shown.len()).max_by(|a, b| {
         let step = |k: &usize| (shown[*k] - shown[*k - 1]).abs();
@@ -125,7 +127,7 @@ fn on_which_side_of_a_jump_a_sample_of_an_acceleration_lies_tells_nothing() {
         let mut measured = shown.clone();
         measured[at] += 0.6;
         let runs = [seen(&grid, &x, (Output::Acceleration(0), &measured))];
-        let fit = refine(&rubbing, &runs, &point, Options { steps: 0, ..frozen }).unwrap();
+        let fit = refine(&rubbing, &runs, &point, FitOptions { steps: 0, ..frozen }).unwrap();
         (fit.rss, fit.rss_beside_jumps())
     };
     let (rss, beside) = left(jump.unwrap());

@@ -21,15 +21,15 @@ pub struct Facts {
 }
 
 /// A record, the layout it was seen with, and its facts.
-type Known = (Weak<Record>, Layout, Arc<Facts>);
+type KnownFacts = (Weak<Record>, Layout, Arc<Facts>);
 
 /// Facts of the records in use.
-static KNOWN: Mutex<Vec<Known>> = Mutex::new(Vec::new());
+static KNOWN: Mutex<Vec<KnownFacts>> = Mutex::new(Vec::new());
 
 impl Facts {
     /// The facts of a record, measured once as long as it is in use.
     pub fn of(record: &Arc<Record>, layout: &Layout) -> Arc<Self> {
-        let same = |(of, with, _): &&Known| std::ptr::eq(of.as_ptr(), Arc::as_ptr(record)) && with == layout;
+        let same = |(of, with, _): &&KnownFacts| std::ptr::eq(of.as_ptr(), Arc::as_ptr(record)) && with == layout;
         // What a thread that panicked left is whole: entries come and go at once.
         let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((.., facts)) = known().iter().find(same) {

@@ -4,9 +4,6 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Matrix3, Vector3};
 
-type State = Vector3<f64>;
-type Matrix = Matrix3<f64>;
-
 /// Fewest samples that are smoothed: three start the filter.
 pub(super) const FEWEST: usize = 4;
 
@@ -21,23 +18,23 @@ pub(super) struct Track {
     /// Time between samples.
     step: f64,
     /// The state at the third sample from the first three.
-    start: Matrix,
+    start: Matrix3<f64>,
     /// Gains of the samples from the fourth on, the variance of what each brings anew, and the smoother's gains of the
     /// samples from the third on; the last of each holds for the rest.
-    gains: Vec<State>,
+    gains: Vec<Vector3<f64>>,
     spreads: Vec<f64>,
-    back: Vec<Matrix>,
+    back: Vec<Matrix3<f64>>,
 }
 
 /// How a state goes on after `time`.
-fn forward(time: f64) -> Matrix {
-    Matrix::new(1.0, time, 0.5 * time * time, 0.0, 1.0, time, 0.0, 0.0, 1.0)
+fn forward(time: f64) -> Matrix3<f64> {
+    Matrix3::new(1.0, time, 0.5 * time * time, 0.0, 1.0, time, 0.0, 0.0, 1.0)
 }
 
 /// Scatter that a white jerk leaves after `time`, of the density that lets half the amplitude of period 2π through.
-fn jerk(time: f64) -> Matrix {
+fn jerk(time: f64) -> Matrix3<f64> {
     let [_, t1, t2, t3, t4, t5] = [0, 1, 2, 3, 4, 5].map(|k| time.powi(k));
-    time * Matrix::new(t5 / 20.0, t4 / 8.0, t3 / 6.0, t4 / 8.0, t3 / 3.0, t2 / 2.0, t3 / 6.0, t2 / 2.0, t1)
+    time * Matrix3::new(t5 / 20.0, t4 / 8.0, t3 / 6.0, t4 / 8.0, t3 / 3.0, t2 / 2.0, t3 / 6.0, t2 / 2.0, t1)
 }
 
 impl Track {
@@ -52,22 +49,22 @@ impl Track {
     /// The same of an acceleration that jumps between samples with these variances, one less than the samples.
     fn jumping(length: f64, variances: &[f64]) -> Self {
         let scatter = |k: usize| {
-            let mut scatter = Matrix::zeros();
+            let mut scatter = Matrix3::zeros();
             scatter[(2, 2)] = variances[k.min(variances.len() - 1)];
             scatter
         };
         Self::build(TAU / length, variances.len() + 1, &scatter, false)
     }
 
-    fn build(step: f64, count: usize, scatter: &dyn Fn(usize) -> Matrix, settles: bool) -> Self {
+    fn build(step: f64, count: usize, scatter: &dyn Fn(usize) -> Matrix3<f64>, settles: bool) -> Self {
         const SETTLED: f64 = 1e-15;
         let (on, off) = (forward(step), forward(-step));
         // The first three samples determine the third state: y = B s + noise, where earlier samples lack what came after.
         let row = |k: i32| forward(f64::from(k) * step).row(0).into_owned();
-        let seen = Matrix::from_rows(&[row(-2), row(-1), row(0)]);
-        let start = seen.try_inverse().unwrap_or_else(Matrix::zeros);
+        let seen = Matrix3::from_rows(&[row(-2), row(-1), row(0)]);
+        let start = seen.try_inverse().unwrap_or_else(Matrix3::zeros);
         let (last, earlier) = (scatter(1), scatter(0));
-        let mut noise = Matrix::identity();
+        let mut noise = Matrix3::identity();
         noise[(1, 1)] += (row(-1) * last * row(-1).transpose())[0];
         noise[(0, 0)] += (row(-2) * (last + on * earlier * on.transpose()) * row(-2).transpose())[0];
         let both = (row(-2) * last * row(-1).transpose())[0];
@@ -85,11 +82,11 @@ impl Track {
             let scatter = scatter(k + 2);
             let predicted = on * covariance * on.transpose() + scatter;
             // Written so because the scatter is small beside the rest where samples are dense.
-            let share = predicted.cholesky().map_or_else(Matrix::zeros, |c| c.solve(&scatter));
-            track.back.push(off * (Matrix::identity() - share.transpose()));
+            let share = predicted.cholesky().map_or_else(Matrix3::zeros, |c| c.solve(&scatter));
+            track.back.push(off * (Matrix3::identity() - share.transpose()));
             let spread = predicted[(0, 0)] + 1.0;
             let gain = predicted.column(0) / spread;
-            let mut keep = Matrix::identity();
+            let mut keep = Matrix3::identity();
             keep.set_column(0, &(keep.column(0) - gain));
             covariance = keep * predicted * keep.transpose() + gain * gain.transpose();
             covariance = 0.5 * (covariance + covariance.transpose());
@@ -104,17 +101,17 @@ impl Track {
     }
 
     /// The state at the third sample.
-    fn first(&self, samples: &[f64], offset: f64) -> State {
-        self.start * State::new(samples[0] - offset, samples[1] - offset, samples[2] - offset)
+    fn first(&self, samples: &[f64], offset: f64) -> Vector3<f64> {
+        self.start * Vector3::new(samples[0] - offset, samples[1] - offset, samples[2] - offset)
     }
 
     /// Smoothed states, at least [`FEWEST`] samples; positions are relative to the first sample.
-    fn states(&self, samples: &[f64]) -> Vec<State> {
+    fn states(&self, samples: &[f64]) -> Vec<Vector3<f64>> {
         let offset = samples[0];
         let (on, off) = (forward(self.step), forward(-self.step));
         let mut states = Vec::with_capacity(samples.len());
         let mut state = self.first(samples, offset);
-        states.extend([State::zeros(), State::zeros(), state]);
+        states.extend([Vector3::zeros(), Vector3::zeros(), state]);
         let last = self.gains.len() - 1;
         for (k, sample) in samples[3..].iter().enumerate() {
             let predicted = on * state;
@@ -155,7 +152,7 @@ impl Track {
     }
 }
 
-fn unpack(states: &[State], offset: f64, step: f64) -> [Vec<f64>; 3] {
+fn unpack(states: &[Vector3<f64>], offset: f64, step: f64) -> [Vec<f64>; 3] {
     [
         states.iter().map(|s| s[0] + offset).collect(),
         states.iter().map(|s| s[1] * step).collect(),
@@ -181,10 +178,10 @@ const CHANGE: f64 = 3e-3;
 const SMALLEST: f64 = 1e-3;
 
 /// The states and α.
-fn jumps(samples: &[f64], length: f64) -> (Vec<State>, f64) {
+fn jumps(samples: &[f64], length: f64) -> (Vec<Vector3<f64>>, f64) {
     let step = TAU / length;
     let mut states = Track::new(length, samples.len()).states(samples);
-    let jumps_of = |states: &[State]| -> Vec<f64> { states.windows(2).map(|w| w[1][2] - w[0][2]).collect() };
+    let jumps_of = |states: &[Vector3<f64>]| -> Vec<f64> { states.windows(2).map(|w| w[1][2] - w[0][2]).collect() };
     let mut jumps = jumps_of(&states);
     let usual = jumps.iter().map(|j| j.abs()).sum::<f64>() / jumps.len() as f64;
     let alpha = usual / (step * step);
@@ -236,7 +233,7 @@ mod tests {
             if k + 1 < n {
                 let mut difference = DMatrix::zeros(3, 6);
                 difference.view_mut((0, 0), (3, 3)).copy_from(&(-on));
-                difference.view_mut((0, 3), (3, 3)).copy_from(&Matrix::identity());
+                difference.view_mut((0, 3), (3, 3)).copy_from(&Matrix3::identity());
                 let part = difference.transpose() * weight * &difference;
                 let mut place = a.view_mut((3 * k, 3 * k), (6, 6));
                 place += part;

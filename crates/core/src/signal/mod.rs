@@ -55,12 +55,12 @@ pub struct Signals {
     /// Standard deviation of each displacement's measurement noise, estimated without a model.
     pub noise: Vec<f64>,
     /// The channels as measured.
-    pub measured: Vec<Measured>,
+    pub measured: Vec<MeasuredChannel>,
 }
 
 /// A channel as measured.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Measured {
+pub struct MeasuredChannel {
     /// What it measures.
     pub role: Role,
     /// One value a sample.
@@ -157,7 +157,7 @@ impl Signals {
                 .channels
                 .iter()
                 .zip(&facts.channel_noise)
-                .map(|(c, noise)| Measured { role: c.role, values: Arc::clone(&c.values), noise: *noise })
+                .map(|(c, noise)| MeasuredChannel { role: c.role, values: Arc::clone(&c.values), noise: *noise })
                 .collect(),
         }
     }

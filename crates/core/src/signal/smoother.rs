@@ -19,10 +19,10 @@ pub struct Motion {
 
 /// A way of smoothing with its strength settled, for signals of one length.
 #[derive(Clone, Debug)]
-pub struct Smoother(Method);
+pub struct Smoother(SmoothingMethod);
 
 #[derive(Clone, Debug)]
-enum Method {
+enum SmoothingMethod {
     /// Savitzky–Golay; whether the derivative is the filter's own, else a difference of what is smoothed.
     Polynomial {
         filter: SavitzkyGolay,
@@ -62,33 +62,33 @@ impl Smoother {
     pub fn new(smoothing: &Smoothing, length: f64, count: usize) -> Self {
         let length = length.max(SHORTEST);
         Self(match smoothing.method {
-            Differentiation::Filter | Differentiation::SmoothThenDifference => Method::Polynomial {
+            Differentiation::Filter | Differentiation::SmoothThenDifference => SmoothingMethod::Polynomial {
                 filter: SavitzkyGolay::new(smoothing.window, smoothing.order),
                 derived: smoothing.method == Differentiation::Filter,
             },
-            Differentiation::Difference => Method::Difference,
-            _ if count < kalman::FEWEST => Method::Difference,
-            Differentiation::Spline => Method::Spline(Spline::new(count, length)),
-            Differentiation::Spectral => Method::Spectral(Spectral::new(count, length)),
-            Differentiation::Kalman => Method::Kalman(Track::new(length, count)),
-            Differentiation::TotalVariation => Method::Variation { length },
+            Differentiation::Difference => SmoothingMethod::Difference,
+            _ if count < kalman::FEWEST => SmoothingMethod::Difference,
+            Differentiation::Spline => SmoothingMethod::Spline(Spline::new(count, length)),
+            Differentiation::Spectral => SmoothingMethod::Spectral(Spectral::new(count, length)),
+            Differentiation::Kalman => SmoothingMethod::Kalman(Track::new(length, count)),
+            Differentiation::TotalVariation => SmoothingMethod::Variation { length },
         })
     }
 
     /// Whether sums of signals are smoothed to the sum of what is smoothed of each: only then can library columns pass
     /// through the filter that the displacement went through.
     pub fn is_linear(&self) -> bool {
-        !matches!(self.0, Method::Variation { .. })
+        !matches!(self.0, SmoothingMethod::Variation { .. })
     }
 
     /// Smooths samples.
     pub fn smooth(&self, samples: &[f64], interval: f64) -> Vec<f64> {
         match &self.0 {
-            Method::Polynomial { filter, .. } => filter.apply(samples, interval, 0),
-            Method::Spline(spline) => spline.smooth(samples),
-            Method::Spectral(spectral) => spectral.smooth(samples),
-            Method::Difference => samples.to_vec(),
-            Method::Kalman(_) | Method::Variation { .. } => self.motion(samples, interval).position,
+            SmoothingMethod::Polynomial { filter, .. } => filter.apply(samples, interval, 0),
+            SmoothingMethod::Spline(spline) => spline.smooth(samples),
+            SmoothingMethod::Spectral(spectral) => spectral.smooth(samples),
+            SmoothingMethod::Difference => samples.to_vec(),
+            SmoothingMethod::Kalman(_) | SmoothingMethod::Variation { .. } => self.motion(samples, interval).position,
         }
     }
 
@@ -99,12 +99,14 @@ impl Smoother {
             slope
         };
         match &self.0 {
-            Method::Polynomial { filter, derived: true } => filter.apply(samples, interval, 1),
-            Method::Polynomial { filter, derived: false } => central(&filter.apply(samples, interval, 0), interval),
-            Method::Spectral(spectral) => scaled(spectral.slope(samples)),
-            Method::Difference => central(samples, interval),
-            Method::Spline(spline) => scaled(spline.slope(samples).1),
-            Method::Kalman(_) | Method::Variation { .. } => self.motion(samples, interval).velocity,
+            SmoothingMethod::Polynomial { filter, derived: true } => filter.apply(samples, interval, 1),
+            SmoothingMethod::Polynomial { filter, derived: false } => {
+                central(&filter.apply(samples, interval, 0), interval)
+            }
+            SmoothingMethod::Spectral(spectral) => scaled(spectral.slope(samples)),
+            SmoothingMethod::Difference => central(samples, interval),
+            SmoothingMethod::Spline(spline) => scaled(spline.slope(samples).1),
+            SmoothingMethod::Kalman(_) | SmoothingMethod::Variation { .. } => self.motion(samples, interval).velocity,
         }
     }
 
@@ -116,14 +118,14 @@ impl Smoother {
             Motion { position, velocity, acceleration: with.then_some(acceleration) }
         };
         match &self.0 {
-            Method::Kalman(track) => unpack(track.motion(samples), false),
-            Method::Variation { length } => unpack(least_variation(samples, *length), true),
-            Method::Spline(spline) => {
+            SmoothingMethod::Kalman(track) => unpack(track.motion(samples), false),
+            SmoothingMethod::Variation { length } => unpack(least_variation(samples, *length), true),
+            SmoothingMethod::Spline(spline) => {
                 let (position, mut velocity) = spline.slope(samples);
                 velocity.iter_mut().for_each(|v| *v /= interval);
                 Motion { position, velocity, acceleration: None }
             }
-            Method::Polynomial { .. } | Method::Spectral(_) | Method::Difference => Motion {
+            SmoothingMethod::Polynomial { .. } | SmoothingMethod::Spectral(_) | SmoothingMethod::Difference => Motion {
                 position: self.smooth(samples, interval),
                 velocity: self.differentiate(samples, interval),
                 acceleration: None,

@@ -4,27 +4,27 @@ use serde::{Deserialize, Serialize};
 ///
 /// Written as one number where only the first input is late, else as a list, one an input.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(from = "Written", into = "Written")]
+#[serde(from = "WrittenDelays", into = "WrittenDelays")]
 pub struct Delays(Vec<f64>);
 
 #[derive(Serialize, Deserialize)]
 #[serde(untagged)]
-enum Written {
+enum WrittenDelays {
     First(f64),
     Each(Vec<f64>),
 }
 
-impl From<Written> for Delays {
-    fn from(written: Written) -> Self {
+impl From<WrittenDelays> for Delays {
+    fn from(written: WrittenDelays) -> Self {
         let each = match written {
-            Written::First(delay) => vec![delay],
-            Written::Each(each) => each,
+            WrittenDelays::First(delay) => vec![delay],
+            WrittenDelays::Each(each) => each,
         };
         each.into_iter().enumerate().collect()
     }
 }
 
-impl From<Delays> for Written {
+impl From<Delays> for WrittenDelays {
     fn from(Delays(each): Delays) -> Self {
         match each.as_slice() {
             [] => Self::First(0.0),

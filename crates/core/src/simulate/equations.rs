@@ -21,7 +21,7 @@ pub(super) struct Equations {
     /// (state, slot of `rest`).
     pub(super) rest_rows: Vec<(usize, usize)>,
     /// Where the equations switch.
-    pub(super) surfaces: Vec<Surface>,
+    pub(super) surfaces: Vec<SwitchingSurface>,
     /// The curved parts of surfaces and of their gradients.
     pub(super) curved: Program,
     /// Some surface is curved.
@@ -38,7 +38,7 @@ pub(super) struct Equations {
 
 /// A function of the states, time and inputs at whose zero the equations switch.
 #[derive(Clone, Debug)]
-pub(super) struct Surface {
+pub(super) struct SwitchingSurface {
     pub(super) expression: Expression,
     /// The rates may jump there (`sgn`, `step`); otherwise they only kink (`|·|`).
     pub(super) jumps: bool,
@@ -64,7 +64,7 @@ pub(super) struct Curved {
     pub(super) gradient: Vec<(usize, usize)>,
 }
 
-impl Surface {
+impl SwitchingSurface {
     /// True if no state can keep the surface at zero.
     pub(super) fn is_external(&self) -> bool {
         self.support.is_empty() && self.curved.as_ref().is_none_or(|c| c.gradient.is_empty())
@@ -73,9 +73,9 @@ impl Surface {
 
 /// Expressions collected for one program; each is known by its index until the program is compiled.
 #[derive(Default)]
-struct Outputs(Vec<Expression>);
+struct ProgramOutputs(Vec<Expression>);
 
-impl Outputs {
+impl ProgramOutputs {
     fn push(&mut self, e: Expression) -> usize {
         self.0.push(e);
         self.0.len() - 1
@@ -118,26 +118,26 @@ fn rates(model: &Model) -> Result<Vec<Vec<(f64, Expression)>>, SimulateError> {
     Ok(rates)
 }
 
-/// Equations taken apart; rows and surfaces hold indices of [`Outputs`] where [`Equations`] holds slots of programs.
+/// Equations taken apart; rows and surfaces hold indices of [`ProgramOutputs`] where [`Equations`] holds slots of programs.
 struct Split<'a> {
     layout: Layout,
     symbols: Vec<Symbol>,
     /// The functions at whose zeros the equations switch.
     places: &'a [Expression],
-    surfaces: Vec<Surface>,
+    surfaces: Vec<SwitchingSurface>,
     matrix: Vec<f64>,
-    forcing: Outputs,
+    forcing: ProgramOutputs,
     forcing_rows: Vec<(usize, usize)>,
-    rest: Outputs,
+    rest: ProgramOutputs,
     rest_rows: Vec<(usize, usize)>,
-    curved: Outputs,
+    curved: ProgramOutputs,
 }
 
 impl<'a> Split<'a> {
     /// Nothing but the surfaces of all addends.
     fn new(layout: Layout, places: &'a [Expression], all: &[Expression]) -> Self {
         let states = layout.states();
-        let surface = |e: &Expression| Surface {
+        let surface = |e: &Expression| SwitchingSurface {
             expression: e.clone(),
             jumps: all.iter().any(|part| jumps_at(part, e)),
             gain: vec![0.0; states],
@@ -153,11 +153,11 @@ impl<'a> Split<'a> {
             places,
             surfaces: places.iter().map(surface).collect(),
             matrix: vec![0.0; states * states],
-            forcing: Outputs::default(),
+            forcing: ProgramOutputs::default(),
             forcing_rows: Vec::new(),
-            rest: Outputs::default(),
+            rest: ProgramOutputs::default(),
             rest_rows: Vec::new(),
-            curved: Outputs::default(),
+            curved: ProgramOutputs::default(),
         }
     }
 
@@ -232,7 +232,7 @@ impl<'a> Split<'a> {
             self;
         let inner = externals(rest.0.iter().chain(&curved.0), &layout);
         let all = externals(rest.0.iter().chain(&curved.0).chain(&forcing.0), &layout);
-        let compile = |outputs: &Outputs| Program::with_held_signs(&outputs.0, &layout, places);
+        let compile = |outputs: &ProgramOutputs| Program::with_held_signs(&outputs.0, &layout, places);
         let (forcing, rest, curved) = (compile(&forcing), compile(&rest), compile(&curved));
         let settle = |rows: Vec<(usize, usize)>, program: &Program| {
             rows.into_iter().map(|(row, output)| (row, program.output(output))).collect()

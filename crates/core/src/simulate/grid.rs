@@ -14,11 +14,11 @@ pub struct InputGrid {
     start: f64,
     interval: f64,
     samples: usize,
-    channels: Vec<Channel>,
+    channels: Vec<InputCurve>,
 }
 
 #[derive(Clone, Debug)]
-struct Channel {
+struct InputCurve {
     value: Jets,
     /// A curve of its own for the first derivative, where the caller has one.
     rate: Option<Jets>,
@@ -102,7 +102,7 @@ impl InputGrid {
         let channels = inputs
             .iter()
             .enumerate()
-            .map(|(k, input)| Channel {
+            .map(|(k, input)| InputCurve {
                 value: Jets::new(&input[..samples]),
                 rate: rates.and_then(|r| r.get(k)).map(|r| Jets::new(&r[..samples])),
             })
@@ -128,7 +128,7 @@ impl InputGrid {
             .enumerate()
             .map(|(k, channel)| match delays.of(k) {
                 0.0 => channel.clone(),
-                _ => Channel {
+                _ => InputCurve {
                     value: Jets::new(&shifted(k, 0)),
                     rate: channel.rate.as_ref().map(|_| Jets::new(&shifted(k, 1))),
                 },
@@ -142,7 +142,7 @@ impl InputGrid {
     pub fn other_course(&self, finer: usize) -> Option<Self> {
         let samples = self.samples.checked_sub(1)? * finer + 1;
         let weights: Vec<[f64; 6]> = (0..finer).map(|k| through_six(k as f64 / finer as f64)).collect();
-        let course = |channel: &Channel| -> Option<Vec<f64>> {
+        let course = |channel: &InputCurve| -> Option<Vec<f64>> {
             let [values, ..] = &channel.value.orders;
             let at = |k: isize| values[k.clamp(0, self.samples as isize - 1) as usize];
             let between = |k: usize| {

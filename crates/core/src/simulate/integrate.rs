@@ -8,7 +8,7 @@ use sindyscope_values::term::LANES;
 
 /// A Runge–Kutta method.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Method {
+enum RungeKutta {
     /// The classical method: four stages, order four.
     Four,
     /// Seven stages, order six: J. C. Butcher, "On Runge–Kutta processes of high order", J. Austral. Math. Soc. 4 (1964)
@@ -16,7 +16,7 @@ enum Method {
     Six,
 }
 
-impl Method {
+impl RungeKutta {
     /// The stages' distinct places in a step, the end left out.
     fn places(self) -> &'static [f64] {
         match self {
@@ -27,19 +27,19 @@ impl Method {
 }
 
 /// How an interval is covered: method and number of steps, from coarse to fine.
-const LEVELS: [(Method, usize); 12] = [
-    (Method::Four, 1),
-    (Method::Six, 1),
-    (Method::Six, 2),
-    (Method::Six, 3),
-    (Method::Six, 4),
-    (Method::Six, 6),
-    (Method::Six, 8),
-    (Method::Six, 12),
-    (Method::Six, 16),
-    (Method::Six, 24),
-    (Method::Six, 32),
-    (Method::Six, 48),
+const LEVELS: [(RungeKutta, usize); 12] = [
+    (RungeKutta::Four, 1),
+    (RungeKutta::Six, 1),
+    (RungeKutta::Six, 2),
+    (RungeKutta::Six, 3),
+    (RungeKutta::Six, 4),
+    (RungeKutta::Six, 6),
+    (RungeKutta::Six, 8),
+    (RungeKutta::Six, 12),
+    (RungeKutta::Six, 16),
+    (RungeKutta::Six, 24),
+    (RungeKutta::Six, 32),
+    (RungeKutta::Six, 48),
 ];
 
 /// Lanes for blocks of samples; those above serve single steps.
@@ -62,7 +62,7 @@ const AMPLE: f64 = 1e-3;
 
 /// Instants at which a step is evaluated: the lanes of its first place and of its end.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Span {
+pub(super) struct Substep {
     pub(super) lane: usize,
     pub(super) end: usize,
     /// Length, s.
@@ -185,7 +185,7 @@ impl<'a, const N: usize> Machine<'a, N> {
                 self.changes = allowance;
                 for part in 0..parts {
                     let lane = k * stride + part * method.places().len();
-                    let span = Span {
+                    let span = Substep {
                         lane,
                         end: lane + method.places().len(),
                         length: self.grid.interval() / parts as f64,
@@ -258,7 +258,7 @@ impl<'a, const N: usize> Machine<'a, N> {
 
     /// One step from the present state, switching where the equations do.
     #[inline]
-    fn step(&mut self, span: &Span, response: &mut Response) {
+    fn step(&mut self, span: &Substep, response: &mut Response) {
         let (x, rate) = (self.x, self.rate);
         let next = self.advance(&x, &rate, span);
         let rate = self.rates(&next, span.end);
@@ -278,16 +278,16 @@ impl<'a, const N: usize> Machine<'a, N> {
 
     /// The state at the end of a span, signs held (or sliding).
     #[inline]
-    pub(super) fn advance(&mut self, x: &[f64; N], k1: &[f64; N], span: &Span) -> [f64; N] {
+    pub(super) fn advance(&mut self, x: &[f64; N], k1: &[f64; N], span: &Substep) -> [f64; N] {
         let (h, lane) = (span.length, span.lane);
         match LEVELS[self.level].0 {
-            Method::Four => {
+            RungeKutta::Four => {
                 let k2 = self.rates(&sum(x, 0.5 * h, [(1.0, k1)]), lane + 1);
                 let k3 = self.rates(&sum(x, 0.5 * h, [(1.0, &k2)]), lane + 1);
                 let k4 = self.rates(&sum(x, h, [(1.0, &k3)]), span.end);
                 sum(x, h / 6.0, [(1.0, k1), (2.0, &k2), (2.0, &k3), (1.0, &k4)])
             }
-            Method::Six => {
+            RungeKutta::Six => {
                 let k2 = self.rates(&sum(x, h / 3.0, [(1.0, k1)]), lane + 1);
                 let k3 = self.rates(&sum(x, h / 3.0, [(2.0, &k2)]), lane + 3);
                 let k4 = self.rates(&sum(x, h / 12.0, [(1.0, k1), (4.0, &k2), (-1.0, &k3)]), lane + 1);
@@ -373,7 +373,7 @@ impl<'a, const N: usize> Machine<'a, N> {
     }
 
     /// A part of a span, from and to given as shares of the span, with its forcing computed.
-    pub(super) fn part(&mut self, span: &Span, from: f64, to: f64) -> Span {
+    pub(super) fn part(&mut self, span: &Substep, from: f64, to: f64) -> Substep {
         let place = |share: f64| span.from + share * (span.to - span.from);
         let (from, to) = (place(from), place(to));
         let places = LEVELS[self.level].0.places();
@@ -383,7 +383,7 @@ impl<'a, const N: usize> Machine<'a, N> {
         }
         self.instants(span.sample, &nodes[..=places.len()]);
         let length = span.length * (to - from) / (span.to - span.from);
-        Span { lane: SINGLE, end: SINGLE + places.len(), length, sample: span.sample, from, to }
+        Substep { lane: SINGLE, end: SINGLE + places.len(), length, sample: span.sample, from, to }
     }
 
     /// Takes into each state's range what the forces at a lane, were they not balanced, move it by within an interval: a
@@ -446,7 +446,7 @@ impl<'a, const N: usize> Machine<'a, N> {
         for part in 0..parts {
             let lane = part * method.places().len();
             let length = self.grid.interval() / parts as f64;
-            let span = Span { lane, end: lane + method.places().len(), length, sample, from: 0.0, to: 1.0 };
+            let span = Substep { lane, end: lane + method.places().len(), length, sample, from: 0.0, to: 1.0 };
             let rate = self.rates(&x, lane);
             x = self.advance(&x, &rate, &span);
         }

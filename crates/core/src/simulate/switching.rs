@@ -1,4 +1,4 @@
-use super::integrate::{Machine, Span};
+use super::integrate::{Machine, Substep};
 use super::{Response, Stick};
 use sindyscope_values::term::LANES;
 
@@ -33,7 +33,7 @@ pub(super) struct Side {
 
 /// What happens to a side within a step; places are shares of the step, estimated.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Change {
+enum SideChange {
     /// The surface goes through zero.
     Cross(f64),
     /// The equivalent value exceeds what a stick holds.
@@ -46,7 +46,7 @@ enum Change {
     Vanish,
 }
 
-impl Change {
+impl SideChange {
     fn place(self) -> f64 {
         match self {
             Self::Cross(p) | Self::Leave(p) | Self::Touch(p) => p,
@@ -66,25 +66,25 @@ impl Side {
     }
 
     #[inline]
-    fn change(&self, length: f64, hold: f64) -> Option<Change> {
+    fn change(&self, length: f64, hold: f64) -> Option<SideChange> {
         if self.sliding {
             return (self.next.abs() > hold + RESOLUTION).then(|| {
                 let (before, after) = (hold - self.value.abs(), self.next.abs() - hold);
-                Change::Leave(if before > 0.0 { before / (before + after) } else { 0.0 })
+                SideChange::Leave(if before > 0.0 { before / (before + after) } else { 0.0 })
             });
         }
         if self.sign == 0.0 {
-            return (self.next != 0.0).then_some(Change::Begin);
+            return (self.next != 0.0).then_some(SideChange::Begin);
         }
         let (value, next) = (self.sign * self.value, self.sign * self.next);
         if next < -RESOLUTION * self.largest {
-            return Some(Change::Cross(self.zero(length)));
+            return Some(SideChange::Cross(self.zero(length)));
         }
         let (slope, next_slope) = (self.sign * self.slope, self.sign * self.next_slope);
         if slope < 0.0 && next_slope > 0.0 && value < -slope * length && next < next_slope * length {
-            return self.lowest(length, 0.5 * value.min(next)).map(Change::Touch);
+            return self.lowest(length, 0.5 * value.min(next)).map(SideChange::Touch);
         }
-        (value == 0.0 && next == 0.0).then_some(Change::Vanish)
+        (value == 0.0 && next == 0.0).then_some(SideChange::Vanish)
     }
 
     /// The cubic through values and slopes at both ends, at a share of the step.
@@ -206,7 +206,7 @@ impl<const N: usize> Machine<'_, N> {
     }
 
     /// The change that comes first.
-    fn first_change(&self, length: f64) -> Option<(usize, Change)> {
+    fn first_change(&self, length: f64) -> Option<(usize, SideChange)> {
         let changes = self
             .work
             .sides
@@ -218,7 +218,7 @@ impl<const N: usize> Machine<'_, N> {
 
     /// A step in which some side changes: from change to change.
     #[cold]
-    pub(super) fn step_with_switches(&mut self, span: &Span, response: &mut Response) {
+    pub(super) fn step_with_switches(&mut self, span: &Substep, response: &mut Response) {
         let time = |share: f64| {
             let place = span.from + share * (span.to - span.from);
             self.grid.time(span.sample) + self.grid.interval() * place
@@ -236,12 +236,12 @@ impl<const N: usize> Machine<'_, N> {
                 continue;
             };
             let at = match change {
-                Change::Touch(place) => {
+                SideChange::Touch(place) => {
                     end = done + place * (end - done);
                     continue;
                 }
-                Change::Begin | Change::Vanish => done,
-                Change::Cross(place) | Change::Leave(place) => {
+                SideChange::Begin | SideChange::Vanish => done,
+                SideChange::Cross(place) | SideChange::Leave(place) => {
                     let at = self.locate(k, change, span, (done, end), place);
                     if at > done {
                         let part = self.trial(span, done, at);
@@ -249,7 +249,7 @@ impl<const N: usize> Machine<'_, N> {
                             other != k
                                 && matches!(
                                     side.change(part.length, self.equations.hold),
-                                    Some(Change::Cross(_) | Change::Leave(_))
+                                    Some(SideChange::Cross(_) | SideChange::Leave(_))
                                 )
                         };
                         if at < end && self.work.sides.iter().enumerate().any(earlier) {
@@ -278,7 +278,7 @@ impl<const N: usize> Machine<'_, N> {
     }
 
     /// Integrates a part of a span and sees where every surface is at its beginning and end; the state stays.
-    fn trial(&mut self, span: &Span, from: f64, to: f64) -> Span {
+    fn trial(&mut self, span: &Substep, from: f64, to: f64) -> Substep {
         let part = self.part(span, from, to);
         let x = self.x;
         let rate = self.rates(&x, part.lane);
@@ -301,7 +301,7 @@ impl<const N: usize> Machine<'_, N> {
     }
 
     /// Takes rates and surfaces anew at the end of a span.
-    fn rejoin(&mut self, span: &Span) {
+    fn rejoin(&mut self, span: &Substep) {
         let x = self.x;
         self.rate = self.rates(&x, span.end);
         let rate = self.rate;
@@ -312,9 +312,9 @@ impl<const N: usize> Machine<'_, N> {
     /// The share of the span at which side `k` changes, between two others; the first is where the state is.
     ///
     /// Regula falsi with the Illinois modification, from the estimate on.
-    fn locate(&mut self, k: usize, change: Change, span: &Span, (done, end): (f64, f64), place: f64) -> f64 {
+    fn locate(&mut self, k: usize, change: SideChange, span: &Substep, (done, end): (f64, f64), place: f64) -> f64 {
         let sign = self.work.sides[k].sign;
-        let leaves = matches!(change, Change::Leave(_));
+        let leaves = matches!(change, SideChange::Leave(_));
         // A stick is left just beyond its limit, so that the motion then starts to the side that it is left to.
         let hold = self.equations.hold;
         let distance = |value: f64| if leaves { hold + RESOLUTION - value.abs() } else { sign * value };
@@ -363,18 +363,18 @@ impl<const N: usize> Machine<'_, N> {
     }
 
     /// Carries out a change at the present state.
-    fn switch(&mut self, k: usize, change: Change, lane: usize, time: f64, response: &mut Response) {
+    fn switch(&mut self, k: usize, change: SideChange, lane: usize, time: f64, response: &mut Response) {
         response.switches += 1;
         let side = self.work.sides[k];
         match change {
-            Change::Leave(_) => {
+            SideChange::Leave(_) => {
                 let sign = if side.equivalent < 0.0 { -1.0 } else { 1.0 };
                 self.release(k, sign, time, response);
             }
-            Change::Vanish => self.set_sign(k, 0.0),
-            Change::Begin if !self.can_slide(k) => self.set_sign(k, side.next.signum()),
-            Change::Cross(_) | Change::Touch(_) if !self.can_slide(k) => self.set_sign(k, -side.sign),
-            Change::Begin | Change::Cross(_) | Change::Touch(_) => {
+            SideChange::Vanish => self.set_sign(k, 0.0),
+            SideChange::Begin if !self.can_slide(k) => self.set_sign(k, side.next.signum()),
+            SideChange::Cross(_) | SideChange::Touch(_) if !self.can_slide(k) => self.set_sign(k, -side.sign),
+            SideChange::Begin | SideChange::Cross(_) | SideChange::Touch(_) => {
                 let mut active = [0; MAX_SLIDING];
                 let mut count = 0;
                 for other in self.work.sliding.iter().chain(&[k]) {

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rand::{RngExt as _, SeedableRng as _};
 
 use super::stlsq::{fitted, fixed};
-use super::{Constraint, Options, Reduced, Solution};
+use super::{Constraint, Reduced, Solution, SparseOptions};
 
 /// Most free columns of which every subset is weighed: 4096.
 const EXACT: usize = 12;
@@ -28,7 +28,7 @@ const LEAST_NOISE: f64 = 1e-6;
 /// So with many data the columns beyond it stay, as in thresholded least squares, and with few the probabilities say how
 /// far that is known. Rows are taken as independent, with the variance that the whole library leaves. Every subset of up
 /// to twelve free columns is weighed, of more they are sampled (always alike).
-pub(super) fn bayes(reduced: &Reduced, constraints: &[Constraint], options: &Options) -> Solution {
+pub(super) fn bayes(reduced: &Reduced, constraints: &[Constraint], options: &SparseOptions) -> Solution {
     let keep = fitted(reduced, constraints);
     let mut probability = vec![0.0; reduced.columns()];
     for (k, constraint) in constraints.iter().enumerate() {
@@ -61,7 +61,7 @@ struct Posterior {
 }
 
 impl Posterior {
-    fn new(reduced: &Reduced, constraints: &[Constraint], options: &Options, keep: &[usize]) -> Self {
+    fn new(reduced: &Reduced, constraints: &[Constraint], options: &SparseOptions, keep: &[usize]) -> Self {
         let p = keep.len();
         let fixed = fixed(constraints);
         let target = reduced.target(&fixed);
@@ -221,8 +221,8 @@ mod tests {
         Reduced::new(&columns, &y)
     }
 
-    fn options(threshold: f64) -> Options {
-        Options { threshold, ridge: 0.0, scaled: true }
+    fn options(threshold: f64) -> SparseOptions {
+        SparseOptions { threshold, ridge: 0.0, scaled: true }
     }
 
     #[test]

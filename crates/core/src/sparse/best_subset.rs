@@ -2,9 +2,9 @@
 
 use nalgebra::DVector;
 
-use super::front::Front;
+use super::candidate_models::CandidateModels;
 use super::orthogonal::{DEPENDENT, Remainder};
-use super::{Constraint, Options, Reduced, ssr};
+use super::{Constraint, Reduced, SparseOptions, ssr};
 
 /// Most free columns of which all subsets are tried: 65 536.
 pub(super) const MOST: usize = 16;
@@ -12,7 +12,7 @@ pub(super) const MOST: usize = 16;
 /// For each number of columns the subset that leaves least, found among all of them.
 ///
 /// Of more than [`MOST`] free columns those that stepwise elimination drops first are left out.
-pub(super) fn best_subsets(reduced: &Reduced, constraints: &[Constraint]) -> Front {
+pub(super) fn best_subsets(reduced: &Reduced, constraints: &[Constraint]) -> CandidateModels {
     let constraints = &at_most(reduced, constraints);
     let remainder = Remainder::new(reduced, constraints);
     let mut best = vec![(f64::INFINITY, 0_u32); remainder.free.len() + 1];
@@ -26,7 +26,7 @@ pub(super) fn best_subsets(reduced: &Reduced, constraints: &[Constraint]) -> Fro
         let chosen = remainder.free.iter().enumerate().filter(|(i, _)| subset >> i & 1 == 1).map(|(_, k)| *k);
         remainder.locked.iter().copied().chain(chosen).collect()
     };
-    Front::new(reduced, constraints, best.into_iter().map(|(_, subset)| members(subset)))
+    CandidateModels::new(reduced, constraints, best.into_iter().map(|(_, subset)| members(subset)))
 }
 
 /// The constraints with so many columns left out that few enough are free.
@@ -34,7 +34,7 @@ fn at_most(reduced: &Reduced, constraints: &[Constraint]) -> Vec<Constraint> {
     let mut constraints = constraints.to_vec();
     let free = (0..constraints.len()).filter(|k| constraints[*k] == Constraint::Free && !reduced.unusable(*k));
     if free.count() > MOST {
-        let options = Options { threshold: 0.0, ridge: 0.0, scaled: true };
+        let options = SparseOptions { threshold: 0.0, ridge: 0.0, scaled: true };
         let locked = constraints.iter().filter(|c| **c == Constraint::In).count();
         let kept = ssr::sets(reduced, &constraints, &options).into_iter().rfind(|set| set.len() <= MOST + locked);
         for (k, constraint) in constraints.iter_mut().enumerate() {

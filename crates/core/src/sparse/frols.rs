@@ -1,12 +1,12 @@
 //! Forward orthogonal selection.
 
-use super::front::Front;
+use super::candidate_models::CandidateModels;
 use super::orthogonal::{DEPENDENT, Remainder};
 use super::{Constraint, Reduced};
 
 /// Forward regression by orthogonal least squares (Chen, Billings & Luo 1989; Billings 2013): each time the free column
 /// joins whose part orthogonal to those before explains most of the target.
-pub(super) fn frols(reduced: &Reduced, constraints: &[Constraint]) -> Front {
+pub(super) fn frols(reduced: &Reduced, constraints: &[Constraint]) -> CandidateModels {
     let Remainder { mut columns, mut target, free, locked } = Remainder::new(reduced, constraints);
     let smallest = DEPENDENT * reduced.rows() as f64;
     let mut left: Vec<usize> = (0..free.len()).collect();
@@ -33,5 +33,5 @@ pub(super) fn frols(reduced: &Reduced, constraints: &[Constraint]) -> Front {
         set.push(free[chosen]);
         sets.push(set.clone());
     }
-    Front::new(reduced, constraints, sets.into_iter())
+    CandidateModels::new(reduced, constraints, sets.into_iter())
 }

@@ -69,7 +69,7 @@ impl Reduced {
         let scale: Vec<f64> = columns.iter().map(|c| rms(c.as_ref())).collect();
         let target_scale = rms(target);
         let width = columns.len() + 1;
-        let mut work = Workspace { stack: vec![0.0; (width + BLOCK) * width], height: width + BLOCK, width };
+        let mut work = Reflections { stack: vec![0.0; (width + BLOCK) * width], height: width + BLOCK, width };
         let inverse = |s: f64| if s > 0.0 && s.is_finite() { s.recip() } else { 0.0 };
         let all = columns.iter().map(|c| c.as_ref()).zip(scale.iter().copied()).chain([(target, target_scale)]);
         let all: Vec<(&[f64], f64)> = all.map(|(c, s)| (c, inverse(s))).collect();
@@ -323,13 +323,13 @@ fn least_squares(a: DMatrix<f64>, rhs: DVector<f64>) -> Vec<f64> {
 }
 
 /// The triangle so far on top of a block of new rows, column after column.
-struct Workspace {
+struct Reflections {
     stack: Vec<f64>,
     height: usize,
     width: usize,
 }
 
-impl Workspace {
+impl Reflections {
     /// Reflects `count` new rows into the triangle.
     fn absorb(&mut self, count: usize) {
         let Self { stack, height, width } = self;

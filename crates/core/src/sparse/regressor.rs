@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::front::Front;
+use super::candidate_models::CandidateModels;
 use super::writing::{self, one_writing};
-use super::{Constraint, Options, Reduced, Solution, bayes, best_subset, frols, sr3, ssr, stlsq};
+use super::{Constraint, Reduced, Solution, SparseOptions, bayes, best_subset, frols, sr3, ssr, stlsq};
 
 /// Ways to a sparse solution. Each starts from the same reduction, ends with plain least squares on the columns that it
 /// keeps, drops more as the threshold rises, and keeps of orthogonal columns those whose coefficient exceeds it.
@@ -66,7 +66,7 @@ impl Regressor {
 
     /// The sparse solution at the options' threshold; `constraints` holds one entry a column. Of columns that are sums of
     /// each other those are used that write the same with the smallest forces.
-    pub fn solve(self, reduced: &Reduced, constraints: &[Constraint], options: &Options) -> Solution {
+    pub fn solve(self, reduced: &Reduced, constraints: &[Constraint], options: &SparseOptions) -> Solution {
         let written = |solve: &dyn Fn(&[Constraint]) -> Solution| writing::solve(reduced, constraints, options, solve);
         match self {
             Self::Stlsq => written(&|c| stlsq(reduced, c, options)),
@@ -80,7 +80,7 @@ impl Regressor {
     }
 
     /// The sets of columns, the smallest first, that a way of one set for each size goes through; none of the others.
-    pub fn supports(self, reduced: &Reduced, constraints: &[Constraint], options: &Options) -> Vec<Vec<usize>> {
+    pub fn supports(self, reduced: &Reduced, constraints: &[Constraint], options: &SparseOptions) -> Vec<Vec<usize>> {
         match self {
             Self::Ssr | Self::Frols | Self::BestSubset => {
                 self.front(reduced, constraints, options).supports().map(<[usize]>::to_vec).collect()
@@ -89,7 +89,7 @@ impl Regressor {
         }
     }
 
-    fn front(self, reduced: &Reduced, constraints: &[Constraint], options: &Options) -> Front {
+    fn front(self, reduced: &Reduced, constraints: &[Constraint], options: &SparseOptions) -> CandidateModels {
         let constraints = &one_writing(reduced, constraints, options);
         match self {
             Self::Ssr => ssr::ssr(reduced, constraints, options),
@@ -103,23 +103,25 @@ impl Regressor {
     ///
     /// Exact but for relaxed and Bayesian regression, where thresholds 15 % apart are tried and a change between two is
     /// narrowed down to 0.1 %.
-    pub fn path(self, reduced: &Reduced, constraints: &[Constraint], options: &Options) -> Vec<(f64, Solution)> {
+    pub fn path(self, reduced: &Reduced, constraints: &[Constraint], options: &SparseOptions) -> Vec<(f64, Solution)> {
         match self {
-            Self::Stlsq => exact(&|threshold| self.solve(reduced, constraints, &Options { threshold, ..*options })),
+            Self::Stlsq => {
+                exact(&|threshold| self.solve(reduced, constraints, &SparseOptions { threshold, ..*options }))
+            }
             Self::Ssr | Self::Frols | Self::BestSubset => {
                 let front = self.front(reduced, constraints, options);
-                exact(&|threshold| front.solution(reduced, constraints, &Options { threshold, ..*options }))
+                exact(&|threshold| front.solution(reduced, constraints, &SparseOptions { threshold, ..*options }))
             }
             Self::Sr3L0 | Self::Sr3L1 | Self::Bayes => self.tried(reduced, constraints, options),
         }
     }
 
     /// The path of a way that does not know where it changes.
-    fn tried(self, reduced: &Reduced, constraints: &[Constraint], options: &Options) -> Vec<(f64, Solution)> {
+    fn tried(self, reduced: &Reduced, constraints: &[Constraint], options: &SparseOptions) -> Vec<(f64, Solution)> {
         const STEP: f64 = 1.15;
         const NARROW: f64 = 1.001;
         const SPAN: f64 = 1e-6;
-        let solve = |threshold: f64| self.solve(reduced, constraints, &Options { threshold, ..*options });
+        let solve = |threshold: f64| self.solve(reduced, constraints, &SparseOptions { threshold, ..*options });
         let whole = solve(0.0);
         let sizes: Vec<f64> = (0..reduced.columns())
             .filter(|k| constraints[*k] == Constraint::Free && whole.coefficients[*k] != 0.0)
@@ -218,8 +220,8 @@ mod tests {
         Reduced::new(&[a, b.iter().map(|v| v * unit).collect(), c, d, e], &y)
     }
 
-    fn options(threshold: f64, scaled: bool) -> Options {
-        Options { threshold, ridge: 0.0, scaled }
+    fn options(threshold: f64, scaled: bool) -> SparseOptions {
+        SparseOptions { threshold, ridge: 0.0, scaled }
     }
 
     #[test]

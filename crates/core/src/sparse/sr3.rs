@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::stlsq::{fitted, fixed};
-use super::{Constraint, Options, Reduced, Solution};
+use super::{Constraint, Reduced, Solution, SparseOptions};
 
 /// What sparsity costs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,14 +26,19 @@ const CHANGE: f64 = 1e-8;
 ///
 /// λ comes from the threshold τ, so that of orthogonal columns those stay whose coefficient exceeds it: λ = τ²/2ν for the
 /// count; for the magnitudes λ = τ/(1 + ν) on scaled columns and λ = τ/ν on raw ones, whose own power dwarfs 1/ν.
-pub(super) fn sr3(reduced: &Reduced, constraints: &[Constraint], options: &Options, penalty: Penalty) -> Solution {
+pub(super) fn sr3(
+    reduced: &Reduced,
+    constraints: &[Constraint],
+    options: &SparseOptions,
+    penalty: Penalty,
+) -> Solution {
     let keep = fitted(reduced, constraints);
     let height = reduced.columns() + 1;
     let p = keep.len();
     if p == 0 {
         return Solution::on(reduced, constraints, keep);
     }
-    let relaxation = Options { ridge: RELAXATION.recip(), ..*options };
+    let relaxation = SparseOptions { ridge: RELAXATION.recip(), ..*options };
     let mut a = DMatrix::zeros(height + 2 * p, p);
     let mut sides = DMatrix::zeros(height + 2 * p, p + 1);
     sides.view_mut((0, 0), (height, 1)).copy_from(&reduced.target(&fixed(constraints)));

@@ -1,17 +1,17 @@
 //! Stepwise sparse regression.
 
-use super::front::Front;
+use super::candidate_models::CandidateModels;
 use super::stlsq::{fitted, fixed};
-use super::{Constraint, Options, Reduced};
+use super::{Constraint, Reduced, SparseOptions};
 
 /// Stepwise sparse regression (Boninsegna, Nüske & Clementi 2018): the free column with the smallest coefficient leaves,
 /// one after the other, each time refitted (with the options' ridge).
-pub(super) fn ssr(reduced: &Reduced, constraints: &[Constraint], options: &Options) -> Front {
-    Front::new(reduced, constraints, sets(reduced, constraints, options).into_iter())
+pub(super) fn ssr(reduced: &Reduced, constraints: &[Constraint], options: &SparseOptions) -> CandidateModels {
+    CandidateModels::new(reduced, constraints, sets(reduced, constraints, options).into_iter())
 }
 
 /// The sets that elimination goes through, the smallest first.
-pub(super) fn sets(reduced: &Reduced, constraints: &[Constraint], options: &Options) -> Vec<Vec<usize>> {
+pub(super) fn sets(reduced: &Reduced, constraints: &[Constraint], options: &SparseOptions) -> Vec<Vec<usize>> {
     let mut sets = Vec::new();
     let mut keep = fitted(reduced, constraints);
     let fixed = fixed(constraints);

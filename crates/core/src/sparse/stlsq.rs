@@ -18,7 +18,7 @@ pub enum Constraint {
 
 /// How coefficients are compared with the threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
+pub struct SparseOptions {
     /// Coefficients smaller than this are dropped.
     pub threshold: f64,
     /// Ridge weight α while terms are being dropped; the kept ones are refitted without it.
@@ -43,7 +43,7 @@ pub struct Solution {
     pub probability: Vec<f64>,
 }
 
-impl Options {
+impl SparseOptions {
     /// The ridge's weight on a column's scaled coefficient, beside columns of norm √rows.
     pub(super) fn ridge_weight(&self, reduced: &Reduced, column: usize) -> f64 {
         let scale = reduced.scale()[column];
@@ -86,7 +86,7 @@ pub(super) fn fitted(reduced: &Reduced, constraints: &[Constraint]) -> Vec<usize
 /// then refit without ridge.
 ///
 /// `constraints` holds one entry a column.
-pub fn stlsq(reduced: &Reduced, constraints: &[Constraint], options: &Options) -> Solution {
+pub fn stlsq(reduced: &Reduced, constraints: &[Constraint], options: &SparseOptions) -> Solution {
     let fixed = fixed(constraints);
     let size = |b: f64, k: usize| {
         if options.scaled { b.abs() } else { (b * reduced.target_scale() / reduced.scale()[k]).abs() }
@@ -135,7 +135,7 @@ mod tests {
     fn run(unit: f64, threshold: f64, scaled: bool) -> Solution {
         let (columns, y) = problem(unit);
         let free = vec![Constraint::Free; columns.len()];
-        stlsq(&Reduced::new(&columns, &y), &free, &Options { threshold, ridge: 0.0, scaled })
+        stlsq(&Reduced::new(&columns, &y), &free, &SparseOptions { threshold, ridge: 0.0, scaled })
     }
 
     #[test]
@@ -151,7 +151,7 @@ mod tests {
     fn locks_hold() {
         let (columns, y) = problem(1.0);
         let reduced = Reduced::new(&columns, &y);
-        let options = Options { threshold: 0.5, ridge: 0.0, scaled: true };
+        let options = SparseOptions { threshold: 0.5, ridge: 0.0, scaled: true };
         let constraints = [Constraint::Free, Constraint::Out, Constraint::In, Constraint::Fixed(0.25)];
         let solution = stlsq(&reduced, &constraints, &options);
         assert_eq!(solution.support, [0, 2]);
@@ -167,12 +167,12 @@ mod tests {
         let (columns, y) = problem(1.0);
         let reduced = Reduced::new(&columns, &y);
         let free = vec![Constraint::Free; columns.len()];
-        let options = Options { threshold: 0.0, ridge: 0.0, scaled: true };
+        let options = SparseOptions { threshold: 0.0, ridge: 0.0, scaled: true };
         let path = drop_path(&Regressor::Stlsq.path(&reduced, &free, &options));
         assert_eq!(path.iter().map(|p| p.1).collect::<Vec<_>>(), [3, 2, 1, 0]);
         for (at, k) in &path {
-            let below = stlsq(&reduced, &free, &Options { threshold: at * (1.0 - 1e-9), ..options });
-            let above = stlsq(&reduced, &free, &Options { threshold: at * (1.0 + 1e-9), ..options });
+            let below = stlsq(&reduced, &free, &SparseOptions { threshold: at * (1.0 - 1e-9), ..options });
+            let above = stlsq(&reduced, &free, &SparseOptions { threshold: at * (1.0 + 1e-9), ..options });
             assert!(below.support.contains(k) && !above.support.contains(k), "{k} at {at}");
         }
     }

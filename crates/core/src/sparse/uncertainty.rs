@@ -152,7 +152,7 @@ impl Scores {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sparse::{Constraint, Options, stlsq};
+    use crate::sparse::{Constraint, SparseOptions, stlsq};
     use rand::SeedableRng as _;
     use rand_distr::StandardNormal;
 
@@ -169,7 +169,7 @@ mod tests {
             let noise: Vec<f64> = (0..n).map(|k| white[k..k + smear].iter().sum()).collect();
             let y: Vec<f64> = (0..n).map(|k| columns[0][k] - columns[1][k] + noise[k]).collect();
             let reduced = Reduced::new(&columns, &y);
-            let options = Options { threshold: 0.0, ridge: 0.0, scaled: true };
+            let options = SparseOptions { threshold: 0.0, ridge: 0.0, scaled: true };
             let solution = stlsq(&reduced, &[Constraint::Free; 2], &options);
             let residual: Vec<f64> = (0..n)
                 .map(|k| y[k] - solution.coefficients[0] * columns[0][k] - solution.coefficients[1] * columns[1][k])

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use super::stlsq::{fitted, fixed};
-use super::{Constraint, Options, Reduced, Solution};
+use super::{Constraint, Reduced, Solution, SparseOptions};
 
 /// Columns with exact linear relations among them, known from how they are made: `x2-x1` is `x2` less `x1`.
 ///
@@ -118,7 +118,7 @@ fn first_writing(
     redundancy: &Redundancy,
     reduced: &Reduced,
     constraints: &[Constraint],
-    options: &Options,
+    options: &SparseOptions,
 ) -> Option<Vec<Constraint>> {
     let open = open(redundancy, reduced, constraints);
     let basis = redundancy.independent(&open);
@@ -172,7 +172,7 @@ fn better_writing(
 }
 
 /// The constraints with one writing left of what can be written in several ways.
-pub(super) fn one_writing(reduced: &Reduced, constraints: &[Constraint], options: &Options) -> Vec<Constraint> {
+pub(super) fn one_writing(reduced: &Reduced, constraints: &[Constraint], options: &SparseOptions) -> Vec<Constraint> {
     let redundancy = reduced.redundancy();
     redundancy.and_then(|r| first_writing(r, reduced, constraints, options)).unwrap_or_else(|| constraints.to_vec())
 }
@@ -182,7 +182,7 @@ pub(super) fn one_writing(reduced: &Reduced, constraints: &[Constraint], options
 pub(super) fn solve(
     reduced: &Reduced,
     constraints: &[Constraint],
-    options: &Options,
+    options: &SparseOptions,
     solve: &dyn Fn(&[Constraint]) -> Solution,
 ) -> Solution {
     let Some(redundancy) = reduced.redundancy() else { return solve(constraints) };
@@ -254,7 +254,7 @@ mod tests {
     #[test]
     fn of_one_force_written_in_several_ways_the_sparse_one_is_kept() {
         let free = [Constraint::Free; 5];
-        let options = Options { threshold: 0.05, ridge: 0.0, scaled: true };
+        let options = SparseOptions { threshold: 0.05, ridge: 0.0, scaled: true };
         for (weights, support) in [
             ([0.0, 0.0, -3.0, 0.0, 0.0], vec![2]),
             ([-2.0, 0.0, 3.0, 0.0, 0.0], vec![0, 2]),
@@ -277,7 +277,7 @@ mod tests {
     fn locked_columns_stay_in_the_writing() {
         let mut constraints = [Constraint::Free; 5];
         constraints[1] = Constraint::In;
-        let options = Options { threshold: 0.05, ridge: 0.0, scaled: true };
+        let options = SparseOptions { threshold: 0.05, ridge: 0.0, scaled: true };
         let solution = Regressor::Stlsq.solve(&chain([0.0, 0.0, -3.0, 0.0, 0.0], 0.0), &constraints, &options);
         assert!(solution.support.contains(&1), "{solution:?}");
         assert!(solution.residual_rms < 1e-9);

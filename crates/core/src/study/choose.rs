@@ -23,7 +23,7 @@ use sindyscope_values::term::{Kind, Layout, Symbol};
 
 /// Which settings [`choose`] may change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Free {
+pub struct FreeSettings {
     /// The smoothing segment length.
     pub window: bool,
     /// The smoothing polynomial's order.
@@ -38,7 +38,7 @@ pub struct Free {
 
 /// What [`choose`] chose, and why.
 #[derive(Clone, Debug)]
-pub struct Chosen {
+pub struct ChosenSettings {
     /// The settings chosen.
     pub settings: Settings,
     /// One sentence: what was tried and what decided.
@@ -70,7 +70,7 @@ const MOST_ROUNDS: usize = 4;
 const MOST_THRESHOLDS: usize = 10;
 
 /// A stretch of a record that judges.
-struct Stretch {
+struct JudgingStretch {
     record: usize,
     range: Range<usize>,
     /// Samples that are judged together: one error each.
@@ -78,30 +78,30 @@ struct Stretch {
 }
 
 /// Data fitted together and the stretches that judge them.
-struct Fold {
+struct ValidationFold {
     /// Indices into the pieces.
     fitted: Vec<usize>,
-    judges: Vec<Stretch>,
+    judges: Vec<JudgingStretch>,
 }
 
 /// What is fitted and what judges it.
-pub(super) struct Plan {
+pub(super) struct ValidationPlan {
     pub(super) layout: Layout,
     /// What is fitted, by itself or together: whole records, or the first part of a single one.
     pub(super) pieces: Vec<(Arc<Record>, Arc<Facts>)>,
     /// What is simulated.
     records: Vec<(Arc<Record>, Arc<Facts>)>,
-    folds: Vec<Fold>,
+    folds: Vec<ValidationFold>,
     /// Variance of what each of a record's sensors shows.
     variance: Vec<Vec<f64>>,
 }
 
 /// How columns and rates are made.
-type Way = (Formulation, Smoothing);
+type FormAndSmoothing = (Formulation, Smoothing);
 
 /// One setting with its errors.
 #[derive(Clone)]
-pub(super) struct Trial {
+pub(super) struct SettingsTrial {
     pub(super) form: Formulation,
     pub(super) smoothing: Smoothing,
     pub(super) threshold: f64,
@@ -110,7 +110,7 @@ pub(super) struct Trial {
     pub(super) errors: Vec<f64>,
 }
 
-impl Trial {
+impl SettingsTrial {
     /// Mean squared error as a share of the motion's variance.
     pub(super) fn mean(&self) -> f64 {
         mean(&self.errors)
@@ -138,23 +138,24 @@ impl Trial {
 pub fn choose(
     records: &RecordSet,
     start: &Settings,
-    free: Free,
+    free: FreeSettings,
     cancel: &Cancel,
     progress: &(dyn Fn(f64) + Sync),
-) -> Result<Chosen, StudyError> {
+) -> Result<ChosenSettings, StudyError> {
     let layout = check(records, start)?;
     let whole = records.with(Usage::Fit).map(|r| r.len()).sum::<usize>();
     let records = &beginnings(records);
-    let plan = Plan::new(records, layout);
-    let mut tried: Vec<Trial> = Vec::new();
+    let plan = ValidationPlan::new(records, layout);
+    let mut tried: Vec<SettingsTrial> = Vec::new();
     let forms = if free.form {
         vec![Formulation::Derivative, Formulation::Weak { half_width: None }]
     } else {
         vec![start.form]
     };
     let smoothings = first_smoothings(&plan, start, free);
-    let mut next: Vec<Way> = forms.into_iter().flat_map(|form| smoothings.iter().map(move |s| (form, *s))).collect();
-    let mut seen: Vec<Way> = Vec::new();
+    let mut next: Vec<FormAndSmoothing> =
+        forms.into_iter().flat_map(|form| smoothings.iter().map(move |s| (form, *s))).collect();
+    let mut seen: Vec<FormAndSmoothing> = Vec::new();
     for round in 0..MOST_ROUNDS {
         let report = |share: f64| progress((round as f64 + share) / MOST_ROUNDS as f64);
         tried.extend(plan.judge_all(start, &next, free, cancel, &report)?);
@@ -234,7 +235,7 @@ pub fn choose(
         significant_trimmed(100.0 * error.sqrt(), 2),
         tried.len(),
     );
-    Ok(Chosen { settings, reason, error: error.sqrt() })
+    Ok(ChosenSettings { settings, reason, error: error.sqrt() })
 }
 
 /// Mean of squared errors; zero of none.
@@ -242,7 +243,7 @@ pub(super) fn mean(errors: &[f64]) -> f64 {
     errors.iter().sum::<f64>() / errors.len().max(1) as f64
 }
 
-pub(super) fn best(tried: &[Trial]) -> Option<&Trial> {
+pub(super) fn best(tried: &[SettingsTrial]) -> Option<&SettingsTrial> {
     tried.iter().filter(|c| c.mean().is_finite()).min_by(|a, b| a.mean().total_cmp(&b.mean()))
 }
 
@@ -274,7 +275,7 @@ fn distance(outcome: &Outcome, other: &Outcome) -> Option<f64> {
 }
 
 /// The candidate with the fewest terms whose error is within one standard error (of the difference) of the best.
-pub(super) fn parsimonious(tried: &[Trial]) -> Option<&Trial> {
+pub(super) fn parsimonious(tried: &[SettingsTrial]) -> Option<&SettingsTrial> {
     let fewest = close(tried).map(|c| c.terms).min()?;
     close(tried).filter(|c| c.terms == fewest).min_by(|a, b| a.mean().total_cmp(&b.mean()))
 }
@@ -291,9 +292,9 @@ fn beginnings(records: &RecordSet) -> RecordSet {
 }
 
 /// The candidates within one standard error of the best.
-fn close(tried: &[Trial]) -> impl Iterator<Item = &Trial> {
+fn close(tried: &[SettingsTrial]) -> impl Iterator<Item = &SettingsTrial> {
     let best = best(tried);
-    let within = move |c: &&Trial| {
+    let within = move |c: &&SettingsTrial| {
         let Some(best) = best else { return false };
         let differences: Vec<f64> = c.errors.iter().zip(&best.errors).map(|(a, b)| a - b).collect();
         let n = differences.len() as f64;
@@ -315,12 +316,13 @@ pub(super) fn ratio(errors: &[f64], others: &[f64]) -> (f64, f64) {
 }
 
 /// As [`parsimonious`], by the ratios of errors.
-fn parsimonious_by_ratio(tried: &[Trial]) -> Option<&Trial> {
+fn parsimonious_by_ratio(tried: &[SettingsTrial]) -> Option<&SettingsTrial> {
     let first = tried.first()?;
-    let lowest =
-        |a: &&Trial, b: &&Trial| ratio(&a.errors, &first.errors).0.total_cmp(&ratio(&b.errors, &first.errors).0);
+    let lowest = |a: &&SettingsTrial, b: &&SettingsTrial| {
+        ratio(&a.errors, &first.errors).0.total_cmp(&ratio(&b.errors, &first.errors).0)
+    };
     let best = tried.iter().min_by(lowest)?;
-    let close = |c: &&Trial| {
+    let close = |c: &&SettingsTrial| {
         let (mean, error) = ratio(&c.errors, &best.errors);
         mean <= error.min(2.0 * WORST.ln()) + 0.02
     };
@@ -342,9 +344,9 @@ const HOPEFUL: f64 = 5.0;
 const MOST_REFINED: usize = 24_000;
 
 /// For each number of terms the candidate of the smallest error, the best first.
-fn levels(tried: &[Trial]) -> Vec<&Trial> {
-    let least = best(tried).map_or(0.0, Trial::median);
-    let mut levels: Vec<&Trial> = Vec::new();
+fn levels(tried: &[SettingsTrial]) -> Vec<&SettingsTrial> {
+    let least = best(tried).map_or(0.0, SettingsTrial::median);
+    let mut levels: Vec<&SettingsTrial> = Vec::new();
     for candidate in tried.iter().filter(|c| c.median() <= HOPEFUL * HOPEFUL * least) {
         match levels.iter_mut().find(|c| c.terms == candidate.terms) {
             Some(known) if candidate.mean() < known.mean() => *known = candidate,
@@ -386,16 +388,16 @@ pub(super) fn shortened<'a>(records: impl IntoIterator<Item = &'a Arc<Record>>) 
 
 /// A candidate held against the refined response.
 struct Settled<'a> {
-    candidate: &'a Trial,
+    candidate: &'a SettingsTrial,
     settings: Settings,
 }
 
 /// Settings alike in terms and error that are held against the refined response, at most.
 const ALIKE: usize = 12;
 
-impl Plan {
+impl ValidationPlan {
     /// The settings of a candidate.
-    fn settings(&self, start: &Settings, free: Free, chosen: &Trial) -> Result<Settings, StudyError> {
+    fn settings(&self, start: &Settings, free: FreeSettings, chosen: &SettingsTrial) -> Result<Settings, StudyError> {
         let threshold = if free.threshold { self.centred_threshold(start, chosen)? } else { start.threshold };
         Ok(Settings { smoothing: chosen.smoothing, form: chosen.form, threshold, ..start.clone() })
     }
@@ -407,12 +409,12 @@ impl Plan {
         &self,
         records: &RecordSet,
         start: &Settings,
-        free: Free,
-        tried: &'a [Trial],
-        sparse: &'a Trial,
+        free: FreeSettings,
+        tried: &'a [SettingsTrial],
+        sparse: &'a SettingsTrial,
         cancel: &Cancel,
     ) -> Result<Option<Settled<'a>>, StudyError> {
-        let mut alike: Vec<&Trial> = Vec::new();
+        let mut alike: Vec<&SettingsTrial> = Vec::new();
         for candidate in close(tried).filter(|c| c.terms == sparse.terms) {
             match alike.iter_mut().find(|c| (c.form, c.smoothing) == (candidate.form, candidate.smoothing)) {
                 Some(known) if candidate.mean() < known.mean() => *known = candidate,
@@ -455,23 +457,23 @@ impl Plan {
     fn refined_choice(
         &self,
         start: &Settings,
-        free: Free,
-        tried: &[Trial],
-        present: &Trial,
+        free: FreeSettings,
+        tried: &[SettingsTrial],
+        present: &SettingsTrial,
         cancel: &Cancel,
     ) -> Result<Option<(Settings, f64)>, StudyError> {
         let pieces = self.shortened();
         let all: Vec<usize> = (0..pieces.len()).collect();
         /// A candidate, its settings refined, the model that all pieces gave, and what it leaves of them.
-        struct Level<'c> {
-            candidate: &'c Trial,
+        struct RefinedCandidate<'c> {
+            candidate: &'c SettingsTrial,
             settings: Settings,
             model: Model,
             left: f64,
         }
         let rivals = Arc::new(Bar::default());
         // One after another, for which are given up must not hang on the threads' luck.
-        let levels: Result<Vec<Option<Level<'_>>>, StudyError> = levels(tried)
+        let levels: Result<Vec<Option<RefinedCandidate<'_>>>, StudyError> = levels(tried)
             .into_iter()
             .map(|candidate| {
                 let settings = Settings { refine: true, ..self.settings(start, free, candidate)? };
@@ -479,12 +481,12 @@ impl Plan {
                 let level = |outcome: Outcome| {
                     let left = left(&outcome)?;
                     let left = left.iter().sum::<f64>() / left.len() as f64;
-                    Some(Level { candidate, settings, model: outcome.model, left })
+                    Some(RefinedCandidate { candidate, settings, model: outcome.model, left })
                 };
                 Ok(outcome.and_then(level))
             })
             .collect();
-        let mut levels: Vec<Level<'_>> = levels?.into_iter().flatten().collect();
+        let mut levels: Vec<RefinedCandidate<'_>> = levels?.into_iter().flatten().collect();
         let least = levels.iter().map(|l| l.left).fold(f64::INFINITY, f64::min);
         if least >= BETTERED * BETTERED * present.mean() {
             return Ok(None);
@@ -498,15 +500,15 @@ impl Plan {
             !known.iter().any(|(terms, left)| *terms < l.candidate.terms && criterion(*terms, *left) <= own)
         });
         levels.retain(|l| l.left + EQUAL * EQUAL <= HOPEFUL * HOPEFUL * (least + EQUAL * EQUAL));
-        let judged: Result<Vec<Option<Trial>>, StudyError> = levels
+        let judged: Result<Vec<Option<SettingsTrial>>, StudyError> = levels
             .par_iter()
             .map(|level| {
                 let errors = self.judge_refined(&pieces, &level.settings, Some(&level.model), cancel)?;
-                Ok(errors.map(|errors| Trial { errors, ..level.candidate.clone() }))
+                Ok(errors.map(|errors| SettingsTrial { errors, ..level.candidate.clone() }))
             })
             .collect();
-        let judged: Vec<Trial> = judged?.into_iter().flatten().collect();
-        let better = |c: &&Trial| ratio(&c.errors, &present.errors).0 < 2.0 * BETTERED.ln();
+        let judged: Vec<SettingsTrial> = judged?.into_iter().flatten().collect();
+        let better = |c: &&SettingsTrial| ratio(&c.errors, &present.errors).0 < 2.0 * BETTERED.ln();
         let Some(chosen) = parsimonious_by_ratio(&judged).filter(better) else { return Ok(None) };
         let settings = levels.into_iter().find(|l| l.candidate.terms == chosen.terms).map(|l| l.settings);
         Ok(settings.map(|settings| (settings, chosen.mean())))
@@ -525,7 +527,7 @@ impl Plan {
         let pieces = self.shortened();
         let all: Vec<usize> = (0..pieces.len()).collect();
         let ways = [(start.form, start.smoothing), (chosen.form, chosen.smoothing)];
-        let judged = |(form, smoothing): &Way| -> Result<Option<(Settings, f64)>, StudyError> {
+        let judged = |(form, smoothing): &FormAndSmoothing| -> Result<Option<(Settings, f64)>, StudyError> {
             let threshold = NEXT_TO_NOTHING;
             let settings = Settings { form: *form, smoothing: *smoothing, threshold, refine: true, ..start.clone() };
             let Some(outcome) = refined_fit(&pieces, &all, &settings, None, None, cancel)? else { return Ok(None) };
@@ -586,11 +588,14 @@ impl Plan {
         };
         let stretches = stretches(&records, &ranges);
         let folds = if pieces.len() == 1 {
-            vec![Fold { fitted: vec![0], judges: stretches }]
+            vec![ValidationFold { fitted: vec![0], judges: stretches }]
         } else {
             let groups = pieces.len().min(MOST_FOLDS);
-            let mut folds: Vec<Fold> = (0..groups)
-                .map(|g| Fold { fitted: (0..pieces.len()).filter(|k| k % groups != g).collect(), judges: Vec::new() })
+            let mut folds: Vec<ValidationFold> = (0..groups)
+                .map(|g| ValidationFold {
+                    fitted: (0..pieces.len()).filter(|k| k % groups != g).collect(),
+                    judges: Vec::new(),
+                })
                 .collect();
             for s in stretches {
                 folds[s.record % groups].judges.push(s);
@@ -610,10 +615,12 @@ impl Plan {
         let mut judges = stretches(&records, &ranges);
         if ranges.iter().map(|(_, range)| range.len()).sum::<usize>() <= MOST_SAMPLES {
             let block = |record: usize| judges.iter().find(|j| j.record == record).map_or(1, |j| j.range.len());
-            judges =
-                ranges.into_iter().map(|(record, range)| Stretch { record, range, block: block(record) }).collect();
+            judges = ranges
+                .into_iter()
+                .map(|(record, range)| JudgingStretch { record, range, block: block(record) })
+                .collect();
         }
-        let folds = vec![Fold { fitted: (0..pieces.len()).collect(), judges }];
+        let folds = vec![ValidationFold { fitted: (0..pieces.len()).collect(), judges }];
         Self { layout, variance: variances(&records), pieces, records, folds }
     }
 
@@ -621,13 +628,13 @@ impl Plan {
     fn judge_all(
         &self,
         start: &Settings,
-        ways: &[Way],
-        free: Free,
+        ways: &[FormAndSmoothing],
+        free: FreeSettings,
         cancel: &Cancel,
         progress: &(dyn Fn(f64) + Sync),
-    ) -> Result<Vec<Trial>, StudyError> {
+    ) -> Result<Vec<SettingsTrial>, StudyError> {
         let done = AtomicUsize::new(0);
-        let judged: Result<Vec<Vec<Trial>>, StudyError> = ways
+        let judged: Result<Vec<Vec<SettingsTrial>>, StudyError> = ways
             .par_iter()
             .map(|(form, smoothing)| {
                 let start = Settings { form: *form, ..start.clone() };
@@ -644,9 +651,9 @@ impl Plan {
         &self,
         start: &Settings,
         smoothing: &Smoothing,
-        free: Free,
+        free: FreeSettings,
         cancel: &Cancel,
-    ) -> Result<Vec<Trial>, StudyError> {
+    ) -> Result<Vec<SettingsTrial>, StudyError> {
         let Some(smoothed) = self.smoothed(start, smoothing, cancel)? else { return Ok(Vec::new()) };
         let settings = Settings { smoothing: *smoothing, ..start.clone() };
         let thresholds = if free.threshold {
@@ -655,13 +662,13 @@ impl Plan {
             vec![start.threshold]
         };
         let mut workspace = Workspace::default();
-        let mut candidates: Vec<Trial> = Vec::with_capacity(thresholds.len());
+        let mut candidates: Vec<SettingsTrial> = Vec::with_capacity(thresholds.len());
         for threshold in thresholds {
             let settings = Settings { threshold, ..settings.clone() };
             let models = smoothed.models(&settings);
             let Judgement { errors, .. } = smoothed.judge(self, &models, &mut workspace, cancel)?;
             let terms = smoothed.all.model(&settings).equations.iter().map(|e| e.terms.len()).sum();
-            candidates.push(Trial { form: settings.form, smoothing: *smoothing, threshold, terms, errors });
+            candidates.push(SettingsTrial { form: settings.form, smoothing: *smoothing, threshold, terms, errors });
         }
         Ok(candidates)
     }
@@ -672,12 +679,12 @@ impl Plan {
         start: &Settings,
         smoothing: &Smoothing,
         cancel: &Cancel,
-    ) -> Result<Option<Smoothed>, StudyError> {
+    ) -> Result<Option<SmoothedFolds>, StudyError> {
         let settings = Settings { smoothing: *smoothing, ..start.clone() };
         let Some(pieces) = self.regressions(&settings, cancel)? else { return Ok(None) };
         let signals: Vec<Signals> =
             self.records.iter().map(|(record, facts)| Signals::new(record, &self.layout, smoothing, facts)).collect();
-        let drive = |judge: &Stretch| {
+        let drive = |judge: &JudgingStretch| {
             let (record, facts) = &self.records[judge.record];
             Drive::new(record, &self.layout, facts, &signals[judge.record], judge.range.clone())
         };
@@ -685,7 +692,7 @@ impl Plan {
         let joined =
             |k: &mut dyn Iterator<Item = usize>| Regression::joined(&k.map(|k| &pieces[k]).collect::<Vec<_>>());
         let folds = self.folds.iter().map(|fold| joined(&mut fold.fitted.iter().copied())).collect();
-        Ok(Some(Smoothed { all: joined(&mut (0..pieces.len())), folds, drives }))
+        Ok(Some(SmoothedFolds { all: joined(&mut (0..pieces.len())), folds, drives }))
     }
 
     /// The pieces' regressions; none if the smoothing leaves too few rows.
@@ -715,7 +722,7 @@ impl Plan {
     }
 
     /// The threshold in the middle of those that leave the chosen terms, fitted on everything.
-    fn centred_threshold(&self, start: &Settings, chosen: &Trial) -> Result<f64, StudyError> {
+    fn centred_threshold(&self, start: &Settings, chosen: &SettingsTrial) -> Result<f64, StudyError> {
         let settings = Settings { smoothing: chosen.smoothing, form: chosen.form, ..start.clone() };
         let Some(pieces) = self.regressions(&settings, &Cancel::default())? else { return Ok(chosen.threshold) };
         let all = Regression::joined(&pieces.iter().collect::<Vec<_>>());
@@ -739,8 +746,8 @@ fn variances(records: &[(Arc<Record>, Arc<Facts>)]) -> Vec<Vec<f64>> {
 }
 
 /// Stretches of some periods within ranges of records; too many are thinned evenly.
-fn stretches(records: &[(Arc<Record>, Arc<Facts>)], ranges: &[(usize, Range<usize>)]) -> Vec<Stretch> {
-    let mut stretches: Vec<Stretch> = Vec::new();
+fn stretches(records: &[(Arc<Record>, Arc<Facts>)], ranges: &[(usize, Range<usize>)]) -> Vec<JudgingStretch> {
+    let mut stretches: Vec<JudgingStretch> = Vec::new();
     for (record, range) in ranges {
         let (data, facts) = &records[*record];
         let period = facts.main_period.map_or(0.1 * range.len() as f64, |p| p / data.interval);
@@ -749,7 +756,7 @@ fn stretches(records: &[(Arc<Record>, Arc<Facts>)], ranges: &[(usize, Range<usiz
         let length = range.len() / count;
         stretches.extend((0..count).map(|k| {
             let from = range.start + k * length;
-            Stretch { record: *record, range: from..from + length, block: length }
+            JudgingStretch { record: *record, range: from..from + length, block: length }
         }));
     }
     let total: usize = stretches.iter().map(|s| s.range.len()).sum();
@@ -763,7 +770,7 @@ fn stretches(records: &[(Arc<Record>, Arc<Facts>)], ranges: &[(usize, Range<usiz
 }
 
 /// Records smoothed in one way: what is fitted is reduced, and what judges can be simulated.
-pub(super) struct Smoothed {
+pub(super) struct SmoothedFolds {
     /// Everything that may be fitted.
     pub(super) all: Regression,
     /// What is fitted in each fold.
@@ -779,11 +786,11 @@ pub(super) struct Judgement {
     pub(super) errors: Vec<f64>,
     /// Blocks whose response left the data's range, or missed it by far.
     pub(super) failed: usize,
-    /// See [`Correlation::whiteness`].
+    /// See [`ErrorCorrelation::whiteness`].
     pub(super) whiteness: f64,
 }
 
-impl Smoothed {
+impl SmoothedFolds {
     /// The model that each fold gives.
     pub(super) fn models(&self, settings: &Settings) -> Vec<Model> {
         self.folds.iter().map(|regression| regression.model(settings)).collect()
@@ -792,13 +799,13 @@ impl Smoothed {
     /// Simulates each fold's model along the stretches that judge it.
     pub(super) fn judge(
         &self,
-        plan: &Plan,
+        plan: &ValidationPlan,
         models: &[Model],
         workspace: &mut Workspace,
         cancel: &Cancel,
     ) -> Result<Judgement, StudyError> {
         let mut judgement = Judgement { errors: Vec::new(), failed: 0, whiteness: f64::NAN };
-        let mut correlation = Correlation::default();
+        let mut correlation = ErrorCorrelation::default();
         for ((fold, model), drives) in plan.folds.iter().zip(models).zip(&self.drives) {
             let simulator = Simulator::new(model).map_err(|e| StudyError::Setting(e.to_string()))?;
             for (judge, drive) in fold.judges.iter().zip(drives) {
@@ -828,7 +835,7 @@ impl Smoothed {
 
 /// Sums of an error's products with itself some samples later.
 #[derive(Default)]
-struct Correlation {
+struct ErrorCorrelation {
     square: f64,
     products: [f64; LAGS],
     error: Vec<f64>,
@@ -837,7 +844,7 @@ struct Correlation {
 /// Lags of 1, 2, 4, … samples.
 const LAGS: usize = 8;
 
-impl Correlation {
+impl ErrorCorrelation {
     fn add(&mut self, measured: &[f64], response: &[f64]) {
         self.error.clear();
         self.error.extend(measured.iter().zip(response).map(|(y, x)| y - x));
@@ -881,7 +888,7 @@ pub(super) fn between(below: f64, above: f64) -> f64 {
     }
 }
 
-pub(super) fn period_samples(plan: &Plan) -> f64 {
+pub(super) fn period_samples(plan: &ValidationPlan) -> f64 {
     let periods = plan.records.iter().filter_map(|(r, f)| Some(f.main_period? / r.interval));
     let shortest = periods.fold(f64::INFINITY, f64::min);
     if shortest.is_finite() {
@@ -892,12 +899,12 @@ pub(super) fn period_samples(plan: &Plan) -> f64 {
 }
 
 /// Segment lengths that a piece can bear.
-pub(super) fn bearable(plan: &Plan, order: usize) -> Range<usize> {
+pub(super) fn bearable(plan: &ValidationPlan, order: usize) -> Range<usize> {
     let shortest = plan.pieces.iter().map(|(r, _)| r.len()).min().unwrap_or(0);
     order + 2..(shortest / 4).max(order + 3)
 }
 
-fn first_smoothings(plan: &Plan, start: &Settings, free: Free) -> Vec<Smoothing> {
+fn first_smoothings(plan: &ValidationPlan, start: &Settings, free: FreeSettings) -> Vec<Smoothing> {
     const STEPS: usize = 9;
     let base = start.smoothing;
     if !free.window || base.method == Differentiation::Difference {
@@ -919,12 +926,12 @@ fn first_smoothings(plan: &Plan, start: &Settings, free: Free) -> Vec<Smoothing>
     smoothings
 }
 
-fn fit_window(plan: &Plan, order: usize, samples: f64) -> usize {
+fn fit_window(plan: &ValidationPlan, order: usize, samples: f64) -> usize {
     let range = bearable(plan, order);
     odd((samples as usize).clamp(range.start, range.end)).min(odd(range.end) | 1)
 }
 
-fn nearby_smoothings(plan: &Plan, best: Smoothing, free: Free) -> Vec<Smoothing> {
+fn nearby_smoothings(plan: &ValidationPlan, best: Smoothing, free: FreeSettings) -> Vec<Smoothing> {
     if best.method == Differentiation::Difference || best.method.is_global() && best.from_data {
         return vec![best];
     }

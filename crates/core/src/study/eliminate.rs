@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::choose::{EQUAL, Plan, mean, ratio, refined_fit, shortened};
+use super::choose::{EQUAL, ValidationPlan, mean, ratio, refined_fit, shortened};
 use super::{Cancel, Lock, Outcome, Settings, Study, StudyError};
 use crate::refine::Bar;
 use sindyscope_values::record::{Record, RecordSet, Usage};
@@ -25,7 +25,7 @@ pub(super) const LASTS: f64 = 0.9;
 const SIGNIFICANT: f64 = 2.6;
 
 /// A fit of settings to the response.
-struct Fit {
+struct EliminationFit {
     settings: Settings,
     /// The terms of every acceleration (state), each with the number of its equation, and its coefficient in standard errors;
     /// none where there is no error.
@@ -53,7 +53,7 @@ pub(super) fn left(outcome: &Outcome) -> Option<Vec<f64>> {
     Some(refinement.rmse.iter().enumerate().map(share).collect())
 }
 
-impl Fit {
+impl EliminationFit {
     /// None where the response could not be fitted.
     fn new(settings: Settings, outcome: &Outcome) -> Option<Self> {
         let layout = outcome.model.layout;
@@ -109,7 +109,7 @@ fn insignificant_dropped(
     }
 }
 
-impl Plan {
+impl ValidationPlan {
     /// The settings with those terms dropped that the refined fit does as well without, by the Bayesian information
     /// criterion (Schwarz 1978), and that do not help on the stretches that were not fitted either; and, for settings that
     /// refine, the mean squared error on those stretches as a share of the motion's variance, where it was found anew.
@@ -129,10 +129,10 @@ impl Plan {
         let whole = shortened(fitted.map(|(record, _)| record));
         let all: Vec<usize> = (0..whole.len()).collect();
         let refined = settings.refine;
-        let fit = |settings: Settings, rivals: Option<&Arc<Bar>>| -> Result<Option<Fit>, StudyError> {
+        let fit = |settings: Settings, rivals: Option<&Arc<Bar>>| -> Result<Option<EliminationFit>, StudyError> {
             let settings = Settings { refine: true, ..settings };
             let Some(outcome) = refined_fit(&whole, &all, &settings, None, rivals, cancel)? else { return Ok(None) };
-            Ok(Fit::new(settings, &outcome))
+            Ok(EliminationFit::new(settings, &outcome))
         };
         let Some(mut present) = fit(settings.clone(), None)? else { return Ok((settings, None)) };
         let longest = whole.iter().map(|r| r.len() as f64 * r.interval).fold(0.0, f64::max);
@@ -141,7 +141,7 @@ impl Plan {
             return Ok((insignificant_dropped(&whole, settings, cancel)?, None));
         }
         let pieces = self.shortened();
-        let judged = |fit: &Fit| self.judge_refined(&pieces, &fit.settings, None, cancel);
+        let judged = |fit: &EliminationFit| self.judge_refined(&pieces, &fit.settings, None, cancel);
         let mut errors: Option<Vec<f64>> = None;
         let judging = self.judging() as f64;
         let equations = self.layout.freedoms;
@@ -160,7 +160,7 @@ impl Plan {
                 if together { vec![nothing] } else { open.into_iter().map(|t| vec![t]).collect() };
             let rivals = Arc::new(Bar::default());
             // One after another, for which are given up must not hang on the threads' luck.
-            let tried: Result<Vec<Option<Fit>>, StudyError> = sets
+            let tried: Result<Vec<Option<EliminationFit>>, StudyError> = sets
                 .into_iter()
                 .map(|set| {
                     let mut settings = present.settings.clone();
@@ -172,7 +172,7 @@ impl Plan {
                 .collect();
             let fewer = tried?.into_iter().flatten();
             let fewer = fewer.filter(|f| f.terms.len() < present.terms.len() && f.horizon >= LASTS * longest);
-            let needless = |next: &Fit| {
+            let needless = |next: &EliminationFit| {
                 let gone = (present.terms.len() - next.terms.len()) as f64;
                 n * (next.loss() - present.loss()) <= gone * n.ln()
             };

@@ -178,7 +178,7 @@ mod tests {
     }
 
     /// A system with noise, its library and the truth of each term.
-    struct Known {
+    struct KnownSystem {
         scenario: &'static str,
         options: ScenarioOptions,
         form: Formulation,
@@ -188,17 +188,17 @@ mod tests {
     const DUFFING: &[(&str, f64)] = &[("x", -1.0), ("x^3", -0.6), ("v", -0.2), ("u", 1.0)];
     const FRICTION: &[(&str, f64)] = &[("x-u", -358.706), ("v-du", -0.0658), ("sgn(v)", -0.0856)];
 
-    fn duffing_with(noise: f64, form: Formulation) -> Known {
+    fn duffing_with(noise: f64, form: Formulation) -> KnownSystem {
         let options = ScenarioOptions {
             duration: Some(60.0),
             rate: Some(50.0),
             noise: Some(Noise::Deviation(noise)),
             ..ScenarioOptions::default()
         };
-        Known { scenario: "duffing-noisy", options, form, truth: DUFFING }
+        KnownSystem { scenario: "duffing-noisy", options, form, truth: DUFFING }
     }
 
-    fn friction_with(noise: f64, form: Formulation) -> Known {
+    fn friction_with(noise: f64, form: Formulation) -> KnownSystem {
         let options = ScenarioOptions {
             duration: Some(6.0),
             rate: Some(250.0),
@@ -206,11 +206,11 @@ mod tests {
             noise: Some(Noise::Deviation(noise)),
             ..ScenarioOptions::default()
         };
-        Known { scenario: "friction-noisy", options, form, truth: FRICTION }
+        KnownSystem { scenario: "friction-noisy", options, form, truth: FRICTION }
     }
 
     /// Share of the 90 % intervals of each term that hold the truth: by standard errors, and by resampling.
-    fn coverage(known: &Known, seeds: u64) -> Vec<[f64; 2]> {
+    fn coverage(known: &KnownSystem, seeds: u64) -> Vec<[f64; 2]> {
         let mut held = vec![[0.0; 2]; known.truth.len()];
         for seed in 0..seeds {
             let options = ScenarioOptions { seed, ..known.options.clone() };
@@ -235,7 +235,7 @@ mod tests {
     }
 
     /// Both systems at two noises each, in both forms.
-    fn cases() -> [(&'static str, Known); 8] {
+    fn cases() -> [(&'static str, KnownSystem); 8] {
         let weak = Formulation::Weak { half_width: None };
         [
             ("Duffing, 0.003 m", duffing_with(0.003, Formulation::Derivative)),

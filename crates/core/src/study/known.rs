@@ -253,20 +253,20 @@ fn stiffness(known: &Known) -> Option<bool> {
 }
 
 /// How a restoring force behaves when the displacement is turned around.
-struct Shape {
+struct ForceSymmetry {
     odd: bool,
     even: bool,
     linear: bool,
 }
 
-impl Shape {
+impl ForceSymmetry {
     fn stays(&self, keeps_odd: bool) -> bool {
         if keeps_odd { self.odd } else { self.even || self.linear }
     }
 }
 
 /// The shape of a term that depends on displacements; none for others.
-fn stiffness_of(term: &Term) -> Option<Shape> {
+fn stiffness_of(term: &Term) -> Option<ForceSymmetry> {
     let symbols = term.symbols();
     let position = |s: &Symbol| matches!(s, Symbol::State(_));
     let other = |s: &Symbol| matches!(s, Symbol::Rate(_) | Symbol::InputRate(_) | Symbol::Time | Symbol::Internal(_));
@@ -276,7 +276,7 @@ fn stiffness_of(term: &Term) -> Option<Shape> {
     // Unequal displacements, so that a product of two is told from the square of their difference.
     let force =
         |x: f64| term.expression().value(&|s| if let Symbol::State(i) = s { x * (1.0 + 0.37 * i as f64) } else { 0.0 });
-    let mut shape = Shape { odd: true, even: true, linear: true };
+    let mut shape = ForceSymmetry { odd: true, even: true, linear: true };
     for x in TRIED {
         let (there, back, twice) = (force(x), force(-x), force(2.0 * x));
         let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * (a.abs() + b.abs());

@@ -8,7 +8,6 @@ mod degree;
 mod eliminate;
 mod ensemble;
 mod known;
-mod landscape;
 mod noise;
 mod opposite;
 mod outcome;
@@ -17,6 +16,7 @@ mod regression;
 mod response;
 mod score;
 mod settings;
+mod settings_grid;
 mod suggest;
 mod warnings;
 mod weak;
@@ -24,18 +24,18 @@ mod weak;
 use crate::refine::Bar;
 pub use crate::refine::Horizon;
 pub use calibrate::{Calibrated, Calibration, calibrate, calibration_list};
-pub use choose::{Chosen, Free, choose};
+pub use choose::{ChosenSettings, FreeSettings, choose};
 pub use covariance::Covariance;
 pub use ensemble::{Ensemble, Inclusion};
 pub use known::{Known, Sign, known_list};
-pub use landscape::{Cell, GridPoint, Judge, Landscape, landscape};
 pub use opposite::Pair;
 pub use outcome::{
-    Channel, DroppedTerm, Elapsed, EquationFit, Outcome, PathTerm, RecordOutcome, Remedy, Score, SensorScore, Severity,
-    StudyError, Warning, force_over_mass,
+    DroppedTerm, Elapsed, EquationFit, Outcome, PathTerm, RecordOutcome, Remedy, Score, SensorResponse, SensorScore,
+    Severity, StudyError, Warning, force_over_mass,
 };
 pub use refined::Refinement;
 pub use settings::{Formulation, Kinematics, Lock, Own, Scaling, Settings};
+pub use settings_grid::{GridCell, GridPoint, Judge, SettingsGrid, settings_grid};
 pub use suggest::suggest;
 pub use weak::suggested_half_width;
 
@@ -197,7 +197,7 @@ impl Study {
         let outcomes: Vec<&RecordOutcome> = outcome.records.iter().filter(|o| o.usage == usage).collect();
         let records: Vec<&Prepared> = outcomes.iter().filter_map(|o| of(o)).collect();
         let lasts = |(o, prepared): (&&RecordOutcome, &&Prepared)| {
-            let holds = |(i, c): (usize, &Channel)| {
+            let holds = |(i, c): (usize, &SensorResponse)| {
                 c.score.is_some_and(|s| crate::refine::holds(s.rmse, prepared.sensor_noise(i)))
             };
             o.diverged_at.is_none() && o.channels.iter().enumerate().all(holds)
@@ -259,7 +259,7 @@ impl Study {
             (known::lock_of(&settings, term), known::sign_of(&settings, term, freedom))
         };
         let hints = refined::Hints { start: self.start.as_ref(), rivals: self.rivals.as_deref() };
-        let asked = refined::Asked { decided: &decided, pairs: &pairs, sought };
+        let asked = refined::RefinementTask { decided: &decided, pairs: &pairs, sought };
         refined::refined(model, covariance, &prepared, asked, hints, cancel)
     }
 
@@ -349,7 +349,7 @@ impl Study {
         cancel: &Cancel,
     ) -> Result<(Vec<RecordOutcome>, Option<Score>, Option<Score>), StudyError> {
         let simulator = Simulator::new(model).map_err(|e| StudyError::Setting(e.to_string()))?;
-        let mut pooled = [Some(score::Tally::default()); 2];
+        let mut pooled = [Some(score::ErrorSums::default()); 2];
         let mut outcomes = Vec::with_capacity(records.entries.len());
         let prepared = self.dataset.records.iter().zip(&self.standing);
         for ((prepared, (_, standing)), (record, usage)) in prepared.zip(&records.entries) {
@@ -370,11 +370,17 @@ impl Study {
                 let series: Vec<f64> =
                     shown.of(&response, self.dataset.layout.freedoms).iter().map(|s| s + zero).collect();
                 let mut error = Vec::with_capacity(series.len());
-                let tally = score::Tally::compare(&channel.values, &series, &mut error);
+                let tally = score::ErrorSums::compare(&channel.values, &series, &mut error);
                 if i == 0 {
                     *pool = pool.map(|p| p.plus(tally));
                 }
-                channels.push(Channel { symbol, role: channel.role, response: series, error, score: tally.score() });
+                channels.push(SensorResponse {
+                    symbol,
+                    role: channel.role,
+                    response: series,
+                    error,
+                    score: tally.score(),
+                });
             }
             outcomes.push(RecordOutcome {
                 record: Arc::clone(record),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::signal::{Measured, Signals, Smoother, Smoothing, dot, mean_and_variance, rms};
+use crate::signal::{MeasuredChannel, Signals, Smoother, Smoothing, dot, mean_and_variance, rms};
 use sindyscope_values::record::Role;
 use sindyscope_values::term::{Expression, Kind, Layout, Program, Symbol, Term, derivative};
 
@@ -17,7 +17,7 @@ const SAME: f64 = 1e-9;
 
 /// What an equation makes of a small change of one symbol: its slope along the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Passing {
+pub(super) struct Sensitivity {
     pub(super) symbol: Symbol,
     pub(super) mean: f64,
     /// Standard deviation of the slope: a hardening spring passes noise even where, on average, it passes none.
@@ -35,7 +35,7 @@ pub(super) fn slopes<'a>(
     terms: impl Iterator<Item = (&'a Term, f64)>,
     layout: &Layout,
     records: &[Arc<Signals>],
-) -> Vec<Passing> {
+) -> Vec<Sensitivity> {
     let addend = |(t, c): (&Term, f64)| Expression::Product(vec![Expression::Number(c), t.expression().clone()]);
     let equation = Expression::Sum(terms.map(addend).collect());
     let symbols = symbols(layout);
@@ -53,7 +53,7 @@ pub(super) fn slopes<'a>(
         .zip(&along)
         .map(|(symbol, slope)| {
             let (mean, variance) = mean_and_variance(slope);
-            Passing { symbol: *symbol, mean, spread: variance.sqrt() }
+            Sensitivity { symbol: *symbol, mean, spread: variance.sqrt() }
         })
         .filter(|p| p.mean.is_finite() && p.spread.is_finite())
         .collect()
@@ -98,9 +98,9 @@ impl Kernels {
     /// Covariance of a row with itself and those after it, `stride` samples apart, in the noise of the rate's channel.
     pub(super) fn covariance(
         &self,
-        measured: &[Measured],
+        measured: &[MeasuredChannel],
         rate: (usize, usize),
-        passing: &[Passing],
+        passing: &[Sensitivity],
         stride: usize,
     ) -> Vec<f64> {
         let noise: Vec<f64> = measured.iter().map(|m| m.noise.max(LEAST_NOISE * rms(&m.values))).collect();
@@ -115,7 +115,7 @@ impl Kernels {
         add(rate.0, &self.rate[rate.1], 1.0);
         // What passes at one time and not at another is correlated with nothing else.
         let mut others = Vec::new();
-        for Passing { symbol, mean, spread } in passing {
+        for Sensitivity { symbol, mean, spread } in passing {
             if let Some((channel, order)) = place(measured, *symbol) {
                 add(channel, &self.column[order], -mean);
                 let factor = shares[channel] * spread;
@@ -132,7 +132,7 @@ impl Kernels {
 }
 
 /// The channel that a symbol is measured by, and how often that must be differentiated.
-pub(super) fn place(measured: &[Measured], symbol: Symbol) -> Option<(usize, usize)> {
+pub(super) fn place(measured: &[MeasuredChannel], symbol: Symbol) -> Option<(usize, usize)> {
     let channel = |role: Role| measured.iter().position(|m| m.role == role);
     match symbol {
         Symbol::State(i) => Some((channel(Role::Displacement(i))?, 0)),
@@ -152,7 +152,7 @@ pub(super) fn place(measured: &[Measured], symbol: Symbol) -> Option<(usize, usi
 }
 
 /// The same of a state's rate.
-pub(super) fn rate_place(measured: &[Measured], layout: &Layout, state: usize) -> Option<(usize, usize)> {
+pub(super) fn rate_place(measured: &[MeasuredChannel], layout: &Layout, state: usize) -> Option<(usize, usize)> {
     let velocity = state.checked_sub(layout.freedoms).filter(|_| layout.kind == Kind::SecondOrder);
     let Some(freedom) = velocity else {
         return place(measured, Symbol::State(state)).map(|(channel, order)| (channel, order + 1));

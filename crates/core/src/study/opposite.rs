@@ -93,7 +93,7 @@ pub(super) fn pairs(settings: &Settings) -> Vec<Pair> {
 
 /// What a coefficient is.
 #[derive(Clone, Copy, Debug)]
-enum Part {
+enum FollowingPart {
     /// A parameter.
     Own(usize),
     /// A parameter with the other sign, over a ratio of masses that is known.
@@ -104,13 +104,13 @@ enum Part {
 
 /// How the coefficients of several equations follow from fewer parameters.
 #[derive(Clone, Debug)]
-pub(super) struct Shared {
-    parts: Vec<Part>,
+pub(super) struct SharedParameters {
+    parts: Vec<FollowingPart>,
     /// For each parameter the coefficient that it is; none of the inverse of a ratio.
     owners: Vec<Option<usize>>,
 }
 
-impl Shared {
+impl SharedParameters {
     /// Of coefficients that each belong to a term in the equation of a degree of freedom.
     pub(super) fn new(terms: &[(usize, &Term)], pairs: &[Pair]) -> Self {
         let mut owners: Vec<Option<usize>> = Vec::new();
@@ -131,15 +131,15 @@ impl Shared {
         let mut parts = Vec::with_capacity(terms.len());
         for k in 0..terms.len() {
             parts.push(match partner(k) {
-                None => Part::Own(own[k]),
+                None => FollowingPart::Own(own[k]),
                 Some((p, of)) => match pairs[p].ratio {
-                    Some(ratio) => Part::Over(own[of], ratio),
+                    Some(ratio) => FollowingPart::Over(own[of], ratio),
                     None => {
                         let place = *inverse[p].get_or_insert_with(|| {
                             owners.push(None);
                             owners.len() - 1
                         });
-                        Part::Times(own[of], place)
+                        FollowingPart::Times(own[of], place)
                     }
                 },
             });
@@ -149,7 +149,7 @@ impl Shared {
 
     /// True if every coefficient is a parameter of its own.
     pub(super) fn is_plain(&self) -> bool {
-        self.parts.iter().all(|p| matches!(p, Part::Own(_)))
+        self.parts.iter().all(|p| matches!(p, FollowingPart::Own(_)))
     }
 
     /// For each parameter the coefficient that it is; none of the inverse of a ratio of masses.
@@ -163,9 +163,9 @@ impl Shared {
     /// One coefficient at some parameters.
     pub(super) fn coefficient(&self, index: usize, parameters: &[f64]) -> f64 {
         match self.parts[index] {
-            Part::Own(p) => parameters[p],
-            Part::Over(p, ratio) => -parameters[p] / ratio,
-            Part::Times(p, inverse) => -parameters[p] * parameters[inverse],
+            FollowingPart::Own(p) => parameters[p],
+            FollowingPart::Over(p, ratio) => -parameters[p] / ratio,
+            FollowingPart::Times(p, inverse) => -parameters[p] * parameters[inverse],
         }
     }
 
@@ -177,7 +177,7 @@ impl Shared {
                     // Least squares of what the second mass feels over what the first does.
                     let (mut product, mut square) = (0.0, 0.0);
                     for (part, c) in self.parts.iter().zip(coefficients) {
-                        if let Part::Times(of, inverse) = part
+                        if let FollowingPart::Times(of, inverse) = part
                             && *inverse == p
                             && let Some(owner) = self.owners[*of]
                         {
@@ -198,9 +198,9 @@ impl Shared {
         let mut slopes = DMatrix::zeros(self.parts.len(), self.owners.len());
         for (k, part) in self.parts.iter().enumerate() {
             match *part {
-                Part::Own(p) => slopes[(k, p)] = 1.0,
-                Part::Over(p, ratio) => slopes[(k, p)] = -1.0 / ratio,
-                Part::Times(p, inverse) => {
+                FollowingPart::Own(p) => slopes[(k, p)] = 1.0,
+                FollowingPart::Over(p, ratio) => slopes[(k, p)] = -1.0 / ratio,
+                FollowingPart::Times(p, inverse) => {
                     slopes[(k, p)] = -parameters[inverse];
                     slopes[(k, inverse)] = -parameters[p];
                 }
@@ -279,13 +279,13 @@ mod tests {
     fn the_nearest_coefficients_that_obey_are_those_of_least_squares() {
         let terms = list("x1, x2-x1, v2-v1").unwrap();
         let all: Vec<(usize, &Term)> = terms.iter().map(|t| (0, t)).chain(terms[1..].iter().map(|t| (1, t))).collect();
-        let known = Shared::new(&all, &[Pair { ratio: Some(2.0), ..PAIR }]);
+        let known = SharedParameters::new(&all, &[Pair { ratio: Some(2.0), ..PAIR }]);
         let (found, follows) = known.nearest(&[-3.0, 5.0, 0.4, -3.0, -0.3], &DMatrix::identity(5, 5)).unwrap();
         // s of (s − 5)² + (s/2 − 3)²: (5 + 1.5)/1.25.
         let close = |a: f64, b: f64| (a - b).abs() < 1e-12;
         assert!(close(found[0], -3.0) && close(found[1], 5.2) && close(found[3], -2.6), "{found:?}");
         assert!(close(follows[(1, 1)], 0.8) && close(follows[(1, 3)], -0.4), "{follows}");
-        let sought = Shared::new(&all, &[PAIR]);
+        let sought = SharedParameters::new(&all, &[PAIR]);
         assert!(!sought.is_plain() && sought.owners().len() == 4);
         // One ratio for both terms, and what obeys already stays.
         let (found, _) = sought.nearest(&[-3.0, 5.0, 0.4, -2.5, -0.2], &DMatrix::identity(5, 5)).unwrap();

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::opposite::{Pair, pairs};
-use super::score::Tally;
+use super::score::ErrorSums;
 use super::{Covariance, Known, Refinement, Settings};
 use crate::signal::{Signals, central};
 use sindyscope_values::model::{Mass, Mode, Model, Physical, Units, modes, physical};
@@ -45,7 +45,7 @@ pub struct Score {
 
 /// One degree of freedom (or state) of a record: what its sensor showed, what is simulated of that, error.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Channel {
+pub struct SensorResponse {
     /// Which displacement or state.
     pub symbol: Symbol,
     /// What the sensor measures of it.
@@ -58,7 +58,7 @@ pub struct Channel {
     pub score: Option<Score>,
 }
 
-impl Channel {
+impl SensorResponse {
     /// The name of what the sensor measures: `x`, `a2`.
     pub fn name(&self, layout: &Layout) -> String {
         sensor_name(self.role, layout)
@@ -83,7 +83,7 @@ pub struct RecordOutcome {
     /// When the response sticks, s; moments left out.
     pub sticks: Vec<Range<f64>>,
     /// Each displacement (or state) held against its measurement.
-    pub channels: Vec<Channel>,
+    pub channels: Vec<SensorResponse>,
     /// Time at which the response left the data's range, s.
     pub diverged_at: Option<f64>,
 }
@@ -134,7 +134,7 @@ impl RecordOutcome {
                 Role::Input(_) => return None,
             };
             let name = sensor_name(channel.role, layout);
-            let score = Tally::compare(&channel.values, &response, &mut Vec::new()).score();
+            let score = ErrorSums::compare(&channel.values, &response, &mut Vec::new()).score();
             Some(SensorScore { name, unit, score })
         };
         self.record.measured().filter_map(of_channel).collect()

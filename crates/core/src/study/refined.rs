@@ -2,11 +2,11 @@
 
 use super::calibrate::{Calibrated, Calibration};
 use super::known::Sign;
-use super::opposite::{Pair, Shared};
+use super::opposite::{Pair, SharedParameters};
 use super::{Cancel, Covariance, Lock, StudyError};
 use crate::dataset::Prepared;
 use crate::refine::{
-    Bar, Goal, Horizon, Instance, Landed, Options, Point, Reading, Refined, Run, Structure, horizon, land, refine,
+    Bar, FitOptions, Goal, Horizon, Instance, Landed, Point, Reading, Refined, Run, Structure, horizon, land, refine,
 };
 use crate::signal::{motion_period, rms};
 use crate::simulate::Delays;
@@ -43,7 +43,7 @@ const REWEIGHED: usize = 2;
 const ALIKE: f64 = 1.25;
 
 /// A coefficient that is sought.
-struct Free {
+struct FreeCoefficient {
     /// Index of its equation.
     equation: usize,
     /// Its place among the equation's terms.
@@ -55,8 +55,8 @@ struct Free {
 /// The free coefficients of every acceleration, and the parameters that they follow from.
 struct Coefficients<'a> {
     model: &'a Model,
-    free: Vec<Free>,
-    shared: Shared,
+    free: Vec<FreeCoefficient>,
+    shared: SharedParameters,
     scales: Vec<f64>,
     /// What is sought of the channels; after the coefficients' parameters.
     sought: &'a [Calibration],
@@ -78,7 +78,7 @@ const GAINS: (f64, f64) = (0.2, 5.0);
 impl Structure for Coefficients<'_> {
     fn instance(&self, parameters: &[f64]) -> Option<Instance> {
         let mut model = self.model.clone();
-        for (k, Free { equation, place, .. }) in self.free.iter().enumerate() {
+        for (k, FreeCoefficient { equation, place, .. }) in self.free.iter().enumerate() {
             model.equations[*equation].terms[*place].coefficient = self.shared.coefficient(k, parameters);
         }
         let mut late = Vec::new();
@@ -114,7 +114,8 @@ impl Structure for Coefficients<'_> {
             Calibration::Delay(_) => (-MOST_DELAY * self.interval, MOST_DELAY * self.interval),
             Calibration::Gain(_) => (GAINS.0, GAINS.1),
         };
-        let coefficients = self.shared.owners().iter().map(|owner| owner.map_or(Shared::RATIOS, of_coefficient));
+        let coefficients =
+            self.shared.owners().iter().map(|owner| owner.map_or(SharedParameters::RATIOS, of_coefficient));
         coefficients.chain(self.sought.iter().map(of)).collect()
     }
 
@@ -138,7 +139,7 @@ pub(super) type Decided<'a> = &'a dyn Fn(usize, &Term) -> (Option<Lock>, Option<
 
 /// What a refinement keeps to, and what it seeks beside the coefficients.
 #[derive(Clone, Copy)]
-pub(super) struct Asked<'a> {
+pub(super) struct RefinementTask<'a> {
     pub(super) decided: Decided<'a>,
     pub(super) pairs: &'a [Pair],
     pub(super) sought: &'a [Calibration],
@@ -169,7 +170,7 @@ pub(super) fn refined(
     model: &mut Model,
     covariance: &mut Covariance,
     records: &[(&Prepared, Usage)],
-    asked: Asked<'_>,
+    asked: RefinementTask<'_>,
     hints: Hints<'_>,
     cancel: &Cancel,
 ) -> Result<Result<Refinement, &'static str>, StudyError> {
@@ -189,7 +190,7 @@ pub(super) fn refined(
     for (equation, place, term) in terms() {
         let (lock, sign) = (asked.decided)(equation - first, &term.term);
         if !matches!(lock, Some(Lock::Fixed(_))) {
-            free.push(Free { equation, place, sign });
+            free.push(FreeCoefficient { equation, place, sign });
             // One hundredth of all forces together.
             scales.push(0.01 * term.coefficient.abs() / term.share.max(1e-9));
         }
@@ -199,7 +200,7 @@ pub(super) fn refined(
     let from: Vec<f64> = free.iter().map(|f| start.equations[f.equation].terms[f.place].coefficient).collect();
     let of: Vec<(usize, &Term)> =
         free.iter().map(|f| (f.equation - first, &model.equations[f.equation].terms[f.place].term)).collect();
-    let shared = Shared::new(&of, asked.pairs);
+    let shared = SharedParameters::new(&of, asked.pairs);
     let mut from = shared.parameters(&from);
     let scale = |(owner, value): (&Option<usize>, &f64)| owner.map_or(RATIO_SCALE * value, |k| scales[k]);
     let scales = shared.owners().iter().zip(&from).map(scale).collect();
@@ -289,7 +290,7 @@ fn runs(records: &[&Prepared]) -> (Vec<Run>, f64) {
 fn reweighed(coefficients: &Coefficients<'_>, mut landed: Landed, cancel: &Cancel) -> Option<Landed> {
     let cancelled = || cancel.is_cancelled();
     let options =
-        Options { frozen: false, driven: false, steps: STEPS, effort: EFFORT, bar: None, cancelled: &cancelled };
+        FitOptions { frozen: false, driven: false, steps: STEPS, effort: EFFORT, bar: None, cancelled: &cancelled };
     for _ in 0..REWEIGHED {
         let Some(weights) = landed.runs.first().map(|r| r.weights.clone()) else { break };
         let left: Vec<f64> = (0..weights.len()).map(|i| residual_rms(&landed.refined, &landed.runs, i)).collect();
@@ -326,7 +327,7 @@ fn goal<'a>(
     let first = records.first()?;
     let series: Vec<&[f64]> = runs.iter().map(|r| &*r.measured[0]).collect();
     let period = motion_period(&series, first.record.interval, noise).or(first.facts.main_period);
-    let options = Options { frozen: false, driven: false, steps: STEPS, effort: EFFORT, bar: None, cancelled };
+    let options = FitOptions { frozen: false, driven: false, steps: STEPS, effort: EFFORT, bar: None, cancelled };
     let period = period.unwrap_or_else(|| 0.1 * first.record.duration());
     Some(Goal { period, noise, top: usize::MAX, options })
 }

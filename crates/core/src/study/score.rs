@@ -4,14 +4,14 @@ use super::Score;
 
 /// Sums that scores are made of; sums of several records add up.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Tally {
+pub(super) struct ErrorSums {
     squares: f64,
     spread: f64,
     largest: f64,
     samples: usize,
 }
 
-impl Tally {
+impl ErrorSums {
     /// Compares a measurement with a response that may be shorter, appending E(t) to `error`.
     pub(super) fn compare(measured: &[f64], response: &[f64], error: &mut Vec<f64>) -> Self {
         let count = measured.len().min(response.len());
@@ -55,12 +55,12 @@ mod tests {
     #[test]
     fn figures_follow_their_definitions() {
         let mut error = Vec::new();
-        let tally = Tally::compare(&[1.0, -1.0, 1.0, -1.0], &[1.0, -1.0, 0.0], &mut error);
+        let tally = ErrorSums::compare(&[1.0, -1.0, 1.0, -1.0], &[1.0, -1.0, 0.0], &mut error);
         assert_eq!(error, [0.0, 0.0, 1.0]);
         let score = tally.score().unwrap();
         assert!((score.rmse - (1.0_f64 / 3.0).sqrt()).abs() < 1e-15);
         assert!((score.best_fit - 100.0 * (1.0 - score.nrmse)).abs() < 1e-12);
         assert_eq!((score.max_error, score.samples), (1.0, 3));
-        assert!(Tally::default().score().is_none());
+        assert!(ErrorSums::default().score().is_none());
     }
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::eliminate::LASTS;
 use super::{Lock, Outcome, Refinement, Remedy, Settings, Severity, Warning};
-use crate::sparse::{Constraint, Options, Reduced, stlsq};
+use crate::sparse::{Constraint, Reduced, SparseOptions, stlsq};
 use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::model::Equation;
 use sindyscope_values::record::{RecordSet, Usage};
@@ -194,7 +194,7 @@ fn one_tone(outcome: &Outcome) -> bool {
         let columns = [wave(0.0), wave(0.5 * std::f64::consts::PI), vec![1.0; y.len()]];
         let reduced = Reduced::new(&columns, &y);
         let free = [Constraint::Free; 3];
-        let solution = stlsq(&reduced, &free, &Options { threshold: 0.0, ridge: 0.0, scaled: true });
+        let solution = stlsq(&reduced, &free, &SparseOptions { threshold: 0.0, ridge: 0.0, scaled: true });
         if solution.residual_rms > TONE * reduced.target_scale() {
             return false;
         }

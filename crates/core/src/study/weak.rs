@@ -4,9 +4,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::StudyError;
-use super::noise::{Kernels, Passing, Whitening, place, rate_place, slopes, symbols};
+use super::noise::{Kernels, Sensitivity, Whitening, place, rate_place, slopes, symbols};
 use super::regression::Raster;
-use crate::signal::{Measured, Signals, TestFunction};
+use crate::signal::{MeasuredChannel, Signals, TestFunction};
 use crate::sparse::Reduced;
 use sindyscope_values::term::{Expression, Kind, Layout, Program, Symbol, Term, derivative};
 
@@ -25,19 +25,19 @@ const DAMPING: f64 = 1e-4;
 /// the smoothed motion (Messenger & Bortz 2021; Reinbold, Gurevich & Grigoriev 2020). White noise of a sensor passes the
 /// linear part of the equation, so the covariance of the averages is known, and they are whitened with it.
 #[derive(Clone, Debug)]
-pub(super) struct Weak {
+pub(super) struct WeakForm {
     half_width: usize,
     /// Samples between the centres of neighbouring test functions.
     stride: usize,
     /// Share of a row's variance that is no sensor's noise.
     floor: f64,
     /// For each fitted state what noise of each symbol passes.
-    passing: Vec<Vec<Passing>>,
+    passing: Vec<Vec<Sensitivity>>,
 }
 
 /// Columns and rate of one fitted state.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Rows {
+pub(super) struct StateRows {
     pub(super) columns: Vec<Vec<f64>>,
     pub(super) rate: Vec<f64>,
 }
@@ -58,7 +58,7 @@ fn length(signals: &Signals) -> usize {
     signals.states.first().map_or(0, Vec::len)
 }
 
-impl Weak {
+impl WeakForm {
     /// The weak form of the equations of some states over some records.
     pub(super) fn new(
         layout: &Layout,
@@ -92,7 +92,7 @@ impl Weak {
         Raster { rows: self.rows(length(signals)), first: self.half_width, stride: self.stride, reach: self.half_width }
     }
 
-    /// Rows of a series of so many samples.
+    /// StateRows of a series of so many samples.
     fn rows(&self, samples: usize) -> usize {
         samples.saturating_sub(self.span()) / self.stride + 1
     }
@@ -110,7 +110,7 @@ impl Weak {
         terms: &[Term],
         records: &[Arc<Signals>],
         fitted: &[usize],
-    ) -> Vec<Vec<Passing>> {
+    ) -> Vec<Vec<Sensitivity>> {
         let mut all: Vec<Term> = symbols(layout).into_iter().map(|s| Term::new(Expression::Symbol(s))).collect();
         all.extend(terms.iter().filter(|t| !all.contains(t)).cloned().collect::<Vec<_>>());
         let mut columns: Vec<Vec<f64>> = vec![Vec::new(); all.len() + 1];
@@ -147,7 +147,7 @@ impl Weak {
         terms: &[Term],
         signals: &Signals,
         fitted: &[usize],
-        (kept, rows): (&[Range<usize>], &mut [Rows]),
+        (kept, rows): (&[Range<usize>], &mut [StateRows]),
     ) {
         let function = TestFunction::new(self.half_width, signals.interval);
         let columns = self.columns(layout, terms, signals, &function);
@@ -170,11 +170,12 @@ impl Weak {
 
     /// The averages of every term, not yet whitened.
     fn columns(&self, layout: &Layout, terms: &[Term], signals: &Signals, function: &TestFunction) -> Vec<Vec<f64>> {
-        let parts: Vec<Vec<Part>> = terms.iter().map(|t| parts(t.expression(), layout, &signals.measured)).collect();
+        let parts: Vec<Vec<AveragedPart>> =
+            terms.iter().map(|t| parts(t.expression(), layout, &signals.measured)).collect();
         let on_path: Vec<Expression> = parts
             .iter()
             .flatten()
-            .filter_map(|p| if let Source::Path(e) = &p.source { Some(e.clone()) } else { None })
+            .filter_map(|p| if let AveragedSeries::Path(e) = &p.source { Some(e.clone()) } else { None })
             .collect();
         let mut along = vec![Vec::new(); on_path.len()];
         let slices = signals.slices();
@@ -185,10 +186,10 @@ impl Weak {
             .iter()
             .map(|parts| {
                 let mut column: Vec<f64> = Vec::new();
-                for Part { factor, order, source } in parts {
+                for AveragedPart { factor, order, source } in parts {
                     let values: &[f64] = match source {
-                        Source::Measured(channel) => &signals.measured[*channel].values,
-                        Source::Path(_) => along.next().map_or(&[], Vec::as_slice),
+                        AveragedSeries::Measured(channel) => &signals.measured[*channel].values,
+                        AveragedSeries::Path(_) => along.next().map_or(&[], Vec::as_slice),
                     };
                     column.resize(self.rows(values.len()), 0.0);
                     let averages = function.averages(values, *order, self.stride);
@@ -202,14 +203,14 @@ impl Weak {
 
 /// A part of a term: a series times a factor, whose derivative of some order is averaged.
 #[derive(Clone, Debug, PartialEq)]
-struct Part {
+struct AveragedPart {
     factor: f64,
     order: usize,
-    source: Source,
+    source: AveragedSeries,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-enum Source {
+enum AveragedSeries {
     Measured(usize),
     /// Evaluated along the smoothed motion.
     Path(Expression),
@@ -217,17 +218,17 @@ enum Source {
 
 /// A term taken apart: what is linear comes from the measurement, `xⁿ v` is the derivative of `xⁿ⁺¹/(n+1)`, and `g(x) a` that
 /// of `g v` without what `g` changes by.
-fn parts(expression: &Expression, layout: &Layout, measured: &[Measured]) -> Vec<Part> {
+fn parts(expression: &Expression, layout: &Layout, measured: &[MeasuredChannel]) -> Vec<AveragedPart> {
     let addends: &[Expression] =
         if let Expression::Sum(parts) = expression { parts } else { std::slice::from_ref(expression) };
-    let taken: Option<Vec<Vec<Part>>> = addends
+    let taken: Option<Vec<Vec<AveragedPart>>> = addends
         .iter()
         .map(|e| {
             let one = linear(e, measured).or_else(|| total_derivative(e, layout, measured));
             one.map(|part| vec![part]).or_else(|| inertial(e, layout))
         })
         .collect();
-    let whole = || vec![Part { factor: 1.0, order: 0, source: Source::Path(expression.clone()) }];
+    let whole = || vec![AveragedPart { factor: 1.0, order: 0, source: AveragedSeries::Path(expression.clone()) }];
     taken.map_or_else(whole, |parts| parts.concat())
 }
 
@@ -239,14 +240,14 @@ fn factors(expression: &Expression) -> (f64, Vec<&Expression>) {
     (all.iter().filter_map(number).product(), all.iter().filter(|e| number(e).is_none()).collect())
 }
 
-fn linear(expression: &Expression, measured: &[Measured]) -> Option<Part> {
+fn linear(expression: &Expression, measured: &[MeasuredChannel]) -> Option<AveragedPart> {
     let (factor, rest) = factors(expression);
     let [Expression::Symbol(symbol)] = rest.as_slice() else { return None };
     let (channel, order) = place(measured, *symbol)?;
-    Some(Part { factor, order, source: Source::Measured(channel) })
+    Some(AveragedPart { factor, order, source: AveragedSeries::Measured(channel) })
 }
 
-fn total_derivative(expression: &Expression, layout: &Layout, measured: &[Measured]) -> Option<Part> {
+fn total_derivative(expression: &Expression, layout: &Layout, measured: &[MeasuredChannel]) -> Option<AveragedPart> {
     let (factor, rest) = factors(expression);
     let rate = rest.iter().position(|e| matches!(e, Expression::Symbol(Symbol::Rate(_))))?;
     let Expression::Symbol(Symbol::Rate(freedom)) = rest[rate] else { return None };
@@ -267,11 +268,11 @@ fn total_derivative(expression: &Expression, layout: &Layout, measured: &[Measur
         return None;
     }
     let integral = Expression::Power(Box::new(state), power).normal();
-    Some(Part { factor: factor / power, order: 1, source: Source::Path(integral) })
+    Some(AveragedPart { factor: factor / power, order: 1, source: AveragedSeries::Path(integral) })
 }
 
 /// A product of an acceleration and a function of displacements: `g a = d(g v)/dt − (dg/dt) v`.
-fn inertial(expression: &Expression, layout: &Layout) -> Option<Vec<Part>> {
+fn inertial(expression: &Expression, layout: &Layout) -> Option<Vec<AveragedPart>> {
     let (factor, rest) = factors(expression);
     let place = rest.iter().position(|e| matches!(e, Expression::Symbol(Symbol::Acceleration(_))))?;
     let Expression::Symbol(Symbol::Acceleration(freedom)) = rest[place] else { return None };
@@ -284,7 +285,11 @@ fn inertial(expression: &Expression, layout: &Layout) -> Option<Vec<Part>> {
     }
     let velocity = Expression::Symbol(Symbol::Rate(*freedom));
     let changes = (0..layout.freedoms).map(|i| derivative(&function, Symbol::State(i)) * Symbol::Rate(i)).collect();
-    let part = |factor: f64, order: usize, e: Expression| Part { factor, order, source: Source::Path(e.normal()) };
+    let part = |factor: f64, order: usize, e: Expression| AveragedPart {
+        factor,
+        order,
+        source: AveragedSeries::Path(e.normal()),
+    };
     Some(vec![
         part(factor, 1, function.clone() * velocity.clone()),
         part(-factor, 0, Expression::Sum(changes) * velocity),
@@ -329,8 +334,8 @@ mod tests {
         sindyscope_values::term::list(list).unwrap()
     }
 
-    fn rows(weak: &Weak, terms: &[Term], signals: &Signals) -> Rows {
-        let mut rows = [Rows { columns: vec![Vec::new(); terms.len()], rate: Vec::new() }];
+    fn rows(weak: &WeakForm, terms: &[Term], signals: &Signals) -> StateRows {
+        let mut rows = [StateRows { columns: vec![Vec::new(); terms.len()], rate: Vec::new() }];
         let all = 0..weak.raster(signals).rows;
         weak.append(&LAYOUT, terms, signals, &[1], (&[all], &mut rows));
         let [rows] = rows;
@@ -351,8 +356,9 @@ mod tests {
         let signals = signals(motion, 0.0, 3000);
         let terms = terms("x, v, u, x*v");
         for half_width in [TestFunction::NARROWEST, 20, 100, 400] {
-            let weak = Weak::new(&LAYOUT, &[], &[Arc::clone(&signals)], Some(half_width), &[1], usize::MAX).unwrap();
-            let Rows { columns, rate } = rows(&weak, &terms, &signals);
+            let weak =
+                WeakForm::new(&LAYOUT, &[], &[Arc::clone(&signals)], Some(half_width), &[1], usize::MAX).unwrap();
+            let StateRows { columns, rate } = rows(&weak, &terms, &signals);
             let found = Reduced::new(&columns, &rate).least_squares(&[0, 1, 2, 3]);
             for (found, truth) in found.iter().zip([-9.0, -1.0, 1.0, 0.0]) {
                 // Sums over the narrowest test function are integrals to five digits.
@@ -368,7 +374,7 @@ mod tests {
         for (noise, bound) in [(0.0, 1e-5), (1e-3, 4e-3)] {
             let signals = signals(motion, noise, 3000);
             let function = TestFunction::new(40, INTERVAL);
-            let weak = Weak::new(&LAYOUT, &[], &[Arc::clone(&signals)], Some(40), &[1], usize::MAX).unwrap();
+            let weak = WeakForm::new(&LAYOUT, &[], &[Arc::clone(&signals)], Some(40), &[1], usize::MAX).unwrap();
             let averaged: Vec<f64> = function.averages(&product, 0, weak.stride).collect();
             let column = weak.columns(&LAYOUT, &terms("cos(x)*a"), &signals, &function).swap_remove(0);
             let apart: Vec<f64> = averaged.iter().zip(&column).map(|(a, b)| a - b).collect();
@@ -379,12 +385,12 @@ mod tests {
     #[test]
     fn noise_alone_gives_rows_that_do_not_hang_together() {
         let signals = signals(|_| [0.0; 2], 1e-3, 200_000);
-        let mut weak = Weak::new(&LAYOUT, &[], &[Arc::clone(&signals)], Some(30), &[1], usize::MAX).unwrap();
+        let mut weak = WeakForm::new(&LAYOUT, &[], &[Arc::clone(&signals)], Some(30), &[1], usize::MAX).unwrap();
         weak.floor = 1e-9;
-        let passing = |(symbol, mean)| Passing { symbol, mean, spread: 0.0 };
+        let passing = |(symbol, mean)| Sensitivity { symbol, mean, spread: 0.0 };
         let slopes = [(Symbol::State(0), -40.0), (Symbol::Rate(0), -2.0), (Symbol::Input(0), 30.0)];
         weak.passing = vec![slopes.map(passing).to_vec()];
-        let Rows { columns, rate } = rows(&weak, &terms("x, v, u"), &signals);
+        let StateRows { columns, rate } = rows(&weak, &terms("x, v, u"), &signals);
         let residual: Vec<f64> = (0..rate.len())
             .map(|k| rate[k] + 40.0 * columns[0][k] + 2.0 * columns[1][k] - 30.0 * columns[2][k])
             .collect();
@@ -402,7 +408,7 @@ mod tests {
         let measured = signals(|t| [t, t], 0.0, 100).measured.clone();
         let orders = |text: &str| -> Vec<(f64, usize, bool)> {
             let parts = parts(Term::parse(text).unwrap().expression(), &LAYOUT, &measured);
-            parts.iter().map(|p| (p.factor, p.order, matches!(p.source, Source::Measured(_)))).collect()
+            parts.iter().map(|p| (p.factor, p.order, matches!(p.source, AveragedSeries::Measured(_)))).collect()
         };
         assert_eq!(orders("v"), [(1.0, 1, true)]);
         assert_eq!(orders("-2*x"), [(-2.0, 0, true)]);
@@ -419,7 +425,7 @@ mod tests {
     #[test]
     fn a_record_too_short_is_refused_in_words() {
         let signals = signals(|t| [t.sin(), t.cos()], 0.0, 100);
-        let refused = Weak::new(&LAYOUT, &[], &[signals], Some(50), &[1], usize::MAX).unwrap_err();
+        let refused = WeakForm::new(&LAYOUT, &[], &[signals], Some(50), &[1], usize::MAX).unwrap_err();
         assert!(refused.to_string().contains("half width 50"), "{refused}");
     }
 }

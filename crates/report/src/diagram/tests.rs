@@ -6,7 +6,7 @@ use rand_distr::{Distribution as _, Normal};
 
 use super::*;
 use sindyscope_core::signal::Signals;
-use sindyscope_core::study::{Channel, Elapsed, Outcome, RecordOutcome, Settings};
+use sindyscope_core::study::{Elapsed, Outcome, RecordOutcome, SensorResponse, Settings};
 use sindyscope_values::model::{Equation, Model};
 use sindyscope_values::record::{Channel as RecordChannel, Record, Role, Usage};
 use sindyscope_values::term::{Kind, Layout, Symbol, Term};
@@ -89,7 +89,7 @@ fn outcome(terms: &[(&str, f64)], motions: &[Motion]) -> Outcome {
                     measured: Vec::new(),
                 }),
                 states: vec![m.x.clone(), m.v.clone()],
-                channels: vec![Channel {
+                channels: vec![SensorResponse {
                     symbol: Symbol::State(0),
                     role: Role::Displacement(0),
                     response: m.x.clone(),

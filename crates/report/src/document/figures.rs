@@ -8,7 +8,7 @@ use super::chart::{
 use super::svg::Svg;
 use crate::palette::Ink;
 use sindyscope_core::signal::Spectrum;
-use sindyscope_core::study::{Channel, Outcome, RecordOutcome};
+use sindyscope_core::study::{Outcome, RecordOutcome, SensorResponse};
 use sindyscope_values::format::number::significant;
 use sindyscope_values::format::units::{Scale, per_second};
 use sindyscope_values::record::{Record, Role, Usage};
@@ -84,12 +84,12 @@ fn select(outcome: &Outcome, most: usize) -> Vec<&RecordOutcome> {
 }
 
 /// The measurement that a channel is held against, and its unit.
-fn measured<'a>(record: &'a Record, channel: &Channel) -> Option<(&'a [f64], &'a str)> {
+fn measured<'a>(record: &'a Record, channel: &SensorResponse) -> Option<(&'a [f64], &'a str)> {
     record.channel(channel.role).map(|c| (&*c.values, c.unit.as_str()))
 }
 
 /// The stretch around the largest error that a detail shows, if the record is too long to tell single periods apart.
-fn detail(record: &RecordOutcome, channel: &Channel) -> Option<RangeInclusive<f64>> {
+fn detail(record: &RecordOutcome, channel: &SensorResponse) -> Option<RangeInclusive<f64>> {
     let period = record.signals.main_period.filter(|p| *p > 0.0 && p.is_finite())?;
     let (start, end) = (record.record.start, record.record.start + record.record.duration());
     let length = PERIODS_OF_DETAIL * period;

@@ -62,7 +62,7 @@ fn record_outcome(name: &str, usage: Usage, samples: usize) -> RecordOutcome {
         sticks: Vec::new(),
         signals: Arc::new(signals),
         states: vec![response.clone(), velocity(0.01)],
-        channels: vec![study::Channel {
+        channels: vec![study::SensorResponse {
             symbol: Symbol::State(0),
             role: Role::Displacement(0),
             response,

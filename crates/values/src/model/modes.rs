@@ -28,7 +28,7 @@ pub struct Mode {
 
 /// The derivatives of the accelerations at rest by displacements and velocities, and what one unit of each coefficient
 /// adds to them.
-struct Linear {
+struct LinearizedModel {
     whole: DMatrix<f64>,
     /// For each coefficient: its equation, and its term's slopes by displacements, then velocities.
     each: Vec<(usize, f64, Vec<f64>)>,
@@ -50,7 +50,7 @@ pub fn modes(model: &Model, covariance: &[Vec<f64>]) -> Vec<Mode> {
         // Coefficients of the solved equations are not those that the covariance is of.
         return model.explicit().map_or_else(|_| Vec::new(), |explicit| modes(&explicit, &[]));
     }
-    let Some(linear) = Linear::new(model) else { return Vec::new() };
+    let Some(linear) = LinearizedModel::new(model) else { return Vec::new() };
     let found = linear.solved(&linear.whole);
     found
         .iter()
@@ -72,7 +72,7 @@ pub fn modes(model: &Model, covariance: &[Vec<f64>]) -> Vec<Mode> {
         .collect()
 }
 
-impl Linear {
+impl LinearizedModel {
     fn new(model: &Model) -> Option<Self> {
         let layout = model.layout;
         if layout.kind != Kind::SecondOrder || layout.internals > 0 || layout.freedoms == 0 {

@@ -120,7 +120,7 @@ impl Measure {
 }
 
 /// What is known of an expression's unit.
-enum Found {
+enum UnitFound {
     /// A number, which has the unit that is asked of it.
     Any,
     Known(Measure),
@@ -156,9 +156,9 @@ impl Units {
     fn measure(&self, state: Symbol, term: &Term) -> Option<Measure> {
         let rate = self.symbol(state)?.per_second(1);
         let term = match self.expression(term.expression(), &mut |_| {}) {
-            Found::Any => Measure::default(),
-            Found::Known(measure) => measure,
-            Found::Unknown => return None,
+            UnitFound::Any => Measure::default(),
+            UnitFound::Known(measure) => measure,
+            UnitFound::Unknown => return None,
         };
         Some(rate.times(&term, -1.0).shortened())
     }
@@ -224,10 +224,10 @@ impl Units {
     }
 
     /// An expression's unit; `clash` is told two parts that are added and cannot be.
-    fn expression(&self, expression: &Expression, clash: &mut impl FnMut([(Expression, Measure); 2])) -> Found {
+    fn expression(&self, expression: &Expression, clash: &mut impl FnMut([(Expression, Measure); 2])) -> UnitFound {
         match expression {
-            Expression::Number(_) => Found::Any,
-            Expression::Symbol(s) => self.symbol(*s).map_or(Found::Unknown, Found::Known),
+            Expression::Number(_) => UnitFound::Any,
+            Expression::Symbol(s) => self.symbol(*s).map_or(UnitFound::Unknown, UnitFound::Known),
             Expression::Sum(parts) | Expression::Call(Function::Max | Function::Min, parts) => {
                 self.joined(parts, clash)
             }
@@ -235,41 +235,41 @@ impl Units {
                 let mut product = Measure::default();
                 for part in parts {
                     match self.expression(part, clash) {
-                        Found::Any => {}
-                        Found::Known(measure) => product = product.times(&measure, 1.0),
-                        Found::Unknown => return Found::Unknown,
+                        UnitFound::Any => {}
+                        UnitFound::Known(measure) => product = product.times(&measure, 1.0),
+                        UnitFound::Unknown => return UnitFound::Unknown,
                     }
                 }
-                Found::Known(product)
+                UnitFound::Known(product)
             }
             Expression::Power(base, power) => match self.expression(base, clash) {
-                Found::Known(measure) => Found::Known(Measure::default().times(&measure, *power)),
+                UnitFound::Known(measure) => UnitFound::Known(Measure::default().times(&measure, *power)),
                 other => other,
             },
             Expression::Call(function, parts) => {
                 let mut found = parts.iter().map(|p| self.expression(p, clash)).collect::<Vec<_>>().into_iter();
                 match (function, found.next()) {
-                    (Function::Sqrt, Some(Found::Known(measure))) => {
-                        Found::Known(Measure::default().times(&measure, 0.5))
+                    (Function::Sqrt, Some(UnitFound::Known(measure))) => {
+                        UnitFound::Known(Measure::default().times(&measure, 0.5))
                     }
                     (Function::Abs | Function::Clip | Function::DeadZone | Function::Sqrt, Some(first)) => first,
                     // What else a function makes of its argument is a plain number.
-                    _ => Found::Known(Measure::default()),
+                    _ => UnitFound::Known(Measure::default()),
                 }
             }
         }
     }
 
     /// The unit of parts that are added or chosen from.
-    fn joined(&self, parts: &[Expression], clash: &mut impl FnMut([(Expression, Measure); 2])) -> Found {
+    fn joined(&self, parts: &[Expression], clash: &mut impl FnMut([(Expression, Measure); 2])) -> UnitFound {
         let mut first: Option<(Expression, Measure)> = None;
         let mut unknown = false;
         for part in parts {
             match self.expression(part, clash) {
-                Found::Any => {}
-                Found::Unknown => unknown = true,
-                Found::Known(_) if scaled(part) => {}
-                Found::Known(measure) => match &first {
+                UnitFound::Any => {}
+                UnitFound::Unknown => unknown = true,
+                UnitFound::Known(_) if scaled(part) => {}
+                UnitFound::Known(measure) => match &first {
                     None => first = Some((bare(part), measure)),
                     Some((other, one)) if one.adds_to(&measure) == Some(false) => {
                         clash([(other.clone(), one.clone()), (bare(part), measure)]);
@@ -279,9 +279,9 @@ impl Units {
             }
         }
         match first {
-            Some((_, measure)) => Found::Known(measure),
-            None if unknown || parts.iter().any(scaled) => Found::Unknown,
-            None => Found::Any,
+            Some((_, measure)) => UnitFound::Known(measure),
+            None if unknown || parts.iter().any(scaled) => UnitFound::Unknown,
+            None => UnitFound::Any,
         }
     }
 }

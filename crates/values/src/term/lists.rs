@@ -50,14 +50,14 @@ pub fn list(text: &str) -> Result<Vec<Term>, TermError> {
 
 /// What a list says of one equation, or of all.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Part<T> {
+pub struct EquationEntries<T> {
     /// The state whose rate the equation gives: `v1`, of first order `x1`; none for all equations.
     pub equation: Option<Symbol>,
     /// The entries, in their order.
     pub entries: Vec<T>,
 }
 
-impl<T> Part<T> {
+impl<T> EquationEntries<T> {
     /// The degree of freedom (first order: the state) of the equation; none for all equations.
     ///
     /// # Errors
@@ -82,7 +82,7 @@ impl<T> Part<T> {
 pub fn by_equation<T: PartialEq>(
     text: &str,
     entry: impl Fn(&str) -> Result<T, (usize, String)>,
-) -> Result<Vec<Part<T>>, String> {
+) -> Result<Vec<EquationEntries<T>>, String> {
     let column = |byte: usize| text[..byte].chars().count() + 1;
     let entries = |from: usize, list: &str, of: &str| -> Result<Vec<T>, String> {
         let mut found: Vec<T> = Vec::new();
@@ -96,9 +96,9 @@ pub fn by_equation<T: PartialEq>(
         Ok(found)
     };
     if !text.contains(':') {
-        return Ok(vec![Part { equation: None, entries: entries(0, text, "")? }]);
+        return Ok(vec![EquationEntries { equation: None, entries: entries(0, text, "")? }]);
     }
-    let mut parts: Vec<Part<T>> = Vec::new();
+    let mut parts: Vec<EquationEntries<T>> = Vec::new();
     for (at, piece) in split(text, &[';', '\n']) {
         let Some((name, list)) = piece.split_once(':') else {
             return Err(format!(
@@ -115,7 +115,7 @@ pub fn by_equation<T: PartialEq>(
         }
         let of = format!("equation of {name}, ");
         let entries = entries(at + piece.len() - list.len(), list, &of)?;
-        parts.push(Part { equation: Some(equation), entries });
+        parts.push(EquationEntries { equation: Some(equation), entries });
     }
     Ok(parts)
 }
@@ -137,7 +137,7 @@ fn equation(name: &str) -> Option<Symbol> {
 mod tests {
     use super::*;
 
-    fn terms(text: &str) -> Result<Vec<Part<Term>>, String> {
+    fn terms(text: &str) -> Result<Vec<EquationEntries<Term>>, String> {
         by_equation(text, |piece| Term::parse(piece).map_err(|e| (e.column - 1, e.problem)))
     }
 
@@ -146,8 +146,8 @@ mod tests {
         let all = terms("x, v; clip(x,0.1)").unwrap();
         assert_eq!((all.len(), all[0].equation, all[0].entries.len()), (1, None, 3));
         let each = terms(" v1: x1, x2-x1; v2: x2-x1 ").unwrap();
-        assert_eq!(each[0], Part { equation: Some(Symbol::Rate(0)), entries: list("x1, x2-x1").unwrap() });
-        assert_eq!(each[1], Part { equation: Some(Symbol::Rate(1)), entries: list("x2-x1").unwrap() });
+        assert_eq!(each[0], EquationEntries { equation: Some(Symbol::Rate(0)), entries: list("x1, x2-x1").unwrap() });
+        assert_eq!(each[1], EquationEntries { equation: Some(Symbol::Rate(1)), entries: list("x2-x1").unwrap() });
         assert_eq!(each[1].freedom(Kind::SecondOrder), Ok(Some(1)));
         assert!(each[1].freedom(Kind::FirstOrder).unwrap_err().contains("x1"));
         assert_eq!(terms("v: x").unwrap()[0].equation, Some(Symbol::Rate(0)));

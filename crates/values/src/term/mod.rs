@@ -24,7 +24,7 @@ pub use expression::sign;
 pub use expression::{Expression, Function, Symbol};
 pub use integral::{integral, is_integral, rate};
 pub use library::{Family, polynomials};
-pub use lists::{Part, by_equation, list, pieces};
+pub use lists::{EquationEntries, by_equation, list, pieces};
 pub use parse::TermError;
 pub use print::{Notation, Style, latex_number, written, written_factor};
 pub use program::LANES;

@@ -399,9 +399,9 @@ pub(super) fn latex(e: &Expression, layout: &Layout) -> String {
     written(e, &Latex(layout))
 }
 
-struct Python<'a>(&'a Layout);
+struct NumpyStyle<'a>(&'a Layout);
 
-impl Style for Python<'_> {
+impl Style for NumpyStyle<'_> {
     fn symbol(&self, symbol: Symbol) -> String {
         self.0.name(symbol)
     }
@@ -433,5 +433,5 @@ impl Style for Python<'_> {
 
 /// A Python expression over `numpy` as `np`.
 pub(super) fn python(e: &Expression, layout: &Layout) -> String {
-    written(e, &Python(layout))
+    written(e, &NumpyStyle(layout))
 }

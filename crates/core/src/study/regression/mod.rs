@@ -11,12 +11,12 @@ use std::sync::Arc;
 
 use super::covariance::Covariance;
 use super::known::{lock_of, offered, sign_of};
-use super::weak::{Rows, Weak};
+use super::weak::{StateRows, WeakForm};
 use super::{EquationFit, Formulation, Kinematics, Lock, Scaling, Settings, StudyError};
 use crate::signal::{Differentiation, Signals, Smoothing, dot, rms};
-use crate::sparse::{Constraint, Options, Reduced, Scores, Sign, Solution, drop_path, stlsq};
+use crate::sparse::{Constraint, Reduced, Scores, Sign, Solution, SparseOptions, drop_path, stlsq};
 use crate::study::outcome::{DroppedTerm, PathTerm};
-use opposed::Follows;
+use opposed::DependentCoefficients;
 use rows::{filtered, integrated, smooth_alike};
 use sindyscope_values::model::{Equation, Model, WeightedTerm, kinematic};
 use sindyscope_values::term::{Expression, Kind, Layout, Program, Symbol, Term};
@@ -35,7 +35,7 @@ pub(super) struct Regression {
     starts: Vec<usize>,
     /// The record and the rows of each stretch in which rows follow one another without a gap.
     stretches: Vec<(usize, Range<usize>)>,
-    /// Rows over which residuals are correlated.
+    /// StateRows over which residuals are correlated.
     block: usize,
     origin: Origin,
 }
@@ -47,18 +47,18 @@ pub(super) struct Identified {
     /// One for each equation, and the column of each of its terms.
     solutions: Vec<Solution>,
     columns: Vec<Vec<usize>>,
-    follows: Option<Follows>,
+    follows: Option<DependentCoefficients>,
 }
 
 /// Where rows come from.
 #[derive(Debug)]
 enum Origin {
     /// From smoothed records, so many samples apart.
-    Smoothed { records: Vec<Arc<Signals>>, smoothing: Smoothing, stride: usize },
+    SmoothedFolds { records: Vec<Arc<Signals>>, smoothing: Smoothing, stride: usize },
     /// From smoothed records, integrated over time.
     Integrated(Smoothing),
     /// From averages, white as far as the noise is known.
-    Averaged(Weak),
+    Averaged(WeakForm),
     /// From several regressions.
     Joined,
 }
@@ -69,7 +69,7 @@ pub(super) enum Basis {
     /// The equation at samples.
     Samples,
     /// Its averages over test functions.
-    Averages(Weak),
+    Averages(WeakForm),
     /// Its integral over time.
     Integrals,
 }
@@ -157,7 +157,7 @@ impl Regression {
             }
             Origin::Integrated(*smoothing)
         } else {
-            Origin::Smoothed { records: records.to_vec(), smoothing: *smoothing, stride }
+            Origin::SmoothedFolds { records: records.to_vec(), smoothing: *smoothing, stride }
         };
         let symbols: Vec<Symbol> = layout.state_symbols().collect();
         let columns = Arc::new(columns);
@@ -178,10 +178,10 @@ impl Regression {
         layout: &Layout,
         terms: &[Term],
         records: &[Arc<Signals>],
-        weak: &Weak,
+        weak: &WeakForm,
         fitted: &[usize],
     ) -> Result<Self, StudyError> {
-        let mut rows = vec![Rows { columns: vec![Vec::new(); terms.len()], rate: Vec::new() }; fitted.len()];
+        let mut rows = vec![StateRows { columns: vec![Vec::new(); terms.len()], rate: Vec::new() }; fitted.len()];
         let mut starts = Vec::with_capacity(records.len());
         let mut block = 1;
         let moving = Moving::new(layout, terms, records, |signals| weak.raster(signals));
@@ -199,7 +199,7 @@ impl Regression {
         let targets = fitted
             .iter()
             .zip(rows)
-            .map(|(index, Rows { columns, rate })| {
+            .map(|(index, StateRows { columns, rate })| {
                 let reduced = Reduced::new(&columns, &rate).redundant(redundancy.clone());
                 let squares: f64 = records.iter().map(|s| dot(&s.rates[*index], &s.rates[*index])).sum();
                 let samples: usize = records.iter().map(|s| s.rates[*index].len()).sum();
@@ -217,7 +217,7 @@ impl Regression {
     pub(super) fn of(&self, terms: &[Term], records: &[Arc<Signals>]) -> Result<Self, StudyError> {
         let fitted: Vec<usize> = self.fitted().collect();
         let (smoothing, basis) = match &self.origin {
-            Origin::Smoothed { smoothing, .. } => (*smoothing, Basis::Samples),
+            Origin::SmoothedFolds { smoothing, .. } => (*smoothing, Basis::Samples),
             Origin::Integrated(smoothing) => (*smoothing, Basis::Integrals),
             Origin::Averaged(weak) => (Smoothing::default(), Basis::Averages(weak.clone())),
             Origin::Joined => return Err(StudyError::NothingToFit),
@@ -232,7 +232,7 @@ impl Regression {
 
     /// The coefficients of a model's own terms, none dropped: one for each term of each fitted equation.
     pub(super) fn refitted(&self, model: &Model, settings: &Settings) -> Vec<Vec<f64>> {
-        let plain = Options { threshold: 0.0, ridge: 0.0, scaled: true };
+        let plain = SparseOptions { threshold: 0.0, ridge: 0.0, scaled: true };
         self.targets
             .iter()
             .map(|target| {
@@ -539,7 +539,7 @@ pub(super) fn basis(
         Formulation::Derivative => Ok(Basis::Samples),
         Formulation::Integral => Ok(Basis::Integrals),
         Formulation::Weak { half_width } => {
-            Weak::new(layout, terms, records, half_width, fitted, MOST_ROWS).map(Basis::Averages)
+            WeakForm::new(layout, terms, records, half_width, fitted, MOST_ROWS).map(Basis::Averages)
         }
     }
 }
@@ -553,6 +553,6 @@ pub(super) fn fitted_states(layout: &Layout, kinematics: Kinematics) -> Vec<usiz
     (first..layout.states()).collect()
 }
 
-fn options(settings: &Settings) -> Options {
-    Options { threshold: settings.threshold, ridge: settings.ridge, scaled: settings.scaling == Scaling::Scaled }
+fn options(settings: &Settings) -> SparseOptions {
+    SparseOptions { threshold: settings.threshold, ridge: settings.ridge, scaled: settings.scaling == Scaling::Scaled }
 }

@@ -6,20 +6,20 @@ use super::{Regression, freedom, options};
 use crate::sparse::{Constraint, Reduced, Solution};
 use crate::study::Settings;
 use crate::study::covariance::Covariance;
-use crate::study::opposite::{Pair, Shared, pairs};
+use crate::study::opposite::{Pair, SharedParameters, pairs};
 use sindyscope_values::term::Term;
 
 /// Share of the rate below which a residual is the arithmetic's own.
 const LEAST_RESIDUAL: f64 = 1e-12;
 
 /// What the coefficients of all equations do as those of least squares, equation by equation, move.
-pub(super) struct Follows {
+pub(super) struct DependentCoefficients {
     /// For each coefficient its target and its column.
     places: Vec<(usize, usize)>,
     matrix: DMatrix<f64>,
 }
 
-impl Follows {
+impl DependentCoefficients {
     /// Makes the covariance of free coefficients that of those that follow from them; `columns` are each equation's terms
     /// among the columns.
     pub(super) fn transform(&self, covariance: &mut Covariance, columns: &[Vec<usize>]) {
@@ -34,7 +34,10 @@ impl Follows {
 
 impl Regression {
     /// The thresholded solution of every equation, with its constraints.
-    pub(super) fn solutions(&self, settings: &Settings) -> (Vec<Solution>, Vec<Vec<Constraint>>, Option<Follows>) {
+    pub(super) fn solutions(
+        &self,
+        settings: &Settings,
+    ) -> (Vec<Solution>, Vec<Vec<Constraint>>, Option<DependentCoefficients>) {
         let mut constraints: Vec<Vec<Constraint>> =
             self.targets.iter().map(|target| self.constraints(settings, target)).collect();
         let reduced: Vec<&Reduced> = self.targets.iter().map(|target| &target.reduced).collect();
@@ -49,7 +52,7 @@ impl Regression {
         settings: &Settings,
         reduced: &[&Reduced],
         constraints: &mut [Vec<Constraint>],
-    ) -> (Vec<Solution>, Option<Follows>) {
+    ) -> (Vec<Solution>, Option<DependentCoefficients>) {
         let options = options(settings);
         let solve = |target: usize, constraints: &[Constraint]| {
             let mut solution = settings.regressor.solve(reduced[target], constraints, &options);
@@ -93,13 +96,18 @@ impl Regression {
     }
 
     /// Moves the coefficients to the nearest ones that obey, each equation's measured by what its rows know of them.
-    fn oppose(&self, pairs: &[Pair], reduced: &[&Reduced], solutions: &mut [Solution]) -> Option<Follows> {
+    fn oppose(
+        &self,
+        pairs: &[Pair],
+        reduced: &[&Reduced],
+        solutions: &mut [Solution],
+    ) -> Option<DependentCoefficients> {
         let places: Vec<(usize, usize)> =
             solutions.iter().enumerate().flat_map(|(t, s)| s.support.iter().map(move |k| (t, *k))).collect();
         // Of dx/dt there is no mass: no pair has it.
         let mass = |target: usize| freedom(&self.layout, &self.targets[target]).unwrap_or(usize::MAX);
         let terms: Vec<(usize, &Term)> = places.iter().map(|(t, k)| (mass(*t), &self.terms[*k])).collect();
-        let shared = Shared::new(&terms, pairs);
+        let shared = SharedParameters::new(&terms, pairs);
         if shared.is_plain() {
             return None;
         }
@@ -124,6 +132,6 @@ impl Regression {
             solution.residual_rms = (solution.residual_rms.powi(2) + by.dot(&(square * &by)) / rows).sqrt();
             solution.support.iter().zip(by.iter()).for_each(|(k, by)| solution.coefficients[*k] += by);
         }
-        Some(Follows { places, matrix })
+        Some(DependentCoefficients { places, matrix })
     }
 }

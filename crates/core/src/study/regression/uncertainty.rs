@@ -77,7 +77,7 @@ const CONFUSED: f64 = 0.95;
 const FLOOR: f64 = 1e-3;
 
 /// What a whitening does to a column: appended to what there is.
-type Way = fn(&Whitening, &[f64], &mut Vec<f64>);
+type Unwhitened = fn(&Whitening, &[f64], &mut Vec<f64>);
 
 impl Regression {
     /// Every equation's regression, ready to be drawn again.
@@ -113,7 +113,7 @@ impl Regression {
     pub(super) fn scores(&self, target: &Target, solution: &Solution, columns: &[usize]) -> Scores {
         let residual = self.residual(target, solution);
         let whitenings = self.whitenings(target, solution).unwrap_or_default();
-        let each = |column: &[f64], way: Way| -> Vec<f64> {
+        let each = |column: &[f64], way: Unwhitened| -> Vec<f64> {
             if whitenings.is_empty() {
                 return column.to_vec();
             }
@@ -132,7 +132,7 @@ impl Regression {
 
     /// What makes each record's rows uncorrelated, as far as they are correlated by the sensors' noise; none in the weak form.
     fn whitenings(&self, target: &Target, solution: &Solution) -> Option<Vec<Whitening>> {
-        let Origin::Smoothed { records, smoothing, stride } = &self.origin else { return None };
+        let Origin::SmoothedFolds { records, smoothing, stride } = &self.origin else { return None };
         let kept = self.terms.iter().zip(solution.coefficients.iter().copied()).filter(|(_, c)| *c != 0.0);
         let passing = slopes(kept, &self.layout, records);
         let whitening = |(record, signals): (usize, &Arc<Signals>)| {

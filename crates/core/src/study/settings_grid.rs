@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use crate::parallel::prelude::*;
 
-use super::choose::{self, Judgement, Plan, Smoothed, Trial, bearable, period_samples};
+use super::choose::{self, Judgement, SettingsTrial, SmoothedFolds, ValidationPlan, bearable, period_samples};
 use super::suggest::odd;
 use super::{Cancel, Settings, Smoothing, StudyError, check};
 use crate::signal::Differentiation;
@@ -15,7 +15,7 @@ use sindyscope_values::record::{RecordSet, Usage};
 
 /// One setting of the map.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cell {
+pub struct GridCell {
     /// RMS error of the simulated response on what was not fitted, as a share of the motion's standard deviation. A
     /// stretch whose response leaves the data's range counts as ten times the motion.
     pub error: f64,
@@ -45,7 +45,7 @@ pub type GridPoint = (usize, usize);
 
 /// A map of segment length × threshold, complete or on its way.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Landscape {
+pub struct SettingsGrid {
     /// Segment lengths, samples, ascending.
     pub windows: Vec<usize>,
     /// Thresholds, as the settings compare them, ascending.
@@ -57,19 +57,19 @@ pub struct Landscape {
     /// Of the cells whose error is within one standard error of the best the one with the fewest terms (Breiman et al.
     /// 1984), in the middle of the thresholds that leave them.
     pub parsimonious: Option<GridPoint>,
-    cells: Vec<Option<Cell>>,
+    cells: Vec<Option<GridCell>>,
     /// Steps between the segment lengths and between the thresholds known so far.
     stride: usize,
 }
 
-impl Landscape {
+impl SettingsGrid {
     /// A cell, if it is known.
-    pub fn cell(&self, (window, threshold): GridPoint) -> Option<&Cell> {
+    pub fn cell(&self, (window, threshold): GridPoint) -> Option<&GridCell> {
         self.cells.get(window * self.thresholds.len() + threshold)?.as_ref()
     }
 
     /// The cell, or while it is not known the nearest that is.
-    pub fn nearest(&self, (window, threshold): GridPoint) -> Option<&Cell> {
+    pub fn nearest(&self, (window, threshold): GridPoint) -> Option<&GridCell> {
         let near = |at: usize, count: usize| {
             let stride = self.stride.max(1);
             [at, (at + stride / 2) / stride * stride, at / stride * stride].map(|k| k.min(count.saturating_sub(1)))
@@ -92,7 +92,7 @@ impl Landscape {
     }
 
     /// Every cell that is known, with its place.
-    pub fn known(&self) -> impl Iterator<Item = (GridPoint, &Cell)> {
+    pub fn known(&self) -> impl Iterator<Item = (GridPoint, &GridCell)> {
         let width = self.thresholds.len().max(1);
         self.cells.iter().enumerate().filter_map(move |(k, cell)| Some(((k / width, k % width), cell.as_ref()?)))
     }
@@ -145,16 +145,16 @@ const STRIDES: [usize; 3] = [6, 3, 1];
 
 /// A segment length with what has been found for it.
 #[derive(Default)]
-struct Column {
-    smoothed: Option<Smoothed>,
+struct WindowColumn {
+    smoothed: Option<SmoothedFolds>,
     /// Models simulated, one for each fold, with what came of them.
     judged: Vec<(Vec<Model>, Judgement)>,
-    found: Vec<Option<Found>>,
+    found: Vec<Option<ThresholdResult>>,
 }
 
 /// What a threshold leaves.
 #[derive(Clone, Copy)]
-struct Found {
+struct ThresholdResult {
     /// Which of the models judged.
     judged: usize,
     terms: usize,
@@ -170,22 +170,22 @@ struct Found {
 ///
 /// # Errors
 /// As [`Study::run`](super::Study::run).
-pub fn landscape(
+pub fn settings_grid(
     records: &RecordSet,
     settings: &Settings,
     size: (usize, usize),
     cancel: &Cancel,
-    tell: &(dyn Fn(Landscape) + Sync),
-) -> Result<Landscape, StudyError> {
+    tell: &(dyn Fn(SettingsGrid) + Sync),
+) -> Result<SettingsGrid, StudyError> {
     let layout = check(records, settings)?;
     let held_out = records.with(Usage::HeldOut).next().is_some();
     let (judge, plan) = if held_out {
-        (Judge::HeldOut, Plan::held_out(records, layout))
+        (Judge::HeldOut, ValidationPlan::held_out(records, layout))
     } else {
-        (Judge::CrossValidation, Plan::new(records, layout))
+        (Judge::CrossValidation, ValidationPlan::new(records, layout))
     };
     let windows = windows(&plan, settings, size.0);
-    let columns: Vec<Mutex<Column>> = windows.iter().map(|_| Mutex::default()).collect();
+    let columns: Vec<Mutex<WindowColumn>> = windows.iter().map(|_| Mutex::default()).collect();
     let coarse = |k: &usize| k.is_multiple_of(STRIDES[0]);
     let marks: Result<Vec<Vec<f64>>, StudyError> = (0..windows.len())
         .into_par_iter()
@@ -199,7 +199,7 @@ pub fn landscape(
         })
         .collect();
     let thresholds = thresholds(&marks?.concat(), settings, size.1);
-    let map = Mutex::new(Landscape {
+    let map = Mutex::new(SettingsGrid {
         cells: vec![None; windows.len() * thresholds.len()],
         windows,
         thresholds: thresholds.clone(),
@@ -247,15 +247,15 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 
 /// Finds the cells of every `stride`-th threshold.
 fn fill(
-    column: &mut Column,
-    plan: &Plan,
+    column: &mut WindowColumn,
+    plan: &ValidationPlan,
     settings: &Settings,
     smoothing: &Smoothing,
     thresholds: &[f64],
     stride: usize,
     cancel: &Cancel,
 ) -> Result<(), StudyError> {
-    let Column { smoothed: Some(smoothed), judged, found } = column else { return Ok(()) };
+    let WindowColumn { smoothed: Some(smoothed), judged, found } = column else { return Ok(()) };
     found.resize(thresholds.len(), None);
     let mut workspace = Workspace::default();
     for (slot, threshold) in found.iter_mut().zip(thresholds).step_by(stride).filter(|(slot, _)| slot.is_none()) {
@@ -272,20 +272,20 @@ fn fill(
                 judged.len() - 1
             }
         };
-        *slot = Some(Found { judged: index, terms, fit_error });
+        *slot = Some(ThresholdResult { judged: index, terms, fit_error });
     }
     Ok(())
 }
 
-impl Landscape {
+impl SettingsGrid {
     /// Takes over what is known of a column.
-    fn take(&mut self, window: usize, column: &Column) {
+    fn take(&mut self, window: usize, column: &WindowColumn) {
         let width = self.thresholds.len();
         for (cell, found) in self.cells[window * width..][..width].iter_mut().zip(&column.found) {
-            let Some(Found { judged, terms, fit_error }) = found else { continue };
+            let Some(ThresholdResult { judged, terms, fit_error }) = found else { continue };
             let (_, judgement) = &column.judged[*judged];
             let count = judgement.errors.len().max(1) as f64;
-            *cell = Some(Cell {
+            *cell = Some(GridCell {
                 error: (judgement.errors.iter().sum::<f64>() / count).sqrt(),
                 failed: judgement.failed as f64 / count,
                 terms: *terms,
@@ -296,8 +296,8 @@ impl Landscape {
     }
 
     /// Finds the best cell and the parsimonious one among those known.
-    fn judge_cells(&mut self, settings: &Settings, columns: &[Mutex<Column>]) {
-        let mut candidates: Vec<Trial> = Vec::new();
+    fn judge_cells(&mut self, settings: &Settings, columns: &[Mutex<WindowColumn>]) {
+        let mut candidates: Vec<SettingsTrial> = Vec::new();
         let mut places: Vec<Vec<GridPoint>> = Vec::new();
         for (window, column) in columns.iter().enumerate() {
             // A column that is being worked on has its turn when it is done.
@@ -305,7 +305,7 @@ impl Landscape {
             let first = candidates.len();
             let terms =
                 |judged: usize| column.found.iter().flatten().find(|f| f.judged == judged).map_or(0, |f| f.terms);
-            candidates.extend(column.judged.iter().enumerate().map(|(k, (_, judgement))| Trial {
+            candidates.extend(column.judged.iter().enumerate().map(|(k, (_, judgement))| SettingsTrial {
                 form: settings.form,
                 smoothing: settings.smoothing,
                 threshold: 0.0,
@@ -319,7 +319,7 @@ impl Landscape {
                 }
             }
         }
-        let place = |chosen: Option<&Trial>| {
+        let place = |chosen: Option<&SettingsTrial>| {
             let chosen = chosen?;
             let index = candidates.iter().position(|c| std::ptr::eq(c, chosen))?;
             places[index].get(places[index].len() / 2).copied()
@@ -330,7 +330,7 @@ impl Landscape {
 }
 
 /// Segment lengths from the shortest that the order allows to two main periods, evenly by their logarithm.
-fn windows(plan: &Plan, settings: &Settings, most: usize) -> Vec<usize> {
+fn windows(plan: &ValidationPlan, settings: &Settings, most: usize) -> Vec<usize> {
     let Smoothing { method, window, order, .. } = settings.smoothing;
     if method == Differentiation::Difference {
         return vec![window];
@@ -369,7 +369,7 @@ fn spaced(low: f64, high: f64, count: usize) -> impl Iterator<Item = f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::{Free, Study, choose, suggest};
+    use crate::study::{FreeSettings, Study, choose, suggest};
     use sindyscope_rig::{ScenarioOptions, generate};
     use sindyscope_values::record::Usage;
     use sindyscope_values::term::Kind;
@@ -390,8 +390,8 @@ mod tests {
         (records, settings)
     }
 
-    fn full(records: &RecordSet, settings: &Settings, size: (usize, usize)) -> Landscape {
-        landscape(records, settings, size, &Cancel::default(), &|_| {}).unwrap()
+    fn full(records: &RecordSet, settings: &Settings, size: (usize, usize)) -> SettingsGrid {
+        settings_grid(records, settings, size, &Cancel::default(), &|_| {}).unwrap()
     }
 
     #[test]
@@ -421,7 +421,7 @@ mod tests {
     fn it_comes_coarse_to_fine_and_no_cell_changes() {
         let (records, settings) = friction(false);
         let seen = Mutex::new(Vec::new());
-        let map = landscape(&records, &settings, (13, 13), &Cancel::default(), &|m| lock(&seen).push(m)).unwrap();
+        let map = settings_grid(&records, &settings, (13, 13), &Cancel::default(), &|m| lock(&seen).push(m)).unwrap();
         let seen = lock(&seen);
         assert_eq!(map.judge, Judge::CrossValidation);
         assert!(seen[0].done() < 0.1, "{}", seen[0].done());
@@ -443,7 +443,7 @@ mod tests {
         assert!(map.known().all(|(_, cell)| cell.error >= error(best)));
         assert!(error(parsimonious) <= 2.0 * error(best));
         assert!(map.cell(parsimonious).unwrap().terms <= map.cell(best).unwrap().terms);
-        let free = Free { window: true, order: true, threshold: true, form: true, refine: true };
+        let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true };
         let chosen = choose(&records, &settings, free, &Cancel::default(), &|_| {}).unwrap().settings;
         let test = |settings: &Settings| {
             let outcome = Study::default().run(&records, settings, &Cancel::default()).unwrap();
@@ -458,7 +458,7 @@ mod tests {
         let (records, settings) = friction(true);
         let map = full(&records, &settings, (9, 9));
         let front = map.front();
-        let cells: Vec<&Cell> = front.iter().map(|place| map.cell(*place).unwrap()).collect();
+        let cells: Vec<&GridCell> = front.iter().map(|place| map.cell(*place).unwrap()).collect();
         assert!(cells.len() > 1);
         assert!(cells.windows(2).all(|w| w[0].terms < w[1].terms && w[0].error > w[1].error), "{cells:?}");
         for place in front {
@@ -471,7 +471,7 @@ mod tests {
         let (records, settings) = friction(false);
         let cancel = Cancel::default();
         let stop = cancel.clone();
-        let result = landscape(&records, &settings, (25, 25), &cancel, &move |_| stop.cancel());
+        let result = settings_grid(&records, &settings, (25, 25), &cancel, &move |_| stop.cancel());
         assert_eq!(result, Err(StudyError::Cancelled));
     }
 }

@@ -1,17 +1,17 @@
 //! Candidate sets of columns, among which a threshold decides.
 
-use super::{Constraint, Options, Reduced, Solution};
+use super::{Constraint, Reduced, Solution, SparseOptions};
 
 /// Sets of columns of rising size with what each leaves of the target: the candidates among which a threshold decides.
 ///
 /// A set is worth another column if that explains a larger share of the target's RMS than the threshold τ: what is
 /// smallest is the mean square left, as a share of the target's, plus τ² for each column. Of columns that are orthogonal
 /// to each other exactly those whose scaled coefficient exceeds τ stay, as in thresholded least squares.
-pub(super) struct Front {
+pub(super) struct CandidateModels {
     sets: Vec<(Vec<usize>, f64)>,
 }
 
-impl Front {
+impl CandidateModels {
     /// The sets, each found by plain least squares to leave something.
     pub(super) fn new(reduced: &Reduced, constraints: &[Constraint], sets: impl Iterator<Item = Vec<usize>>) -> Self {
         let left = |set: &[usize]| {
@@ -50,7 +50,7 @@ impl Front {
     }
 
     /// The solution at the options' threshold, which is a share of the target's RMS whatever the scaling.
-    pub(super) fn solution(&self, reduced: &Reduced, constraints: &[Constraint], options: &Options) -> Solution {
+    pub(super) fn solution(&self, reduced: &Reduced, constraints: &[Constraint], options: &SparseOptions) -> Solution {
         let (set, next_change) = self.decide(options.threshold);
         Solution { next_change, ..Solution::on(reduced, constraints, set.to_vec()) }
     }
