@@ -6,7 +6,7 @@
 use std::error::Error;
 
 use sindyscope_core::study::{
-    Cancel, Differentiation, Free, Kinematics, Outcome, Scaling, Settings, Study, choose, suggest,
+    Cancel, Differentiation, FreeSettings, Kinematics, Outcome, Scaling, Settings, Study, choose, suggest,
 };
 use sindyscope_rig::{Noise, ScenarioOptions, generate};
 use sindyscope_values::model::Model;
@@ -141,7 +141,7 @@ impl System {
         };
         let library = Settings { terms: list(self.terms)?, ..package.clone() };
         let report = Settings { smoothing: smoothed, threshold: self.threshold, ..library.clone() };
-        let free = Free { window: true, order: true, threshold: true, form: true, refine: false };
+        let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: false };
         let own = choose(set, &suggested, free, &Cancel::default(), &|_| {})?.settings;
         let refined = Settings { refine: true, ..own.clone() };
         Ok([package, library, report, own, refined])
