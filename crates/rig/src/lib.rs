@@ -8,23 +8,28 @@ mod adjustable;
 mod error;
 mod excitation;
 pub mod hidden;
+mod motion;
 mod phase;
 mod plant;
 mod plants;
 mod response;
 mod scenario;
 mod sensor;
+mod setup;
 mod span;
+mod truth;
 mod wave;
+mod words;
 
-pub use adjustable::{
-    EffectValue, ExcitationChoice, PlantChoice, RigDrive, RigRun, RigSettings, RigTruth, TrueTerm, record_rig,
-};
+pub use adjustable::{EffectValue, ExcitationChoice, PlantChoice, RigDrive, RigRun, RigSettings, record_rig};
 pub use error::RigError;
 pub use excitation::Excitation;
+pub use motion::Motion;
 pub use plant::{Contact, Plant};
 pub use plants::Parameter;
 pub use response::{Response, Sampling, Stop, respond};
 pub use scenario::{Generated, Scenario, ScenarioOptions, Shaking, generate, scenarios};
-pub use sensor::{Noise, Sensor};
+pub use sensor::{Noise, NoiseKind, Sensor};
+pub use setup::{Drive, MeasuredChannel, Quantity, Run, Sensors, Setup};
+pub use truth::{TrueParameter, TrueTerm, Truth};
 pub use wave::{Comb, Jet, Move, Spell, Tone, Wave};

@@ -1,17 +1,20 @@
 use std::fmt::Write as _;
-use std::sync::Arc;
 
 use sindyscope_values::model::Model;
-use sindyscope_values::record::{Channel, Record, Role};
-use sindyscope_values::term::{Expression, Kind, Symbol, Term};
+use sindyscope_values::record::{Record, Role};
+use sindyscope_values::term::{Expression, Kind, Layout, Symbol};
 
 use super::RigError;
 use super::excitation::Excitation;
+use super::motion::Motion;
 use super::plant::Plant;
 use super::plants::{DUFFING, FRICTION, LORENZ, Parameter, PlantKind, THREE_MASSES, TWO_MASSES};
-use super::response::{Sampling, respond};
+use super::response::Sampling;
 use super::sensor::{Noise, Sensor};
+use super::setup::{Drive, MeasuredChannel, Quantity, Run, Sensors, Setup};
+use super::truth::{Truth, is_input};
 use super::wave::Tone;
+use super::words::{per_second, short};
 
 /// The most samples, over all records, that one call makes.
 const MOST_SAMPLES: f64 = 5e6;
@@ -359,19 +362,13 @@ impl ScenarioOptions {
     }
 }
 
-/// A number as a person types it.
-pub(super) fn short(value: f64) -> String {
-    let plain = value == 0.0 || (1e-4..1e7).contains(&value.abs());
-    if plain { value.to_string() } else { format!("{value:e}") }
-}
-
 /// Records of the rig, and what made them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Generated {
     /// The records.
     pub records: Vec<Record>,
     /// The equations of motion that made them; dry friction as a sign term, true as long as nothing sticks.
-    pub truth: Model,
+    pub truth: Truth,
     /// What made them, one line each, for the head of a file.
     pub comments: Vec<String>,
 }
@@ -386,18 +383,14 @@ pub fn generate(name: &str, options: &ScenarioOptions) -> Result<Generated, RigE
         name: name.to_owned(),
         known: SCENARIOS.iter().map(|s| s.name).collect::<Vec<_>>().join(", "),
     })?;
-    let setup = Setup::new(scenario, options)?;
-    let plant = (scenario.plant.build)(&setup.parameters);
-    let mut records = Vec::with_capacity(setup.runs.len());
-    let mut stops = Vec::new();
-    for (index, run) in setup.runs.iter().enumerate() {
-        let (record, stopped) = setup.record(scenario, &plant, run, index, options.seed)?;
-        records.push(record);
-        stops.extend(stopped);
-    }
+    let test = Test::new(scenario, options)?;
+    let setup = test.setup(scenario, options.seed);
+    let Run { records, motions, truth } = setup.run()?;
+    let Setup { plant, .. } = &setup;
     let shaken = matches!(scenario.shaking, Shaking::Tones | Shaking::Sweep | Shaking::Multisine);
-    let truth = if shaken { plant.truth() } else { unforced(plant.truth()) };
-    let mut comments = setup.comments(scenario, options, &truth);
+    let equations = if shaken { plant.truth() } else { unforced(plant.truth()) };
+    let mut comments = test.comments(scenario, options, &equations);
+    let stops: Vec<f64> = motions.iter().flat_map(|motion| stopped(motion, &test.sampling)).collect();
     if !plant.contacts.is_empty() {
         comments.push(match stops.len() {
             0 => "the mass never sticks".to_owned(),
@@ -409,18 +402,24 @@ pub fn generate(name: &str, options: &ScenarioOptions) -> Result<Generated, RigE
     Ok(Generated { records, truth, comments })
 }
 
+/// How long contacts stuck while a motion was sampled, each time.
+fn stopped(motion: &Motion, sampling: &Sampling) -> impl Iterator<Item = f64> {
+    let (first, last) = (sampling.start, sampling.time(sampling.count - 1));
+    motion.stops.iter().map(move |s| s.to.min(last) - s.from.max(first)).filter(|length| *length > 0.0)
+}
+
 /// A record to be made.
-struct Run {
+struct Wanted {
     name: String,
     excitation: Option<Excitation>,
 }
 
 /// A scenario with its options worked in and checked.
-struct Setup {
+struct Test {
     parameters: Vec<f64>,
     initial: Vec<f64>,
     sampling: Sampling,
-    runs: Vec<Run>,
+    records: Vec<Wanted>,
     shaken: String,
     measured: Vec<Role>,
     sensor: Sensor,
@@ -440,7 +439,7 @@ fn within(option: &'static str, value: f64, least: f64, most: f64) -> Result<f64
     }
 }
 
-impl Setup {
+impl Test {
     fn new(scenario: &Scenario, options: &ScenarioOptions) -> Result<Self, RigError> {
         refuse_idle_options(scenario, options)?;
         let rate = within("--rate", options.rate.unwrap_or(scenario.rate), 1e-3, 1e7)?;
@@ -452,7 +451,7 @@ impl Setup {
                 return bad(option, "give a standard deviation of zero or more");
             }
         }
-        let (runs, shaken) = shake(scenario, options, amplitude, settle + duration, rate)?;
+        let (records, shaken) = shake(scenario, options, amplitude, settle + duration, rate)?;
         let samples = (duration * rate).round();
         if samples < FEWEST_SAMPLES {
             return bad(
@@ -460,8 +459,8 @@ impl Setup {
                 format!("{duration} s at {rate} Hz are {samples} samples; a record has at least {FEWEST_SAMPLES}"),
             );
         }
-        if samples * runs.len() as f64 > MOST_SAMPLES {
-            let total = samples * runs.len() as f64;
+        if samples * records.len() as f64 > MOST_SAMPLES {
+            let total = samples * records.len() as f64;
             return bad(
                 "--duration",
                 format!("{total} samples in all are more than {MOST_SAMPLES}; take less of them or a lower --rate"),
@@ -493,7 +492,7 @@ impl Setup {
             parameters: parameters(scenario, options)?,
             initial: initial(scenario, options, amplitude)?,
             sampling: Sampling { start: settle, interval: 1.0 / rate, count },
-            runs,
+            records,
             shaken,
             measured: measured(scenario, options)?,
             sensor,
@@ -501,63 +500,55 @@ impl Setup {
         })
     }
 
-    /// A record, and how long the plant stuck in it, each time.
-    fn record(
-        &self,
-        scenario: &Scenario,
-        plant: &Plant,
-        run: &Run,
-        index: usize,
-        seed: u64,
-    ) -> Result<(Record, Vec<f64>), RigError> {
+    /// The test that makes the records.
+    fn setup(&self, scenario: &Scenario, seed: u64) -> Setup {
+        let plant = (scenario.plant.build)(&self.parameters);
         let layout = plant.smooth.layout;
-        let inputs: Vec<Excitation> =
-            (0..layout.inputs).map(|_| run.excitation.clone().unwrap_or_else(Excitation::rest)).collect();
-        let response = respond(plant, &inputs, &self.initial, &self.sampling)?;
-        let (unit, input_unit) = scenario.plant.units;
+        let drive = |record: &Wanted| {
+            let excitation = record.excitation.clone().unwrap_or_else(Excitation::rest);
+            Drive {
+                name: record.name.clone(),
+                inputs: vec![excitation; layout.inputs],
+                initial: self.initial.clone(),
+                sampling: self.sampling,
+                clock: (0.0, self.sampling.interval),
+                clock_seed: 0,
+                held_out: false,
+            }
+        };
+        let mut channels: Vec<MeasuredChannel> =
+            self.measured.iter().map(|role| self.motion_channel(scenario, &layout, *role)).collect();
+        if self.records.iter().any(|record| record.excitation.is_some()) {
+            let (role, name) = (Role::Input(0), layout.name(Symbol::Input(0)));
+            let unit = scenario.plant.units.1;
+            channels.push(MeasuredChannel::new(name, role, unit, Quantity::Input(0), self.input_sensor));
+        }
         // Stream 0 is a multisine's phases.
+        channels.iter_mut().zip(1..).for_each(|(channel, stream)| channel.stream = stream);
+        let streams_a_record = self.measured.len() as u64 + 1;
+        Setup {
+            drives: self.records.iter().map(drive).collect(),
+            sensors: Sensors { channels, jitter: 0.0, streams_a_record },
+            plant,
+            seed,
+        }
+    }
+
+    /// The channel of a mass's displacement, velocity or acceleration, or of a state.
+    fn motion_channel(&self, scenario: &Scenario, layout: &Layout, role: Role) -> MeasuredChannel {
+        let unit = scenario.plant.units.0;
         let n = layout.freedoms;
-        let stream = |channel: usize| (1 + index * (self.measured.len() + 1) + channel) as u64;
-        let mut channels: Vec<Channel> = self
-            .measured
-            .iter()
-            .enumerate()
-            .map(|(k, role)| {
-                let (clean, name, unit) = match *role {
-                    Role::Velocity(i) => (&response.states[n + i], layout.name(Symbol::Rate(i)), per_second(unit, 1)),
-                    Role::Acceleration(i) => {
-                        let name = layout.name(Symbol::State(i)).replacen('x', "a", 1);
-                        (&response.rates[n + i], name, per_second(unit, 2))
-                    }
-                    Role::Displacement(i) => (&response.states[i], layout.name(Symbol::State(i)), unit.to_owned()),
-                    _ => unreachable!("only these are measured of a motion"),
-                };
-                let values = self.sensor.record(clean, self.sampling.interval, seed, stream(k)).into();
-                Channel { name, role: *role, unit, values, estimated: false }
-            })
-            .collect();
-        if let Some(excitation) = &run.excitation {
-            let clean: Vec<f64> = (0..self.sampling.count).map(|k| excitation.at(self.sampling.time(k)).0[0]).collect();
-            channels.push(Channel {
-                name: layout.name(Symbol::Input(0)),
-                role: Role::Input(0),
-                unit: input_unit.to_owned(),
-                values: Arc::from(self.input_sensor.measure(&clean, seed, stream(self.measured.len()))),
-                estimated: false,
-            });
-        }
-        let record = Record {
-            name: run.name.clone(),
-            source: None,
-            start: 0.0,
-            interval: self.sampling.interval,
-            channels,
-            notices: Vec::new(),
-        }
-        .completed();
-        let (first, last) = (self.sampling.start, self.sampling.time(self.sampling.count - 1));
-        let within = response.stops.iter().map(|s| s.to.min(last) - s.from.max(first));
-        Ok((record, within.filter(|length| *length > 0.0).collect()))
+        let (name, unit, quantity) = match role {
+            Role::Velocity(i) => (layout.name(Symbol::Rate(i)), per_second(unit, 1), Quantity::State(n + i)),
+            Role::Acceleration(i) => {
+                let name = layout.name(Symbol::State(i)).replacen('x', "a", 1);
+                (name, per_second(unit, 2), Quantity::Rate(n + i))
+            }
+            Role::Displacement(i) | Role::Input(i) => {
+                (layout.name(Symbol::State(i)), unit.to_owned(), Quantity::State(i))
+            }
+        };
+        MeasuredChannel::new(name, role, unit, quantity, self.sensor)
     }
 
     fn comments(&self, scenario: &Scenario, options: &ScenarioOptions, truth: &Model) -> Vec<String> {
@@ -593,11 +584,12 @@ impl Setup {
             _ => "displacement",
         };
         let watched = [(motion, self.sensor), ("input", self.input_sensor)];
-        for (what, Sensor { noise, resolution, offset, drift, high_pass }) in watched {
+        for (what, Sensor { noise, resolution, offset, drift, high_pass, .. }) in watched {
             if noise != Noise::NONE {
                 let size = match noise {
                     Noise::Deviation(deviation) => format!("{deviation:?}"),
                     Noise::ShareOfPeak(share) => format!("{:?} % of the largest magnitude", 100.0 * share),
+                    Noise::ShareOfRms(share) => format!("{:?} % of the RMS", 100.0 * share),
                 };
                 lines.push(format!(
                     "noise of the {what}: white, Gaussian, standard deviation {size}, seed {}",
@@ -689,11 +681,6 @@ fn measured(scenario: &Scenario, options: &ScenarioOptions) -> Result<Vec<Role>,
     if roles.is_empty() { bad(option, "name at least one channel") } else { Ok(roles) }
 }
 
-/// The unit of a derivative of a quantity.
-pub(super) fn per_second(unit: &str, order: u8) -> String {
-    if order == 1 { format!("{unit}/s") } else { format!("{unit}/s^{order}") }
-}
-
 fn initial(scenario: &Scenario, options: &ScenarioOptions, amplitude: f64) -> Result<Vec<f64>, RigError> {
     let mut state = scenario.initial.to_vec();
     if scenario.shaking == Shaking::Release {
@@ -720,9 +707,9 @@ fn shake(
     amplitude: f64,
     duration: f64,
     rate: f64,
-) -> Result<(Vec<Run>, String), RigError> {
+) -> Result<(Vec<Wanted>, String), RigError> {
     let unit = scenario.plant.units.1;
-    let single = |excitation| vec![Run { name: scenario.name.to_owned(), excitation }];
+    let single = |excitation| vec![Wanted { name: scenario.name.to_owned(), excitation }];
     let frequencies = options.frequencies.as_deref().unwrap_or(scenario.frequencies);
     if frequencies.len() > MOST_TONES {
         return bad("--frequencies", format!("{} are more than {MOST_TONES}", frequencies.len()));
@@ -752,7 +739,7 @@ fn shake(
             let each = if apart { ", one record each" } else { "" };
             let words = format!("u = A cos(2 pi f t), A = {amplitude:?} {unit}, f = {list} Hz{each}{ramped}");
             let tone = |frequency: &f64| Tone { amplitude, frequency: *frequency, phase: 0.0 };
-            let mut runs: Vec<Run> = Vec::new();
+            let mut runs: Vec<Wanted> = Vec::new();
             if frequencies.is_empty() {
                 return bad("--frequencies", "give at least one");
             } else if apart {
@@ -762,7 +749,7 @@ fn shake(
                         return bad("--frequencies", format!("{frequency} Hz is given twice"));
                     }
                     let excitation = Excitation::tones([tone(frequency)]).fading_in(ramp);
-                    runs.push(Run { name, excitation: Some(excitation) });
+                    runs.push(Wanted { name, excitation: Some(excitation) });
                 }
             } else {
                 runs = single(Some(Excitation::tones(frequencies.iter().map(tone)).fading_in(ramp)));
@@ -771,7 +758,7 @@ fn shake(
         }
         Shaking::Sweep => {
             let (low, high) = ends()?;
-            let sweep = |name: &str, from, to| Run {
+            let sweep = |name: &str, from, to| Wanted {
                 name: name.to_owned(),
                 excitation: Some(Excitation::sweep(amplitude, from, to, duration)),
             };
@@ -797,13 +784,8 @@ fn shake(
 
 /// The model of a plant that is left without its input.
 fn unforced(mut model: Model) -> Model {
-    let driven = |term: &Term| {
-        term.symbols()
-            .iter()
-            .any(|s| matches!(s, Symbol::Input(_) | Symbol::InputRate(_) | Symbol::InputAcceleration(_)))
-    };
     for equation in &mut model.equations {
-        equation.terms.retain(|t| !driven(&t.term));
+        equation.terms.retain(|t| !t.term.symbols().iter().any(is_input));
     }
     model.layout.inputs = 0;
     model

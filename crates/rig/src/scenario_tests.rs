@@ -1,4 +1,5 @@
 use super::*;
+use sindyscope_values::record::Channel;
 
 fn made(name: &str, options: &ScenarioOptions) -> Generated {
     generate(name, options).unwrap_or_else(|e| panic!("{name}: {e}"))
@@ -54,7 +55,8 @@ fn a_force_between_masses_is_told_in_brackets() {
 fn truths_are_the_reports() {
     let coefficients = |name: &str| -> Vec<(String, f64)> {
         let truth = made(name, &brief(0)).truth;
-        truth.leading().unwrap().terms.iter().map(|t| (t.term.to_string(), t.coefficient)).collect()
+        let leading = truth.terms[0].state;
+        truth.equation(leading).map(|(term, coefficient)| (term.to_string(), coefficient)).collect()
     };
     let as_given =
         |terms: &[(&str, f64)]| -> Vec<(String, f64)> { terms.iter().map(|(t, c)| ((*t).to_owned(), *c)).collect() };

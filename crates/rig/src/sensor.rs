@@ -5,18 +5,24 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
 
-use super::scenario::short;
+use super::motion::rms;
+use super::words::short;
 
 /// Digits that a sample keeps of the largest magnitude of its channel, or of a thousandth of its noise if that is more.
 const DIGITS: i32 = 10;
 
-/// How large a sensor's white Gaussian noise is.
+/// Correlation of coloured noise from one sample to the next.
+const CORRELATION: f64 = 0.8;
+
+/// How large a sensor's noise is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Noise {
     /// Standard deviation, in the channel's unit.
     Deviation(f64),
     /// Standard deviation as a share of the clean channel's largest magnitude in its record.
     ShareOfPeak(f64),
+    /// Standard deviation as a share of the clean channel's RMS over the records that are not held out.
+    ShareOfRms(f64),
 }
 
 impl Noise {
@@ -31,12 +37,13 @@ impl Noise {
         match self {
             Self::Deviation(deviation) => deviation,
             Self::ShareOfPeak(share) => share * clean.iter().fold(0.0, |peak, x| x.abs().max(peak)),
+            Self::ShareOfRms(share) => share * rms(clean),
         }
     }
 
     /// True if it is a finite number, zero or more.
     pub(super) fn is_valid(self) -> bool {
-        let (Self::Deviation(size) | Self::ShareOfPeak(size)) = self;
+        let (Self::Deviation(size) | Self::ShareOfPeak(size) | Self::ShareOfRms(size)) = self;
         size.is_finite() && size >= 0.0
     }
 }
@@ -51,7 +58,7 @@ impl fmt::Display for Noise {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Deviation(deviation) => f.write_str(&short(*deviation)),
-            Self::ShareOfPeak(share) => write!(f, "{}%", short(100.0 * share)),
+            Self::ShareOfPeak(share) | Self::ShareOfRms(share) => write!(f, "{}%", short(100.0 * share)),
         }
     }
 }
@@ -73,15 +80,63 @@ impl FromStr for Noise {
     }
 }
 
+/// What a sensor's noise is like.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum NoiseKind {
+    /// White Gaussian.
+    #[default]
+    White,
+    /// Gaussian, each sample correlated with the one before by 0.8.
+    Coloured,
+    /// None: the samples are rounded to steps of the size that the noise would have.
+    Quantised,
+}
+
+impl NoiseKind {
+    /// Every kind.
+    pub const ALL: [Self; 3] = [Self::White, Self::Coloured, Self::Quantised];
+
+    /// The name it is typed with.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::White => "white",
+            Self::Coloured => "coloured",
+            Self::Quantised => "quantised",
+        }
+    }
+}
+
+impl fmt::Display for NoiseKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for NoiseKind {
+    type Err = String;
+
+    /// Reads the name it is typed with.
+    fn from_str(text: &str) -> Result<Self, String> {
+        Self::ALL.into_iter().find(|k| k.name() == text).ok_or_else(|| {
+            let known = Self::ALL.map(Self::name).join(", ");
+            format!("{text:?} is no kind of noise; choose one of: {known}")
+        })
+    }
+}
+
 /// What lies between a quantity and its recorded samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensor {
-    /// White Gaussian noise.
+    /// The size of its noise.
     pub noise: Noise,
+    /// What its noise is like.
+    pub kind: NoiseKind,
     /// Quantisation step, in the channel's unit; zero is none.
     pub resolution: f64,
     /// What it shows of nothing at the first sample, in the channel's unit.
     pub offset: f64,
+    /// The same as a multiple of the clean channel's RMS over the records that are not held out; it adds to `offset`.
+    pub offset_over_rms: f64,
     /// How fast that grows, in the channel's unit per second.
     pub drift: f64,
     /// Corner frequency of the first-order high-pass that it is read through, Hz; zero is none.
@@ -90,11 +145,28 @@ pub struct Sensor {
 
 impl Sensor {
     /// A sensor that records what is there.
-    pub const PERFECT: Self = Self { noise: Noise::NONE, resolution: 0.0, offset: 0.0, drift: 0.0, high_pass: 0.0 };
+    pub const PERFECT: Self = Self {
+        noise: Noise::NONE,
+        kind: NoiseKind::White,
+        resolution: 0.0,
+        offset: 0.0,
+        offset_over_rms: 0.0,
+        drift: 0.0,
+        high_pass: 0.0,
+    };
 
     /// A sensor with white Gaussian noise.
     pub fn noisy(noise: impl Into<Noise>) -> Self {
         Self { noise: noise.into(), ..Self::PERFECT }
+    }
+
+    /// The same sensor for a channel of this RMS: what is a share of it is given in the channel's unit.
+    pub(super) fn settled(&self, rms: f64) -> Self {
+        let noise = match self.noise {
+            Noise::ShareOfRms(share) => Noise::Deviation(share * rms),
+            Noise::Deviation(_) | Noise::ShareOfPeak(_) => self.noise,
+        };
+        Self { noise, offset: self.offset + self.offset_over_rms * rms, offset_over_rms: 0.0, ..*self }
     }
 
     /// Records a clean series sampled at an interval in seconds: what [`Self::measure`] makes of it with the sensor's offset,
@@ -105,7 +177,7 @@ impl Sensor {
             high_pass(&mut shown, self.high_pass, interval);
             let ramp = self.drift / (std::f64::consts::TAU * self.high_pass);
             shown.iter_mut().for_each(|x| *x += ramp);
-        } else {
+        } else if self.offset != 0.0 || self.drift != 0.0 {
             shown.iter_mut().enumerate().for_each(|(k, x)| *x += self.offset + self.drift * interval * k as f64);
         }
         self.measure(&shown, seed, stream)
@@ -116,20 +188,29 @@ impl Sensor {
     /// depend on what other sensors do.
     pub fn measure(&self, clean: &[f64], seed: u64, stream: u64) -> Vec<f64> {
         let mut samples = clean.to_vec();
-        let deviation = self.noise.deviation(clean);
-        if deviation > 0.0
-            && let Ok(normal) = Normal::new(0.0, deviation)
-        {
-            // A seed and a stream, each spread over the generator's state: neighbouring ones share nothing.
-            let mut random = Pcg64::seed_from_u64(seed ^ stream.wrapping_mul(0x9e37_79b9_7f4a_7c15));
-            for x in &mut samples {
-                *x += normal.sample(&mut random);
+        let size = self.noise.deviation(clean);
+        let normal = Normal::new(0.0, size).ok().filter(|_| size > 0.0);
+        // A seed and a stream, each spread over the generator's state: neighbouring ones share nothing.
+        let random = &mut Pcg64::seed_from_u64(seed ^ stream.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        let (mut deviation, mut step) = (0.0, self.resolution);
+        match (self.kind, normal) {
+            (_, None) => {}
+            (NoiseKind::White, Some(normal)) => {
+                deviation = size;
+                samples.iter_mut().for_each(|x| *x += normal.sample(random));
             }
+            (NoiseKind::Coloured, Some(normal)) => {
+                let fresh = (1.0 - CORRELATION * CORRELATION).sqrt();
+                let mut noise = normal.sample(random);
+                for x in &mut samples {
+                    *x += noise;
+                    noise = CORRELATION * noise + fresh * normal.sample(random);
+                }
+            }
+            (NoiseKind::Quantised, Some(_)) => step = size,
         }
-        if self.resolution > 0.0 {
-            for x in &mut samples {
-                *x = (*x / self.resolution).round() * self.resolution;
-            }
+        if step > 0.0 {
+            samples.iter_mut().for_each(|x| *x = (*x / step).round() * step);
         }
         to_digits(&mut samples, deviation);
         samples

@@ -10,10 +10,10 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use sindyscope_rig::hidden::{self, Hidden, NoiseKind, Regime, Request, Shaking, Shown, Watching};
+use sindyscope_rig::hidden::{self, Hidden, Regime, Request, Shaking, Shown, Watching};
 use sindyscope_rig::{
-    ExcitationChoice, Noise, PlantChoice, RigDrive, RigError, RigSettings, ScenarioOptions, generate, record_rig,
-    scenarios,
+    ExcitationChoice, Noise, NoiseKind, PlantChoice, RigDrive, RigError, RigSettings, ScenarioOptions, generate,
+    record_rig, scenarios,
 };
 use sindyscope_values::record::Record;
 
@@ -189,7 +189,7 @@ fn cases() -> Vec<Case> {
             line(made.as_ref().map(|r| {
                 let values = r.effect_values.iter().map(|v| format!("{} {:.8e} {}", v.name, v.value, v.unit));
                 let terms = r.truth.terms.iter().map(|t| format!("{:.8e} {}", t.coefficient, t.text));
-                let told = r.truth.told.description.clone();
+                let told = r.truth.description.clone();
                 (&r.records, std::iter::once(told).chain(values).chain(terms).collect())
             }))
         };

@@ -6,7 +6,6 @@ mod truth;
 
 pub use run::{RigRun, record_rig};
 pub use settings::{EffectValue, ExcitationChoice, PlantChoice, RigDrive, RigSettings};
-pub use truth::{RigTruth, TrueTerm};
 
 #[cfg(test)]
 mod tests;

@@ -1,13 +1,15 @@
 use std::sync::Arc;
 
 use super::settings::{EffectValue, PlantChoice, RigSettings};
-use super::truth::RigTruth;
-use crate::hidden::{Given, GivenEffect, Moved, Watching, suggestions};
+use super::truth;
+use crate::hidden::{DriveKind, Given, GivenEffect, Watching, suggestions};
 use crate::plant::Plant;
-use crate::response::{Sampling, Stop, respond_at};
-use crate::span::Accuracy;
+use crate::response::{Sampling, Stop};
+use crate::sensor::Sensor;
+use crate::setup::{Drive, MeasuredChannel, Quantity, Run, Sensors, Setup};
+use crate::truth::Truth;
 use crate::{Excitation, RigError};
-use sindyscope_values::record::{Channel, Record, Role};
+use sindyscope_values::record::{Record, Role};
 
 /// What an adjustable rig recorded.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +27,7 @@ pub struct RigRun {
     /// The effect's parameters, complete.
     pub effect_values: Vec<EffectValue>,
     /// The equations of motion, and the plant in words.
-    pub truth: RigTruth,
+    pub truth: Truth,
 }
 
 impl RigRun {
@@ -44,71 +46,38 @@ impl RigRun {
 pub fn record_rig(settings: &RigSettings) -> Result<RigRun, RigError> {
     settings.check()?;
     let sampling = Sampling { start: settings.settle, interval: 1.0 / settings.rate, count: settings.samples() };
-    let (mover, effect_values) = Mover::new(settings, sampling)?;
-    let watching = Watching { jitter: settings.jitter, ..Watching::white(settings.noise) };
-    let mut sizes = None;
-    let mut record = |index: usize| -> Result<(Record, Moved), RigError> {
-        let held_out = index == 1;
-        let instants = watching.instants(&sampling, settings.seed.wrapping_add(7919 * index as u64));
-        let excitation = settings.waveform(held_out);
-        let moved = mover.follow(excitation.as_ref(), settings.displaced(held_out), instants)?;
-        // The sensors are the same for both records.
-        let sizes: &(Vec<f64>, f64) =
-            sizes.get_or_insert_with(|| (moved.displacements.iter().map(|x| rms(x)).collect(), rms(&moved.input)));
-        let mut channels = Vec::new();
-        let masses = moved.displacements.len();
-        for (mass, clean) in moved.displacements.iter().enumerate() {
-            let size = sizes.0.get(mass).copied().unwrap_or_default();
-            let shown: Vec<f64> = clean.iter().map(|x| mover.seen(*x) + settings.offset * size).collect();
-            let stream = (16 * index + mass) as u64;
-            let values = watching.motion(&shown, size, settings.seed, stream);
-            let name = if masses > 1 { format!("x{}", mass + 1) } else { "x".to_owned() };
-            channels.push(channel(name, Role::Displacement(mass), settings.unit(), values));
-        }
-        if !moved.input.is_empty() {
-            let values = watching.input(&moved.input, sizes.1, settings.seed, (16 * index + 8) as u64);
-            channels.push(channel("u".to_owned(), Role::Input(0), settings.input_unit(), values));
-        }
-        let name = if held_out { "held out" } else { "fit" };
-        let interval = sampling.interval;
-        let record =
-            Record { name: name.to_owned(), source: None, start: 0.0, interval, channels, notices: Vec::new() };
-        Ok((record, moved))
+    let (tested, effect_values) = Tested::new(settings, sampling)?;
+    let setup = tested.setup(settings, sampling);
+    let Run { records, motions, truth } = setup.run()?;
+    let (Ok(records), Some(motion)) = (<[Record; 2]>::try_from(records), motions.into_iter().next()) else {
+        unreachable!("there are two drives")
     };
-    let (fitted, moved) = record(0)?;
-    let (held_out, _) = record(1)?;
     let end = sampling.interval * sampling.count as f64;
-    let stops = moved.stops.iter().filter_map(|stop| {
+    let stops = motion.stops.iter().filter_map(|stop| {
         let (from, to) = ((stop.from - sampling.start).max(0.0), (stop.to - sampling.start).min(end));
         (to > from).then_some(Stop { from, to, ..*stop })
     });
-    let truth = mover.truth(settings, &effect_values, moved.ratio);
-    Ok(RigRun {
-        records: [fitted, held_out],
-        stops: stops.collect(),
-        displacements: moved.displacements.into_iter().map(Arc::from).collect(),
-        input: Arc::from(moved.input),
-        ratio: moved.ratio,
-        effect_values,
-        truth,
-    })
+    let stops = stops.collect();
+    let (ratio, truth) = match &tested {
+        Tested::One(given) => {
+            let ratio = given.ratio(&motion);
+            (ratio, truth::of_one(given, settings, &effect_values, ratio))
+        }
+        Tested::Chain(plant) => (0.0, truth::of_chain(plant, settings, truth)),
+    };
+    let input = motion.inputs.into_iter().next().filter(|_| settings.drive() != DriveKind::None);
+    let input = input.map_or_else(|| Arc::from([]), |[input, ..]| Arc::from(input));
+    let displacements = motion.states.into_iter().take(settings.plant.masses()).map(Arc::from).collect();
+    Ok(RigRun { records, displacements, input, stops, ratio, effect_values, truth })
 }
 
-fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
-}
-
-fn channel(name: String, role: Role, unit: &str, values: Vec<f64>) -> Channel {
-    Channel { name, role, unit: unit.to_owned(), values: Arc::from(values), estimated: false }
-}
-
-/// What moves.
-enum Mover {
+/// What is tested.
+enum Tested {
     One(Box<Given>),
     Chain(Plant),
 }
 
-impl Mover {
+impl Tested {
     /// The plant of these settings, and its effect's parameters with none missing.
     fn new(settings: &RigSettings, sampling: Sampling) -> Result<(Self, Vec<EffectValue>), RigError> {
         if let Some(plant) = settings.chain_plant() {
@@ -134,36 +103,69 @@ impl Mover {
         Ok((Self::One(Box::new(given)), values))
     }
 
-    fn follow(&self, excitation: Option<&Excitation>, begun: f64, instants: Vec<f64>) -> Result<Moved, RigError> {
+    /// The test: a record to be fitted, and one to be held out.
+    fn setup(&self, settings: &RigSettings, sampling: Sampling) -> Setup {
+        let drive = |(index, held_out): (u64, bool)| {
+            let (inputs, initial) = self.driven(settings.waveform(held_out).as_ref(), settings.displaced(held_out));
+            Drive {
+                name: if held_out { "held out" } else { "fit" }.to_owned(),
+                inputs,
+                initial,
+                sampling,
+                clock: (0.0, sampling.interval),
+                clock_seed: settings.seed.wrapping_add(7919 * index),
+                held_out,
+            }
+        };
+        let plant = match self {
+            Self::One(given) => given.plant().clone(),
+            Self::Chain(plant) => plant.clone(),
+        };
+        Setup {
+            plant,
+            drives: [(0, false), (1, true)].map(drive).to_vec(),
+            sensors: self.sensors(settings),
+            seed: settings.seed,
+        }
+    }
+
+    fn driven(&self, excitation: Option<&Excitation>, begun: f64) -> (Vec<Excitation>, Vec<f64>) {
         match self {
-            Self::One(given) => given.follow(excitation, [begun, 0.0], instants),
+            Self::One(given) => given.driven(excitation, [begun, 0.0]),
             Self::Chain(plant) => {
-                let masses = plant.smooth.layout.freedoms;
-                let mut initial = vec![0.0; 2 * masses];
+                let mut initial = vec![0.0; plant.smooth.layout.states()];
                 initial[0] = begun;
-                let driven = excitation.cloned().unwrap_or_else(Excitation::rest);
-                let mut response =
-                    respond_at(Accuracy::FINE, plant, std::slice::from_ref(&driven), &initial, &instants)?;
-                response.states.truncate(masses);
-                let input = excitation.map(|u| instants.iter().map(|t| u.at(*t).0[0]).collect()).unwrap_or_default();
-                Ok(Moved { displacements: response.states, input, stops: response.stops, ratio: 0.0 })
+                (vec![excitation.cloned().unwrap_or_else(Excitation::rest)], initial)
             }
         }
     }
 
-    /// What a displacement sensor shows.
-    fn seen(&self, displacement: f64) -> f64 {
-        match self {
-            Self::One(given) => given.seen(displacement),
-            Self::Chain(_) => displacement,
+    /// A displacement sensor on every mass, and one of the input where there is any.
+    fn sensors(&self, settings: &RigSettings) -> Sensors {
+        let watching = Watching::white(settings.noise);
+        let sensor = Sensor { offset_over_rms: settings.offset, ..watching.sensor() };
+        let (zero, limit) = match self {
+            Self::One(given) => given.sensor_zero_and_limit(),
+            Self::Chain(_) => (0.0, f64::INFINITY),
+        };
+        let masses = settings.plant.masses();
+        let displacement = |mass: usize| {
+            let name = if masses > 1 { format!("x{}", mass + 1) } else { "x".to_owned() };
+            let quantity = Quantity::State(mass);
+            MeasuredChannel {
+                limit,
+                zeros: vec![zero; 2],
+                stream: mass as u64,
+                ..MeasuredChannel::new(name, Role::Displacement(mass), settings.unit(), quantity, sensor)
+            }
+        };
+        let mut channels: Vec<MeasuredChannel> = (0..masses).map(displacement).collect();
+        if settings.drive() != DriveKind::None {
+            let (unit, sensor) = (settings.input_unit(), watching.input_sensor());
+            let input = MeasuredChannel::new("u", Role::Input(0), unit, Quantity::Input(0), sensor);
+            channels.push(MeasuredChannel { stream: 8, ..input });
         }
-    }
-
-    fn truth(&self, settings: &RigSettings, values: &[EffectValue], ratio: f64) -> RigTruth {
-        match self {
-            Self::One(given) => RigTruth::of_one(given, settings, values, ratio),
-            Self::Chain(plant) => RigTruth::of_chain(plant, settings),
-        }
+        Sensors { channels, jitter: settings.jitter, streams_a_record: 16 }
     }
 }
 

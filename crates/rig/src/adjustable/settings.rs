@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
-use crate::hidden::{Drive, Linear, suits};
+use crate::hidden::{DriveKind, Linear, suits};
 use crate::plant::Plant;
 use crate::plants::{Parameter, PlantKind, THREE_MASSES, TWO_MASSES};
 use crate::{Excitation, RigError, Spell};
@@ -264,11 +264,11 @@ impl RigSettings {
     }
 
     /// What drives the plant, as its equation counts it.
-    pub(super) fn drive(&self) -> Drive {
+    pub(super) fn drive(&self) -> DriveKind {
         match (self.excitation, self.drive) {
-            (ExcitationChoice::Decay, _) => Drive::None,
-            (_, RigDrive::Force) => Drive::Force,
-            (_, RigDrive::Base) => Drive::Base,
+            (ExcitationChoice::Decay, _) => DriveKind::None,
+            (_, RigDrive::Force) => DriveKind::Force,
+            (_, RigDrive::Base) => DriveKind::Base,
         }
     }
 

@@ -3,16 +3,16 @@
 use super::catalogue::Effect;
 use super::parts::{Begins, Parts, SensorFault};
 use super::quantities::v;
-use super::scene::{Dice, Drive, Extent, Motion, Scene};
+use super::scene::{Dice, Drive, Extent, MotionSize, Scene};
 use super::shaking::Run;
-use super::watching::Shown;
 use crate::Excitation;
 use crate::RigError;
-use crate::plant::Plant;
-use crate::response::{Response, Stop, respond_at};
+use crate::motion::Motion;
+use crate::plant::{Contact, Plant};
+use crate::setup::Quantity;
 use crate::span::Accuracy;
 use sindyscope_values::model::{Equation, Model};
-use sindyscope_values::term::{Expression, Program, Term};
+use sindyscope_values::term::{Expression, Term};
 
 /// A linear plant with effects in it.
 #[derive(Clone, Debug)]
@@ -20,32 +20,6 @@ pub(super) struct Assembly {
     pub parts: Vec<Parts>,
     pub plant: Plant,
     scene: Scene,
-}
-
-/// The motion of one run.
-#[derive(Clone, Debug)]
-pub(super) struct Motions {
-    pub times: Vec<f64>,
-    /// One series a state.
-    pub states: Vec<Vec<f64>>,
-    /// The mass's acceleration.
-    pub acceleration: Vec<f64>,
-    /// One series for each of the plant's inputs and its first and second derivatives: value, rate, acceleration.
-    pub inputs: Vec<[Vec<f64>; 3]>,
-    /// What is measured as the input: the first of them, or the force of a control; empty without any.
-    pub applied: Vec<f64>,
-    pub stops: Vec<Stop>,
-}
-
-impl Motions {
-    /// What a sensor shows of the mass's motion.
-    pub(super) fn shown(&self, by: Shown) -> &[f64] {
-        match by {
-            Shown::Displacement => &self.states[0],
-            Shown::Velocity => &self.states[1],
-            Shown::Acceleration => &self.acceleration,
-        }
-    }
 }
 
 impl Assembly {
@@ -95,19 +69,24 @@ impl Assembly {
     }
 
     /// Moves along a run.
-    pub(super) fn follow(&self, run: &Run, accuracy: Accuracy) -> Result<Motions, RigError> {
+    pub(super) fn follow(&self, run: &Run, accuracy: Accuracy) -> Result<Motion, RigError> {
         self.follow_at(run, (0..run.sampling.count).map(|k| run.sampling.time(k)).collect(), accuracy)
     }
 
     /// The same, seen at any instants in order.
-    pub(super) fn follow_at(&self, run: &Run, times: Vec<f64>, accuracy: Accuracy) -> Result<Motions, RigError> {
+    pub(super) fn follow_at(&self, run: &Run, times: Vec<f64>, accuracy: Accuracy) -> Result<Motion, RigError> {
+        let (inputs, initial) = self.driven(run);
+        Motion::along(&self.plant, &inputs, &initial, times, accuracy)
+    }
+
+    /// The plant's inputs along a run, and its states at t = 0.
+    pub(super) fn driven(&self, run: &Run) -> (Vec<Excitation>, Vec<f64>) {
         let run = run.scaled(self.level(), self.level());
-        let delay: f64 = self.parts.iter().map(|p| p.delay).sum();
         let inputs: Vec<Excitation> = match (&run.excitation, self.plant.smooth.layout.inputs) {
             (Some(reference), 2) if self.scene.control.is_some() => {
                 vec![reference.clone(), run.noise.clone().unwrap_or_else(Excitation::rest)]
             }
-            (Some(excitation), 2) => vec![excitation.clone(), excitation.clone().delayed(delay)],
+            (Some(excitation), 2) => vec![excitation.clone(), excitation.clone().delayed(self.delay())],
             (Some(excitation), _) => vec![excitation.clone()],
             (None, _) => Vec::new(),
         };
@@ -118,57 +97,39 @@ impl Assembly {
             Begins::Displacement => run.initial[0],
             Begins::Velocity => run.initial[1],
         }));
-        let mut response = respond_at(accuracy, &self.plant, &inputs, &initial, &times)?;
-        let series = |input: &Excitation| {
-            let mut jet: [Vec<f64>; 3] = Default::default();
-            for t in &times {
-                for (order, value) in jet.iter_mut().zip(input.at(*t).0) {
-                    order.push(value);
-                }
-            }
-            jet
-        };
-        let inputs = inputs.iter().map(series).collect();
-        let acceleration = response.rates.swap_remove(1);
-        let Response { states, stops, .. } = response;
-        let mut motions = Motions { times, states, acceleration, inputs, applied: Vec::new(), stops };
-        motions.applied = match (self.scene.control, motions.inputs.first()) {
-            (Some(control), _) => self.along(&motions, &[control.force()]).remove(0),
+        (inputs, initial)
+    }
+
+    /// Time by which the input arrives late.
+    pub(super) fn delay(&self) -> f64 {
+        self.parts.iter().map(|p| p.delay).sum()
+    }
+
+    /// What is measured as the input: the plant's first, or the force of a control; none without any.
+    pub(super) fn measured_input(&self) -> Option<Quantity> {
+        match self.scene.control {
+            Some(control) => Some(Quantity::Expression(control.force())),
+            None => (self.plant.smooth.layout.inputs > 0).then_some(Quantity::Input(0)),
+        }
+    }
+
+    /// The same along a motion; empty without any.
+    pub(super) fn applied(&self, motion: &Motion) -> Vec<f64> {
+        match (self.scene.control, motion.inputs.first()) {
+            (Some(control), _) => self.along(motion, &[control.force()]).swap_remove(0),
             (None, Some([u, ..])) => u.clone(),
             (None, None) => Vec::new(),
-        };
-        Ok(motions)
+        }
     }
 
     /// Values of expressions along a motion, one series each.
-    pub(super) fn along(&self, motions: &Motions, expressions: &[Expression]) -> Vec<Vec<f64>> {
-        let layout = self.plant.smooth.layout;
-        let expressions: Vec<Expression> = expressions.iter().map(Expression::normal).collect();
-        let program = Program::new(&expressions, &layout);
-        let mut slots = program.slots();
-        let mut values = vec![Vec::with_capacity(motions.times.len()); expressions.len()];
-        for (k, t) in motions.times.iter().enumerate() {
-            slots[0] = *t;
-            for (j, series) in motions.states.iter().enumerate() {
-                slots[1 + j] = series[k];
-            }
-            let first = 1 + layout.states();
-            for (j, jet) in motions.inputs.iter().enumerate() {
-                for (order, series) in jet.iter().enumerate() {
-                    slots[first + order * layout.inputs + j] = series[k];
-                }
-            }
-            program.run(&mut slots);
-            for (index, series) in values.iter_mut().enumerate() {
-                series.push(slots[program.output(index)]);
-            }
-        }
-        values
+    pub(super) fn along(&self, motion: &Motion, expressions: &[Expression]) -> Vec<Vec<f64>> {
+        motion.values(&self.plant, expressions)
     }
 
     /// The missing acceleration of each effect over a motion, one series an effect. What changes the sensor counts as the
     /// spring force of what it changes, `shift` being the record's own share of a shifted zero.
-    pub(super) fn missing(&self, motions: &Motions, shift: f64) -> Vec<Vec<f64>> {
+    pub(super) fn missing(&self, motions: &Motion, shift: f64) -> Vec<Vec<f64>> {
         let none = || Expression::from(0.0);
         let contacts: Vec<Expression> =
             self.parts.iter().map(|p| p.contact.as_ref().map_or_else(none, sliding_force)).collect();
@@ -204,13 +165,13 @@ impl Assembly {
     }
 
     /// Acceleration of what a contact sticks to: the base's, as it arrives, where it is in the joint.
-    fn held_acceleration(&self, contact: usize, motions: &Motions, sample: usize) -> f64 {
+    fn held_acceleration(&self, contact: usize, motions: &Motion, sample: usize) -> f64 {
         let in_joint = self.plant.contacts[contact].velocity != Term::new(v());
         if in_joint { motions.inputs.last().map_or(0.0, |jet| jet[2][sample]) } else { 0.0 }
     }
 
     /// Displacement and velocity of the mass, deflection and velocity of the joint's spring, and the input, over a motion.
-    pub(super) fn series(&self, motions: &Motions) -> [Vec<f64>; 5] {
+    pub(super) fn series(&self, motions: &Motion) -> [Vec<f64>; 5] {
         let (x, v) = (motions.states[0].clone(), motions.states[1].clone());
         let (u, du) = motions.inputs.first().map_or((&[][..], &[][..]), |jet| (&jet[0][..], &jet[1][..]));
         let less = |a: &[f64], b: &[f64]| match self.scene.drive {
@@ -218,19 +179,19 @@ impl Assembly {
             Drive::Force | Drive::None => a.to_vec(),
         };
         let (r, w) = (less(&x, u), less(&v, du));
-        [x, v, r, w, motions.applied.clone()]
+        [x, v, r, w, self.applied(motions)]
     }
 }
 
 /// −strength × sgn velocity.
-fn sliding_force(contact: &crate::plant::Contact) -> Expression {
+fn sliding_force(contact: &Contact) -> Expression {
     let sign = contact.velocity.expression().clone().sgn();
     let sum = contact.sliding.iter().map(|(term, weight)| term.expression().clone() * *weight);
     -(sum.fold(Expression::from(0.0), |a, b| a + b) * sign)
 }
 
 /// The size of motions over all of them.
-pub(super) fn extents(assembly: &Assembly, motions: &[Motions]) -> Motion {
+pub(super) fn extents(assembly: &Assembly, motions: &[Motion]) -> MotionSize {
     let mut all: [Vec<f64>; 5] = Default::default();
     for motion in motions {
         for (all, own) in all.iter_mut().zip(assembly.series(motion)) {
@@ -238,24 +199,23 @@ pub(super) fn extents(assembly: &Assembly, motions: &[Motions]) -> Motion {
         }
     }
     let [x, v, r, w, u] = all.map(|series| Extent::of(series.into_iter()));
-    Motion { x, v, r, w, u }
+    MotionSize { x, v, r, w, u }
 }
 
 /// What forces are compared with: the spring's, or the input where there is no spring.
-pub(super) fn reference(assembly: &Assembly, motion: &Motions) -> Vec<f64> {
+pub(super) fn reference(assembly: &Assembly, motion: &Motion) -> Vec<f64> {
     let [_, _, deflection, _, input] = assembly.series(motion);
     let stiffness = assembly.scene.stiffness;
     if assembly.scene.sprung { deflection.into_iter().map(|r| stiffness * r).collect() } else { input }
 }
 
 /// Share of the sampled time in which a contact sticks.
-pub(super) fn stuck_share(motions: &[Motions]) -> f64 {
-    let mut stuck = 0.0;
-    let mut whole = 0.0;
+pub(super) fn stuck_share(motions: &[Motion]) -> f64 {
+    let (mut whole, mut stuck) = (0.0, 0.0);
     for motion in motions {
-        let (Some(from), Some(to)) = (motion.times.first(), motion.times.last()) else { continue };
-        whole += to - from;
-        stuck += motion.stops.iter().map(|s| (s.to.min(*to) - s.from.max(*from)).max(0.0)).sum::<f64>();
+        let (length, held) = motion.stuck();
+        whole += length;
+        stuck += held;
     }
     if whole > 0.0 { stuck / whole } else { 0.0 }
 }

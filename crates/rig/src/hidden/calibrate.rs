@@ -1,10 +1,11 @@
 //! The strengths of effects, found so that their missing forces are of the size asked for.
 
-use super::assembly::{Assembly, Motions, extents, reference, stuck_share};
+use super::assembly::{Assembly, extents, reference, stuck_share};
 use super::catalogue::Effect;
-use super::scene::{Dice, Extent, Motion, Scene};
+use super::scene::{Dice, Extent, MotionSize, Scene};
 use super::shaking::Run;
 use crate::RigError;
+use crate::motion::Motion;
 use crate::span::Accuracy;
 
 /// Rounds of simulation after which a draw is given up.
@@ -44,7 +45,7 @@ pub(super) fn calibrate(
     let mut best: Option<(f64, Assembly)> = None;
     for round in 0..MOST_ROUNDS {
         let assembly = Assembly::new(effects, &strengths, scene);
-        let motions: Vec<Motions> = match runs.iter().map(|run| assembly.follow(run, Accuracy::DRAFT)).collect() {
+        let motions: Vec<Motion> = match runs.iter().map(|run| assembly.follow(run, Accuracy::DRAFT)).collect() {
             Ok(motions) => motions,
             Err(RigError::Unbounded { .. }) => {
                 for (strength, most) in strengths.iter_mut().zip(&mut most) {
@@ -124,11 +125,11 @@ pub(super) fn hold(
     let (mut least, mut most) = (0.01, 3.0);
     for round in 0..2 {
         let scale = scene.motion.x.rms;
-        let mut nearest: Option<(f64, Assembly, Vec<Motions>)> = None;
+        let mut nearest: Option<(f64, Assembly, Vec<Motion>)> = None;
         for _ in 0..MOST_HALVINGS {
             let middle = f64::sqrt(least * most);
             let assembly = Assembly::new(effects, &vec![middle; effects.len()], scene);
-            let motions: Vec<Motions> =
+            let motions: Vec<Motion> =
                 runs.iter().map(|run| assembly.follow(run, Accuracy::DRAFT)).collect::<Result<_, _>>()?;
             let still = stuck_share(&motions);
             let each: Vec<f64> = motions.iter().map(|m| stuck_share(std::slice::from_ref(m))).collect();
@@ -158,7 +159,7 @@ pub(super) fn hold(
 }
 
 /// RMS missing force over RMS spring force: of each effect, and of all together.
-pub(super) fn measure(assembly: &Assembly, motions: &[Motions]) -> (Vec<f64>, f64) {
+pub(super) fn measure(assembly: &Assembly, motions: &[Motion]) -> (Vec<f64>, f64) {
     let mut apart = vec![Vec::new(); assembly.parts.len()];
     let mut together = Vec::new();
     let mut spring = Vec::new();
@@ -181,10 +182,10 @@ pub(super) fn shift(record: usize) -> f64 {
 }
 
 /// The size of the linear plant's motion.
-pub(super) fn linear_motion(scene: &Scene, runs: &[Run]) -> Result<Motion, RigError> {
+pub(super) fn linear_motion(scene: &Scene, runs: &[Run]) -> Result<MotionSize, RigError> {
     let assembly = Assembly::new(&[], &[], scene);
     let fitted = runs.iter().filter(|r| !r.held_out);
-    let motions: Vec<Motions> =
+    let motions: Vec<Motion> =
         fitted.map(|run| assembly.follow(&run.coarse(COARSER), Accuracy::DRAFT)).collect::<Result<_, _>>()?;
     Ok(extents(&assembly, &motions))
 }

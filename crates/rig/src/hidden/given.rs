@@ -2,14 +2,15 @@
 
 use std::f64::consts::TAU;
 
-use super::assembly::{Assembly, Motions, extents};
+use super::assembly::{Assembly, extents};
 use super::calibrate::measure;
 use super::catalogue;
 use super::parts::{Constant, SensorFault};
-use super::scene::{Dice, Drive, Extent, Motion, Scene};
+use super::scene::{Dice, Drive, Extent, MotionSize, Scene};
 use super::shaking::Run;
 use super::truth::Scales;
-use crate::response::{Sampling, Stop};
+use crate::motion::Motion;
+use crate::response::Sampling;
 use crate::span::Accuracy;
 use crate::{Excitation, RigError};
 use sindyscope_values::term::Expression;
@@ -46,18 +47,6 @@ pub(crate) struct GivenEffect {
 /// A plant with an effect, ready to be moved.
 pub(crate) struct Given {
     assembly: Assembly,
-}
-
-/// How it moved.
-#[derive(Clone, Debug)]
-pub(crate) struct Moved {
-    /// Displacement of each mass, m or rad.
-    pub displacements: Vec<Vec<f64>>,
-    /// The input as it is measured; empty without one.
-    pub input: Vec<f64>,
-    pub stops: Vec<Stop>,
-    /// RMS missing force over RMS spring force.
-    pub ratio: f64,
 }
 
 fn scene(linear: &Linear, origin: f64, length: f64) -> Scene {
@@ -102,7 +91,7 @@ pub(crate) fn suggestions(
     let scales = Scales::new(length, rate, rate * sampling.interval, 1.0 / linear.mobility, turns(name), linear.drive);
     let over = |e: Extent, unit: f64| Extent { peak: e.peak / unit, rms: e.rms / unit };
     let bare = Scene {
-        motion: Motion {
+        motion: MotionSize {
             x: over(motion.x, length),
             v: over(motion.v, length * rate),
             r: over(motion.r, length),
@@ -169,36 +158,30 @@ impl Given {
         Ok(Self { assembly })
     }
 
-    /// Moves along an excitation from a displacement and velocity, seen at instants in order.
-    ///
-    /// # Errors
-    /// A motion that grows without bound or takes too many steps.
-    pub(crate) fn follow(
-        &self,
-        excitation: Option<&Excitation>,
-        initial: [f64; 2],
-        instants: Vec<f64>,
-    ) -> Result<Moved, RigError> {
-        // The instants say when it is seen; the sampling is of no use.
+    /// The plant's inputs and its states at t = 0, given an excitation and a displacement and velocity.
+    pub(crate) fn driven(&self, excitation: Option<&Excitation>, initial: [f64; 2]) -> (Vec<Excitation>, Vec<f64>) {
+        // Nothing is sampled here.
         let unused = Sampling { start: 0.0, interval: 1.0, count: 0 };
-        let motions = self.assembly.follow_at(&run(excitation, initial, unused), instants, Accuracy::FINE)?;
-        let (_, ratio) = measure(&self.assembly, std::slice::from_ref(&motions));
-        let Motions { mut states, applied, stops, .. } = motions;
-        Ok(Moved { displacements: vec![states.swap_remove(0)], input: applied, stops, ratio })
+        self.assembly.driven(&run(excitation, initial, unused))
     }
 
-    /// What the displacement sensor shows of a displacement.
-    pub(crate) fn seen(&self, displacement: f64) -> f64 {
+    /// RMS missing force over RMS spring force during a motion.
+    pub(crate) fn ratio(&self, motion: &Motion) -> f64 {
+        measure(&self.assembly, std::slice::from_ref(motion)).1
+    }
+
+    /// What the displacement sensor adds to the displacement, and the magnitude at which it is cut off.
+    pub(crate) fn sensor_zero_and_limit(&self) -> (f64, f64) {
         match self.assembly.seen() {
-            SensorFault::True => displacement,
-            SensorFault::Shifted(size) => displacement + size,
-            SensorFault::Clipped(limit) => displacement.clamp(-limit, limit),
+            SensorFault::True => (0.0, f64::INFINITY),
+            SensorFault::Shifted(size) => (size, f64::INFINITY),
+            SensorFault::Clipped(limit) => (0.0, limit),
         }
     }
 
     /// Time by which the input arrives late, s.
     pub(crate) fn delay(&self) -> f64 {
-        self.assembly.parts.iter().map(|p| p.delay).sum()
+        self.assembly.delay()
     }
 
     /// The missing acceleration but for what contacts give, in states of first order: displacement, velocity, inner states.

@@ -2,17 +2,18 @@
 
 use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
 
-use super::assembly::{Assembly, Motions};
+use super::assembly::Assembly;
 use super::calibrate::shift;
 use super::parts::SensorFault;
 use super::scene::{Drive, Extent, Scene};
+use crate::motion::Motion;
 
 /// The least damping of the plant that a residual force is given to: what is driven at an undamped resonance grows for ever.
 const LEAST_DAMPING: f64 = 4e-3;
 
 /// RMS over the motions of the displacement that the known terms cannot follow with any coefficients and initial states: to
 /// first order about the coefficients that explain most of the acceleration.
-pub(super) fn beyond_base(assembly: &Assembly, scene: &Scene, motions: &[Motions]) -> f64 {
+pub(super) fn beyond_base(assembly: &Assembly, scene: &Scene, motions: &[Motion]) -> f64 {
     if assembly.parts.iter().any(|p| p.seen != SensorFault::True) {
         let errors = motions.iter().enumerate().flat_map(|(k, motion)| {
             let missing = assembly.missing(motion, shift(k));
@@ -58,7 +59,7 @@ pub(super) fn beyond_base(assembly: &Assembly, scene: &Scene, motions: &[Motions
 }
 
 /// What the known terms are made of, along a motion.
-fn regressors(assembly: &Assembly, scene: &Scene, motion: &Motions) -> Vec<Vec<f64>> {
+fn regressors(assembly: &Assembly, scene: &Scene, motion: &Motion) -> Vec<Vec<f64>> {
     let [_, v, r, w, u] = assembly.series(motion);
     let mut columns = Vec::new();
     if scene.sprung {

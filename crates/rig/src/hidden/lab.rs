@@ -11,13 +11,14 @@ use super::catalogue::{self, Effect};
 use super::chance::{log_uniform, one_of, sign};
 use super::exciting::{self, Manner, Recording};
 use super::regime::Regime;
-use super::scene::{Control, Dice, Drive, Extent, Motion, Scene};
+use super::scene::{Control, Dice, Drive, Extent, MotionSize, Scene};
 use super::shaking::{Run, Shaking};
 use super::truth::Scales;
-use super::watching::{NoiseKind, Watching};
+use super::watching::Watching;
 use super::{Hidden, MOST_STUCK, Performed, Plan, Sizes, brought_to_one, drive, spread};
+use crate::motion::Motion;
 use crate::span::Accuracy;
-use crate::{Excitation, RigError};
+use crate::{Excitation, NoiseKind, RigError};
 
 /// Draws of a plant after which none was found that hides the effect well.
 const MOST_ATTEMPTS: u64 = 30;
@@ -179,7 +180,7 @@ fn unfit(regime: Regime, plan: &Plan<'_>, performed: &Performed) -> Option<Strin
     if beyond_simpler.is_some_and(|left| left < LEAST_TRAIT * noise) {
         return Some("the static level changes next to nothing".to_owned());
     }
-    let rms = |motion: &super::Motions| Extent::of(motion.states[0].iter().copied()).rms;
+    let rms = |motion: &Motion| Extent::of(motion.states[0].iter().copied()).rms;
     let unpredictable = || {
         plan.runs.iter().zip(motions).any(|(run, motion)| {
             let Ok(rough) = assembly.follow_at(run, motion.times.clone(), Accuracy::DRAFT) else { return true };
@@ -278,7 +279,7 @@ fn plan(regime: Regime, theme: &Theme, seed: u64, attempt: u64) -> Result<Plan<'
     let sizes = sizes(regime, theme, damping, &mut dice, random);
     if regime == Regime::SelfExcited {
         let one = Extent { peak: 1.0, rms: 1.0 };
-        scene.motion = Motion { x: one, v: one, r: one, w: one, u: one };
+        scene.motion = MotionSize { x: one, v: one, r: one, w: one, u: one };
         let begin = |random: &mut Pcg64| sign(random) * log_uniform(random, 0.1, 3.5);
         runs.iter_mut().for_each(|run| run.initial = [begin(random), 0.0]);
     } else {

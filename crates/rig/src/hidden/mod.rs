@@ -27,18 +27,21 @@ mod truth;
 mod watching;
 
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-use sindyscope_values::record::{Channel, Record, Role};
+use sindyscope_values::record::{Record, Role};
 
 use super::RigError;
-use super::scenario::per_second;
+use super::motion::Motion;
 use super::sensor::Sensor;
+use super::setup::{Drive, MeasuredChannel, Quantity, Sensors, Setup};
 use super::span::Accuracy;
-use assembly::{Assembly, Motions};
+use super::truth::Truth;
+use super::words::per_second;
+use quantities::{u, x};
+use assembly::Assembly;
 use calibrate::{calibrate, hold, linear_motion, measure, shift};
 use catalogue::Effect;
 use chance::log_uniform;
@@ -49,14 +52,13 @@ use sindyscope_values::term::Term;
 use truth::Scales;
 
 pub(crate) use catalogue::{known_name, suits};
-pub(crate) use given::{Given, GivenEffect, Linear, Moved, suggestions};
-pub(crate) use scene::Drive;
+pub(crate) use given::{Given, GivenEffect, Linear, suggestions};
+pub(crate) use scene::Drive as DriveKind;
 
 pub use catalogue::{exercised, names, outside_names, pairs, possible, title};
 pub use regime::Regime;
 pub use shaking::Shaking;
-pub use truth::{TrueParameter, Truth};
-pub use watching::{NoiseKind, Shown, Watching};
+pub use watching::{Shown, Watching};
 
 /// Draws of a plant after which no motion was found to be bounded.
 const MOST_ATTEMPTS: u64 = 8;
@@ -241,8 +243,10 @@ struct Plan<'a> {
 /// A plan carried out, without units.
 struct Performed {
     assembly: Assembly,
+    /// The same as a test, which makes the records.
+    setup: Setup,
     /// One a run, in their order.
-    motions: Vec<Motions>,
+    motions: Vec<Motion>,
     ratios: Vec<f64>,
     ratio: f64,
     /// RMS of what an effect changes beyond the simpler one that it contains.
@@ -262,7 +266,7 @@ impl<'a> Plan<'a> {
         let damping_ratio = log_uniform(random, least_damping, 0.05);
         let (small, large) = (log_uniform(random, 1e-6, 1.0), log_uniform(random, 0.05, 1.5));
         let pendulum = effects.iter().any(|e| e.name == "pendulum_restoring");
-        let turns = drive != Drive::Base && (pendulum | (random.random::<f64>() < 0.25));
+        let turns = drive != scene::Drive::Base && (pendulum | (random.random::<f64>() < 0.25));
         let length = match (pendulum, turns) {
             (true, _) => 1.0,
             (false, true) => large,
@@ -303,16 +307,9 @@ impl<'a> Plan<'a> {
             Sizes::Still(share, bounds) => hold(&self.effects, *share, *bounds, &mut self.scene, &self.runs)?,
             Sizes::Strengths(strengths) => Assembly::new(&self.effects, strengths, &self.scene),
         };
-        let instants = |(index, run): (usize, &Run)| {
-            self.watching.instants(&run.sampling, spread(self.seed, &format!("clock {index}")))
-        };
-        let motions: Vec<Motions> = self
-            .runs
-            .iter()
-            .enumerate()
-            .map(|each| assembly.follow_at(each.1, instants(each), Accuracy::FINE))
-            .collect::<Result<_, _>>()?;
-        let fitted: Vec<Motions> =
+        let setup = self.setup(&assembly);
+        let motions = setup.motions()?;
+        let fitted: Vec<Motion> =
             self.runs.iter().zip(&motions).filter(|(run, _)| !run.held_out).map(|(_, m)| m.clone()).collect();
         let (ratios, ratio) = measure(&assembly, &fitted);
         let simpler = match assembly.without_static_level() {
@@ -324,58 +321,124 @@ impl<'a> Plan<'a> {
         };
         let beyond_simpler = simpler.map(|simpler| {
             let shown = self.watching.shown;
-            let change = fitted.iter().zip(&simpler).flat_map(|(a, b)| a.shown(shown).iter().zip(b.shown(shown)));
+            let change = fitted.iter().zip(&simpler).flat_map(|(a, b)| shown.series(a).iter().zip(shown.series(b)));
             Extent::of(change.map(|(a, b)| a - b)).rms
         });
         // The linear plant of what excites itself has no response.
         let beyond_base = (self.scene.damping > 0.0 && !self.effects.is_empty())
             .then(|| judge::beyond_base(&assembly, &self.scene, &fitted));
-        Ok((self, Performed { assembly, motions, ratios, ratio, beyond_simpler, beyond_base }))
+        Ok((self, Performed { assembly, setup, motions, ratios, ratio, beyond_simpler, beyond_base }))
     }
 
     /// Standard deviation of the noise of the motion's sensor, without unit.
-    fn deviation(&self, motions: &[Motions]) -> f64 {
+    fn deviation(&self, motions: &[Motion]) -> f64 {
         self.heard.unwrap_or_else(|| self.watching.deviation(self.shown_rms(motions)))
     }
 
     /// RMS of what is shown of the motion over the fitted records, without unit.
-    fn shown_rms(&self, motions: &[Motions]) -> f64 {
+    fn shown_rms(&self, motions: &[Motion]) -> f64 {
         let fitted = self.runs.iter().zip(motions).filter(|(run, _)| !run.held_out);
-        Extent::of(fitted.flat_map(|(_, m)| m.shown(self.watching.shown).iter().copied())).rms
+        Extent::of(fitted.flat_map(|(_, m)| self.watching.shown.series(m).iter().copied())).rms
+    }
+
+    /// The test that makes the records: one drive a run, a sensor of the motion and one of the input.
+    fn setup(&self, assembly: &Assembly) -> Setup {
+        let Self { runs, scales, watching, scene, .. } = self;
+        let drive = |(index, run): (usize, &Run)| {
+            let (inputs, initial) = assembly.driven(run);
+            let start = ((run.sampling.start - scene.origin) / run.sampling.interval).round() * scales.interval;
+            Drive {
+                name: run.name.clone(),
+                inputs,
+                initial,
+                sampling: run.sampling,
+                clock: (start, scales.interval),
+                clock_seed: spread(self.seed, &format!("clock {index}")),
+                held_out: run.held_out,
+            }
+        };
+        let mut channels = vec![self.motion_channel(assembly)];
+        channels.extend(assembly.measured_input().map(|quantity| MeasuredChannel {
+            scale: scales.input,
+            stream: 1,
+            ..MeasuredChannel::new("u", Role::Input(0), scales.input_unit, quantity, watching.input_sensor())
+        }));
+        Setup {
+            plant: assembly.plant.clone(),
+            drives: runs.iter().enumerate().map(drive).collect(),
+            sensors: Sensors { channels, jitter: watching.jitter, streams_a_record: 2 },
+            seed: spread(self.seed, "sensors"),
+        }
+    }
+
+    /// The sensor of the motion.
+    fn motion_channel(&self, assembly: &Assembly) -> MeasuredChannel {
+        let Self { scales, watching, .. } = self;
+        let shown = watching.shown;
+        let (role, unit) = match shown {
+            Shown::Displacement => (Role::Displacement(0), scales.unit.to_owned()),
+            Shown::Velocity => (Role::Velocity(0), per_second(scales.unit, 1)),
+            Shown::Acceleration => (Role::Acceleration(0), per_second(scales.unit, 2)),
+        };
+        // What a control hears is what is recorded: the noise is an input of the plant.
+        let (quantity, sensor) = match self.heard {
+            Some(_) => (Quantity::Expression(x() + u(1)), Sensor::PERFECT),
+            None => (shown.quantity(), watching.sensor()),
+        };
+        let mut channel = MeasuredChannel {
+            scale: scales.shown(shown),
+            ..MeasuredChannel::new(shown.name(), role, unit, quantity, sensor)
+        };
+        match assembly.seen() {
+            SensorFault::True => {}
+            SensorFault::Shifted(size) => channel.zeros = (0..self.runs.len()).map(|run| size * shift(run)).collect(),
+            SensorFault::Clipped(limit) => channel.limit = limit,
+        }
+        if let Some(datum) = self.scene.datum.filter(|_| shown == Shown::Displacement) {
+            channel.zeros.resize(self.runs.len(), 0.0);
+            channel.zeros.iter_mut().for_each(|zero| *zero -= datum);
+        }
+        channel
     }
 
     /// The records, and what they hide.
     fn hidden(&self, performed: &Performed) -> Hidden {
-        let Performed { assembly, motions, ratios, ratio, .. } = performed;
-        let mut table = Table::new(self, assembly, motions);
+        let Performed { assembly, setup, motions, ratios, ratio, .. } = performed;
         let (mut fit, mut held_out) = (Vec::new(), Vec::new());
-        for (index, run) in self.runs.iter().enumerate() {
-            let record = table.record(index, run);
+        for (run, record) in self.runs.iter().zip(setup.records(motions)) {
             if run.held_out { held_out.push(record) } else { fit.push(record) }
         }
-        let names: Vec<&'static str> = self.effects.iter().map(|(e, _)| e.name).collect();
-        let titles: Vec<&'static str> = self.effects.iter().map(|(e, _)| e.title).collect();
+        let offset = |(index, run): (usize, &Run)| match assembly.seen() {
+            SensorFault::Shifted(size) => Some((run.name.clone(), size * shift(index) * self.scales.length)),
+            SensorFault::True | SensorFault::Clipped(_) => None,
+        };
         let measured = truth::Measured {
             ratios: ratios.clone(),
             ratio: *ratio,
-            noise: table.noise,
+            noise: self.deviation(motions) * self.scales.shown(self.watching.shown),
             beyond_simpler: performed.beyond_simpler.map(|size| size * self.scales.shown(self.watching.shown)),
             beyond_base: performed.beyond_base.map(|size| size * self.scales.length),
-            offsets: table.offsets,
+            offsets: self.runs.iter().enumerate().filter_map(offset).collect(),
         };
-        let truth = Truth::new(&names, &titles, &assembly.parts, &self.scene, &self.scales, &measured);
-        let base_excited = self.scene.drive == Drive::Base;
+        let effects: Vec<_> = self
+            .effects
+            .iter()
+            .zip(&assembly.parts)
+            .map(|((effect, _), part)| (effect.name, effect.title, part))
+            .collect();
+        let truth = truth::told(&effects, &self.scene, &self.scales, &measured);
+        let base_excited = self.scene.drive == scene::Drive::Base;
         Hidden { fit, held_out, base_excited, base: self.scene.base_terms(), truth }
     }
 }
 
 /// The drive that all effects suit.
-fn drive(effects: &[&Effect], shaking: Shaking, random: &mut Pcg64) -> Result<Drive, RigError> {
+fn drive(effects: &[&Effect], shaking: Shaking, random: &mut Pcg64) -> Result<scene::Drive, RigError> {
     let base_first = random.random::<bool>();
     let order = match (shaking, base_first) {
-        (Shaking::Decay, _) => [Drive::None; 2],
-        (_, true) => [Drive::Base, Drive::Force],
-        (_, false) => [Drive::Force, Drive::Base],
+        (Shaking::Decay, _) => [scene::Drive::None; 2],
+        (_, true) => [scene::Drive::Base, scene::Drive::Force],
+        (_, false) => [scene::Drive::Force, scene::Drive::Base],
     };
     order.into_iter().find(|drive| effects.iter().all(|e| e.suits(*drive))).ok_or_else(|| RigError::BadOption {
         option: "--effect",
@@ -388,7 +451,7 @@ fn drive(effects: &[&Effect], shaking: Shaking, random: &mut Pcg64) -> Result<Dr
 fn brought_to_one(scene: &mut Scene, runs: Vec<Run>, steady: bool) -> Result<Vec<Run>, RigError> {
     let state = |kept: f64| if steady { kept } else { 1.0 };
     let mut level = 1.0;
-    if scene.drive != Drive::None {
+    if scene.drive != scene::Drive::None {
         let forced: Vec<Run> = runs.iter().map(|r| r.scaled(1.0, if steady { 1.0 } else { 0.0 })).collect();
         level = 1.0 / linear_motion(scene, &forced)?.x.peak;
     }
@@ -397,84 +460,6 @@ fn brought_to_one(scene: &mut Scene, runs: Vec<Run>, steady: bool) -> Result<Vec
     let runs: Vec<Run> = runs.iter().map(|r| r.scaled(whole, whole)).collect();
     scene.motion = linear_motion(scene, &runs)?;
     Ok(runs)
-}
-
-/// What turns motions into records.
-struct Table<'a> {
-    plan: &'a Plan<'a>,
-    assembly: &'a Assembly,
-    motions: &'a [Motions],
-    seed: u64,
-    /// RMS of what is shown of the motion and of the input over the fitted records, without unit.
-    rms: (f64, f64),
-    /// Standard deviation of the noise of the motion's sensor, in its unit.
-    noise: f64,
-    /// Where the sensor's zero was in each record so far, in its unit.
-    offsets: Vec<(String, f64)>,
-}
-
-impl<'a> Table<'a> {
-    fn new(plan: &'a Plan<'a>, assembly: &'a Assembly, motions: &'a [Motions]) -> Self {
-        let fitted = || plan.runs.iter().zip(motions).filter(|(run, _)| !run.held_out).map(|(_, m)| m);
-        let u = Extent::of(fitted().flat_map(|m| m.applied.iter().copied())).rms;
-        let noise = plan.deviation(motions) * plan.scales.shown(plan.watching.shown);
-        let seed = spread(plan.seed, "sensors");
-        Self { plan, assembly, motions, seed, rms: (plan.shown_rms(motions), u), noise, offsets: Vec::new() }
-    }
-
-    fn record(&mut self, index: usize, run: &Run) -> Record {
-        let Plan { scales, scene, watching, .. } = self.plan;
-        let motion = &self.motions[index];
-        let mut shown = motion.shown(watching.shown).to_vec();
-        match self.assembly.seen() {
-            SensorFault::True => {}
-            SensorFault::Shifted(size) => {
-                let offset = size * shift(index);
-                shown.iter_mut().for_each(|x| *x += offset);
-                self.offsets.push((run.name.clone(), offset * scales.length));
-            }
-            SensorFault::Clipped(limit) => shown.iter_mut().for_each(|x| *x = x.clamp(-limit, limit)),
-        }
-        if let Some(datum) = scene.datum.filter(|_| watching.shown == Shown::Displacement) {
-            shown.iter_mut().for_each(|x| *x -= datum);
-        }
-        // What a control hears is what is recorded.
-        let heard = motion.inputs.get(1).filter(|_| self.plan.heard.is_some());
-        if let Some([noise, ..]) = heard {
-            shown.iter_mut().zip(noise).for_each(|(x, noise)| *x += noise);
-        }
-        let scale = scales.shown(watching.shown);
-        shown.iter_mut().for_each(|x| *x *= scale);
-        let stream = 2 * index as u64;
-        let values = match heard {
-            Some(_) => Sensor::PERFECT.measure(&shown, self.seed, stream),
-            None => watching.motion(&shown, self.rms.0 * scale, self.seed, stream),
-        };
-        let (role, unit) = match watching.shown {
-            Shown::Displacement => (Role::Displacement(0), scales.unit.to_owned()),
-            Shown::Velocity => (Role::Velocity(0), per_second(scales.unit, 1)),
-            Shown::Acceleration => (Role::Acceleration(0), per_second(scales.unit, 2)),
-        };
-        let mut channels = vec![channel(watching.shown.name(), role, &unit, values)];
-        if !motion.applied.is_empty() {
-            let clean: Vec<f64> = motion.applied.iter().map(|u| u * scales.input).collect();
-            let values = watching.input(&clean, self.rms.1 * scales.input, self.seed, stream + 1);
-            channels.push(channel("u", Role::Input(0), scales.input_unit, values));
-        }
-        Record {
-            name: run.name.clone(),
-            source: None,
-            start: ((run.sampling.start - scene.origin) / run.sampling.interval).round() * scales.interval,
-            interval: scales.interval,
-            channels,
-            notices: Vec::new(),
-        }
-        .completed()
-    }
-}
-
-fn channel(name: &str, role: Role, unit: &str, values: Vec<f64>) -> Channel {
-    Channel { name: name.to_owned(), role, unit: unit.to_owned(), values: Arc::from(values), estimated: false }
 }
 
 #[cfg(test)]

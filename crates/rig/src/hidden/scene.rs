@@ -29,7 +29,7 @@ impl Extent {
 
 /// The size of a motion over all fitted records.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Motion {
+pub(super) struct MotionSize {
     /// Displacement.
     pub x: Extent,
     /// Velocity.
@@ -103,7 +103,7 @@ pub(super) struct Scene {
     pub origin: f64,
     /// The duration of a fitted record.
     pub length: f64,
-    pub motion: Motion,
+    pub motion: MotionSize,
     /// Where the effect's own states begin.
     pub first_state: usize,
     /// The input that reaches the plant: the measured one, or its delayed copy.
@@ -123,7 +123,7 @@ pub(super) struct Coordinate {
 impl Scene {
     /// Across the joint, or from the mass to the ground.
     pub(super) fn coordinate(&self, ground: bool) -> Coordinate {
-        let Motion { x: dx, v: dv, r, w, .. } = self.motion;
+        let MotionSize { x: dx, v: dv, r, w, .. } = self.motion;
         match self.drive {
             Drive::Base if ground => {
                 Coordinate { q: x(), p: v(), displacement: dx, velocity: dv, place: "to the ground" }
@@ -155,7 +155,7 @@ impl Scene {
             drive,
             origin,
             length,
-            motion: Motion::default(),
+            motion: MotionSize::default(),
             first_state: 0,
             arriving: 0,
         }

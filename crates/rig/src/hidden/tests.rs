@@ -5,6 +5,7 @@ mod regimes;
 use rayon::prelude::*;
 
 use super::*;
+use crate::NoiseKind;
 
 /// Samples of the fitted records where an equation is to be checked: 320 a natural period.
 const DENSE: usize = 24_000;

@@ -2,58 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use super::parts::{Dimension, LENGTH, PLAIN, Parts, RATE, STIFFNESS};
+use super::parts::{Constant, Dimension, LENGTH, PLAIN, Parts, RATE, STIFFNESS};
 use super::scene::{Drive, Scene};
 use super::watching::Shown;
-use crate::scenario::short;
-
-/// A number of the plant or of an effect in it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TrueParameter {
-    /// The effect it belongs to; none for the linear plant's own.
-    pub effect: Option<&'static str>,
-    /// Its name, as in the effect's equation.
-    pub name: String,
-    /// Its value, in `unit`; forces and stiffnesses are over mass.
-    pub value: f64,
-    /// Its unit.
-    pub unit: String,
-}
-
-/// What a rig hid.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Truth {
-    /// Names of the hidden effects.
-    pub effects: Vec<String>,
-    /// Numbers of the linear plant (`k`, `c`, with a force `b`), then of each effect.
-    pub parameters: Vec<TrueParameter>,
-    /// RMS of all missing force over RMS of the spring's force, over the fitted records. What is wrong with a sensor counts
-    /// as the spring's force of its error.
-    pub ratio: f64,
-    /// The same for each effect by itself.
-    pub ratios: Vec<f64>,
-    /// Natural frequency of the linear plant, Hz.
-    pub natural_frequency: f64,
-    /// Its damping as a share of the critical.
-    pub damping_ratio: f64,
-    /// Standard deviation of the noise of the motion's sensor, in the unit of what it shows.
-    pub noise: f64,
-    /// RMS over the fitted records of what an effect changes of what is shown beyond the simpler one that it contains
-    /// (friction with a static level: Coulomb's), in its unit; none where there is no simpler one.
-    pub beyond_simpler: Option<f64>,
-    /// RMS over the fitted records of the displacement that the base model cannot follow, to first order, in the displacement's
-    /// unit; none where nothing is hidden or the base model excites itself.
-    pub beyond_base: Option<f64>,
-    /// All of it in words.
-    pub description: String,
-}
-
-impl Truth {
-    /// The value of a parameter of an effect, or of the linear plant (`None`).
-    pub fn parameter(&self, effect: Option<&str>, name: &str) -> Option<f64> {
-        self.parameters.iter().find(|p| p.effect == effect && p.name == name).map(|p| p.value)
-    }
-}
+use crate::truth::{TrueParameter, Truth};
+use crate::words::short;
 
 /// What was measured of the motions and written to the records.
 pub(super) struct Measured {
@@ -100,6 +53,17 @@ impl Scales {
         Self { length, rate, interval: rounded, input, mobility: 1.0 / mass, unit, input_unit }
     }
 
+    /// A number of the plant as its records tell it.
+    fn parameter(&self, constant: &Constant) -> TrueParameter {
+        let Constant { name, value, dimension } = *constant;
+        TrueParameter {
+            effect: None,
+            name: name.to_owned(),
+            value: self.value(value, dimension),
+            unit: self.unit(dimension),
+        }
+    }
+
     pub(super) fn value(&self, value: f64, dimension: Dimension) -> f64 {
         match dimension {
             Dimension::Of { length, time } => value * self.length.powi(length) * self.rate.powi(-time),
@@ -131,91 +95,92 @@ impl Scales {
     }
 }
 
-impl Truth {
-    pub(super) fn new(
-        names: &[&'static str],
-        titles: &[&'static str],
-        parts: &[Parts],
-        scene: &Scene,
-        scales: &Scales,
-        measured: &Measured,
-    ) -> Self {
-        let of = |effect: Option<&'static str>, name: &str, value: f64, dimension: Dimension| TrueParameter {
-            effect,
-            name: name.to_owned(),
-            value: scales.value(value, dimension),
-            unit: scales.unit(dimension),
-        };
-        let mut parameters = Vec::new();
-        if scene.sprung {
-            parameters.push(of(None, "k", 1.0, STIFFNESS));
+/// What is told of a plan that was carried out: of each effect its name, its title and what it added to the plant.
+pub(super) fn told(
+    effects: &[(&'static str, &'static str, &Parts)],
+    scene: &Scene,
+    scales: &Scales,
+    measured: &Measured,
+) -> Truth {
+    let mut parameters = of_the_plant(scene, scales);
+    let mut sentences = Vec::new();
+    for (name, title, part) in effects {
+        let first = parameters.len();
+        parameters.extend(part.constants.iter().map(|c| TrueParameter { effect: Some(name), ..scales.parameter(c) }));
+        if *name == "sensor_offset" {
+            parameters.extend(measured.offsets.iter().map(|(record, offset)| TrueParameter {
+                effect: Some(name),
+                name: format!("y_0 of {record}"),
+                value: *offset,
+                unit: scales.unit.to_owned(),
+            }));
         }
-        parameters.push(of(None, "c", scene.damping, RATE));
-        if scene.drive == Drive::Force {
-            let unit = if scales.unit == "rad" { "1/(kg m^2)" } else { "1/kg" };
-            let mobility = TrueParameter { value: scales.mobility, unit: unit.to_owned(), ..of(None, "b", 0.0, PLAIN) };
-            parameters.push(mobility);
-        }
-        if scene.cubic > 0.0 {
-            parameters.push(of(None, "k_3", scene.cubic, Dimension::Of { length: -2, time: -2 }));
-        }
-        if let Some(datum) = scene.datum {
-            parameters.push(of(None, "y_0", datum, LENGTH));
-        }
-        let mut sentences = Vec::new();
-        for ((name, title), part) in names.iter().zip(titles).zip(parts) {
-            let first = parameters.len();
-            parameters.extend(part.constants.iter().map(|c| of(Some(name), c.name, c.value, c.dimension)));
-            if *name == "sensor_offset" {
-                parameters.extend(measured.offsets.iter().map(|(record, offset)| TrueParameter {
-                    effect: Some(name),
-                    name: format!("y_0 of {record}"),
-                    value: *offset,
-                    unit: scales.unit.to_owned(),
-                }));
-            }
-            let values: Vec<String> = parameters[first..].iter().map(|p| rounded(&p.name, p.value, &p.unit)).collect();
-            let place = if part.place.is_empty() { String::new() } else { format!(" {}", part.place) };
-            sentences.push(format!("{title}{place} ({})", values.join(", ")));
-        }
-        let natural_frequency = scales.rate / TAU;
-        let damping_ratio = 0.5 * scene.damping;
-        let driven = match (scene.drive, scene.control) {
-            (Drive::Base, _) => "its base moved",
-            (Drive::Force, None) => "driven by a force",
-            (Drive::Force, Some(_)) => "driven by a force that follows a reference",
-            (Drive::None, _) => "left to itself",
-        };
-        let hidden = if sentences.is_empty() {
-            "Nothing is hidden".to_owned()
-        } else {
-            let percent = short(percent(measured.ratio));
-            let of = if scene.sprung { "the spring's" } else { "the input" };
-            format!("Hidden: {}; the missing force is {percent} % of {of}", sentences.join(" and "))
-        };
-        let kind = match (scene.sprung, scene.cubic > 0.0) {
-            (false, _) => "a mass without a spring, counted with",
-            (true, false) => "a linear oscillator of",
-            (true, true) => "an oscillator with a known cubic spring of",
-        };
-        let description = format!(
-            "{hidden}. The rest is {kind} {} Hz and {} % of critical damping, {driven}.",
-            short(significant(natural_frequency)),
-            short(percent(damping_ratio)),
-        );
-        Self {
-            effects: names.iter().map(|n| (*n).to_owned()).collect(),
-            parameters,
-            ratio: measured.ratio,
-            ratios: measured.ratios.clone(),
-            natural_frequency,
-            damping_ratio,
-            noise: measured.noise,
-            beyond_simpler: measured.beyond_simpler,
-            beyond_base: measured.beyond_base,
-            description,
-        }
+        let values: Vec<String> = parameters[first..].iter().map(|p| rounded(&p.name, p.value, &p.unit)).collect();
+        let place = if part.place.is_empty() { String::new() } else { format!(" {}", part.place) };
+        sentences.push(format!("{title}{place} ({})", values.join(", ")));
     }
+    Truth {
+        effects: effects.iter().map(|(name, ..)| (*name).to_owned()).collect(),
+        parameters,
+        ratio: measured.ratio,
+        ratios: measured.ratios.clone(),
+        natural_frequency: scales.rate / TAU,
+        damping_ratio: 0.5 * scene.damping,
+        noise: measured.noise,
+        beyond_simpler: measured.beyond_simpler,
+        beyond_base: measured.beyond_base,
+        description: description(&sentences, measured.ratio, scene, scales),
+        ..Truth::unknown()
+    }
+}
+
+/// The numbers of the plant that the effects are hidden in.
+fn of_the_plant(scene: &Scene, scales: &Scales) -> Vec<TrueParameter> {
+    let own = |name, value, dimension| scales.parameter(&Constant { name, value, dimension });
+    let mut parameters = Vec::new();
+    if scene.sprung {
+        parameters.push(own("k", 1.0, STIFFNESS));
+    }
+    parameters.push(own("c", scene.damping, RATE));
+    if scene.drive == Drive::Force {
+        let unit = if scales.unit == "rad" { "1/(kg m^2)" } else { "1/kg" };
+        let mobility = own("b", 0.0, PLAIN);
+        parameters.push(TrueParameter { value: scales.mobility, unit: unit.to_owned(), ..mobility });
+    }
+    if scene.cubic > 0.0 {
+        parameters.push(own("k_3", scene.cubic, Dimension::Of { length: -2, time: -2 }));
+    }
+    if let Some(datum) = scene.datum {
+        parameters.push(own("y_0", datum, LENGTH));
+    }
+    parameters
+}
+
+/// What is hidden, one sentence an effect, how large it is, and in what.
+fn description(sentences: &[String], ratio: f64, scene: &Scene, scales: &Scales) -> String {
+    let driven = match (scene.drive, scene.control) {
+        (Drive::Base, _) => "its base moved",
+        (Drive::Force, None) => "driven by a force",
+        (Drive::Force, Some(_)) => "driven by a force that follows a reference",
+        (Drive::None, _) => "left to itself",
+    };
+    let hidden = if sentences.is_empty() {
+        "Nothing is hidden".to_owned()
+    } else {
+        let percent = short(percent(ratio));
+        let of = if scene.sprung { "the spring's" } else { "the input" };
+        format!("Hidden: {}; the missing force is {percent} % of {of}", sentences.join(" and "))
+    };
+    let kind = match (scene.sprung, scene.cubic > 0.0) {
+        (false, _) => "a mass without a spring, counted with",
+        (true, false) => "a linear oscillator of",
+        (true, true) => "an oscillator with a known cubic spring of",
+    };
+    format!(
+        "{hidden}. The rest is {kind} {} Hz and {} % of critical damping, {driven}.",
+        short(significant(scales.rate / TAU)),
+        short(percent(0.5 * scene.damping)),
+    )
 }
 
 fn rounded(name: &str, value: f64, unit: &str) -> String {

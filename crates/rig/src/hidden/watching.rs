@@ -1,61 +1,10 @@
 //! The sensors of a test with a hidden effect.
 
-use std::fmt;
 use std::str::FromStr;
 
-use rand::SeedableRng;
-use rand_distr::{Distribution, Normal};
-use rand_pcg::Pcg64;
-
-use crate::response::Sampling;
-use crate::sensor::Sensor;
-
-/// Correlation of coloured noise from one sample to the next.
-const CORRELATION: f64 = 0.8;
-
-/// What a displacement sensor's noise is like.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum NoiseKind {
-    /// White Gaussian.
-    #[default]
-    White,
-    /// Gaussian, each sample correlated with the one before by 0.8.
-    Coloured,
-    /// Rounded to whole steps, nothing else.
-    Quantised,
-}
-
-impl NoiseKind {
-    /// Every kind.
-    pub const ALL: [Self; 3] = [Self::White, Self::Coloured, Self::Quantised];
-
-    /// The name it is typed with.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::White => "white",
-            Self::Coloured => "coloured",
-            Self::Quantised => "quantised",
-        }
-    }
-}
-
-impl fmt::Display for NoiseKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for NoiseKind {
-    type Err = String;
-
-    /// Reads the name it is typed with.
-    fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL.into_iter().find(|k| k.name() == text).ok_or_else(|| {
-            let known = Self::ALL.map(Self::name).join(", ");
-            format!("{text:?} is no kind of noise; choose one of: {known}")
-        })
-    }
-}
+use crate::motion::Motion;
+use crate::sensor::{Noise, NoiseKind, Sensor};
+use crate::setup::Quantity;
 
 /// What the motion's sensor shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -79,6 +28,24 @@ impl Shown {
             Self::Displacement => "x",
             Self::Velocity => "v",
             Self::Acceleration => "a",
+        }
+    }
+
+    /// What it is of the plant's states: displacement, velocity.
+    pub(super) fn quantity(self) -> Quantity {
+        match self {
+            Self::Displacement => Quantity::State(0),
+            Self::Velocity => Quantity::State(1),
+            Self::Acceleration => Quantity::Rate(1),
+        }
+    }
+
+    /// The same along a motion.
+    pub(super) fn series(self, motion: &Motion) -> &[f64] {
+        match self {
+            Self::Displacement => &motion.states[0],
+            Self::Velocity => &motion.states[1],
+            Self::Acceleration => &motion.rates[1],
         }
     }
 
@@ -128,40 +95,13 @@ impl Watching {
         }
     }
 
-    /// The instants at which a record's samples are taken: never before 0, and never one after the next.
-    pub(crate) fn instants(&self, sampling: &Sampling, seed: u64) -> Vec<f64> {
-        let even = (0..sampling.count).map(|k| sampling.time(k));
-        let Some(normal) = Normal::new(0.0, self.jitter).ok().filter(|_| self.jitter > 0.0) else {
-            return even.collect();
-        };
-        let mut random = Pcg64::seed_from_u64(seed);
-        even.map(|t| (t + sampling.interval * normal.sample(&mut random).clamp(-0.4, 0.4)).max(0.0)).collect()
+    /// The sensor of the motion.
+    pub(crate) fn sensor(&self) -> Sensor {
+        Sensor { noise: Noise::ShareOfRms(self.share), kind: self.kind, ..Sensor::PERFECT }
     }
 
-    /// Records a clean motion, whose RMS over the fitted records is given.
-    pub(crate) fn motion(&self, clean: &[f64], rms: f64, seed: u64, stream: u64) -> Vec<f64> {
-        let size = self.share * rms;
-        match self.kind {
-            NoiseKind::White => Sensor::noisy(size).measure(clean, seed, stream),
-            NoiseKind::Quantised => Sensor { resolution: size, ..Sensor::PERFECT }.measure(clean, seed, stream),
-            NoiseKind::Coloured => {
-                let mut samples = clean.to_vec();
-                if let Ok(normal) = Normal::new(0.0, size) {
-                    let mut random = Pcg64::seed_from_u64(seed ^ stream.wrapping_mul(0x9e37_79b9_7f4a_7c15));
-                    let fresh = (1.0 - CORRELATION * CORRELATION).sqrt();
-                    let mut noise = normal.sample(&mut random);
-                    for x in &mut samples {
-                        *x += noise;
-                        noise = CORRELATION * noise + fresh * normal.sample(&mut random);
-                    }
-                }
-                Sensor::PERFECT.measure(&samples, seed, stream)
-            }
-        }
-    }
-
-    /// Records a clean input likewise.
-    pub(crate) fn input(&self, clean: &[f64], rms: f64, seed: u64, stream: u64) -> Vec<f64> {
-        Sensor::noisy(self.input_share * rms).measure(clean, seed, stream)
+    /// The sensor of the input.
+    pub(crate) fn input_sensor(&self) -> Sensor {
+        Sensor { noise: Noise::ShareOfRms(self.input_share), ..Sensor::PERFECT }
     }
 }

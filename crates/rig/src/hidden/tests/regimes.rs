@@ -92,8 +92,9 @@ fn a_closed_loop_follows_its_reference_and_its_force_hears_the_noise() {
             let apart = reference.iter().zip(&motion.states[0]).map(|(r, x)| r - x);
             let error = Extent::of(apart).rms / Extent::of(reference.iter().copied()).rms;
             assert!(error < 0.6, "{seed}: {error}");
-            let product: f64 = noise.iter().zip(&motion.applied).map(|(n, u)| n * u).sum();
-            let sizes = [&noise, &motion.applied].map(|s| Extent::of(s.iter().copied()).rms);
+            let force = clean.assembly.applied(motion);
+            let product: f64 = noise.iter().zip(&force).map(|(n, u)| n * u).sum();
+            let sizes = [&noise, &force].map(|s| Extent::of(s.iter().copied()).rms);
             let correlation = product / noise.len() as f64 / sizes[0] / sizes[1];
             // Five standard errors of independent series of 1500 samples are 0.13.
             assert!(correlation < -0.02, "{seed}: {correlation}");
@@ -131,18 +132,6 @@ fn a_datum_shifts_every_record_alike_and_the_base_knows_a_constant() {
             assert!(datum.abs() > 0.3 * reach && (mean + datum).abs() < reach, "{seed}: {mean} {datum}");
         }
     }
-}
-
-#[test]
-fn a_clock_that_jitters_keeps_its_order_and_its_size() {
-    let watching = Watching { jitter: 0.03, ..Watching::white(0.01) };
-    let sampling = Sampling { start: 0.0, interval: 0.1, count: 2000 };
-    let instants = watching.instants(&sampling, 3);
-    assert!(instants.windows(2).all(|pair| pair[0] < pair[1]) && instants[0] >= 0.0);
-    let jitter = Extent::of(instants.iter().enumerate().map(|(k, t)| t / 0.1 - k as f64)).rms;
-    // Four standard errors of a deviation from 2000 samples.
-    assert!((jitter / 0.03 - 1.0).abs() < 4.0 / 4000.0_f64.sqrt(), "{jitter}");
-    assert_eq!(Watching::white(0.01).instants(&sampling, 3)[7], sampling.time(7));
 }
 
 #[test]
