@@ -32,7 +32,7 @@ fn held(
         let first = outcome.model.layout.states() - outcome.model.layout.freedoms;
         for (state, equation) in outcome.model.equations.iter().enumerate().skip(first) {
             for term in &equation.terms {
-                let off = (term.coefficient - truth(&made.truth, state, &term.term)) / term.std_error.unwrap();
+                let off = (term.coefficient - truth(&made.truth.model(), state, &term.term)) / term.std_error.unwrap();
                 inside += usize::from(off.abs() < WIDTH);
                 all += 1;
             }

@@ -6,7 +6,8 @@
 
 mod study;
 
-use sindyscope_rig::hidden::{NoiseKind, Regime, Shaking, Shown, Watching, names, outside_names, pairs};
+use sindyscope_rig::NoiseKind;
+use sindyscope_rig::hidden::{Regime, Shaking, Shown, Watching, names, outside_names, pairs};
 use sindyscope_search::{Site, Verdict};
 use study::places::{Found, draw, two_contacts};
 use study::two_masses;

@@ -153,7 +153,7 @@ fn the_integral_form_is_the_second_order_form_for_one_and_two_masses() {
         settings.threshold = 0.0;
         let outcome = run(&records, &settings);
         let freedoms = written.len();
-        for (found, truth) in outcome.model.equations.iter().zip(&made.truth.equations).skip(freedoms) {
+        for (found, truth) in outcome.model.equations.iter().zip(&made.truth.model().equations).skip(freedoms) {
             assert_eq!(found.terms.len(), truth.terms.len());
             for term in &truth.terms {
                 let c = found.coefficient(&term.term).unwrap();

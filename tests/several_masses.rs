@@ -8,11 +8,11 @@ use sindyscope_core::study::{Cancel, FreeSettings, Lock, Outcome, Own, Settings,
 use sindyscope_rig::{Generated, Noise, ScenarioOptions, generate};
 use sindyscope_values::model::Model;
 use sindyscope_values::record::{RecordSet, Usage};
-use sindyscope_values::term::{Kind, Term, list};
+use sindyscope_values::term::{Kind, Symbol, Term, list};
 
 fn made(scenario: &str, options: ScenarioOptions) -> (RecordSet, Model) {
     let Generated { records, truth, .. } = generate(scenario, &options).unwrap();
-    (RecordSet::new(records, Usage::Fit), truth)
+    (RecordSet::new(records, Usage::Fit), truth.model())
 }
 
 /// Six seconds of two masses.
@@ -223,7 +223,7 @@ fn chosen_terms(measured: &str) -> (usize, Vec<String>) {
     let terms = outcome.model.equations[2..].iter().map(|e| e.terms.len()).sum();
     let lacks = |state: usize| {
         let found = &outcome.model.equations[state];
-        let truth = fitted.truth.equations[state].terms.iter().map(|t| &t.term);
+        let truth = fitted.truth.equation(Symbol::Rate(state - 2)).map(|(term, _)| term);
         truth.filter(|t| found.coefficient(t).is_none()).map(ToString::to_string).collect::<Vec<_>>()
     };
     (terms, [2, 3].map(lacks).concat())

@@ -7,7 +7,7 @@ use super::state::Pin;
 use sindyscope_core::prepare::PrepareError;
 use sindyscope_core::signal::Smoothing;
 use sindyscope_core::study::{Ensemble, Inclusion, Outcome, suggested_half_width};
-use sindyscope_rig::hidden::Truth;
+use sindyscope_rig::Truth;
 use sindyscope_values::model::Units;
 use sindyscope_values::record::{Record, RecordSet, Usage};
 use sindyscope_values::term::{Kind, Layout, Symbol, Term};

@@ -12,8 +12,8 @@ use super::{disk, moved, rig};
 use sindyscope_core::prepare::{self, Preparation, PrepareError};
 use sindyscope_core::study::{Settings, suggest};
 use sindyscope_files::{ReadOptions, read_set};
-use sindyscope_rig::hidden::{Request, Shaking, Truth, draw};
-use sindyscope_rig::record_rig;
+use sindyscope_rig::hidden::{Request, Shaking, draw};
+use sindyscope_rig::{Truth, record_rig};
 use sindyscope_values::record::{Record, RecordSet, Usage};
 
 /// What to open, and what is known about it already.
@@ -269,7 +269,7 @@ fn records(opening: &Opening) -> Result<Read, Problem> {
             let run = record_rig(settings)
                 .map_err(|e| Problem::new(format!("the virtual rig made no records: {e}"), "change it in its room"))?;
             let set = rig::records(&run);
-            Ok(Read { title: "virtual rig".into(), set, truth: Some(run.truth.told) })
+            Ok(Read { title: "virtual rig".into(), set, truth: Some(run.truth) })
         }
         Source::Round(case) => {
             let hidden = draw(&case.request())

@@ -5,8 +5,8 @@ use clap::error::ErrorKind;
 
 use super::failure::Failure;
 use super::{Stop, usage};
-use sindyscope_rig::hidden::{Hidden, NoiseKind, Request, Shaking, Shown, Watching, draw, names, outside_names, title};
-use sindyscope_rig::{Noise, RigError};
+use sindyscope_rig::hidden::{Hidden, Request, Shaking, Shown, Watching, draw, names, outside_names, title};
+use sindyscope_rig::{Noise, NoiseKind, RigError};
 use sindyscope_values::record::Record;
 
 /// The name of the scenario.
@@ -71,7 +71,7 @@ impl HiddenOptions {
         };
         let share = match noise {
             None => 0.01,
-            Some(Noise::ShareOfPeak(share)) => share,
+            Some(Noise::ShareOfPeak(share) | Noise::ShareOfRms(share)) => share,
             Some(Noise::Deviation(0.0)) => 0.0,
             Some(Noise::Deviation(_)) => {
                 return Err(refuse(

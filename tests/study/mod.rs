@@ -9,7 +9,8 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use sindyscope_core::study::Cancel;
-use sindyscope_rig::hidden::{NoiseKind, Regime, Request, Shaking, Watching, draw, draw_in, exercised};
+use sindyscope_rig::NoiseKind;
+use sindyscope_rig::hidden::{Regime, Request, Shaking, Watching, draw, draw_in, exercised};
 use sindyscope_search::{Ask, Finding, Search, Verdict};
 use sindyscope_values::record::{RecordSet, Usage};
 

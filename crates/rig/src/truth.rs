@@ -1,7 +1,7 @@
 //! What is true of a run.
 
 use super::plant::Plant;
-use sindyscope_values::model::Model;
+use sindyscope_values::model::{Equation, Model};
 use sindyscope_values::term::{Expression, Kind, Layout, Symbol, Term};
 
 /// A term of an equation that moved a plant.
@@ -106,6 +106,17 @@ impl Truth {
     /// The coefficient of a term in the equation of a state.
     pub fn coefficient(&self, state: Symbol, term: &Term) -> Option<f64> {
         self.terms.iter().find(|t| t.state == state && t.term.as_ref() == Some(term)).map(|t| t.coefficient)
+    }
+
+    /// The equations as a model, as far as the records' quantities tell them.
+    pub fn model(&self) -> Model {
+        let of_second_order = self.layout.kind == Kind::SecondOrder;
+        let state = |i| if of_second_order { Symbol::Rate(i) } else { Symbol::State(i) };
+        let equation =
+            |i| Equation::known(self.equation(state(i)).map(|(term, coefficient)| (term.clone(), coefficient)));
+        let equations = (0..self.layout.freedoms).map(equation).collect();
+        let model = if of_second_order { Model::second_order } else { Model::first_order };
+        model(self.layout.inputs, equations)
     }
 
     /// The terms of the equation of one state, with their coefficients, as far as the records' quantities tell them.

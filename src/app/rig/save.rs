@@ -15,7 +15,7 @@ use sindyscope_values::record::Record;
 pub(crate) fn rig(path: PathBuf, made: &Made) -> Result<Vec<PathBuf>, String> {
     let comments = vec![
         "Sindyscope's virtual rig; the record `held out` is for checking, not for fitting".to_owned(),
-        made.run.truth.told.description.clone(),
+        made.run.truth.description.clone(),
     ];
     csv(&path, work::records(&made.run).entries.iter().map(|(r, _)| &**r), &comments)?;
     let beside = path.with_extension("truth.json");
@@ -54,15 +54,14 @@ fn truth(made: &Made) -> serde_json::Value {
         })
         .collect();
     let parameters: Vec<_> = truth
-        .told
         .parameters
         .iter()
         .map(|p| json!({ "effect": p.effect, "name": p.name, "value": p.value, "unit": p.unit }))
         .collect();
     json!({
         "version": 1,
-        "description": truth.told.description,
-        "effects": truth.told.effects,
+        "description": truth.description,
+        "effects": truth.effects,
         "terms": terms,
         "parameters": parameters,
         "missing_force_share": made.run.ratio,

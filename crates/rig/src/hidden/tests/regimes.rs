@@ -2,7 +2,6 @@
 
 use super::super::lab;
 use super::*;
-use crate::response::Sampling;
 
 /// Samples a natural period where an equation is to be checked.
 const DENSELY: f64 = 320.0;
