@@ -6,14 +6,16 @@ use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use sindyscope_core::study::Cancel;
-use sindyscope_rig::hidden::{Request, Shaking, Watching, draw};
+use sindyscope_rig::hidden::{ExcitationKind, HiddenRequest, Instruments, draw};
 use sindyscope_search::{Ask, Progress, Search};
 use sindyscope_values::record::{RecordSet, Usage};
 
 /// 3000 fitted samples in which an effect is hidden, and a held-out record.
 fn records(effect: &str) -> RecordSet {
-    let request =
-        Request { watching: Watching::white(0.05), ..Request::new([effect.to_owned()], Shaking::Multisine, 1) };
+    let request = HiddenRequest {
+        instruments: Instruments::white(0.05),
+        ..HiddenRequest::new([effect.to_owned()], ExcitationKind::Multisine, 1)
+    };
     let hidden = draw(&request).expect("an effect that can be hidden");
     let mut records = RecordSet::new(hidden.fit, Usage::Fit);
     records.add(hidden.held_out, Usage::HeldOut);

@@ -7,7 +7,7 @@
 mod study;
 
 use sindyscope_rig::NoiseKind;
-use sindyscope_rig::hidden::{Regime, Shaking, Shown, Watching, names, outside_names, pairs};
+use sindyscope_rig::hidden::{ExcitationKind, Instruments, Regime, SensedMotion, names, outside_names, pairs};
 use sindyscope_search::{Site, Verdict};
 use study::places::{Found, draw, two_contacts};
 use study::two_masses;
@@ -47,9 +47,9 @@ const DRAWS: u64 = 5;
 const SENSOR_DRAWS: u64 = 2;
 const BEHIND_DISPLACEMENT: f64 = 3.0;
 
-fn one(effect: &str, shaking: Shaking, noise: f64, seed: u64) -> Case {
+fn one(effect: &str, excitation: ExcitationKind, noise: f64, seed: u64) -> Case {
     let effects = effect.split('+').filter(|e| !e.is_empty()).map(str::to_owned).collect();
-    Case { regime: None, effects, shaking, watching: white(noise), seed, ratio: None }
+    Case { regime: None, effects, excitation, instruments: white(noise), seed, ratio: None }
 }
 
 /// What is found of a case, which is to be one effect and nothing else.
@@ -69,7 +69,7 @@ fn a_hidden_effect_is_named_and_the_gap_shrinks_to_the_noise() {
         // Of nearly the first one's frequency.
         ("second_mode", 3),
     ] {
-        let found = named_alone(&one(effect, Shaking::Multisine, 0.01, seed), effect);
+        let found = named_alone(&one(effect, ExcitationKind::Multisine, 0.01, seed), effect);
         // Held-out data of 1500 samples scatter by 2 %; parameters add next to nothing.
         assert!(found.last < 1.1 && found.base > 2.0 * found.last, "{effect}: {} → {} noises", found.base, found.last);
     }
@@ -77,9 +77,11 @@ fn a_hidden_effect_is_named_and_the_gap_shrinks_to_the_noise() {
 
 #[test]
 fn nothing_is_found_where_nothing_is_hidden() {
-    for shaking in [Shaking::Multisine, Shaking::SweepPair, Shaking::Tones, Shaking::Decay] {
-        let found = run(&one("", shaking, 0.05, 3)).unwrap();
-        assert_eq!(found.verdict, Verdict::NothingMissing, "{shaking}: {:?}", found.steps);
+    for excitation in
+        [ExcitationKind::Multisine, ExcitationKind::SweepPair, ExcitationKind::Tones, ExcitationKind::Decay]
+    {
+        let found = run(&one("", excitation, 0.05, 3)).unwrap();
+        assert_eq!(found.verdict, Verdict::NothingMissing, "{excitation}: {:?}", found.steps);
     }
 }
 
@@ -102,7 +104,7 @@ fn nothing_is_found_between_two_masses_that_do_not_rub() {
 
 #[test]
 fn what_is_found_does_not_hang_on_the_number_of_threads() {
-    let case = one("static_friction", Shaking::Multisine, 0.01, 0);
+    let case = one("static_friction", ExcitationKind::Multisine, 0.01, 0);
     let found = [1, 3].map(|threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let found = pool.install(|| run(&case)).unwrap();
@@ -113,7 +115,7 @@ fn what_is_found_does_not_hang_on_the_number_of_threads() {
 
 #[test]
 fn two_hidden_at_once_are_both_named() {
-    let found = run(&one("cubic_stiffness+coulomb_friction", Shaking::Multisine, 0.01, 0)).unwrap();
+    let found = run(&one("cubic_stiffness+coulomb_friction", ExcitationKind::Multisine, 0.01, 0)).unwrap();
     assert!(found.all_found(), "{:?}", found.steps);
     assert!(found.last < 1.1, "{}", found.last);
 }
@@ -121,7 +123,7 @@ fn two_hidden_at_once_are_both_named() {
 #[test]
 fn one_steady_tone_gives_no_confident_wrong_name() {
     for effect in ["quadratic_damping", "cubic_stiffness"] {
-        let found = run(&one(effect, Shaking::SingleTone, 0.05, 1)).unwrap();
+        let found = run(&one(effect, ExcitationKind::SingleTone, 0.05, 1)).unwrap();
         assert!(!found.named_wrong(), "{effect}: {:?} {:?}", found.verdict, found.steps);
     }
 }
@@ -131,8 +133,8 @@ fn one_steady_tone_gives_no_confident_wrong_name() {
 fn the_whole_study() {
     let single: Vec<Vec<String>> = names().map(|n| vec![n.to_owned()]).collect();
     let noises = [white(0.01), white(0.05)];
-    let rich = [Shaking::Multisine, Shaking::SweepPair];
-    let all = [Shaking::Multisine, Shaking::SweepPair, Shaking::Tones, Shaking::Decay];
+    let rich = [ExcitationKind::Multisine, ExcitationKind::SweepPair];
+    let all = [ExcitationKind::Multisine, ExcitationKind::SweepPair, ExcitationKind::Tones, ExcitationKind::Decay];
     let draws = draws(DRAWS);
     let mut targets = Targets::default();
     let results = run_all(&cases(&single, &all, &noises, 0..draws));
@@ -171,10 +173,10 @@ fn the_whole_study() {
     targets.at_least("outside the catalogue left unnamed, %", share(unnamed, results.len()), UNNAMED);
     let few = draws.min(3);
     let two: Vec<Vec<String>> = pairs().iter().map(|p| p.iter().map(|n| (*n).to_owned()).collect()).collect();
-    let results = run_all(&cases(&two, &[Shaking::Multisine], &[white(0.01)], 0..few));
+    let results = run_all(&cases(&two, &[ExcitationKind::Multisine], &[white(0.01)], 0..few));
     let found = results.iter().filter(|r| r.all_found()).count();
     targets.at_least("two at once, both named, %", share(found, results.len()), BOTH);
-    let results = run_all(&cases(&single, &[Shaking::SingleTone], &[white(0.05)], 0..few));
+    let results = run_all(&cases(&single, &[ExcitationKind::SingleTone], &[white(0.05)], 0..few));
     let wrong = results.iter().filter(|r| r.named_wrong()).count();
     targets.at_most("one tone, 5 % noise, named but wrong, %", share(wrong, results.len()), ONE_TONE_WRONG);
     targets.assert_reached();
@@ -256,12 +258,12 @@ fn the_study_of_sensors() {
     let of_displacements = ["sensor_offset", "sensor_clipping", "constant_force"];
     let single: Vec<Vec<String>> =
         names().filter(|n| !of_displacements.contains(n)).map(|n| vec![n.to_owned()]).collect();
-    let rich = [Shaking::Multisine, Shaking::SweepPair];
+    let rich = [ExcitationKind::Multisine, ExcitationKind::SweepPair];
     let draws = draws(SENSOR_DRAWS);
     let mut targets = Targets::default();
     let mut least = FIRST;
-    for shown in Shown::ALL {
-        let results = run_all(&cases(&single, &rich, &[Watching { shown, ..white(0.01) }], 0..draws));
+    for shown in SensedMotion::ALL {
+        let results = run_all(&cases(&single, &rich, &[Instruments { shown, ..white(0.01) }], 0..draws));
         let told: Vec<_> = results.iter().filter(|r| r.tellable()).collect();
         let part = |f: &dyn Fn(&study::Result) -> bool| share(told.iter().filter(|r| f(r)).count(), told.len());
         told.iter().filter_map(|r| miss(r)).for_each(|line| println!("{line}"));
@@ -273,7 +275,7 @@ fn the_study_of_sensors() {
             part(&study::Result::named_wrong),
             WRONG,
         );
-        if shown == Shown::Displacement {
+        if shown == SensedMotion::Displacement {
             least = first - BEHIND_DISPLACEMENT;
         }
     }
@@ -285,10 +287,10 @@ fn the_study_of_sensors() {
 fn the_study_of_places() {
     let mut targets = Targets::default();
     for (masses, shown, nothing, draws, least, wrong) in [
-        (2, Shown::Displacement, false, 60, 95.0, 0.0),
-        (2, Shown::Acceleration, false, 60, 95.0, 0.0),
-        (3, Shown::Displacement, false, 30, 90.0, 0.0),
-        (2, Shown::Displacement, true, 50, 98.0, 2.0),
+        (2, SensedMotion::Displacement, false, 60, 95.0, 0.0),
+        (2, SensedMotion::Acceleration, false, 60, 95.0, 0.0),
+        (3, SensedMotion::Displacement, false, 30, 90.0, 0.0),
+        (2, SensedMotion::Displacement, true, 50, 98.0, 2.0),
     ] {
         let found: Vec<Found> = (0..draws).filter_map(|seed| draw(masses, shown, nothing, seed)).collect();
         let of = |wanted: Found| share(found.iter().filter(|f| **f == wanted).count(), found.len());

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use sindyscope_core::study::Cancel;
 use sindyscope_files::{ReadOptions, read_text, write_csv};
-use sindyscope_rig::hidden::{Regime, Request, Shaking, draw, draw_in};
+use sindyscope_rig::hidden::{ExcitationKind, HiddenRequest, Regime, draw, draw_in};
 use sindyscope_rig::{ScenarioOptions, generate};
 use sindyscope_search::{Ask, Choice, Diagnosis, Found, Restored, Round, Search, Stage};
 use sindyscope_values::record::{Record, RecordSet, Usage};
@@ -28,7 +28,7 @@ fn hidden(hidden: sindyscope_rig::hidden::Hidden) -> Case {
 }
 
 fn of_the_catalogue(effect: &str, seed: u64) -> Case {
-    let request = Request { samples: 1200, ..Request::new([effect], Shaking::Multisine, seed) };
+    let request = HiddenRequest { samples: 1200, ..HiddenRequest::new([effect], ExcitationKind::Multisine, seed) };
     hidden(draw(&request).unwrap())
 }
 

@@ -5,13 +5,13 @@
 use std::sync::Arc;
 
 use sindyscope_core::study::{Cancel, calibrate, calibration_list, suggest};
-use sindyscope_rig::{Contact, Excitation, Noise, Plant, Sampling, Sensor, respond};
+use sindyscope_rig::{Contact, Excitation, Noise, Plant, SampleTimes, Sensor, respond};
 use sindyscope_search::{Ask, Diagnosis, Search, Verdict};
 use sindyscope_values::model::{Equation, Model};
 use sindyscope_values::record::{Channel, Record, RecordSet, Role, Usage};
 use sindyscope_values::term::{Kind, Term, list};
 
-const SAMPLING: Sampling = Sampling { start: 0.0, interval: 0.01, count: 2500 };
+const SAMPLING: SampleTimes = SampleTimes { start: 0.0, interval: 0.01, count: 2500 };
 
 /// What the plant's equation is, in terms of x, v, u1 and u2; the inputs' units; how late the second acts, s.
 struct Bench {

@@ -5,13 +5,13 @@
 #![allow(clippy::unwrap_used, reason = "a test may end by a panic")]
 
 use sindyscope_core::study::{Cancel, FreeSettings, Lock, Outcome, Own, Settings, Study, choose, suggest};
-use sindyscope_rig::{Generated, Noise, ScenarioOptions, generate};
+use sindyscope_rig::{Noise, ScenarioOptions, ScenarioRun, generate};
 use sindyscope_values::model::Model;
 use sindyscope_values::record::{RecordSet, Usage};
 use sindyscope_values::term::{Kind, Symbol, Term, list};
 
 fn made(scenario: &str, options: ScenarioOptions) -> (RecordSet, Model) {
-    let Generated { records, truth, .. } = generate(scenario, &options).unwrap();
+    let ScenarioRun { records, truth, .. } = generate(scenario, &options).unwrap();
     (RecordSet::new(records, Usage::Fit), truth.model())
 }
 

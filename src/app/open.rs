@@ -12,7 +12,7 @@ use super::{disk, moved, rig};
 use sindyscope_core::prepare::{self, Preparation, PrepareError};
 use sindyscope_core::study::{Settings, suggest};
 use sindyscope_files::{ReadOptions, read_set};
-use sindyscope_rig::hidden::{Request, Shaking, draw};
+use sindyscope_rig::hidden::{ExcitationKind, HiddenRequest, draw};
 use sindyscope_rig::{Truth, record_rig};
 use sindyscope_values::record::{Record, RecordSet, Usage};
 
@@ -259,7 +259,7 @@ fn records(opening: &Opening) -> Result<Read, Problem> {
             Ok(Read { title, set, truth: None })
         }
         Source::Hidden(seed) => {
-            let hidden = draw(&Request::blind(Shaking::Multisine, *seed))
+            let hidden = draw(&HiddenRequest::blind(ExcitationKind::Multisine, *seed))
                 .map_err(|e| Problem::new(format!("the virtual rig made no records: {e}"), "draw another effect"))?;
             let mut set = RecordSet::new(hidden.fit, Usage::Fit);
             set.add(hidden.held_out, Usage::HeldOut);

@@ -10,7 +10,9 @@ use super::hidden;
 use super::options::{finite, not_negative, positive};
 use super::{Output, Stop, usage};
 use sindyscope_files::write_csv;
-use sindyscope_rig::{Noise, Parameter, RigError, Scenario, ScenarioOptions, Shaking, generate, scenarios};
+use sindyscope_rig::{
+    Noise, PlantParameter, RigError, Scenario, ScenarioExcitation, ScenarioOptions, generate, scenarios,
+};
 use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::record::Record;
 
@@ -188,7 +190,7 @@ fn hide(options: &Options) -> Result<(Vec<Record>, Vec<String>), Stop> {
 /// Every scenario with what it does unless told otherwise.
 fn list() -> String {
     let mut text = String::new();
-    let mut meanings: Vec<Parameter> = Vec::new();
+    let mut meanings: Vec<PlantParameter> = Vec::new();
     let width = scenarios().iter().map(|s| s.name.len()).max().unwrap_or(0);
     for scenario in scenarios() {
         let _ = writeln!(text, "{:<width$}  {}", scenario.name, scenario.summary);
@@ -204,7 +206,7 @@ fn list() -> String {
     }
     text += &hidden::describe(width);
     text.push_str("\nParameters:\n");
-    for Parameter { name, meaning, unit, .. } in meanings {
+    for PlantParameter { name, meaning, unit, .. } in meanings {
         let unit = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
         let _ = writeln!(text, "  {name:<8}{meaning}{unit}");
     }
@@ -216,14 +218,14 @@ fn defaults(scenario: &Scenario) -> String {
     let frequencies: Vec<String> = scenario.frequencies.iter().map(|f| ascii(*f)).collect();
     let frequencies = frequencies.join(",");
     let amplitude = ascii(scenario.amplitude);
-    let mut text = match scenario.shaking {
-        Shaking::Tones => format!("--amplitude {amplitude} --frequencies {frequencies}"),
-        Shaking::Sweep => format!("--amplitude {amplitude} --frequencies {frequencies} (from, to)"),
-        Shaking::Multisine => {
+    let mut text = match scenario.excitation_kind {
+        ScenarioExcitation::Tones => format!("--amplitude {amplitude} --frequencies {frequencies}"),
+        ScenarioExcitation::Sweep => format!("--amplitude {amplitude} --frequencies {frequencies} (from, to)"),
+        ScenarioExcitation::Multisine => {
             format!("--amplitude {amplitude} --frequencies {frequencies} (from, to) --lines {}", scenario.lines)
         }
-        Shaking::Release => format!("--amplitude {amplitude} (released from)"),
-        Shaking::None => String::new(),
+        ScenarioExcitation::Release => format!("--amplitude {amplitude} (released from)"),
+        ScenarioExcitation::None => String::new(),
     };
     let _ = write!(text, " --rate {} --duration {}", ascii(scenario.rate), ascii(scenario.duration));
     if scenario.settle > 0.0 {

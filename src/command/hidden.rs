@@ -5,7 +5,9 @@ use clap::error::ErrorKind;
 
 use super::failure::Failure;
 use super::{Stop, usage};
-use sindyscope_rig::hidden::{Hidden, Request, Shaking, Shown, Watching, draw, names, outside_names, title};
+use sindyscope_rig::hidden::{
+    ExcitationKind, Hidden, HiddenRequest, Instruments, SensedMotion, draw, names, outside_names, title,
+};
 use sindyscope_rig::{Noise, NoiseKind, RigError};
 use sindyscope_values::record::Record;
 
@@ -23,7 +25,7 @@ pub(super) struct HiddenOptions {
     effect: Vec<String>,
     /// How it is shaken: multisine, sweep-pair, tones, decay or single-tone
     #[arg(long, value_name = "KIND")]
-    excitation: Option<Shaking>,
+    excitation: Option<ExcitationKind>,
     /// What the noise is like: white, coloured or quantised (then `--noise` is the step)
     #[arg(long, value_name = "KIND")]
     noise_kind: Option<NoiseKind>,
@@ -65,7 +67,7 @@ impl HiddenOptions {
     ) -> Result<(Vec<Record>, Vec<String>), Stop> {
         let refuse = |problem: String| usage("generate", ErrorKind::ValueValidation, problem);
         let shown = match measure {
-            None => Shown::default(),
+            None => SensedMotion::default(),
             Some([one]) => one.trim().parse().map_err(|e| refuse(format!("--measure: {e}")))?,
             Some(_) => return Err(refuse("--measure: the rig has one sensor of the motion: x, v or a".to_owned())),
         };
@@ -80,14 +82,14 @@ impl HiddenOptions {
             }
         };
         let kind = self.noise_kind.unwrap_or_default();
-        let watching = Watching { shown, kind, ..Watching::white(share) };
-        let shaking = self.excitation.unwrap_or(Shaking::Multisine);
+        let instruments = Instruments { shown, kind, ..Instruments::white(share) };
+        let excitation = self.excitation.unwrap_or(ExcitationKind::Multisine);
         let mut request = match self.effect.as_slice() {
-            [] => Request::blind(shaking, seed),
-            [only] if only == NOTHING => Request::new([] as [&str; 0], shaking, seed),
-            effects => Request::new(effects.iter().map(|e| e.trim()), shaking, seed),
+            [] => HiddenRequest::blind(excitation, seed),
+            [only] if only == NOTHING => HiddenRequest::new([] as [&str; 0], excitation, seed),
+            effects => HiddenRequest::new(effects.iter().map(|e| e.trim()), excitation, seed),
         };
-        request.watching = watching;
+        request.instruments = instruments;
         request.ratio = self.ratio;
         request.samples = self.samples.unwrap_or(request.samples);
         let Hidden { mut fit, held_out, truth, .. } = match draw(&request) {
@@ -96,7 +98,7 @@ impl HiddenOptions {
             Err(error) => return Err(Failure::new(error.to_string()).into()),
         };
         let mut comments = vec![
-            format!("Sindyscope, a virtual rig that may hide an effect: seed {seed}, excitation {shaking}"),
+            format!("Sindyscope, a virtual rig that may hide an effect: seed {seed}, excitation {excitation}"),
             "the record `held out` is for checking, not for fitting".to_owned(),
         ];
         if self.reveal {

@@ -10,7 +10,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 use sindyscope_core::study::Cancel;
 use sindyscope_rig::NoiseKind;
-use sindyscope_rig::hidden::{Regime, Request, Shaking, Watching, draw, draw_in, exercised};
+use sindyscope_rig::hidden::{ExcitationKind, HiddenRequest, Instruments, Regime, draw, draw_in, exercised};
 use sindyscope_search::{Ask, Finding, Search, Verdict};
 use sindyscope_values::record::{RecordSet, Usage};
 
@@ -32,8 +32,8 @@ pub(crate) struct Case {
     /// The regime that all but the seed is drawn in; none if the rest of this says what is asked for.
     pub(crate) regime: Option<Regime>,
     pub(crate) effects: Vec<String>,
-    pub(crate) shaking: Shaking,
-    pub(crate) watching: Watching,
+    pub(crate) excitation: ExcitationKind,
+    pub(crate) instruments: Instruments,
     pub(crate) seed: u64,
     pub(crate) ratio: Option<f64>,
 }
@@ -71,9 +71,9 @@ impl Result {
     /// is in it, a response that differs from that one's by more than noise may.
     pub(crate) fn tellable(&self) -> bool {
         self.case.regime.is_some()
-            || matches!(self.case.shaking, Shaking::Multisine | Shaking::SweepPair)
+            || matches!(self.case.excitation, ExcitationKind::Multisine | ExcitationKind::SweepPair)
                 && self.ratio >= 0.01
-                && self.case.effects.iter().all(|e| exercised(e, self.case.shaking))
+                && self.case.effects.iter().all(|e| exercised(e, self.case.excitation))
                 && self.trait_size.is_none_or(|size| SAMPLES * size * size >= TOLD)
     }
 
@@ -105,10 +105,10 @@ impl Result {
 }
 
 pub(crate) fn run(case: &Case) -> Option<Result> {
-    let request = Request {
+    let request = HiddenRequest {
         ratio: case.ratio,
-        watching: case.watching,
-        ..Request::new(case.effects.clone(), case.shaking, case.seed)
+        instruments: case.instruments,
+        ..HiddenRequest::new(case.effects.clone(), case.excitation, case.seed)
     };
     let drawn = case.regime.map_or_else(|| draw(&request), |regime| draw_in(regime, case.seed));
     let hidden = match drawn {
@@ -168,19 +168,26 @@ pub(crate) fn run(case: &Case) -> Option<Result> {
 /// Every combination of effects, excitations, noise and seeds.
 pub(crate) fn cases(
     effects: &[Vec<String>],
-    shakings: &[Shaking],
-    noises: &[Watching],
+    excitations: &[ExcitationKind],
+    noises: &[Instruments],
     seeds: std::ops::Range<u64>,
 ) -> Vec<Case> {
     let mut cases = Vec::new();
     for effects in effects {
-        for &shaking in shakings {
-            if !effects.iter().all(|e| sindyscope_rig::hidden::possible(e, shaking)) {
+        for &excitation in excitations {
+            if !effects.iter().all(|e| sindyscope_rig::hidden::possible(e, excitation)) {
                 continue;
             }
-            for &watching in noises {
+            for &instruments in noises {
                 for seed in seeds.clone() {
-                    cases.push(Case { regime: None, effects: effects.clone(), shaking, watching, seed, ratio: None });
+                    cases.push(Case {
+                        regime: None,
+                        effects: effects.clone(),
+                        excitation,
+                        instruments,
+                        seed,
+                        ratio: None,
+                    });
                 }
             }
         }
@@ -193,8 +200,8 @@ pub(crate) fn in_regime(regime: Regime, draws: u64) -> Vec<Case> {
     let case = |seed| Case {
         regime: Some(regime),
         effects: Vec::new(),
-        shaking: Shaking::Multisine,
-        watching: Watching::white(0.0),
+        excitation: ExcitationKind::Multisine,
+        instruments: Instruments::white(0.0),
         seed,
         ratio: None,
     };
@@ -309,19 +316,19 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-pub(crate) fn white(share: f64) -> Watching {
-    Watching::white(share)
+pub(crate) fn white(share: f64) -> Instruments {
+    Instruments::white(share)
 }
 
-pub(crate) fn of_kind(kind: NoiseKind, share: f64) -> Watching {
-    Watching { kind, ..Watching::white(share) }
+pub(crate) fn of_kind(kind: NoiseKind, share: f64) -> Instruments {
+    Instruments { kind, ..Instruments::white(share) }
 }
 
 /// A run in which the truth was not named first, or another was named with confidence, in two lines.
 pub(crate) fn miss(r: &Result) -> Option<String> {
     (!r.top(1) || r.named_wrong()).then(|| {
         let drawn = match r.case.regime {
-            None => format!("{} {} %", r.case.shaking, 100.0 * r.case.watching.share),
+            None => format!("{} {} %", r.case.excitation, 100.0 * r.case.instruments.share),
             Some(regime) => regime.to_string(),
         };
         format!(

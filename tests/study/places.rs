@@ -4,7 +4,7 @@ use rand::seq::IndexedRandom as _;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 use sindyscope_core::study::Cancel;
-use sindyscope_rig::hidden::Shown;
+use sindyscope_rig::hidden::SensedMotion;
 use sindyscope_rig::{Noise, ScenarioOptions, generate};
 use sindyscope_search::{Ask, Search, Verdict};
 use sindyscope_values::record::{RecordSet, Usage};
@@ -26,7 +26,7 @@ const SPREAD: (f64, f64) = (0.6, 1.6);
 /// Hides friction, a cubic spring or nothing (in turn, by the seed) in a chain of two or three masses and searches for it.
 ///
 /// None if the chain that was drawn does not stay within bounds.
-pub(crate) fn draw(masses: usize, shown: Shown, nothing: bool, seed: u64) -> Option<Found> {
+pub(crate) fn draw(masses: usize, shown: SensedMotion, nothing: bool, seed: u64) -> Option<Found> {
     let mut random = Pcg64::seed_from_u64(1000 * masses as u64 + seed);
     let (scenario, places, usual): (_, &[&str], &[(&str, f64)]) = match masses {
         2 => (

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use sindyscope_core::study::Cancel;
-use sindyscope_rig::{Contact, Excitation, Plant, Sampling, Sensor, respond};
+use sindyscope_rig::{Contact, Excitation, Plant, SampleTimes, Sensor, respond};
 use sindyscope_search::{Ask, Diagnosis, Search};
 use sindyscope_values::model::{Equation, Model};
 use sindyscope_values::record::{Channel, Record, RecordSet, Role, Usage};
@@ -31,7 +31,7 @@ pub(crate) fn rubbing(strength: f64) -> Plant {
 
 /// Displacements of both masses with 1 % of noise, and the force.
 fn record(plant: &Plant, count: usize, seed: u64) -> Record {
-    let sampling = Sampling { start: 0.0, interval: 0.012, count };
+    let sampling = SampleTimes { start: 0.0, interval: 0.012, count };
     let excitation = Excitation::multisine(2.0, (1.2, 8.5), 30, seed);
     let response = respond(plant, std::slice::from_ref(&excitation), &[0.0; 4], &sampling).unwrap();
     let channel = |name: &str, role: Role, unit: &str, values: Vec<f64>| Channel {

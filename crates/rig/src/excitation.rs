@@ -1,4 +1,4 @@
-use super::wave::{Comb, Jet, Move, Spell, Tone, Wave, smooth_step};
+use super::wave::{Burst, Derivatives, Harmonic, Multisine, Transition, Wave, smooth_step};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use std::f64::consts::PI;
@@ -23,13 +23,13 @@ impl Excitation {
     }
 
     /// Harmonics, at full amplitude from the start.
-    pub fn tones(tones: impl IntoIterator<Item = Tone>) -> Self {
+    pub fn tones(tones: impl IntoIterator<Item = Harmonic>) -> Self {
         Self { wave: Wave::Tones(tones.into_iter().collect()), rise: 0.0, fall: None, delay: 0.0 }
     }
 
     /// One harmonic: `amplitude × cos(2π × frequency × t)`.
     pub fn harmonic(amplitude: f64, frequency: f64) -> Self {
-        Self::tones([Tone { amplitude, frequency, phase: 0.0 }])
+        Self::tones([Harmonic { amplitude, frequency, phase: 0.0 }])
     }
 
     /// A linear chirp that fades in and out over a twentieth of its duration.
@@ -53,24 +53,24 @@ impl Excitation {
             let (sine, cosine) = random.random_range(-PI..PI).sin_cos();
             [size * cosine, size * sine]
         };
-        let comb = Comb { lowest: low, spacing, phasors: (0..lines).map(phasor).collect() };
-        Self { wave: Wave::Comb(comb), ..Self::rest() }
+        let multisine = Multisine { lowest: low, spacing, phasors: (0..lines).map(phasor).collect() };
+        Self { wave: Wave::Multisine(multisine), ..Self::rest() }
     }
 
-    /// The same in spells, with rests between.
+    /// The same in bursts, with rests between.
     #[must_use]
-    pub fn in_spells(self, spells: Vec<Spell>) -> Self {
-        Self { wave: Wave::Bursts { wave: Box::new(self.wave), spells }, ..self }
+    pub fn in_bursts(self, bursts: Vec<Burst>) -> Self {
+        Self { wave: Wave::Bursts { wave: Box::new(self.wave), bursts }, ..self }
     }
 
     /// Moves from place to place, from zero.
-    pub fn moves(moves: Vec<Move>) -> Self {
-        Self { wave: Wave::Moves(moves), ..Self::rest() }
+    pub fn transitions(moves: Vec<Transition>) -> Self {
+        Self { wave: Wave::Transitions(moves), ..Self::rest() }
     }
 
     /// Straight lines between values at even distances, s, from t = 0 on.
-    pub fn lines(interval: f64, values: Vec<f64>) -> Self {
-        Self { wave: Wave::Lines { interval, values }, ..Self::rest() }
+    pub fn piecewise_linear(interval: f64, values: Vec<f64>) -> Self {
+        Self { wave: Wave::PiecewiseLinear { interval, values }, ..Self::rest() }
     }
 
     /// The same, faded in over the first `rise` seconds.
@@ -93,7 +93,7 @@ impl Excitation {
     }
 
     /// Value and derivatives at time `t`, s.
-    pub fn at(&self, t: f64) -> Jet {
+    pub fn at(&self, t: f64) -> Derivatives {
         let t = t - self.delay;
         let wave = self.wave.at(t);
         let rising = if self.rise > 0.0 { wave * smooth_step(t / self.rise, 1.0 / self.rise) } else { wave };
@@ -135,10 +135,10 @@ mod tests {
             Excitation::sweep(1.0, 4.0, 1.0, 10.0),
             Excitation::sweep(0.5, 4.0, 1.0, 10.0).scaled(2.0).delayed(0.7),
             Excitation::harmonic(1.0, 3.0)
-                .in_spells(vec![Spell { from: 1.0, to: 4.0, edge: 0.9 }, Spell { from: 6.0, to: 9.0, edge: 1.2 }]),
-            Excitation::moves(vec![
-                Move { from: 0.5, duration: 2.0, distance: 1.0 },
-                Move { from: 4.0, duration: 1.0, distance: -0.7 },
+                .in_bursts(vec![Burst { from: 1.0, to: 4.0, edge: 0.9 }, Burst { from: 6.0, to: 9.0, edge: 1.2 }]),
+            Excitation::transitions(vec![
+                Transition { from: 0.5, duration: 2.0, distance: 1.0 },
+                Transition { from: 4.0, duration: 1.0, distance: -0.7 },
             ]),
         ]
     }
@@ -164,24 +164,24 @@ mod tests {
     #[test]
     fn a_sweep_begins_and_ends_at_rest() {
         let sweep = Excitation::sweep(2.0, 1.0, 5.0, 20.0);
-        assert_eq!(sweep.at(0.0), Jet::default());
-        assert_eq!(sweep.at(20.0), Jet::default());
-        assert_eq!(sweep.at(25.0), Jet::default());
+        assert_eq!(sweep.at(0.0), Derivatives::default());
+        assert_eq!(sweep.at(20.0), Derivatives::default());
+        assert_eq!(sweep.at(25.0), Derivatives::default());
         assert!((0..2000).any(|k| sweep.at(0.01 * f64::from(k)).0[0].abs() > 1.99));
     }
 
     #[test]
     fn bursts_rest_between_their_spells() {
-        let spells = vec![Spell { from: 1.0, to: 2.0, edge: 0.2 }, Spell { from: 3.0, to: 4.0, edge: 0.2 }];
-        let bursts = Excitation::harmonic(2.0, 5.0).in_spells(spells);
-        assert!([0.5, 1.0, 2.0, 2.5, 4.5].iter().all(|t| bursts.at(*t) == Jet::default()));
+        let bursts = vec![Burst { from: 1.0, to: 2.0, edge: 0.2 }, Burst { from: 3.0, to: 4.0, edge: 0.2 }];
+        let bursts = Excitation::harmonic(2.0, 5.0).in_bursts(bursts);
+        assert!([0.5, 1.0, 2.0, 2.5, 4.5].iter().all(|t| bursts.at(*t) == Derivatives::default()));
         assert_eq!(bursts.at(1.4), Excitation::harmonic(2.0, 5.0).at(1.4));
         assert_eq!(bursts.breaks(), [1.0, 1.2, 1.8, 2.0, 3.0, 3.2, 3.8, 4.0]);
     }
 
     #[test]
     fn lines_go_through_their_values_and_break_at_each() {
-        let lines = Excitation::lines(0.5, vec![1.0, 3.0, 2.0]);
+        let lines = Excitation::piecewise_linear(0.5, vec![1.0, 3.0, 2.0]);
         assert_eq!([0.0, 0.25, 0.5, 0.75, 1.0, 7.0].map(|t| lines.at(t).0[0]), [1.0, 2.0, 3.0, 2.5, 2.0, 2.0]);
         assert_eq!(lines.at(0.25).0, [2.0, 4.0, 0.0]);
         assert_eq!(lines.breaks(), [0.5, 1.0]);

@@ -2,14 +2,14 @@
 
 use super::RigError;
 use super::excitation::Excitation;
+use super::interpolant::Accuracy;
 use super::plant::Plant;
-use super::response::{Response, Stop, respond_at};
-use super::span::Accuracy;
+use super::response::{PlantResponse, StickInterval, respond_at};
 use sindyscope_values::term::{Expression, Program};
 
 /// The motion of a plant, without any sensor.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Motion {
+pub struct PlantMotion {
     /// The instants of the samples, in the plant's unit of time.
     pub times: Vec<f64>,
     /// `states[state][sample]`.
@@ -19,10 +19,10 @@ pub struct Motion {
     /// `inputs[input][order][sample]`: each input and its first and second time derivatives.
     pub inputs: Vec<[Vec<f64>; 3]>,
     /// Each time in which a contact stuck, in the order in which they began.
-    pub stops: Vec<Stop>,
+    pub stops: Vec<StickInterval>,
 }
 
-impl Motion {
+impl PlantMotion {
     /// Moves a plant along its inputs from its state at t = 0, seen at instants in order and none before 0.
     pub(super) fn along(
         plant: &Plant,
@@ -31,7 +31,7 @@ impl Motion {
         times: Vec<f64>,
         accuracy: Accuracy,
     ) -> Result<Self, RigError> {
-        let Response { states, rates, stops } = respond_at(accuracy, plant, inputs, initial, &times)?;
+        let PlantResponse { states, rates, stops } = respond_at(accuracy, plant, inputs, initial, &times)?;
         let series = |input: &Excitation| {
             let mut orders: [Vec<f64>; 3] = std::array::from_fn(|_| Vec::with_capacity(times.len()));
             for t in &times {

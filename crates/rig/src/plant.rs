@@ -1,7 +1,7 @@
 use sindyscope_values::model::{Equation, Model, WeightedTerm};
 use sindyscope_values::term::{Expression, Function, Layout, Program, Slots, Symbol, Term, derivative};
 
-use super::wave::Jet;
+use super::wave::Derivatives;
 
 /// A place where two surfaces rub: dry friction with stick and slip.
 ///
@@ -70,7 +70,7 @@ impl Plant {
 
 /// What a contact is doing.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Grip {
+pub(super) enum ContactState {
     /// It slips, its velocity having this sign.
     Slip(f64),
     /// Its velocity is zero and stays zero.
@@ -79,11 +79,11 @@ pub(super) enum Grip {
 
 /// Which smooth phase of a piecewise smooth plant is being integrated.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Mode {
+pub(super) struct SwitchingState {
     /// The sign held by each kink or jump of the smooth terms (`|·|`, `dz`, `clip`, `sgn`).
     pub signs: Vec<f64>,
     /// What each contact is doing.
-    pub grips: Vec<Grip>,
+    pub grips: Vec<ContactState>,
 }
 
 /// A plant compiled for integration along given inputs. [`Dynamics::evaluate`] comes first; everything else reads what
@@ -97,9 +97,9 @@ pub(super) struct Dynamics<'a> {
 }
 
 /// Where the program's outputs begin: rates of the states, then surfaces, then [`Self::of_contact`] for each contact.
-struct Outputs;
+struct ProgramOutputs;
 
-impl Outputs {
+impl ProgramOutputs {
     const VELOCITY: usize = 0;
     const STRENGTH: usize = 1;
     const DRIFT: usize = 2;
@@ -137,11 +137,11 @@ impl<'a> Dynamics<'a> {
     }
 
     /// Computes everything at an instant, the signs of kinks held.
-    pub(super) fn evaluate(&mut self, t: f64, state: &[f64], inputs: impl Iterator<Item = Jet>, signs: &[f64]) {
+    pub(super) fn evaluate(&mut self, t: f64, state: &[f64], inputs: impl Iterator<Item = Derivatives>, signs: &[f64]) {
         self.slots[0] = t;
         self.slots[1..1 + state.len()].copy_from_slice(state);
         let first = Program::address(&self.layout, Symbol::Input(0));
-        for (j, Jet(jet)) in inputs.enumerate() {
+        for (j, Derivatives(jet)) in inputs.enumerate() {
             for (order, value) in jet.into_iter().enumerate() {
                 self.slots[first + order * self.layout.inputs + j] = value;
             }
@@ -160,15 +160,15 @@ impl<'a> Dynamics<'a> {
     }
 
     fn of_contact(&self, j: usize, what: usize) -> f64 {
-        self.output(self.states() + self.surfaces + j * (Outputs::GRADIENT + self.states()) + what)
+        self.output(self.states() + self.surfaces + j * (ProgramOutputs::GRADIENT + self.states()) + what)
     }
 
     pub(super) fn velocity(&self, j: usize) -> f64 {
-        self.of_contact(j, Outputs::VELOCITY)
+        self.of_contact(j, ProgramOutputs::VELOCITY)
     }
 
     pub(super) fn sliding_strength(&self, j: usize) -> f64 {
-        self.of_contact(j, Outputs::STRENGTH)
+        self.of_contact(j, ProgramOutputs::STRENGTH)
     }
 
     pub(super) fn holding_strength(&self, j: usize) -> f64 {
@@ -178,24 +178,24 @@ impl<'a> Dynamics<'a> {
     /// How much the velocity of contact `j` falls for a unit of the strength of contact `i`.
     fn response(&self, j: usize, i: usize) -> f64 {
         let shares = &self.plant.contacts[i].acts_on;
-        shares.iter().map(|(state, share)| self.of_contact(j, Outputs::GRADIENT + state) * share).sum()
+        shares.iter().map(|(state, share)| self.of_contact(j, ProgramOutputs::GRADIENT + state) * share).sum()
     }
 
     /// The rates of the states, and the strength with which each sticking contact holds.
-    pub(super) fn rates(&self, grips: &[Grip], rates: &mut [f64]) -> [f64; Plant::MOST_CONTACTS] {
+    pub(super) fn rates(&self, grips: &[ContactState], rates: &mut [f64]) -> [f64; Plant::MOST_CONTACTS] {
         for (k, rate) in rates.iter_mut().enumerate() {
             *rate = self.output(k);
         }
         let mut strengths = [0.0; Plant::MOST_CONTACTS];
         for (j, grip) in grips.iter().enumerate() {
-            if let Grip::Slip(sign) = grip {
+            if let ContactState::Slip(sign) = grip {
                 self.push(j, self.sliding_strength(j) * sign, rates);
             }
         }
         let mut stuck = [0; Plant::MOST_CONTACTS];
         let mut count = 0;
         for (j, grip) in grips.iter().enumerate() {
-            if *grip == Grip::Stick {
+            if *grip == ContactState::Stick {
                 stuck[count] = j;
                 count += 1;
             }
@@ -207,8 +207,9 @@ impl<'a> Dynamics<'a> {
             for (column, i) in stuck.iter().enumerate() {
                 matrix[row][column] = self.response(*j, *i);
             }
-            let slopes = rates.iter().enumerate().map(|(k, rate)| self.of_contact(*j, Outputs::GRADIENT + k) * rate);
-            right[row] = self.of_contact(*j, Outputs::DRIFT) + slopes.sum::<f64>();
+            let slopes =
+                rates.iter().enumerate().map(|(k, rate)| self.of_contact(*j, ProgramOutputs::GRADIENT + k) * rate);
+            right[row] = self.of_contact(*j, ProgramOutputs::DRIFT) + slopes.sum::<f64>();
         }
         eliminate(&mut matrix, &mut right, count);
         for (row, j) in stuck.iter().enumerate() {

@@ -5,7 +5,7 @@ use super::plant::{Contact, Plant};
 
 /// A number of a plant that may be changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parameter {
+pub struct PlantParameter {
     /// Its name.
     pub name: &'static str,
     /// Its value, unless something else is asked for.
@@ -21,19 +21,19 @@ pub struct Parameter {
 /// A kind of plant: its parameters and how it is built of their values.
 #[derive(Debug)]
 pub(super) struct PlantKind {
-    pub parameters: &'static [Parameter],
+    pub parameters: &'static [PlantParameter],
     /// Takes the parameters' values in their order.
     pub build: fn(&[f64]) -> Plant,
     /// Units of the displacements (or states) and of the input.
     pub units: (&'static str, &'static str),
 }
 
-const fn parameter(name: &'static str, value: f64, unit: &'static str, meaning: &'static str) -> Parameter {
-    Parameter { name, value, least: f64::NEG_INFINITY, unit, meaning }
+const fn parameter(name: &'static str, value: f64, unit: &'static str, meaning: &'static str) -> PlantParameter {
+    PlantParameter { name, value, least: f64::NEG_INFINITY, unit, meaning }
 }
 
-const fn at_least(least: f64, parameter: Parameter) -> Parameter {
-    Parameter { least, ..parameter }
+const fn at_least(least: f64, parameter: PlantParameter) -> PlantParameter {
+    PlantParameter { least, ..parameter }
 }
 
 /// A forced oscillator with a cubic spring: ẍ + 2ζẋ + x + βx³ = u.
@@ -141,28 +141,29 @@ pub(super) static THREE_MASSES: PlantKind = PlantKind {
     units: ("m", "N"),
 };
 
-const fn mass(name: &'static str, value: f64) -> Parameter {
+const fn mass(name: &'static str, value: f64) -> PlantParameter {
     at_least(1e-9, parameter(name, value, "kg", "a mass"))
 }
 
-const fn spring(name: &'static str, value: f64, meaning: &'static str) -> Parameter {
+const fn spring(name: &'static str, value: f64, meaning: &'static str) -> PlantParameter {
     parameter(name, value, "N/m", meaning)
 }
 
-const fn damper(name: &'static str, value: f64, meaning: &'static str) -> Parameter {
+const fn damper(name: &'static str, value: f64, meaning: &'static str) -> PlantParameter {
     parameter(name, value, "N s/m", meaning)
 }
 
-const fn rubbing(name: &'static str, meaning: &'static str) -> Parameter {
+const fn rubbing(name: &'static str, meaning: &'static str) -> PlantParameter {
     at_least(0.0, parameter(name, 0.0, "N", meaning))
 }
 
-const fn hardening(name: &'static str, meaning: &'static str) -> Parameter {
+const fn hardening(name: &'static str, meaning: &'static str) -> PlantParameter {
     parameter(name, 0.0, "N/m^3", meaning)
 }
 
 /// The mass that the force acts on, by its number.
-const FORCED: Parameter = at_least(1.0, parameter("at", 1.0, "", "the mass that the force acts on, by its number"));
+const FORCED: PlantParameter =
+    at_least(1.0, parameter("at", 1.0, "", "the mass that the force acts on, by its number"));
 
 /// Masses in a row between two grounds; in each place from the first ground on, one more than there are masses, a spring, a
 /// damper, dry friction (Coulomb's) and a cubic spring: all springs first, and so on. The force acts on the mass of that number.

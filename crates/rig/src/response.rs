@@ -5,9 +5,9 @@ use differential_equations::status::Status;
 
 use super::RigError;
 use super::excitation::Excitation;
-use super::phase::Phase;
-use super::plant::{Dynamics, Grip, Mode, Plant};
-use super::span::{Accuracy, Span, solver};
+use super::interpolant::{Accuracy, Interpolant, solver};
+use super::plant::{ContactState, Dynamics, Plant, SwitchingState};
+use super::smooth_phase::SmoothPhase;
 
 /// Instants of a step at which switching is looked for.
 const LOOKS_A_STEP: u32 = 16;
@@ -16,16 +16,16 @@ const MOST_STEPS: usize = 200_000;
 
 /// The instants at which a response is sampled.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sampling {
+pub struct SampleTimes {
     /// The first instant, s; the motion begins at 0.
     pub start: f64,
-    /// Sampling interval, s.
+    /// SampleTimes interval, s.
     pub interval: f64,
     /// Number of samples.
     pub count: usize,
 }
 
-impl Sampling {
+impl SampleTimes {
     /// Time of sample `index`, s.
     pub fn time(&self, index: usize) -> f64 {
         self.start + self.interval * index as f64
@@ -34,7 +34,7 @@ impl Sampling {
 
 /// A time in which a contact stuck.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stop {
+pub struct StickInterval {
     /// The contact, in the plant's order.
     pub contact: usize,
     /// When it began, s.
@@ -45,13 +45,13 @@ pub struct Stop {
 
 /// What a plant does.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Response {
+pub struct PlantResponse {
     /// One series a state.
     pub states: Vec<Vec<f64>>,
     /// The states' time derivatives, likewise: of a mass's velocity its acceleration.
     pub rates: Vec<Vec<f64>>,
     /// Each time in which a contact stuck, in the order in which they began.
-    pub stops: Vec<Stop>,
+    pub stops: Vec<StickInterval>,
 }
 
 /// Integrates a plant from its state at t = 0 along its inputs, each smooth phase by itself with the eighth-order method
@@ -64,8 +64,8 @@ pub fn respond(
     plant: &Plant,
     inputs: &[Excitation],
     initial: &[f64],
-    sampling: &Sampling,
-) -> Result<Response, RigError> {
+    sampling: &SampleTimes,
+) -> Result<PlantResponse, RigError> {
     respond_within(Accuracy::FINE, plant, inputs, initial, sampling)
 }
 
@@ -75,8 +75,8 @@ pub(super) fn respond_within(
     plant: &Plant,
     inputs: &[Excitation],
     initial: &[f64],
-    sampling: &Sampling,
-) -> Result<Response, RigError> {
+    sampling: &SampleTimes,
+) -> Result<PlantResponse, RigError> {
     let instants: Vec<f64> = (0..sampling.count).map(|k| sampling.time(k)).collect();
     respond_at(accuracy, plant, inputs, initial, &instants)
 }
@@ -88,7 +88,7 @@ pub(super) fn respond_at(
     inputs: &[Excitation],
     initial: &[f64],
     instants: &[f64],
-) -> Result<Response, RigError> {
+) -> Result<PlantResponse, RigError> {
     let layout = plant.smooth.layout;
     if plant.contacts.len() > Plant::MOST_CONTACTS {
         return Err(RigError::Contacts { given: plant.contacts.len() });
@@ -105,7 +105,7 @@ pub(super) fn respond_at(
     let mut breaks: Vec<f64> = inputs.iter().flat_map(Excitation::breaks).filter(|t| *t > 0.0 && *t < end).collect();
     breaks.push(end);
     breaks.sort_by(f64::total_cmp);
-    let mut walk = Walk::new(accuracy, plant, inputs, initial, instants);
+    let mut walk = Integration::new(accuracy, plant, inputs, initial, instants);
     walk.begin();
     for stop in breaks {
         walk.advance(stop)?;
@@ -123,13 +123,13 @@ fn longest(instants: &[f64]) -> f64 {
 }
 
 /// A motion in the making.
-struct Walk<'a> {
-    phase: Phase<'a>,
+struct Integration<'a> {
+    phase: SmoothPhase<'a>,
     t: f64,
     state: Vec<f64>,
     instants: &'a [f64],
     emitted: usize,
-    response: Response,
+    response: PlantResponse,
     accuracy: Accuracy,
     longest_step: f64,
     steps_left: usize,
@@ -138,13 +138,13 @@ struct Walk<'a> {
     armed: Vec<bool>,
     scratch: Vec<f64>,
     /// The motion within the last step, and a state of it.
-    span: Span,
+    span: Interpolant,
     looked: Vec<f64>,
     /// When a kink that stood at zero was last given its other sign.
     turned: f64,
 }
 
-impl<'a> Walk<'a> {
+impl<'a> Integration<'a> {
     fn new(
         accuracy: Accuracy,
         plant: &'a Plant,
@@ -155,23 +155,26 @@ impl<'a> Walk<'a> {
         let dynamics = Dynamics::new(plant);
         let highest = inputs.iter().map(Excitation::highest_frequency).fold(0.0, f64::max);
         let guards = dynamics.surfaces() + dynamics.contacts();
-        let mode = Mode { signs: vec![1.0; dynamics.surfaces()], grips: vec![Grip::Slip(1.0); dynamics.contacts()] };
+        let mode = SwitchingState {
+            signs: vec![1.0; dynamics.surfaces()],
+            grips: vec![ContactState::Slip(1.0); dynamics.contacts()],
+        };
         let states = vec![Vec::with_capacity(instants.len()); dynamics.states()];
         let rates = states.clone();
         Self {
-            phase: Phase { dynamics: RefCell::new(dynamics), inputs, mode },
+            phase: SmoothPhase { dynamics: RefCell::new(dynamics), inputs, mode },
             t: 0.0,
             state: initial.to_vec(),
             instants,
             emitted: 0,
-            response: Response { states, rates, stops: Vec::new() },
+            response: PlantResponse { states, rates, stops: Vec::new() },
             accuracy,
             longest_step: (1.0 / (accuracy.steps_a_period * highest)).min(longest(instants)),
             steps_left: MOST_STEPS,
             guards: vec![0.0; guards],
             armed: vec![false; guards],
             scratch: vec![0.0; initial.len()],
-            span: Span::new(initial.len(), accuracy),
+            span: Interpolant::new(initial.len(), accuracy),
             looked: vec![0.0; initial.len()],
             turned: f64::NEG_INFINITY,
         }
@@ -191,7 +194,7 @@ impl<'a> Walk<'a> {
         let velocities: Vec<f64> =
             (0..self.phase.mode.grips.len()).map(|j| self.phase.dynamics.borrow().velocity(j)).collect();
         for (grip, velocity) in self.phase.mode.grips.iter_mut().zip(&velocities) {
-            *grip = Grip::Slip(velocity.signum());
+            *grip = ContactState::Slip(velocity.signum());
         }
         let resting: Vec<bool> = velocities.iter().map(|v| *v == 0.0).collect();
         self.settle(&resting);
@@ -205,7 +208,7 @@ impl<'a> Walk<'a> {
     fn emit(&mut self, t: f64) {
         self.phase.evaluate(t, &self.looked);
         self.phase.dynamics.borrow().rates(&self.phase.mode.grips, &mut self.scratch);
-        let Response { states, rates, .. } = &mut self.response;
+        let PlantResponse { states, rates, .. } = &mut self.response;
         for (series, value) in states.iter_mut().zip(&self.looked).chain(rates.iter_mut().zip(&self.scratch)) {
             series.push(*value);
         }
@@ -231,7 +234,7 @@ impl<'a> Walk<'a> {
         self.phase.evaluate(self.t, &self.state);
         let before = self.phase.mode.grips.clone();
         for j in &contacts {
-            self.phase.mode.grips[*j] = Grip::Stick;
+            self.phase.mode.grips[*j] = ContactState::Stick;
         }
         for _ in &contacts {
             let holding = self.phase.holding(&mut self.scratch);
@@ -239,17 +242,17 @@ impl<'a> Walk<'a> {
             let excess = |j: usize| holding[j].abs() - dynamics.holding_strength(j);
             let loosest = contacts
                 .iter()
-                .filter(|j| self.phase.mode.grips[**j] == Grip::Stick && excess(**j) >= 0.0)
+                .filter(|j| self.phase.mode.grips[**j] == ContactState::Stick && excess(**j) >= 0.0)
                 .max_by(|a, b| excess(**a).total_cmp(&excess(**b)));
             let Some(j) = loosest else { break };
-            self.phase.mode.grips[*j] = Grip::Slip(if holding[*j] < 0.0 { -1.0 } else { 1.0 });
+            self.phase.mode.grips[*j] = ContactState::Slip(if holding[*j] < 0.0 { -1.0 } else { 1.0 });
         }
         for (contact, (before, now)) in before.into_iter().zip(&self.phase.mode.grips).enumerate() {
             match (before, now) {
-                (Grip::Slip(_), Grip::Stick) => {
-                    self.response.stops.push(Stop { contact, from: self.t, to: f64::INFINITY });
+                (ContactState::Slip(_), ContactState::Stick) => {
+                    self.response.stops.push(StickInterval { contact, from: self.t, to: f64::INFINITY });
                 }
-                (Grip::Stick, Grip::Slip(_)) => {
+                (ContactState::Stick, ContactState::Slip(_)) => {
                     if let Some(stop) = self.response.stops.iter_mut().rfind(|s| s.contact == contact) {
                         stop.to = self.t;
                     }
@@ -262,7 +265,7 @@ impl<'a> Walk<'a> {
     /// Integrates to `stop`, through whatever switching there is.
     fn advance(&mut self, stop: f64) -> Result<(), RigError> {
         // The inputs' higher derivatives may have jumped, and with them what a contact must hold.
-        let resting: Vec<bool> = self.phase.mode.grips.iter().map(|g| *g == Grip::Stick).collect();
+        let resting: Vec<bool> = self.phase.mode.grips.iter().map(|g| *g == ContactState::Stick).collect();
         self.settle(&resting);
         while self.t < stop {
             self.follow(stop)?;
@@ -355,7 +358,7 @@ impl<'a> Walk<'a> {
         self.look(end);
         self.t = end;
         self.state.copy_from_slice(&self.looked);
-        let mut resting: Vec<bool> = self.phase.mode.grips.iter().map(|g| *g == Grip::Stick).collect();
+        let mut resting: Vec<bool> = self.phase.mode.grips.iter().map(|g| *g == ContactState::Stick).collect();
         for k in broken.into_iter().filter(|k| self.guards[*k] <= 0.0) {
             if k < kinks {
                 self.phase.mode.signs[k] = -self.phase.mode.signs[k];

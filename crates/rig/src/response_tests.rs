@@ -23,9 +23,9 @@ fn rubbing(velocity: &str, strength: f64, holding_ratio: f64) -> Plant {
     Plant { contacts: vec![contact], ..oscillator(&terms, 1) }
 }
 
-fn every(interval: f64, duration: f64) -> Sampling {
+fn every(interval: f64, duration: f64) -> SampleTimes {
     let count = (duration / interval).round() as usize + 1;
-    Sampling { start: 0.0, interval, count }
+    SampleTimes { start: 0.0, interval, count }
 }
 
 /// One classical Runge–Kutta step.
@@ -76,7 +76,7 @@ fn a_linear_mass_follows_its_base_as_transmissibility_says() {
     for frequency in [2.013, 3.0, 5.243] {
         let omega = TAU * frequency;
         // The transient is e⁻³⁰ of what it was.
-        let sampling = Sampling { start: 30.0, interval: 1e-3, count: 2000 };
+        let sampling = SampleTimes { start: 30.0, interval: 1e-3, count: 2000 };
         let response = respond(&plant, &[Excitation::harmonic(1.0, frequency)], &[0.0, 0.0], &sampling).unwrap();
         let (real, imaginary) = (k - omega * omega, c * omega);
         let gain = ((k * k + imaginary * imaginary) / (real * real + imaginary * imaginary)).sqrt();
@@ -257,17 +257,17 @@ fn two_masses_that_rub_end_at_one_velocity() {
 fn a_kinked_spring_has_the_period_of_its_halves() {
     // Stiffness 4 on one side of zero, 1 on the other: half periods π/2 and π.
     let plant = oscillator(&[("x", -2.5), ("|x|", -1.5)], 0);
-    let sampling = Sampling { start: 0.0, interval: 0.75 * PI, count: 41 };
+    let sampling = SampleTimes { start: 0.0, interval: 0.75 * PI, count: 41 };
     let response = respond(&plant, &[], &[0.0, 1.0], &sampling).unwrap();
     // Every second sample ends a period of 3π/2.
     for k in (0..41).step_by(2) {
         let error = response.states[0][k].abs() + (response.states[1][k] - 1.0).abs();
         assert!(error < 1e-9, "{k}: {error}");
     }
-    let quarter = Sampling { start: 0.0, interval: 0.25 * PI, count: 2 };
+    let quarter = SampleTimes { start: 0.0, interval: 0.25 * PI, count: 2 };
     let stretched = respond(&plant, &[], &[0.0, 1.0], &quarter).unwrap().states[0][1];
     assert!((stretched - 0.5).abs() < 1e-11, "{stretched}");
-    let pushed = respond(&plant, &[], &[0.0, -1.0], &Sampling { interval: FRAC_PI_2, ..quarter }).unwrap();
+    let pushed = respond(&plant, &[], &[0.0, -1.0], &SampleTimes { interval: FRAC_PI_2, ..quarter }).unwrap();
     assert!((pushed.states[0][1] + 1.0).abs() < 1e-11, "the kink's sign at the start is found");
 }
 

@@ -6,14 +6,14 @@ use sindyscope_values::term::{Expression, Kind, Layout, Symbol};
 
 use super::RigError;
 use super::excitation::Excitation;
-use super::motion::Motion;
+use super::motion::PlantMotion;
 use super::plant::Plant;
-use super::plants::{DUFFING, FRICTION, LORENZ, Parameter, PlantKind, THREE_MASSES, TWO_MASSES};
-use super::response::Sampling;
+use super::plants::{DUFFING, FRICTION, LORENZ, PlantKind, PlantParameter, THREE_MASSES, TWO_MASSES};
+use super::response::SampleTimes;
 use super::sensor::{Noise, Sensor};
-use super::setup::{Drive, MeasuredChannel, Quantity, Run, Sensors, Setup};
+use super::setup::{Drive, MeasuredChannel, MeasuredQuantity, Sensors, Setup, SetupRun};
 use super::truth::{Truth, is_input};
-use super::wave::Tone;
+use super::wave::Harmonic;
 use super::words::{per_second, short};
 
 /// The most samples, over all records, that one call makes.
@@ -29,7 +29,7 @@ const MOST_TONES: usize = 1000;
 
 /// How a scenario sets its plant in motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shaking {
+pub enum ScenarioExcitation {
     /// Harmonic input `amplitude × cos(2πft)`, one record for each of `frequencies`, or all tones in one.
     Tones,
     /// Two records of a linear chirp between two frequencies: up, then down.
@@ -50,8 +50,8 @@ pub struct Scenario {
     /// What it is, in one line.
     pub summary: &'static str,
     /// How the plant is set in motion.
-    pub shaking: Shaking,
-    /// Sampling rate, Hz.
+    pub excitation_kind: ScenarioExcitation,
+    /// SampleTimes rate, Hz.
     pub rate: f64,
     /// Duration of each record, s.
     pub duration: f64,
@@ -77,9 +77,10 @@ pub struct Scenario {
 
 impl Scenario {
     /// The plant's parameters, with the scenario's values.
-    pub fn parameters(&self) -> Vec<Parameter> {
-        let own = |p: &Parameter| self.changed.iter().find(|(name, _)| *name == p.name).map_or(p.value, |(_, v)| *v);
-        self.plant.parameters.iter().map(|p| Parameter { value: own(p), ..*p }).collect()
+    pub fn parameters(&self) -> Vec<PlantParameter> {
+        let own =
+            |p: &PlantParameter| self.changed.iter().find(|(name, _)| *name == p.name).map_or(p.value, |(_, v)| *v);
+        self.plant.parameters.iter().map(|p| PlantParameter { value: own(p), ..*p }).collect()
     }
 
     /// The plant, with the scenario's parameters.
@@ -92,7 +93,7 @@ impl Scenario {
 const BASIS: Scenario = Scenario {
     name: "",
     summary: "",
-    shaking: Shaking::Tones,
+    excitation_kind: ScenarioExcitation::Tones,
     rate: 100.0,
     duration: 70.0,
     settle: 0.0,
@@ -130,7 +131,7 @@ const FRICTION_TONES: Scenario = Scenario {
 const FRICTION_MULTISINE: Scenario = Scenario {
     name: "friction-multisine",
     summary: "base-excited mass with dry friction, random-phase multisine base motion",
-    shaking: Shaking::Multisine,
+    excitation_kind: ScenarioExcitation::Multisine,
     duration: 32.0,
     amplitude: 1e-3,
     frequencies: &[1.0, 8.0],
@@ -150,7 +151,7 @@ static SCENARIOS: [Scenario; 18] = [
     Scenario {
         name: "duffing-sweep",
         summary: "Duffing oscillator, force swept up and down through resonance, two records",
-        shaking: Shaking::Sweep,
+        excitation_kind: ScenarioExcitation::Sweep,
         duration: 200.0,
         frequencies: &[0.05, 0.5],
         ..DUFFING_TONE
@@ -158,7 +159,7 @@ static SCENARIOS: [Scenario; 18] = [
     Scenario {
         name: "duffing-multisine",
         summary: "Duffing oscillator, random-phase multisine force",
-        shaking: Shaking::Multisine,
+        excitation_kind: ScenarioExcitation::Multisine,
         duration: 100.0,
         frequencies: &[0.05, 0.5],
         lines: 10,
@@ -167,7 +168,7 @@ static SCENARIOS: [Scenario; 18] = [
     Scenario {
         name: "duffing-decay",
         summary: "Duffing oscillator, released from 2 m",
-        shaking: Shaking::Release,
+        excitation_kind: ScenarioExcitation::Release,
         duration: 60.0,
         amplitude: 2.0,
         frequencies: &[],
@@ -184,7 +185,7 @@ static SCENARIOS: [Scenario; 18] = [
         name: "friction-experiment",
         summary: "the same as a test rig's lasers see it, transients cut: noise and quantisation on both channels",
         settle: 40.0,
-        // Measured on records of a rig of this kind: steps of 0.77 and 0.38 µm, scatter of about 1 and 0.5 µm.
+        // MeasuredSizes on records of a rig of this kind: steps of 0.77 and 0.38 µm, scatter of about 1 and 0.5 µm.
         sensor: Sensor { noise: Noise::Deviation(1e-6), resolution: 0.77e-6, ..Sensor::PERFECT },
         input_sensor: Sensor { noise: Noise::Deviation(0.5e-6), resolution: 0.38e-6, ..Sensor::PERFECT },
         ..FRICTION_TONES
@@ -199,7 +200,7 @@ static SCENARIOS: [Scenario; 18] = [
     Scenario {
         name: "friction-sweep",
         summary: "base-excited mass with dry friction, base swept up and down through resonance, two records",
-        shaking: Shaking::Sweep,
+        excitation_kind: ScenarioExcitation::Sweep,
         duration: 60.0,
         amplitude: 0.5e-3,
         frequencies: &[1.0, 8.0],
@@ -210,7 +211,7 @@ static SCENARIOS: [Scenario; 18] = [
     Scenario {
         name: "friction-decay",
         summary: "mass with dry friction, released from 10 mm, comes to a stop",
-        shaking: Shaking::Release,
+        excitation_kind: ScenarioExcitation::Release,
         duration: 5.0,
         amplitude: 0.01,
         frequencies: &[],
@@ -228,7 +229,7 @@ static SCENARIOS: [Scenario; 18] = [
     Scenario {
         name: "lorenz",
         summary: "Lorenz system (sigma 10, rho 28, beta 8/3), every state measured",
-        shaking: Shaking::None,
+        excitation_kind: ScenarioExcitation::None,
         rate: 500.0,
         duration: 20.0,
         amplitude: 0.0,
@@ -265,7 +266,7 @@ static SCENARIOS: [Scenario; 18] = [
 const TWO_MASSES_SHAKEN: Scenario = Scenario {
     name: "two-masses",
     summary: "two masses in a chain, random-phase multisine force on the first; --set F12=0.5: friction between them",
-    shaking: Shaking::Multisine,
+    excitation_kind: ScenarioExcitation::Multisine,
     rate: 200.0,
     duration: 20.0,
     amplitude: 4.0,
@@ -301,7 +302,7 @@ pub struct ScenarioOptions {
     pub input_noise: Option<Noise>,
     /// Quantisation step of every channel, in its unit; zero is none.
     pub resolution: Option<f64>,
-    /// Sampling rate, Hz.
+    /// SampleTimes rate, Hz.
     pub rate: Option<f64>,
     /// Duration of each record, s.
     pub duration: Option<f64>,
@@ -364,7 +365,7 @@ impl ScenarioOptions {
 
 /// Records of the rig, and what made them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Generated {
+pub struct ScenarioRun {
     /// The records.
     pub records: Vec<Record>,
     /// The equations of motion that made them; dry friction as a sign term, true as long as nothing sticks.
@@ -378,16 +379,19 @@ pub struct Generated {
 /// # Errors
 /// An unknown scenario; an option that is out of bounds or that the scenario has no use for; a motion that grows without
 /// bound.
-pub fn generate(name: &str, options: &ScenarioOptions) -> Result<Generated, RigError> {
+pub fn generate(name: &str, options: &ScenarioOptions) -> Result<ScenarioRun, RigError> {
     let scenario = SCENARIOS.iter().find(|s| s.name == name).ok_or_else(|| RigError::UnknownScenario {
         name: name.to_owned(),
         known: SCENARIOS.iter().map(|s| s.name).collect::<Vec<_>>().join(", "),
     })?;
-    let test = Test::new(scenario, options)?;
+    let test = CheckedScenario::new(scenario, options)?;
     let setup = test.setup(scenario, options.seed);
-    let Run { records, motions, truth } = setup.run()?;
+    let SetupRun { records, motions, truth } = setup.run()?;
     let Setup { plant, .. } = &setup;
-    let shaken = matches!(scenario.shaking, Shaking::Tones | Shaking::Sweep | Shaking::Multisine);
+    let shaken = matches!(
+        scenario.excitation_kind,
+        ScenarioExcitation::Tones | ScenarioExcitation::Sweep | ScenarioExcitation::Multisine
+    );
     let equations = if shaken { plant.truth() } else { unforced(plant.truth()) };
     let mut comments = test.comments(scenario, options, &equations);
     let stops: Vec<f64> = motions.iter().flat_map(|motion| stopped(motion, &test.sampling)).collect();
@@ -399,27 +403,27 @@ pub fn generate(name: &str, options: &ScenarioOptions) -> Result<Generated, RigE
         });
     }
     comments.push(format!("made by: {}", options.command(name)));
-    Ok(Generated { records, truth, comments })
+    Ok(ScenarioRun { records, truth, comments })
 }
 
 /// How long contacts stuck while a motion was sampled, each time.
-fn stopped(motion: &Motion, sampling: &Sampling) -> impl Iterator<Item = f64> {
+fn stopped(motion: &PlantMotion, sampling: &SampleTimes) -> impl Iterator<Item = f64> {
     let (first, last) = (sampling.start, sampling.time(sampling.count - 1));
     motion.stops.iter().map(move |s| s.to.min(last) - s.from.max(first)).filter(|length| *length > 0.0)
 }
 
 /// A record to be made.
-struct Wanted {
+struct RequestedRecord {
     name: String,
     excitation: Option<Excitation>,
 }
 
 /// A scenario with its options worked in and checked.
-struct Test {
+struct CheckedScenario {
     parameters: Vec<f64>,
     initial: Vec<f64>,
-    sampling: Sampling,
-    records: Vec<Wanted>,
+    sampling: SampleTimes,
+    records: Vec<RequestedRecord>,
     shaken: String,
     measured: Vec<Role>,
     sensor: Sensor,
@@ -439,7 +443,7 @@ fn within(option: &'static str, value: f64, least: f64, most: f64) -> Result<f64
     }
 }
 
-impl Test {
+impl CheckedScenario {
     fn new(scenario: &Scenario, options: &ScenarioOptions) -> Result<Self, RigError> {
         refuse_idle_options(scenario, options)?;
         let rate = within("--rate", options.rate.unwrap_or(scenario.rate), 1e-3, 1e7)?;
@@ -491,7 +495,7 @@ impl Test {
         Ok(Self {
             parameters: parameters(scenario, options)?,
             initial: initial(scenario, options, amplitude)?,
-            sampling: Sampling { start: settle, interval: 1.0 / rate, count },
+            sampling: SampleTimes { start: settle, interval: 1.0 / rate, count },
             records,
             shaken,
             measured: measured(scenario, options)?,
@@ -504,7 +508,7 @@ impl Test {
     fn setup(&self, scenario: &Scenario, seed: u64) -> Setup {
         let plant = (scenario.plant.build)(&self.parameters);
         let layout = plant.smooth.layout;
-        let drive = |record: &Wanted| {
+        let drive = |record: &RequestedRecord| {
             let excitation = record.excitation.clone().unwrap_or_else(Excitation::rest);
             Drive {
                 name: record.name.clone(),
@@ -521,7 +525,7 @@ impl Test {
         if self.records.iter().any(|record| record.excitation.is_some()) {
             let (role, name) = (Role::Input(0), layout.name(Symbol::Input(0)));
             let unit = scenario.plant.units.1;
-            channels.push(MeasuredChannel::new(name, role, unit, Quantity::Input(0), self.input_sensor));
+            channels.push(MeasuredChannel::new(name, role, unit, MeasuredQuantity::Input(0), self.input_sensor));
         }
         // Stream 0 is a multisine's phases.
         channels.iter_mut().zip(1..).for_each(|(channel, stream)| channel.stream = stream);
@@ -539,13 +543,13 @@ impl Test {
         let unit = scenario.plant.units.0;
         let n = layout.freedoms;
         let (name, unit, quantity) = match role {
-            Role::Velocity(i) => (layout.name(Symbol::Rate(i)), per_second(unit, 1), Quantity::State(n + i)),
+            Role::Velocity(i) => (layout.name(Symbol::Rate(i)), per_second(unit, 1), MeasuredQuantity::State(n + i)),
             Role::Acceleration(i) => {
                 let name = layout.name(Symbol::State(i)).replacen('x', "a", 1);
-                (name, per_second(unit, 2), Quantity::Rate(n + i))
+                (name, per_second(unit, 2), MeasuredQuantity::Rate(n + i))
             }
             Role::Displacement(i) | Role::Input(i) => {
-                (layout.name(Symbol::State(i)), unit.to_owned(), Quantity::State(i))
+                (layout.name(Symbol::State(i)), unit.to_owned(), MeasuredQuantity::State(i))
             }
         };
         MeasuredChannel::new(name, role, unit, quantity, self.sensor)
@@ -612,20 +616,29 @@ impl Test {
 
 /// An option that a scenario has no use for is a mistake, not something to pass over.
 fn refuse_idle_options(scenario: &Scenario, options: &ScenarioOptions) -> Result<(), RigError> {
-    let Scenario { name, shaking, .. } = scenario;
-    let shaken = !matches!(shaking, Shaking::Release | Shaking::None);
+    let Scenario { name, excitation_kind, .. } = scenario;
+    let shaken = !matches!(excitation_kind, ScenarioExcitation::Release | ScenarioExcitation::None);
     let idle = [
-        ("--amplitude", options.amplitude.is_some() && *shaking == Shaking::None, "has no excitation"),
+        (
+            "--amplitude",
+            options.amplitude.is_some() && *excitation_kind == ScenarioExcitation::None,
+            "has no excitation",
+        ),
         ("--frequencies", options.frequencies.is_some() && !shaken, "has no excitation"),
         ("--input-noise", options.input_noise.is_some() && !shaken, "has no input"),
-        ("--together", options.together && *shaking != Shaking::Tones, "has no separate tones"),
-        ("--lines", options.lines.is_some() && *shaking != Shaking::Multisine, "is no multisine"),
+        ("--together", options.together && *excitation_kind != ScenarioExcitation::Tones, "has no separate tones"),
+        ("--lines", options.lines.is_some() && *excitation_kind != ScenarioExcitation::Multisine, "is no multisine"),
         (
             "--ramp",
-            options.ramp.is_some() && !matches!(shaking, Shaking::Tones | Shaking::Multisine),
+            options.ramp.is_some()
+                && !matches!(excitation_kind, ScenarioExcitation::Tones | ScenarioExcitation::Multisine),
             "is not faded in by it",
         ),
-        ("--settle", options.settle.is_some() && *shaking == Shaking::Sweep, "is over when it has settled"),
+        (
+            "--settle",
+            options.settle.is_some() && *excitation_kind == ScenarioExcitation::Sweep,
+            "is over when it has settled",
+        ),
     ];
     match idle.into_iter().find(|(_, given, _)| *given) {
         Some((option, _, reason)) => bad(option, format!("the scenario {name} {reason}; leave the option out")),
@@ -683,7 +696,7 @@ fn measured(scenario: &Scenario, options: &ScenarioOptions) -> Result<Vec<Role>,
 
 fn initial(scenario: &Scenario, options: &ScenarioOptions, amplitude: f64) -> Result<Vec<f64>, RigError> {
     let mut state = scenario.initial.to_vec();
-    if scenario.shaking == Shaking::Release {
+    if scenario.excitation_kind == ScenarioExcitation::Release {
         if options.initial.is_some() && options.amplitude.is_some() {
             return bad("--initial", "a release has either an --amplitude or an --initial state");
         }
@@ -707,9 +720,9 @@ fn shake(
     amplitude: f64,
     duration: f64,
     rate: f64,
-) -> Result<(Vec<Wanted>, String), RigError> {
+) -> Result<(Vec<RequestedRecord>, String), RigError> {
     let unit = scenario.plant.units.1;
-    let single = |excitation| vec![Wanted { name: scenario.name.to_owned(), excitation }];
+    let single = |excitation| vec![RequestedRecord { name: scenario.name.to_owned(), excitation }];
     let frequencies = options.frequencies.as_deref().unwrap_or(scenario.frequencies);
     if frequencies.len() > MOST_TONES {
         return bad("--frequencies", format!("{} are more than {MOST_TONES}", frequencies.len()));
@@ -730,16 +743,16 @@ fn shake(
     };
     let ramp = within("--ramp", options.ramp.unwrap_or(0.0), 0.0, LONGEST)?;
     let ramped = if ramp > 0.0 { format!(", faded in over {ramp:?} s") } else { String::new() };
-    Ok(match scenario.shaking {
-        Shaking::None => (single(None), "none".to_owned()),
-        Shaking::Release => (single(None), "none: released at t = 0".to_owned()),
-        Shaking::Tones => {
+    Ok(match scenario.excitation_kind {
+        ScenarioExcitation::None => (single(None), "none".to_owned()),
+        ScenarioExcitation::Release => (single(None), "none: released at t = 0".to_owned()),
+        ScenarioExcitation::Tones => {
             let list = frequencies.iter().map(|f| format!("{f:?}")).collect::<Vec<_>>().join(", ");
             let apart = frequencies.len() > 1 && !options.together;
             let each = if apart { ", one record each" } else { "" };
             let words = format!("u = A cos(2 pi f t), A = {amplitude:?} {unit}, f = {list} Hz{each}{ramped}");
-            let tone = |frequency: &f64| Tone { amplitude, frequency: *frequency, phase: 0.0 };
-            let mut runs: Vec<Wanted> = Vec::new();
+            let tone = |frequency: &f64| Harmonic { amplitude, frequency: *frequency, phase: 0.0 };
+            let mut runs: Vec<RequestedRecord> = Vec::new();
             if frequencies.is_empty() {
                 return bad("--frequencies", "give at least one");
             } else if apart {
@@ -749,16 +762,16 @@ fn shake(
                         return bad("--frequencies", format!("{frequency} Hz is given twice"));
                     }
                     let excitation = Excitation::tones([tone(frequency)]).fading_in(ramp);
-                    runs.push(Wanted { name, excitation: Some(excitation) });
+                    runs.push(RequestedRecord { name, excitation: Some(excitation) });
                 }
             } else {
                 runs = single(Some(Excitation::tones(frequencies.iter().map(tone)).fading_in(ramp)));
             }
             (runs, words)
         }
-        Shaking::Sweep => {
+        ScenarioExcitation::Sweep => {
             let (low, high) = ends()?;
-            let sweep = |name: &str, from, to| Wanted {
+            let sweep = |name: &str, from, to| RequestedRecord {
                 name: name.to_owned(),
                 excitation: Some(Excitation::sweep(amplitude, from, to, duration)),
             };
@@ -766,7 +779,7 @@ fn shake(
                 format!("linear sweep, A = {amplitude:?} {unit}, {low:?} to {high:?} Hz and back, one record each");
             (vec![sweep("up", low, high), sweep("down", high, low)], words)
         }
-        Shaking::Multisine => {
+        ScenarioExcitation::Multisine => {
             let (low, high) = ends()?;
             let lines = options.lines.unwrap_or(scenario.lines);
             if !(1..=MOST_TONES).contains(&lines) {

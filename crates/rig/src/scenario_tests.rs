@@ -1,7 +1,7 @@
 use super::*;
 use sindyscope_values::record::Channel;
 
-fn made(name: &str, options: &ScenarioOptions) -> Generated {
+fn made(name: &str, options: &ScenarioOptions) -> ScenarioRun {
     generate(name, options).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
@@ -24,7 +24,7 @@ fn every_scenario_makes_what_it_says() {
         let generated = made(scenario.name, &ScenarioOptions::default());
         assert!(!names.contains(&scenario.name), "{} is there twice", scenario.name);
         names.push(scenario.name);
-        let shaken = !matches!(scenario.shaking, Shaking::Release | Shaking::None);
+        let shaken = !matches!(scenario.excitation_kind, ScenarioExcitation::Release | ScenarioExcitation::None);
         for record in &generated.records {
             assert_eq!(record.len(), (scenario.rate * scenario.duration).round() as usize, "{}", scenario.name);
             assert!(record.channels.iter().all(|c| c.values.iter().all(|x| x.is_finite())));

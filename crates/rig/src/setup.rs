@@ -8,11 +8,11 @@ use rand_pcg::Pcg64;
 
 use super::RigError;
 use super::excitation::Excitation;
-use super::motion::{Motion, rms};
+use super::interpolant::Accuracy;
+use super::motion::{PlantMotion, rms};
 use super::plant::Plant;
-use super::response::Sampling;
+use super::response::SampleTimes;
 use super::sensor::Sensor;
-use super::span::Accuracy;
 use super::truth::Truth;
 use sindyscope_values::record::{Channel, Record, Role};
 use sindyscope_values::term::Expression;
@@ -43,7 +43,7 @@ pub struct Drive {
     /// The plant's states at t = 0.
     pub initial: Vec<f64>,
     /// When it is sampled, in the plant's unit of time.
-    pub sampling: Sampling,
+    pub sampling: SampleTimes,
     /// The time of the first sample and the sampling interval as the record counts them, s.
     pub clock: (f64, f64),
     /// Seed of the instants at which the samples are really taken, where [`Sensors::jitter`] is not 0.
@@ -73,7 +73,7 @@ pub struct MeasuredChannel {
     /// Its unit.
     pub unit: String,
     /// What is measured.
-    pub quantity: Quantity,
+    pub quantity: MeasuredQuantity,
     /// The quantity is cut off at this magnitude, in the plant's unit; infinite if it is not.
     pub limit: f64,
     /// What the channel shows of nothing in each record, in the plant's unit; zero where none is given.
@@ -88,7 +88,7 @@ pub struct MeasuredChannel {
 
 /// What a channel measures of a motion.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Quantity {
+pub enum MeasuredQuantity {
     /// A state of the plant.
     State(usize),
     /// The time derivative of a state.
@@ -101,11 +101,11 @@ pub enum Quantity {
 
 /// What a setup made.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Run {
+pub struct SetupRun {
     /// The records, one a drive.
     pub records: Vec<Record>,
     /// What really moved in each of them.
-    pub motions: Vec<Motion>,
+    pub motions: Vec<PlantMotion>,
     /// The equations of motion.
     pub truth: Truth,
 }
@@ -116,7 +116,7 @@ impl MeasuredChannel {
         name: impl Into<String>,
         role: Role,
         unit: impl Into<String>,
-        quantity: Quantity,
+        quantity: MeasuredQuantity,
         sensor: Sensor,
     ) -> Self {
         Self {
@@ -133,12 +133,14 @@ impl MeasuredChannel {
     }
 
     /// The quantity along a motion, as it is before the channel.
-    fn series(&self, plant: &Plant, motion: &Motion) -> Vec<f64> {
+    fn series(&self, plant: &Plant, motion: &PlantMotion) -> Vec<f64> {
         match &self.quantity {
-            Quantity::State(state) => motion.states[*state].clone(),
-            Quantity::Rate(state) => motion.rates[*state].clone(),
-            Quantity::Input(input) => motion.inputs[*input][0].clone(),
-            Quantity::Expression(expression) => motion.values(plant, std::slice::from_ref(expression)).swap_remove(0),
+            MeasuredQuantity::State(state) => motion.states[*state].clone(),
+            MeasuredQuantity::Rate(state) => motion.rates[*state].clone(),
+            MeasuredQuantity::Input(input) => motion.inputs[*input][0].clone(),
+            MeasuredQuantity::Expression(expression) => {
+                motion.values(plant, std::slice::from_ref(expression)).swap_remove(0)
+            }
         }
     }
 }
@@ -159,24 +161,24 @@ impl Setup {
     ///
     /// # Errors
     /// Drives that are not the plant's; a motion that grows without bound or takes too many steps.
-    pub fn run(&self) -> Result<Run, RigError> {
+    pub fn run(&self) -> Result<SetupRun, RigError> {
         let motions = self.motions()?;
         let records = self.records(&motions);
         let driven = self.sensors.channels.iter().any(|channel| matches!(channel.role, Role::Input(_)));
-        Ok(Run { records, motions, truth: Truth::of_plant(&self.plant, driven) })
+        Ok(SetupRun { records, motions, truth: Truth::of_plant(&self.plant, driven) })
     }
 
     /// The motion of every drive.
-    pub(super) fn motions(&self) -> Result<Vec<Motion>, RigError> {
+    pub(super) fn motions(&self) -> Result<Vec<PlantMotion>, RigError> {
         let follow = |drive: &Drive| {
             let instants = drive.instants(self.sensors.jitter);
-            Motion::along(&self.plant, &drive.inputs, &drive.initial, instants, Accuracy::FINE)
+            PlantMotion::along(&self.plant, &drive.inputs, &drive.initial, instants, Accuracy::FINE)
         };
         self.drives.iter().map(follow).collect()
     }
 
     /// What the sensors record of the motions, one of them a drive.
-    pub(super) fn records(&self, motions: &[Motion]) -> Vec<Record> {
+    pub(super) fn records(&self, motions: &[PlantMotion]) -> Vec<Record> {
         let series: Vec<Vec<Vec<f64>>> = self
             .sensors
             .channels
@@ -226,7 +228,7 @@ mod tests {
 
     #[test]
     fn a_clock_that_jitters_keeps_its_order_and_its_size() {
-        let sampling = Sampling { start: 0.0, interval: 0.1, count: 2000 };
+        let sampling = SampleTimes { start: 0.0, interval: 0.1, count: 2000 };
         let (name, inputs, initial) = ("clock".to_owned(), Vec::new(), Vec::new());
         let drive = Drive { name, inputs, initial, sampling, clock: (0.0, 0.1), clock_seed: 3, held_out: false };
         let instants = drive.instants(0.03);

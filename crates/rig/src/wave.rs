@@ -3,9 +3,9 @@ use std::ops::{Add, Mul};
 
 /// A function of time at one instant: its value and its first two time derivatives.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Jet(pub [f64; 3]);
+pub struct Derivatives(pub [f64; 3]);
 
-impl Add for Jet {
+impl Add for Derivatives {
     type Output = Self;
 
     fn add(self, Self(b): Self) -> Self {
@@ -14,7 +14,7 @@ impl Add for Jet {
     }
 }
 
-impl Mul for Jet {
+impl Mul for Derivatives {
     type Output = Self;
 
     fn mul(self, Self(b): Self) -> Self {
@@ -23,7 +23,7 @@ impl Mul for Jet {
     }
 }
 
-impl Jet {
+impl Derivatives {
     /// `amplitude × cos(phase)`, given the phase's own value and derivatives.
     pub(super) fn cosine(amplitude: f64, Self(phase): Self) -> Self {
         let (sine, cosine) = phase[0].sin_cos();
@@ -37,19 +37,19 @@ impl Jet {
 
 /// One harmonic: `amplitude × cos(2π × frequency × t + phase)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tone {
+pub struct Harmonic {
     /// Amplitude, in the input's unit.
     pub amplitude: f64,
     /// Frequency, Hz.
     pub frequency: f64,
-    /// Phase at t = 0, rad.
+    /// SmoothPhase at t = 0, rad.
     pub phase: f64,
 }
 
 /// A sum of harmonics evenly spaced in frequency: each turns at the same rate against the one before, so that their sum costs
 /// two sines an instant, however many they are.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Comb {
+pub struct Multisine {
     /// The lowest frequency, Hz.
     pub lowest: f64,
     /// The distance from one frequency to the next, Hz.
@@ -58,8 +58,8 @@ pub struct Comb {
     pub phasors: Vec<[f64; 2]>,
 }
 
-impl Comb {
-    fn at(&self, t: f64) -> Jet {
+impl Multisine {
+    fn at(&self, t: f64) -> Derivatives {
         let turned = |rate: f64| (rate * t).sin_cos();
         let (rate, step) = (TAU * self.lowest, TAU * self.spacing);
         let ((mut sine, mut cosine), (step_sine, step_cosine)) = (turned(rate), turned(step));
@@ -72,7 +72,7 @@ impl Comb {
             jet[2] -= omega * omega * value;
             (sine, cosine) = (sine * step_cosine + cosine * step_sine, cosine * step_cosine - sine * step_sine);
         }
-        Jet(jet)
+        Derivatives(jet)
     }
 }
 
@@ -80,9 +80,9 @@ impl Comb {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Wave {
     /// A sum of harmonics; none of them is rest.
-    Tones(Vec<Tone>),
+    Tones(Vec<Harmonic>),
     /// A sum of harmonics evenly spaced in frequency.
-    Comb(Comb),
+    Multisine(Multisine),
     /// A linear chirp from one frequency to another, starting at zero.
     Sweep {
         /// Amplitude, in the input's unit.
@@ -94,17 +94,17 @@ pub enum Wave {
         /// Duration, s.
         duration: f64,
     },
-    /// Another wave in spells, with rests between.
+    /// Another wave in bursts, with rests between.
     Bursts {
-        /// What each spell shows of.
+        /// What is on in each burst.
         wave: Box<Self>,
         /// When it is on, in order, none overlapping another.
-        spells: Vec<Spell>,
+        bursts: Vec<Burst>,
     },
     /// Moves from place to place, each at rest where it begins and ends; from zero.
-    Moves(Vec<Move>),
+    Transitions(Vec<Transition>),
     /// Straight lines between values at even distances from t = 0 on; the last is held.
-    Lines {
+    PiecewiseLinear {
         /// Distance between two values, s.
         interval: f64,
         /// The values.
@@ -114,7 +114,7 @@ pub enum Wave {
 
 /// A time in which a wave is on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spell {
+pub struct Burst {
     /// When it begins, s.
     pub from: f64,
     /// When it has ended, s.
@@ -125,7 +125,7 @@ pub struct Spell {
 
 /// A smooth move over a distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Move {
+pub struct Transition {
     /// When it begins, s.
     pub from: f64,
     /// How long it takes, s.
@@ -136,50 +136,50 @@ pub struct Move {
 
 impl Wave {
     /// Value and derivatives at time `t`, s.
-    pub(super) fn at(&self, t: f64) -> Jet {
+    pub(super) fn at(&self, t: f64) -> Derivatives {
         match self {
-            Self::Tones(tones) => tones.iter().fold(Jet::default(), |sum, tone| {
+            Self::Tones(tones) => tones.iter().fold(Derivatives::default(), |sum, tone| {
                 let rate = TAU * tone.frequency;
-                sum + Jet::cosine(tone.amplitude, Jet([rate * t + tone.phase, rate, 0.0]))
+                sum + Derivatives::cosine(tone.amplitude, Derivatives([rate * t + tone.phase, rate, 0.0]))
             }),
-            Self::Comb(comb) => comb.at(t),
+            Self::Multisine(multisine) => multisine.at(t),
             Self::Sweep { amplitude, from, to, duration } => {
                 let slope = (to - from) / duration;
                 let phase = TAU * (from + 0.5 * slope * t) * t - 0.5 * PI;
-                Jet::cosine(*amplitude, Jet([phase, TAU * (from + slope * t), TAU * slope]))
+                Derivatives::cosine(*amplitude, Derivatives([phase, TAU * (from + slope * t), TAU * slope]))
             }
-            Self::Bursts { wave, spells } => spells
+            Self::Bursts { wave, bursts } => bursts
                 .iter()
                 .find(|s| s.from < t && t < s.to)
-                .map_or_else(Jet::default, |s| wave.at(t) * window(t, s.from, s.to, s.edge)),
-            Self::Moves(moves) => moves.iter().fold(Jet::default(), |sum, step| {
+                .map_or_else(Derivatives::default, |s| wave.at(t) * window(t, s.from, s.to, s.edge)),
+            Self::Transitions(moves) => moves.iter().fold(Derivatives::default(), |sum, step| {
                 let share = smooth_step((t - step.from) / step.duration, 1.0 / step.duration);
-                sum + share * Jet([step.distance, 0.0, 0.0])
+                sum + share * Derivatives([step.distance, 0.0, 0.0])
             }),
-            Self::Lines { interval, values } => line(t / interval, values, *interval),
+            Self::PiecewiseLinear { interval, values } => line(t / interval, values, *interval),
         }
     }
 
     pub(super) fn scale(&mut self, factor: f64) {
         match self {
             Self::Tones(tones) => tones.iter_mut().for_each(|tone| tone.amplitude *= factor),
-            Self::Comb(comb) => comb.phasors.iter_mut().flatten().for_each(|part| *part *= factor),
+            Self::Multisine(multisine) => multisine.phasors.iter_mut().flatten().for_each(|part| *part *= factor),
             Self::Sweep { amplitude, .. } => *amplitude *= factor,
             Self::Bursts { wave, .. } => wave.scale(factor),
-            Self::Moves(moves) => moves.iter_mut().for_each(|step| step.distance *= factor),
-            Self::Lines { values, .. } => values.iter_mut().for_each(|value| *value *= factor),
+            Self::Transitions(moves) => moves.iter_mut().for_each(|step| step.distance *= factor),
+            Self::PiecewiseLinear { values, .. } => values.iter_mut().for_each(|value| *value *= factor),
         }
     }
 
     /// Instants at which a derivative jumps, in no order.
     pub(super) fn breaks(&self) -> Vec<f64> {
         match self {
-            Self::Tones(_) | Self::Comb(_) | Self::Sweep { .. } => Vec::new(),
-            Self::Bursts { spells, .. } => {
-                spells.iter().flat_map(|s| [s.from, s.from + s.edge, s.to - s.edge, s.to]).collect()
+            Self::Tones(_) | Self::Multisine(_) | Self::Sweep { .. } => Vec::new(),
+            Self::Bursts { bursts, .. } => {
+                bursts.iter().flat_map(|s| [s.from, s.from + s.edge, s.to - s.edge, s.to]).collect()
             }
-            Self::Moves(moves) => moves.iter().flat_map(|step| [step.from, step.from + step.duration]).collect(),
-            Self::Lines { interval, values } => (1..values.len()).map(|k| interval * k as f64).collect(),
+            Self::Transitions(moves) => moves.iter().flat_map(|step| [step.from, step.from + step.duration]).collect(),
+            Self::PiecewiseLinear { interval, values } => (1..values.len()).map(|k| interval * k as f64).collect(),
         }
     }
 
@@ -187,22 +187,24 @@ impl Wave {
     pub(super) fn highest_frequency(&self) -> f64 {
         match self {
             Self::Tones(tones) => tones.iter().map(|t| t.frequency).fold(0.0, f64::max),
-            Self::Comb(comb) => comb.lowest + comb.spacing * comb.phasors.len().saturating_sub(1) as f64,
+            Self::Multisine(multisine) => {
+                multisine.lowest + multisine.spacing * multisine.phasors.len().saturating_sub(1) as f64
+            }
             Self::Sweep { from, to, .. } => from.max(*to),
             Self::Bursts { wave, .. } => wave.highest_frequency(),
-            Self::Moves(moves) => moves.iter().map(|step| 1.0 / step.duration).fold(0.0, f64::max),
-            Self::Lines { .. } => 0.0,
+            Self::Transitions(moves) => moves.iter().map(|step| 1.0 / step.duration).fold(0.0, f64::max),
+            Self::PiecewiseLinear { .. } => 0.0,
         }
     }
 }
 
 /// Zero at both ends of a time, one in between, and smooth.
-fn window(t: f64, from: f64, to: f64, edge: f64) -> Jet {
+fn window(t: f64, from: f64, to: f64, edge: f64) -> Derivatives {
     smooth_step((t - from) / edge, 1.0 / edge) * smooth_step((to - t) / edge, -1.0 / edge)
 }
 
 /// The line through the values before and after a position, counted in them.
-fn line(position: f64, values: &[f64], interval: f64) -> Jet {
+fn line(position: f64, values: &[f64], interval: f64) -> Derivatives {
     let last = values.len().saturating_sub(1);
     let before = position.floor().max(0.0);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number, zero or more")]
@@ -210,22 +212,22 @@ fn line(position: f64, values: &[f64], interval: f64) -> Jet {
     match (values.get(index), values.get(index + 1)) {
         (Some(a), Some(b)) => {
             let slope = b - a;
-            Jet([a + slope * (position - before), slope / interval, 0.0])
+            Derivatives([a + slope * (position - before), slope / interval, 0.0])
         }
-        _ => Jet([values.get(last).copied().unwrap_or_default(), 0.0, 0.0]),
+        _ => Derivatives([values.get(last).copied().unwrap_or_default(), 0.0, 0.0]),
     }
 }
 
 /// From 0 at `s` = 0 to 1 at `s` = 1 by 6s⁵ − 15s⁴ + 10s³, twice continuously differentiable; `rate` is ds/dt.
-pub(super) fn smooth_step(s: f64, rate: f64) -> Jet {
+pub(super) fn smooth_step(s: f64, rate: f64) -> Derivatives {
     if s <= 0.0 {
-        return Jet::default();
+        return Derivatives::default();
     }
     if s >= 1.0 {
-        return Jet([1.0, 0.0, 0.0]);
+        return Derivatives([1.0, 0.0, 0.0]);
     }
     let value = s * s * s * (s * (6.0 * s - 15.0) + 10.0);
     let slope = 30.0 * s * s * (s - 1.0) * (s - 1.0);
     let curvature = 60.0 * s * (s - 1.0) * (2.0 * s - 1.0);
-    Jet([value, slope * rate, curvature * rate * rate])
+    Derivatives([value, slope * rate, curvature * rate * rate])
 }

@@ -10,7 +10,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use sindyscope_rig::hidden::{self, Hidden, Regime, Request, Shaking, Shown, Watching};
+use sindyscope_rig::hidden::{self, ExcitationKind, Hidden, HiddenRequest, Instruments, Regime, SensedMotion};
 use sindyscope_rig::{
     ExcitationChoice, Noise, NoiseKind, PlantChoice, RigDrive, RigError, RigSettings, ScenarioOptions, generate,
     record_rig, scenarios,
@@ -135,27 +135,30 @@ fn rig_settings() -> Vec<(String, RigSettings)> {
     all
 }
 
-fn requests() -> Vec<(String, Request)> {
+fn requests() -> Vec<(String, HiddenRequest)> {
     let mut all = Vec::new();
     for seed in 0..64 {
-        for (k, shaking) in Shaking::ALL.into_iter().enumerate() {
+        for (k, excitation_kind) in ExcitationKind::ALL.into_iter().enumerate() {
             let turn = seed as usize + k;
-            let watching = Watching {
-                shown: Shown::ALL[turn % 3],
+            let instruments = Instruments {
+                shown: SensedMotion::ALL[turn % 3],
                 kind: NoiseKind::ALL[(turn / 3) % 3],
                 jitter: if turn % 5 == 0 { 0.02 } else { 0.0 },
-                ..Watching::white([0.0, 0.01, 0.03][turn % 3])
+                ..Instruments::white([0.0, 0.01, 0.03][turn % 3])
             };
             let samples = if seed < 8 { 3000 } else { 400 };
-            let request = Request { watching, samples, ..Request::blind(shaking, seed) };
-            all.push((format!("{seed} {shaking} {:?}", request.effects), request));
+            let request = HiddenRequest { instruments, samples, ..HiddenRequest::blind(excitation_kind, seed) };
+            all.push((format!("{seed} {excitation_kind} {:?}", request.effects), request));
         }
     }
     for (k, pair) in hidden::pairs().iter().enumerate() {
-        let request = Request { ratio: Some(0.06), ..Request::new(*pair, Shaking::ALL[k % 3], 100 + k as u64) };
+        let request = HiddenRequest {
+            ratio: Some(0.06),
+            ..HiddenRequest::new(*pair, ExcitationKind::ALL[k % 3], 100 + k as u64)
+        };
         all.push((format!("{} {pair:?}", request.seed), request));
     }
-    all.push(("nothing".to_owned(), Request::new([] as [&str; 0], Shaking::Multisine, 200)));
+    all.push(("nothing".to_owned(), HiddenRequest::new([] as [&str; 0], ExcitationKind::Multisine, 200)));
     all
 }
 

@@ -9,19 +9,19 @@ use crate::app::dialogs::Purpose;
 use crate::app::theme;
 use crate::app::widgets::{Setting, Spread, card, row, section};
 use sindyscope_core::study::Cancel;
-use sindyscope_rig::hidden::{Hidden, Request, Shaking, Watching, draw, names, possible, title};
+use sindyscope_rig::hidden::{ExcitationKind, Hidden, HiddenRequest, Instruments, draw, names, possible, title};
 use sindyscope_search::{Ask, Progress, Search, Verdict};
 use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::format::units::raised;
 use sindyscope_values::record::{RecordSet, Usage};
 
 /// Ways to shake, with what a teacher calls them.
-const SHAKINGS: [(Shaking, &str); 5] = [
-    (Shaking::Multisine, "multisines at two levels"),
-    (Shaking::SweepPair, "a sweep up and one down"),
-    (Shaking::Tones, "four tones"),
-    (Shaking::Decay, "free decays"),
-    (Shaking::SingleTone, "one steady tone"),
+const EXCITATIONS: [(ExcitationKind, &str); 5] = [
+    (ExcitationKind::Multisine, "multisines at two levels"),
+    (ExcitationKind::SweepPair, "a sweep up and one down"),
+    (ExcitationKind::Tones, "four tones"),
+    (ExcitationKind::Decay, "free decays"),
+    (ExcitationKind::SingleTone, "one steady tone"),
 ];
 
 /// What a round hides, and how its data are made.
@@ -37,25 +37,31 @@ pub struct ClassCase {
     /// RMS missing force over RMS spring force.
     pub ratio: f64,
     /// How the plant is shaken.
-    pub shaking: Shaking,
+    #[serde(rename = "shaking")]
+    pub excitation: ExcitationKind,
     /// Samples in all fitted records together.
     pub samples: usize,
 }
 
 impl Default for ClassCase {
     fn default() -> Self {
-        Self { seed: 1, effect: None, noise: 0.01, ratio: 0.1, shaking: Shaking::Multisine, samples: 3000 }
+        Self { seed: 1, effect: None, noise: 0.01, ratio: 0.1, excitation: ExcitationKind::Multisine, samples: 3000 }
     }
 }
 
 impl ClassCase {
     /// The same as the virtual rig is asked for it.
-    pub(crate) fn request(&self) -> Request {
+    pub(crate) fn request(&self) -> HiddenRequest {
         let request = match &self.effect {
-            Some(effect) => Request::new([effect.as_str()], self.shaking, self.seed),
-            None => Request::blind(self.shaking, self.seed),
+            Some(effect) => HiddenRequest::new([effect.as_str()], self.excitation, self.seed),
+            None => HiddenRequest::blind(self.excitation, self.seed),
         };
-        Request { watching: Watching::white(self.noise), ratio: Some(self.ratio), samples: self.samples, ..request }
+        HiddenRequest {
+            instruments: Instruments::white(self.noise),
+            ratio: Some(self.ratio),
+            samples: self.samples,
+            ..request
+        }
     }
 }
 
@@ -267,7 +273,7 @@ pub(crate) fn csv(state: &ClassState) -> String {
             found.map_or(String::new(), |f| f.verdict.clone()),
             row.of.case.noise.to_string(),
             row.of.case.ratio.to_string(),
-            row.of.case.shaking.to_string(),
+            row.of.case.excitation.to_string(),
             row.of.case.seed.to_string(),
         ]);
     }
@@ -289,19 +295,19 @@ pub(super) fn form(ui: &mut Ui, room: &RigRoom, state: &mut ClassState, acts: &m
         let combo =
             egui::ComboBox::from_id_salt("hide").width(width).truncate().selected_text(shown).show_ui(ui, |ui| {
                 ui.selectable_value(&mut case.effect, None, "drawn by the seed");
-                for name in names().filter(|name| possible(name, case.shaking)) {
+                for name in names().filter(|name| possible(name, case.excitation)) {
                     ui.selectable_value(&mut case.effect, Some(name.to_owned()), named(name));
                 }
             });
         combo.response.accessible_name("Hide");
     });
     row(ui, "Excitation", "How the plant is shaken; the band is 0.3 to 2.2 times its natural frequency", |ui| {
-        let shown = SHAKINGS.iter().find(|(s, _)| *s == case.shaking).map_or("", |(_, label)| label);
+        let shown = EXCITATIONS.iter().find(|(s, _)| *s == case.excitation).map_or("", |(_, label)| label);
         let width = ui.available_width();
         let combo =
             egui::ComboBox::from_id_salt("shaking").width(width).truncate().selected_text(shown).show_ui(ui, |ui| {
-                for (shaking, label) in SHAKINGS {
-                    ui.selectable_value(&mut case.shaking, shaking, label);
+                for (excitation, label) in EXCITATIONS {
+                    ui.selectable_value(&mut case.excitation, excitation, label);
                 }
             });
         combo.response.accessible_name("Excitation");

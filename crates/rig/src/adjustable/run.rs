@@ -2,11 +2,11 @@ use std::sync::Arc;
 
 use super::settings::{EffectValue, PlantChoice, RigSettings};
 use super::truth;
-use crate::hidden::{DriveKind, Given, GivenEffect, Watching, suggestions};
+use crate::hidden::{ChosenEffect, ChosenPlant, DriveKind, Instruments, suggestions};
 use crate::plant::Plant;
-use crate::response::{Sampling, Stop};
+use crate::response::{SampleTimes, StickInterval};
 use crate::sensor::Sensor;
-use crate::setup::{Drive, MeasuredChannel, Quantity, Run, Sensors, Setup};
+use crate::setup::{Drive, MeasuredChannel, MeasuredQuantity, Sensors, Setup, SetupRun};
 use crate::truth::Truth;
 use crate::{Excitation, RigError};
 use sindyscope_values::record::{Record, Role};
@@ -21,7 +21,7 @@ pub struct RigRun {
     /// The input during it, without noise; empty of a decay.
     pub input: Arc<[f64]>,
     /// Times during it in which a contact stuck, s from its start.
-    pub stops: Vec<Stop>,
+    pub stops: Vec<StickInterval>,
     /// RMS missing force over RMS spring force during it; zero of a chain and without an effect.
     pub ratio: f64,
     /// The effect's parameters, complete.
@@ -45,17 +45,17 @@ impl RigRun {
 /// A number out of bounds; an effect that the drive has no place for; a motion that grows without bound.
 pub fn record_rig(settings: &RigSettings) -> Result<RigRun, RigError> {
     settings.check()?;
-    let sampling = Sampling { start: settings.settle, interval: 1.0 / settings.rate, count: settings.samples() };
+    let sampling = SampleTimes { start: settings.settle, interval: 1.0 / settings.rate, count: settings.samples() };
     let (tested, effect_values) = Tested::new(settings, sampling)?;
     let setup = tested.setup(settings, sampling);
-    let Run { records, motions, truth } = setup.run()?;
+    let SetupRun { records, motions, truth } = setup.run()?;
     let (Ok(records), Some(motion)) = (<[Record; 2]>::try_from(records), motions.into_iter().next()) else {
         unreachable!("there are two drives")
     };
     let end = sampling.interval * sampling.count as f64;
     let stops = motion.stops.iter().filter_map(|stop| {
         let (from, to) = ((stop.from - sampling.start).max(0.0), (stop.to - sampling.start).min(end));
-        (to > from).then_some(Stop { from, to, ..*stop })
+        (to > from).then_some(StickInterval { from, to, ..*stop })
     });
     let stops = stops.collect();
     let (ratio, truth) = match &tested {
@@ -73,13 +73,13 @@ pub fn record_rig(settings: &RigSettings) -> Result<RigRun, RigError> {
 
 /// What is tested.
 enum Tested {
-    One(Box<Given>),
+    One(Box<ChosenPlant>),
     Chain(Plant),
 }
 
 impl Tested {
     /// The plant of these settings, and its effect's parameters with none missing.
-    fn new(settings: &RigSettings, sampling: Sampling) -> Result<(Self, Vec<EffectValue>), RigError> {
+    fn new(settings: &RigSettings, sampling: SampleTimes) -> Result<(Self, Vec<EffectValue>), RigError> {
         if let Some(plant) = settings.chain_plant() {
             return Ok((Self::Chain(plant), Vec::new()));
         }
@@ -94,17 +94,17 @@ impl Tested {
                 EffectValue { name: name.to_owned(), value, suggested, unit }
             }));
         }
-        let effect = settings.effect.as_ref().map(|name| GivenEffect {
+        let effect = settings.effect.as_ref().map(|name| ChosenEffect {
             name: name.clone(),
             to_ground: settings.to_ground,
             values: values.iter().map(|v| (v.name.clone(), v.value)).collect(),
         });
-        let given = Given::new(&linear, effect.as_ref(), settings.settle, settings.duration)?;
+        let given = ChosenPlant::new(&linear, effect.as_ref(), settings.settle, settings.duration)?;
         Ok((Self::One(Box::new(given)), values))
     }
 
     /// The test: a record to be fitted, and one to be held out.
-    fn setup(&self, settings: &RigSettings, sampling: Sampling) -> Setup {
+    fn setup(&self, settings: &RigSettings, sampling: SampleTimes) -> Setup {
         let drive = |(index, held_out): (u64, bool)| {
             let (inputs, initial) = self.driven(settings.waveform(held_out).as_ref(), settings.displaced(held_out));
             Drive {
@@ -142,8 +142,8 @@ impl Tested {
 
     /// A displacement sensor on every mass, and one of the input where there is any.
     fn sensors(&self, settings: &RigSettings) -> Sensors {
-        let watching = Watching::white(settings.noise);
-        let sensor = Sensor { offset_over_rms: settings.offset, ..watching.sensor() };
+        let instruments = Instruments::white(settings.noise);
+        let sensor = Sensor { offset_over_rms: settings.offset, ..instruments.sensor() };
         let (zero, limit) = match self {
             Self::One(given) => given.sensor_zero_and_limit(),
             Self::Chain(_) => (0.0, f64::INFINITY),
@@ -151,7 +151,7 @@ impl Tested {
         let masses = settings.plant.masses();
         let displacement = |mass: usize| {
             let name = if masses > 1 { format!("x{}", mass + 1) } else { "x".to_owned() };
-            let quantity = Quantity::State(mass);
+            let quantity = MeasuredQuantity::State(mass);
             MeasuredChannel {
                 limit,
                 zeros: vec![zero; 2],
@@ -161,8 +161,8 @@ impl Tested {
         };
         let mut channels: Vec<MeasuredChannel> = (0..masses).map(displacement).collect();
         if settings.drive() != DriveKind::None {
-            let (unit, sensor) = (settings.input_unit(), watching.input_sensor());
-            let input = MeasuredChannel::new("u", Role::Input(0), unit, Quantity::Input(0), sensor);
+            let (unit, sensor) = (settings.input_unit(), instruments.input_sensor());
+            let input = MeasuredChannel::new("u", Role::Input(0), unit, MeasuredQuantity::Input(0), sensor);
             channels.push(MeasuredChannel { stream: 8, ..input });
         }
         Sensors { channels, jitter: settings.jitter, streams_a_record: 16 }

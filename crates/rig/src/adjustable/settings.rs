@@ -5,10 +5,10 @@ use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
-use crate::hidden::{DriveKind, Linear, suits};
+use crate::hidden::{DriveKind, LinearPlant, suits};
 use crate::plant::Plant;
-use crate::plants::{Parameter, PlantKind, THREE_MASSES, TWO_MASSES};
-use crate::{Excitation, RigError, Spell};
+use crate::plants::{PlantKind, PlantParameter, THREE_MASSES, TWO_MASSES};
+use crate::{Burst, Excitation, RigError};
 use sindyscope_values::model::modes;
 
 /// Samples of a record, at least and at most: more would make the rig slow to follow a slider.
@@ -19,7 +19,7 @@ const LARGEST: f64 = 1e9;
 const LINES: usize = 20;
 const BURST_LINES: usize = 60;
 /// Bursts in a record.
-const SPELLS: usize = 4;
+const BURSTS: usize = 4;
 
 /// How many masses the plant has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -57,7 +57,7 @@ impl PlantChoice {
     }
 
     /// The parameters of a chain; none of one mass, which has mass, natural frequency and damping ratio.
-    pub fn parameters(self) -> &'static [Parameter] {
+    pub fn parameters(self) -> &'static [PlantParameter] {
         self.chain().map_or(&[], |kind| kind.parameters)
     }
 }
@@ -150,7 +150,7 @@ pub struct RigSettings {
     pub offset: f64,
     /// Standard deviation of the sampling instants, in sampling intervals; the record counts them as even.
     pub jitter: f64,
-    /// Sampling rate, Hz.
+    /// SampleTimes rate, Hz.
     pub rate: f64,
     /// Duration of each record, s.
     pub duration: f64,
@@ -250,7 +250,7 @@ impl RigSettings {
     }
 
     /// A chain's parameter.
-    pub fn chain_value(&self, parameter: &Parameter) -> f64 {
+    pub fn chain_value(&self, parameter: &PlantParameter) -> f64 {
         self.chain.get(parameter.name).copied().unwrap_or(parameter.value)
     }
 
@@ -258,7 +258,7 @@ impl RigSettings {
     pub(super) fn chain_plant(&self) -> Option<Plant> {
         let kind = self.plant.chain()?;
         // What [`Self::check`] would refuse, as in a file edited by hand, is no plant: it stays at the bound.
-        let bounded = |p: &Parameter| self.chain_value(p).clamp(p.least.max(-LARGEST), LARGEST);
+        let bounded = |p: &PlantParameter| self.chain_value(p).clamp(p.least.max(-LARGEST), LARGEST);
         let values: Vec<f64> = kind.parameters.iter().map(bounded).collect();
         Some((kind.build)(&values))
     }
@@ -272,9 +272,9 @@ impl RigSettings {
         }
     }
 
-    pub(super) fn linear(&self) -> Linear {
+    pub(super) fn linear(&self) -> LinearPlant {
         let rate = TAU * self.frequency;
-        Linear {
+        LinearPlant {
             stiffness: rate * rate,
             damping: 2.0 * self.damping_ratio * rate,
             mobility: 1.0 / self.mass,
@@ -403,12 +403,12 @@ impl RigSettings {
             ExcitationChoice::Sweep if held_out => Excitation::sweep(level, high, low, end),
             ExcitationChoice::Sweep => Excitation::sweep(level, low, high, end),
             ExcitationChoice::Bursts => {
-                let slot = end / SPELLS as f64;
-                let spell = |k: usize| {
+                let slot = end / BURSTS as f64;
+                let burst = |k: usize| {
                     let from = slot * (k as f64 + 0.02);
-                    Spell { from, to: from + 0.5 * slot, edge: 0.1 * slot }
+                    Burst { from, to: from + 0.5 * slot, edge: 0.1 * slot }
                 };
-                Excitation::multisine(level, self.band, BURST_LINES, seed).in_spells((0..SPELLS).map(spell).collect())
+                Excitation::multisine(level, self.band, BURST_LINES, seed).in_bursts((0..BURSTS).map(burst).collect())
             }
         })
     }

@@ -1,14 +1,14 @@
 //! What is true of an adjustable rig.
 
 use super::settings::{EffectValue, RigSettings};
-use crate::hidden::{DriveKind, Given, title};
+use crate::hidden::{ChosenPlant, DriveKind, title};
 use crate::plant::Plant;
 use crate::truth::{TermList, TrueParameter, Truth};
 use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::term::{Expression, Function, Kind, Layout, Symbol};
 
 /// The equation of one mass with an effect, whose force over that of the spring is `ratio`.
-pub(super) fn of_one(given: &Given, settings: &RigSettings, values: &[EffectValue], ratio: f64) -> Truth {
+pub(super) fn of_one(given: &ChosenPlant, settings: &RigSettings, values: &[EffectValue], ratio: f64) -> Truth {
     let linear = settings.linear();
     let inputs = usize::from(linear.drive != DriveKind::None);
     let layout = Layout { kind: Kind::SecondOrder, freedoms: 1, inputs, internals: 0 };

@@ -2,11 +2,11 @@
 
 use super::assembly::{Assembly, extents, reference, stuck_share};
 use super::catalogue::Effect;
-use super::scene::{Dice, Extent, MotionSize, Scene};
-use super::shaking::Run;
+use super::excitation_kind::PlannedRecord;
+use super::host_plant::{Draws, HostPlant, Magnitude, MotionSize};
 use crate::RigError;
-use crate::motion::Motion;
-use crate::span::Accuracy;
+use crate::interpolant::Accuracy;
+use crate::motion::PlantMotion;
 
 /// Rounds of simulation after which a draw is given up.
 const MOST_ROUNDS: usize = 14;
@@ -26,15 +26,15 @@ const COARSER: usize = 3;
 ///
 /// Friction holds the mass for `most_stuck` of the time at most.
 pub(super) fn calibrate(
-    effects: &[(&Effect, Dice)],
+    effects: &[(&Effect, Draws)],
     targets: &[f64],
     most_stuck: f64,
-    scene: &mut Scene,
-    runs: &[Run],
+    host_plant: &mut HostPlant,
+    runs: &[PlannedRecord],
 ) -> Result<Assembly, RigError> {
     // What a control hears changes the size of nothing.
-    let quiet = |run: &Run| Run { noise: None, ..run.coarse(COARSER) };
-    let runs: Vec<Run> = runs.iter().filter(|r| !r.held_out).map(quiet).collect();
+    let quiet = |run: &PlannedRecord| PlannedRecord { noise: None, ..run.coarse(COARSER) };
+    let runs: Vec<PlannedRecord> = runs.iter().filter(|r| !r.held_out).map(quiet).collect();
     let mut targets = targets.to_vec();
     let mut most: Vec<f64> = effects.iter().map(|(e, _)| e.most).collect();
     let mut strengths: Vec<f64> =
@@ -44,8 +44,8 @@ pub(super) fn calibrate(
     let mut last: Option<(Vec<f64>, Vec<f64>)> = None;
     let mut best: Option<(f64, Assembly)> = None;
     for round in 0..MOST_ROUNDS {
-        let assembly = Assembly::new(effects, &strengths, scene);
-        let motions: Vec<Motion> = match runs.iter().map(|run| assembly.follow(run, Accuracy::DRAFT)).collect() {
+        let assembly = Assembly::new(effects, &strengths, host_plant);
+        let motions: Vec<PlantMotion> = match runs.iter().map(|run| assembly.follow(run, Accuracy::DRAFT)).collect() {
             Ok(motions) => motions,
             Err(RigError::Unbounded { .. }) => {
                 for (strength, most) in strengths.iter_mut().zip(&mut most) {
@@ -97,7 +97,7 @@ pub(super) fn calibrate(
             strengths[j] = (strengths[j] * factor).min(most[j]);
         }
         if round < FOLLOWING_ROUNDS {
-            scene.motion = extents(&assembly, &motions);
+            host_plant.motion = extents(&assembly, &motions);
         }
     }
     // A motion that jumps from one branch to another has no strength for some ratios.
@@ -115,21 +115,21 @@ const NEAR_STILL: f64 = 0.1;
 /// Finds the strength of friction with which it holds the mass still about a share of the time, and in each record for a share within
 /// bounds.
 pub(super) fn hold(
-    effects: &[(&Effect, Dice)],
+    effects: &[(&Effect, Draws)],
     share: f64,
     bounds: (f64, f64),
-    scene: &mut Scene,
-    runs: &[Run],
+    host_plant: &mut HostPlant,
+    runs: &[PlannedRecord],
 ) -> Result<Assembly, RigError> {
-    let runs: Vec<Run> = runs.iter().map(|r| r.coarse(COARSER)).collect();
+    let runs: Vec<PlannedRecord> = runs.iter().map(|r| r.coarse(COARSER)).collect();
     let (mut least, mut most) = (0.01, 3.0);
     for round in 0..2 {
-        let scale = scene.motion.x.rms;
-        let mut nearest: Option<(f64, Assembly, Vec<Motion>)> = None;
+        let scale = host_plant.motion.x.rms;
+        let mut nearest: Option<(f64, Assembly, Vec<PlantMotion>)> = None;
         for _ in 0..MOST_HALVINGS {
             let middle = f64::sqrt(least * most);
-            let assembly = Assembly::new(effects, &vec![middle; effects.len()], scene);
-            let motions: Vec<Motion> =
+            let assembly = Assembly::new(effects, &vec![middle; effects.len()], host_plant);
+            let motions: Vec<PlantMotion> =
                 runs.iter().map(|run| assembly.follow(run, Accuracy::DRAFT)).collect::<Result<_, _>>()?;
             let still = stuck_share(&motions);
             let each: Vec<f64> = motions.iter().map(|m| stuck_share(std::slice::from_ref(m))).collect();
@@ -148,8 +148,8 @@ pub(super) fn hold(
             return Ok(assembly);
         }
         // Widths in velocity follow the motion, which is known now; strengths are counted in its displacement.
-        scene.motion = extents(&assembly, &motions);
-        let change = scale / scene.motion.x.rms;
+        host_plant.motion = extents(&assembly, &motions);
+        let change = scale / host_plant.motion.x.rms;
         (least, most) = (0.2 * least * change, 5.0 * most * change);
     }
     Err(RigError::BadOption {
@@ -159,7 +159,7 @@ pub(super) fn hold(
 }
 
 /// RMS missing force over RMS spring force: of each effect, and of all together.
-pub(super) fn measure(assembly: &Assembly, motions: &[Motion]) -> (Vec<f64>, f64) {
+pub(super) fn measure(assembly: &Assembly, motions: &[PlantMotion]) -> (Vec<f64>, f64) {
     let mut apart = vec![Vec::new(); assembly.parts.len()];
     let mut together = Vec::new();
     let mut spring = Vec::new();
@@ -171,7 +171,7 @@ pub(super) fn measure(assembly: &Assembly, motions: &[Motion]) -> (Vec<f64>, f64
         }
         spring.extend(reference(assembly, motion));
     }
-    let rms = |values: &[f64]| Extent::of(values.iter().copied()).rms;
+    let rms = |values: &[f64]| Magnitude::of(values.iter().copied()).rms;
     let spring = rms(&spring).max(f64::MIN_POSITIVE);
     (apart.iter().map(|m| rms(m) / spring).collect(), rms(&together) / spring)
 }
@@ -182,10 +182,10 @@ pub(super) fn shift(record: usize) -> f64 {
 }
 
 /// The size of the linear plant's motion.
-pub(super) fn linear_motion(scene: &Scene, runs: &[Run]) -> Result<MotionSize, RigError> {
-    let assembly = Assembly::new(&[], &[], scene);
+pub(super) fn linear_motion(host_plant: &HostPlant, runs: &[PlannedRecord]) -> Result<MotionSize, RigError> {
+    let assembly = Assembly::new(&[], &[], host_plant);
     let fitted = runs.iter().filter(|r| !r.held_out);
-    let motions: Vec<Motion> =
+    let motions: Vec<PlantMotion> =
         fitted.map(|run| assembly.follow(&run.coarse(COARSER), Accuracy::DRAFT)).collect::<Result<_, _>>()?;
     Ok(extents(&assembly, &motions))
 }

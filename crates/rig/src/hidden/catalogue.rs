@@ -1,13 +1,13 @@
 //! Every effect that the rig can hide, by name.
 
-use super::parts::Parts;
-use super::scene::{Dice, Drive, Scene};
-use super::shaking::Shaking;
+use super::contribution::Contribution;
+use super::excitation_kind::ExcitationKind;
+use super::host_plant::{Draws, DriveKind, HostPlant};
 use super::{driving, friction, memory, stiffness};
 
 /// What an effect asks of the plant's drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Asks {
+enum Requirement {
     Nothing,
     /// An input of either kind.
     Input,
@@ -22,12 +22,12 @@ enum Asks {
 pub(super) struct Effect {
     pub name: &'static str,
     pub title: &'static str,
-    pub build: fn(f64, &Dice, &Scene) -> Parts,
+    pub build: fn(f64, &Draws, &HostPlant) -> Contribution,
     /// The strength to begin with, for a missing force as large as the spring's.
     pub first: f64,
     /// The largest strength that is sensible.
     pub most: f64,
-    asks: Asks,
+    asks: Requirement,
     /// True if it can hold the mass.
     pub rubs: bool,
     /// True if a steady tone shows it: by harmonics, a mean, another line or a change with time.
@@ -39,40 +39,40 @@ pub(super) struct Effect {
 
 impl Effect {
     /// True if a plant can hide it when it is shaken so.
-    pub(super) fn can_be_hidden(&self, shaking: Shaking) -> bool {
-        shaking != Shaking::Decay || !matches!(self.asks, Asks::Input | Asks::Base)
+    pub(super) fn can_be_hidden(&self, excitation_kind: ExcitationKind) -> bool {
+        excitation_kind != ExcitationKind::Decay || !matches!(self.asks, Requirement::Input | Requirement::Base)
     }
 
     /// True if the plant may have this drive.
-    pub(super) fn suits(&self, drive: Drive) -> bool {
+    pub(super) fn suits(&self, drive: DriveKind) -> bool {
         match self.asks {
-            Asks::Nothing => true,
-            Asks::Input => drive != Drive::None,
-            Asks::Base => drive == Drive::Base,
-            Asks::NoBase => drive != Drive::Base,
+            Requirement::Nothing => true,
+            Requirement::Input => drive != DriveKind::None,
+            Requirement::Base => drive == DriveKind::Base,
+            Requirement::NoBase => drive != DriveKind::Base,
         }
     }
 
-    pub(super) fn shows(&self, shaking: Shaking) -> bool {
-        match shaking {
-            Shaking::Multisine | Shaking::SweepPair | Shaking::Tones => true,
-            Shaking::Decay => self.can_be_hidden(shaking) && self.in_a_decay,
-            Shaking::SingleTone => self.in_a_tone,
+    pub(super) fn shows(&self, excitation_kind: ExcitationKind) -> bool {
+        match excitation_kind {
+            ExcitationKind::Multisine | ExcitationKind::SweepPair | ExcitationKind::Tones => true,
+            ExcitationKind::Decay => self.can_be_hidden(excitation_kind) && self.in_a_decay,
+            ExcitationKind::SingleTone => self.in_a_tone,
         }
     }
 }
 
-type Build = fn(f64, &Dice, &Scene) -> Parts;
+type BuildEffect = fn(f64, &Draws, &HostPlant) -> Contribution;
 
 /// An effect seen under every excitation.
-const fn effect(name: &'static str, title: &'static str, build: Build, first: f64, most: f64) -> Effect {
+const fn effect(name: &'static str, title: &'static str, build: BuildEffect, first: f64, most: f64) -> Effect {
     Effect {
         name,
         title,
         build,
         first,
         most,
-        asks: Asks::Nothing,
+        asks: Requirement::Nothing,
         rubs: false,
         in_a_tone: true,
         in_a_decay: true,
@@ -80,11 +80,11 @@ const fn effect(name: &'static str, title: &'static str, build: Build, first: f6
     }
 }
 
-const fn asking(asks: Asks, effect: Effect) -> Effect {
+const fn asking(asks: Requirement, effect: Effect) -> Effect {
     Effect { asks, ..effect }
 }
 
-/// Linear: one frequency shows it as a stiffness and a damping only.
+/// LinearPlant: one frequency shows it as a stiffness and a damping only.
 const fn linear(effect: Effect) -> Effect {
     Effect { in_a_tone: false, in_a_decay: false, ..effect }
 }
@@ -101,7 +101,7 @@ const fn outside(effect: Effect) -> Effect {
 const LATEST: f64 = std::f64::consts::TAU / 20.0;
 
 static EFFECTS: [Effect; 35] = [
-    linear(asking(Asks::Base, effect("viscous_damping", "viscous damping", friction::viscous, 1.0, 1.0))),
+    linear(asking(Requirement::Base, effect("viscous_damping", "viscous damping", friction::viscous, 1.0, 1.0))),
     rubbing(effect("coulomb_friction", "Coulomb friction", friction::coulomb, 1.0, 2.0)),
     rubbing(effect("stribeck_friction", "Stribeck friction", friction::stribeck, 0.8, 2.0)),
     rubbing(effect(
@@ -127,7 +127,10 @@ static EFFECTS: [Effect; 35] = [
         1.0,
         1.0,
     ),
-    linear(asking(Asks::Base, effect("linear_stiffness", "a spring to the ground", stiffness::linear, 1.0, 1.0))),
+    linear(asking(
+        Requirement::Base,
+        effect("linear_stiffness", "a spring to the ground", stiffness::linear, 1.0, 1.0),
+    )),
     effect("quadratic_stiffness", "quadratic stiffness", stiffness::quadratic, 2.5, 2.0),
     effect("cubic_stiffness", "cubic stiffness", stiffness::cubic, 4.0, 4.0),
     effect("quintic_stiffness", "quintic stiffness", stiffness::quintic, 6.0, 8.0),
@@ -135,7 +138,7 @@ static EFFECTS: [Effect; 35] = [
     effect("one_sided_stop", "a stop on one side", stiffness::one_sided_stop, 5.0, 20.0),
     effect("bilinear_stiffness", "a spring that is stiffer on one side", stiffness::bilinear, 1.5, 1.0),
     asking(
-        Asks::NoBase,
+        Requirement::NoBase,
         effect("pendulum_restoring", "the restoring force of a pendulum", stiffness::pendulum, 6.0, 1.6),
     ),
     effect("bouc_wen_hysteresis", "hysteresis (Bouc-Wen)", memory::bouc_wen, 2.0, 3.0),
@@ -146,12 +149,12 @@ static EFFECTS: [Effect; 35] = [
     },
     effect("constant_force", "a constant force", driving::constant_force, 1.0, 1.0),
     linear(asking(
-        Asks::Base,
+        Requirement::Base,
         effect("base_velocity", "coupling to the base's velocity", driving::base_velocity, 2.0, 1.0),
     )),
-    linear(asking(Asks::Input, effect("input_delay", "a delay of the input", driving::delay, 2.0, LATEST))),
-    asking(Asks::Input, effect("input_saturation", "an input that saturates", driving::saturation, 3.0, 0.7)),
-    linear(asking(Asks::Base, effect("input_gain", "another gain of the input", driving::gain, 2.0, 0.5))),
+    linear(asking(Requirement::Input, effect("input_delay", "a delay of the input", driving::delay, 2.0, LATEST))),
+    asking(Requirement::Input, effect("input_saturation", "an input that saturates", driving::saturation, 3.0, 0.7)),
+    linear(asking(Requirement::Base, effect("input_gain", "another gain of the input", driving::gain, 2.0, 0.5))),
     effect("unmeasured_harmonic_force", "a harmonic force that is not measured", driving::harmonic, 1.4, 1.0),
     effect("parametric_stiffness", "a stiffness that varies in time", stiffness::parametric, 1.4, 0.4),
     effect("stiffness_drift", "a stiffness that drifts", stiffness::drift, 3.0, 1.0),
@@ -207,7 +210,7 @@ pub fn pairs() -> &'static [[&'static str; 2]] {
 }
 
 /// True if an effect has a place in a plant with this drive.
-pub(crate) fn suits(name: &str, drive: Drive) -> bool {
+pub(crate) fn suits(name: &str, drive: DriveKind) -> bool {
     find(name).is_some_and(|e| e.suits(drive))
 }
 
@@ -222,12 +225,12 @@ pub fn title(name: &str) -> Option<&'static str> {
 }
 
 /// True if an effect can be drawn under an excitation at all: one on the input needs an input.
-pub fn possible(effect: &str, shaking: Shaking) -> bool {
-    find(effect).is_some_and(|e| e.can_be_hidden(shaking))
+pub fn possible(effect: &str, excitation_kind: ExcitationKind) -> bool {
+    find(effect).is_some_and(|e| e.can_be_hidden(excitation_kind))
 }
 
 /// True if the physics lets an effect show under an excitation as something else than another stiffness and another viscous
 /// damping. That another effect shows alike is not excluded.
-pub fn exercised(effect: &str, shaking: Shaking) -> bool {
-    find(effect).is_some_and(|e| e.shows(shaking))
+pub fn exercised(effect: &str, excitation_kind: ExcitationKind) -> bool {
+    find(effect).is_some_and(|e| e.shows(excitation_kind))
 }

@@ -1,73 +1,77 @@
 //! Hidden effects on what drives the mass, and on what measures it.
 
-use super::parts::{ACCELERATION, Dimension, LENGTH, PLAIN, Parts, RATE, SensorFault, TIME};
+use super::contribution::{ACCELERATION, Contribution, Dimension, LENGTH, PLAIN, RATE, SensorFault, TIME};
+use super::host_plant::{Draws, DriveKind, HostPlant};
 use super::quantities::{du, u};
-use super::scene::{Dice, Drive, Scene};
 use super::time::wave;
 use sindyscope_values::term::Expression;
 
 /// What an input gives to the mass.
-fn given(scene: &Scene, input: Expression, rate: Expression) -> Expression {
-    match scene.drive {
-        Drive::Base => input * scene.stiffness + rate * scene.damping,
-        Drive::Force | Drive::None => input * scene.mobility,
+fn given(host_plant: &HostPlant, input: Expression, rate: Expression) -> Expression {
+    match host_plant.drive {
+        DriveKind::Base => input * host_plant.stiffness + rate * host_plant.damping,
+        DriveKind::Force | DriveKind::None => input * host_plant.mobility,
     }
 }
 
 /// A force that never changes.
-pub(super) fn constant_force(s: f64, dice: &Dice, scene: &Scene) -> Parts {
-    let force = dice.value("g", s * dice.sign(0) * scene.motion.r.rms);
-    Parts::new("").force(Expression::from(force)).with("g", force, ACCELERATION)
+pub(super) fn constant_force(s: f64, draws: &Draws, host_plant: &HostPlant) -> Contribution {
+    let force = draws.value("g", s * draws.sign(0) * host_plant.motion.r.rms);
+    Contribution::new("").force(Expression::from(force)).with("g", force, ACCELERATION)
 }
 
 /// +c u̇.
-pub(super) fn base_velocity(s: f64, dice: &Dice, _: &Scene) -> Parts {
-    let c = dice.value("c_b", s * dice.sign(0));
-    Parts::new("").force(du(0) * c).with("c_b", c, RATE)
+pub(super) fn base_velocity(s: f64, draws: &Draws, _: &HostPlant) -> Contribution {
+    let c = draws.value("c_b", s * draws.sign(0));
+    Contribution::new("").force(du(0) * c).with("c_b", c, RATE)
 }
 
 /// u(t − τ) where u(t) is measured.
-pub(super) fn delay(s: f64, dice: &Dice, scene: &Scene) -> Parts {
-    let delay = dice.value("tau", s);
-    let parts = Parts::new("").force(given(scene, u(1) - u(0), du(1) - du(0))).with("tau", delay, TIME);
-    Parts { delay, ..parts }
+pub(super) fn delay(s: f64, draws: &Draws, host_plant: &HostPlant) -> Contribution {
+    let delay = draws.value("tau", s);
+    let parts = Contribution::new("").force(given(host_plant, u(1) - u(0), du(1) - du(0))).with("tau", delay, TIME);
+    Contribution { delay, ..parts }
 }
 
 /// clip(u, L) where u is measured.
-pub(super) fn saturation(s: f64, dice: &Dice, scene: &Scene) -> Parts {
-    let limit = dice.value("L", (1.0 - s) * scene.motion.u.peak);
+pub(super) fn saturation(s: f64, draws: &Draws, host_plant: &HostPlant) -> Contribution {
+    let limit = draws.value("L", (1.0 - s) * host_plant.motion.u.peak);
     let outside = (u(0).abs() + -limit).step();
-    Parts::new("").force(given(scene, u(0).clip(limit) - u(0), -(du(0) * outside))).with("L", limit, Dimension::Input)
+    Contribution::new("").force(given(host_plant, u(0).clip(limit) - u(0), -(du(0) * outside))).with(
+        "L",
+        limit,
+        Dimension::Input,
+    )
 }
 
 /// (1 + γ) u where u is measured, on the spring's side.
-pub(super) fn gain(s: f64, dice: &Dice, scene: &Scene) -> Parts {
-    let gamma = dice.value("gamma", s * dice.sign(0));
-    Parts::new("").force(u(0) * gamma * scene.stiffness).with("gamma", gamma, PLAIN)
+pub(super) fn gain(s: f64, draws: &Draws, host_plant: &HostPlant) -> Contribution {
+    let gamma = draws.value("gamma", s * draws.sign(0));
+    Contribution::new("").force(u(0) * gamma * host_plant.stiffness).with("gamma", gamma, PLAIN)
 }
 
 /// P cos(Ωt + φ), which no one measures.
-pub(super) fn harmonic(s: f64, dice: &Dice, scene: &Scene) -> Parts {
+pub(super) fn harmonic(s: f64, draws: &Draws, host_plant: &HostPlant) -> Contribution {
     // In the band, and not on the resonance, where it would be all there is.
-    let drawn = if dice.heads(0) { dice.between(1, 0.4, 0.9) } else { dice.between(1, 1.1, 2.0) };
-    let rate = dice.value("Omega", drawn);
-    let phase = dice.value("phi", dice.between(2, -3.0, 3.0));
-    let force = dice.value("P", s * scene.motion.r.rms);
-    Parts::new("")
-        .force(wave(rate, phase, scene) * force)
+    let drawn = if draws.coin(0) { draws.between(1, 0.4, 0.9) } else { draws.between(1, 1.1, 2.0) };
+    let rate = draws.value("Omega", drawn);
+    let phase = draws.value("phi", draws.between(2, -3.0, 3.0));
+    let force = draws.value("P", s * host_plant.motion.r.rms);
+    Contribution::new("")
+        .force(wave(rate, phase, host_plant) * force)
         .with("P", force, ACCELERATION)
         .with("Omega", rate, RATE)
         .with("phi", phase, PLAIN)
 }
 
 /// A displacement sensor with another zero in every record.
-pub(super) fn offset(s: f64, _: &Dice, scene: &Scene) -> Parts {
-    Parts { seen: SensorFault::Shifted(s * scene.motion.r.rms), ..Parts::new("") }
+pub(super) fn offset(s: f64, _: &Draws, host_plant: &HostPlant) -> Contribution {
+    Contribution { seen: SensorFault::Shifted(s * host_plant.motion.r.rms), ..Contribution::new("") }
 }
 
 /// A displacement sensor that ends at ±L.
-pub(super) fn clipping(s: f64, dice: &Dice, scene: &Scene) -> Parts {
-    let limit = dice.value("L", (1.0 - s) * scene.motion.x.peak);
-    let parts = Parts::new("").with("L", limit, LENGTH);
-    Parts { seen: SensorFault::Clipped(limit), ..parts }
+pub(super) fn clipping(s: f64, draws: &Draws, host_plant: &HostPlant) -> Contribution {
+    let limit = draws.value("L", (1.0 - s) * host_plant.motion.x.peak);
+    let parts = Contribution::new("").with("L", limit, LENGTH);
+    Contribution { seen: SensorFault::Clipped(limit), ..parts }
 }

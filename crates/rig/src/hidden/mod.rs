@@ -7,24 +7,24 @@
 
 mod assembly;
 mod calibrate;
+mod case_excitation;
+mod cases;
 mod catalogue;
-mod chance;
+mod chosen;
+mod contribution;
 mod driving;
-mod exciting;
+mod excitation_kind;
 mod friction;
-mod given;
-mod judge;
-mod lab;
+mod host_plant;
+mod instruments;
 mod memory;
-mod parts;
 mod quantities;
+mod random;
 mod regime;
-mod scene;
-mod shaking;
 mod stiffness;
 mod time;
 mod truth;
-mod watching;
+mod unexplained;
 
 use std::f64::consts::TAU;
 
@@ -34,31 +34,31 @@ use rand_pcg::Pcg64;
 use sindyscope_values::record::{Record, Role};
 
 use super::RigError;
-use super::motion::Motion;
+use super::interpolant::Accuracy;
+use super::motion::PlantMotion;
 use super::sensor::Sensor;
-use super::setup::{Drive, MeasuredChannel, Quantity, Sensors, Setup};
-use super::span::Accuracy;
+use super::setup::{Drive, MeasuredChannel, MeasuredQuantity, Sensors, Setup};
 use super::truth::Truth;
 use super::words::per_second;
 use assembly::Assembly;
 use calibrate::{calibrate, hold, linear_motion, measure, shift};
 use catalogue::Effect;
-use chance::log_uniform;
-use parts::SensorFault;
+use contribution::SensorFault;
+use excitation_kind::{DrawnRecords, PlannedRecord, TestedPlant};
+use host_plant::{Draws, HostPlant, Magnitude};
 use quantities::{u, x};
-use scene::{Dice, Extent, Scene};
-use shaking::{Run, Subject, Test};
+use random::log_uniform;
 use sindyscope_values::term::Term;
-use truth::Scales;
+use truth::UnitScales;
 
 pub(crate) use catalogue::{known_name, suits};
-pub(crate) use given::{Given, GivenEffect, Linear, suggestions};
-pub(crate) use scene::Drive as DriveKind;
+pub(crate) use chosen::{ChosenEffect, ChosenPlant, LinearPlant, suggestions};
+pub(crate) use host_plant::DriveKind;
 
 pub use catalogue::{exercised, names, outside_names, pairs, possible, title};
+pub use excitation_kind::ExcitationKind;
+pub use instruments::{Instruments, SensedMotion};
 pub use regime::Regime;
-pub use shaking::Shaking;
-pub use watching::{Shown, Watching};
 
 /// Draws of a plant after which no motion was found to be bounded.
 const MOST_ATTEMPTS: u64 = 8;
@@ -70,18 +70,18 @@ const MOST_STUCK: f64 = 0.4;
 const RATIOS: (f64, f64) = (0.02, 0.15);
 /// The largest ratio that may be asked for.
 const LARGEST_RATIO: f64 = 0.5;
-/// Numbers of fitted samples that may be asked for.
+/// CaseNumbers of fitted samples that may be asked for.
 const SAMPLES: (usize, usize) = (300, 1_000_000);
 
 /// What is to be hidden and how it is tested.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Request {
+pub struct HiddenRequest {
     /// Names of the effects ([`names`], [`outside_names`]); none hides nothing.
     pub effects: Vec<String>,
     /// How the plant is shaken.
-    pub shaking: Shaking,
+    pub excitation_kind: ExcitationKind,
     /// What watches it.
-    pub watching: Watching,
+    pub instruments: Instruments,
     /// Seed of everything drawn. The plant does not depend on what watches it.
     pub seed: u64,
     /// RMS missing force over RMS spring force, of each effect; drawn from 2 to 15 % if not given. An effect that cannot
@@ -91,13 +91,17 @@ pub struct Request {
     pub samples: usize,
 }
 
-impl Request {
+impl HiddenRequest {
     /// Effects under an excitation, watched with 1 % of white noise.
-    pub fn new<S: Into<String>>(effects: impl IntoIterator<Item = S>, shaking: Shaking, seed: u64) -> Self {
+    pub fn new<S: Into<String>>(
+        effects: impl IntoIterator<Item = S>,
+        excitation_kind: ExcitationKind,
+        seed: u64,
+    ) -> Self {
         Self {
             effects: effects.into_iter().map(Into::into).collect(),
-            shaking,
-            watching: Watching::white(0.01),
+            excitation_kind,
+            instruments: Instruments::white(0.01),
             seed,
             ratio: None,
             samples: 3000,
@@ -105,10 +109,10 @@ impl Request {
     }
 
     /// One of [`names`] that the excitation can show, drawn too.
-    pub fn blind(shaking: Shaking, seed: u64) -> Self {
+    pub fn blind(excitation_kind: ExcitationKind, seed: u64) -> Self {
         let mut random = Pcg64::seed_from_u64(spread(seed, "blind"));
-        let shown: Vec<&str> = names().filter(|name| exercised(name, shaking)).collect();
-        Self::new([shown[random.random_range(0..shown.len())]], shaking, seed)
+        let shown: Vec<&str> = names().filter(|name| exercised(name, excitation_kind)).collect();
+        Self::new([shown[random.random_range(0..shown.len())]], excitation_kind, seed)
     }
 }
 
@@ -132,8 +136,9 @@ pub struct Hidden {
 /// # Errors
 /// An unknown effect, or one that cannot be under the excitation; a ratio or number of samples out of bounds; a plant whose
 /// motion stays unbounded however it is drawn.
-pub fn draw(request: &Request) -> Result<Hidden, RigError> {
-    let effects = request.effects.iter().map(|name| known(name, request.shaking)).collect::<Result<Vec<_>, _>>()?;
+pub fn draw(request: &HiddenRequest) -> Result<Hidden, RigError> {
+    let effects =
+        request.effects.iter().map(|name| known(name, request.excitation_kind)).collect::<Result<Vec<_>, _>>()?;
     let bad = |option, problem: String| Err(RigError::BadOption { option, problem });
     if let Some(ratio) = request.ratio
         && !(ratio > 0.0 && ratio <= LARGEST_RATIO)
@@ -144,20 +149,20 @@ pub fn draw(request: &Request) -> Result<Hidden, RigError> {
         let (least, most) = SAMPLES;
         return bad("--samples", format!("{} is out of bounds: give a number from {least} to {most}", request.samples));
     }
-    let Watching { share, input_share, .. } = request.watching;
+    let Instruments { share, input_share, .. } = request.instruments;
     if !(0.0..=1.0).contains(&share) || !(0.0..=1.0).contains(&input_share) {
         return bad("--noise", "give a share of the RMS from 0 to 100%".to_owned());
     }
     let mut failure = RigError::Unbounded { time: 0.0 };
     let mut weak: Option<Hidden> = None;
     for attempt in 0..MOST_ATTEMPTS {
-        let plan = Plan::draw(request, &effects, attempt)?;
-        if let Some(fault) = plan.sensor_fault().filter(|_| request.watching.shown != Shown::Displacement) {
+        let plan = HiddenPlan::draw(request, &effects, attempt)?;
+        if let Some(fault) = plan.sensor_fault().filter(|_| request.instruments.shown != SensedMotion::Displacement) {
             return bad("--measure", format!("{} is a fault of a displacement's sensor: measure x", fault.name));
         }
         let targets = match &plan.sizes {
-            Sizes::Ratios(targets, _) => targets.clone(),
-            Sizes::Still(..) | Sizes::Strengths(_) => Vec::new(),
+            EffectSizes::Ratios(targets, _) => targets.clone(),
+            EffectSizes::Still(..) | EffectSizes::Strengths(_) => Vec::new(),
         };
         match plan.perform().map(|(plan, performed)| plan.hidden(&performed)) {
             Ok(hidden) => {
@@ -182,9 +187,9 @@ pub fn draw(request: &Request) -> Result<Hidden, RigError> {
 /// # Errors
 /// As [`draw`].
 pub fn blind(seed: u64) -> Result<Hidden, RigError> {
-    let rich = [Shaking::Multisine, Shaking::SweepPair];
-    let shaking = rich[Pcg64::seed_from_u64(spread(seed, "shaking")).random_range(0..rich.len())];
-    draw(&Request::blind(shaking, seed))
+    let rich = [ExcitationKind::Multisine, ExcitationKind::SweepPair];
+    let excitation_kind = rich[Pcg64::seed_from_u64(spread(seed, "shaking")).random_range(0..rich.len())];
+    draw(&HiddenRequest::blind(excitation_kind, seed))
 }
 
 /// Draws a case of a regime: effect, plant, excitation and sensors.
@@ -192,16 +197,16 @@ pub fn blind(seed: u64) -> Result<Hidden, RigError> {
 /// # Errors
 /// No plant was found that hides the effect drawn so that it can be told; another seed will do.
 pub fn draw_in(regime: Regime, seed: u64) -> Result<Hidden, RigError> {
-    if regime == Regime::Usual { blind(seed) } else { lab::draw(regime, seed) }
+    if regime == Regime::Usual { blind(seed) } else { cases::draw(regime, seed) }
 }
 
-fn known(name: &str, shaking: Shaking) -> Result<&'static Effect, RigError> {
+fn known(name: &str, excitation_kind: ExcitationKind) -> Result<&'static Effect, RigError> {
     let bad = |problem: String| RigError::BadOption { option: "--effect", problem };
     let effect = catalogue::find(name).ok_or_else(|| {
         let known: Vec<&str> = names().chain(outside_names()).collect();
         bad(format!("there is no effect {name:?}; choose of: {}", known.join(", ")))
     })?;
-    if effect.can_be_hidden(shaking) {
+    if effect.can_be_hidden(excitation_kind) {
         Ok(effect)
     } else {
         Err(bad(format!("{name} needs an input, and a free decay has none; choose another excitation")))
@@ -217,7 +222,7 @@ fn spread(seed: u64, text: &str) -> u64 {
 
 /// How large effects are to be.
 #[derive(Clone, Debug, PartialEq)]
-enum Sizes {
+enum EffectSizes {
     /// RMS missing force over RMS spring force (input, where there is no spring), of each, and the largest share of the
     /// time in which friction may hold the mass.
     Ratios(Vec<f64>, f64),
@@ -228,25 +233,23 @@ enum Sizes {
 }
 
 /// A drawn plant and test, before the effects have their strengths.
-struct Plan<'a> {
-    effects: Vec<(&'a Effect, Dice)>,
-    sizes: Sizes,
-    scene: Scene,
-    runs: Vec<Run>,
-    scales: Scales,
-    watching: Watching,
+struct HiddenPlan<'a> {
+    effects: Vec<(&'a Effect, Draws)>,
+    sizes: EffectSizes,
+    host_plant: HostPlant,
+    runs: Vec<PlannedRecord>,
+    scales: UnitScales,
+    instruments: Instruments,
     seed: u64,
     /// Standard deviation of the noise that a control hears, without unit.
-    heard: Option<f64>,
+    feedback_noise: Option<f64>,
 }
 
 /// A plan carried out, without units.
-struct Performed {
+struct PerformedPlan {
     assembly: Assembly,
-    /// The same as a test, which makes the records.
-    setup: Setup,
     /// One a run, in their order.
-    motions: Vec<Motion>,
+    motions: Vec<PlantMotion>,
     ratios: Vec<f64>,
     ratio: f64,
     /// RMS of what an effect changes beyond the simpler one that it contains.
@@ -255,25 +258,25 @@ struct Performed {
     beyond_base: Option<f64>,
 }
 
-impl<'a> Plan<'a> {
-    fn draw(request: &Request, effects: &[&'a Effect], attempt: u64) -> Result<Self, RigError> {
-        let key = format!("{} {} {attempt}", request.effects.join(" "), request.shaking);
+impl<'a> HiddenPlan<'a> {
+    fn draw(request: &HiddenRequest, effects: &[&'a Effect], attempt: u64) -> Result<Self, RigError> {
+        let key = format!("{} {} {attempt}", request.effects.join(" "), request.excitation_kind);
         let random = &mut Pcg64::seed_from_u64(spread(request.seed, &key));
-        let drive = drive(effects, request.shaking, random)?;
+        let drive = drive(effects, request.excitation_kind, random)?;
         let frequency = log_uniform(random, 0.2, 50.0);
         // Who waits for a tone to be steady has a plant in which it becomes so.
-        let least_damping = if request.shaking == Shaking::SingleTone { 0.01 } else { 0.003 };
+        let least_damping = if request.excitation_kind == ExcitationKind::SingleTone { 0.01 } else { 0.003 };
         let damping_ratio = log_uniform(random, least_damping, 0.05);
         let (small, large) = (log_uniform(random, 1e-6, 1.0), log_uniform(random, 0.05, 1.5));
         let pendulum = effects.iter().any(|e| e.name == "pendulum_restoring");
-        let turns = drive != scene::Drive::Base && (pendulum | (random.random::<f64>() < 0.25));
+        let turns = drive != DriveKind::Base && (pendulum | (random.random::<f64>() < 0.25));
         let length = match (pendulum, turns) {
             (true, _) => 1.0,
             (false, true) => large,
             (false, false) => small,
         };
         let mass = log_uniform(random, 0.01, 100.0);
-        let dice = effects.iter().map(|e| (*e, Dice::new(std::array::from_fn(|_| random.random())))).collect();
+        let draws = effects.iter().map(|e| (*e, Draws::new(std::array::from_fn(|_| random.random())))).collect();
         let targets = effects
             .iter()
             .map(|_| {
@@ -282,34 +285,39 @@ impl<'a> Plan<'a> {
             })
             .collect();
         let damping = 2.0 * damping_ratio;
-        let subject = Subject { drive, damping, rubs: effects.iter().any(|e| e.rubs) };
-        let Test { runs, origin, length: duration } = shaking::draw(request.shaking, subject, request.samples, random);
-        let mut scene = Scene::linear(damping, drive, origin, duration);
+        let subject = TestedPlant { drive, damping, rubs: effects.iter().any(|e| e.rubs) };
+        let DrawnRecords { runs, origin, length: duration } =
+            excitation_kind::draw(request.excitation_kind, subject, request.samples, random);
+        let mut host_plant = HostPlant::linear(damping, drive, origin, duration);
         // A steady tone's initial state belongs to its input; a displaced start is relative to the forced motion.
-        let runs = brought_to_one(&mut scene, runs, request.shaking == Shaking::SingleTone)?;
+        let runs = brought_to_one(&mut host_plant, runs, request.excitation_kind == ExcitationKind::SingleTone)?;
         let interval = runs.first().map_or(1.0, |r| r.sampling.interval);
-        let scales = Scales::new(length, frequency * TAU, interval, mass, turns, drive);
-        let sizes = Sizes::Ratios(targets, MOST_STUCK);
-        let Request { watching, seed, .. } = *request;
-        Ok(Self { effects: dice, sizes, scene, runs, scales, watching, seed, heard: None })
+        let scales = UnitScales::new(length, frequency * TAU, interval, mass, turns, drive);
+        let sizes = EffectSizes::Ratios(targets, MOST_STUCK);
+        let HiddenRequest { instruments, seed, .. } = *request;
+        Ok(Self { effects: draws, sizes, host_plant, runs, scales, instruments, seed, feedback_noise: None })
     }
 
     /// An effect that is in the sensor, not in the motion.
     fn sensor_fault(&self) -> Option<&'a Effect> {
-        let at_fault = |(e, dice): &&(&Effect, Dice)| (e.build)(e.first, dice, &self.scene).seen != SensorFault::True;
+        let at_fault =
+            |(e, draws): &&(&Effect, Draws)| (e.build)(e.first, draws, &self.host_plant).seen != SensorFault::True;
         self.effects.iter().find(at_fault).map(|(effect, _)| *effect)
     }
 
     /// Gives the effects their sizes and sets the plant in motion.
-    fn perform(mut self) -> Result<(Self, Performed), RigError> {
+    fn perform(mut self) -> Result<(Self, PerformedPlan), RigError> {
         let assembly = match &self.sizes {
-            Sizes::Ratios(targets, stuck) => calibrate(&self.effects, targets, *stuck, &mut self.scene, &self.runs)?,
-            Sizes::Still(share, bounds) => hold(&self.effects, *share, *bounds, &mut self.scene, &self.runs)?,
-            Sizes::Strengths(strengths) => Assembly::new(&self.effects, strengths, &self.scene),
+            EffectSizes::Ratios(targets, stuck) => {
+                calibrate(&self.effects, targets, *stuck, &mut self.host_plant, &self.runs)?
+            }
+            EffectSizes::Still(share, bounds) => {
+                hold(&self.effects, *share, *bounds, &mut self.host_plant, &self.runs)?
+            }
+            EffectSizes::Strengths(strengths) => Assembly::new(&self.effects, strengths, &self.host_plant),
         };
-        let setup = self.setup(&assembly);
-        let motions = setup.motions()?;
-        let fitted: Vec<Motion> =
+        let motions = self.setup(&assembly).motions()?;
+        let fitted: Vec<PlantMotion> =
             self.runs.iter().zip(&motions).filter(|(run, _)| !run.held_out).map(|(_, m)| m.clone()).collect();
         let (ratios, ratio) = measure(&assembly, &fitted);
         let simpler = match assembly.without_static_level() {
@@ -320,33 +328,33 @@ impl<'a> Plan<'a> {
             None => None,
         };
         let beyond_simpler = simpler.map(|simpler| {
-            let shown = self.watching.shown;
+            let shown = self.instruments.shown;
             let change = fitted.iter().zip(&simpler).flat_map(|(a, b)| shown.series(a).iter().zip(shown.series(b)));
-            Extent::of(change.map(|(a, b)| a - b)).rms
+            Magnitude::of(change.map(|(a, b)| a - b)).rms
         });
         // The linear plant of what excites itself has no response.
-        let beyond_base = (self.scene.damping > 0.0 && !self.effects.is_empty())
-            .then(|| judge::beyond_base(&assembly, &self.scene, &fitted));
-        Ok((self, Performed { assembly, setup, motions, ratios, ratio, beyond_simpler, beyond_base }))
+        let beyond_base = (self.host_plant.damping > 0.0 && !self.effects.is_empty())
+            .then(|| unexplained::beyond_base(&assembly, &self.host_plant, &fitted));
+        Ok((self, PerformedPlan { assembly, motions, ratios, ratio, beyond_simpler, beyond_base }))
     }
 
     /// Standard deviation of the noise of the motion's sensor, without unit.
-    fn deviation(&self, motions: &[Motion]) -> f64 {
-        self.heard.unwrap_or_else(|| self.watching.deviation(self.shown_rms(motions)))
+    fn deviation(&self, motions: &[PlantMotion]) -> f64 {
+        self.feedback_noise.unwrap_or_else(|| self.instruments.deviation(self.shown_rms(motions)))
     }
 
     /// RMS of what is shown of the motion over the fitted records, without unit.
-    fn shown_rms(&self, motions: &[Motion]) -> f64 {
+    fn shown_rms(&self, motions: &[PlantMotion]) -> f64 {
         let fitted = self.runs.iter().zip(motions).filter(|(run, _)| !run.held_out);
-        Extent::of(fitted.flat_map(|(_, m)| self.watching.shown.series(m).iter().copied())).rms
+        Magnitude::of(fitted.flat_map(|(_, m)| self.instruments.shown.series(m).iter().copied())).rms
     }
 
     /// The test that makes the records: one drive a run, a sensor of the motion and one of the input.
     fn setup(&self, assembly: &Assembly) -> Setup {
-        let Self { runs, scales, watching, scene, .. } = self;
-        let drive = |(index, run): (usize, &Run)| {
+        let Self { runs, scales, instruments, host_plant, .. } = self;
+        let drive = |(index, run): (usize, &PlannedRecord)| {
             let (inputs, initial) = assembly.driven(run);
-            let start = ((run.sampling.start - scene.origin) / run.sampling.interval).round() * scales.interval;
+            let start = ((run.sampling.start - host_plant.origin) / run.sampling.interval).round() * scales.interval;
             Drive {
                 name: run.name.clone(),
                 inputs,
@@ -361,29 +369,29 @@ impl<'a> Plan<'a> {
         channels.extend(assembly.measured_input().map(|quantity| MeasuredChannel {
             scale: scales.input,
             stream: 1,
-            ..MeasuredChannel::new("u", Role::Input(0), scales.input_unit, quantity, watching.input_sensor())
+            ..MeasuredChannel::new("u", Role::Input(0), scales.input_unit, quantity, instruments.input_sensor())
         }));
         Setup {
             plant: assembly.plant.clone(),
             drives: runs.iter().enumerate().map(drive).collect(),
-            sensors: Sensors { channels, jitter: watching.jitter, streams_a_record: 2 },
+            sensors: Sensors { channels, jitter: instruments.jitter, streams_a_record: 2 },
             seed: spread(self.seed, "sensors"),
         }
     }
 
     /// The sensor of the motion.
     fn motion_channel(&self, assembly: &Assembly) -> MeasuredChannel {
-        let Self { scales, watching, .. } = self;
-        let shown = watching.shown;
+        let Self { scales, instruments, .. } = self;
+        let shown = instruments.shown;
         let (role, unit) = match shown {
-            Shown::Displacement => (Role::Displacement(0), scales.unit.to_owned()),
-            Shown::Velocity => (Role::Velocity(0), per_second(scales.unit, 1)),
-            Shown::Acceleration => (Role::Acceleration(0), per_second(scales.unit, 2)),
+            SensedMotion::Displacement => (Role::Displacement(0), scales.unit.to_owned()),
+            SensedMotion::Velocity => (Role::Velocity(0), per_second(scales.unit, 1)),
+            SensedMotion::Acceleration => (Role::Acceleration(0), per_second(scales.unit, 2)),
         };
         // What a control hears is what is recorded: the noise is an input of the plant.
-        let (quantity, sensor) = match self.heard {
-            Some(_) => (Quantity::Expression(x() + u(1)), Sensor::PERFECT),
-            None => (shown.quantity(), watching.sensor()),
+        let (quantity, sensor) = match self.feedback_noise {
+            Some(_) => (MeasuredQuantity::Expression(x() + u(1)), Sensor::PERFECT),
+            None => (shown.quantity(), instruments.sensor()),
         };
         let mut channel = MeasuredChannel {
             scale: scales.shown(shown),
@@ -394,7 +402,7 @@ impl<'a> Plan<'a> {
             SensorFault::Shifted(size) => channel.zeros = (0..self.runs.len()).map(|run| size * shift(run)).collect(),
             SensorFault::Clipped(limit) => channel.limit = limit,
         }
-        if let Some(datum) = self.scene.datum.filter(|_| shown == Shown::Displacement) {
+        if let Some(datum) = self.host_plant.datum.filter(|_| shown == SensedMotion::Displacement) {
             channel.zeros.resize(self.runs.len(), 0.0);
             channel.zeros.iter_mut().for_each(|zero| *zero -= datum);
         }
@@ -402,21 +410,21 @@ impl<'a> Plan<'a> {
     }
 
     /// The records, and what they hide.
-    fn hidden(&self, performed: &Performed) -> Hidden {
-        let Performed { assembly, setup, motions, ratios, ratio, .. } = performed;
+    fn hidden(&self, performed: &PerformedPlan) -> Hidden {
+        let PerformedPlan { assembly, motions, ratios, ratio, .. } = performed;
         let (mut fit, mut held_out) = (Vec::new(), Vec::new());
-        for (run, record) in self.runs.iter().zip(setup.records(motions)) {
+        for (run, record) in self.runs.iter().zip(self.setup(assembly).records(motions)) {
             if run.held_out { held_out.push(record) } else { fit.push(record) }
         }
-        let offset = |(index, run): (usize, &Run)| match assembly.seen() {
+        let offset = |(index, run): (usize, &PlannedRecord)| match assembly.seen() {
             SensorFault::Shifted(size) => Some((run.name.clone(), size * shift(index) * self.scales.length)),
             SensorFault::True | SensorFault::Clipped(_) => None,
         };
-        let measured = truth::Measured {
+        let measured = truth::MeasuredSizes {
             ratios: ratios.clone(),
             ratio: *ratio,
-            noise: self.deviation(motions) * self.scales.shown(self.watching.shown),
-            beyond_simpler: performed.beyond_simpler.map(|size| size * self.scales.shown(self.watching.shown)),
+            noise: self.deviation(motions) * self.scales.shown(self.instruments.shown),
+            beyond_simpler: performed.beyond_simpler.map(|size| size * self.scales.shown(self.instruments.shown)),
             beyond_base: performed.beyond_base.map(|size| size * self.scales.length),
             offsets: self.runs.iter().enumerate().filter_map(offset).collect(),
         };
@@ -426,19 +434,19 @@ impl<'a> Plan<'a> {
             .zip(&assembly.parts)
             .map(|((effect, _), part)| (effect.name, effect.title, part))
             .collect();
-        let truth = truth::told(&effects, &self.scene, &self.scales, &measured);
-        let base_excited = self.scene.drive == scene::Drive::Base;
-        Hidden { fit, held_out, base_excited, base: self.scene.base_terms(), truth }
+        let truth = truth::told(&effects, &self.host_plant, &self.scales, &measured);
+        let base_excited = self.host_plant.drive == DriveKind::Base;
+        Hidden { fit, held_out, base_excited, base: self.host_plant.base_terms(), truth }
     }
 }
 
 /// The drive that all effects suit.
-fn drive(effects: &[&Effect], shaking: Shaking, random: &mut Pcg64) -> Result<scene::Drive, RigError> {
+fn drive(effects: &[&Effect], excitation_kind: ExcitationKind, random: &mut Pcg64) -> Result<DriveKind, RigError> {
     let base_first = random.random::<bool>();
-    let order = match (shaking, base_first) {
-        (Shaking::Decay, _) => [scene::Drive::None; 2],
-        (_, true) => [scene::Drive::Base, scene::Drive::Force],
-        (_, false) => [scene::Drive::Force, scene::Drive::Base],
+    let order = match (excitation_kind, base_first) {
+        (ExcitationKind::Decay, _) => [DriveKind::None; 2],
+        (_, true) => [DriveKind::Base, DriveKind::Force],
+        (_, false) => [DriveKind::Force, DriveKind::Base],
     };
     order.into_iter().find(|drive| effects.iter().all(|e| e.suits(*drive))).ok_or_else(|| RigError::BadOption {
         option: "--effect",
@@ -448,17 +456,21 @@ fn drive(effects: &[&Effect], shaking: Shaking, random: &mut Pcg64) -> Result<sc
 
 /// Brings the runs to the level at which the linear plant's largest displacement is 1, and notes its motion; initial states
 /// that belong to a steady motion keep to it, others are relative to the forced motion.
-fn brought_to_one(scene: &mut Scene, runs: Vec<Run>, steady: bool) -> Result<Vec<Run>, RigError> {
+fn brought_to_one(
+    host_plant: &mut HostPlant,
+    runs: Vec<PlannedRecord>,
+    steady: bool,
+) -> Result<Vec<PlannedRecord>, RigError> {
     let state = |kept: f64| if steady { kept } else { 1.0 };
     let mut level = 1.0;
-    if scene.drive != scene::Drive::None {
-        let forced: Vec<Run> = runs.iter().map(|r| r.scaled(1.0, if steady { 1.0 } else { 0.0 })).collect();
-        level = 1.0 / linear_motion(scene, &forced)?.x.peak;
+    if host_plant.drive != DriveKind::None {
+        let forced: Vec<PlannedRecord> = runs.iter().map(|r| r.scaled(1.0, if steady { 1.0 } else { 0.0 })).collect();
+        level = 1.0 / linear_motion(host_plant, &forced)?.x.peak;
     }
-    let runs: Vec<Run> = runs.iter().map(|r| r.scaled(level, state(level))).collect();
-    let whole = 1.0 / linear_motion(scene, &runs)?.x.peak;
-    let runs: Vec<Run> = runs.iter().map(|r| r.scaled(whole, whole)).collect();
-    scene.motion = linear_motion(scene, &runs)?;
+    let runs: Vec<PlannedRecord> = runs.iter().map(|r| r.scaled(level, state(level))).collect();
+    let whole = 1.0 / linear_motion(host_plant, &runs)?.x.peak;
+    let runs: Vec<PlannedRecord> = runs.iter().map(|r| r.scaled(whole, whole)).collect();
+    host_plant.motion = linear_motion(host_plant, &runs)?;
     Ok(runs)
 }
 

@@ -10,8 +10,11 @@ use crate::NoiseKind;
 /// Samples of the fitted records where an equation is to be checked: 320 a natural period.
 const DENSE: usize = 24_000;
 
-fn clean(effects: &[&str], shaking: Shaking, seed: u64) -> Request {
-    Request { watching: Watching::white(0.0), ..Request::new(effects.iter().copied(), shaking, seed) }
+fn clean(effects: &[&str], excitation_kind: ExcitationKind, seed: u64) -> HiddenRequest {
+    HiddenRequest {
+        instruments: Instruments::white(0.0),
+        ..HiddenRequest::new(effects.iter().copied(), excitation_kind, seed)
+    }
 }
 
 fn everything() -> Vec<&'static str> {
@@ -203,13 +206,13 @@ fn found(hidden: &Hidden, path: &Path) -> Vec<f64> {
 fn spring_rms(hidden: &Hidden, path: &Path) -> f64 {
     let k = hidden.truth.parameter(None, "k").unwrap();
     let joint = |i: usize| if hidden.base_excited { path.x[i] - path.u[i] } else { path.x[i] };
-    Extent::of((0..path.x.len()).map(|i| k * joint(i))).rms
+    Magnitude::of((0..path.x.len()).map(|i| k * joint(i))).rms
 }
 
-fn holds(effect: &str, shaking: Shaking, seed: u64) {
+fn holds(effect: &str, excitation_kind: ExcitationKind, seed: u64) {
     // A decay is shorter: as many samples would be too dense to differentiate.
-    let samples = if shaking == Shaking::Decay { DENSE / 4 } else { DENSE };
-    let hidden = draw(&Request { samples, ..clean(&[effect], shaking, seed) }).unwrap();
+    let samples = if excitation_kind == ExcitationKind::Decay { DENSE / 4 } else { DENSE };
+    let hidden = draw(&HiddenRequest { samples, ..clean(&[effect], excitation_kind, seed) }).unwrap();
     for record in hidden.fit.iter().chain(&hidden.held_out) {
         let path = Path::of(record);
         let (found, expected) = (found(&hidden, &path), expected(effect, &hidden, record, &path));
@@ -222,26 +225,31 @@ fn holds(effect: &str, shaking: Shaking, seed: u64) {
         // differences do not hold, and a mass that sticks is not held by its sliding force; that is up to half of the time.
         let share = if hidden.truth.description.contains("friction") { 0.5 } else { 0.9 };
         let error = errors[(share * errors.len() as f64) as usize];
-        assert!(error < 2e-5, "{effect} {shaking} {seed} {}: {error:e} {}", record.name, hidden.truth.description);
+        assert!(
+            error < 2e-5,
+            "{effect} {excitation_kind} {seed} {}: {error:e} {}",
+            record.name,
+            hidden.truth.description
+        );
     }
 }
 
 #[test]
 fn records_obey_the_equation_of_what_they_hide() {
-    everything().par_iter().for_each(|effect| holds(effect, Shaking::Multisine, 1));
+    everything().par_iter().for_each(|effect| holds(effect, ExcitationKind::Multisine, 1));
 }
 
 #[test]
 fn times_and_phases_are_the_records_own_after_a_transient_is_cut() {
     for effect in ["unmeasured_harmonic_force", "parametric_stiffness", "stiffness_drift", "input_delay"] {
-        holds(effect, Shaking::SingleTone, 3);
+        holds(effect, ExcitationKind::SingleTone, 3);
     }
 }
 
 #[test]
 fn decays_obey_their_equation_too() {
     for effect in ["cubic_stiffness", "bilinear_stiffness", "quadratic_damping", "constant_force", "sensor_clipping"] {
-        holds(effect, Shaking::Decay, 4);
+        holds(effect, ExcitationKind::Decay, 4);
     }
 }
 
@@ -249,7 +257,7 @@ fn decays_obey_their_equation_too() {
 #[ignore = "half a minute where tests are not optimised; run with --profile study"]
 fn pairs_are_both_there() {
     pairs().par_iter().filter(|p| !p.contains(&"second_mode")).for_each(|pair| {
-        let hidden = draw(&Request { samples: DENSE, ..clean(pair, Shaking::Multisine, 5) }).unwrap();
+        let hidden = draw(&HiddenRequest { samples: DENSE, ..clean(pair, ExcitationKind::Multisine, 5) }).unwrap();
         assert_eq!(hidden.truth.effects, pair);
         // Both are told across the joint or to the ground in one sentence: only pairs that agree can be checked by it.
         let places = ["across the joint", "to the ground"].map(|p| hidden.truth.description.contains(p));
@@ -274,15 +282,15 @@ fn pairs_are_both_there() {
 
 #[test]
 fn nothing_hidden_is_a_linear_plant() {
-    for shaking in Shaking::ALL {
-        let hidden = draw(&Request { samples: DENSE, ..clean(&[], shaking, 6) }).unwrap();
+    for excitation_kind in ExcitationKind::ALL {
+        let hidden = draw(&HiddenRequest { samples: DENSE, ..clean(&[], excitation_kind, 6) }).unwrap();
         assert_eq!((hidden.truth.ratio, hidden.truth.effects.len()), (0.0, 0));
         for record in hidden.fit.iter().chain(&hidden.held_out) {
             let path = Path::of(record);
-            let error = Extent::of(found(&hidden, &path).into_iter()).rms / spring_rms(&hidden, &path);
+            let error = Magnitude::of(found(&hidden, &path).into_iter()).rms / spring_rms(&hidden, &path);
             // Ten digits differentiated twice; a decay is sampled up to six times as densely, 36 × 1e-7 of its peak, and
             // ends at a twentieth of that.
-            assert!(error < 1e-4, "{shaking}: {error:e}");
+            assert!(error < 1e-4, "{excitation_kind}: {error:e}");
         }
     }
 }
@@ -299,51 +307,51 @@ fn the_missing_force_is_of_the_size_asked_for() {
         "magnet",
         "play_operator",
     ];
-    let ways = [Shaking::Multisine, Shaking::SweepPair, Shaking::Tones, Shaking::Decay];
+    let ways = [ExcitationKind::Multisine, ExcitationKind::SweepPair, ExcitationKind::Tones, ExcitationKind::Decay];
     let turn = |(k, effect): (usize, &'static str)| {
         let way = ways.into_iter().cycle().skip(k).find(|way| possible(effect, *way));
         (effect, way.unwrap())
     };
-    let cases: Vec<(&str, Shaking)> = everything().into_iter().enumerate().map(turn).collect();
-    cases.par_iter().for_each(|(effect, shaking)| {
-        let hidden = draw(&Request { ratio: Some(0.04), ..clean(&[effect], *shaking, 7) }).unwrap();
+    let cases: Vec<(&str, ExcitationKind)> = everything().into_iter().enumerate().map(turn).collect();
+    cases.par_iter().for_each(|(effect, excitation_kind)| {
+        let hidden = draw(&HiddenRequest { ratio: Some(0.04), ..clean(&[effect], *excitation_kind, 7) }).unwrap();
         let reached = hidden.truth.ratio / 0.04;
         let least = if weak.contains(effect) || *effect == "static_friction" { 0.3 } else { 0.9 };
         // Static friction is raised until it holds the mass at all, lowered where it holds it most of the time.
         let most = if *effect == "static_friction" { 15.0 } else { 1.1 };
-        assert!((least..most).contains(&reached), "{effect} {shaking}: {reached} of what was asked for");
+        assert!((least..most).contains(&reached), "{effect} {excitation_kind}: {reached} of what was asked for");
     });
 }
 
 #[test]
 fn a_draw_is_the_same_for_ever_and_its_plant_whatever_watches_it() {
-    let request = Request::new(["coulomb_friction"], Shaking::SweepPair, 8);
+    let request = HiddenRequest::new(["coulomb_friction"], ExcitationKind::SweepPair, 8);
     let (one, two) = (draw(&request).unwrap(), draw(&request).unwrap());
     assert_eq!(one, two);
-    let watching = Watching { kind: NoiseKind::Coloured, input_share: 0.0, ..Watching::white(0.05) };
-    let noisy = draw(&Request { watching, ..request.clone() }).unwrap();
+    let instruments = Instruments { kind: NoiseKind::Coloured, input_share: 0.0, ..Instruments::white(0.05) };
+    let noisy = draw(&HiddenRequest { instruments, ..request.clone() }).unwrap();
     assert_eq!(one.truth.parameters, noisy.truth.parameters);
     assert_ne!(one.fit, noisy.fit);
-    assert_ne!(one.truth.parameters, draw(&Request { seed: 9, ..request }).unwrap().truth.parameters);
+    assert_ne!(one.truth.parameters, draw(&HiddenRequest { seed: 9, ..request }).unwrap().truth.parameters);
 }
 
 #[test]
 fn usual_draws_are_what_they_were_when_studies_were_made_with_them() {
     // FNV-1a over the bits of every sample.
-    let print = |effects: &[&str], shaking, seed| {
-        let hidden = draw(&Request::new(effects.iter().copied(), shaking, seed)).unwrap();
+    let print = |effects: &[&str], excitation_kind, seed| {
+        let hidden = draw(&HiddenRequest::new(effects.iter().copied(), excitation_kind, seed)).unwrap();
         let values =
             hidden.fit.iter().chain(&hidden.held_out).flat_map(|r| &r.channels).flat_map(|c| c.values.to_vec());
         let bytes = values.flat_map(|x| x.to_bits().to_le_bytes());
         bytes.fold(0xcbf2_9ce4_8422_2325_u64, |h, byte| (h ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
     };
     let prints = [
-        print(&["coulomb_friction"], Shaking::Multisine, 0),
-        print(&["input_delay"], Shaking::SweepPair, 1),
-        print(&["cubic_stiffness", "coulomb_friction"], Shaking::Tones, 2),
-        print(&["quadratic_damping"], Shaking::Decay, 3),
-        print(&["bouc_wen_hysteresis"], Shaking::SingleTone, 4),
-        print(&[], Shaking::Multisine, 5),
+        print(&["coulomb_friction"], ExcitationKind::Multisine, 0),
+        print(&["input_delay"], ExcitationKind::SweepPair, 1),
+        print(&["cubic_stiffness", "coulomb_friction"], ExcitationKind::Tones, 2),
+        print(&["quadratic_damping"], ExcitationKind::Decay, 3),
+        print(&["bouc_wen_hysteresis"], ExcitationKind::SingleTone, 4),
+        print(&[], ExcitationKind::Multisine, 5),
     ];
     assert_eq!(
         prints,
@@ -360,9 +368,9 @@ fn usual_draws_are_what_they_were_when_studies_were_made_with_them() {
 
 #[test]
 fn records_carry_no_hint() {
-    let plain = draw(&clean(&[], Shaking::SweepPair, 10)).unwrap();
+    let plain = draw(&clean(&[], ExcitationKind::SweepPair, 10)).unwrap();
     for effect in everything().into_iter().step_by(3) {
-        let hidden = draw(&clean(&[effect], Shaking::SweepPair, 10)).unwrap();
+        let hidden = draw(&clean(&[effect], ExcitationKind::SweepPair, 10)).unwrap();
         for (own, other) in [(&hidden.fit, &plain.fit), (&hidden.held_out, &plain.held_out)] {
             assert_eq!(own.len(), other.len());
             for (own, other) in own.iter().zip(other) {
@@ -377,7 +385,7 @@ fn records_carry_no_hint() {
 #[test]
 fn friction_that_sticks_holds_the_mass_still_up_to_its_static_level() {
     let free = (0..40)
-        .map(|seed| draw(&clean(&["static_friction"], Shaking::Multisine, seed)).unwrap())
+        .map(|seed| draw(&clean(&["static_friction"], ExcitationKind::Multisine, seed)).unwrap())
         .find(|h| !h.base_excited)
         .unwrap();
     let p = |name| free.truth.parameter(Some("static_friction"), name).unwrap();
@@ -396,7 +404,8 @@ fn friction_that_sticks_holds_the_mass_still_up_to_its_static_level() {
 #[test]
 #[ignore = "half a minute where tests are not optimised; run with --profile study"]
 fn what_a_static_level_changes_is_known() {
-    let beyond = |effect: &str, seed| draw(&clean(&[effect], Shaking::Multisine, seed)).unwrap().truth.beyond_simpler;
+    let beyond =
+        |effect: &str, seed| draw(&clean(&[effect], ExcitationKind::Multisine, seed)).unwrap().truth.beyond_simpler;
     assert!((0..5).all(|seed| beyond("coulomb_friction", seed).is_none()));
     let changes: Vec<f64> = (0..5).map(|seed| beyond("static_friction", seed).unwrap()).collect();
     assert!(changes.iter().all(|c| *c >= 0.0 && c.is_finite()) && changes.iter().any(|c| *c > 0.0), "{changes:?}");
@@ -405,16 +414,16 @@ fn what_a_static_level_changes_is_known() {
 #[test]
 fn a_velocity_or_an_acceleration_alone_is_that_of_the_displacement() {
     let made = |shown, share| {
-        let watching = Watching { shown, input_share: 0.0, ..Watching::white(share) };
-        let effect = clean(&["cubic_damping"], Shaking::Multisine, 3);
-        draw(&Request { watching, samples: DENSE, ..effect }).unwrap()
+        let instruments = Instruments { shown, input_share: 0.0, ..Instruments::white(share) };
+        let effect = clean(&["cubic_damping"], ExcitationKind::Multisine, 3);
+        draw(&HiddenRequest { instruments, samples: DENSE, ..effect }).unwrap()
     };
-    let displacement = made(Shown::Displacement, 0.0);
+    let displacement = made(SensedMotion::Displacement, 0.0);
     let path = Path::of(&displacement.fit[0]);
     let length = &displacement.fit[0].channel(Role::Displacement(0)).unwrap().unit;
     for (shown, role, per, expected) in [
-        (Shown::Velocity, Role::Velocity(0), "/s", &path.v),
-        (Shown::Acceleration, Role::Acceleration(0), "/s^2", &path.a),
+        (SensedMotion::Velocity, Role::Velocity(0), "/s", &path.v),
+        (SensedMotion::Acceleration, Role::Acceleration(0), "/s^2", &path.a),
     ] {
         let hidden = made(shown, 0.0);
         let record = &hidden.fit[0];
@@ -428,29 +437,32 @@ fn a_velocity_or_an_acceleration_alone_is_that_of_the_displacement() {
         // The noise is a share of what is shown.
         let noisy = made(shown, 0.02);
         let fitted = hidden.fit.iter().flat_map(|r| r.channel(role).unwrap().values.to_vec());
-        let rms = Extent::of(fitted).rms;
+        let rms = Magnitude::of(fitted).rms;
         assert!((noisy.truth.noise / rms / 0.02 - 1.0).abs() < 1e-9);
     }
-    let fault = Request::new(["sensor_offset"], Shaking::Multisine, 1);
-    let refused = draw(&Request { watching: Watching { shown: Shown::Velocity, ..fault.watching }, ..fault });
+    let fault = HiddenRequest::new(["sensor_offset"], ExcitationKind::Multisine, 1);
+    let refused = draw(&HiddenRequest {
+        instruments: Instruments { shown: SensedMotion::Velocity, ..fault.instruments },
+        ..fault
+    });
     assert!(matches!(refused, Err(RigError::BadOption { option: "--measure", .. })), "{refused:?}");
 }
 
 #[test]
 fn noise_is_of_the_kind_and_size_asked_for() {
     let draw_with = |kind, share| {
-        let watching = Watching { kind, input_share: 0.0, ..Watching::white(share) };
-        draw(&Request { watching, ..clean(&["cubic_damping"], Shaking::Tones, 11) }).unwrap()
+        let instruments = Instruments { kind, input_share: 0.0, ..Instruments::white(share) };
+        draw(&HiddenRequest { instruments, ..clean(&["cubic_damping"], ExcitationKind::Tones, 11) }).unwrap()
     };
     let values = |h: &Hidden| -> Vec<f64> {
         h.fit.iter().flat_map(|r| r.channel(Role::Displacement(0)).unwrap().values.to_vec()).collect()
     };
     let clean = values(&draw_with(NoiseKind::White, 0.0));
-    let rms = Extent::of(clean.iter().copied()).rms;
+    let rms = Magnitude::of(clean.iter().copied()).rms;
     for kind in NoiseKind::ALL {
         let hidden = draw_with(kind, 0.05);
         let noise: Vec<f64> = values(&hidden).iter().zip(&clean).map(|(a, b)| a - b).collect();
-        let size = Extent::of(noise.iter().copied()).rms;
+        let size = Magnitude::of(noise.iter().copied()).rms;
         let lagged = noise.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / noise.len() as f64 / size.powi(2);
         // 3000 samples, of which coloured noise leaves a ninth to count: four standard errors of 4 % are 16 %.
         assert!((size / hidden.truth.noise - 1.0).abs() < 0.16, "{kind}: {size} {}", hidden.truth.noise);
@@ -467,19 +479,19 @@ fn noise_is_of_the_kind_and_size_asked_for() {
 
 #[test]
 fn what_cannot_be_is_refused_in_words() {
-    for (effects, shaking, part) in [
-        (&["friction"][..], Shaking::Tones, "there is no effect"),
-        (&["input_delay"], Shaking::Decay, "needs an input"),
-        (&["pendulum_restoring", "base_velocity"], Shaking::Tones, "different plants"),
+    for (effects, excitation_kind, part) in [
+        (&["friction"][..], ExcitationKind::Tones, "there is no effect"),
+        (&["input_delay"], ExcitationKind::Decay, "needs an input"),
+        (&["pendulum_restoring", "base_velocity"], ExcitationKind::Tones, "different plants"),
     ] {
-        let error = draw(&clean(effects, shaking, 1)).unwrap_err().to_string();
+        let error = draw(&clean(effects, excitation_kind, 1)).unwrap_err().to_string();
         assert!(error.contains(part), "{error}");
     }
     for (ratio, samples, share) in
         [(Some(0.0), 3000, 0.0), (Some(f64::NAN), 3000, 0.0), (None, 0, 0.0), (None, 3000, -1.0)]
     {
-        let request = Request { ratio, samples, ..clean(&["magnet"], Shaking::Tones, 1) };
-        let request = Request { watching: Watching { share, ..request.watching }, ..request };
+        let request = HiddenRequest { ratio, samples, ..clean(&["magnet"], ExcitationKind::Tones, 1) };
+        let request = HiddenRequest { instruments: Instruments { share, ..request.instruments }, ..request };
         assert!(matches!(draw(&request), Err(RigError::BadOption { .. })));
     }
 }
@@ -495,8 +507,12 @@ fn a_blind_draw_hides_one_named_effect() {
 
 #[test]
 fn what_an_excitation_cannot_show_is_said() {
-    assert!(exercised("base_velocity", Shaking::Multisine) && !exercised("base_velocity", Shaking::Decay));
-    assert!(exercised("sensor_offset", Shaking::Decay) && !exercised("viscous_damping", Shaking::SingleTone));
-    assert!(names().chain(outside_names()).all(|e| exercised(e, Shaking::Tones)));
+    assert!(
+        exercised("base_velocity", ExcitationKind::Multisine) && !exercised("base_velocity", ExcitationKind::Decay)
+    );
+    assert!(
+        exercised("sensor_offset", ExcitationKind::Decay) && !exercised("viscous_damping", ExcitationKind::SingleTone)
+    );
+    assert!(names().chain(outside_names()).all(|e| exercised(e, ExcitationKind::Tones)));
     assert_eq!((names().count(), outside_names().count(), pairs().len()), (29, 6, 12));
 }

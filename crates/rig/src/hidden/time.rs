@@ -1,15 +1,15 @@
 //! Time as the records count it.
 
+use super::host_plant::HostPlant;
 use super::quantities::t;
-use super::scene::Scene;
 use sindyscope_values::term::Expression;
 
 /// Time since the records begin.
-pub(super) fn elapsed(scene: &Scene) -> Expression {
-    t() + -scene.origin
+pub(super) fn elapsed(host_plant: &HostPlant) -> Expression {
+    t() + -host_plant.origin
 }
 
 /// cos(rate × elapsed time + phase).
-pub(super) fn wave(rate: f64, phase: f64, scene: &Scene) -> Expression {
-    (elapsed(scene) * rate + phase).cos()
+pub(super) fn wave(rate: f64, phase: f64, host_plant: &HostPlant) -> Expression {
+    (elapsed(host_plant) * rate + phase).cos()
 }

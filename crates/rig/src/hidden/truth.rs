@@ -2,14 +2,14 @@
 
 use std::f64::consts::TAU;
 
-use super::parts::{Constant, Dimension, LENGTH, PLAIN, Parts, RATE, STIFFNESS};
-use super::scene::{Drive, Scene};
-use super::watching::Shown;
+use super::contribution::{Contribution, Dimension, EffectConstant, LENGTH, PLAIN, RATE, STIFFNESS};
+use super::host_plant::{DriveKind, HostPlant};
+use super::instruments::SensedMotion;
 use crate::truth::{TrueParameter, Truth};
 use crate::words::short;
 
 /// What was measured of the motions and written to the records.
-pub(super) struct Measured {
+pub(super) struct MeasuredSizes {
     pub ratios: Vec<f64>,
     pub ratio: f64,
     pub noise: f64,
@@ -20,12 +20,12 @@ pub(super) struct Measured {
 
 /// What turns numbers without units into those of the records.
 #[derive(Clone, Debug)]
-pub(super) struct Scales {
+pub(super) struct UnitScales {
     /// Displacement scale, m or rad.
     pub length: f64,
     /// Natural circular frequency, rad/s.
     pub rate: f64,
-    /// Sampling interval, s.
+    /// SampleTimes interval, s.
     pub interval: f64,
     /// Input scale.
     pub input: f64,
@@ -35,27 +35,27 @@ pub(super) struct Scales {
     pub input_unit: &'static str,
 }
 
-impl Scales {
+impl UnitScales {
     /// Factor of what a sensor shows of the motion.
-    pub(super) fn shown(&self, by: Shown) -> f64 {
+    pub(super) fn shown(&self, by: SensedMotion) -> f64 {
         self.length * self.rate.powi(i32::from(by.derivatives()))
     }
 
-    /// Scales of an amplitude and a natural circular frequency, which gives a little so that the sampling interval is
+    /// UnitScales of an amplitude and a natural circular frequency, which gives a little so that the sampling interval is
     /// short in decimal.
-    pub(super) fn new(length: f64, rate: f64, interval: f64, mass: f64, turns: bool, drive: Drive) -> Self {
+    pub(super) fn new(length: f64, rate: f64, interval: f64, mass: f64, turns: bool, drive: DriveKind) -> Self {
         let exact = interval / rate;
         let rounded: f64 = format!("{exact:.3e}").parse().unwrap_or(exact);
         let rate = interval / rounded;
         let (unit, force_unit) = if turns { ("rad", "N m") } else { ("m", "N") };
         let (input, input_unit) =
-            if drive == Drive::Base { (length, unit) } else { (length * rate * rate * mass, force_unit) };
+            if drive == DriveKind::Base { (length, unit) } else { (length * rate * rate * mass, force_unit) };
         Self { length, rate, interval: rounded, input, mobility: 1.0 / mass, unit, input_unit }
     }
 
     /// A number of the plant as its records tell it.
-    fn parameter(&self, constant: &Constant) -> TrueParameter {
-        let Constant { name, value, dimension } = *constant;
+    fn parameter(&self, constant: &EffectConstant) -> TrueParameter {
+        let EffectConstant { name, value, dimension } = *constant;
         TrueParameter {
             effect: None,
             name: name.to_owned(),
@@ -97,12 +97,12 @@ impl Scales {
 
 /// What is told of a plan that was carried out: of each effect its name, its title and what it added to the plant.
 pub(super) fn told(
-    effects: &[(&'static str, &'static str, &Parts)],
-    scene: &Scene,
-    scales: &Scales,
-    measured: &Measured,
+    effects: &[(&'static str, &'static str, &Contribution)],
+    host_plant: &HostPlant,
+    scales: &UnitScales,
+    measured: &MeasuredSizes,
 ) -> Truth {
-    let mut parameters = of_the_plant(scene, scales);
+    let mut parameters = of_the_plant(host_plant, scales);
     let mut sentences = Vec::new();
     for (name, title, part) in effects {
         let first = parameters.len();
@@ -125,53 +125,53 @@ pub(super) fn told(
         ratio: measured.ratio,
         ratios: measured.ratios.clone(),
         natural_frequency: scales.rate / TAU,
-        damping_ratio: 0.5 * scene.damping,
+        damping_ratio: 0.5 * host_plant.damping,
         noise: measured.noise,
         beyond_simpler: measured.beyond_simpler,
         beyond_base: measured.beyond_base,
-        description: description(&sentences, measured.ratio, scene, scales),
+        description: description(&sentences, measured.ratio, host_plant, scales),
         ..Truth::unknown()
     }
 }
 
 /// The numbers of the plant that the effects are hidden in.
-fn of_the_plant(scene: &Scene, scales: &Scales) -> Vec<TrueParameter> {
-    let own = |name, value, dimension| scales.parameter(&Constant { name, value, dimension });
+fn of_the_plant(host_plant: &HostPlant, scales: &UnitScales) -> Vec<TrueParameter> {
+    let own = |name, value, dimension| scales.parameter(&EffectConstant { name, value, dimension });
     let mut parameters = Vec::new();
-    if scene.sprung {
+    if host_plant.sprung {
         parameters.push(own("k", 1.0, STIFFNESS));
     }
-    parameters.push(own("c", scene.damping, RATE));
-    if scene.drive == Drive::Force {
+    parameters.push(own("c", host_plant.damping, RATE));
+    if host_plant.drive == DriveKind::Force {
         let unit = if scales.unit == "rad" { "1/(kg m^2)" } else { "1/kg" };
         let mobility = own("b", 0.0, PLAIN);
         parameters.push(TrueParameter { value: scales.mobility, unit: unit.to_owned(), ..mobility });
     }
-    if scene.cubic > 0.0 {
-        parameters.push(own("k_3", scene.cubic, Dimension::Of { length: -2, time: -2 }));
+    if host_plant.cubic > 0.0 {
+        parameters.push(own("k_3", host_plant.cubic, Dimension::Of { length: -2, time: -2 }));
     }
-    if let Some(datum) = scene.datum {
+    if let Some(datum) = host_plant.datum {
         parameters.push(own("y_0", datum, LENGTH));
     }
     parameters
 }
 
 /// What is hidden, one sentence an effect, how large it is, and in what.
-fn description(sentences: &[String], ratio: f64, scene: &Scene, scales: &Scales) -> String {
-    let driven = match (scene.drive, scene.control) {
-        (Drive::Base, _) => "its base moved",
-        (Drive::Force, None) => "driven by a force",
-        (Drive::Force, Some(_)) => "driven by a force that follows a reference",
-        (Drive::None, _) => "left to itself",
+fn description(sentences: &[String], ratio: f64, host_plant: &HostPlant, scales: &UnitScales) -> String {
+    let driven = match (host_plant.drive, host_plant.control) {
+        (DriveKind::Base, _) => "its base moved",
+        (DriveKind::Force, None) => "driven by a force",
+        (DriveKind::Force, Some(_)) => "driven by a force that follows a reference",
+        (DriveKind::None, _) => "left to itself",
     };
     let hidden = if sentences.is_empty() {
         "Nothing is hidden".to_owned()
     } else {
         let percent = short(percent(ratio));
-        let of = if scene.sprung { "the spring's" } else { "the input" };
+        let of = if host_plant.sprung { "the spring's" } else { "the input" };
         format!("Hidden: {}; the missing force is {percent} % of {of}", sentences.join(" and "))
     };
-    let kind = match (scene.sprung, scene.cubic > 0.0) {
+    let kind = match (host_plant.sprung, host_plant.cubic > 0.0) {
         (false, _) => "a mass without a spring, counted with",
         (true, false) => "a linear oscillator of",
         (true, true) => "an oscillator with a known cubic spring of",
@@ -179,7 +179,7 @@ fn description(sentences: &[String], ratio: f64, scene: &Scene, scales: &Scales)
     format!(
         "{hidden}. The rest is {kind} {} Hz and {} % of critical damping, {driven}.",
         short(significant(scales.rate / TAU)),
-        short(percent(0.5 * scene.damping)),
+        short(percent(0.5 * host_plant.damping)),
     )
 }
 

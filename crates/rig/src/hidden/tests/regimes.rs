@@ -1,6 +1,6 @@
 //! What the regimes promise of their cases.
 
-use super::super::lab;
+use super::super::cases;
 use super::*;
 
 /// Samples a natural period where an equation is to be checked.
@@ -8,7 +8,7 @@ const DENSELY: f64 = 320.0;
 
 /// A case without noise, so densely sampled that it can be differentiated.
 fn dense(regime: Regime, seed: u64) -> Hidden {
-    let (mut plan, performed) = lab::search(regime, seed).unwrap();
+    let (mut plan, performed) = cases::search(regime, seed).unwrap();
     let finer = (DENSELY * plan.runs[0].sampling.interval / TAU).ceil();
     for run in &mut plan.runs {
         run.noise = None;
@@ -16,11 +16,11 @@ fn dense(regime: Regime, seed: u64) -> Hidden {
         run.sampling.count *= finer as usize;
     }
     plan.scales.interval /= finer;
-    plan.heard = plan.heard.map(|_| 0.0);
-    plan.watching = Watching::white(0.0);
-    let follow = |run: &Run| performed.assembly.follow(run, Accuracy::FINE).unwrap();
+    plan.feedback_noise = plan.feedback_noise.map(|_| 0.0);
+    plan.instruments = Instruments::white(0.0);
+    let follow = |run: &PlannedRecord| performed.assembly.follow(run, Accuracy::FINE).unwrap();
     let motions = plan.runs.iter().map(follow).collect();
-    plan.hidden(&Performed { motions, ..performed })
+    plan.hidden(&PerformedPlan { motions, ..performed })
 }
 
 /// What a record's acceleration has beyond the plant that the search is told of, over the RMS of the largest known force.
@@ -36,7 +36,7 @@ fn beyond(hidden: &Hidden, path: &Path) -> (Vec<f64>, f64) {
     };
     let spring = |i: usize| k * joint(path.x[i], path.u[i]) + b * path.u[i];
     let all = 0..path.x.len();
-    (all.clone().map(|i| path.a[i] - known(i)).collect(), Extent::of(all.map(spring)).rms)
+    (all.clone().map(|i| path.a[i] - known(i)).collect(), Magnitude::of(all.map(spring)).rms)
 }
 
 #[test]
@@ -72,11 +72,11 @@ fn cases_obey_the_equation_that_they_claim() {
 fn a_case_that_sticks_stands_still_for_a_tenth_to_seven_tenths_of_every_record() {
     (1..2_u64).for_each(|seed| {
         let hidden = draw_in(Regime::Sticking, seed).unwrap();
-        let (_, clean) = lab::search(Regime::Sticking, seed).unwrap();
+        let (_, clean) = cases::search(Regime::Sticking, seed).unwrap();
         for motion in &clean.motions {
             let still = motion.states[1].iter().filter(|v| **v == 0.0).count() as f64 / motion.times.len() as f64;
             // A sample more or less at each end of some dozens of stops.
-            assert!((lab::STILL.0 - 0.02..lab::STILL.1 + 0.02).contains(&still), "{seed}: {still}");
+            assert!((cases::STILL.0 - 0.02..cases::STILL.1 + 0.02).contains(&still), "{seed}: {still}");
         }
         assert!(hidden.truth.effects[0].contains("friction"));
     });
@@ -85,15 +85,15 @@ fn a_case_that_sticks_stands_still_for_a_tenth_to_seven_tenths_of_every_record()
 #[test]
 fn a_closed_loop_follows_its_reference_and_its_force_hears_the_noise() {
     (0..2_u64).into_par_iter().for_each(|seed| {
-        let (_, clean) = lab::search(Regime::ClosedLoop, seed).unwrap();
+        let (_, clean) = cases::search(Regime::ClosedLoop, seed).unwrap();
         for motion in &clean.motions {
             let [reference, noise] = [0, 1].map(|input: usize| motion.inputs[input][0].clone());
             let apart = reference.iter().zip(&motion.states[0]).map(|(r, x)| r - x);
-            let error = Extent::of(apart).rms / Extent::of(reference.iter().copied()).rms;
+            let error = Magnitude::of(apart).rms / Magnitude::of(reference.iter().copied()).rms;
             assert!(error < 0.6, "{seed}: {error}");
             let force = clean.assembly.applied(motion);
             let product: f64 = noise.iter().zip(&force).map(|(n, u)| n * u).sum();
-            let sizes = [&noise, &force].map(|s| Extent::of(s.iter().copied()).rms);
+            let sizes = [&noise, &force].map(|s| Magnitude::of(s.iter().copied()).rms);
             let correlation = product / noise.len() as f64 / sizes[0] / sizes[1];
             // Five standard errors of independent series of 1500 samples are 0.13.
             assert!(correlation < -0.02, "{seed}: {correlation}");

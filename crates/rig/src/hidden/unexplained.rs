@@ -4,24 +4,24 @@ use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
 
 use super::assembly::Assembly;
 use super::calibrate::shift;
-use super::parts::SensorFault;
-use super::scene::{Drive, Extent, Scene};
-use crate::motion::Motion;
+use super::contribution::SensorFault;
+use super::host_plant::{DriveKind, HostPlant, Magnitude};
+use crate::motion::PlantMotion;
 
 /// The least damping of the plant that a residual force is given to: what is driven at an undamped resonance grows for ever.
 const LEAST_DAMPING: f64 = 4e-3;
 
 /// RMS over the motions of the displacement that the known terms cannot follow with any coefficients and initial states: to
 /// first order about the coefficients that explain most of the acceleration.
-pub(super) fn beyond_base(assembly: &Assembly, scene: &Scene, motions: &[Motion]) -> f64 {
+pub(super) fn beyond_base(assembly: &Assembly, host_plant: &HostPlant, motions: &[PlantMotion]) -> f64 {
     if assembly.parts.iter().any(|p| p.seen != SensorFault::True) {
         let errors = motions.iter().enumerate().flat_map(|(k, motion)| {
             let missing = assembly.missing(motion, shift(k));
             (0..motion.times.len()).map(move |i| missing.iter().map(|m| m[i]).sum::<f64>()).collect::<Vec<_>>()
         });
-        return Extent::of(errors).rms;
+        return Magnitude::of(errors).rms;
     }
-    let columns: Vec<Vec<Vec<f64>>> = motions.iter().map(|m| regressors(assembly, scene, m)).collect();
+    let columns: Vec<Vec<Vec<f64>>> = motions.iter().map(|m| regressors(assembly, host_plant, m)).collect();
     let missing: Vec<Vec<f64>> = motions
         .iter()
         .enumerate()
@@ -35,10 +35,10 @@ pub(super) fn beyond_base(assembly: &Assembly, scene: &Scene, motions: &[Motion]
     let forces: Vec<Vec<f64>> = (0..count).map(|j| stacked(&|r| columns[r][j].clone())).collect();
     let Some((_, explained)) = project(&forces, &stacked(&|r| missing[r].clone())) else { return f64::INFINITY };
     // Regressors begin with the deflection, where there is a spring, and the damper's velocity.
-    let (stiffness, damping) = if scene.sprung {
-        (1.0 - explained[0], scene.damping - explained[1])
+    let (stiffness, damping) = if host_plant.sprung {
+        (1.0 - explained[0], host_plant.damping - explained[1])
     } else {
-        (0.0, scene.damping - explained[0])
+        (0.0, host_plant.damping - explained[0])
     };
     let plant = |force: &[f64], step: f64, begin: [f64; 2]| {
         respond(force, step, begin, stiffness.max(0.0), damping.max(LEAST_DAMPING))
@@ -59,20 +59,20 @@ pub(super) fn beyond_base(assembly: &Assembly, scene: &Scene, motions: &[Motion]
 }
 
 /// What the known terms are made of, along a motion.
-fn regressors(assembly: &Assembly, scene: &Scene, motion: &Motion) -> Vec<Vec<f64>> {
+fn regressors(assembly: &Assembly, host_plant: &HostPlant, motion: &PlantMotion) -> Vec<Vec<f64>> {
     let [_, v, r, w, u] = assembly.series(motion);
     let mut columns = Vec::new();
-    if scene.sprung {
+    if host_plant.sprung {
         columns.push(r.clone());
     }
-    columns.push(if scene.grounded_damper { v } else { w });
-    if scene.cubic > 0.0 {
+    columns.push(if host_plant.grounded_damper { v } else { w });
+    if host_plant.cubic > 0.0 {
         columns.push(r.iter().map(|r| r.powi(3)).collect());
     }
-    if scene.datum.is_some() {
+    if host_plant.datum.is_some() {
         columns.push(vec![1.0; r.len()]);
     }
-    if scene.drive == Drive::Force {
+    if host_plant.drive == DriveKind::Force {
         columns.push(u);
     }
     columns
@@ -80,13 +80,13 @@ fn regressors(assembly: &Assembly, scene: &Scene, motion: &Motion) -> Vec<Vec<f6
 
 /// RMS of what columns leave of a target, and their coefficients.
 fn project(columns: &[Vec<f64>], target: &[f64]) -> Option<(f64, Vec<f64>)> {
-    let sizes: Vec<f64> = columns.iter().map(|c| Extent::of(c.iter().copied()).rms.max(f64::MIN_POSITIVE)).collect();
+    let sizes: Vec<f64> = columns.iter().map(|c| Magnitude::of(c.iter().copied()).rms.max(f64::MIN_POSITIVE)).collect();
     let matrix = DMatrix::from_fn(target.len(), columns.len(), |i, j| columns[j][i] / sizes[j]);
     let right = DVector::from_column_slice(target);
     let normal = matrix.transpose() * &matrix + DMatrix::identity(columns.len(), columns.len()) * 1e-9;
     let solved = normal.cholesky()?.solve(&(matrix.transpose() * &right));
     let left = right - &matrix * &solved;
-    let rms = Extent::of(left.iter().copied()).rms;
+    let rms = Magnitude::of(left.iter().copied()).rms;
     rms.is_finite().then(|| (rms, solved.iter().zip(&sizes).map(|(c, size)| c / size).collect()))
 }
 

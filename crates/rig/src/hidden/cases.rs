@@ -7,17 +7,17 @@ use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
 
 use super::calibrate::linear_motion;
+use super::case_excitation::{self, CaseExcitation, RecordLength};
 use super::catalogue::{self, Effect};
-use super::chance::{log_uniform, one_of, sign};
-use super::exciting::{self, Manner, Recording};
+use super::excitation_kind::{ExcitationKind, PlannedRecord};
+use super::host_plant::{Control, Draws, DriveKind, HostPlant, Magnitude, MotionSize};
+use super::instruments::Instruments;
+use super::random::{log_uniform, one_of, sign};
 use super::regime::Regime;
-use super::scene::{Control, Dice, Drive, Extent, MotionSize, Scene};
-use super::shaking::{Run, Shaking};
-use super::truth::Scales;
-use super::watching::Watching;
-use super::{Hidden, MOST_STUCK, Performed, Plan, Sizes, brought_to_one, drive, spread};
-use crate::motion::Motion;
-use crate::span::Accuracy;
+use super::truth::UnitScales;
+use super::{EffectSizes, Hidden, HiddenPlan, MOST_STUCK, PerformedPlan, brought_to_one, drive, spread};
+use crate::interpolant::Accuracy;
+use crate::motion::PlantMotion;
 use crate::{Excitation, NoiseKind, RigError};
 
 /// Draws of a plant after which none was found that hides the effect well.
@@ -37,28 +37,29 @@ const SAMPLES: (f64, f64) = (1500.0, 7000.0);
 
 /// What a seed stands for in a regime, whatever plant turns out to suit it.
 #[derive(Clone, Debug)]
-struct Theme {
+struct CaseOutline {
     effects: Vec<&'static str>,
-    manner: Manner,
+    excitation: CaseExcitation,
     /// A cubic spring is known.
     known_cubic: bool,
 }
 
-impl Theme {
+impl CaseOutline {
     fn draw(regime: Regime, seed: u64) -> Self {
         let random = &mut Pcg64::seed_from_u64(spread(seed, &format!("{regime} theme")));
-        let rich = [Manner::Multisine, Manner::Sweep, Manner::Bursts, Manner::Levels];
-        let with = |effects: Vec<&'static str>, manner: Manner| Self { effects, manner, known_cubic: false };
+        let rich = [CaseExcitation::Multisine, CaseExcitation::Sweep, CaseExcitation::Bursts, CaseExcitation::Levels];
+        let with =
+            |effects: Vec<&'static str>, excitation: CaseExcitation| Self { effects, excitation, known_cubic: false };
         match regime {
             Regime::Usual | Regime::Wide | Regime::Sensors => {
-                with(any(Shaking::Multisine, random), one_of(&rich, random))
+                with(any(ExcitationKind::Multisine, random), one_of(&rich, random))
             }
             Regime::SeveralRecords => {
                 let count = random.random_range(2..=4);
                 if random.random() {
-                    with(any(Shaking::Decay, random), Manner::Releases(count))
+                    with(any(ExcitationKind::Decay, random), CaseExcitation::Releases(count))
                 } else {
-                    with(any(Shaking::Multisine, random), Manner::Mixed(count))
+                    with(any(ExcitationKind::Multisine, random), CaseExcitation::Mixed(count))
                 }
             }
             Regime::LightDamping => {
@@ -88,10 +89,17 @@ impl Theme {
             }
             Regime::Sticking => {
                 let effect = one_of(&["coulomb_friction", "stribeck_friction", "static_friction"], random);
-                with(vec![effect], one_of(&[Manner::Tones, Manner::Tones, Manner::Multisine], random))
+                with(
+                    vec![effect],
+                    one_of(&[CaseExcitation::Tones, CaseExcitation::Tones, CaseExcitation::Multisine], random),
+                )
             }
-            Regime::NoSpring => with(rubbed(random), one_of(&[Manner::Multisine, Manner::Bursts], random)),
-            Regime::ClosedLoop => with(rubbed(random), one_of(&[Manner::Moves, Manner::Multisine], random)),
+            Regime::NoSpring => {
+                with(rubbed(random), one_of(&[CaseExcitation::Multisine, CaseExcitation::Bursts], random))
+            }
+            Regime::ClosedLoop => {
+                with(rubbed(random), one_of(&[CaseExcitation::Moves, CaseExcitation::Multisine], random))
+            }
             Regime::Datum => {
                 let list = [
                     "pendulum_restoring",
@@ -106,23 +114,24 @@ impl Theme {
                 ];
                 let effect = one_of(&list, random);
                 let free = effect == "pendulum_restoring" || random.random();
-                let manner = if free { Manner::Releases(random.random_range(2..=4)) } else { Manner::Multisine };
-                with(vec![effect], manner)
+                let excitation =
+                    if free { CaseExcitation::Releases(random.random_range(2..=4)) } else { CaseExcitation::Multisine };
+                with(vec![effect], excitation)
             }
             Regime::SelfExcited => {
                 let effect = if random.random_bool(0.8) { "displacement_dependent_damping" } else { "cubic_damping" };
-                with(vec![effect], Manner::Releases(random.random_range(1..=3)))
+                with(vec![effect], CaseExcitation::Releases(random.random_range(1..=3)))
             }
         }
     }
 }
 
 /// One of the named effects that the excitation can show; in one of fifteen cases none.
-fn any(shaking: Shaking, random: &mut Pcg64) -> Vec<&'static str> {
+fn any(excitation_kind: ExcitationKind, random: &mut Pcg64) -> Vec<&'static str> {
     if random.random_bool(1.0 / 15.0) {
         return Vec::new();
     }
-    let shown: Vec<&str> = catalogue::names().filter(|name| catalogue::exercised(name, shaking)).collect();
+    let shown: Vec<&str> = catalogue::names().filter(|name| catalogue::exercised(name, excitation_kind)).collect();
     vec![one_of(&shown, random)]
 }
 
@@ -145,11 +154,11 @@ pub(super) fn draw(regime: Regime, seed: u64) -> Result<Hidden, RigError> {
 }
 
 /// The first plan whose motion is of the regime.
-pub(super) fn search(regime: Regime, seed: u64) -> Result<(Plan<'static>, Performed), RigError> {
-    let theme = Theme::draw(regime, seed);
+pub(super) fn search(regime: Regime, seed: u64) -> Result<(HiddenPlan<'static>, PerformedPlan), RigError> {
+    let outline = CaseOutline::draw(regime, seed);
     let mut problem = String::new();
     for attempt in 0..MOST_ATTEMPTS {
-        match plan(regime, &theme, seed, attempt).and_then(Plan::perform) {
+        match plan(regime, &outline, seed, attempt).and_then(HiddenPlan::perform) {
             Ok((plan, performed)) => match unfit(regime, &plan, &performed) {
                 None => return Ok((plan, performed)),
                 Some(unfit) => problem = unfit,
@@ -157,13 +166,13 @@ pub(super) fn search(regime: Regime, seed: u64) -> Result<(Plan<'static>, Perfor
             Err(error) => problem = error.to_string(),
         }
     }
-    let effects = theme.effects.join(" and ");
+    let effects = outline.effects.join(" and ");
     Err(RigError::NotDrawn { regime: regime.name(), effects, attempts: MOST_ATTEMPTS, problem })
 }
 
 /// Why a case is none of its regime, if it is not.
-fn unfit(regime: Regime, plan: &Plan<'_>, performed: &Performed) -> Option<String> {
-    let Performed { assembly, motions, beyond_base, beyond_simpler, .. } = performed;
+fn unfit(regime: Regime, plan: &HiddenPlan<'_>, performed: &PerformedPlan) -> Option<String> {
+    let PerformedPlan { assembly, motions, beyond_base, beyond_simpler, .. } = performed;
     if regime == Regime::Sticking {
         let still: Vec<f64> = motions.iter().map(|m| super::assembly::stuck_share(std::slice::from_ref(m))).collect();
         if !still.iter().all(|share| (STILL.0..=STILL.1).contains(share)) {
@@ -180,27 +189,27 @@ fn unfit(regime: Regime, plan: &Plan<'_>, performed: &Performed) -> Option<Strin
     if beyond_simpler.is_some_and(|left| left < LEAST_TRAIT * noise) {
         return Some("the static level changes next to nothing".to_owned());
     }
-    let rms = |motion: &Motion| Extent::of(motion.states[0].iter().copied()).rms;
+    let rms = |motion: &PlantMotion| Magnitude::of(motion.states[0].iter().copied()).rms;
     let unpredictable = || {
         plan.runs.iter().zip(motions).any(|(run, motion)| {
             let Ok(rough) = assembly.follow_at(run, motion.times.clone(), Accuracy::DRAFT) else { return true };
-            let change = Extent::of(rough.states[0].iter().zip(&motion.states[0]).map(|(a, b)| a - b)).rms;
+            let change = Magnitude::of(rough.states[0].iter().zip(&motion.states[0]).map(|(a, b)| a - b)).rms;
             change > LEAST_PREDICTABLE * rms(motion)
         })
     };
-    (plan.scene.sprung && unpredictable()).then(|| "the motion is chaotic".to_owned())
+    (plan.host_plant.sprung && unpredictable()).then(|| "the motion is chaotic".to_owned())
 }
 
 /// Everything of a case that numbers are drawn for, in 1/ω₀ and samples.
-struct Numbers {
+struct CaseNumbers {
     /// Hz.
     frequency: f64,
     damping: f64,
     samples_a_period: f64,
-    watching: Watching,
+    instruments: Instruments,
 }
 
-impl Numbers {
+impl CaseNumbers {
     fn draw(regime: Regime, random: &mut Pcg64) -> Self {
         let frequency = match regime {
             Regime::NoSpring | Regime::ClosedLoop => log_uniform(random, 0.3, 20.0),
@@ -227,85 +236,85 @@ impl Numbers {
             Regime::Sticking => log_uniform(random, 3e-3, 0.03),
             _ => log_uniform(random, 3e-3, 0.05),
         };
-        let mut watching = Watching::white(noise);
+        let mut instruments = Instruments::white(noise);
         if regime == Regime::Sensors {
             match random.random_range(0..3) {
-                0 => watching.kind = NoiseKind::Coloured,
-                1 => watching.kind = NoiseKind::Quantised,
-                _ => watching.jitter = random.random_range(0.01..0.05),
+                0 => instruments.kind = NoiseKind::Coloured,
+                1 => instruments.kind = NoiseKind::Quantised,
+                _ => instruments.jitter = random.random_range(0.01..0.05),
             }
         }
         let damping = if regime == Regime::SelfExcited { -damping } else { damping };
-        Self { frequency, damping, samples_a_period, watching }
+        Self { frequency, damping, samples_a_period, instruments }
     }
 }
 
-fn plan(regime: Regime, theme: &Theme, seed: u64, attempt: u64) -> Result<Plan<'static>, RigError> {
+fn plan(regime: Regime, outline: &CaseOutline, seed: u64, attempt: u64) -> Result<HiddenPlan<'static>, RigError> {
     let random = &mut Pcg64::seed_from_u64(spread(seed, &format!("{regime} {attempt}")));
-    let effects: Vec<&'static Effect> = theme.effects.iter().filter_map(|name| catalogue::find(name)).collect();
-    let Numbers { frequency, damping, samples_a_period, watching } = Numbers::draw(regime, random);
-    let drive = match (regime, theme.manner) {
-        (Regime::Sticking, Manner::Tones) if random.random_bool(0.8) => Drive::Base,
-        (_, Manner::Releases(_)) => Drive::None,
+    let effects: Vec<&'static Effect> = outline.effects.iter().filter_map(|name| catalogue::find(name)).collect();
+    let CaseNumbers { frequency, damping, samples_a_period, instruments } = CaseNumbers::draw(regime, random);
+    let drive = match (regime, outline.excitation) {
+        (Regime::Sticking, CaseExcitation::Tones) if random.random_bool(0.8) => DriveKind::Base,
+        (_, CaseExcitation::Releases(_)) => DriveKind::None,
         // A spring to the moving base is never at rest: it has no zero of its own.
-        (Regime::NoSpring | Regime::ClosedLoop | Regime::Sticking | Regime::Datum, _) => Drive::Force,
-        _ => drive(&effects, Shaking::Multisine, random)?,
+        (Regime::NoSpring | Regime::ClosedLoop | Regime::Sticking | Regime::Datum, _) => DriveKind::Force,
+        _ => drive(&effects, ExcitationKind::Multisine, random)?,
     };
     let samples = log_uniform(random, SAMPLES.0, SAMPLES.1).max(FEWEST_PERIODS * samples_a_period).min(SAMPLES.1);
     // A shifted zero is told from a constant force by another record's.
     let apart = effects.iter().any(|e| e.name == "sensor_offset");
-    let recording = Recording {
+    let recording = RecordLength {
         interval: TAU / samples_a_period,
         samples: samples as usize,
         least_records: if apart { 2 } else { 1 },
     };
-    let mut runs = exciting::runs(theme.manner, recording, random);
-    let mut dice: Vec<(&Effect, Dice)> =
-        effects.iter().map(|e| (*e, Dice::new(std::array::from_fn(|_| random.random())))).collect();
+    let mut runs = case_excitation::runs(outline.excitation, recording, random);
+    let mut draws: Vec<(&Effect, Draws)> =
+        effects.iter().map(|e| (*e, Draws::new(std::array::from_fn(|_| random.random())))).collect();
     let length = runs.first().map_or(1.0, |run| run.sampling.interval * run.sampling.count as f64);
-    let mut scene = Scene::linear(damping, drive, 0.0, length);
-    scene.sprung = !matches!(regime, Regime::NoSpring | Regime::ClosedLoop);
-    scene.grounded_damper = regime == Regime::Sticking && drive == Drive::Base && random.random();
+    let mut host_plant = HostPlant::linear(damping, drive, 0.0, length);
+    host_plant.sprung = !matches!(regime, Regime::NoSpring | Regime::ClosedLoop);
+    host_plant.grounded_damper = regime == Regime::Sticking && drive == DriveKind::Base && random.random();
     if regime == Regime::ClosedLoop {
-        scene.control = Some(control(random));
+        host_plant.control = Some(control(random));
     }
     let pendulum = effects.iter().any(|e| e.name == "pendulum_restoring");
-    let turns = drive != Drive::Base && (pendulum || random.random_bool(0.25));
+    let turns = drive != DriveKind::Base && (pendulum || random.random_bool(0.25));
     let unit = match (pendulum, turns) {
         (true, _) => 1.0,
         (false, true) => log_uniform(random, 0.05, 1.5),
         (false, false) => log_uniform(random, 1e-5, 0.3),
     };
-    let sizes = sizes(regime, theme, damping, &mut dice, random);
+    let sizes = sizes(regime, outline, damping, &mut draws, random);
     if regime == Regime::SelfExcited {
-        let one = Extent { peak: 1.0, rms: 1.0 };
-        scene.motion = MotionSize { x: one, v: one, r: one, w: one, u: one };
+        let one = Magnitude { peak: 1.0, rms: 1.0 };
+        host_plant.motion = MotionSize { x: one, v: one, r: one, w: one, u: one };
         let begin = |random: &mut Pcg64| sign(random) * log_uniform(random, 0.1, 3.5);
         runs.iter_mut().for_each(|run| run.initial = [begin(random), 0.0]);
     } else {
-        runs = brought_to_one(&mut scene, runs, false)?;
+        runs = brought_to_one(&mut host_plant, runs, false)?;
     }
-    if theme.known_cubic {
-        know_a_cubic(&mut scene, &runs, log_uniform(random, 0.3, 1.2))?;
+    if outline.known_cubic {
+        know_a_cubic(&mut host_plant, &runs, log_uniform(random, 0.3, 1.2))?;
     }
     if regime == Regime::Datum {
         let reach = match &sizes {
-            Sizes::Strengths(angles) => angles.iter().copied().fold(0.0, f64::max),
-            Sizes::Ratios(..) | Sizes::Still(..) => 1.0,
+            EffectSizes::Strengths(angles) => angles.iter().copied().fold(0.0, f64::max),
+            EffectSizes::Ratios(..) | EffectSizes::Still(..) => 1.0,
         };
         // A pendulum is often counted from the upper rest.
         let turned = pendulum && random.random_bool(0.7);
-        scene.datum = Some(sign(random) * if turned { PI } else { reach * log_uniform(random, 0.8, 5.0) });
+        host_plant.datum = Some(sign(random) * if turned { PI } else { reach * log_uniform(random, 0.8, 5.0) });
     }
-    let mut heard = None;
-    if scene.control.is_some() {
-        let deviation = watching.share * scene.motion.x.rms;
+    let mut feedback_noise = None;
+    if host_plant.control.is_some() {
+        let deviation = instruments.share * host_plant.motion.x.rms;
         runs.iter_mut().for_each(|run| run.noise = Some(noise(run, deviation, random)));
-        heard = Some(deviation);
+        feedback_noise = Some(deviation);
     }
     let mass = log_uniform(random, 0.01, 100.0);
-    let scales = Scales::new(unit, frequency * TAU, recording.interval, mass, turns, drive);
-    Ok(Plan { effects: dice, sizes, scene, runs, scales, watching, seed, heard })
+    let scales = UnitScales::new(unit, frequency * TAU, recording.interval, mass, turns, drive);
+    Ok(HiddenPlan { effects: draws, sizes, host_plant, runs, scales, instruments, seed, feedback_noise })
 }
 
 /// A force that follows its reference one and a half to three times as fast as this moves.
@@ -318,9 +327,15 @@ fn control(random: &mut Pcg64) -> Control {
     }
 }
 
-fn sizes(regime: Regime, theme: &Theme, damping: f64, dice: &mut [(&Effect, Dice)], random: &mut Pcg64) -> Sizes {
+fn sizes(
+    regime: Regime,
+    outline: &CaseOutline,
+    damping: f64,
+    draws: &mut [(&Effect, Draws)],
+    random: &mut Pcg64,
+) -> EffectSizes {
     let (low, high) = match regime {
-        Regime::LightDamping if theme.known_cubic => (0.02, 0.2),
+        Regime::LightDamping if outline.known_cubic => (0.02, 0.2),
         Regime::LightDamping => (0.15, 0.6),
         Regime::NoSpring | Regime::ClosedLoop => (0.05, 0.6),
         _ => (0.02, 0.4),
@@ -328,37 +343,40 @@ fn sizes(regime: Regime, theme: &Theme, damping: f64, dice: &mut [(&Effect, Dice
     match regime {
         Regime::Sticking => {
             // Friction to the ground: in the joint, the mass would stick to the moving base.
-            dice.iter_mut().for_each(|(_, dice)| dice.rolls[0] = 0.0);
-            Sizes::Still(random.random_range(STILL.0 + 0.05..STILL.1 - 0.05), STILL)
+            draws.iter_mut().for_each(|(_, draws)| draws.uniforms[0] = 0.0);
+            EffectSizes::Still(random.random_range(STILL.0 + 0.05..STILL.1 - 0.05), STILL)
         }
         // The unit of displacement is that at which the damping changes sign.
-        Regime::SelfExcited => Sizes::Strengths(vec![-damping]),
-        Regime::Datum if theme.effects.contains(&"pendulum_restoring") => {
-            Sizes::Strengths(vec![random.random_range(50.0_f64..120.0).to_radians()])
+        Regime::SelfExcited => EffectSizes::Strengths(vec![-damping]),
+        Regime::Datum if outline.effects.contains(&"pendulum_restoring") => {
+            EffectSizes::Strengths(vec![random.random_range(50.0_f64..120.0).to_radians()])
         }
         _ => {
             // Where an excitation rests, friction holds the mass.
-            let rests = matches!(theme.manner, Manner::Bursts | Manner::Moves | Manner::Mixed(_) | Manner::Releases(_));
+            let rests = matches!(
+                outline.excitation,
+                CaseExcitation::Bursts | CaseExcitation::Moves | CaseExcitation::Mixed(_) | CaseExcitation::Releases(_)
+            );
             let stuck = if rests { 0.8 } else { MOST_STUCK };
-            Sizes::Ratios(dice.iter().map(|_| log_uniform(random, low, high)).collect(), stuck)
+            EffectSizes::Ratios(draws.iter().map(|_| log_uniform(random, low, high)).collect(), stuck)
         }
     }
 }
 
 /// Gives the plant a cubic spring whose force at the largest deflection is a share of the linear one's.
-fn know_a_cubic(scene: &mut Scene, runs: &[Run], share: f64) -> Result<(), RigError> {
+fn know_a_cubic(host_plant: &mut HostPlant, runs: &[PlannedRecord], share: f64) -> Result<(), RigError> {
     for _ in 0..4 {
-        scene.cubic = share / scene.motion.r.peak.powi(2);
-        scene.motion = linear_motion(scene, runs)?;
+        host_plant.cubic = share / host_plant.motion.r.peak.powi(2);
+        host_plant.motion = linear_motion(host_plant, runs)?;
     }
     Ok(())
 }
 
 /// White noise at the samples, straight lines between them.
-fn noise(run: &Run, deviation: f64, random: &mut Pcg64) -> Excitation {
+fn noise(run: &PlannedRecord, deviation: f64, random: &mut Pcg64) -> Excitation {
     let values = match Normal::new(0.0, deviation) {
         Ok(normal) => (0..run.sampling.count).map(|_| normal.sample(random)).collect(),
         Err(_) => Vec::new(),
     };
-    Excitation::lines(run.sampling.interval, values)
+    Excitation::piecewise_linear(run.sampling.interval, values)
 }

@@ -1,4 +1,4 @@
-//! What an effect is fitted into: the motion's size, the coordinates that there are, and the dice of one draw.
+//! What an effect is fitted into: the plant without it, the size of its motion, and the numbers drawn for it.
 //!
 //! Everything here is without units: lengths over the amplitude scale, times over 1/ω₀. So the stiffness over mass is 1
 //! and the natural period 2π, and one tolerance of integration is right from micrometres to metres.
@@ -8,14 +8,14 @@ use sindyscope_values::term::{Expression, Term};
 
 /// How far a quantity goes.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Extent {
+pub(super) struct Magnitude {
     /// Its largest magnitude.
     pub peak: f64,
     /// Its root mean square.
     pub rms: f64,
 }
 
-impl Extent {
+impl Magnitude {
     pub(super) fn of(values: impl Iterator<Item = f64>) -> Self {
         let (mut peak, mut sum, mut count) = (0.0_f64, 0.0, 0.0_f64);
         for value in values {
@@ -31,20 +31,20 @@ impl Extent {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct MotionSize {
     /// Displacement.
-    pub x: Extent,
+    pub x: Magnitude,
     /// Velocity.
-    pub v: Extent,
+    pub v: Magnitude,
     /// Displacement over the base.
-    pub r: Extent,
+    pub r: Magnitude,
     /// Velocity over the base.
-    pub w: Extent,
+    pub w: Magnitude,
     /// Input.
-    pub u: Extent,
+    pub u: Magnitude,
 }
 
 /// How the plant is driven.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Drive {
+pub(crate) enum DriveKind {
     /// The base moves.
     Base,
     /// A force acts.
@@ -83,10 +83,10 @@ impl Control {
 
 /// What an effect is fitted into.
 #[derive(Clone, Debug)]
-pub(super) struct Scene {
+pub(super) struct HostPlant {
     /// False for a mass that no spring holds.
     pub sprung: bool,
-    /// Stiffness over mass, and acceleration that a unit of a measured force gives: 1 unless the scene has units.
+    /// Stiffness over mass, and acceleration that a unit of a measured force gives: 1 unless the plant has units.
     pub stiffness: f64,
     pub mobility: f64,
     /// Viscous damping over mass, 2ζ; negative where the motion excites itself.
@@ -98,7 +98,7 @@ pub(super) struct Scene {
     /// Where the sensor shows zero, over the spring's rest; none where it is at rest itself.
     pub datum: Option<f64>,
     pub control: Option<Control>,
-    pub drive: Drive,
+    pub drive: DriveKind,
     /// The time at which the records begin.
     pub origin: f64,
     /// The duration of a fitted record.
@@ -111,38 +111,38 @@ pub(super) struct Scene {
 }
 
 /// Displacement and velocity that an effect acts on, with their extents.
-pub(super) struct Coordinate {
+pub(super) struct Deflection {
     pub q: Expression,
     pub p: Expression,
-    pub displacement: Extent,
-    pub velocity: Extent,
+    pub displacement: Magnitude,
+    pub velocity: Magnitude,
     /// Where it acts, in words.
     pub place: &'static str,
 }
 
-impl Scene {
+impl HostPlant {
     /// Across the joint, or from the mass to the ground.
-    pub(super) fn coordinate(&self, ground: bool) -> Coordinate {
+    pub(super) fn coordinate(&self, ground: bool) -> Deflection {
         let MotionSize { x: dx, v: dv, r, w, .. } = self.motion;
         match self.drive {
-            Drive::Base if ground => {
-                Coordinate { q: x(), p: v(), displacement: dx, velocity: dv, place: "to the ground" }
+            DriveKind::Base if ground => {
+                Deflection { q: x(), p: v(), displacement: dx, velocity: dv, place: "to the ground" }
             }
-            Drive::Base => Coordinate {
+            DriveKind::Base => Deflection {
                 q: x() - u(self.arriving),
                 p: v() - du(self.arriving),
                 displacement: r,
                 velocity: w,
                 place: "across the joint",
             },
-            Drive::Force | Drive::None => {
-                Coordinate { q: x(), p: v(), displacement: dx, velocity: dv, place: "between mass and ground" }
+            DriveKind::Force | DriveKind::None => {
+                Deflection { q: x(), p: v(), displacement: dx, velocity: dv, place: "between mass and ground" }
             }
         }
     }
 
     /// A linear spring and damper without anything else yet.
-    pub(super) fn linear(damping: f64, drive: Drive, origin: f64, length: f64) -> Self {
+    pub(super) fn linear(damping: f64, drive: DriveKind, origin: f64, length: f64) -> Self {
         Self {
             sprung: true,
             stiffness: 1.0,
@@ -163,15 +163,15 @@ impl Scene {
 
     /// Acceleration of the plant that nothing is hidden in.
     pub(super) fn base(&self) -> Expression {
-        let Coordinate { q, p, .. } = self.coordinate(false);
+        let Deflection { q, p, .. } = self.coordinate(false);
         let damper = if self.grounded_damper { v() } else { p };
         let linear = -q.clone() * self.stiffness;
         let stiff = if self.cubic > 0.0 { linear - q.power(3.0) * self.cubic } else { linear };
         let restoring = if self.sprung { stiff - damper * self.damping } else { -(damper * self.damping) };
         match (self.drive, self.control) {
-            (Drive::Force, Some(control)) => restoring + control.force(),
-            (Drive::Force, None) => restoring + u(0) * self.mobility,
-            (Drive::Base | Drive::None, _) => restoring,
+            (DriveKind::Force, Some(control)) => restoring + control.force(),
+            (DriveKind::Force, None) => restoring + u(0) * self.mobility,
+            (DriveKind::Base | DriveKind::None, _) => restoring,
         }
     }
 
@@ -182,13 +182,13 @@ impl Scene {
         if usual {
             return None;
         }
-        let (q, p) = if self.drive == Drive::Base { ("x-u", "v-du") } else { ("x", "v") };
+        let (q, p) = if self.drive == DriveKind::Base { ("x-u", "v-du") } else { ("x", "v") };
         let list = [
             (self.datum.is_some(), "1".to_owned()),
             (self.sprung, q.to_owned()),
             (true, if self.grounded_damper { "v" } else { p }.to_owned()),
             (self.cubic > 0.0, format!("({q})^3")),
-            (self.drive == Drive::Force, "u".to_owned()),
+            (self.drive == DriveKind::Force, "u".to_owned()),
         ];
         Some(list.iter().filter(|(there, _)| *there).filter_map(|(_, text)| Term::parse(text).ok()).collect())
     }
@@ -199,20 +199,20 @@ impl Scene {
     }
 }
 
-/// Numbers from 0 to 1 that an effect's parameters are made of, the same in every round of its calibration, and parameters
+/// CaseNumbers from 0 to 1 that an effect's parameters are made of, the same in every round of its calibration, and parameters
 /// that are given instead.
 #[derive(Clone, Debug)]
-pub(super) struct Dice {
-    pub rolls: [f64; 6],
+pub(super) struct Draws {
+    pub uniforms: [f64; 6],
     given: Vec<(String, f64)>,
 }
 
-impl Dice {
-    pub(super) fn new(rolls: [f64; 6]) -> Self {
-        Self { rolls, given: Vec::new() }
+impl Draws {
+    pub(super) fn new(uniforms: [f64; 6]) -> Self {
+        Self { uniforms, given: Vec::new() }
     }
 
-    /// The same with parameters given by name, in the scene's units.
+    /// The same with parameters given by name, in the plant's units.
     pub(super) fn giving(self, given: Vec<(String, f64)>) -> Self {
         Self { given, ..self }
     }
@@ -229,20 +229,20 @@ impl Dice {
 
     /// Evenly between two bounds.
     pub(super) fn between(&self, die: usize, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.rolls[die]
+        low + (high - low) * self.uniforms[die]
     }
 
     /// Evenly in the logarithm.
     pub(super) fn ratio(&self, die: usize, low: f64, high: f64) -> f64 {
-        (low.ln() + (high / low).ln() * self.rolls[die]).exp()
+        (low.ln() + (high / low).ln() * self.uniforms[die]).exp()
     }
 
     /// −1 or 1.
     pub(super) fn sign(&self, die: usize) -> f64 {
-        if self.rolls[die] < 0.5 { -1.0 } else { 1.0 }
+        if self.uniforms[die] < 0.5 { -1.0 } else { 1.0 }
     }
 
-    pub(super) fn heads(&self, die: usize) -> bool {
-        self.rolls[die] < 0.5
+    pub(super) fn coin(&self, die: usize) -> bool {
+        self.uniforms[die] < 0.5
     }
 }

@@ -5,7 +5,7 @@ use sindyscope_values::term::{Expression, Term};
 
 /// A number of an effect, without unit, and what its unit is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Constant {
+pub(super) struct EffectConstant {
     pub name: &'static str,
     pub value: f64,
     pub dimension: Dimension,
@@ -31,14 +31,14 @@ pub(super) const PLAIN: Dimension = Dimension::Of { length: 0, time: 0 };
 
 /// A state of an effect's own.
 #[derive(Clone, Debug)]
-pub(super) struct Inner {
+pub(super) struct InnerState {
     pub rate: Expression,
-    pub begins: Begins,
+    pub begins: InnerStart,
 }
 
 /// What an effect's own state is at the start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Begins {
+pub(super) enum InnerStart {
     Zero,
     /// As the mass's displacement.
     Displacement,
@@ -59,22 +59,22 @@ pub(super) enum SensorFault {
 
 /// What an effect adds to a plant.
 #[derive(Clone, Debug)]
-pub(super) struct Parts {
+pub(super) struct Contribution {
     /// The missing acceleration, but for what the contact gives.
     pub force: Expression,
-    pub inner: Vec<Inner>,
+    pub inner: Vec<InnerState>,
     pub contact: Option<Contact>,
     /// How late the input arrives.
     pub delay: f64,
     /// Factor on all excitations and initial displacements.
     pub level: f64,
     pub seen: SensorFault,
-    pub constants: Vec<Constant>,
+    pub constants: Vec<EffectConstant>,
     /// Where it acts, in words; empty where there is only one place.
     pub place: &'static str,
 }
 
-impl Parts {
+impl Contribution {
     pub(super) fn new(place: &'static str) -> Self {
         Self {
             force: Expression::from(0.0),
@@ -89,7 +89,7 @@ impl Parts {
     }
 
     pub(super) fn with(mut self, name: &'static str, value: f64, dimension: Dimension) -> Self {
-        self.constants.push(Constant { name, value, dimension });
+        self.constants.push(EffectConstant { name, value, dimension });
         self
     }
 
@@ -97,8 +97,8 @@ impl Parts {
         Self { force, ..self }
     }
 
-    pub(super) fn inner(mut self, begins: Begins, rate: Expression) -> Self {
-        self.inner.push(Inner { rate, begins });
+    pub(super) fn inner(mut self, begins: InnerStart, rate: Expression) -> Self {
+        self.inner.push(InnerState { rate, begins });
         self
     }
 

@@ -3,23 +3,23 @@ use std::cell::RefCell;
 use differential_equations::ode::ODE;
 
 use super::excitation::Excitation;
-use super::plant::{Dynamics, Grip, Mode, Plant};
+use super::plant::{ContactState, Dynamics, Plant, SwitchingState};
 
 /// A plant in one smooth phase, as the integrator wants it.
-pub(super) struct Phase<'a> {
+pub(super) struct SmoothPhase<'a> {
     pub dynamics: RefCell<Dynamics<'a>>,
     pub inputs: &'a [Excitation],
-    pub mode: Mode,
+    pub mode: SwitchingState,
 }
 
-impl ODE<f64, Vec<f64>> for Phase<'_> {
+impl ODE<f64, Vec<f64>> for SmoothPhase<'_> {
     fn diff(&self, t: f64, state: &Vec<f64>, rates: &mut Vec<f64>) {
         self.evaluate(t, state);
         self.dynamics.borrow().rates(&self.mode.grips, rates);
     }
 }
 
-impl Phase<'_> {
+impl SmoothPhase<'_> {
     pub(super) fn evaluate(&self, t: f64, state: &[f64]) {
         let inputs = self.inputs.iter().map(|u| u.at(t));
         self.dynamics.borrow_mut().evaluate(t, state, inputs, &self.mode.signs);
@@ -41,8 +41,8 @@ impl Phase<'_> {
         }
         for (j, (guard, grip)) in contacts.iter_mut().zip(&self.mode.grips).enumerate() {
             *guard = match grip {
-                Grip::Slip(sign) => sign * dynamics.velocity(j),
-                Grip::Stick => dynamics.holding_strength(j) - holding[j].abs(),
+                ContactState::Slip(sign) => sign * dynamics.velocity(j),
+                ContactState::Stick => dynamics.holding_strength(j) - holding[j].abs(),
             };
         }
     }

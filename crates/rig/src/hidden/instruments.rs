@@ -2,13 +2,13 @@
 
 use std::str::FromStr;
 
-use crate::motion::Motion;
+use crate::motion::PlantMotion;
 use crate::sensor::{Noise, NoiseKind, Sensor};
-use crate::setup::Quantity;
+use crate::setup::MeasuredQuantity;
 
 /// What the motion's sensor shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Shown {
+pub enum SensedMotion {
     /// Displacement.
     #[default]
     Displacement,
@@ -18,7 +18,7 @@ pub enum Shown {
     Acceleration,
 }
 
-impl Shown {
+impl SensedMotion {
     /// Every kind of sensor.
     pub const ALL: [Self; 3] = [Self::Displacement, Self::Velocity, Self::Acceleration];
 
@@ -32,16 +32,16 @@ impl Shown {
     }
 
     /// What it is of the plant's states: displacement, velocity.
-    pub(super) fn quantity(self) -> Quantity {
+    pub(super) fn quantity(self) -> MeasuredQuantity {
         match self {
-            Self::Displacement => Quantity::State(0),
-            Self::Velocity => Quantity::State(1),
-            Self::Acceleration => Quantity::Rate(1),
+            Self::Displacement => MeasuredQuantity::State(0),
+            Self::Velocity => MeasuredQuantity::State(1),
+            Self::Acceleration => MeasuredQuantity::Rate(1),
         }
     }
 
     /// The same along a motion.
-    pub(super) fn series(self, motion: &Motion) -> &[f64] {
+    pub(super) fn series(self, motion: &PlantMotion) -> &[f64] {
         match self {
             Self::Displacement => &motion.states[0],
             Self::Velocity => &motion.states[1],
@@ -55,7 +55,7 @@ impl Shown {
     }
 }
 
-impl FromStr for Shown {
+impl FromStr for SensedMotion {
     type Err = String;
 
     /// Reads the name it is typed with.
@@ -67,9 +67,9 @@ impl FromStr for Shown {
 
 /// What watches a test: one sensor each for motion and input, the same in every record.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Watching {
+pub struct Instruments {
     /// What is shown of the motion.
-    pub shown: Shown,
+    pub shown: SensedMotion,
     /// What the noise on it is like.
     pub kind: NoiseKind,
     /// Its standard deviation, or the quantisation step, as a share of the RMS of what is shown over the fitted records.
@@ -80,11 +80,11 @@ pub struct Watching {
     pub jitter: f64,
 }
 
-impl Watching {
+impl Instruments {
     /// White noise on a displacement, and a thousandth on the input where there is any.
     pub fn white(share: f64) -> Self {
         let input_share = if share > 0.0 { 1e-3 } else { 0.0 };
-        Self { shown: Shown::Displacement, kind: NoiseKind::White, share, input_share, jitter: 0.0 }
+        Self { shown: SensedMotion::Displacement, kind: NoiseKind::White, share, input_share, jitter: 0.0 }
     }
 
     /// The standard deviation of the noise on a motion of this RMS.

@@ -2,7 +2,7 @@ use differential_equations::error::Error;
 use differential_equations::methods::{DormandPrince, ExplicitRungeKutta, Ordinary};
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 
-use super::phase::Phase;
+use super::smooth_phase::SmoothPhase;
 
 /// The eighth-order method of Dormand and Prince.
 pub(super) type Solver = ExplicitRungeKutta<Ordinary, DormandPrince, f64, Vec<f64>, 8, 12, 16>;
@@ -42,7 +42,7 @@ pub(super) fn solver(accuracy: Accuracy, longest_step: f64) -> Solver {
 ///
 /// The integrator's own dense output of this method (differential-equations 0.7.0) exchanges s and 1 − s in its higher
 /// terms, which leaves it four digits worse than the steps; hence the two inner states are integrated for.
-pub(super) struct Span {
+pub(super) struct Interpolant {
     from: f64,
     to: f64,
     /// Newton's divided differences of each state over the doubled [`NODES`].
@@ -52,7 +52,7 @@ pub(super) struct Span {
     rates: Vec<f64>,
 }
 
-impl Span {
+impl Interpolant {
     pub(super) fn new(states: usize, accuracy: Accuracy) -> Self {
         Self {
             from: 0.0,
@@ -73,7 +73,7 @@ impl Span {
     }
 
     /// Covers the last step of `outer`.
-    pub(super) fn cover(&mut self, outer: &Solver, phase: &Phase<'_>) -> Result<(), Error<f64, Vec<f64>>> {
+    pub(super) fn cover(&mut self, outer: &Solver, phase: &SmoothPhase<'_>) -> Result<(), Error<f64, Vec<f64>>> {
         (self.from, self.to) = (outer.t_prev(), outer.t());
         let length = self.to - self.from;
         self.note(0, self.from, outer.y_prev(), phase);
@@ -94,7 +94,7 @@ impl Span {
     }
 
     /// Integrates to an instant within the step: a part of an accepted step, so one step should do.
-    fn reach(&mut self, target: f64, phase: &Phase<'_>) -> Result<(), Error<f64, Vec<f64>>> {
+    fn reach(&mut self, target: f64, phase: &SmoothPhase<'_>) -> Result<(), Error<f64, Vec<f64>>> {
         let rounding = 4.0 * f64::EPSILON * self.to;
         for _ in 0..MOST_PARTS {
             if self.inner.t() >= target - rounding {
@@ -107,7 +107,7 @@ impl Span {
     }
 
     /// Puts value and slope (over the whole step) at a node in their places.
-    fn note(&mut self, node: usize, t: f64, state: &Vec<f64>, phase: &Phase<'_>) {
+    fn note(&mut self, node: usize, t: f64, state: &Vec<f64>, phase: &SmoothPhase<'_>) {
         phase.diff(t, state, &mut self.rates);
         for ((row, y), rate) in self.differences.iter_mut().zip(state).zip(&self.rates) {
             row[2 * node] = *y;
