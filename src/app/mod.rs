@@ -23,6 +23,7 @@ mod problem;
 mod project;
 mod questions;
 mod queue;
+mod remedy;
 mod report;
 mod rig;
 mod samples;

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use super::remedy;
+
 /// Why something cannot be opened, and what to try.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Problem {
@@ -22,13 +24,7 @@ impl Problem {
     /// Why a file cannot be read.
     pub(crate) fn reading(error: &sindyscope_files::ReadError) -> Self {
         let about_columns = error.is_about_columns();
-        let advice = error.advice();
-        // Options of the command line help nobody in a window.
-        let advice = match advice.contains("`--") {
-            true => "say which column is which, or give the sampling rate, under “Choose the columns…”".to_owned(),
-            false => advice,
-        };
-        Self { about_columns, ..Self::new(error.to_string(), advice) }
+        Self { about_columns, ..Self::new(error.to_string(), remedy::worded(&error.remedies())) }
     }
 }
 

@@ -9,6 +9,7 @@ use egui::{
 };
 
 use super::theme::{self, ROW};
+pub(crate) use sindyscope_core::setting::Spread;
 
 /// Width of the labels' column, points.
 const LABEL: f32 = 66.0;
@@ -111,17 +112,6 @@ pub(crate) fn icon(ui: &mut Ui, sign: &str, name: &str, hint: &str, enabled: boo
     response
 }
 
-/// How a value is spread along its slider.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Spread {
-    /// Evenly.
-    Linear,
-    /// By its logarithm.
-    Logarithmic,
-    /// By its logarithm, with zero at the left end.
-    LogarithmicFromZero,
-}
-
 /// A mark on a slider's rail.
 #[derive(Clone, Debug)]
 pub(crate) struct Mark {
@@ -130,7 +120,7 @@ pub(crate) struct Mark {
 }
 
 /// The row of one setting: label, slider, typed value with its unit, and a reset where it was changed.
-pub(crate) struct Setting<'a> {
+pub(crate) struct SliderRow<'a> {
     pub(crate) label: &'a str,
     pub(crate) tooltip: &'a str,
     pub(crate) unit: &'a str,
@@ -144,7 +134,7 @@ pub(crate) struct Setting<'a> {
     pub(crate) format: &'a dyn Fn(f64) -> String,
 }
 
-impl Setting<'_> {
+impl SliderRow<'_> {
     /// Draws the row; tells whether the value was changed.
     pub(crate) fn show(&self, ui: &mut Ui, value: &mut f64) -> bool {
         let before = *value;
@@ -338,7 +328,8 @@ impl Setting<'_> {
             .update_while_editing(false);
         let size = vec2(VALUE, ROW - 2.0);
         let response = ui.add_sized(size, field).on_hover_text(self.tooltip);
-        let response = response.accessible_name(format!("{}, typed{}", self.label, self.unit));
+        let unit = if self.unit.is_empty() { String::new() } else { format!(", {}", self.unit) };
+        let response = response.accessible_name(format!("{}, typed{unit}", self.label));
         if response.changed() {
             *value = if self.grid > 0.0 { self.on_grid(typed) } else { typed };
         }

@@ -38,6 +38,7 @@ use super::settings_map::SettingsMap;
 use super::state::{Edit, Pin, Room, Source, State};
 use super::views::{self, Group, Picture, Request, Search, View, ViewState};
 use super::{help, overlay, status, theme, toolbar, welcome};
+use sindyscope_core::remedy::Remedy;
 use sindyscope_core::study::{Outcome, Settings};
 use sindyscope_report::export::Format;
 use sindyscope_search::{Diagnosis, Stage};
@@ -431,16 +432,14 @@ impl App {
             Ask::Do(command) => self.run(command, ctx, frame),
             Ask::ShowRecord(index) => self.state.record = index,
             Ask::Kind(kind) => self.read_as(kind),
-            Ask::Remedy(remedy) => {
-                if let Some(settings) = remedy.settings {
-                    self.edit.settings = settings;
-                }
-                if let Some((index, usage)) = remedy.usage
-                    && let Some(old) = self.edit.usage.get_mut(index)
-                {
+            Ask::Remedy(Remedy::Settings { settings, .. }) => self.edit.settings = *settings,
+            Ask::Remedy(Remedy::Use { record, usage, .. }) => {
+                if let Some(old) = self.edit.usage.get_mut(record) {
                     *old = usage;
                 }
             }
+            // Of the others none has a button.
+            Ask::Remedy(_) => {}
             Ask::Prepare(steps) => self.prepare(steps),
             // The strip stands above the plots of Identify: from the other room it leads there.
             Ask::Cut if self.state.room != Room::Identify => {

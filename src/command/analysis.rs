@@ -1,8 +1,8 @@
 use super::failure::Failure;
-use super::options::StudyOptions;
 use super::progress::Progress;
+use super::request::{StudyOptions, StudyRequest};
 use sindyscope_core::prepare::{Preparation, prepare};
-use sindyscope_core::study::{Calibrated, Cancel, FreeSettings, Horizon, Outcome, Study, calibrate, choose, suggest};
+use sindyscope_core::study::{Calibrated, Cancel, Horizon, Outcome, Settings, Study, calibrate, choose, suggest};
 use sindyscope_values::record::{RecordSet, Usage};
 
 /// A study with how its settings came about.
@@ -15,22 +15,20 @@ pub(super) struct Analysis {
     pub(super) choice: Option<String>,
     /// What was found of the channels, and taken out of the records.
     pub(super) calibrated: Vec<Calibrated>,
+    /// The study that was done, with nothing left to choose or to find.
+    pub(super) done: StudyRequest,
+    /// The settings that would be used if nothing were said of them.
+    pub(super) suggested: Settings,
 }
 
 /// Reads the records, chooses what was left open, and runs the study.
 pub(super) fn analyse(options: &StudyOptions) -> Result<Analysis, Failure> {
-    let mut records = options.data.read()?;
+    let mut records = options.source.read()?;
     let cancel = Cancel::default();
-    let mut settings = suggest(&records, options.data.kind.into())?;
-    options.apply(&mut settings)?;
-    options.apply_mass(&mut settings, &records)?;
-    let free = FreeSettings {
-        window: options.window_is_free(),
-        order: options.order_is_free(),
-        threshold: options.threshold.is_none(),
-        form: options.form_is_free(),
-        refine: options.refinement_is_free(),
-    };
+    let suggested = suggest(&records, options.source.reading.kind.into())?;
+    let mut settings = options.settings(&suggested)?;
+    options.fix_force(&mut settings, &records)?;
+    let free = options.free(&settings);
     let mut choice = None;
     if free.window || free.order || free.threshold {
         let progress = Progress::new();
@@ -41,8 +39,8 @@ pub(super) fn analyse(options: &StudyOptions) -> Result<Analysis, Failure> {
         choice = Some(chosen.reason);
     }
     let mut calibrated = Vec::new();
-    if !options.estimate.is_empty() {
-        calibrated = calibrate(&records, &settings, &options.estimate, &cancel)?;
+    if !options.calibrations.is_empty() {
+        calibrated = calibrate(&records, &settings, &options.calibrations, &cancel)?;
         let steps: Vec<Preparation> = calibrated.iter().map(|c| c.treatment().into()).collect();
         records = prepare(&records, &steps).map_err(|e| Failure::new(e.to_string()))?;
         settings.refine = true;
@@ -51,5 +49,6 @@ pub(super) fn analyse(options: &StudyOptions) -> Result<Analysis, Failure> {
     let outcome = study.run(&records, &settings, &cancel)?;
     let horizon = |usage: Usage| study.horizon(&outcome, usage, &cancel);
     let horizons = [horizon(Usage::Fit)?, horizon(Usage::HeldOut)?];
-    Ok(Analysis { records, outcome, horizons, choice, calibrated })
+    let done = StudyRequest::done(options, &outcome.settings, &calibrated);
+    Ok(Analysis { records, outcome, horizons, choice, calibrated, done, suggested })
 }

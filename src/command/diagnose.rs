@@ -1,12 +1,14 @@
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{ArgMatches, Args, Command, FromArgMatches};
 
 use super::failure::Failure;
-use super::options::{DataOptions, KindName, Terms, not_negative, odd};
 use super::progress::Progress;
-use super::{Output, diagnosed, json};
-use sindyscope_core::study::Cancel;
+use super::request::Terms;
+use super::source::{KindName, Source};
+use super::{Output, diagnosed, json, table};
+use sindyscope_core::setting::Given;
+use sindyscope_core::study::{Cancel, Settings, setting};
 use sindyscope_report::document;
 use sindyscope_search::{Ask, Diagnosis, Search};
 use sindyscope_values::model::Units;
@@ -20,7 +22,7 @@ pub(super) const MAX_EFFECTS: u8 = 3;
 #[derive(Debug, Args)]
 pub(super) struct Options {
     #[command(flatten)]
-    data: DataOptions,
+    source: Source,
 
     /// Terms of every acceleration of the base model, to which effects are added: "x, v, u" [default: linear springs and dampers]
     #[arg(long, value_name = "LIST", help_heading = "Base model")]
@@ -32,58 +34,67 @@ pub(super) struct Options {
     #[arg(long, value_name = "N", default_value_t = MAX_EFFECTS, value_parser = clap::value_parser!(u8).range(..=20))]
     max_effects: u8,
 
-    /// Changes nothing here: simulated and measured motion are compared without smoothing
-    #[arg(long, value_name = "N", value_parser = odd, help_heading = UNUSED)]
-    window: Option<usize>,
-    /// Changes nothing here, as --window
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=12), help_heading = UNUSED)]
-    order: Option<u8>,
-    /// Changes nothing here: effects are judged by their error on data that were not fitted, not by a threshold
-    #[arg(long, value_name = "V", value_parser = not_negative, allow_negative_numbers = true, help_heading = UNUSED)]
-    threshold: Option<f64>,
-    /// Changes nothing here: no coefficient is shrunk
-    #[arg(long, value_name = "V", value_parser = not_negative, allow_negative_numbers = true, help_heading = UNUSED)]
-    ridge: Option<f64>,
+    #[command(flatten)]
+    unused: Unused,
 
     /// Write the result as JSON (`-`: to standard output, and nothing else there)
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     json: Option<PathBuf>,
 }
 
-const UNUSED: &str = "Options of identify that are taken without effect";
+/// Settings of a study that are taken without effect: each with what stands in their place here.
+const UNUSED: [(&str, &str); 4] = [
+    ("window", "simulated and measured motion are compared without smoothing"),
+    ("order", "as --window"),
+    ("threshold", "effects are judged by their error on data that were not fitted, not by a threshold"),
+    ("ridge", "no coefficient is shrunk"),
+];
+
+/// Options of `identify` that change nothing here.
+#[derive(Clone, Debug, Default)]
+struct Unused(Given<Settings>);
+
+impl Args for Unused {
+    fn augment_args(command: Command) -> Command {
+        UNUSED.iter().fold(command, |command, (name, instead)| {
+            let option = table::option(setting(name)).help(format!("Changes nothing here: {instead}"));
+            command.arg(option.help_heading("Options of identify that are taken without effect"))
+        })
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for Unused {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        Ok(Self(table::given(matches, UNUSED.iter().map(|(name, _)| setting(name)))))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        Self::from_arg_matches(matches).map(|new| *self = new)
+    }
+}
 
 /// Searches for missing effects and prints the walk.
 pub(super) fn run(options: &Options) -> Output {
-    if options.data.kind == KindName::FirstOrder {
+    if options.source.reading.kind == KindName::FirstOrder {
         return Err(first_order().into());
     }
-    let records = options.data.read()?;
+    let records = options.source.read()?;
     let base = options.terms.as_ref();
     let diagnosis = search(&records, base, &options.lock, options.max_effects)?;
     if let Some(json) = json::write(options.json.as_deref(), &diagnosed::result(&diagnosis, &records))? {
         return Ok(json);
     }
     let mut text = document::walk(&diagnosis, &records);
-    let unused = options.unused();
+    let unused: Vec<String> =
+        UNUSED.iter().filter(|(name, _)| options.unused.0.has(name)).map(|(name, _)| format!("--{name}")).collect();
     if !unused.is_empty() {
         text.push_str(&format!("{} changed nothing: diagnose neither smooths nor thresholds.\n", unused.join(", ")));
     }
     Ok(text.into_bytes())
-}
-
-impl Options {
-    /// What was given in vain.
-    fn unused(&self) -> Vec<&'static str> {
-        [
-            ("--window", self.window.is_some()),
-            ("--order", self.order.is_some()),
-            ("--threshold", self.threshold.is_some()),
-            ("--ridge", self.ridge.is_some()),
-        ]
-        .into_iter()
-        .filter_map(|(name, given)| given.then_some(name))
-        .collect()
-    }
 }
 
 /// Said where missing effects are to be searched in first-order data.

@@ -1,6 +1,7 @@
 use std::fmt;
 use std::path::Path;
 
+use sindyscope_core::remedy::{Remedy, sentence};
 use sindyscope_core::study::StudyError;
 use sindyscope_files::ReadError;
 use sindyscope_report::document::ReportError;
@@ -67,47 +68,48 @@ impl From<Failure> for Stop {
     }
 }
 
+/// What would help, as this command line has it.
+pub(super) fn worded(remedies: &[Remedy]) -> String {
+    sentence(remedies, word)
+}
+
+fn word(remedy: &Remedy) -> String {
+    match remedy {
+        Remedy::NameColumns { columns, .. } if columns.is_empty() => "say with --columns which column is which".into(),
+        Remedy::NameColumns { columns, only, rate } => {
+            let pairs: Vec<String> = columns.iter().map(|(key, column)| format!("{key}={column}")).collect();
+            let only = if *only { " --only-named" } else { "" };
+            let rate = if *rate { " --rate HZ" } else { "" };
+            format!("{}: `--columns {}{only}{rate}`", Remedy::naming(columns), pairs.join(","))
+        }
+        Remedy::GiveRate { .. } => format!("{remedy}: `--rate 1000`"),
+        Remedy::OpenProject { file } => {
+            format!("open it in the window with `sindyscope {file}`; commands take the measurements that it names")
+        }
+        Remedy::LeaveToData => "leave the option out to have it chosen from the data; `--help` describes each".into(),
+        Remedy::LinearBase => "leave --terms out for a linear spring and damper".into(),
+        Remedy::OtherBase => "give other --terms".into(),
+        Remedy::FewerEffects => "stop before that effect with --max-effects".into(),
+        Remedy::Identify { what } => format!("see `sindyscope identify`, which {what}"),
+        Remedy::Do(_) | Remedy::Settings { .. } | Remedy::Use { .. } => remedy.to_string(),
+    }
+}
+
 impl From<ReadError> for Failure {
     fn from(error: ReadError) -> Self {
-        Self::new(error.to_string()).try_this(error.advice())
+        Self::new(error.to_string()).try_this(worded(&error.remedies()))
     }
 }
 
 impl From<StudyError> for Failure {
     fn from(error: StudyError) -> Self {
-        let advice = match error {
-            StudyError::RecordsDiffer(_) => {
-                "give records with the same channels and units, or say with --columns which column is which"
-            }
-            StudyError::Setting(_) => "leave the option out to have it chosen from the data; `--help` describes each",
-            StudyError::NothingToFit | StudyError::Cancelled => "",
-        };
-        Self::new(error.to_string()).try_this(advice)
+        Self::new(error.to_string()).try_this(worded(&error.remedies()))
     }
 }
 
 impl From<GapError> for Failure {
     fn from(error: GapError) -> Self {
-        let advice = match error {
-            GapError::Records(_) => {
-                "give records with the same channels and units, or say with --columns which column is which"
-            }
-            GapError::TooShort { .. } => {
-                "give a longer record, or one that was sampled faster: ten periods at forty samples each are plenty"
-            }
-            GapError::Symbol { .. } => {
-                "leave --terms out for a linear spring and damper, or name an input with --columns u=NAME"
-            }
-            GapError::Acceleration(_) => "give --terms without accelerations; `sindyscope identify` takes them",
-            GapError::Base => {
-                "leave --terms out for a linear spring and damper; `sindyscope identify` shows which terms suit the records"
-            }
-            GapError::Stage(_) => {
-                "stop before that effect with --max-effects, or give a richer base model with --terms"
-            }
-            GapError::NothingToFit | GapError::Cancelled => "",
-        };
-        Self::new(error.to_string()).try_this(advice)
+        Self::new(error.to_string()).try_this(worded(&error.remedies()))
     }
 }
 

@@ -7,8 +7,8 @@ use clap::error::ErrorKind;
 
 use super::failure::Failure;
 use super::hidden;
-use super::options::{finite, not_negative, positive};
 use super::{Output, Stop, usage};
+use sindyscope_core::setting::{finite, not_negative, positive};
 use sindyscope_files::write_csv;
 use sindyscope_rig::{
     Noise, PlantParameter, RigError, Scenario, ScenarioExcitation, ScenarioOptions, generate, scenarios,

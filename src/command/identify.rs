@@ -4,7 +4,7 @@ use clap::{Args, ValueEnum};
 
 use super::analysis::{Analysis, analyse};
 use super::failure::Failure;
-use super::options::StudyOptions;
+use super::request::StudyOptions;
 use super::{Output, json};
 use sindyscope_core::study::{self, Calibrated, Calibration, Horizon};
 use sindyscope_report::document::{Arrangement, Report};
@@ -18,7 +18,7 @@ use sindyscope_values::record::{Role, Usage};
 #[derive(Debug, Args)]
 pub(super) struct Options {
     #[command(flatten)]
-    study: StudyOptions,
+    pub(super) study: StudyOptions,
     /// Print the equations of motion alone, in this form
     #[arg(long, value_enum, value_name = "FORM", help_heading = "Output")]
     format: Option<EquationStyle>,

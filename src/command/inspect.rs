@@ -5,11 +5,11 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use super::Output;
-use super::failure::Failure;
+use super::failure::{Failure, worded};
 use super::json::{self, VERSION};
-use super::options::{KindName, positive};
+use super::source::Reading;
 use sindyscope_core::signal::standard_deviation;
-use sindyscope_files::{ColumnMap, ColumnUse, Overview, ReadError, ReadOptions, look, read_files};
+use sindyscope_files::{ColumnUse, Overview, ReadError, ReadOptions, look, read_files};
 use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::format::units::format_si;
 use sindyscope_values::record::{Record, Role, notices};
@@ -20,18 +20,8 @@ pub(super) struct Options {
     /// Measurements to look into
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Which column is which, where the header does not say: t=NAME,x=NAME,u=NAME,…
-    #[arg(long, value_name = "t=NAME,x=NAME,…")]
-    columns: Option<ColumnMap>,
-    /// Ignore every column that --columns does not name, whatever the header says of it
-    #[arg(long, requires = "columns")]
-    only_named: bool,
-    /// Sampling rate, Hz, for files without a time column
-    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true)]
-    rate: Option<f64>,
-    /// Displacements given and velocities derived, or every state given
-    #[arg(long, value_enum, default_value_t)]
-    kind: KindName,
+    #[command(flatten)]
+    reading: Reading,
     /// Tell it as JSON, on standard output or in a file
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
     json: Option<PathBuf>,
@@ -51,14 +41,7 @@ struct Inspected<'a> {
 
 /// Tells what files hold.
 pub(super) fn run(options: &Options) -> Output {
-    let reading = ReadOptions {
-        columns: options.columns.clone().unwrap_or_default(),
-        only_named: options.only_named,
-        rate: options.rate,
-        kind: options.kind.into(),
-        keep_constant_inputs: true,
-        ..ReadOptions::default()
-    };
+    let reading = ReadOptions { keep_constant_inputs: true, ..options.reading.options() };
     let inspect = |file| Inspected { file, holds: look(file, &reading).ok(), found: read_files(&[file], &reading) };
     let inspected: Vec<Inspected<'_>> = options.files.iter().map(inspect).collect();
     if inspected.iter().all(|i| i.found.is_err())
@@ -91,7 +74,7 @@ fn as_json(inspected: &Inspected<'_>) -> Value {
             "file": file,
             "status": "refused",
             "error": error.to_string(),
-            "advice": error.advice(),
+            "advice": worded(&error.remedies()),
             "columns": error.columns(),
         }),
         Ok(records) => json!({
@@ -188,7 +171,7 @@ fn text(inspected: &Inspected<'_>) -> String {
     let records = match &inspected.found {
         Ok(records) => records,
         Err(error) => {
-            let _ = writeln!(out, "  cannot be used: {error}\n  try: {}", error.advice());
+            let _ = writeln!(out, "  cannot be used: {error}\n  try: {}", worded(&error.remedies()));
             if let Some(holds) = &inspected.holds {
                 out += &list(holds);
                 out += &perhaps(holds, error);

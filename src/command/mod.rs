@@ -10,10 +10,12 @@ mod hidden;
 mod identify;
 mod inspect;
 mod json;
-mod options;
 mod progress;
 mod report;
+mod request;
 pub(crate) mod shell;
+mod source;
+mod table;
 mod window;
 
 use std::ffi::OsString;

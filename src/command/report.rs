@@ -7,11 +7,11 @@ use clap::{Args, ValueEnum};
 use super::analysis::analyse;
 use super::diagnose::{MAX_EFFECTS, first_order, search};
 use super::failure::Failure;
-use super::options::{KindName, StudyOptions, Terms};
+use super::request::{StudyOptions, Terms};
+use super::shell::quoted;
+use super::source::{KindName, typed};
 use super::{Output, diagnosed, json};
-use crate::command::shell::quoted;
 use sindyscope_report::document::{Arrangement, Format, Paper, Report, Sections};
-use sindyscope_values::term::Term;
 
 /// Options of `report`.
 #[derive(Debug, Args)]
@@ -65,13 +65,13 @@ pub(super) fn run(options: &Options) -> Output {
     // Said before the work is done, not after.
     Format::of(&options.out).map_err(Failure::from)?;
     #[cfg(feature = "desktop")]
-    if let [project] = options.study.data.data.as_slice()
+    if let [project] = options.study.source.data.as_slice()
         && project.is_file()
         && crate::app::is_project(project)
     {
         return of_project(options, project);
     }
-    if options.diagnose && options.study.data.kind == KindName::FirstOrder {
+    if options.diagnose && options.study.source.reading.kind == KindName::FirstOrder {
         return Err(first_order().into());
     }
     let analysis = analyse(&options.study)?;
@@ -79,9 +79,8 @@ pub(super) fn run(options: &Options) -> Output {
         true => Some(search(&analysis.records, options.base.as_ref(), &[], options.max_effects)?),
         false => None,
     };
-    let mut command = options.study.command("report", &analysis.outcome.settings, Some(&options.out));
-    command.push_str(&options.own_words());
-    let title = options.title.clone().unwrap_or_else(|| title(&options.study.data.data));
+    let command = analysis.done.command("report", &analysis.suggested) + &options.own_words();
+    let title = options.title.clone().unwrap_or_else(|| title(&options.study.source.data));
     let arrangement = options.arrangement();
     let report = Report {
         title: &title,
@@ -110,12 +109,11 @@ impl Options {
 
     /// The part of the command that is the report's alone.
     fn own_words(&self) -> String {
-        let mut text = String::new();
+        let mut text = format!(" --out {}", typed(&std::env::current_dir().unwrap_or_default(), &self.out));
         if self.diagnose {
             text.push_str(" --diagnose");
-            if let Some(Ok(terms)) = self.base.as_ref().map(Terms::for_all) {
-                let list: Vec<&str> = terms.iter().map(Term::as_str).collect();
-                text.push_str(&format!(" --base {}", quoted(&list.join(", "))));
+            if let Some(terms) = &self.base {
+                text.push_str(&format!(" --base {}", quoted(&terms.to_string())));
             }
             if self.max_effects != MAX_EFFECTS {
                 text.push_str(&format!(" --max-effects {}", self.max_effects));
@@ -153,8 +151,7 @@ fn of_project(options: &Options, project: &Path) -> Output {
             .into());
     }
     let here = std::env::current_dir().unwrap_or_default();
-    let typed = |path: &Path| quoted(&crate::command::shell::seen_from(&here, path).to_string_lossy());
-    let command = format!("sindyscope report {} --out {}", typed(project), typed(&options.out));
+    let command = format!("sindyscope report {} --out {}", typed(&here, project), typed(&here, &options.out));
     let content = crate::app::report_of_project(project, &command)
         .map_err(|problem| Failure::new(problem.what).try_this(problem.advice))?;
     content.report().write(&options.out).map_err(Failure::from)?;
@@ -168,12 +165,5 @@ fn title(files: &[PathBuf]) -> String {
     match names.len() {
         0..=NAMED => names.join(", "),
         n => format!("{} and {} more", names[..NAMED - 1].join(", "), n + 1 - NAMED),
-    }
-}
-
-#[cfg(test)]
-impl Options {
-    pub(super) fn study(&self) -> &StudyOptions {
-        &self.study
     }
 }

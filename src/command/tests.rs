@@ -1,6 +1,15 @@
 use clap::{CommandFactory, Parser};
 
+use super::request::{StudyOptions, StudyRequest};
 use super::{Cli, Command};
+use sindyscope_core::study::{Kinematics, Lock, Regressor, Scaling, Settings};
+use sindyscope_values::term::Term;
+
+mod repeating;
+
+fn term(text: &str) -> Term {
+    Term::parse(text).expect("a term")
+}
 
 #[test]
 fn the_options_are_sound() {
@@ -41,20 +50,22 @@ fn wrong_values_are_said_with_the_option() {
     }
 }
 
-/// The options of a report on `a b.csv`.
-fn parse(arguments: &[&str]) -> super::report::Options {
-    let words = [&["sindyscope", "report", "a b.csv", "--out", "r.png"], arguments].concat();
+/// The options of a study of `a b.csv`.
+fn parse(arguments: &[&str]) -> StudyOptions {
+    let words = [&["sindyscope", "identify", "a b.csv"], arguments].concat();
     match Cli::try_parse_from(words).expect("options").command {
-        Some(Command::Report(options)) => options,
-        _ => panic!("report was asked for"),
+        Some(Command::Identify(options)) => options.study,
+        _ => panic!("a study was asked for"),
     }
+}
+
+/// The command that repeats a study.
+fn repeated(options: &StudyOptions, settings: &Settings) -> String {
+    StudyRequest::done(options, settings, &[]).command("identify", &Settings::default())
 }
 
 #[test]
 fn what_was_given_goes_over_what_was_suggested() {
-    use sindyscope_core::study::{Kinematics, Lock, Regressor, Scaling, Settings};
-    use sindyscope_values::term::Term;
-    let term = |text: &str| Term::parse(text).expect("a term");
     let options = parse(&[
         "--terms",
         "x, v, u",
@@ -81,9 +92,9 @@ fn what_was_given_goes_over_what_was_suggested() {
         "2.5",
         "--refine",
     ]);
-    let mut settings = Settings::default();
-    settings.smoothing.window = 5;
-    options.study().apply(&mut settings).expect("sound");
+    let mut suggested = Settings::default();
+    suggested.smoothing.window = 5;
+    let settings = options.settings(&suggested).expect("sound");
     assert_eq!(settings.terms, ["x", "v", "u"].map(term));
     assert_eq!(settings.known.iter().map(ToString::to_string).collect::<Vec<_>>(), ["x=-u", "v<=0", "odd"]);
     assert_eq!((settings.mass, settings.refine), (Some(2.5), true));
@@ -97,34 +108,31 @@ fn what_was_given_goes_over_what_was_suggested() {
     );
     assert_eq!((settings.threshold, settings.scaling, settings.kinematics), (0.2, Scaling::Raw, Kinematics::Fitted));
     assert_eq!(settings.regressor, Regressor::BestSubset);
-    assert!(options.study().window_is_free() && !options.study().order_is_free());
+    let free = options.free(&settings);
+    assert!(free.window && !free.order);
 
-    let command = options.study().command("report", &settings, None);
     assert_eq!(
-        command,
-        "sindyscope report 'a b.csv' --terms 'x, v, u' --lock 'v, x' --drop u --fix x^3=-0.6 --constrain 'x=-u, v<=0, odd' --mass 2.5 --window 9 --order 8 --regressor best-subset --threshold 0.2 \
+        repeated(&options, &settings),
+        "sindyscope identify 'a b.csv' --terms 'x, v, u' --lock 'v, x' --drop u --fix x^3=-0.6 --constrain 'x=-u, v<=0, odd' --mass 2.5 --window 9 --order 8 --regressor best-subset --threshold 0.2 \
          --scaling raw --fit-kinematics --refine"
     );
 
-    let mut short = Settings::default();
-    parse(&["--window", "3"]).study().apply(&mut short).expect("sound");
+    let short = parse(&["--window", "3"]).settings(&Settings::default()).expect("sound");
     assert_eq!((short.smoothing.window, short.smoothing.order), (3, 2));
-    assert!(!parse(&["--method", "difference"]).study().window_is_free(), "nothing to choose without a segment");
+    let differences = parse(&["--method", "difference"]);
+    let settings = differences.settings(&Settings::default()).expect("sound");
+    assert!(!differences.free(&settings).window, "nothing to choose without a segment");
     let spline = parse(&["--differentiation", "spline", "--window", "21", "--threshold", "0.1"]);
-    let mut settings = Settings { terms: vec![term("x")], ..Settings::default() };
-    spline.study().apply(&mut settings).expect("sound");
-    assert!(!spline.study().order_is_free() && !spline.study().window_is_free());
+    let settings = spline.settings(&Settings { terms: vec![term("x")], ..Settings::default() }).expect("sound");
+    assert!(!spline.free(&settings).order && !spline.free(&settings).window);
     assert_eq!(
-        spline.study().command("identify", &settings, None),
+        repeated(&spline, &settings),
         "sindyscope identify 'a b.csv' --terms x --differentiation spline --window 21 --threshold 0.1"
     );
 }
 
 #[test]
 fn lists_for_each_equation_are_taken_and_come_back_in_the_command() {
-    use sindyscope_core::study::{Lock, Settings};
-    use sindyscope_values::term::Term;
-    let term = |text: &str| Term::parse(text).expect("a term");
     let options = parse(&[
         "--terms",
         "v1: x1, x2-x1, u; v2: x2-x1",
@@ -137,15 +145,14 @@ fn lists_for_each_equation_are_taken_and_come_back_in_the_command() {
         "--constrain",
         "v2: x2-x1<=0",
     ]);
-    let mut settings = Settings::default();
-    options.study().apply(&mut settings).expect("sound");
+    let settings = options.settings(&Settings::default()).expect("sound");
     let first = &settings.own[&0];
     assert_eq!(first.terms.as_deref().expect("a list"), ["x1", "x2-x1", "u"].map(term));
     assert_eq!((first.locks[&term("u")], first.locks[&term("x1")]), (Lock::Out, Lock::Fixed(-400.0)));
     assert_eq!(settings.own[&1].locks[&term("x2-x1")], Lock::In);
     assert_eq!(settings.own[&1].known.len(), 1);
     assert!(settings.locks.is_empty() && settings.known.is_empty());
-    let command = options.study().command("identify", &settings, None);
+    let command = repeated(&options, &settings);
     for part in [
         "--terms 'v1: x, x2-x, u; v2: x2-x'",
         "--drop 'v1: u'",
@@ -155,7 +162,6 @@ fn lists_for_each_equation_are_taken_and_come_back_in_the_command() {
     ] {
         assert!(command.contains(part), "{command}");
     }
-    let mut wrong = Settings::default();
-    let refused = parse(&["--terms", "x1: x2"]).study().apply(&mut wrong);
+    let refused = parse(&["--terms", "x1: x2"]).settings(&Settings::default());
     assert!(format!("{refused:?}").contains("v1: "), "{refused:?}");
 }

@@ -1,5 +1,6 @@
 use super::heading::Key;
 use super::words::{article, list};
+use sindyscope_core::remedy::{Remedy, sentence};
 use sindyscope_core::sampling::LEAST_SAMPLES;
 
 /// Where a row of numbers stands in its file, from 1.
@@ -20,7 +21,7 @@ impl std::fmt::Display for Row {
     }
 }
 
-/// Why measurements cannot be read: the message says what is wrong and where, [`ReadError::advice`] what to try.
+/// Why measurements cannot be read: the message says what is wrong and where, [`ReadError::remedies`] what to try.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
@@ -115,7 +116,7 @@ pub enum ReadError {
     TwoColumns {
         /// The file's name.
         file: String,
-        /// The short name of what both could be, as `--columns` takes it.
+        /// The short name of what both could be.
         key: String,
         /// One column.
         first: String,
@@ -134,7 +135,7 @@ pub enum ReadError {
         /// The short name that is missing.
         key: String,
     },
-    /// `--columns` names a column that is not there.
+    /// What was said of columns names a column that is not there.
     #[error("{file}: there is no column `{name}` for {key}; the columns are {}", list(.columns))]
     UnknownColumn {
         /// The file's name.
@@ -146,7 +147,7 @@ pub enum ReadError {
         /// The names of all columns.
         columns: Vec<String>,
     },
-    /// `--columns` names a column that is there more than once.
+    /// What was said of columns names a column that is there more than once.
     #[error("{file}: {count} columns are called `{name}`")]
     AmbiguousColumn {
         /// The file's name.
@@ -158,7 +159,7 @@ pub enum ReadError {
         /// How many columns it fits.
         count: usize,
     },
-    /// `--columns` uses one column twice.
+    /// What was said of columns uses one column twice.
     #[error("{file}: column `{column}` cannot be both {first} and {second}")]
     ColumnUsedTwice {
         /// The file's name.
@@ -357,93 +358,83 @@ pub enum ReadError {
 }
 
 impl ReadError {
-    /// What to try, in one sentence.
-    pub fn advice(&self) -> String {
+    /// What to try, each by itself.
+    pub fn remedies(&self) -> Vec<Remedy> {
+        let either = |what: &'static str, or: Remedy| vec![Remedy::to_do(what), or];
+        let only = |what: &'static str| vec![Remedy::to_do(what)];
         match self {
-            Self::Open { .. } => "check the path, and that the file may be read".into(),
-            Self::IsProject { file } => {
-                format!("open it in the window with `sindyscope {file}`; commands take the measurements that it names")
-            }
+            Self::Open { .. } => only("check the path, and that the file may be read"),
+            Self::IsProject { file } => vec![Remedy::OpenProject { file: file.clone() }],
             Self::Malformed { advice: "", .. } => {
-                "copy or export the measurement anew, whole; CSV text with a header such as `t,x,u` always does".into()
+                only("copy or export the measurement anew, whole; CSV text with a header such as `t,x,u` always does")
             }
-            Self::Malformed { advice, .. } | Self::Foreign { advice, .. } => (*advice).into(),
+            Self::Malformed { advice, .. } | Self::Foreign { advice, .. } => only(advice),
             Self::NotText { .. } => {
-                "export the measurement as CSV text: a header such as `t,x,u`, then one row a sample".into()
+                only("export the measurement as CSV text: a header such as `t,x,u`, then one row a sample")
             }
             Self::Empty { .. } | Self::HeaderOnly { .. } => {
-                "a file needs a header such as `t,x,u` and below it one row a sample".into()
+                only("a file needs a header such as `t,x,u` and below it one row a sample")
             }
-            Self::NoHeader { columns, .. } => {
-                let example = match columns {
-                    1 => "`--columns x=1` and the sampling rate as `--rate HZ`",
-                    2 => "`--columns t=1,x=2`",
-                    _ => "`--columns t=1,x=2,u=3`",
-                };
-                format!("add a header such as `t,x,u`, or give the columns by number: {example}")
+            Self::NoHeader { columns, .. } => either("add a header such as `t,x,u`", by_number(*columns)),
+            Self::NoTime { columns, .. } => {
+                let first = columns.first().map_or("NAME", String::as_str);
+                vec![Remedy::columns([("t", first)]), Remedy::rate()]
             }
-            Self::NoTime { columns, .. } => format!(
-                "name the time column, as in `--columns t={}`, or give the sampling rate in hertz: `--rate 1000`",
-                columns.first().map_or("NAME", String::as_str)
-            ),
             Self::NoDisplacement { columns, doubtful, .. } => {
                 let example = doubtful.last().map(|(name, _)| name).or(columns.last());
-                format!(
-                    "say which column is which, as in `--columns x={}`, or name it `x` in the header",
-                    example.map_or("NAME", String::as_str)
-                )
+                let example = example.map_or("NAME", String::as_str);
+                vec![Remedy::columns([("x", example)]), Remedy::to_do("name it `x` in the header")]
             }
-            Self::TwoColumns { key, first, second, numbers, .. } => {
-                let (one, two) =
-                    if first == second { (numbers.0.to_string(), numbers.1.to_string()) } else { (first.clone(), second.clone()) };
-                let both = Key::of_word(key).is_some_and(|k| k.number.is_none() && k.quantity.is_numbered());
-                let both = if both { format!("; or use both: `--columns {key}1={one},{key}2={two}`") } else { String::new() };
-                format!("choose one: `--columns {key}={one}`{both}")
-            }
+            Self::TwoColumns { key, first, second, numbers, .. } => one_or_both(key, (first, second), *numbers),
             Self::NumberMissing { column, key, .. } => {
-                format!("number the columns without a hole, or say which is which: `--columns {key}={column}`")
+                either("number the columns without a hole", Remedy::columns([(key, column)]))
             }
-            Self::UnknownColumn { .. } => "write the name as in the header, or the column's number from 1".into(),
-            Self::AmbiguousColumn { key, .. } => format!("give the column's number instead: `--columns {key}=2`"),
-            Self::ColumnUsedTwice { first, .. } => format!("leave one of them out, or give {first} another column"),
+            Self::UnknownColumn { .. } => only("write the name as in the header, or the column's number from 1"),
+            Self::AmbiguousColumn { key, .. } => vec![Remedy::columns([(key.as_str(), "2")])],
+            Self::ColumnUsedTwice { first, .. } => {
+                vec![Remedy::to_do(format!("leave one of them out, or give {first} another column"))]
+            }
             Self::TooManyMotions { first, .. } => {
-                format!("name those to be studied and no others: `--columns x1={first} --only-named`")
+                let columns = vec![("x1".to_owned(), first.clone())];
+                vec![Remedy::NameColumns { columns, only: true, rate: false }]
             }
-            Self::BadRate { .. } => "give the samples a second as a positive number: `--rate 1000`".into(),
-            Self::TimeUnit { .. } => {
-                "give the time in s, ms, us, min or h in the header, or the sampling rate: `--rate HZ`".into()
-            }
+            Self::BadRate { .. } => vec![Remedy::rate()],
+            Self::TimeUnit { .. } => either("give the time in s, ms, us, min or h in the header", Remedy::rate()),
             Self::RowLength { .. } => {
-                "correct the row; a decimal comma in a file separated by commas also looks like this".into()
+                only("correct the row; a decimal comma in a file separated by commas also looks like this")
             }
             Self::MissingCell { .. } | Self::NotFinite { .. } => {
-                "fill the value in or delete the row: a longer stretch without rows splits the record in two".into()
+                only("fill the value in or delete the row: a longer stretch without rows splits the record in two")
             }
             Self::NotANumber { .. } => {
-                "correct the cell, or delete the row; text columns may stay if they are not used".into()
+                only("correct the cell, or delete the row; text columns may stay if they are not used")
             }
-            Self::TooLarge { .. } => "correct the cell, or give the measurement in a larger unit".into(),
-            Self::MixedDecimals { .. } => "write all numbers with a decimal point, without thousands separators".into(),
+            Self::TooLarge { .. } => only("correct the cell, or give the measurement in a larger unit"),
+            Self::MixedDecimals { .. } => only("write all numbers with a decimal point, without thousands separators"),
             Self::RepeatedTime { .. } => {
-                "delete the double row; if the time is only rounded too much, give the sampling rate: `--rate HZ`".into()
+                either("delete the double row", Remedy::GiveRate { when: "the time is only rounded too much" })
             }
             Self::FallingTime { .. } => {
-                "if another run begins there, tell runs apart by a column `record`, or by one file each".into()
+                only("if another run begins there, tell runs apart by a column `record`, or by one file each")
             }
-            Self::UnevenTime { .. } => {
-                "resample the measurement to even steps (done here where at most one step in ten is half as long again as usual), or, if only the time stamps are bad, give the sampling rate: `--rate HZ`".into()
-            }
-            Self::TooFewSamples { records: 1, .. } => "use a longer measurement, or a higher sampling rate".into(),
+            Self::UnevenTime { .. } => either(
+                "resample the measurement to even steps (done here where at most one step in ten is half as long again as usual)",
+                Remedy::GiveRate { when: "only the time stamps are bad" },
+            ),
+            Self::TooFewSamples { records: 1, .. } => only("use a longer measurement, or a higher sampling rate"),
             Self::TooFewSamples { .. } => {
-                "check the column that tells the records apart, or join runs that belong together".into()
+                only("check the column that tells the records apart, or join runs that belong together")
             }
-            Self::UnitsDiffer { .. } => {
-                "open the files one by one, or correct the unit in the header; units of one quantity (m and mm) are converted".into()
-            }
-            Self::ConstantDisplacement { .. } => {
-                "check the sensor and which column is the displacement: `--columns x=NAME`".into()
-            }
+            Self::UnitsDiffer { .. } => only(
+                "open the files one by one, or correct the unit in the header; units of one quantity (m and mm) are converted",
+            ),
+            Self::ConstantDisplacement { .. } => either("check the sensor", Remedy::columns([("x", "NAME")])),
         }
+    }
+
+    /// What to try, in one sentence of plain words.
+    pub fn advice(&self) -> String {
+        sentence(&self.remedies(), Remedy::to_string)
     }
 
     /// The names of the file's columns, where the error is about which is which.
@@ -471,6 +462,29 @@ impl ReadError {
                     | Self::ConstantDisplacement { .. }
             )
     }
+}
+
+/// The columns of a file without a header, by their numbers.
+fn by_number(columns: usize) -> Remedy {
+    let keys: &[&str] = match columns {
+        1 => &["x"],
+        2 => &["t", "x"],
+        _ => &["t", "x", "u"],
+    };
+    let columns =
+        keys.iter().zip(1..).map(|(key, number): (_, usize)| ((*key).to_owned(), number.to_string())).collect();
+    Remedy::NameColumns { columns, only: false, rate: keys.len() == 1 }
+}
+
+/// One of two columns that could both be `key`, or both where there may be several of its kind; of equal names by number.
+fn one_or_both(key: &str, (first, second): (&str, &str), numbers: (usize, usize)) -> Vec<Remedy> {
+    let (one, two) = match first == second {
+        true => (numbers.0.to_string(), numbers.1.to_string()),
+        false => (first.to_owned(), second.to_owned()),
+    };
+    let several = Key::of_word(key).is_some_and(|k| k.number.is_none() && k.quantity.is_numbered());
+    let both = several.then(|| Remedy::columns([(format!("{key}1"), one.clone()), (format!("{key}2"), two)]));
+    [Remedy::columns([(key, one)])].into_iter().chain(both).collect()
 }
 
 fn doubts(doubtful: &[(String, String)]) -> String {
@@ -501,7 +515,7 @@ fn in_words(key: &str) -> String {
 /// The reason that a doubtful column is left out, as a notice.
 pub(super) fn doubtful_notice(name: &str, key: Key, why: &str) -> String {
     format!(
-        "column `{name}` is not taken for {}: {why}; if it is one, say so: `--columns {key}={name}`",
+        "column `{name}` is not taken for {}: {why}; if it is one, say which column is which: {key}={name}",
         article(key.quantity.noun())
     )
 }

@@ -406,7 +406,7 @@ mod tests {
             (
                 "t;x;v_V",
                 Kind::SecondOrder,
-                "column `v_V` is not taken for a velocity: its unit `V` is not that of a velocity; if it is one, say so: `--columns v=v_V`",
+                "column `v_V` is not taken for a velocity: its unit `V` is not that of a velocity; if it is one, say which column is which: v=v_V",
             ),
             ("t;x;base;force", Kind::SecondOrder, "`base` is input u1 and `force` is input u2"),
             ("t;x;v", Kind::FirstOrder, "the velocity `v` is state x2"),

@@ -1,3 +1,5 @@
+use sindyscope_core::remedy::Remedy;
+
 /// Why a search for missing effects cannot be made.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GapError {
@@ -30,7 +32,7 @@ pub enum GapError {
     Acceleration(String),
     /// The base model cannot be fitted.
     #[error(
-        "the base model's response cannot be fitted to the records: its simulation does not stay within ten times their range; give other --terms"
+        "the base model's response cannot be fitted to the records: its simulation does not stay within ten times their range"
     )]
     Base,
     /// The model with an effect added cannot be fitted.
@@ -44,6 +46,28 @@ pub enum GapError {
 }
 
 impl GapError {
+    /// What to try, each by itself.
+    pub fn remedies(&self) -> Vec<Remedy> {
+        match self {
+            Self::Records(_) => vec![
+                Remedy::to_do("give records with the same channels and units"),
+                Remedy::columns::<String, String>([]),
+            ],
+            Self::TooShort { .. } => vec![Remedy::to_do(
+                "give a longer record, or one that was sampled faster: ten periods at forty samples each are plenty",
+            )],
+            Self::Symbol { .. } => vec![Remedy::LinearBase, Remedy::columns([("u", "NAME")])],
+            Self::Acceleration(_) => vec![Remedy::OtherBase, Remedy::Identify { what: "takes accelerations" }],
+            Self::Base => vec![
+                Remedy::OtherBase,
+                Remedy::LinearBase,
+                Remedy::Identify { what: "shows which terms suit the records" },
+            ],
+            Self::Stage(_) => vec![Remedy::FewerEffects, Remedy::OtherBase],
+            Self::NothingToFit | Self::Cancelled => Vec::new(),
+        }
+    }
+
     /// What came of trying a model that a walk may do without: nothing where it cannot be fitted.
     ///
     /// # Errors

@@ -3,6 +3,8 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use crate::app::remedy;
+use sindyscope_core::remedy::Remedy;
 use sindyscope_core::study::Cancel;
 use sindyscope_search::{
     Ask, Blind, Candidate, Choice, Diagnosis, Finding, Found, GapError, Place, Progress, Restored, Round, Search, Stage,
@@ -173,11 +175,10 @@ fn conclude(
 
 /// An error's sentence with the remedy that the window has.
 fn for_the_window(error: &GapError) -> String {
-    let text = error.to_string();
     match error {
-        GapError::Base => text.replace("give other --terms", "choose another base model above"),
+        GapError::Base => format!("{error}: {}", remedy::worded(&[Remedy::OtherBase])),
         GapError::NothingToFit => "there is nothing to fit: mark at least one record as fit".to_owned(),
-        _ => text,
+        _ => error.to_string(),
     }
 }
 

@@ -10,7 +10,7 @@ use crate::app::commands::Command;
 use crate::app::plot::display;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, section, share_bar};
-use sindyscope_core::study::{EquationFit, Lock, Settings};
+use sindyscope_core::study::{EquationFit, Lock, Settings, setting};
 use sindyscope_values::format::equations::{by_share, digits, is_kinematic};
 use sindyscope_values::format::number::{align_at_point, format_measured, plain, significant, significant_trimmed};
 use sindyscope_values::format::shown::ShownUnits;
@@ -22,8 +22,6 @@ use sindyscope_values::term::{Expression, Kind, Layout, Symbol, Term};
 const FLASH: f64 = 0.7;
 /// Share of a standard error from which on a shift is spoken of.
 const SHIFTED: f64 = 0.3;
-const REFINE: &str = "Fit the coefficients of these terms to the response itself (output error), not to the acceleration: nearer to the truth, \
-     and slower";
 /// Width of the column of the shares' bars, points.
 const BAR: f32 = 44.0;
 
@@ -46,7 +44,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, now: f64) {
                     }
                 });
             });
-            if refines && chip(ui, "refine", *refine, false, REFINE).clicked() {
+            if refines && chip(ui, setting("refine").label, *refine, false, setting("refine").help).clicked() {
                 *refine = !*refine;
             }
         },

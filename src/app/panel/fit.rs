@@ -7,6 +7,7 @@ use super::{Ask, Desk};
 use crate::app::plot::display;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{card, section};
+use sindyscope_core::remedy::Remedy;
 use sindyscope_core::study::{Outcome, Score, Severity, Warning};
 use sindyscope_values::format::number::{plain, significant};
 use sindyscope_values::record::Usage;
@@ -224,8 +225,8 @@ fn show_warning(ui: &mut Ui, warning: &Warning, asks: &mut Vec<Ask>) {
     };
     card(ui, color, |ui| {
         ui.add(egui::Label::new(RichText::new(&warning.text).size(12.5)).wrap());
-        if let Some(remedy) = &warning.remedy
-            && ui.button(&remedy.label).clicked()
+        if let Some(remedy @ (Remedy::Settings { label, .. } | Remedy::Use { label, .. })) = &warning.remedy
+            && ui.button(label).clicked()
         {
             asks.push(Ask::Remedy(remedy.clone()));
         }

@@ -12,7 +12,7 @@ mod refusal;
 mod smoothing;
 mod threshold;
 
-use egui::{Margin, Panel, ScrollArea, Ui, UiBuilder};
+use egui::{ComboBox, Margin, Panel, ScrollArea, Ui, UiBuilder};
 
 use super::bench::Bench;
 use super::commands::Command;
@@ -20,8 +20,12 @@ use super::open::Refused;
 use super::questions::Bought;
 use super::queue::Progress;
 use super::state::{Edit, Room};
+use super::widgets::{SliderRow, row, switch};
 use sindyscope_core::prepare::Preparation;
-use sindyscope_core::study::{Calibration, Remedy, Settings};
+use sindyscope_core::remedy::Remedy;
+use sindyscope_core::setting::{Choice, Setting, Slider, Spread};
+use sindyscope_core::study::{Calibration, Settings};
+use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::term::{Kind, Term};
 
 /// What a panel asks the window to do, beside changing the settings.
@@ -115,6 +119,62 @@ pub(crate) fn right(ui: &mut Ui, desk: &mut Desk<'_>, now: f64) {
         questions::show(ui, desk);
         fit::warnings(ui, desk);
         ui.add_space(8.0);
+    });
+}
+
+/// A setting's row with a slider, as the table has it.
+fn slider(setting: &'static Setting<Settings>) -> SliderRow<'static> {
+    let any = Slider { least: 0.0, most: 1.0, spread: Spread::Linear, step: 0.0 };
+    let Slider { least, most, spread, step } = setting.slider.unwrap_or(any);
+    let format: &dyn Fn(f64) -> String = match step {
+        0.0 => &|v| significant_trimmed(v, 3),
+        _ => &|v| format!("{v:.0}"),
+    };
+    SliderRow {
+        label: setting.label,
+        tooltip: setting.help,
+        unit: setting.unit,
+        range: least..=most,
+        spread,
+        grid: step,
+        suggestion: None,
+        marks: &[],
+        format,
+    }
+}
+
+/// A setting's row in which one of several values is picked from a list; `same` tells which of them a value is.
+fn pick<V: Copy>(
+    ui: &mut Ui,
+    setting: &'static Setting<Settings>,
+    choices: &[Choice<V>],
+    value: &mut V,
+    same: impl Fn(&V, &V) -> bool,
+) {
+    row(ui, setting.label, setting.help, |ui| {
+        let shown = choices.iter().find(|c| same(&c.value, value)).map_or("", |c| c.label);
+        let width = ui.available_width();
+        let combo = ComboBox::from_id_salt(setting.name).width(width).selected_text(shown).show_ui(ui, |ui| {
+            for choice in choices {
+                let chosen = same(&choice.value, value);
+                if ui.selectable_label(chosen, choice.label).on_hover_text(choice.help).clicked() && !chosen {
+                    *value = choice.value;
+                }
+            }
+        });
+        combo.response.accessible_name(setting.label);
+    });
+}
+
+/// A setting's row with a switch of a few positions.
+fn switch_of<V: Copy + PartialEq, const N: usize>(
+    ui: &mut Ui,
+    setting: &'static Setting<Settings>,
+    choices: &[Choice<V>; N],
+    value: &mut V,
+) {
+    row(ui, setting.label, setting.help, |ui| {
+        switch(ui, value, &choices.each_ref().map(|c| (c.value, c.label, c.help)))
     });
 }
 

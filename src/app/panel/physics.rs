@@ -6,7 +6,7 @@ use super::Desk;
 use crate::app::questions::{adds, tie};
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, row, section, switch};
-use sindyscope_core::study::{Known, Lock, Outcome, Pair, Settings, force_over_mass, known_list};
+use sindyscope_core::study::{Known, Lock, Outcome, Pair, Settings, force_over_mass, known_list, setting};
 use sindyscope_values::format::number::{align_at_point, format_measured};
 use sindyscope_values::record::Record;
 use sindyscope_values::term::{Expression, Kind, Layout, Symbol, Term};
@@ -145,7 +145,7 @@ fn mass(ui: &mut Ui, settings: &mut Settings, record: Option<&Record>) {
     let coefficient = |mass: f64| record.and_then(|r| force_over_mass(r, mass));
     let follows =
         settings.mass.and_then(coefficient).is_some_and(|c| settings.locks.get(&force) == Some(&Lock::Fixed(c)));
-    row(ui, "Mass", "The moving mass: with it coefficients are told as stiffness, damping and friction force", |ui| {
+    row(ui, setting("mass").label, setting("mass").help, |ui| {
         let mut known = settings.mass.is_some();
         let mut value = settings.mass.unwrap_or(1.0);
         let box_ = ui.checkbox(&mut known, "").on_hover_text("The mass is known");

@@ -2,73 +2,13 @@
 
 use egui::{RichText, Ui};
 
-use super::{Ask, Desk};
+use super::{Ask, Desk, pick, slider};
 use crate::app::commands::Command;
 use crate::app::theme::ROW;
-use crate::app::widgets::{Setting, Spread, row, section};
+use crate::app::widgets::{SliderRow, row, section};
 use sindyscope_core::signal::TestFunction;
-use sindyscope_core::study::{Differentiation, Formulation};
+use sindyscope_core::study::{Differentiation, FORMS, Formulation, METHODS, setting};
 use sindyscope_values::format::number::significant_trimmed;
-
-const METHODS: [(Differentiation, &str, &str); 7] = [
-    (
-        Differentiation::Filter,
-        "filter's derivative",
-        "Savitzky–Golay: a polynomial is laid through each segment and differentiated itself",
-    ),
-    (
-        Differentiation::SmoothThenDifference,
-        "smooth, then difference",
-        "Savitzky–Golay smoothing, then central differences of the smoothed samples",
-    ),
-    (
-        Differentiation::Spline,
-        "smoothing spline",
-        "A natural cubic spline that weighs curvature against misfit; its weight by generalised cross-validation",
-    ),
-    (
-        Differentiation::Spectral,
-        "spectral",
-        "The whole record's Fourier transform behind a soft low-pass, whose edge is where the noise begins: for long records \
-         of smooth motion",
-    ),
-    (
-        Differentiation::Kalman,
-        "Kalman smoother",
-        "The likeliest motion if its jerk is white noise; how strong by the record's likelihood",
-    ),
-    (
-        Differentiation::TotalVariation,
-        "total variation",
-        "The motion whose acceleration changes least in sum, so that it may jump: for dry friction and impacts. Slow: \
-         records of up to 100 000 samples; its library is not filtered alike, so coefficients lean a little",
-    ),
-    (
-        Differentiation::Difference,
-        "difference only",
-        "Central differences of the samples as measured: for data without noise",
-    ),
-];
-
-const FORMS: [(Formulation, &str, &str); 3] = [
-    (
-        Formulation::Derivative,
-        "at samples",
-        "The equation holds at each sample, between derivatives of the smoothed motion",
-    ),
-    (
-        Formulation::Weak { half_width: None },
-        "weak form",
-        "The equation holds in averages over test functions, which take the derivatives off the measurement: smoothing \
-         then biases nothing but forces that are not linear, and the sensor's noise is weighed out",
-    ),
-    (
-        Formulation::Integral,
-        "integral form",
-        "The equation is integrated once over time: velocities are held against integrals of the terms, and no \
-         acceleration is needed",
-    ),
-];
 
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     let choosing = desk.choosing;
@@ -77,16 +17,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     desk.asks.append(&mut asks);
     let smoothing = &mut desk.edit.settings.smoothing;
     let suggestion = desk.suggestion.smoothing;
-    row(ui, "Derivative", "How velocities and accelerations are made from displacements", |ui| {
-        let shown = METHODS.iter().find(|(m, ..)| *m == smoothing.method).map_or("", |(_, label, _)| label);
-        let width = ui.available_width();
-        let combo = egui::ComboBox::from_id_salt("derivative").width(width).selected_text(shown).show_ui(ui, |ui| {
-            for (method, label, tooltip) in METHODS {
-                ui.selectable_value(&mut smoothing.method, method, label).on_hover_text(tooltip);
-            }
-        });
-        combo.response.accessible_name("Derivative");
-    });
+    pick(ui, setting("differentiation"), &METHODS, &mut smoothing.method, |a, b| a == b);
     let (local, global) = (smoothing.method.is_local(), smoothing.method.is_global());
     if global {
         row(ui, "", "", |ui| {
@@ -106,20 +37,11 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
         let shortest = if local { (smoothing.order + 2) | 1 } else { 3 };
         let longest = desk.bench.longest_segment(&desk.edit.usage).max(shortest + 2);
         let mut window = smoothing.window as f64;
-        let segment = Setting {
-            label: if global { "Length" } else { "Segment" },
-            tooltip: if global {
-                "The period of which half the amplitude passes: longer takes out more noise, too long flattens the motion"
-            } else {
-                "Samples that each polynomial is laid through: longer takes out more noise, too long flattens the motion"
-            },
-            unit: ", samples",
+        let segment = SliderRow {
+            label: if global { "Length" } else { setting("window").label },
             range: shortest as f64..=longest as f64,
-            spread: Spread::Logarithmic,
-            grid: 2.0,
             suggestion: Some(suggestion.window as f64),
-            marks: &[],
-            format: &|v| format!("{v:.0}"),
+            ..slider(setting("window"))
         };
         if segment.show(ui, &mut window) {
             *smoothing = smoothing.with_window((window as usize) | 1);
@@ -136,18 +58,8 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     });
     ui.add_enabled_ui(local, |ui| {
         let mut order = smoothing.order as f64;
-        let setting = Setting {
-            label: "Order",
-            tooltip: "Degree of each segment's polynomial: higher follows faster motion and lets more noise through",
-            unit: "",
-            range: 2.0..=9.0,
-            spread: Spread::Linear,
-            grid: 1.0,
-            suggestion: Some(suggestion.order as f64),
-            marks: &[],
-            format: &|v| format!("{v:.0}"),
-        };
-        if setting.show(ui, &mut order) {
+        let row = SliderRow { suggestion: Some(suggestion.order as f64), ..slider(setting("order")) };
+        if row.show(ui, &mut order) {
             smoothing.order = order as usize;
             smoothing.window = smoothing.window.max((smoothing.order + 2) | 1);
         }
@@ -167,38 +79,20 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
 /// How the equation is held against the data, and the weak form's test functions.
 fn form(ui: &mut Ui, desk: &mut Desk<'_>) {
     let form = &mut desk.edit.settings.form;
-    row(ui, "Equation", "How the equation is held against the data", |ui| {
-        let same = |a: &Formulation, b: &Formulation| std::mem::discriminant(a) == std::mem::discriminant(b);
-        let shown = FORMS.iter().find(|(f, ..)| same(f, form)).map_or("", |(_, label, _)| label);
-        let width = ui.available_width();
-        let combo = egui::ComboBox::from_id_salt("form").width(width).selected_text(shown).show_ui(ui, |ui| {
-            for (choice, label, tooltip) in FORMS {
-                let chosen = same(&choice, form);
-                if ui.selectable_label(chosen, label).on_hover_text(tooltip).clicked() && !chosen {
-                    *form = choice;
-                }
-            }
-        });
-        combo.response.accessible_name("Equation");
-    });
+    let same = |a: &Formulation, b: &Formulation| std::mem::discriminant(a) == std::mem::discriminant(b);
+    pick(ui, setting("form"), &FORMS, form, same);
     let Formulation::Weak { half_width } = form else { return };
     let usage = &desk.edit.usage;
     let longest = (desk.bench.shortest(usage) / 4).max(TestFunction::NARROWEST + 1);
     let suggested =
         desk.bench.suggested_half_width().unwrap_or(TestFunction::NARROWEST).clamp(TestFunction::NARROWEST, longest);
     let mut value = half_width.unwrap_or(suggested) as f64;
-    let setting = Setting {
-        label: "Half width",
-        tooltip: "Samples that each test function reaches to either side: it matters little, as long as some fit into the record",
-        unit: ", samples",
+    let row = SliderRow {
         range: TestFunction::NARROWEST as f64..=longest as f64,
-        spread: Spread::Logarithmic,
-        grid: 1.0,
         suggestion: Some(suggested as f64),
-        marks: &[],
-        format: &|v| format!("{v:.0}"),
+        ..slider(setting("half-width"))
     };
-    if setting.show(ui, &mut value) {
+    if row.show(ui, &mut value) {
         *half_width = Some(value as usize);
     }
 }

@@ -2,59 +2,15 @@
 
 use egui::{RichText, Ui};
 
-use super::Desk;
 use super::equation::symbol;
-use crate::app::widgets::{Mark, Setting, Spread, row, section, switch};
-use sindyscope_core::study::{Kinematics, Regressor, Scaling};
+use super::{Desk, pick, slider, switch_of};
+use crate::app::widgets::{Mark, SliderRow, section};
+use sindyscope_core::study::{KINEMATICS, REGRESSORS, SCALINGS, Scaling, setting};
 use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::term::Kind;
 
-/// The threshold's slider; a coefficient on its own scale is rarely outside.
-const SCALED: std::ops::RangeInclusive<f64> = 1e-4..=1.0;
+/// The threshold's slider where it is compared with coefficients as they stand: they are rarely outside.
 const RAW: std::ops::RangeInclusive<f64> = 1e-4..=1e4;
-
-const REGRESSORS: [(Regressor, &str, &str); 7] = [
-    (
-        Regressor::Stlsq,
-        "STLSQ",
-        "Sequentially thresholded least squares: fit, drop what is below the threshold, fit again until nothing drops",
-    ),
-    (
-        Regressor::Sr3L0,
-        "SR3, L0",
-        "Sparse relaxed regularized regression: a sparse copy of the coefficients is kept near those that fit (ν = 1), and \
-         each term costs the same. The threshold sets the cost",
-    ),
-    (
-        Regressor::Sr3L1,
-        "SR3, L1",
-        "The same, but a term costs its magnitude, as in the lasso; those kept are refitted without the cost",
-    ),
-    (
-        Regressor::Ssr,
-        "stepwise elimination (SSR)",
-        "The smallest term leaves, one after the other. Of the sets of terms on the way the one is taken that leaves least, \
-         a term being worth a share of the RMS acceleration as large as the threshold",
-    ),
-    (
-        Regressor::Frols,
-        "forward selection (FROLS)",
-        "The term that explains most joins, one after the other, each made orthogonal to those before: for large \
-         libraries. The threshold decides how many, as for elimination",
-    ),
-    (
-        Regressor::BestSubset,
-        "best subset",
-        "Every set of terms is tried: exact up to 16 candidates; of more, those that elimination keeps longest. The \
-         threshold decides how many, as for elimination",
-    ),
-    (
-        Regressor::Bayes,
-        "Bayes (spike and slab)",
-        "Terms that belong more likely than not; their probabilities are in the equation's tooltips. A coefficient as \
-         large as the threshold is as likely there by chance as not",
-    ),
-];
 
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     let layout = desk.bench.layout(desk.edit.settings.kind);
@@ -85,71 +41,25 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
             Mark { at, text }
         })
         .collect();
-    row(ui, "Regression", "The way to a sparse equation", |ui| {
-        let shown = REGRESSORS.iter().find(|(r, ..)| *r == settings.regressor).map_or("", |(_, label, _)| label);
-        let width = ui.available_width();
-        let combo = egui::ComboBox::from_id_salt("regressor").width(width).selected_text(shown).show_ui(ui, |ui| {
-            for (regressor, label, tooltip) in REGRESSORS {
-                ui.selectable_value(&mut settings.regressor, regressor, label).on_hover_text(tooltip);
-            }
-        });
-        combo.response.accessible_name("Regression");
-    });
-    let (range, tooltip) = match settings.scaling {
-        Scaling::Scaled => {
-            (SCALED, "A term whose share of the RMS acceleration is smaller than this is dropped; marks show where")
-        }
-        Scaling::Raw => (RAW, "A term whose coefficient is smaller than this is dropped; marks show where"),
-    };
+    pick(ui, setting("regressor"), &REGRESSORS, &mut settings.regressor, |a, b| a == b);
     let same_scaling = desk.suggestion.scaling == settings.scaling;
-    let threshold = Setting {
-        label: "Threshold",
-        tooltip,
-        unit: "",
+    let plain = slider(setting("threshold"));
+    let (range, tooltip) = match settings.scaling {
+        Scaling::Scaled => (plain.range.clone(), format!("{}; marks show where", plain.tooltip)),
+        Scaling::Raw => (RAW, "A term whose coefficient is smaller than this is dropped; marks show where".to_owned()),
+    };
+    let threshold = SliderRow {
+        tooltip: &tooltip,
         range,
-        spread: Spread::LogarithmicFromZero,
-        grid: 0.0,
         suggestion: same_scaling.then_some(desk.suggestion.threshold),
         marks: &marks,
-        format: &|v| significant_trimmed(v, 3),
+        ..plain
     };
     threshold.show(ui, &mut settings.threshold);
-    row(ui, "Compares", "What is compared with the threshold", |ui| {
-        switch(
-            ui,
-            &mut settings.scaling,
-            &[
-                (
-                    Scaling::Scaled,
-                    "scaled",
-                    "Columns and acceleration divided by their RMS: units do not matter, metres or millimetres give the same terms",
-                ),
-                (Scaling::Raw, "raw", "Coefficients as they stand, as the Python package does: units decide"),
-            ],
-        );
-    });
-    let ridge = Setting {
-        label: "Ridge α",
-        tooltip: "Weight of the penalty α‖c‖² on the coefficients: steadies terms that are hard to tell apart, at the price of bias",
-        unit: "",
-        range: 1e-8..=1e2,
-        spread: Spread::LogarithmicFromZero,
-        grid: 0.0,
-        suggestion: Some(desk.suggestion.ridge),
-        marks: &[],
-        format: &|v| significant_trimmed(v, 3),
-    };
+    switch_of(ui, setting("scaling"), &SCALINGS, &mut settings.scaling);
+    let ridge = SliderRow { suggestion: Some(desk.suggestion.ridge), ..slider(setting("ridge")) };
     ridge.show(ui, &mut settings.ridge);
     if settings.kind == Kind::SecondOrder {
-        row(ui, "dx/dt = v", "Whether this equation is known or looked for as well", |ui| {
-            switch(
-                ui,
-                &mut settings.kinematics,
-                &[
-                    (Kinematics::Known, "known", "It is what velocity means"),
-                    (Kinematics::Fitted, "fitted", "It is fitted from the library too: a check of the derivative"),
-                ],
-            );
-        });
+        switch_of(ui, setting("fit-kinematics"), &KINEMATICS, &mut settings.kinematics);
     }
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::{Act, RigRoom};
 use crate::app::dialogs::Purpose;
 use crate::app::theme;
-use crate::app::widgets::{Setting, Spread, card, row, section};
+use crate::app::widgets::{SliderRow, Spread, card, row, section};
 use sindyscope_core::study::Cancel;
 use sindyscope_rig::hidden::{ExcitationKind, Hidden, HiddenRequest, Instruments, draw, names, possible, title};
 use sindyscope_search::{Ask, Progress, Search, Verdict};
@@ -322,10 +322,10 @@ pub(super) fn form(ui: &mut Ui, room: &RigRoom, state: &mut ClassState, acts: &m
         ("Strength", "The hidden force's RMS as a share of the spring's", 1.0..=40.0, &mut case.ratio),
     ] {
         let mut percent = 100.0 * *value;
-        let setting = Setting {
+        let setting = SliderRow {
             label,
             tooltip,
-            unit: ", %",
+            unit: "%",
             range,
             spread: Spread::Logarithmic,
             grid: 0.0,
@@ -338,7 +338,7 @@ pub(super) fn form(ui: &mut Ui, room: &RigRoom, state: &mut ClassState, acts: &m
         }
     }
     let mut seed = case.seed as f64;
-    let setting = Setting {
+    let setting = SliderRow {
         label: "Seed",
         tooltip: "Draws the plant, the effect's shape and the noise, and the effect itself if none is chosen",
         unit: "",

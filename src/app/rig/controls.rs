@@ -4,7 +4,7 @@ use egui::{RichText, Ui};
 
 use super::{Act, Page, RigRoom, RigState, class};
 use crate::app::theme;
-use crate::app::widgets::{Setting, Spread, row, section, switch};
+use crate::app::widgets::{SliderRow, Spread, row, section, switch};
 use sindyscope_rig::hidden::{names, title};
 use sindyscope_rig::{EffectValue, ExcitationChoice, PlantChoice, RigDrive, RigSettings};
 use sindyscope_values::format::number::significant_trimmed;
@@ -54,7 +54,7 @@ fn number(
     range: std::ops::RangeInclusive<f64>,
 ) -> bool {
     let spoken = if unit.is_empty() { String::new() } else { format!(", {unit}") };
-    let setting = Setting {
+    let setting = SliderRow {
         label,
         tooltip,
         unit: &spoken,
@@ -71,10 +71,10 @@ fn number(
 /// A share in percent, from nothing on.
 fn share(ui: &mut Ui, value: &mut f64, label: &str, tooltip: &str, most: f64) {
     let mut percent = 100.0 * *value;
-    let setting = Setting {
+    let setting = SliderRow {
         label,
         tooltip,
-        unit: ", %",
+        unit: "%",
         range: 0.01..=100.0 * most,
         spread: Spread::LogarithmicFromZero,
         grid: 0.0,
@@ -190,7 +190,7 @@ fn parameter(ui: &mut Ui, parameter: &mut EffectValue) {
     };
     let spoken = format!(", {unit}");
     let label = symbol(&parameter.name);
-    let setting = Setting {
+    let setting = SliderRow {
         label: &label,
         tooltip: &tooltip,
         unit: &spoken,
@@ -231,7 +231,7 @@ fn chain(ui: &mut Ui, settings: &mut RigSettings) {
         // Springs to the last ground, dampers and friction may be missing.
         let masslike = parameter.unit == "kg";
         let own = if parameter.value > 0.0 { parameter.value } else { size_of(parameter.unit) };
-        let setting = Setting {
+        let setting = SliderRow {
             label: parameter.name,
             tooltip: &format!("{}, {}", parameter.meaning, parameter.unit),
             unit: &format!(", {}", parameter.unit),
@@ -301,10 +301,10 @@ fn excitation(ui: &mut Ui, settings: &mut RigSettings) {
     }
     if !decay {
         let period = settings.natural_frequencies().first().map_or(1.0, |f| 1.0 / f);
-        let setting = Setting {
+        let setting = SliderRow {
             label: "Settle",
             tooltip: "Time before the record begins: the transient that dies down in it is not recorded",
-            unit: ", s",
+            unit: "s",
             range: 0.1 * period..=200.0 * period,
             spread: Spread::LogarithmicFromZero,
             grid: 0.0,
@@ -348,7 +348,7 @@ fn sensors(ui: &mut Ui, settings: &mut RigSettings) {
         0.4,
     );
     let mut seed = settings.seed as f64;
-    let setting = Setting {
+    let setting = SliderRow {
         label: "Seed",
         tooltip: "Draws noise and phases: the same seed makes the same record",
         unit: "",

@@ -19,6 +19,7 @@ use super::sampling::{LEAST_SAMPLES, significant};
 pub use align::Delay;
 pub use bridge::fill;
 use sindyscope_values::record::{Channel, Record, RecordSet, Role, Usage};
+pub use spoken::{crop_to_span, span};
 
 /// The largest factor that a record is decimated by in one step.
 pub const MOST_DECIMATED: usize = 1000;

@@ -1,14 +1,15 @@
-//! Steps as they are typed: `low-pass=40`, `spikes`, `split=3`.
+//! Steps as they are typed: `low-pass=40`, `spikes`, `split=3`, `crop=2:40`.
 
 use std::fmt::Write;
 use std::str::FromStr;
 
 use super::{PrepareError, SPIKE, Treatment};
+use crate::setting::finite;
 use sindyscope_values::record::Role;
 
 /// What can be typed, as told to a person who typed something else.
 const KNOWN: &str = "write offset, trend, decimate=4, low-pass=40, high-pass=0.5, band-pass=0.5:40, spikes, spikes=6, split=3, \
-                     split-at=12.5, align=a or align=a:0.003, gain=x2:1.02";
+                     split-at=12.5, align=a or align=a:0.003, gain=x2:1.02, crop=2:40, hold-out=0.3, bridge=5";
 
 impl FromStr for Treatment {
     type Err = PrepareError;
@@ -46,6 +47,9 @@ impl FromStr for Treatment {
                 let (channel, gain) = value.split_once(':').ok_or_else(unknown)?;
                 Self::Gain { role: Role::of_short_name(channel).ok_or_else(unknown)?, gain: number(Some(gain))? }
             }
+            ("crop", Some(span)) => return crop_to_span(span).map_err(PrepareError::Impossible),
+            ("hold-out", value) => Self::HoldOut { share: number(value)? },
+            ("bridge", value) => Self::Bridge { longest: whole(value)? },
             _ => return Err(unknown()),
         };
         step.check()?;
@@ -53,11 +57,36 @@ impl FromStr for Treatment {
     }
 }
 
+/// Reads a span of time, `2:40`, whose ends may be left out, as a crop to it.
+///
+/// # Errors
+/// It is none, or ends before it begins.
+pub fn crop_to_span(span: &str) -> Result<Treatment, String> {
+    let (from, to) = span.split_once(':').ok_or("it is two times with a colon between them, as 2:40")?;
+    let time = |text: &str| match text.trim() {
+        "" => Ok(None),
+        text => finite(text).map(Some),
+    };
+    let (from, to) = (time(from)?, time(to)?);
+    if from.zip(to).is_some_and(|(from, to)| from >= to) {
+        return Err("the first time lies before the second".into());
+    }
+    Ok(Treatment::Crop { from, to })
+}
+
+/// The span that a crop keeps, as [`crop_to_span`] reads it.
+pub fn span(from: Option<f64>, to: Option<f64>) -> String {
+    let time = |t: Option<f64>| t.map_or(String::new(), |t| t.to_string());
+    format!("{}:{}", time(from), time(to))
+}
+
 impl Treatment {
-    /// The step as it is typed; none for those that have an option of their own (crop, hold out, bridge).
-    pub fn typed(self) -> Option<String> {
-        Some(match self {
-            Self::Crop { .. } | Self::HoldOut { .. } | Self::Bridge { .. } => return None,
+    /// The step as it is typed.
+    pub fn typed(self) -> String {
+        match self {
+            Self::Crop { from, to } => format!("crop={}", span(from, to)),
+            Self::HoldOut { share } => format!("hold-out={share}"),
+            Self::Bridge { longest } => format!("bridge={longest}"),
             Self::RemoveOffset => "offset".into(),
             Self::RemoveTrend => "trend".into(),
             Self::Decimate { factor } => format!("decimate={factor}"),
@@ -76,7 +105,7 @@ impl Treatment {
                 text
             }
             Self::Gain { role, gain } => format!("gain={}:{gain}", role.short_name()),
-        })
+        }
     }
 }
 
@@ -99,9 +128,13 @@ mod tests {
             "align=a1",
             "align=u2:-0.003",
             "gain=x2:1.02",
+            "crop=2:40",
+            "crop=:0.5",
+            "hold-out=0.3",
+            "bridge=5",
         ] {
             let step: Treatment = text.parse().unwrap();
-            assert_eq!(step.typed().as_deref(), Some(text));
+            assert_eq!(step.typed(), text);
         }
         assert_eq!("spikes".parse(), Ok(Treatment::MendSpikes { threshold: SPIKE }));
         assert_eq!("align=a".parse(), Ok(Treatment::Align { role: Role::Acceleration(0), delay: None }));

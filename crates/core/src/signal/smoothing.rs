@@ -36,7 +36,7 @@ impl Differentiation {
     ];
 
     /// The name in commands and files.
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Filter => "filter",
             Self::SmoothThenDifference => "smooth-then-difference",

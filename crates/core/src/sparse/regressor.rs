@@ -39,7 +39,7 @@ impl Regressor {
         [Self::Stlsq, Self::Sr3L0, Self::Sr3L1, Self::Ssr, Self::Frols, Self::BestSubset, Self::Bayes];
 
     /// The name in commands and files.
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Stlsq => "stlsq",
             Self::Sr3L0 => "sr3-l0",

@@ -89,7 +89,11 @@ impl FromStr for Known {
             return Err(format!("`{text}` ties a term to itself or to nothing: write `x=-u`"));
         }
         if to.symbols().is_empty() && to.as_str() == "1" && right.trim().parse::<f64>().is_ok() {
-            return Err(format!("`{text}` fixes a coefficient: use `--fix {}={}`", left.trim(), right.trim()));
+            return Err(format!(
+                "`{text}` fixes a coefficient: fix the term {} itself at {}",
+                left.trim(),
+                right.trim()
+            ));
         }
         Ok(Self::Tied { term, to, times })
     }
@@ -447,7 +451,7 @@ mod tests {
             ("v<=1", "bounded by zero"),
             ("x=x", "itself"),
             ("x=0*u", "nothing"),
-            ("u=2", "--fix u=2"),
+            ("u=2", "the term u itself"),
             ("foo<=0", "foo"),
             ("m1/m1", "two masses"),
             ("m2/m1=-1", "above zero"),

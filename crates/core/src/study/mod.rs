@@ -18,6 +18,7 @@ mod score;
 mod settings;
 mod settings_grid;
 mod suggest;
+mod table;
 mod warnings;
 mod weak;
 
@@ -30,13 +31,14 @@ pub use ensemble::{Ensemble, Inclusion};
 pub use known::{Known, Sign, known_list};
 pub use opposite::Pair;
 pub use outcome::{
-    DroppedTerm, Elapsed, EquationFit, Outcome, PathTerm, RecordOutcome, Remedy, Score, SensorResponse, SensorScore,
-    Severity, StudyError, Warning, force_over_mass,
+    DroppedTerm, Elapsed, EquationFit, Outcome, PathTerm, RecordOutcome, Score, SensorResponse, SensorScore, Severity,
+    StudyError, Warning, force_over_mass,
 };
 pub use refined::Refinement;
 pub use settings::{Formulation, Kinematics, Lock, Own, Scaling, Settings};
 pub use settings_grid::{GridCell, GridPoint, Judge, SettingsGrid, settings_grid};
 pub use suggest::suggest;
+pub use table::{FORMS, KINEMATICS, METHODS, REGRESSORS, SCALINGS, SETTINGS, asks_for_unit_mass, setting, term_lists};
 pub use weak::suggested_half_width;
 
 pub use crate::signal::{Differentiation, Smoothing};

@@ -6,12 +6,13 @@ use serde::{Deserialize, Serialize};
 use super::opposite::{Pair, pairs};
 use super::score::ErrorSums;
 use super::{Covariance, Known, Refinement, Settings};
+use crate::remedy::Remedy;
 use crate::signal::{Signals, central};
 use sindyscope_values::model::{Mass, Mode, Model, Physical, Units, modes, physical};
 use sindyscope_values::record::{Record, Role, Usage, metres};
 use sindyscope_values::term::{Kind, Layout, Symbol, Term};
 
-/// Why a study has no outcome; each says what to do.
+/// Why a study has no outcome.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StudyError {
     /// No record is marked fit.
@@ -26,6 +27,20 @@ pub enum StudyError {
     /// Stopped from outside.
     #[error("cancelled")]
     Cancelled,
+}
+
+impl StudyError {
+    /// What to try, each by itself.
+    pub fn remedies(&self) -> Vec<Remedy> {
+        match self {
+            Self::RecordsDiffer(_) => vec![
+                Remedy::to_do("give records with the same channels and units"),
+                Remedy::columns::<String, String>([]),
+            ],
+            Self::Setting(_) => vec![Remedy::LeaveToData],
+            Self::NothingToFit | Self::Cancelled => Vec::new(),
+        }
+    }
 }
 
 /// A simulated response held against a measurement, in the record's unit.
@@ -199,17 +214,6 @@ pub enum Severity {
     Wrong,
 }
 
-/// What would help, as settings or a usage to take over.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Remedy {
-    /// What the button says.
-    pub label: String,
-    /// Settings to take over.
-    pub settings: Option<Settings>,
-    /// A record (by index in the set) to use differently.
-    pub usage: Option<(usize, Usage)>,
-}
-
 /// What is wrong or doubtful, in words.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Warning {
@@ -217,7 +221,7 @@ pub struct Warning {
     pub severity: Severity,
     /// One sentence.
     pub text: String,
-    /// What would help.
+    /// What would help: settings or another use of a record, to be taken over.
     pub remedy: Option<Remedy>,
 }
 

@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use super::eliminate::LASTS;
-use super::{Lock, Outcome, Refinement, Remedy, Settings, Severity, Warning};
+use super::{Lock, Outcome, Refinement, Settings, Severity, Warning};
+use crate::remedy::Remedy;
 use crate::sparse::{Constraint, Reduced, SparseOptions, stlsq};
 use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::model::Equation;
@@ -42,7 +43,7 @@ fn nothing_kept(outcome: &Outcome) -> Option<Warning> {
         let remedy = (lowest.is_finite() && lowest > 0.0).then(|| {
             let mut settings = outcome.settings.clone();
             settings.threshold = 0.5 * lowest;
-            Remedy { label: "Lower the threshold".into(), settings: Some(settings), usage: None }
+            Remedy::Settings { label: "Lower the threshold".into(), settings: Box::new(settings) }
         });
         Warning { severity: Severity::Wrong, text: "The threshold dropped every term of an equation".into(), remedy }
     })
@@ -81,7 +82,7 @@ fn overfit(outcome: &Outcome) -> Option<Warning> {
             );
             let mut settings = outcome.settings.clone();
             settings.locks.insert(term, Lock::Out);
-            remedy = Some(Remedy { label: format!("Try without {name}"), settings: Some(settings), usage: None });
+            remedy = Some(Remedy::Settings { label: format!("Try without {name}"), settings: Box::new(settings) });
         }
         Warning { severity: Severity::Caution, text, remedy }
     })
@@ -226,7 +227,7 @@ fn undamped(outcome: &Outcome) -> Option<Warning> {
         text: format!(
             "No term with {name} is left, so nothing takes energy out: light damping is a small share of the force"
         ),
-        remedy: Some(Remedy { label: format!("Lock {name} in"), settings: Some(settings), usage: None }),
+        remedy: Some(Remedy::Settings { label: format!("Lock {name} in"), settings: Box::new(settings) }),
     })
 }
 
@@ -275,7 +276,7 @@ fn segment(outcome: &Outcome) -> Option<Warning> {
             text: format!(
                 "The segment is {share:.2} of the main period: smoothing bends the motion and biases the coefficients"
             ),
-            remedy: Some(Remedy { label: "Shorten the segment".into(), settings: Some(settings), usage: None }),
+            remedy: Some(Remedy::Settings { label: "Shorten the segment".into(), settings: Box::new(settings) }),
         }
     })
 }
@@ -313,10 +314,9 @@ fn unmodelled(outcome: &Outcome) -> Option<Warning> {
                 text: format!(
                     "{parts}: the equation lacks something, or a free run of this motion is sensitive to its start"
                 ),
-                remedy: Some(Remedy {
+                remedy: Some(Remedy::Settings {
                     label: "Refine the coefficients, which tells".into(),
-                    settings: Some(Settings { refine: true, ..outcome.settings.clone() }),
-                    usage: None,
+                    settings: Box::new(Settings { refine: true, ..outcome.settings.clone() }),
                 }),
             },
             None => warning(Severity::Caution, format!("{parts}: the equation lacks something")),
@@ -355,10 +355,10 @@ fn never_tested(outcome: &Outcome, records: &RecordSet) -> Option<Warning> {
     Some(Warning {
         severity: Severity::Note,
         text: "Nothing is held out: a good fit of the fitted data alone proves little".into(),
-        remedy: last.filter(|_| several).map(|index| Remedy {
+        remedy: last.filter(|_| several).map(|index| Remedy::Use {
             label: "Hold the last record out".into(),
-            settings: None,
-            usage: Some((index, Usage::HeldOut)),
+            record: index,
+            usage: Usage::HeldOut,
         }),
     })
 }

@@ -3,13 +3,13 @@
 use super::Report;
 use super::figures::Figure;
 use super::math::{self, EquationRows, Math};
-use sindyscope_core::study::{Differentiation, Formulation, Kinematics, Lock, Outcome, Scaling, Score, Severity};
+use sindyscope_core::study::{Differentiation, Formulation, Outcome, SETTINGS, Score, Severity, setting};
 use sindyscope_values::format::equations::{by_share, is_kinematic};
 use sindyscope_values::format::number::{align_at_point, format_measured, significant, significant_trimmed};
 use sindyscope_values::format::units::{Scale, format_si, raised};
 use sindyscope_values::model::{Mode, Model, Units};
 use sindyscope_values::record::Usage;
-use sindyscope_values::term::{Kind, Symbol};
+use sindyscope_values::term::{Kind, Symbol, Term};
 
 /// A piece of the document.
 pub(super) enum Block {
@@ -392,55 +392,34 @@ pub(super) fn notices(report: &Report<'_>) -> Vec<String> {
         .collect()
 }
 
+/// The settings, row by row as their table has them, with what came of those that tell it.
 pub(super) fn settings(outcome: &Outcome) -> Table {
-    let settings = &outcome.settings;
     let layout = &outcome.model.layout;
-    let text = |t: &sindyscope_values::term::Term| t.pretty(layout);
-    let mut rows = vec![
-        ("differentiation", differentiation(outcome)),
-        ("candidate terms", settings.terms.iter().map(text).collect::<Vec<_>>().join(", ")),
-    ];
-    let locked: Vec<String> = settings
-        .locks
-        .iter()
-        .map(|(term, lock)| match lock {
-            Lock::In => format!("{} kept", text(term)),
-            Lock::Out => format!("{} left out", text(term)),
-            Lock::Fixed(value) => format!("{} fixed at {}", text(term), significant_trimmed(*value, 6)),
-        })
-        .collect();
-    if !locked.is_empty() {
-        rows.push(("decided terms", locked.join(", ")));
-    }
-    if !settings.known.is_empty() {
-        rows.push(("known physics", settings.known.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")));
-    }
-    let compared = match settings.scaling {
-        Scaling::Scaled => "of columns and rate divided by their RMS",
-        Scaling::Raw => "of the coefficients as they stand",
-    };
-    rows.push(("sparse regression", settings.regressor.title().into()));
-    rows.push(("threshold", format!("{} {compared}", significant_trimmed(settings.threshold, 4))));
-    if let Some(refinement) = &outcome.refinement {
-        let ended = if refinement.converged { "" } else { ", ended before it came to rest" };
-        rows.push(("refinement", format!("coefficients fitted to the response itself (output error){ended}")));
-    }
-    for fit in outcome.fits.iter().filter(|f| !f.probability.is_empty()) {
-        let said = |(term, p): &(sindyscope_values::term::Term, f64)| format!("{} {p:.2}", text(term));
-        rows.push(("terms' probabilities", fit.probability.iter().map(said).collect::<Vec<_>>().join(", ")));
-    }
-    if settings.ridge > 0.0 {
-        rows.push(("ridge weight α", significant_trimmed(settings.ridge, 4)));
-    }
-    if layout.kind == Kind::SecondOrder {
-        let text = match settings.kinematics {
-            Kinematics::Known => "dx/dt = v is known",
-            Kinematics::Fitted => "dx/dt is fitted too",
-        };
-        rows.push(("kinematics", text.into()));
+    let mut rows = vec![(setting("differentiation").title, differentiation(outcome))];
+    for setting in SETTINGS {
+        rows.extend((setting.describe)(&outcome.settings, layout).map(|text| (setting.title, text)));
+        if setting.name == "threshold" {
+            rows.extend(came_of_regression(outcome));
+        }
     }
     let rows = rows.into_iter().map(|(name, value)| vec![Cell::Text(name.into()), Cell::Text(value)]).collect();
     Table { head: Vec::new(), rows }
+}
+
+/// How the refinement ended, and how likely each term belongs, where there are such.
+fn came_of_regression(outcome: &Outcome) -> Vec<(&'static str, String)> {
+    let layout = &outcome.model.layout;
+    let mut rows = Vec::new();
+    if let Some(refinement) = &outcome.refinement {
+        let ended = if refinement.converged { "" } else { ", ended before it came to rest" };
+        let text = format!("coefficients fitted to the response itself (output error){ended}");
+        rows.push((setting("refine").title, text));
+    }
+    for fit in outcome.fits.iter().filter(|f| !f.probability.is_empty()) {
+        let said = |(term, p): &(Term, f64)| format!("{} {p:.2}", term.pretty(layout));
+        rows.push(("terms' probabilities", fit.probability.iter().map(said).collect::<Vec<_>>().join(", ")));
+    }
+    rows
 }
 
 /// The smoothing in samples, milliseconds and share of the main period.

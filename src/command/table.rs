@@ -1,0 +1,82 @@
+//! Options that are made from a table of settings, and the words that say them again.
+
+use std::fmt::Write;
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Arg, ArgAction, ArgMatches, Command};
+
+use super::shell::quoted;
+use sindyscope_core::setting::{Form, Given, Said, Setting, told};
+
+/// A command with an option for each row of a table.
+pub(super) fn with_options<T>(command: Command, table: &'static [Setting<T>]) -> Command {
+    table.iter().fold(command, |command, setting| command.arg(option(setting)))
+}
+
+/// The option of a row.
+pub(super) fn option<T>(setting: &'static Setting<T>) -> Arg {
+    let help = match setting.default {
+        "" => setting.help.to_owned(),
+        default => format!("{} [default: {default}]", setting.help),
+    };
+    let mut arg = Arg::new(setting.name).long(setting.name).help(help);
+    if !setting.group.is_empty() {
+        arg = arg.help_heading(setting.group);
+    }
+    if !setting.alias.is_empty() {
+        arg = arg.alias(setting.alias);
+    }
+    let read = move |text: &str| Said::new(setting, text);
+    let names = |names: &[(&'static str, &'static str)]| {
+        let values = names.iter().map(|(name, help)| match *help {
+            "" => PossibleValue::new(*name),
+            help => PossibleValue::new(*name).help(help),
+        });
+        PossibleValuesParser::new(values).try_map(move |text: String| Said::new(setting, &text))
+    };
+    match setting.form {
+        Form::One(placeholder) => arg.value_name(placeholder).value_parser(read).allow_negative_numbers(true),
+        Form::Signed(placeholder) => arg.value_name(placeholder).value_parser(read).allow_hyphen_values(true),
+        Form::Many(placeholder) => arg.value_name(placeholder).value_parser(read).action(ArgAction::Append),
+        Form::Names { placeholder, names: of } => arg.value_name(placeholder).value_parser(names(&of.names())),
+        Form::Flag => arg.action(ArgAction::SetTrue),
+        Form::Switch => arg
+            .value_name("WHETHER")
+            .value_parser(names(&[("yes", "Do"), ("no", "Do not")]))
+            .num_args(0..=1)
+            .default_missing_value("yes")
+            .require_equals(true),
+    }
+}
+
+/// What the options of these rows were given.
+pub(super) fn given<T>(matches: &ArgMatches, table: impl IntoIterator<Item = &'static Setting<T>>) -> Given<T> {
+    let of = |setting: &'static Setting<T>| -> Vec<Said<T>> {
+        match setting.form {
+            Form::Flag if matches.get_flag(setting.name) => Said::new(setting, "").into_iter().collect(),
+            Form::Flag => Vec::new(),
+            _ => matches.get_many::<Said<T>>(setting.name).into_iter().flatten().cloned().collect(),
+        }
+    };
+    Given::new(table.into_iter().flat_map(of))
+}
+
+/// Says what a value is that would be another one if nothing were said, as options of a shell's command; each begins with a
+/// blank.
+pub(super) fn say<T>(command: &mut String, table: &'static [Setting<T>], value: &T, from: &T) {
+    for (setting, text) in told(table, value, from) {
+        // Writing to a text cannot fail.
+        let _ = match (setting.form, text.as_str()) {
+            (Form::Flag, _) | (Form::Switch, "yes") => write!(command, " --{}", setting.name),
+            (Form::Switch, text) => write!(command, " --{}={text}", setting.name),
+            // What begins with a minus would be taken for another option.
+            (_, text) if text.starts_with('-') => write!(command, " --{}={}", setting.name, quoted(text)),
+            (_, text) => write!(command, " --{} {}", setting.name, quoted(text)),
+        };
+    }
+}
+
+/// What was given does not go together.
+pub(super) fn unfit(problem: String) -> clap::Error {
+    clap::Error::raw(clap::error::ErrorKind::ValueValidation, format!("{problem}\n"))
+}
