@@ -5,12 +5,13 @@ use std::ops::Range;
 /// Fewer samples than this are no record.
 pub const LEAST_SAMPLES: usize = 20;
 
-/// Jitter up to this share of the interval leaves the grid that a straight line through the stamps gives; beyond it, each
-/// stamp is taken for the time that it says.
-const MOST_JITTER: f64 = 0.01;
+/// Jitter, as a share of the interval, up to which samples stay on the straight line through the stamps; beyond, each stamp
+/// is taken at its word and values are interpolated.
+const MAX_JITTER: f64 = 0.01;
 
-/// The even grid is fitted to the jittered stamps, so what is just within the limit may seem so much over it.
-const GRID_DOUBT: f64 = 1.05;
+/// Factor on the largest jitter: the grid is fitted to the jittered stamps, so jitter at the limit may seem this much
+/// larger.
+const JITTER_MARGIN: f64 = 1.05;
 
 /// Jitter below this share of the interval is arithmetic, not measurement: nothing is resampled.
 const NO_JITTER: f64 = 1e-6;
@@ -24,11 +25,11 @@ const BRIDGED: f64 = 3.5;
 /// The interval of an uneven record is rounded to a plain number within this share of it: any grid will do.
 const PLAIN: f64 = 1e-3;
 
-/// If more than this share of the steps are gaps, the sampling has no usual step at all.
-const MOST_GAPS: f64 = 0.1;
+/// Share of the steps that may be gaps; with more, the sampling has no usual step.
+const MAX_GAP_SHARE: f64 = 0.1;
 
-/// Stamps rounded more coarsely than this share of the interval say too little about the sampling.
-const COARSEST: f64 = 0.25;
+/// Rounding of the stamps, as a share of the interval, beyond which they say too little about the sampling.
+const MAX_ROUNDING: f64 = 0.25;
 
 /// A stretch of stamps without a gap, on its even grid; times in the stamps' unit.
 #[derive(Clone, Debug, PartialEq)]
@@ -155,7 +156,7 @@ fn analyse_as_given(stamps: &[f64]) -> Result<Sampling, Irregular> {
         return Err(Irregular::Uneven { row: 1, step: steps[0], usual, jitter: 1.0 });
     }
     let gaps: Vec<usize> = (0..steps.len()).filter(|&i| steps[i] > GAP * usual).collect();
-    if gaps.len() as f64 > (MOST_GAPS * steps.len() as f64).max(1.0) {
+    if gaps.len() as f64 > (MAX_GAP_SHARE * steps.len() as f64).max(1.0) {
         let worst = gaps.iter().copied().max_by(|a, b| steps[*a].total_cmp(&steps[*b])).unwrap_or(0);
         let jitter = steps[worst] / usual - 1.0;
         return Err(Irregular::Uneven { row: worst + 1, step: steps[worst], usual, jitter });
@@ -184,8 +185,8 @@ fn analyse_as_given(stamps: &[f64]) -> Result<Sampling, Irregular> {
         return Ok(even(None));
     }
     let rounded = Rounding::of(stamps);
-    if rounded.coarsest(stamps) <= COARSEST * interval && fit.is_rounded(stamps, &rows, &rounded) {
-        return Ok(even(Some(rounded.coarsest(stamps)).filter(|_| jitter > MOST_JITTER)));
+    if rounded.coarsest(stamps) <= MAX_ROUNDING * interval && fit.is_rounded(stamps, &rows, &rounded) {
+        return Ok(even(Some(rounded.coarsest(stamps)).filter(|_| jitter > MAX_JITTER)));
     }
     // A clock that wanders slowly strays far from any line while each step is good: that too can be evened out.
     let off = |row: usize| (steps[row - 1] - usual).abs();
@@ -193,9 +194,9 @@ fn analyse_as_given(stamps: &[f64]) -> Result<Sampling, Irregular> {
     let worse = |worst: usize, row: usize| if off(row) > off(worst) * (1.0 + 1e-6) { row } else { worst };
     let worst = rows.iter().flat_map(|r| r.start + 1..r.end).reduce(worse).unwrap_or(1);
     let by_step = off(worst) / usual;
-    if (fit.half_range / interval).min(by_step) > MOST_JITTER * GRID_DOUBT {
+    if (fit.half_range / interval).min(by_step) > MAX_JITTER * JITTER_MARGIN {
         let even_without =
-            rows.iter().flat_map(|r| r.start.max(1) + 1..r.end).all(|row| off(row) <= MOST_JITTER * usual);
+            rows.iter().flat_map(|r| r.start.max(1) + 1..r.end).all(|row| off(row) <= MAX_JITTER * usual);
         if worst == 1 && even_without {
             return Err(Irregular::Uneven { row: worst, step: steps[worst - 1], usual, jitter: by_step });
         }
@@ -207,7 +208,7 @@ fn analyse_as_given(stamps: &[f64]) -> Result<Sampling, Irregular> {
         .map(|rows| {
             let (start, end) = (stamps[rows.start], stamps[rows.end - 1]);
             // The last grid point may lie as far beyond the last stamp as stamps lie off the grid.
-            let points = ((end - start) / interval + 2.0 * MOST_JITTER).floor() as usize + 1;
+            let points = ((end - start) / interval + 2.0 * MAX_JITTER).floor() as usize + 1;
             Stretch { start, resample: Some(points), rows }
         })
         .collect();
@@ -225,7 +226,7 @@ fn evened(stamps: &[f64], steps: &[f64], usual: f64, jitter: f64) -> Sampling {
     let interval = exact(mean, (PLAIN + 2.0 * jitter / steps.len() as f64) * mean, stamps, &rows);
     let stretches = rows.into_iter().map(|rows| {
         let (start, end) = (stamps[rows.start], stamps[rows.end - 1]);
-        let points = ((end - start) / interval + 2.0 * MOST_JITTER).floor() as usize + 1;
+        let points = ((end - start) / interval + 2.0 * MAX_JITTER).floor() as usize + 1;
         Stretch { start, resample: Some(points), rows }
     });
     let bridged = steps.iter().filter(|s| (GAP * usual..=BRIDGED * usual).contains(*s)).count();
@@ -390,13 +391,13 @@ fn decade(value: f64) -> i32 {
 }
 
 /// Stamps on either side that a value between them is interpolated from.
-const NODES: usize = 4;
+const INTERPOLATION_STAMPS: usize = 4;
 
 /// Fewer stamps than these are not resampled.
 pub const FEWEST_STAMPS: usize = 4;
 
-/// Stamps closer together than this share of the interval say the same: their difference is the noise's.
-const CLOSE: f64 = 0.3;
+/// Stamps closer than this share of the interval are merged: their difference is noise.
+const MIN_STAMP_DISTANCE: f64 = 0.3;
 
 /// Values at `points` even times from `start`, by the polynomial through the nearest stamps, as many on either side: of
 /// degree seven, at the ends down to three. Of a motion sampled twelve times a period it misses some 1e-5.
@@ -405,14 +406,14 @@ const CLOSE: f64 = 0.3;
 pub fn resample(stamps: &[f64], columns: &mut [Vec<f64>], start: f64, interval: f64, points: usize) {
     let mut even: Vec<Vec<f64>> = columns.iter().map(|_| Vec::with_capacity(points)).collect();
     let mut right = 1;
-    let mut nodes: Vec<usize> = Vec::with_capacity(2 * NODES);
-    let mut weights = Vec::with_capacity(2 * NODES);
+    let mut nodes: Vec<usize> = Vec::with_capacity(2 * INTERPOLATION_STAMPS);
+    let mut weights = Vec::with_capacity(2 * INTERPOLATION_STAMPS);
     for k in 0..points {
         let time = start + interval * k as f64;
         while right < stamps.len() - 1 && stamps[right] <= time {
             right += 1;
         }
-        nearest(stamps, time, right, CLOSE * interval, &mut nodes);
+        nearest(stamps, time, right, MIN_STAMP_DISTANCE * interval, &mut nodes);
         weights.clear();
         weights.extend(nodes.iter().map(|i| {
             let others = nodes.iter().filter(|j| *j != i);
@@ -430,7 +431,7 @@ pub fn resample(stamps: &[f64], columns: &mut [Vec<f64>], start: f64, interval: 
 /// The stamps to interpolate a time from: `right` is the first after it, and no two are closer together than `apart`.
 fn nearest(stamps: &[f64], time: f64, right: usize, apart: f64, nodes: &mut Vec<usize>) {
     // Near an end a side is short: more than so many beyond it on the other would only pass noise on.
-    let most = NODES.min(right + 1).min(stamps.len() - right + 1).max(2);
+    let most = INTERPOLATION_STAMPS.min(right + 1).min(stamps.len() - right + 1).max(2);
     nodes.clear();
     let (mut before, mut after) = ((0..right).rev(), right..stamps.len());
     let (mut left_count, mut right_count) = (0, 0);

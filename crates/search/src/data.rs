@@ -5,7 +5,7 @@ use super::GapError;
 use super::site::Placed;
 use super::structure::Composition;
 use super::weak::Weak;
-use sindyscope_core::dataset::{Dataset, Prepared, RANGE, output};
+use sindyscope_core::dataset::{Dataset, Prepared, RANGE_FACTOR, output};
 use sindyscope_core::refine::{MeasuredMotion, Output, Run};
 use sindyscope_core::signal::{Spectrum, dot, main_period, mean_and_variance, motion_period, rms, standard_deviation};
 use sindyscope_core::simulate::InputGrid;
@@ -226,7 +226,7 @@ impl Data {
             s.measured[0] = s.measured[0].iter().map(|x| x - point).collect();
             let mut smoothed = MeasuredMotion::clone(&s.smoothed);
             smoothed.states[0].iter_mut().for_each(|x| *x -= point);
-            s.limits[0] = RANGE * smoothed.states[0].iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            s.limits[0] = RANGE_FACTOR * smoothed.states[0].iter().fold(0.0, |m: f64, x| m.max(x.abs()));
             s.smoothed = Arc::new(smoothed);
         }
         share_limits(&mut self.series);

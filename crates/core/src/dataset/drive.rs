@@ -32,16 +32,17 @@ pub struct Drive {
     pub as_measured: bool,
 }
 
-/// A response has left the data's range where a state exceeds its largest measured magnitude so many times.
-pub const RANGE: f64 = 10.0;
-/// Main periods that an initial state is fitted to.
+/// A response has left the data's range where a state exceeds this many times its largest measured magnitude.
+pub const RANGE_FACTOR: f64 = 10.0;
+/// Length of the opening that an initial state is fitted to, in main periods.
 const OPENING_PERIODS: f64 = 4.0;
-/// How many times as long the next opening is that an initial state is sought over, and the error, as a share of what is
-/// measured, up to which the last one counts as found.
-const LONGER: usize = 3;
-const FOLLOWED: f64 = 0.5;
-/// Main periods that a polynomial is fitted to, and its order.
+/// Factor from one opening to the next over which an initial state is sought.
+const OPENING_GROWTH: usize = 3;
+/// Error on an opening, as a share of what is measured, up to which its initial state counts as found.
+const FOLLOWED_ERROR: f64 = 0.5;
+/// Length of the polynomial fit that guesses an initial state, in main periods.
 const GUESS_PERIODS: f64 = 0.25;
+/// Order of that polynomial.
 const GUESS_ORDER: usize = 3;
 
 /// Whether the inputs' noise is next to nothing, from one sample to the next.
@@ -100,7 +101,11 @@ impl Drive {
             outputs,
             zeros,
             measured,
-            limits: signals.states.iter().map(|s| RANGE * s.iter().fold(0.0_f64, |m, v| m.max(v.abs()))).collect(),
+            limits: signals
+                .states
+                .iter()
+                .map(|s| RANGE_FACTOR * s.iter().fold(0.0_f64, |m, v| m.max(v.abs())))
+                .collect(),
             as_measured,
             opening: ((OPENING_PERIODS * period) as usize).max(20).min(samples.len()),
         }
@@ -149,9 +154,11 @@ impl Drive {
         let mut initial = fit(&guesses, self.opening);
         // A motion that no sensor showed is guessed at roughly: what lasts a short while is sought over longer ones.
         let mut opening = self.opening;
-        while self.outputs.iter().any(|o| o.derivatives() > 0) && opening < self.grid.len() && initial.after < FOLLOWED
+        while self.outputs.iter().any(|o| o.derivatives() > 0)
+            && opening < self.grid.len()
+            && initial.after < FOLLOWED_ERROR
         {
-            opening = (LONGER * opening).min(self.grid.len());
+            opening = (OPENING_GROWTH * opening).min(self.grid.len());
             initial = fit(&[&initial.state], opening);
         }
         let mut response = Response::default();

@@ -8,7 +8,7 @@ use crate::signal::{Facts, Signals, Smoothing};
 use sindyscope_values::record::{Record, RecordSet, Role, metres};
 use sindyscope_values::term::{Kind, Layout};
 
-pub use drive::{Drive, RANGE, output};
+pub use drive::{Drive, RANGE_FACTOR, output};
 
 /// Records of one layout under one smoothing, in their set's order.
 #[derive(Clone, Debug, Default)]

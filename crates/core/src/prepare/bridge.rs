@@ -2,16 +2,16 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Fewest samples on either side that a bridge rests on, where there are as many.
-const PIERS: usize = 8;
+/// Samples on either side that a bridge rests on, where there are as many.
+const MIN_NEIGHBOURS: usize = 8;
 
-/// Highest degree of the polynomial; beyond it noise is carried further than motion.
-const DEGREE: usize = 5;
+/// Degree of the bridge's polynomial, at most: beyond, noise is carried further than motion.
+const MAX_DEGREE: usize = 5;
 
 /// Values of `missing` samples between two stretches: the polynomial of least squares through as many samples on either side
 /// as are missing, and eight at least. Of a motion with some thirty samples a period noise stays noise of its size.
 pub fn fill(before: &[f64], after: &[f64], missing: usize) -> Vec<f64> {
-    let piers = missing.max(PIERS);
+    let piers = missing.max(MIN_NEIGHBOURS);
     let left = &before[before.len().saturating_sub(piers)..];
     let right = &after[..after.len().min(piers)];
     let reach = (left.len() + missing + right.len()) as f64;
@@ -20,7 +20,7 @@ pub fn fill(before: &[f64], after: &[f64], missing: usize) -> Vec<f64> {
     let place = |i: usize| 2.0 * (i as f64 - middle) / reach;
     let places: Vec<f64> =
         (0..left.len()).chain(left.len() + missing..left.len() + missing + right.len()).map(place).collect();
-    let columns = (places.len() / 2).clamp(1, DEGREE + 1);
+    let columns = (places.len() / 2).clamp(1, MAX_DEGREE + 1);
     let powers = DMatrix::from_fn(places.len(), columns, |row, power| places[row].powi(power as i32));
     let known = DVector::from_iterator(places.len(), left.iter().chain(right).copied());
     let value = |coefficients: &DVector<f64>, x: f64| coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c);

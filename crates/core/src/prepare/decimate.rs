@@ -3,13 +3,13 @@
 use std::f64::consts::PI;
 
 /// Taps on either side of the low-pass, in samples of the new rate.
-const REACH: usize = 25;
+const TAPS: usize = 25;
 
-/// The low-pass lets half the amplitude pass at this share of the new rate: whole below 0.4, nothing from 0.5 on.
+/// Frequency at which half the amplitude passes, as a share of the new rate: all passes below 0.4, nothing above 0.5.
 const CORNER: f64 = 0.45;
 
-/// Shape of the Kaiser window: 80 dB of stop band.
-const SHAPE: f64 = 7.86;
+/// Shape β of the Kaiser window: 80 dB of attenuation in the stop band.
+const KAISER_SHAPE: f64 = 7.86;
 
 /// One value in `factor`, the first one first, behind a low-pass of even symmetry (a sinc under a Kaiser window): it shifts
 /// nothing, passes what lies below 0.4 of the new rate to 10⁻⁴ and holds what lies above half of it to as much.
@@ -39,11 +39,11 @@ pub(super) fn decimate(values: &[f64], factor: usize) -> Vec<f64> {
 
 /// The low-pass from its middle tap on; with its mirror image the taps sum to one.
 fn taps(factor: usize) -> Vec<f64> {
-    let reach = REACH * factor;
+    let reach = TAPS * factor;
     let cutoff = 2.0 * CORNER / factor as f64;
     let bell = |k: usize| {
         let x = k as f64 / (reach as f64 + 1.0);
-        bessel(SHAPE * (1.0 - x * x).max(0.0).sqrt()) / bessel(SHAPE)
+        bessel(KAISER_SHAPE * (1.0 - x * x).max(0.0).sqrt()) / bessel(KAISER_SHAPE)
     };
     let sinc = |k: usize| if k == 0 { cutoff } else { (PI * cutoff * k as f64).sin() / (PI * k as f64) };
     let mut taps: Vec<f64> = (0..=reach).map(|k| sinc(k) * bell(k)).collect();
@@ -77,7 +77,7 @@ mod tests {
     #[test]
     fn what_the_new_rate_can_show_stays_and_what_it_cannot_is_gone() {
         for factor in [2, 5, 16] {
-            let inner = |values: &[f64]| values[REACH..values.len() - REACH].to_vec();
+            let inner = |values: &[f64]| values[TAPS..values.len() - TAPS].to_vec();
             for frequency in [0.01, 0.1, 0.4] {
                 let kept = decimate(&tone(frequency, factor, 200 * factor), factor);
                 let exact = tone(frequency, 1, 200);

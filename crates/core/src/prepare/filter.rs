@@ -2,8 +2,8 @@
 
 use realfft::RealFftPlanner;
 
-/// A record is carried on beyond its ends for so many periods of the lowest corner.
-const PERIODS: f64 = 6.0;
+/// Continuation of a record beyond its ends, in periods of the lowest corner frequency.
+const CONTINUATION_PERIODS: f64 = 6.0;
 
 /// What a Butterworth filter of order four leaves of a tone's amplitude after passing forward and back.
 fn gain(frequency: f64, (from, to): (Option<f64>, Option<f64>)) -> f64 {
@@ -23,7 +23,7 @@ pub(super) fn filter(values: &[f64], interval: f64, band: (Option<f64>, Option<f
         return values.to_vec();
     }
     // Beyond its ends a record goes on turned about its end point: level and slope stay what they are.
-    let reach = ((PERIODS / (lowest * interval)).ceil() as usize).min(n - 1);
+    let reach = ((CONTINUATION_PERIODS / (lowest * interval)).ceil() as usize).min(n - 1);
     let (first, last) = (values[0], values[n - 1]);
     let before = (1..=reach).rev().map(|k| 2.0 * first - values[k]);
     let after = (1..=reach).map(|k| 2.0 * last - values[n - 1 - k]);

@@ -2,17 +2,17 @@
 
 use super::bridge;
 
-/// Samples on either side that a sample is held against.
-const BESIDE: usize = 5;
+/// Samples on either side that a sample is compared with.
+const NEIGHBOURS: usize = 5;
 
-/// More samples together are no spike but an event.
-const MOST_TOGETHER: usize = 3;
+/// Longest spike, samples; a longer one is an event of the motion and stays.
+const MAX_SPIKE_SAMPLES: usize = 3;
 
-/// A normal distribution's standard deviation over its median absolute deviation.
-const NORMAL: f64 = 1.4826;
+/// Standard deviation of a normal distribution over its median absolute deviation.
+const DEVIATION_OVER_MAD: f64 = 1.4826;
 
-/// A second difference beyond so many usual ones is worth a closer look.
-const SUSPICIOUS: f64 = 3.0;
+/// A second difference beyond this many usual ones is looked at closely.
+const SUSPICIOUS_DIFFERENCE: f64 = 3.0;
 
 /// Values without spikes, and how many samples were mended.
 ///
@@ -28,7 +28,7 @@ pub(super) fn mend(values: &[f64], threshold: f64) -> (Vec<f64>, usize) {
     // Of a series that mostly rests the median step is nothing; of one that jumps all the time the mean step is all.
     let least = 0.5 * median(steps).max(mean);
     let bends: Vec<f64> = values.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
-    let usual = SUSPICIOUS * median(bends.clone());
+    let usual = SUSPICIOUS_DIFFERENCE * median(bends.clone());
     // The bend at a sample stands one place before it.
     let suspicious = |i: usize| {
         let near = i.saturating_sub(2).min(bends.len())..(i + 1).min(bends.len());
@@ -38,21 +38,21 @@ pub(super) fn mend(values: &[f64], threshold: f64) -> (Vec<f64>, usize) {
         if !suspicious(i) {
             return false;
         }
-        let first = i.saturating_sub(BESIDE);
-        let around = &values[first..(i + BESIDE + 1).min(values.len())];
+        let first = i.saturating_sub(NEIGHBOURS);
+        let around = &values[first..(i + NEIGHBOURS + 1).min(values.len())];
         let pairs = (0..around.len()).flat_map(|k| (0..k).map(move |j| (j, k)));
         let slope = median(pairs.map(|(j, k)| (around[k] - around[j]) / (k - j) as f64).collect());
         let level: Vec<f64> = around.iter().enumerate().map(|(k, v)| v - slope * (first + k) as f64).collect();
         let own = level[i - first];
         let centre = median(level.clone());
-        let spread = NORMAL * median(level.iter().map(|v| (v - centre).abs()).collect());
+        let spread = DEVIATION_OVER_MAD * median(level.iter().map(|v| (v - centre).abs()).collect());
         (own - centre).abs() > threshold * spread.max(least)
     };
     let mut count = 0;
     let mut i = 0;
     while i < values.len() {
         let run = (i..values.len()).take_while(|k| stands_out(*k)).count();
-        if (1..=MOST_TOGETHER).contains(&run) {
+        if (1..=MAX_SPIKE_SAMPLES).contains(&run) {
             let filled = bridge::fill(&mended[..i], &values[i + run..], run);
             mended[i..i + run].copy_from_slice(&filled);
             count += run;

@@ -35,7 +35,7 @@ pub(super) struct Correction {
     pub(super) own: Vec<DVector<f64>>,
 }
 
-/// Keeps a block invertible whose columns are alike.
+/// Ridge, as a share of the diagonal, that keeps a block with collinear columns invertible.
 const RIDGE: f64 = 1e-13;
 
 impl Arrow {

@@ -10,41 +10,43 @@ use super::{FitOptions, Instance, Point, Reading, Refined, Run, Structure};
 use crate::signal::dot;
 use crate::simulate::{Delays, InputGrid, Limits, Output, Response, Simulator, Workspace, later};
 
-/// Steps after which a fit is held against the bar.
-const PATIENCE: usize = 4;
-/// A fit whose sum of squares is so many times the bar's, and fell in the last step by less than this share, is hopeless.
+/// Steps before a fit is held against the best of its rivals.
+const STEPS_BEFORE_BAR: usize = 4;
+/// A fit is given up if its sum of squares exceeds the best rival's by the first factor and fell in the last step by less
+/// than the second share.
 pub(super) const HOPELESS: (f64, f64) = (1.5, 0.4);
 
-/// Share of the motion's RMS that a parameter is moved by for a difference.
-const NUDGE: f64 = 1e-4;
+/// Step of a parameter for a finite difference: it moves the response by this share of the motion's RMS.
+const DIFFERENCE_STEP: f64 = 1e-4;
 
-/// By how much a difference is widened where no step leads down, and the widest one.
-const WIDER: f64 = 8.0;
-const WIDEST: f64 = 64.0;
+/// Factor by which the difference is widened where no step leads down.
+const WIDEN_DIFFERENCE: f64 = 8.0;
+/// Widest difference, in units of [`DIFFERENCE_STEP`]; beyond, the fit ends.
+const WIDEST_DIFFERENCE: f64 = 64.0;
 
-/// A step that lowers the sum of squares by less than this many noise variances ends the iteration: a small part of
-/// what chance moves it by.
-const NOTICEABLE: f64 = 0.05;
+/// A step that lowers the sum of squares by less than this many noise variances is the last: a small part of what chance
+/// moves it by.
+const MIN_GAIN: f64 = 0.05;
 
-/// A quantity that is positive by its nature changes by this factor in one step at most.
-const FACTOR: f64 = 1.6;
+/// Factor by which a quantity that is positive by its nature changes in one step, at most.
+const MAX_FACTOR: f64 = 1.6;
 
 /// Dampings tried for one step, each ten times the one before: from a full step to next to none.
-const TRIES: usize = 9;
+const MAX_DAMPINGS: usize = 9;
 
-/// Steps in a row whose sensitivities are those of the last ones, corrected by what the response did (a secant), and the
-/// dampings tried for one of them.
-const SECANTS: usize = 3;
-const SECANT_TRIES: usize = 2;
+/// Steps in a row, at most, whose sensitivities are the last ones corrected by what the response did (a secant).
+const MAX_SECANTS: usize = 3;
+/// Dampings tried for a step with such sensitivities.
+const SECANT_DAMPINGS: usize = 2;
 
-/// Times the usual residual beyond which one next to a jump is the jump's own.
-const STRAY: f64 = 3.0;
+/// A residual next to a jump of an acceleration that is this many times the usual one is the jump's own.
+const STRAY_RESIDUAL: f64 = 3.0;
 
-/// Largest error of a sampling interval of the simulation, as a share of the motion: far below [`NUDGE`].
+/// Largest error of a sampling interval of the simulation, as a share of the motion: far below [`DIFFERENCE_STEP`].
 const TOLERANCE: f64 = 1e-7;
 
-/// Integration steps that locating a change of side is worth.
-const CHANGE: usize = 20;
+/// Integration steps that the location of one change of sign counts as.
+const STEPS_PER_SWITCH: usize = 20;
 
 /// Fits a structure to runs from a point.
 ///
@@ -81,7 +83,7 @@ struct Fitter<'a> {
     rates: bool,
     /// RMS of the weighted motion.
     rms: f64,
-    /// Integration steps so far, a change of side counted as [`CHANGE`].
+    /// Integration steps so far, a change of side counted as [`STEPS_PER_SWITCH`].
     spent: AtomicUsize,
 }
 
@@ -174,7 +176,7 @@ impl<'a> Fitter<'a> {
             initial.extend(driven.iter().map(|z| z[run.range.start]));
         }
         ready.simulator.run_into(grid, initial, run.range.clone(), &limits, workspace, response);
-        self.spent.fetch_add(response.steps + CHANGE * response.switches, Ordering::Relaxed);
+        self.spent.fetch_add(response.steps + STEPS_PER_SWITCH * response.switches, Ordering::Relaxed);
         out.clear();
         if response.len() < run.range.len() {
             return false;
@@ -246,7 +248,7 @@ impl<'a> Fitter<'a> {
             let next_to_jump = |k: usize| changes(k) || k > 0 && changes(k - 1);
             let of_output = |(output, e): (&Output, &[f64])| -> f64 {
                 let usual = dot(e, e) / e.len().max(1) as f64;
-                let strays = |k: usize| e[k] * e[k] > STRAY * STRAY * usual && next_to_jump(k);
+                let strays = |k: usize| e[k] * e[k] > STRAY_RESIDUAL * STRAY_RESIDUAL * usual && next_to_jump(k);
                 let strays = (0..e.len()).filter(|k| output.is_rate() && strays(*k));
                 strays.map(|k| e[k] * e[k] - usual).sum()
             };
@@ -383,7 +385,7 @@ impl<'a> Fitter<'a> {
         }
         let mut moved = point.shared.clone();
         let slope = |k: usize| -> Vec<f64> {
-            let step = NUDGE * scales[k];
+            let step = DIFFERENCE_STEP * scales[k];
             moved[k] += step;
             let there = self.expectations(&moved);
             moved[k] = point.shared[k];
@@ -433,7 +435,7 @@ impl<'a> Fitter<'a> {
     /// What the values of the shared block may be after a step from where they are.
     fn reach(&self, shared: &[f64]) -> Vec<(f64, f64)> {
         let positive = |(value, (low, high)): (&f64, &(f64, f64))| {
-            if *low > 0.0 { (low.max(value / FACTOR), high.min(value * FACTOR)) } else { (*low, *high) }
+            if *low > 0.0 { (low.max(value / MAX_FACTOR), high.min(value * MAX_FACTOR)) } else { (*low, *high) }
         };
         shared.iter().zip(&self.bounds).map(positive).collect()
     }
@@ -516,7 +518,7 @@ impl<'f, 'a> Descent<'f, 'a> {
             expectations,
             freedom: (samples + expectations).saturating_sub(unknowns).max(1) as f64,
             scales: fitter.structure.scales(),
-            nudge: NUDGE,
+            nudge: DIFFERENCE_STEP,
             damping: 1e-5,
             columns: Vec::new(),
             updates: 0,
@@ -563,11 +565,14 @@ impl<'f, 'a> Descent<'f, 'a> {
                 return Some(arrow);
             }
             // A secant across jumps of an acceleration is none.
-            fresh = step != StepResult::AtOnce || self.updates >= SECANTS || common <= 1 || *rates;
+            fresh = step != StepResult::AtOnce || self.updates >= MAX_SECANTS || common <= 1 || *rates;
             self.updates += 1;
             if let Some(bar) = options.bar {
                 bar.reached(self.rss);
-                if steps > PATIENCE && self.rss > HOPELESS.0 * bar.least() && self.rss > (1.0 - HOPELESS.1) * began {
+                if steps > STEPS_BEFORE_BAR
+                    && self.rss > HOPELESS.0 * bar.least()
+                    && self.rss > (1.0 - HOPELESS.1) * began
+                {
                     return Some(arrow);
                 }
             }
@@ -575,10 +580,10 @@ impl<'f, 'a> Descent<'f, 'a> {
                 // No descent along any damped step. A difference may have straddled a stop of the motion, on whose two sides
                 // the response moves differently: a wider one, from the other side, sees past it. One of many rivals is not
                 // worth that.
-                if options.frozen || options.bar.is_some() || self.nudge.abs() >= WIDEST * NUDGE {
+                if options.frozen || options.bar.is_some() || self.nudge.abs() >= WIDEST_DIFFERENCE * DIFFERENCE_STEP {
                     return Some(arrow);
                 }
-                self.nudge *= -WIDER;
+                self.nudge *= -WIDEN_DIFFERENCE;
                 self.damping = 1e-4;
             }
         }
@@ -601,7 +606,7 @@ impl<'f, 'a> Descent<'f, 'a> {
         let (shared, offsets) = (self.fitter.shared(&self.point), self.point.offsets.len());
         let at: Vec<f64> = self.point.shared[..shared].iter().chain(&self.point.offsets).copied().collect();
         let reach = if shared > 0 { self.fitter.reach(&self.point.shared) } else { Vec::new() };
-        for attempt in 0..if self.updates > 0 { SECANT_TRIES } else { TRIES } {
+        for attempt in 0..if self.updates > 0 { SECANT_DAMPINGS } else { MAX_DAMPINGS } {
             let Some(by) = arrow.step(self.damping, &at, &reach) else {
                 self.damping = (self.damping * 10.0).max(1e-6);
                 continue;
@@ -609,12 +614,12 @@ impl<'f, 'a> Descent<'f, 'a> {
             let candidate = moved(&self.point, &by, shared);
             match self.fitter.all(&candidate, &mut self.trial) {
                 Some(found) if found < self.rss => {
-                    self.converged = self.rss - found < NOTICEABLE * found / self.freedom;
+                    self.converged = self.rss - found < MIN_GAIN * found / self.freedom;
                     (self.point, self.rss) = (candidate, found);
                     std::mem::swap(&mut self.simulated, &mut self.trial);
                     self.damping = (self.damping * 0.1).max(1e-12);
                     let at_once = attempt == 0;
-                    if at_once && self.updates < SECANTS && shared + offsets > 1 && !self.fitter.rates {
+                    if at_once && self.updates < MAX_SECANTS && shared + offsets > 1 && !self.fitter.rates {
                         self.fitter.secant(&mut self.columns, (&self.trial, &self.simulated), &by, (shared, offsets));
                     }
                     return Some(if at_once { StepResult::AtOnce } else { StepResult::Damped });

@@ -9,25 +9,27 @@ use super::{Bar, FitOptions, Point, Refined, Run, Structure, misfit, refine};
 use crate::signal::{mean_and_variance, rms};
 use crate::simulate::{Delays, Limits, Response, Simulator};
 
-/// Periods of the shortest segments.
-const SHORTEST: f64 = 2.0;
-/// Samples that the shortest segment has at least.
-const LEAST: usize = 16;
-/// Steps at the shortest segments, and at each doubling: most of the way is gone before.
-const STEPS: usize = 8;
-const FEWER: usize = 5;
-/// How many times the error of the shortest segments, or the noise, a longer one may leave.
-const HOLDS: f64 = 1.3;
-/// Share of the motion below which a whole simulation follows it: from a carried start it is worth a direct fit.
-const NEAR: f64 = 0.3;
-/// Parts of a run whose first and last tell how the response's sensitivity to the initial state grows, and by how much it does
-/// where the motion is chaotic.
-const ENDS: usize = 8;
-const GROWN: f64 = 30.0;
-/// How often the shortest segments of such a motion are halved.
-const HALVINGS: usize = 3;
-/// How many times the noise the shortest segments leave where the model itself is wrong, and a longer horizon tells nothing.
-const FAR: f64 = 3.0;
+/// Length of the shortest segments, in periods of the motion.
+const SHORTEST_PERIODS: f64 = 2.0;
+/// Samples of the shortest segments, at least.
+const MIN_SEGMENT_SAMPLES: usize = 16;
+/// Steps of the fit to the shortest segments.
+const FIRST_STEPS: usize = 8;
+/// Steps of the fit after each doubling: most of the way is gone before.
+const DOUBLING_STEPS: usize = 5;
+/// A longer segment holds if its error is at most this many times that of the shortest segments, or the noise.
+const MAX_ERROR_GROWTH: f64 = 1.3;
+/// Where a whole simulation misses the motion by less than this share of it, the whole record is fitted at once.
+const DIRECT_FIT_ERROR: f64 = 0.3;
+/// Parts that a run is cut into; its sensitivity to the initial state is compared between the first and the last.
+const SENSITIVITY_PARTS: usize = 8;
+/// Growth of that sensitivity from which on a motion counts as chaotic.
+const CHAOTIC_GROWTH: f64 = 30.0;
+/// How often the shortest segments of a chaotic motion are halved, at most.
+const CHAOTIC_HALVINGS: usize = 3;
+/// Where the shortest segments leave more than this many times the noise, the model itself is wrong and its horizon is not
+/// sought.
+const WRONG_MODEL_ERROR: f64 = 3.0;
 
 /// What a fit is to reach, and how.
 #[derive(Clone, Copy)]
@@ -77,13 +79,13 @@ impl Landed {
     /// True if some run ends many times as sensitive to its initial state as it begins: the motion is chaotic, or unstable.
     fn is_sensitive(&self) -> bool {
         let grows = |(columns, run): (&Vec<Vec<f64>>, &Run)| {
-            let end = run.range.len() / ENDS;
+            let end = run.range.len() / SENSITIVITY_PARTS;
             let own = columns.len().saturating_sub(run.states());
             let size = |rows: &dyn Fn(&[f64]) -> f64| columns[own..].iter().map(|c| rows(c)).fold(0.0, f64::max);
             // Of the first output; the others follow the same motion.
             let early = size(&|c| rms(&c[..end]));
             let late = size(&|c| rms(&c[run.range.len() - end..run.range.len()]));
-            end > 0 && late > GROWN * early
+            end > 0 && late > CHAOTIC_GROWTH * early
         };
         self.refined.sensitivities.iter().zip(&self.runs).any(grows)
     }
@@ -106,7 +108,7 @@ pub struct Horizon {
 
 /// True if an error is no more than noise leaves, by chance or by what it does to an initial state.
 pub(crate) fn holds(error: f64, noise: f64) -> bool {
-    error < HOLDS * noise
+    error < MAX_ERROR_GROWTH * noise
 }
 
 /// The horizon of a model at given shared parameters, which stay: only initial states are fitted.
@@ -115,7 +117,7 @@ pub(crate) fn holds(error: f64, noise: f64) -> bool {
 pub(crate) fn horizon(structure: &dyn Structure, whole: &[Run], shared: &[f64], goal: Goal<'_>) -> Option<Horizon> {
     let goal = Goal { options: FitOptions { frozen: true, ..goal.options }, ..goal };
     let top = levels(whole, goal.period);
-    let at = |level: usize| shoot(structure, whole, (shared, None), level, goal, STEPS);
+    let at = |level: usize| shoot(structure, whole, (shared, None), level, goal, FIRST_STEPS);
     let longest = match at(top) {
         Some(whole) if top == 0 || holds(whole.error(), goal.noise) => whole,
         _ => climb(structure, whole, at(0)?, goal).pop()?,
@@ -128,7 +130,7 @@ pub(crate) fn horizon(structure: &dyn Structure, whole: &[Run], shared: &[f64], 
 
 /// Segments that a record has at the shortest length: a power of two, so that doublings join neighbours.
 fn parts(run: &Run, period: f64) -> usize {
-    let length = (SHORTEST * period / run.grid.interval()).max(LEAST as f64);
+    let length = (SHORTEST_PERIODS * period / run.grid.interval()).max(MIN_SEGMENT_SAMPLES as f64);
     let doublings = (run.range.len() as f64 / length).log2().round().max(0.0);
     1 << (doublings as u32).min(16)
 }
@@ -277,7 +279,7 @@ impl<'a> Passed<'a> {
 /// fitted at once the lengths between are left out.
 pub fn climb(structure: &dyn Structure, whole: &[Run], first: Landed, goal: Goal<'_>) -> Vec<Landed> {
     let top = levels(whole, goal.period).min(goal.top);
-    let bound = HOLDS * first.error().max(goal.noise);
+    let bound = MAX_ERROR_GROWTH * first.error().max(goal.noise);
     let motion = motion(whole);
     let mut held = vec![first];
     while let Some(last) = held.last().filter(|l| l.level < top && !(goal.options.cancelled)()) {
@@ -292,7 +294,7 @@ pub fn climb(structure: &dyn Structure, whole: &[Run], first: Landed, goal: Goal
                 &point,
                 FitOptions { driven: top < levels(whole, goal.period), ..goal.options },
             )
-            .is_some_and(|rss| rss < (NEAR * motion).powi(2) * last.refined.samples as f64);
+            .is_some_and(|rss| rss < (DIRECT_FIT_ERROR * motion).powi(2) * last.refined.samples as f64);
         let at_once = near
             .then(|| shoot(structure, whole, (&shared, Some(last.of(structure))), top, goal, goal.options.steps))
             .flatten()
@@ -302,7 +304,7 @@ pub fn climb(structure: &dyn Structure, whole: &[Run], first: Landed, goal: Goal
                 shoot(structure, whole, (&shared, Some(last.of(structure))), last.level + 1, goal, steps)
                     .filter(|l| l.error() < bound)
             };
-            doubled(FEWER).or_else(|| doubled(3 * FEWER))
+            doubled(DOUBLING_STEPS).or_else(|| doubled(3 * DOUBLING_STEPS))
         });
         match next {
             Some(next) => held.push(next),
@@ -327,7 +329,7 @@ pub(crate) fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal
     });
     // Along a chaotic motion the sum of squares has many local minima, and only a shorter fit tells whether this is the least.
     let sensitive = direct.as_ref().is_some_and(|d| d.is_sensitive());
-    let lands = direct.as_ref().is_some_and(|d| d.error() < HOLDS * goal.noise) && !sensitive;
+    let lands = direct.as_ref().is_some_and(|d| d.error() < MAX_ERROR_GROWTH * goal.noise) && !sensitive;
     if lands || (goal.options.cancelled)() || top == 0 {
         return direct;
     }
@@ -335,10 +337,10 @@ pub(crate) fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal
     // periods is no better than it.
     let bar = goal.options.bar.map(Bar::least);
     let mut goal = Goal { options: FitOptions { bar: None, ..goal.options }, ..goal };
-    let steps = if sensitive { goal.options.steps } else { STEPS };
+    let steps = if sensitive { goal.options.steps } else { FIRST_STEPS };
     let shortest = |goal| shoot(structure, whole, (&start.shared, None), 0, goal, steps);
     let Some(mut first) = shortest(goal) else { return direct };
-    for _ in 0..HALVINGS {
+    for _ in 0..CHAOTIC_HALVINGS {
         if !sensitive || (holds(first.error(), goal.noise) && !first.is_sensitive()) {
             break;
         }
@@ -352,10 +354,10 @@ pub(crate) fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal
         return direct;
     }
     // Where the whole record is followed as well as two periods of it, the model is wrong, not the fit.
-    if direct.as_ref().is_some_and(|d| d.error() < HOLDS * first.error().max(goal.noise)) && !sensitive {
+    if direct.as_ref().is_some_and(|d| d.error() < MAX_ERROR_GROWTH * first.error().max(goal.noise)) && !sensitive {
         return direct;
     }
-    let near = first.error() < FAR * goal.noise;
+    let near = first.error() < WRONG_MODEL_ERROR * goal.noise;
     let exact = holds(first.error(), goal.noise);
     let mut held = climb(structure, whole, first, goal);
     // What a longer fit of such a motion ends in may be far from the truth by its own standard errors.
@@ -398,7 +400,7 @@ pub(crate) fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal
         (a, b) => a.or(b),
     };
     // A model that loses the motion would be fitted to what carries it away: a drift that nothing holds.
-    best.filter(|b| b.error() < NEAR * motion(whole)).or(Some(longest))
+    best.filter(|b| b.error() < DIRECT_FIT_ERROR * motion(whole)).or(Some(longest))
 }
 
 /// True if a fit along longer runs leaves no more than the initial states that it lacks would have explained by chance: six

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Matrix3, Vector3};
 
 /// Fewest samples that are smoothed: three start the filter.
-pub(super) const FEWEST: usize = 4;
+pub(super) const MIN_SAMPLES: usize = 4;
 
 /// The fixed-interval smoother (Rauch, Tung & Striebel 1965) of samples with white noise, of a motion of which position,
 /// velocity and acceleration follow each other; what the acceleration gains from sample to sample is random. Nothing is
@@ -105,7 +105,7 @@ impl Track {
         self.start * Vector3::new(samples[0] - offset, samples[1] - offset, samples[2] - offset)
     }
 
-    /// Smoothed states, at least [`FEWEST`] samples; positions are relative to the first sample.
+    /// Smoothed states, at least [`MIN_SAMPLES`] samples; positions are relative to the first sample.
     fn states(&self, samples: &[f64]) -> Vec<Vector3<f64>> {
         let offset = samples[0];
         let (on, off) = (forward(self.step), forward(-self.step));
@@ -171,11 +171,12 @@ pub(super) fn least_variation(samples: &[f64], length: f64) -> [Vec<f64>; 3] {
     unpack(&states, samples[0], TAU / length)
 }
 
-/// Most rounds, and the change of the jumps as a share of them at which they end.
-const ROUNDS: usize = 25;
-const CHANGE: f64 = 3e-3;
-/// Jumps smaller than this share of the usual one are taken as if they were as large.
-const SMALLEST: f64 = 1e-3;
+/// Most reweighted fits of least total variation; the last one stands, converged or not.
+const MAX_ROUNDS: usize = 25;
+/// Change of the jumps, as a share of them, at which the reweighting ends.
+const CONVERGED_CHANGE: f64 = 3e-3;
+/// Jumps smaller than this share of the usual one weigh as if they were as large: a weight of 1/0 would freeze them.
+const MIN_JUMP: f64 = 1e-3;
 
 /// The states and α.
 fn jumps(samples: &[f64], length: f64) -> (Vec<Vector3<f64>>, f64) {
@@ -188,9 +189,9 @@ fn jumps(samples: &[f64], length: f64) -> (Vec<Vector3<f64>>, f64) {
     if !(usual > 0.0 && alpha.is_finite()) {
         return (states, alpha);
     }
-    let smallest = SMALLEST * usual;
+    let smallest = MIN_JUMP * usual;
     let mut variances = vec![0.0; jumps.len()];
-    for _ in 0..ROUNDS {
+    for _ in 0..MAX_ROUNDS {
         for (variance, jump) in variances.iter_mut().zip(&jumps) {
             *variance = jump.hypot(smallest) / alpha;
         }
@@ -199,7 +200,7 @@ fn jumps(samples: &[f64], length: f64) -> (Vec<Vector3<f64>>, f64) {
         let change: f64 = next.iter().zip(&jumps).map(|(a, b)| (a - b).abs()).sum();
         let size: f64 = next.iter().map(|j| j.abs()).sum();
         jumps = next;
-        if change <= CHANGE * size {
+        if change <= CONVERGED_CHANGE * size {
             break;
         }
     }

@@ -6,17 +6,18 @@ use realfft::RealFftPlanner;
 
 use super::spectrum::fast_length;
 
-/// Records shorter than this have too few lines in each band of their spectrum.
-const SHORTEST: usize = 128;
-/// Bands of the spectrum at most, and samples that each needs.
-const BANDS: usize = 32;
-const SAMPLES_A_BAND: usize = 16;
-/// A band this many times as strong as the quiet ones holds motion.
-const MOTION: f64 = 10.0;
-/// What differences find of noise that is coloured is less than this share of the whole.
-const WHITE: f64 = 0.8;
-/// Levels from which on values in whole steps are taken for a converter's; fewer are a signal that is made in steps.
-const LEVELS: usize = 16;
+/// Fewest samples of which a spectrum is cut into bands: shorter records have too few lines in each.
+const MIN_SAMPLES: usize = 128;
+/// Bands of the spectrum, at most.
+const MAX_BANDS: usize = 32;
+/// Samples of the record for each band, at least.
+const MIN_SAMPLES_A_BAND: usize = 16;
+/// A band with this many times the power of the quiet ones holds motion.
+const MOTION_OVER_QUIET: f64 = 10.0;
+/// Where differences find less than this share of the noise that the spectrum shows, the noise is coloured.
+const MIN_WHITE_SHARE: f64 = 0.8;
+/// Distinct levels from which on steps are taken for a converter's; fewer are a signal that is made in steps.
+const MIN_LEVELS: usize = 16;
 
 /// Standard deviation of the noise in evenly sampled data, whatever its colour; none below 20 samples.
 ///
@@ -27,10 +28,10 @@ const LEVELS: usize = 16;
 /// have at least the error of rounding.
 pub fn standard_deviation(samples: &[f64]) -> Option<f64> {
     let differences = by_differences(samples)?;
-    let floor = if samples.len() < SHORTEST { None } else { by_floor(samples) };
+    let floor = if samples.len() < MIN_SAMPLES { None } else { by_floor(samples) };
     let found = match floor {
         // They agree on white noise alone: there differences have the least motion left in them.
-        Some(floor) if differences > floor || differences < WHITE * floor => floor,
+        Some(floor) if differences > floor || differences < MIN_WHITE_SHARE * floor => floor,
         _ => differences,
     };
     // An error that is uniform between two steps.
@@ -55,7 +56,7 @@ fn by_floor(samples: &[f64]) -> Option<f64> {
     let mut lines = transform.make_output_vec();
     transform.process(&mut windowed, &mut lines).ok()?;
     let lines: Vec<f64> = lines[1..].iter().map(|line| line.norm_sqr() / weights).collect();
-    let count = (n / SAMPLES_A_BAND).min(BANDS);
+    let count = (n / MIN_SAMPLES_A_BAND).min(MAX_BANDS);
     let floor = |band: usize| {
         let mut of_band = lines[band * lines.len() / count..(band + 1) * lines.len() / count].to_vec();
         let middle = of_band.len() / 2;
@@ -65,7 +66,7 @@ fn by_floor(samples: &[f64]) -> Option<f64> {
     let floors: Vec<f64> = (0..count).map(floor).collect();
     let mut sorted = floors.clone();
     let quiet = *sorted.select_nth_unstable_by(count / 4, f64::total_cmp).1;
-    let clean: Vec<usize> = (0..count).filter(|&b| floors[b] <= MOTION * quiet).collect();
+    let clean: Vec<usize> = (0..count).filter(|&b| floors[b] <= MOTION_OVER_QUIET * quiet).collect();
     let beside = |band: usize| {
         let mut nearest = clean.clone();
         nearest.sort_by_key(|b| b.abs_diff(band));
@@ -73,7 +74,7 @@ fn by_floor(samples: &[f64]) -> Option<f64> {
         three.sort_unstable_by(f64::total_cmp);
         three[three.len() / 2]
     };
-    let level = |band: usize| if floors[band] <= MOTION * quiet { floors[band] } else { beside(band) };
+    let level = |band: usize| if floors[band] <= MOTION_OVER_QUIET * quiet { floors[band] } else { beside(band) };
     let variance = (0..count).map(level).sum::<f64>() / count as f64;
     variance.is_finite().then(|| variance.sqrt())
 }
@@ -84,7 +85,7 @@ fn step(samples: &[f64]) -> Option<f64> {
     levels.sort_unstable_by(f64::total_cmp);
     let reach = levels.last()? - levels.first()?;
     levels.dedup_by(|a, b| (*a - *b).abs() < 1e-9 * reach);
-    if levels.len() < LEVELS || 4 * levels.len() > samples.len() {
+    if levels.len() < MIN_LEVELS || 4 * levels.len() > samples.len() {
         return None;
     }
     let step = levels.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);

@@ -38,10 +38,10 @@ enum SmoothingMethod {
     Difference,
 }
 
-/// Samples of a record that its strength of smoothing is chosen from, at most: those in its middle.
-const JUDGED: usize = 1 << 14;
-/// The shortest period of which half may be asked to pass, samples; shorter ones are not sampled.
-const SHORTEST: f64 = 3.0;
+/// Samples, from the middle of a record, that the strength of smoothing is chosen from, at most.
+const MAX_JUDGED_SAMPLES: usize = 1 << 14;
+/// Shortest period of which half may be asked to pass, samples: shorter ones are not sampled.
+const MIN_PERIOD: f64 = 3.0;
 
 impl Smoother {
     /// The strength of a smoothing for a record whose leading signal this is: the segment length, or the period in samples
@@ -52,22 +52,22 @@ impl Smoother {
         match smoothing.method {
             Differentiation::Filter | Differentiation::SmoothThenDifference => given,
             Differentiation::Difference => 0.0,
-            _ if !smoothing.from_data => given.max(SHORTEST),
-            _ if n < 4 * kalman::FEWEST => SHORTEST,
+            _ if !smoothing.from_data => given.max(MIN_PERIOD),
+            _ if n < 4 * kalman::MIN_SAMPLES => MIN_PERIOD,
             method => from_data(method, samples),
         }
     }
 
     /// The way of `smoothing` at a strength, for signals of `count` samples.
     pub fn new(smoothing: &Smoothing, length: f64, count: usize) -> Self {
-        let length = length.max(SHORTEST);
+        let length = length.max(MIN_PERIOD);
         Self(match smoothing.method {
             Differentiation::Filter | Differentiation::SmoothThenDifference => SmoothingMethod::Polynomial {
                 filter: SavitzkyGolay::new(smoothing.window, smoothing.order),
                 derived: smoothing.method == Differentiation::Filter,
             },
             Differentiation::Difference => SmoothingMethod::Difference,
-            _ if count < kalman::FEWEST => SmoothingMethod::Difference,
+            _ if count < kalman::MIN_SAMPLES => SmoothingMethod::Difference,
             Differentiation::Spline => SmoothingMethod::Spline(Spline::new(count, length)),
             Differentiation::Spectral => SmoothingMethod::Spectral(Spectral::new(count, length)),
             Differentiation::Kalman => SmoothingMethod::Kalman(Track::new(length, count)),
@@ -138,25 +138,25 @@ impl Smoother {
 /// noise's edge in a spectrum.
 fn from_data(method: Differentiation, samples: &[f64]) -> f64 {
     let n = samples.len();
-    let from = (n - n.min(JUDGED)) / 2;
-    let part = &samples[from..from + n.min(JUDGED)];
+    let from = (n - n.min(MAX_JUDGED_SAMPLES)) / 2;
+    let part = &samples[from..from + n.min(MAX_JUDGED_SAMPLES)];
     let size = part.iter().fold(0.0_f64, |m, y| m.max((y - part[0]).abs()));
     if !(size > 0.0 && size.is_finite()) {
-        return SHORTEST;
+        return MIN_PERIOD;
     }
     let scaled: Vec<f64> = part.iter().map(|y| (y - part[0]) / size).collect();
     let count = scaled.len();
-    let longest = (0.25 * count as f64).max(SHORTEST + 1.0);
+    let longest = (0.25 * count as f64).max(MIN_PERIOD + 1.0);
     let found = match method {
         Differentiation::Spline => {
-            lowest(SHORTEST, longest, &|length| Spline::new(count, length).cross_validation(&scaled))
+            lowest(MIN_PERIOD, longest, &|length| Spline::new(count, length).cross_validation(&scaled))
         }
         Differentiation::Kalman | Differentiation::TotalVariation => {
-            lowest(SHORTEST, longest, &|length| Track::new(length, count).surprise(&scaled))
+            lowest(MIN_PERIOD, longest, &|length| Track::new(length, count).surprise(&scaled))
         }
         _ => noise_edge(&scaled, standard_deviation(&scaled).unwrap_or(0.0)),
     };
-    found.clamp(SHORTEST, longest)
+    found.clamp(MIN_PERIOD, longest)
 }
 
 /// Where a function is lowest between two positive numbers, to 1 %: tried on a grid of their logarithms, then around the

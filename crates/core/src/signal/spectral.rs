@@ -11,10 +11,10 @@ use statrs::function::erf::erfc;
 use super::SavitzkyGolay;
 use super::spectrum::fast_length;
 
-/// How softly the pass band ends: it falls over this share of the frequency at which half passes.
-const SOFTNESS: f64 = 1.0 / 6.0;
-/// Lengths over which a record is carried on beyond its ends, if it is as long: the low-pass hardly reaches as far.
-const REACH: f64 = 20.0;
+/// Width over which the pass band ends, as a share of the frequency at which half the amplitude passes.
+const ROLL_OFF: f64 = 1.0 / 6.0;
+/// Longest continuation of a record beyond its ends, in lengths of the smoothing: the low-pass hardly reaches as far.
+const MAX_CONTINUATION: f64 = 20.0;
 
 /// The record's spectrum times a soft low-pass, and times `iω` for the derivative, for records of one length.
 ///
@@ -45,7 +45,7 @@ impl Spectral {
         let half = length.recip();
         let gain = |k: usize| {
             let frequency = k as f64 / count as f64;
-            0.5 * erfc((frequency - half) / (SOFTNESS * half)) / count as f64
+            0.5 * erfc((frequency - half) / (ROLL_OFF * half)) / count as f64
         };
         Self {
             samples,
@@ -98,7 +98,7 @@ impl Spectral {
 
 /// Samples of a record with its continuation: an even number whose transform is fast.
 fn round(samples: usize, length: f64) -> usize {
-    2 * fast_length((samples + ((REACH * length) as usize).clamp(8, samples.max(8))).div_ceil(2))
+    2 * fast_length((samples + ((MAX_CONTINUATION * length) as usize).clamp(8, samples.max(8))).div_ceil(2))
 }
 
 /// A record closed to a period.

@@ -6,8 +6,8 @@ use realfft::RealFftPlanner;
 
 use super::mean_and_variance;
 
-/// Fewest samples of which a spectrum says anything.
-const FEWEST: usize = 8;
+/// Fewest samples that have a spectrum.
+const MIN_SAMPLES: usize = 8;
 
 /// Lines on either side of zero frequency into which the Hann window spreads a constant.
 const MAIN_LOBE: usize = 2;
@@ -37,7 +37,7 @@ impl Spectrum {
     /// None if there are fewer than eight samples, a sample is not finite, or the interval is no positive number.
     pub fn new(values: &[f64], interval: f64) -> Option<Self> {
         let n = values.len();
-        if n < FEWEST || !(interval > 0.0 && interval.is_finite()) {
+        if n < MIN_SAMPLES || !(interval > 0.0 && interval.is_finite()) {
             return None;
         }
         let mean = values.iter().sum::<f64>() / n as f64;
@@ -90,39 +90,40 @@ impl Spectrum {
     }
 }
 
-/// Lines that stand so many times above the noise's mean square belong to the motion.
-const ABOVE_NOISE: f64 = 20.0;
+/// A line is the motion's if its power is this many times the noise's mean power.
+const MOTION_OVER_NOISE: f64 = 20.0;
 
-/// Parts that a record is looked at in for where it moves, and the fewest samples of one.
-const PARTS: usize = 64;
-const SHORTEST_PART: usize = 4;
-/// Share of the largest variance within a part below which nothing moves there.
-const STILL: f64 = 0.01;
-/// Share of a record below which what moves is looked at alone.
-const MOST: f64 = 0.5;
+/// Parts that a record is cut into, at most, to find where it moves.
+const MAX_PARTS: usize = 64;
+/// Fewest samples of such a part.
+const MIN_PART_SAMPLES: usize = 4;
+/// A part whose variance is below this share of the largest one is still.
+const STILL_VARIANCE: f64 = 0.01;
+/// Where the moving part is a larger share of the record than this, the whole record is used.
+const MAX_MOVING_SHARE: f64 = 0.5;
 
 /// From the first to the last part of a record in which it moves, where that is less than half of it.
 fn moving(mut values: &[f64]) -> &[f64] {
     loop {
-        let length = values.len().div_ceil(PARTS).max(SHORTEST_PART);
+        let length = values.len().div_ceil(MAX_PARTS).max(MIN_PART_SAMPLES);
         let variances: Vec<f64> = values.chunks(length).map(|part| mean_and_variance(part).1).collect();
-        let bound = STILL * variances.iter().copied().fold(0.0, f64::max);
+        let bound = STILL_VARIANCE * variances.iter().copied().fold(0.0, f64::max);
         let moves = |v: &f64| *v > bound;
         let (Some(first), Some(last)) = (variances.iter().position(moves), variances.iter().rposition(moves)) else {
             return values;
         };
         let span = first * length..((last + 1) * length).min(values.len());
-        if span.len() as f64 >= MOST * values.len() as f64 || span.len() < FEWEST {
+        if span.len() as f64 >= MAX_MOVING_SHARE * values.len() as f64 || span.len() < MIN_SAMPLES {
             return values;
         }
         values = &values[span];
     }
 }
 
-/// Lines more than so many times as fast as the fastest below them are a band of their own,
-const OCTAVE: f64 = 2.0;
-/// and belong to the motion only where their sum of squares is at least this share of that below them.
-const HEARD: f64 = 1e-4;
+/// Ratio of the frequencies of neighbouring lines from which on the faster one begins a band of its own.
+const BAND_GAP: f64 = 2.0;
+/// A faster band is the motion's if its power is at least this share of that of the slower lines; below, it is left out.
+const MIN_BAND_POWER: f64 = 1e-4;
 
 /// The period of a motion, s: 2π times the RMS of its velocity over that of its acceleration, by the lines of its spectrum
 /// that stand out of noise of this standard deviation.
@@ -135,7 +136,7 @@ pub fn motion_period(series: &[&[f64]], interval: f64, noise: f64) -> Option<f64
         let values = moving(values);
         let Some(spectrum) = Spectrum::new(values, interval) else { continue };
         // White noise of variance s² has lines of mean square 6 s²/n under a Hann window.
-        let floor = ABOVE_NOISE * 6.0 * noise * noise / values.len() as f64;
+        let floor = MOTION_OVER_NOISE * 6.0 * noise * noise / values.len() as f64;
         let lines: Vec<(usize, f64)> = spectrum
             .amplitudes
             .iter()
@@ -144,7 +145,7 @@ pub fn motion_period(series: &[&[f64]], interval: f64, noise: f64) -> Option<f64
             .skip(1)
             .filter(|(_, square)| *square > floor)
             .collect();
-        let apart = |pair: &[(usize, f64)]| pair[1].0 as f64 > OCTAVE * pair[0].0.max(MAIN_LOBE) as f64;
+        let apart = |pair: &[(usize, f64)]| pair[1].0 as f64 > BAND_GAP * pair[0].0.max(MAIN_LOBE) as f64;
         let starts: Vec<usize> = (1..lines.len()).filter(|k| apart(&lines[k - 1..=*k])).collect();
         let mut below = 0.0;
         for (from, to) in
@@ -152,7 +153,7 @@ pub fn motion_period(series: &[&[f64]], interval: f64, noise: f64) -> Option<f64
         {
             let band = &lines[from..to];
             let squares: f64 = band.iter().map(|(_, square)| square).sum();
-            if squares < HEARD * below {
+            if squares < MIN_BAND_POWER * below {
                 continue;
             }
             below += squares;
@@ -167,12 +168,13 @@ pub fn motion_period(series: &[&[f64]], interval: f64, noise: f64) -> Option<f64
     (period.is_finite() && period > 0.0).then_some(period)
 }
 
-/// Share of a displacement's strongest period below which the period of the motion that forces make tells more.
-const WANDERING: f64 = 0.25;
+/// Where the period of the motion that forces make is below this share of the displacement's strongest period, the
+/// displacement wanders, and the shorter period is the main one.
+const MIN_FORCED_PERIOD: f64 = 0.25;
 
-/// How many times the largest square of noise's own lines a motion's must be: noise does not reach that once in ten thousand
+/// Factor on the power that the strongest of as many noise lines is expected to have: noise exceeds it once in ten thousand
 /// records.
-const CHANCE: f64 = 2.0;
+const CHANCE_FACTOR: f64 = 2.0;
 
 /// The main period of a displacement whose noise has this standard deviation, s: that of its strongest line, but where a free
 /// mass wanders slowly under a much faster motion that of the motion. None if it does not oscillate, or no more than its noise
@@ -181,11 +183,11 @@ pub fn main_period(values: &[f64], interval: f64, noise: f64) -> Option<f64> {
     let peak = Spectrum::of_motion(values, interval)?.peak()?;
     // The largest of n lines of white noise under the window has a square of some 6 ln(n)/n times its variance.
     let n = values.len() as f64;
-    if peak.amplitude.powi(2) < CHANCE * 6.0 * n.ln() / n * noise * noise {
+    if peak.amplitude.powi(2) < CHANCE_FACTOR * 6.0 * n.ln() / n * noise * noise {
         return None;
     }
     let strongest = peak.frequency.recip();
-    let motion = motion_period(&[values], interval, noise).filter(|p| *p < WANDERING * strongest);
+    let motion = motion_period(&[values], interval, noise).filter(|p| *p < MIN_FORCED_PERIOD * strongest);
     Some(motion.unwrap_or(strongest))
 }
 

@@ -6,11 +6,11 @@ use std::ops::Range;
 use super::{mean_and_variance, rms};
 
 /// Width of the band that a motion at rest stays in, in standard deviations of its noise: a thousand samples of white noise
-/// reach over 6.5.
-const BAND: f64 = 8.0;
-/// How far a motion as lively as the record's would bend away from rest within half of the shortest standstill, in standard
-/// deviations of the noise: one that stays in the band all the while is not turning but standing.
-const BEND: f64 = 5.0 * BAND;
+/// span 6.5 of them.
+const BAND_IN_DEVIATIONS: f64 = 8.0;
+/// Bend of the motion within half of the shortest standstill, in standard deviations of its noise, from which on staying in
+/// the band means standing and not turning.
+const MIN_BEND: f64 = 5.0 * BAND_IN_DEVIATIONS;
 /// Shortest standstill, as a share of the main period, and in samples: a smooth motion may dwell for less.
 const SHORTEST: (f64, usize) = (0.05, 5);
 /// The stretches in which a motion stands still as far as its noise lets one see, longest as they can be, in order.
@@ -55,7 +55,7 @@ fn in_band(motion: &[f64], noise: f64, fewest: usize) -> Vec<Range<usize>> {
         high.push_back(to);
         low.push_back(to);
         while let (Some(h), Some(l)) = (high.front(), low.front())
-            && motion[*h] - motion[*l] > BAND * noise
+            && motion[*h] - motion[*l] > BAND_IN_DEVIATIONS * noise
         {
             from += 1;
             high.pop_front_if(|k| *k < from);
@@ -76,7 +76,7 @@ fn half_length(motion: &[f64], noise: f64, period: f64) -> Option<usize> {
     let longest = ((period / 4.0) as usize).min(motion.len() / 4);
     let bends = |half: usize| {
         let seconds: Vec<f64> = motion.windows(2 * half + 1).map(|w| w[0] - 2.0 * w[half] + w[2 * half]).collect();
-        0.5 * rms(&seconds) > BEND * noise
+        0.5 * rms(&seconds) > MIN_BEND * noise
     };
     // Lengths grow by a quarter at a time: no finer answer is needed.
     let mut half = 1;

@@ -14,17 +14,17 @@ pub struct InitialState {
     pub after: f64,
 }
 
-/// Steps of the iteration.
-const STEPS: usize = 4;
+/// Steps of the iteration, at most.
+const MAX_STEPS: usize = 4;
 
-/// Share of the difference before a step that it leaves at most where its derivatives serve another.
-const SERVES: f64 = 0.5;
+/// A step that leaves at most this share of the difference goes on with the derivatives that it was made with.
+const REUSE_DERIVATIVES: f64 = 0.5;
 
-/// Share of the difference that a step must take away for another to follow.
-const NOTICEABLE: f64 = 1e-4;
+/// A step that takes away less than this share of the difference is the last.
+const MIN_REDUCTION: f64 = 1e-4;
 
-/// Finite difference of a state, as a share of its largest value.
-const DIFFERENCE: f64 = 1e-4;
+/// Step of a state for a finite difference, as a share of its largest value.
+const DIFFERENCE_STEP: f64 = 1e-4;
 
 /// Fits the initial state to the first `window` samples, so that the noise of the first sample does not displace the
 /// whole response.
@@ -104,10 +104,10 @@ pub fn fit_initial_state(
     let mut jacobian = DMatrix::zeros(rows, n);
     // The response is nearly linear in its beginning: the derivatives of a step that led most of the way serve the next too.
     let mut serves = false;
-    for _ in 0..STEPS {
+    for _ in 0..MAX_STEPS {
         for j in 0..if serves { 0 } else { n } {
             let largest = response.states[j].iter().fold(0.0_f64, |a, x| a.max(x.abs()));
-            let step = if largest > 0.0 { DIFFERENCE * largest } else { DIFFERENCE };
+            let step = if largest > 0.0 { DIFFERENCE_STEP * largest } else { DIFFERENCE_STEP };
             let mut moved = state.clone();
             moved[j] += step;
             let mut other = Response::default();
@@ -131,14 +131,14 @@ pub fn fit_initial_state(
                 damping = (damping * 1e3).max(1e-6);
                 continue;
             };
-            if gradient.dot(&step) < 2.0 * NOTICEABLE * residual.iter().map(|r| r * r).sum::<f64>() {
+            if gradient.dot(&step) < 2.0 * MIN_REDUCTION * residual.iter().map(|r| r * r).sum::<f64>() {
                 settled = true;
                 break;
             }
             let candidate: Vec<f64> = state.iter().zip(step.iter()).map(|(x, s)| x - s).collect();
             match run(&candidate, &mut trial, &mut response) {
                 Some(rms) if rms < after => {
-                    bettered = after - rms > NOTICEABLE * after;
+                    bettered = after - rms > MIN_REDUCTION * after;
                     (state, after) = (candidate, rms);
                     residual.copy_from_slice(&trial);
                     damping *= 0.1;
@@ -150,7 +150,7 @@ pub fn fit_initial_state(
         if settled || !bettered && !serves {
             break;
         }
-        serves = !serves && after < SERVES * began;
+        serves = !serves && after < REUSE_DERIVATIVES * began;
     }
     InitialState { state, before, after }
 }

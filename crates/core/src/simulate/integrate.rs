@@ -43,22 +43,22 @@ const LEVELS: [(RungeKutta, usize); 12] = [
 ];
 
 /// Lanes for blocks of samples; those above serve single steps.
-const BLOCK: usize = LANES - 16;
+const BLOCK_LANES: usize = LANES - 16;
 
 /// First lane for single steps.
-const SINGLE: usize = BLOCK + 1;
+const SINGLE_LANE: usize = BLOCK_LANES + 1;
 
-/// Decay over a step at which both methods are stable, with some room.
-const STABLE: f64 = 2.0;
+/// Decay over a step up to which both methods are stable, with some room.
+const STABLE_DECAY: f64 = 2.0;
 
 /// Samples from one check of the level to the next.
-const CHECK_EVERY: usize = 128;
+const SAMPLES_PER_CHECK: usize = 128;
 
 /// Checks in a row that a coarser level must pass before it is taken.
-const PATIENCE: usize = 3;
+const CHECKS_TO_COARSEN: usize = 3;
 
-/// A coarser level that passes with this share of the tolerance is taken at once.
-const AMPLE: f64 = 1e-3;
+/// A coarser level with an error below this share of the tolerance is taken at once.
+const COARSEN_AT_ONCE: f64 = 1e-3;
 
 /// Instants at which a step is evaluated: the lanes of its first place and of its end.
 #[derive(Clone, Copy, Debug)]
@@ -108,7 +108,8 @@ impl<'a, const N: usize> Machine<'a, N> {
             row[..equations.states].copy_from_slice(values);
         }
         let decay = (0..equations.states).map(|i| -matrix[i][i] * grid.interval()).fold(0.0, f64::max);
-        let floor = LEVELS.iter().position(|(_, parts)| decay <= STABLE * *parts as f64).unwrap_or(LEVELS.len() - 1);
+        let floor =
+            LEVELS.iter().position(|(_, parts)| decay <= STABLE_DECAY * *parts as f64).unwrap_or(LEVELS.len() - 1);
         equations.forcing.prepare_lanes(&mut work.forcing);
         equations.rest.prepare_slots(&mut work.rest);
         equations.curved.prepare_slots(&mut work.curved);
@@ -162,7 +163,7 @@ impl<'a, const N: usize> Machine<'a, N> {
             return;
         }
         self.instants(sample, &[Node::new(0.0, self.equations.derivatives)]);
-        self.begin(SINGLE, self.grid.time(sample), response);
+        self.begin(SINGLE_LANE, self.grid.time(sample), response);
         self.store_rates(response);
         while sample < last {
             if (limits.cancelled)() {
@@ -171,11 +172,11 @@ impl<'a, const N: usize> Machine<'a, N> {
             }
             if sample >= next_check {
                 self.choose_level(sample, limits.tolerance);
-                next_check = sample + CHECK_EVERY;
+                next_check = sample + SAMPLES_PER_CHECK;
             }
             let (method, parts) = LEVELS[self.level];
             let stride = parts * method.places().len();
-            let count = (BLOCK / stride).min(last - sample).min(length).max(1);
+            let count = (BLOCK_LANES / stride).min(last - sample).min(length).max(1);
             self.fill(self.level, sample, count);
             let x = self.x;
             self.rate = self.rates(&x, 0);
@@ -355,10 +356,10 @@ impl<'a, const N: usize> Machine<'a, N> {
         self.evaluate_forcing(lanes);
     }
 
-    /// Computes the forcing at nodes of one interval, from lane [`SINGLE`] on.
+    /// Computes the forcing at nodes of one interval, from lane [`SINGLE_LANE`] on.
     fn instants(&mut self, sample: usize, nodes: &[Node]) {
-        fill_instants(self.grid, &self.equations.externals, &mut self.work.forcing, SINGLE, sample, nodes);
-        self.evaluate_forcing(SINGLE..SINGLE + nodes.len());
+        fill_instants(self.grid, &self.equations.externals, &mut self.work.forcing, SINGLE_LANE, sample, nodes);
+        self.evaluate_forcing(SINGLE_LANE..SINGLE_LANE + nodes.len());
     }
 
     fn evaluate_forcing(&mut self, lanes: Range<usize>) {
@@ -383,7 +384,7 @@ impl<'a, const N: usize> Machine<'a, N> {
         }
         self.instants(span.sample, &nodes[..=places.len()]);
         let length = span.length * (to - from) / (span.to - span.from);
-        Substep { lane: SINGLE, end: SINGLE + places.len(), length, sample: span.sample, from, to }
+        Substep { lane: SINGLE_LANE, end: SINGLE_LANE + places.len(), length, sample: span.sample, from, to }
     }
 
     /// Takes into each state's range what the forces at a lane, were they not balanced, move it by within an interval: a
@@ -430,7 +431,7 @@ impl<'a, const N: usize> Machine<'a, N> {
             let coarser = self.interval(self.level - 1, sample, &start);
             let difference = self.difference(&coarser, &present);
             self.calm = if difference <= 0.25 * tolerance { self.calm + 1 } else { 0 };
-            if difference > AMPLE * tolerance && self.calm <= PATIENCE {
+            if difference > COARSEN_AT_ONCE * tolerance && self.calm <= CHECKS_TO_COARSEN {
                 break;
             }
             (self.level, present, self.calm) = (self.level - 1, coarser, 0);

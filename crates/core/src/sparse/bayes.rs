@@ -6,19 +6,21 @@ use rand::{RngExt as _, SeedableRng as _};
 use super::stlsq::{fitted, fixed};
 use super::{Constraint, Reduced, Solution, SparseOptions};
 
-/// Most free columns of which every subset is weighed: 4096.
-const EXACT: usize = 12;
-/// Sweeps of the sampler through the columns before it counts, and while it does.
+/// Free columns, at most, of which every subset is weighed (2¹² = 4096); more are sampled.
+const MAX_ENUMERATED: usize = 12;
+/// Sweeps of the sampler through the columns before it counts.
 const BURN_IN: usize = 60;
+/// Sweeps of the sampler that are counted.
 const SWEEPS: usize = 300;
-/// Flips after which the posterior is computed anew: each rounds a little.
-const REFRESH: usize = 256;
-/// A column stays if it belongs more likely than not: the median probability model (Barbieri & Berger 2004).
-const MEDIAN: f64 = 0.5;
-/// Smallest threshold that the spike has a width for.
-const NARROWEST: f64 = 1e-5;
-/// Least standard deviation of the residual, as a share of the target's RMS: data without noise are not infinitely sure.
-const LEAST_NOISE: f64 = 1e-6;
+/// Flips after which the posterior is computed anew, for each adds rounding.
+const FLIPS_PER_REFRESH: usize = 256;
+/// A column stays if its inclusion probability is larger: the median probability model (Barbieri & Berger 2004).
+const MEDIAN_PROBABILITY: f64 = 0.5;
+/// Least width of the prior's spike, as a threshold; smaller thresholds count as this one.
+const MIN_SPIKE_WIDTH: f64 = 1e-5;
+/// Least standard deviation of the residual, as a share of the target's RMS: without noise the posterior would be
+/// degenerate.
+const MIN_NOISE: f64 = 1e-6;
 
 /// Columns that belong to the equation more likely than not, by stochastic search variable selection (George &
 /// `McCulloch` 1993): a column that belongs has a coefficient from a wide normal distribution (the slab), one that does not
@@ -35,11 +37,11 @@ pub(super) fn bayes(reduced: &Reduced, constraints: &[Constraint], options: &Spa
         probability[k] = f64::from(u8::from(matches!(constraint, Constraint::In | Constraint::Fixed(_))));
     }
     let mut posterior = Posterior::new(reduced, constraints, options, &keep);
-    let found = if posterior.free.len() <= EXACT { posterior.enumerate() } else { posterior.sample() };
+    let found = if posterior.free.len() <= MAX_ENUMERATED { posterior.enumerate() } else { posterior.sample() };
     for (j, found) in posterior.free.iter().zip(found) {
         probability[keep[*j]] = found;
     }
-    let stays = |k: &usize| constraints[*k] == Constraint::In || probability[*k] > MEDIAN;
+    let stays = |k: &usize| constraints[*k] == Constraint::In || probability[*k] > MEDIAN_PROBABILITY;
     let support = keep.into_iter().filter(stays).collect();
     Solution { probability, ..Solution::on(reduced, constraints, support) }
 }
@@ -67,7 +69,7 @@ impl Posterior {
         let target = reduced.target(&fixed);
         let (whole, residual) = reduced.solve(keep, &fixed, |_| 0.0);
         let rows = reduced.rows() as f64;
-        let noise = (residual * residual * rows / (rows - p as f64).max(1.0)).max(LEAST_NOISE * LEAST_NOISE);
+        let noise = (residual * residual * rows / (rows - p as f64).max(1.0)).max(MIN_NOISE * MIN_NOISE);
         let columns: Vec<DVector<f64>> = keep.iter().map(|k| reduced.column(*k)).collect();
         let penalty = |k: usize| options.ridge_weight(reduced, k);
         let gram = DMatrix::from_fn(p, p, |i, j| {
@@ -76,7 +78,7 @@ impl Posterior {
         let along = DVector::from_iterator(p, columns.iter().map(|c| c.dot(&target) / noise));
         let edge = |k: usize| {
             let unit = if options.scaled { 1.0 } else { reduced.scale()[k] / reduced.target_scale() };
-            (options.threshold * unit).max(NARROWEST)
+            (options.threshold * unit).max(MIN_SPIKE_WIDTH)
         };
         // A term's share of the target is of order one, unless the threshold is.
         let slab: Vec<f64> = keep.iter().map(|k| 1.0 + (10.0 * edge(*k)).powi(2)).collect();
@@ -134,7 +136,7 @@ impl Posterior {
     fn flip(&mut self, j: usize, factor: f64) {
         self.belongs[j] = !self.belongs[j];
         self.flips += 1;
-        if self.flips.is_multiple_of(REFRESH) {
+        if self.flips.is_multiple_of(FLIPS_PER_REFRESH) {
             self.refresh();
             return;
         }

@@ -3,15 +3,16 @@
 use nalgebra::DVector;
 
 use super::candidate_models::CandidateModels;
-use super::orthogonal::{DEPENDENT, Remainder};
+use super::orthogonal::{DEPENDENT_POWER, Remainder};
 use super::{Constraint, Reduced, SparseOptions, ssr};
 
-/// Most free columns of which all subsets are tried: 65 536.
-pub(super) const MOST: usize = 16;
+/// Free columns, at most, of which all subsets are tried (2¹⁶ = 65 536); of more, those that elimination drops first are
+/// left out.
+pub(super) const MAX_FREE_COLUMNS: usize = 16;
 
 /// For each number of columns the subset that leaves least, found among all of them.
 ///
-/// Of more than [`MOST`] free columns those that stepwise elimination drops first are left out.
+/// Of more than [`MAX_FREE_COLUMNS`] free columns those that stepwise elimination drops first are left out.
 pub(super) fn best_subsets(reduced: &Reduced, constraints: &[Constraint]) -> CandidateModels {
     let constraints = &at_most(reduced, constraints);
     let remainder = Remainder::new(reduced, constraints);
@@ -33,10 +34,11 @@ pub(super) fn best_subsets(reduced: &Reduced, constraints: &[Constraint]) -> Can
 fn at_most(reduced: &Reduced, constraints: &[Constraint]) -> Vec<Constraint> {
     let mut constraints = constraints.to_vec();
     let free = (0..constraints.len()).filter(|k| constraints[*k] == Constraint::Free && !reduced.unusable(*k));
-    if free.count() > MOST {
+    if free.count() > MAX_FREE_COLUMNS {
         let options = SparseOptions { threshold: 0.0, ridge: 0.0, scaled: true };
         let locked = constraints.iter().filter(|c| **c == Constraint::In).count();
-        let kept = ssr::sets(reduced, &constraints, &options).into_iter().rfind(|set| set.len() <= MOST + locked);
+        let kept =
+            ssr::sets(reduced, &constraints, &options).into_iter().rfind(|set| set.len() <= MAX_FREE_COLUMNS + locked);
         for (k, constraint) in constraints.iter_mut().enumerate() {
             if *constraint == Constraint::Free && !kept.as_ref().is_some_and(|set| set.contains(&k)) {
                 *constraint = Constraint::Out;
@@ -69,7 +71,7 @@ fn descend(levels: &mut [Vec<DVector<f64>>], whole: &[f64], depth: usize, subset
         if let Some(next) = deeper.first_mut() {
             for (to, from) in next.iter_mut().zip(others) {
                 to.copy_from(from);
-                if with && left > DEPENDENT * power {
+                if with && left > DEPENDENT_POWER * power {
                     to.axpy(-column.dot(from) / left, column, 1.0);
                 }
             }
@@ -127,7 +129,7 @@ mod tests {
         columns.push(vec![0.0; 80]);
         let front = best_subsets(&Reduced::new(&columns, &y), &[Constraint::Free; 20]);
         let sizes: Vec<usize> = front.supports().map(<[usize]>::len).collect();
-        assert_eq!(sizes, (0..=MOST).collect::<Vec<_>>());
+        assert_eq!(sizes, (0..=MAX_FREE_COLUMNS).collect::<Vec<_>>());
         assert!(front.supports().all(|set| !set.contains(&19)));
     }
 }

@@ -1,14 +1,14 @@
 //! Forward orthogonal selection.
 
 use super::candidate_models::CandidateModels;
-use super::orthogonal::{DEPENDENT, Remainder};
+use super::orthogonal::{DEPENDENT_POWER, Remainder};
 use super::{Constraint, Reduced};
 
 /// Forward regression by orthogonal least squares (Chen, Billings & Luo 1989; Billings 2013): each time the free column
 /// joins whose part orthogonal to those before explains most of the target.
 pub(super) fn frols(reduced: &Reduced, constraints: &[Constraint]) -> CandidateModels {
     let Remainder { mut columns, mut target, free, locked } = Remainder::new(reduced, constraints);
-    let smallest = DEPENDENT * reduced.rows() as f64;
+    let smallest = DEPENDENT_POWER * reduced.rows() as f64;
     let mut left: Vec<usize> = (0..free.len()).collect();
     let mut set = locked;
     let mut sets = vec![set.clone()];

@@ -5,8 +5,8 @@ use nalgebra::DVector;
 use super::stlsq::{fitted, fixed};
 use super::{Constraint, OrthonormalBasis, Reduced};
 
-/// Share of a column's power below which what is left of it beside others is rounding: it depends on them.
-pub(super) const DEPENDENT: f64 = 1e-20;
+/// A column of which less than this share of its power lies outside others depends on them; what is left is rounding.
+pub(super) const DEPENDENT_POWER: f64 = 1e-20;
 
 /// What of the free columns and of the target lies outside the columns that stay in any case.
 pub(super) struct Remainder {
@@ -26,7 +26,7 @@ impl Remainder {
             fitted(reduced, constraints).into_iter().partition(|k| constraints[*k] == Constraint::Free);
         let mut target = reduced.target(&fixed(constraints));
         let mut columns: Vec<DVector<f64>> = free.iter().map(|k| reduced.column(*k)).collect();
-        let mut basis = OrthonormalBasis::with_least_share(DEPENDENT.sqrt());
+        let mut basis = OrthonormalBasis::with_least_share(DEPENDENT_POWER.sqrt());
         for k in &locked {
             basis.push(reduced.column(*k).as_slice().to_vec());
         }

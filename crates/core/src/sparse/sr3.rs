@@ -14,11 +14,12 @@ pub(super) enum Penalty {
     Magnitude,
 }
 
-/// How far the sparse coefficients may be from those that fit, ν: the Python package's.
+/// Relaxation ν: how far the sparse coefficients may be from those that fit; the value of the package PySINDy.
 pub(super) const RELAXATION: f64 = 1.0;
-/// Most iterations, and the change of the coefficients as a share of them at which they end.
-const MOST: usize = 500;
-const CHANGE: f64 = 1e-8;
+/// Iterations, at most; the last one stands.
+const MAX_ITERATIONS: usize = 500;
+/// Change of the coefficients, as a share of their norm, at which the iteration ends.
+const CONVERGED_CHANGE: f64 = 1e-8;
 
 /// Sparse relaxed regularized regression (Zheng, Askham, Brunton, Kutz & Aravkin 2019): coefficients `b` that fit and a
 /// sparse copy `u` near them, `min ½‖y − Xb‖² + λR(u) + ‖b − u‖²/2ν`, in turns from plain least squares; the columns of
@@ -65,7 +66,7 @@ pub(super) fn sr3(
     let (start, _) = reduced.solve(&keep, &fixed(constraints), |k| options.ridge_weight(reduced, k));
     let mut sparse = DVector::from_vec(start);
     let mut next = DVector::zeros(p);
-    for _ in 0..MOST {
+    for _ in 0..MAX_ITERATIONS {
         next.copy_from(&own);
         next.gemv(1.0, &of_sparse, &sparse, 1.0);
         for ((b, shift), k) in next.iter_mut().zip(&shift).zip(&keep) {
@@ -78,7 +79,7 @@ pub(super) fn sr3(
         }
         let change = (&next - &sparse).norm();
         std::mem::swap(&mut next, &mut sparse);
-        if change <= CHANGE * sparse.norm() {
+        if change <= CONVERGED_CHANGE * sparse.norm() {
             break;
         }
     }

@@ -7,12 +7,12 @@ use rand_distr::{Distribution as _, StandardNormal};
 use super::Reduced;
 use crate::signal::dot;
 
-/// Pieces that a block of rows is cut into, whose scores are summed before they are correlated.
-const PIECES: usize = 8;
-/// Pieces on either side of one that a fit without it leaves out.
-const WIDE: usize = 3 * PIECES / 4;
-/// Sum of leverages below which a fit without some rows is the same.
-const NOTHING: f64 = 0.01;
+/// Pieces that a block of rows is cut into; the scores within a piece are summed before pieces are correlated.
+const PIECES_A_BLOCK: usize = 8;
+/// Pieces on either side of one that the fit without it leaves out.
+const LEFT_OUT_PIECES: usize = 3 * PIECES_A_BLOCK / 4;
+/// Sum of leverages below which a fit without the rows is taken to be the same.
+const NEGLIGIBLE_LEVERAGE: f64 = 0.01;
 
 /// How residuals that are correlated over up to a block of rows move a fit: the scores of pieces of the rows.
 ///
@@ -48,7 +48,7 @@ impl Scores {
         block: usize,
     ) -> Self {
         let (bread, kept, block) = (reduced.inverse_gram(keep), keep.len(), block.max(1));
-        let piece = block.div_ceil(PIECES);
+        let piece = block.div_ceil(PIECES_A_BLOCK);
         let ends = starts.iter().skip(1).copied().chain([residual.len()]);
         let ranges: Vec<Range<usize>> = starts.iter().zip(ends).map(|(start, end)| *start..end).collect();
         let blocks = ranges.iter().map(|r| (r.len() as f64 / block as f64).max(1.0)).sum();
@@ -64,15 +64,15 @@ impl Scores {
                 let grams: Vec<DMatrix<f64>> = parts.iter().map(gram).collect();
                 // What a fit hangs on the pieces around one, as that moves on.
                 let mut around = DMatrix::<f64>::zeros(kept, kept);
-                grams.iter().take(WIDE).for_each(|g| around += g);
+                grams.iter().take(LEFT_OUT_PIECES).for_each(|g| around += g);
                 for t in 0..parts.len() {
-                    if let Some(comes) = grams.get(t + WIDE) {
+                    if let Some(comes) = grams.get(t + LEFT_OUT_PIECES) {
                         around += comes;
                     }
-                    if let Some(goes) = t.checked_sub(WIDE + 1) {
+                    if let Some(goes) = t.checked_sub(LEFT_OUT_PIECES + 1) {
                         around -= &grams[goes];
                     }
-                    if around.trace() < NOTHING {
+                    if around.trace() < NEGLIGIBLE_LEVERAGE {
                         continue;
                     }
                     let mut own = scores.view_mut((0, t), (kept, 1));

@@ -20,12 +20,12 @@ pub struct Redundancy {
     parts: DMatrix<f64>,
 }
 
-/// Share of a column's norm below which its part orthogonal to others is none.
-const DEPENDENT: f64 = 1e-9;
-/// Rounds of choosing a writing and thresholding in it.
-const ROUNDS: usize = 3;
-/// A writing is taken for another whose forces are smaller by more than this share.
-const SMALLER: f64 = 1e-9;
+/// A column of which less than this share of its norm is orthogonal to others depends on them.
+const DEPENDENT_NORM: f64 = 1e-9;
+/// Rounds of choosing a way to write the forces and thresholding in it, at most.
+const MAX_ROUNDS: usize = 3;
+/// Another way to write the forces is taken if its forces are smaller by more than this share.
+const MIN_REDUCTION: f64 = 1e-9;
 
 impl Redundancy {
     /// The relations among columns that are sums of parts: `parts[(i, k)]` times the part `i` in the column `k`. None
@@ -72,7 +72,7 @@ impl Redundancy {
             for comes in others.iter().filter(|k| !basis.iter().any(|(b, _)| b == *k)) {
                 let Some(place) = self.place(*comes) else { continue };
                 let column: DVector<f64> = self.parts.column(place).into_owned();
-                let Ok(sum) = svd.solve(&column, DEPENDENT) else { continue };
+                let Ok(sum) = svd.solve(&column, DEPENDENT_NORM) else { continue };
                 for (out, weight) in sum.iter().enumerate().filter(|(_, w)| w.abs() > 1e-6) {
                     if locked(basis[out].0) {
                         continue;
@@ -82,7 +82,7 @@ impl Redundancy {
                         basis.iter().zip(sum.iter()).map(|((k, c), w)| (*k, c - coefficient * w)).collect();
                     next[out] = (*comes, coefficient);
                     let size = size(&next);
-                    if size < (1.0 - SMALLER) * now && best.as_ref().is_none_or(|(least, _)| size < *least) {
+                    if size < (1.0 - MIN_REDUCTION) * now && best.as_ref().is_none_or(|(least, _)| size < *least) {
                         best = Some((size, next));
                     }
                 }
@@ -105,7 +105,7 @@ fn independent(parts: &DMatrix<f64>, columns: &[usize]) -> Vec<usize> {
         for d in &directions {
             rest.axpy(-d.dot(&rest), d, 1.0);
         }
-        if rest.norm() > DEPENDENT * norm {
+        if rest.norm() > DEPENDENT_NORM * norm {
             directions.push(rest.normalize());
             kept.push(*k);
         }
@@ -188,13 +188,13 @@ pub(super) fn solve(
     let Some(redundancy) = reduced.redundancy() else { return solve(constraints) };
     let Some(mut written) = first_writing(redundancy, reduced, constraints, options) else { return solve(constraints) };
     let mut solution = solve(&written);
-    for _ in 0..ROUNDS {
+    for _ in 0..MAX_ROUNDS {
         let Some(next) = better_writing(redundancy, reduced, constraints, &written, &solution) else { break };
         let other = solve(&next);
         // Of fewer terms, or as many that leave less; so no round undoes the one before.
         let order = |s: &Solution| (s.support.len(), s.residual_rms);
         let (a, b) = (order(&other), order(&solution));
-        if a.0 > b.0 || a.0 == b.0 && a.1 > b.1 * (1.0 + SMALLER) {
+        if a.0 > b.0 || a.0 == b.0 && a.1 > b.1 * (1.0 + MIN_REDUCTION) {
             break;
         }
         (written, solution) = (next, other);

@@ -14,13 +14,13 @@ use sindyscope_values::record::{Channel, Record, Role};
 use sindyscope_values::term::{Layout, Term};
 
 /// Samples, of all records together, that the shift is found on.
-const SAMPLES: usize = 1 << 12;
-/// Main periods of a record that are used at least.
-const PERIODS: f64 = 12.0;
-/// What one row is made from fits into it so many times at least.
-const SPANS: f64 = 16.0;
-/// A response whose size is that of the measured motion within this factor is a motion that the shift can be found on.
-const ALIKE: f64 = 2.0;
+const MAX_SAMPLES: usize = 1 << 12;
+/// Main periods of a record that are used, at least.
+const MIN_PERIODS: f64 = 12.0;
+/// Length of what is used over the length that one row is made from, at least.
+const MIN_SPANS: f64 = 16.0;
+/// The shift is found on a response whose size is that of the measured motion within this factor.
+const MAX_SIZE_RATIO: f64 = 2.0;
 
 /// A fitted record with the states of the model's response to it.
 pub(super) type Responded<'a> = (&'a Prepared, &'a [Vec<f64>]);
@@ -46,7 +46,8 @@ pub(super) fn shifts(
             .iter()
             .enumerate()
             .map(|(k, (prepared, states))| {
-                let samples = (SAMPLES / records.len()).max((SPANS * regression.span(&prepared.signals)) as usize);
+                let samples =
+                    (MAX_SAMPLES / records.len()).max((MIN_SPANS * regression.span(&prepared.signals)) as usize);
                 let record = echo(prepared, &model.layout, states, samples, sign, k as u64);
                 let smoothing =
                     Smoothing { window: prepared.signals.length as usize, from_data: false, ..settings.smoothing };
@@ -73,7 +74,7 @@ fn alike(record: &Record, states: &[Vec<f64>]) -> bool {
     states.iter().enumerate().all(|(i, state)| {
         record.channel(Role::Displacement(i)).is_none_or(|c| {
             let ratio = rms(state) / rms(&c.values);
-            state.len() == c.values.len() && (ALIKE.recip()..ALIKE).contains(&ratio)
+            state.len() == c.values.len() && (MAX_SIZE_RATIO.recip()..MAX_SIZE_RATIO).contains(&ratio)
         })
     })
 }
@@ -82,7 +83,7 @@ fn alike(record: &Record, states: &[Vec<f64>]) -> bool {
 fn echo(prepared: &Prepared, layout: &Layout, states: &[Vec<f64>], samples: usize, sign: f64, seed: u64) -> Record {
     let Prepared { record, facts, signals, .. } = prepared;
     let count = record.len();
-    let periods = signals.main_period.map_or(0, |p| (PERIODS * p / record.interval) as usize);
+    let periods = signals.main_period.map_or(0, |p| (MIN_PERIODS * p / record.interval) as usize);
     let from = (count - count.min(samples.max(periods))) / 2;
     let part = from..count - from;
     let mut random = rand_pcg::Pcg64::seed_from_u64(seed);

@@ -29,11 +29,11 @@ pub struct Calibrated {
 }
 
 /// Fits, each of records corrected by what the one before found, at most.
-const ROUNDS: usize = 5;
-/// A round that changes every value by less than so many standard errors is the last.
-const STILL: f64 = 0.1;
-/// A gain whose standard error is larger is not told by the data.
-const UNTOLD: f64 = 0.2;
+const MAX_ROUNDS: usize = 5;
+/// A round that changes every value by less than this many standard errors is the last.
+const MIN_CHANGE: f64 = 0.1;
+/// A gain with a larger standard error, as a share of it, is not determined by the data.
+const MAX_GAIN_ERROR: f64 = 0.2;
 
 impl Calibration {
     /// The channel.
@@ -121,14 +121,14 @@ pub fn calibrate(
     check(first, sought)?;
     let mut found: Vec<Calibrated> =
         sought.iter().map(|what| Calibrated { what: *what, value: what.neutral(), std_error: None }).collect();
-    for _ in 0..ROUNDS {
+    for _ in 0..MAX_ROUNDS {
         let steps: Vec<Preparation> = found.iter().map(|f| f.treatment().into()).collect();
         let corrected = prepare(records, &steps).map_err(|e| StudyError::Setting(e.to_string()))?;
         let more = Study::default().calibrated(&corrected, settings, sought, cancel)?;
         let mut still = true;
         for (found, more) in found.iter_mut().zip(more) {
             let moved = (more.value - more.what.neutral()).abs();
-            still &= more.std_error.is_some_and(|error| moved < STILL * error);
+            still &= more.std_error.is_some_and(|error| moved < MIN_CHANGE * error);
             *found = Calibrated { value: found.what.after(found.value, more.value), ..more };
         }
         if still {
@@ -137,7 +137,7 @@ pub fn calibrate(
     }
     let untold = |f: &&Calibrated| match f.what {
         Calibration::Delay(_) => f.std_error.is_none(),
-        Calibration::Gain(_) => f.std_error.is_none_or(|error| error > UNTOLD * f.value.abs()),
+        Calibration::Gain(_) => f.std_error.is_none_or(|error| error > MAX_GAIN_ERROR * f.value.abs()),
     };
     match found.iter().find(untold) {
         Some(Calibrated { what, .. }) => Err(StudyError::Setting(format!(

@@ -49,25 +49,26 @@ pub struct ChosenSettings {
 
 /// Share of a single record that is fitted; the rest judges.
 pub(super) const FITTED_SHARE: f64 = 0.6;
-/// Most groups that several records are left out in.
-const MOST_FOLDS: usize = 4;
-/// Main periods after which a simulated stretch starts anew, so that a chaotic motion is judged too.
+/// Groups of records that are left out in turn, at most.
+const MAX_FOLDS: usize = 4;
+/// Length of a simulated stretch, in main periods; then it starts anew, so that a chaotic motion is judged too.
 const STRETCH_PERIODS: f64 = 10.0;
 /// Samples simulated for one candidate, at most.
-const MOST_SAMPLES: usize = 40_000;
-/// What a stretch counts whose response left the data's range, or missed it by more: an error of ten times the motion.
-/// Finite, so that of settings that all fail somewhere the one that fails least is taken.
-const DIVERGED: f64 = 100.0;
-/// Largest error of a sampling interval of a response that judges, as a share of the motion: a whole stretch adds up to
-/// far less than [`EQUAL`].
-const JUDGED: f64 = 1e-7;
-/// Samples of all fitted records together that settings are chosen by, at most, but so many of each at least.
-const MOST_CHOSEN: usize = 200_000;
-const LEAST_CHOSEN: usize = 10_000;
+const MAX_SIMULATED_SAMPLES: usize = 40_000;
+/// Squared error, over the motion's variance, of a stretch whose response left the data's range, and the largest of any:
+/// ten times the motion. Finite, so that of settings that all fail somewhere the one that fails least is taken.
+const DIVERGED_ERROR: f64 = 100.0;
+/// Largest error of a sampling interval of a judging response, as a share of the motion: a whole stretch adds up to far
+/// less than [`EQUAL_ERRORS`].
+const JUDGING_TOLERANCE: f64 = 1e-7;
+/// Samples of all fitted records together that settings are chosen by, at most.
+const MAX_CHOOSING_SAMPLES: usize = 200_000;
+/// Samples of each of them that stay, however many records there are.
+const MIN_CHOOSING_SAMPLES: usize = 10_000;
 /// Rounds of smoothings around the best so far, at most.
-const MOST_ROUNDS: usize = 4;
+const MAX_ROUNDS: usize = 4;
 /// Thresholds tried for one smoothing, at most, for each degree of freedom.
-const MOST_THRESHOLDS: usize = 10;
+const MAX_THRESHOLDS: usize = 10;
 
 /// A stretch of a record that judges.
 struct JudgingStretch {
@@ -156,8 +157,8 @@ pub fn choose(
     let mut next: Vec<FormAndSmoothing> =
         forms.into_iter().flat_map(|form| smoothings.iter().map(move |s| (form, *s))).collect();
     let mut seen: Vec<FormAndSmoothing> = Vec::new();
-    for round in 0..MOST_ROUNDS {
-        let report = |share: f64| progress((round as f64 + share) / MOST_ROUNDS as f64);
+    for round in 0..MAX_ROUNDS {
+        let report = |share: f64| progress((round as f64 + share) / MAX_ROUNDS as f64);
         tried.extend(plan.judge_all(start, &next, free, cancel, &report)?);
         seen.append(&mut next);
         let Some(best) = best(&tried) else { break };
@@ -184,7 +185,7 @@ pub fn choose(
     }
     if free.refine
         && free.threshold
-        && error > LOST * LOST
+        && error > UNFOLLOWED_ERROR * UNFOLLOWED_ERROR
         && let Some((better, refined)) = plan.whole_library(start, &settings, error, cancel)?
     {
         (settings, error) = (better, refined);
@@ -247,12 +248,11 @@ pub(super) fn best(tried: &[SettingsTrial]) -> Option<&SettingsTrial> {
     tried.iter().filter(|c| c.mean().is_finite()).min_by(|a, b| a.mean().total_cmp(&b.mean()))
 }
 
-/// Errors of the motion closer to each other than this share of it are as good as equal: no measurement supports a
-/// term that betters less.
-pub(super) const EQUAL: f64 = 3e-4;
+/// Errors that differ by less than this share of the motion count as equal: no measurement supports a term that gains less.
+pub(super) const EQUAL_ERRORS: f64 = 3e-4;
 
-/// What is chosen is at most so many times worse than the best.
-const WORST: f64 = 1.25;
+/// Error of what is chosen over that of the best, at most.
+const MAX_ERROR_RATIO: f64 = 1.25;
 
 /// How far the displacements of two outcomes lie apart, mean square over the motion's variance; none if their terms
 /// differ or a response does not last.
@@ -284,7 +284,7 @@ pub(super) fn parsimonious(tried: &[SettingsTrial]) -> Option<&SettingsTrial> {
 fn beginnings(records: &RecordSet) -> RecordSet {
     let count = records.with(Usage::Fit).count().max(1);
     let cut = |(record, usage): &(Arc<Record>, Usage)| {
-        let most = (MOST_CHOSEN / count).max(LEAST_CHOSEN);
+        let most = (MAX_CHOOSING_SAMPLES / count).max(MIN_CHOOSING_SAMPLES);
         let part = *usage == Usage::Fit && record.len() > most;
         (if part { Arc::new(record.slice(0..most)) } else { Arc::clone(record) }, *usage)
     };
@@ -301,15 +301,15 @@ fn close(tried: &[SettingsTrial]) -> impl Iterator<Item = &SettingsTrial> {
         let mean = differences.iter().sum::<f64>() / n;
         let variance = differences.iter().map(|d| (d - mean) * (d - mean)).sum::<f64>() / (n - 1.0).max(1.0);
         // Of a few stretches the standard error is itself uncertain.
-        let slack = (variance / n).sqrt().min((WORST * WORST - 1.0) * best.mean());
-        mean <= slack + 0.02 * best.mean() + EQUAL * EQUAL
+        let slack = (variance / n).sqrt().min((MAX_ERROR_RATIO * MAX_ERROR_RATIO - 1.0) * best.mean());
+        mean <= slack + 0.02 * best.mean() + EQUAL_ERRORS * EQUAL_ERRORS
     };
     tried.iter().filter(within)
 }
 
 /// Mean logarithm of the ratios of two settings' squared errors, stretch for stretch, and its standard error.
 pub(super) fn ratio(errors: &[f64], others: &[f64]) -> (f64, f64) {
-    let level = |e: &f64| (e + EQUAL * EQUAL).ln();
+    let level = |e: &f64| (e + EQUAL_ERRORS * EQUAL_ERRORS).ln();
     let ratios: Vec<f64> = errors.iter().zip(others).map(|(a, b)| level(a) - level(b)).collect();
     let (mean, variance) = mean_and_variance(&ratios);
     (mean, (variance / (ratios.len() as f64 - 1.0).max(1.0)).sqrt())
@@ -324,30 +324,32 @@ fn parsimonious_by_ratio(tried: &[SettingsTrial]) -> Option<&SettingsTrial> {
     let best = tried.iter().min_by(lowest)?;
     let close = |c: &&SettingsTrial| {
         let (mean, error) = ratio(&c.errors, &best.errors);
-        mean <= error.min(2.0 * WORST.ln()) + 0.02
+        mean <= error.min(2.0 * MAX_ERROR_RATIO.ln()) + 0.02
     };
     let fewest = tried.iter().filter(close).map(|c| c.terms).min()?;
     tried.iter().filter(close).filter(|c| c.terms == fewest).min_by(lowest)
 }
 
-/// Refinement is worth its time where it lowers the error to this share, or below.
-const BETTERED: f64 = 0.6;
-/// Share of the motion that a chosen setting leaves where no regression leads to a response that follows it.
-const LOST: f64 = 0.3;
-/// A threshold that takes out what is next to nothing alone.
-const NEXT_TO_NOTHING: f64 = 1e-3;
-/// Numbers of terms whose refined fits are compared, at most.
-const LEVELS: usize = 6;
-/// Candidates whose error is so many times the best on most of the stretches are not refined.
-const HOPEFUL: f64 = 5.0;
+/// Refinement is chosen where it lowers the error to this share, or below.
+const REFINE_ERROR_RATIO: f64 = 0.6;
+/// Error, as a share of the motion, from which on no regression has led to a response that follows it.
+const UNFOLLOWED_ERROR: f64 = 0.3;
+/// Threshold that drops only coefficients which are next to nothing.
+const LEAST_THRESHOLD: f64 = 1e-3;
+/// Candidates of different numbers of terms whose refined fits are compared, at most.
+const MAX_REFINED_CANDIDATES: usize = 6;
+/// Candidates whose error on the median stretch exceeds the best by this factor are not refined.
+const MAX_ERROR_RATIO_TO_REFINE: f64 = 5.0;
 /// Samples that are refined while settings are chosen, at most.
-const MOST_REFINED: usize = 24_000;
+const MAX_REFINED_SAMPLES: usize = 24_000;
 
 /// For each number of terms the candidate of the smallest error, the best first.
 fn levels(tried: &[SettingsTrial]) -> Vec<&SettingsTrial> {
     let least = best(tried).map_or(0.0, SettingsTrial::median);
     let mut levels: Vec<&SettingsTrial> = Vec::new();
-    for candidate in tried.iter().filter(|c| c.median() <= HOPEFUL * HOPEFUL * least) {
+    for candidate in
+        tried.iter().filter(|c| c.median() <= MAX_ERROR_RATIO_TO_REFINE * MAX_ERROR_RATIO_TO_REFINE * least)
+    {
         match levels.iter_mut().find(|c| c.terms == candidate.terms) {
             Some(known) if candidate.mean() < known.mean() => *known = candidate,
             Some(_) => {}
@@ -355,7 +357,7 @@ fn levels(tried: &[SettingsTrial]) -> Vec<&SettingsTrial> {
         }
     }
     levels.sort_by(|a, b| a.mean().total_cmp(&b.mean()));
-    levels.truncate(LEVELS);
+    levels.truncate(MAX_REFINED_CANDIDATES);
     levels
 }
 
@@ -381,7 +383,7 @@ pub(super) fn refined_fit(
 /// Records cut so that refining them takes no longer than it must.
 pub(super) fn shortened<'a>(records: impl IntoIterator<Item = &'a Arc<Record>>) -> Vec<Arc<Record>> {
     let records: Vec<&Arc<Record>> = records.into_iter().collect();
-    let most = MOST_REFINED / records.len().max(1);
+    let most = MAX_REFINED_SAMPLES / records.len().max(1);
     let cut = |r: &Arc<Record>| if r.len() > most { Arc::new(r.slice(0..most)) } else { Arc::clone(r) };
     records.into_iter().map(cut).collect()
 }
@@ -392,8 +394,8 @@ struct Settled<'a> {
     settings: Settings,
 }
 
-/// Settings alike in terms and error that are held against the refined response, at most.
-const ALIKE: usize = 12;
+/// Settings of equal terms and equal errors that are compared with the refined response, at most.
+const MAX_ALIKE: usize = 12;
 
 impl ValidationPlan {
     /// The settings of a candidate.
@@ -423,7 +425,7 @@ impl ValidationPlan {
             }
         }
         alike.sort_by(|a, b| a.mean().total_cmp(&b.mean()));
-        alike.truncate(ALIKE);
+        alike.truncate(MAX_ALIKE);
         let fitted = records.entries.iter().filter(|(_, usage)| *usage == Usage::Fit).cloned().collect();
         let fitted = RecordSet { entries: fitted };
         let mut study = Study::default();
@@ -488,18 +490,22 @@ impl ValidationPlan {
             .collect();
         let mut levels: Vec<RefinedCandidate<'_>> = levels?.into_iter().flatten().collect();
         let least = levels.iter().map(|l| l.left).fold(f64::INFINITY, f64::min);
-        if least >= BETTERED * BETTERED * present.mean() {
+        if least >= REFINE_ERROR_RATIO * REFINE_ERROR_RATIO * present.mean() {
             return Ok(None);
         }
         // More terms that leave as much by the Bayesian information criterion (Schwarz 1978) would not be chosen either.
         let samples = pieces.iter().map(|p| p.len()).sum::<usize>().max(2) as f64;
-        let criterion = |terms: usize, left: f64| samples * (left + EQUAL * EQUAL).ln() + terms as f64 * samples.ln();
+        let criterion =
+            |terms: usize, left: f64| samples * (left + EQUAL_ERRORS * EQUAL_ERRORS).ln() + terms as f64 * samples.ln();
         let known: Vec<(usize, f64)> = levels.iter().map(|l| (l.candidate.terms, l.left)).collect();
         levels.retain(|l| {
             let own = criterion(l.candidate.terms, l.left);
             !known.iter().any(|(terms, left)| *terms < l.candidate.terms && criterion(*terms, *left) <= own)
         });
-        levels.retain(|l| l.left + EQUAL * EQUAL <= HOPEFUL * HOPEFUL * (least + EQUAL * EQUAL));
+        levels.retain(|l| {
+            l.left + EQUAL_ERRORS * EQUAL_ERRORS
+                <= MAX_ERROR_RATIO_TO_REFINE * MAX_ERROR_RATIO_TO_REFINE * (least + EQUAL_ERRORS * EQUAL_ERRORS)
+        });
         let judged: Result<Vec<Option<SettingsTrial>>, StudyError> = levels
             .par_iter()
             .map(|level| {
@@ -508,7 +514,7 @@ impl ValidationPlan {
             })
             .collect();
         let judged: Vec<SettingsTrial> = judged?.into_iter().flatten().collect();
-        let better = |c: &&SettingsTrial| ratio(&c.errors, &present.errors).0 < 2.0 * BETTERED.ln();
+        let better = |c: &&SettingsTrial| ratio(&c.errors, &present.errors).0 < 2.0 * REFINE_ERROR_RATIO.ln();
         let Some(chosen) = parsimonious_by_ratio(&judged).filter(better) else { return Ok(None) };
         let settings = levels.into_iter().find(|l| l.candidate.terms == chosen.terms).map(|l| l.settings);
         Ok(settings.map(|settings| (settings, chosen.mean())))
@@ -528,7 +534,7 @@ impl ValidationPlan {
         let all: Vec<usize> = (0..pieces.len()).collect();
         let ways = [(start.form, start.smoothing), (chosen.form, chosen.smoothing)];
         let judged = |(form, smoothing): &FormAndSmoothing| -> Result<Option<(Settings, f64)>, StudyError> {
-            let threshold = NEXT_TO_NOTHING;
+            let threshold = LEAST_THRESHOLD;
             let settings = Settings { form: *form, smoothing: *smoothing, threshold, refine: true, ..start.clone() };
             let Some(outcome) = refined_fit(&pieces, &all, &settings, None, None, cancel)? else { return Ok(None) };
             let errors = self.judge_refined(&pieces, &settings, Some(&outcome.model), cancel)?;
@@ -536,7 +542,7 @@ impl ValidationPlan {
         };
         let judged: Result<Vec<Option<(Settings, f64)>>, StudyError> = ways.par_iter().map(judged).collect();
         let least = judged?.into_iter().flatten().min_by(|a, b| a.1.total_cmp(&b.1));
-        Ok(least.filter(|(_, error)| *error < BETTERED * BETTERED * present))
+        Ok(least.filter(|(_, error)| *error < REFINE_ERROR_RATIO * REFINE_ERROR_RATIO * present))
     }
 
     /// Number of samples that judge.
@@ -590,7 +596,7 @@ impl ValidationPlan {
         let folds = if pieces.len() == 1 {
             vec![ValidationFold { fitted: vec![0], judges: stretches }]
         } else {
-            let groups = pieces.len().min(MOST_FOLDS);
+            let groups = pieces.len().min(MAX_FOLDS);
             let mut folds: Vec<ValidationFold> = (0..groups)
                 .map(|g| ValidationFold {
                     fitted: (0..pieces.len()).filter(|k| k % groups != g).collect(),
@@ -613,7 +619,7 @@ impl ValidationPlan {
         let ranges: Vec<(usize, Range<usize>)> =
             records.iter().enumerate().map(|(k, (r, _))| (k, 0..r.len())).collect();
         let mut judges = stretches(&records, &ranges);
-        if ranges.iter().map(|(_, range)| range.len()).sum::<usize>() <= MOST_SAMPLES {
+        if ranges.iter().map(|(_, range)| range.len()).sum::<usize>() <= MAX_SIMULATED_SAMPLES {
             let block = |record: usize| judges.iter().find(|j| j.record == record).map_or(1, |j| j.range.len());
             judges = ranges
                 .into_iter()
@@ -657,7 +663,7 @@ impl ValidationPlan {
         let Some(smoothed) = self.smoothed(start, smoothing, cancel)? else { return Ok(Vec::new()) };
         let settings = Settings { smoothing: *smoothing, ..start.clone() };
         let thresholds = if free.threshold {
-            smoothed.all.thresholds(&settings, MOST_THRESHOLDS * self.layout.freedoms)
+            smoothed.all.thresholds(&settings, MAX_THRESHOLDS * self.layout.freedoms)
         } else {
             vec![start.threshold]
         };
@@ -760,7 +766,7 @@ fn stretches(records: &[(Arc<Record>, Arc<Facts>)], ranges: &[(usize, Range<usiz
         }));
     }
     let total: usize = stretches.iter().map(|s| s.range.len()).sum();
-    let every = total.div_ceil(MOST_SAMPLES);
+    let every = total.div_ceil(MAX_SIMULATED_SAMPLES);
     let mut index = 0;
     stretches.retain(|_| {
         index += 1;
@@ -810,7 +816,7 @@ impl SmoothedFolds {
             let simulator = Simulator::new(model).map_err(|e| StudyError::Setting(e.to_string()))?;
             for (judge, drive) in fold.judges.iter().zip(drives) {
                 cancel.check()?;
-                let response = drive.respond(&simulator, JUDGED, workspace, &|| cancel.is_cancelled());
+                let response = drive.respond(&simulator, JUDGING_TOLERANCE, workspace, &|| cancel.is_cancelled());
                 cancel.check()?;
                 let lasted = response.states.first().map_or(0, Vec::len);
                 let blocks = (judge.range.len() / judge.block).max(1);
@@ -819,9 +825,9 @@ impl SmoothedFolds {
                     let to = if block + 1 == blocks { judge.range.len() } else { (block + 1) * judge.block };
                     let from = block * judge.block;
                     let error = squared_error(drive, &response, &plan.variance[judge.record], from..to);
-                    let failed = lasted < to || !error.is_finite() || error > DIVERGED;
+                    let failed = lasted < to || !error.is_finite() || error > DIVERGED_ERROR;
                     judgement.failed += usize::from(failed);
-                    judgement.errors.push(if failed { DIVERGED } else { error });
+                    judgement.errors.push(if failed { DIVERGED_ERROR } else { error });
                 }
                 if let (Some(y), Some(shown)) = (drive.measured.first(), drive.outputs.first()) {
                     correlation.add(y, shown.of(&response, plan.layout.freedoms));
@@ -841,7 +847,7 @@ struct ErrorCorrelation {
     error: Vec<f64>,
 }
 
-/// Lags of 1, 2, 4, … samples.
+/// Lags of 1, 2, 4, … samples at which errors are correlated.
 const LAGS: usize = 8;
 
 impl ErrorCorrelation {
@@ -971,7 +977,7 @@ mod tests {
         let mut records = RecordSet::new(long.clone(), Usage::Fit);
         records.add(long, Usage::HeldOut);
         let lengths = |set: &RecordSet| set.entries.iter().map(|(r, _)| r.len()).collect::<Vec<usize>>();
-        assert_eq!(lengths(&beginnings(&records)), [MOST_CHOSEN, 250_000]);
+        assert_eq!(lengths(&beginnings(&records)), [MAX_CHOOSING_SAMPLES, 250_000]);
         let short = RecordSet { entries: vec![(Arc::new(records.entries[0].0.slice(0..5000)), Usage::Fit)] };
         assert!(Arc::ptr_eq(&beginnings(&short).entries[0].0, &short.entries[0].0));
     }

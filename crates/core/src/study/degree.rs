@@ -2,25 +2,25 @@
 
 use std::sync::Arc;
 
-use super::choose::{EQUAL, FITTED_SHARE};
+use super::choose::{EQUAL_ERRORS, FITTED_SHARE};
 use super::regression::{Regression, basis, fitted_states};
 use super::{Formulation, Kinematics, Smoothing};
 use crate::signal::{Facts, Signals};
 use sindyscope_values::record::Record;
 use sindyscope_values::term::{Family, Layout, Symbol, Term, polynomials};
 
-/// The degree that is offered in any case: products of two states are what first-order systems are known by.
-const LEAST: usize = 2;
-/// The highest degree that is tried.
-const MOST: usize = 5;
+/// Degree that is offered in any case: products of two states are what first-order systems are known by.
+const MIN_DEGREE: usize = 2;
+/// Highest degree that is tried.
+const MAX_DEGREE: usize = 5;
 /// Terms of one equation, at most: more are slow to sift, and no table shows them.
-const MOST_TERMS: usize = 120;
-/// A higher degree must lower the error on what was not fitted to this share, or below.
-const LOWERED: f64 = 0.5;
+const MAX_TERMS: usize = 120;
+/// A higher degree is taken if it lowers the held-out error to this share, or below.
+const MAX_ERROR_RATIO: f64 = 0.5;
 /// Degrees without gain before the search ends: an odd law gains nothing from the even degree before it.
-const PATIENCE: usize = 2;
-/// Samples of a record that are looked at, at most.
-const MOST_SAMPLES: usize = 20_000;
+const DEGREES_WITHOUT_GAIN: usize = 2;
+/// Samples of a record that are used, at most.
+const MAX_SAMPLES: usize = 20_000;
 
 /// Constant and products of the states up to the lowest degree beyond which the rates of data that were not fitted are
 /// explained no better: the last record, or the last part of a single one.
@@ -31,18 +31,20 @@ pub(super) fn library(layout: &Layout, records: &[Arc<Record>], smoothing: &Smoo
         terms.extend(polynomials(&states, degree, true));
         terms
     };
-    let mut best = of_degree(LEAST);
+    let mut best = of_degree(MIN_DEGREE);
     let (fitted, judged) = split(layout, records, smoothing);
     let with_inputs = |terms: &[Term]| [terms, &Family::Inputs.terms(layout)].concat();
     let Some(mut least) = error(layout, &with_inputs(&best), &fitted, &judged, smoothing) else { return best };
     let mut idle = 0;
-    for degree in LEAST + 1..=MOST {
+    for degree in MIN_DEGREE + 1..=MAX_DEGREE {
         let terms = of_degree(degree);
-        if idle == PATIENCE || terms.len() > MOST_TERMS {
+        if idle == DEGREES_WITHOUT_GAIN || terms.len() > MAX_TERMS {
             break;
         }
         match error(layout, &with_inputs(&terms), &fitted, &judged, smoothing) {
-            Some(error) if error + EQUAL < LOWERED * (least + EQUAL) => (best, least, idle) = (terms, error, 0),
+            Some(error) if error + EQUAL_ERRORS < MAX_ERROR_RATIO * (least + EQUAL_ERRORS) => {
+                (best, least, idle) = (terms, error, 0)
+            }
             Some(_) => idle += 1,
             None => break,
         }
@@ -53,7 +55,7 @@ pub(super) fn library(layout: &Layout, records: &[Arc<Record>], smoothing: &Smoo
 /// Smoothed records to fit and to judge by.
 fn split(layout: &Layout, records: &[Arc<Record>], smoothing: &Smoothing) -> (Vec<Arc<Signals>>, Vec<Arc<Signals>>) {
     let signals = |record: &Record| Arc::new(Signals::new(record, layout, smoothing, &Facts::new(record, layout)));
-    let short = |record: &Record| record.slice(0..record.len().min(MOST_SAMPLES));
+    let short = |record: &Record| record.slice(0..record.len().min(MAX_SAMPLES));
     match records {
         [] => (Vec::new(), Vec::new()),
         [only] => {

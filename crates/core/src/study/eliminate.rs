@@ -2,27 +2,28 @@
 
 use std::sync::Arc;
 
-use super::choose::{EQUAL, ValidationPlan, mean, ratio, refined_fit, shortened};
+use super::choose::{EQUAL_ERRORS, ValidationPlan, mean, ratio, refined_fit, shortened};
 use super::{Cancel, Lock, Outcome, Settings, Study, StudyError};
 use crate::refine::Bar;
 use sindyscope_values::record::{Record, RecordSet, Usage};
 use sindyscope_values::term::Term;
 
 /// Steps that take terms out, at most, for each equation.
-const MOST: usize = 8;
-/// Standard errors from zero below which terms are tried without all together, and how many there are for that at least.
-const NEXT_TO_ZERO: f64 = 1.5;
-const MANY: usize = 4;
-/// Standard errors by which what was not fitted may get worse: that one term of many does so by chance. Of so few stretches
-/// that there is no standard error, the change of twice the log-likelihood that is as much.
-const WORSE: f64 = 2.0;
-const CHANCE: f64 = WORSE * WORSE;
-/// How many times the most that dropping a term may lose its expected loss is, beyond which it is not tried.
-const FAR: f64 = 30.0;
-/// Share of a record that a refined fit must follow in one run to compare terms by.
-pub(super) const LASTS: f64 = 0.9;
-/// Standard errors from zero below which a coefficient is not told from it: a 99 % interval, for many are looked at.
-const SIGNIFICANT: f64 = 2.6;
+const MAX_STEPS: usize = 8;
+/// Terms that are fewer than this many standard errors from zero are first tried without all together.
+const DROP_TOGETHER_ERRORS: f64 = 1.5;
+/// Number of such terms from which on that is tried.
+const MIN_DROPPED_TOGETHER: usize = 4;
+/// Standard errors by which the held-out error may get worse without a term: that one term of many does so by chance.
+const MAX_STANDARD_ERRORS: f64 = 2.0;
+/// The same for too few stretches to have a standard error: change of twice the log-likelihood.
+const MAX_LIKELIHOOD_LOSS: f64 = MAX_STANDARD_ERRORS * MAX_STANDARD_ERRORS;
+/// A term is not tried without if its expected loss is this many times ln n, n the samples that judge.
+const MAX_EXPECTED_LOSS: f64 = 30.0;
+/// Share of a record that a refined fit must follow in one run for terms to be compared by it.
+pub(super) const MIN_FOLLOWED_SHARE: f64 = 0.9;
+/// Standard errors from zero from which on a coefficient is significant: a 99 % interval, for many are looked at.
+const MIN_STANDARD_ERRORS: f64 = 2.6;
 
 /// A fit of settings to the response.
 struct EliminationFit {
@@ -63,7 +64,7 @@ impl EliminationFit {
             e.terms.iter().map(move |t| (i, t.term.clone(), t.std_error.map(|error| t.coefficient / error)))
         });
         let terms = terms.collect();
-        let left: Vec<f64> = left(outcome)?.into_iter().map(|left| left + EQUAL * EQUAL).collect();
+        let left: Vec<f64> = left(outcome)?.into_iter().map(|left| left + EQUAL_ERRORS * EQUAL_ERRORS).collect();
         let samples = outcome.records.iter().filter_map(|r| Some(r.channels.first()?.score?.samples)).sum();
         let horizon = outcome.refinement.as_ref()?.horizon;
         Some(Self { settings, terms, left, samples, horizon }).filter(|fit| fit.left.iter().all(|l| l.is_finite()))
@@ -78,7 +79,7 @@ impl EliminationFit {
     /// all that it leaves where that counts least. Exact where the response is linear in the coefficients.
     fn expected_loss(&self, ratio: f64) -> f64 {
         let n = self.samples as f64;
-        let more = |left: &f64| ((left - EQUAL * EQUAL) * ratio * ratio / n / left).ln_1p();
+        let more = |left: &f64| ((left - EQUAL_ERRORS * EQUAL_ERRORS) * ratio * ratio / n / left).ln_1p();
         n * self.left.iter().map(more).fold(f64::INFINITY, f64::min)
     }
 }
@@ -102,7 +103,9 @@ fn insignificant_dropped(
             equation.terms.iter().filter_map(move |t| Some((i, &t.term, (t.coefficient / t.std_error?).abs())))
         });
         let least = ratios
-            .filter(|(i, term, ratio)| *ratio < SIGNIFICANT && !settings.of_equation(*i).locks.contains_key(*term))
+            .filter(|(i, term, ratio)| {
+                *ratio < MIN_STANDARD_ERRORS && !settings.of_equation(*i).locks.contains_key(*term)
+            })
             .min_by(|a, b| a.2.total_cmp(&b.2));
         let Some((equation, term, _)) = least else { return Ok(settings) };
         settings.decide(equation, layout.freedoms, term.clone(), Lock::Out);
@@ -136,7 +139,7 @@ impl ValidationPlan {
         };
         let Some(mut present) = fit(settings.clone(), None)? else { return Ok((settings, None)) };
         let longest = whole.iter().map(|r| r.len() as f64 * r.interval).fold(0.0, f64::max);
-        if present.horizon < LASTS * longest {
+        if present.horizon < MIN_FOLLOWED_SHARE * longest {
             // Fits to so short runs, and to others after each step, compare nothing.
             return Ok((insignificant_dropped(&whole, settings, cancel)?, None));
         }
@@ -146,16 +149,16 @@ impl ValidationPlan {
         let judging = self.judging() as f64;
         let equations = self.layout.freedoms;
         let mut together = true;
-        for _ in 0..MOST * equations {
+        for _ in 0..MAX_STEPS * equations {
             let n = present.samples as f64;
             let open = |(i, t, ratio): &&(usize, Term, Option<f64>)| {
                 !present.settings.of_equation(*i).locks.contains_key(t)
-                    && ratio.is_none_or(|ratio| present.expected_loss(ratio) < FAR * n.ln())
+                    && ratio.is_none_or(|ratio| present.expected_loss(ratio) < MAX_EXPECTED_LOSS * n.ln())
             };
             let open: Vec<&(usize, Term, Option<f64>)> = present.terms.iter().filter(open).collect();
             let nothing: Vec<_> =
-                open.iter().copied().filter(|t| t.2.is_some_and(|ratio| ratio.abs() < NEXT_TO_ZERO)).collect();
-            together &= nothing.len() >= MANY;
+                open.iter().copied().filter(|t| t.2.is_some_and(|ratio| ratio.abs() < DROP_TOGETHER_ERRORS)).collect();
+            together &= nothing.len() >= MIN_DROPPED_TOGETHER;
             let sets: Vec<Vec<&(usize, Term, Option<f64>)>> =
                 if together { vec![nothing] } else { open.into_iter().map(|t| vec![t]).collect() };
             let rivals = Arc::new(Bar::default());
@@ -171,7 +174,8 @@ impl ValidationPlan {
                 })
                 .collect();
             let fewer = tried?.into_iter().flatten();
-            let fewer = fewer.filter(|f| f.terms.len() < present.terms.len() && f.horizon >= LASTS * longest);
+            let fewer =
+                fewer.filter(|f| f.terms.len() < present.terms.len() && f.horizon >= MIN_FOLLOWED_SHARE * longest);
             let needless = |next: &EliminationFit| {
                 let gone = (present.terms.len() - next.terms.len()) as f64;
                 n * (next.loss() - present.loss()) <= gone * n.ln()
@@ -186,7 +190,7 @@ impl ValidationPlan {
                     let (Some(with), Some(without)) = (known, judged(&next)?) else { break };
                     let (worse, error) = ratio(&without, &with);
                     // What was not fitted may get no worse, but by chance.
-                    let stands = worse <= (WORSE * error).max(0.02).max(CHANCE / judging);
+                    let stands = worse <= (MAX_STANDARD_ERRORS * error).max(0.02).max(MAX_LIKELIHOOD_LOSS / judging);
                     errors = Some(if stands { without } else { with });
                     stands.then_some(next)
                 }

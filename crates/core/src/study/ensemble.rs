@@ -44,8 +44,8 @@ impl Ensemble {
 /// Resampled data sets; the standard error of a probability is at most 3.5 %.
 const REPEATS: usize = 200;
 
-/// Standard deviations on either side of a 90 % interval.
-const NINETY: f64 = 1.645;
+/// Standard deviations on either side of a 90 % interval of a normal distribution.
+const DEVIATIONS_OF_90: f64 = 1.645;
 
 impl Study {
     /// Repeats the regression on data whose residuals are drawn anew, correlated over blocks as they do (Shao 2010),
@@ -73,7 +73,7 @@ impl Study {
             for (kept, shift) in model.equations[index].terms.iter().zip(shifts) {
                 let said = terms.iter_mut().find(|t| t.state == state && t.term == kept.term);
                 if let Some(interval) = said.and_then(|t| t.interval.as_mut()) {
-                    let further = |end: f64| (kept.coefficient - end).hypot(NINETY * shift);
+                    let further = |end: f64| (kept.coefficient - end).hypot(DEVIATIONS_OF_90 * shift);
                     *interval = (kept.coefficient - further(interval.0), kept.coefficient + further(interval.1));
                 }
             }
@@ -226,7 +226,7 @@ mod tests {
                 let term = Term::parse(term).unwrap();
                 let fitted = outcome.model.leading().unwrap().terms.iter().find(|t| t.term == term).unwrap();
                 let error = (fitted.coefficient - value).abs();
-                held[0] += f64::from(u8::from(error < NINETY * fitted.std_error.unwrap()));
+                held[0] += f64::from(u8::from(error < DEVIATIONS_OF_90 * fitted.std_error.unwrap()));
                 let (low, high) = ensemble.term(Symbol::Rate(0), &term).unwrap().interval.unwrap();
                 held[1] += f64::from(u8::from((low..=high).contains(value)));
             }

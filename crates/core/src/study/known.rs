@@ -216,8 +216,8 @@ pub(super) fn sign_of(settings: &Settings, term: &Term, freedom: usize) -> Optio
     })
 }
 
-/// Displacements and velocities at which a term is tried.
-const TRIED: [f64; 5] = [0.013, 0.21, 0.83, 1.7, 6.1];
+/// Displacements and velocities at which a term is evaluated to find its symmetry.
+const TRIAL_VALUES: [f64; 5] = [0.013, 0.21, 0.83, 1.7, 6.1];
 
 /// The sign of a coefficient with which a term takes energy out of one degree of freedom at every motion, everything else
 /// at rest; none if that depends on the motion, or the term does no work.
@@ -226,8 +226,8 @@ fn damping(term: &Term, freedom: usize) -> Option<Sign> {
         return None;
     }
     let (mut gains, mut loses) = (false, false);
-    for x in TRIED.into_iter().chain([0.0]).flat_map(|x| [x, -x]) {
-        for v in TRIED.into_iter().flat_map(|v| [v, -v]) {
+    for x in TRIAL_VALUES.into_iter().chain([0.0]).flat_map(|x| [x, -x]) {
+        for v in TRIAL_VALUES.into_iter().flat_map(|v| [v, -v]) {
             let power = v * term.expression().value(&|s| match s {
                 Symbol::State(i) if i == freedom => x,
                 Symbol::Rate(i) if i == freedom => v,
@@ -281,7 +281,7 @@ fn stiffness_of(term: &Term) -> Option<ForceSymmetry> {
     let force =
         |x: f64| term.expression().value(&|s| if let Symbol::State(i) = s { x * (1.0 + 0.37 * i as f64) } else { 0.0 });
     let mut shape = ForceSymmetry { odd: true, even: true, linear: true };
-    for x in TRIED {
+    for x in TRIAL_VALUES {
         let (there, back, twice) = (force(x), force(-x), force(2.0 * x));
         let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * (a.abs() + b.abs());
         shape.odd &= close(there, -back);

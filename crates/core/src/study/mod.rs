@@ -86,8 +86,8 @@ impl Cancel {
     }
 }
 
-/// Sampling intervals that a response sticks for at least to be told of: what is measured shows no shorter ones.
-const SHORTEST_STICK: f64 = 5.0;
+/// Shortest stick of a response that is told of, in sampling intervals: no measurement shows shorter ones.
+const MIN_STICK_SAMPLES: f64 = 5.0;
 
 /// Runs studies and keeps what the next one can use again: a moved threshold smooths nothing anew.
 #[derive(Debug, Default)]
@@ -412,7 +412,7 @@ fn sticks(response: &Response, interval: f64) -> Vec<Range<f64>> {
             _ => joined.push(stick),
         }
     }
-    joined.retain(|s| s.end - s.start > SHORTEST_STICK * interval);
+    joined.retain(|s| s.end - s.start > MIN_STICK_SAMPLES * interval);
     joined
 }
 

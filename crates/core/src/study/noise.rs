@@ -7,13 +7,14 @@ use sindyscope_values::record::Role;
 use sindyscope_values::term::{Expression, Kind, Layout, Program, Symbol, Term, derivative};
 
 /// Noise of a channel, at least, as a share of its RMS: in clean data what is left is the arithmetic's.
-const LEAST_NOISE: f64 = 1e-4;
-/// Samples of a record, in its middle, whose slopes are looked at.
-const LOOKED_AT: usize = 1 << 14;
-/// Rows after which a whitening that still changes is taken as settled.
-const SETTLED: usize = 20_000;
-/// Change of the factor's entries, as a share of a row's deviation, that is none.
-const SAME: f64 = 1e-9;
+const MIN_NOISE: f64 = 1e-4;
+/// Samples of a record, in its middle, along which slopes are averaged, at most.
+const MAX_SLOPE_SAMPLES: usize = 1 << 14;
+/// Rows of the factor, at most; the last one serves those beyond.
+const MAX_FACTOR_ROWS: usize = 20_000;
+/// Change from one row of the factor to the next, as a share of a row's deviation, from which on all further rows are the
+/// same.
+const SETTLED_CHANGE: f64 = 1e-9;
 
 /// What an equation makes of a small change of one symbol: its slope along the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +46,7 @@ pub(super) fn slopes<'a>(
     for signals in records {
         let slices = signals.slices();
         let count = signals.states.first().map_or(0, Vec::len);
-        let from = (count - count.min(LOOKED_AT)) / 2;
+        let from = (count - count.min(MAX_SLOPE_SAMPLES)) / 2;
         program.columns(&slices.block().slice(from..count - from).block(), &mut along);
     }
     symbols
@@ -69,14 +70,14 @@ pub(super) struct Kernels {
     pub(super) column: [Vec<f64>; 3],
 }
 
-/// Segment lengths after which an impulse's response has died out: two passes of a filter that ends, and of one that does
-/// not.
-const REACH: [usize; 2] = [4, 12];
+/// Segment lengths after which the response to an impulse has died out: of two passes of a local filter, and of a global
+/// one.
+const RESPONSE_REACH: [usize; 2] = [4, 12];
 
 impl Kernels {
     /// Those of rates and columns that were smoothed; none where the smoothing is not linear.
     pub(super) fn of_smoothing(smoothing: &Smoothing, length: f64, interval: f64) -> Option<Self> {
-        let reach = REACH[usize::from(smoothing.method.is_global())] * length.ceil() as usize;
+        let reach = RESPONSE_REACH[usize::from(smoothing.method.is_global())] * length.ceil() as usize;
         let count = (reach | 1).max(65);
         let smoother = Smoother::new(smoothing, length, count);
         if !smoother.is_linear() {
@@ -103,7 +104,7 @@ impl Kernels {
         passing: &[Sensitivity],
         stride: usize,
     ) -> Vec<f64> {
-        let noise: Vec<f64> = measured.iter().map(|m| m.noise.max(LEAST_NOISE * rms(&m.values))).collect();
+        let noise: Vec<f64> = measured.iter().map(|m| m.noise.max(MIN_NOISE * rms(&m.values))).collect();
         let unit = noise[rate.0];
         let shares: Vec<f64> = noise.iter().map(|n| if unit > 0.0 { n / unit } else { 1.0 }).collect();
         let count = self.rate[0].len();
@@ -178,7 +179,7 @@ impl Whitening {
         let band = covariance.len() - 1;
         let mut factor: Vec<Vec<f64>> = Vec::new();
         let floor = floor * covariance[0];
-        for i in 0..rows.min(SETTLED) {
+        for i in 0..rows.min(MAX_FACTOR_ROWS) {
             let reach = band.min(i);
             let mut row = vec![0.0; reach + 1];
             for lag in (0..=reach).rev() {
@@ -190,7 +191,7 @@ impl Whitening {
                 let sum = covariance[lag] + if lag == 0 { floor } else { 0.0 } - known;
                 row[place] = if lag == 0 { sum.max(floor).sqrt() } else { sum / other[own] };
             }
-            let alike = |(a, b): (&f64, &f64)| (a - b).abs() <= SAME * covariance[0].sqrt();
+            let alike = |(a, b): (&f64, &f64)| (a - b).abs() <= SETTLED_CHANGE * covariance[0].sqrt();
             let settled = i > band && factor.last().is_some_and(|before| before.iter().zip(&row).all(alike));
             factor.push(row);
             if settled {

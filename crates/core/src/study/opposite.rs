@@ -20,16 +20,18 @@ pub struct Pair {
     pub ratio: Option<f64>,
 }
 
-/// Displacements and velocities at which a term is tried, and by how much all are moved.
-const TRIED: [(f64, f64); 3] = [(0.013, -0.21), (-0.83, 1.7), (2.9, 0.37)];
-const MOVED: f64 = 0.61;
+/// Displacements and velocities at which terms are compared.
+const TRIAL_STATES: [(f64, f64); 3] = [(0.013, -0.21), (-0.83, 1.7), (2.9, 0.37)];
+/// Displacement and velocity that all masses are moved by in common: a joint's force does not change.
+const TRIAL_SHIFT: f64 = 0.61;
 
-/// The ratio of two masses is no smaller, and its inverse neither.
-const LEAST_RATIO: f64 = 1e-6;
+/// Least ratio of two masses, and least inverse of it.
+const MIN_RATIO: f64 = 1e-6;
 
-/// Steps of the search for coefficients that obey, at most, and the step that ends it.
-const STEPS: usize = 60;
-const SMALL: f64 = 1e-12;
+/// Steps of the search for coefficients that obey, at most.
+const MAX_STEPS: usize = 60;
+/// Step, as a share of the parameters, at which that search ends.
+const CONVERGED_STEP: f64 = 1e-12;
 
 impl Pair {
     /// True if both are of the same two masses.
@@ -54,8 +56,8 @@ impl Pair {
                 _ => 0.0,
             })
         };
-        TRIED.iter().all(|at| {
-            let (here, there) = (value(*at, 0.0), value(*at, MOVED));
+        TRIAL_STATES.iter().all(|at| {
+            let (here, there) = (value(*at, 0.0), value(*at, TRIAL_SHIFT));
             (here - there).abs() <= 1e-9 * (here.abs() + there.abs())
         })
     }
@@ -158,7 +160,7 @@ impl SharedParameters {
     }
 
     /// The values that the inverse of a ratio may have.
-    pub(super) const RATIOS: (f64, f64) = (LEAST_RATIO, 1.0 / LEAST_RATIO);
+    pub(super) const RATIOS: (f64, f64) = (MIN_RATIO, 1.0 / MIN_RATIO);
 
     /// One coefficient at some parameters.
     pub(super) fn coefficient(&self, index: usize, parameters: &[f64]) -> f64 {
@@ -222,7 +224,7 @@ impl SharedParameters {
         };
         let mut parameters = self.parameters(given);
         let mut left = distance(&parameters);
-        for _ in 0..STEPS {
+        for _ in 0..MAX_STEPS {
             let (inverse, slopes) = self.normal(&parameters, information)?;
             let step = inverse * slopes.transpose() * information * (&wanted - at(&parameters));
             let tried = [1.0, 0.5, 0.1, 0.01].iter().find_map(|share| {
@@ -235,7 +237,7 @@ impl SharedParameters {
                 (found <= left).then_some((next, found))
             });
             let Some((next, found)) = tried else { break };
-            let still = next.iter().zip(&parameters).all(|(a, b)| (a - b).abs() <= SMALL * b.abs());
+            let still = next.iter().zip(&parameters).all(|(a, b)| (a - b).abs() <= CONVERGED_STEP * b.abs());
             (parameters, left) = (next, found);
             if still {
                 break;

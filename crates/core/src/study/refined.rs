@@ -32,15 +32,15 @@ pub struct Refinement {
 }
 
 /// Steps of the iteration, at most.
-const STEPS: usize = 30;
-/// Integration steps after which no further iteration is begun: some seconds.
-const EFFORT: usize = 40_000_000;
-/// Noise, as a share of the motion, that a fit to clean data reaches at best: the simulation's own arithmetic.
-const LEAST_NOISE: f64 = 1e-6;
+const MAX_STEPS: usize = 30;
+/// Integration steps after which no further iteration is begun: some seconds of one core.
+const MAX_EFFORT: usize = 40_000_000;
+/// Noise that a fit to clean data is held against, as a share of the motion: the simulation's own arithmetic.
+const MIN_NOISE: f64 = 1e-6;
 /// Fits with weights from what the one before left, at most.
-const REWEIGHED: usize = 2;
-/// Weighed residuals of two displacements within this factor are weighed right.
-const ALIKE: f64 = 1.25;
+const MAX_REWEIGHTED_FITS: usize = 2;
+/// Weighted residuals of two displacements within this factor of each other need no other weights.
+const BALANCED_RESIDUALS: f64 = 1.25;
 
 /// A coefficient that is sought.
 struct FreeCoefficient {
@@ -68,12 +68,14 @@ struct Coefficients<'a> {
 
 /// Change of a ratio of masses that matters, as a share of it.
 const RATIO_SCALE: f64 = 0.01;
-/// The same of a delay, as a share of the sampling interval, and of a gain.
+/// Change of a delay that matters, as a share of the sampling interval.
 const DELAY_SCALE: f64 = 0.05;
+/// Change of a gain that matters, as a share of it.
 const GAIN_SCALE: f64 = 0.01;
-/// Largest delay that one fit seeks, in sampling intervals, and the gains that it admits.
-const MOST_DELAY: f64 = 3.0;
-const GAINS: (f64, f64) = (0.2, 5.0);
+/// Largest delay that one fit seeks, in sampling intervals.
+const MAX_DELAY: f64 = 3.0;
+/// Least and largest gain that a fit admits.
+const GAIN_RANGE: (f64, f64) = (0.2, 5.0);
 
 impl Structure for Coefficients<'_> {
     fn instance(&self, parameters: &[f64]) -> Option<Instance> {
@@ -111,8 +113,8 @@ impl Structure for Coefficients<'_> {
             (bounds.low, bounds.high)
         };
         let of = |what: &Calibration| match what {
-            Calibration::Delay(_) => (-MOST_DELAY * self.interval, MOST_DELAY * self.interval),
-            Calibration::Gain(_) => (GAINS.0, GAINS.1),
+            Calibration::Delay(_) => (-MAX_DELAY * self.interval, MAX_DELAY * self.interval),
+            Calibration::Gain(_) => (GAIN_RANGE.0, GAIN_RANGE.1),
         };
         let coefficients =
             self.shared.owners().iter().map(|owner| owner.map_or(SharedParameters::RATIOS, of_coefficient));
@@ -277,7 +279,7 @@ fn runs(records: &[&Prepared]) -> (Vec<Run>, f64) {
     let of_channel = |i: usize| {
         let noise = records.iter().map(|p| p.sensor_noise(i)).fold(0.0, f64::max);
         let motion = runs.iter().map(|r| rms(&r.measured[i])).fold(0.0, f64::max);
-        noise.max(LEAST_NOISE * motion).max(f64::MIN_POSITIVE)
+        noise.max(MIN_NOISE * motion).max(f64::MIN_POSITIVE)
     };
     let noise: Vec<f64> = (0..runs.first().map_or(0, |r| r.measured.len())).map(of_channel).collect();
     let weights: Vec<f64> = noise.iter().map(|n| noise[0] / n).collect();
@@ -289,12 +291,18 @@ fn runs(records: &[&Prepared]) -> (Vec<Run>, f64) {
 /// that misses one displacement by more than its noise is not to follow it at the others' cost.
 fn reweighed(coefficients: &Coefficients<'_>, mut landed: Landed, cancel: &Cancel) -> Option<Landed> {
     let cancelled = || cancel.is_cancelled();
-    let options =
-        FitOptions { frozen: false, driven: false, steps: STEPS, effort: EFFORT, bar: None, cancelled: &cancelled };
-    for _ in 0..REWEIGHED {
+    let options = FitOptions {
+        frozen: false,
+        driven: false,
+        steps: MAX_STEPS,
+        effort: MAX_EFFORT,
+        bar: None,
+        cancelled: &cancelled,
+    };
+    for _ in 0..MAX_REWEIGHTED_FITS {
         let Some(weights) = landed.runs.first().map(|r| r.weights.clone()) else { break };
         let left: Vec<f64> = (0..weights.len()).map(|i| residual_rms(&landed.refined, &landed.runs, i)).collect();
-        let alike = |l: &f64| (ALIKE.recip()..ALIKE).contains(&(l / left[0]));
+        let alike = |l: &f64| (BALANCED_RESIDUALS.recip()..BALANCED_RESIDUALS).contains(&(l / left[0]));
         if left.iter().all(alike) || !left.iter().all(|l| *l > 0.0) {
             break;
         }
@@ -327,7 +335,8 @@ fn goal<'a>(
     let first = records.first()?;
     let series: Vec<&[f64]> = runs.iter().map(|r| &*r.measured[0]).collect();
     let period = motion_period(&series, first.record.interval, noise).or(first.facts.main_period);
-    let options = FitOptions { frozen: false, driven: false, steps: STEPS, effort: EFFORT, bar: None, cancelled };
+    let options =
+        FitOptions { frozen: false, driven: false, steps: MAX_STEPS, effort: MAX_EFFORT, bar: None, cancelled };
     let period = period.unwrap_or_else(|| 0.1 * first.record.duration());
     Some(Goal { period, noise, top: usize::MAX, options })
 }

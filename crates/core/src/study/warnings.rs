@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::eliminate::LASTS;
+use super::eliminate::MIN_FOLLOWED_SHARE;
 use super::{Lock, Outcome, Refinement, Settings, Severity, Warning};
 use crate::remedy::Remedy;
 use crate::sparse::{Constraint, Reduced, SparseOptions, stlsq};
@@ -298,7 +298,7 @@ fn unmodelled(outcome: &Outcome) -> Option<Warning> {
         let fitted = outcome.records.iter().filter(|r| r.usage == Usage::Fit);
         let longest = fitted.map(|r| r.record.duration()).fold(0.0, f64::max);
         let parted = |r: &&Refinement| {
-            r.horizon < LASTS * longest && r.rmse.first().is_some_and(|e| crate::refine::holds(*e, floor))
+            r.horizon < MIN_FOLLOWED_SHARE * longest && r.rmse.first().is_some_and(|e| crate::refine::holds(*e, floor))
         };
         match outcome.refinement.as_ref().filter(parted) {
             Some(refinement) => {

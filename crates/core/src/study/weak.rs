@@ -11,12 +11,12 @@ use crate::sparse::Reduced;
 use sindyscope_values::term::{Expression, Kind, Layout, Program, Symbol, Term, derivative};
 
 /// Share of a row's variance that is no sensor's noise: what forces on the smoothed motion and the model itself miss.
-/// Without it the fastest rows, in which there is next to no motion, would weigh most. A tenth and a thousandth do as
-/// well on the report's systems.
-const FLOOR: f64 = 1e-2;
-/// Ridge of the fit whose slopes say what noise passes, as a share of a column's square: slopes across a path on which
-/// terms are nearly dependent would else be anything.
-const DAMPING: f64 = 1e-4;
+/// Without it the fastest rows, in which there is next to no motion, would weigh most. A tenth and a thousandth do as well
+/// on the report's systems.
+const WHITE_SHARE: f64 = 1e-2;
+/// Ridge, as a share of a column's square, of the fit whose slopes say what noise passes: without it slopes across a path
+/// along which terms are nearly dependent would be arbitrary.
+const SLOPE_RIDGE: f64 = 1e-4;
 
 /// How measurements are averaged, and what their noise does to the averages.
 ///
@@ -77,7 +77,7 @@ impl WeakForm {
         }
         let total: usize = records.iter().map(|s| length(s)).sum();
         let stride = TestFunction::spacing(half_width).max(total.div_ceil(most_rows)).max(1);
-        let mut weak = Self { half_width, stride, floor: FLOOR, passing: Vec::new() };
+        let mut weak = Self { half_width, stride, floor: WHITE_SHARE, passing: Vec::new() };
         weak.passing = weak.passing(layout, terms, records, fitted);
         Ok(weak)
     }
@@ -133,7 +133,7 @@ impl WeakForm {
             .map(|rate| {
                 let reduced = Reduced::new(&columns, rate);
                 let usable: Vec<usize> = (0..columns.len()).filter(|k| !reduced.unusable(*k)).collect();
-                let coefficients = reduced.damped(&usable, DAMPING);
+                let coefficients = reduced.damped(&usable, SLOPE_RIDGE);
                 let known = usable.iter().zip(coefficients).filter_map(|(k, c)| Some((all.get(*k)?, c)));
                 slopes(known, layout, records)
             })

@@ -85,8 +85,8 @@ struct Target {
     rate_rms: f64,
 }
 
-/// Most rows that a regression uses; more say nothing new and cost time.
-const MOST_ROWS: usize = 120_000;
+/// Rows that a regression uses, at most: more say nothing new and cost time.
+const MAX_ROWS: usize = 120_000;
 
 impl Regression {
     /// Computes, filters and reduces the columns of `terms` over `records`.
@@ -105,7 +105,7 @@ impl Regression {
         let program = Program::new(&expressions, layout);
         let total: usize = records.iter().map(|r| r.states.first().map_or(0, Vec::len)).sum();
         let length = records.iter().map(|r| r.length).fold(f64::INFINITY, f64::min);
-        let stride = smoothing.stride(length).max(total.div_ceil(MOST_ROWS));
+        let stride = smoothing.stride(length).max(total.div_ceil(MAX_ROWS));
         let filter = if smoothing.filter_library { smoothing.filter() } else { None };
         let derived = smoothing.method == Differentiation::Filter;
         let jumps: Vec<bool> = terms.iter().map(Term::switches).collect();
@@ -539,7 +539,7 @@ pub(super) fn basis(
         Formulation::Derivative => Ok(Basis::Samples),
         Formulation::Integral => Ok(Basis::Integrals),
         Formulation::Weak { half_width } => {
-            WeakForm::new(layout, terms, records, half_width, fitted, MOST_ROWS).map(Basis::Averages)
+            WeakForm::new(layout, terms, records, half_width, fitted, MAX_ROWS).map(Basis::Averages)
         }
     }
 }

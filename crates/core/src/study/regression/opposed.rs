@@ -9,8 +9,8 @@ use crate::study::covariance::Covariance;
 use crate::study::opposite::{Pair, SharedParameters, pairs};
 use sindyscope_values::term::Term;
 
-/// Share of the rate below which a residual is the arithmetic's own.
-const LEAST_RESIDUAL: f64 = 1e-12;
+/// Residual, as a share of the rate, below which it is rounding.
+const MIN_RESIDUAL: f64 = 1e-12;
 
 /// What the coefficients of all equations do as those of least squares, equation by equation, move.
 pub(super) struct DependentCoefficients {
@@ -117,7 +117,7 @@ impl Regression {
         for (reduced, solution) in reduced.iter().zip(solutions.iter()) {
             let count = solution.support.len();
             let square = reduced.inverse_gram(&solution.support)?.try_inverse()?;
-            let error = solution.residual_rms.max(LEAST_RESIDUAL * reduced.target_scale());
+            let error = solution.residual_rms.max(MIN_RESIDUAL * reduced.target_scale());
             information.view_mut((first, first), (count, count)).copy_from(&(&square / (error * error)));
             squares.push(square);
             first += count;

@@ -23,7 +23,7 @@ pub(super) fn smooth_alike(smoothing: &Smoothing, signals: &Signals, jumps: &[bo
 }
 
 /// Samples of a record that one core evaluates at once: their columns stay in its cache until they are filtered.
-const CHUNK: usize = 2048;
+const CHUNK_SAMPLES: usize = 2048;
 
 /// Evaluates the columns, smooths them and appends the rows `inside`, each `stride` samples from the one before.
 ///
@@ -46,7 +46,7 @@ pub(super) fn filtered(
     let twice = convolve(&smooth, &smooth);
     let reach = twice.len() / 2;
     let clear_of_ends = inside.start * stride >= reach && inside.end.saturating_sub(1) * stride + reach < count;
-    let rows_at_once = if clear_of_ends { (CHUNK / stride).max(1) } else { inside.len().max(1) };
+    let rows_at_once = if clear_of_ends { (CHUNK_SAMPLES / stride).max(1) } else { inside.len().max(1) };
     let starts: Vec<usize> = inside.clone().step_by(rows_at_once).collect();
     let part = |chunk: &mut Vec<Vec<f64>>, from: usize| -> Vec<Vec<f64>> {
         let to = inside.end.min(from + rows_at_once);

@@ -7,8 +7,8 @@ use crate::signal::{Signals, standstills};
 use sindyscope_values::record::Role;
 use sindyscope_values::term::{Expression, Function, Layout, Symbol, Term, derivative};
 
-/// Least share of the rows that are left: with fewer, all are fitted.
-const LEAST: f64 = 0.05;
+/// Share of the rows that must be left; with fewer, all are fitted.
+const MIN_ROW_SHARE: f64 = 0.05;
 
 /// The stretches of a record's samples in which something stands, in order; `sliding` are the velocities whose sign is taken.
 ///
@@ -54,8 +54,8 @@ pub(in crate::study) fn sliding<'a>(terms: impl IntoIterator<Item = &'a Term>) -
     found
 }
 
-/// Shares of what a row is made of that must be clear of a standstill: what lies further out weighs little, if slides are short.
-const REACHES: [f64; 2] = [1.0, 0.5];
+/// Share of a row's own span that must be clear of a standstill, tried in this order: what lies further out weighs little.
+const CLEARANCES: [f64; 2] = [1.0, 0.5];
 
 /// How the rows of a record lie on its samples.
 #[derive(Clone, Copy, Debug)]
@@ -88,12 +88,12 @@ impl Moving {
         let standing: Vec<Vec<Range<usize>>> =
             records.iter().map(|signals| standing(&sliding, layout, signals)).collect();
         let all: usize = rasters.iter().map(|r| r.rows).sum();
-        for share in REACHES {
+        for share in CLEARANCES {
             let near = |raster: &Raster| Raster { reach: (share * raster.reach as f64) as usize, ..*raster };
             let moving = |(standing, raster): (&Vec<Range<usize>>, &Raster)| moving(standing, &near(raster));
             let rows: Vec<Vec<Range<usize>>> = standing.iter().zip(&rasters).map(moving).collect();
             let left: usize = rows.iter().flatten().map(Range::len).sum();
-            if left >= 3 * terms.len() && left as f64 >= LEAST * all as f64 {
+            if left >= 3 * terms.len() && left as f64 >= MIN_ROW_SHARE * all as f64 {
                 return Self { rows };
             }
         }

@@ -69,12 +69,12 @@ impl Resampling<'_> {
     }
 }
 
-/// Correlation of two coefficients' errors from which on terms are said to be confused: each is three times as uncertain
-/// as it would be alone.
-const CONFUSED: f64 = 0.95;
+/// Correlation of two coefficients' errors from which on their terms are said to be confused: each is three times as
+/// uncertain as it would be alone.
+const CONFUSED_CORRELATION: f64 = 0.95;
 
 /// Share of a row's variance that is taken for white where standard errors are sought: what noise does not explain.
-const FLOOR: f64 = 1e-3;
+const WHITE_SHARE: f64 = 1e-3;
 
 /// What a whitening does to a column: appended to what there is.
 type Unwhitened = fn(&Whitening, &[f64], &mut Vec<f64>);
@@ -102,7 +102,7 @@ impl Regression {
         let mut pairs: Vec<(Term, Term, f64)> = (0..usable.len())
             .flat_map(|j| (0..j).map(move |i| (i, j)))
             .map(|(i, j)| (i, j, inverse[(i, j)] / (inverse[(i, i)] * inverse[(j, j)]).sqrt()))
-            .filter(|(.., correlation)| correlation.abs() > CONFUSED)
+            .filter(|(.., correlation)| correlation.abs() > CONFUSED_CORRELATION)
             .map(|(i, j, correlation)| (self.terms[usable[i]].clone(), self.terms[usable[j]].clone(), correlation))
             .collect();
         pairs.sort_by(|a, b| b.2.abs().total_cmp(&a.2.abs()));
@@ -140,7 +140,7 @@ impl Regression {
             let kernels = Kernels::of_smoothing(smoothing, signals.length, signals.interval)?;
             let rate = rate_place(&signals.measured, &self.layout, target.index)?;
             let covariance = kernels.covariance(&signals.measured, rate, &passing, *stride);
-            (covariance[0] > 0.0).then(|| Whitening::new(&covariance, FLOOR, longest.unwrap_or(0)))
+            (covariance[0] > 0.0).then(|| Whitening::new(&covariance, WHITE_SHARE, longest.unwrap_or(0)))
         };
         records.iter().enumerate().map(whitening).collect()
     }
