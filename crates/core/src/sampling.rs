@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::signal::ranked;
+
 /// Fewer samples than this are no record.
 pub const LEAST_SAMPLES: usize = 20;
 
@@ -233,10 +235,9 @@ fn evened(stamps: &[f64], steps: &[f64], usual: f64, jitter: f64) -> Sampling {
     Sampling { interval, stretches: stretches.collect(), jitter, bridged, rounded_to: None, odd_first: None }
 }
 
+/// The lower median: a step that occurs, and of two usual ones the shorter.
 fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    let middle = (sorted.len() - 1) / 2;
-    *sorted.select_nth_unstable_by(middle, f64::total_cmp).1
+    ranked(values.to_vec(), (values.len() - 1) / 2).unwrap_or(f64::NAN)
 }
 
 /// Least squares over all stamps: one interval, each stretch with its own start.

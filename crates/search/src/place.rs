@@ -9,7 +9,7 @@ use super::effects::unit;
 use super::outcome::{Map, MissingForce, Place, Profile};
 use super::screen::Motion;
 use super::site::Site;
-use sindyscope_core::signal::{Spectrum, mean_and_variance, rms};
+use sindyscope_core::signal::{Bins, Spectrum, VisitMean, mean_and_variance, rms};
 use sindyscope_values::format::number::significant;
 use sindyscope_values::term::Symbol;
 
@@ -20,63 +20,12 @@ const BINS: usize = 24;
 /// Stretches that are pointed out.
 const WORST: usize = 3;
 
-/// Means of the missing force over the visits of a cell: within one visit neighbouring samples say the same.
-#[derive(Clone, Copy, Debug, Default)]
-struct Visits {
-    sum: f64,
-    squares: f64,
-    count: f64,
-    /// The present visit.
-    running: f64,
-    samples: f64,
-}
+/// Visits from which on the scatter of their means says how sure a mean is.
+const MIN_VISITS: usize = 3;
 
-impl Visits {
-    fn close(&mut self) {
-        if self.samples > 0.0 {
-            let mean = self.running / self.samples;
-            self.sum += mean;
-            self.squares += mean * mean;
-            self.count += 1.0;
-            (self.running, self.samples) = (0.0, 0.0);
-        }
-    }
-
-    fn mean(&self) -> f64 {
-        if self.count > 0.0 { self.sum / self.count } else { f64::NAN }
-    }
-
-    /// Standard error of the mean; none for fewer than three visits.
-    fn error(&self) -> Option<f64> {
-        (self.count >= 3.0).then(|| {
-            let variance = (self.squares - self.sum * self.sum / self.count) / (self.count - 1.0);
-            (variance.max(0.0) / self.count).sqrt()
-        })
-    }
-}
-
-/// Visits of each of `cells` along series of cell numbers.
-fn visits<'a>(cells: usize, series: impl Iterator<Item = (&'a [Option<usize>], &'a [f64])>) -> Vec<Visits> {
-    let mut all = vec![Visits::default(); cells];
-    for (places, forces) in series {
-        let mut before = None;
-        for (place, force) in places.iter().zip(forces) {
-            if *place != before {
-                if let Some(b) = before {
-                    all[b].close();
-                }
-                before = *place;
-            }
-            if let Some(p) = place {
-                all[*p].running += force;
-                all[*p].samples += 1.0;
-            }
-        }
-        if let Some(b) = before {
-            all[b].close();
-        }
-    }
-    all
+/// Standard error of a mean over visits; none of too few.
+fn error(mean: &VisitMean) -> Option<f64> {
+    (mean.visits() >= MIN_VISITS).then(|| mean.error())
 }
 
 struct Quantity {
@@ -240,48 +189,36 @@ impl Data {
     }
 }
 
-fn edges(values: &[Vec<f64>], count: usize) -> Vec<f64> {
-    let all = values.iter().flatten();
-    let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-    (0..=count).map(|k| low + (high - low) * k as f64 / count as f64).collect()
-}
-
-fn bin(edges: &[f64], value: f64) -> Option<usize> {
-    let count = edges.len() - 1;
-    let width = edges[count] - edges[0];
-    let place = (value - edges[0]) / width * count as f64;
-    (width > 0.0 && place.is_finite()).then(|| (place.max(0.0) as usize).min(count - 1))
-}
-
 fn map(across: &Quantity, up: &Quantity, missing: &[&[f64]]) -> Map {
-    let (columns, rows) = (edges(&across.values, CELLS), edges(&up.values, CELLS));
+    let over = |quantity: &Quantity| Bins::over(quantity.values.iter().flatten(), CELLS);
+    let (columns, rows) = (over(across), over(up));
     let cells: Vec<Vec<Option<usize>>> = across
         .values
         .iter()
         .zip(&up.values)
-        .map(|(a, b)| a.iter().zip(b).map(|(a, b)| Some(bin(&rows, *b)? * CELLS + bin(&columns, *a)?)).collect())
+        .map(|(a, b)| a.iter().zip(b).map(|(a, b)| Some(rows.index(*b)? * CELLS + columns.index(*a)?)).collect())
         .collect();
-    let found = visits(CELLS * CELLS, cells.iter().map(Vec::as_slice).zip(missing.iter().copied()));
+    let found = VisitMean::along(CELLS * CELLS, cells.iter().map(Vec::as_slice).zip(missing.iter().copied()));
     Map {
         across: (across.name.clone(), across.unit.clone()),
         up: (up.name.clone(), up.unit.clone()),
-        columns,
-        rows,
-        mean: found.iter().map(Visits::mean).collect(),
-        score: found.iter().map(|v| v.error().filter(|e| *e > 0.0).map_or(0.0, |e| v.mean() / e)).collect(),
+        columns: columns.edges().to_vec(),
+        rows: rows.edges().to_vec(),
+        mean: found.iter().map(VisitMean::mean).collect(),
+        score: found.iter().map(|v| error(v).filter(|e| *e > 0.0).map_or(0.0, |e| v.mean() / e)).collect(),
     }
 }
 
 fn profile(quantity: &Quantity, missing: &[&[f64]]) -> Profile {
-    let edges = edges(&quantity.values, BINS);
+    let bins = Bins::over(quantity.values.iter().flatten(), BINS);
     let places: Vec<Vec<Option<usize>>> =
-        quantity.values.iter().map(|v| v.iter().map(|v| bin(&edges, *v)).collect()).collect();
-    let found = visits(BINS, places.iter().map(Vec::as_slice).zip(missing.iter().copied()));
+        quantity.values.iter().map(|v| v.iter().map(|v| bins.index(*v)).collect()).collect();
+    let found = VisitMean::along(BINS, places.iter().map(Vec::as_slice).zip(missing.iter().copied()));
     Profile {
         axis: (quantity.name.clone(), quantity.unit.clone()),
-        at: edges.windows(2).map(|e| 0.5 * (e[0] + e[1])).collect(),
-        mean: found.iter().map(Visits::mean).collect(),
-        error: found.iter().map(|v| v.error().unwrap_or(f64::NAN)).collect(),
+        at: bins.middles().collect(),
+        mean: found.iter().map(VisitMean::mean).collect(),
+        error: found.iter().map(|v| error(v).unwrap_or(f64::NAN)).collect(),
         share: share(&places, missing),
     }
 }

@@ -1,6 +1,7 @@
 //! Samples that stand out from those around them, found and mended.
 
 use super::bridge;
+use crate::signal;
 
 /// Samples on either side that a sample is compared with.
 const NEIGHBOURS: usize = 5;
@@ -62,12 +63,8 @@ pub(super) fn mend(values: &[f64], threshold: f64) -> (Vec<f64>, usize) {
     (mended, count)
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+fn median(values: Vec<f64>) -> f64 {
+    signal::median(values).unwrap_or(0.0)
 }
 
 #[cfg(test)]

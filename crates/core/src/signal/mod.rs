@@ -1,5 +1,6 @@
 //! Smoothing, differentiation, spectra and noise of sampled signals.
 
+mod bins;
 mod difference;
 mod facts;
 mod kalman;
@@ -14,6 +15,7 @@ mod standing;
 mod sums;
 mod test_function;
 
+pub use bins::{Bins, VisitMean};
 pub(crate) use difference::central;
 pub use facts::Facts;
 pub use noise::standard_deviation;
@@ -23,7 +25,7 @@ pub use smoothing::{Differentiation, Smoothing};
 pub use spectrum::{Peak, Spectrum, main_period, motion_period};
 pub use standing::rests;
 pub(crate) use standing::standstills;
-pub use sums::{dot, mean_and_variance, rms};
+pub use sums::{dot, mean_and_variance, median, ranked, rms};
 pub use test_function::TestFunction;
 
 use std::sync::Arc;

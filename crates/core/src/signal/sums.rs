@@ -1,4 +1,5 @@
-/// Inner product, several lanes at once.
+/// Inner product Σ aᵢbᵢ of two series of one length, several lanes at once.
+#[inline]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     const LANES: usize = 8;
     let mut sums = [0.0; LANES];
@@ -15,6 +16,17 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// Root mean square; 0 of nothing.
 pub fn rms(values: &[f64]) -> f64 {
     if values.is_empty() { 0.0 } else { (dot(values, values) / values.len() as f64).sqrt() }
+}
+
+/// The value that `rank` others are below, from zero, in the order of [`f64::total_cmp`]; none if there are not as many.
+pub fn ranked(mut values: Vec<f64>, rank: usize) -> Option<f64> {
+    (rank < values.len()).then(|| *values.select_nth_unstable_by(rank, f64::total_cmp).1)
+}
+
+/// The median; the upper one of an even number of values, none of nothing.
+pub fn median(values: Vec<f64>) -> Option<f64> {
+    let middle = values.len() / 2;
+    ranked(values, middle)
 }
 
 /// Mean and variance; 0 of nothing.

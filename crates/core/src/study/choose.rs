@@ -14,7 +14,7 @@ use super::suggest::odd;
 use super::{Cancel, Formulation, Outcome, Regressor, Settings, Smoothing, Study, StudyError, check};
 use crate::dataset::Drive;
 use crate::refine::Bar;
-use crate::signal::{Differentiation, Facts, Signals, dot, mean_and_variance};
+use crate::signal::{Differentiation, Facts, Signals, dot, mean_and_variance, median};
 use crate::simulate::{Output, Response, Simulator, Workspace};
 use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::model::Model;
@@ -117,11 +117,9 @@ impl SettingsTrial {
         mean(&self.errors)
     }
 
-    /// The same of the middle stretch: that one goes astray says little about what refinement would make of it.
+    /// The median squared error: a single diverging stretch must not decide, for refinement may recover it.
     fn median(&self) -> f64 {
-        let mut errors = self.errors.clone();
-        errors.sort_by(f64::total_cmp);
-        errors.get(errors.len() / 2).copied().unwrap_or(0.0)
+        median(self.errors.clone()).unwrap_or(0.0)
     }
 }
 

@@ -1,9 +1,11 @@
+use sindyscope_core::signal::{Bins, VisitMean};
+
 /// Means over intervals of one quantity.
 ///
 /// Neighbouring samples of a motion repeat each other: a stretch of samples that stays in an interval is one visit, and
 /// the standard error comes from the scatter of visits.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Bins {
+pub struct BinnedMeans {
     /// Middle of each interval that was visited, ascending.
     pub at: Vec<f64>,
     /// Mean there.
@@ -14,53 +16,25 @@ pub struct Bins {
     pub visits: Vec<usize>,
 }
 
-#[derive(Clone, Copy, Default)]
-struct Tally {
-    sum: f64,
-    squares: f64,
-    visits: usize,
-}
-
-impl Bins {
+impl BinnedMeans {
     /// Means of `value` in `count` equal intervals of `at` over ±`most`; the series are stretches of neighbouring samples.
     pub fn new<'a>(series: impl IntoIterator<Item = (&'a [f64], &'a [f64])>, most: f64, count: usize) -> Self {
-        let mut tallies = vec![Tally::default(); count];
-        let place = |x: f64| {
-            let k = ((x / most + 1.0) * 0.5 * count as f64).floor();
-            (k >= 0.0 && k <= count as f64).then(|| (k as usize).min(count - 1))
+        let bins = Bins::new(-most, most, count);
+        let place = |x: f64| if x.abs() <= most { bins.index(x) } else { None };
+        let stretch = |(at, value): (&[f64], &[f64])| -> (Vec<Option<usize>>, Vec<f64>) {
+            let pairs = at.iter().zip(value).filter(|(x, y)| x.is_finite() && y.is_finite());
+            pairs.map(|(x, y)| (place(*x), *y)).unzip()
         };
-        for (at, value) in series {
-            let (mut here, mut sum, mut samples) = (None, 0.0, 0.0);
-            let mut leave = |bin: Option<usize>, sum: f64, samples: f64| {
-                if let Some(bin) = bin.filter(|_| samples > 0.0) {
-                    let (mean, tally): (f64, &mut Tally) = (sum / samples, &mut tallies[bin]);
-                    tally.sum += mean;
-                    tally.squares += mean * mean;
-                    tally.visits += 1;
-                }
-            };
-            for (x, y) in at.iter().zip(value).filter(|(x, y)| x.is_finite() && y.is_finite()) {
-                let bin = place(*x);
-                if bin != here {
-                    leave(here, sum, samples);
-                    (here, sum, samples) = (bin, 0.0, 0.0);
-                }
-                sum += y;
-                samples += 1.0;
-            }
-            leave(here, sum, samples);
+        let stretches: Vec<(Vec<Option<usize>>, Vec<f64>)> = series.into_iter().map(stretch).collect();
+        let found = VisitMean::along(count, stretches.iter().map(|(places, values)| (&places[..], &values[..])));
+        let mut means = Self::default();
+        for (middle, found) in bins.middles().zip(&found).filter(|(_, found)| found.visits() > 0) {
+            means.at.push(middle);
+            means.mean.push(found.mean());
+            means.error.push(found.error());
+            means.visits.push(found.visits());
         }
-        let mut bins = Self::default();
-        for (k, Tally { sum, squares, visits }) in tallies.into_iter().enumerate().filter(|(_, t)| t.visits > 0) {
-            let n = visits as f64;
-            let mean = sum / n;
-            let variance = if visits > 1 { (squares / n - mean * mean).max(0.0) / (n - 1.0) } else { f64::INFINITY };
-            bins.at.push(most * (2.0 * (k as f64 + 0.5) / count as f64 - 1.0));
-            bins.mean.push(mean);
-            bins.error.push(variance.sqrt());
-            bins.visits.push(visits);
-        }
-        bins
+        means
     }
 }
 
@@ -83,13 +57,11 @@ impl Cells {
         count: usize,
     ) -> Self {
         let (mut sums, mut numbers) = (vec![0.0; count * count], vec![0_u32; count * count]);
-        let place = |x: f64, most: f64| {
-            let k = ((x / most + 1.0) * 0.5 * count as f64).floor();
-            (k >= 0.0 && k <= count as f64).then(|| (k as usize).min(count - 1))
-        };
+        let bins = most.map(|most| Bins::new(-most, most, count));
+        let place = |x: f64, axis: usize| if x.abs() <= most[axis] { bins[axis].index(x) } else { None };
         for (across, up, value) in series {
             for ((x, y), z) in across.iter().zip(up).zip(value).filter(|(_, z)| z.is_finite()) {
-                if let Some((column, row)) = place(*x, most[0]).zip(place(*y, most[1])) {
+                if let Some((column, row)) = place(*x, 0).zip(place(*y, 1)) {
                     sums[row * count + column] += z;
                     numbers[row * count + column] += 1;
                 }

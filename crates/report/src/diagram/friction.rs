@@ -1,7 +1,7 @@
 //! Damping and friction over the velocity: what is left when everything else that the equation knows is taken away.
 
 use super::element::{Element, Samples};
-use super::{Bins, MOST_POINTS, abscissae};
+use super::{BinnedMeans, MOST_POINTS, abscissae};
 
 /// Intervals of velocity.
 const INTERVALS: usize = 41;
@@ -14,7 +14,7 @@ pub struct FrictionForce {
     /// Measured force at each.
     pub force: Vec<f64>,
     /// Means of all measured samples, with standard errors.
-    pub mean: Bins,
+    pub mean: BinnedMeans,
     /// The found equation's damping and friction.
     pub curve: Vec<[f64; 2]>,
 }
@@ -39,7 +39,7 @@ impl FrictionForce {
         Some(Self {
             at,
             force,
-            mean: Bins::new(series(), most, INTERVALS),
+            mean: BinnedMeans::new(series(), most, INTERVALS),
             curve: abscissae(most).map(|v| [v, element.friction(v)]).collect(),
         })
     }

@@ -14,7 +14,7 @@ mod restoring;
 #[cfg(test)]
 mod tests;
 
-pub use bins::{Bins, Cells};
+pub use bins::{BinnedMeans, Cells};
 pub use decay::{Decay, NoDecay};
 pub use element::{Across, Element, Samples};
 pub use frequency_response::{Estimate, FrequencyResponse, NoResponse, Tone};

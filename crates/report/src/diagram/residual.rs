@@ -3,7 +3,7 @@
 use realfft::RealFftPlanner;
 
 use super::element::equation_residual;
-use sindyscope_core::signal::mean_and_variance;
+use sindyscope_core::signal::{Bins, mean_and_variance};
 use sindyscope_core::study::{Outcome, RecordOutcome};
 use sindyscope_values::format::number::superscript;
 use sindyscope_values::term::{Kind, Layout, Symbol, sign};
@@ -221,15 +221,14 @@ fn histogram(values: &[f64]) -> Histogram {
     let reach = values.iter().map(|v| (v - mean).abs()).fold(3.0 * deviation, f64::max).min(6.0 * deviation);
     let width = 3.49 * deviation / n.cbrt();
     let count = ((2.0 * reach / width).ceil() as usize).clamp(11, 81);
-    let edges: Vec<f64> = (0..=count).map(|k| mean + reach * (2.0 * k as f64 / count as f64 - 1.0)).collect();
+    let bins = Bins::new(mean - reach, mean + reach, count);
     let mut counts = vec![0_usize; count];
-    for value in values {
-        let share = (0.5 * ((value - mean) / reach + 1.0)).clamp(0.0, 1.0);
-        counts[((share * count as f64) as usize).min(count - 1)] += 1;
+    for bin in values.iter().filter_map(|value| bins.index(*value)) {
+        counts[bin] += 1;
     }
     let area = n * 2.0 * reach / count as f64;
     Histogram {
-        edges,
+        edges: bins.edges().to_vec(),
         density: counts.iter().map(|c| *c as f64 / area).collect(),
         mean,
         deviation,
