@@ -174,7 +174,7 @@ impl Bench {
 
     /// The units of what terms are made of.
     pub(crate) fn units(&self, kind: Kind) -> Units {
-        self.records.first().map_or_else(Units::default, |r| Units::of(r, &r.layout(kind)))
+        self.records.first().map_or_else(Units::default, |r| Units::from_record(r, &r.layout(kind)))
     }
 
     /// The unit of what the first sensor shows.

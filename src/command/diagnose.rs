@@ -124,7 +124,7 @@ pub(super) fn search(
     let search = Search::new(records, &ask)?;
     if let Some((record, _)) = records.entries.first() {
         let layout = record.layout(Kind::SecondOrder);
-        let units = Units::of(record, &layout);
+        let units = Units::from_record(record, &layout);
         search.base_terms().try_for_each(|t| units.check(t, &layout)).map_err(Failure::new)?;
     }
     let progress = Progress::new();

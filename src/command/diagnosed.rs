@@ -11,8 +11,9 @@ use sindyscope_values::record::RecordSet;
 
 /// The result of `diagnose`.
 pub(super) fn result(diagnosis: &Diagnosis, records: &RecordSet) -> Value {
-    let units =
-        |model: &Model| records.entries.first().map_or_else(Units::default, |(r, _)| Units::of(r, &model.layout));
+    let units = |model: &Model| {
+        records.entries.first().map_or_else(Units::default, |(r, _)| Units::from_record(r, &model.layout))
+    };
     let stage = |stage: Option<&Stage>| {
         stage.map_or(Value::Null, |s| json!({ "equations": equations(&s.model, &units(&s.model)), "gap": gap(&s.gap) }))
     };

@@ -186,7 +186,7 @@ fn analyse_as_given(stamps: &[f64]) -> Result<Sampling, Irregular> {
     if jitter <= NO_JITTER {
         return Ok(even(None));
     }
-    let rounded = Rounding::of(stamps);
+    let rounded = Rounding::new(stamps);
     if rounded.coarsest(stamps) <= MAX_ROUNDING * interval && fit.is_rounded(stamps, &rows, &rounded) {
         return Ok(even(Some(rounded.coarsest(stamps)).filter(|_| jitter > MAX_JITTER)));
     }
@@ -357,7 +357,7 @@ struct Rounding {
 }
 
 impl Rounding {
-    fn of(stamps: &[f64]) -> Self {
+    fn new(stamps: &[f64]) -> Self {
         let whole = |scaled: f64| (scaled - scaled.round()).abs() <= 4.0 * f64::EPSILON * scaled.abs();
         let mut decimals = -3;
         let mut digits = 1;

@@ -59,7 +59,7 @@ impl Data {
                 record: 0,
                 grid,
                 outputs: self.outputs.clone(),
-                measured: self.outputs.iter().map(|o| o.of(&response, self.masses()).into()).collect(),
+                measured: self.outputs.iter().map(|o| o.series(&response, self.masses()).into()).collect(),
                 weights: self.weights.clone(),
                 range: 0..count,
                 limits,

@@ -53,7 +53,7 @@ impl Dataset {
             prepared.push(match known {
                 Some(known) if known.smoothing == *smoothing => known.clone(),
                 Some(known) => Prepared::new(record, layout, smoothing, Arc::clone(&known.facts)),
-                None => Prepared::new(record, layout, smoothing, Facts::of(record, layout)),
+                None => Prepared::new(record, layout, smoothing, Facts::cached(record, layout)),
             });
         }
         (self.layout, self.records) = (*layout, prepared);

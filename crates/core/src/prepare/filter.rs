@@ -6,7 +6,7 @@ use realfft::RealFftPlanner;
 const CONTINUATION_PERIODS: f64 = 6.0;
 
 /// What a Butterworth filter of order four leaves of a tone's amplitude after passing forward and back.
-fn gain(frequency: f64, (from, to): (Option<f64>, Option<f64>)) -> f64 {
+fn gain(frequency: f64, from: Option<f64>, to: Option<f64>) -> f64 {
     let low = to.map_or(1.0, |corner| 1.0 / (1.0 + (frequency / corner).powi(8)));
     let high =
         from.map_or(1.0, |corner| if frequency > 0.0 { 1.0 / (1.0 + (corner / frequency).powi(8)) } else { 0.0 });
@@ -40,7 +40,7 @@ pub(super) fn filter(values: &[f64], interval: f64, band: (Option<f64>, Option<f
         return values.to_vec();
     }
     for (k, spectral) in lines.iter_mut().enumerate() {
-        *spectral *= gain(k as f64 / (count as f64 * interval), band) / count as f64;
+        *spectral *= gain(k as f64 / (count as f64 * interval), band.0, band.1) / count as f64;
     }
     if back.process(&mut lines, &mut whole).is_err() {
         return values.to_vec();

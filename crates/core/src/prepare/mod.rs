@@ -157,11 +157,11 @@ pub fn settled(set: &RecordSet, steps: &[Preparation]) -> Vec<Preparation> {
     let settle = |step: &Preparation| {
         let mut step = step.clone();
         if let Treatment::Align { role, delay: delay @ None } = &mut step.treatment {
-            let of = |(record, _): &(Arc<Record>, Usage)| {
+            let delay_of = |(record, _): &(Arc<Record>, Usage)| {
                 let chosen = step.record.as_ref().is_none_or(|name| *name == record.name);
                 align::delay(record, *role).filter(|_| chosen)
             };
-            let mut found: Vec<f64> = set.entries.iter().filter_map(of).map(|d| d.seconds).collect();
+            let mut found: Vec<f64> = set.entries.iter().filter_map(delay_of).map(|d| d.seconds).collect();
             found.sort_by(f64::total_cmp);
             *delay = found.get(found.len() / 2).map(|d| significant(*d, 4));
         }
@@ -217,7 +217,7 @@ impl Preparation {
                 (treatment @ (Treatment::Split { .. } | Treatment::SplitAt { .. }), usage) => {
                     done.add(treatment.parts(record)?, *usage);
                 }
-                (treatment, _) => done.entries.push((Arc::new(treatment.of(record)?), *usage)),
+                (treatment, _) => done.entries.push((Arc::new(treatment.applied_to(record)?), *usage)),
             }
         }
         Ok(done)
@@ -258,7 +258,7 @@ impl Treatment {
     }
 
     /// A record treated, one for one.
-    fn of(self, record: &Record) -> Result<Record, PrepareError> {
+    fn applied_to(self, record: &Record) -> Result<Record, PrepareError> {
         let mut treated = match self {
             Self::Crop { from, to } => crop(record, from, to),
             Self::RemoveOffset => each_channel(record, |values| {

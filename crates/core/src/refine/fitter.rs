@@ -99,6 +99,15 @@ struct Scratch {
     moved: Vec<f64>,
 }
 
+/// The motion of every run before a parameter is moved.
+#[derive(Clone, Copy)]
+struct ResponseBefore<'a> {
+    /// Responses: `[run][row]`.
+    simulated: &'a [Vec<f64>],
+    /// Sides of the model's surfaces: `[run][sample]`; empty where they do not matter.
+    sides: &'a [Vec<u64>],
+}
+
 /// A structure at certain parameters, ready to be simulated.
 struct Ready {
     instance: Instance,
@@ -186,7 +195,7 @@ impl<'a> Fitter<'a> {
             let offset = offsets.get(run.record * run.weights.len() + i).copied().unwrap_or(0.0);
             let ceiling = ready.instance.ceiling.map_or(f64::INFINITY, f64::abs);
             let Reading { delay, gain } = ready.instance.readings.get(i).copied().unwrap_or_default();
-            let mut series = output.of(response, freedoms);
+            let mut series = output.series(response, freedoms);
             if delay != 0.0 {
                 later(series, delay / grid.interval(), moved);
                 series = moved;
@@ -257,26 +266,27 @@ impl<'a> Fitter<'a> {
         self.runs.iter().zip(&sides).zip(residuals).map(of_run).sum()
     }
 
-    /// Makes a difference of responses a slope. A sample of an acceleration that a jump has passed over tells none.
-    fn slope(&self, run: usize, column: &mut [f64], (simulated, step): (&[f64], f64), sides: (&[Vec<u64>], &[u64])) {
-        column.iter_mut().zip(simulated).for_each(|(c, s)| *c = (*c - s) / step);
-        let Some(before) = sides.0.get(run) else { return };
+    /// Makes a response after a step of a parameter a slope: the difference from the response before, over the step. At a
+    /// sample of an acceleration that a jump has passed over, it is zero.
+    fn slope(&self, run: usize, column: &mut [f64], step: f64, before: ResponseBefore<'_>, sides: &[u64]) {
+        column.iter_mut().zip(&before.simulated[run]).for_each(|(c, s)| *c = (*c - s) / step);
+        let Some(sides_before) = before.sides.get(run) else { return };
         let length = self.runs[run].range.len();
         for (output, column) in self.runs[run].outputs.iter().zip(column.chunks_mut(length.max(1))) {
             if output.is_rate() {
-                let passed = before.iter().zip(sides.1).map(|(a, b)| a != b);
+                let passed = sides_before.iter().zip(sides).map(|(a, b)| a != b);
                 column.iter_mut().zip(passed).filter(|(_, passed)| *passed).for_each(|(c, _)| *c = 0.0);
             }
         }
     }
 
-    /// The difference of the responses to a shared parameter moved by a step, over the step; one column a run.
+    /// The slopes of the responses by a shared parameter that is moved by a step; one column a run.
     fn shared_columns(
         &self,
         point: &Point,
-        (index, step): (usize, f64),
-        sides: &[Vec<u64>],
-        simulated: &[Vec<f64>],
+        index: usize,
+        step: f64,
+        before: ResponseBefore<'_>,
         scratch: &mut Scratch,
     ) -> Option<Vec<Vec<f64>>> {
         let mut moved = point.shared.clone();
@@ -288,7 +298,7 @@ impl<'a> Fitter<'a> {
             if !self.simulate(&ready, r, &point.own[r], &point.offsets, scratch, column) {
                 return None;
             }
-            self.slope(r, column, (&simulated[r], step), (sides, &scratch.response.sides));
+            self.slope(r, column, step, before, &scratch.response.sides);
         }
         Some(columns)
     }
@@ -304,13 +314,14 @@ impl<'a> Fitter<'a> {
         let shared = self.shared(point);
         let ready = self.ready(&point.shared)?;
         let sides = self.sides(&ready, point);
+        let before = ResponseBefore { simulated, sides: &sides };
         let found: Vec<Option<Vec<Vec<f64>>>> = (0..shared)
             .into_par_iter()
             .map_init(Scratch::default, |scratch, j| {
                 // Forward, else backward where the forward point is out of bounds or its simulation does not last.
                 [nudge * scales[j], -nudge * scales[j]]
                     .into_iter()
-                    .find_map(|step| self.shared_columns(point, (j, step), &sides, simulated, scratch))
+                    .find_map(|step| self.shared_columns(point, j, step, before, scratch))
             })
             .collect();
         let mut columns = vec![Vec::new(); self.runs.len()];
@@ -343,14 +354,14 @@ impl<'a> Fitter<'a> {
                 let mut own = point.own[r].clone();
                 (0..own.len()).all(|i| {
                     let reach = run.limits.get(i).filter(|l| i < run.states() && **l > 0.0).map_or(1.0, |l| 0.1 * l);
-                    let before = own[i];
-                    own[i] = before + nudge * reach;
-                    let step = own[i] - before;
+                    let value = own[i];
+                    own[i] = value + nudge * reach;
+                    let step = own[i] - value;
                     let mut column = Vec::new();
                     let lasts = self.simulate(&ready, r, &own, &point.offsets, scratch, &mut column);
-                    own[i] = before;
+                    own[i] = value;
                     if lasts {
-                        self.slope(r, &mut column, (&simulated[r], step), (&sides, &scratch.response.sides));
+                        self.slope(r, &mut column, step, before, &scratch.response.sides);
                     }
                     columns.push(column);
                     lasts
@@ -361,7 +372,7 @@ impl<'a> Fitter<'a> {
     }
 
     /// The normal equations.
-    fn arrow(&self, columns: &[Vec<Vec<f64>>], simulated: &[Vec<f64>], (point, scales): (&Point, &[f64])) -> Arrow {
+    fn arrow(&self, columns: &[Vec<Vec<f64>>], simulated: &[Vec<f64>], point: &Point, scales: &[f64]) -> Arrow {
         let (shared, offsets) = (self.shared(point), point.offsets.len());
         let mut arrow = Arrow::new(shared + offsets);
         let mut residual = Vec::new();
@@ -401,9 +412,11 @@ impl<'a> Fitter<'a> {
     fn secant(
         &self,
         columns: &mut [Vec<Vec<f64>>],
-        (before, after): (&[Vec<f64>], &[Vec<f64>]),
+        before: &[Vec<f64>],
+        after: &[Vec<f64>],
         by: &Correction,
-        (shared, offsets): (usize, usize),
+        shared: usize,
+        offsets: usize,
     ) {
         let mut missed = Vec::new();
         for (r, (run, columns)) in self.runs.iter().zip(columns).enumerate() {
@@ -598,7 +611,7 @@ impl<'f, 'a> Descent<'f, 'a> {
 
     /// The normal equations at the point.
     fn arrow(&self) -> Arrow {
-        self.fitter.arrow(&self.columns, &self.simulated, (&self.point, &self.scales))
+        self.fitter.arrow(&self.columns, &self.simulated, &self.point, &self.scales)
     }
 
     /// Goes to the first point that leads down, of steps damped more and more; none if cancelled.
@@ -620,7 +633,7 @@ impl<'f, 'a> Descent<'f, 'a> {
                     self.damping = (self.damping * 0.1).max(1e-12);
                     let at_once = attempt == 0;
                     if at_once && self.updates < MAX_SECANTS && shared + offsets > 1 && !self.fitter.rates {
-                        self.fitter.secant(&mut self.columns, (&self.trial, &self.simulated), &by, (shared, offsets));
+                        self.fitter.secant(&mut self.columns, &self.trial, &self.simulated, &by, shared, offsets);
                     }
                     return Some(if at_once { StepResult::AtOnce } else { StepResult::Damped });
                 }

@@ -28,7 +28,7 @@ static KNOWN: Mutex<Vec<KnownFacts>> = Mutex::new(Vec::new());
 
 impl Facts {
     /// The facts of a record, measured once as long as it is in use.
-    pub fn of(record: &Arc<Record>, layout: &Layout) -> Arc<Self> {
+    pub fn cached(record: &Arc<Record>, layout: &Layout) -> Arc<Self> {
         let same = |(of, with, _): &&KnownFacts| std::ptr::eq(of.as_ptr(), Arc::as_ptr(record)) && with == layout;
         // What a thread that panicked left is whole: entries come and go at once.
         let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
@@ -70,11 +70,11 @@ mod tests {
         let options = ScenarioOptions { duration: Some(5.0), ..ScenarioOptions::default() };
         let record = Arc::new(generate("duffing-noisy", &options).unwrap().records.remove(0));
         let layout = record.layout(Kind::SecondOrder);
-        let facts = Facts::of(&record, &layout);
+        let facts = Facts::cached(&record, &layout);
         assert_eq!(*facts, Facts::new(&record, &layout));
-        assert!(Arc::ptr_eq(&facts, &Facts::of(&record, &layout)));
+        assert!(Arc::ptr_eq(&facts, &Facts::cached(&record, &layout)));
         let first_order = record.layout(Kind::FirstOrder);
-        assert!(!Arc::ptr_eq(&facts, &Facts::of(&record, &first_order)));
+        assert!(!Arc::ptr_eq(&facts, &Facts::cached(&record, &first_order)));
         let known = Arc::downgrade(&record);
         drop(record);
         assert!(known.upgrade().is_none(), "what is known of a record does not keep it");

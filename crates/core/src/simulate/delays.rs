@@ -52,8 +52,8 @@ impl FromIterator<(usize, f64)> for Delays {
 }
 
 impl Delays {
-    /// How late an input is.
-    pub fn of(&self, input: usize) -> f64 {
+    /// How late an input is, s.
+    pub fn delay(&self, input: usize) -> f64 {
         self.0.get(input).copied().unwrap_or(0.0)
     }
 

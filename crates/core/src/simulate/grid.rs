@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use super::Delays;
 use sindyscope_values::term::LANES;
 
@@ -120,13 +122,13 @@ impl InputGrid {
     #[must_use]
     pub fn delayed(&self, delays: &Delays) -> Self {
         let shifted = |input: usize, order: usize| -> Vec<f64> {
-            (0..self.samples).map(|k| self.at(input, self.time(k) - delays.of(input))[order]).collect()
+            (0..self.samples).map(|k| self.at(input, self.time(k) - delays.delay(input))[order]).collect()
         };
         let channels = self
             .channels
             .iter()
             .enumerate()
-            .map(|(k, channel)| match delays.of(k) {
+            .map(|(k, channel)| match delays.delay(k) {
                 0.0 => channel.clone(),
                 _ => InputCurve {
                     value: Jets::new(&shifted(k, 0)),
@@ -221,28 +223,22 @@ impl InputGrid {
         scale * sum
     }
 
-    /// Writes derivative `order` (0 to 2) of an input at one node of `count` intervals to every `stride`-th of `out`.
-    fn series(
-        &self,
-        (input, order): (usize, usize),
-        (sample, count): (usize, usize),
-        node: &Node,
-        out: &mut [f64],
-        stride: usize,
-    ) {
-        let out = out.iter_mut().step_by(stride).take(count);
+    /// Writes derivative `order` (0 to 2) of an input at one node of some intervals to every `stride`-th of `out`.
+    fn series(&self, input: usize, order: usize, intervals: Range<usize>, node: &Node, out: &mut [f64], stride: usize) {
+        let Range { start, end } = intervals;
+        let out = out.iter_mut().step_by(stride).take(end - start);
         let Some((jets, derivative, scale)) = self.source(input, order) else {
             out.for_each(|o| *o = 0.0);
             return;
         };
         if node.place == 0.0 {
-            for (o, v) in out.zip(&jets.orders[derivative][sample..]) {
+            for (o, v) in out.zip(&jets.orders[derivative][start..]) {
                 *o = v * scale;
             }
             return;
         }
         let w = node.weights[derivative].map(|w| w * scale);
-        let [p, q, r, s] = jets.orders.each_ref().map(|o| &o[sample..self.samples.min(sample + count + 1)]);
+        let [p, q, r, s] = jets.orders.each_ref().map(|o| &o[start..self.samples.min(end + 1)]);
         let ends =
             p.array_windows::<2>().zip(q.array_windows::<2>()).zip(r.array_windows::<2>()).zip(s.array_windows());
         for (o, (((p, q), r), s)) in out.zip(ends) {
@@ -254,10 +250,10 @@ impl InputGrid {
         }
     }
 
-    /// Writes the time at one node of `count` intervals to every `stride`-th of `out`.
-    fn times(&self, (sample, count): (usize, usize), node: &Node, out: &mut [f64], stride: usize) {
-        for (k, o) in out.iter_mut().step_by(stride).take(count).enumerate() {
-            *o = self.start + self.interval * ((sample + k) as f64 + node.place);
+    /// Writes the time at one node of some intervals to every `stride`-th of `out`.
+    fn times(&self, intervals: Range<usize>, node: &Node, out: &mut [f64], stride: usize) {
+        for (o, interval) in out.iter_mut().step_by(stride).zip(intervals) {
+            *o = self.start + self.interval * (interval as f64 + node.place);
         }
     }
 }
@@ -376,20 +372,20 @@ fn extended(series: &[f64]) -> Vec<f64> {
     c
 }
 
-/// Fills the lanes of `symbols` in `memory` with `count` intervals of `nodes.len()` instants each, and the instant that
-/// ends the last interval.
+/// Fills the lanes of `symbols` in `memory` with `nodes.len()` instants of each interval, and the instant that ends the last
+/// one.
 pub(super) fn fill_lanes(
     grid: &InputGrid,
     symbols: &[(usize, External)],
     memory: &mut [f64],
-    (sample, count): (usize, usize),
+    intervals: Range<usize>,
     nodes: &[Node],
 ) {
     for (address, symbol) in symbols {
         for (k, node) in nodes.iter().enumerate() {
             let lanes = &mut memory[address * LANES..][k..LANES];
-            let count = if k == 0 { count + 1 } else { count };
-            fill(grid, *symbol, (sample, count), node, lanes, nodes.len());
+            let end = if k == 0 { intervals.end + 1 } else { intervals.end };
+            fill(grid, *symbol, intervals.start..end, node, lanes, nodes.len());
         }
     }
 }
@@ -414,17 +410,10 @@ pub(super) fn fill_instants(
     }
 }
 
-fn fill(
-    grid: &InputGrid,
-    symbol: External,
-    (sample, count): (usize, usize),
-    node: &Node,
-    lanes: &mut [f64],
-    stride: usize,
-) {
+fn fill(grid: &InputGrid, symbol: External, intervals: Range<usize>, node: &Node, lanes: &mut [f64], stride: usize) {
     match symbol {
-        External::Time => grid.times((sample, count), node, lanes, stride),
-        External::Input(input, order) => grid.series((input, order), (sample, count), node, lanes, stride),
+        External::Time => grid.times(intervals, node, lanes, stride),
+        External::Input(input, order) => grid.series(input, order, intervals, node, lanes, stride),
     }
 }
 

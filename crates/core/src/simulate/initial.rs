@@ -73,7 +73,7 @@ pub fn fit_initial_state(
         for (k, weight) in weights.iter().enumerate() {
             let out = &mut residual[k * window..(k + 1) * window];
             let (output, measured) = measured[k];
-            for ((r, m), s) in out.iter_mut().zip(measured).zip(output.of(response, freedoms)) {
+            for ((r, m), s) in out.iter_mut().zip(measured).zip(output.series(response, freedoms)) {
                 *r = weight * (m - s);
             }
         }

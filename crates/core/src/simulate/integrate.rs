@@ -352,7 +352,7 @@ impl<'a, const N: usize> Machine<'a, N> {
         }
         let nodes = &self.work.nodes[level];
         let lanes = 0..count * nodes.len() + 1;
-        fill_lanes(self.grid, &self.equations.externals, &mut self.work.forcing, (sample, count), nodes);
+        fill_lanes(self.grid, &self.equations.externals, &mut self.work.forcing, sample..sample + count, nodes);
         self.evaluate_forcing(lanes);
     }
 

@@ -12,8 +12,9 @@ pub enum Output {
 }
 
 impl Output {
-    /// What it shows of a response of so many degrees of freedom; of an acceleration the response must have its rates.
-    pub fn of(self, response: &Response, freedoms: usize) -> &[f64] {
+    /// The series that it shows of a response with this number of degrees of freedom; for an acceleration the response must
+    /// have its rates.
+    pub fn series(self, response: &Response, freedoms: usize) -> &[f64] {
         match self {
             Self::Displacement(k) => &response.states[k],
             Self::Velocity(k) => &response.states[freedoms + k],

@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use super::integrate::{Machine, Substep};
 use super::{Response, Stick};
 use sindyscope_values::term::LANES;
@@ -242,7 +244,7 @@ impl<const N: usize> Machine<'_, N> {
                 }
                 SideChange::Begin | SideChange::Vanish => done,
                 SideChange::Cross(place) | SideChange::Leave(place) => {
-                    let at = self.locate(k, change, span, (done, end), place);
+                    let at = self.locate(k, change, span, done..end, place);
                     if at > done {
                         let part = self.trial(span, done, at);
                         let earlier = |(other, side): (usize, &Side)| {
@@ -309,10 +311,11 @@ impl<const N: usize> Machine<'_, N> {
         self.accept_sides();
     }
 
-    /// The share of the span at which side `k` changes, between two others; the first is where the state is.
+    /// The share of the span at which side `k` changes, within a part of it at whose beginning the state is.
     ///
     /// Regula falsi with the Illinois modification, from the estimate on.
-    fn locate(&mut self, k: usize, change: SideChange, span: &Substep, (done, end): (f64, f64), place: f64) -> f64 {
+    fn locate(&mut self, k: usize, change: SideChange, span: &Substep, within: Range<f64>, place: f64) -> f64 {
+        let Range { start: done, end } = within;
         let sign = self.work.sides[k].sign;
         let leaves = matches!(change, SideChange::Leave(_));
         // A stick is left just beyond its limit, so that the motion then starts to the side that it is left to.

@@ -42,7 +42,8 @@ impl Scores {
     pub(crate) fn new(
         reduced: &Reduced,
         keep: &[usize],
-        [columns, weights]: [&[Vec<f64>]; 2],
+        columns: &[Vec<f64>],
+        weights: &[Vec<f64>],
         residual: &[f64],
         starts: &[usize],
         block: usize,
@@ -174,7 +175,7 @@ mod tests {
             let residual: Vec<f64> = (0..n)
                 .map(|k| y[k] - solution.coefficients[0] * columns[0][k] - solution.coefficients[1] * columns[1][k])
                 .collect();
-            let scores = Scores::new(&reduced, &[0, 1], [&columns; 2], &residual, &[0], block);
+            let scores = Scores::new(&reduced, &[0, 1], &columns, &columns, &residual, &[0], block);
             let covariance = scores.covariance(&scores).unwrap();
             let error = (solution.coefficients[0] - 1.0).abs();
             held += usize::from(error < 1.645 * covariance[(0, 0)].sqrt());
@@ -193,7 +194,7 @@ mod tests {
         let reduced = Reduced::new(&columns, &y);
         let fit = reduced.least_squares(&[0, 1]);
         let residual: Vec<f64> = (0..n).map(|k| y[k] - fit[0] * columns[0][k] - fit[1] * columns[1][k]).collect();
-        let scores = Scores::new(&reduced, &[0, 1], [&columns; 2], &residual, &[0], 40);
+        let scores = Scores::new(&reduced, &[0, 1], &columns, &columns, &residual, &[0], 40);
         let covariance = scores.covariance(&scores).unwrap();
         const DRAWS: usize = 4000;
         let mut scatter = DMatrix::<f64>::zeros(2, 2);

@@ -55,7 +55,7 @@ pub(super) fn shifts(
                 Arc::new(Signals::new(&record, &model.layout, &smoothing, &prepared.facts))
             })
             .collect();
-        let again = regression.of(&terms, &echoes).ok()?.bounded(settings);
+        let again = regression.on_records(&terms, &echoes).ok()?.bounded(settings);
         Some(again.refitted(model, settings))
     };
     let (plus, minus) = crate::parallel::join(|| echo(1.0), || echo(-1.0));

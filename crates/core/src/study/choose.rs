@@ -585,7 +585,7 @@ impl ValidationPlan {
             [(only, _)] => {
                 let cut = (FITTED_SHARE * only.len() as f64) as usize;
                 let first = Arc::new(only.slice(0..cut));
-                let facts = Facts::of(&first, &layout);
+                let facts = Facts::cached(&first, &layout);
                 (vec![(first, facts)], vec![(0, cut..only.len())])
             }
             several => (several.to_vec(), several.iter().enumerate().map(|(k, (r, _))| (k, 0..r.len())).collect()),
@@ -740,13 +740,13 @@ impl ValidationPlan {
 }
 
 fn with_facts(records: &RecordSet, usage: Usage, layout: &Layout) -> Vec<(Arc<Record>, Arc<Facts>)> {
-    records.with(usage).map(|r| (Arc::clone(r), Facts::of(r, layout))).collect()
+    records.with(usage).map(|r| (Arc::clone(r), Facts::cached(r, layout))).collect()
 }
 
 /// Variance of what each of a record's sensors shows, in their order.
 fn variances(records: &[(Arc<Record>, Arc<Facts>)]) -> Vec<Vec<f64>> {
-    let of = |record: &Record| record.sensors().map(|c| mean_and_variance(&c.values).1).collect();
-    records.iter().map(|(record, _)| of(record)).collect()
+    let variances = |record: &Record| record.sensors().map(|c| mean_and_variance(&c.values).1).collect();
+    records.iter().map(|(record, _)| variances(record)).collect()
 }
 
 /// Stretches of some periods within ranges of records; too many are thinned evenly.
@@ -828,7 +828,7 @@ impl SmoothedFolds {
                     judgement.errors.push(if failed { DIVERGED_ERROR } else { error });
                 }
                 if let (Some(y), Some(shown)) = (drive.measured.first(), drive.outputs.first()) {
-                    correlation.add(y, shown.of(&response, plan.layout.freedoms));
+                    correlation.add(y, shown.series(&response, plan.layout.freedoms));
                 }
             }
         }
@@ -874,7 +874,7 @@ impl ErrorCorrelation {
 fn squared_error(drive: &Drive, response: &Response, variance: &[f64], block: Range<usize>) -> f64 {
     let freedoms = drive.outputs.len();
     let channel = |((y, shown), variance): ((&Arc<[f64]>, &Output), &f64)| {
-        let x = shown.of(response, freedoms);
+        let x = shown.series(response, freedoms);
         let (Some(y), Some(x)) = (y.get(block.clone()), x.get(block.clone())) else { return f64::INFINITY };
         y.iter().zip(x).map(|(y, x)| (y - x) * (y - x)).sum::<f64>() / y.len().max(1) as f64 / variance
     };

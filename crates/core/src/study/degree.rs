@@ -79,7 +79,7 @@ fn error(
     // Averages have no bias of smoothed rates, which high degrees would seem to explain.
     let basis = basis(layout, terms, fitted, Formulation::Weak { half_width: None }, &states).ok()?;
     let fit = Regression::new(layout, terms, fitted, smoothing, &basis, &states).ok()?;
-    Some(fit.leaves_of(&fit.of(terms, judged).ok()?)).filter(|e| e.is_finite())
+    Some(fit.leaves_of(&fit.on_records(terms, judged).ok()?)).filter(|e| e.is_finite())
 }
 
 #[cfg(test)]

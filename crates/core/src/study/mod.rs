@@ -143,7 +143,7 @@ impl Study {
         if settings.refine {
             covariance = regression.errors(&identified);
             covariance.tell(&mut model, regression.fitted());
-            match self.refine(records, settings, (&mut model, &mut covariance), &[], cancel)? {
+            match self.refine(records, settings, &mut model, &mut covariance, &[], cancel)? {
                 Ok(done) => refinement = Some(done),
                 Err(reason) => refused = Some(reason),
             }
@@ -195,9 +195,9 @@ impl Study {
     /// # Errors
     /// Cancelled.
     pub fn horizon(&self, outcome: &Outcome, usage: Usage, cancel: &Cancel) -> Result<Option<Horizon>, StudyError> {
-        let of = |o: &RecordOutcome| self.dataset.records.iter().find(|p| Arc::ptr_eq(&p.record, &o.record));
+        let prepared = |o: &RecordOutcome| self.dataset.records.iter().find(|p| Arc::ptr_eq(&p.record, &o.record));
         let outcomes: Vec<&RecordOutcome> = outcome.records.iter().filter(|o| o.usage == usage).collect();
-        let records: Vec<&Prepared> = outcomes.iter().filter_map(|o| of(o)).collect();
+        let records: Vec<&Prepared> = outcomes.iter().filter_map(|o| prepared(o)).collect();
         let lasts = |(o, prepared): (&&RecordOutcome, &&Prepared)| {
             let holds = |(i, c): (usize, &SensorResponse)| {
                 c.score.is_some_and(|s| crate::refine::holds(s.rmse, prepared.sensor_noise(i)))
@@ -240,7 +240,7 @@ impl Study {
     ) -> Result<Vec<Calibrated>, StudyError> {
         let mut model = self.made_ready(records, settings, cancel)?.identify(settings).model;
         let mut covariance = Covariance::default();
-        let found = self.refine(records, settings, (&mut model, &mut covariance), sought, cancel)?;
+        let found = self.refine(records, settings, &mut model, &mut covariance, sought, cancel)?;
         found.map(|refinement| refinement.calibrated).map_err(|reason| StudyError::Setting(reason.to_owned()))
     }
 
@@ -249,7 +249,8 @@ impl Study {
         &self,
         records: &RecordSet,
         settings: &Settings,
-        (model, covariance): (&mut Model, &mut Covariance),
+        model: &mut Model,
+        covariance: &mut Covariance,
         sought: &[Calibration],
         cancel: &Cancel,
     ) -> Result<Result<Refinement, &'static str>, StudyError> {
@@ -370,7 +371,7 @@ impl Study {
                 };
                 let zero = prepared.drive().zeros[i];
                 let series: Vec<f64> =
-                    shown.of(&response, self.dataset.layout.freedoms).iter().map(|s| s + zero).collect();
+                    shown.series(&response, self.dataset.layout.freedoms).iter().map(|s| s + zero).collect();
                 let mut error = Vec::with_capacity(series.len());
                 let tally = score::ErrorSums::compare(&channel.values, &series, &mut error);
                 if i == 0 {
@@ -448,7 +449,7 @@ fn check(records: &RecordSet, settings: &Settings) -> Result<Layout, StudyError>
         .try_for_each(|term| check_accelerations(term, &layout))
         .map_err(|e| StudyError::Setting(e.to_string()))?;
     if let Some(record) = used.first() {
-        let units = Units::of(record, &layout);
+        let units = Units::from_record(record, &layout);
         terms.iter().try_for_each(|t| units.check(t, &layout)).map_err(StudyError::Setting)?;
     }
     let Smoothing { method, order, .. } = settings.smoothing;

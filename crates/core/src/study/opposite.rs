@@ -44,8 +44,8 @@ impl Pair {
     pub(super) fn joins(&self, term: &Term) -> bool {
         let own = |s: &Symbol| matches!(s, Symbol::State(i) | Symbol::Rate(i) if *i == self.first || *i == self.second);
         let symbols = term.symbols();
-        let of = |mass: usize| symbols.iter().any(|s| matches!(s, Symbol::State(i) | Symbol::Rate(i) if *i == mass));
-        if !symbols.iter().all(own) || !of(self.first) || !of(self.second) {
+        let moves = |mass: usize| symbols.iter().any(|s| matches!(s, Symbol::State(i) | Symbol::Rate(i) if *i == mass));
+        if !symbols.iter().all(own) || !moves(self.first) || !moves(self.second) {
             return false;
         }
         let value = |(a, b): (f64, f64), moved: f64| {
@@ -120,8 +120,8 @@ impl SharedParameters {
             let (freedom, term) = terms[k];
             pairs.iter().enumerate().find_map(|(p, pair)| {
                 let joined = pair.second == freedom && pair.joins(term);
-                let of = terms.iter().position(|(f, t)| *f == pair.first && *t == term)?;
-                joined.then_some((p, of))
+                let other = terms.iter().position(|(f, t)| *f == pair.first && *t == term)?;
+                joined.then_some((p, other))
             })
         };
         let mut own = vec![0; terms.len()];
@@ -173,7 +173,7 @@ impl SharedParameters {
 
     /// Parameters near coefficients that need not obey.
     pub(super) fn parameters(&self, coefficients: &[f64]) -> Vec<f64> {
-        let of = |(p, owner): (usize, &Option<usize>)| {
+        let slope = |(p, owner): (usize, &Option<usize>)| {
             owner.map_or_else(
                 || {
                     // Least squares of what the second mass feels over what the first does.
@@ -192,7 +192,7 @@ impl SharedParameters {
                 |k| coefficients[k],
             )
         };
-        self.owners.iter().enumerate().map(of).collect()
+        self.owners.iter().enumerate().map(slope).collect()
     }
 
     /// What the coefficients do as each parameter moves.

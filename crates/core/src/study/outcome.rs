@@ -294,7 +294,7 @@ impl Outcome {
 
     /// The units of the model's terms.
     pub fn units(&self) -> Units {
-        self.records.first().map_or_else(Units::default, |r| Units::of(&r.record, &self.model.layout))
+        self.records.first().map_or_else(Units::default, |r| Units::from_record(&r.record, &self.model.layout))
     }
 
     /// What smoothing and noise shift the coefficient of a term by, in the equation of a state; none where it is not known.

@@ -100,11 +100,11 @@ impl Structure for Coefficients<'_> {
     }
 
     fn scales(&self) -> Vec<f64> {
-        let of = |what: &Calibration| match what {
+        let scale = |what: &Calibration| match what {
             Calibration::Delay(_) => DELAY_SCALE * self.interval,
             Calibration::Gain(_) => GAIN_SCALE,
         };
-        self.scales.iter().copied().chain(self.sought.iter().map(of)).collect()
+        self.scales.iter().copied().chain(self.sought.iter().map(scale)).collect()
     }
 
     fn bounds(&self) -> Vec<(f64, f64)> {
@@ -112,13 +112,13 @@ impl Structure for Coefficients<'_> {
             let bounds = self.free[k].sign.map_or(Bounds::OPEN, Sign::bounds);
             (bounds.low, bounds.high)
         };
-        let of = |what: &Calibration| match what {
+        let range = |what: &Calibration| match what {
             Calibration::Delay(_) => (-MAX_DELAY * self.interval, MAX_DELAY * self.interval),
             Calibration::Gain(_) => (GAIN_RANGE.0, GAIN_RANGE.1),
         };
         let coefficients =
             self.shared.owners().iter().map(|owner| owner.map_or(SharedParameters::RATIOS, of_coefficient));
-        coefficients.chain(self.sought.iter().map(of)).collect()
+        coefficients.chain(self.sought.iter().map(range)).collect()
     }
 
     fn offset(&self) -> bool {
@@ -200,9 +200,9 @@ pub(super) fn refined(
     let before: Vec<f64> = terms().map(|(.., t)| t.coefficient).collect();
     let start = hints.start.filter(|start| same_terms(start, model)).unwrap_or(model);
     let from: Vec<f64> = free.iter().map(|f| start.equations[f.equation].terms[f.place].coefficient).collect();
-    let of: Vec<(usize, &Term)> =
+    let places: Vec<(usize, &Term)> =
         free.iter().map(|f| (f.equation - first, &model.equations[f.equation].terms[f.place].term)).collect();
-    let shared = SharedParameters::new(&of, asked.pairs);
+    let shared = SharedParameters::new(&places, asked.pairs);
     let mut from = shared.parameters(&from);
     let scale = |(owner, value): (&Option<usize>, &f64)| owner.map_or(RATIO_SCALE * value, |k| scales[k]);
     let scales = shared.owners().iter().zip(&from).map(scale).collect();

@@ -12,7 +12,7 @@ use sindyscope_values::term::{Expression, Family, Function, Kind, Layout, Symbol
 pub fn suggest(records: &RecordSet, kind: Kind) -> Result<Settings, StudyError> {
     let record = records.with(Usage::Fit).next().ok_or(StudyError::NothingToFit)?;
     let layout = record.layout(kind);
-    let facts: Vec<_> = records.with(Usage::Fit).map(|r| (r, Facts::of(r, &layout))).collect();
+    let facts: Vec<_> = records.with(Usage::Fit).map(|r| (r, Facts::cached(r, &layout))).collect();
     let window = facts
         .iter()
         .filter_map(|(record, facts)| {

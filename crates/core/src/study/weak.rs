@@ -147,7 +147,8 @@ impl WeakForm {
         terms: &[Term],
         signals: &Signals,
         fitted: &[usize],
-        (kept, rows): (&[Range<usize>], &mut [StateRows]),
+        kept: &[Range<usize>],
+        rows: &mut [StateRows],
     ) {
         let function = TestFunction::new(self.half_width, signals.interval);
         let columns = self.columns(layout, terms, signals, &function);
@@ -337,7 +338,7 @@ mod tests {
     fn rows(weak: &WeakForm, terms: &[Term], signals: &Signals) -> StateRows {
         let mut rows = [StateRows { columns: vec![Vec::new(); terms.len()], rate: Vec::new() }];
         let all = 0..weak.raster(signals).rows;
-        weak.append(&LAYOUT, terms, signals, &[1], (&[all], &mut rows));
+        weak.append(&LAYOUT, terms, signals, &[1], &[all], &mut rows);
         let [rows] = rows;
         rows
     }

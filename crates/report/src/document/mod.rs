@@ -62,7 +62,7 @@ pub fn walk(diagnosis: &Diagnosis, records: &RecordSet) -> String {
 
 /// The units of a model's terms on these records.
 fn units(records: &RecordSet, model: &Model) -> Units {
-    records.entries.first().map_or_else(Units::default, |(r, _)| Units::of(r, &model.layout))
+    records.entries.first().map_or_else(Units::default, |(r, _)| Units::from_record(r, &model.layout))
 }
 
 /// The unit of the first displacement; gaps are in it.

@@ -28,7 +28,7 @@ pub fn text(model: &Model, units: Option<&Units>) -> String {
             let _ = writeln!(out, "d{name}/dt = {}", equation.terms[0].term.summary(&model.layout));
         } else {
             let units = |term: &Term| units.and_then(|u| u.coefficient(state, term));
-            out.push_str(&lines([&format!("d{name}/dt"), ""], equation, |t| t.summary(&model.layout), units));
+            out.push_str(&lines(&format!("d{name}/dt"), "", equation, |t| t.summary(&model.layout), units));
         }
     }
     out
@@ -41,7 +41,7 @@ pub fn integral_text(model: &Model, units: Option<&Units>) -> String {
     for (state, equation) in model.iter().filter(|(state, equation)| !is_kinematic(model, *state, equation)) {
         let left = integrated_state(model, state);
         let units = |term: &Term| units.and_then(|u| u.coefficient(state, term));
-        out.push_str(&lines([&left, "constant"], equation, |t| integral(t, &model.layout), units));
+        out.push_str(&lines(&left, "constant", equation, |t| integral(t, &model.layout), units));
     }
     out
 }
@@ -56,7 +56,8 @@ pub fn integrated_state(model: &Model, state: Symbol) -> String {
 
 /// One equation, a line a term, after its left side and what the right side begins with.
 fn lines(
-    [left, first]: [&str; 2],
+    left: &str,
+    first: &str,
     equation: &Equation,
     text: impl Fn(&Term) -> String,
     unit: impl Fn(&Term) -> Option<String>,

@@ -26,14 +26,14 @@ impl ShownUnits {
     pub fn scale(&self, largest: f64, unit: &str) -> Scale {
         let unit = unit.trim();
         let (head, rest) = head_of(unit);
-        match self.of(head) {
+        match self.replacement(head) {
             Some((shown, factor)) => Scale { factor, unit: format!("{shown}{rest}") },
             None => Scale::suited(largest, unit),
         }
     }
 
     /// The chosen unit in the place of another, and how many of it one of that other is.
-    pub fn of(&self, unit: &str) -> Option<(&str, f64)> {
+    pub fn replacement(&self, unit: &str) -> Option<(&str, f64)> {
         let (base, size) = in_base(unit)?;
         let shown = self.0.get(base)?;
         let (_, shown_size) = in_base(shown)?;

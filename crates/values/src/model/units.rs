@@ -129,7 +129,7 @@ enum UnitFound {
 
 impl Units {
     /// The units of a record's channels; a velocity that is not measured has the displacement's per second.
-    pub fn of(record: &Record, layout: &Layout) -> Self {
+    pub fn from_record(record: &Record, layout: &Layout) -> Self {
         let unit = |role: Role| record.channel(role).map(|c| c.unit.trim().to_owned()).unwrap_or_default();
         let displacements: Vec<String> = (0..layout.freedoms).map(|i| unit(Role::Displacement(i))).collect();
         let velocity = |i: usize| {
@@ -210,16 +210,16 @@ impl Units {
     }
 
     fn symbol(&self, symbol: Symbol) -> Option<Measure> {
-        let of = |units: &[String], i: usize| units.get(i).and_then(|u| Measure::parse(u));
+        let parsed = |units: &[String], i: usize| units.get(i).and_then(|u| Measure::parse(u));
         match symbol {
             Symbol::Time => Some(Measure::one("s", 1.0)),
-            Symbol::State(i) => of(&self.displacements, i),
-            Symbol::Rate(i) => of(&self.velocities, i),
-            Symbol::Acceleration(i) => Some(of(&self.velocities, i)?.per_second(1)),
+            Symbol::State(i) => parsed(&self.displacements, i),
+            Symbol::Rate(i) => parsed(&self.velocities, i),
+            Symbol::Acceleration(i) => Some(parsed(&self.velocities, i)?.per_second(1)),
             Symbol::Internal(_) => None,
-            Symbol::Input(j) => of(&self.inputs, j),
-            Symbol::InputRate(j) => Some(of(&self.inputs, j)?.per_second(1)),
-            Symbol::InputAcceleration(j) => Some(of(&self.inputs, j)?.per_second(2)),
+            Symbol::Input(j) => parsed(&self.inputs, j),
+            Symbol::InputRate(j) => Some(parsed(&self.inputs, j)?.per_second(1)),
+            Symbol::InputAcceleration(j) => Some(parsed(&self.inputs, j)?.per_second(2)),
         }
     }
 
@@ -326,7 +326,7 @@ mod tests {
             channels: channels.split(',').map(channel).collect(),
             notices: Vec::new(),
         };
-        Units::of(&record, &LAYOUT)
+        Units::from_record(&record, &LAYOUT)
     }
 
     #[test]

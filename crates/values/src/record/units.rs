@@ -32,7 +32,7 @@ pub struct Unit {
 impl Unit {
     const ONE: Self = Self { powers: [0; BASES], factor: 1.0 };
 
-    const fn of(base: BaseUnit, factor: f64) -> Self {
+    const fn simple(base: BaseUnit, factor: f64) -> Self {
         let mut powers = [0; BASES];
         powers[base as usize] = 1;
         Self { powers, factor }
@@ -77,18 +77,18 @@ impl Unit {
 
     /// How many times seconds divide this unit to the quantity of another, if from none to twice: 1 for `m` and `mm/s`.
     pub fn rates_to(&self, other: &Self) -> Option<i32> {
-        let second = Self::of(BaseUnit::Time, 1.0);
+        let second = Self::simple(BaseUnit::Time, 1.0);
         (0..=2).find(|n| self.times(&second, -n).is_like(other)).filter(|_| !self.is_like(&Self::ONE))
     }
 
     /// True for a length: m, mm, inch, …
     pub fn is_length(&self) -> bool {
-        self.is_like(&Self::of(BaseUnit::Length, 1.0))
+        self.is_like(&Self::simple(BaseUnit::Length, 1.0))
     }
 
     /// True for an angle: rad, degrees, …
     pub fn is_angle(&self) -> bool {
-        self.is_like(&Self::of(BaseUnit::Angle, 1.0))
+        self.is_like(&Self::simple(BaseUnit::Angle, 1.0))
     }
 
     /// True for a force or a moment: N, lbf, N·m, …
@@ -98,7 +98,7 @@ impl Unit {
 
     /// True for a time: s, ms, min, …
     pub fn is_time(&self) -> bool {
-        self.is_like(&Self::of(BaseUnit::Time, 1.0))
+        self.is_like(&Self::simple(BaseUnit::Time, 1.0))
     }
 
     /// True for a change per time: m/s, rad/s, V/s, …
@@ -118,11 +118,11 @@ impl Unit {
 }
 
 const fn length(factor: f64) -> Unit {
-    Unit::of(BaseUnit::Length, factor)
+    Unit::simple(BaseUnit::Length, factor)
 }
 
 const fn time(factor: f64) -> Unit {
-    Unit::of(BaseUnit::Time, factor)
+    Unit::simple(BaseUnit::Time, factor)
 }
 
 const fn force(factor: f64) -> Unit {
@@ -134,7 +134,7 @@ const fn pressure(factor: f64) -> Unit {
 }
 
 const fn angle(factor: f64) -> Unit {
-    Unit::of(BaseUnit::Angle, factor)
+    Unit::simple(BaseUnit::Angle, factor)
 }
 
 /// One degree, rad.
@@ -159,18 +159,18 @@ const SI: &[(&str, Unit)] = &[
     ("N", force(1.0)),
     ("newton", force(1.0)),
     ("newtons", force(1.0)),
-    ("V", Unit::of(BaseUnit::Voltage, 1.0)),
-    ("volt", Unit::of(BaseUnit::Voltage, 1.0)),
-    ("volts", Unit::of(BaseUnit::Voltage, 1.0)),
-    ("A", Unit::of(BaseUnit::Current, 1.0)),
+    ("V", Unit::simple(BaseUnit::Voltage, 1.0)),
+    ("volt", Unit::simple(BaseUnit::Voltage, 1.0)),
+    ("volts", Unit::simple(BaseUnit::Voltage, 1.0)),
+    ("A", Unit::simple(BaseUnit::Current, 1.0)),
     ("Pa", pressure(1.0)),
     ("g", Unit::mechanical(1, -2, 0, GRAVITY)),
     ("rad", angle(1.0)),
-    ("strain", Unit::of(BaseUnit::Strain, 1.0)),
-    ("ε", Unit::of(BaseUnit::Strain, 1.0)),
+    ("strain", Unit::simple(BaseUnit::Strain, 1.0)),
+    ("ε", Unit::simple(BaseUnit::Strain, 1.0)),
     ("J", Unit::mechanical(2, -2, 1, 1.0)),
     ("W", Unit::mechanical(2, -3, 1, 1.0)),
-    ("K", Unit::of(BaseUnit::Kelvin, 1.0)),
+    ("K", Unit::simple(BaseUnit::Kelvin, 1.0)),
 ];
 
 /// Units that stand alone.
@@ -188,14 +188,14 @@ const OTHERS: &[(&str, Unit)] = &[
     ("h", time(3600.0)),
     ("hour", time(3600.0)),
     ("hours", time(3600.0)),
-    ("kg", Unit::of(BaseUnit::Mass, 1.0)),
-    ("rpm", Unit { factor: 6.0 * DEGREE, ..Unit::of(BaseUnit::Angle, 1.0).per_second() }),
+    ("kg", Unit::simple(BaseUnit::Mass, 1.0)),
+    ("rpm", Unit { factor: 6.0 * DEGREE, ..Unit::simple(BaseUnit::Angle, 1.0).per_second() }),
     ("deg", angle(DEGREE)),
     ("degree", angle(DEGREE)),
     ("degrees", angle(DEGREE)),
     ("°", angle(DEGREE)),
-    ("°C", Unit::of(BaseUnit::Celsius, 1.0)),
-    ("degC", Unit::of(BaseUnit::Celsius, 1.0)),
+    ("°C", Unit::simple(BaseUnit::Celsius, 1.0)),
+    ("degC", Unit::simple(BaseUnit::Celsius, 1.0)),
     ("%", Unit { factor: 1e-2, ..Unit::ONE }),
     ("‰", Unit { factor: 1e-3, ..Unit::ONE }),
     ("bar", pressure(1e5)),
@@ -205,12 +205,12 @@ const OTHERS: &[(&str, Unit)] = &[
     ("pound", force(POUND)),
     ("pounds", force(POUND)),
     ("kip", force(1e3 * POUND)),
-    ("dB", Unit::of(BaseUnit::Level, 1.0)),
-    ("px", Unit::of(BaseUnit::Pixel, 1.0)),
-    ("pixel", Unit::of(BaseUnit::Pixel, 1.0)),
-    ("pixels", Unit::of(BaseUnit::Pixel, 1.0)),
-    ("counts", Unit::of(BaseUnit::Count, 1.0)),
-    ("LSB", Unit::of(BaseUnit::Count, 1.0)),
+    ("dB", Unit::simple(BaseUnit::Level, 1.0)),
+    ("px", Unit::simple(BaseUnit::Pixel, 1.0)),
+    ("pixel", Unit::simple(BaseUnit::Pixel, 1.0)),
+    ("pixels", Unit::simple(BaseUnit::Pixel, 1.0)),
+    ("counts", Unit::simple(BaseUnit::Count, 1.0)),
+    ("LSB", Unit::simple(BaseUnit::Count, 1.0)),
     ("1", Unit::ONE),
     ("-", Unit::ONE),
 ];

@@ -113,8 +113,8 @@ pub fn by_equation<T: PartialEq>(
         if parts.iter().any(|p| p.equation == Some(equation)) {
             return Err(format!("column {}: the equation of {name} is there twice", column(at)));
         }
-        let of = format!("equation of {name}, ");
-        let entries = entries(at + piece.len() - list.len(), list, &of)?;
+        let place = format!("equation of {name}, ");
+        let entries = entries(at + piece.len() - list.len(), list, &place)?;
         parts.push(EquationEntries { equation: Some(equation), entries });
     }
     Ok(parts)

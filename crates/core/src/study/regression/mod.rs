@@ -54,7 +54,7 @@ pub(super) struct Identified {
 #[derive(Debug)]
 enum Origin {
     /// From smoothed records, so many samples apart.
-    SmoothedFolds { records: Vec<Arc<Signals>>, smoothing: Smoothing, stride: usize },
+    Smoothed { records: Vec<Arc<Signals>>, smoothing: Smoothing, stride: usize },
     /// From smoothed records, integrated over time.
     Integrated(Smoothing),
     /// From averages, white as far as the noise is known.
@@ -157,7 +157,7 @@ impl Regression {
             }
             Origin::Integrated(*smoothing)
         } else {
-            Origin::SmoothedFolds { records: records.to_vec(), smoothing: *smoothing, stride }
+            Origin::Smoothed { records: records.to_vec(), smoothing: *smoothing, stride }
         };
         let symbols: Vec<Symbol> = layout.state_symbols().collect();
         let columns = Arc::new(columns);
@@ -187,7 +187,7 @@ impl Regression {
         let moving = Moving::new(layout, terms, records, |signals| weak.raster(signals));
         for (signals, moving) in records.iter().zip(&moving.rows) {
             starts.push(rows.first().map_or(0, |r| r.rate.len()));
-            weak.append(layout, terms, signals, fitted, (moving, &mut rows));
+            weak.append(layout, terms, signals, fitted, moving, &mut rows);
             let row = signals.interval * weak.stride() as f64;
             let together = weak.span() as f64 * signals.interval;
             let together = signals.main_period.unwrap_or(together).max(together);
@@ -214,10 +214,10 @@ impl Regression {
     }
 
     /// The regression of other records on some terms, their rows made in the same way.
-    pub(super) fn of(&self, terms: &[Term], records: &[Arc<Signals>]) -> Result<Self, StudyError> {
+    pub(super) fn on_records(&self, terms: &[Term], records: &[Arc<Signals>]) -> Result<Self, StudyError> {
         let fitted: Vec<usize> = self.fitted().collect();
         let (smoothing, basis) = match &self.origin {
-            Origin::SmoothedFolds { smoothing, .. } => (*smoothing, Basis::Samples),
+            Origin::Smoothed { smoothing, .. } => (*smoothing, Basis::Samples),
             Origin::Integrated(smoothing) => (*smoothing, Basis::Integrals),
             Origin::Averaged(weak) => (Smoothing::default(), Basis::Averages(weak.clone())),
             Origin::Joined => return Err(StudyError::NothingToFit),

@@ -46,11 +46,11 @@ impl Resampling<'_> {
     /// The reduced problems of one data set; the same seed draws the same one. Equations are drawn alike: blocks of rows that
     /// count more in one do so in all.
     pub(in crate::study) fn draw(&self, seed: u64) -> Vec<Reduced> {
-        let of = |(target, equation): (&Target, &Equation)| {
+        let errors = |(target, equation): (&Target, &Equation)| {
             let mut random = rand_pcg::Pcg64::seed_from_u64(seed);
             target.reduced.shifted(&equation.columns, &equation.scores.draw(&mut random))
         };
-        self.regression.targets.iter().zip(&self.equations).map(of).collect()
+        self.regression.targets.iter().zip(&self.equations).map(errors).collect()
     }
 
     /// The coefficients of the whole library in every equation of a drawn data set, without one term of each.
@@ -127,12 +127,12 @@ impl Regression {
         let kept: Vec<Vec<f64>> =
             solution.support.iter().map(|k| each(&target.columns[*k], Whitening::apply)).collect();
         let residual = each(&residual, Whitening::apply);
-        Scores::new(&target.reduced, &solution.support, [&kept, &weights], &residual, &self.starts, self.block)
+        Scores::new(&target.reduced, &solution.support, &kept, &weights, &residual, &self.starts, self.block)
     }
 
     /// What makes each record's rows uncorrelated, as far as they are correlated by the sensors' noise; none in the weak form.
     fn whitenings(&self, target: &Target, solution: &Solution) -> Option<Vec<Whitening>> {
-        let Origin::SmoothedFolds { records, smoothing, stride } = &self.origin else { return None };
+        let Origin::Smoothed { records, smoothing, stride } = &self.origin else { return None };
         let kept = self.terms.iter().zip(solution.coefficients.iter().copied()).filter(|(_, c)| *c != 0.0);
         let passing = slopes(kept, &self.layout, records);
         let whitening = |(record, signals): (usize, &Arc<Signals>)| {
