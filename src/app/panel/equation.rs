@@ -95,7 +95,7 @@ fn rows(ui: &mut Ui, desk: &mut Desk<'_>, state: Symbol, equation: &Equation, la
     let units = desk.bench.outcome.as_ref().map(|o| o.units());
     let chosen = display::chosen(ui.ctx());
     let shown = |t: &WeightedTerm| -> Unit {
-        let found = units.as_ref().and_then(|u| u.coefficient_in(state, &t.term, |name| chosen.of(name)));
+        let found = units.as_ref().and_then(|u| u.coefficient_in(state, &t.term, |name| chosen.replacement(name)));
         found.map_or((None, 1.0), |(unit, factor)| (Some(raised(&unit)).filter(|u| u != "1"), factor))
     };
     let shown: Vec<Unit> = terms.iter().map(|t| shown(t)).collect();
