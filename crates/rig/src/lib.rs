@@ -1,8 +1,30 @@
 //! The virtual test rig: records whose equation of motion is known.
 //!
-//! A [`Plant`] is shaken by [`Excitation`]s and watched by [`Sensor`]s. [`respond`] integrates it, by another method than
-//! the identified model is simulated with, so that no test marks its own homework. A [`Scenario`] is a plant, an
-//! excitation and sensors with sensible values for everything; [`generate`] makes its records.
+//! A [`Setup`] is a test: a [`Plant`] (equations of motion, and contacts that stick and slip), what drives it
+//! ([`Excitation`]), what is measured of it ([`Sensors`]) and when, and a seed. [`Setup::run`] integrates it and gives the
+//! records and the [`Truth`]. The integrator is another one than that of the identified model, so no test marks its own
+//! homework; the same setup makes the same records for ever. Three ways lead to a setup: the named scenarios
+//! ([`generate`]), a rig whose every number can be moved ([`record_rig`]), and plants that hide an effect ([`hidden`]).
+//!
+//! ```
+//! use sindyscope_rig::{Contact, Drive, Excitation, MeasuredChannel, MeasuredQuantity, Plant, SampleTimes, Sensor, Sensors, Setup};
+//! use sindyscope_values::model::{Equation, Model};
+//! use sindyscope_values::record::Role;
+//! use sindyscope_values::term::{Symbol, Term};
+//!
+//! // ẍ = −4 x + u − 0.3 sgn ẋ, the mass held still while the rest is weaker than the friction.
+//! let smooth = Model::second_order(1, vec![Equation::known([(Term::parse("x")?, -4.0), (Term::parse("u")?, 1.0)])]);
+//! let plant = Plant { smooth, contacts: vec![Contact::coulomb(Term::parse("v")?, 1, 0.3)] };
+//! let sampling = SampleTimes { start: 0.0, interval: 0.01, count: 1000 };
+//! let drive = Drive::new("run", vec![Excitation::harmonic(1.0, 0.4)], vec![0.0, 0.0], sampling);
+//! let x = MeasuredChannel::new("x", Role::Displacement(0), "m", MeasuredQuantity::State(0), Sensor::noisy(1e-4));
+//! let setup = Setup { plant, drives: vec![drive], sensors: Sensors::new([x]), seed: 7 };
+//! let run = setup.run()?;
+//! assert_eq!(run.records[0].len(), 1000);
+//! assert_eq!(run.truth.coefficient(Symbol::Rate(0), &Term::parse("sgn(v)")?), Some(-0.3));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+#![deny(missing_docs)]
 
 mod adjustable;
 mod error;
@@ -14,6 +36,10 @@ mod plant;
 mod plants;
 mod response;
 mod scenario;
+mod scenario_comments;
+mod scenario_options;
+mod scenario_setup;
+mod scenarios;
 mod sensor;
 mod setup;
 mod smooth_phase;
@@ -28,7 +54,9 @@ pub use motion::PlantMotion;
 pub use plant::{Contact, Plant};
 pub use plants::PlantParameter;
 pub use response::{PlantResponse, SampleTimes, StickInterval, respond};
-pub use scenario::{Scenario, ScenarioExcitation, ScenarioOptions, ScenarioRun, generate, scenarios};
+pub use scenario::{ScenarioRun, generate};
+pub use scenario_options::ScenarioOptions;
+pub use scenarios::{Scenario, ScenarioExcitation, scenarios};
 pub use sensor::{Noise, NoiseKind, Sensor};
 pub use setup::{Drive, MeasuredChannel, MeasuredQuantity, Sensors, Setup, SetupRun};
 pub use truth::{TrueParameter, TrueTerm, Truth};

@@ -66,22 +66,11 @@ pub fn respond(
     initial: &[f64],
     sampling: &SampleTimes,
 ) -> Result<PlantResponse, RigError> {
-    respond_within(Accuracy::FINE, plant, inputs, initial, sampling)
-}
-
-/// The same, with the accuracy given.
-pub(super) fn respond_within(
-    accuracy: Accuracy,
-    plant: &Plant,
-    inputs: &[Excitation],
-    initial: &[f64],
-    sampling: &SampleTimes,
-) -> Result<PlantResponse, RigError> {
     let instants: Vec<f64> = (0..sampling.count).map(|k| sampling.time(k)).collect();
-    respond_at(accuracy, plant, inputs, initial, &instants)
+    respond_at(Accuracy::FINE, plant, inputs, initial, &instants)
 }
 
-/// The same, sampled at any instants, in order and none before 0.
+/// The same with the accuracy given, sampled at any instants, in order and none before 0.
 pub(super) fn respond_at(
     accuracy: Accuracy,
     plant: &Plant,

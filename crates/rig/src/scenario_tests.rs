@@ -1,5 +1,6 @@
 use super::*;
-use sindyscope_values::record::Channel;
+use crate::sensor::Noise;
+use sindyscope_values::record::{Channel, Role};
 
 fn made(name: &str, options: &ScenarioOptions) -> ScenarioRun {
     generate(name, options).unwrap_or_else(|e| panic!("{name}: {e}"))

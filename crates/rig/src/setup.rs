@@ -146,6 +146,12 @@ impl MeasuredChannel {
 }
 
 impl Drive {
+    /// A record to be fitted, whose clock begins at 0 and counts in the plant's unit of time.
+    pub fn new(name: impl Into<String>, inputs: Vec<Excitation>, initial: Vec<f64>, sampling: SampleTimes) -> Self {
+        let (name, clock) = (name.into(), (0.0, sampling.interval));
+        Self { name, inputs, initial, sampling, clock, clock_seed: 0, held_out: false }
+    }
+
     /// The instants at which the samples are taken: never before 0, and never one after the next.
     fn instants(&self, jitter: f64) -> Vec<f64> {
         let even = (0..self.sampling.count).map(|k| self.sampling.time(k));
@@ -153,6 +159,17 @@ impl Drive {
         let random = &mut Pcg64::seed_from_u64(self.clock_seed);
         let interval = self.sampling.interval;
         even.map(|t| (t + interval * normal.sample(random).clamp(-MOST_JITTER, MOST_JITTER)).max(0.0)).collect()
+    }
+}
+
+impl Sensors {
+    /// Channels sampled by an even clock, each with noise of its own.
+    pub fn new(channels: impl IntoIterator<Item = MeasuredChannel>) -> Self {
+        let mut channels: Vec<MeasuredChannel> = channels.into_iter().collect();
+        // Stream 0 is left to the phases of a multisine with the same seed.
+        channels.iter_mut().zip(1..).for_each(|(channel, stream)| channel.stream = stream);
+        let streams_a_record = channels.len() as u64;
+        Self { channels, jitter: 0.0, streams_a_record }
     }
 }
 
