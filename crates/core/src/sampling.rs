@@ -35,7 +35,7 @@ const MAX_ROUNDING: f64 = 0.25;
 
 /// A stretch of stamps without a gap, on its even grid; times in the stamps' unit.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Stretch {
+pub struct EvenStretch {
     /// The rows that it covers.
     pub rows: Range<usize>,
     /// Time of the grid's first point.
@@ -50,7 +50,7 @@ pub struct Sampling {
     /// The sampling interval.
     pub interval: f64,
     /// The stretches between gaps, in order.
-    pub stretches: Vec<Stretch>,
+    pub stretches: Vec<EvenStretch>,
     /// The largest distance of a stamp from the even grid, as a share of the interval.
     pub jitter: f64,
     /// Steps longer than a gap that were interpolated over all the same.
@@ -64,7 +64,7 @@ pub struct Sampling {
 impl Sampling {
     /// Samples known to be even, from time zero.
     pub fn even(samples: usize, interval: f64) -> Self {
-        let all = Stretch { rows: 0..samples, start: 0.0, resample: None };
+        let all = EvenStretch { rows: 0..samples, start: 0.0, resample: None };
         Self { interval, stretches: vec![all], jitter: 0.0, bridged: 0, rounded_to: None, odd_first: None }
     }
 }
@@ -72,11 +72,11 @@ impl Sampling {
 impl Sampling {
     /// Samples known to be even, some of which are missing: `places` are the numbers of those that are there.
     pub fn with_missing(places: &[f64]) -> Self {
-        let mut stretches: Vec<Stretch> = Vec::new();
+        let mut stretches: Vec<EvenStretch> = Vec::new();
         for (row, place) in places.iter().enumerate() {
             match stretches.last_mut() {
                 Some(last) if place - places[row - 1] == 1.0 => last.rows.end = row + 1,
-                _ => stretches.push(Stretch { rows: row..row + 1, start: *place, resample: None }),
+                _ => stretches.push(EvenStretch { rows: row..row + 1, start: *place, resample: None }),
             }
         }
         Self { stretches, ..Self::even(places.len(), 1.0) }
@@ -177,7 +177,10 @@ fn analyse_as_given(stamps: &[f64]) -> Result<Sampling, Irregular> {
     let jitter = ((fit.largest - 8.0 * ulp).max(0.0)) / interval;
     let even = |rounded_to| Sampling {
         interval,
-        stretches: rows.iter().map(|r| Stretch { rows: r.clone(), start: stamps[r.start], resample: None }).collect(),
+        stretches: rows
+            .iter()
+            .map(|r| EvenStretch { rows: r.clone(), start: stamps[r.start], resample: None })
+            .collect(),
         jitter,
         bridged: 0,
         rounded_to,
@@ -211,7 +214,7 @@ fn analyse_as_given(stamps: &[f64]) -> Result<Sampling, Irregular> {
             let (start, end) = (stamps[rows.start], stamps[rows.end - 1]);
             // The last grid point may lie as far beyond the last stamp as stamps lie off the grid.
             let points = ((end - start) / interval + 2.0 * MAX_JITTER).floor() as usize + 1;
-            Stretch { start, resample: Some(points), rows }
+            EvenStretch { start, resample: Some(points), rows }
         })
         .collect();
     Ok(Sampling { interval, stretches, jitter, bridged: 0, rounded_to: None, odd_first: None })
@@ -229,7 +232,7 @@ fn evened(stamps: &[f64], steps: &[f64], usual: f64, jitter: f64) -> Sampling {
     let stretches = rows.into_iter().map(|rows| {
         let (start, end) = (stamps[rows.start], stamps[rows.end - 1]);
         let points = ((end - start) / interval + 2.0 * MAX_JITTER).floor() as usize + 1;
-        Stretch { start, resample: Some(points), rows }
+        EvenStretch { start, resample: Some(points), rows }
     });
     let bridged = steps.iter().filter(|s| (GAP * usual..=BRIDGED * usual).contains(*s)).count();
     Sampling { interval, stretches: stretches.collect(), jitter, bridged, rounded_to: None, odd_first: None }
@@ -481,7 +484,7 @@ mod tests {
             for n in [20, 1000, 100_000] {
                 let sampling = analyse(&mut grid(n, start, interval)).unwrap();
                 assert_eq!(sampling.interval, interval, "{start} {interval} {n}");
-                assert_eq!(sampling.stretches, [Stretch { rows: 0..n, start, resample: None }]);
+                assert_eq!(sampling.stretches, [EvenStretch { rows: 0..n, start, resample: None }]);
                 assert_eq!(sampling.rounded_to, None);
             }
         }

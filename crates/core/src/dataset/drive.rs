@@ -13,7 +13,7 @@ use sindyscope_values::term::Layout;
 /// What drives the simulation of a record, or of a stretch of it: its inputs, the measured motion that the initial state
 /// is fitted to, its limits.
 #[derive(Debug)]
-pub struct Drive {
+pub struct SimulationDrive {
     /// The inputs between their samples.
     pub grid: Arc<InputGrid>,
     /// State vectors at the first sample that the initial state is sought from.
@@ -75,7 +75,7 @@ fn driving(
     (grid, as_measured)
 }
 
-impl Drive {
+impl SimulationDrive {
     /// The drive of `samples` of a record.
     pub fn new(record: &Record, layout: &Layout, facts: &Facts, signals: &Signals, samples: Range<usize>) -> Self {
         let channel = |role: Role| record.channel(role).map(|c| &c.values[samples.clone()]);

@@ -8,7 +8,7 @@ use crate::signal::{Facts, Signals, Smoothing};
 use sindyscope_values::record::{Record, RecordSet, Role, metres};
 use sindyscope_values::term::{Kind, Layout};
 
-pub use drive::{Drive, RANGE_FACTOR, output};
+pub use drive::{RANGE_FACTOR, SimulationDrive, output};
 
 /// Records of one layout under one smoothing, in their set's order.
 #[derive(Clone, Debug, Default)]
@@ -30,7 +30,7 @@ pub struct Prepared {
     /// It smoothed and differentiated.
     pub signals: Arc<Signals>,
     /// What a simulation needs; none if none was asked for yet.
-    drive: OnceLock<Arc<Drive>>,
+    drive: OnceLock<Arc<SimulationDrive>>,
     layout: Layout,
 }
 
@@ -69,9 +69,9 @@ impl Prepared {
     }
 
     /// What a simulation of the whole record needs.
-    pub fn drive(&self) -> &Arc<Drive> {
+    pub fn drive(&self) -> &Arc<SimulationDrive> {
         let Self { record, layout, facts, signals, .. } = self;
-        self.drive.get_or_init(|| Arc::new(Drive::new(record, layout, facts, signals, 0..record.len())))
+        self.drive.get_or_init(|| Arc::new(SimulationDrive::new(record, layout, facts, signals, 0..record.len())))
     }
 
     /// True if the inputs' noise is next to nothing.
@@ -80,12 +80,12 @@ impl Prepared {
     }
 
     /// True if that is what a simulation of it needs.
-    pub fn has_drive(&self, drive: &Arc<Drive>) -> bool {
+    pub(crate) fn has_drive(&self, drive: &Arc<SimulationDrive>) -> bool {
         self.drive.get().is_some_and(|own| Arc::ptr_eq(own, drive))
     }
 
     /// Noise of what tells most of a degree of freedom; zero where nothing does.
-    pub fn sensor_noise(&self, freedom: usize) -> f64 {
+    pub(crate) fn sensor_noise(&self, freedom: usize) -> f64 {
         let sensor = self.record.sensor(freedom).map(|c| c.role);
         let index = self.record.channels.iter().position(|c| Some(c.role) == sensor);
         index.and_then(|k| self.facts.channel_noise.get(k).copied()).unwrap_or(0.0)

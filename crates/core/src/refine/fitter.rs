@@ -6,7 +6,7 @@ use crate::parallel::prelude::*;
 use nalgebra::DMatrix;
 
 use super::arrow::{Arrow, Correction};
-use super::{FitOptions, Instance, Point, Reading, Refined, Run, Structure};
+use super::{FitOptions, Instance, Point, Refined, Run, SensorReading, Structure};
 use crate::signal::dot;
 use crate::simulate::{Delays, InputGrid, Limits, Output, Response, Simulator, Workspace, later};
 
@@ -194,7 +194,7 @@ impl<'a> Fitter<'a> {
         for (i, (output, weight)) in run.outputs.iter().zip(&run.weights).enumerate() {
             let offset = offsets.get(run.record * run.weights.len() + i).copied().unwrap_or(0.0);
             let ceiling = ready.instance.ceiling.map_or(f64::INFINITY, f64::abs);
-            let Reading { delay, gain } = ready.instance.readings.get(i).copied().unwrap_or_default();
+            let SensorReading { delay, gain } = ready.instance.readings.get(i).copied().unwrap_or_default();
             let mut series = output.series(response, freedoms);
             if delay != 0.0 {
                 later(series, delay / grid.interval(), moved);

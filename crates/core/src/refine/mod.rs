@@ -43,19 +43,19 @@ pub struct Instance {
     /// The sensor shows no displacement beyond ± this.
     pub ceiling: Option<f64>,
     /// What each output's sensor makes of what it measures; empty where every one shows it as it is.
-    pub readings: Vec<Reading>,
+    pub readings: Vec<SensorReading>,
 }
 
 /// What a sensor makes of what it measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
+pub struct SensorReading {
     /// It is late by this, s.
     pub delay: f64,
     /// It shows so many times as much.
     pub gain: f64,
 }
 
-impl Default for Reading {
+impl Default for SensorReading {
     fn default() -> Self {
         Self { delay: 0.0, gain: 1.0 }
     }

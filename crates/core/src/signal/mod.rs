@@ -57,12 +57,12 @@ pub struct Signals {
     /// Standard deviation of each displacement's measurement noise, estimated without a model.
     pub noise: Vec<f64>,
     /// The channels as measured.
-    pub measured: Vec<MeasuredChannel>,
+    pub measured: Vec<MeasuredSeries>,
 }
 
 /// A channel as measured.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MeasuredChannel {
+pub struct MeasuredSeries {
     /// What it measures.
     pub role: Role,
     /// One value a sample.
@@ -159,7 +159,7 @@ impl Signals {
                 .channels
                 .iter()
                 .zip(&facts.channel_noise)
-                .map(|(c, noise)| MeasuredChannel { role: c.role, values: Arc::clone(&c.values), noise: *noise })
+                .map(|(c, noise)| MeasuredSeries { role: c.role, values: Arc::clone(&c.values), noise: *noise })
                 .collect(),
         }
     }

@@ -8,7 +8,7 @@ use super::{Differentiation, SavitzkyGolay, Smoothing, central};
 
 /// A signal smoothed, with its derivatives.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Motion {
+pub struct SmoothedSignal {
     /// The smoothed samples, in their unit.
     pub position: Vec<f64>,
     /// Their first derivative, per second.
@@ -111,11 +111,11 @@ impl Smoother {
     }
 
     /// Samples smoothed, with their derivative.
-    pub fn motion(&self, samples: &[f64], interval: f64) -> Motion {
+    pub fn motion(&self, samples: &[f64], interval: f64) -> SmoothedSignal {
         let unpack = |[position, mut velocity, mut acceleration]: [Vec<f64>; 3], with: bool| {
             velocity.iter_mut().for_each(|v| *v /= interval);
             acceleration.iter_mut().for_each(|a| *a /= interval * interval);
-            Motion { position, velocity, acceleration: with.then_some(acceleration) }
+            SmoothedSignal { position, velocity, acceleration: with.then_some(acceleration) }
         };
         match &self.0 {
             SmoothingMethod::Kalman(track) => unpack(track.motion(samples), false),
@@ -123,13 +123,15 @@ impl Smoother {
             SmoothingMethod::Spline(spline) => {
                 let (position, mut velocity) = spline.slope(samples);
                 velocity.iter_mut().for_each(|v| *v /= interval);
-                Motion { position, velocity, acceleration: None }
+                SmoothedSignal { position, velocity, acceleration: None }
             }
-            SmoothingMethod::Polynomial { .. } | SmoothingMethod::Spectral(_) | SmoothingMethod::Difference => Motion {
-                position: self.smooth(samples, interval),
-                velocity: self.differentiate(samples, interval),
-                acceleration: None,
-            },
+            SmoothingMethod::Polynomial { .. } | SmoothingMethod::Spectral(_) | SmoothingMethod::Difference => {
+                SmoothedSignal {
+                    position: self.smooth(samples, interval),
+                    velocity: self.differentiate(samples, interval),
+                    acceleration: None,
+                }
+            }
         }
     }
 }
@@ -187,7 +189,7 @@ mod tests {
         ways.map(|method| Smoothing { method, ..Smoothing::default() })
     }
 
-    fn motion(smoothing: &Smoothing, samples: &[f64], interval: f64) -> Motion {
+    fn motion(smoothing: &Smoothing, samples: &[f64], interval: f64) -> SmoothedSignal {
         Smoother::new(smoothing, Smoother::length(smoothing, samples), samples.len()).motion(samples, interval)
     }
 
@@ -211,7 +213,7 @@ mod tests {
                 .enumerate()
                 .map(|(k, v)| v - rate * (rate * interval * k as f64).cos()));
             for smoothing in global() {
-                let Motion { position, velocity, .. } = motion(&smoothing, &y, interval);
+                let SmoothedSignal { position, velocity, .. } = motion(&smoothing, &y, interval);
                 let inside = 200..n - 200;
                 let x_error = rms(inside.clone().map(|k| position[k] - 2.0 - (rate * interval * k as f64).sin()));
                 let v_error = rms(inside.map(|k| velocity[k] - rate * (rate * interval * k as f64).cos()));
@@ -263,7 +265,7 @@ mod tests {
                             }
                         })
                         .collect();
-                    let Motion { position, velocity, acceleration } = motion(&smoothing, &y, 0.1);
+                    let SmoothedSignal { position, velocity, acceleration } = motion(&smoothing, &y, 0.1);
                     assert_eq!((position.len(), velocity.len()), (n, n), "{smoothing:?} {n} {signal}");
                     assert!(acceleration.is_none_or(|a| a.len() == n));
                     if signal < 2 || signal == 5 {

@@ -73,9 +73,9 @@ impl SwitchingSurface {
 
 /// Expressions collected for one program; each is known by its index until the program is compiled.
 #[derive(Default)]
-struct ProgramOutputs(Vec<Expression>);
+struct CollectedExpressions(Vec<Expression>);
 
-impl ProgramOutputs {
+impl CollectedExpressions {
     fn push(&mut self, e: Expression) -> usize {
         self.0.push(e);
         self.0.len() - 1
@@ -118,7 +118,7 @@ fn rates(model: &Model) -> Result<Vec<Vec<(f64, Expression)>>, SimulateError> {
     Ok(rates)
 }
 
-/// Equations taken apart; rows and surfaces hold indices of [`ProgramOutputs`] where [`Equations`] holds slots of programs.
+/// Equations taken apart; rows and surfaces hold indices of [`CollectedExpressions`] where [`Equations`] holds slots of programs.
 struct Split<'a> {
     layout: Layout,
     symbols: Vec<Symbol>,
@@ -126,11 +126,11 @@ struct Split<'a> {
     places: &'a [Expression],
     surfaces: Vec<SwitchingSurface>,
     matrix: Vec<f64>,
-    forcing: ProgramOutputs,
+    forcing: CollectedExpressions,
     forcing_rows: Vec<(usize, usize)>,
-    rest: ProgramOutputs,
+    rest: CollectedExpressions,
     rest_rows: Vec<(usize, usize)>,
-    curved: ProgramOutputs,
+    curved: CollectedExpressions,
 }
 
 impl<'a> Split<'a> {
@@ -153,11 +153,11 @@ impl<'a> Split<'a> {
             places,
             surfaces: places.iter().map(surface).collect(),
             matrix: vec![0.0; states * states],
-            forcing: ProgramOutputs::default(),
+            forcing: CollectedExpressions::default(),
             forcing_rows: Vec::new(),
-            rest: ProgramOutputs::default(),
+            rest: CollectedExpressions::default(),
             rest_rows: Vec::new(),
-            curved: ProgramOutputs::default(),
+            curved: CollectedExpressions::default(),
         }
     }
 
@@ -232,7 +232,7 @@ impl<'a> Split<'a> {
             self;
         let inner = externals(rest.0.iter().chain(&curved.0), &layout);
         let all = externals(rest.0.iter().chain(&curved.0).chain(&forcing.0), &layout);
-        let compile = |outputs: &ProgramOutputs| Program::with_held_signs(&outputs.0, &layout, places);
+        let compile = |outputs: &CollectedExpressions| Program::with_held_signs(&outputs.0, &layout, places);
         let (forcing, rest, curved) = (compile(&forcing), compile(&rest), compile(&curved));
         let settle = |rows: Vec<(usize, usize)>, program: &Program| {
             rows.into_iter().map(|(row, output)| (row, program.output(output))).collect()

@@ -18,7 +18,7 @@ impl Default for OrthonormalBasis {
 
 impl OrthonormalBasis {
     /// An empty basis that takes in a column if more than this share of its norm lies outside.
-    pub fn with_least_share(least_share: f64) -> Self {
+    pub(crate) fn with_least_share(least_share: f64) -> Self {
         Self { columns: Vec::new(), least_share }
     }
 

@@ -163,12 +163,12 @@ impl Reduced {
     }
 
     /// RMS of the target.
-    pub fn target_scale(&self) -> f64 {
+    pub(crate) fn target_scale(&self) -> f64 {
         self.target_scale
     }
 
     /// Columns that are zero or not finite, which no regression can use.
-    pub fn unusable(&self, column: usize) -> bool {
+    pub(crate) fn unusable(&self, column: usize) -> bool {
         !(self.scale[column] > 0.0 && self.scale[column].is_finite())
     }
 
@@ -242,7 +242,7 @@ impl Reduced {
     }
 
     /// Least-squares coefficients of some columns, unscaled.
-    pub fn least_squares(&self, keep: &[usize]) -> Vec<f64> {
+    pub(crate) fn least_squares(&self, keep: &[usize]) -> Vec<f64> {
         let (b, _) = self.solve(keep, &[], |_| 0.0);
         b.iter().zip(keep).map(|(b, k)| b * self.target_scale / self.scale[*k]).collect()
     }
@@ -264,7 +264,7 @@ impl Reduced {
     }
 
     /// `(ΘᵀΘ)⁻¹` of the kept columns, unscaled; none where they are dependent.
-    pub fn inverse_gram(&self, keep: &[usize]) -> Option<DMatrix<f64>> {
+    pub(crate) fn inverse_gram(&self, keep: &[usize]) -> Option<DMatrix<f64>> {
         let r = self.triangle.select_columns(keep).qr().r();
         let inverse = r.try_inverse()?;
         let mut gram = &inverse * inverse.transpose();

@@ -13,7 +13,7 @@ use super::{Constraint, Reduced, Solution, SparseOptions};
 /// is taken whose forces' RMS sum to least (basis pursuit: Chen, Donoho & Saunders 1998): of `k (x2-x1)` and `k x2 - k x1`
 /// always the first.
 #[derive(Clone, Debug)]
-pub struct Redundancy {
+pub(crate) struct Redundancy {
     /// The columns that take part in some relation.
     columns: Vec<usize>,
     /// What each of them is the sum of: one column each, one row a part.
@@ -30,7 +30,7 @@ const MIN_REDUCTION: f64 = 1e-9;
 impl Redundancy {
     /// The relations among columns that are sums of parts: `parts[(i, k)]` times the part `i` in the column `k`. None
     /// where no column is a sum of others.
-    pub fn new(parts: &DMatrix<f64>) -> Option<Self> {
+    pub(crate) fn new(parts: &DMatrix<f64>) -> Option<Self> {
         let all: Vec<usize> = (0..parts.ncols()).collect();
         let rank = independent(parts, &all).len();
         let others = |k: usize| -> Vec<usize> { all.iter().copied().filter(|j| *j != k).collect() };
@@ -205,7 +205,7 @@ pub(super) fn solve(
 impl Reduced {
     /// The same problem some of whose columns are sums of others.
     #[must_use]
-    pub fn redundant(mut self, redundancy: Option<Arc<Redundancy>>) -> Self {
+    pub(crate) fn redundant(mut self, redundancy: Option<Arc<Redundancy>>) -> Self {
         self.redundancy = redundancy;
         self
     }

@@ -12,7 +12,7 @@ use super::refined::same_terms;
 use super::regression::{self, Regression, fitted_states};
 use super::suggest::odd;
 use super::{Cancel, Formulation, Outcome, Regressor, Settings, Smoothing, Study, StudyError, check};
-use crate::dataset::Drive;
+use crate::dataset::SimulationDrive;
 use crate::refine::Bar;
 use crate::signal::{Differentiation, Facts, Signals, dot, mean_and_variance, median};
 use crate::simulate::{Output, Response, Simulator, Workspace};
@@ -690,7 +690,7 @@ impl ValidationPlan {
             self.records.iter().map(|(record, facts)| Signals::new(record, &self.layout, smoothing, facts)).collect();
         let drive = |judge: &JudgingStretch| {
             let (record, facts) = &self.records[judge.record];
-            Drive::new(record, &self.layout, facts, &signals[judge.record], judge.range.clone())
+            SimulationDrive::new(record, &self.layout, facts, &signals[judge.record], judge.range.clone())
         };
         let drives = self.folds.iter().map(|fold| fold.judges.iter().map(drive).collect()).collect();
         let joined =
@@ -780,7 +780,7 @@ pub(super) struct SmoothedFolds {
     /// What is fitted in each fold.
     pub(super) folds: Vec<Regression>,
     /// What drives each fold's judges.
-    drives: Vec<Vec<Drive>>,
+    drives: Vec<Vec<SimulationDrive>>,
 }
 
 /// How models do on the stretches that judge them.
@@ -871,7 +871,7 @@ impl ErrorCorrelation {
 }
 
 /// Mean squared error over a block of samples as a share of the variance, mean over sensors.
-fn squared_error(drive: &Drive, response: &Response, variance: &[f64], block: Range<usize>) -> f64 {
+fn squared_error(drive: &SimulationDrive, response: &Response, variance: &[f64], block: Range<usize>) -> f64 {
     let freedoms = drive.outputs.len();
     let channel = |((y, shown), variance): ((&Arc<[f64]>, &Output), &f64)| {
         let x = shown.series(response, freedoms);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::signal::{MeasuredChannel, Signals, Smoother, Smoothing, dot, mean_and_variance, rms};
+use crate::signal::{MeasuredSeries, Signals, Smoother, Smoothing, dot, mean_and_variance, rms};
 use sindyscope_values::record::Role;
 use sindyscope_values::term::{Expression, Kind, Layout, Program, Symbol, Term, derivative};
 
@@ -99,7 +99,7 @@ impl Kernels {
     /// Covariance of a row with itself and those after it, `stride` samples apart, in the noise of the rate's channel.
     pub(super) fn covariance(
         &self,
-        measured: &[MeasuredChannel],
+        measured: &[MeasuredSeries],
         rate: (usize, usize),
         passing: &[Sensitivity],
         stride: usize,
@@ -133,7 +133,7 @@ impl Kernels {
 }
 
 /// The channel that a symbol is measured by, and how often that must be differentiated.
-pub(super) fn place(measured: &[MeasuredChannel], symbol: Symbol) -> Option<(usize, usize)> {
+pub(super) fn place(measured: &[MeasuredSeries], symbol: Symbol) -> Option<(usize, usize)> {
     let channel = |role: Role| measured.iter().position(|m| m.role == role);
     match symbol {
         Symbol::State(i) => Some((channel(Role::Displacement(i))?, 0)),
@@ -153,7 +153,7 @@ pub(super) fn place(measured: &[MeasuredChannel], symbol: Symbol) -> Option<(usi
 }
 
 /// The same of a state's rate.
-pub(super) fn rate_place(measured: &[MeasuredChannel], layout: &Layout, state: usize) -> Option<(usize, usize)> {
+pub(super) fn rate_place(measured: &[MeasuredSeries], layout: &Layout, state: usize) -> Option<(usize, usize)> {
     let velocity = state.checked_sub(layout.freedoms).filter(|_| layout.kind == Kind::SecondOrder);
     let Some(freedom) = velocity else {
         return place(measured, Symbol::State(state)).map(|(channel, order)| (channel, order + 1));

@@ -6,7 +6,8 @@ use super::opposite::{Pair, SharedParameters};
 use super::{Cancel, Covariance, Lock, StudyError};
 use crate::dataset::Prepared;
 use crate::refine::{
-    Bar, FitOptions, Goal, Horizon, Instance, Landed, Point, Reading, Refined, Run, Structure, horizon, land, refine,
+    Bar, FitOptions, Goal, Horizon, Instance, Landed, Point, Refined, Run, SensorReading, Structure, horizon, land,
+    refine,
 };
 use crate::signal::{motion_period, rms};
 use crate::simulate::Delays;
@@ -84,7 +85,8 @@ impl Structure for Coefficients<'_> {
             model.equations[*equation].terms[*place].coefficient = self.shared.coefficient(k, parameters);
         }
         let mut late = Vec::new();
-        let mut readings = if self.sought.is_empty() { Vec::new() } else { vec![Reading::default(); self.shown.len()] };
+        let mut readings =
+            if self.sought.is_empty() { Vec::new() } else { vec![SensorReading::default(); self.shown.len()] };
         for (what, value) in self.sought.iter().zip(&parameters[self.shared.owners().len()..]) {
             let reading = self.shown.iter().position(|role| *role == what.role()).and_then(|k| readings.get_mut(k));
             match (what, reading) {

@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use super::{Cancel, StudyError};
-use crate::dataset::{Drive, Prepared};
+use crate::dataset::{Prepared, SimulationDrive};
 use crate::simulate::{Limits, Response, Simulator, Workspace};
 use sindyscope_values::model::Model;
 
 /// Responses of the last run, kept for records whose model and drive have not changed.
 #[derive(Debug, Default)]
 pub(super) struct Responses {
-    known: Vec<(Model, Arc<Drive>, Arc<Response>)>,
+    known: Vec<(Model, Arc<SimulationDrive>, Arc<Response>)>,
     workspace: Workspace,
 }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::StudyError;
 use super::noise::{Kernels, Sensitivity, Whitening, place, rate_place, slopes, symbols};
 use super::regression::Raster;
-use crate::signal::{MeasuredChannel, Signals, TestFunction};
+use crate::signal::{MeasuredSeries, Signals, TestFunction};
 use crate::sparse::Reduced;
 use sindyscope_values::term::{Expression, Kind, Layout, Program, Symbol, Term, derivative};
 
@@ -219,7 +219,7 @@ enum AveragedSeries {
 
 /// A term taken apart: what is linear comes from the measurement, `xⁿ v` is the derivative of `xⁿ⁺¹/(n+1)`, and `g(x) a` that
 /// of `g v` without what `g` changes by.
-fn parts(expression: &Expression, layout: &Layout, measured: &[MeasuredChannel]) -> Vec<AveragedPart> {
+fn parts(expression: &Expression, layout: &Layout, measured: &[MeasuredSeries]) -> Vec<AveragedPart> {
     let addends: &[Expression] =
         if let Expression::Sum(parts) = expression { parts } else { std::slice::from_ref(expression) };
     let taken: Option<Vec<Vec<AveragedPart>>> = addends
@@ -241,14 +241,14 @@ fn factors(expression: &Expression) -> (f64, Vec<&Expression>) {
     (all.iter().filter_map(number).product(), all.iter().filter(|e| number(e).is_none()).collect())
 }
 
-fn linear(expression: &Expression, measured: &[MeasuredChannel]) -> Option<AveragedPart> {
+fn linear(expression: &Expression, measured: &[MeasuredSeries]) -> Option<AveragedPart> {
     let (factor, rest) = factors(expression);
     let [Expression::Symbol(symbol)] = rest.as_slice() else { return None };
     let (channel, order) = place(measured, *symbol)?;
     Some(AveragedPart { factor, order, source: AveragedSeries::Measured(channel) })
 }
 
-fn total_derivative(expression: &Expression, layout: &Layout, measured: &[MeasuredChannel]) -> Option<AveragedPart> {
+fn total_derivative(expression: &Expression, layout: &Layout, measured: &[MeasuredSeries]) -> Option<AveragedPart> {
     let (factor, rest) = factors(expression);
     let rate = rest.iter().position(|e| matches!(e, Expression::Symbol(Symbol::Rate(_))))?;
     let Expression::Symbol(Symbol::Rate(freedom)) = rest[rate] else { return None };

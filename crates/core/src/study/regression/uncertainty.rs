@@ -15,11 +15,11 @@ use sindyscope_values::term::{Symbol, Term};
 pub(in crate::study) struct Resampling<'a> {
     regression: &'a Regression,
     settings: &'a Settings,
-    equations: Vec<Equation>,
+    equations: Vec<ResampledEquation>,
 }
 
 /// One equation of a resampled regression.
-struct Equation {
+struct ResampledEquation {
     constraints: Vec<Constraint>,
     /// How residuals move the moments of `columns`.
     scores: Scores,
@@ -39,14 +39,16 @@ impl Resampling<'_> {
 
     /// For each equation, the terms that may stay or go.
     pub(in crate::study) fn optional(&self) -> Vec<Vec<usize>> {
-        let free = |e: &Equation| (0..e.constraints.len()).filter(|k| e.constraints[*k] == Constraint::Free).collect();
+        let free = |e: &ResampledEquation| {
+            (0..e.constraints.len()).filter(|k| e.constraints[*k] == Constraint::Free).collect()
+        };
         self.equations.iter().map(free).collect()
     }
 
     /// The reduced problems of one data set; the same seed draws the same one. Equations are drawn alike: blocks of rows that
     /// count more in one do so in all.
     pub(in crate::study) fn draw(&self, seed: u64) -> Vec<Reduced> {
-        let errors = |(target, equation): (&Target, &Equation)| {
+        let errors = |(target, equation): (&Target, &ResampledEquation)| {
             let mut random = rand_pcg::Pcg64::seed_from_u64(seed);
             target.reduced.shifted(&equation.columns, &equation.scores.draw(&mut random))
         };
@@ -55,7 +57,7 @@ impl Resampling<'_> {
 
     /// The coefficients of the whole library in every equation of a drawn data set, without one term of each.
     pub(in crate::study) fn coefficients(&self, drawn: &[Reduced], without: &[Option<usize>]) -> Vec<Vec<f64>> {
-        let constrained = |(equation, without): (&Equation, &Option<usize>)| {
+        let constrained = |(equation, without): (&ResampledEquation, &Option<usize>)| {
             let mut constraints = equation.constraints.clone();
             if let Some(constraint) = without.and_then(|k| constraints.get_mut(k)) {
                 *constraint = Constraint::Out;
@@ -87,7 +89,7 @@ impl Regression {
             let others = (0..self.terms.len()).filter(|k| !solution.support.contains(k));
             let columns: Vec<usize> = solution.support.iter().copied().chain(others).collect();
             let scores = self.scores(target, &solution, &columns);
-            Equation { constraints, scores, columns }
+            ResampledEquation { constraints, scores, columns }
         };
         let equations = self.targets.iter().zip(self.solutions(settings).0).map(equation).collect();
         Resampling { regression: self, settings, equations }
