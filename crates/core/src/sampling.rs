@@ -21,7 +21,7 @@ const NO_JITTER: f64 = 1e-6;
 /// A step longer than this many usual ones is a gap.
 const GAP: f64 = 1.5;
 
-/// In a record that jitters, steps up to so many usual ones are interpolated over: a sample or two was lost.
+/// Longest step, in usual ones, that is interpolated over in a record that jitters: a sample or two was lost.
 const BRIDGED: f64 = 3.5;
 
 /// The interval of an uneven record is rounded to a plain number within this share of it: any grid will do.
@@ -250,7 +250,7 @@ struct EvenFit {
     starts: Vec<f64>,
     /// Largest distance of a stamp from its grid.
     largest: f64,
-    /// The same for the grids moved to the middle of their stamps.
+    /// Largest distance of a stamp from its grid once each grid is moved to the middle of its stamps.
     half_range: f64,
     /// Sum of the squared distances.
     squares: f64,
@@ -348,7 +348,7 @@ fn exact(interval: f64, doubt: f64, stamps: &[f64], rows: &[Range<usize>]) -> f6
         .unwrap_or(interval)
 }
 
-/// A number rounded to so many significant digits.
+/// A number rounded to `digits` significant digits.
 pub fn significant(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value)
 }

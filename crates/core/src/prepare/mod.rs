@@ -27,7 +27,7 @@ pub const MOST_DECIMATED: usize = 1000;
 /// The most records that one is cut into in one step.
 pub const MOST_PARTS: usize = 1000;
 
-/// A sample that stands out by so many standard deviations is a spike, where nothing else is said.
+/// Standard deviations by which a sample stands out that is a spike, unless another number is given.
 pub const SPIKE: f64 = 6.0;
 
 /// One step of a preparation.
@@ -61,7 +61,7 @@ pub enum Treatment {
     RemoveOffset,
     /// Each channel's straight line of least squares is taken away.
     RemoveTrend,
-    /// One sample in so many is kept, behind a low-pass without phase that lets nothing above half the new rate pass.
+    /// Every `factor`-th sample is kept, behind a low-pass without phase that lets nothing above half the new rate pass.
     Decimate {
         /// Samples of which one is kept.
         factor: usize,
@@ -100,13 +100,13 @@ pub enum Treatment {
     Gain {
         /// The channel.
         role: Role,
-        /// So many times what there was is shown.
+        /// What is shown over what there was.
         gain: f64,
     },
-    /// Samples that are missing (lost, empty or NaN) are filled in where no more than so many are missing together; a
-    /// longer gap splits the record. Done while reading.
+    /// Missing samples (lost, empty or NaN) are filled in where no more than `longest` are missing together; a longer gap
+    /// splits the record. Done while reading.
     Bridge {
-        /// Samples.
+        /// Longest gap that is filled in, samples.
         longest: usize,
     },
 }

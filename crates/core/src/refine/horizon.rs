@@ -140,7 +140,7 @@ pub fn levels(whole: &[Run], period: f64) -> usize {
     whole.iter().map(|r| parts(r, period).ilog2() as usize).max().unwrap_or(0)
 }
 
-/// The segments of records at so many doublings of the shortest ones.
+/// The segments of records after `level` doublings of the shortest ones.
 pub fn cut(whole: &[Run], period: f64, level: usize) -> Vec<Run> {
     let segments = whole.iter().flat_map(|run| {
         let parts = (parts(run, period) >> level.min(16)).max(1);
@@ -168,7 +168,7 @@ pub fn shoot(
     Some(Landed { refined, runs, level, whole: full })
 }
 
-/// Of the shortest segments every so many-th, each record's first among them: what a first look at many rivals fits.
+/// Every `every`-th of the shortest segments, each record's first among them: what a preview of many rivals fits.
 pub fn sampled(whole: &[Run], period: f64, every: usize) -> Vec<Run> {
     let mut seen = 0;
     let mut record = None;

@@ -49,9 +49,9 @@ pub struct Instance {
 /// What a sensor makes of what it measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorReading {
-    /// It is late by this, s.
+    /// How late it is, s.
     pub delay: f64,
-    /// It shows so many times as much.
+    /// What it shows over what there is.
     pub gain: f64,
 }
 
@@ -204,8 +204,8 @@ pub struct FitOptions<'a> {
 
 /// The least sum of squares that any of several rival fits has reached.
 ///
-/// Rivals are fitted one after another, the likeliest first, and the cores share the work of each: side by side it would hang on
-/// the threads' luck which are given up, and with it what is found.
+/// Rivals are fitted one after another, the likeliest first, and the cores share the work of each. Side by side, which of them
+/// are given up, and with that what is found, would depend on how threads are scheduled.
 #[derive(Debug)]
 pub struct Bar(AtomicU64);
 
@@ -235,19 +235,19 @@ pub struct Refined {
     pub point: Point,
     /// Sum of squared weighted residuals over all runs, and of the expectations.
     pub rss: f64,
-    /// Part of it that samples of accelerations next to a jump of the model's own leave beyond what the others do: on which side
-    /// of a jump such a sample lies hangs on next to nothing, and tells no model from another.
+    /// The part of `rss` that samples of accelerations next to a jump of the simulated one leave beyond the usual residual. Tiny
+    /// changes decide on which side of a jump such a sample lies, so this part must not compare models.
     pub rss_at_jumps: f64,
     /// Number of expectations of the shared parameters.
     pub expectations: usize,
     /// Number of residuals over all runs.
     pub samples: usize,
-    /// For each run, measured minus simulated, weighted, output after output.
+    /// Measured minus simulated, weighted: `[run][row]`, rows output after output.
     pub residuals: Vec<Vec<f64>>,
-    /// For each run, simulated as the sensor shows it, weighted likewise.
+    /// Simulated as the sensors show it, with the same weights: `[run][row]`.
     pub simulated: Vec<Vec<f64>>,
-    /// For each run, the derivative of the simulated response by each shared parameter (none if frozen), by its record's
-    /// offset if there is one, then by each value of its own: `[run][parameter][row]`.
+    /// Derivatives of the simulated response: `[run][parameter][row]`, by the shared parameters (none if frozen), then by the
+    /// offsets of the run's record if it has any, then by the run's own initial values.
     pub sensitivities: Vec<Vec<Vec<f64>>>,
     /// Covariance of the shared parameters, for white residuals; zero for one held at a bound, empty if frozen or singular.
     pub covariance: DMatrix<f64>,

@@ -46,7 +46,8 @@ impl Track {
         Self::build(step, count, &|_| scatter, true)
     }
 
-    /// The same of an acceleration that jumps between samples with these variances, one less than the samples.
+    /// The smoother of samples whose acceleration jumps from one to the next; `variances[k]` is that of the jump after sample
+    /// `k`, in units of the noise's.
     fn jumping(length: f64, variances: &[f64]) -> Self {
         let scatter = |k: usize| {
             let mut scatter = Matrix3::zeros();

@@ -101,7 +101,8 @@ impl Smoothing {
     /// Longest record that total variation is for: its time per sample is a hundred times the others'.
     pub const MOST_VARIATION: usize = 100_000;
 
-    /// The same with a length that is given.
+    /// This smoothing with a length of `window` samples; a local method's stays given, a global one's is no longer sought in
+    /// the data.
     pub fn with_window(self, window: usize) -> Self {
         Self { window, from_data: self.from_data && !self.method.is_global(), ..self }
     }

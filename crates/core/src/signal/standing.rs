@@ -11,8 +11,11 @@ const BAND_IN_DEVIATIONS: f64 = 8.0;
 /// Bend of the motion within half of the shortest standstill, in standard deviations of its noise, from which on staying in
 /// the band means standing and not turning.
 const MIN_BEND: f64 = 5.0 * BAND_IN_DEVIATIONS;
-/// Shortest standstill, as a share of the main period, and in samples: a smooth motion may dwell for less.
-const SHORTEST: (f64, usize) = (0.05, 5);
+/// Shortest standstill, as a share of the main period: a smooth motion may dwell for less.
+const MIN_PERIODS: f64 = 0.05;
+/// Shortest standstill, samples.
+const MIN_SAMPLES: usize = 5;
+
 /// The stretches in which a motion stands still as far as its noise lets one see, longest as they can be, in order.
 ///
 /// `noise` is the standard deviation of the motion's noise, `period` its main period in samples. None where the noise would
@@ -22,11 +25,12 @@ pub(crate) fn standstills(motion: &[f64], noise: f64, period: f64) -> Vec<Range<
     half_length(motion, noise, period).map_or_else(Vec::new, |half| in_band(motion, noise, shortest(half, period)))
 }
 
-/// The same, but where the noise would hide a turn what stays in its band for a whole period rests.
+/// As [`standstills`], but where the noise would hide a turn, a motion rests where it stays in the noise's band for a whole
+/// period.
 pub fn rests(motion: &[f64], noise: f64, period: f64) -> Vec<Range<usize>> {
     let noise = at_least_rounding(motion, noise);
     let fewest = half_length(motion, noise, period).map_or(period.ceil() as usize, |half| shortest(half, period));
-    in_band(motion, noise, fewest.max(SHORTEST.1))
+    in_band(motion, noise, fewest.max(MIN_SAMPLES))
 }
 
 /// In clean data what is left is the arithmetic's.
@@ -36,10 +40,10 @@ fn at_least_rounding(motion: &[f64], noise: f64) -> f64 {
 
 /// Samples of the shortest standstill that can be told.
 fn shortest(half: usize, period: f64) -> usize {
-    ((SHORTEST.0 * period) as usize).max(SHORTEST.1).max(2 * half + 1)
+    ((MIN_PERIODS * period) as usize).max(MIN_SAMPLES).max(2 * half + 1)
 }
 
-/// The stretches of so many samples at least that stay in the noise's band.
+/// The stretches of at least `fewest` samples that stay in the noise's band.
 fn in_band(motion: &[f64], noise: f64, fewest: usize) -> Vec<Range<usize>> {
     let mut found: Vec<Range<usize>> = Vec::new();
     // Samples of the window that may become its largest and smallest, best first.

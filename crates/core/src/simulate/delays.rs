@@ -67,7 +67,7 @@ impl Delays {
         self.0.is_empty()
     }
 
-    /// The same as bits, by which equal ones are found again.
+    /// The delays' bits: a key by which equal ones are found again.
     pub fn bits(&self) -> Vec<u64> {
         self.0.iter().map(|d| d.to_bits()).collect()
     }

@@ -71,8 +71,8 @@ fn through_six(place: f64) -> [f64; 6] {
     })
 }
 
-/// A series later by so many samples (earlier if negative), into `out`: polynomials through the six samples nearest to each
-/// place, at the ends continued.
+/// Writes a series that is later by `by` samples (earlier if negative) to `out`: between samples by the polynomial through the
+/// six nearest ones, beyond the ends by that of the outermost six.
 pub(crate) fn later(series: &[f64], by: f64, out: &mut Vec<f64>) {
     out.clear();
     let count = series.len() as isize;
@@ -118,7 +118,7 @@ impl InputGrid {
         (0..self.channels.len()).map(values).collect()
     }
 
-    /// The same inputs later by their delays; beyond the ends they keep their end values.
+    /// These inputs later by their delays; beyond the ends they keep their end values.
     #[must_use]
     pub fn delayed(&self, delays: &Delays) -> Self {
         let shifted = |input: usize, order: usize| -> Vec<f64> {
@@ -139,8 +139,8 @@ impl InputGrid {
         Self { channels, ..*self }
     }
 
-    /// The same inputs along another course through the same samples, on a grid so many times as fine: polynomials through
-    /// the six samples nearest to each interval; none of an input whose derivative came with it.
+    /// These inputs between their samples by another interpolation, the polynomial through the six samples nearest to each
+    /// interval, on a grid that is `finer` times as fine. None if an input's derivative came with it.
     pub fn other_course(&self, finer: usize) -> Option<Self> {
         let samples = self.samples.checked_sub(1)? * finer + 1;
         let weights: Vec<[f64; 6]> = (0..finer).map(|k| through_six(k as f64 / finer as f64)).collect();
@@ -259,7 +259,7 @@ impl InputGrid {
 }
 
 impl Node {
-    /// The node at a place in the interval, 0 to 1, for the value and so many of its derivatives (at most 2).
+    /// The node at a place in the interval, 0 to 1, for the value and its first `derivatives` derivatives (at most 2).
     pub(super) fn new(place: f64, derivatives: usize) -> Self {
         let (left, right) = (powers(place), powers(1.0 - place));
         let mut weights = [[0.0; 8]; 3];

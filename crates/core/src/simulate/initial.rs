@@ -10,7 +10,7 @@ pub struct InitialState {
     /// RMS of the differences to the measurement over the stretch, each displacement as a share of its RMS, with the best
     /// guess.
     pub before: f64,
-    /// The same with `state`; never larger than `before`.
+    /// RMS of these differences with `state`; never larger than `before`.
     pub after: f64,
 }
 

@@ -101,9 +101,9 @@ pub struct Stick {
 /// A model's response.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Response {
-    /// One series a state, one value a sample from the first of the run, as long as the response lasted.
+    /// The states, `[state][sample]` from the first sample of the run, as long as the response lasted.
     pub states: Vec<Vec<f64>>,
-    /// The states' rates, likewise, where they were asked for; at an instant at which they jump, those after it.
+    /// The states' rates, `[state][sample]`, where they were asked for; at an instant at which they jump, those after it.
     pub rates: Vec<Vec<f64>>,
     /// At every sample, on which sides of its surfaces the motion was, where rates were asked for: two samples of unlike
     /// sides lie on two sides of a jump.

@@ -19,15 +19,19 @@ const RESOLUTION: f64 = 1e-12;
 pub(super) struct Side {
     /// The held sign: −1, 1, or 0 where the surface is zero for good or slides.
     sign: f64,
+    /// The surface is held at zero.
     sliding: bool,
     /// The sign's equivalent value while sliding.
     equivalent: f64,
-    /// The surface, or the equivalent value while sliding, at the step's beginning.
+    /// The surface's value, or the equivalent value while sliding, at the step's beginning.
     value: f64,
+    /// Its time derivative there.
     slope: f64,
-    /// The same at the step's end.
+    /// The value at the step's end.
     next: f64,
+    /// Its time derivative there.
     next_slope: f64,
+    /// Largest magnitude of the surface's value so far.
     largest: f64,
     /// Index of the present stick in the response.
     stick: usize,

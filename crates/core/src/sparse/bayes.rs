@@ -176,7 +176,8 @@ impl Posterior {
         with.into_iter().map(|w| w / total).collect()
     }
 
-    /// The same by Gibbs sampling, coefficients integrated out; probabilities are averaged, not draws.
+    /// Each free column's inclusion probability by Gibbs sampling, coefficients integrated out; probabilities are averaged, not
+    /// draws.
     fn sample(&mut self) -> Vec<f64> {
         let mut random = rand_pcg::Pcg64::seed_from_u64(1);
         let free = self.free.clone();

@@ -30,7 +30,7 @@ pub(super) fn best_subsets(reduced: &Reduced, constraints: &[Constraint]) -> Can
     CandidateModels::new(reduced, constraints, best.into_iter().map(|(_, subset)| members(subset)))
 }
 
-/// The constraints with so many columns left out that few enough are free.
+/// The constraints with columns left out until no more than [`MAX_FREE_COLUMNS`] are free.
 fn at_most(reduced: &Reduced, constraints: &[Constraint]) -> Vec<Constraint> {
     let mut constraints = constraints.to_vec();
     let free = (0..constraints.len()).filter(|k| constraints[*k] == Constraint::Free && !reduced.unusable(*k));

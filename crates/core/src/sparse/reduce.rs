@@ -88,8 +88,8 @@ impl Reduced {
         Self { triangle, scale, target_scale, rows, signs: Vec::new(), redundancy: None }
     }
 
-    /// The same columns with a target whose moments Θᵀy with some of them are larger by `moments`, in the data's units, and
-    /// whose residual is the same.
+    /// This problem with another target: its moments Θᵀy with `columns` are larger by `moments`, in the data's units, its
+    /// residual stays. Columns that depend on others get no more.
     #[must_use]
     pub fn shifted(&self, columns: &[usize], moments: &DVector<f64>) -> Self {
         let p = self.columns();
@@ -135,7 +135,7 @@ impl Reduced {
         stacked
     }
 
-    /// The same problem whose coefficients have only the signs that they may have, one entry a column.
+    /// This problem with signs that coefficients may have, one entry a column; none if a coefficient may have any.
     #[must_use]
     pub fn bounded(mut self, signs: &[Option<Sign>]) -> Self {
         self.signs = if signs.iter().all(Option::is_none) { Vec::new() } else { signs.to_vec() };
@@ -167,7 +167,7 @@ impl Reduced {
         self.target_scale
     }
 
-    /// Columns that are zero or not finite, which no regression can use.
+    /// True of a column that is zero or not finite, which no regression can use.
     pub(crate) fn unusable(&self, column: usize) -> bool {
         !(self.scale[column] > 0.0 && self.scale[column].is_finite())
     }
@@ -241,13 +241,13 @@ impl Reduced {
         (b, rms)
     }
 
-    /// Least-squares coefficients of some columns, unscaled.
+    /// The coefficients of the columns `keep`, in the data's units, at which `‖Θ c − y‖²` is least within their signs.
     pub(crate) fn least_squares(&self, keep: &[usize]) -> Vec<f64> {
         let (b, _) = self.solve(keep, &[], |_| 0.0);
         b.iter().zip(keep).map(|(b, k)| b * self.target_scale / self.scale[*k]).collect()
     }
 
-    /// The same with a ridge, as a share of each column's square.
+    /// The coefficients of the columns `keep`, in the data's units, with a ridge that is a share of each column's square.
     pub fn damped(&self, keep: &[usize], ridge: f64) -> Vec<f64> {
         let (b, _) = self.solve(keep, &[], |_| ridge * self.rows as f64);
         b.iter().zip(keep).map(|(b, k)| b * self.target_scale / self.scale[*k]).collect()

@@ -17,7 +17,7 @@ pub enum Regressor {
     /// Sparse relaxed regularized regression with a penalty on the number of terms (Zheng et al. 2019); ν = 1.
     #[serde(rename = "sr3-l0")]
     Sr3L0,
-    /// The same with a penalty on the sum of their magnitudes.
+    /// Sparse relaxed regularized regression with a penalty on the sum of the coefficients' magnitudes; ν = 1.
     #[serde(rename = "sr3-l1")]
     Sr3L1,
     /// Stepwise elimination of the smallest coefficient (Boninsegna, Nüske & Clementi 2018).

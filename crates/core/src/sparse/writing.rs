@@ -203,7 +203,7 @@ pub(super) fn solve(
 }
 
 impl Reduced {
-    /// The same problem some of whose columns are sums of others.
+    /// This problem, told which of its columns are sums of others.
     #[must_use]
     pub(crate) fn redundant(mut self, redundancy: Option<Arc<Redundancy>>) -> Self {
         self.redundancy = redundancy;

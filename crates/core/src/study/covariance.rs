@@ -15,7 +15,7 @@ pub struct Covariance {
 }
 
 impl Covariance {
-    /// Of equations with so many terms each; nothing is known yet.
+    /// That of equations with these numbers of terms, of which nothing is known yet: all NaN.
     pub(super) fn unknown(terms: impl IntoIterator<Item = usize>) -> Self {
         let mut starts = vec![0];
         for count in terms {

@@ -16,7 +16,7 @@ const DROP_TOGETHER_ERRORS: f64 = 1.5;
 const MIN_DROPPED_TOGETHER: usize = 4;
 /// Standard errors by which the held-out error may get worse without a term: that one term of many does so by chance.
 const MAX_STANDARD_ERRORS: f64 = 2.0;
-/// The same for too few stretches to have a standard error: change of twice the log-likelihood.
+/// Change of twice the log-likelihood that the held-out error may cost where there are too few stretches for a standard error.
 const MAX_LIKELIHOOD_LOSS: f64 = MAX_STANDARD_ERRORS * MAX_STANDARD_ERRORS;
 /// A term is not tried without if its expected loss is this many times ln n, n the samples that judge.
 const MAX_EXPECTED_LOSS: f64 = 30.0;

@@ -14,10 +14,10 @@ pub struct Inclusion {
     pub state: Symbol,
     /// The term.
     pub term: Term,
-    /// Share of the resampled data sets on which the term stays, 0 to 1.
+    /// Inclusion probability: share of the resampled data sets on which the term stays, 0 to 1.
     pub probability: f64,
-    /// The same where another term, each in turn, is left out of the library: a term that only stands in for others
-    /// stays by chance. Not a number in a library of one term.
+    /// Mean of this probability over libraries from which one other term, each in turn, is left out: a term that only stands in
+    /// for others stays by chance. NaN in a library of one term.
     pub without_others: f64,
     /// The 90 % interval of the coefficient where the term stays, in the records' units; none if it never does.
     pub interval: Option<(f64, f64)>,

@@ -14,13 +14,13 @@ pub use crate::sparse::Sign;
 /// Something known of the equation of motion before any fit; written as it is printed.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Known {
-    /// `x=-u`: the first term's coefficient is so many times the second's. Both become one term, `x-u`.
+    /// `x=-u`: the first term's coefficient is `times` the second's. Both become one term, `x-u`.
     Tied {
         /// The first term.
         term: Term,
         /// The second.
         to: Term,
-        /// So many times its coefficient.
+        /// Ratio of the coefficients.
         times: f64,
     },
     /// `v<=0`: a coefficient has one sign, in every acceleration's equation.

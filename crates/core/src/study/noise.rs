@@ -152,7 +152,7 @@ pub(super) fn place(measured: &[MeasuredSeries], symbol: Symbol) -> Option<(usiz
     }
 }
 
-/// The same of a state's rate.
+/// The channel that a state's rate is measured by, and how often that must be differentiated.
 pub(super) fn rate_place(measured: &[MeasuredSeries], layout: &Layout, state: usize) -> Option<(usize, usize)> {
     let velocity = state.checked_sub(layout.freedoms).filter(|_| layout.kind == Kind::SecondOrder);
     let Some(freedom) = velocity else {

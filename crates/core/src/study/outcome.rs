@@ -58,14 +58,14 @@ pub struct Score {
     pub samples: usize,
 }
 
-/// One degree of freedom (or state) of a record: what its sensor showed, what is simulated of that, error.
+/// The simulated response of one degree of freedom (first order: of one state) as its sensor would show it, and its error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorResponse {
     /// Which displacement or state.
     pub symbol: Symbol,
     /// What the sensor measures of it.
     pub role: Role,
-    /// The same of the simulated response, one value a sample until it diverged.
+    /// What the sensor would show of the simulated motion, one value a sample until that diverged.
     pub response: Vec<f64>,
     /// E(t) = |measured − simulated|, as long as `response`.
     pub error: Vec<f64>,

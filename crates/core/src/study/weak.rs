@@ -92,7 +92,7 @@ impl WeakForm {
         Raster { rows: self.rows(length(signals)), first: self.half_width, stride: self.stride, reach: self.half_width }
     }
 
-    /// StateRows of a series of so many samples.
+    /// Number of rows of a series of `samples` samples.
     fn rows(&self, samples: usize) -> usize {
         samples.saturating_sub(self.span()) / self.stride + 1
     }

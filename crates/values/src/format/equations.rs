@@ -34,8 +34,7 @@ pub fn text(model: &Model, units: Option<&Units>) -> String {
     out
 }
 
-/// The same equations integrated once over time, each with the constant that a record begins with: of second order
-/// `dx/dt = …` with `x` and `int(x)` for what stands with `v` and `x` in `dv/dt = …`.
+/// The equations integrated once over time, each with the constant that a record begins with: of second order `dx/dt = …` with `x` and `int(x)` for what stands with `v` and `x` in `dv/dt = …`.
 pub fn integral_text(model: &Model, units: Option<&Units>) -> String {
     let mut out = String::new();
     for (state, equation) in model.iter().filter(|(state, equation)| !is_kinematic(model, *state, equation)) {
@@ -204,7 +203,7 @@ pub fn digits(value: f64, std_error: Option<f64>) -> usize {
     }
 }
 
-/// A number with at most so many significant digits, in the notation that takes less room and reads back: `358.71`, `1.2e-7`.
+/// A number with at most `digits` significant digits, in the notation that takes less room and reads back: `358.71`, `1.2e-7`.
 fn short_number(value: f64, digits: usize) -> String {
     let rounded: f64 = format!("{:.*e}", digits.saturating_sub(1), value).parse().unwrap_or(value);
     let magnitude = rounded.abs();

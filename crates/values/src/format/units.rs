@@ -3,7 +3,7 @@
 use super::number;
 use super::number::superscript;
 
-/// Units that take prefixes; a unit with another head is shown as it stands.
+/// Units that take prefixes; a unit that begins with another one is shown unchanged.
 const PREFIXED: [&str; 13] = ["m", "N", "V", "A", "s", "Hz", "Pa", "rad", "W", "J", "Nm", "N·m", "T"];
 
 pub(super) const PREFIXES: [(&str, i32); 8] =

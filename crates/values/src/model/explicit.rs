@@ -32,7 +32,7 @@ impl Model {
         self.equations.iter().flat_map(|e| &e.terms).any(|t| has_acceleration(&t.term))
     }
 
-    /// The same motion with accelerations on the left alone; the model itself where they are.
+    /// This model with its accelerations solved for: none stands on a right side. Borrowed where none did.
     ///
     /// # Errors
     /// Terms that are not proportional to the acceleration in them; more than four masses that depend on each other's

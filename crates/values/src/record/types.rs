@@ -144,8 +144,8 @@ impl Record {
         self.channels.iter().filter(|c| !c.estimated)
     }
 
-    /// The same with an estimate of each displacement that no sensor showed, where a velocity or an acceleration did; a notice
-    /// tells of each.
+    /// This record with an estimate of each displacement that no sensor showed but whose velocity or acceleration one did; a
+    /// notice names each.
     #[must_use]
     pub fn completed(mut self) -> Self {
         self.notices.extend(estimate::complete(&mut self.channels, self.interval));

@@ -70,7 +70,8 @@ pub fn drift(e: &Expression, layout: &Layout) -> Expression {
     Expression::Sum(parts).normal()
 }
 
-/// The same function with `max`, `min`, `clip`, `dz` and `step` written with `|·|` and `sgn` alone, at every depth.
+/// An expression of the same value in which `max`, `min`, `clip`, `dz` and `step` are written with `|·|` and `sgn` alone, at
+/// every depth.
 pub fn in_signs(e: &Expression) -> Expression {
     fn rewritten(e: &Expression) -> Expression {
         let each = |parts: &[Expression]| parts.iter().map(rewritten).collect();

@@ -106,6 +106,7 @@ impl Function {
     }
 
     /// Its value; `arguments` holds as many as [`Self::arity`] says.
+    #[inline]
     pub fn value(self, arguments: &[f64]) -> f64 {
         let a = arguments[0];
         match self {
@@ -133,7 +134,8 @@ fn clip(a: f64, d: f64) -> f64 {
     a.max(-d.abs()).min(d.abs())
 }
 
-/// −1, 0 or 1.
+/// The sign of a number: −1, 0 or 1; 0 of a NaN.
+#[inline]
 pub fn sign(a: f64) -> f64 {
     if a > 0.0 {
         1.0
@@ -195,7 +197,7 @@ impl Expression {
         }
     }
 
-    /// The same with some symbols replaced.
+    /// This expression with some symbols replaced: `by` gives what stands for one, none where it stays.
     pub fn replaced(&self, by: &dyn Fn(Symbol) -> Option<Self>) -> Self {
         let all = |parts: &[Self]| parts.iter().map(|p| p.replaced(by)).collect();
         match self {

@@ -154,6 +154,7 @@ impl Program {
     }
 
     /// The slot that holds expression `index` after [`Self::run`].
+    #[inline]
     pub fn output(&self, index: usize) -> usize {
         self.outputs[index]
     }

@@ -35,7 +35,7 @@ pub(super) struct Regression {
     starts: Vec<usize>,
     /// The record and the rows of each stretch in which rows follow one another without a gap.
     stretches: Vec<(usize, Range<usize>)>,
-    /// StateRows over which residuals are correlated.
+    /// Rows over which residuals are correlated.
     block: usize,
     origin: Origin,
 }
@@ -53,7 +53,7 @@ pub(super) struct Identified {
 /// Where rows come from.
 #[derive(Debug)]
 enum Origin {
-    /// From smoothed records, so many samples apart.
+    /// From smoothed records, every `stride`-th sample.
     Smoothed { records: Vec<Arc<Signals>>, smoothing: Smoothing, stride: usize },
     /// From smoothed records, integrated over time.
     Integrated(Smoothing),
@@ -173,7 +173,7 @@ impl Regression {
         Ok(Self { layout: *layout, terms: terms.to_vec(), targets, starts, stretches, block, origin })
     }
 
-    /// The same in the weak form.
+    /// The regression of averages over test functions.
     fn averaged(
         layout: &Layout,
         terms: &[Term],
@@ -252,7 +252,7 @@ impl Regression {
             .collect()
     }
 
-    /// The same with the signs that are known of the forces' coefficients.
+    /// This regression, within the signs that are known of the forces' coefficients.
     pub(super) fn bounded(mut self, settings: &Settings) -> Self {
         for target in &mut self.targets {
             let Some(freedom) = freedom(&self.layout, target) else { continue };
