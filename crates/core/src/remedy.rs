@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::study::Settings;
+use crate::study::settings::Settings;
 use sindyscope_values::record::Usage;
 
 /// Something that a person can do about what is wrong.

@@ -21,6 +21,7 @@ pub use facts::Facts;
 pub use noise::standard_deviation;
 pub(crate) use savgol::SavitzkyGolay;
 pub use smoother::Smoother;
+pub(crate) use smoothing::odd;
 pub use smoothing::{Differentiation, Smoothing};
 pub use spectrum::{Peak, Spectrum, main_period, motion_period};
 pub use standing::rests;

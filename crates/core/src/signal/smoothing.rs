@@ -97,6 +97,11 @@ impl Default for Smoothing {
     }
 }
 
+/// A segment length from a number of samples: the number itself, or the next one, for segments have a middle.
+pub(crate) fn odd(samples: usize) -> usize {
+    samples | 1
+}
+
 impl Smoothing {
     /// Longest record that total variation is for: its time per sample is a hundred times the others'.
     pub const MOST_VARIATION: usize = 100_000;

@@ -9,6 +9,8 @@
 //! friction sample (20 s at 1 kHz), takes 2.5 ms without sticking or writing samples and ends 2e-5 m off, because its
 //! event states come from its dense output (33 ms and 2e-7 m with steps of one sample); this room takes 1.3 ms and is 2e-10 m off.
 //!
+//! Two files need each other: `integrate` steps, and asks `switching` where a step changes its side; `switching` divides the step.
+//!
 //! Source: M. di Bernardo, C. Budd, A. Champneys, P. Kowalczyk, *Piecewise-smooth Dynamical Systems*, Springer 2008.
 
 mod delays;

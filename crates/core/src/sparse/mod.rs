@@ -19,7 +19,7 @@ pub use basis::OrthonormalBasis;
 pub use bounded::{BoundedSolution, Bounds, bounded_least_squares};
 pub use reduce::{Reduced, Sign};
 pub use regressor::Regressor;
-pub(crate) use regressor::drop_path;
+pub(crate) use regressor::{between, drop_path};
 pub use stlsq::{Constraint, Solution, SparseOptions, stlsq};
 pub(crate) use uncertainty::Scores;
 pub(crate) use writing::Redundancy;

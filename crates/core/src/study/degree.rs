@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::choose::{EQUAL_ERRORS, FITTED_SHARE};
 use super::regression::{Regression, basis, fitted_states};
+use super::validation::{EQUAL_ERRORS, FITTED_SHARE};
 use super::{Formulation, Kinematics, Smoothing};
 use crate::signal::{Facts, Signals};
 use sindyscope_values::record::Record;

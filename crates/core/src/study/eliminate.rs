@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::choose::{EQUAL_ERRORS, ValidationPlan, mean, ratio, refined_fit, shortened};
+use super::validation::{EQUAL_ERRORS, ValidationPlan, mean, ratio, refined_fit, shortened};
+use super::warnings::MIN_FOLLOWED_SHARE;
 use super::{Cancel, Lock, Outcome, Settings, Study, StudyError};
 use crate::refine::Bar;
 use sindyscope_values::record::{Record, RecordSet, Usage};
@@ -20,8 +21,6 @@ const MAX_STANDARD_ERRORS: f64 = 2.0;
 const MAX_LIKELIHOOD_LOSS: f64 = MAX_STANDARD_ERRORS * MAX_STANDARD_ERRORS;
 /// A term is not tried without if its expected loss is this many times ln n, n the samples that judge.
 const MAX_EXPECTED_LOSS: f64 = 30.0;
-/// Share of a record that a refined fit must follow in one run for terms to be compared by it.
-pub(super) const MIN_FOLLOWED_SHARE: f64 = 0.9;
 /// Standard errors from zero from which on a coefficient is significant: a 99 % interval, for many are looked at.
 const MIN_STANDARD_ERRORS: f64 = 2.6;
 

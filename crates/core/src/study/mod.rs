@@ -1,4 +1,6 @@
 //! A study is a value: settings and records in, [`Outcome`] out; the same in the window, on the command line and in tests.
+//!
+//! Two files need each other: what is `known` beforehand may be that forces are `opposite`, which the settings' list says.
 
 mod bias;
 mod calibrate;
@@ -15,10 +17,11 @@ mod refined;
 mod regression;
 mod response;
 mod score;
-mod settings;
+pub(crate) mod settings;
 mod settings_grid;
 mod suggest;
 mod table;
+mod validation;
 mod warnings;
 mod weak;
 

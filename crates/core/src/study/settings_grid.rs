@@ -5,10 +5,10 @@ use std::sync::{Mutex, PoisonError};
 
 use crate::parallel::prelude::*;
 
-use super::choose::{self, Judgement, SettingsTrial, SmoothedFolds, ValidationPlan, bearable, period_samples};
-use super::suggest::odd;
+use super::choose::{self, SettingsTrial, bearable, period_samples};
+use super::validation::{Judgement, SmoothedFolds, ValidationPlan};
 use super::{Cancel, Settings, Smoothing, StudyError, check};
-use crate::signal::Differentiation;
+use crate::signal::{Differentiation, odd};
 use crate::simulate::Workspace;
 use sindyscope_values::model::Model;
 use sindyscope_values::record::{RecordSet, Usage};

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use super::{Settings, Smoothing, StudyError, base_excited, degree};
-use crate::signal::{Facts, mean_and_variance};
+use crate::signal::{Facts, mean_and_variance, odd};
 use sindyscope_values::record::{RecordSet, Role, Usage};
 use sindyscope_values::term::{Expression, Family, Function, Kind, Layout, Symbol, Term, polynomials};
 
@@ -45,10 +45,6 @@ pub fn suggest(records: &RecordSet, kind: Kind) -> Result<Settings, StudyError> 
 fn segment(period: f64, noise: f64) -> f64 {
     let noise = noise.clamp(1e-7, 0.1);
     period * 0.03 * (1.0 + (noise / 1e-6).powf(0.2)).min(10.0)
-}
-
-pub(super) fn odd(n: usize) -> usize {
-    if n % 2 == 1 { n } else { n + 1 }
 }
 
 /// The library offered first: what vibrating things are usually made of; of a first-order system the polynomials that the

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::eliminate::MIN_FOLLOWED_SHARE;
 use super::{Lock, Outcome, Refinement, Settings, Severity, Warning};
 use crate::remedy::Remedy;
+use crate::signal::odd;
 use crate::sparse::{Constraint, Reduced, SparseOptions, stlsq};
 use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::model::Equation;
@@ -145,6 +145,8 @@ fn carrier(outcome: &Outcome) -> Option<(Term, f64)> {
     Some((equation.terms[index].term.clone(), times))
 }
 
+/// Share of a record that a refined fit must follow in one run for terms to be compared by it.
+pub(super) const MIN_FOLLOWED_SHARE: f64 = 0.9;
 /// Samples of a record that shares of forces are estimated from.
 const SAMPLED: usize = 5000;
 
@@ -270,7 +272,7 @@ fn segment(outcome: &Outcome) -> Option<Warning> {
     (share > most).then(|| {
         let mut settings = outcome.settings.clone();
         let window = (smoothing.window as f64 * 0.5 * most / share) as usize;
-        settings.smoothing.window = super::suggest::odd(window.max(smoothing.order + 2));
+        settings.smoothing.window = odd(window.max(smoothing.order + 2));
         Warning {
             severity: Severity::Caution,
             text: format!(

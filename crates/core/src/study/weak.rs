@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::StudyError;
 use super::noise::{Kernels, Sensitivity, Whitening, place, rate_place, slopes, symbols};
-use super::regression::Raster;
+use super::regression::sliding::Raster;
 use crate::signal::{MeasuredSeries, Signals, TestFunction};
 use crate::sparse::Reduced;
 use sindyscope_values::term::{Expression, Kind, Layout, Program, Symbol, Term, derivative};

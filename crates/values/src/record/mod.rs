@@ -1,4 +1,6 @@
 //! Measured samples: trajectories with their channels, units and roles.
+//!
+//! Two files need each other: `types` completes a record by `estimate`, which makes channels of it.
 
 use std::collections::HashSet;
 

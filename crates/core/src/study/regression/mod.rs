@@ -2,7 +2,7 @@
 
 mod opposed;
 mod rows;
-mod sliding;
+pub(super) mod sliding;
 mod uncertainty;
 mod written;
 
@@ -14,7 +14,7 @@ use super::known::{lock_of, offered, sign_of};
 use super::weak::{StateRows, WeakForm};
 use super::{EquationFit, Formulation, Kinematics, Lock, Scaling, Settings, StudyError};
 use crate::signal::{Differentiation, Signals, Smoothing, dot, rms};
-use crate::sparse::{Constraint, Reduced, Scores, Sign, Solution, SparseOptions, drop_path, stlsq};
+use crate::sparse::{Constraint, Reduced, Scores, Sign, Solution, SparseOptions, between, drop_path, stlsq};
 use crate::study::outcome::{DroppedTerm, PathTerm};
 use opposed::DependentCoefficients;
 use rows::{filtered, integrated, smooth_alike};
@@ -311,7 +311,7 @@ impl Regression {
         let mut thresholds: Vec<f64> = edges
             .iter()
             .enumerate()
-            .map(|(k, below)| super::choose::between(*below, edges.get(k + 1).copied().unwrap_or(f64::INFINITY)))
+            .map(|(k, below)| between(*below, edges.get(k + 1).copied().unwrap_or(f64::INFINITY)))
             .collect();
         thresholds.reverse();
         thresholds.truncate(most);
