@@ -1,9 +1,10 @@
 //! What a frame of a plot costs: a million samples, a view of 1400 columns.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use egui_plot::PlotPoint;
-use sindyscope::app::plot::decimate::{self, Decimated, Envelope, Samples};
 use std::hint::black_box;
+
+use sindyscope_report::figure::Samples;
+use sindyscope_report::figure::thin::{self, Envelope, Raster, Spacing};
 
 const N: usize = 1_000_000;
 const INTERVAL: f64 = 1e-3;
@@ -17,25 +18,16 @@ fn signal() -> Vec<f64> {
 
 fn time_series(criterion: &mut Criterion) {
     let values = signal();
-    let samples = Samples { values: &values, start: 0.0, interval: INTERVAL };
     let mut group = criterion.benchmark_group("a million samples");
     group.bench_function("envelope, once an outcome", |b| b.iter(|| Envelope::new(black_box(&values))));
-    let envelope = Envelope::new(&values);
+    let samples = Samples::new(values, Spacing { start: 0.0, interval: INTERVAL });
     let mut points = Vec::new();
     for (name, visible) in [("all of them", 0.0..=1000.0), ("a tenth", 300.0..=400.0), ("a thousandth", 500.0..=501.0)]
     {
         group.bench_function(format!("points of {name}"), |b| {
-            b.iter(|| envelope.points(&samples, black_box(visible.clone()), COLUMNS, &mut points));
+            b.iter(|| samples.thinned(black_box(visible.clone()), COLUMNS, &mut points));
         });
     }
-    let mut decimated = Decimated::new(&values);
-    let mut from = 0.0;
-    group.bench_function("a moved view of a tenth", |b| {
-        b.iter(|| {
-            from = (from + 0.7) % 900.0;
-            decimated.view(&samples, from..=from + 100.0, COLUMNS).len()
-        });
-    });
     group.finish();
 }
 
@@ -45,14 +37,14 @@ fn curves(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("a million points");
     group.bench_function("phase portrait", |b| {
         b.iter(|| {
-            let path = x.iter().zip(&y).map(|(x, y)| PlotPoint::new(*x, *y));
-            decimate::loops(path, ([-1.5; 2], [1.5; 2]), [400.0, 200.0], 20_000, &mut points);
+            let raster = Raster { min: [-1.5; 2], max: [1.5; 2], scale: [400.0, 200.0] };
+            thin::loops(x.iter().zip(&y).map(|(x, y)| [*x, *y]), raster, 20_000, &mut points);
         });
     });
     group.bench_function("spectrum over log f", |b| {
         b.iter(|| {
-            let lines = x.iter().enumerate().map(|(k, y)| PlotPoint::new(((k + 1) as f64).log10(), *y));
-            decimate::columns(lines, 0.0..=6.0, COLUMNS, &mut points);
+            let lines = x.iter().enumerate().map(|(k, y)| [((k + 1) as f64).log10(), *y]);
+            thin::columns(lines, 0.0..=6.0, COLUMNS, &mut points);
         });
     });
     group.finish();

@@ -2,6 +2,9 @@
 #![cfg(feature = "desktop")]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+#[path = "support/raster.rs"]
+mod raster;
+
 #[path = "window/kept.rs"]
 mod kept;
 #[path = "window/masses.rs"]
@@ -14,31 +17,14 @@ use std::time::{Duration, Instant};
 
 use egui::{Key, Modifiers, Theme, accesskit::Role};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
-use egui_kittest::{Harness, SnapshotOptions, TestRenderer};
-use sindyscope::app::plot::raster::Rasterizer;
+use egui_kittest::{Harness, SnapshotOptions};
+use raster::Software;
 use sindyscope::app::{App, Edit, Sample, Source, State};
 use sindyscope_core::study::{Differentiation, Lock, Regressor};
 use sindyscope_files::write_csv;
 use sindyscope_rig::{ScenarioOptions, generate};
 use sindyscope_values::record::Usage;
 use sindyscope_values::term::{Kind, Term};
-
-/// Pictures without a graphics card, alike on every machine.
-#[derive(Default)]
-struct Software(Rasterizer);
-
-impl TestRenderer for Software {
-    fn handle_delta(&mut self, delta: &mut egui::TexturesDelta) {
-        self.0.update(delta);
-    }
-
-    fn render(&mut self, ctx: &egui::Context, output: &egui::FullOutput) -> Result<image::RgbaImage, String> {
-        let primitives = ctx.tessellate(output.shapes.clone(), output.pixels_per_point);
-        let size = ctx.content_rect().size() * output.pixels_per_point;
-        let ground = ctx.global_style().visuals.panel_fill;
-        Ok(self.0.draw(&primitives, [size.x as u32, size.y as u32], output.pixels_per_point, ground))
-    }
-}
 
 struct Window(Harness<'static, App>);
 

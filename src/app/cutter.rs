@@ -6,11 +6,12 @@ use std::sync::{Arc, Weak};
 use egui::{Align2, Color32, CursorIcon, FontId, Id, Rect, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2};
 
 use super::bench::Bench;
-use super::plot::decimate::{Envelope, Samples};
-use super::plot::palette::{self, Ink};
+use super::plot::palette::{self, Ink, Tint};
 use super::plot::units::Scale;
 use super::theme;
 use sindyscope_core::prepare::{Preparation, Treatment};
+use sindyscope_report::figure::Samples;
+use sindyscope_report::figure::thin::Spacing;
 use sindyscope_values::record::Record;
 
 /// Height of the strip, points.
@@ -61,8 +62,8 @@ struct Cuts {
 /// What the strip remembers.
 #[derive(Default)]
 pub(crate) struct Cutter {
-    /// The record that was drawn last, and its envelope.
-    drawn: Option<(Weak<Record>, Envelope)>,
+    /// The record that was drawn last, and its samples.
+    drawn: Option<(Weak<Record>, Samples)>,
     /// What is being dragged, and to where, s.
     dragged: Option<(Handle, f64)>,
 }
@@ -121,7 +122,7 @@ impl Cutter {
         ui: &Ui,
         rect: Rect,
         record: &Arc<Record>,
-        values: &[f64],
+        values: &Arc<[f64]>,
         x: &dyn Fn(f64) -> f32,
         cuts: &Cuts,
         hovered: Option<Handle>,
@@ -131,22 +132,22 @@ impl Cutter {
         let painter = ui.painter().with_clip_rect(rect);
         painter.rect(rect, 4.0, ui.visuals().faint_bg_color, Stroke::new(1.0, colors.line), StrokeKind::Inside);
         if self.drawn.as_ref().is_none_or(|(old, _)| !std::ptr::eq(old.as_ptr(), Arc::as_ptr(record))) {
-            self.drawn = Some((Arc::downgrade(record), Envelope::new(values)));
+            let spacing = Spacing { start: record.start, interval: record.interval.max(f64::MIN_POSITIVE) };
+            self.drawn = Some((Arc::downgrade(record), Samples::new(Arc::clone(values), spacing)));
         }
         let (left, right) = (record.start, record.start + record.duration());
-        if let Some((_, envelope)) = &self.drawn {
-            let (low, high) = envelope.range().unwrap_or((0.0, 1.0));
+        if let Some((_, samples)) = &self.drawn {
+            let (low, high) = samples.range().unwrap_or((0.0, 1.0));
             let span = (high - low).max(f64::MIN_POSITIVE);
             let y = |v: f64| rect.bottom() - 6.0 - ((v - low) / span) as f32 * (rect.height() - 12.0);
-            let samples = Samples { values, start: record.start, interval: record.interval.max(f64::MIN_POSITIVE) };
             let mut points = Vec::new();
-            envelope.points(&samples, left..=right, rect.width() as usize, &mut points);
-            let line = points.iter().map(|p| pos2(x(p.x), y(p.y))).collect();
+            samples.thinned(left..=right, rect.width() as usize, &mut points);
+            let line = points.iter().map(|p| pos2(x(p[0]), y(p[1]))).collect();
             painter.line(line, Stroke::new(1.0, Ink::Measured.color(dark)));
         }
         // What is held out is shaded, what is cut off is veiled.
         let stretch = |from: f32, to: f32| Rect::from_x_y_ranges(from..=to, rect.shrink(1.0).y_range());
-        painter.rect_filled(stretch(x(cuts.divider), x(cuts.to)), 0.0, palette::held_out(dark));
+        painter.rect_filled(stretch(x(cuts.divider), x(cuts.to)), 0.0, palette::tint(Tint::HeldOut, dark));
         let ground = palette::ground(dark);
         let veil = Color32::from_rgba_unmultiplied(ground.r(), ground.g(), ground.b(), 200);
         painter.rect_filled(stretch(rect.left() + 1.0, x(cuts.from)), 0.0, veil);

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use egui::{ColorImage, Context};
+use egui::ColorImage;
 
 use super::dialogs::Purpose;
 use super::figure_panel::FigureLook;
@@ -12,7 +12,7 @@ use super::plot::export::save_png;
 use super::project::Project;
 use super::report::Content;
 use super::rig::{ClassCase, Made, save};
-use super::views::{self, Picture, Search, View, ViewState};
+use super::views::{self, Picture, Search, Seen, View, ViewState};
 use sindyscope_core::study::{Outcome, SettingsGrid};
 use sindyscope_report::document::FigureFormat;
 use sindyscope_report::export;
@@ -53,8 +53,8 @@ pub(crate) enum SavedContent {
 
 /// A picture of a view.
 pub(crate) struct ViewPicture {
-    /// The window's context: the view is drawn as zoomed there.
-    pub(crate) like: Context,
+    /// How it is zoomed in the window.
+    pub(crate) seen: Seen,
     pub(crate) view: View,
     pub(crate) outcome: Arc<Outcome>,
     pub(crate) map: Option<Arc<SettingsGrid>>,
@@ -97,7 +97,7 @@ impl Saving {
                 vec![path]
             }
             SavedContent::Figure { svg, title } => {
-                figure(&path, title, || svg)?;
+                figure(&path, title, || Ok(svg))?;
                 vec![path]
             }
             SavedContent::Table(text) => {
@@ -121,24 +121,21 @@ impl Saving {
 }
 
 impl ViewPicture {
-    /// The report's own figure of the view where it has one and the window's is not asked for; else what the window shows.
-    fn svg(self) -> String {
-        let Self { like, view, outcome, map, pins, record, state, look } = self;
+    /// The view as the window shows it, or whole.
+    fn svg(self) -> Result<String, String> {
+        let Self { seen, view, outcome, map, pins, record, state, look } = self;
         let search = Search { map: map.as_ref(), ..Search::default() };
         let picture = Picture { outcome: &outcome, previous: None, record, stale: false, search, pins: &pins };
-        let own = view
-            .figure(&state)
-            .filter(|_| !look.as_shown && state.units.is_empty())
-            .and_then(|kind| kind.svg(&outcome, record, look.size));
-        own.unwrap_or_else(|| views::vector(&like, view, &picture, &state, look.size))
+        let figure = views::figure(view, &picture, &state, look.as_shown.then_some(&seen))?;
+        Ok(figure.svg(look.size, seen.units()))
     }
 }
 
 /// Writes a drawing in the form that the path's ending says.
-fn figure(path: &Path, title: &str, drawing: impl FnOnce() -> String) -> Result<(), String> {
+fn figure(path: &Path, title: &str, drawing: impl FnOnce() -> Result<String, String>) -> Result<(), String> {
     let write = || {
         let format = FigureFormat::of(path).map_err(|e| e.to_string())?;
-        let bytes = format.bytes(&drawing(), title).map_err(|e| e.to_string())?;
+        let bytes = format.bytes(&drawing()?, title).map_err(|e| e.to_string())?;
         fs::write(path, bytes).map_err(|e| format!("{e}; choose another folder ({})", path.display()))
     };
     write().map_err(|e: String| format!("The figure was not saved: {e}"))

@@ -257,7 +257,7 @@ impl App {
     fn figure_panel(&mut self, ctx: &Context, frame: &eframe::Frame) {
         let (name, drawn) = match self.state.room {
             _ if !self.figure_open || self.bench.outcome.is_none() => return,
-            Room::Identify => (self.state.view.label(), self.state.view.figure(&self.state.views).is_some()),
+            Room::Identify => (self.state.view.label(), true),
             Room::Missing => (self.figure.name(), false),
             Room::Rig | Room::Report => return,
         };
@@ -281,7 +281,7 @@ impl App {
     fn view_picture(&self, ctx: &Context) -> Option<ViewPicture> {
         let outcome = self.bench.outcome.clone()?;
         Some(ViewPicture {
-            like: ctx.clone(),
+            seen: views::Seen::of(ctx, self.state.view, &self.state.views),
             view: self.state.view,
             record: self.record_in(&outcome),
             outcome,
@@ -468,7 +468,7 @@ impl App {
                 return self.rig_centre(ui, frame);
             }
             if self.state.room == Room::Missing && !self.bench.records.is_empty() {
-                for act in self.missing.show(ui, &self.bench, &self.edit, &mut self.state.views.freedom) {
+                for act in self.missing.show(ui, &self.bench, &self.edit, &mut self.state.views.options.freedom) {
                     self.walk_on(act, ui.ctx(), frame);
                 }
                 return;

@@ -268,7 +268,7 @@ fn foot(ui: &mut Ui, open: &mut Open) -> Option<ReadOptions> {
             });
         });
     });
-    match &open.preview {
+    match &mut open.preview {
         None => {
             ui.centered_and_justified(|ui| ui.weak("reading…"));
         }

@@ -4,11 +4,9 @@ use std::sync::Arc;
 
 use egui::{RichText, ScrollArea, Ui, vec2};
 
-use super::figures::{self, Figure};
-use super::plots::{self, Frame, Panel, Trace};
-use super::{Act, Missing, RoundStep, Sight, cards, compare, stage_color, stands, words};
+use super::figures::{self, Figure, Manner};
+use super::{Act, Missing, RoundStep, Sight, cards, compare, stands, words};
 use sindyscope_search::{Candidate, Stage};
-use sindyscope_values::record::Usage;
 
 pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, before: &Arc<Stage>, acts: &mut Vec<Act>) {
     let candidates = sight.candidates();
@@ -27,13 +25,11 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, before: &
     let hovered =
         ui.data(|d| d.get_temp::<Option<sindyscope_search::Choice>>(egui::Id::unique("hovered candidate"))).flatten();
     let shown = by_choice(&hovered).or(chosen);
-    let after = shown.and_then(|c| sight.with(&c.choice));
     let aside = shown.map_or_else(String::new, |c| format!("preview: {}", c.title));
-    if let Some(trace) =
-        compare::record(ui, sight, (&before.traces, &mut room.record, &mut room.mass), &aside).map(|t| t.record.clone())
-    {
-        let height = ui.available_height() - list - 36.0;
-        overlay(ui, room, sight, (before, after, &trace), height, acts);
+    if compare::record(ui, sight, (&before.traces, &mut room.record, &mut room.mass), &aside).is_some() {
+        let size = vec2(ui.available_width(), ui.available_height() - list - 36.0);
+        let figure = Figure::Time(RoundStep::Add);
+        figures::show(ui, room, sight, (&figure, shown.map(|c| &c.choice)), Manner::new(size), acts);
     }
     buttons(ui, room, sight, chosen, next, acts);
     let mut under = None;
@@ -64,75 +60,6 @@ pub(super) fn looked_at<'a>(room: &Missing, sight: &Sight<'a>) -> Option<&'a Can
 /// The first candidate that stands and was not skipped.
 fn next<'a>(room: &Missing, sight: &Sight<'a>) -> Option<&'a Candidate> {
     sight.offered().filter(|c| stands(c)).find(|c| !room.skipped.contains(&c.choice))
-}
-
-/// Measured, before and with the effect over each other, the gaps beneath.
-pub(super) fn overlay(
-    ui: &mut Ui,
-    room: &mut Missing,
-    sight: &Sight<'_>,
-    (before, after, record): (&Stage, Option<&Arc<Stage>>, &str),
-    height: f32,
-    acts: &mut Vec<Act>,
-) {
-    let find = |stage: &Stage| stage.traces.iter().find(|t| &*t.record == record).cloned();
-    let Some(old) = find(before) else { return };
-    let new = after.and_then(|s| find(s));
-    let dark = sight.dark;
-    let sensor = sight.subject.sensor(sight.mass);
-    let color = stage_color(before.effects.len() + 1, dark);
-    let old_color = stage_color(before.effects.len(), dark);
-    let mut traces = vec![Trace::measured(old.of_mass(sight.mass).0, dark)];
-    let mut gaps = Vec::new();
-    let rms = |v: &[f64]| (v.iter().map(|g| g * g).sum::<f64>() / v.len().max(1) as f64).sqrt();
-    let mut aside = String::new();
-    for (name, trace, color, width) in
-        [("before", Some(&old), old_color, 1.1), ("with the effect", new.as_ref(), color, 1.6)]
-    {
-        let Some(trace) = trace else { continue };
-        let (measured, simulated) = trace.of_mass(sight.mass);
-        traces.push(Trace { name, color, width, values: Arc::clone(simulated), leads: false });
-        let gap = room.plots.made(0, measured, simulated, |m, s| m - s);
-        let size = sindyscope_values::format::units::format_si(rms(&gap), &sensor.unit, 3);
-        aside = if aside.is_empty() { format!("RMS {size}") } else { format!("{aside} → {size}") };
-        gaps.push(Trace { name, color, width: 1.0, values: gap, leads: true });
-    }
-    let noise = sight.noise(&old);
-    let panels = [
-        Panel {
-            symbol: &sensor.symbol,
-            unit: sensor.unit.clone(),
-            traces,
-            band: None,
-            level: None,
-            aside: String::new(),
-            empty: "",
-            share: 1.3,
-        },
-        Panel {
-            symbol: "gap",
-            unit: sensor.unit.clone(),
-            traces: gaps,
-            band: None,
-            level: (noise > 0.0).then(|| ("± noise".to_owned(), noise)),
-            aside,
-            empty: "",
-            share: 1.0,
-        },
-    ];
-    let frame = Frame {
-        id: "add",
-        start: old.start,
-        interval: old.interval,
-        samples: old.measured.len(),
-        held_out: old.usage == Usage::HeldOut,
-        worst: &[],
-        dark,
-        height,
-    };
-    for plot in plots::stack(ui, &mut room.plots, &frame, &panels) {
-        figures::menu(&plot.response, &Figure::Time(RoundStep::Add), || plots::table(&frame, &panels), acts);
-    }
 }
 
 /// Skip and undo; to accept is the button that leads on.

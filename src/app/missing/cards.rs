@@ -1,11 +1,14 @@
 //! Candidates as cards, and as rows of a list.
 
-use egui::{Align, FontId, Layout, Rect, RichText, Sense, Stroke, StrokeKind, Ui, UiBuilder, WidgetInfo, pos2, vec2};
+use egui::{
+    Align, FontId, Layout, Rect, RichText, Sense, Stroke, StrokeKind, Ui, UiBuilder, Vec2, WidgetInfo, pos2, vec2,
+};
 use sindyscope_values::format::units::raised;
 
-use super::figures::{self, Figure};
+use super::figures::{self, Figure, Manner};
 use super::subject::short_title;
-use super::{Act, Missing, Sight, plots, stage_color, stands, words};
+use super::{Act, Missing, Sight, stage_color, stands, words};
+use crate::app::plot::painter::{Wish, entries};
 use crate::app::theme;
 use sindyscope_search::{Candidate, Stage, Standing};
 use sindyscope_values::format::number::significant_trimmed;
@@ -14,6 +17,8 @@ use sindyscope_values::format::number::significant_trimmed;
 pub(super) const NARROWEST: f32 = 270.0;
 /// Height of a card, points.
 pub(super) const HEIGHT: f32 = 304.0;
+/// Highest card: beyond it a plot gains nothing.
+pub(super) const TALLEST: f32 = 460.0;
 /// Height of its plot, points.
 const PLOT: f32 = 138.0;
 
@@ -41,14 +46,15 @@ fn behind(candidate: &Candidate, sight: &Sight<'_>) -> Option<f64> {
 /// A card; `rank` is shown where the candidate stands.
 pub(super) fn card(
     ui: &mut Ui,
-    room: &Missing,
+    room: &mut Missing,
     sight: &Sight<'_>,
     before: &Stage,
     candidate: &Candidate,
-    (rank, width): (Option<usize>, f32),
+    (rank, size): (Option<usize>, Vec2),
     acts: &mut Vec<Act>,
 ) {
-    let (rect, response) = ui.allocate_exact_size(vec2(width, HEIGHT), Sense::click());
+    let (rect, response) = ui.allocate_exact_size(size, Sense::click());
+    let plot_height = size.y - (HEIGHT - PLOT);
     response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &candidate.title));
     if !ui.is_rect_visible(rect) {
         return;
@@ -83,15 +89,17 @@ pub(super) fn card(
         ui.add(egui::Label::new(title).truncate())
             .on_hover_text(format!("{}\n\n{}", candidate.title, candidate.explanation));
     });
-    let (plot, _) = ui.allocate_exact_size(vec2(inner.width(), PLOT), Sense::hover());
-    if candidate.curve.measured.is_empty() {
+    let size = vec2(inner.width(), plot_height);
+    let manner =
+        Manner { sense: Sense::hover(), strength: if faded { 0.45 } else { 1.0 }, ..Manner::new(size).compact() };
+    let figure = Figure::Curve(candidate.choice.clone());
+    if !figures::show(ui, room, sight, (&figure, None), manner, acts) {
+        let (plot, _) = ui.allocate_exact_size(size, Sense::hover());
         let text = match candidate.standing {
             Standing::NotShown(_) => "not tried",
             _ => "no curve",
         };
         ui.painter().text(plot.center(), egui::Align2::CENTER_CENTER, text, FontId::proportional(12.0), strong);
-    } else {
-        plots::curve(ui, plot, &candidate.curve, &sight.subject.acceleration, color, faded);
     }
     line(ui, 18.0, |ui| match &candidate.stage {
         Some(stage) => {
@@ -146,9 +154,13 @@ pub(super) fn card(
     job.wrap.max_width = inner.width();
     let galley = ui.painter().layout_job(job);
     ui.painter().galley(rest, galley, color);
-    if !candidate.curve.measured.is_empty() {
-        let table = || figures::curve_table(&candidate.curve, &sight.subject.acceleration);
-        figures::menu(&response, &Figure::Curve(candidate.choice.clone()), table, acts);
+    if let Some(drawing) = figures::kept(room, sight, &figure, None) {
+        let table = || drawing.panels().next().map_or_else(String::new, |p| drawing.table(p, &(0.0..=0.0)));
+        response.context_menu(|menu| match entries(menu, table) {
+            Some(Wish::Table(text)) => acts.push(Act::SaveTable(figure.name(), text)),
+            Some(Wish::Picture) => acts.push(Act::SaveFigure(figure.clone())),
+            None => {}
+        });
     }
     let full = format!("{}\n\n{reason}\n{confused}", candidate.explanation);
     if response.on_hover_text(full.trim()).clicked() {

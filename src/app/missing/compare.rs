@@ -1,15 +1,13 @@
 //! Compare: where the simulated response and the measurement part.
 
-use crate::app::plot::palette::Painted as _;
 use sindyscope_values::format::units::raised;
 use std::sync::Arc;
 
 use egui::{RichText, Ui, vec2};
 
-use super::figures::{self, Figure};
-use super::plots::{self, Frame, Panel, Trace};
-use super::{Act, Missing, RoundStep, Sight, cards, map, stage_color, stands, words};
-use crate::app::plot::palette::{self, Ink};
+use super::figures::{self, Figure, Manner};
+use super::{Act, Missing, RoundStep, Sight, cards, stands, words};
+use crate::app::plot::palette::{self, Tint};
 use crate::app::theme;
 use sindyscope_search::{Place, Site, Stage, Trace as Response};
 use sindyscope_values::format::number::significant;
@@ -20,10 +18,13 @@ const MAPS: f32 = 160.0;
 
 pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, stage: &Arc<Stage>, acts: &mut Vec<Act>) {
     sentence(ui, sight);
-    let Some(trace) = record(ui, sight, (&stage.traces, &mut room.record, &mut room.mass), "") else { return };
+    if record(ui, sight, (&stage.traces, &mut room.record, &mut room.mass), "").is_none() {
+        return;
+    }
     let maps = (0.34 * ui.available_height()).max(MAPS);
     let height = ui.available_height() - maps - 6.0;
-    time(ui, room, sight, trace, height, acts);
+    let figure = Figure::Time(RoundStep::Compare);
+    figures::show(ui, room, sight, (&figure, None), Manner::new(vec2(ui.available_width(), height)), acts);
     below(ui, room, sight, maps, acts);
 }
 
@@ -64,123 +65,29 @@ fn sentence(ui: &mut Ui, sight: &Sight<'_>) {
     });
 }
 
-/// Measured and simulated, their difference, and the force that is missing, on one time axis.
-pub(super) fn time(
-    ui: &mut Ui,
-    room: &mut Missing,
-    sight: &Sight<'_>,
-    trace: &Response,
-    height: f32,
-    acts: &mut Vec<Act>,
-) {
-    let dark = sight.dark;
-    let model = stage_color(sight.walk.accepted.len(), dark);
-    let (measured, simulated) = trace.of_mass(sight.mass);
-    let sensor = sight.subject.sensor(sight.mass);
-    let gap = room.plots.made(0, measured, simulated, |m, s| m - s);
-    let missing = sight.place().and_then(|p| p.force.iter().find(|f| f.record == trace.record));
-    fn line<'a>(name: &'a str, color: egui::Color32, width: f32, values: Arc<[f64]>, leads: bool) -> Trace<'a> {
-        Trace { name, color, width, values, leads }
-    }
-    let response = Panel {
-        symbol: &sensor.symbol,
-        unit: sensor.unit.clone(),
-        traces: vec![
-            line("measured", Ink::Measured.color(dark), Ink::Measured.width(), Arc::clone(measured), true),
-            line("simulated", model, Ink::Identified.width(), Arc::clone(simulated), false),
-        ],
-        band: None,
-        level: None,
-        aside: String::new(),
-        empty: "",
-        share: 1.4,
-    };
-    let rms = (gap.iter().map(|g| g * g).sum::<f64>() / gap.len().max(1) as f64).sqrt();
-    let noise = sight.noise(trace);
-    let gap = Panel {
-        symbol: "gap",
-        unit: sensor.unit.clone(),
-        traces: vec![line("measured − simulated", Ink::Error.color(dark), 1.0, gap, true)],
-        band: None,
-        level: (noise > 0.0).then(|| {
-            (format!("± noise {}", sindyscope_values::format::units::format_si(noise, &sensor.unit, 2)), noise)
-        }),
-        aside: format!("RMS {}", sindyscope_values::format::units::format_si(rms, &sensor.unit, 3)),
-        empty: "",
-        share: 1.0,
-    };
-    // With several masses it is that of the one that lacks most, whichever is shown above.
-    let named = match sight.place() {
-        Some(place) if sight.subject.masses() > 1 => format!("missing force per mass, on mass {}", place.mass + 1),
-        _ => "missing force per mass".to_owned(),
-    };
-    let force = Panel {
-        symbol: "force",
-        unit: sight.subject.acceleration.clone(),
-        traces: missing
-            .map(|m| line(&named, Ink::Input.color(dark), 1.2, Arc::clone(&m.force), true))
-            .into_iter()
-            .collect(),
-        band: missing.map(|m| ("± 1 σ", Arc::clone(&m.deviation))),
-        level: None,
-        aside: String::new(),
-        empty: match trace.usage {
-            Usage::HeldOut => "known for fitted records only",
-            _ => "the missing force comes with the search",
-        },
-        share: 1.0,
-    };
-    // Of noise there is no worst stretch.
-    let worst = missing.filter(|_| !only_noise(sight)).map_or(&[][..], |m| &m.worst);
-    let frame = Frame {
-        id: "compare",
-        start: trace.start,
-        interval: trace.interval,
-        samples: trace.measured.len(),
-        held_out: trace.usage == Usage::HeldOut,
-        worst,
-        dark,
-        height,
-    };
-    let panels = [response, gap, force];
-    for plot in plots::stack(ui, &mut room.plots, &frame, &panels) {
-        let table = || plots::table(&frame, &panels);
-        figures::menu(&plot.response, &Figure::Time(RoundStep::Compare), table, acts);
-    }
-}
-
 /// Whether it was asked, and there is no gap beyond noise.
-fn only_noise(sight: &Sight<'_>) -> bool {
+pub(super) fn only_noise(sight: &Sight<'_>) -> bool {
     sight.round().is_some_and(|r| !r.evidence.significant)
 }
 
 /// The map, and one profile.
 fn below(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, height: f32, acts: &mut Vec<Act>) {
-    let empty = Place::default();
-    let place = sight.place().filter(|_| !only_noise(sight)).unwrap_or(&empty);
-    let why = if only_noise(sight) {
-        "no gap beyond noise: there is nothing to map"
-    } else {
-        "the map comes with the search"
-    };
     ui.horizontal_top(|ui| {
         let half = 0.5 * (ui.available_width() - 8.0);
-        let acceleration = &sight.subject.acceleration;
-        let response = map::show(ui, &place.map, acceleration, vec2(half, height), why);
-        if !place.map.mean.is_empty() {
-            figures::menu(&response, &Figure::Map, || figures::map_table(&place.map, acceleration), acts);
+        if !figures::show(ui, room, sight, (&Figure::Map, None), Manner::new(vec2(half, height)).compact(), acts) {
+            let why = if only_noise(sight) {
+                "no gap beyond noise: there is nothing to map"
+            } else {
+                "the map comes with the search"
+            };
+            ui.add_sized(vec2(half, height), egui::Label::new(RichText::new(why).weak()));
         }
         ui.vertical(|ui| {
             ui.set_width(half);
-            if place.profiles.is_empty() {
-                return;
-            }
-            let shown = profile(room, sight, place);
-            chips(ui, room, place, shown);
-            let left = height - 24.0;
-            let profile = &place.profiles[shown];
-            let response = map::profile(ui, profile, acceleration, vec2(half, left), "");
-            figures::menu(&response, &Figure::Profile, || figures::profile_table(profile, acceleration), acts);
+            let Some(place) = sight.place().filter(|p| !only_noise(sight) && !p.profiles.is_empty()) else { return };
+            chips(ui, room, place, profile(room, sight, place));
+            let manner = Manner::new(vec2(half, height - 24.0)).compact();
+            figures::show(ui, room, sight, (&Figure::Profile, None), manner, acts);
         });
     });
 }
@@ -258,7 +165,7 @@ pub(super) fn record<'a>(
         ui.colored_label(color, text);
         if trace.usage == Usage::HeldOut {
             let (rect, _) = ui.allocate_exact_size(vec2(14.0, 10.0), egui::Sense::hover());
-            ui.painter().rect_filled(rect, 1.0, palette::held_out(ui.visuals().dark_mode));
+            ui.painter().rect_filled(rect, 1.0, palette::tint(Tint::HeldOut, ui.visuals().dark_mode));
         }
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             let sensors = &sight.subject.sensors;

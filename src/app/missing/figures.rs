@@ -1,16 +1,21 @@
-//! Figures of the room to take along: drawn for print, their numbers as a table.
+//! The figures of the room: made of what was found, drawn in the steps, and taken along as pictures and tables.
 
-use egui::{Context, Response, Ui};
+use std::sync::Arc;
 
-use super::{Act, Missing, RoundStep, Sight, add, compare, map, plots, verify, waterfall};
+use egui::{Context, Sense, Ui, Vec2};
+
+use super::plots::{Shown, plot_id};
+use super::{Act, Missing, RoundStep, Sight, add, compare, verify};
 use crate::app::bench::Bench;
-use crate::app::plot::export::csv;
-use crate::app::plot::palette;
+use crate::app::plot::painter::{self, Wish, zoom};
+use crate::app::plot::{display, palette};
 use crate::app::state::Edit;
-use crate::app::views;
+use palette::Ink;
 use sindyscope_report::document::FigureSize;
-use sindyscope_search::{Choice, Curve, Map, Profile, Stage};
-use sindyscope_values::format::units::Scale;
+use sindyscope_report::figure::Figure as Drawing;
+use sindyscope_report::walk::{self, Compared, Lacking, Response};
+use sindyscope_search::{Choice, Curve, Map, Profile, Stage, Trace};
+use sindyscope_values::record::Usage;
 
 /// A figure that is saved alone.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +26,8 @@ pub(crate) enum Figure {
     Map,
     /// The missing force along one quantity.
     Profile,
+    /// What is left at the end, along the quantity that orders it best.
+    Left,
     /// The force of a candidate over the quantity at its place.
     Curve(Choice),
     /// The error after each effect.
@@ -36,28 +43,251 @@ impl Figure {
             Self::Time(_) => "gap",
             Self::Map => "map",
             Self::Profile => "missing force",
+            Self::Left => "what is left",
             Self::Curve(_) => "effect",
             Self::Waterfall => "errors",
         }
     }
+
+    /// What it is to those who hear the window.
+    fn spoken(&self) -> &'static str {
+        match self {
+            Self::Map => "Map of the missing force",
+            Self::Profile | Self::Left => "Missing force along one quantity",
+            other => other.name(),
+        }
+    }
+
+    /// Where it is shown.
+    fn place(&self) -> &'static str {
+        match self {
+            Self::Time(RoundStep::Add) => "add",
+            Self::Time(RoundStep::Verify) => "verify",
+            Self::Time(_) => "compare",
+            other => other.name(),
+        }
+    }
 }
 
-/// The menu of a plot's right button.
-pub(super) fn menu(response: &Response, figure: &Figure, table: impl FnOnce() -> String, acts: &mut Vec<Act>) {
-    response.context_menu(|ui| {
-        let (copy, save) = (ui.button("Copy as CSV").clicked(), ui.button("Save as CSV…").clicked());
-        if copy {
-            ui.ctx().copy_text(table());
-            ui.close();
-        } else if save {
-            acts.push(Act::SaveTable(figure.name(), table()));
-            ui.close();
+/// How a figure is drawn.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Manner {
+    /// Size, points.
+    pub(super) size: Vec2,
+    /// Small letters.
+    pub(super) compact: bool,
+    /// What it reacts to if it is not zoomed.
+    pub(super) sense: Sense,
+    /// Strength, 0 to 1.
+    pub(super) strength: f32,
+}
+
+impl Manner {
+    pub(super) fn new(size: Vec2) -> Self {
+        Self { size, compact: false, sense: Sense::click(), strength: 1.0 }
+    }
+
+    pub(super) fn compact(self) -> Self {
+        Self { compact: true, ..self }
+    }
+}
+
+/// Draws a figure; false where there is nothing to draw. `preview` is the candidate under the pointer.
+pub(super) fn show(
+    ui: &mut Ui,
+    room: &mut Missing,
+    sight: &Sight<'_>,
+    (figure, preview): (&Figure, Option<&Choice>),
+    manner: Manner,
+    acts: &mut Vec<Act>,
+) -> bool {
+    let Some(drawing) = kept(room, sight, figure, preview) else { return false };
+    let data: Vec<u64> = match figure {
+        Figure::Time(_) => drawing.panels().flat_map(|p| [p.x.range.0.to_bits(), p.x.range.1.to_bits()]).collect(),
+        _ => Vec::new(),
+    };
+    // Cards stand beside each other, each with a plot of its own.
+    let number = if let Figure::Curve(choice) = figure { painter::stamp(format!("{choice:?}")) } else { 0 };
+    let shown = Shown {
+        number,
+        compact: manner.compact,
+        sense: manner.sense,
+        strength: manner.strength,
+        ..Shown::new(figure.place(), figure.spoken(), data)
+    };
+    let figures = &mut room.figures;
+    let wish = ui
+        .allocate_ui(manner.size, |ui| {
+            ui.set_min_size(manner.size);
+            figures.draw(ui, &drawing, &shown).wish
+        })
+        .inner;
+    match wish {
+        Some(Wish::Table(text)) => acts.push(Act::SaveTable(figure.name(), text)),
+        Some(Wish::Picture) => acts.push(Act::SaveFigure(figure.clone())),
+        None => {}
+    }
+    true
+}
+
+/// A figure, kept as long as it would be the same; none where there is nothing to draw.
+pub(super) fn kept(
+    room: &mut Missing,
+    sight: &Sight<'_>,
+    figure: &Figure,
+    preview: Option<&Choice>,
+) -> Option<Arc<Drawing>> {
+    let made_of = made_of(room, sight, figure, preview)?;
+    let mut figures = std::mem::take(&mut room.figures);
+    let name = if let Figure::Curve(choice) = figure { format!("{choice:?}") } else { figure.place().to_owned() };
+    let drawing = figures.get(name, made_of, || make(room, sight, figure, preview));
+    room.figures = figures;
+    drawing
+}
+
+/// The stages whose responses a step shows over each other: what each is called, how many effects it has, and its line's width.
+fn stages_shown<'a>(
+    room: &Missing,
+    sight: &Sight<'a>,
+    step: RoundStep,
+    preview: Option<&Choice>,
+) -> Option<(Vec<(&'static str, Ink, f32, &'a Stage)>, &'a Trace)> {
+    let find = |stage: &'a Stage, record: &str| stage.traces.iter().find(|t| &*t.record == record);
+    match step {
+        RoundStep::Add => {
+            let before: &Stage = sight.stage()?;
+            let choice = preview.cloned().or_else(|| add::looked_at(room, sight).map(|c| c.choice.clone()));
+            let trace = before.traces.get(room.record)?;
+            let effects = before.effects.len();
+            let after = choice.and_then(|choice| sight.with(&choice));
+            let after = after.filter(|s| find(s, &trace.record).is_some());
+            let mut stages = vec![("before", Ink::of_stage(effects), 1.1, before)];
+            stages.extend(after.map(|s| ("with the effect", Ink::of_stage(effects + 1), 1.6, &**s)));
+            Some((stages, trace))
         }
-        if ui.button("Save this figure…").on_hover_text("As SVG, PDF or PNG, at a size on paper").clicked() {
-            acts.push(Act::SaveFigure(figure.clone()));
-            ui.close();
+        RoundStep::Verify => {
+            let all = sight.stages();
+            let (first, last) = (*all.first()?, *all.last()?);
+            let trace = last.traces.get(verify::record_shown(room, last))?;
+            let mut stages = Vec::new();
+            if all.len() > 1 && find(first, &trace.record).is_some() {
+                stages.push(("before", Ink::of_stage(0), 1.1, &**first));
+            }
+            let (name, width) = if all.len() > 1 { ("after", 1.6) } else { ("base", 1.3) };
+            stages.push((name, Ink::of_stage(all.len() - 1), width, &**last));
+            Some((stages, trace))
         }
-    });
+        _ => {
+            let stage: &Stage = sight.stage()?;
+            let trace = stage.traces.get(room.record)?;
+            Some((vec![("simulated", Ink::of_stage(sight.walk.accepted.len()), Ink::Identified.width(), stage)], trace))
+        }
+    }
+}
+
+/// What a figure is made of, as something that tells it from others; none where there is nothing to draw.
+fn made_of(room: &Missing, sight: &Sight<'_>, figure: &Figure, preview: Option<&Choice>) -> Option<Vec<u64>> {
+    let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<u64>>();
+    let pairs = |points: &[[f64; 2]]| points.iter().flatten().map(|v| v.to_bits()).collect::<Vec<u64>>();
+    Some(match figure {
+        Figure::Time(step) => {
+            let (stages, trace) = stages_shown(room, sight, *step, preview)?;
+            let address = |values: &Arc<[f64]>| values.as_ptr() as u64;
+            let force = force(sight, trace).map_or(0, |f| address(&f.force));
+            let mut made_of = vec![sight.mass as u64, sight.noise(trace).to_bits(), force];
+            made_of.push(u64::from(compare::only_noise(sight)));
+            made_of.push(address(trace.of_mass(sight.mass).0));
+            for (_, _, _, stage) in stages {
+                let trace = stage.traces.iter().find(|t| t.record == trace.record)?;
+                made_of.push(address(trace.of_mass(sight.mass).1));
+            }
+            made_of
+        }
+        Figure::Map => bits(&map(sight)?.mean),
+        Figure::Profile | Figure::Left => {
+            let profile = profile(room, sight, figure)?;
+            [bits(&profile.at), bits(&profile.mean), bits(&profile.error)].concat()
+        }
+        Figure::Curve(choice) => {
+            let (curve, ..) = curve(sight, choice)?;
+            [pairs(&curve.measured), pairs(&curve.effect)].concat()
+        }
+        Figure::Waterfall => {
+            let errors = sight.stages().into_iter().flat_map(|s| [s.gap.train_rmse, s.gap.test_rmse.unwrap_or(-1.0)]);
+            errors.chain([sight.known.noise_floor]).map(f64::to_bits).collect()
+        }
+    })
+}
+
+/// Makes a figure; none where there is nothing to draw.
+fn make(room: &Missing, sight: &Sight<'_>, figure: &Figure, preview: Option<&Choice>) -> Option<Drawing> {
+    let acceleration = &sight.subject.acceleration;
+    match figure {
+        Figure::Time(step) => {
+            let (stages, trace) = stages_shown(room, sight, *step, preview)?;
+            let sensor = sight.subject.sensor(sight.mass);
+            let (symbol, unit, noise) = (&*sensor.symbol, &*sensor.unit, sight.noise(trace));
+            let compared = Compared { mass: sight.mass, symbol, unit, noise };
+            let responses: Vec<Response<'_>> = stages
+                .iter()
+                .filter_map(|(name, ink, width, stage)| {
+                    let trace = stage.traces.iter().find(|t| t.record == trace.record)?;
+                    Some(Response { name, ink: *ink, width: *width, trace })
+                })
+                .collect();
+            if matches!(step, RoundStep::Add | RoundStep::Verify) {
+                return walk::responses(&compared, &responses);
+            }
+            // With several masses it is that of the one that lacks most, whichever is shown above.
+            let name = match sight.place() {
+                Some(place) if sight.subject.masses() > 1 => {
+                    format!("missing force per mass, on mass {}", place.mass + 1)
+                }
+                _ => "missing force per mass".to_owned(),
+            };
+            let note = match trace.usage {
+                Usage::HeldOut => "known for fitted records only",
+                _ => "the missing force comes with the search",
+            };
+            // Of noise there is no worst stretch.
+            let marked = !compare::only_noise(sight);
+            let lacking = Lacking { force: force(sight, trace), name: &name, unit: acceleration, note, marked };
+            Some(walk::gap(&compared, responses.first()?, &lacking))
+        }
+        Figure::Map => walk::map(map(sight)?, acceleration),
+        Figure::Profile => Some(walk::profile(profile(room, sight, figure)?, acceleration, "")),
+        Figure::Left => Some(walk::profile(profile(room, sight, figure)?, acceleration, "not a law")),
+        Figure::Curve(choice) => {
+            let (curve, title, ink) = curve(sight, choice)?;
+            walk::curve(curve, title, ink, acceleration)
+        }
+        Figure::Waterfall => {
+            let stages: Vec<&Stage> = sight.stages().into_iter().map(AsRef::as_ref).collect();
+            walk::waterfall(&stages, sight.known.noise_floor, sight.unit, "never fitted")
+        }
+    }
+}
+
+fn force<'a>(sight: &Sight<'a>, trace: &Trace) -> Option<&'a sindyscope_search::MissingForce> {
+    sight.place()?.force.iter().find(|f| f.record == trace.record)
+}
+
+fn map<'a>(sight: &Sight<'a>) -> Option<&'a Map> {
+    sight.place().filter(|_| !compare::only_noise(sight)).map(|p| &p.map).filter(|m| !m.mean.is_empty())
+}
+
+fn profile<'a>(room: &Missing, sight: &Sight<'a>, figure: &Figure) -> Option<&'a Profile> {
+    if *figure == Figure::Left {
+        return sight.round()?.place.profiles.first();
+    }
+    let place = sight.place().filter(|p| !p.profiles.is_empty())?;
+    place.profiles.get(compare::profile(room, sight, place))
+}
+
+/// A candidate's curve, its title and the ink that it would have.
+fn curve<'a>(sight: &Sight<'a>, choice: &Choice) -> Option<(&'a Curve, &'a str, Ink)> {
+    let candidate = sight.candidates().iter().find(|c| c.choice == *choice)?;
+    Some((&candidate.curve, &candidate.title, Ink::of_stage(sight.stage()?.effects.len() + 1)))
 }
 
 impl Missing {
@@ -82,138 +312,12 @@ impl Missing {
         let subject = super::Subject::of(bench);
         let known = std::mem::take(&mut self.known);
         let sight = self.sight(&known, &edit.walk, &subject, false);
-        let mut drawn = false;
-        let text = views::on_paper(like, size, |ui| {
-            ui.visuals_mut().extreme_bg_color = palette::ground(false);
-            drawn = draw(ui, self, &sight, figure).is_some();
-        });
+        let drawing = make(self, &sight, figure, None);
         self.known = known;
-        drawn.then_some(text)
-    }
-}
-
-/// Draws a figure into all the room there is.
-fn draw(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, figure: &Figure) -> Option<()> {
-    let (size, acceleration) = (ui.available_size(), &sight.subject.acceleration);
-    let acts = &mut Vec::new();
-    match figure {
-        Figure::Time(RoundStep::Add) => {
-            let before = sight.stage()?;
-            let after = add::looked_at(room, sight).and_then(|c| sight.with(&c.choice));
-            let record = before.traces.get(room.record)?.record.clone();
-            add::overlay(ui, room, sight, (before, after, &record), size.y, acts);
-        }
-        Figure::Time(RoundStep::Verify) => {
-            let stages = sight.stages();
-            let trace = stages.last()?.traces.get(verify::record_shown(room, stages.last()?))?.clone();
-            verify::before_and_after(ui, room, sight, (&stages, &trace), size.y, acts);
-        }
-        Figure::Time(_) => {
-            let stage = sight.stage()?;
-            compare::time(ui, room, sight, stage.traces.get(room.record)?, size.y, acts);
-        }
-        Figure::Map => drop(map::show(ui, &sight.place()?.map, acceleration, size, "")),
-        Figure::Profile => {
-            let place = sight.place().filter(|p| !p.profiles.is_empty())?;
-            let shown = &place.profiles[compare::profile(room, sight, place)];
-            map::profile(ui, shown, acceleration, size, "");
-        }
-        Figure::Curve(choice) => {
-            let candidate = sight.candidates().iter().find(|c| c.choice == *choice)?;
-            let (rect, _) = ui.allocate_exact_size(size, egui::Sense::hover());
-            let color = super::stage_color(sight.stage()?.effects.len() + 1, sight.dark);
-            plots::curve(ui, rect, &candidate.curve, acceleration, color, false);
-        }
-        Figure::Waterfall => drop(waterfall::show(ui, &sight.stages(), sight.known.noise_floor, sight.unit, size)),
-    }
-    Some(())
-}
-
-/// A quantity with its unit, as the head of a column.
-fn head(name: &str, unit: &str) -> String {
-    Scale::plain(unit).axis(name)
-}
-
-/// The cells of a map: their middles, the mean force and how many standard errors it is from zero.
-pub(super) fn map_table(map: &Map, acceleration: &str) -> String {
-    let heads = [
-        head(&map.across.0, &map.across.1),
-        head(&map.up.0, &map.up.1),
-        head("missing force", acceleration),
-        "over its standard error".to_owned(),
-    ];
-    let columns = map.columns.len().saturating_sub(1).max(1);
-    let known: Vec<usize> = (0..map.mean.len()).filter(|k| map.mean[*k].is_finite()).collect();
-    let middle = |edges: &[f64], k: usize| edges.get(k..k + 2).map(|e| 0.5 * (e[0] + e[1]));
-    csv(&heads, known.len(), |row, column| match column {
-        0 => middle(&map.columns, known[row] % columns),
-        1 => middle(&map.rows, known[row] / columns),
-        2 => Some(map.mean[known[row]]),
-        _ => map.score.get(known[row]).copied(),
-    })
-}
-
-/// A profile: middles of its bins, the mean force and its standard error.
-pub(super) fn profile_table(profile: &Profile, acceleration: &str) -> String {
-    let heads =
-        [head(&profile.axis.0, &profile.axis.1), head("missing force", acceleration), head("std error", acceleration)];
-    let columns = [&profile.at, &profile.mean, &profile.error];
-    csv(&heads, profile.at.len(), |row, column| columns[column].get(row).copied())
-}
-
-/// The points of a candidate's card: the measured missing force, then the effect's own.
-pub(super) fn curve_table(curve: &Curve, acceleration: &str) -> String {
-    let axis = head(&curve.axis, &curve.unit);
-    let heads = [
-        axis.clone(),
-        head("missing force", acceleration),
-        format!("{axis} of the effect"),
-        head("force of the effect", acceleration),
-    ];
-    let rows = curve.measured.len().max(curve.effect.len());
-    csv(&heads, rows, |row, column| {
-        let points = if column < 2 { &curve.measured } else { &curve.effect };
-        points.get(row).map(|p| p[column % 2])
-    })
-}
-
-/// The error after each stage, on data never fitted and on the fitted.
-pub(super) fn waterfall_table(stages: &[&std::sync::Arc<Stage>], noise: f64, unit: &str) -> String {
-    let heads = ["effects".to_owned(), head("RMSE not fitted", unit), head("RMSE fitted", unit), head("noise", unit)];
-    csv(&heads, stages.len(), |row, column| match column {
-        0 => Some(stages[row].effects.len() as f64),
-        1 => stages[row].gap.test_rmse,
-        2 => Some(stages[row].gap.train_rmse),
-        _ => Some(noise),
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn tables_have_their_units_and_leave_out_what_is_not_known() {
-        let map = Map {
-            across: ("x".into(), "mm".into()),
-            up: ("v".into(), "mm/s".into()),
-            columns: vec![0.0, 1.0, 2.0],
-            rows: vec![0.0, 4.0],
-            mean: vec![f64::NAN, 3.0],
-            score: vec![0.0, 5.0],
-        };
-        assert_eq!(
-            map_table(&map, "mm/s²"),
-            "x (mm),v (mm/s),missing force (mm/s²),over its standard error\n1.5,2,3,5\n"
-        );
-        let curve = Curve {
-            over: None,
-            axis: "v".into(),
-            unit: "m/s".into(),
-            measured: vec![[1.0, 2.0], [3.0, 4.0]],
-            effect: vec![[0.5, 0.25]],
-        };
-        let text = curve_table(&curve, "m/s²");
-        assert!(text.ends_with("1,2,0.5,0.25\n3,4,,\n"), "{text}");
+        let place = |panel: &'static str| plot_id(figure.place(), 0, panel);
+        let seen = drawing?.as_seen(&std::collections::BTreeSet::new(), |panel| {
+            (!panel.fixed).then(|| zoom(like, &place, panel)).flatten()
+        });
+        Some(seen.svg(size, &display::chosen(like)))
     }
 }

@@ -12,7 +12,6 @@ mod compare;
 pub(crate) mod figures;
 mod findings;
 mod keep;
-mod map;
 mod name;
 mod places;
 pub(in crate::app) mod plots;
@@ -20,7 +19,6 @@ mod steps;
 mod subject;
 mod verify;
 mod walk;
-mod waterfall;
 mod words;
 pub(crate) mod work;
 
@@ -151,7 +149,7 @@ pub(crate) struct Missing {
     /// The quantity that the missing force is shown over; none: the one that suits what is looked at.
     profile: Option<String>,
     typing: Option<String>,
-    plots: plots::Cache,
+    figures: plots::Figures,
 }
 
 /// What the steps see.
@@ -519,7 +517,7 @@ impl Missing {
             }
         });
         self.known = known;
-        self.plots.tidy();
+        self.figures.tidy();
         if self.mass != shown {
             *mass = self.mass;
         }
@@ -572,9 +570,5 @@ fn identified(bench: &Bench) -> Option<Vec<Term>> {
 
 /// The colour of a stage of the walk: the base's is the model's own, then that of the effect that was added.
 fn stage_color(index: usize, dark: bool) -> egui::Color32 {
-    use super::plot::palette;
-    match index {
-        0 => palette::Ink::Identified.color(dark),
-        k => palette::effect(k - 1, dark),
-    }
+    super::plot::palette::Ink::of_stage(index).color(dark)
 }

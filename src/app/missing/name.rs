@@ -45,16 +45,20 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, acts: &mu
     // With nothing that stands there is more to learn from what was refused.
     let all = room.show_all || !sight.offered().any(stands) && !sight.looking();
     let shown: Vec<&Candidate> = sight.offered().filter(|c| all || likely(c)).collect();
+    let tall = ui.available_height() - 4.0;
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         let room_wide = ui.available_width() - 10.0;
         let columns = ((room_wide + SPACE) / (cards::NARROWEST + SPACE)).floor().max(1.0);
         let width = (room_wide - SPACE * (columns - 1.0)) / columns;
         ui.spacing_mut().item_spacing = vec2(SPACE, SPACE);
+        // Few cards take the height that there is.
+        let rows = shown.len().div_ceil(columns as usize).max(1) as f32;
+        let height = ((tall - SPACE * (rows - 1.0)) / rows).clamp(cards::HEIGHT, cards::TALLEST);
         for (row, group) in shown.chunks(columns as usize).enumerate() {
             ui.horizontal(|ui| {
                 for (k, candidate) in group.iter().enumerate() {
                     let rank = stands(candidate).then_some(row * columns as usize + k + 1);
-                    cards::card(ui, room, sight, before, candidate, (rank, width), acts);
+                    cards::card(ui, room, sight, before, candidate, (rank, vec2(width, height)), acts);
                 }
             });
         }

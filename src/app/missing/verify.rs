@@ -2,13 +2,11 @@
 
 use sindyscope_search::{Finding, Stage, Verdict, within};
 use sindyscope_values::format::units::raised;
-use std::sync::Arc;
 
 use egui::{RichText, ScrollArea, Ui, vec2};
 
-use super::figures::{self, Figure};
-use super::plots::{self, Frame, Panel, Trace};
-use super::{Act, Missing, RoundStep, Sight, compare, map, stage_color, waterfall, words};
+use super::figures::{self, Figure, Manner};
+use super::{Act, Missing, RoundStep, Sight, compare, words};
 use crate::app::theme;
 use crate::app::widgets::card;
 use sindyscope_values::record::Usage;
@@ -23,21 +21,18 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, acts: &mu
     let mut shown = record_shown(room, last);
     let was = shown;
     let below = (0.40 * ui.available_height()).max(210.0);
-    if let Some(trace) = compare::record(ui, sight, (&last.traces, &mut shown, &mut room.mass), "").cloned() {
-        let height = ui.available_height() - below - 6.0;
-        before_and_after(ui, room, sight, (&stages, &trace), height, acts);
-    }
+    let any = compare::record(ui, sight, (&last.traces, &mut shown, &mut room.mass), "").is_some();
     if shown != was {
         room.verified = Some(shown);
+    }
+    if any {
+        let size = vec2(ui.available_width(), ui.available_height() - below - 6.0);
+        figures::show(ui, room, sight, (&Figure::Time(RoundStep::Verify), None), Manner::new(size), acts);
     }
     let height = ui.available_height() - 4.0;
     ui.horizontal_top(|ui| {
         let half = 0.54 * (ui.available_width() - 8.0);
-        let (noise, unit) = (sight.known.noise_floor, sight.unit);
-        if let Some(response) = waterfall::show(ui, &stages, noise, unit, vec2(half, height)) {
-            let table = || figures::waterfall_table(&stages, noise, unit);
-            figures::menu(&response, &Figure::Waterfall, table, acts);
-        }
+        figures::show(ui, room, sight, (&Figure::Waterfall, None), Manner::new(vec2(half, height)), acts);
         ui.vertical(|ui| {
             let width = ui.available_width();
             ui.set_width(width);
@@ -45,7 +40,7 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, acts: &mu
                 ui,
                 |ui| {
                     ui.set_max_width(width - 10.0);
-                    left(ui, sight, height, acts);
+                    left(ui, room, sight, height, acts);
                 },
             );
         });
@@ -89,65 +84,8 @@ fn verdict(ui: &mut Ui, sight: &Sight<'_>, first: &Stage, last: &Stage) {
     });
 }
 
-/// Measured, before and after over each other, the gaps beneath.
-pub(super) fn before_and_after(
-    ui: &mut Ui,
-    room: &mut Missing,
-    sight: &Sight<'_>,
-    (stages, trace): (&[&Arc<Stage>], &sindyscope_search::Trace),
-    height: f32,
-    acts: &mut Vec<Act>,
-) {
-    let dark = sight.dark;
-    let mut traces = vec![Trace::measured(trace.of_mass(sight.mass).0, dark)];
-    let mut gaps = Vec::new();
-    let last = stages.len() - 1;
-    let ends: Vec<usize> = if last > 0 { vec![0, last] } else { vec![0] };
-    for k in ends {
-        let Some(response) = stages[k].traces.iter().find(|t| t.record == trace.record) else { continue };
-        let (name, width) = match k {
-            0 if last == 0 => ("base", 1.3),
-            0 => ("before", 1.1),
-            _ => ("after", 1.6),
-        };
-        let color = stage_color(k, dark);
-        let (measured, simulated) = response.of_mass(sight.mass);
-        traces.push(Trace { name, color, width, values: Arc::clone(simulated), leads: false });
-        let gap = room.plots.made(0, measured, simulated, |m, s| m - s);
-        gaps.push(Trace { name, color, width: 1.0, values: gap, leads: true });
-    }
-    let noise = sight.noise(trace);
-    let sensor = sight.subject.sensor(sight.mass);
-    let plain = |symbol, traces, share| Panel {
-        symbol,
-        unit: sensor.unit.clone(),
-        traces,
-        band: None,
-        level: None,
-        aside: String::new(),
-        empty: "",
-        share,
-    };
-    let mut gap = plain("gap", gaps, 1.0);
-    gap.level = (noise > 0.0).then(|| ("± noise".to_owned(), noise));
-    let frame = Frame {
-        id: "verify",
-        start: trace.start,
-        interval: trace.interval,
-        samples: trace.measured.len(),
-        held_out: trace.usage == Usage::HeldOut,
-        worst: &[],
-        dark,
-        height,
-    };
-    let panels = [plain(&sensor.symbol, traces, 1.2), gap];
-    for plot in plots::stack(ui, &mut room.plots, &frame, &panels) {
-        figures::menu(&plot.response, &Figure::Time(RoundStep::Verify), || plots::table(&frame, &panels), acts);
-    }
-}
-
 /// What remains, and what would tell more.
-fn left(ui: &mut Ui, sight: &Sight<'_>, height: f32, acts: &mut Vec<Act>) {
+fn left(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, height: f32, acts: &mut Vec<Act>) {
     let colors = theme::accents(sight.dark);
     let round = sight.round();
     let asked = round.or_else(|| {
@@ -164,12 +102,10 @@ fn left(ui: &mut Ui, sight: &Sight<'_>, height: f32, acts: &mut Vec<Act>) {
             }
         });
     }
-    if let Some(round) = round.filter(|r| r.finding == Finding::Unexplained)
-        && let Some(profile) = round.place.profiles.first()
-    {
+    if round.is_some_and(|r| r.finding == Finding::Unexplained && !r.place.profiles.is_empty()) {
         ui.label(RichText::new("What is left, over the quantity that orders it best").strong());
         let size = vec2(ui.available_width(), (height - 90.0).clamp(130.0, 260.0));
-        map::profile(ui, profile, &sight.subject.acceleration, size, "not a law");
+        figures::show(ui, room, sight, (&Figure::Left, None), Manner::new(size).compact(), acts);
     }
     if let Some(d) = sight.conclusion() {
         let (edge, head) = if d.remaining.significant {

@@ -1,12 +1,12 @@
-//! What every plot of the window shares: colours, units and numbers, decimation, pictures.
+//! What every plot of the window shares: the painter of figures, colours, and the units that a person chose.
 
-pub mod axis;
-pub mod decimate;
 pub(crate) mod display;
-pub mod export;
+pub(crate) mod export;
+mod layers;
+pub(crate) mod legend;
+pub(crate) mod painter;
 pub mod palette;
 pub(crate) mod pointer;
-pub mod raster;
-pub mod vector;
+pub(crate) mod readout;
 
 pub use sindyscope_values::format::{number, units};

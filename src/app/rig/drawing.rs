@@ -181,7 +181,7 @@ fn rig(pen: &Pen, area: Rect, made: &Made, pose: &Pose) {
     let mut before = wall + pose.base * reach;
     if base_moves {
         let block = Rect::from_min_max(pos2(before - 16.0, top - 6.0), pos2(before, floor - 2.0));
-        pen.painter.rect(block, 2.0, palette::effect(0, pen.dark).gamma_multiply(0.35), pen.line, StrokeKind::Inside);
+        pen.painter.rect(block, 2.0, Ink::Effect(0).color(pen.dark).gamma_multiply(0.35), pen.line, StrokeKind::Inside);
     } else {
         pen.wall(wall, top - 6.0, floor, true);
     }
@@ -252,7 +252,7 @@ fn stops(pen: &Pen, made: &Made, effect: &str, (right, top, pose): (f32, f32, &P
     let moved = if made.settings.to_ground { 0.0 } else { pose.base * reach };
     let rest = right - share * reach + moved;
     let stop = Rect::from_min_size(pos2(rest + distance, top + 8.0), vec2(6.0, MASS - 12.0));
-    let accent = palette::effect(0, pen.dark);
+    let accent = Ink::Effect(0).color(pen.dark);
     pen.painter.rect_filled(stop, 1.0, accent);
     pen.spring(stop.right(), stop.right() + 34.0, top + 0.5 * MASS);
     pen.wall(stop.right() + 34.0, top, top + MASS, false);

@@ -109,7 +109,7 @@ pub(crate) struct RigRoom {
     failure: Option<String>,
     pub(crate) class: ClassWork,
     history: Option<History<RigSettings>>,
-    plots: plots::Cache,
+    figures: plots::Figures,
 }
 
 impl RigRoom {

@@ -1,16 +1,18 @@
 //! The centre of the room: its pages, and on the first the drawing over the record.
 
-use crate::app::plot::palette::Painted as _;
 use std::sync::Arc;
 
 use egui::{Align, Layout, RichText, Stroke, Ui, vec2};
 
-use super::plots::{self, Frame, Panel, Trace};
+use super::plots;
 use super::{Act, Made, Page, RigRoom, RigState, class, drawing};
 use crate::app::lessons::{self, Progress};
+use crate::app::plot::painter;
 use crate::app::plot::palette::Ink;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{card, switch};
+use sindyscope_report::figure::thin::Spacing;
+use sindyscope_report::figure::{Axis, Figure, Fit, Layer, Panel, Part, Samples, Shape};
 
 /// Width from which on pages and player stand in one row, points.
 const ROOMY: f32 = 560.0;
@@ -42,7 +44,7 @@ impl RigRoom {
             Page::Lessons => acts.extend(lessons::list(ui, progress).map(Act::Begin)),
             Page::Class => class::show(ui, self, &mut state.class, &mut acts),
         }
-        self.plots.tidy();
+        self.figures.tidy();
         acts
     }
 
@@ -71,56 +73,48 @@ impl RigRoom {
 
     /// The record over time: what was measured, the identified response, the input; a line where the drawing is.
     fn record(&mut self, ui: &mut Ui, made: &Made, at: f64) {
-        let dark = ui.visuals().dark_mode;
         let record = &made.run.records[0];
-        let masses = made.run.displacements.len();
-        const NAMES: [&str; 3] = ["x1", "x2", "x3"];
-        let mut panels: Vec<Panel<'_>> = Vec::new();
-        for (mass, name) in NAMES.iter().enumerate().take(masses) {
-            let Some(channel) = record.channels.get(mass) else { continue };
-            let mut traces = vec![Trace::measured(&channel.values, dark)];
-            traces.extend(made.responses.get(mass).map(|values| Trace {
-                name: "identified",
-                color: Ink::Identified.color(dark),
-                width: Ink::Identified.width(),
-                values: Arc::clone(values),
-                leads: false,
-            }));
-            let symbol = if masses == 1 { "x" } else { name };
-            panels.push(panel(symbol, made.settings.unit(), traces, 1.3));
-        }
-        if !made.run.input.is_empty() {
-            let color = Ink::Input.color(dark);
-            let values = Arc::clone(&made.run.input);
-            let trace = Trace { name: "input", color, width: 1.2, values, leads: true };
-            panels.push(panel("u", made.settings.input_unit(), vec![trace], 0.7));
-        }
-        let frame = Frame {
-            id: "virtual rig",
-            start: record.start,
-            interval: record.interval,
-            samples: record.len(),
-            held_out: false,
-            worst: &[],
-            dark,
-            height: ui.available_height() - 2.0,
-        };
-        let shown = plots::stack(ui, &mut self.plots, &frame, &panels);
-        for plot in shown {
-            let area = *plot.transform.frame();
-            let x = plot.transform.position_from_point_x(record.start + at);
-            if area.x_range().contains(x) {
-                ui.painter().vline(x, area.y_range(), Stroke::new(1.5, theme::accents(dark).accent));
-            }
-        }
+        let address = |values: &Arc<[f64]>| values.as_ptr() as usize;
+        let series = made.responses.iter().chain([&made.run.input]).chain(record.channels.iter().map(|c| &c.values));
+        let made_of: Vec<usize> = series.map(address).collect();
+        let Some(figure) = self.figures.get("record", made_of, || Some(drawing_of(made))) else { return };
+        let data = (record.start.to_bits(), record.interval.to_bits(), record.len());
+        let shown = plots::Shown::new("virtual rig", "Record of the rig", data);
+        let painted = self.figures.draw(ui, &figure, &shown);
+        let stroke = Stroke::new(1.5, theme::accents(ui.visuals().dark_mode).accent);
+        painter::line_at(ui, &painted, record.start + at, stroke);
     }
+}
+
+/// The record of a rig over time.
+fn drawing_of(made: &Made) -> Figure {
+    let record = &made.run.records[0];
+    let spacing = Spacing { start: record.start, interval: record.interval };
+    let length = record.interval * record.len().saturating_sub(1).max(1) as f64;
+    let time = Axis::linear("t", "s", (record.start - 0.01 * length, record.start + 1.01 * length)).linked("rig time");
+    let samples = |values: &Arc<[f64]>| Shape::Samples(Samples::new(Arc::clone(values), spacing));
+    let panel = |id, symbol: &str, unit: &str, layers: Vec<Layer>| {
+        let y = Axis::linear(symbol, unit, (0.0, 1.0));
+        Panel { fit: Fit::Curves, layers, ..Panel::new(id, time.clone(), y) }.fitted()
+    };
+    const NAMES: [&str; 3] = ["x1", "x2", "x3"];
+    let masses = made.run.displacements.len();
+    let mut panels: Vec<(Panel, f64)> = Vec::new();
+    for (mass, name) in NAMES.iter().enumerate().take(masses) {
+        let Some(channel) = record.channels.get(mass) else { continue };
+        let mut layers = vec![Layer::new(Ink::Measured, "measured", samples(&channel.values))];
+        let identified = made.responses.get(mass);
+        layers.extend(identified.map(|v| Layer::new(Ink::Identified, "identified", samples(v)).playing(Part::Follows)));
+        panels.push((panel(*name, if masses == 1 { "x" } else { name }, made.settings.unit(), layers), 1.3));
+    }
+    if !made.run.input.is_empty() {
+        let layers = vec![Layer::new(Ink::Input, "input", samples(&made.run.input))];
+        panels.push((panel("u", "u", made.settings.input_unit(), layers), 0.7));
+    }
+    Figure::stacked(panels, 240.0, "The record of the virtual rig.")
 }
 
 fn row(ui: &mut Ui, body: impl FnOnce(&mut Ui)) {
     let size = vec2(ui.available_width(), ROW + 4.0);
     ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), body);
-}
-
-fn panel<'a>(symbol: &'a str, unit: &str, traces: Vec<Trace<'a>>, share: f32) -> Panel<'a> {
-    Panel { symbol, unit: unit.to_owned(), traces, band: None, level: None, aside: String::new(), empty: "", share }
 }

@@ -2,10 +2,11 @@
 
 use egui::{Align, Layout, Ui};
 
-use super::scene::Scene;
-use super::{Picture, Request, View, ViewState, forces, frequency, map};
+use super::{Picture, Request, Scene, View, ViewState};
 use crate::app::plot::{number, units};
-use sindyscope_report::diagram::{Across, Source};
+use sindyscope_core::study::Judge;
+use sindyscope_report::diagram::Source;
+use sindyscope_report::view::{self, AVERAGES, MapQuantity, Records, USUAL_AVERAGES};
 use sindyscope_values::record::Usage;
 use sindyscope_values::term::Symbol;
 
@@ -27,16 +28,17 @@ pub(super) fn show(
         if view != View::Front {
             ui.set_min_height(HEIGHT);
         }
-        if !view.of_a_record() {
+        if view.entry().records == Records::None {
             asked = of_settings(ui, view, scene, picture, state);
             return;
         }
         let count = scene.outcome.records.len();
-        let together = view.pools() && !state.alone && count > 1;
+        let pools = view.entry().records == Records::Pooled;
+        let together = pools && !state.options.alone && count > 1;
         if together {
             ui.strong(format!("all {count} records"));
         }
-        if count > 1 && !state.printing && !together {
+        if count > 1 && !together {
             let step = |ui: &mut Ui, sign: &str, name: &str, to: Option<usize>| {
                 let button = egui::Button::new(sign).small().frame(false);
                 let response = ui.add_enabled(to.is_some(), button).on_hover_text(name);
@@ -50,15 +52,12 @@ pub(super) fn show(
         if !together {
             let size = egui::vec2((ui.available_width() - OPTIONS).max(0.0), HEIGHT);
             ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-                of_the_record(ui, view, scene, state);
+                of_the_record(ui, view, scene);
             });
         }
-        if state.printing {
-            return;
-        }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            if view.pools() && count > 1 {
-                ui.checkbox(&mut state.alone, "one record").on_hover_text("Show the chosen record alone");
+            if pools && count > 1 {
+                ui.checkbox(&mut state.options.alone, "one record").on_hover_text("Show the chosen record alone");
             }
             options(ui, view, scene, state);
         });
@@ -67,10 +66,10 @@ pub(super) fn show(
 }
 
 /// Which record, how it is used, how well it is met.
-fn of_the_record(ui: &mut Ui, view: View, scene: &Scene<'_>, state: &ViewState) {
+fn of_the_record(ui: &mut Ui, view: View, scene: &Scene<'_>) {
     let count = scene.outcome.records.len();
     ui.strong(&scene.record.record.name);
-    if count > 1 && !state.printing {
+    if count > 1 {
         ui.weak(format!("{} of {count}", scene.index + 1));
     }
     ui.weak("·");
@@ -95,58 +94,59 @@ fn of_the_record(ui: &mut Ui, view: View, scene: &Scene<'_>, state: &ViewState) 
 fn options(ui: &mut Ui, view: View, scene: &Scene<'_>, state: &mut ViewState) {
     match view {
         View::Response => {
-            ui.checkbox(&mut state.log_error, "log E").on_hover_text("Error on a logarithmic axis");
+            ui.checkbox(&mut state.options.log_error, "log E").on_hover_text("Error on a logarithmic axis");
         }
         View::Velocity if scene.second_order() => {
-            ui.checkbox(&mut state.acceleration, "acceleration").on_hover_text("Acceleration beneath");
+            ui.checkbox(&mut state.options.acceleration, "acceleration").on_hover_text("Acceleration beneath");
         }
         View::Restoring | View::Friction => {
             if view == View::Restoring {
-                ui.checkbox(&mut state.curved, "without linear")
+                ui.checkbox(&mut state.options.curved, "without linear")
                     .on_hover_text("Show what is left of the surface when the straight part, k x + c v, is taken away");
             }
-            let (choices, chosen) = forces::across(scene, state);
+            let (choices, chosen) = view::across(scene, state.options.across);
             if choices.len() > 1 {
                 ui.separator();
                 for across in choices.into_iter().rev() {
-                    let name = deflection(scene, across);
+                    let name = view::deflection_name(scene, across);
                     let response = ui.selectable_label(across == chosen, name);
                     if response.on_hover_text("What the deflection is measured against").clicked() {
-                        state.across = Some(across);
+                        state.options.across = Some(across);
                     }
                 }
             }
         }
         View::Transfer => {
-            ui.checkbox(&mut state.log_frequency, "log f").on_hover_text("Frequency on a logarithmic axis");
-            ui.checkbox(&mut state.noisy_input, "H2")
+            ui.checkbox(&mut state.options.log_frequency, "log f").on_hover_text("Frequency on a logarithmic axis");
+            ui.checkbox(&mut state.options.noisy_input, "H2")
                 .on_hover_text("For noise on the input; without it H1, for noise on the response");
-            let averages = if state.averages == 0 { frequency::USUAL } else { state.averages };
+            let averages = if state.options.averages == 0 { USUAL_AVERAGES } else { state.options.averages };
             let combo = egui::ComboBox::from_id_salt("averages").selected_text(averages.to_string()).width(46.0);
             let combo = combo.show_ui(ui, |ui| {
-                for n in frequency::AVERAGES {
-                    ui.selectable_value(&mut state.averages, n, n.to_string());
+                for n in AVERAGES {
+                    ui.selectable_value(&mut state.options.averages, n, n.to_string());
                 }
             });
             let label = ui.label("averages").on_hover_text("More averages: less noise, coarser frequencies");
             combo.response.labelled_by(label.id);
         }
         View::Residual => {
-            let (of, rate) = (&mut state.residual_of, if scene.second_order() { "acceleration" } else { "rate" });
+            let (of, rate) =
+                (&mut state.options.residual_of, if scene.second_order() { "acceleration" } else { "rate" });
             ui.selectable_value(of, Source::Equation, rate)
                 .on_hover_text("What the equation leaves of the measured rate");
             ui.selectable_value(of, Source::Response, "response").on_hover_text("Measured minus simulated response");
         }
         View::Spectrum => {
-            ui.checkbox(&mut state.log_frequency, "log f").on_hover_text("Frequency on a logarithmic axis");
+            ui.checkbox(&mut state.options.log_frequency, "log f").on_hover_text("Frequency on a logarithmic axis");
         }
         _ => {}
     }
     if matches!(view, View::Input | View::Transfer) {
-        choose(ui, scene, scene.layout.inputs, Symbol::Input, scene.input, &mut state.input);
+        choose(ui, scene, scene.layout.inputs, Symbol::Input, scene.input, &mut state.options.input);
     }
     if view != View::Input {
-        choose(ui, scene, scene.layout.freedoms, Symbol::State, scene.freedom, &mut state.freedom);
+        choose(ui, scene, scene.layout.freedoms, Symbol::State, scene.freedom, &mut state.options.freedom);
     }
 }
 
@@ -164,17 +164,6 @@ fn choose(ui: &mut Ui, scene: &Scene<'_>, several: usize, name: fn(usize) -> Sym
     }
 }
 
-/// A deflection's name.
-fn deflection(scene: &Scene<'_>, across: Across) -> String {
-    let own = scene.layout.name(Symbol::State(scene.freedom));
-    let other = match across {
-        Across::Ground => return own,
-        Across::Input(j) => Symbol::Input(j),
-        Across::Freedom(k) => Symbol::State(k),
-    };
-    format!("{own} − {}", scene.layout.name(other))
-}
-
 /// The line above a view of the settings.
 fn of_settings(
     ui: &mut Ui,
@@ -184,23 +173,29 @@ fn of_settings(
     state: &mut ViewState,
 ) -> Option<Request> {
     match view {
-        View::Map => map::header(ui, picture, state),
+        View::Map => {
+            let judge = picture.search.map.map_or(Judge::CrossValidation, |m| m.judge);
+            for quantity in MapQuantity::ALL {
+                let quantity_label = ui.selectable_label(state.options.quantity == quantity, quantity.label(judge));
+                if quantity_label.on_hover_text(quantity.tooltip()).clicked() {
+                    state.options.quantity = quantity;
+                }
+            }
+        }
         View::Path => {
             if scene.outcome.fits.len() > 1 {
                 for (k, fit) in scene.outcome.fits.iter().enumerate() {
                     let name = format!("d{}/dt", scene.layout.name(fit.state));
-                    if ui.selectable_label(state.freedom.min(scene.outcome.fits.len() - 1) == k, name).clicked() {
-                        state.freedom = k;
+                    if ui.selectable_label(state.options.freedom.min(scene.outcome.fits.len() - 1) == k, name).clicked()
+                    {
+                        state.options.freedom = k;
                     }
                 }
             }
-            if state.printing {
-                return None;
-            }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                ui.checkbox(&mut state.raw_path, "in their units")
+                ui.checkbox(&mut state.options.raw_path, "in their units")
                     .on_hover_text("Magnitudes of the coefficients as they stand");
-                ui.add_enabled(!state.raw_path, egui::Checkbox::new(&mut state.signed_path, "signed"))
+                ui.add_enabled(!state.options.raw_path, egui::Checkbox::new(&mut state.options.signed_path, "signed"))
                     .on_hover_text("With their signs, on a linear axis");
             });
         }

@@ -1,24 +1,20 @@
-//! Figures that are computed beside the window and shown until newer ones are there.
+//! Figures of views that are kept until they would be others; those that take longer than a frame are made beside the window.
 
 use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, OnceLock, Weak};
 
-use egui::Ui;
+use super::{Picture, View};
+use sindyscope_core::study::{Landscape, Outcome};
+use sindyscope_report::view::{Drawn, Subject, ViewOptions};
 
-use super::figure::{Figure, Graph};
-use super::scene::Scene;
-use super::{View, legend};
-use sindyscope_core::study::Outcome;
-
-/// Figures of so many samples are computed at once: that costs less than a frame.
+/// Figures of so many samples are made at once: that costs less than a frame.
 const AT_ONCE: usize = 1 << 13;
+/// The same of views that hardly compute anything.
+const QUICK_AT_ONCE: usize = 1 << 20;
 
 /// What is shown in place of a figure whose computation failed.
 const CRASHED: &str = "This view failed by an error of the program itself; please report which data it was";
-
-/// What decides a figure beside its outcome.
-pub(super) type Choice = [usize; 6];
 
 /// The figures of all views.
 #[derive(Clone, Debug, Default)]
@@ -26,21 +22,59 @@ pub(super) struct Kept(HashMap<View, One>);
 
 #[derive(Clone, Debug)]
 struct One {
-    outcome: Weak<Outcome>,
-    choice: Choice,
-    cell: Arc<OnceLock<Figure>>,
+    made_of: MadeOf,
+    cell: Arc<OnceLock<Drawn>>,
     /// The last one that was finished.
-    shown: Option<Arc<OnceLock<Figure>>>,
+    shown: Option<Arc<OnceLock<Drawn>>>,
 }
 
-/// The graphs of a figure; none after saying in their place what is being computed or why there are none.
-pub(super) fn graphs<'a>(ui: &mut Ui, figure: Option<&'a OnceLock<Figure>>, waiting: &str) -> Option<&'a Vec<Graph>> {
-    match figure.and_then(OnceLock::get) {
-        Some(Figure::Graphs(graphs)) => return Some(graphs),
-        Some(Figure::Note(note)) => legend::note(ui, note),
-        None => legend::note(ui, waiting),
+/// What a figure was made of. Weak references, so that the addresses compared are not given to newer outcomes meanwhile.
+#[derive(Clone, Debug)]
+struct MadeOf {
+    outcome: Weak<Outcome>,
+    previous: Weak<Outcome>,
+    landscape: Weak<Landscape>,
+    pins: Vec<Weak<Outcome>>,
+    record: usize,
+    options: ViewOptions,
+}
+
+impl MadeOf {
+    fn new(picture: &Picture<'_>, options: &ViewOptions) -> Self {
+        Self {
+            outcome: Arc::downgrade(picture.outcome),
+            previous: picture.previous.map_or_else(Weak::new, Arc::downgrade),
+            landscape: picture.search.map.map_or_else(Weak::new, Arc::downgrade),
+            pins: picture.pins.iter().map(Arc::downgrade).collect(),
+            record: picture.record,
+            options: options.clone(),
+        }
     }
-    None
+}
+
+impl PartialEq for MadeOf {
+    fn eq(&self, other: &Self) -> bool {
+        let Self { outcome, previous, landscape, pins, record, options } = self;
+        outcome.ptr_eq(&other.outcome)
+            && previous.ptr_eq(&other.previous)
+            && landscape.ptr_eq(&other.landscape)
+            && pins.len() == other.pins.len()
+            && pins.iter().zip(&other.pins).all(|(a, b)| a.ptr_eq(b))
+            && *record == other.record
+            && *options == other.options
+    }
+}
+
+/// A figure as the kept cell holds it.
+pub(super) struct Ready(Arc<OnceLock<Drawn>>);
+
+impl std::ops::Deref for Ready {
+    type Target = Drawn;
+
+    fn deref(&self) -> &Drawn {
+        static NOTHING: Drawn = Err(String::new());
+        self.0.get().unwrap_or(&NOTHING)
+    }
 }
 
 impl Kept {
@@ -49,45 +83,61 @@ impl Kept {
         self.0.values().any(|one| one.cell.get().is_none())
     }
 
-    /// The figure of a view, or the last one while it is being computed; none if there is no last one.
+    /// The figure of a view that was made last.
+    pub(super) fn shown(&self, view: View) -> Option<Ready> {
+        let one = self.0.get(&view)?;
+        let cell = if one.cell.get().is_some() { Some(&one.cell) } else { one.shown.as_ref() };
+        cell.map(|cell| Ready(Arc::clone(cell)))
+    }
+
+    /// The figure of a view, or the last one while it is being made; none if there is no last one.
     pub(super) fn get(
         &mut self,
-        ui: &Ui,
+        ctx: &egui::Context,
         view: View,
-        scene: &Scene<'_>,
-        choice: Choice,
-        printing: bool,
-        compute: impl FnOnce(&Outcome) -> Figure + Send + 'static,
-    ) -> Option<Arc<OnceLock<Figure>>> {
+        picture: &Picture<'_>,
+        options: &ViewOptions,
+    ) -> Option<Ready> {
+        let made_of = MadeOf::new(picture, options);
         let known = self.0.get(&view);
-        let same = known.is_some_and(|o| o.choice == choice && o.outcome.as_ptr() == Arc::as_ptr(scene.outcome));
         // One at a time: while a slider is dragged, what is under way is let end and shown.
-        let under_way = known.is_some_and(|o| o.cell.get().is_none());
-        // A picture cannot wait.
-        let wanted = if printing { !same || under_way } else { !same && !under_way };
-        if wanted {
-            let shown = known.filter(|o| o.cell.get().is_some()).map(|o| Arc::clone(&o.cell));
-            let cell = Arc::new(OnceLock::new());
-            let one = One { outcome: Arc::downgrade(scene.outcome), choice, cell: Arc::clone(&cell), shown };
-            self.0.insert(view, one);
-            let outcome = Arc::clone(scene.outcome);
-            let samples: usize = outcome.records.iter().map(|r| r.record.len()).sum();
-            if samples <= AT_ONCE || printing {
-                let _ = cell.set(compute(&outcome));
-            } else {
-                let ctx = ui.ctx().clone();
-                let work = move || {
-                    let figure = catch_unwind(AssertUnwindSafe(|| compute(&outcome)));
-                    let _ = cell.set(figure.unwrap_or_else(|_| Figure::Note(CRASHED.into())));
-                    ctx.request_repaint();
-                };
-                if std::thread::Builder::new().name("figure".into()).spawn(work).is_err() {
-                    self.0.remove(&view);
-                }
-            }
+        let under_way = known.is_some_and(|one| one.cell.get().is_none());
+        if !under_way && known.is_none_or(|one| one.made_of != made_of) {
+            let shown = known.map(|one| Arc::clone(&one.cell));
+            let cell = make(ctx, view, picture, options);
+            self.0.insert(view, One { made_of, cell, shown });
         }
-        let one = self.0.get(&view)?;
-        let finished = one.cell.get().is_some();
-        if finished { Some(Arc::clone(&one.cell)) } else { one.shown.clone() }
+        self.shown(view).filter(|ready| ready.0.get().is_some())
     }
+}
+
+/// Makes a figure: at once, or beside the window if it takes longer than a frame.
+fn make(ctx: &egui::Context, view: View, picture: &Picture<'_>, options: &ViewOptions) -> Arc<OnceLock<Drawn>> {
+    let cell = Arc::new(OnceLock::new());
+    let samples: usize = picture.outcome.records.iter().map(|r| r.record.len()).sum();
+    let at_once = samples <= if view.entry().slow { AT_ONCE } else { QUICK_AT_ONCE };
+    if at_once {
+        let _ = cell.set(view.figure(&picture.subject(options)));
+        return cell;
+    }
+    let (outcome, previous) = (Arc::clone(picture.outcome), picture.previous.map(Arc::clone));
+    let (landscape, pins) = (picture.search.map.map(Arc::clone), picture.pins.to_vec());
+    let (record, options, filled, ctx) = (picture.record, options.clone(), Arc::clone(&cell), ctx.clone());
+    let work = move || {
+        let subject = Subject {
+            outcome: &outcome,
+            previous: previous.as_deref(),
+            record,
+            landscape: landscape.as_deref(),
+            pins: &pins,
+            options: &options,
+        };
+        let drawn = catch_unwind(AssertUnwindSafe(|| view.figure(&subject)));
+        let _ = filled.set(drawn.unwrap_or_else(|_| Err(CRASHED.into())));
+        ctx.request_repaint();
+    };
+    if std::thread::Builder::new().name("figure".into()).spawn(work).is_err() {
+        let _ = cell.set(Err("The system gives no thread for this view; try again".into()));
+    }
+    cell
 }

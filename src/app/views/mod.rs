@@ -1,205 +1,40 @@
 //! The centre of the window: what was measured and what the identified model does, seen in several ways.
 //!
-//! A view is a function of a [`Picture`] (what is shown) and a [`ViewState`] (how); it computes nothing of the study.
+//! What a view shows is a [figure](sindyscope_report::view) of a [`Picture`] and a [`ViewState`]; here it is made when it is asked
+//! for, kept until it would be another, and drawn.
 
-mod cache;
 mod compare;
-mod decay;
-mod figure;
-mod forces;
-mod frequency;
-mod front;
 mod header;
-mod input;
 mod kept;
-mod legend;
-mod map;
-mod painter;
-mod panel;
-mod path;
-mod phase;
-mod residual;
-mod response;
-mod scene;
-mod spectrum;
+mod settings;
 #[cfg(test)]
 mod tests;
-mod velocity;
 
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
+use egui::Id;
 use serde::{Deserialize, Serialize};
 
-use super::plot::export::{self, Sheet};
-use super::plot::palette::{self, Ink};
-use super::plot::vector;
-use cache::Cache;
-use scene::Scene;
-use sindyscope_core::study::{Outcome, SettingsGrid};
-use sindyscope_report::diagram::{Across, Source};
-use sindyscope_report::document::{FigureKind, FigureSize};
+use super::plot::painter::{self, Look, Plots, Shown, Wish};
+use super::plot::palette::Ink;
+use super::plot::{display, legend, palette};
+use kept::Kept;
+use sindyscope_core::study::{Landscape, Outcome};
+use sindyscope_report::figure::{Figure, Row};
+pub(crate) use sindyscope_report::view::{Group, View};
+use sindyscope_report::view::{Scene, Subject, ViewOptions};
+use sindyscope_values::format::number::plain;
 use sindyscope_values::format::shown::ShownUnits;
 
-/// One way of looking at an outcome.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum View {
-    /// Measured and identified displacement over time, with the error beneath.
-    #[default]
-    Response,
-    /// Velocity over time, and acceleration.
-    Velocity,
-    /// Velocity over displacement.
-    Phase,
-    /// The inputs and their rates over time.
-    Input,
-    /// Amplitude spectra.
-    Spectrum,
-    /// Segment length over threshold, coloured by the error.
-    Map,
-    /// Coefficients along the threshold.
-    Path,
-    /// Error over the number of terms.
-    Front,
-    /// Pinned settings beside each other.
-    Compare,
-    /// The restoring force over deflection and velocity, and its slices.
-    Restoring,
-    /// Damping and friction over velocity.
-    Friction,
-    /// The frequency response.
-    Transfer,
-    /// A free decay's backbone and damping.
-    Decay,
-    /// What is left of the measurement.
-    Residual,
-}
+/// Share of its strength that what is shown loses while a newer outcome is being computed.
+const STALE_FADE: f32 = 0.45;
 
-/// Views that belong together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Group {
-    /// Over time, and over each other.
-    Motion,
-    /// Forces, resonance, damping, and what is left.
-    Physics,
-    /// The landscape of settings.
-    Settings,
-}
+/// Seconds over which it fades: an outcome that comes at once leaves no flicker.
+const FADE_TIME: f32 = 0.6;
 
-impl Group {
-    /// Every group, in the order of the tabs.
-    pub(crate) const ALL: [Self; 3] = [Self::Motion, Self::Physics, Self::Settings];
-
-    /// The group's text.
-    pub(crate) fn label(self) -> &'static str {
-        match self {
-            Self::Motion => "Motion",
-            Self::Physics => "Physics",
-            Self::Settings => "Tuning",
-        }
-    }
-
-    /// What its views show, in one sentence.
-    pub(crate) fn tooltip(self) -> &'static str {
-        match self {
-            Self::Motion => "The motion, measured and identified",
-            Self::Physics => "Forces, resonance and damping, and what the residual still tells",
-            Self::Settings => "How the result depends on segment length, threshold and number of terms",
-        }
-    }
-
-    /// Its views, in the order of their tabs.
-    pub(crate) fn views(self) -> impl Iterator<Item = View> {
-        View::ALL.into_iter().filter(move |v| v.group() == self)
-    }
-}
-
-impl View {
-    /// Every view, in the order of the tabs.
-    pub(crate) const ALL: [Self; 14] = [
-        Self::Response,
-        Self::Velocity,
-        Self::Phase,
-        Self::Input,
-        Self::Spectrum,
-        Self::Map,
-        Self::Path,
-        Self::Front,
-        Self::Compare,
-        Self::Restoring,
-        Self::Friction,
-        Self::Transfer,
-        Self::Decay,
-        Self::Residual,
-    ];
-
-    /// The tab's text.
-    pub(crate) fn label(self) -> &'static str {
-        match self {
-            Self::Response => "Response",
-            Self::Velocity => "Velocity",
-            Self::Phase => "Phase",
-            Self::Input => "Input",
-            Self::Spectrum => "Spectrum",
-            Self::Map => "Map",
-            Self::Path => "Path",
-            Self::Front => "Pareto",
-            Self::Compare => "Compare",
-            Self::Restoring => "Restoring force",
-            Self::Friction => "Friction",
-            Self::Transfer => "FRF",
-            Self::Decay => "Decay",
-            Self::Residual => "Residual",
-        }
-    }
-
-    /// What the view shows, in one sentence.
-    pub(crate) fn tooltip(self) -> &'static str {
-        match self {
-            Self::Response => "Measured and identified displacement laid over each other, and the error E(t) beneath",
-            Self::Velocity => "Velocity from the smoothed measurement and from the identified model",
-            Self::Phase => "Velocity over displacement: loops, limit cycles and sticking show here",
-            Self::Input => "The force or base motion that the model was driven by, and its rate",
-            Self::Spectrum => "Amplitude spectra of measurement, model and error",
-            Self::Map => "Every segment length and threshold at once, coloured by the error on what was not fitted",
-            Self::Path => "Each term's coefficient along the threshold: what drops out where, and what it changes",
-            Self::Front => "The error on what was not fitted over the number of terms: what each further term is worth",
-            Self::Compare => {
-                "Settings pinned as A, B, C, …: their responses, errors, terms and figures beside each other"
-            }
-            Self::Restoring => "Restoring force over deflection and velocity, with slices for stiffness and damping",
-            Self::Friction => "What the velocity alone does: damping and friction, measured and identified",
-            Self::Transfer => "Frequency response from the input to the displacement, with phase and coherence",
-            Self::Decay => "Frequency and damping over amplitude while a free motion dies out",
-            Self::Residual => "What the model leaves: its distribution, and what it still goes with",
-        }
-    }
-
-    /// True if the view shows the map of settings, in one way or another.
-    pub(crate) fn needs_map(self) -> bool {
-        matches!(self, Self::Map | Self::Front)
-    }
-
-    /// The views that it stands with.
-    pub(crate) fn group(self) -> Group {
-        match self {
-            Self::Response | Self::Velocity | Self::Phase | Self::Input | Self::Spectrum => Group::Motion,
-            Self::Restoring | Self::Friction | Self::Transfer | Self::Decay | Self::Residual => Group::Physics,
-            Self::Map | Self::Path | Self::Front | Self::Compare => Group::Settings,
-        }
-    }
-
-    /// True if the view shows all records together unless one alone is asked for.
-    fn pools(self) -> bool {
-        matches!(self, Self::Restoring | Self::Friction | Self::Transfer)
-    }
-
-    /// True if the view shows one record, not the settings.
-    fn of_a_record(self) -> bool {
-        !matches!(self, Self::Map | Self::Path | Self::Front)
-    }
-}
+/// Share of lags outside a band from which a correlation is marked: chance leaves 0.05, seldom twice that.
+const SUSPECT: f64 = 0.15;
 
 /// What a view shows.
 #[derive(Clone, Copy)]
@@ -229,50 +64,38 @@ pub(crate) struct Search<'a> {
     pub(crate) failure: Option<&'a str>,
 }
 
+impl<'a> Picture<'a> {
+    fn subject(&self, options: &'a ViewOptions) -> Subject<'a> {
+        Subject {
+            outcome: self.outcome,
+            previous: self.previous.map(AsRef::as_ref),
+            record: self.record,
+            landscape: self.search.map.map(AsRef::as_ref),
+            pins: self.pins,
+            options,
+        }
+    }
+}
+
 /// How views show it. What is serialized survives a restart; the rest is remembered from frame to frame.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct ViewState {
+    /// What of it is shown.
+    #[serde(flatten)]
+    pub(crate) options: ViewOptions,
     /// Curves switched off in the legends.
     pub(crate) hidden: BTreeSet<Ink>,
-    /// The degree of freedom (or state) shown, from zero; the last one there is if there are fewer.
-    pub(crate) freedom: usize,
     /// The units that axes and coefficients are shown in, where a person chose.
     pub(crate) units: ShownUnits,
-    /// The input shown, likewise.
-    pub(crate) input: usize,
-    /// Whether the error is shown on a logarithmic axis.
-    pub(crate) log_error: bool,
-    /// Whether frequencies are shown on a logarithmic axis.
-    pub(crate) log_frequency: bool,
-    /// Whether the velocity's view shows the acceleration beneath.
-    pub(crate) acceleration: bool,
-    /// What the map is coloured by.
-    pub(crate) quantity: map::Quantity,
-    /// Whether views of all records together show the chosen one alone.
-    pub(crate) alone: bool,
-    /// What deflections are measured against; none: what suits the equation.
-    pub(crate) across: Option<Across>,
-    /// Whether the restoring force is shown without its straight part.
-    pub(crate) curved: bool,
-    /// Segments averaged in a frequency response; zero: the usual number.
-    pub(crate) averages: usize,
-    /// Whether the frequency response bears noise on the input (H2) instead of the response (H1).
-    pub(crate) noisy_input: bool,
-    /// Which residual is judged.
-    pub(crate) residual_of: Source,
     /// Which of the residual's correlations is shown.
     pub(crate) partner: usize,
-    /// Whether coefficients are shown in their units, not as shares of the rate.
-    pub(crate) raw_path: bool,
-    /// Whether they are shown with their signs, on a linear axis.
-    pub(crate) signed_path: bool,
     #[serde(skip)]
     recent: HashMap<Group, View>,
     #[serde(skip)]
-    cache: Cache,
+    figures: Kept,
     #[serde(skip)]
-    printing: bool,
+    plots: Plots,
 }
 
 impl ViewState {
@@ -288,12 +111,12 @@ impl ViewState {
 
     /// True while a view's figure is being computed.
     pub(crate) fn busy(&self) -> bool {
-        self.cache.figures.busy()
+        self.figures.busy()
     }
 
     /// Shows all of the data again, in every view, from the next frame on.
     pub(crate) fn fit(&mut self) {
-        self.cache.fit_all();
+        self.plots.fit_all();
     }
 }
 
@@ -302,7 +125,7 @@ impl ViewState {
 pub(crate) enum Request {
     /// Show another of the outcome's records.
     ShowRecord(usize),
-    /// Save a picture of this view: ask for a file, then [`render`] and [`export::save_png`].
+    /// Save a picture of this view: ask for a file, then [`figure`] and [`Figure::svg`].
     SavePicture,
     /// Save this text, the numbers of a plot as CSV: ask for a file.
     SaveTable(String),
@@ -321,80 +144,153 @@ pub(crate) enum Request {
     Return(usize),
 }
 
+/// The name of a view's plot in egui's memory.
+fn plot_id(view: View, panel: &'static str) -> Id {
+    Id::unique(("view", view, panel))
+}
+
 /// Draws a view into all the room there is.
 pub(crate) fn show(ui: &mut egui::Ui, view: View, picture: &Picture<'_>, state: &mut ViewState) -> Option<Request> {
-    let Some(scene) = Scene::new(ui, picture, state) else {
-        legend::note(ui, "No record is marked fit or held out, so there is nothing to show");
-        return None;
+    let options = state.options.clone();
+    let scene = match Scene::new(&picture.subject(&options)) {
+        Ok(scene) => scene,
+        Err(why) => {
+            legend::note(ui, &why);
+            return None;
+        }
     };
     ui.scope(|ui| {
-        ui.visuals_mut().extreme_bg_color = palette::ground(scene.dark);
+        ui.visuals_mut().extreme_bg_color = palette::ground(ui.visuals().dark_mode);
         ui.spacing_mut().item_spacing.y = 2.0;
         let asked = header::show(ui, view, &scene, picture, state);
-        let also = match view {
-            View::Response => response::show(ui, &scene, state),
-            View::Velocity => velocity::show(ui, &scene, state),
-            View::Phase => phase::show(ui, &scene, state),
-            View::Input => input::show(ui, &scene, state),
-            View::Spectrum => spectrum::show(ui, &scene, state),
-            View::Map => map::show(ui, &scene, picture, state),
-            View::Path => path::show(ui, &scene, state),
-            View::Front => front::show(ui, &scene, picture, state),
-            View::Compare => compare::show(ui, &scene, picture, state),
-            View::Restoring => forces::restoring(ui, &scene, state),
-            View::Friction => forces::friction(ui, &scene, state),
-            View::Transfer => frequency::show(ui, &scene, state),
-            View::Decay => decay::show(ui, &scene, state),
-            View::Residual => residual::show(ui, &scene, state),
-        };
+        let also = body(ui, view, &scene, picture, state);
         asked.or(also)
     })
     .inner
 }
 
-/// What is drawn into all the room there is, as an SVG document for print; `like` is the window's context.
-pub(crate) fn on_paper(like: &egui::Context, size: FigureSize, draw: impl FnMut(&mut egui::Ui)) -> String {
-    /// Points to the millimetre.
-    const POINTS_A_MM: f64 = 72.0 / 25.4;
-    let size = size.sound();
-    let scale = LETTERS / size.font * POINTS_A_MM;
-    let sheet =
-        Sheet { size: egui::vec2((size.width * scale) as f32, (size.height * scale) as f32), ..Sheet::default() };
-    let (ground, shapes) = export::shapes(&sheet, Some(like), draw);
-    vector::svg(&shapes, sheet.size, ground, size.width)
+/// What stands beneath a view's header.
+fn body(
+    ui: &mut egui::Ui,
+    view: View,
+    scene: &Scene<'_>,
+    picture: &Picture<'_>,
+    state: &mut ViewState,
+) -> Option<Request> {
+    if let Some(failure) = picture.search.failure.filter(|_| view.needs_map() && picture.search.map.is_none()) {
+        legend::note(ui, failure);
+        return None;
+    }
+    let Some(drawn) = state.figures.get(ui.ctx(), view, picture, &state.options) else {
+        legend::note(ui, &format!("Computing {}…", view.label().to_lowercase()));
+        return None;
+    };
+    let figure = match &*drawn {
+        Ok(figure) => figure,
+        Err(why) => {
+            legend::note(ui, why);
+            return None;
+        }
+    };
+    if !view.entry().reading.is_empty() {
+        legend::reading(ui, view.entry().reading);
+    }
+    let above = match (view, picture.search.map) {
+        (View::Map | View::Front, Some(map)) => settings::signs(ui, map),
+        (View::Compare, _) => compare::buttons(ui, scene, picture),
+        _ => None,
+    };
+    let chosen = choices(ui, figure, state);
+    let below = if view == View::Compare { compare::height(ui, scene, picture) } else { 0.0 };
+    let record = &scene.record.record;
+    let data = (&record.name, record.len(), record.start.to_bits(), record.interval.to_bits());
+    let stale = ui.ctx().animate_bool_with_time(Id::unique("stale views"), picture.stale, FADE_TIME);
+    let map_stale = view.needs_map() && picture.search.stale;
+    let place = |panel: &'static str| plot_id(view, panel);
+    let mut look = Look::new(&place, (data, scene.index, scene.freedom, scene.input), settings::name(view));
+    look.hidden = Some(&mut state.hidden);
+    look.pick = chosen;
+    look.strength = 1.0 - STALE_FADE * stale.max(f32::from(u8::from(map_stale)));
+    let size = egui::vec2(ui.available_width(), ui.available_height() - below);
+    let plots = &mut state.plots;
+    let painted = ui.allocate_ui(size, |ui| painter::show(ui, plots, figure, &mut look)).inner;
+    let also = settings::interact(ui, view, scene, picture, &painted.shown);
+    let wish = painted.wish.map(|wish| match wish {
+        Wish::Table(text) => Request::SaveTable(text),
+        Wish::Picture => Request::SavePicture,
+    });
+    if view == View::Compare {
+        compare::table(ui, scene, picture, below);
+    }
+    above.or(also).or(wish)
 }
 
-/// A view as an SVG document for print: as zoomed in the window (`like`, the window's context), without its buttons.
-pub(crate) fn vector(
-    like: &egui::Context,
+/// Which panel is shown of a row of which one is: chosen among their names.
+fn choices(ui: &mut egui::Ui, figure: &Figure, state: &mut ViewState) -> Option<usize> {
+    let row: &Row = figure.rows.iter().find(|row| row.one_of.is_some() && row.panels.len() > 1)?;
+    let shown = state.partner.min(row.panels.len() - 1);
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        ui.weak("Against");
+        for (k, (name, outside)) in row.panels.iter().filter_map(|p| p.choice.as_ref()).enumerate() {
+            let text = if *outside > SUSPECT { format!("{name} •") } else { name.clone() };
+            let hint = format!("{} % of the lags lie outside the band; 5 % do by chance", plain(100.0 * outside, 0));
+            let response = ui.selectable_label(k == shown, text).on_hover_text(hint);
+            let spoken = format!("against {name}");
+            response.widget_info(|| egui::WidgetInfo::selected(egui::Role::RadioButton, true, k == shown, &spoken));
+            if response.clicked() {
+                state.partner = k;
+            }
+        }
+    });
+    Some(shown)
+}
+
+/// How a view is zoomed in the window, and what is hidden: what its picture shows.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Seen {
+    zoom: HashMap<&'static str, [(f64, f64); 2]>,
+    hidden: BTreeSet<Ink>,
+    units: ShownUnits,
+    pick: Option<usize>,
+}
+
+/// A view's figure as it is to be saved: as it is seen in the window, or whole.
+///
+/// # Errors
+/// Why there is nothing to draw.
+pub(crate) fn figure(
     view: View,
     picture: &Picture<'_>,
     state: &ViewState,
-    size: FigureSize,
-) -> String {
-    let picture = Picture { stale: false, previous: None, ..*picture };
-    let mut state = ViewState { printing: true, ..state.clone() };
-    on_paper(like, size, |ui| {
-        show(ui, view, &picture, &mut state);
-    })
+    seen: Option<&Seen>,
+) -> Result<Figure, String> {
+    let picture = Picture { previous: None, ..*picture };
+    let figure = view.figure(&picture.subject(&state.options))?;
+    let Some(seen) = seen else { return Ok(figure) };
+    let mut figure = figure.as_seen(&seen.hidden, |panel| seen.zoom.get(panel.id).copied());
+    for row in figure.rows.iter_mut().filter(|row| row.one_of.is_some()) {
+        row.one_of = seen.pick.map(|k| k.min(row.panels.len().saturating_sub(1))).or(row.one_of);
+    }
+    Ok(figure)
 }
 
-/// Size of the axes' labels on the screen, points.
-const LETTERS: f64 = 13.0;
+impl Seen {
+    /// What is seen of a view in the window.
+    pub(crate) fn of(ctx: &egui::Context, view: View, state: &ViewState) -> Self {
+        let place = |panel: &'static str| plot_id(view, panel);
+        let shown = state.figures.shown(view);
+        let panels = shown.iter().flat_map(|drawn| drawn.iter().flat_map(Figure::panels));
+        Self {
+            zoom: panels.filter_map(|p| Some((p.id, painter::zoom(ctx, &place, p)?))).collect(),
+            hidden: state.hidden.clone(),
+            units: display::chosen(ctx),
+            pick: Some(state.partner),
+        }
+    }
 
-impl View {
-    /// The report's own figure of what the view shows, if it has one.
-    pub(crate) fn figure(self, state: &ViewState) -> Option<FigureKind> {
-        let kind = match self {
-            Self::Response => FigureKind::Response,
-            Self::Phase => FigureKind::Phase,
-            Self::Spectrum => FigureKind::Spectrum,
-            Self::Restoring => FigureKind::Restoring,
-            Self::Friction => FigureKind::Friction,
-            Self::Residual => FigureKind::Residual,
-            _ => return None,
-        };
-        // The report draws the first degree of freedom of several, but of the response every one.
-        (state.freedom == 0 || kind == FigureKind::Response).then_some(kind)
+    /// The units in which values are shown.
+    pub(crate) fn units(&self) -> &ShownUnits {
+        &self.units
     }
 }

@@ -1,16 +1,20 @@
+#[path = "../../../tests/support/raster.rs"]
+mod raster;
+
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use egui::{Theme, Vec2, pos2, vec2};
+use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
-use egui_kittest::{Harness, TestRenderer};
 use rand::SeedableRng as _;
 use rand_distr::{Distribution as _, Normal};
 
 use super::*;
-use crate::app::plot::raster::Rasterizer;
+use raster::Software;
 use sindyscope_core::signal::Signals;
-use sindyscope_core::study::{Elapsed, RecordOutcome, Score, SensorResponse, Settings};
+use sindyscope_core::study::{Channel, Elapsed, RecordOutcome, Score, Settings};
+use sindyscope_report::document::FigureSize;
 use sindyscope_values::model::{Equation, Model};
 use sindyscope_values::record::{Channel as RecordChannel, Record, Role, Usage};
 use sindyscope_values::term::{Kind, Layout, Symbol};
@@ -357,23 +361,6 @@ fn bounds(harness: &Harness<'_, Stage>, view: View) -> f64 {
     egui_plot::PlotMemory::load(&harness.ctx, id).unwrap().bounds().width()
 }
 
-/// Pictures without a graphics card, alike on every machine.
-#[derive(Default)]
-struct Software(Rasterizer);
-
-impl TestRenderer for Software {
-    fn handle_delta(&mut self, delta: &mut egui::TexturesDelta) {
-        self.0.update(delta);
-    }
-
-    fn render(&mut self, ctx: &egui::Context, output: &egui::FullOutput) -> Result<image::RgbaImage, String> {
-        let primitives = ctx.tessellate(output.shapes.clone(), output.pixels_per_point);
-        let size = ctx.content_rect().size() * output.pixels_per_point;
-        let ground = ctx.global_style().visuals.panel_fill;
-        Ok(self.0.draw(&primitives, [size.x as u32, size.y as u32], output.pixels_per_point, ground))
-    }
-}
-
 const SIZE: Vec2 = vec2(760.0, 640.0);
 
 fn cases() -> Vec<(&'static str, Case)> {
@@ -396,9 +383,9 @@ fn every_view_shows_every_outcome() {
         for (name, case) in cases() {
             for theme in [Theme::Light, Theme::Dark] {
                 let mut stage = Stage::new(view, &[case, case]);
-                stage.state.acceleration = true;
-                stage.state.log_error = theme == Theme::Dark;
-                stage.state.log_frequency = theme == Theme::Dark;
+                stage.state.options.acceleration = true;
+                stage.state.options.log_error = theme == Theme::Dark;
+                stage.state.options.log_frequency = theme == Theme::Dark;
                 stage.previous = Some(outcome_of(&[case, case]));
                 let mut harness = stage.harness(SIZE, theme);
                 harness.hover_at(pos2(400.0, 200.0));
@@ -421,7 +408,8 @@ fn outcomes_without_records_and_records_without_samples_say_so() {
     // A record index and choices left over from other data.
     let mut stage = Stage::new(View::Response, &[Case::default()]);
     stage.record = 7;
-    stage.state = ViewState { freedom: 9, input: 9, ..ViewState::default() };
+    stage.state =
+        ViewState { options: ViewOptions { freedom: 9, input: 9, ..ViewOptions::default() }, ..ViewState::default() };
     stage.harness(SIZE, Theme::Light).get_by_label("run 1");
 }
 
@@ -602,16 +590,19 @@ fn the_header_steps_through_records_and_chooses_degrees_of_freedom() {
     assert_eq!(harness.state().asked, Some(Request::ShowRecord(1)));
     harness.get_by_label("x2").click();
     harness.run();
-    assert_eq!(harness.state().state.freedom, 1);
+    assert_eq!(harness.state().state.options.freedom, 1);
 }
 
 #[test]
 fn what_is_chosen_survives_a_restart() {
-    let state =
-        ViewState { hidden: BTreeSet::from([Ink::Measured]), freedom: 1, log_frequency: true, ..ViewState::default() };
+    let state = ViewState {
+        hidden: BTreeSet::from([Ink::Measured]),
+        options: ViewOptions { freedom: 1, log_frequency: true, ..ViewOptions::default() },
+        ..ViewState::default()
+    };
     let text = serde_json::to_string(&state).unwrap();
     let read: ViewState = serde_json::from_str(&text).unwrap();
-    assert_eq!((read.hidden, read.freedom, read.log_frequency), (state.hidden, 1, true));
+    assert_eq!((read.hidden, read.options.freedom, read.options.log_frequency), (state.hidden, 1, true));
     assert!(serde_json::from_str::<ViewState>("{}").unwrap().hidden.is_empty());
 }
 
@@ -628,7 +619,9 @@ fn figures_for_print_are_vectors_and_show_what_the_window_shows() {
             search: Search::default(),
             pins: &[],
         };
-        vector(&harness.ctx, View::Response, &picture, &stage.state, FigureSize::default())
+        let seen = Seen::of(&harness.ctx, View::Response, &stage.state);
+        let figure = figure(View::Response, &picture, &stage.state, Some(&seen)).unwrap();
+        figure.svg(FigureSize::default(), seen.units())
     };
     let whole = draw(&harness);
     assert!(
@@ -636,7 +629,7 @@ fn figures_for_print_are_vectors_and_show_what_the_window_shows() {
         "{}",
         &whole[..300]
     );
-    assert!(whole.contains("fill=\"#ffffff\"/>\n"), "paper is white, whatever the window's theme");
+    assert!(whole.contains(".ground{fill:#ffffff}"), "paper is white, whatever the window's theme");
     harness.get_by_label_contains("worst ").click();
     harness.run();
     assert_ne!(draw(&harness), whole, "a zoomed plot is printed zoomed");

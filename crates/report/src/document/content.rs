@@ -1,8 +1,8 @@
 //! What a report says, in order, whatever it is written as.
 
 use super::Report;
-use super::figures::Figure;
 use super::math::{self, EquationRows, Math};
+use crate::figure::svg::Drawing;
 use sindyscope_core::study::{Differentiation, Formulation, Outcome, SETTINGS, Score, Severity, setting};
 use sindyscope_values::format::equations::{by_share, is_kinematic};
 use sindyscope_values::format::number::{align_at_point, format_measured, significant, significant_trimmed};
@@ -21,7 +21,7 @@ pub(super) enum Block {
     Paragraph(String),
     Equations(Vec<EquationRows>),
     Table(Table),
-    Figure(Figure),
+    Figure(Drawing),
     Command(String),
 }
 

@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use super::chart::WIDTH;
 use super::content::{Block, Cell, Table};
 use super::math::EquationRows;
 use super::style;
-use super::svg::{Coordinate, escape};
+use crate::canvas::{Coordinate, escape};
+use crate::figure::svg::WIDTH;
 use sindyscope_core::study::Severity;
 
 /// The whole page.
@@ -69,7 +69,7 @@ pub(super) fn document(title: &str, blocks: &[Block]) -> String {
                      <figcaption><b>Figure {figures}.</b> {}</figcaption>\n</figure>",
                     Coordinate(figure.size.0),
                     Coordinate(figure.size.1),
-                    figure.drawing.numbered(figures),
+                    figure.svg.numbered(figures),
                     escape(&figure.caption)
                 );
             }

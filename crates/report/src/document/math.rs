@@ -1,7 +1,7 @@
 //! Equations typeset: as `MathML` for a browser, and laid out for a picture.
 
 use super::font::{Face, Fonts};
-use super::svg::{Svg, digit_of_superscript, escape};
+use crate::canvas::{Svg, digit_of_superscript, escape};
 use sindyscope_values::format::equations::{by_share, digits, is_kinematic};
 use sindyscope_values::format::number::{significant, significant_trimmed};
 use sindyscope_values::model::Model;

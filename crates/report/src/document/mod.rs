@@ -4,27 +4,23 @@
 //! `html` writes a web page, `page` draws sheets as SVG, `pdf` turns those into a PDF.
 
 mod arrangement;
-mod chart;
 mod content;
-mod figures;
+mod drawings;
 mod font;
 mod html;
 mod math;
 mod page;
 mod pdf;
-mod physics_figures;
 mod sections;
 mod single;
 mod style;
-mod svg;
 mod text;
 mod walk;
-mod walk_figures;
 
 use std::ffi::OsStr;
 use std::path::Path;
 
-use figures::Room;
+use drawings::Room;
 use font::Fonts;
 use sections::Composed;
 use sindyscope_core::study::Outcome;
@@ -33,8 +29,7 @@ use sindyscope_values::model::{Model, Units};
 use sindyscope_values::record::RecordSet;
 
 pub use arrangement::{Arrangement, Item, Paper, Section, Sections};
-pub use single::{FigureFormat, FigureKind, FigureSize};
-pub use svg::escape;
+pub use single::{FigureFormat, FigureSize};
 
 /// What a report is made of.
 #[derive(Clone, Copy, Debug)]

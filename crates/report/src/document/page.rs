@@ -3,14 +3,13 @@
 use std::fmt::Write;
 
 use super::arrangement::Paper;
-use super::chart::{GUTTER, WIDTH as TEXT};
 use super::content::{Block, Cell, Table};
-use super::figures::Figure;
 use super::font::{Face, Fonts};
 use super::html::flag;
 use super::math::EquationRows;
 use super::style;
-use super::svg::{Anchor, Coordinate, Svg};
+use crate::canvas::{Anchor, Coordinate, Svg};
+use crate::figure::svg::{Drawing, GUTTER, WIDTH as TEXT};
 
 /// Pixels of the picture for each point of the sheet: fit for print.
 pub(super) const SCALE: f32 = 2.0;
@@ -151,18 +150,18 @@ impl<'a> Flow<'a> {
     }
 
     /// Height of a figure with its caption.
-    fn height(&self, figure: &Figure) -> f64 {
+    fn height(&self, figure: &Drawing) -> f64 {
         let lines = self.fonts.lines(&figure.caption, QUIET, Face::Text, figure.size.0 - 20.0).len() + 1;
         10.0 + figure.size.1 + LINE * lines as f64
     }
 
     /// Figures beside each other, each with its caption.
-    fn row(&mut self, figures: &[&Figure]) {
+    fn row(&mut self, figures: &[&Drawing]) {
         self.y += 10.0;
         let (top, mut left, mut lower) = (self.y, MARGIN, self.y);
         for figure in figures {
             self.figures += 1;
-            self.svg.place((left, top), &figure.drawing, self.figures);
+            self.svg.place((left, top), &figure.svg, self.figures);
             let caption = format!("Figure {}. {}", self.figures, figure.caption);
             let mut base = top + figure.size.1;
             for line in self.fonts.lines(&caption, QUIET, Face::Text, figure.size.0) {

@@ -2,10 +2,11 @@
 
 use super::Report;
 use super::arrangement::{Arrangement, Item, Section};
-use super::chart::Extent;
 use super::content::{self, Block, sentence};
-use super::figures::{self, Figure, Room};
-use super::{math, physics_figures, walk};
+use super::drawings::{self, Room};
+use super::{math, walk};
+use crate::figure::svg::Extent;
+use crate::view::View;
 
 /// A document, ready to be written.
 pub(super) struct Composed {
@@ -71,8 +72,9 @@ fn own_text(text: &str) -> Vec<Block> {
 /// What a section holds; nothing if the study has nothing for it.
 fn section_blocks(section: Section, report: &Report<'_>, room: &Room) -> Vec<Block> {
     let outcome = report.outcome;
-    let one = |figure: Option<Figure>| figure.map(Block::Figure).into_iter().collect::<Vec<_>>();
-    let telling = || figures::telling(outcome);
+    let one = |view: View, extent: &Extent| {
+        drawings::telling(outcome, view, extent).map(Block::Figure).into_iter().collect::<Vec<_>>()
+    };
     let walk =
         |part: walk::Part| report.diagnosis.map_or_else(Vec::new, |d| walk::blocks(part, d, report.records, room));
     match section {
@@ -82,20 +84,19 @@ fn section_blocks(section: Section, report: &Report<'_>, room: &Room) -> Vec<Blo
         Section::Parameters => content::parameters(outcome),
         Section::Errors => vec![Block::Table(content::errors(outcome, content::displacement_unit(outcome)))],
         Section::Response => {
-            let mut blocks: Vec<Block> = figures::responses(outcome, room).into_iter().map(Block::Figure).collect();
+            let mut blocks: Vec<Block> = drawings::responses(outcome, room).into_iter().map(Block::Figure).collect();
             let drawn = outcome.records.len().min(room.records);
             if drawn < outcome.records.len() {
                 blocks.push(Block::Paragraph(format!("{drawn} of {} records are drawn.", outcome.records.len())));
             }
             blocks
         }
-        Section::Phase => one(telling().and_then(|r| figures::portrait(outcome, r, &Extent::HALF))),
-        Section::Spectrum => one(telling().and_then(|r| figures::spectrum(outcome, r, &Extent::HALF))),
+        Section::Phase => one(View::Phase, &Extent::HALF),
+        Section::Spectrum => one(View::Spectrum, &Extent::HALF),
         Section::Forces => {
-            let both = [physics_figures::restoring, physics_figures::friction];
-            both.into_iter().filter_map(|draw| draw(outcome, &Extent::HALF)).map(Block::Figure).collect()
+            [View::Restoring, View::Friction].into_iter().flat_map(|view| one(view, &Extent::PAGE)).collect()
         }
-        Section::Residual => one(telling().and_then(|r| physics_figures::residual(outcome, r, &Extent::PAGE))),
+        Section::Residual => one(View::Residual, &Extent::PAGE),
         Section::Missing => walk(walk::Part::Verdict),
         Section::Waterfall => walk(walk::Part::Waterfall),
         Section::Rounds => walk(walk::Part::Rounds),

@@ -6,13 +6,13 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::chart::Extent;
-use super::figures::{self, Figure};
 use super::font::{Face, Fonts};
-use super::svg::Coordinate;
-use super::{ReportError, pdf, physics_figures, style};
+use super::{ReportError, pdf};
+use crate::canvas::Coordinate;
+use crate::figure::svg::{self, Drawing, Extent};
+use crate::figure::{Figure, style};
 use crate::palette::ground;
-use sindyscope_core::study::Outcome;
+use sindyscope_values::format::shown::ShownUnits;
 
 /// Points to the millimetre.
 const POINTS_A_MM: f64 = 72.0 / 25.4;
@@ -25,23 +25,6 @@ const PRINT: f32 = 300.0;
 
 /// Pixels to the inch of an SVG document.
 const SCREEN: f32 = 96.0;
-
-/// A figure of a study that can stand alone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum FigureKind {
-    /// Measured and identified response over time, the error beneath.
-    Response,
-    /// The phase portrait.
-    Phase,
-    /// The amplitude spectra of response and error.
-    Spectrum,
-    /// The restoring force over the deflection.
-    Restoring,
-    /// The force that follows the velocity alone.
-    Friction,
-    /// The correlations of the residual.
-    Residual,
-}
 
 /// How large a figure is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -130,39 +113,30 @@ impl FigureFormat {
     }
 }
 
-impl FigureKind {
-    /// The figure as an SVG document of this size, of the outcome's record at `record`; none if the study has nothing for it.
-    pub fn svg(self, outcome: &Outcome, record: usize, size: FigureSize) -> Option<String> {
+impl Figure {
+    /// The figure as an SVG document of this size, on white, with values shown in these units.
+    pub fn svg(&self, size: FigureSize, units: &ShownUnits) -> String {
         let size = size.sound();
         let points = LABEL / size.font * POINTS_A_MM;
         let extent = Extent { width: size.width * points, height: Some(size.height * points) };
-        let record = || outcome.records.get(record);
-        let figure = match self {
-            Self::Response => figures::response(outcome, record()?, &extent),
-            Self::Phase => figures::portrait(outcome, record()?, &extent),
-            Self::Spectrum => figures::spectrum(outcome, record()?, &extent),
-            Self::Restoring => physics_figures::restoring(outcome, &extent),
-            Self::Friction => physics_figures::friction(outcome, &extent),
-            Self::Residual => physics_figures::residual(outcome, record()?, &extent),
-        }?;
-        Some(document(&figure, size))
+        document(&svg::draw(self, &extent, units), size)
     }
 }
 
 /// A figure alone, `size` on paper.
-fn document(figure: &Figure, size: FigureSize) -> String {
+fn document(figure: &Drawing, size: FigureSize) -> String {
     let mut out = String::new();
     // The figure's own height differs from the one asked for where the panels had too little room.
     let height = size.width * figure.size.1 / figure.size.0;
     let (width, length) = (Coordinate(figure.size.0), Coordinate(figure.size.1));
-    let (family, rules, ground) = (Face::Text.family(), style::figures(false), ground(false));
+    let (family, rules, ground) = (Face::Text.family(), style::rules(false), ground(false));
     let _ = write!(
         out,
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}mm\" height=\"{height:.2}mm\" viewBox=\"0 0 {width} {length}\">\n\
          <style>\ntext{{font-family:\"{family}\",\"Noto Sans\",sans-serif}}\n{rules}.ground{{fill:#{ground:06x}}}\n</style>\n\
          <rect class=\"ground\" width=\"{width}\" height=\"{length}\"/>\n{}</svg>\n",
         size.width,
-        figure.drawing.numbered(1)
+        figure.svg.numbered(1)
     );
     out
 }

@@ -1,54 +1,9 @@
-//! Colours and strokes of figures, and the style sheets made of them.
+//! The style sheets of pages.
 
-use std::fmt::Write;
-
-use super::chart::class;
 use super::font::Face;
+use crate::figure::style::{Tones, rules, tones};
 use crate::palette::{Ink, grid, ground};
 use sindyscope_core::study::Severity;
-
-/// Text and rules that are no data.
-struct Tones {
-    text: u32,
-    quiet: u32,
-    rule: u32,
-    stretch: u32,
-}
-
-fn tones(dark: bool) -> Tones {
-    if dark {
-        Tones { text: 0xE8_EA_ED, quiet: 0xA9_B0_B8, rule: 0x5A_61_69, stretch: 0x26_28_33 }
-    } else {
-        Tones { text: 0x1B_1F_24, quiet: 0x57_60_6A, rule: 0x8C_93_9B, stretch: 0xF1_EF_F8 }
-    }
-}
-
-/// Rules for every class that figures and formulas use.
-pub(super) fn figures(dark: bool) -> String {
-    let mut css = String::new();
-    for ink in Ink::ALL {
-        let dash = ink.dash().map(|d| format!(";stroke-dasharray:{d} {}", 0.6 * d)).unwrap_or_default();
-        let _ = writeln!(
-            css,
-            ".{}{{fill:none;stroke:#{:06x};stroke-width:{};stroke-linejoin:round{dash}}}",
-            class(ink),
-            ink.rgb(dark),
-            0.9 * ink.width()
-        );
-    }
-    let Tones { text, quiet, rule, stretch } = tones(dark);
-    let grid = grid(dark);
-    let _ = write!(
-        css,
-        ".grid{{stroke:#{grid:06x};stroke-width:.6}}\n.frame{{fill:none;stroke:#{rule:06x};stroke-width:.8}}\n\
-         .stretch{{fill:#{stretch:06x}}}\n.tick,.key{{font-size:10.5px;fill:#{quiet:06x}}}\n\
-         .label{{font-size:11.5px;fill:#{text:06x}}}\n.math,.ink{{fill:#{text:06x}}}\n\
-         .rule{{fill:none;stroke:#{text:06x};stroke-width:.9}}\n.fitted,.dot{{fill:#{:06x}}}\n.unfitted{{fill:#{:06x}}}\n",
-        Ink::Measured.rgb(dark),
-        Ink::Identified.rgb(dark)
-    );
-    css
-}
 
 /// Rules of the picture's page.
 pub(super) fn picture() -> String {
@@ -56,7 +11,7 @@ pub(super) fn picture() -> String {
     let (ground, grid, bar) = (ground(false), grid(false), Ink::Measured.rgb(false));
     let (caution, wrong) = (severity(Severity::Caution, false), severity(Severity::Wrong, false));
     let (reading, mono) = (Face::Text.family(), Face::Mono.family());
-    let figures = figures(false);
+    let figures = rules(false);
     // The fonts have one weight; a fine outline of the letters makes headings stand out.
     format!(
         "text{{font-family:\"{reading}\";fill:#{text:06x}}}\n{figures}\
@@ -94,9 +49,9 @@ pub(super) fn web() -> String {
     format!(
         "{}{}{}@media screen and (prefers-color-scheme:dark){{\n{}{}}}\n",
         variables(false),
-        figures(false),
+        rules(false),
         include_str!("page.css"),
         variables(true),
-        figures(true)
+        rules(true)
     )
 }

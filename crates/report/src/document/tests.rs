@@ -197,7 +197,7 @@ fn the_page_says_everything_and_is_well_formed() {
         7,
         "a response each, portrait, spectrum, restoring force, friction, residual"
     );
-    assert!(page.matches("class=\"stretch\"").count() == 2, "only the long record has a detail");
+    assert!(page.matches("class=\"detail\"").count() == 2, "only the long record has a detail");
     assert!(!page.contains("NaN") && !page.contains('∞'), "numbers that do not exist are not written");
 }
 
@@ -571,21 +571,28 @@ fn a_pdf_has_its_fonts_its_text_and_the_same_bytes_each_time() {
 }
 
 #[test]
-fn a_figure_stands_alone_at_the_size_asked_for() {
-    use super::{FigureFormat, FigureKind, FigureSize};
-    let outcome = outcome();
+fn every_view_stands_alone_at_the_size_asked_for() {
+    use super::{FigureFormat, FigureSize};
+    use crate::view::{Subject, View, ViewOptions};
+    use sindyscope_values::format::shown::ShownUnits;
+    let (outcome, options, units) = (outcome(), ViewOptions::default(), ShownUnits::default());
     let size = FigureSize { width: 85.0, height: 60.0, font: 8.0 };
-    for kind in [FigureKind::Response, FigureKind::Phase, FigureKind::Spectrum, FigureKind::Residual] {
-        let svg = kind.svg(&outcome, 0, size).unwrap_or_else(|| panic!("{kind:?}"));
+    let mut drawn = 0;
+    for view in View::ALL {
+        let Ok(figure) = view.figure(&Subject::new(&outcome, 0, &options)) else { continue };
+        drawn += 1;
+        let svg = figure.svg(size, &units);
         assert_balanced(&svg);
-        assert!(svg.contains("width=\"85mm\" height=\"60.00mm\""), "{kind:?}: {}", &svg[..200]);
+        assert!(svg.contains("width=\"85mm\" height=") && !svg.contains("NaN"), "{view:?}: {}", &svg[..200]);
         let pdf = FigureFormat::Pdf.bytes(&svg, "figure").expect("a PDF");
-        assert!(text_of(&pdf, 1)[0].contains("measured") || kind == FigureKind::Residual);
+        let axis = figure.panels().next().map_or("", |p| p.x.symbol.as_str());
+        assert!(text_of(&pdf, 1)[0].contains(axis), "{view:?}");
         let png = FigureFormat::Png.bytes(&svg, "figure").expect("a picture");
-        let (width, height) = image::load_from_memory(&png).expect("PNG").into_luma8().dimensions();
-        assert!(width.abs_diff(1004) < 4 && height.abs_diff(709) < 4, "{width} × {height}: 300 pixels to the inch");
+        let (width, _) = image::load_from_memory(&png).expect("PNG").into_luma8().dimensions();
+        assert!(width.abs_diff(1004) < 4, "{width}: 300 pixels to the inch");
     }
+    assert!(drawn > 6, "{drawn}");
+    let figure = View::Response.figure(&Subject::new(&outcome, 99, &options)).expect("the last record");
     let odd = FigureSize { width: f64::NAN, height: -3.0, font: 1e9 };
-    assert!(FigureKind::Response.svg(&outcome, 0, odd).is_some(), "any size is brought within limits");
-    assert!(FigureKind::Response.svg(&outcome, 99, size).is_none());
+    assert!(!figure.svg(odd, &units).is_empty(), "any size is brought within limits");
 }

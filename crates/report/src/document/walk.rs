@@ -4,9 +4,8 @@ use sindyscope_values::format::units::{Scale, format_si, raised};
 use std::fmt::Write;
 
 use super::content::{Block, Cell, Table, Tile, coefficients, sentence};
-use super::figures::Room;
+use super::drawings::{self, Room};
 use super::math;
-use super::walk_figures as figures;
 use sindyscope_core::study::Severity;
 use sindyscope_search::{Candidate, Diagnosis, Finding, Gap, LEVEL, Parameter, Round, Stage, Standing, Step};
 use sindyscope_values::format::equations;
@@ -51,7 +50,7 @@ pub(super) fn blocks(part: Part, diagnosis: &Diagnosis, records: &RecordSet, roo
             blocks.extend(model(&base.model));
             blocks
         }
-        Part::Waterfall => figures::waterfall(diagnosis, unit).map(Block::Figure).into_iter().collect(),
+        Part::Waterfall => drawings::waterfall(diagnosis, unit).map(Block::Figure).into_iter().collect(),
         Part::Rounds => {
             let mut blocks = Vec::new();
             for (k, round) in diagnosis.rounds.iter().enumerate() {
@@ -68,7 +67,7 @@ pub(super) fn blocks(part: Part, diagnosis: &Diagnosis, records: &RecordSet, roo
         Part::Overlay => {
             let mut blocks = vec![Block::Subheading("The model with every effect that was added".into())];
             blocks.extend(model(&last.model));
-            blocks.extend(figures::overlay(base, last, unit, room).into_iter().map(Block::Figure));
+            blocks.extend(drawings::overlay(base, last, unit, room).into_iter().map(Block::Figure));
             blocks
         }
         Part::Remaining => {
@@ -242,7 +241,7 @@ fn round_blocks(round: &Round, step: Option<&Step<'_>>, unit: &str, tested: &'st
         if !parameters.is_empty() {
             blocks.push(Block::Table(parameter_table(parameters)));
         }
-        blocks.extend(figures::curve(&step.candidate.curve, &step.added.title, unit).map(Block::Figure));
+        blocks.extend(drawings::curve(&step.candidate.curve, &step.added.title, unit).map(Block::Figure));
         let alike: Vec<&str> = step.indistinguishable().iter().map(|c| c.title.as_str()).collect();
         if !alike.is_empty() {
             let text = format!("These data cannot tell it from: {}.", alike.join(", "));

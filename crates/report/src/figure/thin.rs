@@ -5,48 +5,34 @@
 
 use std::ops::RangeInclusive;
 
-use egui_plot::PlotPoint;
-
 /// Samples in a block of the lowest level; smaller blocks are searched as they are asked for.
 const LOWEST: usize = 16;
 
-/// Samples at even distances.
-#[derive(Clone, Copy, Debug)]
-pub struct Samples<'a> {
-    /// One value a sample; those that are not finite are not drawn.
-    pub values: &'a [f64],
+/// A stretch of evenly spaced samples: abscissa of the first one and their distance, > 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spacing {
     /// Abscissa of the first sample.
     pub start: f64,
     /// Distance of the samples, > 0.
     pub interval: f64,
 }
 
-impl Samples<'_> {
+impl Spacing {
     /// Abscissa of a sample.
     pub fn at(&self, index: usize) -> f64 {
         self.start + self.interval * index as f64
     }
-
-    /// The sample nearest to an abscissa, if any lies within half an interval.
-    pub fn nearest(&self, abscissa: f64) -> Option<usize> {
-        let position = ((abscissa - self.start) / self.interval).round();
-        (position >= 0.0 && position < self.values.len() as f64).then_some(position as usize)
-    }
-
-    fn point(&self, index: usize) -> PlotPoint {
-        PlotPoint::new(self.at(index), self.values[index])
-    }
 }
 
 /// Where the smallest and the largest finite sample of a block are; the same index if it has but one.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Extremes {
     least: u32,
     most: u32,
 }
 
 /// The smallest and largest sample of every aligned block of 2ᵏ samples.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Envelope {
     /// `levels[k]`: blocks of `LOWEST << k` samples; none where a block has no finite sample.
     levels: Vec<Vec<Option<Extremes>>>,
@@ -81,22 +67,24 @@ impl Envelope {
         self.range
     }
 
-    /// Fills `points` with what shows of the samples in `visible` on `columns` columns of pixels, in order of time: all of
-    /// them if they are few, else the smallest and largest of each of at least `columns` blocks, each where it lies. One
-    /// sample on either side is added, so that lines run on to the edges. Blocks are aligned to the series and not to the
+    /// Fills `points` with what shows of the samples in `visible` on `columns` columns of pixels, in order of the abscissa:
+    /// all of them if they are few, else the smallest and largest of each of at least `columns` blocks, each where it lies.
+    /// One sample on either side is added, so that lines run on to the edges. Blocks are aligned to the series and not to the
     /// view, so a drawn line keeps its shape while it is moved.
     ///
-    /// `samples` are those that the envelope was made of.
+    /// `values` are those that the envelope was made of.
     pub fn points(
         &self,
-        samples: &Samples<'_>,
+        values: &[f64],
+        spacing: Spacing,
         visible: RangeInclusive<f64>,
         columns: usize,
-        points: &mut Vec<PlotPoint>,
+        points: &mut Vec<[f64; 2]>,
     ) {
         points.clear();
-        let n = samples.values.len();
-        let position = |x: f64| (x - samples.start) / samples.interval;
+        let n = values.len();
+        let position = |x: f64| (x - spacing.start) / spacing.interval;
+        let point = |k: usize| [spacing.at(k), values[k]];
         let first = (position(*visible.start()).floor().max(0.0) as usize).min(n);
         let last = (position(*visible.end()).ceil() + 1.0).clamp(0.0, n as f64) as usize;
         if first >= last {
@@ -105,7 +93,7 @@ impl Envelope {
         let columns = columns.max(1);
         let per_column = (last - first) / columns;
         if per_column < 4 {
-            points.extend((first..last).map(|i| samples.point(i)).filter(|p| p.y.is_finite()));
+            points.extend((first..last).map(point).filter(|p| p[1].is_finite()));
             return;
         }
         let size = 1 << per_column.ilog2();
@@ -113,15 +101,15 @@ impl Envelope {
         let mut push = |block: Option<Extremes>| {
             if let Some(Extremes { least, most }) = block {
                 let (one, other) = (least.min(most) as usize, least.max(most) as usize);
-                points.push(samples.point(one));
+                points.push(point(one));
                 if other != one {
-                    points.push(samples.point(other));
+                    points.push(point(other));
                 }
             }
         };
         if size < LOWEST {
             for b in from..to {
-                push(extremes(&samples.values[b * size..((b + 1) * size).min(n)], b * size));
+                push(extremes(&values[b * size..((b + 1) * size).min(n)], b * size));
             }
         } else {
             let level = &self.levels[((size / LOWEST).ilog2() as usize).min(self.levels.len() - 1)];
@@ -150,73 +138,30 @@ fn join(values: &[f64], a: Extremes, b: Extremes) -> Extremes {
     }
 }
 
-/// The points of one series as they were last asked for: recomputed only if the view moves out of what they cover.
-#[derive(Clone, Debug, Default)]
-pub struct Decimated {
-    envelope: Envelope,
-    points: Vec<PlotPoint>,
-    covers: Option<(f64, f64)>,
-    columns_per_unit: f64,
-}
-
-impl Decimated {
-    /// Of a series that is asked for again with the same samples.
-    pub fn new(values: &[f64]) -> Self {
-        Self { envelope: Envelope::new(values), ..Self::default() }
-    }
-
-    /// Smallest and largest finite value of the series.
-    pub fn range(&self) -> Option<(f64, f64)> {
-        self.envelope.range()
-    }
-
-    /// The points to draw for a view of `columns` pixels; a margin on both sides lets a moved view find them ready.
-    pub fn view(&mut self, samples: &Samples<'_>, visible: RangeInclusive<f64>, columns: usize) -> &[PlotPoint] {
-        let (low, high) = visible.into_inner();
-        let width = high - low;
-        let columns_per_unit = columns as f64 / width;
-        let covered = self.covers.is_some_and(|(from, to)| from <= low && high <= to)
-            && (0.8..1.25).contains(&(columns_per_unit / self.columns_per_unit));
-        if !covered && width > 0.0 && width.is_finite() {
-            let margin = 0.25 * width;
-            let covers = (low - margin, high + margin);
-            self.envelope.points(samples, covers.0..=covers.1, columns + columns / 2, &mut self.points);
-            self.covers = Some(covers);
-            self.columns_per_unit = columns_per_unit;
-        }
-        &self.points
-    }
-
-    /// The points last computed.
-    pub fn points(&self) -> &[PlotPoint] {
-        &self.points
-    }
-}
-
 /// Thins points whose abscissae rise but are not evenly spaced (a spectrum over the logarithm of frequency): of those that
 /// fall into one of `columns` columns over `visible`, the smallest and the largest.
 pub fn columns(
-    points: impl Iterator<Item = PlotPoint>,
+    points: impl Iterator<Item = [f64; 2]>,
     visible: RangeInclusive<f64>,
     columns: usize,
-    out: &mut Vec<PlotPoint>,
+    out: &mut Vec<[f64; 2]>,
 ) {
     out.clear();
     let (low, high) = visible.into_inner();
     let scale = columns as f64 / (high - low);
-    let mut current: Option<(f64, PlotPoint, PlotPoint)> = None;
-    let mut flush = |least: PlotPoint, most: PlotPoint| {
-        let (one, other) = if least.x <= most.x { (least, most) } else { (most, least) };
+    let mut current: Option<(f64, [f64; 2], [f64; 2])> = None;
+    let mut flush = |least: [f64; 2], most: [f64; 2]| {
+        let (one, other) = if least[0] <= most[0] { (least, most) } else { (most, least) };
         out.push(one);
-        if other.x > one.x {
+        if other[0] > one[0] {
             out.push(other);
         }
     };
-    for point in points.filter(|p| p.x.is_finite() && p.y.is_finite()) {
-        let column = ((point.x - low) * scale).floor().clamp(-1.0, columns as f64);
+    for point in points.filter(|p| p[0].is_finite() && p[1].is_finite()) {
+        let column = ((point[0] - low) * scale).floor().clamp(-1.0, columns as f64);
         current = Some(match current {
             Some((c, least, most)) if c == column => {
-                (c, if point.y < least.y { point } else { least }, if point.y > most.y { point } else { most })
+                (c, if point[1] < least[1] { point } else { least }, if point[1] > most[1] { point } else { most })
             }
             Some((_, least, most)) => {
                 flush(least, most);
@@ -230,19 +175,25 @@ pub fn columns(
     }
 }
 
-/// Thins a curve that may run in loops (a phase portrait) to what shows at `scale` pixels per unit along each axis: points
-/// nearer than a pixel to the last one kept are left out, and so are short steps between pixels that the curve has been to
-/// before, which leaves a pause in the line (a point that is not finite). If more than `most` points remain (a portrait that
-/// fills an area), pixels of twice the size are taken, and so on.
-pub fn loops<P: Iterator<Item = PlotPoint> + Clone>(
-    points: P,
-    bounds: ([f64; 2], [f64; 2]),
-    scale: [f64; 2],
-    most: usize,
-    out: &mut Vec<PlotPoint>,
-) {
+/// What a thinned curve is drawn on: its bounds, and pixels per unit along each axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Raster {
+    /// Lower ends.
+    pub min: [f64; 2],
+    /// Upper ends.
+    pub max: [f64; 2],
+    /// Pixels per unit.
+    pub scale: [f64; 2],
+}
+
+/// Thins a curve that may run in loops (a phase portrait) to what shows on a raster: points nearer than a pixel to the last
+/// one kept are left out, and so are short steps between pixels that the curve has been to before, which leaves a pause in
+/// the line (a point that is not finite). If more than `most` points remain (a portrait that fills an area), pixels of twice
+/// the size are taken, and so on.
+pub fn loops<P: Iterator<Item = [f64; 2]> + Clone>(points: P, raster: Raster, most: usize, out: &mut Vec<[f64; 2]>) {
     let mut size = 1.0;
-    while !loops_of(points.clone(), bounds, scale.map(|s| s / size), most, out) && size < COARSEST {
+    let coarser = |size: f64| Raster { scale: raster.scale.map(|s| s / size), ..raster };
+    while !loops_of(points.clone(), coarser(size), most, out) && size < COARSEST {
         size *= 2.0;
     }
 }
@@ -251,23 +202,18 @@ pub fn loops<P: Iterator<Item = PlotPoint> + Clone>(
 const COARSEST: f64 = 16.0;
 
 /// False if `most` points did not do.
-fn loops_of(
-    points: impl Iterator<Item = PlotPoint>,
-    (min, max): ([f64; 2], [f64; 2]),
-    scale: [f64; 2],
-    most: usize,
-    out: &mut Vec<PlotPoint>,
-) -> bool {
+fn loops_of(points: impl Iterator<Item = [f64; 2]>, raster: Raster, most: usize, out: &mut Vec<[f64; 2]>) -> bool {
     const STEP: f64 = 0.7;
-    const PAUSE: PlotPoint = PlotPoint { x: f64::NAN, y: f64::NAN };
+    const PAUSE: [f64; 2] = [f64::NAN; 2];
+    let Raster { min, max, scale } = raster;
     out.clear();
     let cells = |k: usize| ((max[k] - min[k]) * scale[k]).ceil().clamp(0.0, 8192.0) as usize + 1;
     let (width, height) = (cells(0), cells(1));
     let mut visited = vec![false; width * height];
-    let mut last: Option<(PlotPoint, [f64; 2], bool)> = None;
+    let mut last: Option<([f64; 2], [f64; 2], bool)> = None;
     let mut paused = true;
-    for point in points.filter(|p| p.x.is_finite() && p.y.is_finite()) {
-        let place = [(point.x - min[0]) * scale[0], (point.y - min[1]) * scale[1]];
+    for point in points.filter(|p| p[0].is_finite() && p[1].is_finite()) {
+        let place = [(point[0] - min[0]) * scale[0], (point[1] - min[1]) * scale[1]];
         let distance_squared =
             last.map_or(f64::INFINITY, |(_, at, _)| (place[0] - at[0]).powi(2) + (place[1] - at[1]).powi(2));
         if distance_squared < STEP * STEP {
@@ -304,9 +250,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn samples(values: &[f64]) -> Samples<'_> {
-        Samples { values, start: -3.0, interval: 0.5 }
-    }
+    const SPACING: Spacing = Spacing { start: -3.0, interval: 0.5 };
 
     proptest! {
         #[test]
@@ -316,45 +260,45 @@ mod tests {
             width in 0.001..1.3f64,
             columns in 1usize..300,
         ) {
-            let s = samples(&values);
-            let length = s.at(values.len()) - s.start;
-            let visible = s.start + from * length..=s.start + (from + width) * length;
+            let length = SPACING.at(values.len()) - SPACING.start;
+            let visible = SPACING.start + from * length..=SPACING.start + (from + width) * length;
             let mut points = Vec::new();
-            Envelope::new(&values).points(&s, visible.clone(), columns, &mut points);
-            let shown: Vec<usize> = (0..values.len()).filter(|&i| visible.contains(&s.at(i))).collect();
-            let inside = |p: &&PlotPoint| shown.iter().any(|&i| s.at(i) == p.x);
+            Envelope::new(&values).points(&values, SPACING, visible.clone(), columns, &mut points);
+            let shown: Vec<usize> = (0..values.len()).filter(|&i| visible.contains(&SPACING.at(i))).collect();
+            let inside = |p: &&[f64; 2]| shown.iter().any(|&i| SPACING.at(i) == p[0]);
+            let index = |x: f64| ((x - SPACING.start) / SPACING.interval).round() as usize;
 
             // Every point is a sample, in order of time, and there are not many more than the columns need.
-            prop_assert!(points.iter().all(|p| values[s.nearest(p.x).unwrap()] == p.y));
-            prop_assert!(points.windows(2).all(|w| w[0].x < w[1].x));
+            prop_assert!(points.iter().all(|p| values[index(p[0])] == p[1]));
+            prop_assert!(points.windows(2).all(|w| w[0][0] < w[1][0]));
             prop_assert!(points.len() <= 5 * columns + 6, "{} points on {columns} columns", points.len());
 
             // The largest and smallest visible sample are there, or something beyond them at the view's edge.
             if let Some(most) = shown.iter().map(|&i| values[i]).reduce(f64::max) {
                 let least = shown.iter().map(|&i| values[i]).fold(f64::INFINITY, f64::min);
-                prop_assert!(points.iter().any(|p| p.y >= most));
-                prop_assert!(points.iter().any(|p| p.y <= least));
+                prop_assert!(points.iter().any(|p| p[1] >= most));
+                prop_assert!(points.iter().any(|p| p[1] <= least));
             }
             // And so in each column: within two columns of any sample there is a point as high, and one as low.
-            let reach = 2.0 * (shown.len() as f64 / columns as f64).max(1.0) * s.interval;
+            let reach = 2.0 * (shown.len() as f64 / columns as f64).max(1.0) * SPACING.interval;
             for &i in shown.iter().step_by(1 + shown.len() / 40) {
-                let near = |p: &&PlotPoint| (p.x - s.at(i)).abs() <= reach;
-                prop_assert!(points.iter().filter(near).any(|p| p.y >= values[i]));
-                prop_assert!(points.iter().filter(near).any(|p| p.y <= values[i]));
+                let near = |p: &&[f64; 2]| (p[0] - SPACING.at(i)).abs() <= reach;
+                prop_assert!(points.iter().filter(near).any(|p| p[1] >= values[i]));
+                prop_assert!(points.iter().filter(near).any(|p| p[1] <= values[i]));
             }
             prop_assert!(shown.is_empty() || points.iter().filter(inside).count() > 0);
         }
 
         #[test]
         fn columns_keep_their_extremes(values in prop::collection::vec(-1.0..1.0f64, 1..2000), count in 1usize..200) {
-            let point = |i: usize| PlotPoint::new(((i + 1) as f64).log10(), values[i]);
+            let point = |i: usize| [((i + 1) as f64).log10(), values[i]];
             let high = ((values.len() + 1) as f64).log10();
             let mut out = Vec::new();
             columns((0..values.len()).map(point), 0.0..=high, count, &mut out);
             prop_assert!(out.len() <= 2 * count + 4);
-            prop_assert!(out.windows(2).all(|w| w[0].x < w[1].x));
+            prop_assert!(out.windows(2).all(|w| w[0][0] < w[1][0]));
             let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            prop_assert!(out.iter().any(|p| p.y == most));
+            prop_assert!(out.iter().any(|p| p[1] == most));
         }
     }
 
@@ -367,25 +311,14 @@ mod tests {
         assert_eq!(envelope.range(), Some((0.0, 999.0)));
         let mut points = Vec::new();
         for columns in [3, 20, 1000] {
-            envelope.points(&samples(&values), -10.0..=1e4, columns, &mut points);
-            assert!(points.iter().all(|p| p.y.is_finite()));
-            assert_eq!(points.last().map(|p| p.y), Some(999.0));
+            envelope.points(&values, SPACING, -10.0..=1e4, columns, &mut points);
+            assert!(points.iter().all(|p| p[1].is_finite()));
+            assert_eq!(points.last().map(|p| p[1]), Some(999.0));
         }
         assert_eq!(Envelope::new(&[f64::NAN; 40]).range(), None);
         assert_eq!(Envelope::new(&[]).range(), None);
-        Envelope::new(&[]).points(&samples(&[]), 0.0..=1.0, 10, &mut points);
+        Envelope::new(&[]).points(&[], SPACING, 0.0..=1.0, 10, &mut points);
         assert!(points.is_empty());
-    }
-
-    #[test]
-    fn a_moved_view_finds_its_points_ready() {
-        let values: Vec<f64> = (0..100_000).map(|k| (0.01 * f64::from(k)).sin()).collect();
-        let s = Samples { values: &values, start: 0.0, interval: 1e-3 };
-        let mut series = Decimated::new(&values);
-        let before = series.view(&s, 40.0..=50.0, 800).to_vec();
-        assert_eq!(series.view(&s, 41.0..=51.0, 800), before);
-        assert_ne!(series.view(&s, 45.0..=55.0, 800), before);
-        assert_ne!(series.view(&s, 45.0..=47.0, 800), before);
     }
 
     #[test]
@@ -394,9 +327,9 @@ mod tests {
             let mut out = Vec::new();
             let points = (0..turns * 2000).map(|k| {
                 let phase = std::f64::consts::TAU * f64::from(k) / 2000.0;
-                PlotPoint::new(phase.cos(), phase.sin())
+                [phase.cos(), phase.sin()]
             });
-            loops(points, ([-1.1; 2], [1.1; 2]), [200.0; 2], 100_000, &mut out);
+            loops(points, Raster { min: [-1.1; 2], max: [1.1; 2], scale: [200.0; 2] }, 100_000, &mut out);
             out.len()
         };
         assert!(turn(1) > 500);
@@ -405,10 +338,10 @@ mod tests {
 
     #[test]
     fn a_coarse_loop_keeps_every_sample() {
-        let corner = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+        let corner = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         let mut out = Vec::new();
-        let points = (0..12).map(|k| PlotPoint::new(corner[k % 4].0, corner[k % 4].1));
-        loops(points, ([0.0; 2], [1.0; 2]), [100.0; 2], 100, &mut out);
+        let raster = Raster { min: [0.0; 2], max: [1.0; 2], scale: [100.0; 2] };
+        loops((0..12).map(|k| corner[k % 4]), raster, 100, &mut out);
         assert_eq!(out.len(), 12);
     }
 
@@ -416,12 +349,12 @@ mod tests {
     fn a_portrait_that_fills_an_area_is_drawn_with_few_points_from_edge_to_edge() {
         let points = (0..400_000).map(|k| {
             let t = 0.01 * f64::from(k);
-            PlotPoint::new((t * 1.618_034).sin(), t.sin())
+            [(t * 1.618_034).sin(), t.sin()]
         });
         let mut out = Vec::new();
-        loops(points, ([-1.1; 2], [1.1; 2]), [300.0; 2], 12_000, &mut out);
+        loops(points, Raster { min: [-1.1; 2], max: [1.1; 2], scale: [300.0; 2] }, 12_000, &mut out);
         assert!((2000..=12_000).contains(&out.len()), "{}", out.len());
-        let widest = out.iter().filter(|p| p.x.is_finite()).map(|p| p.x).fold(0.0, f64::max);
+        let widest = out.iter().filter(|p| p[0].is_finite()).map(|p| p[0]).fold(0.0, f64::max);
         assert!(widest > 0.95, "{widest}");
     }
 }

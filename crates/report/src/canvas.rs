@@ -1,4 +1,4 @@
-//! Pieces of SVG. What they look like is said by the style sheet of the page they stand on.
+//! A canvas of SVG. What its pieces look like is said by the style sheet of the page they stand on.
 
 use std::fmt::{Display, Write};
 
@@ -36,7 +36,7 @@ fn raised(text: &str) -> String {
 }
 
 /// The digit or minus that a superscript stands for.
-pub(super) fn digit_of_superscript(c: char) -> Option<char> {
+pub(crate) fn digit_of_superscript(c: char) -> Option<char> {
     match c {
         '⁻' => Some('−'),
         '¹' => Some('1'),
@@ -48,7 +48,7 @@ pub(super) fn digit_of_superscript(c: char) -> Option<char> {
 }
 
 /// Coordinates with as many decimals as a print at 300 dpi can show.
-pub(super) struct Coordinate(pub(super) f64);
+pub(crate) struct Coordinate(pub(crate) f64);
 
 impl Display for Coordinate {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -60,21 +60,21 @@ impl Display for Coordinate {
 
 /// A canvas that grows as it is drawn on.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Svg(pub(super) String);
+pub(crate) struct Svg(pub(crate) String);
 
 /// Stands for the figure's number in the names within a drawing; [`escape`] lets it into no text.
 const OWN: &str = "\u{1}";
 
 /// Where a text stands relative to its point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Anchor {
+pub(crate) enum Anchor {
     Start,
     Middle,
     End,
 }
 
 impl Svg {
-    pub(super) fn line(&mut self, class: &str, from: (f64, f64), to: (f64, f64)) {
+    pub(crate) fn line(&mut self, class: &str, from: (f64, f64), to: (f64, f64)) {
         let _ = writeln!(
             self.0,
             "<line class=\"{class}\" x1=\"{}\" y1=\"{}\" x2=\"{}\" y2=\"{}\"/>",
@@ -85,10 +85,15 @@ impl Svg {
         );
     }
 
-    pub(super) fn rect(&mut self, class: &str, at: (f64, f64), size: (f64, f64)) {
+    pub(crate) fn rect(&mut self, class: &str, at: (f64, f64), size: (f64, f64)) {
+        self.styled_rect(class, "", at, size);
+    }
+
+    /// A rectangle with attributes of its own.
+    pub(crate) fn styled_rect(&mut self, class: &str, attributes: &str, at: (f64, f64), size: (f64, f64)) {
         let _ = writeln!(
             self.0,
-            "<rect class=\"{class}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>",
+            "<rect class=\"{class}\"{attributes} x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>",
             Coordinate(at.0),
             Coordinate(at.1),
             Coordinate(size.0.max(0.0)),
@@ -96,7 +101,10 @@ impl Svg {
         );
     }
 
-    pub(super) fn text(&mut self, class: &str, at: (f64, f64), anchor: Anchor, text: &str) {
+    pub(crate) fn text(&mut self, class: &str, at: (f64, f64), anchor: Anchor, text: &str) {
+        if text.is_empty() {
+            return;
+        }
         let anchor = match anchor {
             Anchor::Start => "",
             Anchor::Middle => " text-anchor=\"middle\"",
@@ -111,8 +119,19 @@ impl Svg {
         );
     }
 
+    /// An area within an outline that is given as the data of a path.
+    pub(crate) fn area(&mut self, class: &str, attributes: &str, outline: &str) {
+        let _ = writeln!(self.0, "<path class=\"{class}\"{attributes} d=\"{outline}\"/>");
+    }
+
+    /// A round dot.
+    pub(crate) fn circle(&mut self, class: &str, at: (f64, f64), radius: f64) {
+        let (x, y) = (Coordinate(at.0), Coordinate(at.1));
+        let _ = writeln!(self.0, "<circle class=\"{class}\" cx=\"{x}\" cy=\"{y}\" r=\"{radius}\"/>");
+    }
+
     /// A text that reads upwards, centred at `at`.
-    pub(super) fn upward_text(&mut self, class: &str, at: (f64, f64), text: &str) {
+    pub(crate) fn upward_text(&mut self, class: &str, at: (f64, f64), text: &str) {
         let _ = writeln!(
             self.0,
             "<text class=\"{class}\" text-anchor=\"middle\" transform=\"translate({} {}) rotate(-90)\">{}</text>",
@@ -123,7 +142,12 @@ impl Svg {
     }
 
     /// A line through points; it pauses where a point is not finite.
-    pub(super) fn path(&mut self, class: &str, points: impl IntoIterator<Item = (f64, f64)>) {
+    pub(crate) fn path(&mut self, class: &str, points: impl IntoIterator<Item = (f64, f64)>) {
+        self.styled_path(class, "", points);
+    }
+
+    /// A line with attributes of its own.
+    pub(crate) fn styled_path(&mut self, class: &str, attributes: &str, points: impl IntoIterator<Item = (f64, f64)>) {
         let mut path = String::new();
         let (mut lifted, mut last) = (true, None);
         for (x, y) in points {
@@ -140,12 +164,12 @@ impl Svg {
             last = Some(place);
         }
         if !path.is_empty() {
-            let _ = writeln!(self.0, "<path class=\"{class}\" d=\"{path}\"/>");
+            let _ = writeln!(self.0, "<path class=\"{class}\"{attributes} d=\"{path}\"/>");
         }
     }
 
     /// What is drawn until [`Self::end_clip`] shows within a rectangle only.
-    pub(super) fn begin_clip(&mut self, at: (f64, f64), size: (f64, f64)) {
+    pub(crate) fn begin_clip(&mut self, at: (f64, f64), size: (f64, f64)) {
         let name = format!("clip{OWN}-{}", self.0.matches("<clipPath").count());
         let _ = write!(self.0, "<clipPath id=\"{name}\">");
         self.rect("clip", at, size);
@@ -153,17 +177,17 @@ impl Svg {
     }
 
     /// Ends what [`Self::begin_clip`] began.
-    pub(super) fn end_clip(&mut self) {
+    pub(crate) fn end_clip(&mut self) {
         self.0.push_str("</g>\n");
     }
 
     /// The drawing with the names within it made the figure's own: several stand in one document.
-    pub(super) fn numbered(&self, figure: usize) -> String {
+    pub(crate) fn numbered(&self, figure: usize) -> String {
         self.0.replace(OWN, &figure.to_string())
     }
 
     /// A figure, moved to `at`.
-    pub(super) fn place(&mut self, at: (f64, f64), figure: &Self, number: usize) {
+    pub(crate) fn place(&mut self, at: (f64, f64), figure: &Self, number: usize) {
         let (x, y) = (Coordinate(at.0), Coordinate(at.1));
         let _ = writeln!(self.0, "<g transform=\"translate({x} {y})\">\n{}</g>", figure.numbered(number));
     }

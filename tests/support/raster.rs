@@ -1,18 +1,35 @@
-//! Draws what egui drew into a picture, without a window or a graphics card.
+//! Draws what egui drew into a picture, without a window or a graphics card, so that tests see the same pixels on every machine.
 //!
-//! A plot's picture for a paper wants more pixels than the screen has, a white ground, and neither pointer nor tooltip on
-//! it; so it is drawn anew by this renderer. egui's shapes come as triangles whose edges fade out (feathering), in
-//! premultiplied colours that are blended without linearising; filling triangles is all there is to do.
+//! egui's shapes come as triangles whose edges fade out (feathering), in premultiplied colours that are blended without
+//! linearising; filling triangles is all there is to do.
 
 use std::collections::HashMap;
 
 use egui::epaint::{ClippedPrimitive, ImageData, Primitive, Vertex};
 use egui::{Color32, Mesh, Rect, TextureId, TexturesDelta};
+use egui_kittest::TestRenderer;
 use image::RgbaImage;
+
+/// Pictures without a graphics card, alike on every machine.
+#[derive(Default)]
+pub(crate) struct Software(Rasterizer);
+
+impl TestRenderer for Software {
+    fn handle_delta(&mut self, delta: &mut egui::TexturesDelta) {
+        self.0.update(delta);
+    }
+
+    fn render(&mut self, ctx: &egui::Context, output: &egui::FullOutput) -> Result<image::RgbaImage, String> {
+        let primitives = ctx.tessellate(output.shapes.clone(), output.pixels_per_point);
+        let size = ctx.content_rect().size() * output.pixels_per_point;
+        let ground = ctx.global_style().visuals.panel_fill;
+        Ok(self.0.draw(&primitives, [size.x as u32, size.y as u32], output.pixels_per_point, ground))
+    }
+}
 
 /// Textures as egui handed them over: its font atlas, in the main.
 #[derive(Default)]
-pub struct Rasterizer {
+struct Rasterizer {
     textures: HashMap<TextureId, Texture>,
 }
 
@@ -23,7 +40,7 @@ struct Texture {
 
 impl Rasterizer {
     /// Takes over what changed of the textures; textures that egui gave up are kept until they are set anew.
-    pub fn update(&mut self, delta: &mut TexturesDelta) {
+    fn update(&mut self, delta: &mut TexturesDelta) {
         let changes = delta.set.drain().flat_map(|(id, changes)| changes.into_iter().map(move |c| (id, c)));
         for (id, change) in changes {
             let ImageData::Color(image) = &change.image;
@@ -49,7 +66,7 @@ impl Rasterizer {
     }
 
     /// Draws tessellated shapes on a ground of one colour.
-    pub fn draw(
+    fn draw(
         &self,
         primitives: &[ClippedPrimitive],
         size_in_pixels: [u32; 2],

@@ -1,0 +1,493 @@
+//! The window's painter of figures: zoom, values at the pointer, linked axes, legends and menus.
+
+use std::collections::{BTreeSet, HashMap};
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use egui::{Align, Align2, Id, Layout, Pos2, Rect, Sense, Stroke, TextStyle, Ui, Vec2, WidgetInfo, pos2, vec2};
+use egui_plot::{GridInput, GridMark, Plot, PlotMemory, PlotResponse, PlotUi};
+
+use super::layers::{self, Drawn};
+use super::palette::{self, Ink, Painted as _};
+use super::{display, legend, pointer, readout};
+use sindyscope_report::figure::{Axis, Figure, Guide, Panel, Row, Shape};
+use sindyscope_report::palette::Tint;
+use sindyscope_values::format::shown::ShownUnits;
+use sindyscope_values::format::units::Scale;
+
+/// Room left of every plot for its ticks and label, so that plots above each other are aligned, points.
+pub(crate) const AXIS_WIDTH: f32 = 72.0;
+/// The same of a small plot, whose ordinate is named above it.
+const COMPACT_AXIS: f32 = 40.0;
+/// Height of an abscissa's ticks and label, points.
+const ABSCISSA: f32 = 34.0;
+/// Room for the colours of cells and their values, points.
+const COLOURS: f32 = 66.0;
+/// Width from which on a line above a plot has room for all that it may say, points.
+const ROOMY: f32 = 520.0;
+/// Height below which a plot is named by its unit alone, points.
+const LOW: f32 = 72.0;
+/// Least height of a plot, points.
+const LEAST: f32 = 44.0;
+/// Distance of plots beside each other, points.
+const GAP: f32 = 6.0;
+
+/// What the painter remembers from frame to frame.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Plots {
+    drawn: HashMap<(Id, usize), Drawn>,
+    /// What each plot was last fitted to; other data are fitted anew, the same data keep their zoom.
+    fitted: HashMap<Id, u64>,
+    /// Range to be shown on linked abscissae from the next frame on.
+    go_to: Option<(f64, f64)>,
+}
+
+impl Plots {
+    /// Shows all of the data again, in every plot, from the next frame on.
+    pub(crate) fn fit_all(&mut self) {
+        self.fitted.clear();
+    }
+}
+
+/// How a figure is shown.
+pub(crate) struct Look<'a> {
+    /// The name of the place where it is shown, beside which a panel's name is unique.
+    pub(crate) place: &'a dyn Fn(&'static str) -> Id,
+    /// What tells its data from others: those are fitted anew.
+    pub(crate) data: u64,
+    /// Inks switched off in the legends; none: they cannot be.
+    pub(crate) hidden: Option<&'a mut BTreeSet<Ink>>,
+    /// The panel shown of a row of which one is shown; none: the figure's own choice.
+    pub(crate) pick: Option<usize>,
+    /// Strength of what an outcome decides, 0 to 1: less while a newer one is being computed.
+    pub(crate) strength: f32,
+    /// Small letters, and the ordinate named above.
+    pub(crate) compact: bool,
+    /// What fixed panels react to.
+    pub(crate) sense: Sense,
+    /// What the figure is to those who hear the window.
+    pub(crate) name: &'a str,
+}
+
+/// A number that tells data from others.
+pub(crate) fn stamp(data: impl Hash) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    data.hash(&mut hasher);
+    hasher.finish()
+}
+
+impl<'a> Look<'a> {
+    pub(crate) fn new(place: &'a dyn Fn(&'static str) -> Id, data: impl Hash, name: &'a str) -> Self {
+        let (hidden, pick, strength, compact) = (None, None, 1.0, false);
+        Self { place, data: stamp(data), hidden, pick, strength, compact, sense: Sense::click(), name }
+    }
+
+    /// An ink in this theme; what an outcome decides is faded while it is stale.
+    pub(super) fn color(&self, ink: Ink, dark: bool) -> egui::Color32 {
+        let color = ink.color(dark);
+        match ink {
+            Ink::Identified | Ink::Error | Ink::Diverged => color.gamma_multiply(self.strength),
+            _ => color,
+        }
+    }
+
+    pub(super) fn shows(&self, ink: Ink) -> bool {
+        self.hidden.as_ref().is_none_or(|hidden| !hidden.contains(&ink))
+    }
+}
+
+/// What a person asked for in a figure.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Wish {
+    /// Save these numbers.
+    Table(String),
+    /// Save a picture.
+    Picture,
+}
+
+/// A panel that was drawn.
+pub(crate) struct Shown<'a> {
+    pub(crate) panel: &'a Panel,
+    pub(crate) plot: PlotResponse<()>,
+}
+
+/// What came of drawing a figure.
+pub(crate) struct Painted<'a> {
+    pub(crate) shown: Vec<Shown<'a>>,
+    pub(crate) wish: Option<Wish>,
+}
+
+/// The bounds that each panel of a figure shows, as ranges of coordinates: how it is zoomed.
+pub(crate) fn zoom(ctx: &egui::Context, place: &dyn Fn(&'static str) -> Id, panel: &Panel) -> Option<[(f64, f64); 2]> {
+    let memory = PlotMemory::load(ctx, place(panel.id))?;
+    let (min, max) = (memory.bounds().min(), memory.bounds().max());
+    (min[0] < max[0] && min[1] < max[1]).then_some([(min[0], max[0]), (min[1], max[1])])
+}
+
+/// Draws a figure into all the room there is.
+pub(crate) fn show<'a>(ui: &mut Ui, plots: &mut Plots, figure: &'a Figure, look: &mut Look<'_>) -> Painted<'a> {
+    ui.visuals_mut().extreme_bg_color = palette::ground(ui.visuals().dark_mode);
+    ui.spacing_mut().item_spacing.y = 2.0;
+    let left = if look.compact { COMPACT_AXIS } else { AXIS_WIDTH };
+    if !figure.legend.is_empty() {
+        legend::line(ui, left, |ui| legend::entries(ui, &figure.legend, look));
+    }
+    let rows: Vec<(&Row, Vec<&Panel>)> = figure.rows.iter().map(|row| (row, picked(row, look.pick))).collect();
+    let shared = |k: usize| {
+        let link = |k: usize| rows.get(k).and_then(|(_, panels)| panels.first()?.x.link);
+        link(k).is_some() && link(k) == link(k + 1)
+    };
+    let headed = |panels: &[&Panel]| look.compact || panels.iter().any(|p| has_head(figure, p));
+    let head = |k: usize| if headed(&rows[k].1) { legend::HEIGHT + ui.spacing().item_spacing.y } else { 0.0 };
+    let heads: Vec<f32> = (0..rows.len()).map(head).collect();
+    let below = |k: usize| if shared(k) { 0.0 } else { ABSCISSA };
+    let spare = ui.spacing().item_spacing.y * rows.len() as f32;
+    let fixed: f32 = spare + (0..rows.len()).map(|k| heads[k] + below(k)).sum::<f32>();
+    let room = (ui.available_height() - fixed).max(LEAST * rows.len() as f32);
+    let shares: f64 = rows.iter().map(|(row, _)| row.share).sum();
+    let mut shown: Vec<Shown<'a>> = Vec::new();
+    for (k, (row, panels)) in rows.iter().enumerate() {
+        let height = room * (row.share / shares) as f32 + below(k);
+        let width = (ui.available_width() - GAP * panels.len().saturating_sub(1) as f32) / panels.len().max(1) as f32;
+        ui.horizontal_top(|ui| {
+            ui.spacing_mut().item_spacing.x = GAP;
+            for panel in panels {
+                let size = vec2(width, height + heads[k]);
+                ui.allocate_ui_with_layout(size, Layout::top_down(Align::Min), |ui| {
+                    ui.set_max_width(width);
+                    if heads[k] > 0.0 {
+                        head_line(ui, plots, figure, panel, look);
+                    }
+                    let plot = panel_plot(ui, plots, panel, look, (height, !shared(k)));
+                    shown.push(Shown { panel, plot });
+                });
+            }
+        });
+    }
+    plots.go_to = None;
+    readout::show(ui, figure, &shown, look);
+    let wish = interact(ui, plots, figure, &shown, look);
+    Painted { shown, wish }
+}
+
+/// The panels of a row that are shown.
+fn picked(row: &Row, pick: Option<usize>) -> Vec<&Panel> {
+    match row.one_of {
+        Some(own) => row.panels.get(pick.unwrap_or(own)).or(row.panels.last()).into_iter().collect(),
+        None => row.panels.iter().collect(),
+    }
+}
+
+fn has_head(figure: &Figure, panel: &Panel) -> bool {
+    !panel.title.is_empty()
+        || panel.keys().iter().any(|key| !figure.legend.contains(key))
+        || panel.guides.iter().any(|g| matches!(g, Guide::Stretches { text, .. } if !text.is_empty()))
+}
+
+/// The line above a plot: its keys, and at its right what it shows and what is shaded.
+fn head_line(ui: &mut Ui, plots: &mut Plots, figure: &Figure, panel: &Panel, look: &mut Look<'_>) {
+    let dark = ui.visuals().dark_mode;
+    let roomy = ui.available_width() >= ROOMY;
+    let keys: Vec<_> = panel.keys().into_iter().filter(|key| !figure.legend.contains(key)).collect();
+    let left = match (look.compact, roomy || keys.is_empty()) {
+        (true, _) => 4.0,
+        (false, true) => AXIS_WIDTH,
+        (false, false) => 4.0,
+    };
+    legend::line(ui, left, |ui| {
+        if look.compact {
+            let scale = panel.y.scale(&display::chosen(ui.ctx()));
+            ui.label(egui::RichText::new(panel.y.title(&scale)).size(11.5));
+        } else {
+            legend::entries(ui, &keys, look);
+        }
+        let title = egui::RichText::new(&panel.title).size(12.5);
+        if keys.is_empty() && !panel.title.is_empty() && !look.compact {
+            ui.add(egui::Label::new(title).truncate());
+            return;
+        }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            for guide in &panel.guides {
+                let Guide::Stretches { tint, stretches, text } = guide else { continue };
+                if text.is_empty() {
+                    continue;
+                }
+                let worst = (*tint == Tint::Worst).then(|| stretches.first().copied()).flatten();
+                if let Some(stretch) = worst.filter(|_| roomy) {
+                    let hint = "Go there; so does a click on the shaded stretch";
+                    if ui.link(text).on_hover_text(hint).clicked() {
+                        plots.go_to = Some(surroundings(stretch));
+                    }
+                } else if roomy && worst.is_none() {
+                    ui.label(text);
+                }
+                legend::swatch(ui, palette::tint(*tint, dark)).on_hover_text(text);
+            }
+            if !panel.title.is_empty() {
+                ui.add(egui::Label::new(title.weak()).truncate());
+            }
+        });
+    });
+}
+
+/// A stretch with as much before and after it.
+fn surroundings((from, to): (f64, f64)) -> (f64, f64) {
+    let length = to - from;
+    (from - length, to + length)
+}
+
+/// Marks of an axis as the plot takes them.
+fn spacer(axis: &Axis, spacing: f64) -> impl Fn(GridInput) -> Vec<GridMark> {
+    move |input| {
+        let marks = axis.marks(input.bounds, input.base_step_size, spacing);
+        marks.into_iter().map(|m| GridMark { value: m.at, step_size: m.step }).collect()
+    }
+}
+
+fn label<'a>(axis: &'a Axis, scale: &'a Scale) -> impl Fn(GridMark, &std::ops::RangeInclusive<f64>) -> String + 'a {
+    move |mark, _| axis.label(sindyscope_report::figure::Mark { at: mark.value, step: mark.step_size }, scale)
+}
+
+fn panel_plot(
+    ui: &mut Ui,
+    plots: &mut Plots,
+    panel: &Panel,
+    look: &Look<'_>,
+    (height, labelled): (f32, bool),
+) -> PlotResponse<()> {
+    let dark = ui.visuals().dark_mode;
+    let id = (look.place)(panel.id);
+    let must_fit = plots.fitted.insert(id, look.data) != Some(look.data);
+    let units = display::chosen(ui.ctx());
+    let nothing = BTreeSet::new();
+    let y_range = panel.shown_y(look.hidden.as_deref().unwrap_or(&nothing));
+    let y_axis = Axis { range: y_range, ..panel.y.clone() };
+    let scales = [panel.x.scale(&units), y_axis.scale(&units)];
+    let cells = panel.layers.iter().any(|l| matches!(l.shape, Shape::Cells(_)));
+    let width = ui.available_width() - if cells { COLOURS } else { 0.0 };
+    let memory = PlotMemory::load(ui.ctx(), id).filter(|_| !must_fit);
+    let bounds = [
+        match (plots.go_to.filter(|_| panel.x.link.is_some()), &memory) {
+            (Some(range), _) => range,
+            (None, Some(m)) if !m.auto_bounds.x => (m.bounds().min()[0], m.bounds().max()[0]),
+            _ => panel.x.range,
+        },
+        match &memory {
+            Some(m) if !m.auto_bounds.y => (m.bounds().min()[1], m.bounds().max()[1]),
+            _ => y_range,
+        },
+    ];
+    let pixels = [width, height].map(|points| f64::from((points * ui.ctx().pixels_per_point()).max(100.0)));
+    for (k, layer) in panel.layers.iter().enumerate() {
+        plots.drawn.entry((id, k)).or_default().prepare(layer, panel, bounds, pixels);
+    }
+    let drawn: Vec<&Drawn> = (0..panel.layers.len()).filter_map(|k| plots.drawn.get(&(id, k))).collect();
+    let auto_y = memory.as_ref().is_none_or(|m| m.auto_bounds.y);
+    // Labels of a narrow plot stand closer.
+    let apart = if width < 380.0 { 7.6 } else { 10.0 };
+    let y_title = match (look.compact, height < LOW) {
+        (true, _) => String::new(),
+        (false, true) => scales[1].unit.clone(),
+        (false, false) => y_axis.title(&scales[1]),
+    };
+    let mut plot = Plot::new(id)
+        .id(id)
+        .width(width)
+        .height(height)
+        .show_axes([labelled, true])
+        .y_axis_min_width(if look.compact { COMPACT_AXIS } else { AXIS_WIDTH })
+        .x_axis_label(panel.x.title(&scales[0]))
+        .y_axis_label(y_title)
+        .x_grid_spacer(spacer(&panel.x, apart))
+        .y_grid_spacer(spacer(&y_axis, if panel.x.link.is_some() { 3.75 } else { 4.5 }))
+        .x_axis_formatter(label(&panel.x, &scales[0]))
+        .y_axis_formatter(label(&y_axis, &scales[1]))
+        .grid_color(palette::grid(dark))
+        .grid_fade(if panel.x.logarithmic || panel.y.logarithmic { 0.3 } else { 0.0 })
+        .show_background(true)
+        .default_x_bounds(panel.x.range.0, panel.x.range.1)
+        .default_y_bounds(y_range.0, y_range.1)
+        .show_x(false)
+        .show_y(false)
+        .allow_scroll(false);
+    if let Some(link) = panel.x.link {
+        plot = plot.link_axis(Id::unique(link), [true, false]).allow_drag([true, !auto_y]);
+    }
+    if panel.fixed {
+        plot = plot.allow_drag(false).allow_zoom(false).allow_boxed_zoom(false).sense(look.sense);
+    }
+    let go_to = plots.go_to.filter(|_| panel.x.link.is_some());
+    let compact = look.compact;
+    let response = ui
+        .scope(|ui| {
+            if compact {
+                let small = egui::FontId::proportional(10.5);
+                ui.style_mut().text_styles.insert(TextStyle::Body, small);
+            }
+            plot.show(ui, |plot| {
+                if must_fit || panel.fixed || plot.response().double_clicked() {
+                    plot.set_auto_bounds(true);
+                } else if let Some((from, to)) = go_to {
+                    plot.set_plot_bounds_x(from..=to);
+                } else {
+                    wheel(plot, panel);
+                }
+                layers::draw(plot, panel, &y_axis, &drawn, look, dark);
+            })
+        })
+        .inner;
+    response.response.widget_info(|| WidgetInfo::labeled(egui::Role::Canvas, true, look.name));
+    after(ui, panel, look, &response, &units);
+    response
+}
+
+/// The wheel zooms along time or frequency, elsewhere both ways.
+fn wheel(plot: &mut PlotUi<'_>, panel: &Panel) {
+    if panel.x.link.is_some() {
+        pointer::wheel(plot);
+        return;
+    }
+    let scroll = plot.ctx().input(|i| i.smooth_scroll_delta.y);
+    if scroll != 0.0 && plot.response().contains_pointer() {
+        let factor = (scroll / 240.0).exp();
+        let along = readout::reads_along(panel);
+        plot.zoom_bounds_around_hovered(if along { vec2(factor, 1.0) } else { Vec2::splat(factor) });
+    }
+}
+
+/// What is drawn over a plot: texts of guides, signs, the colours of cells, and where units are chosen.
+fn after(ui: &Ui, panel: &Panel, look: &Look<'_>, plot: &PlotResponse<()>, units: &ShownUnits) {
+    let dark = ui.visuals().dark_mode;
+    let frame = *plot.transform.frame();
+    let painter = ui.painter().with_clip_rect(frame);
+    let (ground, text_color) = (palette::ground(dark), ui.visuals().text_color());
+    let place = |value: [f64; 2]| -> Pos2 {
+        let (x, y) = (panel.x.coordinate(value[0]), panel.y.coordinate(value[1]));
+        pos2(plot.transform.position_from_point_x(x), plot.transform.position_from_point_y(y))
+    };
+    for guide in &panel.guides {
+        match guide {
+            Guide::At { ink, at, text } if !text.is_empty() => {
+                let x = plot.transform.position_from_point_x(panel.x.coordinate(*at));
+                // On the side where there is room.
+                let right = x > frame.center().x;
+                let low = *ink == Ink::Diverged;
+                let anchor = match (right, low) {
+                    (true, true) => Align2::RIGHT_BOTTOM,
+                    (false, true) => Align2::LEFT_BOTTOM,
+                    (true, false) => Align2::RIGHT_TOP,
+                    (false, false) => Align2::LEFT_TOP,
+                };
+                let y = if low { frame.bottom() - 4.0 } else { frame.top() + 4.0 };
+                let color = if low { look.color(*ink, dark) } else { text_color };
+                let at = pos2(x + if right { -4.0 } else { 4.0 }, y);
+                legend::tag(&painter, ui, anchor, at, text, color, ground);
+            }
+            Guide::Sign { sign, at } => {
+                let at = place(*at);
+                if frame.expand(1.0).contains(at) {
+                    legend::sign(&painter, at, *sign);
+                }
+            }
+            _ => {}
+        }
+    }
+    if panel.layers.iter().all(|l| matches!(&l.shape, Shape::Samples(s) if s.values.is_empty()))
+        && !panel.note.is_empty()
+    {
+        legend::tag(&painter, ui, Align2::CENTER_CENTER, frame.center(), &panel.note, text_color, ground);
+    }
+    for layer in &panel.layers {
+        if let Shape::Cells(cells) = &layer.shape {
+            layers::cells(&painter, cells, &plot.transform, look.strength, dark);
+            legend::colours(ui, frame, cells, units);
+        }
+    }
+    let axis_width = if look.compact { COMPACT_AXIS } else { AXIS_WIDTH };
+    let labels = [
+        Rect::from_x_y_ranges(frame.x_range(), frame.bottom() + 2.0..=frame.bottom() + ABSCISSA),
+        Rect::from_x_y_ranges(frame.left() - axis_width..=frame.left() - 2.0, frame.y_range()),
+    ];
+    for ((axis, labels), which) in [&panel.x, &panel.y].into_iter().zip(labels).zip(["x", "y"]) {
+        if !axis.logarithmic && (axis.link.is_none() || which == "y") && look.hidden.is_some() {
+            display::on_axis(ui, labels, ((look.place)(panel.id), which), (&axis.symbol, &axis.unit));
+        }
+    }
+}
+
+/// Clicks, double clicks and menus.
+fn interact(ui: &Ui, plots: &mut Plots, figure: &Figure, shown: &[Shown<'_>], look: &Look<'_>) -> Option<Wish> {
+    let mut wish = None;
+    for Shown { panel, plot } in shown {
+        let response = &plot.response;
+        if response.double_clicked() {
+            plots.fit_all();
+            ui.ctx().request_repaint();
+        } else if response.clicked()
+            && let Some(pointer) = response.interact_pointer_pos()
+        {
+            let x = plot.transform.value_from_position(pointer).x;
+            let worst = panel.guides.iter().find_map(|guide| match guide {
+                Guide::Stretches { tint: Tint::Worst, stretches, text } if !text.is_empty() => stretches.first(),
+                _ => None,
+            });
+            if let Some(stretch) = worst.filter(|s| (s.0..=s.1).contains(&x)) {
+                plots.go_to = Some(surroundings(*stretch));
+                ui.ctx().request_repaint();
+            }
+        }
+        if panel.fixed && !look.sense.senses_click() {
+            continue;
+        }
+        let table = || figure.table(panel, &plot.transform.bounds().range_x());
+        wish = menu(response, plots, panel, table).or(wish);
+    }
+    // A plot changed the range that those above it were drawn with in this frame.
+    let linked = |s: &&Shown<'_>| s.panel.x.link.is_some();
+    let ranges: Vec<_> = shown.iter().filter(linked).map(|s| s.plot.transform.bounds().range_x()).collect();
+    if ranges.windows(2).any(|w| w[0] != w[1]) || plots.go_to.is_some() {
+        ui.ctx().request_repaint();
+    }
+    wish
+}
+
+/// The menu of a plot's right button.
+fn menu(response: &egui::Response, plots: &mut Plots, panel: &Panel, table: impl FnOnce() -> String) -> Option<Wish> {
+    let mut wish = None;
+    response.context_menu(|ui| {
+        if !panel.fixed && ui.button("Show all").on_hover_text("Or double-click on the plot").clicked() {
+            plots.fit_all();
+            ui.close();
+        }
+        wish = entries(ui, table);
+    });
+    wish
+}
+
+/// The entries of a menu that take a figure along.
+pub(crate) fn entries(ui: &mut Ui, table: impl FnOnce() -> String) -> Option<Wish> {
+    let mut wish = None;
+    let copy = ui.button("Copy what is shown as CSV").clicked();
+    if ui.button("Save what is shown as CSV…").clicked() {
+        wish = Some(Wish::Table(table()));
+        ui.close();
+    } else if copy {
+        ui.ctx().copy_text(table());
+        ui.close();
+    }
+    if ui.button("Save picture…").on_hover_text("As SVG, PDF or PNG, at a size on paper").clicked() {
+        wish = Some(Wish::Picture);
+        ui.close();
+    }
+    wish
+}
+
+/// Draws a line over every plot of a figure, at an abscissa.
+pub(crate) fn line_at(ui: &Ui, painted: &Painted<'_>, abscissa: f64, stroke: Stroke) {
+    for Shown { plot, .. } in &painted.shown {
+        let area = *plot.transform.frame();
+        let x = plot.transform.position_from_point_x(abscissa);
+        if area.x_range().contains(x) {
+            ui.painter().vline(x, area.y_range(), stroke);
+        }
+    }
+}
