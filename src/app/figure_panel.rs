@@ -12,7 +12,7 @@ use sindyscope_report::document::{FigureFormat, FigureSize};
 pub(crate) struct FigureLook {
     /// Size on paper.
     pub(crate) size: FigureSize,
-    /// As the plot is on the screen, zoomed and with the curves that are shown, also where the report has a figure of its own.
+    /// As the plot is on the screen, zoomed and with the curves that are shown; else whole, as in the report.
     pub(crate) as_shown: bool,
     /// What the name that is offered ends in.
     #[serde(skip)]
@@ -51,8 +51,8 @@ pub(crate) enum Outcome {
     Save,
 }
 
-/// Draws the panel; `drawn` tells whether the report has a figure of its own for what is shown.
-pub(crate) fn show(ctx: &Context, title: &str, look: &mut FigureLook, drawn: bool) -> Outcome {
+/// Draws the panel.
+pub(crate) fn show(ctx: &Context, title: &str, look: &mut FigureLook) -> Outcome {
     if !ctx.text_edit_focused() && ctx.input_mut(|i| i.consume_key(egui::Modifiers::NONE, Key::Escape)) {
         return Outcome::Closed;
     }
@@ -78,12 +78,8 @@ pub(crate) fn show(ctx: &Context, title: &str, look: &mut FigureLook, drawn: boo
             number(ui, "height", "Height on paper", &mut size.height, (20.0, 500.0), " mm");
             number(ui, "letters", "Size of the axes' labels on paper", &mut size.font, (4.0, 40.0), " pt");
             row(ui, "drawn", "What the figure shows", |ui| {
-                if !drawn {
-                    ui.weak("as it is shown");
-                    return;
-                }
                 let choices = [
-                    (false, "as in the report", "All data, thinned for print, in the report's style"),
+                    (false, "whole", "All data, as in the report"),
                     (true, "as shown", "Zoomed as it is, with the curves that are shown"),
                 ];
                 switch(ui, &mut look.as_shown, &choices);

@@ -227,8 +227,8 @@ impl App {
             Purpose::Model => SavedContent::Model(Arc::clone(self.bench.outcome.as_ref()?)),
             Purpose::Plot if self.state.room == Room::Missing => {
                 // Drawn at once: the search may be busy, and what is saved is what is seen.
-                let size = self.state.figure.size;
-                let svg = self.missing.svg(ctx, &self.figure, (&self.bench, &self.edit), size)?;
+                let look = self.state.figure;
+                let svg = self.missing.svg(ctx, &self.figure, (&self.bench, &self.edit), look)?;
                 SavedContent::Figure { svg, title: self.figure.name() }
             }
             Purpose::Plot => SavedContent::View(Box::new(self.view_picture(ctx)?)),
@@ -255,13 +255,13 @@ impl App {
 
     /// Draws the panel that asks how the figure is to be saved, while it is open.
     fn figure_panel(&mut self, ctx: &Context, frame: &eframe::Frame) {
-        let (name, drawn) = match self.state.room {
+        let name = match self.state.room {
             _ if !self.figure_open || self.bench.outcome.is_none() => return,
-            Room::Identify => (self.state.view.label(), true),
-            Room::Missing => (self.figure.name(), false),
+            Room::Identify => self.state.view.label(),
+            Room::Missing => self.figure.name(),
             Room::Rig | Room::Report => return,
         };
-        match figure_panel::show(ctx, name, &mut self.state.figure, drawn) {
+        match figure_panel::show(ctx, name, &mut self.state.figure) {
             figure_panel::Outcome::Open => {}
             figure_panel::Outcome::Closed => self.figure_open = false,
             figure_panel::Outcome::Save => {

@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 
 use egui::epaint::{ClippedPrimitive, ImageData, Primitive, Vertex};
-use egui::{Color32, Mesh, Rect, TextureId, TexturesDelta};
+use egui::{Color32, Context, FullOutput, Mesh, Rect, TextureId, TexturesDelta};
 use egui_kittest::TestRenderer;
 use image::RgbaImage;
 
@@ -15,11 +15,11 @@ use image::RgbaImage;
 pub(crate) struct Software(Rasterizer);
 
 impl TestRenderer for Software {
-    fn handle_delta(&mut self, delta: &mut egui::TexturesDelta) {
+    fn handle_delta(&mut self, delta: &mut TexturesDelta) {
         self.0.update(delta);
     }
 
-    fn render(&mut self, ctx: &egui::Context, output: &egui::FullOutput) -> Result<image::RgbaImage, String> {
+    fn render(&mut self, ctx: &Context, output: &FullOutput) -> Result<RgbaImage, String> {
         let primitives = ctx.tessellate(output.shapes.clone(), output.pixels_per_point);
         let size = ctx.content_rect().size() * output.pixels_per_point;
         let ground = ctx.global_style().visuals.panel_fill;

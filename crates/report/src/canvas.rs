@@ -3,7 +3,7 @@
 use std::fmt::{Display, Write};
 
 /// Text made safe for XML and HTML, in elements and in attributes.
-pub fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

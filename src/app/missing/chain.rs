@@ -2,13 +2,12 @@
 //! them a place where an effect may act and which can be picked.
 
 use crate::app::plot::palette::Painted as _;
-use egui::{
-    Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Shape, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2,
-};
+use egui::{Align2, Color32, FontId, Rect, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2};
 
 use super::subject::{Subject, site_name};
 use super::words::capitalised;
 use crate::app::plot::palette::{self, Ink};
+use crate::app::plot::sketch::Pen;
 use crate::app::theme;
 use sindyscope_search::Site;
 use sindyscope_values::term::Symbol;
@@ -69,7 +68,8 @@ pub(super) fn show(ui: &mut Ui, chain: &Chain<'_>) -> Option<Site> {
     let colors = theme::accents(dark);
     let (line, weak) = (Stroke::new(1.4, ui.visuals().text_color()), ui.visuals().weak_text_color());
     let painter = ui.painter().clone();
-    hatched(&painter, rect.x_range(), mass(0).bottom() + LINK, line, weak);
+    let pen = Pen { painter: painter.clone(), line, weak, dark };
+    pen.ground(rect.x_range(), mass(0).bottom() + LINK);
     let input = chain.subject.layout.name(Symbol::Input(0));
     if chain.subject.base_moves {
         let plate = Rect::from_min_size(rect.min, vec2(rect.width(), BASE));
@@ -98,8 +98,7 @@ pub(super) fn show(ui: &mut Ui, chain: &Chain<'_>) -> Option<Site> {
             painter.rect(area, 4.0, fill, Stroke::new(1.0, colors.accent), StrokeKind::Inside);
         }
         let looked_at = chain.looked_at == Some(site);
-        let pen = if looked_at { Stroke::new(2.0, colors.accent) } else { line };
-        elements(&painter, site, area, pen);
+        elements(&pen, site, area, if looked_at { Stroke::new(2.0, colors.accent) } else { line });
         let here: Vec<Color32> = chain.added.iter().filter(|(s, _)| *s == site).map(|(_, color)| *color).collect();
         for (k, color) in here.iter().enumerate() {
             let shift = 9.0 * (k as f32 - 0.5 * (here.len() - 1) as f32);
@@ -113,13 +112,10 @@ pub(super) fn show(ui: &mut Ui, chain: &Chain<'_>) -> Option<Site> {
     }
     for k in 0..masses {
         let block = mass(k);
-        let fill = Ink::Measured.color(dark).gamma_multiply(0.45);
-        painter.rect(block, 3.0, fill, line, StrokeKind::Inside);
-        let name = if masses > 1 { format!("m{}", k + 1) } else { "m".to_owned() };
-        painter.text(block.center(), Align2::CENTER_CENTER, name, FontId::proportional(13.0), line.color);
+        pen.mass(block, &if masses > 1 { format!("m{}", k + 1) } else { "m".to_owned() });
         if chain.force == Some(k) && !chain.subject.base_moves {
             let tip = block.center_top() - vec2(0.0, 8.0);
-            arrow(&painter, tip - vec2(30.0, 0.0), tip, Ink::Input.color(dark));
+            pen.arrow(tip - vec2(30.0, 0.0), tip, Ink::Input.color(dark));
             let at = tip + vec2(5.0, 0.0);
             painter.text(at, Align2::LEFT_CENTER, &input, FontId::proportional(12.0), Ink::Input.color(dark));
         }
@@ -128,7 +124,7 @@ pub(super) fn show(ui: &mut Ui, chain: &Chain<'_>) -> Option<Site> {
 }
 
 /// A spring and a damper beside each other, along a place.
-fn elements(painter: &Painter, site: Site, area: Rect, pen: Stroke) {
+fn elements(pen: &Pen, site: Site, area: Rect, stroke: Stroke) {
     let along = !matches!(site, Site::Joint(..));
     let line = |share: f32| {
         if along {
@@ -140,46 +136,7 @@ fn elements(painter: &Painter, site: Site, area: Rect, pen: Stroke) {
         }
     };
     let (from, to) = line(0.27);
-    spring(painter, from, to, pen);
+    pen.spring(from, to, 4.5, stroke);
     let (from, to) = line(0.75);
-    damper(painter, from, to, pen);
-}
-
-fn spring(painter: &Painter, from: Pos2, to: Pos2, pen: Stroke) {
-    const COILS: usize = 5;
-    let along = to - from;
-    let side = along.normalized().rot90() * 4.5;
-    let mut points = vec![from, from + 0.18 * along];
-    for k in 0..COILS {
-        let at = from + (0.18 + 0.64 * (k as f32 + 0.5) / COILS as f32) * along;
-        points.push(at + if k % 2 == 0 { -side } else { side });
-    }
-    points.extend([from + 0.82 * along, to]);
-    painter.add(Shape::line(points, pen));
-}
-
-fn damper(painter: &Painter, from: Pos2, to: Pos2, pen: Stroke) {
-    let along = to - from;
-    let side = along.normalized().rot90() * 4.5;
-    let (bottom, rim, piston) = (from + 0.34 * along, from + 0.70 * along, from + 0.55 * along);
-    painter.line_segment([from, bottom], pen);
-    painter.add(Shape::line(vec![rim + side, bottom + side, bottom - side, rim - side], pen));
-    painter.line_segment([piston + 0.7 * side, piston - 0.7 * side], pen);
-    painter.line_segment([piston, to], pen);
-}
-
-/// The ground, from one end to the other.
-fn hatched(painter: &Painter, ends: egui::Rangef, y: f32, line: Stroke, weak: Color32) {
-    painter.hline(ends, y, line);
-    let mut x = ends.min + 7.0;
-    while x <= ends.max {
-        painter.line_segment([pos2(x, y), pos2(x - 6.0, y + 6.0)], Stroke::new(1.0, weak));
-        x += 9.0;
-    }
-}
-
-fn arrow(painter: &Painter, from: Pos2, tip: Pos2, color: Color32) {
-    painter.line_segment([from, tip], Stroke::new(2.0, color));
-    let head = vec![tip, tip - vec2(6.0, 4.0), tip - vec2(6.0, -4.0)];
-    painter.add(Shape::convex_polygon(head, color, Stroke::NONE));
+    pen.damper(from, to, 4.5, stroke);
 }

@@ -7,11 +7,11 @@ use egui::{Context, Sense, Ui, Vec2};
 use super::plots::{Shown, plot_id};
 use super::{Act, Missing, RoundStep, Sight, add, compare, verify};
 use crate::app::bench::Bench;
+use crate::app::figure_panel::FigureLook;
 use crate::app::plot::painter::{self, Wish, zoom};
 use crate::app::plot::{display, palette};
 use crate::app::state::Edit;
 use palette::Ink;
-use sindyscope_report::document::FigureSize;
 use sindyscope_report::figure::Figure as Drawing;
 use sindyscope_report::walk::{self, Compared, Lacking, Response};
 use sindyscope_search::{Choice, Curve, Map, Profile, Stage, Trace};
@@ -300,14 +300,14 @@ impl Missing {
         }
     }
 
-    /// A figure as an SVG document for print, zoomed as in the window (`like`, the window's context); none if there is
-    /// nothing to draw.
+    /// A figure as an SVG document for print, whole or zoomed as in the window (`like`, the window's context); none if there
+    /// is nothing to draw.
     pub(crate) fn svg(
         &mut self,
         like: &Context,
         figure: &Figure,
         (bench, edit): (&Bench, &Edit),
-        size: FigureSize,
+        look: FigureLook,
     ) -> Option<String> {
         let subject = super::Subject::of(bench);
         let known = std::mem::take(&mut self.known);
@@ -316,8 +316,8 @@ impl Missing {
         self.known = known;
         let place = |panel: &'static str| plot_id(figure.place(), 0, panel);
         let seen = drawing?.as_seen(&std::collections::BTreeSet::new(), |panel| {
-            (!panel.fixed).then(|| zoom(like, &place, panel)).flatten()
+            (look.as_shown && !panel.fixed).then(|| zoom(like, &place, panel)).flatten()
         });
-        Some(seen.svg(size, &display::chosen(like)))
+        Some(seen.svg(look.size, &display::chosen(like)))
     }
 }

@@ -8,5 +8,6 @@ pub(crate) mod painter;
 pub mod palette;
 pub(crate) mod pointer;
 pub(crate) mod readout;
+pub(crate) mod sketch;
 
 pub use sindyscope_values::format::{number, units};

@@ -3,10 +3,11 @@
 use crate::app::plot::palette::Painted as _;
 use std::f32::consts::PI;
 
-use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Ui, pos2, vec2};
+use egui::{Align2, Rangef, Rect, Stroke, StrokeKind, Ui, pos2, vec2};
 
 use super::Made;
 use crate::app::plot::palette::{self, Ink};
+use crate::app::plot::sketch::Pen;
 use crate::app::theme;
 use sindyscope_rig::hidden::title;
 use sindyscope_rig::{PlantChoice, RigDrive};
@@ -74,83 +75,6 @@ pub(super) fn show(ui: &mut Ui, made: &Made, at: f64) {
     rig(&pen, rect.shrink(10.0), made, &pose);
 }
 
-struct Pen {
-    painter: Painter,
-    line: Stroke,
-    weak: Color32,
-    dark: bool,
-}
-
-impl Pen {
-    fn text(&self, at: Pos2, anchor: Align2, text: &str, size: f32, color: Color32) {
-        self.painter.text(at, anchor, text, FontId::proportional(size), color);
-    }
-
-    /// A wall with hatching on its left or right.
-    fn wall(&self, x: f32, top: f32, bottom: f32, left: bool) {
-        self.painter.vline(x, top..=bottom, self.line);
-        let side = if left { -7.0 } else { 7.0 };
-        let thin = Stroke::new(1.0, self.weak);
-        let mut y = top + 4.0;
-        while y <= bottom {
-            self.painter.line_segment([pos2(x, y), pos2(x + side, y + 7.0 * if left { 1.0 } else { -1.0 })], thin);
-            y += 8.0;
-        }
-    }
-
-    fn floor(&self, from: f32, to: f32, y: f32) {
-        self.painter.hline(from..=to, y, self.line);
-        let thin = Stroke::new(1.0, self.weak);
-        let mut x = from + 4.0;
-        while x <= to {
-            self.painter.line_segment([pos2(x, y), pos2(x - 6.0, y + 6.0)], thin);
-            x += 9.0;
-        }
-    }
-
-    fn spring(&self, from: f32, to: f32, y: f32) {
-        const COILS: usize = 7;
-        let lead = 0.12 * (to - from);
-        let mut points = vec![pos2(from, y), pos2(from + lead, y)];
-        let inner = (to - from) - 2.0 * lead;
-        for k in 0..COILS {
-            let x = from + lead + inner * (k as f32 + 0.5) / COILS as f32;
-            points.push(pos2(x, y + if k % 2 == 0 { -8.0 } else { 8.0 }));
-        }
-        points.extend([pos2(to - lead, y), pos2(to, y)]);
-        self.painter.add(Shape::line(points, self.line));
-    }
-
-    fn damper(&self, from: f32, to: f32, y: f32) {
-        let middle = from + 0.36 * (to - from);
-        let length = 26.0_f32.min(0.4 * (to - from));
-        let (top, bottom) = (y - 7.0, y + 7.0);
-        self.painter.line_segment([pos2(from, y), pos2(middle, y)], self.line);
-        // The cup is open towards the mass; the piston moves in it.
-        let cup =
-            vec![pos2(middle + length, top), pos2(middle, top), pos2(middle, bottom), pos2(middle + length, bottom)];
-        self.painter.add(Shape::line(cup, self.line));
-        let piston = middle + 0.55 * length;
-        self.painter.vline(piston, top + 2.0..=bottom - 2.0, self.line);
-        self.painter.line_segment([pos2(piston, y), pos2(to, y)], self.line);
-    }
-
-    fn arrow(&self, from: Pos2, length: f32, color: Color32) {
-        if length.abs() < 2.0 {
-            return;
-        }
-        let tip = pos2(from.x + length, from.y);
-        let stroke = Stroke::new(2.5, color);
-        self.painter.line_segment([from, tip], stroke);
-        let back = 6.0 * length.signum();
-        self.painter.add(Shape::convex_polygon(
-            vec![tip, pos2(tip.x - back, tip.y - 4.0), pos2(tip.x - back, tip.y + 4.0)],
-            color,
-            Stroke::NONE,
-        ));
-    }
-}
-
 /// Effects that rub on something.
 fn rubs(effect: &str) -> bool {
     effect.contains("friction")
@@ -173,7 +97,7 @@ fn rig(pen: &Pen, area: Rect, made: &Made, pose: &Pose) {
     let wall = (area.center().x - 0.5 * pitch * places).max(area.left() + 12.0);
     let reach = REACH * pitch * 0.62;
     let width = (0.30 * pitch).clamp(34.0, 78.0);
-    pen.floor(area.left(), area.right(), floor);
+    pen.ground(area.x_range(), floor);
     let effect = settings.effect.as_deref().filter(|_| one);
     let rubbing = effect.is_some_and(rubs);
     let colors = theme::accents(pen.dark);
@@ -183,17 +107,17 @@ fn rig(pen: &Pen, area: Rect, made: &Made, pose: &Pose) {
         let block = Rect::from_min_max(pos2(before - 16.0, top - 6.0), pos2(before, floor - 2.0));
         pen.painter.rect(block, 2.0, Ink::Effect(0).color(pen.dark).gamma_multiply(0.35), pen.line, StrokeKind::Inside);
     } else {
-        pen.wall(wall, top - 6.0, floor, true);
+        pen.wall(wall, Rangef::new(top - 6.0, floor), true);
     }
     for (k, share) in pose.masses.iter().enumerate() {
         let left = wall + pitch * (k as f32 + 1.0) - 0.5 * width - 0.2 * pitch + share * reach;
-        pen.spring(before, left, middle - 13.0);
-        pen.damper(before, left, middle + 13.0);
+        let link = |y: f32| (pos2(before, y), pos2(left, y));
+        let (from, to) = link(middle - 13.0);
+        pen.spring(from, to, 8.0, pen.line);
+        let (from, to) = link(middle + 13.0);
+        pen.damper(from, to, 7.0, pen.line);
         let block = Rect::from_min_size(pos2(left, top), vec2(width, MASS));
-        let fill = Ink::Measured.color(pen.dark).gamma_multiply(0.45);
-        pen.painter.rect(block, 3.0, fill, pen.line, StrokeKind::Inside);
-        let name = if count > 1 { format!("m{}", k + 1) } else { "m".to_owned() };
-        pen.text(block.center(), Align2::CENTER_CENTER, &name, 14.0, pen.line.color);
+        pen.mass(block, &if count > 1 { format!("m{}", k + 1) } else { "m".to_owned() });
         // Rollers where nothing rubs, a rough strip where something does.
         let chain_rubs = !one && ground_friction(made, k, count);
         if rubbing && (settings.to_ground || !base_moves) || chain_rubs {
@@ -207,7 +131,7 @@ fn rig(pen: &Pen, area: Rect, made: &Made, pose: &Pose) {
         }
         if k == 0 && pose.force != 0.0 {
             let from = pos2(block.center().x, top - 9.0);
-            pen.arrow(from, pose.force * 0.25 * pitch, Ink::Input.color(pen.dark));
+            pen.arrow(from, from + vec2(pose.force * 0.25 * pitch, 0.0), Ink::Input.color(pen.dark));
         }
         before = block.right();
     }
@@ -221,8 +145,8 @@ fn rig(pen: &Pen, area: Rect, made: &Made, pose: &Pose) {
     }
     if last_spring {
         let end = wall + pitch * places;
-        pen.spring(before, end, middle - 13.0);
-        pen.wall(end, top - 6.0, floor, false);
+        pen.spring(pos2(before, middle - 13.0), pos2(end, middle - 13.0), 8.0, pen.line);
+        pen.wall(end, Rangef::new(top - 6.0, floor), false);
     }
     if let Some(effect) = effect {
         stops(pen, made, effect, (before, top, pose), reach);
@@ -254,8 +178,9 @@ fn stops(pen: &Pen, made: &Made, effect: &str, (right, top, pose): (f32, f32, &P
     let stop = Rect::from_min_size(pos2(rest + distance, top + 8.0), vec2(6.0, MASS - 12.0));
     let accent = Ink::Effect(0).color(pen.dark);
     pen.painter.rect_filled(stop, 1.0, accent);
-    pen.spring(stop.right(), stop.right() + 34.0, top + 0.5 * MASS);
-    pen.wall(stop.right() + 34.0, top, top + MASS, false);
+    let (from, to) = (pos2(stop.right(), top + 0.5 * MASS), pos2(stop.right() + 34.0, top + 0.5 * MASS));
+    pen.spring(from, to, 8.0, pen.line);
+    pen.wall(to.x, Rangef::new(top, top + MASS), false);
 }
 
 fn caption(made: &Made, pose: &Pose) -> String {

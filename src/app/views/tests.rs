@@ -357,7 +357,7 @@ fn bounds(harness: &Harness<'_, Stage>, view: View) -> f64 {
         View::Decay => "backbone",
         _ => "histogram",
     };
-    let id = egui::Id::unique(("view", view, graph));
+    let id = Id::unique(("view", view, graph));
     egui_plot::PlotMemory::load(&harness.ctx, id).unwrap().bounds().width()
 }
 
@@ -436,7 +436,7 @@ fn the_pointer_reads_values() {
     for name in ["t", "x measured", "x identified", "E error"] {
         harness.get_by_label(name);
     }
-    let id = egui::Id::unique(("view", View::Response, "response"));
+    let id = Id::unique(("view", View::Response, "response"));
     let transform = egui_plot::PlotMemory::load(&harness.ctx, id).unwrap().transform();
     let t = transform.value_from_position(pos2(400.0, 200.0)).x;
     let measured = harness.state().outcome.records[0].record.channels[0].values[(t / 5e-3).round() as usize];
@@ -477,7 +477,7 @@ fn legends_switch_curves() {
 
 /// The range of time that a plot shows.
 fn time_shown(harness: &Harness<'_, Stage>, plot: &str) -> (f64, f64) {
-    let id = egui::Id::unique(("view", harness.state().view, plot));
+    let id = Id::unique(("view", harness.state().view, plot));
     let memory = egui_plot::PlotMemory::load(&harness.ctx, id).unwrap();
     (memory.bounds().min()[0], memory.bounds().max()[0])
 }

@@ -2,14 +2,17 @@
 
 use serde_json::{Value, json};
 
-use super::Export;
+use super::{Export, FormatEntry};
 use sindyscope_values::term::{Kind, Symbol};
 
 /// Version of the fields below.
 const VERSION: u32 = 1;
 
+pub(super) const FORMAT: FormatEntry =
+    FormatEntry { ending: "json", name: "JSON", runs: false, switches: true, write: |export, _, _| document(export) };
+
 /// Equations, units and initial states; a number that does not exist is `null`.
-pub(super) fn document(export: &Export<'_>) -> String {
+fn document(export: &Export<'_>) -> String {
     let Export { model, units, starts, .. } = export;
     let layout = &model.layout;
     let equations = model.iter().map(|(state, equation)| {

@@ -1,12 +1,20 @@
 //! The model as a small LaTeX document.
 
-use super::Export;
 use super::switched::{Switched, literal};
+use super::{Export, FormatEntry};
 use sindyscope_values::format::equations;
 use sindyscope_values::term::{Expression, Layout, Symbol, Term, latex_number};
 
+pub(super) const FORMAT: FormatEntry = FormatEntry {
+    ending: "tex",
+    name: "LaTeX",
+    runs: false,
+    switches: true,
+    write: |export, switched, _| document(export, switched),
+};
+
 /// The equations in a display, every coefficient in a table, the initial states.
-pub(super) fn document(export: &Export<'_>, switched: &Switched) -> String {
+fn document(export: &Export<'_>, switched: &Switched) -> String {
     let model = export.model;
     let layout = &model.layout;
     let mut out = String::from(

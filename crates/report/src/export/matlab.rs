@@ -2,7 +2,7 @@
 
 use super::head::comment;
 use super::switched::{Switched, literal, mentions};
-use super::{Export, identifier, input_file};
+use super::{Export, FormatEntry, identifier, input_file};
 use sindyscope_values::term::{Expression, Function, Style, Symbol, written};
 
 /// The part that is the same for every model.
@@ -40,8 +40,11 @@ impl Style for Matlab<'_> {
     }
 }
 
+pub(super) const FORMAT: FormatEntry =
+    FormatEntry { ending: "m", name: "MATLAB", runs: true, switches: false, write: program };
+
 /// The function file's text.
-pub(super) fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
+fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
     let layout = &switched.layout;
     let name = identifier(stem);
     let usage = [

@@ -26,54 +26,68 @@ use sindyscope_values::record::Role;
 use sindyscope_values::term::Symbol;
 use switched::Switched;
 
-/// The forms in which a model is taken along.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Format {
+/// What makes a format.
+struct FormatEntry {
+    /// The ending of its files.
+    ending: &'static str,
+    /// Its name.
+    name: &'static str,
+    /// Whether the file computes a response, and so needs times and inputs.
+    runs: bool,
+    /// Whether it can hold a model that sticks or switches.
+    switches: bool,
+    /// The text of a file, whose name without its ending comes last.
+    write: fn(&Export<'_>, &Switched, &str) -> String,
+}
+
+/// Declares [`Format`] from the list of formats.
+macro_rules! formats {
+    ($($(#[$meta:meta])* $name:ident => $entry:path,)*) => {
+        /// The forms in which a model is taken along.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum Format {
+            $($(#[$meta])* $name,)*
+        }
+
+        impl Format {
+            /// Every format.
+            pub const ALL: [Self; [$(stringify!($name)),*].len()] = [$(Self::$name,)*];
+
+            fn entry(self) -> &'static FormatEntry {
+                match self {
+                    $(Self::$name => &$entry,)*
+                }
+            }
+        }
+    };
+}
+
+formats! {
     /// A small LaTeX document.
-    Latex,
+    Latex => latex::FORMAT,
     /// Plain text.
-    Text,
+    Text => text::FORMAT,
     /// Data for scripts.
-    Json,
+    Json => json::FORMAT,
     /// A Python program (NumPy, SciPy).
-    Python,
+    Python => python::FORMAT,
     /// A MATLAB function.
-    Matlab,
+    Matlab => matlab::FORMAT,
     /// A Modelica model.
-    Modelica,
+    Modelica => modelica::FORMAT,
     /// A C program.
-    C,
+    C => c::FORMAT,
 }
 
 impl Format {
-    /// Every format.
-    pub const ALL: [Self; 7] =
-        [Self::Latex, Self::Text, Self::Json, Self::Python, Self::Matlab, Self::Modelica, Self::C];
-
     /// The ending of its files.
     pub fn ending(self) -> &'static str {
-        match self {
-            Self::Latex => "tex",
-            Self::Text => "txt",
-            Self::Json => "json",
-            Self::Python => "py",
-            Self::Matlab => "m",
-            Self::Modelica => "mo",
-            Self::C => "c",
-        }
+        self.entry().ending
     }
 
     /// Its name.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Latex => "LaTeX",
-            Self::Text => "text",
-            Self::Json => "JSON",
-            Self::Python => "Python",
-            Self::Matlab => "MATLAB",
-            Self::Modelica => "Modelica",
-            Self::C => "C",
-        }
+        self.entry().name
     }
 
     /// The format that a file's ending asks for.
@@ -93,7 +107,7 @@ impl Format {
 
     /// Whether the file computes a response, and so needs times and inputs.
     pub fn runs(self) -> bool {
-        matches!(self, Self::Python | Self::Matlab | Self::Modelica | Self::C)
+        self.entry().runs
     }
 }
 
@@ -183,18 +197,10 @@ impl<'a> Export<'a> {
             return Err(ExportError::Coefficient(term.term.text(&self.model.layout)));
         }
         let switched = Switched::new(&*self.model.explicit().map_err(SimulateError::from)?);
-        if matches!(format, Format::Matlab | Format::Modelica) && !switched.surfaces.is_empty() {
+        if !format.entry().switches && !switched.surfaces.is_empty() {
             return Err(ExportError::Switches(format.name()));
         }
-        Ok(match format {
-            Format::Latex => latex::document(self, &switched),
-            Format::Text => text::document(self, &switched),
-            Format::Json => json::document(self),
-            Format::Python => python::program(self, &switched, stem),
-            Format::Matlab => matlab::program(self, &switched, stem),
-            Format::Modelica => modelica::program(self, &switched, stem),
-            Format::C => c::program(self, &switched, stem),
-        })
+        Ok((format.entry().write)(self, &switched, stem))
     }
 
     /// The state that the programs start from.

@@ -2,7 +2,7 @@
 
 use super::head::comment;
 use super::switched::{Switched, literal, mentions};
-use super::{Export, identifier, input_file};
+use super::{Export, FormatEntry, identifier, input_file};
 use sindyscope_values::term::{Expression, Function, Style, Symbol, written};
 
 /// Modelica locates the zeros of `abs` and of conditions by itself; only signs that may stick are variables of their own.
@@ -44,8 +44,11 @@ impl Style for Modelica<'_> {
     }
 }
 
+pub(super) const FORMAT: FormatEntry =
+    FormatEntry { ending: "mo", name: "Modelica", runs: true, switches: false, write: program };
+
 /// The package's text.
-pub(super) fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
+fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
     let layout = &switched.layout;
     let name = identifier(stem);
     let usage = [

@@ -2,7 +2,7 @@
 
 use super::head::comment;
 use super::switched::{Switched, literal, mentions};
-use super::{Export, input_file};
+use super::{Export, FormatEntry, input_file};
 use sindyscope_values::term::{Expression, Function, Style, Symbol, written};
 
 /// The part that is the same for every model.
@@ -45,8 +45,11 @@ impl Style for Python<'_> {
     }
 }
 
+pub(super) const FORMAT: FormatEntry =
+    FormatEntry { ending: "py", name: "Python", runs: true, switches: true, write: program };
+
 /// The program's text.
-pub(super) fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
+fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
     let layout = &switched.layout;
     let usage = [
         format!("Run:  python3 {stem}.py {} response.csv", input_file(stem)),

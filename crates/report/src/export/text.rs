@@ -1,10 +1,18 @@
 //! The model as plain text.
 
-use super::Export;
 use super::switched::Switched;
+use super::{Export, FormatEntry};
+
+pub(super) const FORMAT: FormatEntry = FormatEntry {
+    ending: "txt",
+    name: "text",
+    runs: false,
+    switches: true,
+    write: |export, switched, _| document(export, switched),
+};
 
 /// The equations with errors and units, then every coefficient in full.
-pub(super) fn document(export: &Export<'_>, switched: &Switched) -> String {
+fn document(export: &Export<'_>, switched: &Switched) -> String {
     let layout = &export.model.layout;
     let mut lines = vec!["Equations of motion identified by Sindyscope.".to_owned()];
     lines.extend(export.description(switched));
