@@ -19,6 +19,8 @@ pub(super) const NARROWEST: f32 = 270.0;
 pub(super) const HEIGHT: f32 = 304.0;
 /// Highest card: beyond it a plot gains nothing.
 pub(super) const TALLEST: f32 = 460.0;
+/// Height of a row of its text, points.
+const TEXT_ROW: f32 = 15.0;
 /// Height of its plot, points.
 const PLOT: f32 = 138.0;
 
@@ -133,6 +135,8 @@ pub(super) fn card(
     });
     let reason = match &candidate.standing {
         Standing::NotShown(reason) => reason.clone(),
+        // Its figures stand above already.
+        Standing::Refitted => raised(&candidate.explanation),
         _ => raised(&candidate.why),
     };
     let confused = if candidate.confused_with.is_empty() {
@@ -152,6 +156,8 @@ pub(super) fn card(
         job.append(&format!("\n{confused}"), 0.0, format(colors.caution));
     }
     job.wrap.max_width = inner.width();
+    // What has no room is elided; the card's hint says it all.
+    job.wrap.max_rows = ((rect.bottom() - rest.y) / TEXT_ROW).floor().max(1.0) as usize;
     let galley = ui.painter().layout_job(job);
     ui.painter().galley(rest, galley, color);
     if let Some(drawing) = figures::kept(room, sight, &figure, None) {
@@ -162,7 +168,7 @@ pub(super) fn card(
             None => {}
         });
     }
-    let full = format!("{}\n\n{reason}\n{confused}", candidate.explanation);
+    let full = format!("{}\n\n{}\n{confused}", candidate.explanation, raised(&candidate.why));
     if response.on_hover_text(full.trim()).clicked() {
         acts.push(Act::Select(candidate.choice.clone()));
         acts.push(Act::Go(super::RoundStep::Add));
