@@ -98,7 +98,7 @@ fn plots_of_the_missing_force_are_saved_as_figures_and_as_tables() {
     ] {
         window.0.get_by_label(plot).click_secondary();
         window.settle();
-        window.click("Save as CSV…");
+        window.click("Save what is shown as CSV…");
         let path = home.path().join("table.csv");
         let _ = std::fs::remove_file(&path);
         window.give_path(&path, "Save");
@@ -107,7 +107,7 @@ fn plots_of_the_missing_force_are_saved_as_figures_and_as_tables() {
     }
     window.0.get_by_label("Map of the missing force").click_secondary();
     window.settle();
-    window.click("Save this figure…");
+    window.click("Save picture…");
     assert!(window.shows("Save figure: map"));
     let path = home.path().join("map.svg");
     window.click("Save to…");

@@ -244,7 +244,7 @@ pub fn map(map: &Map, acceleration: &str) -> Option<Figure> {
         unit: acceleration.to_owned(),
     };
     let mut panel = Panel { fixed: true, ..Panel::new("map", x, y) };
-    panel.title = format!("missing force over {} and {}; grey is unsure", panel.x.symbol, panel.y.symbol);
+    panel.title = "grey: unsure".into();
     let columns = map.columns.len().saturating_sub(1).max(1);
     let known: Vec<usize> = (0..map.mean.len()).filter(|k| map.mean[*k].is_finite()).collect();
     let middle = |edges: &[f64], k: usize| edges.get(k..k + 2).map_or(f64::NAN, |e| 0.5 * (e[0] + e[1]));
@@ -305,7 +305,8 @@ pub fn waterfall(stages: &[&Stage], noise: f64, unit: &str, tested: &str) -> Opt
     }
     let has_test = errors.iter().any(|e| e[0].is_some());
     let names = stages.iter().enumerate().map(|(k, stage)| (k as f64, stage_name(k, stage))).collect();
-    let x = Axis::linear("", "", (-0.6, stages.len() as f64 - 0.4)).with_ticks(Ticks::Named(names));
+    let said = if has_test { format!("filled: {tested}; outlined: fitted") } else { "on the fitted data".into() };
+    let x = Axis::linear(said, "", (-0.6, stages.len() as f64 - 0.4)).with_ticks(Ticks::Named(names));
     let y = Axis::linear("RMSE", unit, (0.0, 1.15 * largest));
     let scale = Scale::suited(largest, unit);
     let mut panel = Panel { fixed: true, ..Panel::new("errors", x, y) };
@@ -318,13 +319,15 @@ pub fn waterfall(stages: &[&Stage], noise: f64, unit: &str, tested: &str) -> Opt
                 (true, _) => (0.01, 0.36),
             };
             let text = significant(height * scale.factor, 3);
-            let bar = Bar { from: k as f64 + from, to: k as f64 + to, height, text };
+            // The line of the noise strikes no figure through.
+            let crossed = (height..height + 0.1 * largest).contains(&noise);
+            let text_at = if crossed { noise } else { height };
+            let bar = Bar { from: k as f64 + from, to: k as f64 + to, height, text, text_at };
             panel.layers.push(Layer::new(Ink::of_stage(k), "", Shape::Bars { bars: vec![bar], hollow: side == 1 }));
         }
     }
     let text = format!("measurement noise {}", format_si(noise, unit, 2));
     panel.guides.push(Guide::Level { ink: Ink::NoiseFloor, at: noise, text });
-    panel.title = if has_test { format!("filled: {tested}; outlined: fitted") } else { "fitted".into() };
     panel.columns = vec![
         ("effects".to_owned(), stages.iter().map(|s| s.effects.len() as f64).collect()),
         (Scale::plain(unit).axis("RMSE not fitted"), errors.iter().map(|e| e[0].unwrap_or(f64::NAN)).collect()),

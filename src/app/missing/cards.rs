@@ -16,7 +16,7 @@ use sindyscope_values::format::number::significant_trimmed;
 /// Narrowest card, points.
 pub(super) const NARROWEST: f32 = 270.0;
 /// Height of a card, points.
-pub(super) const HEIGHT: f32 = 304.0;
+pub(super) const HEIGHT: f32 = 268.0;
 /// Highest card: beyond it a plot gains nothing.
 pub(super) const TALLEST: f32 = 460.0;
 /// Height of a row of its text, points.
@@ -136,8 +136,7 @@ pub(super) fn card(
     let reason = match &candidate.standing {
         Standing::NotShown(reason) => reason.clone(),
         // Its figures stand above already.
-        Standing::Refitted => raised(&candidate.explanation),
-        _ => raised(&candidate.why),
+        _ => raised(&candidate.explanation),
     };
     let confused = if candidate.confused_with.is_empty() {
         String::new()

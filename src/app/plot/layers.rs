@@ -190,7 +190,7 @@ pub(super) fn draw<'a>(
                 plot.bar_chart(BarChart::new("", bars.iter().map(bar).collect()).allow_hover(false));
                 for bar in bars.iter().filter(|b| !b.text.is_empty()) {
                     let text = egui::RichText::new(&bar.text).size(11.0);
-                    let at = PlotPoint::new(0.5 * (bar.from + bar.to), bar.height);
+                    let at = PlotPoint::new(0.5 * (bar.from + bar.to), bar.text_at);
                     let text = egui_plot::Text::new("", at, text).anchor(egui::Align2::CENTER_BOTTOM);
                     plot.text(text.allow_hover(false));
                 }

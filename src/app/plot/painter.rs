@@ -3,8 +3,8 @@
 use std::collections::{BTreeSet, HashMap};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use egui::{Align, Align2, Id, Layout, Pos2, Rect, Sense, Stroke, TextStyle, Ui, Vec2, WidgetInfo, pos2, vec2};
-use egui_plot::{GridInput, GridMark, Plot, PlotMemory, PlotResponse, PlotUi};
+use egui::{Align, Align2, Id, Layout, Pos2, Rangef, Rect, Sense, Stroke, TextStyle, Ui, Vec2, WidgetInfo, pos2, vec2};
+use egui_plot::{AxisHints, GridInput, GridMark, Plot, PlotMemory, PlotResponse, PlotUi};
 
 use super::layers::{self, Drawn};
 use super::palette::{self, Ink, Painted as _};
@@ -18,10 +18,12 @@ use sindyscope_values::format::units::Scale;
 pub(crate) const AXIS_WIDTH: f32 = 72.0;
 /// The same of a small plot, whose ordinate is named above it.
 const COMPACT_AXIS: f32 = 40.0;
+/// Distance from which on the marks of a small plot's abscissa bear labels, points.
+const COMPACT_APART: f32 = 42.0;
 /// Height of an abscissa's ticks and label, points.
 const ABSCISSA: f32 = 34.0;
 /// Room for the colours of cells and their values, points.
-const COLOURS: f32 = 66.0;
+const COLOURS: f32 = 74.0;
 /// Width from which on a line above a plot has room for all that it may say, points.
 const ROOMY: f32 = 520.0;
 /// Height below which a plot is named by its unit alone, points.
@@ -283,7 +285,11 @@ fn panel_plot(
     let drawn: Vec<&Drawn> = (0..panel.layers.len()).filter_map(|k| plots.drawn.get(&(id, k))).collect();
     let auto_y = memory.as_ref().is_none_or(|m| m.auto_bounds.y);
     // Labels of a narrow plot stand closer.
-    let apart = if width < 380.0 { 7.6 } else { 10.0 };
+    let apart = match (look.compact, width < 380.0) {
+        (true, _) => f64::from(COMPACT_APART / 8.0),
+        (false, true) => 7.6,
+        (false, false) => 10.0,
+    };
     let y_title = match (look.compact, height < LOW) {
         (true, _) => String::new(),
         (false, true) => scales[1].unit.clone(),
@@ -298,7 +304,16 @@ fn panel_plot(
         .x_axis_label(panel.x.title(&scales[0]))
         .y_axis_label(y_title)
         .x_grid_spacer(spacer(&panel.x, apart))
-        .y_grid_spacer(spacer(&y_axis, if panel.x.link.is_some() { 3.75 } else { 4.5 }))
+        .y_grid_spacer(spacer(
+            &y_axis,
+            if look.compact {
+                2.6
+            } else if panel.x.link.is_some() {
+                3.75
+            } else {
+                4.5
+            },
+        ))
         .x_axis_formatter(label(&panel.x, &scales[0]))
         .y_axis_formatter(label(&y_axis, &scales[1]))
         .grid_color(palette::grid(dark))
@@ -314,6 +329,17 @@ fn panel_plot(
     }
     if panel.fixed {
         plot = plot.allow_drag(false).allow_zoom(false).allow_boxed_zoom(false).sense(look.sense);
+    }
+    if look.compact {
+        // Small letters may stand closer.
+        let font = egui::FontId::proportional(10.5);
+        let x = AxisHints::new_x().label(panel.x.title(&scales[0])).formatter(label(&panel.x, &scales[0]));
+        let y = AxisHints::new_y().formatter(label(&y_axis, &scales[1])).min_thickness(COMPACT_AXIS);
+        plot = plot
+            .custom_x_axes(vec![
+                x.label_spacing(Rangef::new(COMPACT_APART - 12.0, COMPACT_APART)).tick_label_font(font.clone()),
+            ])
+            .custom_y_axes(vec![y.label_spacing(Rangef::new(14.0, 20.0)).tick_label_font(font)]);
     }
     let go_to = plots.go_to.filter(|_| panel.x.link.is_some());
     let compact = look.compact;

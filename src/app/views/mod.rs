@@ -207,7 +207,8 @@ fn body(
     let stale = ui.ctx().animate_bool_with_time(Id::unique("stale views"), picture.stale, FADE_TIME);
     let map_stale = view.needs_map() && picture.search.stale;
     let place = |panel: &'static str| plot_id(view, panel);
-    let mut look = Look::new(&place, (data, scene.index, scene.freedom, scene.input), settings::name(view));
+    let name = settings::name(view);
+    let mut look = Look::new(&place, (data, scene.index, scene.freedom, scene.input), &name);
     look.hidden = Some(&mut state.hidden);
     look.pick = chosen;
     look.strength = 1.0 - STALE_FADE * stale.max(f32::from(u8::from(map_stale)));

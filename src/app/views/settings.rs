@@ -13,12 +13,12 @@ use sindyscope_report::view::{PARSIMONIOUS_SIGN, front_point};
 const REACH: f32 = 14.0;
 
 /// What a view's plots are to those who hear the window.
-pub(super) fn name(view: View) -> &'static str {
+pub(super) fn name(view: View) -> String {
     match view {
-        View::Map => "Map of segment length and threshold",
-        View::Path => "Coefficients along the threshold",
-        View::Front => "Error over the number of terms",
-        _ => view.label(),
+        View::Map => "Map of segment length and threshold".into(),
+        View::Path => "Coefficients along the threshold".into(),
+        View::Front => "Error over the number of terms".into(),
+        _ => format!("Plot of {}", view.label()),
     }
 }
 

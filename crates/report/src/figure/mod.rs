@@ -150,8 +150,10 @@ pub struct Bar {
     pub to: f64,
     /// Its end.
     pub height: f64,
-    /// Written at its end.
+    /// Written above it.
     pub text: String,
+    /// The ordinate from which on that is written.
+    pub text_at: f64,
 }
 
 /// Evenly spaced samples, ready to be thinned to what shows.
@@ -411,6 +413,8 @@ impl Panel {
                 keys.push(key);
             }
         }
+        // What is beneath is told behind.
+        keys.sort_by_key(|key| key.mark == KeyMark::Patch);
         keys.extend(self.guides.iter().filter_map(|guide| match guide {
             Guide::Level { ink, text, .. } | Guide::Around { ink, text, .. } if !text.is_empty() => {
                 Some(Key::line(*ink, text.clone()))

@@ -437,8 +437,10 @@ impl Place {
                     } else {
                         svg.rect(&fill, at, size);
                     }
-                    svg.text("halo", (0.5 * (from + until), end - 3.0), Anchor::Middle, &bar.text);
-                    svg.text("tick", (0.5 * (from + until), end - 3.0), Anchor::Middle, &bar.text);
+                    let (_, foot) = to.point([bar.from, bar.text_at]);
+                    for class in ["halo", "tick"] {
+                        svg.text(class, (0.5 * (from + until), foot - 3.0), Anchor::Middle, &bar.text);
+                    }
                 }
             }
             Shape::Cells(cells) => self.cells(svg, cells, to),

@@ -82,7 +82,7 @@ fn distribution(histogram: &Histogram, samples: usize, unit: &str) -> Panel {
     ];
     let bars = histogram.edges.windows(2).zip(&histogram.density).map(|(edges, height)| {
         let gap = 0.03 * (edges[1] - edges[0]);
-        Bar { from: edges[0] + gap, to: edges[1] - gap, height: *height, text: String::new() }
+        Bar { from: edges[0] + gap, to: edges[1] - gap, height: *height, text: String::new(), text_at: *height }
     });
     panel.layers = vec![
         Layer::new(Ink::Error, "", Shape::Bars { bars: bars.collect(), hollow: false }),
