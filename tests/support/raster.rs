@@ -261,7 +261,7 @@ mod tests {
 
     #[test]
     fn a_circle_covers_its_area() {
-        let ctx = egui::Context::default();
+        let ctx = Context::default();
         let input = egui::RawInput {
             screen_rect: Some(Rect::from_min_size(pos2(0.0, 0.0), vec2(40.0, 40.0))),
             ..Default::default()

@@ -5,7 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, OnceLock, Weak};
 
 use super::{Picture, View};
-use sindyscope_core::study::{Landscape, Outcome};
+use sindyscope_core::study::{Outcome, SettingsGrid};
 use sindyscope_report::view::{Drawn, Subject, ViewOptions};
 
 /// Figures of so many samples are made at once: that costs less than a frame.
@@ -33,7 +33,7 @@ struct One {
 struct MadeOf {
     outcome: Weak<Outcome>,
     previous: Weak<Outcome>,
-    landscape: Weak<Landscape>,
+    landscape: Weak<SettingsGrid>,
     pins: Vec<Weak<Outcome>>,
     record: usize,
     options: ViewOptions,

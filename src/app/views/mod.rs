@@ -20,7 +20,7 @@ use super::plot::painter::{self, Look, Plots, Shown, Wish};
 use super::plot::palette::Ink;
 use super::plot::{display, legend, palette};
 use kept::Kept;
-use sindyscope_core::study::{Landscape, Outcome};
+use sindyscope_core::study::{Outcome, SettingsGrid};
 use sindyscope_report::figure::{Figure, Row};
 pub(crate) use sindyscope_report::view::{Group, View};
 use sindyscope_report::view::{Scene, Subject, ViewOptions};

@@ -5,7 +5,7 @@ use egui_plot::PlotPoint;
 
 use super::{Picture, Request, Scene, Shown, View};
 use crate::app::plot::{legend, pointer};
-use sindyscope_core::study::{GridPoint, Landscape};
+use sindyscope_core::study::{GridPoint, SettingsGrid};
 use sindyscope_report::figure::Sign;
 use sindyscope_report::view::{PARSIMONIOUS_SIGN, front_point};
 
@@ -23,7 +23,7 @@ pub(super) fn name(view: View) -> String {
 }
 
 /// What the signs on the map mean, and buttons that go there.
-pub(super) fn signs(ui: &mut Ui, map: &Landscape) -> Option<Request> {
+pub(super) fn signs(ui: &mut Ui, map: &SettingsGrid) -> Option<Request> {
     let mut asked = None;
     ui.horizontal(|ui| {
         for (sign, text, place) in [
@@ -50,7 +50,7 @@ pub(super) fn signs(ui: &mut Ui, map: &Landscape) -> Option<Request> {
 }
 
 /// What a place of the map asks for.
-fn take(map: &Landscape, (window, threshold): GridPoint) -> Request {
+fn take(map: &SettingsGrid, (window, threshold): GridPoint) -> Request {
     Request::Set { window: Some(map.windows[window]), threshold: map.thresholds[threshold] }
 }
 
@@ -94,7 +94,7 @@ pub(super) fn interact(
 
 /// The setting of the front's view that lies nearest to the pointer, and what is known of it.
 fn nearest(
-    map: &Landscape,
+    map: &SettingsGrid,
     transform: &egui_plot::PlotTransform,
     pointer: egui::Pos2,
     shown: &[Shown<'_>],
@@ -107,7 +107,7 @@ fn nearest(
     (distance < REACH).then(|| (place, sindyscope_report::view::setting_remark(map, place)))
 }
 
-fn by_keys(ui: &Ui, scene: &Scene<'_>, map: &Landscape, response: &egui::Response) -> Option<Request> {
+fn by_keys(ui: &Ui, scene: &Scene<'_>, map: &SettingsGrid, response: &egui::Response) -> Option<Request> {
     if !response.has_focus() {
         return None;
     }

@@ -13,7 +13,7 @@ use rand_distr::{Distribution as _, Normal};
 use super::*;
 use raster::Software;
 use sindyscope_core::signal::Signals;
-use sindyscope_core::study::{Channel, Elapsed, RecordOutcome, Score, Settings};
+use sindyscope_core::study::{Elapsed, RecordOutcome, Score, SensorResponse, Settings};
 use sindyscope_report::document::FigureSize;
 use sindyscope_values::model::{Equation, Model};
 use sindyscope_values::record::{Channel as RecordChannel, Record, Role, Usage};

@@ -6,7 +6,7 @@ use super::scene::Scene;
 use super::{Drawn, Group, Records, Subject, ViewEntry};
 use crate::figure::{Axis, Figure, Fit, Layer, Part};
 use crate::palette::Ink;
-use sindyscope_core::study::{Channel, Outcome};
+use sindyscope_core::study::{Outcome, SensorResponse};
 
 pub(super) const VIEW: ViewEntry = ViewEntry {
     label: "Compare",
@@ -29,12 +29,12 @@ pub fn pin_letter(index: usize) -> String {
 
 fn figure(subject: &Subject<'_>) -> Drawn {
     let scene = Scene::new(subject)?;
-    let channel = |outcome: &'_ Outcome| -> Option<Channel> {
+    let channel = |outcome: &'_ Outcome| -> Option<SensorResponse> {
         let same = outcome.records.iter().find(|r| Arc::ptr_eq(&r.record, &scene.record.record))?;
         same.channels.get(scene.freedom).cloned()
     };
     let pinned = subject.pins.iter().enumerate().take(MOST_PINS);
-    let mut shown: Vec<(Ink, String, Channel)> =
+    let mut shown: Vec<(Ink, String, SensorResponse)> =
         pinned.filter_map(|(k, pin)| Some((Ink::Pin(k as u8), pin_letter(k), channel(pin)?))).collect();
     shown.extend(scene.channel().map(|c| (Ink::Identified, "now".to_owned(), c.clone())));
     let (name, unit) = scene.shown();

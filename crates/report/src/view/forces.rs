@@ -2,7 +2,7 @@
 
 use super::scene::Scene;
 use super::{Drawn, Group, Records, Subject, ViewEntry};
-use crate::diagram::{Across, Bins, Cells as Means, Element, FrictionForce, RestoringForce, Samples, Slice};
+use crate::diagram::{Across, Cells as Means, Element, FrictionForce, RestoringForce, Samples, Slice};
 use crate::figure::{Axis, Cells, Colours, Figure, Key, KeyMark, Layer, Panel, Part, Points, Row, Shape, extent, lead};
 use crate::palette::Ink;
 use sindyscope_core::study::base_excited;
@@ -205,8 +205,7 @@ fn friction(subject: &Subject<'_>) -> Drawn {
 
 /// Scatter is wide where smoothing is narrow: the means decide what is shown.
 fn friction_range(friction: &FrictionForce) -> (f64, f64) {
-    let Bins { mean, .. } = &friction.mean;
-    let ends = extent(mean.iter().copied());
+    let ends = extent(friction.mean.mean.iter().copied());
     let room = 0.75 * (ends.1 - ends.0);
     let within = friction.force.iter().copied().filter(|f| (ends.0 - room..=ends.1 + room).contains(f));
     lead(within.chain([ends.0, ends.1]), friction.curve.iter().map(|p| p[1]))

@@ -5,7 +5,7 @@ use super::scene::Scene;
 use super::{Drawn, Group, Records, Subject, ViewEntry};
 use crate::figure::{Axis, Figure, Layer, Panel, Points, Shape, Ticks};
 use crate::palette::Ink;
-use sindyscope_core::study::{Cell, GridPoint, Landscape};
+use sindyscope_core::study::{GridCell, GridPoint, SettingsGrid};
 
 pub(super) const VIEW: ViewEntry = ViewEntry {
     label: "Pareto",
@@ -43,11 +43,11 @@ fn figure(subject: &Subject<'_>) -> Drawn {
     Ok(Figure::stacked([(panel, 1.0)], 260.0, caption))
 }
 
-fn point(map: &Landscape, place: GridPoint) -> Option<[f64; 2]> {
+fn point(map: &SettingsGrid, place: GridPoint) -> Option<[f64; 2]> {
     dot(map.cell(place)?)
 }
 
 /// Where a cell of the map stands: its terms and its error, unless it failed.
-pub fn dot(cell: &Cell) -> Option<[f64; 2]> {
+pub fn dot(cell: &GridCell) -> Option<[f64; 2]> {
     (cell.failed == 0.0 && cell.error > 0.0).then(|| [cell.terms as f64, cell.error])
 }

@@ -6,7 +6,7 @@ use super::scene::Scene;
 use super::{Drawn, Group, Records, Subject, ViewEntry};
 use crate::figure::{Axis, Cells, Colours, Figure, Guide, Layer, Panel, Shape, Sign, Ticks, percent};
 use crate::palette::Ink;
-use sindyscope_core::study::{Cell, GridPoint, Judge, Landscape};
+use sindyscope_core::study::{GridCell, GridPoint, Judge, SettingsGrid};
 use sindyscope_values::format::number::significant_trimmed;
 
 pub(super) const VIEW: ViewEntry = ViewEntry {
@@ -68,7 +68,7 @@ impl MapQuantity {
         }
     }
 
-    fn value(self, cell: &Cell) -> f64 {
+    fn value(self, cell: &GridCell) -> f64 {
         match self {
             Self::Error => cell.error,
             Self::Terms => cell.terms as f64,
@@ -98,7 +98,7 @@ struct Shades {
 }
 
 impl Shades {
-    fn new(map: &Landscape, quantity: MapQuantity) -> Self {
+    fn new(map: &SettingsGrid, quantity: MapQuantity) -> Self {
         let values = map.known().map(|(_, cell)| quantity.value(cell)).filter(|v| v.is_finite());
         let (mut low, mut high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
         match quantity {
@@ -213,7 +213,7 @@ fn threshold_ticks(thresholds: &[f64]) -> Vec<(f64, String)> {
 }
 
 /// What is known of a setting.
-pub fn remark(map: &Landscape, place: GridPoint) -> String {
+pub fn remark(map: &SettingsGrid, place: GridPoint) -> String {
     let Some(cell) = map.cell(place) else { return String::new() };
     let error = if cell.failed > 0.0 { "diverges".to_owned() } else { percent(cell.error) };
     let whiteness = if cell.whiteness.is_finite() { significant_trimmed(cell.whiteness, 2) } else { "–".into() };
@@ -228,8 +228,8 @@ pub fn remark(map: &Landscape, place: GridPoint) -> String {
 }
 
 /// Every cell that is known.
-pub(super) fn columns(map: &Landscape) -> Vec<(String, Vec<f64>)> {
-    let column = |head: &str, value: &dyn Fn(GridPoint, &Cell) -> f64| {
+pub(super) fn columns(map: &SettingsGrid) -> Vec<(String, Vec<f64>)> {
+    let column = |head: &str, value: &dyn Fn(GridPoint, &GridCell) -> f64| {
         (head.to_owned(), map.known().map(|(place, cell)| value(place, cell)).collect())
     };
     vec![

@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::diagram::{Across, Source};
 use crate::figure::Figure;
-use sindyscope_core::study::{Landscape, Outcome};
+use sindyscope_core::study::{Outcome, SettingsGrid};
 
 pub use compare::{MOST_PINS, pin_letter};
 pub use forces::{across, deflection_name};
@@ -44,7 +44,7 @@ pub struct Subject<'a> {
     /// Which of the outcome's records.
     pub record: usize,
     /// The map of settings, as far as it is known.
-    pub landscape: Option<&'a Landscape>,
+    pub landscape: Option<&'a SettingsGrid>,
     /// Outcomes kept to be compared, as A, B, C, …
     pub pins: &'a [Arc<Outcome>],
     /// What a person chose.

@@ -4,7 +4,7 @@ use super::Subject;
 use crate::figure::thin::Spacing;
 use crate::figure::{Axis, Guide, Panel, Samples, Shape};
 use crate::palette::{Ink, Tint};
-use sindyscope_core::study::{Channel, Outcome, RecordOutcome};
+use sindyscope_core::study::{Outcome, RecordOutcome, SensorResponse};
 use sindyscope_values::format::number::significant;
 use sindyscope_values::format::units::per_second;
 use sindyscope_values::record::{Role, Usage};
@@ -100,12 +100,12 @@ impl<'a> Scene<'a> {
     }
 
     /// What is compared of the degree of freedom shown.
-    pub fn channel(&self) -> Option<&'a Channel> {
+    pub fn channel(&self) -> Option<&'a SensorResponse> {
         self.record.channels.get(self.freedom)
     }
 
     /// The same of the outcome before.
-    pub(super) fn channel_before(&self) -> Option<&'a Channel> {
+    pub(super) fn channel_before(&self) -> Option<&'a SensorResponse> {
         self.before.and_then(|r| r.channels.get(self.freedom))
     }
 
