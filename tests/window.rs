@@ -5,6 +5,8 @@
 #[path = "support/raster.rs"]
 mod raster;
 
+#[path = "window/handling.rs"]
+mod handling;
 #[path = "window/kept.rs"]
 mod kept;
 #[path = "window/masses.rs"]
@@ -19,7 +21,7 @@ use egui::{Key, Modifiers, Theme, accesskit::Role};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use egui_kittest::{Harness, SnapshotOptions};
 use raster::Software;
-use sindyscope::app::{App, Edit, Sample, Source, State};
+use sindyscope::app::{App, Sample, Source, State};
 use sindyscope_core::study::{Differentiation, Lock, Regressor};
 use sindyscope_files::write_csv;
 use sindyscope_rig::{ScenarioOptions, generate};
@@ -36,7 +38,7 @@ impl Window {
 
     /// As the program starts: with the session that lies there, if one does, and with files.
     fn revived(session: &Path, files: Vec<PathBuf>) -> Self {
-        Self::build(false, |ctx| App::revived(ctx, session.to_owned(), files))
+        Self::build(false, |ctx| App::revived(ctx, session.to_owned(), &files))
     }
 
     fn build(dark: bool, app: impl FnOnce(&egui::Context) -> App) -> Self {
@@ -271,7 +273,7 @@ fn a_project_brings_everything_back() {
     assert_eq!(again.app().settings(), &saved);
     assert_eq!(again.app().outcome().unwrap().records.len(), 2);
     assert!(again.shows("study.json"));
-    let shown = |window: &Window| serde_json::to_value(window.app().state()).unwrap()["view"].clone();
+    let shown = |window: &Window| serde_json::to_value(window.app().state()).unwrap()["shown"]["view"].clone();
     assert_eq!(shown(&again), shown(&window), "what was in view is in view");
 }
 
@@ -475,7 +477,8 @@ fn a_report_is_arranged_saved_and_comes_back_with_its_project() {
     let mut window = Window::of_files(vec![friction(home.path())]);
     window.press(Modifiers::NONE, Key::Num4);
     assert!(window.shows("Page 1 of ") && window.shows("· nothing yet"), "no walk was made");
-    let report = |window: &Window| serde_json::to_value(window.app().state()).unwrap()["edit"]["report"].clone();
+    let report =
+        |window: &Window| serde_json::to_value(window.app().state()).unwrap()["document"]["edit"]["report"].clone();
     let place = |window: &Window, name: &str| {
         report(window)["items"].as_array().unwrap().iter().position(|i| i["section"] == name).unwrap()
     };
@@ -635,7 +638,7 @@ fn a_record_is_filtered_mended_and_cut_by_the_menu_and_undo_takes_each_back() {
         window.click("Add step ⏷");
         window.click(step);
     }
-    assert_eq!(window.app().state().edit.unwrap().steps.len(), 3);
+    assert_eq!(window.app().state().document.edit.steps.len(), 3);
     assert_eq!(window.app().records().entries.len(), 2 * count);
     assert_eq!(samples(&window), whole / 2);
     assert!(window.app().outcome().is_some() && !window.shows("not done"));
@@ -644,7 +647,7 @@ fn a_record_is_filtered_mended_and_cut_by_the_menu_and_undo_takes_each_back() {
     assert_eq!((window.app().records().entries.len(), samples(&window)), (count, whole));
     window.press(CTRL, Key::Z);
     window.press(CTRL, Key::Z);
-    assert!(window.app().state().edit.unwrap().steps.is_empty());
+    assert!(window.app().state().document.edit.steps.is_empty());
     window.click("Add step ⏷");
     look_at(&mut window, "steps-menu");
 }
@@ -744,7 +747,7 @@ fn settings_survive_a_restart() {
     let mut window = Window::sample();
     window.slide("Segment", 51.0);
     window.press(CTRL, Key::Num3);
-    let state = serde_json::to_string(&window.app().state()).unwrap();
+    let state = serde_json::to_string(window.app().state()).unwrap();
     let again = Window::open(serde_json::from_str(&state).unwrap());
     assert_eq!(again.app().settings().smoothing.window, 51);
     assert_eq!(again.app().outcome().unwrap().settings.smoothing.window, 51);
@@ -958,7 +961,7 @@ impl Window {
     fn missing(folder: &Path, theme: Theme) -> Self {
         let source = Source::Files(shaken(folder));
         let mut state = State::with_source(source, theme.into());
-        state.edit = Some(Edit { usage: vec![Usage::Fit, Usage::HeldOut], ..Edit::default() });
+        state.document.edit.usage = vec![Usage::Fit, Usage::HeldOut];
         let mut window = Self::open(state);
         let reset = "Reset settings";
         window.press(CTRL, Key::K);

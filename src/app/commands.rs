@@ -1,13 +1,14 @@
 //! Everything that can be done: buttons, menus, keys, help and the palette all come from this one list.
 
 use egui::{Key, KeyboardShortcut, Modifiers, Ui};
+use serde::{Deserialize, Serialize};
 
-use super::state::Room;
-use super::state::Sample;
+use super::state::{Room, Sample};
 use super::views::View;
 
 /// Something that a person can ask for by button, menu, key or name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum Command {
     Open,
     OpenPath,
@@ -37,6 +38,7 @@ pub(crate) enum Command {
     Theme,
     LargerText,
     Messages,
+    SaveLog,
     Palette,
     Help,
     Quit,
@@ -77,6 +79,7 @@ impl Command {
             Self::Theme,
             Self::LargerText,
             Self::Messages,
+            Self::SaveLog,
             Self::Palette,
             Self::Help,
             Self::Quit,
@@ -119,7 +122,7 @@ impl Command {
                 "Ten short lessons on real controls, from smoothing to chaos; each notices what you do",
                 None,
             ),
-            Self::Close => ("Files", "Close", "Take the records off the bench", Some((CTRL, Key::W))),
+            Self::Close => ("Files", "Close", "Close what is open; it comes back as it was left", Some((CTRL, Key::W))),
             Self::SaveProject => (
                 "Files",
                 "Save project",
@@ -192,6 +195,12 @@ impl Command {
                 None,
             ),
             Self::Messages => ("Help", "Messages", "Read again what the program said", None),
+            Self::SaveLog => (
+                "Help",
+                "Save the log of this session…",
+                "Save what was done since the window was opened: `sindyscope --replay FILE` does it again, for a bug report",
+                None,
+            ),
             Self::Palette => ("Help", "All commands…", "Find a command by its name", Some((CTRL, Key::K))),
             Self::Help => ("Help", "Help", "Keys, mouse and how to read the window", Some((Modifiers::NONE, Key::F1))),
             Self::Quit => ("Files", "Quit", "Close the window; everything is remembered", Some((CTRL, Key::Q))),

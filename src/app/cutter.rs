@@ -5,9 +5,9 @@ use std::sync::{Arc, Weak};
 
 use egui::{Align2, Color32, CursorIcon, FontId, Id, Rect, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2};
 
-use super::bench::Bench;
 use super::plot::palette::{self, Ink, Tint};
 use super::plot::units::Scale;
+use super::records::OpenRecords;
 use super::theme;
 use sindyscope_core::prepare::{Preparation, Treatment};
 use sindyscope_report::figure::Samples;
@@ -73,7 +73,7 @@ impl Cutter {
     pub(crate) fn show(
         &mut self,
         ui: &mut Ui,
-        bench: &Bench,
+        bench: &OpenRecords,
         steps: &[Preparation],
         shown: usize,
     ) -> Option<Vec<Preparation>> {

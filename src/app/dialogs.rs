@@ -7,97 +7,12 @@ use std::sync::Arc;
 use std::task::{Context as TaskContext, Poll, Wake, Waker};
 use std::time::{Duration, Instant};
 
-use super::project;
-use super::report::Saved;
+use super::purpose::{PROJECT_ENDING, Purpose, ReportForm};
 use sindyscope_report::document::FigureFormat;
 use sindyscope_report::export::Format;
 
 /// A dialog that vanishes faster than this was never seen by a person: the system has none.
 const UNSEEN: Duration = Duration::from_millis(400);
-
-/// What a file is wanted for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Purpose {
-    /// To be read: measurements or a project.
-    Open,
-    /// To be read beside what is open.
-    Add,
-    /// To be read in place of a file that is not where it was.
-    Locate,
-    /// To save the project to.
-    Project,
-    /// To export the model to, in the form that the name's ending says.
-    Model,
-    /// To save a picture of the plot to.
-    Plot,
-    /// To save the numbers of a plot to.
-    Table,
-    /// To save a picture of the window to.
-    Window,
-    /// To save the report to, as what the name's ending says.
-    Report(Saved),
-    /// To save the virtual rig's records to.
-    RigRecords,
-    /// To save the records of a class's round to.
-    RoundRecords,
-    /// To export the rounds of a class to.
-    Rounds,
-}
-
-impl Purpose {
-    /// The dialog's title, and the label of the path field.
-    pub(crate) fn title(self) -> &'static str {
-        match self {
-            Self::Open => "Open measurements or a project",
-            Self::Add => "Add records",
-            Self::Locate => "Choose where the file is now",
-            Self::Project => "Save the project",
-            Self::Model => "Export the model (.tex .txt .json .py .m .mo .c)",
-            Self::Plot => "Save the figure (.svg .pdf .png)",
-            Self::Table => "Save the numbers of the plot (.csv)",
-            Self::Window => "Save a picture of the window",
-            Self::Report(_) => "Save the report (.pdf .html .png)",
-            Self::RigRecords => "Save the rig's records",
-            Self::RoundRecords => "Save the round's records",
-            Self::Rounds => "Export the rounds",
-        }
-    }
-
-    /// What the path field's button says.
-    pub(crate) fn verb(self) -> &'static str {
-        match self {
-            Self::Open => "Open",
-            Self::Add => "Add files",
-            Self::Locate => "Choose",
-            Self::Project
-            | Self::Model
-            | Self::Plot
-            | Self::Table
-            | Self::Window
-            | Self::Report(_)
-            | Self::RigRecords
-            | Self::RoundRecords
-            | Self::Rounds => "Save",
-        }
-    }
-
-    /// True if something is written to the file.
-    pub(crate) fn saves(self) -> bool {
-        self.ending().is_some()
-    }
-
-    /// The ending that a file saved for it gets if its name has none.
-    pub(crate) fn ending(self) -> Option<&'static str> {
-        match self {
-            Self::Open | Self::Add | Self::Locate => None,
-            Self::Project => Some(project::EXTENSION),
-            Self::Model => Some(Format::Python.ending()),
-            Self::Plot | Self::Window => Some("png"),
-            Self::Report(saved) => Some(saved.ending()),
-            Self::Table | Self::RigRecords | Self::RoundRecords | Self::Rounds => Some("csv"),
-        }
-    }
-}
 
 /// A file that a person chose.
 #[derive(Debug)]
@@ -159,11 +74,12 @@ impl Dialogs {
                 let mut endings: Vec<&str> =
                     sindyscope_files::FORMATS.iter().flat_map(|f| f.extensions).copied().collect();
                 if purpose == Purpose::Open {
-                    endings.push(project::EXTENSION);
+                    endings.push(PROJECT_ENDING);
                 }
                 dialog.add_filter("Measurements and projects", &endings).add_filter("All files", &["*"])
             }
-            Purpose::Project => dialog.add_filter("Project", &[project::EXTENSION]).set_file_name(name),
+            Purpose::Log => dialog.add_filter("Log", &[PROJECT_ENDING]).set_file_name(name),
+            Purpose::Project => dialog.add_filter("Project", &[PROJECT_ENDING]).set_file_name(name),
             Purpose::Model => {
                 let all = Format::ALL.map(Format::ending);
                 let each = |d: rfd::AsyncFileDialog, f: Format| d.add_filter(f.name(), &[f.ending()]);
@@ -177,7 +93,7 @@ impl Dialogs {
             Purpose::Window => dialog.add_filter("PNG picture", &["png"]).set_file_name(name),
             Purpose::Report(saved) => {
                 let (pdf, html) = (("PDF", ["pdf"]), ("Web page", ["html"]));
-                let kinds = if saved == Saved::Pdf { [pdf, html] } else { [html, pdf] };
+                let kinds = if saved == ReportForm::Pdf { [pdf, html] } else { [html, pdf] };
                 kinds.into_iter().fold(dialog, |d, (kind, endings)| d.add_filter(kind, &endings)).set_file_name(name)
             }
             Purpose::Table | Purpose::RigRecords | Purpose::RoundRecords | Purpose::Rounds => {

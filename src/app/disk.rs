@@ -1,14 +1,15 @@
 //! Files as a whole: written so that no reader ever finds half of one, and told apart by what they hold.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::fs::{self, File};
-use std::io::{self, Read as _, Write as _};
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use flate2::Crc;
 
-/// Bytes read at a time.
-const CHUNK: usize = 1 << 16;
+use sindyscope_files::{MeasuredFile, ReadError};
 
 /// Replaces a file's text: whoever reads it, also after a crash or a power cut, finds the old text or the new one.
 ///
@@ -37,19 +38,34 @@ pub(crate) fn replace(path: &Path, text: &str) -> io::Result<()> {
 }
 
 /// What tells a file's contents from another's, as text: length and CRC-32.
-///
-/// # Errors
-/// The file cannot be read.
-pub(crate) fn checksum(path: &Path) -> io::Result<String> {
-    let mut file = File::open(path)?;
-    let (mut crc, mut length, mut chunk) = (Crc::new(), 0u64, vec![0; CHUNK]);
-    loop {
-        let read = file.read(&mut chunk)?;
-        if read == 0 {
-            return Ok(format!("{length} bytes, crc32 {:08x}", crc.sum()));
+pub(crate) fn checksum(bytes: &[u8]) -> String {
+    let mut crc = Crc::new();
+    crc.update(bytes);
+    format!("{} bytes, crc32 {:08x}", bytes.len(), crc.sum())
+}
+
+/// Files that were read, each once.
+#[derive(Debug, Default)]
+pub(crate) struct Files(HashMap<PathBuf, MeasuredFile>);
+
+impl Files {
+    /// A file, read if it was not.
+    ///
+    /// # Errors
+    /// It is not there or cannot be read.
+    pub(crate) fn get(&mut self, path: &Path) -> Result<&MeasuredFile, ReadError> {
+        match self.0.entry(path.to_owned()) {
+            Entry::Occupied(known) => Ok(known.into_mut()),
+            Entry::Vacant(place) => Ok(place.insert(MeasuredFile::open(path)?)),
         }
-        crc.update(&chunk[..read]);
-        length += read as u64;
+    }
+
+    /// A file for whoever reads records of it.
+    ///
+    /// # Errors
+    /// As [`Self::get`].
+    pub(crate) fn take(&mut self, path: &Path) -> Result<MeasuredFile, ReadError> {
+        self.0.remove(path).map_or_else(|| MeasuredFile::open(path), Ok)
     }
 }
 
@@ -84,14 +100,20 @@ mod tests {
     }
 
     #[test]
-    fn a_checksum_tells_contents_apart_and_not_names() {
+    fn a_checksum_tells_contents_apart() {
+        assert_eq!(checksum(b"t,x\n0,1\n"), checksum(b"t,x\n0,1\n"));
+        assert_ne!(checksum(b"t,x\n0,1\n"), checksum(b"t,x\n0,2\n"));
+        assert!(checksum(b"t,x\n0,1\n").starts_with("8 bytes, crc32 "));
+    }
+
+    #[test]
+    fn a_file_is_read_once() {
         let home = tempfile::tempdir().unwrap();
-        let [a, b, c] = ["a", "b", "c"].map(|n| home.path().join(n));
-        for (path, text) in [(&a, "t,x\n0,1\n"), (&b, "t,x\n0,1\n"), (&c, "t,x\n0,2\n")] {
-            fs::write(path, text).unwrap();
-        }
-        assert_eq!(checksum(&a).unwrap(), checksum(&b).unwrap());
-        assert_ne!(checksum(&a).unwrap(), checksum(&c).unwrap());
-        assert!(checksum(&a).unwrap().starts_with("8 bytes, crc32 "));
+        let path = home.path().join("a.csv");
+        fs::write(&path, "one").unwrap();
+        let mut files = Files::default();
+        files.get(&path).unwrap();
+        fs::remove_file(&path).unwrap();
+        assert_eq!(files.take(&path).unwrap().bytes(), b"one");
     }
 }

@@ -49,7 +49,9 @@ const MOUSE: &[(&str, &str)] = &[
     ("A term of the equation", "keep it, never use it, or fix its coefficient"),
 ];
 
-pub(crate) fn show(ctx: &Context, open: &mut bool) {
+/// Draws the help while it is open; gives the command whose button was clicked.
+pub(crate) fn show(ctx: &Context, open: &mut bool) -> Option<Command> {
+    let mut asked = None;
     if *open && ctx.input_mut(|i| i.consume_key(egui::Modifiers::NONE, egui::Key::Escape)) {
         *open = false;
     }
@@ -63,6 +65,10 @@ pub(crate) fn show(ctx: &Context, open: &mut bool) {
         .default_pos(middle)
         .show(ctx, |ui| {
             ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+                let spec = Command::SaveLog.spec();
+                if ui.button(spec.label).on_hover_text(spec.tooltip).clicked() {
+                    asked = Some(Command::SaveLog);
+                }
                 pairs(ui, "How to read it", READING.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())));
                 pairs(ui, "Mouse", MOUSE.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())));
                 let mut groups: Vec<&str> = Vec::new();
@@ -85,6 +91,7 @@ pub(crate) fn show(ctx: &Context, open: &mut bool) {
                 }
             });
         });
+    asked
 }
 
 fn pairs(ui: &mut egui::Ui, title: &str, rows: impl Iterator<Item = (String, String)>) {

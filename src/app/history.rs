@@ -23,15 +23,13 @@ impl<T: Clone + PartialEq> History<T> {
         Self { past: Vec::new(), seen: present.clone(), present, future: Vec::new(), changed: 0.0 }
     }
 
-    /// Watches a value, time after time; a step is noted once the value rests and the pointer does not hold it.
-    pub(crate) fn watch(&mut self, value: &T, held: bool, now: f64) {
+    /// Watches a value, time after time; true once it is a step to be noted: it rests and the pointer does not hold it.
+    pub(crate) fn watch(&mut self, value: &T, held: bool, now: f64) -> bool {
         if *value != self.seen {
             self.seen = value.clone();
             self.changed = now;
         }
-        if !held && now - self.changed >= REST {
-            self.note(value);
-        }
+        !held && now - self.changed >= REST && *value != self.present
     }
 
     /// Notes a step now, if the value differs from the last one noted.
@@ -89,15 +87,22 @@ impl<T: Clone + PartialEq> History<T> {
 mod tests {
     use super::*;
 
+    /// Watches a value, and notes it when it is a step.
+    fn watch(history: &mut History<i32>, value: i32, held: bool, now: f64) {
+        if history.watch(&value, held, now) {
+            history.note(&value);
+        }
+    }
+
     #[test]
     fn a_drag_is_one_step() {
         let mut history = History::new(0);
         for (time, value) in [(1.0, 3), (1.1, 5), (1.2, 8)] {
-            history.watch(&value, true, time);
+            watch(&mut history, value, true, time);
         }
-        history.watch(&8, true, 5.0);
+        watch(&mut history, 8, true, 5.0);
         assert!(history.can_undo(&8), "what is being dragged can be taken back");
-        history.watch(&8, false, 5.1);
+        watch(&mut history, 8, false, 5.1);
         assert_eq!(history.undo(&8), Some(0));
         assert_eq!(history.undo(&0), None);
         assert_eq!(history.redo(&0), Some(8));
@@ -108,10 +113,10 @@ mod tests {
     fn two_changes_apart_are_two_steps_and_a_new_one_ends_redo() {
         let mut history = History::new(0);
         for (time, value) in [(1.0, 1), (2.0, 1), (3.0, 2), (4.0, 2)] {
-            history.watch(&value, false, time);
+            watch(&mut history, value, false, time);
         }
         assert_eq!(history.undo(&2), Some(1));
-        history.watch(&7, false, 5.0);
+        watch(&mut history, 7, false, 5.0);
         assert_eq!(history.redo(&7), None);
         assert_eq!(history.undo(&7), Some(1));
         assert_eq!(history.undo(&1), Some(0));

@@ -19,13 +19,16 @@ use super::disk;
 use super::missing::work::{self as search, CachedSearch};
 use super::open::{self, Opened, Opening, Refused};
 use super::problem::Problem;
+use super::purpose::Purpose;
 use super::questions::{self, Bought, Reply};
 pub(crate) use super::queue::Update;
 use super::queue::{self, Report, Work};
 use super::report::{self, Content};
+use super::rig::class;
 use super::rig::work::{self as rig, Recorded, RecordedRig};
-use super::rig::{Answered, ClassCase, class};
 use super::saving::{SaveResult, Saving};
+use super::state::{Answered, ClassCase};
+use super::views::{FigureRequest, View};
 
 /// The queue of the window.
 pub(crate) type Jobs = queue::Jobs<Job>;
@@ -66,8 +69,12 @@ pub(crate) enum Key {
     Columns,
     /// What would be read with the columns chosen.
     Preview,
+    /// The figure of a view.
+    Figure(View),
     /// The session's file.
     Session,
+    /// The file in which the session's log is kept as it goes.
+    Log,
     /// A file that is saved: no two writes of one file overtake each other.
     Save(PathBuf),
 }
@@ -85,8 +92,8 @@ pub(crate) enum Job {
     Fit { records: RecordSet, settings: Settings },
     /// Repeat the regression on resampled data.
     Resample { records: RecordSet, settings: Settings },
-    /// Make pinned outcomes again.
-    Pins(Vec<(RecordSet, Settings)>),
+    /// Make pinned outcomes again, by their places among the pins.
+    Pins(Vec<(usize, RecordSet, Settings)>),
     /// Fit once for each answer.
     Answers { records: RecordSet, settings: Settings, replies: Vec<Reply> },
     /// Map the settings, coarsely first.
@@ -105,6 +112,8 @@ pub(crate) enum Job {
     Columns { path: PathBuf, reading: ReadOptions },
     /// Read a file with the columns chosen.
     Preview { path: PathBuf, reading: ReadOptions },
+    /// Make the figure of a view that takes longer than a frame.
+    Figure(Box<FigureRequest>),
     /// Write the session's file.
     Session { path: PathBuf, text: String },
     /// Save something to a file.
@@ -134,7 +143,7 @@ pub(crate) enum Done {
     /// How sure the terms are.
     Resampled(Ensemble),
     /// Each pin's outcome, if it could be made.
-    Pinned(Vec<Option<Arc<Outcome>>>),
+    Pinned(Vec<(usize, Option<Arc<Outcome>>)>),
     /// What each answer would buy.
     Bought(Vec<Bought>),
     /// The whole map of settings.
@@ -153,10 +162,20 @@ pub(crate) enum Done {
     Columns(Result<Overview, Problem>),
     /// What would be read.
     Preview(Result<Preview, Problem>),
-    /// The session was written.
-    Kept,
+    /// A figure was made, or a file written that nobody waits for.
+    Nothing,
     /// Something was saved, or there is a file already.
     Saved(SaveResult),
+}
+
+impl Done {
+    /// Where the project was saved, if that is what was done.
+    pub(crate) fn saved_project(&self) -> Option<PathBuf> {
+        match self {
+            Self::Saved(SaveResult::Written { purpose: Purpose::Project, paths }) => paths.first().cloned(),
+            _ => None,
+        }
+    }
 }
 
 /// What the jobs of one key use again.
@@ -194,7 +213,9 @@ impl Work for Job {
                 Done::Resampled(memory.study.ensemble(&records, &settings, cancel).map_err(sentence)?)
             }
             Self::Pins(pins) => {
-                let mut study = |(records, settings)| memory.study.run(&records, &settings, cancel).ok().map(Arc::new);
+                let mut study = |(index, records, settings)| {
+                    (index, memory.study.run(&records, &settings, cancel).ok().map(Arc::new))
+                };
                 Done::Pinned(pins.into_iter().map(&mut study).collect())
             }
             Self::Answers { records, settings, replies } => {
@@ -228,9 +249,13 @@ impl Work for Job {
             }
             Self::Columns { path, reading } => Done::Columns(columns::overview(&path, &reading)),
             Self::Preview { path, reading } => Done::Preview(columns::preview(&path, &reading)),
+            Self::Figure(request) => {
+                request.make();
+                Done::Nothing
+            }
             Self::Session { path, text } => {
                 disk::replace(&path, &text).map_err(|e| format!("{}: {e}", path.display()))?;
-                Done::Kept
+                Done::Nothing
             }
             Self::Save(saving) => Done::Saved(saving.run()?),
         })

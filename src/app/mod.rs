@@ -1,10 +1,12 @@
-//! The window: state, background work, one file a panel, one file a view. It holds no numerics.
+//! The window. What a person does becomes a [`message`]; [`update`] makes of it the next state ([`state`]: what was decided) and
+//! asks for background work ([`jobs`], on one [`queue`]); what that finds ([`derived`]) is drawn beside the state, one file a
+//! panel, one file a view. The window holds no numerics.
 
-mod bench;
 mod columns;
 mod command_palette;
 mod commands;
 mod cutter;
+mod derived;
 mod dialogs;
 mod disk;
 mod figure_panel;
@@ -12,6 +14,8 @@ mod help;
 mod history;
 mod jobs;
 mod lessons;
+mod log;
+mod message;
 pub(crate) mod missing;
 mod moved;
 mod notices;
@@ -20,10 +24,14 @@ mod overlay;
 mod panel;
 pub mod plot;
 mod problem;
+mod program;
 mod project;
+mod purpose;
 mod questions;
 mod queue;
+mod records;
 mod remedy;
+mod replay;
 mod report;
 mod rig;
 mod samples;
@@ -34,6 +42,7 @@ mod state;
 mod status;
 mod theme;
 mod toolbar;
+mod update;
 pub(crate) mod views;
 mod welcome;
 mod widgets;
@@ -41,16 +50,14 @@ mod window;
 
 use std::path::PathBuf;
 
-pub use lessons::Progress;
-pub use missing::{Base, Walk};
-pub(crate) use project::is_project;
+pub(crate) use project::is_project_file as is_project;
+pub use replay::{Replayed, replay};
 pub(crate) use report::headless::project as report_of_project;
-pub use rig::{ClassCase, ClassState, RigState};
-pub use state::{Edit, Sample, Source, State};
+pub use state::{
+    Base, ClassCase, ClassRound, ClassState, Document, Edit, FolderReading, Guess, LessonPosition, LessonProgress, Pin,
+    RigState, Sample, Shown, Source, State, Walk, WalkView,
+};
 pub use window::App;
-
-/// The window's name to the system: where its state is kept, and which icon it has in a task bar.
-const APP_ID: &str = "sindyscope";
 
 /// Why the window cannot be opened, in one sentence.
 #[derive(Debug, thiserror::Error)]
@@ -60,14 +67,15 @@ pub enum AppError {
     Display(String),
 }
 
-/// Opens the window, with files in it or else as it was left; returns once it is closed.
+/// Opens the window, with files in it or else as it was left; returns once it is closed. What is done is kept in the log as it
+/// goes, if one is named.
 ///
 /// # Errors
 /// The window cannot be opened: there is no display, or none that can draw.
-pub fn run(files: Vec<PathBuf>) -> Result<(), AppError> {
+pub fn run(files: Vec<PathBuf>, log: Option<PathBuf>) -> Result<(), AppError> {
     let mut viewport = egui::ViewportBuilder::default()
         .with_title("Sindyscope")
-        .with_app_id(APP_ID)
+        .with_app_id(session::APP_ID)
         .with_inner_size([1280.0, 800.0])
         .with_min_inner_size([960.0, 600.0])
         .with_drag_and_drop(true);
@@ -77,11 +85,11 @@ pub fn run(files: Vec<PathBuf>) -> Result<(), AppError> {
     let options = eframe::NativeOptions { viewport, ..Default::default() };
     let create = move |cc: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, _> {
         let app = match session::file() {
-            Some(session) => App::revived(&cc.egui_ctx, session, files),
+            Some(session) => App::revived(&cc.egui_ctx, session, &files),
             // A system without a folder for the app: nothing outlasts the window but saved projects.
-            None => App::with_state(&cc.egui_ctx, State::default().with_files(files)),
+            None => App::with_state(&cc.egui_ctx, State::default().with_files(&files)),
         };
-        Ok(Box::new(app))
+        Ok(Box::new(app.with_log(log)))
     };
     eframe::run_native("Sindyscope", options, Box::new(create)).map_err(|e| {
         // What the system says begins with places in other programs' sources; its last words name the reason.

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::disk;
+use super::disk::{Files, checksum};
 use super::problem::{Problem, file_name};
+use sindyscope_files::MeasuredFile;
 
 /// What helps to find files, and to tell that they are the same.
 #[derive(Clone, Debug, Default)]
@@ -17,41 +18,50 @@ pub(crate) struct Known {
     pub(crate) folder: Option<PathBuf>,
 }
 
-/// Puts the files that have moved where they are now; notes tell which, and which hold something else than before.
-pub(crate) fn find(files: &mut [PathBuf], known: &Known, notes: &mut Vec<String>) -> Result<(), Problem> {
-    for file in files {
-        let (name, sum) = (file_name(file), known.checksums.get(file));
-        if !file.exists() {
-            let Some(found) = known.elsewhere(file, sum) else { return Err(gone(file)) };
-            notes.push(format!("{name} was found in {}", folder(&found)));
-            *file = found;
-        }
-        if let Some(sum) = sum
-            && disk::checksum(file).is_ok_and(|now| now != *sum)
-        {
+/// What the files hold, with where each is now; notes tell which have moved, and which hold something else than before.
+///
+/// # Errors
+/// A file is nowhere to be found, or cannot be read.
+pub(crate) fn load(
+    paths: &[PathBuf],
+    known: &Known,
+    files: &mut Files,
+    notes: &mut Vec<String>,
+) -> Result<Vec<(PathBuf, MeasuredFile)>, Problem> {
+    let mut loaded = Vec::with_capacity(paths.len());
+    for path in paths {
+        let (name, sum) = (file_name(path), known.checksums.get(path).filter(|sum| !sum.is_empty()));
+        let (place, file) = match files.take(path) {
+            Ok(file) => (path.clone(), file),
+            Err(_) if !path.exists() => {
+                let found = known.elsewhere(path, sum, files).ok_or_else(|| gone(path))?;
+                notes.push(format!("{name} was found in {}", folder(&found.0)));
+                found
+            }
+            Err(error) => return Err(Problem::reading(&error)),
+        };
+        if sum.is_some_and(|sum| *sum != checksum(file.bytes())) {
             notes.push(format!("{name} holds something else than when it was open last: results may differ"));
         }
+        loaded.push((place, file));
     }
-    Ok(())
+    Ok(loaded)
 }
 
 impl Known {
     /// Where a file is now: where a person says, or where one of its name with the same contents lies.
-    fn elsewhere(&self, file: &Path, sum: Option<&String>) -> Option<PathBuf> {
+    fn elsewhere(&self, file: &Path, sum: Option<&String>, files: &mut Files) -> Option<(PathBuf, MeasuredFile)> {
+        let mut load = |path: PathBuf| files.take(&path).ok().map(|file| (path, file));
         if let Some((_, chosen)) = self.moved.iter().rev().find(|(old, _)| old == file) {
-            return chosen.exists().then(|| chosen.clone());
+            return load(chosen.clone());
         }
         let name = file.file_name()?;
         // What lay beside a file that moved has moved with it, likely.
         let beside =
             self.moved.iter().filter(|(old, _)| old.parent() == file.parent()).filter_map(|(_, new)| new.parent());
+        let same = |file: &MeasuredFile| sum.is_none_or(|sum| *sum == checksum(file.bytes()));
         let mut folders = beside.chain(self.folder.as_deref());
-        let same = |path: &PathBuf| match (sum, disk::checksum(path)) {
-            (Some(sum), Ok(now)) => *sum == now,
-            (None, Ok(_)) => true,
-            (_, Err(_)) => false,
-        };
-        folders.find_map(|folder| Some(folder.join(name)).filter(same))
+        folders.find_map(|folder| load(folder.join(name)).filter(|(_, file)| same(file)))
     }
 }
 
@@ -81,17 +91,18 @@ mod tests {
         for (name, text) in [("a.csv", "a"), ("b.csv", "b"), ("c.csv", "other")] {
             fs::write(new.join(name), text).unwrap();
         }
-        let sum = disk::checksum(&new.join("b.csv")).unwrap();
+        let sum = checksum(b"b");
         let known = Known {
             checksums: ["b.csv", "c.csv"].map(|n| (old.join(n), sum.clone())).into(),
             moved: vec![(old.join("a.csv"), new.join("a.csv"))],
             folder: None,
         };
-        let (mut files, mut notes) = ([old.join("a.csv"), old.join("b.csv")], Vec::new());
-        find(&mut files, &known, &mut notes).unwrap();
-        assert_eq!(files, [new.join("a.csv"), new.join("b.csv")]);
+        let mut notes = Vec::new();
+        let wanted = [old.join("a.csv"), old.join("b.csv")];
+        let found = load(&wanted, &known, &mut Files::default(), &mut notes).unwrap();
+        assert_eq!([&found[0].0, &found[1].0], [&new.join("a.csv"), &new.join("b.csv")]);
         assert_eq!(notes.len(), 2);
-        let problem = find(&mut [old.join("c.csv")], &known, &mut notes).unwrap_err();
+        let problem = load(&[old.join("c.csv")], &known, &mut Files::default(), &mut notes).unwrap_err();
         assert!(problem.what.starts_with("c.csv is not in ") && problem.missing == Some(old.join("c.csv")));
     }
 
@@ -102,7 +113,8 @@ mod tests {
         fs::write(&file, "new").unwrap();
         let checksums = [(file.clone(), "3 bytes, crc32 00000000".to_owned())].into();
         let mut notes = Vec::new();
-        find(&mut [file], &Known { checksums, ..Known::default() }, &mut notes).unwrap();
+        let known = Known { checksums, ..Known::default() };
+        load(&[file], &known, &mut Files::default(), &mut notes).unwrap();
         assert!(notes[0].contains("a.csv holds something else"), "{notes:?}");
     }
 }

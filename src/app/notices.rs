@@ -26,7 +26,7 @@ pub(crate) enum Level {
 
 /// One message.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Message {
+pub(crate) struct Notice {
     pub(crate) level: Level,
     pub(crate) text: String,
 }
@@ -34,7 +34,7 @@ pub(crate) struct Message {
 /// All messages, the newest last.
 pub(crate) struct Notices {
     toasts: Toasts,
-    log: Vec<Message>,
+    log: Vec<Notice>,
     /// Messages that the person has not looked at in the log.
     unread: usize,
 }
@@ -64,7 +64,7 @@ impl Notices {
 
     /// Notes what is said elsewhere already, to be read again.
     pub(crate) fn log(&mut self, level: Level, text: impl Into<String>) {
-        self.log.push(Message { level, text: text.into() });
+        self.log.push(Notice { level, text: text.into() });
         if self.log.len() > KEPT {
             self.log.remove(0);
         }
@@ -89,7 +89,7 @@ impl Notices {
     }
 
     /// The newest message.
-    pub(crate) fn latest(&self) -> Option<&Message> {
+    pub(crate) fn latest(&self) -> Option<&Notice> {
         self.log.last()
     }
 

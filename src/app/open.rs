@@ -4,41 +4,35 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::missing::Walk;
+use super::disk::{Files, checksum};
 use super::problem::{Problem, file_name};
-use super::project::{self, Project};
-use super::state::{Edit, Source};
-use super::{disk, moved, rig};
-use sindyscope_core::prepare::{self, Preparation, PrepareError};
+use super::project::{Project, is_project};
+use super::records::Read;
+use super::rig::sets;
+use super::state::{Document, RigState, Shown, Source};
+use super::{moved, moved::Known};
+use sindyscope_core::prepare::{self, PrepareError};
 use sindyscope_core::study::{Settings, suggest};
-use sindyscope_files::{ReadOptions, read_set};
+use sindyscope_files::{MeasuredFile, ReadOptions, read_opened};
 use sindyscope_rig::hidden::{ExcitationKind, HiddenRequest, draw};
-use sindyscope_rig::{Truth, record_rig};
+use sindyscope_rig::record_rig;
 use sindyscope_values::record::{Record, RecordSet, Usage};
 
 /// What to open, and what is known about it already.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Opening {
-    pub(crate) source: Source,
-    pub(crate) reading: ReadOptions,
-    /// How files of the same folder were read before, where `reading` says nothing.
+    /// Its source, and what was decided about it. Settings that say nothing are suggested.
+    pub(crate) document: Document,
+    /// How files of the same folder were read before, where the document does not say.
     pub(crate) folder: Option<ReadOptions>,
-    /// Settings and usages that belong to it, from the last time.
-    pub(crate) edit: Option<Edit>,
-    /// The usages to keep where `edit` has none or other records, by the records' names.
+    /// The usages to keep where the document has none or other records, by the records' names.
     pub(crate) usage: BTreeMap<String, Usage>,
-    /// What is done to the records, where `edit` does not say.
-    pub(crate) steps: Vec<Preparation>,
-    /// What its files held the last time, in their order.
-    pub(crate) checksums: Vec<String>,
     /// Files that are no longer where they were, each with where a person found it.
     pub(crate) moved: Vec<(PathBuf, PathBuf)>,
     /// True if the study that is open goes on, with more or other records.
     pub(crate) goes_on: bool,
     /// The records as they were read, if they need not be read again.
     pub(crate) read: Option<Read>,
-    /// True if the settings are the program's own choice and follow it.
-    pub(crate) follows: bool,
     /// Sampling interval that lengths in the settings count in, s, if they are to last as long at another.
     pub(crate) interval: Option<f64>,
 }
@@ -46,26 +40,22 @@ pub(crate) struct Opening {
 impl Opening {
     /// A source of which nothing else is known.
     pub(crate) fn of(source: Source) -> Self {
-        Self { source, ..Self::default() }
+        Self { document: Document::of(source), ..Self::default() }
     }
 }
 
 /// What was opened.
 #[derive(Debug)]
 pub(crate) struct Opened {
-    pub(crate) source: Source,
-    pub(crate) reading: ReadOptions,
-    pub(crate) title: String,
+    /// The document, with a usage for each record and with settings.
+    pub(crate) document: Document,
+    /// The records, prepared.
     pub(crate) records: Vec<Arc<Record>>,
     /// The records as they were measured, before any step.
-    pub(crate) raw: RecordSet,
+    pub(crate) read: Read,
     /// Why a step was not done, for each of them.
     pub(crate) undone: Vec<Option<PrepareError>>,
-    pub(crate) edit: Edit,
-    pub(crate) suggestion: Settings,
-    pub(crate) project: Option<(PathBuf, Project)>,
-    /// What the files hold, in the order of the source.
-    pub(crate) checksums: Vec<String>,
+    pub(crate) project: Option<OpenedProject>,
     /// What is good to know: files that were found elsewhere, or that changed.
     pub(crate) notes: Vec<String>,
     pub(crate) goes_on: bool,
@@ -73,8 +63,16 @@ pub(crate) struct Opened {
     pub(crate) asked: Source,
     /// True if the settings are those of an earlier time.
     pub(crate) remembered: bool,
-    /// What the records hide, if the virtual rig made them blind.
-    pub(crate) truth: Option<Truth>,
+}
+
+/// What a project's file tells beside the document.
+#[derive(Debug)]
+pub(crate) struct OpenedProject {
+    pub(crate) path: PathBuf,
+    /// What was in view, and the name of the record that was.
+    pub(crate) shown: Option<Shown>,
+    pub(crate) record: String,
+    pub(crate) rig: Option<RigState>,
 }
 
 /// What cannot be opened, and why.
@@ -86,13 +84,13 @@ pub(crate) struct Refused {
     pub(crate) gone: Vec<PathBuf>,
 }
 
-/// Reads what is to be opened.
+/// Reads what is to be opened, each file once.
 ///
 /// # Errors
 /// What cannot be opened, and why.
 pub(crate) fn open(opening: Opening) -> Result<Opened, Refused> {
-    read(&opening).map_err(|problem| {
-        let gone = match &opening.source {
+    try_open(opening.clone()).map_err(|problem| {
+        let gone = match &opening.document.source {
             Source::Files(files) => files.iter().filter(|file| !file.exists()).cloned().collect(),
             _ => Vec::new(),
         };
@@ -100,111 +98,90 @@ pub(crate) fn open(opening: Opening) -> Result<Opened, Refused> {
     })
 }
 
-fn read(opening: &Opening) -> Result<Opened, Problem> {
-    let (mut opening, asked) = (opening.clone(), opening.source.clone());
-    let remembered = opening.edit.is_some();
-    let mut read = None;
-    let project = match &opening.source {
-        Source::Files(paths) => paths.iter().find(|p| project::is_project(p)).cloned(),
-        _ => None,
-    };
-    let mut known = moved::Known::default();
-    if let Source::Files(files) = &opening.source {
-        known.checksums = files.iter().cloned().zip(opening.checksums.iter().cloned()).collect();
-    }
-    if let Some(path) = project {
-        if opening.goes_on {
-            let what = format!("{} is a project: its records cannot be added to others", file_name(&path));
-            return Err(Problem::new(what, "open it by itself"));
-        }
-        let project = Project::load(&path)?;
-        opening.source = project.source.clone();
-        opening.reading = project.reading.clone();
-        opening.usage = project.usage.clone();
-        opening.edit = None;
-        known.checksums = project.checksums.clone();
-        known.folder = path.parent().map(Path::to_owned);
-        read = Some((path, project));
-    }
-    let (mut checksums, mut notes) = (Vec::new(), Vec::new());
-    if let Source::Files(files) = &mut opening.source {
-        known.moved.clone_from(&opening.moved);
-        moved::find(files, &known, &mut notes)?;
-        // A file that vanishes now is told by the reader.
-        checksums = files.iter().map(|file| disk::checksum(file).unwrap_or_default()).collect();
-    }
-    let steps = match (&read, &opening.edit) {
-        (Some((_, project)), _) => project.steps.clone(),
-        (None, Some(edit)) => edit.steps.clone(),
-        (None, None) => opening.steps.clone(),
-    };
-    opening.reading.bridge = prepare::bridged(&steps);
-    let Read { title, set: raw, truth } = match opening.read.take() {
+fn try_open(mut opening: Opening) -> Result<Opened, Problem> {
+    let asked = opening.document.source.clone();
+    let (mut files, mut notes) = (Files::default(), Vec::new());
+    let project = take_project(&mut opening, &mut files)?;
+    let remembered = project.is_none() && opening.document.edit.settings != Settings::default();
+    let bridge = prepare::bridged(&opening.document.edit.steps);
+    opening.document.reading.bridge = bridge;
+    let mut read = match opening.read.take() {
         Some(read) => read,
-        None => match as_the_folder(&opening) {
-            Some((reading, read)) => {
-                notes.push(format!("Read as the last files of this folder: {}; Columns… changes it", reading.columns));
-                opening.reading = reading;
-                read
-            }
-            None => records(&opening)?,
-        },
-    };
-    let steps = prepare::settled(&raw, &steps);
-    let (set, undone) = prepare::prepare_leniently(&raw, &steps);
-    let records: Vec<Arc<Record>> = set.entries.iter().map(|(record, _)| Arc::clone(record)).collect();
-    let edit = opening.edit.as_ref();
-    let usage: Vec<Usage> = match edit.filter(|e| e.usage.len() == records.len()) {
-        Some(edit) => edit.usage.clone(),
         None => {
-            let named = |(record, own): &(Arc<Record>, Usage)| opening.usage.get(&record.name).copied().unwrap_or(*own);
-            set.entries.iter().map(named).collect()
+            let folder = project.as_ref().and_then(|project| project.path.parent());
+            let loaded = load(&mut opening, folder, &mut files, &mut notes)?;
+            read_source(&mut opening, &loaded, &mut notes)?
         }
     };
-    // Settings are suggested from everything that may be fitted, also where nothing is.
+    if let Some(project) = &project {
+        read.title = file_name(&project.path);
+    }
+    let Opening { mut document, usage, goes_on, interval, .. } = opening;
+    let steps = prepare::settled(&read.set, &document.edit.steps);
+    let (set, undone) = prepare::prepare_leniently(&read.set, &steps);
+    let records: Vec<Arc<Record>> = set.entries.iter().map(|(record, _)| Arc::clone(record)).collect();
+    if document.edit.usage.len() != records.len() {
+        let named = |(record, own): &(Arc<Record>, Usage)| usage.get(&record.name).copied().unwrap_or(*own);
+        document.edit.usage = set.entries.iter().map(named).collect();
+    }
+    document.edit.steps = steps;
+    let suggestion = suggestion(&document, &records)?;
+    let decided = std::mem::take(&mut document.edit.settings);
+    document.edit.settings = match &document.source {
+        _ if decided != Settings::default() => lasting(&decided, interval, records.first()),
+        Source::Sample(sample) if document.edit.steps.is_empty() => sample.settings(&suggestion),
+        _ => suggestion.clone(),
+    };
+    let remembered = remembered && document.edit.settings != suggestion;
+    document.suggestion = Some(suggestion);
+    Ok(Opened { document, records, read, undone, project, notes, goes_on, asked, remembered })
+}
+
+/// Puts a project's document in place of the source that names it, if one of its files is a project.
+fn take_project(opening: &mut Opening, files: &mut Files) -> Result<Option<OpenedProject>, Problem> {
+    let Source::Files(paths) = &opening.document.source else { return Ok(None) };
+    if opening.read.is_some() {
+        return Ok(None);
+    }
+    let found = paths.iter().find(|path| is_project(path, files.get(path).ok().map(MeasuredFile::bytes))).cloned();
+    let Some(path) = found else { return Ok(None) };
+    let name = file_name(&path);
+    if opening.goes_on {
+        let what = format!("{name} is a project: its records cannot be added to others");
+        return Err(Problem::new(what, "open it by itself"));
+    }
+    let file = files.take(&path).map_err(|e| Problem::reading(&e))?;
+    let Project { document, usage, shown, record, rig, .. } = Project::read(&path, file.bytes())?;
+    (opening.document, opening.usage) = (document, usage);
+    Ok(Some(OpenedProject { path, shown, record, rig }))
+}
+
+/// The files of the source, found where they are now; their paths and checksums are noted in the document.
+fn load(
+    opening: &mut Opening,
+    folder: Option<&Path>,
+    files: &mut Files,
+    notes: &mut Vec<String>,
+) -> Result<Vec<MeasuredFile>, Problem> {
+    let Source::Files(paths) = &mut opening.document.source else { return Ok(Vec::new()) };
+    let checksums = paths.iter().cloned().zip(opening.document.checksums.iter().cloned()).collect();
+    let known = Known { checksums, moved: opening.moved.clone(), folder: folder.map(Path::to_owned) };
+    let loaded = moved::load(paths, &known, files, notes)?;
+    opening.document.checksums = loaded.iter().map(|(_, file)| checksum(file.bytes())).collect();
+    let files;
+    (*paths, files) = loaded.into_iter().unzip();
+    Ok(files)
+}
+
+/// Settings suggested from everything that may be fitted, also where nothing is; those that were suggested before, if any were.
+fn suggestion(document: &Document, records: &[Arc<Record>]) -> Result<Settings, Problem> {
+    let kind = document.reading.kind;
+    if let Some(known) = document.suggestion.as_ref().filter(|known| known.kind == kind) {
+        return Ok(known.clone());
+    }
     let all = RecordSet { entries: records.iter().map(|r| (Arc::clone(r), Usage::Fit)).collect() };
-    let wanted = RecordSet { entries: records.iter().cloned().zip(usage.iter().copied()).collect() };
-    let suggestion = suggest(&wanted, opening.reading.kind)
-        .or_else(|_| suggest(&all, opening.reading.kind))
-        .map_err(|e| Problem::new(e.to_string(), ""))?;
-    let settings = match (&read, edit) {
-        (Some((_, project)), _) => project.settings.clone(),
-        (None, Some(_)) if opening.follows => suggestion.clone(),
-        (None, Some(edit)) => lasting(&edit.settings, opening.interval, records.first()),
-        (None, None) => match opening.source {
-            Source::Sample(sample) => sample.settings(&suggestion),
-            _ => suggestion.clone(),
-        },
-    };
-    let walk = match (&read, edit) {
-        (Some((_, project)), _) => project.walk.clone(),
-        (None, Some(edit)) => edit.walk.clone(),
-        (None, None) => Walk::default(),
-    };
-    let report = match (&read, edit) {
-        (Some((_, project)), _) => project.report.clone(),
-        (None, edit) => edit.map(|e| e.report.clone()).unwrap_or_default(),
-    };
-    let edit = Edit { settings, usage, steps, walk, report };
-    let Opening { source, reading, goes_on, .. } = opening;
-    let title = read.as_ref().map_or(title, |(path, _)| file_name(path));
-    Ok(Opened {
-        source,
-        reading,
-        title,
-        records,
-        raw,
-        undone,
-        remembered: read.is_none() && edit.settings != suggestion && remembered,
-        edit,
-        suggestion,
-        project: read,
-        checksums,
-        notes,
-        goes_on,
-        asked,
-        truth,
-    })
+    let wanted = RecordSet { entries: records.iter().cloned().zip(document.edit.usage.iter().copied()).collect() };
+    suggest(&wanted, kind).or_else(|_| suggest(&all, kind)).map_err(|e| Problem::new(e.to_string(), ""))
 }
 
 /// Settings whose segment lasts as long as it did at another sampling interval.
@@ -220,40 +197,42 @@ fn lasting(settings: &Settings, interval: Option<f64>, record: Option<&Arc<Recor
     settings
 }
 
-/// What a source holds.
-#[derive(Clone, Debug)]
-pub(crate) struct Read {
-    pub(crate) title: String,
-    pub(crate) set: RecordSet,
-    pub(crate) truth: Option<Truth>,
-}
-
-/// Reads files as others of their folder were read before, if that is known and fits.
-fn as_the_folder(opening: &Opening) -> Option<(ReadOptions, Read)> {
-    let folder = opening.folder.as_ref()?;
-    let reading = ReadOptions { kind: opening.reading.kind, bridge: opening.reading.bridge, ..folder.clone() };
-    // Numbers of columns fit every file: a header that speaks for itself goes before them.
-    if !folder.columns.names_all() && records(opening).is_ok() {
-        return None;
+/// Reads the source: as others of their folder were read before, if that is known and fits; a header that speaks for itself
+/// goes before numbers of columns, which fit every file.
+fn read_source(opening: &mut Opening, files: &[MeasuredFile], notes: &mut Vec<String>) -> Result<Read, Problem> {
+    let own = opening.document.reading.clone();
+    let source = &opening.document.source;
+    let Some(folder) = opening.folder.take() else { return records(source, files, &own) };
+    let reading = ReadOptions { kind: own.kind, bridge: own.bridge, ..folder };
+    if !reading.columns.names_all()
+        && let Ok(read) = records(source, files, &own)
+    {
+        return Ok(read);
     }
-    let read = records(&Opening { reading: reading.clone(), ..opening.clone() }).ok()?;
-    Some((reading, read))
+    match records(source, files, &reading) {
+        Ok(read) => {
+            notes.push(format!("Read as the last files of this folder: {}; Columns… changes it", reading.columns));
+            opening.document.reading = reading;
+            Ok(read)
+        }
+        Err(_) => records(source, files, &own),
+    }
 }
 
-/// Reads what a source names.
-fn records(opening: &Opening) -> Result<Read, Problem> {
+/// Reads what a source names; its files are loaded.
+fn records(source: &Source, files: &[MeasuredFile], reading: &ReadOptions) -> Result<Read, Problem> {
     let problem = |e: sindyscope_files::ReadError| Problem::reading(&e);
-    match &opening.source {
+    match source {
         Source::Nothing => Err(Problem::new("there is nothing to open", "")),
         Source::Sample(sample) => {
-            let (title, set) = sample.records(&opening.reading).map_err(problem)?;
+            let (title, set) = sample.records(reading).map_err(problem)?;
             Ok(Read { title, set, truth: None })
         }
-        Source::Files(paths) => {
-            let set = read_set(paths, &[], &opening.reading).map_err(problem)?;
-            let title = match paths.as_slice() {
-                [one] => file_name(one),
-                [one, rest @ ..] => format!("{} and {} more", file_name(one), rest.len()),
+        Source::Files(_) => {
+            let set = read_opened(files, &[], reading).map_err(problem)?;
+            let title = match files {
+                [one] => one.name().to_owned(),
+                [one, rest @ ..] => format!("{} and {} more", one.name(), rest.len()),
                 [] => String::new(),
             };
             Ok(Read { title, set, truth: None })
@@ -268,13 +247,13 @@ fn records(opening: &Opening) -> Result<Read, Problem> {
         Source::Rig(settings) => {
             let run = record_rig(settings)
                 .map_err(|e| Problem::new(format!("the virtual rig made no records: {e}"), "change it in its room"))?;
-            let set = rig::records(&run);
+            let set = sets::of_run(&run);
             Ok(Read { title: "virtual rig".into(), set, truth: Some(run.truth) })
         }
         Source::Round(case) => {
             let hidden = draw(&case.request())
                 .map_err(|e| Problem::new(format!("the virtual rig made no records: {e}"), "take another seed"))?;
-            Ok(Read { title: "a class's round".into(), set: rig::round(hidden), truth: None })
+            Ok(Read { title: "a class's round".into(), set: sets::of_round(hidden), truth: None })
         }
     }
 }

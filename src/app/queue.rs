@@ -49,7 +49,7 @@ pub(crate) enum Update<P, D> {
 
 /// How far a job has come.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Progress {
+pub(crate) struct JobProgress {
     /// For how long it has been running.
     pub(crate) elapsed: Duration,
     /// Share done, 0 to 1, if the job tells.
@@ -123,6 +123,8 @@ struct Slot<W: Work> {
     running: Option<Run>,
     /// The flag of the run that is under way or was the last: its updates are dropped once it is set.
     last: Cancel,
+    /// Results that were told and not taken in yet.
+    untaken: usize,
     memory: W::Memory,
 }
 
@@ -136,12 +138,25 @@ struct Run {
 
 impl<W: Work> Default for Slot<W> {
     fn default() -> Self {
-        Self { waiting: None, running: None, last: Cancel::default(), memory: W::Memory::default() }
+        Self { waiting: None, running: None, last: Cancel::default(), untaken: 0, memory: W::Memory::default() }
+    }
+}
+
+impl<W: Work> Slot<W> {
+    fn progress(&self) -> Option<JobProgress> {
+        let untaken = self.untaken > 0 && !self.last.is_cancelled();
+        match self.running.as_ref().filter(|run| !run.cancel.is_cancelled()) {
+            Some(run) => Some(JobProgress { elapsed: run.since.elapsed(), share: run.share, stage: run.stage }),
+            None => (self.waiting.is_some() || untaken).then(JobProgress::default),
+        }
     }
 }
 
 impl<W: Work> State<W> {
     fn tell(&mut self, key: &W::Key, cancel: &Cancel, update: Update<W::Part, W::Done>) {
+        if let (Some(slot), false) = (self.slots.get_mut(key), matches!(update, Update::Part(_))) {
+            slot.untaken += 1;
+        }
         // Without a receiver the window is gone.
         if self.send.send((key.clone(), cancel.clone(), update)).is_ok() {
             self.undelivered += 1;
@@ -280,19 +295,26 @@ impl<W: Work> Jobs<W> {
     /// What has come since the last call, in order. Of jobs that were cancelled nothing comes.
     pub(crate) fn poll(&self) -> Vec<(W::Key, Update<W::Part, W::Done>)> {
         let told: Vec<Told<W>> = self.updates.try_iter().collect();
-        self.shared.lock().undelivered -= told.len();
+        let mut state = self.shared.lock();
+        state.undelivered -= told.len();
+        for (key, _, update) in &told {
+            if let (Some(slot), false) = (state.slots.get_mut(key), matches!(update, Update::Part(_))) {
+                slot.untaken -= 1;
+            }
+        }
+        drop(state);
         told.into_iter().filter(|(_, cancel, _)| !cancel.is_cancelled()).map(|(key, _, update)| (key, update)).collect()
     }
 
     /// How far the job of a key has come; none if nothing is wanted of it any more.
-    pub(crate) fn progress(&self, key: &W::Key) -> Option<Progress> {
+    pub(crate) fn progress(&self, key: &W::Key) -> Option<JobProgress> {
+        self.shared.lock().slots.get(key)?.progress()
+    }
+
+    /// How far each job has come that is wanted and whose result was not taken in yet.
+    pub(crate) fn running(&self) -> HashMap<W::Key, JobProgress> {
         let state = self.shared.lock();
-        let slot = state.slots.get(key)?;
-        match (slot.running.as_ref().filter(|run| !run.cancel.is_cancelled()), &slot.waiting) {
-            (Some(run), _) => Some(Progress { elapsed: run.since.elapsed(), share: run.share, stage: run.stage }),
-            (None, Some(_)) => Some(Progress::default()),
-            (None, None) => None,
-        }
+        state.slots.iter().filter_map(|(key, slot)| Some((key.clone(), slot.progress()?))).collect()
     }
 
     /// True while a job runs or waits, and until all that was told is taken in.

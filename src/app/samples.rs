@@ -4,7 +4,7 @@ use super::state::Sample;
 use sindyscope_core::study::Settings;
 use sindyscope_files::{ReadError, ReadOptions, read_text};
 use sindyscope_values::record::{RecordSet, Usage};
-use sindyscope_values::term::{Kind, list};
+use sindyscope_values::term::list;
 
 /// A file of `sample_data/`, by its name.
 type Bundled = (&'static str, &'static [u8]);
@@ -64,14 +64,6 @@ impl Sample {
             Self::Friction => (bundled!("friction_noisy.csv"), HeldOut::File(bundled!("friction_noisy_test.csv"))),
             Self::Lorenz => (bundled!("lorenz.csv"), HeldOut::From(7.0)),
             Self::Overfit => (bundled!("overfit.csv"), HeldOut::File(bundled!("overfit_test.csv"))),
-        }
-    }
-
-    /// Order of its equations.
-    pub(crate) fn kind(self) -> Kind {
-        match self {
-            Self::Duffing | Self::Friction | Self::Overfit => Kind::SecondOrder,
-            Self::Lorenz => Kind::FirstOrder,
         }
     }
 

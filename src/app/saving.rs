@@ -6,12 +6,13 @@ use std::sync::Arc;
 
 use egui::ColorImage;
 
-use super::dialogs::Purpose;
 use super::figure_panel::FigureLook;
 use super::plot::export::save_png;
 use super::project::Project;
+use super::purpose::Purpose;
 use super::report::Content;
-use super::rig::{ClassCase, Made, save};
+use super::rig::{Made, save};
+use super::state::ClassCase;
 use super::views::{self, Picture, Search, Seen, View, ViewState};
 use sindyscope_core::study::{Outcome, SettingsGrid};
 use sindyscope_report::document::FigureFormat;
@@ -39,8 +40,8 @@ pub(crate) enum SavedContent {
     View(Box<ViewPicture>),
     /// A figure that is drawn already, as SVG, with its title.
     Figure { svg: String, title: &'static str },
-    /// The numbers of a plot, or the rounds of a class.
-    Table(String),
+    /// The numbers of a plot, the rounds of a class, the log of the session.
+    Text(String),
     /// A picture of the window.
     Window(Arc<ColorImage>),
     /// The report, as what the file's ending says.
@@ -100,8 +101,8 @@ impl Saving {
                 figure(&path, title, || Ok(svg))?;
                 vec![path]
             }
-            SavedContent::Table(text) => {
-                let failed = |e| format!("The numbers were not saved: {e}; choose another folder ({})", path.display());
+            SavedContent::Text(text) => {
+                let failed = |e| format!("Nothing was saved: {e}; choose another folder ({})", path.display());
                 fs::write(&path, text).map_err(failed)?;
                 vec![path]
             }

@@ -6,11 +6,16 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::state::State;
 
-/// The format that this program writes; a higher one is from a newer program.
-const VERSION: u32 = 1;
+/// The format that this program writes; a higher one is from a newer program. In the first, the document's parts stood side by
+/// side with what is in view.
+const VERSION: u32 = 2;
+
+/// The window's name to the system: where its state is kept, and which icon it has in a task bar.
+pub(crate) const APP_ID: &str = "sindyscope";
 
 /// How often at most the state is looked at, s.
 const PACE: f64 = 0.4;
@@ -20,7 +25,7 @@ pub(crate) const PATIENCE: Duration = Duration::from_secs(3);
 
 /// The file of the session in this system's folder for the app, if it has one.
 pub(crate) fn file() -> Option<PathBuf> {
-    eframe::storage_dir(super::APP_ID).map(|folder| folder.join("session.json"))
+    eframe::storage_dir(APP_ID).map(|folder| folder.join("session.json"))
 }
 
 /// What the file holds.
@@ -33,8 +38,10 @@ struct Session<S> {
 /// Reads a session; none if there is none. One that cannot be read is put aside, and the sentence says where.
 pub(crate) fn load(path: &Path) -> (Option<State>, Option<String>) {
     let Ok(text) = fs::read_to_string(path) else { return (None, None) };
-    match serde_json::from_str::<Session<State>>(&text) {
-        Ok(session) if session.sindyscope_session <= VERSION => (Some(session.state), None),
+    let read = serde_json::from_str::<Session<Value>>(&text)
+        .and_then(|session| Ok((session.sindyscope_session, State::of_any_version(session.state)?)));
+    match read {
+        Ok((version, state)) if version <= VERSION => (Some(state), None),
         other => {
             let reason = other.map_or_else(|e| e.to_string(), |_| "a newer Sindyscope wrote it".to_owned());
             let aside = path.with_extension("unreadable.json");
@@ -89,7 +96,9 @@ mod tests {
     use crate::app::state::Source;
 
     fn state(record: usize) -> State {
-        State { source: Source::Hidden(u64::MAX), record, ..State::default() }
+        let mut state = State::with_source(Source::Hidden(u64::MAX), egui::ThemePreference::System);
+        state.shown.record = record;
+        state
     }
 
     #[test]
@@ -101,10 +110,10 @@ mod tests {
         disk::replace(&path, &keeper.text(&state(1), 10.0).unwrap()).unwrap();
         assert!(keeper.wait(10.1).is_some_and(|wait| wait < 1.0), "within a second");
         assert_eq!(keeper.text(&state(1), 10.5), None, "nothing has changed");
-        assert_eq!(load(&path).0.unwrap().record, 1);
+        assert_eq!(load(&path).0.unwrap().shown.record, 1);
         disk::replace(&path, &keeper.text(&state(2), 11.0).unwrap()).unwrap();
         let again = load(&path).0.unwrap();
-        assert_eq!((again.record, again.source), (2, Source::Hidden(u64::MAX)));
+        assert_eq!((again.shown.record, again.document.source), (2, Source::Hidden(u64::MAX)));
     }
 
     #[test]

@@ -2,9 +2,9 @@
 
 use egui::{Align, Layout, Margin, Panel, Rect, RichText, Ui, pos2, vec2};
 
-use super::bench::Bench;
 use super::notices::{Level, Notices};
-use super::queue::Progress;
+use super::queue::JobProgress;
+use super::records::OpenRecords;
 use super::theme;
 
 /// Work shorter than this shows no progress line: it would only flicker, s.
@@ -12,9 +12,9 @@ const SOON: f32 = 0.15;
 
 /// What the line shows.
 pub(crate) struct Status<'a> {
-    pub(crate) bench: &'a Bench,
-    pub(crate) fitting: Option<Progress>,
-    pub(crate) other: Option<Progress>,
+    pub(crate) bench: &'a OpenRecords,
+    pub(crate) fitting: Option<JobProgress>,
+    pub(crate) other: Option<JobProgress>,
     pub(crate) opening: bool,
     pub(crate) notices: &'a mut Notices,
     pub(crate) log_open: &'a mut bool,
@@ -22,12 +22,12 @@ pub(crate) struct Status<'a> {
 
 /// What a person asked for in the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Asked {
+pub(crate) enum StatusAct {
     /// Stop the work that takes long.
     Cancel,
 }
 
-pub(crate) fn show(ui: &mut Ui, status: &mut Status<'_>) -> Option<Asked> {
+pub(crate) fn show(ui: &mut Ui, status: &mut Status<'_>) -> Option<StatusAct> {
     let mut asked = None;
     let frame = egui::Frame::new().fill(ui.visuals().panel_fill).inner_margin(Margin::symmetric(12, 3));
     let panel = Panel::bottom("status").resizable(false).exact_size(26.0).frame(frame).show(ui, |ui| {
@@ -51,7 +51,7 @@ pub(crate) fn show(ui: &mut Ui, status: &mut Status<'_>) -> Option<Asked> {
                 }
             }
             if status.opening && long.is_some() && ui.small_button("Cancel").clicked() {
-                asked = Some(Asked::Cancel);
+                asked = Some(StatusAct::Cancel);
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let unread = status.notices.unread();

@@ -7,7 +7,7 @@ use super::problem::file_name;
 use super::state::{Room, Sample, Source, State};
 use super::theme::ROW;
 use super::widgets::{icon, switch};
-use crate::app::bench::Bench;
+use crate::app::records::OpenRecords;
 
 /// Width kept for the file's name, points, and its most characters.
 const TITLE: f32 = 190.0;
@@ -18,20 +18,20 @@ const SIGNS: f32 = 200.0;
 
 /// What the bar shows.
 pub(crate) struct Toolbar<'a> {
-    pub(crate) state: &'a mut State,
-    pub(crate) bench: &'a Bench,
+    pub(crate) state: &'a State,
+    pub(crate) bench: &'a OpenRecords,
     pub(crate) can_undo: bool,
     pub(crate) can_redo: bool,
     pub(crate) opening: bool,
 }
 
 /// What a person asked for in the bar.
-pub(crate) enum Asked {
+pub(crate) enum ToolbarAct {
     Do(Command),
     Recent(std::path::PathBuf),
 }
 
-pub(crate) fn show(ui: &mut Ui, bar: &mut Toolbar<'_>) -> Vec<Asked> {
+pub(crate) fn show(ui: &mut Ui, bar: &Toolbar<'_>) -> Vec<ToolbarAct> {
     let mut asked = Vec::new();
     let frame = egui::Frame::new().fill(ui.visuals().panel_fill).inner_margin(Margin::symmetric(12, 5));
     Panel::top("toolbar").resizable(false).frame(frame).show(ui, |ui| {
@@ -49,7 +49,10 @@ pub(crate) fn show(ui: &mut Ui, bar: &mut Toolbar<'_>) -> Vec<Asked> {
             });
             if Room::ALL.len() > 1 {
                 ui.add_space(12.0);
-                switch(ui, &mut bar.state.room, &Room::ALL.map(|r| (r, r.label(), r.tooltip())));
+                let mut room = bar.state.shown.room;
+                if switch(ui, &mut room, &Room::ALL.map(|r| (r, r.label(), r.tooltip()))) {
+                    asked.push(ToolbarAct::Do(Command::Room(room)));
+                }
             }
             // Laid out from left to right, so that Tab goes that way too; the width is that of the frame before.
             let id = egui::Id::unique("toolbar signs");
@@ -61,7 +64,7 @@ pub(crate) fn show(ui: &mut Ui, bar: &mut Toolbar<'_>) -> Vec<Asked> {
                 let ctx = ui.ctx().clone();
                 let mut button = |ui: &mut Ui, sign: &str, command: Command, enabled: bool| {
                     if icon(ui, sign, command.spec().label, &command.hint(&ctx), enabled).clicked() {
-                        asked.push(Asked::Do(command));
+                        asked.push(ToolbarAct::Do(command));
                     }
                 };
                 button(ui, "⟲", Command::Undo, bar.can_undo);
@@ -103,18 +106,18 @@ fn shortened(name: &str) -> String {
     format!("{first}…{last}")
 }
 
-fn file_menu(ui: &mut Ui, bar: &Toolbar<'_>, asked: &mut Vec<Asked>) {
+fn file_menu(ui: &mut Ui, bar: &Toolbar<'_>, asked: &mut Vec<ToolbarAct>) {
     ui.set_min_width(240.0);
     let open = !bar.bench.records.is_empty();
     let mut entry = |ui: &mut Ui, command: Command, enabled: bool| {
         if command.menu(ui, enabled) {
-            asked.push(Asked::Do(command));
+            asked.push(ToolbarAct::Do(command));
         }
     };
     entry(ui, Command::Open, true);
     entry(ui, Command::OpenPath, true);
     entry(ui, Command::AddRecords, open);
-    entry(ui, Command::Columns, matches!(bar.state.source, Source::Files(_)) && open);
+    entry(ui, Command::Columns, matches!(bar.state.document.source, Source::Files(_)) && open);
     ui.separator();
     ui.weak("Samples");
     for sample in Sample::ALL {
@@ -138,7 +141,7 @@ fn file_menu(ui: &mut Ui, bar: &Toolbar<'_>, asked: &mut Vec<Asked>) {
         ui.weak("Recent files");
         for path in &bar.state.recent {
             if ui.button(file_name(path)).on_hover_text(path.display().to_string()).clicked() {
-                asked.push(Asked::Recent(path.clone()));
+                asked.push(ToolbarAct::Recent(path.clone()));
             }
         }
     }

@@ -35,6 +35,12 @@ use failure::{Failure, Stop};
 struct Cli {
     /// Measurements to open in the window (a file named like a command: by its path, `./identify`)
     files: Vec<PathBuf>,
+    /// Do again, without a window, what the log of a session holds (in the window: Help, Save the log of this session)
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["files", "log"])]
+    replay: Option<PathBuf>,
+    /// Keep the log of the window's session in this file as it goes
+    #[arg(long, value_name = "FILE")]
+    log: Option<PathBuf>,
     #[command(subcommand)]
     command: Option<Command>,
 }
@@ -69,7 +75,10 @@ fn run(arguments: impl IntoIterator<Item = OsString>, out: &mut impl Write, err:
     let result = match Cli::try_parse_from(arguments) {
         Err(error) => Err(Stop::Usage(error)),
         Ok(cli) => match cli.command {
-            None => window::open(cli.files).map(|()| Vec::new()).map_err(Stop::from),
+            None => match cli.replay {
+                Some(log) => window::replay(&log).map_err(Stop::from),
+                None => window::open(cli.files, cli.log).map(|()| Vec::new()).map_err(Stop::from),
+            },
             Some(Command::Identify(options)) => identify::run(&options),
             Some(Command::Diagnose(options)) => diagnose::run(&options),
             Some(Command::Report(options)) => report::run(&options),

@@ -88,3 +88,90 @@ fn a_search_comes_back_with_its_project_unless_the_data_changed() {
     assert!(changed.app().diagnosis().is_none(), "it is not shown wrongly");
     assert!(changed.shows("What was found missing was left out"), "it is told");
 }
+
+/// A file as an older version wrote it.
+fn stored(name: &str) -> String {
+    std::fs::read_to_string(Path::new("tests/fixtures/kept").join(name)).unwrap()
+}
+
+#[test]
+fn projects_of_every_version_open() {
+    for version in 1..=5 {
+        let home = tempfile::tempdir().unwrap();
+        shaken(home.path());
+        let path = home.path().join("study.json");
+        std::fs::write(&path, stored(&format!("project-{version}.json"))).unwrap();
+        let window = Window::of_files(vec![path]);
+        let settings = window.app().settings();
+        assert!((settings.threshold - 0.01 - 0.001 * f64::from(version)).abs() < 1e-12, "{version}: {settings:?}");
+        assert_eq!(window.app().records().with(Usage::HeldOut).count(), 1, "{version}: the use of the records");
+        let shown = serde_json::to_value(&window.app().state().shown).unwrap();
+        let view = ["response", "phase", "phase", "spectrum", "spectrum"][version as usize - 1];
+        assert_eq!(shown["view"], view, "{version}");
+        let accepted = window.app().walk().accepted.len();
+        assert_eq!(accepted, usize::from(version >= 4), "{version}: the walk");
+        assert_eq!(window.app().state().document.pins.len(), usize::from(version >= 4), "{version}: the pins");
+        assert!(!window.shows("Choose the file…"), "{version}");
+    }
+}
+
+#[test]
+fn sessions_of_every_version_open() {
+    for version in 1..=2 {
+        let home = tempfile::tempdir().unwrap();
+        let data = friction(home.path());
+        let session = home.path().join("session.json");
+        let folder = home.path().display().to_string();
+        std::fs::write(&session, stored(&format!("session-{version}.json")).replace("FOLDER", &folder)).unwrap();
+        let window = Window::revived(&session, Vec::new());
+        assert_eq!(window.app().state().document.source, Source::Files(vec![data]), "{version}");
+        assert_eq!(window.app().settings().threshold, 0.004, "{version}");
+        assert_eq!(window.app().records().with(Usage::HeldOut).count(), 1, "{version}");
+        let shown = serde_json::to_value(&window.app().state().shown).unwrap();
+        assert_eq!(shown["view"], "phase", "{version}");
+        let other = Source::Files(vec![home.path().join("other/friction.csv")]);
+        let kept = &window.app().state().kept;
+        assert!(kept.iter().any(|kept| kept.source == other), "{version}: what was left with another file");
+    }
+}
+
+#[test]
+fn what_was_looked_at_in_a_walk_is_looked_at_again_after_a_restart() {
+    let home = tempfile::tempdir().unwrap();
+    let session = home.path().join("state/session.json");
+    let mut window = searched(&session, home.path());
+    window.click("Next");
+    window.0.get_by_role_and_label(Role::Tab, "Add").click();
+    window.settle();
+    let left = window.app().state().shown.clone();
+    let walk = serde_json::to_value(&left).unwrap()["walk"].clone();
+    assert!(walk["selected"].is_object() && walk["step"] == "add", "{walk}");
+    drop(window);
+    let again = Window::revived(&session, Vec::new());
+    assert_eq!(serde_json::to_value(&again.app().state().shown).unwrap()["walk"], walk);
+    assert!(again.app().diagnosis().is_some());
+}
+
+#[test]
+fn a_session_is_recorded_and_replayed_to_the_same_state() {
+    let home = tempfile::tempdir().unwrap();
+    let mut window = Window::of_files(shaken(home.path()));
+    use_second(&mut window, "held out");
+    window.slide("Threshold", 0.004);
+    window.click("Add step ⏷");
+    window.click("Decimate");
+    window.press(CTRL, Key::Z);
+    window.look("Tuning", "Compare");
+    window.click("Pin as A");
+    window.click("What's missing");
+    window.click("Find what's missing");
+    window.click("Next");
+    window.click("Next");
+    window.click("Accept");
+    window.click("Virtual rig");
+    window.slide("Frequency", 3.0);
+    let log = window.app().log();
+    let replayed = sindyscope::app::replay(&log).unwrap();
+    assert!(replayed.messages > 10, "{}", replayed.messages);
+    assert_eq!(replayed.differences, Vec::<String>::new());
+}

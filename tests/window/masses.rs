@@ -70,7 +70,7 @@ fn a_force_that_was_recorded_late_is_found_with_the_equation_and_moved() {
     window.click("Add step ⏷");
     window.click("Align u");
     window.click_hidden("Find");
-    let step = window.app().state().edit.unwrap().steps[0].clone();
+    let step = window.app().state().document.edit.steps[0].clone();
     let Treatment::Align { delay: Some(delay), .. } = step.treatment else { panic!("{step:?}") };
     assert!((delay - 0.012).abs() < 0.001, "{delay} s");
     assert!(window.shows("Found with the equation"));
@@ -135,7 +135,7 @@ fn on_opening_a_base_and_a_mass_each_answer_says_what_it_would_buy() {
         path
     };
     let mut state = start(Source::Files(vec![record(3, 5.242, 2.0, "fit.csv"), record(4, 3.2, 4.0, "held_out.csv")]));
-    state.edit = Some(Edit { usage: vec![Usage::Fit, Usage::HeldOut], ..Edit::default() });
+    state.document.edit.usage = vec![Usage::Fit, Usage::HeldOut];
     let mut window = Window::open(state);
     window.press(CTRL, Key::K);
     window.type_into("Find a command", "Reset settings");

@@ -1,6 +1,6 @@
 //! The lessons, in the order in which they are best gone through. A new one is an entry of this table.
 
-use super::{Course, Exercise, Lesson, Start};
+use super::lesson::{Course, Exercise, Lesson, Start};
 use crate::app::state::{Room, Sample};
 use crate::app::views::View;
 use sindyscope_core::study::Scaling;

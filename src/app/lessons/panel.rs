@@ -1,8 +1,11 @@
 //! The lesson's strip above the status line, and the list of lessons.
 
 use egui::{Align, Layout, Margin, Panel, RichText, ScrollArea, Sense, Stroke, Ui, vec2};
+use serde::{Deserialize, Serialize};
 
-use super::{LESSONS, Lesson, Position, Progress};
+use super::catalogue::LESSONS;
+use super::lesson::Lesson;
+use crate::app::state::{LessonPosition, LessonProgress};
 use crate::app::theme;
 use crate::app::widgets::card;
 
@@ -10,8 +13,9 @@ use crate::app::widgets::card;
 const HEIGHT: f32 = 92.0;
 
 /// What a person asked for in the strip.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Ask {
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum LessonAct {
     /// The next step, or the end.
     Next,
     /// The step before.
@@ -23,7 +27,7 @@ pub(crate) enum Ask {
 }
 
 /// The strip of the open lesson.
-pub(crate) fn show(ui: &mut Ui, lesson: &Lesson, position: &Position) -> Option<Ask> {
+pub(crate) fn show(ui: &mut Ui, lesson: &Lesson, position: &LessonPosition) -> Option<LessonAct> {
     let mut asked = None;
     let colors = theme::accents(ui.visuals().dark_mode);
     let frame = egui::Frame::new().fill(colors.card).stroke(Stroke::new(1.0, colors.line)).inner_margin(Margin {
@@ -47,10 +51,10 @@ pub(crate) fn show(ui: &mut Ui, lesson: &Lesson, position: &Position) -> Option<
             ui.weak(words);
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 if ui.button("Leave").on_hover_text("Leave the lesson; everything stays as it is").clicked() {
-                    asked = Some(Ask::Leave);
+                    asked = Some(LessonAct::Leave);
                 }
                 if ui.button("Start again").on_hover_text("From the lesson's beginning, with its own data").clicked() {
-                    asked = Some(Ask::Again);
+                    asked = Some(LessonAct::Again);
                 }
             });
         });
@@ -87,11 +91,11 @@ pub(crate) fn show(ui: &mut Ui, lesson: &Lesson, position: &Position) -> Option<
                     button = button.fill(colors.accent_ground);
                 }
                 if ui.add(button).clicked() {
-                    asked = Some(Ask::Next);
+                    asked = Some(LessonAct::Next);
                 }
                 let back = ui.add_enabled(position.step > 0, egui::Button::new("Step back"));
                 if back.clicked() {
-                    asked = Some(Ask::Back);
+                    asked = Some(LessonAct::Back);
                 }
             });
         });
@@ -100,7 +104,7 @@ pub(crate) fn show(ui: &mut Ui, lesson: &Lesson, position: &Position) -> Option<
 }
 
 /// A dot a step: filled once its condition was met.
-fn dots(ui: &mut Ui, position: &Position, count: usize) {
+fn dots(ui: &mut Ui, position: &LessonPosition, count: usize) {
     let colors = theme::accents(ui.visuals().dark_mode);
     for step in 0..count {
         let (rect, _) = ui.allocate_exact_size(vec2(9.0, 9.0), Sense::hover());
@@ -117,7 +121,7 @@ fn dots(ui: &mut Ui, position: &Position, count: usize) {
 }
 
 /// The list of lessons; tells which was chosen.
-pub(crate) fn list(ui: &mut Ui, progress: &Progress) -> Option<&'static str> {
+pub(crate) fn list(ui: &mut Ui, progress: &LessonProgress) -> Option<&'static str> {
     let mut chosen = None;
     let colors = theme::accents(ui.visuals().dark_mode);
     ui.add_space(4.0);

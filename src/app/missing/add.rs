@@ -4,11 +4,23 @@ use std::sync::Arc;
 
 use egui::{RichText, ScrollArea, Ui, vec2};
 
-use super::figures::{self, Figure, Manner};
-use super::{Act, Missing, RoundStep, Sight, cards, compare, stands, words};
+use super::act::Figure;
+use super::act::WalkAct;
+use super::choice;
+use super::figures::{self, Manner};
+use super::known::{WalkContext, stands};
+use super::room::Missing;
+use super::{cards, compare, words};
+use crate::app::state::RoundStep;
 use sindyscope_search::{Candidate, Stage};
 
-pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, before: &Arc<Stage>, acts: &mut Vec<Act>) {
+pub(super) fn show(
+    ui: &mut Ui,
+    room: &mut Missing,
+    sight: &WalkContext<'_>,
+    before: &Arc<Stage>,
+    acts: &mut Vec<WalkAct>,
+) {
     let candidates = sight.candidates();
     if candidates.is_empty() {
         let text = if sight.looking() { "looking for effects…" } else { "Press “Find what's missing” first" };
@@ -18,15 +30,15 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, before: &
     let by_choice = |choice: &Option<sindyscope_search::Choice>| {
         choice.as_ref().and_then(|choice| sight.offered().find(|c| c.choice == *choice))
     };
-    let next = next(room, sight);
-    let chosen = looked_at(room, sight);
+    let next = choice::next(room, sight);
+    let chosen = choice::looked_at(room, sight);
     let list = (0.32 * ui.available_height()).max(150.0);
     // The pointer was over a row in the frame before: the rows lie beneath the plot.
     let hovered =
         ui.data(|d| d.get_temp::<Option<sindyscope_search::Choice>>(egui::Id::unique("hovered candidate"))).flatten();
     let shown = by_choice(&hovered).or(chosen);
     let aside = shown.map_or_else(String::new, |c| format!("preview: {}", c.title));
-    if compare::record(ui, sight, (&before.traces, &mut room.record, &mut room.mass), &aside).is_some() {
+    if compare::record(ui, sight, (&before.traces, &mut room.view.record, &mut room.mass), &aside).is_some() {
         let size = vec2(ui.available_width(), ui.available_height() - list - 36.0);
         let figure = Figure::Time(RoundStep::Add);
         figures::show(ui, room, sight, (&figure, shown.map(|c| &c.choice)), Manner::new(size), acts);
@@ -38,7 +50,7 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, before: &
         ui.set_width(ui.available_width() - 10.0);
         for candidate in sight.offered() {
             let marks =
-                (chosen.is_some_and(|c| c.choice == candidate.choice), room.skipped.contains(&candidate.choice));
+                (chosen.is_some_and(|c| c.choice == candidate.choice), room.view.skipped.contains(&candidate.choice));
             if cards::row(ui, sight, before, candidate, marks, acts) {
                 under = Some(candidate.choice.clone());
             }
@@ -51,41 +63,30 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, before: &
     }
 }
 
-/// The candidate that is looked at: the one that was chosen, else the first that stands.
-pub(super) fn looked_at<'a>(room: &Missing, sight: &Sight<'a>) -> Option<&'a Candidate> {
-    let chosen = room.selected.as_ref().and_then(|choice| sight.offered().find(|c| c.choice == *choice));
-    chosen.or_else(|| next(room, sight)).or_else(|| sight.offered().next())
-}
-
-/// The first candidate that stands and was not skipped.
-fn next<'a>(room: &Missing, sight: &Sight<'a>) -> Option<&'a Candidate> {
-    sight.offered().filter(|c| stands(c)).find(|c| !room.skipped.contains(&c.choice))
-}
-
 /// Skip and undo; to accept is the button that leads on.
 fn buttons(
     ui: &mut Ui,
     room: &mut Missing,
-    sight: &Sight<'_>,
+    sight: &WalkContext<'_>,
     chosen: Option<&Candidate>,
     next: Option<&Candidate>,
-    acts: &mut Vec<Act>,
+    acts: &mut Vec<WalkAct>,
 ) {
     cards::line(ui, 30.0, |ui| {
         let Some(chosen) = chosen else { return };
         let mut after = sight.offered().filter(|c| stands(c) && c.choice != chosen.choice);
-        let after = after.find(|c| !room.skipped.contains(&c.choice)).map(|c| c.choice.clone());
+        let after = after.find(|c| !room.view.skipped.contains(&c.choice)).map(|c| c.choice.clone());
         let skip = ui.add_enabled(after.is_some(), egui::Button::new("Skip").min_size(vec2(60.0, 24.0)));
         if skip.on_hover_text("Pass it over and preview the next").clicked() {
-            room.skipped.push(chosen.choice.clone());
+            room.view.skipped.push(chosen.choice.clone());
             if let Some(choice) = after {
-                acts.push(Act::Select(choice));
+                acts.push(WalkAct::Select(choice));
             }
         }
         let undo =
             ui.add_enabled(!sight.walk.accepted.is_empty(), egui::Button::new("Undo last").min_size(vec2(80.0, 24.0)));
         if undo.on_hover_text("Take the effect that was added last out of the model").clicked() {
-            acts.push(Act::Undo);
+            acts.push(WalkAct::Undo);
         }
         let refused = sight.known.refused.as_ref().filter(|(c, _)| *c == chosen.choice);
         let text = match (refused, next) {
@@ -101,7 +102,7 @@ fn buttons(
         };
         ui.add(egui::Label::new(RichText::new(text).strong()).truncate());
         if next.is_none() && ui.link("what is left").clicked() {
-            acts.push(Act::Go(RoundStep::Verify));
+            acts.push(WalkAct::Go(RoundStep::Verify));
         }
     });
 }

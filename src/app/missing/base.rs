@@ -4,10 +4,12 @@ use std::collections::BTreeMap;
 
 use egui::{RichText, Ui};
 
+use super::act::WalkAct;
+use super::places;
+use super::room::Missing;
 use super::subject::Subject;
-use super::{Act, Base, Missing, places};
-use crate::app::bench::Bench;
-use crate::app::state::Edit;
+use crate::app::records::OpenRecords;
+use crate::app::state::{Base, Edit};
 use crate::app::theme;
 use crate::app::widgets::section;
 use sindyscope_core::study::{Lock, Settings};
@@ -15,7 +17,7 @@ use sindyscope_search::Stage;
 use sindyscope_values::term::{Kind, Layout as Symbols, Symbol, Term, list};
 
 /// The base model and the walk.
-pub(super) fn column(ui: &mut Ui, room: &mut Missing, bench: &Bench, edit: &mut Edit) -> Vec<Act> {
+pub(super) fn column(ui: &mut Ui, room: &mut Missing, bench: &OpenRecords, edit: &mut Edit) -> Vec<WalkAct> {
     let mut acts = Vec::new();
     section(ui, "BASE MODEL", |_| {}, |_| {});
     show(ui, &mut room.typing, bench, edit);
@@ -29,7 +31,7 @@ pub(super) fn column(ui: &mut Ui, room: &mut Missing, bench: &Bench, edit: &mut 
     match stage {
         Some(stage) if !stage.effects.is_empty() => {
             for (k, effect) in stage.effects.iter().enumerate() {
-                let color = super::stage_color(k + 1, sight.dark);
+                let color = super::known::stage_color(k + 1, sight.dark);
                 ui.horizontal(|ui| {
                     let (mark, _) = ui.allocate_exact_size(egui::vec2(4.0, 16.0), egui::Sense::hover());
                     ui.painter().rect_filled(mark, 1.0, color);
@@ -43,16 +45,16 @@ pub(super) fn column(ui: &mut Ui, room: &mut Missing, bench: &Bench, edit: &mut 
     }
     ui.horizontal_wrapped(|ui| {
         let begun = !edit.walk.accepted.is_empty();
-        let mut button = |ui: &mut Ui, label: &str, hint: &str, enabled: bool, act: Act| {
+        let mut button = |ui: &mut Ui, label: &str, hint: &str, enabled: bool, act: WalkAct| {
             let response = ui.add_enabled(enabled, egui::Button::new(label));
             if response.on_hover_text(hint).on_disabled_hover_text(hint).clicked() {
                 acts.push(act);
             }
         };
         let hint = "Take the model with all that was added as the equation of Identify, its coefficients fitted there";
-        button(ui, "Use in Identify", hint, stage.is_some(), Act::Use);
-        button(ui, "Copy", "Copy the model as plain text", stage.is_some(), Act::Copy);
-        button(ui, "Begin again", "Take every effect out of the model", begun, Act::Restart);
+        button(ui, "Use in Identify", hint, stage.is_some(), WalkAct::Use);
+        button(ui, "Copy", "Copy the model as plain text", stage.is_some(), WalkAct::Copy);
+        button(ui, "Begin again", "Take every effect out of the model", begun, WalkAct::Restart);
     });
     if let Some(problem) = stage.and_then(|s| settings(s, &edit.settings).err()) {
         let color = theme::accents(sight.dark).caution;
@@ -99,7 +101,7 @@ pub(super) fn settings(stage: &Stage, old: &Settings) -> Result<Settings, String
 }
 
 /// The choice of the model that the walk starts from.
-pub(super) fn show(ui: &mut Ui, typing: &mut Option<String>, bench: &Bench, edit: &mut Edit) {
+pub(super) fn show(ui: &mut Ui, typing: &mut Option<String>, bench: &OpenRecords, edit: &mut Edit) {
     let mut chosen = None;
     let width = ui.available_width() - 8.0;
     let combo = egui::ComboBox::from_id_salt("base model").width(width).selected_text(label(&edit.walk.base));
@@ -116,7 +118,7 @@ pub(super) fn show(ui: &mut Ui, typing: &mut Option<String>, bench: &Bench, edit
         if ui.selectable_label(matches!(walk.base, Base::Typed(_)), "typed terms").clicked() {
             let text = match &walk.base {
                 Base::Typed(terms) => text_of(terms, bench),
-                _ => super::identified(bench).map_or_else(|| "x, v".to_owned(), |t| text_of(&t, bench)),
+                _ => super::known::identified(bench).map_or_else(|| "x, v".to_owned(), |t| text_of(&t, bench)),
             };
             *typing = Some(text.clone());
             chosen = parse(&text, bench).ok().map(Base::Typed);
@@ -164,13 +166,13 @@ pub(super) fn label(base: &Base) -> &'static str {
     }
 }
 
-fn text_of(terms: &[Term], bench: &Bench) -> String {
+fn text_of(terms: &[Term], bench: &OpenRecords) -> String {
     let layout: Symbols = bench.layout(Kind::SecondOrder);
     terms.iter().map(|t| t.text(&layout)).collect::<Vec<_>>().join(", ")
 }
 
 /// Terms with commas between, which the records can have.
-fn parse(text: &str, bench: &Bench) -> Result<Vec<Term>, String> {
+fn parse(text: &str, bench: &OpenRecords) -> Result<Vec<Term>, String> {
     let terms = list(text).map_err(|e| e.to_string())?;
     if terms.is_empty() {
         return Err("type at least one term, as x".to_owned());
@@ -186,7 +188,7 @@ mod tests {
 
     #[test]
     fn typed_terms_are_read_and_wrong_ones_explained() {
-        let parse = |text: &str| parse(text, &Bench::default()).map(|t| t.len());
+        let parse = |text: &str| parse(text, &OpenRecords::default()).map(|t| t.len());
         assert_eq!(parse("x, v , u"), Ok(3));
         assert_eq!(parse("x, clip(x,0.1), max(x,v)"), Ok(3));
         assert!(parse(" , ").is_err());

@@ -1,13 +1,17 @@
 //! Candidates as cards, and as rows of a list.
 
 use egui::{
-    Align, FontId, Layout, Rect, RichText, Sense, Stroke, StrokeKind, Ui, UiBuilder, Vec2, WidgetInfo, pos2, vec2,
+    Align, Color32, FontId, Layout, Rect, Response, RichText, Sense, Stroke, StrokeKind, Ui, UiBuilder, Vec2,
+    WidgetInfo, pos2, vec2,
 };
 use sindyscope_values::format::units::raised;
 
-use super::figures::{self, Figure, Manner};
+use super::act::{Figure, WalkAct};
+use super::figures::{self, Manner};
+use super::known::{WalkContext, stage_color, stands};
+use super::room::Missing;
 use super::subject::short_title;
-use super::{Act, Missing, Sight, stage_color, stands, words};
+use super::words;
 use crate::app::plot::painter::{Wish, entries};
 use crate::app::theme;
 use sindyscope_search::{Candidate, Stage, Standing};
@@ -25,7 +29,7 @@ const TEXT_ROW: f32 = 15.0;
 const PLOT: f32 = 138.0;
 
 /// One line on how far a candidate has come: the first against the model without it, the others against the first.
-pub(super) fn standing(candidate: &Candidate, sight: &Sight<'_>) -> String {
+pub(super) fn standing(candidate: &Candidate, sight: &WalkContext<'_>) -> String {
     let looking = sight.looking();
     match &candidate.standing {
         Standing::Refitted => match behind(candidate, sight) {
@@ -40,7 +44,7 @@ pub(super) fn standing(candidate: &Candidate, sight: &Sight<'_>) -> String {
 }
 
 /// By how much a rival's criterion lies above that of the first candidate that stands; none for that one itself.
-fn behind(candidate: &Candidate, sight: &Sight<'_>) -> Option<f64> {
+fn behind(candidate: &Candidate, sight: &WalkContext<'_>) -> Option<f64> {
     let first = sight.candidates().iter().find(|c| stands(c))?;
     (first.choice != candidate.choice).then_some(candidate.delta_bic - first.delta_bic)
 }
@@ -49,11 +53,11 @@ fn behind(candidate: &Candidate, sight: &Sight<'_>) -> Option<f64> {
 pub(super) fn card(
     ui: &mut Ui,
     room: &mut Missing,
-    sight: &Sight<'_>,
+    sight: &WalkContext<'_>,
     before: &Stage,
     candidate: &Candidate,
     (rank, size): (Option<usize>, Vec2),
-    acts: &mut Vec<Act>,
+    acts: &mut Vec<WalkAct>,
 ) {
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     let plot_height = size.y - (HEIGHT - PLOT);
@@ -62,22 +66,10 @@ pub(super) fn card(
         return;
     }
     let colors = theme::accents(sight.dark);
-    let chosen = room.selected.as_ref() == Some(&candidate.choice);
+    let chosen = room.view.selected.as_ref() == Some(&candidate.choice);
     let faded = !stands(candidate) && !matches!(candidate.standing, Standing::Screened);
     let color = stage_color(before.effects.len() + 1, sight.dark);
-    let edge = if chosen {
-        Stroke::new(2.0, colors.accent)
-    } else if response.hovered() || response.has_focus() {
-        Stroke::new(1.5, colors.accent)
-    } else {
-        Stroke::new(1.0, colors.line)
-    };
-    let fill = if faded { ui.visuals().faint_bg_color } else { colors.card };
-    ui.painter().rect(rect, 5.0, fill, edge, StrokeKind::Inside);
-    if stands(candidate) {
-        let bar = Rect::from_min_size(rect.min + vec2(0.0, 5.0), vec2(3.0, rect.height() - 10.0));
-        ui.painter().rect_filled(bar, 1.0, color);
-    }
+    outline(ui, rect, &response, (chosen, faded), stands(candidate).then_some(color));
     let inner = rect.shrink2(vec2(10.0, 7.0));
     let mut child = ui.new_child(UiBuilder::new().max_rect(inner).layout(Layout::top_down(Align::Min)));
     let ui = &mut child;
@@ -103,6 +95,46 @@ pub(super) fn card(
         };
         ui.painter().text(plot.center(), egui::Align2::CENTER_CENTER, text, FontId::proportional(12.0), strong);
     }
+    evidence(ui, sight, before, candidate, strong);
+    let (reason, confused) = reasons(candidate, sight);
+    let body = if faded { strong } else { ui.visuals().text_color() };
+    explain(ui, (inner, rect.bottom()), (&reason, body), (&confused, colors.caution));
+    if let Some(drawing) = figures::kept(room, sight, &figure, None) {
+        let table = || drawing.panels().next().map_or_else(String::new, |p| drawing.table(p, &(0.0..=0.0)));
+        response.context_menu(|menu| match entries(menu, table) {
+            Some(Wish::Table(text)) => acts.push(WalkAct::SaveTable(figure.name(), text)),
+            Some(Wish::Picture) => acts.push(WalkAct::SaveFigure(figure.clone())),
+            None => {}
+        });
+    }
+    let full = format!("{}\n\n{}\n{confused}", candidate.explanation, raised(&candidate.why));
+    if response.on_hover_text(full.trim()).clicked() {
+        acts.push(WalkAct::Select(candidate.choice.clone()));
+        acts.push(WalkAct::Go(crate::app::state::RoundStep::Add));
+    }
+}
+
+/// Ground and edge of a card; with a bar in the effect's colour where the candidate stands.
+fn outline(ui: &Ui, rect: Rect, response: &Response, (chosen, faded): (bool, bool), bar: Option<Color32>) {
+    let colors = theme::accents(ui.visuals().dark_mode);
+    let edge = if chosen {
+        Stroke::new(2.0, colors.accent)
+    } else if response.hovered() || response.has_focus() {
+        Stroke::new(1.5, colors.accent)
+    } else {
+        Stroke::new(1.0, colors.line)
+    };
+    let fill = if faded { ui.visuals().faint_bg_color } else { colors.card };
+    ui.painter().rect(rect, 5.0, fill, edge, StrokeKind::Inside);
+    if let Some(color) = bar {
+        let bar = Rect::from_min_size(rect.min + vec2(0.0, 5.0), vec2(3.0, rect.height() - 10.0));
+        ui.painter().rect_filled(bar, 1.0, color);
+    }
+}
+
+/// Two lines: how the gap shrinks, and how far the candidate has come.
+fn evidence(ui: &mut Ui, sight: &WalkContext<'_>, before: &Stage, candidate: &Candidate, strong: Color32) {
+    let colors = theme::accents(sight.dark);
     line(ui, 18.0, |ui| match &candidate.stage {
         Some(stage) => {
             let what = if stage.gap.test_rmse.is_some() { "not fitted" } else { "fitted" };
@@ -133,6 +165,10 @@ pub(super) fn card(
             ui.label(RichText::new(words::delta_bic(value)).weak()).on_hover_text(hint);
         }
     });
+}
+
+/// Why it is among the candidates or cannot be shown, and what it cannot be told from; empty where there is nothing.
+fn reasons(candidate: &Candidate, sight: &WalkContext<'_>) -> (String, String) {
     let reason = match &candidate.standing {
         Standing::NotShown(reason) => reason.clone(),
         // Its figures stand above already.
@@ -146,32 +182,28 @@ pub(super) fn card(
         let words = if named { "Moves alike here, with more to it" } else { "Cannot be told from" };
         format!("{words}: {}.", candidate.confused_with.join(", "))
     };
-    let color = ui.visuals().text_color();
-    let rest = pos2(inner.left(), ui.cursor().top() + 2.0);
+    (reason, confused)
+}
+
+/// The reasons under a card's figures, each in its colour.
+fn explain(
+    ui: &Ui,
+    (inner, bottom): (Rect, f32),
+    (reason, body): (&str, Color32),
+    (confused, caution): (&str, Color32),
+) {
     let mut job = egui::text::LayoutJob::default();
     let format = |color| egui::text::TextFormat::simple(FontId::proportional(12.0), color);
-    job.append(&reason, 0.0, format(if faded { strong } else { color }));
+    job.append(reason, 0.0, format(body));
     if !confused.is_empty() {
-        job.append(&format!("\n{confused}"), 0.0, format(colors.caution));
+        job.append(&format!("\n{confused}"), 0.0, format(caution));
     }
+    let at = pos2(inner.left(), ui.cursor().top() + 2.0);
     job.wrap.max_width = inner.width();
     // What has no room is elided; the card's hint says it all.
-    job.wrap.max_rows = ((rect.bottom() - rest.y) / TEXT_ROW).floor().max(1.0) as usize;
+    job.wrap.max_rows = ((bottom - at.y) / TEXT_ROW).floor().max(1.0) as usize;
     let galley = ui.painter().layout_job(job);
-    ui.painter().galley(rest, galley, color);
-    if let Some(drawing) = figures::kept(room, sight, &figure, None) {
-        let table = || drawing.panels().next().map_or_else(String::new, |p| drawing.table(p, &(0.0..=0.0)));
-        response.context_menu(|menu| match entries(menu, table) {
-            Some(Wish::Table(text)) => acts.push(Act::SaveTable(figure.name(), text)),
-            Some(Wish::Picture) => acts.push(Act::SaveFigure(figure.clone())),
-            None => {}
-        });
-    }
-    let full = format!("{}\n\n{}\n{confused}", candidate.explanation, raised(&candidate.why));
-    if response.on_hover_text(full.trim()).clicked() {
-        acts.push(Act::Select(candidate.choice.clone()));
-        acts.push(Act::Go(super::RoundStep::Add));
-    }
+    ui.painter().galley(at, galley, body);
 }
 
 /// A line of a fixed height.
@@ -186,11 +218,11 @@ pub(super) fn line(ui: &mut Ui, height: f32, body: impl FnOnce(&mut Ui)) {
 /// A candidate as a row of a list: name, gap, standing. Tells whether it is under the pointer.
 pub(super) fn row(
     ui: &mut Ui,
-    sight: &Sight<'_>,
+    sight: &WalkContext<'_>,
     before: &Stage,
     candidate: &Candidate,
     marks: (bool, bool),
-    acts: &mut Vec<Act>,
+    acts: &mut Vec<WalkAct>,
 ) -> bool {
     let (chosen, skipped) = marks;
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 24.0), Sense::click());
@@ -224,7 +256,7 @@ pub(super) fn row(
     }
     let hovered = response.hovered();
     if response.on_hover_text(&candidate.why).clicked() {
-        acts.push(Act::Select(candidate.choice.clone()));
+        acts.push(WalkAct::Select(candidate.choice.clone()));
     }
     hovered
 }

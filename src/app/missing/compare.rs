@@ -5,20 +5,32 @@ use std::sync::Arc;
 
 use egui::{RichText, Ui, vec2};
 
-use super::figures::{self, Figure, Manner};
-use super::{Act, Missing, RoundStep, Sight, cards, stands, words};
+use super::act::Figure;
+use super::act::WalkAct;
+use super::choice;
+use super::figures::{self, Manner};
+use super::known::{WalkContext, stands};
+use super::room::Missing;
+use super::{cards, words};
 use crate::app::plot::palette::{self, Tint};
+use crate::app::state::RoundStep;
 use crate::app::theme;
-use sindyscope_search::{Place, Site, Stage, Trace as Response};
+use sindyscope_search::{Place, Stage, Trace as Response};
 use sindyscope_values::format::number::significant;
 use sindyscope_values::record::Usage;
 
 /// Least height of the row of maps, points.
 const MAPS: f32 = 160.0;
 
-pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, stage: &Arc<Stage>, acts: &mut Vec<Act>) {
+pub(super) fn show(
+    ui: &mut Ui,
+    room: &mut Missing,
+    sight: &WalkContext<'_>,
+    stage: &Arc<Stage>,
+    acts: &mut Vec<WalkAct>,
+) {
     sentence(ui, sight);
-    if record(ui, sight, (&stage.traces, &mut room.record, &mut room.mass), "").is_none() {
+    if record(ui, sight, (&stage.traces, &mut room.view.record, &mut room.mass), "").is_none() {
         return;
     }
     let maps = (0.34 * ui.available_height()).max(MAPS);
@@ -29,7 +41,7 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, stage: &A
 }
 
 /// Where it is, in a sentence of its own height.
-fn sentence(ui: &mut Ui, sight: &Sight<'_>) {
+fn sentence(ui: &mut Ui, sight: &WalkContext<'_>) {
     let size = vec2(ui.available_width(), 36.0);
     ui.allocate_ui_with_layout(size, egui::Layout::top_down(egui::Align::Min), |ui| {
         ui.set_min_size(size);
@@ -65,17 +77,12 @@ fn sentence(ui: &mut Ui, sight: &Sight<'_>) {
     });
 }
 
-/// Whether it was asked, and there is no gap beyond noise.
-pub(super) fn only_noise(sight: &Sight<'_>) -> bool {
-    sight.round().is_some_and(|r| !r.evidence.significant)
-}
-
 /// The map, and one profile.
-fn below(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, height: f32, acts: &mut Vec<Act>) {
+fn below(ui: &mut Ui, room: &mut Missing, sight: &WalkContext<'_>, height: f32, acts: &mut Vec<WalkAct>) {
     ui.horizontal_top(|ui| {
         let half = 0.5 * (ui.available_width() - 8.0);
         if !figures::show(ui, room, sight, (&Figure::Map, None), Manner::new(vec2(half, height)).compact(), acts) {
-            let why = if only_noise(sight) {
+            let why = if choice::only_noise(sight) {
                 "no gap beyond noise: there is nothing to map"
             } else {
                 "the map comes with the search"
@@ -84,30 +91,14 @@ fn below(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, height: f32, acts: 
         }
         ui.vertical(|ui| {
             ui.set_width(half);
-            let Some(place) = sight.place().filter(|p| !only_noise(sight) && !p.profiles.is_empty()) else { return };
-            chips(ui, room, place, profile(room, sight, place));
+            let Some(place) = sight.place().filter(|p| !choice::only_noise(sight) && !p.profiles.is_empty()) else {
+                return;
+            };
+            chips(ui, room, place, choice::profile(room, sight, place));
             let manner = Manner::new(vec2(half, height - 24.0)).compact();
             figures::show(ui, room, sight, (&Figure::Profile, None), manner, acts);
         });
     });
-}
-
-/// Which profile is shown: the one that was chosen, else that over the quantity of the place that was picked, of the
-/// likeliest effect, or, before there is one, of the motion.
-pub(super) fn profile(room: &Missing, sight: &Sight<'_>, place: &Place) -> usize {
-    let over = |name: &str| place.profiles.iter().position(|p| p.axis.0 == name);
-    let chosen = room.profile.as_deref().and_then(over);
-    // Profiles are in order of what they explain.
-    let among = |names: Vec<String>| place.profiles.iter().position(|p| names.contains(&p.axis.0));
-    let layout = sight.subject.layout;
-    let motion = |site: Site| [site.displacement(&layout), site.velocity(&layout)];
-    let picked = || sight.site.and_then(|site| among(motion(site).to_vec()));
-    let likeliest = || {
-        let first = sight.round()?.candidates.first().filter(|c| stands(c))?;
-        over(&first.curve.axis)
-    };
-    let of_motion = || among(sight.subject.sites().into_iter().flat_map(motion).collect());
-    chosen.or_else(picked).or_else(likeliest).or_else(of_motion).unwrap_or(0)
 }
 
 /// Which quantity the profile is over, the one that explains most first.
@@ -122,7 +113,7 @@ fn chips(ui: &mut Ui, room: &mut Missing, place: &Place, shown: usize) {
         let response = combo.show_ui(ui, |ui| {
             for k in 0..place.profiles.len() {
                 if ui.selectable_label(k == shown, text(k)).clicked() {
-                    room.profile = Some(place.profiles[k].axis.0.clone());
+                    room.view.profile = Some(place.profiles[k].axis.0.clone());
                 }
             }
         });
@@ -136,7 +127,7 @@ fn chips(ui: &mut Ui, room: &mut Missing, place: &Place, shown: usize) {
 /// one.
 pub(super) fn record<'a>(
     ui: &mut Ui,
-    sight: &Sight<'_>,
+    sight: &WalkContext<'_>,
     (traces, shown, mass): (&'a [Response], &mut usize, &mut usize),
     aside: &str,
 ) -> Option<&'a Response> {

@@ -4,70 +4,21 @@ use std::sync::Arc;
 
 use egui::{Context, Sense, Ui, Vec2};
 
+use super::act::{Figure, WalkAct};
+use super::choice;
+use super::known::WalkContext;
 use super::plots::{Shown, plot_id};
-use super::{Act, Missing, RoundStep, Sight, add, compare, verify};
-use crate::app::bench::Bench;
+use super::room::Missing;
 use crate::app::figure_panel::FigureLook;
 use crate::app::plot::painter::{self, Wish, zoom};
 use crate::app::plot::{display, palette};
-use crate::app::state::Edit;
+use crate::app::records::OpenRecords;
+use crate::app::state::{Edit, RoundStep};
 use palette::Ink;
 use sindyscope_report::figure::Figure as Drawing;
 use sindyscope_report::walk::{self, Compared, Lacking, Response};
 use sindyscope_search::{Choice, Curve, Map, Profile, Stage, Trace};
 use sindyscope_values::record::Usage;
-
-/// A figure that is saved alone.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Figure {
-    /// The plots over time of the step that is in view.
-    Time(RoundStep),
-    /// The missing force over displacement and velocity.
-    Map,
-    /// The missing force along one quantity.
-    Profile,
-    /// What is left at the end, along the quantity that orders it best.
-    Left,
-    /// The force of a candidate over the quantity at its place.
-    Curve(Choice),
-    /// The error after each effect.
-    Waterfall,
-}
-
-impl Figure {
-    /// What it is called, in the title of the panel and in the name of the file.
-    pub(crate) fn name(&self) -> &'static str {
-        match self {
-            Self::Time(RoundStep::Add) => "preview",
-            Self::Time(RoundStep::Verify) => "before and after",
-            Self::Time(_) => "gap",
-            Self::Map => "map",
-            Self::Profile => "missing force",
-            Self::Left => "what is left",
-            Self::Curve(_) => "effect",
-            Self::Waterfall => "errors",
-        }
-    }
-
-    /// What it is to those who hear the window.
-    fn spoken(&self) -> &'static str {
-        match self {
-            Self::Map => "Map of the missing force",
-            Self::Profile | Self::Left => "Missing force along one quantity",
-            other => other.name(),
-        }
-    }
-
-    /// Where it is shown.
-    fn place(&self) -> &'static str {
-        match self {
-            Self::Time(RoundStep::Add) => "add",
-            Self::Time(RoundStep::Verify) => "verify",
-            Self::Time(_) => "compare",
-            other => other.name(),
-        }
-    }
-}
 
 /// How a figure is drawn.
 #[derive(Clone, Copy, Debug)]
@@ -96,10 +47,10 @@ impl Manner {
 pub(super) fn show(
     ui: &mut Ui,
     room: &mut Missing,
-    sight: &Sight<'_>,
+    sight: &WalkContext<'_>,
     (figure, preview): (&Figure, Option<&Choice>),
     manner: Manner,
-    acts: &mut Vec<Act>,
+    acts: &mut Vec<WalkAct>,
 ) -> bool {
     let Some(drawing) = kept(room, sight, figure, preview) else { return false };
     let data: Vec<u64> = match figure {
@@ -123,8 +74,8 @@ pub(super) fn show(
         })
         .inner;
     match wish {
-        Some(Wish::Table(text)) => acts.push(Act::SaveTable(figure.name(), text)),
-        Some(Wish::Picture) => acts.push(Act::SaveFigure(figure.clone())),
+        Some(Wish::Table(text)) => acts.push(WalkAct::SaveTable(figure.name(), text)),
+        Some(Wish::Picture) => acts.push(WalkAct::SaveFigure(figure.clone())),
         None => {}
     }
     true
@@ -133,7 +84,7 @@ pub(super) fn show(
 /// A figure, kept as long as it would be the same; none where there is nothing to draw.
 pub(super) fn kept(
     room: &mut Missing,
-    sight: &Sight<'_>,
+    sight: &WalkContext<'_>,
     figure: &Figure,
     preview: Option<&Choice>,
 ) -> Option<Arc<Drawing>> {
@@ -148,7 +99,7 @@ pub(super) fn kept(
 /// The stages whose responses a step shows over each other: what each is called, how many effects it has, and its line's width.
 fn stages_shown<'a>(
     room: &Missing,
-    sight: &Sight<'a>,
+    sight: &WalkContext<'a>,
     step: RoundStep,
     preview: Option<&Choice>,
 ) -> Option<(Vec<(&'static str, Ink, f32, &'a Stage)>, &'a Trace)> {
@@ -156,8 +107,8 @@ fn stages_shown<'a>(
     match step {
         RoundStep::Add => {
             let before: &Stage = sight.stage()?;
-            let choice = preview.cloned().or_else(|| add::looked_at(room, sight).map(|c| c.choice.clone()));
-            let trace = before.traces.get(room.record)?;
+            let choice = preview.cloned().or_else(|| choice::looked_at(room, sight).map(|c| c.choice.clone()));
+            let trace = before.traces.get(room.view.record)?;
             let effects = before.effects.len();
             let after = choice.and_then(|choice| sight.with(&choice));
             let after = after.filter(|s| find(s, &trace.record).is_some());
@@ -168,7 +119,7 @@ fn stages_shown<'a>(
         RoundStep::Verify => {
             let all = sight.stages();
             let (first, last) = (*all.first()?, *all.last()?);
-            let trace = last.traces.get(verify::record_shown(room, last))?;
+            let trace = last.traces.get(choice::record_shown(room, last))?;
             let mut stages = Vec::new();
             if all.len() > 1 && find(first, &trace.record).is_some() {
                 stages.push(("before", Ink::of_stage(0), 1.1, &**first));
@@ -179,14 +130,14 @@ fn stages_shown<'a>(
         }
         _ => {
             let stage: &Stage = sight.stage()?;
-            let trace = stage.traces.get(room.record)?;
+            let trace = stage.traces.get(room.view.record)?;
             Some((vec![("simulated", Ink::of_stage(sight.walk.accepted.len()), Ink::Identified.width(), stage)], trace))
         }
     }
 }
 
 /// What a figure is made of, as something that tells it from others; none where there is nothing to draw.
-fn made_of(room: &Missing, sight: &Sight<'_>, figure: &Figure, preview: Option<&Choice>) -> Option<Vec<u64>> {
+fn made_of(room: &Missing, sight: &WalkContext<'_>, figure: &Figure, preview: Option<&Choice>) -> Option<Vec<u64>> {
     let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<u64>>();
     let pairs = |points: &[[f64; 2]]| points.iter().flatten().map(|v| v.to_bits()).collect::<Vec<u64>>();
     Some(match figure {
@@ -195,7 +146,7 @@ fn made_of(room: &Missing, sight: &Sight<'_>, figure: &Figure, preview: Option<&
             let address = |values: &Arc<[f64]>| values.as_ptr() as u64;
             let force = force(sight, trace).map_or(0, |f| address(&f.force));
             let mut made_of = vec![sight.mass as u64, sight.noise(trace).to_bits(), force];
-            made_of.push(u64::from(compare::only_noise(sight)));
+            made_of.push(u64::from(choice::only_noise(sight)));
             made_of.push(address(trace.of_mass(sight.mass).0));
             for (_, _, _, stage) in stages {
                 let trace = stage.traces.iter().find(|t| t.record == trace.record)?;
@@ -220,7 +171,7 @@ fn made_of(room: &Missing, sight: &Sight<'_>, figure: &Figure, preview: Option<&
 }
 
 /// Makes a figure; none where there is nothing to draw.
-fn make(room: &Missing, sight: &Sight<'_>, figure: &Figure, preview: Option<&Choice>) -> Option<Drawing> {
+fn make(room: &Missing, sight: &WalkContext<'_>, figure: &Figure, preview: Option<&Choice>) -> Option<Drawing> {
     let acceleration = &sight.subject.acceleration;
     match figure {
         Figure::Time(step) => {
@@ -250,7 +201,7 @@ fn make(room: &Missing, sight: &Sight<'_>, figure: &Figure, preview: Option<&Cho
                 _ => "the missing force comes with the search",
             };
             // Of noise there is no worst stretch.
-            let marked = !compare::only_noise(sight);
+            let marked = !choice::only_noise(sight);
             let lacking = Lacking { force: force(sight, trace), name: &name, unit: acceleration, note, marked };
             Some(walk::gap(&compared, responses.first()?, &lacking))
         }
@@ -268,24 +219,24 @@ fn make(room: &Missing, sight: &Sight<'_>, figure: &Figure, preview: Option<&Cho
     }
 }
 
-fn force<'a>(sight: &Sight<'a>, trace: &Trace) -> Option<&'a sindyscope_search::MissingForce> {
+fn force<'a>(sight: &WalkContext<'a>, trace: &Trace) -> Option<&'a sindyscope_search::MissingForce> {
     sight.place()?.force.iter().find(|f| f.record == trace.record)
 }
 
-fn map<'a>(sight: &Sight<'a>) -> Option<&'a Map> {
-    sight.place().filter(|_| !compare::only_noise(sight)).map(|p| &p.map).filter(|m| !m.mean.is_empty())
+fn map<'a>(sight: &WalkContext<'a>) -> Option<&'a Map> {
+    sight.place().filter(|_| !choice::only_noise(sight)).map(|p| &p.map).filter(|m| !m.mean.is_empty())
 }
 
-fn profile<'a>(room: &Missing, sight: &Sight<'a>, figure: &Figure) -> Option<&'a Profile> {
+fn profile<'a>(room: &Missing, sight: &WalkContext<'a>, figure: &Figure) -> Option<&'a Profile> {
     if *figure == Figure::Left {
         return sight.round()?.place.profiles.first();
     }
     let place = sight.place().filter(|p| !p.profiles.is_empty())?;
-    place.profiles.get(compare::profile(room, sight, place))
+    place.profiles.get(choice::profile(room, sight, place))
 }
 
 /// A candidate's curve, its title and the ink that it would have.
-fn curve<'a>(sight: &Sight<'a>, choice: &Choice) -> Option<(&'a Curve, &'a str, Ink)> {
+fn curve<'a>(sight: &WalkContext<'a>, choice: &Choice) -> Option<(&'a Curve, &'a str, Ink)> {
     let candidate = sight.candidates().iter().find(|c| c.choice == *choice)?;
     Some((&candidate.curve, &candidate.title, Ink::of_stage(sight.stage()?.effects.len() + 1)))
 }
@@ -293,7 +244,7 @@ fn curve<'a>(sight: &Sight<'a>, choice: &Choice) -> Option<(&'a Curve, &'a str, 
 impl Missing {
     /// The figure that is saved without one being pointed at.
     pub(crate) fn main_figure(&self) -> Figure {
-        match (self.step, &self.selected) {
+        match (self.view.step, &self.view.selected) {
             (RoundStep::Name, Some(choice)) => Figure::Curve(choice.clone()),
             (RoundStep::Name, None) => Figure::Profile,
             (step, _) => Figure::Time(step),
@@ -306,10 +257,10 @@ impl Missing {
         &mut self,
         like: &Context,
         figure: &Figure,
-        (bench, edit): (&Bench, &Edit),
+        (bench, edit): (&OpenRecords, &Edit),
         look: FigureLook,
     ) -> Option<String> {
-        let subject = super::Subject::of(bench);
+        let subject = super::subject::Subject::of(bench);
         let known = std::mem::take(&mut self.known);
         let sight = self.sight(&known, &edit.walk, &subject, false);
         let drawing = make(self, &sight, figure, None);

@@ -3,7 +3,8 @@
 use egui::{Align, Color32, FontId, Layout as Flow, Rect, RichText, Sense, Ui, WidgetInfo, pos2, vec2};
 use sindyscope_values::format::units::{as_fraction, format_si};
 
-use super::{Sight, stage_color, words};
+use super::known::{WalkContext, stage_color};
+use super::words;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{card, section, share_bar};
 use sindyscope_rig::Truth;
@@ -20,7 +21,7 @@ const NOISE: &str = "Standard deviation of the noise in the samples that are sea
 /// Questions that are shown without being asked for.
 const SHOWN: usize = 5;
 
-pub(super) fn show(ui: &mut Ui, sight: &Sight<'_>, preview: Option<&Choice>) {
+pub(super) fn show(ui: &mut Ui, sight: &WalkContext<'_>, preview: Option<&Choice>) {
     let stage = preview.and_then(|c| sight.with(c)).or(sight.stage());
     gap(ui, sight);
     equation(ui, sight, stage.map(|s| &**s), stage.is_some() && preview.and_then(|c| sight.with(c)).is_some());
@@ -30,7 +31,7 @@ pub(super) fn show(ui: &mut Ui, sight: &Sight<'_>, preview: Option<&Choice>) {
 }
 
 /// What the virtual rig hid, beside what was found.
-pub(super) fn truth(ui: &mut Ui, sight: &Sight<'_>, truth: &Truth) {
+pub(super) fn truth(ui: &mut Ui, sight: &WalkContext<'_>, truth: &Truth) {
     section(ui, "THE TRUTH", |_| {}, |_| {});
     let colors = theme::accents(sight.dark);
     let found: Vec<&str> = sight.walk.accepted.iter().map(|c| c.effect.as_str()).collect();
@@ -60,7 +61,7 @@ pub(super) fn truth(ui: &mut Ui, sight: &Sight<'_>, truth: &Truth) {
 }
 
 /// The gap now, beside the noise floor.
-fn gap(ui: &mut Ui, sight: &Sight<'_>) {
+fn gap(ui: &mut Ui, sight: &WalkContext<'_>) {
     section(ui, "GAP", |_| {}, |_| {});
     let size = vec2(ui.available_width(), 50.0);
     let Some(stage) = sight.stage() else {
@@ -90,7 +91,7 @@ fn gap(ui: &mut Ui, sight: &Sight<'_>) {
     });
 }
 
-fn equation(ui: &mut Ui, sight: &Sight<'_>, stage: Option<&Stage>, preview: bool) {
+fn equation(ui: &mut Ui, sight: &WalkContext<'_>, stage: Option<&Stage>, preview: bool) {
     let aside = |ui: &mut Ui| {
         if preview {
             ui.label(RichText::new("preview").size(11.0).color(theme::accents(sight.dark).accent));
@@ -171,7 +172,7 @@ fn term_row(ui: &mut Ui, number: &str, pretty: &str, share: f64, color: Option<C
 }
 
 /// The statistical questions and their answers in words.
-fn evidence(ui: &mut Ui, sight: &Sight<'_>) {
+fn evidence(ui: &mut Ui, sight: &WalkContext<'_>) {
     let Some(round) = sight.round() else { return };
     section(ui, "IS IT CHANCE?", |_| {}, |_| {});
     let colors = theme::accents(sight.dark);
@@ -211,7 +212,7 @@ fn questions(ui: &mut Ui, tests: &[Test], gap: bool) {
 }
 
 /// What was done to the data, and what they cannot show: said before any fit.
-fn knowing(ui: &mut Ui, sight: &Sight<'_>) {
+fn knowing(ui: &mut Ui, sight: &WalkContext<'_>) {
     let known = sight.known;
     if known.notices.is_empty() && known.blind.is_empty() {
         return;

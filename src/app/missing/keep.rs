@@ -5,7 +5,6 @@
 
 use std::sync::Arc;
 
-use super::{Missing, Wanted};
 use sindyscope_search::Found;
 
 /// Walks put aside that can come back.
@@ -18,15 +17,20 @@ const DROPPED: &str = "What was found missing was left out: it was found of othe
 #[derive(Debug, Default)]
 pub(super) struct Shelf {
     /// That in view.
-    found: Option<Arc<Found>>,
+    pub(super) found: Option<Arc<Found>>,
     /// One that came with a project or the session and is not in view yet.
-    coming: Option<Arc<Found>>,
+    pub(super) coming: Option<Arc<Found>>,
     /// Those of other records or another base model, the newest first.
     past: Vec<Arc<Found>>,
-    note: Option<&'static str>,
+    pub(super) note: Option<&'static str>,
 }
 
 impl Shelf {
+    /// Nothing but a walk that came with a project or the session, if one did.
+    pub(super) fn awaiting(coming: Option<Arc<Found>>) -> Self {
+        Self { coming, ..Self::default() }
+    }
+
     /// What may come back, what is awaited first.
     pub(super) fn candidates(&self) -> Vec<Arc<Found>> {
         self.coming.iter().chain(&self.past).cloned().collect()
@@ -60,35 +64,5 @@ impl Shelf {
         self.past.retain(|past| !past.is_of_the_same_as(&found));
         self.past.insert(0, found);
         self.past.truncate(PAST);
-    }
-}
-
-impl Missing {
-    /// Brings back what was kept with the records that are opened, as soon as the room is looked at.
-    pub(crate) fn bring_back(&mut self, found: Option<Arc<Found>>) -> Option<Wanted> {
-        let wanted = self.forget();
-        self.shelf = Shelf { coming: found, ..Shelf::default() };
-        wanted
-    }
-
-    /// What is to be kept.
-    pub(crate) fn found(&self) -> Option<&Arc<Found>> {
-        self.shelf.found.as_ref().or(self.shelf.coming.as_ref())
-    }
-
-    /// What is to be told of it, once.
-    pub(crate) fn note(&mut self) -> Option<&'static str> {
-        self.shelf.note.take()
-    }
-
-    /// Keeps what is known now. Without a look there is nothing that fitting anew would not give.
-    pub(super) fn keep(&mut self) {
-        let known = &self.known;
-        let base = known.key.as_ref().and_then(|key| key.base.clone());
-        if !known.rounds.is_empty() {
-            let of = (known.records.clone(), base);
-            let found = Found::new(of, &known.stages, &known.rounds, &known.conclusions);
-            self.shelf.found = Some(Arc::new(found));
-        }
     }
 }

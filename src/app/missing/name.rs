@@ -2,15 +2,18 @@
 
 use egui::{RichText, ScrollArea, Ui, vec2};
 
+use super::act::WalkAct;
+use super::known::{WalkContext, stands};
+use super::room::Missing;
 use super::subject::site_name;
 use super::words::capitalised;
-use super::{Act, Missing, Sight, cards, stands, words};
+use super::{cards, words};
 use sindyscope_search::{Candidate, Standing};
 
 /// Space between cards, points.
 const SPACE: f32 = 8.0;
 
-pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, acts: &mut Vec<Act>) {
+pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &WalkContext<'_>, acts: &mut Vec<WalkAct>) {
     let Some(before) = sight.stage() else { return };
     let candidates = sight.candidates();
     if candidates.is_empty() {
@@ -30,7 +33,7 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, acts: &mu
         };
         ui.add(egui::Label::new(RichText::new(text).size(13.5)).truncate());
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-            ui.checkbox(&mut room.show_all, format!("show all ({hidden} more)")).on_hover_text(
+            ui.checkbox(&mut room.view.show_all, format!("show all ({hidden} more)")).on_hover_text(
                 "Also the effects that were refused, and those that these data cannot show, with the reason",
             );
         });
@@ -43,7 +46,7 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, acts: &mu
         });
     }
     // With nothing that stands there is more to learn from what was refused.
-    let all = room.show_all || !sight.offered().any(stands) && !sight.looking();
+    let all = room.view.show_all || !sight.offered().any(stands) && !sight.looking();
     let shown: Vec<&Candidate> = sight.offered().filter(|c| all || likely(c)).collect();
     let tall = ui.available_height() - 4.0;
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {

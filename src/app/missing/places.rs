@@ -3,21 +3,22 @@
 use egui::{RichText, Ui};
 
 use super::chain::{self, Chain};
+use super::known::{WalkContext, stage_color, stands};
+use super::room::Missing;
 use super::subject::site_name;
 use super::words::capitalised;
-use super::{Missing, Sight, stage_color, stands};
 use crate::app::widgets::section;
 use sindyscope_search::{Candidate, Site, Stage, within};
 use sindyscope_values::term::{Expression, Symbol};
 
 /// Draws the section; nothing where there is one place alone.
-pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>) {
+pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &WalkContext<'_>) {
     if sight.subject.sites().len() < 2 {
         return;
     }
     section(ui, "PLACES", |_| {}, |_| {});
     let stage = sight.stage().map(|s| &**s);
-    let chosen = room.hovered.as_ref().or(room.selected.as_ref());
+    let chosen = room.hovered.as_ref().or(room.view.selected.as_ref());
     let chosen = chosen.and_then(|choice| sight.candidates().iter().find(|c| c.choice == *choice));
     let looked_at = chosen.or_else(|| sight.offered().find(|c| stands(c))).and_then(|c| c.place);
     let effects = stage.map_or(&[][..], |s| &s.effects);
@@ -29,20 +30,20 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>) {
     let picture = Chain {
         subject: sight.subject,
         force: stage.and_then(driven),
-        picked: room.site,
+        picked: room.view.site,
         looked_at,
         added: &added,
         known: &|site| known(sight, stage, site),
     };
     if let Some(site) = chain::show(ui, &picture) {
-        room.pick(site);
+        room.view.pick(site);
     }
     let masses = sight.subject.masses();
-    ui.horizontal(|ui| match room.site {
+    ui.horizontal(|ui| match room.view.site {
         Some(site) => {
             ui.strong(capitalised(&site_name(site, masses)));
             if ui.button("All places").on_hover_text("Show the candidates of every place").clicked() {
-                room.site = None;
+                room.view.site = None;
             }
         }
         None => {
@@ -53,7 +54,7 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>) {
 }
 
 /// What was added at a place, and what its candidates come to.
-fn known(sight: &Sight<'_>, stage: Option<&Stage>, site: Site) -> String {
+fn known(sight: &WalkContext<'_>, stage: Option<&Stage>, site: Site) -> String {
     let effects = stage.map_or(&[][..], |s| &s.effects);
     let mut lines: Vec<String> =
         effects.iter().filter(|e| e.place == Some(site)).map(|e| format!("added: {}", within(&e.title))).collect();

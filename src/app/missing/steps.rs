@@ -2,7 +2,11 @@
 
 use egui::{Align, Color32, Layout, Rect, RichText, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 
-use super::{Act, Missing, RoundStep, Sight, base, stands, work};
+use super::act::WalkAct;
+use super::known::{WalkContext, stands};
+use super::room::Missing;
+use super::{base, work};
+use crate::app::state::RoundStep;
 use crate::app::theme::{self, ROW};
 use sindyscope_search::Standing;
 
@@ -13,11 +17,11 @@ const ROOMY: f32 = 530.0;
 /// Radius of a step's number, points.
 const RADIUS: f32 = 10.0;
 
-pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, hidden: bool, acts: &mut Vec<Act>) {
+pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &WalkContext<'_>, hidden: bool, acts: &mut Vec<WalkAct>) {
     let size = vec2(ui.available_width(), HEIGHT);
     ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
         ui.set_min_size(size);
-        stepper(ui, room.step, sight, acts);
+        stepper(ui, room.view.step, sight, acts);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| primary(ui, room, sight, acts));
     });
     let size = vec2(ui.available_width(), ROW + 2.0);
@@ -25,10 +29,10 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, hidden: b
         ui.set_min_size(size);
         ui.weak(format!("Base: {}", base::label(&sight.walk.base)));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            if hidden && !room.revealed {
+            if hidden && !room.view.revealed {
                 let button = egui::Button::new("Reveal the truth");
                 if ui.add(button).on_hover_text("Tell what the virtual rig hid in these records").clicked() {
-                    acts.push(Act::Reveal);
+                    acts.push(WalkAct::Reveal);
                 }
             }
             under_way(ui, sight, acts);
@@ -44,7 +48,7 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, hidden: b
 }
 
 /// How far the walk can be walked.
-fn reached(sight: &Sight<'_>, step: RoundStep) -> bool {
+fn reached(sight: &WalkContext<'_>, step: RoundStep) -> bool {
     match step {
         RoundStep::Compare => true,
         RoundStep::Name | RoundStep::Add => !sight.candidates().is_empty(),
@@ -52,7 +56,7 @@ fn reached(sight: &Sight<'_>, step: RoundStep) -> bool {
     }
 }
 
-fn stepper(ui: &mut Ui, shown: RoundStep, sight: &Sight<'_>, acts: &mut Vec<Act>) {
+fn stepper(ui: &mut Ui, shown: RoundStep, sight: &WalkContext<'_>, acts: &mut Vec<WalkAct>) {
     ui.spacing_mut().item_spacing.x = 0.0;
     let colors = theme::accents(sight.dark);
     let roomy = ui.available_width() >= ROOMY;
@@ -86,7 +90,7 @@ fn stepper(ui: &mut Ui, shown: RoundStep, sight: &Sight<'_>, acts: &mut Vec<Act>
         let at = pos2(center.x + RADIUS + 6.0, rect.center().y - 0.5 * galley.size().y);
         painter.galley(at, galley, color);
         if response.on_hover_text(format!("{}: {}", step.label(), step.tooltip())).clicked() {
-            acts.push(Act::Go(step));
+            acts.push(WalkAct::Go(step));
         }
         if k + 1 < RoundStep::ALL.len() {
             let (line, _) = ui.allocate_exact_size(vec2(16.0, HEIGHT), Sense::hover());
@@ -98,52 +102,52 @@ fn stepper(ui: &mut Ui, shown: RoundStep, sight: &Sight<'_>, acts: &mut Vec<Act>
 }
 
 /// The one button that leads on.
-fn primary(ui: &mut Ui, room: &Missing, sight: &Sight<'_>, acts: &mut Vec<Act>) {
+fn primary(ui: &mut Ui, room: &Missing, sight: &WalkContext<'_>, acts: &mut Vec<WalkAct>) {
     let first = sight.offered().find(|c| stands(c)).map(|c| c.choice.clone());
     let begun = sight.round().is_some() || sight.looking();
     let ends = sight.round().is_some_and(|r| work::ends(r));
-    let (text, hint, act): (&str, &str, Option<Vec<Act>>) = match room.step {
+    let (text, hint, act): (&str, &str, Option<Vec<WalkAct>>) = match room.view.step {
         _ if sight.stage().is_none() => ("Find what's missing", "The base model is being fitted", None),
         RoundStep::Compare if !begun => (
             "Find what's missing",
             "Look for a gap beyond noise, and for the effects that would close it",
-            Some(vec![Act::Look]),
+            Some(vec![WalkAct::Look]),
         ),
         RoundStep::Compare if ends => {
-            ("Next", "Nothing can be named: see what is left", Some(vec![Act::Go(RoundStep::Verify)]))
+            ("Next", "Nothing can be named: see what is left", Some(vec![WalkAct::Go(RoundStep::Verify)]))
         }
         RoundStep::Compare => {
             let ready = !sight.candidates().is_empty();
-            ("Next", "Which effect is it?", ready.then(|| vec![Act::Go(RoundStep::Name)]))
+            ("Next", "Which effect is it?", ready.then(|| vec![WalkAct::Go(RoundStep::Name)]))
         }
         RoundStep::Name | RoundStep::Add if !begun => {
-            ("Find what's missing", "Look for the effects that would close the gap", Some(vec![Act::Look]))
+            ("Find what's missing", "Look for the effects that would close the gap", Some(vec![WalkAct::Look]))
         }
         RoundStep::Name if ends => {
-            ("Next", "Nothing can be named: see what is left", Some(vec![Act::Go(RoundStep::Verify)]))
+            ("Next", "Nothing can be named: see what is left", Some(vec![WalkAct::Go(RoundStep::Verify)]))
         }
         RoundStep::Name => {
             let hint = match first {
                 None if sight.site.is_some() => "No effect stands at the place that was picked",
                 _ => "See what the likeliest effect does to the response",
             };
-            ("Next", hint, first.map(|choice| vec![Act::Select(choice), Act::Go(RoundStep::Add)]))
+            ("Next", hint, first.map(|choice| vec![WalkAct::Select(choice), WalkAct::Go(RoundStep::Add)]))
         }
         RoundStep::Add => {
-            let chosen = room.selected.clone().or(first);
+            let chosen = room.view.selected.clone().or(first);
             let candidate = chosen.as_ref().and_then(|c| sight.candidates().iter().find(|o| o.choice == *c));
             match candidate {
                 Some(c) if sight.with(&c.choice).is_none() => {
                     let possible = !matches!(c.standing, Standing::NotShown(_)) && sight.running.is_none();
-                    let act = possible.then(|| vec![Act::Try(c.choice.clone())]);
+                    let act = possible.then(|| vec![WalkAct::Try(c.choice.clone())]);
                     ("Fit it", "It was only screened: fit it to the measured response", act)
                 }
                 Some(c) if stands(c) => {
-                    ("Accept", "Add the effect to the model", Some(vec![Act::Accept(c.choice.clone())]))
+                    ("Accept", "Add the effect to the model", Some(vec![WalkAct::Accept(c.choice.clone())]))
                 }
                 Some(c) => {
                     let hint = "Add it although it was refused or not judged: the verdict stays with you";
-                    ("Accept all the same", hint, Some(vec![Act::Accept(c.choice.clone())]))
+                    ("Accept all the same", hint, Some(vec![WalkAct::Accept(c.choice.clone())]))
                 }
                 None => ("Accept", "Choose an effect first", None),
             }
@@ -151,7 +155,7 @@ fn primary(ui: &mut Ui, room: &Missing, sight: &Sight<'_>, acts: &mut Vec<Act>) 
         RoundStep::Verify if sight.looking() => ("Look again", "A look is under way", None),
         RoundStep::Verify if ends => ("Look again", "There is nothing left to look for that these data can show", None),
         RoundStep::Verify => {
-            ("Look again", "Ask what is still missing from the model as it stands", Some(vec![Act::Look]))
+            ("Look again", "Ask what is still missing from the model as it stands", Some(vec![WalkAct::Look]))
         }
     };
     let colors = theme::accents(sight.dark);
@@ -169,10 +173,10 @@ fn primary(ui: &mut Ui, room: &Missing, sight: &Sight<'_>, acts: &mut Vec<Act>) 
 }
 
 /// What runs, and a button that stops it.
-fn under_way(ui: &mut Ui, sight: &Sight<'_>, acts: &mut Vec<Act>) {
+fn under_way(ui: &mut Ui, sight: &WalkContext<'_>, acts: &mut Vec<WalkAct>) {
     let Some(running) = sight.running else { return };
     if ui.small_button("Cancel").on_hover_text("Stop; what was found stays").clicked() {
-        acts.push(Act::Cancel);
+        acts.push(WalkAct::Cancel);
     }
     ui.add(egui::Label::new(RichText::new(running.sentence).weak()).truncate());
 }

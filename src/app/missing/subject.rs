@@ -1,6 +1,6 @@
 //! What the records are of: the masses, what the sensor of each shows, and whether the base moves.
 
-use crate::app::bench::Bench;
+use crate::app::records::OpenRecords;
 use sindyscope_core::study::base_excited;
 use sindyscope_search::{Candidate, Site};
 use sindyscope_values::format::units::per_second;
@@ -29,7 +29,7 @@ pub(super) struct Sensor {
 }
 
 impl Subject {
-    pub(super) fn of(bench: &Bench) -> Self {
+    pub(super) fn of(bench: &OpenRecords) -> Self {
         let Some(record) = bench.records.first() else { return Self::default() };
         let layout = record.layout(Kind::SecondOrder);
         let masses = layout.freedoms;

@@ -5,25 +5,30 @@ use sindyscope_values::format::units::raised;
 
 use egui::{RichText, ScrollArea, Ui, vec2};
 
-use super::figures::{self, Figure, Manner};
-use super::{Act, Missing, RoundStep, Sight, compare, words};
+use super::act::Figure;
+use super::act::WalkAct;
+use super::choice;
+use super::figures::{self, Manner};
+use super::known::WalkContext;
+use super::room::Missing;
+use super::{compare, words};
+use crate::app::state::RoundStep;
 use crate::app::theme;
 use crate::app::widgets::card;
-use sindyscope_values::record::Usage;
 
-pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, acts: &mut Vec<Act>) {
+pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &WalkContext<'_>, acts: &mut Vec<WalkAct>) {
     let stages = sight.stages();
     let (Some(first), Some(last)) = (stages.first(), stages.last()) else {
         ui.centered_and_justified(|ui| ui.weak("fitting…"));
         return;
     };
     verdict(ui, sight, first, last);
-    let mut shown = record_shown(room, last);
+    let mut shown = choice::record_shown(room, last);
     let was = shown;
     let below = (0.40 * ui.available_height()).max(210.0);
     let any = compare::record(ui, sight, (&last.traces, &mut shown, &mut room.mass), "").is_some();
     if shown != was {
-        room.verified = Some(shown);
+        room.view.verified = Some(shown);
     }
     if any {
         let size = vec2(ui.available_width(), ui.available_height() - below - 6.0);
@@ -47,14 +52,8 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, acts: &mu
     });
 }
 
-/// Which record is shown: the one that was chosen, else the first that was never fitted.
-pub(super) fn record_shown(room: &Missing, stage: &Stage) -> usize {
-    let held_out = || stage.traces.iter().position(|t| t.usage == Usage::HeldOut);
-    room.verified.or_else(held_out).unwrap_or(0)
-}
-
 /// The verdict in one sentence, in room of a fixed height.
-fn verdict(ui: &mut Ui, sight: &Sight<'_>, first: &Stage, last: &Stage) {
+fn verdict(ui: &mut Ui, sight: &WalkContext<'_>, first: &Stage, last: &Stage) {
     let size = vec2(ui.available_width(), 40.0);
     ui.allocate_ui_with_layout(size, egui::Layout::top_down(egui::Align::Min), |ui| {
         ui.set_min_size(size);
@@ -85,7 +84,7 @@ fn verdict(ui: &mut Ui, sight: &Sight<'_>, first: &Stage, last: &Stage) {
 }
 
 /// What remains, and what would tell more.
-fn left(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, height: f32, acts: &mut Vec<Act>) {
+fn left(ui: &mut Ui, room: &mut Missing, sight: &WalkContext<'_>, height: f32, acts: &mut Vec<WalkAct>) {
     let colors = theme::accents(sight.dark);
     let round = sight.round();
     let asked = round.or_else(|| {
@@ -122,7 +121,7 @@ fn left(ui: &mut Ui, room: &mut Missing, sight: &Sight<'_>, height: f32, acts: &
         ui.weak("asking what is left…");
     }
     if !sight.walk.accepted.is_empty() && ui.button("Undo last effect").clicked() {
-        acts.push(Act::Undo);
+        acts.push(WalkAct::Undo);
     }
 }
 

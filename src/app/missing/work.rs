@@ -42,6 +42,8 @@ pub(crate) struct Request {
     pub(crate) choices: Vec<Choice>,
     /// The rounds that led to them, as far as they are known.
     pub(crate) rounds: Vec<Arc<Round>>,
+    /// The stages on the way that are known, by their effects.
+    pub(crate) stages: HashMap<Vec<Choice>, Arc<Stage>>,
     /// Walks that were kept: the first that is of these records and this base comes back.
     pub(crate) kept: Vec<Arc<Found>>,
     pub(crate) want: Want,
@@ -92,7 +94,7 @@ pub(crate) fn run(
     teller: &Teller<'_>,
     cancel: &Cancel,
 ) -> Result<(), String> {
-    let Request { key, records, choices, rounds, kept, want } = request;
+    let Request { key, records, choices, rounds, stages: mut known, kept, want } = request;
     let told = |e: GapError| for_the_window(&e);
     let (search, records) = search_of(cached, &key, &records, teller).map_err(told)?;
     (teller.tell)(Event::Ready {
@@ -101,11 +103,10 @@ pub(crate) fn run(
         notices: search.notices().map(str::to_owned).collect(),
         blind: search.blind().to_vec(),
     });
-    let mut known = HashMap::new();
     if let Some(found) = kept.into_iter().find(|found| found.is_of(&records, key.base.as_deref())) {
         (teller.stage)("Bringing back what was found", 0.0);
         if let Some(restored) = search.restore(&found, cancel).map_err(told)? {
-            known.clone_from(&restored.stages);
+            known.extend(restored.stages.clone());
             (teller.tell)(Event::Restored(Box::new(restored), found));
         }
     }

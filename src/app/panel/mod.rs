@@ -14,11 +14,11 @@ mod threshold;
 
 use egui::{ComboBox, Margin, Panel, ScrollArea, Ui, UiBuilder};
 
-use super::bench::Bench;
 use super::commands::Command;
 use super::open::Refused;
 use super::questions::Bought;
-use super::queue::Progress;
+use super::queue::JobProgress;
+use super::records::OpenRecords;
 use super::state::{Edit, Room};
 use super::widgets::{SliderRow, row, switch};
 use sindyscope_core::prepare::Preparation;
@@ -53,7 +53,7 @@ pub(crate) enum Ask {
 
 /// What the panels show and change.
 pub(crate) struct Desk<'a> {
-    pub(crate) bench: &'a Bench,
+    pub(crate) bench: &'a OpenRecords,
     pub(crate) edit: &'a mut Edit,
     pub(crate) suggestion: &'a Settings,
     /// Whether the records come from files, whose columns can be chosen.
@@ -63,7 +63,7 @@ pub(crate) struct Desk<'a> {
     /// Whether the whole record is shown above the plots, to be cut.
     pub(crate) cutting: bool,
     /// Whether settings are being chosen.
-    pub(crate) choosing: Option<Progress>,
+    pub(crate) choosing: Option<JobProgress>,
     /// The step whose value is being found.
     pub(crate) calibrating: Option<usize>,
     /// What was not opened, and why.

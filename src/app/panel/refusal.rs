@@ -20,7 +20,7 @@ pub(super) fn show(ui: &mut Ui, refused: &Refused, asks: &mut Vec<Ask>) {
             if ui.button("Choose the file…").clicked() {
                 asks.push(Ask::Locate);
             }
-        } else if matches!(refused.opening.source, Source::Files(_)) {
+        } else if matches!(refused.opening.document.source, Source::Files(_)) {
             let hint = "Show what the file holds, and say which column is the time, a displacement, a force, …";
             if ui.button("Choose the columns…").on_hover_text(hint).clicked() {
                 asks.push(Ask::Do(Command::Columns));

@@ -98,7 +98,7 @@ fn form(ui: &mut Ui, desk: &mut Desk<'_>) {
 }
 
 /// The button that chooses, or while it works its progress and a way to stop it: of one height, so that nothing jumps.
-fn choose(ui: &mut Ui, choosing: Option<crate::app::queue::Progress>, asks: &mut Vec<Ask>) {
+fn choose(ui: &mut Ui, choosing: Option<crate::app::queue::JobProgress>, asks: &mut Vec<Ask>) {
     match choosing {
         None => {
             let button = ui.button(Command::Choose.spec().label).on_hover_text(Command::Choose.hint(ui.ctx()));

@@ -4,10 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::{Content, title};
-use crate::app::missing::Base;
 use crate::app::open::{self, Opening};
 use crate::app::problem::Problem;
-use crate::app::state::{Edit, Source};
+use crate::app::state::{Base, Edit, Source};
 use sindyscope_core::study::{Cancel, Outcome, Study};
 use sindyscope_search::{Ask, Diagnosis, Found, GapError, Search};
 use sindyscope_values::record::{RecordSet, Usage};
@@ -21,16 +20,16 @@ pub(crate) fn project(path: &Path, command: &str) -> Result<Content, Problem> {
     let cancel = Cancel::default();
     let opening = Opening::of(Source::Files(vec![path.to_owned()]));
     let opened = open::open(opening).map_err(|refused| refused.problem)?;
-    let Edit { settings, usage, walk, report, .. } = &opened.edit;
+    let Edit { settings, usage, walk, report, .. } = &opened.document.edit;
     let use_of = |k: usize| usage.get(k).copied().unwrap_or(Usage::Fit);
     let entries = opened.records.iter().enumerate().map(|(k, record)| (Arc::clone(record), use_of(k))).collect();
     let records = RecordSet { entries };
     let failed = |problem: String| Problem::new(problem, "open the project in the window and change its settings");
     let outcome = Study::default().run(&records, settings, &cancel).map_err(|e| failed(e.to_string()))?;
-    let found = opened.project.as_ref().and_then(|(_, project)| project.found.as_deref());
+    let found = opened.document.found.as_deref();
     let diagnosis = diagnosed(&records, &outcome, (walk, found), &cancel).map_err(|e| failed(e.to_string()))?;
     Ok(Content {
-        title: title(&opened.title),
+        title: title(&opened.read.title),
         records,
         outcome: Arc::new(outcome),
         diagnosis,

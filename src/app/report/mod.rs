@@ -10,8 +10,10 @@ mod pages;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::bench::Bench;
-use super::state::Edit;
+use super::missing::Missing;
+use super::purpose::ReportForm;
+use super::records::OpenRecords;
+use super::state::{Edit, State};
 use crate::command::shell::quoted;
 use sindyscope_core::study::{Cancel, Outcome};
 use sindyscope_report::document::{Arrangement, Pixels, Report, Section, pixels};
@@ -20,26 +22,9 @@ use sindyscope_values::record::{RecordSet, Usage};
 
 /// What the room asks the window to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Act {
+pub(crate) enum ReportAct {
     /// Save the report; the file's ending says as what.
-    Save(Saved),
-}
-
-/// What a report is saved as.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Saved {
-    Html,
-    Pdf,
-}
-
-impl Saved {
-    /// The ending of its files.
-    pub(crate) fn ending(self) -> &'static str {
-        match self {
-            Self::Html => "html",
-            Self::Pdf => "pdf",
-        }
-    }
+    Save(ReportForm),
 }
 
 /// Everything that a report is made of, held so that another thread can make it.
@@ -55,9 +40,9 @@ pub(crate) struct Content {
 }
 
 impl Content {
-    /// The report of what lies on the bench; none while there is no outcome.
+    /// The report of what is open; none while there is no outcome.
     pub(crate) fn new(
-        bench: &Bench,
+        bench: &OpenRecords,
         edit: &Edit,
         diagnosis: Option<&Arc<Diagnosis>>,
         project: Option<&Path>,
@@ -104,17 +89,24 @@ struct Key {
     width: u32,
 }
 
-/// What lies on the bench, for the room.
+/// What a report is of.
 #[derive(Clone, Copy)]
-pub(crate) struct Sight<'a> {
-    pub(crate) bench: &'a Bench,
+pub(crate) struct ReportSubject<'a> {
+    pub(crate) bench: &'a OpenRecords,
     pub(crate) edit: &'a Edit,
     pub(crate) diagnosis: Option<&'a Arc<Diagnosis>>,
     /// The project that this is, if it is one.
     pub(crate) project: Option<&'a Path>,
 }
 
-impl Sight<'_> {
+impl<'a> ReportSubject<'a> {
+    /// What is open.
+    pub(crate) fn new(state: &'a State, records: &'a OpenRecords, missing: &'a Missing) -> Self {
+        let edit = &state.document.edit;
+        let diagnosis = missing.diagnosis(&edit.walk);
+        Self { bench: records, edit, diagnosis, project: state.project.as_deref() }
+    }
+
     /// Everything that the report is made of; none while there is no outcome.
     pub(crate) fn content(&self) -> Option<Content> {
         Content::new(self.bench, self.edit, self.diagnosis, self.project)
@@ -122,8 +114,8 @@ impl Sight<'_> {
 }
 
 impl Key {
-    fn holds(&self, sight: &Sight<'_>, width: u32) -> bool {
-        let Sight { bench, edit, diagnosis, project } = *sight;
+    fn holds(&self, subject: &ReportSubject<'_>, width: u32) -> bool {
+        let ReportSubject { bench, edit, diagnosis, project } = *subject;
         let same_diagnosis = match (&self.diagnosis, diagnosis) {
             (Some(own), Some(other)) => Arc::ptr_eq(own, other),
             (own, other) => own.is_none() && other.is_none(),
@@ -199,22 +191,22 @@ impl ReportRoom {
     }
 
     /// What the pages are to be drawn of, and how wide, if what is shown is no longer what was drawn.
-    pub(crate) fn wanted(&mut self, sight: &Sight<'_>) -> Option<(Content, u32)> {
-        if sight.bench.outcome.is_none() {
+    pub(crate) fn wanted(&mut self, subject: &ReportSubject<'_>) -> Option<(Content, u32)> {
+        if subject.bench.outcome.is_none() {
             (self.asked, self.pages) = (None, Vec::new());
             return None;
         }
-        if self.asked.as_ref().is_some_and(|key| key.holds(sight, self.width)) {
+        if self.asked.as_ref().is_some_and(|key| key.holds(subject, self.width)) {
             return None;
         }
-        let content = sight.content()?;
+        let content = subject.content()?;
         self.asked = Some(Key {
             outcome: Arc::clone(&content.outcome),
             diagnosis: content.diagnosis.clone(),
-            usage: sight.edit.usage.clone(),
+            usage: subject.edit.usage.clone(),
             arrangement: content.arrangement.clone(),
             command: content.command.clone(),
-            generation: sight.bench.generation,
+            generation: subject.bench.generation,
             width: self.width,
         });
         Some((content, self.width))

@@ -5,7 +5,8 @@ use egui::{
     WidgetInfo, vec2,
 };
 
-use super::{Act, ReportRoom, Saved};
+use super::{ReportAct, ReportRoom};
+use crate::app::purpose::ReportForm;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::switch;
 use sindyscope_report::document::{Arrangement, Paper, Pixels};
@@ -47,7 +48,7 @@ impl Page {
 
 impl ReportRoom {
     /// Draws the centre.
-    pub(crate) fn show(&mut self, ui: &mut Ui, report: &mut Arrangement) -> Option<Act> {
+    pub(crate) fn show(&mut self, ui: &mut Ui, report: &mut Arrangement) -> Option<ReportAct> {
         let act = self.header(ui, report);
         if let Some(failure) = &self.failure {
             let color = theme::accents(ui.visuals().dark_mode).wrong;
@@ -96,7 +97,7 @@ impl ReportRoom {
     }
 
     /// The line above the pages: how many there are, the paper, what to save.
-    fn header(&mut self, ui: &mut Ui, report: &mut Arrangement) -> Option<Act> {
+    fn header(&mut self, ui: &mut Ui, report: &mut Arrangement) -> Option<ReportAct> {
         let mut act = None;
         let size = vec2(ui.available_width(), ROW + 6.0);
         let in_one_row = size.x >= ONE_ROW;
@@ -134,15 +135,15 @@ impl ReportRoom {
 }
 
 /// The buttons that save the report.
-fn saves(ui: &mut Ui) -> Option<Act> {
+fn saves(ui: &mut Ui) -> Option<ReportAct> {
     let mut act = None;
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
         for (saved, label, hint) in [
-            (Saved::Html, "Save HTML…", "One web page that needs nothing beside itself"),
-            (Saved::Pdf, "Save PDF…", "These pages, with vector figures and text that can be copied"),
+            (ReportForm::Html, "Save HTML…", "One web page that needs nothing beside itself"),
+            (ReportForm::Pdf, "Save PDF…", "These pages, with vector figures and text that can be copied"),
         ] {
             if ui.button(label).on_hover_text(hint).clicked() {
-                act = Some(Act::Save(saved));
+                act = Some(ReportAct::Save(saved));
             }
         }
     });

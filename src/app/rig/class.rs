@@ -2,18 +2,18 @@
 //! table.
 
 use egui::{Align, Grid, Layout, RichText, ScrollArea, Ui, vec2};
-use serde::{Deserialize, Serialize};
 
-use super::{Act, RigRoom};
-use crate::app::dialogs::Purpose;
+use super::room::{RigAct, RigRoom};
+use super::sets;
+use crate::app::purpose::Purpose;
+use crate::app::state::{Answered, ClassCase, ClassRound, ClassState, Guess};
 use crate::app::theme;
 use crate::app::widgets::{SliderRow, Spread, card, row, section};
 use sindyscope_core::study::Cancel;
-use sindyscope_rig::hidden::{ExcitationKind, Hidden, HiddenRequest, Instruments, draw, names, possible, title};
+use sindyscope_rig::hidden::{ExcitationKind, draw, names, possible, title};
 use sindyscope_search::{Ask, Progress, Search, Verdict};
 use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::format::units::raised;
-use sindyscope_values::record::{RecordSet, Usage};
 
 /// Ways to shake, with what a teacher calls them.
 const EXCITATIONS: [(ExcitationKind, &str); 5] = [
@@ -24,165 +24,6 @@ const EXCITATIONS: [(ExcitationKind, &str); 5] = [
     (ExcitationKind::SingleTone, "one steady tone"),
 ];
 
-/// What a round hides, and how its data are made.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct ClassCase {
-    /// Seed of all that is drawn.
-    pub seed: u64,
-    /// The effect; none: the seed draws one.
-    pub effect: Option<String>,
-    /// Standard deviation of the displacement's noise over its RMS.
-    pub noise: f64,
-    /// RMS missing force over RMS spring force.
-    pub ratio: f64,
-    /// How the plant is shaken.
-    #[serde(rename = "shaking")]
-    pub excitation: ExcitationKind,
-    /// Samples in all fitted records together.
-    pub samples: usize,
-}
-
-impl Default for ClassCase {
-    fn default() -> Self {
-        Self { seed: 1, effect: None, noise: 0.01, ratio: 0.1, excitation: ExcitationKind::Multisine, samples: 3000 }
-    }
-}
-
-impl ClassCase {
-    /// The same as the virtual rig is asked for it.
-    pub(crate) fn request(&self) -> HiddenRequest {
-        let request = match &self.effect {
-            Some(effect) => HiddenRequest::new([effect.as_str()], self.excitation, self.seed),
-            None => HiddenRequest::blind(self.excitation, self.seed),
-        };
-        HiddenRequest {
-            instruments: Instruments::white(self.noise),
-            ratio: Some(self.ratio),
-            samples: self.samples,
-            ..request
-        }
-    }
-}
-
-/// What somebody took it for.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Guess {
-    /// Who: a student or a group; may be empty.
-    pub who: String,
-    /// Name of the effect.
-    pub effect: String,
-}
-
-/// What the program found.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Answered {
-    /// Names of the effects that it added.
-    pub effects: Vec<String>,
-    /// Its verdict.
-    pub verdict: String,
-    /// The verdict in one sentence.
-    pub sentence: String,
-}
-
-/// One round.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ClassRound {
-    /// What it hides.
-    pub case: ClassCase,
-    /// Name of the hidden effect, drawn or chosen.
-    pub hidden: String,
-    /// What is hidden, in words.
-    pub description: String,
-    /// What the students took it for.
-    pub guesses: Vec<Guess>,
-    /// Whether the truth was told.
-    pub revealed: bool,
-    /// What the program found, once it has searched.
-    pub answered: Option<Answered>,
-}
-
-/// The class mode as it stands.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct ClassState {
-    /// The round that is prepared, or the one that is open.
-    pub case: ClassCase,
-    /// The rounds, the last may be open.
-    pub rounds: Vec<ClassRound>,
-    /// Who guesses next, and what.
-    pub who: String,
-    /// The effect chosen in the list of guesses.
-    pub guess: Option<String>,
-}
-
-impl ClassState {
-    /// The round that is open: its truth was not told yet.
-    pub(crate) fn open(&self) -> Option<&ClassRound> {
-        self.rounds.last().filter(|round| !round.revealed)
-    }
-
-    fn open_mut(&mut self) -> Option<&mut ClassRound> {
-        self.rounds.last_mut().filter(|round| !round.revealed)
-    }
-
-    /// The case whose records are given out: of the open round.
-    pub(crate) fn given_out(&self) -> Option<&ClassCase> {
-        self.open().map(|round| &round.case)
-    }
-}
-
-/// What the class mode waits for.
-#[derive(Debug, Default)]
-pub(crate) struct ClassWork {
-    /// The round that is searched, and how far the search has come.
-    pub(crate) searching: Option<usize>,
-    pub(crate) progress: Option<f64>,
-    pub(crate) drawing: bool,
-    pub(crate) failure: Option<String>,
-}
-
-impl ClassWork {
-    /// A round is being drawn.
-    pub(crate) fn draws(&mut self) {
-        (self.failure, self.drawing) = (None, true);
-    }
-
-    /// A round is being searched.
-    pub(crate) fn searches(&mut self, index: usize) {
-        (self.failure, self.searching) = (None, Some(index));
-    }
-
-    /// The round that was to be drawn, or why there is none.
-    pub(crate) fn drawn(&mut self, state: &mut ClassState, round: Result<ClassRound, String>) {
-        self.drawing = false;
-        match round {
-            Ok(round) => state.rounds.push(round),
-            Err(problem) => self.failure = Some(problem),
-        }
-    }
-
-    /// What the search found, or why it found nothing.
-    pub(crate) fn searched(&mut self, state: &mut ClassState, answered: Result<(usize, Answered), String>) {
-        self.searching = None;
-        match answered {
-            Ok((index, answered)) => {
-                if let Some(round) = state.rounds.get_mut(index) {
-                    round.answered = Some(answered);
-                }
-            }
-            Err(problem) => self.failure = Some(problem),
-        }
-    }
-}
-
-impl ClassRound {
-    /// A round that begins.
-    pub(crate) fn new(case: ClassCase, hidden: String, description: String) -> Self {
-        Self { case, hidden, description, guesses: Vec::new(), revealed: false, answered: None }
-    }
-}
-
 /// What a round hides: the name of the effect and its description.
 pub(crate) fn drawn(case: &ClassCase) -> Result<(String, String), String> {
     let hidden = draw(&case.request()).map_err(|e| e.to_string())?;
@@ -192,7 +33,7 @@ pub(crate) fn drawn(case: &ClassCase) -> Result<(String, String), String> {
 /// What the program names in the records of a case.
 pub(crate) fn search(case: &ClassCase, cancel: &Cancel, tell: &(dyn Fn(f64) + Sync)) -> Result<Answered, String> {
     let hidden = draw(&case.request()).map_err(|e| e.to_string())?;
-    let search = Search::new(&records(hidden), &Ask::default()).map_err(|e| e.to_string())?;
+    let search = Search::new(&sets::of_round(hidden), &Ask::default()).map_err(|e| e.to_string())?;
     let hear = |progress: Progress| {
         if let Progress::Step(_, share) = progress {
             tell(share);
@@ -211,13 +52,6 @@ pub(crate) fn search(case: &ClassCase, cancel: &Cancel, tell: &(dyn Fn(f64) + Sy
         verdict: verdict.to_owned(),
         sentence: found.sentence,
     })
-}
-
-/// A round's records with what each is for.
-pub(crate) fn records(hidden: Hidden) -> RecordSet {
-    let mut set = RecordSet::new(hidden.fit, Usage::Fit);
-    set.add(hidden.held_out, Usage::HeldOut);
-    set
 }
 
 fn named(effect: &str) -> &str {
@@ -281,7 +115,7 @@ pub(crate) fn csv(state: &ClassState) -> String {
 }
 
 /// The left column: what the next round hides; nothing of it while one is open, for the students look on.
-pub(super) fn form(ui: &mut Ui, room: &RigRoom, state: &mut ClassState, acts: &mut Vec<Act>) {
+pub(super) fn form(ui: &mut Ui, room: &RigRoom, state: &mut ClassState, acts: &mut Vec<RigAct>) {
     let number = state.rounds.len() + usize::from(state.open().is_none());
     section(ui, &format!("ROUND {number}"), |_| {}, |_| {});
     if state.open().is_some() {
@@ -355,7 +189,7 @@ pub(super) fn form(ui: &mut Ui, room: &RigRoom, state: &mut ClassState, acts: &m
     ui.add_space(6.0);
     let ready = !room.class.drawing;
     if ui.add_enabled(ready, egui::Button::new("Begin the round")).clicked() {
-        acts.push(Act::DrawRound);
+        acts.push(RigAct::DrawRound);
     }
 }
 
@@ -380,7 +214,7 @@ pub(super) fn rules(ui: &mut Ui) {
 }
 
 /// The centre: the open round, and the table of all.
-pub(super) fn show(ui: &mut Ui, room: &RigRoom, state: &mut ClassState, acts: &mut Vec<Act>) {
+pub(super) fn show(ui: &mut Ui, room: &RigRoom, state: &mut ClassState, acts: &mut Vec<RigAct>) {
     let colors = theme::accents(ui.visuals().dark_mode);
     if let Some(failure) = room.class.failure.clone() {
         card(ui, colors.wrong, |ui| {
@@ -402,7 +236,7 @@ pub(super) fn show(ui: &mut Ui, room: &RigRoom, state: &mut ClassState, acts: &m
     }
 }
 
-fn open_round(ui: &mut Ui, state: &mut ClassState, acts: &mut Vec<Act>) {
+fn open_round(ui: &mut Ui, state: &mut ClassState, acts: &mut Vec<RigAct>) {
     let accent = theme::accents(ui.visuals().dark_mode).accent;
     let number = state.rounds.len();
     let mut reveal = false;
@@ -414,11 +248,11 @@ fn open_round(ui: &mut Ui, state: &mut ClassState, acts: &mut Vec<Act>) {
                 .on_hover_text("Open the round's records; they do not tell what they hide")
                 .clicked()
             {
-                acts.push(Act::StudyRound);
+                acts.push(RigAct::StudyRound);
             }
             if ui.button("Save the data…").on_hover_text("The records as CSV, for the students' own machines").clicked()
             {
-                acts.push(Act::Save(Purpose::RoundRecords));
+                acts.push(RigAct::Save(Purpose::RoundRecords));
             }
         });
         ui.add_space(4.0);
@@ -466,17 +300,17 @@ fn open_round(ui: &mut Ui, state: &mut ClassState, acts: &mut Vec<Act>) {
             round.revealed = true;
         }
         state.case.seed = state.case.seed % 1000 + 1;
-        acts.push(Act::SearchRound(number - 1));
+        acts.push(RigAct::SearchRound(number - 1));
     }
 }
 
-fn table(ui: &mut Ui, room: &RigRoom, state: &ClassState, acts: &mut Vec<Act>) {
+fn table(ui: &mut Ui, room: &RigRoom, state: &ClassState, acts: &mut Vec<RigAct>) {
     let colors = theme::accents(ui.visuals().dark_mode);
     ui.horizontal(|ui| {
         ui.label(RichText::new("Truth, guesses and what the program found").size(15.0).strong());
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if ui.button("Export as CSV…").clicked() {
-                acts.push(Act::Save(Purpose::Rounds));
+                acts.push(RigAct::Save(Purpose::Rounds));
             }
         });
     });
@@ -528,10 +362,10 @@ fn table(ui: &mut Ui, room: &RigRoom, state: &ClassState, acts: &mut Vec<Act>) {
         },
     );
     if searching.is_some() && ui.button("Stop the search").clicked() {
-        acts.push(Act::StopSearch);
+        acts.push(RigAct::StopSearch);
     }
     if let Some(index) = again {
-        acts.push(Act::SearchRound(index));
+        acts.push(RigAct::SearchRound(index));
     }
     if let Some(round) = state.rounds.iter().rev().find(|round| round.revealed) {
         ui.add_space(6.0);

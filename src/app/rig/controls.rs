@@ -2,7 +2,9 @@
 
 use egui::{RichText, Ui};
 
-use super::{Act, Page, RigRoom, RigState, class};
+use super::class;
+use super::room::{RigAct, RigRoom};
+use crate::app::state::{Page, RigState};
 use crate::app::theme;
 use crate::app::widgets::{SliderRow, Spread, row, section, switch};
 use sindyscope_rig::hidden::{names, title};
@@ -13,7 +15,7 @@ use sindyscope_values::format::units::raised;
 /// How far a parameter may be moved from what was suggested.
 const SPAN: f64 = 30.0;
 
-pub(super) fn show(ui: &mut Ui, room: &RigRoom, state: &mut RigState, acts: &mut Vec<Act>) {
+pub(super) fn show(ui: &mut Ui, room: &RigRoom, state: &mut RigState, acts: &mut Vec<RigAct>) {
     if state.page == Page::Class {
         class::form(ui, room, &mut state.class, acts);
         return;
@@ -28,7 +30,7 @@ pub(super) fn show(ui: &mut Ui, room: &RigRoom, state: &mut RigState, acts: &mut
 
 impl RigRoom {
     /// Draws the left column.
-    pub(crate) fn controls(&self, ui: &mut Ui, state: &mut RigState) -> Vec<Act> {
+    pub(crate) fn controls(&self, ui: &mut Ui, state: &mut RigState) -> Vec<RigAct> {
         let mut acts = Vec::new();
         show(ui, self, state, &mut acts);
         acts

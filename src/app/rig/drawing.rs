@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 
 use egui::{Align2, Rangef, Rect, Stroke, StrokeKind, Ui, pos2, vec2};
 
-use super::Made;
+use super::room::Made;
 use crate::app::plot::palette::{self, Ink};
 use crate::app::plot::sketch::Pen;
 use crate::app::theme;

@@ -2,8 +2,10 @@
 
 use egui::{Align, FontId, Layout as Flow, RichText, Sense, Ui, WidgetInfo, pos2, vec2};
 
-use super::{Act, Made, Page, RigRoom, RigState, class};
-use crate::app::dialogs::Purpose;
+use super::class;
+use super::room::{Made, RigAct, RigRoom};
+use crate::app::purpose::Purpose;
+use crate::app::state::{Page, RigState};
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{card, chip, section};
 use sindyscope_core::study::Outcome;
@@ -20,7 +22,7 @@ const NEAR: f64 = 0.01;
 
 impl RigRoom {
     /// Draws the right column.
-    pub(crate) fn findings(&mut self, ui: &mut Ui, state: &mut RigState) -> Vec<Act> {
+    pub(crate) fn findings(&mut self, ui: &mut Ui, state: &mut RigState) -> Vec<RigAct> {
         let mut acts = Vec::new();
         if state.page == Page::Class {
             class::rules(ui);
@@ -48,11 +50,11 @@ impl RigRoom {
             ui.horizontal_wrapped(|ui| {
                 let hint = "Open both records in Identify, with every setting; the truth is told in What's missing when asked for";
                 if ui.button("Study in Identify").on_hover_text(hint).clicked() {
-                    acts.push(Act::Study);
+                    acts.push(RigAct::Study);
                 }
                 let hint = "Both records as CSV, and the truth beside them as JSON";
                 if ui.button("Save as CSV…").on_hover_text(hint).clicked() {
-                    acts.push(Act::Save(Purpose::RigRecords));
+                    acts.push(RigAct::Save(Purpose::RigRecords));
                 }
             });
         });

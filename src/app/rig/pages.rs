@@ -4,11 +4,13 @@ use std::sync::Arc;
 
 use egui::{Align, Layout, RichText, Stroke, Ui, vec2};
 
-use super::plots;
-use super::{Act, Made, Page, RigRoom, RigState, class, drawing};
-use crate::app::lessons::{self, Progress};
+use super::room::{Made, RigAct, RigRoom};
+use super::{class, drawing};
+use crate::app::lessons;
+use crate::app::missing::plots;
 use crate::app::plot::painter;
 use crate::app::plot::palette::Ink;
+use crate::app::state::{LessonProgress, Page, RigState};
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{card, switch};
 use sindyscope_report::figure::thin::Spacing;
@@ -19,7 +21,7 @@ const ROOMY: f32 = 560.0;
 
 impl RigRoom {
     /// Draws the centre.
-    pub(crate) fn show(&mut self, ui: &mut Ui, state: &mut RigState, progress: &Progress) -> Vec<Act> {
+    pub(crate) fn show(&mut self, ui: &mut Ui, state: &mut RigState, progress: &LessonProgress) -> Vec<RigAct> {
         let mut acts = Vec::new();
         let duration = self.made.as_ref().map_or(0.0, |m| m.run.records[0].duration());
         let frequency = state.settings.natural_frequencies().first().copied().unwrap_or(1.0);
@@ -41,7 +43,7 @@ impl RigRoom {
                 state.player.advance(ui, duration, frequency);
                 self.rig(ui, state);
             }
-            Page::Lessons => acts.extend(lessons::list(ui, progress).map(Act::Begin)),
+            Page::Lessons => acts.extend(lessons::list(ui, progress).map(|id| RigAct::Begin(id.to_owned()))),
             Page::Class => class::show(ui, self, &mut state.class, &mut acts),
         }
         self.figures.tidy();

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::class::ClassCase;
-use super::{Made, work};
+use super::room::Made;
+use super::sets;
+use crate::app::state::ClassCase;
 use sindyscope_files::write_csv;
 use sindyscope_rig::hidden::draw;
 use sindyscope_values::record::Record;
@@ -17,7 +18,7 @@ pub(crate) fn rig(path: PathBuf, made: &Made) -> Result<Vec<PathBuf>, String> {
         "Sindyscope's virtual rig; the record `held out` is for checking, not for fitting".to_owned(),
         made.run.truth.description.clone(),
     ];
-    csv(&path, work::records(&made.run).entries.iter().map(|(r, _)| &**r), &comments)?;
+    csv(&path, sets::of_run(&made.run).entries.iter().map(|(r, _)| &**r), &comments)?;
     let beside = path.with_extension("truth.json");
     let text = serde_json::to_string_pretty(&truth(made)).map_err(|e| failed(&beside, &e.to_string()))?;
     fs::write(&beside, text + "\n").map_err(|e| failed(&beside, &e.to_string()))?;

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use super::sets;
 use sindyscope_core::study::{Cancel, Outcome, Study, StudyError, suggest};
 use sindyscope_rig::{RigRun, RigSettings, record_rig};
-use sindyscope_values::record::{RecordSet, Usage};
 use sindyscope_values::term::Kind;
 
 /// The last run, with the settings that it was made of.
@@ -37,17 +37,9 @@ pub(crate) fn record(
     Ok(RecordedRig { settings, run, outcome })
 }
 
-/// The records of a run: one fitted, one held out.
-pub(crate) fn records(run: &RigRun) -> RecordSet {
-    let [fitted, held_out] = &run.records;
-    let mut set = RecordSet::new([fitted.clone()], Usage::Fit);
-    set.add([held_out.clone()], Usage::HeldOut);
-    set
-}
-
 /// Fits with the settings that the program suggests, and the plant's own terms unless the library is to lack them.
 fn fit(run: &RigRun, usual_library: bool, cancel: &Cancel) -> Result<Outcome, StudyError> {
-    let records = records(run);
+    let records = sets::of_run(run);
     let mut settings = suggest(&records, Kind::SecondOrder)?;
     if !usual_library {
         for term in run.truth.library() {

@@ -1,7 +1,7 @@
-//! Figures of views that are kept until they would be others; those that take longer than a frame are made beside the window.
+//! Figures of views that are kept until they would be others; those that take longer than a frame are made in the
+//! background.
 
 use std::collections::HashMap;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, OnceLock, Weak};
 
 use super::{Picture, View};
@@ -13,12 +13,13 @@ const AT_ONCE: usize = 1 << 13;
 /// The same of views that hardly compute anything.
 const QUICK_AT_ONCE: usize = 1 << 20;
 
-/// What is shown in place of a figure whose computation failed.
-const CRASHED: &str = "This view failed by an error of the program itself; please report which data it was";
-
 /// The figures of all views.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Kept(HashMap<View, One>);
+pub(super) struct Kept {
+    figures: HashMap<View, One>,
+    /// What is to be made in the background and was not asked for yet.
+    wanted: Vec<FigureRequest>,
+}
 
 #[derive(Clone, Debug)]
 struct One {
@@ -80,64 +81,92 @@ impl std::ops::Deref for Ready {
 impl Kept {
     /// True while a figure is being computed.
     pub(super) fn busy(&self) -> bool {
-        self.0.values().any(|one| one.cell.get().is_none())
+        self.figures.values().any(|one| one.cell.get().is_none())
+    }
+
+    /// What is to be made in the background: each is handed out once.
+    pub(super) fn wanted(&mut self) -> Vec<FigureRequest> {
+        std::mem::take(&mut self.wanted)
+    }
+
+    /// The figure of a view could not be made, for this reason.
+    pub(super) fn fail(&mut self, view: View, reason: String) {
+        if let Some(one) = self.figures.get(&view) {
+            // One that was made meanwhile stays.
+            let _ = one.cell.set(Err(reason));
+        }
     }
 
     /// The figure of a view that was made last.
     pub(super) fn shown(&self, view: View) -> Option<Ready> {
-        let one = self.0.get(&view)?;
+        let one = self.figures.get(&view)?;
         let cell = if one.cell.get().is_some() { Some(&one.cell) } else { one.shown.as_ref() };
         cell.map(|cell| Ready(Arc::clone(cell)))
     }
 
     /// The figure of a view, or the last one while it is being made; none if there is no last one.
-    pub(super) fn get(
-        &mut self,
-        ctx: &egui::Context,
-        view: View,
-        picture: &Picture<'_>,
-        options: &ViewOptions,
-    ) -> Option<Ready> {
+    pub(super) fn get(&mut self, view: View, picture: &Picture<'_>, options: &ViewOptions) -> Option<Ready> {
         let made_of = MadeOf::new(picture, options);
-        let known = self.0.get(&view);
+        let known = self.figures.get(&view);
         // One at a time: while a slider is dragged, what is under way is let end and shown.
         let under_way = known.is_some_and(|one| one.cell.get().is_none());
         if !under_way && known.is_none_or(|one| one.made_of != made_of) {
             let shown = known.map(|one| Arc::clone(&one.cell));
-            let cell = make(ctx, view, picture, options);
-            self.0.insert(view, One { made_of, cell, shown });
+            let request = FigureRequest::new(view, picture, options);
+            self.figures.insert(view, One { made_of, cell: Arc::clone(&request.cell), shown });
+            if request.takes_longer_than_a_frame() {
+                self.wanted.push(request);
+            } else {
+                request.make();
+            }
         }
         self.shown(view).filter(|ready| ready.0.get().is_some())
     }
 }
 
-/// Makes a figure: at once, or beside the window if it takes longer than a frame.
-fn make(ctx: &egui::Context, view: View, picture: &Picture<'_>, options: &ViewOptions) -> Arc<OnceLock<Drawn>> {
-    let cell = Arc::new(OnceLock::new());
-    let samples: usize = picture.outcome.records.iter().map(|r| r.record.len()).sum();
-    let at_once = samples <= if view.entry().slow { AT_ONCE } else { QUICK_AT_ONCE };
-    if at_once {
-        let _ = cell.set(view.figure(&picture.subject(options)));
-        return cell;
+/// A figure that takes longer than a frame, to be made in the background.
+#[derive(Clone, Debug)]
+pub(crate) struct FigureRequest {
+    pub(crate) view: View,
+    outcome: Arc<Outcome>,
+    previous: Option<Arc<Outcome>>,
+    landscape: Option<Arc<Landscape>>,
+    pins: Vec<Arc<Outcome>>,
+    record: usize,
+    options: ViewOptions,
+    cell: Arc<OnceLock<Drawn>>,
+}
+
+impl FigureRequest {
+    fn new(view: View, picture: &Picture<'_>, options: &ViewOptions) -> Self {
+        Self {
+            view,
+            outcome: Arc::clone(picture.outcome),
+            previous: picture.previous.map(Arc::clone),
+            landscape: picture.search.map.map(Arc::clone),
+            pins: picture.pins.to_vec(),
+            record: picture.record,
+            options: options.clone(),
+            cell: Arc::new(OnceLock::new()),
+        }
     }
-    let (outcome, previous) = (Arc::clone(picture.outcome), picture.previous.map(Arc::clone));
-    let (landscape, pins) = (picture.search.map.map(Arc::clone), picture.pins.to_vec());
-    let (record, options, filled, ctx) = (picture.record, options.clone(), Arc::clone(&cell), ctx.clone());
-    let work = move || {
+
+    fn takes_longer_than_a_frame(&self) -> bool {
+        let samples: usize = self.outcome.records.iter().map(|r| r.record.len()).sum();
+        samples > if self.view.entry().slow { AT_ONCE } else { QUICK_AT_ONCE }
+    }
+
+    /// Makes the figure; the window shows it from the next frame on.
+    pub(crate) fn make(self) {
         let subject = Subject {
-            outcome: &outcome,
-            previous: previous.as_deref(),
-            record,
-            landscape: landscape.as_deref(),
-            pins: &pins,
-            options: &options,
+            outcome: &self.outcome,
+            previous: self.previous.as_deref(),
+            record: self.record,
+            landscape: self.landscape.as_deref(),
+            pins: &self.pins,
+            options: &self.options,
         };
-        let drawn = catch_unwind(AssertUnwindSafe(|| view.figure(&subject)));
-        let _ = filled.set(drawn.unwrap_or_else(|_| Err(CRASHED.into())));
-        ctx.request_repaint();
-    };
-    if std::thread::Builder::new().name("figure".into()).spawn(work).is_err() {
-        let _ = cell.set(Err("The system gives no thread for this view; try again".into()));
+        // It was empty when it was asked for.
+        let _ = self.cell.set(self.view.figure(&subject));
     }
-    cell
 }

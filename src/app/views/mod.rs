@@ -19,6 +19,7 @@ use serde::{Deserialize, Serialize};
 use super::plot::painter::{self, Look, Plots, Shown, Wish};
 use super::plot::palette::Ink;
 use super::plot::{display, legend, palette};
+pub(crate) use kept::FigureRequest;
 use kept::Kept;
 use sindyscope_core::study::{Outcome, SettingsGrid};
 use sindyscope_report::figure::{Figure, Row};
@@ -114,6 +115,16 @@ impl ViewState {
         self.figures.busy()
     }
 
+    /// The figures to be made in the background: each is handed out once.
+    pub(crate) fn wanted(&mut self) -> Vec<FigureRequest> {
+        self.figures.wanted()
+    }
+
+    /// A view's figure could not be made, for this reason.
+    pub(crate) fn fail(&mut self, view: View, reason: String) {
+        self.figures.fail(view, reason);
+    }
+
     /// Shows all of the data again, in every view, from the next frame on.
     pub(crate) fn fit(&mut self) {
         self.plots.fit_all();
@@ -181,7 +192,7 @@ fn body(
         legend::note(ui, failure);
         return None;
     }
-    let Some(drawn) = state.figures.get(ui.ctx(), view, picture, &state.options) else {
+    let Some(drawn) = state.figures.get(view, picture, &state.options) else {
         legend::note(ui, &format!("Computing {}…", view.label().to_lowercase()));
         return None;
     };

@@ -1,6 +1,8 @@
+//! What a person has decided in "What's missing", and what is in view there.
+
 use serde::{Deserialize, Serialize};
 
-use sindyscope_search::Choice;
+use sindyscope_search::{Choice, Site};
 use sindyscope_values::term::Term;
 
 /// The model that a walk starts from.
@@ -60,5 +62,44 @@ impl RoundStep {
             Self::Add => "See what an effect does to the response before it is added",
             Self::Verify => "Before and after on data that were never fitted, and what is left",
         }
+    }
+}
+
+/// What is in view in "What's missing".
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct WalkView {
+    /// The step.
+    pub(crate) step: RoundStep,
+    /// The candidate that is looked at.
+    pub(crate) selected: Option<Choice>,
+    /// Candidates that were passed over.
+    pub(crate) skipped: Vec<Choice>,
+    /// Whether also those are shown that were refused or cannot be shown by the data.
+    pub(crate) show_all: bool,
+    /// The place whose candidates are shown alone.
+    pub(crate) site: Option<Site>,
+    /// The record shown while comparing.
+    pub(crate) record: usize,
+    /// The record shown to verify: the first held-out one until another is chosen.
+    pub(crate) verified: Option<usize>,
+    /// The quantity that the missing force is shown over; none: the one that suits what is looked at.
+    pub(crate) profile: Option<String>,
+    /// Whether what the virtual rig hid is told.
+    pub(crate) revealed: bool,
+}
+
+impl WalkView {
+    /// Forgets what was chosen among candidates that are no more.
+    pub(crate) fn pass_over(&mut self) {
+        self.selected = None;
+        self.skipped.clear();
+    }
+
+    /// Shows the candidates of a place alone; those of every place if it was picked before.
+    pub(crate) fn pick(&mut self, site: Site) {
+        self.site = if self.site == Some(site) { None } else { Some(site) };
+        self.selected = None;
+        self.profile = None;
     }
 }

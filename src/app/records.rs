@@ -1,9 +1,9 @@
-//! What lies on the bench: the records, and what the last study says of them.
+//! The records that are open, and what the last study says of them.
 
 use std::collections::HashMap;
+use std::path::Path;
 use std::sync::Arc;
 
-use super::state::Pin;
 use sindyscope_core::prepare::PrepareError;
 use sindyscope_core::signal::Smoothing;
 use sindyscope_core::study::{Ensemble, Inclusion, Outcome, suggested_half_width};
@@ -15,9 +15,19 @@ use sindyscope_values::term::{Kind, Layout, Symbol, Term};
 /// How long after a change the response before it stays in view, s.
 const GHOST: f64 = 1.2;
 
+/// What a source holds.
+#[derive(Clone, Debug)]
+pub(crate) struct Read {
+    /// A name for all records.
+    pub(crate) title: String,
+    pub(crate) set: RecordSet,
+    /// What the records hide, if the virtual rig made them blind.
+    pub(crate) truth: Option<Truth>,
+}
+
 /// The records that are open and what is known of them.
 #[derive(Debug, Default)]
-pub(crate) struct Bench {
+pub(crate) struct OpenRecords {
     /// The records, prepared, in the order of reading.
     pub(crate) records: Vec<Arc<Record>>,
     /// The records as they were measured, before any step of the preparation.
@@ -32,10 +42,8 @@ pub(crate) struct Bench {
     pub(crate) truth: Option<Truth>,
     /// The last outcome, if there is one.
     pub(crate) outcome: Option<Arc<Outcome>>,
-    /// Outcomes kept to be compared.
-    pub(crate) pins: Vec<Arc<Outcome>>,
-    /// What each of them was made with.
-    pub(crate) pinned: Vec<Pin>,
+    /// The outcomes of the document's pins; none where it is not known.
+    pub(crate) pins: Vec<Option<Arc<Outcome>>>,
     /// How sure its terms are; for a moment still that of the outcome before.
     pub(crate) ensemble: Option<Arc<Ensemble>>,
     /// Why the newest settings have no outcome.
@@ -47,11 +55,34 @@ pub(crate) struct Bench {
     flashes: HashMap<(Symbol, Term), f64>,
 }
 
-impl Bench {
-    /// Puts other records on the bench.
-    pub(crate) fn open(&mut self, title: String, records: Vec<Arc<Record>>, raw: RecordSet, truth: Option<Truth>) {
+impl OpenRecords {
+    /// Puts other records in place of these, which come back.
+    pub(crate) fn open(&mut self, records: Vec<Arc<Record>>, read: Read, undone: Vec<Option<PrepareError>>) -> Self {
+        let Read { title, set: raw, truth } = read;
         let generation = self.generation + 1;
-        *self = Self { records, raw, title, generation, truth, ..Self::default() };
+        std::mem::replace(self, Self { records, raw, undone, title, generation, truth, ..Self::default() })
+    }
+
+    /// No record is open any more.
+    pub(crate) fn close(&mut self) {
+        *self = Self { generation: self.generation + 1, ..Self::default() };
+    }
+
+    /// The records as they were read.
+    pub(crate) fn read(&self) -> Read {
+        Read { title: self.title.clone(), set: self.raw.clone(), truth: self.truth.clone() }
+    }
+
+    /// The outcomes of the pins that are known, each with its place among the pins.
+    pub(crate) fn known_pins(&self) -> (Vec<usize>, Vec<Arc<Outcome>>) {
+        let known = |(index, pin): (usize, &Option<Arc<Outcome>>)| Some((index, Arc::clone(pin.as_ref()?)));
+        self.pins.iter().enumerate().filter_map(known).unzip()
+    }
+
+    /// The title without its ending, for the names of files.
+    pub(crate) fn stem(&self, otherwise: &str) -> String {
+        let stem = Path::new(&self.title).file_stem();
+        stem.map_or_else(|| otherwise.to_owned(), |stem| stem.to_string_lossy().into_owned())
     }
 
     /// The record as it was measured that a prepared one came from.

@@ -1,0 +1,84 @@
+//! What was computed from the state, and what is being computed: it can be thrown away at any time.
+
+use std::collections::HashMap;
+use std::sync::Weak;
+
+use super::columns::Columns;
+use super::history::History;
+use super::jobs::Key;
+use super::lessons::Teacher;
+use super::missing::Missing;
+use super::notices::Notices;
+use super::open::Refused;
+use super::questions::Questions;
+use super::queue::JobProgress;
+use super::records::OpenRecords;
+use super::report::ReportRoom;
+use super::rig::RigRoom;
+use super::settings_map::SettingsMap;
+use super::state::Edit;
+use sindyscope_core::study::Outcome;
+
+/// What was computed.
+pub(crate) struct Derived {
+    /// The records that are open and what the last study says of them.
+    pub(crate) records: OpenRecords,
+    /// What was to be opened last and could not be.
+    pub(crate) refused: Option<Refused>,
+    /// What undo takes back.
+    pub(crate) history: History<Edit>,
+    pub(crate) missing: Missing,
+    pub(crate) report: ReportRoom,
+    pub(crate) rig: RigRoom,
+    pub(crate) teacher: Teacher,
+    pub(crate) map: SettingsMap,
+    pub(crate) questions: Questions,
+    pub(crate) columns: Columns,
+    pub(crate) notices: Notices,
+    /// What was asked to be studied last: the records' generation, and the settings and usages.
+    pub(crate) asked: Option<(u64, Edit)>,
+    /// The outcome whose regression was repeated on resampled data, or is being.
+    pub(crate) resampled: Weak<Outcome>,
+    /// The step of the preparation whose value is being found.
+    pub(crate) calibrating: Option<usize>,
+    /// What runs or waits to, and how far it has come.
+    pub(crate) running: HashMap<Key, JobProgress>,
+}
+
+impl Derived {
+    /// Nothing is known yet of a document with these decisions.
+    pub(crate) fn new(edit: &Edit) -> Self {
+        Self {
+            records: OpenRecords::default(),
+            refused: None,
+            history: History::new(edit.clone()),
+            missing: Missing::default(),
+            report: ReportRoom::default(),
+            rig: RigRoom::default(),
+            teacher: Teacher::default(),
+            map: SettingsMap::default(),
+            questions: Questions::default(),
+            columns: Columns::default(),
+            notices: Notices::default(),
+            asked: None,
+            resampled: Weak::new(),
+            calibrating: None,
+            running: HashMap::new(),
+        }
+    }
+
+    /// How far a job has come; none if nothing is wanted of it.
+    pub(crate) fn progress(&self, key: &Key) -> Option<JobProgress> {
+        self.running.get(key).copied()
+    }
+
+    /// True while records are being read.
+    pub(crate) fn opening(&self) -> bool {
+        self.running.contains_key(&Key::Open)
+    }
+
+    /// True if the outcome that is shown is not that of the settings as they stand.
+    pub(crate) fn is_stale(&self) -> bool {
+        self.running.contains_key(&Key::Fit) || self.records.failure.is_some()
+    }
+}

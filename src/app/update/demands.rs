@@ -1,0 +1,139 @@
+//! What the state asks for beside messages: a study of the settings as they stand, and what the room in view shows.
+
+use std::sync::Arc;
+
+use super::change::{Update, Want, run};
+use crate::app::derived::Derived;
+use crate::app::jobs::{Job, Key};
+use crate::app::questions::replies;
+use crate::app::report::ReportSubject;
+use crate::app::settings_map::SettingsMap;
+use crate::app::state::{Edit, Room, State};
+
+/// Asks for everything that is in view and not there; `held` tells whether something is being dragged.
+pub(crate) fn demand(state: &mut State, derived: &mut Derived, held: bool) -> Vec<Want> {
+    run(state, derived, |update| {
+        update.room();
+        update.fit();
+        update.settings_map();
+        update.columns();
+        update.figures();
+        if !held {
+            update.resample();
+        }
+        update.answers(held);
+        update.teach();
+    })
+}
+
+impl Update<'_> {
+    fn room(&mut self) {
+        match self.state.shown.room {
+            Room::Identify => {}
+            Room::Missing => self.attend_to_search(),
+            Room::Rig => {
+                if self.derived.rig.wants(&self.state.rig) {
+                    let settings = Box::new(self.state.rig.settings.clone());
+                    self.want(Key::Rig, Job::Rig { settings, usual_library: self.state.rig.usual_library });
+                }
+            }
+            Room::Report => {
+                // A walk that came back with its project is told in the report too.
+                if !self.state.document.edit.walk.accepted.is_empty() || self.derived.missing.found().is_some() {
+                    self.attend_to_search();
+                }
+                let derived = &mut *self.derived;
+                let subject = ReportSubject::new(self.state, &derived.records, &derived.missing);
+                if let Some((content, width)) = derived.report.wanted(&subject) {
+                    self.want(Key::Pages, Job::Pages { content: Box::new(content), width });
+                }
+            }
+        }
+    }
+
+    fn attend_to_search(&mut self) {
+        let (edit, view) = (&self.state.document.edit, &mut self.state.shown.walk);
+        let wanted = self.derived.missing.attend(&self.derived.records, edit, view);
+        self.search(wanted);
+    }
+
+    /// Asks for a study if what was asked last is no longer what is wanted. A walk decides nothing of it.
+    fn fit(&mut self) {
+        let (records, edit) = (&self.derived.records, &self.state.document.edit);
+        let same = |(generation, asked): &(u64, Edit)| {
+            *generation == records.generation && (&asked.settings, &asked.usage) == (&edit.settings, &edit.usage)
+        };
+        if records.records.is_empty() || self.derived.asked.as_ref().is_some_and(same) {
+            return;
+        }
+        self.derived.asked = Some((records.generation, edit.clone()));
+        // What is known of the terms is of other settings.
+        self.cancel(Key::Resample);
+        let (records, settings) = self.study();
+        self.want(Key::Fit, Job::Fit { records, settings });
+    }
+
+    /// Asks for the map of settings while a view shows it.
+    fn settings_map(&mut self) {
+        let derived = &mut *self.derived;
+        if derived.records.records.is_empty() {
+            if derived.running.contains_key(&Key::Map) {
+                self.cancel(Key::Map);
+            }
+            self.derived.map = SettingsMap::default();
+        } else if self.state.shown.view.needs_map()
+            && derived.records.outcome.is_some()
+            && derived.map.wants(derived.records.generation, &self.state.document.edit)
+        {
+            let (records, settings) = self.study();
+            self.want_instead(Key::Map, Job::Map { records, settings });
+        }
+    }
+
+    /// Asks for the figures that take longer than a frame.
+    fn figures(&mut self) {
+        for request in self.state.shown.views.wanted() {
+            self.want(Key::Figure(request.view), Job::Figure(Box::new(request)));
+        }
+    }
+
+    fn columns(&mut self) {
+        let wanted = self.derived.columns.wanted();
+        self.read_columns(wanted);
+    }
+
+    /// Repeats the regression on resampled data once the outcome is there.
+    fn resample(&mut self) {
+        let records = &self.derived.records;
+        let Some(outcome) = records.outcome.as_ref().filter(|_| !self.derived.is_stale()) else { return };
+        if self.derived.resampled.as_ptr() == Arc::as_ptr(outcome) {
+            return;
+        }
+        self.derived.resampled = Arc::downgrade(outcome);
+        let (records, settings) = self.study();
+        self.want_instead(Key::Resample, Job::Resample { records, settings });
+    }
+
+    /// Asks what the answers to the open questions would buy, once the outcome is there and nothing is being dragged.
+    fn answers(&mut self, held: bool) {
+        let (derived, edit) = (&mut *self.derived, &self.state.document.edit);
+        let kind = edit.settings.kind;
+        let open = self.state.shown.room == Room::Identify && edit.settings.known.is_empty();
+        let records = &derived.records;
+        let replies = if open { replies(&records.layout(kind), &records.units(kind)) } else { Vec::new() };
+        if replies.is_empty() {
+            if derived.questions.forget() {
+                self.cancel(Key::Answers);
+            }
+        } else if derived.running.contains_key(&Key::Fit) {
+            // The fit comes first, and makes the answers out of date.
+            if derived.running.contains_key(&Key::Answers) {
+                derived.questions.give_way();
+                self.cancel(Key::Answers);
+            }
+        } else if !held && records.outcome.is_some() && derived.questions.wants(records.generation, edit) {
+            let (records, settings) = self.study();
+            self.want_instead(Key::Answers, Job::Answers { records, settings, replies });
+        }
+    }
+}

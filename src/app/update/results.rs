@@ -1,0 +1,102 @@
+//! Taking in what came of the background work.
+
+use std::sync::Arc;
+
+use super::change::{Update, Want, run};
+use crate::app::derived::Derived;
+use crate::app::jobs::{Done, Key, Part};
+use crate::app::saving::SaveResult;
+use crate::app::state::{ClassRound, State};
+
+/// The time, and whether the pointer holds something: what was changed is shown for a while after it was let go.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Clock {
+    /// The window's time, s.
+    pub(crate) now: f64,
+    pub(crate) held: bool,
+}
+
+/// Takes in something on the way.
+pub(crate) fn part(state: &mut State, derived: &mut Derived, part: Part) -> Vec<Want> {
+    run(state, derived, |update| match part {
+        Part::Map(map) => update.derived.map.take(map),
+        Part::Search(event) => update.derived.missing.take(event),
+    })
+}
+
+/// Takes in what came of a job.
+pub(crate) fn finished(state: &mut State, derived: &mut Derived, done: Done, clock: Clock) -> Vec<Want> {
+    run(state, derived, |update| update.finished(done, clock))
+}
+
+/// Takes in why a job came to nothing.
+pub(crate) fn failed(state: &mut State, derived: &mut Derived, key: &Key, reason: String) -> Vec<Want> {
+    run(state, derived, |update| update.failed(key, reason))
+}
+
+impl Update<'_> {
+    fn finished(&mut self, done: Done, clock: Clock) {
+        let derived = &mut *self.derived;
+        match done {
+            Done::Opened(Ok(opened)) => self.opened(*opened),
+            Done::Opened(Err(refused)) => self.not_opened(*refused),
+            Done::Chosen(choice) => {
+                // What was changed meanwhile stays; only what was chosen is taken over.
+                let document = &mut self.state.document;
+                for settings in [Some(&mut document.edit.settings), document.suggestion.as_mut()].into_iter().flatten()
+                {
+                    settings.smoothing = choice.settings.smoothing;
+                    settings.threshold = choice.settings.threshold;
+                    settings.scaling = choice.settings.scaling;
+                }
+                derived.notices.done(format!("Chosen: {}", choice.reason));
+            }
+            Done::Calibrated { step, found } => self.take_out(step, &found),
+            Done::Fitted(outcome) => derived.records.take(outcome, clock.held, clock.now),
+            Done::Resampled(ensemble) => derived.records.ensemble = Some(Arc::new(ensemble)),
+            Done::Pinned(made) => self.brought_back(made),
+            Done::Bought(bought) => derived.questions.take(bought),
+            Done::Map(map) => derived.map.take(map),
+            Done::Searched => derived.missing.done(),
+            Done::Pages(pages, empty) => derived.report.take(pages, empty),
+            Done::Recorded(recorded) => derived.rig.take(*recorded, &mut self.state.rig),
+            Done::RoundDrawn { case, hidden, description } => {
+                let round = ClassRound::new(case, hidden, description);
+                derived.rig.class.drawn(&mut self.state.rig.class, Ok(round));
+            }
+            Done::RoundSearched { index, answered } => {
+                derived.rig.class.searched(&mut self.state.rig.class, Ok((index, answered)));
+            }
+            Done::Columns(overview) => derived.columns.looked(overview),
+            Done::Preview(preview) => derived.columns.previewed(preview),
+            // The window asks a person.
+            Done::Nothing | Done::Saved(SaveResult::Taken { .. }) => {}
+            Done::Saved(SaveResult::Written { paths, .. }) => {
+                let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();
+                derived.notices.done(format!("Saved {}", names.join(" and ")));
+            }
+        }
+    }
+
+    fn failed(&mut self, key: &Key, reason: String) {
+        let derived = &mut *self.derived;
+        match key {
+            Key::Open | Key::Save(_) => derived.notices.error(reason),
+            Key::Choose => derived.notices.error(format!("Nothing was chosen: {reason}")),
+            Key::Calibrate => derived.notices.error(format!("Nothing was found: {reason}")),
+            Key::Fit => derived.records.failure = Some(reason),
+            Key::Map => derived.map.fail(reason),
+            Key::Search => derived.missing.fail(reason),
+            Key::Pages => derived.report.fail(reason),
+            Key::Rig => derived.rig.fail(reason),
+            Key::DrawRound => derived.rig.class.drawn(&mut self.state.rig.class, Err(reason)),
+            Key::SearchRound => derived.rig.class.searched(&mut self.state.rig.class, Err(reason)),
+            Key::Figure(view) => self.state.shown.views.fail(*view, reason),
+            Key::Session => {
+                derived.notices.error(format!("The session was not saved: {reason}; save a project instead"));
+            }
+            // What they would add to is there without them.
+            Key::Log | Key::Resample | Key::Pins | Key::Answers | Key::Columns | Key::Preview => {}
+        }
+    }
+}

@@ -1,0 +1,326 @@
+//! The bars, the columns and the centre.
+
+use std::sync::Arc;
+
+use egui::{CentralPanel, Context, Margin, Ui};
+
+use super::{App, tabs};
+use crate::app::commands::Command;
+use crate::app::jobs::Key;
+use crate::app::message::{Message, Sought};
+use crate::app::missing::WalkAct;
+use crate::app::panel::{self, Ask, Desk};
+use crate::app::plot::palette;
+use crate::app::program::Program;
+use crate::app::purpose::{Purpose, ReportForm};
+use crate::app::report;
+use crate::app::rig::RigAct;
+use crate::app::state::{Edit, Room, Source};
+use crate::app::views::{self, Picture, Request, Search};
+use crate::app::{figure_panel, lessons, status, toolbar, welcome};
+use sindyscope_core::remedy::Remedy;
+use sindyscope_core::study::{Calibration, Outcome};
+
+/// Jobs that the line at the bottom tells of beside the fit, the first that runs.
+const OTHERS: [Key; 7] = [Key::Open, Key::Choose, Key::Calibrate, Key::Search, Key::Pages, Key::Rig, Key::SearchRound];
+
+/// What a person did in a frame, to be done once it is drawn.
+#[derive(Default)]
+struct FrameActs {
+    asks: Vec<Ask>,
+    walk: Vec<WalkAct>,
+    messages: Vec<Message>,
+    commands: Vec<Command>,
+    /// The numbers of a plot to be saved, and what it is called.
+    table: Option<(&'static str, String)>,
+    /// The report to be saved.
+    report: Option<ReportForm>,
+}
+
+impl App {
+    /// The bars at the top and at the bottom, and the strip of the open lesson.
+    pub(super) fn bars(&mut self, ui: &mut Ui, frame: &eframe::Frame) {
+        let ctx = ui.ctx().clone();
+        let Program { state, derived, .. } = &mut self.program;
+        let edit = &state.document.edit;
+        let (can_undo, can_redo) = match state.shown.room {
+            Room::Rig => derived.rig.can_step(&state.rig),
+            _ => (derived.history.can_undo(edit), derived.history.can_redo(edit)),
+        };
+        let opening = derived.opening();
+        let bar = toolbar::Toolbar { can_undo, can_redo, opening, state, bench: &derived.records };
+        let asked = toolbar::show(ui, &bar);
+        for asked in asked {
+            match asked {
+                toolbar::ToolbarAct::Do(command) => self.run(command, &ctx, frame),
+                toolbar::ToolbarAct::Recent(path) => self.program.send(Message::Open(vec![path])),
+            }
+        }
+        let derived = &mut self.program.derived;
+        let mut line = status::Status {
+            fitting: derived.progress(&Key::Fit),
+            other: OTHERS.iter().find_map(|key| derived.progress(key)),
+            opening,
+            bench: &derived.records,
+            notices: &mut derived.notices,
+            log_open: &mut self.notices_open,
+        };
+        if status::show(ui, &mut line).is_some() {
+            self.program.send(Message::StopOpening);
+        }
+        if let Some((lesson, position)) = lessons::open(&self.program.state.lessons)
+            && let Some(ask) = lessons::show(ui, lesson, position)
+        {
+            self.program.send(Message::Lesson(ask));
+        }
+    }
+
+    /// The virtual rig's room.
+    pub(super) fn rig(&mut self, ui: &mut Ui, frame: &eframe::Frame) {
+        let Program { state, derived, .. } = &mut self.program;
+        let mut draft = state.rig.clone();
+        let mut acts = Vec::new();
+        panel::controls(ui, |ui| acts.extend(derived.rig.controls(ui, &mut draft)));
+        panel::findings(ui, |ui| acts.extend(derived.rig.findings(ui, &mut draft)));
+        centre(ui, |ui| acts.extend(derived.rig.show(ui, &mut draft, &state.lessons)));
+        if draft != state.rig {
+            self.program.send(Message::Rig(Box::new(draft)));
+        }
+        for act in acts {
+            match act {
+                RigAct::Save(purpose) => {
+                    let name = match purpose {
+                        Purpose::Rounds => "rounds.csv".to_owned(),
+                        Purpose::RoundRecords => format!("round-{}.csv", self.program.state.rig.class.rounds.len()),
+                        _ => "virtual-rig.csv".to_owned(),
+                    };
+                    self.dialogs.ask(purpose, &name, frame);
+                }
+                act => self.program.send(Message::RigAct(act)),
+            }
+        }
+    }
+
+    /// The rooms that work on the records that are open.
+    pub(super) fn work(&mut self, ui: &mut Ui, frame: &eframe::Frame) {
+        let ctx = ui.ctx().clone();
+        let mut done = FrameActs::default();
+        // What is drawn changes a draft: a difference is a message.
+        let mut draft = self.program.state.document.edit.clone();
+        self.program.derived.missing.view.clone_from(&self.program.state.shown.walk);
+        let opened = !self.program.derived.records.records.is_empty();
+        if opened || self.program.derived.refused.is_some() {
+            self.columns(ui, &mut draft, &mut done);
+        }
+        centre(ui, |ui| self.centre(ui, &mut draft, &mut done));
+        if draft != self.program.state.document.edit {
+            self.program.send(Message::Edit(Box::new(draft)));
+        }
+        let view = &self.program.derived.missing.view;
+        if *view != self.program.state.shown.walk {
+            let view = Box::new(view.clone());
+            self.program.send(Message::WalkView(view));
+        }
+        let FrameActs { asks, walk, messages, commands, table, report } = done;
+        for command in commands {
+            self.run(command, &ctx, frame);
+        }
+        for act in walk {
+            self.walk_on(act, &ctx, frame);
+        }
+        for message in messages {
+            self.program.send(message);
+        }
+        for ask in asks {
+            self.answer(ask, &ctx, frame);
+        }
+        if let Some((what, text)) = table {
+            self.table = text;
+            self.dialogs.ask(Purpose::Table, &self.file_name(what, "csv"), frame);
+        }
+        if let Some(saved) = report {
+            self.dialogs.ask(Purpose::Report(saved), &self.report_name(saved), frame);
+        }
+    }
+
+    /// The columns beside the plots.
+    fn columns(&mut self, ui: &mut Ui, draft: &mut Edit, done: &mut FrameActs) {
+        let now = ui.input(|i| i.time);
+        let Program { state, derived, .. } = &mut self.program;
+        let room = state.shown.room;
+        let settings = draft.settings.clone();
+        let calibrating = derived.calibrating.filter(|_| derived.running.contains_key(&Key::Calibrate));
+        let choosing = derived.progress(&Key::Choose);
+        let mut desk = Desk {
+            bench: &derived.records,
+            edit: draft,
+            suggestion: state.document.suggestion.as_ref().unwrap_or(&settings),
+            of_files: matches!(state.document.source, Source::Files(_)),
+            shown: state.shown.record,
+            cutting: state.shown.cutting && room == Room::Identify,
+            choosing,
+            calibrating,
+            refused: derived.refused.as_ref(),
+            bought: derived.questions.bought(),
+            typing: &mut self.typing,
+            asks: &mut done.asks,
+        };
+        let (missing, report) = (&mut derived.missing, &mut derived.report);
+        panel::left(ui, &mut desk, room, |ui, desk| match room {
+            Room::Report => report.controls(ui, &mut desk.edit.report, &desk.bench.title),
+            _ => done.walk = missing.controls(ui, desk.bench, desk.edit),
+        });
+        if desk.bench.records.is_empty() {
+            return;
+        }
+        match room {
+            Room::Missing => panel::findings(ui, |ui| missing.findings(ui, desk.bench, desk.edit)),
+            _ => panel::right(ui, &mut desk, now),
+        }
+    }
+
+    /// Does what a panel asks for.
+    fn answer(&mut self, ask: Ask, ctx: &Context, frame: &eframe::Frame) {
+        let message = match ask {
+            Ask::Do(command) => return self.run(command, ctx, frame),
+            Ask::Locate => return self.dialogs.ask(Purpose::Locate, "", frame),
+            Ask::ShowRecord(index) => Message::ShowRecord(index),
+            Ask::Kind(kind) => Message::Kind(kind),
+            Ask::Remedy(remedy) => {
+                let mut edit = self.program.state.document.edit.clone();
+                match remedy {
+                    Remedy::Settings { settings, .. } => edit.settings = *settings,
+                    Remedy::Use { record, usage, .. } => {
+                        if let Some(old) = edit.usage.get_mut(record) {
+                            *old = usage;
+                        }
+                    }
+                    // Of the others none has a button.
+                    _ => {}
+                }
+                Message::Edit(Box::new(edit))
+            }
+            Ask::Prepare(steps) => Message::Prepare(steps),
+            Ask::Cut => Message::Cut,
+            Ask::Calibrate { step, sought } => {
+                let (sought, role) = match sought {
+                    Calibration::Delay(role) => (Sought::Delay, role),
+                    Calibration::Gain(role) => (Sought::Gain, role),
+                };
+                Message::Calibrate { step, sought, role }
+            }
+            Ask::StopErrand => Message::StopChoosing,
+        };
+        self.program.send(message);
+    }
+
+    fn centre(&mut self, ui: &mut Ui, draft: &mut Edit, done: &mut FrameActs) {
+        let Program { state, derived, .. } = &mut self.program;
+        let shown = &mut state.shown;
+        match (&derived.records.outcome, shown.room) {
+            _ if derived.records.records.is_empty() => done.commands.extend(welcome::show(ui, derived.opening())),
+            (_, Room::Missing) => {
+                let acts = derived.missing.show(ui, &derived.records, draft, &mut shown.views.options.freedom);
+                done.walk.extend(acts);
+            }
+            (Some(_), Room::Report) => {
+                if let Some(report::ReportAct::Save(saved)) = derived.report.show(ui, &mut draft.report) {
+                    done.report = Some(saved);
+                }
+            }
+            (outcome, _) => {
+                let outcome = outcome.clone();
+                if shown.cutting
+                    && let Some(steps) = self.cutter.show(ui, &derived.records, &draft.steps, shown.record)
+                {
+                    done.messages.push(Message::Prepare(steps));
+                }
+                match outcome {
+                    Some(outcome) => self.view(ui, &outcome, done),
+                    None => {
+                        let text = derived.records.failure.as_deref().unwrap_or("fitting…");
+                        ui.centered_and_justified(|ui| ui.weak(text));
+                    }
+                }
+            }
+        }
+    }
+
+    /// The tabs and the view that is open.
+    fn view(&mut self, ui: &mut Ui, outcome: &Arc<Outcome>, done: &mut FrameActs) {
+        let record = self.record_in(outcome);
+        let Program { state, derived, .. } = &mut self.program;
+        let shown = &mut state.shown;
+        let mut view = shown.view;
+        tabs::show(ui, &mut view, &mut shown.views);
+        if view != shown.view {
+            done.commands.push(Command::View(view));
+        }
+        let (places, pins) = derived.records.known_pins();
+        let map = derived.map.map();
+        let picture = Picture {
+            outcome,
+            previous: derived.records.ghost(),
+            record,
+            stale: derived.is_stale(),
+            search: Search {
+                map: map.map(|(map, _)| map),
+                stale: map.is_some_and(|(_, stale)| stale),
+                failure: derived.map.failure(),
+            },
+            pins: &pins,
+        };
+        let place = |index: usize| places.get(index).copied().unwrap_or(index);
+        done.messages.extend(match views::show(ui, view, &picture, &mut shown.views) {
+            Some(Request::ShowRecord(index)) => {
+                let record = outcome.records.get(index).map(|r| &r.record);
+                let found = record.and_then(|r| derived.records.records.iter().position(|b| Arc::ptr_eq(b, r)));
+                found.map(Message::ShowRecord)
+            }
+            Some(Request::SavePicture) => {
+                done.commands.push(Command::PlotPicture);
+                None
+            }
+            Some(Request::SaveTable(text)) => {
+                done.table = Some((view.label(), text));
+                None
+            }
+            Some(Request::Set { window, threshold }) => Some(Message::Set { window, threshold }),
+            Some(Request::Pin) => Some(Message::Pin),
+            Some(Request::Unpin(index)) => Some(Message::Unpin(place(index))),
+            Some(Request::Return(index)) => Some(Message::Return(place(index))),
+            None => None,
+        });
+    }
+
+    /// Draws the panel that asks how the figure is to be saved, while it is open.
+    pub(super) fn figure_panel(&mut self, ctx: &Context, frame: &eframe::Frame) {
+        let state = &self.program.state;
+        let name = match state.shown.room {
+            _ if !self.figure_open || self.program.derived.records.outcome.is_none() => return,
+            Room::Identify => state.shown.view.label(),
+            Room::Missing => self.figure.name(),
+            Room::Rig | Room::Report => return,
+        };
+        let mut look = state.figure;
+        let outcome = figure_panel::show(ctx, name, &mut look);
+        if look != self.program.state.figure {
+            self.program.send(Message::Figure(look));
+        }
+        match outcome {
+            figure_panel::Outcome::Open => {}
+            figure_panel::Outcome::Closed => self.figure_open = false,
+            figure_panel::Outcome::Save => {
+                let ending = look.format.figure().ending();
+                self.dialogs.ask(Purpose::Plot, &self.file_name(name, ending), frame);
+            }
+        }
+    }
+}
+
+/// The centre of the window.
+fn centre(ui: &mut Ui, body: impl FnOnce(&mut Ui)) {
+    let ground = palette::ground(ui.visuals().dark_mode);
+    let outline = egui::Frame::new().fill(ground).inner_margin(Margin::symmetric(10, 4));
+    CentralPanel::default().frame(outline).show(ui, body);
+}
