@@ -97,7 +97,7 @@ fn compare(case: &Case, size: usize) -> Compared {
     let start = suggest(&case.records, case.kind).expect("settings");
     let cancel = Cancel::default();
     let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true };
-    let choice = choose(&case.records, &start, free, &cancel, &|_| {}).expect("a choice");
+    let choice = choose(&case.records, &start, free, &cancel, &|_, _| {}).expect("a choice");
     let mut study = Study::default();
     let mut test = |settings: &Settings| {
         let outcome = study.run(&case.records, settings, &cancel).expect("an outcome");

@@ -760,6 +760,48 @@ fn the_end_of_each_record_is_held_out_and_records_are_cropped() {
 }
 
 #[test]
+fn a_record_that_is_fitted_and_held_out_is_told_of() {
+    let here = folder();
+    duffing(here.path());
+    let arguments = [&["identify", "fit.csv", "--test", "fit.csv", "--json", "-"], &CHOSEN[..]].concat();
+    let result: Value = serde_json::from_str(&done(here.path(), &arguments)).expect("JSON");
+    let notices = result["notices"].as_array().expect("notices");
+    assert!(notices.iter().any(|n| n.as_str().is_some_and(|n| n.contains("fitted too"))), "{notices:?}");
+}
+
+/// The words of a command as a shell takes them apart, its quotes closed.
+fn words(command: &str) -> Vec<String> {
+    let pieces = command.split('\'').enumerate();
+    let marked = pieces.map(|(k, piece)| if k % 2 == 1 { piece.replace(' ', "\u{1}") } else { piece.to_owned() });
+    let words = marked.collect::<String>();
+    words.split_whitespace().map(|w| w.replace('\u{1}', " ")).collect()
+}
+
+#[test]
+fn the_command_in_a_report_repeats_it_with_what_was_found_on_the_way() {
+    let here = folder();
+    duffing(here.path());
+    let asked = ["--hold-out", "0.25", "--prepare", "offset", "--terms", "x, v, u, x^3", "--window", "65"];
+    let first = ["report", "fit.csv", "--estimate", "delay(u)", "--out", "first.html", "--json", "first.json"];
+    done(here.path(), &[&first[..], &asked, &["--order", "5", "--threshold", "0.02"]].concat());
+    let page = std::fs::read_to_string(here.path().join("first.html")).expect("a page");
+    let command = page.split("sindyscope report").nth(1).and_then(|rest| rest.split('<').next()).expect("a command");
+    let command = command.replace("&#39;", "'").replace("&amp;", "&").replace("&gt;", ">").replace("&lt;", "<");
+    assert!(command.contains("align=u1:") && !command.contains("--estimate"), "{command}");
+    let again = command.replace("first.html", "again.html");
+    let words: Vec<String> = ["report".to_owned()].into_iter().chain(words(&again)).collect();
+    done(here.path(), &[&words[..], &["--json".to_owned(), "again.json".to_owned()]].concat());
+    let result = |name: &str| -> Value {
+        let text = std::fs::read_to_string(here.path().join(name)).expect("JSON");
+        serde_json::from_str(&text).expect("JSON")
+    };
+    let (first, again) = (result("first.json"), result("again.json"));
+    for part in ["equations", "train", "test", "settings"] {
+        assert_eq!(first[part], again[part], "{part}: {command}");
+    }
+}
+
+#[test]
 fn missing_samples_are_bridged_or_split_the_record() {
     let here = folder();
     duffing(here.path());

@@ -35,7 +35,7 @@ fn every_regressor_finds_the_equation_once_its_threshold_is_chosen() {
     let free = FreeSettings { window: false, order: false, threshold: true, form: false, refine: false };
     for regressor in Regressor::ALL {
         let start = Settings { regressor, ..settings.clone() };
-        let chosen = choose(&records, &start, free, &Cancel::default(), &|_| {}).unwrap().settings;
+        let chosen = choose(&records, &start, free, &Cancel::default(), &|_, _| {}).unwrap().settings;
         assert_eq!(chosen.regressor, regressor);
         let outcome = run(&records, &chosen);
         let found = &outcome.model.leading().unwrap().terms;
@@ -86,7 +86,7 @@ fn every_differentiation_finds_the_equation_once_its_strength_is_chosen() {
     let free = FreeSettings { window: true, order: false, threshold: true, form: false, refine: false };
     for method in [Differentiation::Spline, Differentiation::Spectral, Differentiation::Kalman] {
         let start = differentiated(&settings, method);
-        let choice = choose(&records, &start, free, &Cancel::default(), &|_| {}).unwrap();
+        let choice = choose(&records, &start, free, &Cancel::default(), &|_, _| {}).unwrap();
         assert_eq!(choice.settings.smoothing.method, method);
         let outcome = run(&records, &choice.settings);
         let found = &outcome.model.leading().unwrap().terms;

@@ -39,7 +39,7 @@ fn run(records: &RecordSet, settings: &Settings) -> Outcome {
 fn chosen(records: &RecordSet, mut settings: Settings) -> Settings {
     settings.refine = false;
     let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true };
-    choose(records, &settings, free, &Cancel::default(), &|_| {}).unwrap().settings
+    choose(records, &settings, free, &Cancel::default(), &|_, _| {}).unwrap().settings
 }
 
 fn texts(model: &Model, state: usize) -> Vec<String> {
@@ -218,7 +218,7 @@ fn chosen_terms(measured: &str) -> (usize, Vec<String>) {
     let start = suggest(&records, Kind::SecondOrder).unwrap();
     let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true };
     let cancel = Cancel::default();
-    let settings = choose(&records, &start, free, &cancel, &|_| {}).unwrap().settings;
+    let settings = choose(&records, &start, free, &cancel, &|_, _| {}).unwrap().settings;
     let outcome = Study::default().run(&records, &settings, &cancel).unwrap();
     let terms = outcome.model.equations[2..].iter().map(|e| e.terms.len()).sum();
     let lacks = |state: usize| {

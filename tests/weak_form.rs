@@ -116,7 +116,7 @@ fn the_silverbox_with_nine_samples_a_period() {
     let set = set(read("silverbox_multisine_1.csv"), read("silverbox_multisine_10.csv"));
     let start = known(&set, "x, v, u, x^2, x^3, 1", Formulation::Derivative);
     let free = FreeSettings { window: true, order: true, threshold: false, form: true, refine: false };
-    let choice = choose(&set, &start, free, &Cancel::default(), &|_| {}).unwrap();
+    let choice = choose(&set, &start, free, &Cancel::default(), &|_, _| {}).unwrap();
     assert!(matches!(choice.settings.form, Formulation::Weak { .. }), "{}", choice.reason);
     let outcome = run(&set, &choice.settings);
     // The benchmark's own cubic model reaches 1.7 %; smoothed derivatives 7 %.

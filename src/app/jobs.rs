@@ -196,11 +196,12 @@ impl Work for Job {
     fn run(self, memory: &mut Memory, report: &Report<'_, Self>) -> Result<Done, String> {
         let cancel = report.cancel;
         let share = |share: f64| report.share(share);
+        let stage = |stage: &'static str, share: f64| report.stage(stage, share);
         Ok(match self {
             Self::Open(opening) => Done::Opened(open::open(*opening).map(Box::new).map_err(Box::new)),
             Self::Choose { records, settings } => {
                 let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true };
-                Done::Chosen(Box::new(choose(&records, &settings, free, cancel, &share).map_err(sentence)?))
+                Done::Chosen(Box::new(choose(&records, &settings, free, cancel, &stage).map_err(sentence)?))
             }
             Self::Calibrate { records, settings, step, sought } => {
                 let found = calibrate(&records, &settings, &[sought], cancel).map_err(sentence)?;

@@ -22,7 +22,8 @@ pub(super) struct Analysis {
 }
 
 /// Reads the records, chooses what was left open, and runs the study.
-pub(super) fn analyse(options: &StudyOptions) -> Result<Analysis, Failure> {
+pub(super) fn analyse(options: &StudyOptions, progress: &Progress) -> Result<Analysis, Failure> {
+    progress.stage("reading");
     let mut records = options.source.read()?;
     let cancel = Cancel::default();
     let suggested = suggest(&records, options.source.reading.kind.into())?;
@@ -31,22 +32,22 @@ pub(super) fn analyse(options: &StudyOptions) -> Result<Analysis, Failure> {
     let free = options.free(&settings);
     let mut choice = None;
     if free.window || free.order || free.threshold {
-        let progress = Progress::new();
-        let chosen = choose(&records, &settings, free, &cancel, &|share| progress.show("choosing settings", share));
-        progress.clear();
-        let chosen = chosen?;
+        let chosen = choose(&records, &settings, free, &cancel, &|stage, share| progress.share(stage, share))?;
         settings = chosen.settings;
         choice = Some(chosen.reason);
     }
     let mut calibrated = Vec::new();
     if !options.calibrations.is_empty() {
+        progress.stage("finding what is asked of the channels");
         calibrated = calibrate(&records, &settings, &options.calibrations, &cancel)?;
         let steps: Vec<Preparation> = calibrated.iter().map(|c| c.treatment().into()).collect();
         records = prepare(&records, &steps).map_err(|e| Failure::new(e.to_string()))?;
         settings.refine = true;
     }
+    progress.stage(if settings.refine { "fitting the response" } else { "fitting and simulating" });
     let mut study = Study::default();
     let outcome = study.run(&records, &settings, &cancel)?;
+    progress.stage("asking how long the equation predicts");
     let horizon = |usage: Usage| study.horizon(&outcome, usage, &cancel);
     let horizons = [horizon(Usage::Fit)?, horizon(Usage::HeldOut)?];
     let done = StudyRequest::done(options, &outcome.settings, &calibrated);

@@ -78,13 +78,14 @@ impl FromArgMatches for Unused {
 }
 
 /// Searches for missing effects and prints the walk.
-pub(super) fn run(options: &Options) -> Output {
+pub(super) fn run(options: &Options, progress: &Progress) -> Output {
     if options.source.reading.kind == KindName::FirstOrder {
         return Err(first_order().into());
     }
+    progress.stage("reading");
     let records = options.source.read()?;
     let base = options.terms.as_ref();
-    let diagnosis = search(&records, base, &options.lock, options.max_effects)?;
+    let diagnosis = search(&records, base, &options.lock, options.max_effects, progress)?;
     if let Some(json) = json::write(options.json.as_deref(), &diagnosed::result(&diagnosis, &records))? {
         return Ok(json);
     }
@@ -111,6 +112,7 @@ pub(super) fn search(
     base: Option<&Terms>,
     known: &[Terms],
     max_effects: u8,
+    progress: &Progress,
 ) -> Result<Diagnosis, Failure> {
     let lists: Vec<Vec<Term>> = known.iter().map(Terms::for_all).collect::<Result<_, _>>()?;
     let mut ask = Ask { known: lists.concat(), max_effects: usize::from(max_effects), ..Ask::default() };
@@ -121,19 +123,17 @@ pub(super) fn search(
         };
         list.extend(part.entries.iter().cloned());
     }
+    progress.stage("looking at the records");
     let search = Search::new(records, &ask)?;
     if let Some((record, _)) = records.entries.first() {
         let layout = record.layout(Kind::SecondOrder);
         let units = Units::from_record(record, &layout);
         search.base_terms().try_for_each(|t| units.check(t, &layout)).map_err(Failure::new)?;
     }
-    let progress = Progress::new();
     let tell = |progressed: sindyscope_search::Progress| {
         if let sindyscope_search::Progress::Step(what, share) = progressed {
-            progress.show(what, share);
+            progress.share(what, share);
         }
     };
-    let diagnosis = search.diagnose(&tell, &Cancel::default());
-    progress.clear();
-    Ok(diagnosis?)
+    Ok(search.diagnose(&tell, &Cancel::default())?)
 }

@@ -7,6 +7,7 @@ use clap::error::ErrorKind;
 
 use super::failure::Failure;
 use super::hidden;
+use super::progress::Progress;
 use super::{Output, Stop, usage};
 use sindyscope_core::setting::{finite, not_negative, positive};
 use sindyscope_files::write_csv;
@@ -96,7 +97,7 @@ fn parameter(text: &str) -> Result<(String, f64), String> {
 }
 
 /// Makes the records of a scenario and writes them, or lists the scenarios.
-pub(super) fn run(options: &Options) -> Output {
+pub(super) fn run(options: &Options, progress: &Progress) -> Output {
     if options.scenario == LIST {
         return Ok(list().into_bytes());
     }
@@ -107,6 +108,7 @@ pub(super) fn run(options: &Options) -> Output {
             "where to? give --out FILE.csv (or --out -)",
         ));
     };
+    progress.stage("recording");
     let (records, comments) = if options.scenario == hidden::NAME { hide(options)? } else { make(options)? };
     let mut csv = Vec::new();
     write_csv(&records, &mut csv, &comments)
@@ -154,9 +156,10 @@ fn make(options: &Options) -> Result<(Vec<Record>, Vec<String>), Stop> {
     };
     match generate(&options.scenario, &wanted) {
         Ok(generated) => Ok((generated.records, generated.comments)),
-        Err(error @ (RigError::BadOption { .. } | RigError::UnknownScenario { .. })) => {
-            Err(usage("generate", ErrorKind::ValueValidation, error))
+        Err(RigError::BadOption { option, problem }) => {
+            Err(usage("generate", ErrorKind::ValueValidation, format!("--{option}: {problem}")))
         }
+        Err(error @ RigError::UnknownScenario { .. }) => Err(usage("generate", ErrorKind::ValueValidation, error)),
         Err(error) => Err(Failure::new(error.to_string()).into()),
     }
 }

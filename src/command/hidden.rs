@@ -94,7 +94,7 @@ impl HiddenOptions {
         request.samples = self.samples.unwrap_or(request.samples);
         let Hidden { mut fit, held_out, truth, .. } = match draw(&request) {
             Ok(hidden) => hidden,
-            Err(error @ RigError::BadOption { .. }) => return Err(refuse(error.to_string())),
+            Err(RigError::BadOption { option, problem }) => return Err(refuse(format!("--{option}: {problem}"))),
             Err(error) => return Err(Failure::new(error.to_string()).into()),
         };
         let mut comments = vec![

@@ -4,6 +4,7 @@ use clap::{Args, ValueEnum};
 
 use super::analysis::{Analysis, analyse};
 use super::failure::Failure;
+use super::progress::Progress;
 use super::request::StudyOptions;
 use super::{Output, json};
 use sindyscope_core::study::{self, Calibrated, Calibration, Horizon};
@@ -39,12 +40,12 @@ enum EquationStyle {
 }
 
 /// Identifies and prints.
-pub(super) fn run(options: &Options) -> Output {
+pub(super) fn run(options: &Options, progress: &Progress) -> Output {
     // Said before the work is done, not after.
     for path in &options.export {
         export::Format::of(path).map_err(Failure::from)?;
     }
-    let analysis = analyse(&options.study)?;
+    let analysis = analyse(&options.study, progress)?;
     // A form that cannot hold the model takes nothing from the others, nor from the result.
     let refused = options.export.iter().filter_map(|path| export::write(&analysis.outcome, path).err());
     let refused: Vec<_> = refused.collect();

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use super::Output;
 use super::failure::{Failure, worded};
 use super::json::{self, VERSION};
+use super::progress::Progress;
 use super::source::Reading;
 use sindyscope_core::signal::standard_deviation;
 use sindyscope_files::{ColumnUse, Overview, ReadError, ReadOptions, look, read_files};
@@ -40,7 +41,8 @@ struct Inspected<'a> {
 }
 
 /// Tells what files hold.
-pub(super) fn run(options: &Options) -> Output {
+pub(super) fn run(options: &Options, progress: &Progress) -> Output {
+    progress.stage("reading");
     let reading = ReadOptions { keep_constant_inputs: true, ..options.reading.options() };
     let inspect = |file| Inspected { file, holds: look(file, &reading).ok(), found: read_files(&[file], &reading) };
     let inspected: Vec<Inspected<'_>> = options.files.iter().map(inspect).collect();

@@ -26,6 +26,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser, Subcommand};
 
 use failure::{Failure, Stop};
+use progress::Progress;
 
 /// Finds the equation of motion of a vibrating thing from its measurements.
 ///
@@ -33,6 +34,9 @@ use failure::{Failure, Stop};
 #[derive(Debug, Parser)]
 #[command(name = "sindyscope", version, args_conflicts_with_subcommands = true, max_term_width = 110)]
 struct Cli {
+    /// Show no progress on the terminal, as where nobody watches
+    #[arg(long, short, global = true)]
+    quiet: bool,
     /// Measurements to open in the window (a file named like a command: by its path, `./identify`)
     files: Vec<PathBuf>,
     /// Do again, without a window, what the log of a session holds (in the window: Help, Save the log of this session)
@@ -74,17 +78,17 @@ pub fn main() -> ExitCode {
 fn run(arguments: impl IntoIterator<Item = OsString>, out: &mut impl Write, err: &mut impl Write) -> ExitCode {
     let result = match Cli::try_parse_from(arguments) {
         Err(error) => Err(Stop::Usage(error)),
-        Ok(cli) => match cli.command {
-            None => match cli.replay {
+        Ok(cli) => match (cli.command, Progress::new(cli.quiet)) {
+            (None, _) => match cli.replay {
                 Some(log) => window::replay(&log).map_err(Stop::from),
                 None => window::open(cli.files, cli.log).map(|()| Vec::new()).map_err(Stop::from),
             },
-            Some(Command::Identify(options)) => identify::run(&options),
-            Some(Command::Diagnose(options)) => diagnose::run(&options),
-            Some(Command::Report(options)) => report::run(&options),
-            Some(Command::Inspect(options)) => inspect::run(&options),
-            Some(Command::Effects(options)) => effects::run(&options),
-            Some(Command::Generate(options)) => generate::run(&options),
+            (Some(Command::Identify(options)), progress) => identify::run(&options, &progress),
+            (Some(Command::Diagnose(options)), progress) => diagnose::run(&options, &progress),
+            (Some(Command::Report(options)), progress) => report::run(&options, &progress),
+            (Some(Command::Inspect(options)), progress) => inspect::run(&options, &progress),
+            (Some(Command::Effects(options)), _) => effects::run(&options),
+            (Some(Command::Generate(options)), progress) => generate::run(&options, &progress),
         },
     };
     match result {

@@ -1,34 +1,49 @@
-use std::io::{IsTerminal, Write};
-use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
-/// A line on the terminal that says how far the work is; nothing where no person is watching.
-pub(super) struct Progress {
-    watched: bool,
-    shown: Mutex<Option<String>>,
-}
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// A line on the terminal that says what is done, how far it is, and how long it will take; nothing where no person is watching,
+/// as behind a pipe. It is gone with the value.
+pub(super) struct Progress(ProgressBar);
+
+/// Steps of a whole.
+const STEPS: u64 = 1000;
+/// How often the line is drawn anew, so that the time goes on.
+const TICK: Duration = Duration::from_millis(200);
 
 impl Progress {
-    pub(super) fn new() -> Self {
-        Self { watched: std::io::stderr().is_terminal(), shown: Mutex::default() }
+    /// Where something is `quiet`, nothing is shown.
+    pub(super) fn new(quiet: bool) -> Self {
+        // Of standard error that is no terminal nothing is made by the library itself.
+        let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+        Self(ProgressBar::with_draw_target(Some(STEPS), target))
     }
 
-    /// What is being done, and the share done so far, 0 to 1.
-    pub(super) fn show(&self, what: &str, share: f64) {
-        if !self.watched {
-            return;
-        }
-        let line = format!("{what}: {:3} %", (100.0 * share.clamp(0.0, 1.0)) as u64);
-        let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
-        if shown.as_ref() != Some(&line) {
-            // Nobody is left to tell if standard error is gone.
-            let _ = write!(std::io::stderr(), "\r{line}\x1b[K");
-            *shown = Some(line);
-        }
+    /// Something is done of which it is not known how far it is.
+    pub(super) fn stage(&self, what: &'static str) {
+        self.tell("{spinner} {msg}, {elapsed}", what);
     }
 
-    pub(super) fn clear(&self) {
-        if self.shown.lock().unwrap_or_else(PoisonError::into_inner).take().is_some() {
-            let _ = write!(std::io::stderr(), "\r\x1b[K");
+    /// Something is done, and this share of the whole, 0 to 1.
+    pub(super) fn share(&self, what: &'static str, share: f64) {
+        self.tell("{bar:24} {percent:>3} %, {eta} left: {msg}", what);
+        self.0.set_position((STEPS as f64 * share.clamp(0.0, 1.0)) as u64);
+    }
+
+    fn tell(&self, template: &str, what: &'static str) {
+        // Both templates are right; without one the library's own would be used.
+        if self.0.message() != what
+            && let Ok(style) = ProgressStyle::with_template(template)
+        {
+            self.0.set_style(style);
+            self.0.set_message(what);
+            self.0.enable_steady_tick(TICK);
         }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
     }
 }

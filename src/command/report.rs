@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 use super::analysis::analyse;
 use super::diagnose::{MAX_EFFECTS, first_order, search};
 use super::failure::Failure;
+use super::progress::Progress;
 use super::request::{StudyOptions, Terms};
 use super::shell::quoted;
 use super::source::{KindName, typed};
@@ -61,7 +62,7 @@ impl From<PaperName> for Paper {
 }
 
 /// Identifies and writes the document.
-pub(super) fn run(options: &Options) -> Output {
+pub(super) fn run(options: &Options, progress: &Progress) -> Output {
     // Said before the work is done, not after.
     Format::of(&options.out).map_err(Failure::from)?;
     #[cfg(feature = "desktop")]
@@ -69,14 +70,14 @@ pub(super) fn run(options: &Options) -> Output {
         && project.is_file()
         && crate::app::is_project(project)
     {
-        return of_project(options, project);
+        return of_project(options, project, progress);
     }
     if options.diagnose && options.study.source.reading.kind == KindName::FirstOrder {
         return Err(first_order().into());
     }
-    let analysis = analyse(&options.study)?;
+    let analysis = analyse(&options.study, progress)?;
     let diagnosis = match options.diagnose {
-        true => Some(search(&analysis.records, options.base.as_ref(), &[], options.max_effects)?),
+        true => Some(search(&analysis.records, options.base.as_ref(), &[], options.max_effects, progress)?),
         false => None,
     };
     let command = analysis.done.command("report", &analysis.suggested) + &options.own_words();
@@ -91,6 +92,7 @@ pub(super) fn run(options: &Options) -> Output {
         diagnosis: diagnosis.as_ref(),
         arrangement: &arrangement,
     };
+    progress.stage("drawing");
     report.write(&options.out).map_err(Failure::from)?;
     let mut result = json::identified(&analysis);
     if let Some(diagnosis) = &diagnosis {
@@ -134,7 +136,7 @@ impl Options {
 
 /// Writes the report of a saved project: its records, settings, walk and contents.
 #[cfg(feature = "desktop")]
-fn of_project(options: &Options, project: &Path) -> Output {
+fn of_project(options: &Options, project: &Path, progress: &Progress) -> Output {
     use clap::Parser as _;
 
     // A project brings its own settings; what else was given would go unheard.
@@ -152,8 +154,10 @@ fn of_project(options: &Options, project: &Path) -> Output {
     }
     let here = std::env::current_dir().unwrap_or_default();
     let command = format!("sindyscope report {} --out {}", typed(&here, project), typed(&here, &options.out));
+    progress.stage("reading and fitting");
     let content = crate::app::report_of_project(project, &command)
         .map_err(|problem| Failure::new(problem.what).try_this(problem.advice))?;
+    progress.stage("drawing");
     content.report().write(&options.out).map_err(Failure::from)?;
     Ok(format!("wrote {}\n", options.out.display()).into_bytes())
 }

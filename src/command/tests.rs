@@ -165,3 +165,34 @@ fn lists_for_each_equation_are_taken_and_come_back_in_the_command() {
     let refused = parse(&["--terms", "x1: x2"]).settings(&Settings::default());
     assert!(format!("{refused:?}").contains("v1: "), "{refused:?}");
 }
+
+/// Options are this command line's own: a library that named them would speak to nobody in the window or in a script.
+#[test]
+fn no_sentence_of_a_library_names_an_option() {
+    let option = |line: &str| {
+        let code = line.trim_start();
+        let words = code.match_indices("--").filter(|(at, _)| code[..*at].ends_with([' ', '`', '"', '(', '\'']));
+        let named = |(at, _): (usize, &str)| code[at + 2..].starts_with(|c: char| c.is_ascii_lowercase());
+        !code.starts_with("//") && code.contains('"') && words.into_iter().any(named)
+    };
+    let mut found = Vec::new();
+    let mut folders = vec![std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("crates")];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).expect("a folder").flatten() {
+            let path = entry.path();
+            let name = entry.file_name().to_string_lossy().into_owned();
+            // Variables of style sheets begin with two minuses too.
+            if name.contains("tests") || name == "style.rs" {
+                continue;
+            }
+            if path.is_dir() {
+                folders.push(path);
+            } else if name.ends_with(".rs") {
+                let text = std::fs::read_to_string(&path).expect("text");
+                let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+                found.extend(code.lines().filter(|l| option(l)).map(|l| format!("{}: {l}", path.display())));
+            }
+        }
+    }
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}

@@ -79,7 +79,30 @@ fn joined(
     for ((_, entry), usage) in set.entries.iter_mut().zip(usages) {
         *entry = usage;
     }
+    tell_of_copies(&mut set);
     Ok(set)
+}
+
+/// Notes of each record that is held out and fitted as well, as when a file is given as both: its error is no honest one.
+fn tell_of_copies(set: &mut RecordSet) {
+    let fitted: Vec<Arc<Record>> = set.with(Usage::Fit).cloned().collect();
+    for (record, usage) in &mut set.entries {
+        let copy = |other: &&Arc<Record>| {
+            let channels = record.channels.iter().zip(&other.channels);
+            record.start == other.start
+                && record.channels.len() == other.channels.len()
+                && channels.into_iter().all(|(a, b)| a.role == b.role && a.values == b.values)
+        };
+        if *usage == Usage::HeldOut
+            && let Some(other) = fitted.iter().find(copy)
+        {
+            let notice = format!(
+                "{}: this record is held out and, as {}, fitted too: its held-out error says nothing of other data",
+                record.name, other.name
+            );
+            Arc::make_mut(record).notices.push(notice);
+        }
+    }
 }
 
 /// Reads the bytes of one file, named as messages and records shall name it.

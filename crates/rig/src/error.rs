@@ -14,7 +14,7 @@ pub enum RigError {
     /// An option whose value cannot be used.
     #[error("{option}: {problem}")]
     BadOption {
-        /// The option, as a person writes it.
+        /// The option's name.
         option: &'static str,
         /// What is wrong and what would do.
         problem: String,

@@ -61,11 +61,11 @@ impl CheckedScenario {
     /// An option that is out of bounds or that the scenario has no use for.
     pub(super) fn new(scenario: &Scenario, options: &ScenarioOptions) -> Result<Self, RigError> {
         refuse_idle_options(scenario, options)?;
-        let rate = within("--rate", options.rate.unwrap_or(scenario.rate), 1e-3, 1e7)?;
-        let duration = within("--duration", options.duration.unwrap_or(scenario.duration), 1e-6, LONGEST)?;
-        let settle = within("--settle", options.settle.unwrap_or(scenario.settle), 0.0, LONGEST)?;
-        let amplitude = within("--amplitude", options.amplitude.unwrap_or(scenario.amplitude), -LARGEST, LARGEST)?;
-        for (option, noise) in [("--noise", options.noise), ("--input-noise", options.input_noise)] {
+        let rate = within("rate", options.rate.unwrap_or(scenario.rate), 1e-3, 1e7)?;
+        let duration = within("duration", options.duration.unwrap_or(scenario.duration), 1e-6, LONGEST)?;
+        let settle = within("settle", options.settle.unwrap_or(scenario.settle), 0.0, LONGEST)?;
+        let amplitude = within("amplitude", options.amplitude.unwrap_or(scenario.amplitude), -LARGEST, LARGEST)?;
+        for (option, noise) in [("noise", options.noise), ("input-noise", options.input_noise)] {
             if noise.is_some_and(|n| !n.is_valid()) {
                 return bad(option, "give a standard deviation of zero or more");
             }
@@ -74,26 +74,28 @@ impl CheckedScenario {
         let samples = (duration * rate).round();
         if samples < FEWEST_SAMPLES {
             return bad(
-                "--duration",
+                "duration",
                 format!("{duration} s at {rate} Hz are {samples} samples; a record has at least {FEWEST_SAMPLES}"),
             );
         }
         if samples * records.len() as f64 > MOST_SAMPLES {
             let total = samples * records.len() as f64;
             return bad(
-                "--duration",
-                format!("{total} samples in all are more than {MOST_SAMPLES}; take less of them or a lower --rate"),
+                "duration",
+                format!(
+                    "{total} samples in all are more than {MOST_SAMPLES}; take less of them or a lower sampling rate"
+                ),
             );
         }
-        let resolution = options.resolution.map(|r| within("--resolution", r, 0.0, LARGEST)).transpose()?;
+        let resolution = options.resolution.map(|r| within("resolution", r, 0.0, LARGEST)).transpose()?;
         let watch = |sensor: Sensor, noise: Option<Noise>| Sensor {
             noise: noise.unwrap_or(sensor.noise),
             resolution: resolution.unwrap_or(sensor.resolution),
             ..sensor
         };
-        let offset = options.offset.map(|o| within("--offset", o, -LARGEST, LARGEST)).transpose()?;
-        let drift = options.drift.map(|d| within("--drift", d, -LARGEST, LARGEST)).transpose()?;
-        let high_pass = options.high_pass.map(|h| within("--high-pass", h, 0.0, 0.5 * rate)).transpose()?;
+        let offset = options.offset.map(|o| within("offset", o, -LARGEST, LARGEST)).transpose()?;
+        let drift = options.drift.map(|d| within("drift", d, -LARGEST, LARGEST)).transpose()?;
+        let high_pass = options.high_pass.map(|h| within("high-pass", h, 0.0, 0.5 * rate)).transpose()?;
         let of_motion = scenario.sensor;
         let sensor = Sensor {
             offset: offset.unwrap_or(of_motion.offset),
@@ -167,23 +169,19 @@ fn refuse_idle_options(scenario: &Scenario, options: &ScenarioOptions) -> Result
     let Scenario { name, excitation_kind, .. } = scenario;
     let shaken = !matches!(excitation_kind, ScenarioExcitation::Release | ScenarioExcitation::None);
     let idle = [
+        ("amplitude", options.amplitude.is_some() && *excitation_kind == ScenarioExcitation::None, "has no excitation"),
+        ("frequencies", options.frequencies.is_some() && !shaken, "has no excitation"),
+        ("input-noise", options.input_noise.is_some() && !shaken, "has no input"),
+        ("together", options.together && *excitation_kind != ScenarioExcitation::Tones, "has no separate tones"),
+        ("lines", options.lines.is_some() && *excitation_kind != ScenarioExcitation::Multisine, "is no multisine"),
         (
-            "--amplitude",
-            options.amplitude.is_some() && *excitation_kind == ScenarioExcitation::None,
-            "has no excitation",
-        ),
-        ("--frequencies", options.frequencies.is_some() && !shaken, "has no excitation"),
-        ("--input-noise", options.input_noise.is_some() && !shaken, "has no input"),
-        ("--together", options.together && *excitation_kind != ScenarioExcitation::Tones, "has no separate tones"),
-        ("--lines", options.lines.is_some() && *excitation_kind != ScenarioExcitation::Multisine, "is no multisine"),
-        (
-            "--ramp",
+            "ramp",
             options.ramp.is_some()
                 && !matches!(excitation_kind, ScenarioExcitation::Tones | ScenarioExcitation::Multisine),
             "is not faded in by it",
         ),
         (
-            "--settle",
+            "settle",
             options.settle.is_some() && *excitation_kind == ScenarioExcitation::Sweep,
             "is over when it has settled",
         ),
@@ -199,16 +197,16 @@ fn parameters(scenario: &Scenario, options: &ScenarioOptions) -> Result<Vec<f64>
     for (name, value) in &options.parameters {
         let known = parameters.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
         let Some(parameter) = parameters.iter_mut().find(|p| p.name == name) else {
-            return bad("--set", format!("the plant of {} has no parameter {name:?}; it has {known}", scenario.name));
+            return bad("set", format!("the plant of {} has no parameter {name:?}; it has {known}", scenario.name));
         };
-        parameter.value = within("--set", *value, parameter.least.max(-LARGEST), LARGEST)?;
+        parameter.value = within("set", *value, parameter.least.max(-LARGEST), LARGEST)?;
     }
     Ok(parameters.into_iter().map(|p| p.value).collect())
 }
 
 /// The channels of the motion that are asked for.
 fn measured(scenario: &Scenario, options: &ScenarioOptions) -> Result<Vec<Role>, RigError> {
-    let option = "--measure";
+    let option = "measure";
     let layout = scenario.plant().smooth.layout;
     let names: Vec<&str> = match &options.measure {
         Some(given) => given.iter().map(|name| name.trim()).collect(),
@@ -246,16 +244,16 @@ fn initial(scenario: &Scenario, options: &ScenarioOptions, amplitude: f64) -> Re
     let mut state = scenario.initial.to_vec();
     if scenario.excitation_kind == ScenarioExcitation::Release {
         if options.initial.is_some() && options.amplitude.is_some() {
-            return bad("--initial", "a release has either an --amplitude or an --initial state");
+            return bad("initial", "a release has either an amplitude or an initial state");
         }
         state[0] = amplitude;
     }
     if let Some(given) = &options.initial {
         if given.len() != state.len() {
-            return bad("--initial", format!("{} values for {} states", given.len(), state.len()));
+            return bad("initial", format!("{} values for {} states", given.len(), state.len()));
         }
         for (value, given) in state.iter_mut().zip(given) {
-            *value = within("--initial", *given, -LARGEST, LARGEST)?;
+            *value = within("initial", *given, -LARGEST, LARGEST)?;
         }
     }
     Ok(state)
@@ -273,23 +271,23 @@ fn shake(
     let single = |excitation| vec![RequestedRecord { name: scenario.name.to_owned(), excitation }];
     let frequencies = options.frequencies.as_deref().unwrap_or(scenario.frequencies);
     if frequencies.len() > MOST_TONES {
-        return bad("--frequencies", format!("{} are more than {MOST_TONES}", frequencies.len()));
+        return bad("frequencies", format!("{} are more than {MOST_TONES}", frequencies.len()));
     }
     for frequency in frequencies {
         let fits = *frequency > 0.0 && *frequency < 0.5 * rate;
         if !fits {
             let most = 0.5 * rate;
             return bad(
-                "--frequencies",
+                "frequencies",
                 format!("{frequency} Hz is not between 0 and half the sampling rate, {most} Hz"),
             );
         }
     }
     let ends = || match frequencies {
         [low, high] => Ok((*low, *high)),
-        _ => bad("--frequencies", format!("the scenario {} takes two: from and to", scenario.name)),
+        _ => bad("frequencies", format!("the scenario {} takes two: from and to", scenario.name)),
     };
-    let ramp = within("--ramp", options.ramp.unwrap_or(0.0), 0.0, LONGEST)?;
+    let ramp = within("ramp", options.ramp.unwrap_or(0.0), 0.0, LONGEST)?;
     let ramped = if ramp > 0.0 { format!(", faded in over {ramp:?} s") } else { String::new() };
     Ok(match scenario.excitation_kind {
         ScenarioExcitation::None => (single(None), "none".to_owned()),
@@ -302,12 +300,12 @@ fn shake(
             let tone = |frequency: &f64| Harmonic { amplitude, frequency: *frequency, phase: 0.0 };
             let mut runs: Vec<RequestedRecord> = Vec::new();
             if frequencies.is_empty() {
-                return bad("--frequencies", "give at least one");
+                return bad("frequencies", "give at least one");
             } else if apart {
                 for frequency in frequencies {
                     let name = format!("{frequency}Hz");
                     if runs.iter().any(|r| r.name == name) {
-                        return bad("--frequencies", format!("{frequency} Hz is given twice"));
+                        return bad("frequencies", format!("{frequency} Hz is given twice"));
                     }
                     let excitation = Excitation::tones([tone(frequency)]).fading_in(ramp);
                     runs.push(RequestedRecord { name, excitation: Some(excitation) });
@@ -331,7 +329,7 @@ fn shake(
             let (low, high) = ends()?;
             let lines = options.lines.unwrap_or(scenario.lines);
             if !(1..=MOST_TONES).contains(&lines) {
-                return bad("--lines", format!("{lines} is out of bounds: give a number from 1 to {MOST_TONES}"));
+                return bad("lines", format!("{lines} is out of bounds: give a number from 1 to {MOST_TONES}"));
             }
             let words = format!(
                 "multisine, {lines} harmonics from {low:?} to {high:?} Hz, RMS of one tone of {amplitude:?} {unit}, phases of seed {}{ramped}",

@@ -234,7 +234,7 @@ static SCENARIOS: [Scenario; 18] = [
     },
     Scenario {
         name: "three-masses",
-        summary: "three masses in a chain, random-phase multisine force on the first; --set F23=0.5: friction between 2 and 3",
+        summary: "three masses in a chain, random-phase multisine force on the first; F23=0.5 is friction between 2 and 3",
         initial: &[0.0; 6],
         plant: &THREE_MASSES,
         ..TWO_MASSES_SHAKEN
@@ -243,7 +243,7 @@ static SCENARIOS: [Scenario; 18] = [
 
 const TWO_MASSES_SHAKEN: Scenario = Scenario {
     name: "two-masses",
-    summary: "two masses in a chain, random-phase multisine force on the first; --set F12=0.5: friction between them",
+    summary: "two masses in a chain, random-phase multisine force on the first; F12=0.5 is friction between them",
     excitation_kind: ScenarioExcitation::Multisine,
     rate: 200.0,
     duration: 20.0,

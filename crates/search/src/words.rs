@@ -8,21 +8,40 @@ use super::outcome::{Choice, Evidence, Finding, Remaining, Round, Stage, Verdict
 use sindyscope_values::format::number::significant;
 use sindyscope_values::format::units::format_si;
 
+/// What the note says first of a gap that is left.
+const MORE_THAN_NOISE: &str = "What is left is more than noise. ";
+
+impl Remaining {
+    /// What these data could still hide, without the sentence on whether anything is left.
+    pub fn limits(&self) -> &str {
+        self.note.strip_prefix(MORE_THAN_NOISE).unwrap_or(&self.note)
+    }
+}
+
+/// Largest detection limit, as a share of the spring force, that is told as a number: an effect that could be larger than
+/// this and not be seen is one that the data cannot show.
+const LARGEST_LIMIT: f64 = 0.2;
+
 /// What is left, in words.
 pub(super) fn remaining(evidence: &Evidence, hidden_up_to: &[(String, f64)]) -> Remaining {
     let mut note = String::new();
     if evidence.significant {
-        note.push_str("What is left is more than noise. ");
+        note.push_str(MORE_THAN_NOISE);
     }
     let mut sizes: Vec<&(String, f64)> = hidden_up_to.iter().filter(|(_, s)| s.is_finite()).collect();
     sizes.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let list: Vec<String> =
-        sizes.iter().map(|(title, s)| format!("{} {} %", within(title), significant(100.0 * s, 2))).collect();
-    if !list.is_empty() {
-        note.push_str("Detection limits (share of the spring force): ");
-        note.push_str(&list.join(", "));
-        note.push('.');
+    let (shown, unseen) = sizes.split_at(sizes.partition_point(|(_, s)| *s <= LARGEST_LIMIT));
+    let limits: Vec<String> =
+        shown.iter().map(|(title, s)| format!("{} {} %", within(title), significant(100.0 * s, 2))).collect();
+    let unseen: Vec<String> = unseen.iter().map(|(title, _)| within(title)).collect();
+    let mut sentences = Vec::new();
+    if !limits.is_empty() {
+        sentences.push(format!("Detection limits (share of the spring force): {}.", limits.join(", ")));
     }
+    if !unseen.is_empty() {
+        sentences.push(format!("These data cannot show: {}.", unseen.join(", ")));
+    }
+    note.push_str(&sentences.join(" "));
     Remaining { significant: evidence.significant, p_value: evidence.p_value, note }
 }
 

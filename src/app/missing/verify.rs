@@ -114,8 +114,7 @@ fn left(ui: &mut Ui, room: &mut Missing, sight: &WalkContext<'_>, height: f32, a
         };
         card(ui, edge, |ui| {
             ui.add(egui::Label::new(RichText::new(head).strong()).wrap());
-            let note = d.remaining.note.replace("What is left is more than noise. ", "");
-            could_hide(ui, &note);
+            could_hide(ui, d.remaining.limits());
         });
     } else if sight.running.is_some() {
         ui.weak("asking what is left…");

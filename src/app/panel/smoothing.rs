@@ -112,7 +112,8 @@ fn choose(ui: &mut Ui, choosing: Option<crate::app::queue::JobProgress>, asks: &
             }
             let share = busy.share.unwrap_or(0.0) as f32;
             let bar = egui::ProgressBar::new(share).desired_width(110.0).desired_height(ROW - 8.0);
-            ui.add(bar).on_hover_text(format!("{:.0} % of the settings tried", 100.0 * share));
+            let stage = busy.stage.unwrap_or("choosing");
+            ui.add(bar).on_hover_text(format!("{:.0} %: {stage}", 100.0 * share));
         }
     }
 }

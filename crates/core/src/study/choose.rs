@@ -53,6 +53,13 @@ const MAX_ROUNDS: usize = 4;
 /// Thresholds tried for one smoothing, at most, for each degree of freedom.
 const MAX_THRESHOLDS: usize = 10;
 
+/// Share of the whole work that is done when smoothings and thresholds have been tried: rough, for a person who waits.
+const SHARE_AFTER_TRIALS: f64 = 0.4;
+/// Share that is done when the response of the candidates alike has been held against a refined one.
+const SHARE_AFTER_RESPONSE: f64 = 0.5;
+/// Share that is done when refined fits have been compared.
+const SHARE_AFTER_REFINED: f64 = 0.75;
+
 /// How columns and rates are made.
 type FormAndSmoothing = (Formulation, Smoothing);
 
@@ -86,7 +93,7 @@ impl SettingsTrial {
 /// refinement is chosen too. At last the terms are dropped that the response does without. Records held out by the user
 /// are not looked at.
 ///
-/// `progress` is told the share done, 0 to 1.
+/// `progress` is told what is being done, and the share of the whole that is done, 0 to 1.
 ///
 /// # Errors
 /// As [`Study::run`](super::Study::run).
@@ -95,7 +102,7 @@ pub fn choose(
     start: &Settings,
     free: FreeSettings,
     cancel: &Cancel,
-    progress: &(dyn Fn(f64) + Sync),
+    progress: &(dyn Fn(&'static str, f64) + Sync),
 ) -> Result<ChosenSettings, StudyError> {
     let layout = check(records, start)?;
     let whole = records.with(Usage::Fit).map(|r| r.len()).sum::<usize>();
@@ -112,7 +119,12 @@ pub fn choose(
         forms.into_iter().flat_map(|form| smoothings.iter().map(move |s| (form, *s))).collect();
     let mut seen: Vec<FormAndSmoothing> = Vec::new();
     for round in 0..MAX_ROUNDS {
-        let report = |share: f64| progress((round as f64 + share) / MAX_ROUNDS as f64);
+        let report = |share: f64| {
+            progress(
+                "trying smoothings and thresholds",
+                SHARE_AFTER_TRIALS * (round as f64 + share) / MAX_ROUNDS as f64,
+            )
+        };
         tried.extend(plan.judge_all(start, &next, free, cancel, &report)?);
         seen.append(&mut next);
         let Some(best) = best(&tried) else { break };
@@ -122,7 +134,7 @@ pub fn choose(
             break;
         }
     }
-    progress(1.0);
+    progress("fitting the response", SHARE_AFTER_TRIALS);
     let Some(sparse) = parsimonious(&tried) else {
         return Err(StudyError::Setting("no setting gave a response that could be compared".into()));
     };
@@ -132,6 +144,7 @@ pub fn choose(
         None => (sparse, plan.settings(start, free, sparse)?),
     };
     let mut error = chosen.mean();
+    progress("comparing refined fits", SHARE_AFTER_RESPONSE);
     if free.refine
         && let Some((better, refined)) = plan.refined_choice(start, free, &tried, chosen, cancel)?
     {
@@ -144,6 +157,7 @@ pub fn choose(
     {
         (settings, error) = (better, refined);
     }
+    progress("leaving out what is needless", SHARE_AFTER_REFINED);
     if free.threshold {
         let (lean, found) = plan.without_needless(records, settings, cancel)?;
         (settings, error) = (lean, found.unwrap_or(error));

@@ -391,7 +391,7 @@ mod tests {
     }
 
     fn full(records: &RecordSet, settings: &Settings, size: (usize, usize)) -> SettingsGrid {
-        settings_grid(records, settings, size, &Cancel::default(), &|_| {}).unwrap()
+        settings_grid(records, settings, size, &Cancel::default(), &|_, _| {}).unwrap()
     }
 
     #[test]
@@ -444,7 +444,7 @@ mod tests {
         assert!(error(parsimonious) <= 2.0 * error(best));
         assert!(map.cell(parsimonious).unwrap().terms <= map.cell(best).unwrap().terms);
         let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true };
-        let chosen = choose(&records, &settings, free, &Cancel::default(), &|_| {}).unwrap().settings;
+        let chosen = choose(&records, &settings, free, &Cancel::default(), &|_, _| {}).unwrap().settings;
         let test = |settings: &Settings| {
             let outcome = Study::default().run(&records, settings, &Cancel::default()).unwrap();
             outcome.test.or(outcome.train).unwrap().nrmse

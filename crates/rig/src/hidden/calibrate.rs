@@ -102,7 +102,7 @@ pub(super) fn calibrate(
     }
     // A motion that jumps from one branch to another has no strength for some ratios.
     best.map(|(_, assembly)| assembly).ok_or_else(|| RigError::BadOption {
-        option: "--ratio",
+        option: "ratio",
         problem: "the missing force does not settle at the size asked for; ask for a smaller one".to_owned(),
     })
 }

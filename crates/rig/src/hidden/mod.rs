@@ -143,22 +143,22 @@ pub fn draw(request: &HiddenRequest) -> Result<Hidden, RigError> {
     if let Some(ratio) = request.ratio
         && !(ratio > 0.0 && ratio <= LARGEST_RATIO)
     {
-        return bad("--ratio", format!("{ratio} is out of bounds: give a share above 0, at most {LARGEST_RATIO}"));
+        return bad("ratio", format!("{ratio} is out of bounds: give a share above 0, at most {LARGEST_RATIO}"));
     }
     if !(SAMPLES.0..=SAMPLES.1).contains(&request.samples) {
         let (least, most) = SAMPLES;
-        return bad("--samples", format!("{} is out of bounds: give a number from {least} to {most}", request.samples));
+        return bad("samples", format!("{} is out of bounds: give a number from {least} to {most}", request.samples));
     }
     let Instruments { share, input_share, .. } = request.instruments;
     if !(0.0..=1.0).contains(&share) || !(0.0..=1.0).contains(&input_share) {
-        return bad("--noise", "give a share of the RMS from 0 to 100%".to_owned());
+        return bad("noise", "give a share of the RMS from 0 to 100%".to_owned());
     }
     let mut failure = RigError::Unbounded { time: 0.0 };
     let mut weak: Option<Hidden> = None;
     for attempt in 0..MOST_ATTEMPTS {
         let plan = HiddenPlan::draw(request, &effects, attempt)?;
         if let Some(fault) = plan.sensor_fault().filter(|_| request.instruments.shown != SensedMotion::Displacement) {
-            return bad("--measure", format!("{} is a fault of a displacement's sensor: measure x", fault.name));
+            return bad("measure", format!("{} is a fault of a displacement's sensor: measure x", fault.name));
         }
         let targets = match &plan.sizes {
             EffectSizes::Ratios(targets, _) => targets.clone(),
@@ -201,7 +201,7 @@ pub fn draw_in(regime: Regime, seed: u64) -> Result<Hidden, RigError> {
 }
 
 fn known(name: &str, excitation_kind: ExcitationKind) -> Result<&'static Effect, RigError> {
-    let bad = |problem: String| RigError::BadOption { option: "--effect", problem };
+    let bad = |problem: String| RigError::BadOption { option: "effect", problem };
     let effect = catalogue::find(name).ok_or_else(|| {
         let known: Vec<&str> = names().chain(outside_names()).collect();
         bad(format!("there is no effect {name:?}; choose of: {}", known.join(", ")))
@@ -449,7 +449,7 @@ fn drive(effects: &[&Effect], excitation_kind: ExcitationKind, random: &mut Pcg6
         (_, false) => [DriveKind::Force, DriveKind::Base],
     };
     order.into_iter().find(|drive| effects.iter().all(|e| e.suits(*drive))).ok_or_else(|| RigError::BadOption {
-        option: "--effect",
+        option: "effect",
         problem: "these effects need different plants: one with a moving base and one without".to_owned(),
     })
 }

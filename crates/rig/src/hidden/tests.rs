@@ -445,7 +445,7 @@ fn a_velocity_or_an_acceleration_alone_is_that_of_the_displacement() {
         instruments: Instruments { shown: SensedMotion::Velocity, ..fault.instruments },
         ..fault
     });
-    assert!(matches!(refused, Err(RigError::BadOption { option: "--measure", .. })), "{refused:?}");
+    assert!(matches!(refused, Err(RigError::BadOption { option: "measure", .. })), "{refused:?}");
 }
 
 #[test]

@@ -1,7 +1,10 @@
 use std::f64::consts::TAU;
 
 use super::super::site::Site;
-use super::{Addition, Axis, Direction, Form, Frame, Inner, OneTerm, Setting, coefficient, even, shared, with_words};
+use super::{
+    Addition, Axis, Coefficient, Direction, Form, Frame, Inner, OneTerm, Setting, coefficient, even, shared, spring,
+    with_words,
+};
 use sindyscope_core::simulate::Delays;
 use sindyscope_values::term::{Expression, Symbol, Term};
 
@@ -24,7 +27,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                 separates: "the same amplitude early and late in the record",
                 formula: r"\frac{dk}{dt}\,t\,r",
                 force: frame.r() * Symbol::Time,
-                coefficient: coefficient("dk/dt", 0, -3, Direction::Any),
+                coefficient: Coefficient { dimension: (0, -3), ..spring("dk/dt", 0) },
                 axis: Axis::Time,
             },
             forms,
@@ -172,10 +175,7 @@ fn harmonics(setting: &Setting, forms: &mut Vec<Form>) {
             formula: r"(k_{p,\cos}\cos 2\pi f t+k_{p,\sin}\sin 2\pi f t)\,r",
             form: frame.form,
             site: Some(frame.site),
-            coefficients: vec![
-                coefficient("k_p cos", 0, -2, Direction::Any),
-                coefficient("k_p sin", 0, -2, Direction::Any),
-            ],
+            coefficients: vec![spring("k_p cos", 0), spring("k_p sin", 0)],
             inner: vec![frequencies(&setting.pulsations)],
             contains: &["stiffness_drift", "linear_stiffness"],
             axis: Axis::Time,

@@ -79,24 +79,32 @@ impl Direction {
 /// A coefficient that the effect adds.
 #[derive(Clone, Debug)]
 pub(crate) struct Coefficient {
-    /// Its usual symbol; the quantity shown is the coefficient times −1 where the sign is `Against`.
+    /// Its usual symbol.
     pub(crate) name: String,
     /// Powers of length and of time in its unit.
     pub(crate) dimension: (i32, i32),
     /// Its physical sign.
     pub(crate) sign: Direction,
+    /// Of either sign, it counts as a spring counts: positive where it restores.
+    pub(crate) restoring: bool,
     /// It acts on the second mass of a joint, the other way round than on the first.
     pub(crate) mirrored: bool,
 }
 
 impl Coefficient {
-    /// The quantity that is shown for a value: positive where it acts as its name says.
+    /// The named quantity that a value of the term's coefficient means, by the textbook's signs.
+    ///
+    /// The equation of motion is written `x″ = …`, in which whatever resists stands with a minus: `x″ = −c v − k₃ x³ + b`. A
+    /// spring, damper or friction is therefore minus its term's coefficient, whether it can have one sign or both (a hardening
+    /// spring is positive), and a force, a mass or the gain of an input is the coefficient itself. On the second mass of a
+    /// joint the signs of the terms are the other way round.
     pub(crate) fn shown(&self, value: f64) -> f64 {
-        match self.sign {
-            Direction::Against => -value,
-            Direction::Any if self.mirrored => -value,
-            Direction::Along | Direction::Any => value,
-        }
+        let resists = match self.sign {
+            Direction::Against => true,
+            Direction::Along => false,
+            Direction::Any => self.restoring != self.mirrored,
+        };
+        if resists { -value } else { value }
     }
 
     /// The same of one mass of a joint, counted from zero.
@@ -576,5 +584,10 @@ fn even(from: f64, to: f64, count: usize) -> Vec<f64> {
 }
 
 fn coefficient(name: &str, length: i32, time: i32, sign: Direction) -> Coefficient {
-    Coefficient { name: name.to_owned(), dimension: (length, time), sign, mirrored: false }
+    Coefficient { name: name.to_owned(), dimension: (length, time), sign, restoring: false, mirrored: false }
+}
+
+/// A spring's coefficient, which may harden or soften.
+fn spring(name: &str, length: i32) -> Coefficient {
+    Coefficient { restoring: true, ..coefficient(name, length, -2, Direction::Any) }
 }

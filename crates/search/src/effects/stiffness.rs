@@ -1,4 +1,6 @@
-use super::{Addition, Axis, Direction, Form, Frame, Inner, OneTerm, Setting, coefficient, even, shared, with_words};
+use super::{
+    Addition, Axis, Direction, Form, Frame, Inner, OneTerm, Setting, coefficient, even, shared, spring, with_words,
+};
 use sindyscope_values::term::{Expression, Term};
 
 /// Restoring forces.
@@ -20,7 +22,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
             separates: "a wide band of frequencies",
             formula: r"k\,r",
             force: frame.r(),
-            coefficient: coefficient("k", 0, -2, Direction::Any),
+            coefficient: spring("k", 0),
             axis: Axis::Displacement,
         },
         forms,
@@ -34,7 +36,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
             separates: "two amplitudes: the mean shifts with the amplitude squared",
             formula: r"k_2\,r^2",
             force: frame.r().power(2.0),
-            coefficient: coefficient("k_2", -1, -2, Direction::Any),
+            coefficient: spring("k_2", -1),
             axis: Axis::Displacement,
         },
         forms,
@@ -48,7 +50,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
             separates: "amplitudes that differ three times or more",
             formula: r"k_3\,r^3",
             force: frame.r().power(3.0),
-            coefficient: coefficient("k_3", -2, -2, Direction::Any),
+            coefficient: spring("k_3", -2),
             axis: Axis::Displacement,
         },
         forms,
@@ -62,7 +64,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
             separates: "the largest safe amplitude",
             formula: r"k_5\,r^5",
             force: frame.r().power(5.0),
-            coefficient: coefficient("k_5", -4, -2, Direction::Any),
+            coefficient: spring("k_5", -4),
             axis: Axis::Displacement,
         },
         forms,
@@ -76,7 +78,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
             separates: "two amplitudes: the share of the second harmonic stays the same",
             formula: r"k_b\max(r,0)",
             force: frame.r().max(0.0),
-            coefficient: coefficient("k_b", 0, -2, Direction::Any),
+            coefficient: spring("k_b", 0),
             axis: Axis::Displacement,
         },
         forms,
