@@ -40,3 +40,8 @@ pub mod signal;
 pub mod simulate;
 pub mod sparse;
 pub mod study;
+
+/// The book's page for whoever adds a setting, whose example runs with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/contributing/setting.md")]
+struct ContributingSetting;

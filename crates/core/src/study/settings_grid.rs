@@ -391,7 +391,7 @@ mod tests {
     }
 
     fn full(records: &RecordSet, settings: &Settings, size: (usize, usize)) -> SettingsGrid {
-        settings_grid(records, settings, size, &Cancel::default(), &|_, _| {}).unwrap()
+        settings_grid(records, settings, size, &Cancel::default(), &|_| {}).unwrap()
     }
 
     #[test]
