@@ -1,3 +1,5 @@
+//! Autocorrelation of residuals, and what it does to variances.
+
 use std::f64::consts::TAU;
 
 /// Sums of products of samples so far apart, from none to `order` samples, over series of their own.
@@ -32,8 +34,8 @@ pub fn autoregression(correlation: &[f64]) -> (Vec<f64>, f64) {
     (a, variance)
 }
 
-/// How many times more residuals of this colour vary near a frequency (a share of the sampling rate) than white ones of
-/// the same variance, at least 1: what standard errors squared and log-likelihood ratios are off by.
+/// Variance inflation of correlated residuals: their power near a frequency (a share of the sampling rate) over that of white
+/// ones of the same variance, at least 1. Squared standard errors and log-likelihood ratios of white residuals are off by it.
 ///
 /// An autoregression of order 8 gives the spectrum; the largest value from half to twice the frequency counts.
 pub fn inflation(series: &[&[f64]], frequency: f64) -> f64 {

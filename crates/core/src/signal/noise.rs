@@ -14,12 +14,12 @@ const MAX_BANDS: usize = 32;
 const MIN_SAMPLES_A_BAND: usize = 16;
 /// A band with this many times the power of the quiet ones holds motion.
 const MOTION_OVER_QUIET: f64 = 10.0;
-/// Where differences find less than this share of the noise that the spectrum shows, the noise is coloured.
+/// Where differences find less than this share of the noise that the spectrum shows, the noise is not white, and the spectrum's answer counts.
 const MIN_WHITE_SHARE: f64 = 0.8;
 /// Distinct levels from which on steps are taken for a converter's; fewer are a signal that is made in steps.
 const MIN_LEVELS: usize = 16;
 
-/// Standard deviation of the noise in evenly sampled data, whatever its colour; none below 20 samples.
+/// Standard deviation of the noise in evenly sampled data, white or not; none below 20 samples.
 ///
 /// The spectrum is cut into bands, and each band's floor is the median of its lines, so that the sharp lines of a periodic
 /// motion do not count. The quarter of the bands that is quietest shows the level of the noise; bands ten times as strong

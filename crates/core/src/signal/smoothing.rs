@@ -1,3 +1,5 @@
+//! How records are smoothed and differentiated, as a person sets it.
+
 use serde::{Deserialize, Serialize};
 
 use super::SavitzkyGolay;

@@ -1,3 +1,5 @@
+//! Sums, means and ranks of series.
+
 /// Inner product Σ aᵢbᵢ of two series of one length, several lanes at once.
 #[inline]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -1,3 +1,5 @@
+//! How much later than they were measured inputs act.
+
 use serde::{Deserialize, Serialize};
 
 /// How much later each input acts than it was measured, s; earlier if negative.

@@ -1,3 +1,5 @@
+//! A model taken apart into a matrix, a forcing and the rest, ready for fast steps.
+
 use super::SimulateError;
 use super::grid::External;
 use sindyscope_values::model::Model;

@@ -1,3 +1,5 @@
+//! Inputs between their samples: splines of degree 7, their derivatives, and inputs that act later.
+
 use std::ops::Range;
 
 use super::Delays;

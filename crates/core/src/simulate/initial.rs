@@ -1,3 +1,5 @@
+//! The initial state whose response follows the opening of a record.
+
 use nalgebra::{DMatrix, DVector};
 
 use super::{InputGrid, Limits, Output, Response, Simulator, Workspace};

@@ -1,3 +1,5 @@
+//! Integration of a model in steps of a sampling interval or a part of one.
+
 use std::ops::Range;
 
 use super::equations::Equations;

@@ -1,3 +1,5 @@
+//! What sensors measure of a simulated motion.
+
 use super::Response;
 
 /// What a sensor shows of a motion; degrees of freedom count from zero.

@@ -1,3 +1,5 @@
+//! Steps across the jumps and kinks of an equation: which side of each surface the motion is on, and when it changes.
+
 use std::ops::Range;
 
 use super::integrate::{Machine, Substep};

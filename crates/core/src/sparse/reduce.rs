@@ -1,3 +1,5 @@
+//! Columns and a target reduced once to a triangle, from which every least-squares problem on a subset is solved.
+
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};

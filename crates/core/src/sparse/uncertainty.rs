@@ -1,3 +1,5 @@
+//! Standard errors of coefficients whose residuals are correlated.
+
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};

@@ -1,3 +1,5 @@
+//! Records, their channels and what each is used for.
+
 use std::collections::HashSet;
 use std::ops::Range;
 use std::path::PathBuf;

@@ -1,3 +1,5 @@
+//! Derivatives of terms, and terms with fewer functions.
+
 use super::Layout;
 use super::expression::{Expression, Function, Symbol};
 

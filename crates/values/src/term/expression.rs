@@ -1,3 +1,5 @@
+//! The tree of a term, its normal form and its value.
+
 use std::cmp::Ordering;
 
 /// A quantity that a term may depend on; indices count from zero.

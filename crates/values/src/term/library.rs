@@ -1,3 +1,5 @@
+//! Families of candidate terms.
+
 use super::expression::{Expression, Function, Symbol};
 use super::{Kind, Layout, Term};
 

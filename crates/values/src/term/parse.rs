@@ -1,3 +1,5 @@
+//! Terms read from text.
+
 use pest::Parser as _;
 use pest::error::{ErrorVariant, InputLocation};
 use pest::iterators::Pair;

@@ -1,3 +1,5 @@
+//! Terms compiled to a flat list of instructions: no tree is walked and nothing is allocated while they are evaluated.
+
 use std::ops::Range;
 
 use super::calculus::without_bounds;
