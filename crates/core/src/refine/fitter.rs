@@ -135,6 +135,7 @@ impl<'a> Fitter<'a> {
         }
     }
 
+    /// The model at these shared parameters; none out of bounds.
     fn ready(&self, shared: &[f64]) -> Option<Ready> {
         let instance = self.structure.instance(shared)?;
         let simulator = Simulator::new(&instance.model).ok()?;
@@ -205,6 +206,8 @@ impl<'a> Fitter<'a> {
         out.iter().all(|y| y.is_finite())
     }
 
+    /// Simulates every run into `out`, `[run][row]`, and gives the sum of squares with that of the expectations; none if a response
+    /// does not last.
     fn all(&self, point: &Point, out: &mut Vec<Vec<f64>>) -> Option<f64> {
         let ready = self.ready(&point.shared)?;
         out.resize_with(self.runs.len(), Vec::new);
@@ -371,7 +374,7 @@ impl<'a> Fitter<'a> {
         lasts.into_iter().all(|l| l).then_some(columns)
     }
 
-    /// The normal equations.
+    /// The normal equations; `columns[run][unknown][row]` are the sensitivities, `simulated[run][row]` the responses.
     fn arrow(&self, columns: &[Vec<Vec<f64>>], simulated: &[Vec<f64>], point: &Point, scales: &[f64]) -> Arrow {
         let (shared, offsets) = (self.shared(point), point.offsets.len());
         let mut arrow = Arrow::new(shared + offsets);

@@ -101,7 +101,7 @@ pub struct MeasuredMotion {
     pub states: Vec<Vec<f64>>,
     /// Inputs: `[input][sample]`.
     pub inputs: Vec<Vec<f64>>,
-    /// Their rates.
+    /// Rates of the inputs: `[input][sample]`.
     pub input_rates: Vec<Vec<f64>>,
 }
 
@@ -164,9 +164,9 @@ impl Run {
 pub struct Point {
     /// Shared parameters.
     pub shared: Vec<f64>,
-    /// The sensors' offsets, record after record; empty where they have none.
+    /// The sensors' offsets, in their unit, record after record; empty where they have none.
     pub offsets: Vec<f64>,
-    /// For each run: displacements, velocities and, unless they are driven, internal states at the first sample.
+    /// Displacements, velocities and, unless they are driven, internal states at a run's first sample: `[run][state]`.
     pub own: Vec<Vec<f64>>,
 }
 

@@ -43,13 +43,13 @@ pub struct Signals {
     pub start: f64,
     /// Sampling interval, s.
     pub interval: f64,
-    /// State vector, one series a state: displacements, then velocities.
+    /// Displacements, then velocities: `[state][sample]`.
     pub states: Vec<Vec<f64>>,
-    /// Time derivative of each state of `states`.
+    /// Time derivatives of `states`: `[state][sample]`.
     pub rates: Vec<Vec<f64>>,
-    /// Inputs.
+    /// Inputs: `[input][sample]`.
     pub inputs: Vec<Vec<f64>>,
-    /// First derivative of each input.
+    /// First derivatives of the inputs: `[input][sample]`.
     pub input_rates: Vec<Vec<f64>>,
     /// Main period of the first displacement, s, if it oscillates.
     pub main_period: Option<f64>,
@@ -98,8 +98,8 @@ impl Slices<'_> {
 }
 
 impl Signals {
-    /// Accelerations, one series a degree of freedom: of displacements and velocities the rates' second half. Of a first-order
-    /// system they mean nothing.
+    /// Accelerations of a second-order system, the second half of the rates: `[freedom][sample]`. Without meaning for one of
+    /// first order.
     pub fn accelerations(&self) -> &[Vec<f64>] {
         &self.rates[self.rates.len() / 2..]
     }

@@ -114,7 +114,7 @@ impl InputGrid {
         Self { start, interval, samples, channels }
     }
 
-    /// Each input, or its derivative of an order, at every sample.
+    /// Every input, or its derivative of an order, at the samples: `[input][sample]`.
     pub fn sampled(&self, order: usize) -> Vec<Vec<f64>> {
         let values = |input: usize| (0..self.samples).map(|k| self.at(input, self.time(k))[order]).collect();
         (0..self.channels.len()).map(values).collect()

@@ -92,7 +92,7 @@ impl Covariance {
         &self.entries
     }
 
-    /// The part of one fitted equation.
+    /// The covariance within one fitted equation, `[term][term]`; empty if there is no such equation.
     pub fn of_equation(&self, equation: usize) -> Vec<Vec<f64>> {
         let (Some(from), Some(to)) = (self.starts.get(equation), self.starts.get(equation + 1)) else {
             return Vec::new();

@@ -91,7 +91,7 @@ pub struct RecordOutcome {
     pub signals: Arc<Signals>,
     /// Whether the inputs drove the simulation as measured; else as smoothed.
     pub driven_as_measured: bool,
-    /// Simulated state vector, one series a state (displacements, then velocities), each as long as the response lasted.
+    /// Simulated states, displacements, then velocities, as long as the response lasted: `[state][sample]`.
     pub states: Vec<Vec<f64>>,
     /// Samples at which something was measured to stand whose velocity's sign is in the library.
     pub standing: Arc<[Range<usize>]>,

@@ -245,7 +245,7 @@ fn with_facts(records: &RecordSet, usage: Usage, layout: &Layout) -> Vec<(Arc<Re
     records.with(usage).map(|r| (Arc::clone(r), Facts::cached(r, layout))).collect()
 }
 
-/// Variance of what each of a record's sensors shows, in their order.
+/// Variance of what each of a record's sensors shows: `[record][sensor]`.
 fn variances(records: &[(Arc<Record>, Arc<Facts>)]) -> Vec<Vec<f64>> {
     let variances = |record: &Record| record.sensors().map(|c| mean_and_variance(&c.values).1).collect();
     records.iter().map(|(record, _)| variances(record)).collect()

@@ -169,7 +169,7 @@ impl WeakForm {
         }
     }
 
-    /// The averages of every term, not yet whitened.
+    /// The averages of every term, not yet whitened: `[term][row]`.
     fn columns(&self, layout: &Layout, terms: &[Term], signals: &Signals, function: &TestFunction) -> Vec<Vec<f64>> {
         let parts: Vec<Vec<AveragedPart>> =
             terms.iter().map(|t| parts(t.expression(), layout, &signals.measured)).collect();

@@ -230,7 +230,7 @@ impl Regression {
         if let Origin::Averaged(weak) = &self.origin { weak.span() as f64 } else { signals.length }
     }
 
-    /// The coefficients of a model's own terms, none dropped: one for each term of each fitted equation.
+    /// The coefficients of a model's own terms, none dropped: `[fitted equation][term]`.
     pub(super) fn refitted(&self, model: &Model, settings: &Settings) -> Vec<Vec<f64>> {
         let plain = SparseOptions { threshold: 0.0, ridge: 0.0, scaled: true };
         self.targets

@@ -55,7 +55,8 @@ impl Resampling<'_> {
         self.regression.targets.iter().zip(&self.equations).map(errors).collect()
     }
 
-    /// The coefficients of the whole library in every equation of a drawn data set, without one term of each.
+    /// The coefficients of the library in every equation of a drawn data set, zero for a term that one is `without`:
+    /// `[equation][term]`.
     pub(in crate::study) fn coefficients(&self, drawn: &[Reduced], without: &[Option<usize>]) -> Vec<Vec<f64>> {
         let constrained = |(equation, without): (&ResampledEquation, &Option<usize>)| {
             let mut constraints = equation.constraints.clone();
