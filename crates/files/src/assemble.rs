@@ -1,24 +1,24 @@
 //! From a file's columns to records: trajectories, units, the even grid, and what is refused.
 
-use super::error::{ReadError, Row};
+use super::error::{ReadError, RowPlace};
 use super::heading::label;
 use super::options::ReadOptions;
 use super::shared_units;
-use super::table::Table;
+use super::table::ColumnTable;
 use super::words::list;
 use sindyscope_core::sampling::{self, Irregular, LEAST_SAMPLES, Sampling};
 use sindyscope_values::record::estimate;
 use sindyscope_values::record::units::{self, Unit};
 use sindyscope_values::record::{Channel, Record, Role};
 
-/// So many gaps are told one by one, more in one sentence.
+/// Up to this many gaps are told one by one, more in one sentence.
 const GAPS_TOLD: usize = 3;
 
 /// The records of one file; names are not yet unique among files.
 pub(super) fn records(
     file: &str,
     stem: &str,
-    mut table: Table,
+    mut table: ColumnTable,
     options: &ReadOptions,
 ) -> Result<Vec<Record>, ReadError> {
     let mut notices = std::mem::take(&mut table.notices);
@@ -75,17 +75,17 @@ pub(super) fn records(
 struct Seconds(f64, f64);
 
 impl Seconds {
-    fn of(self, time: f64) -> f64 {
+    fn seconds(self, time: f64) -> f64 {
         time * self.0 / self.1
     }
 
     /// The same, without the last digit that a conversion may have cost.
     fn exactly(self, time: f64) -> f64 {
-        if self.0 == self.1 { time } else { sampling::significant(self.of(time), 15) }
+        if self.0 == self.1 { time } else { sampling::significant(self.seconds(time), 15) }
     }
 }
 
-fn time_unit(file: &str, table: &Table, notices: &mut Vec<String>) -> Result<Seconds, ReadError> {
+fn time_unit(file: &str, table: &ColumnTable, notices: &mut Vec<String>) -> Result<Seconds, ReadError> {
     let Some(column) = table.selection.time else { return Ok(Seconds(1.0, 1.0)) };
     let unit = &table.headings[column].unit;
     if unit.is_empty() {
@@ -105,8 +105,8 @@ fn time_unit(file: &str, table: &Table, notices: &mut Vec<String>) -> Result<Sec
 
 /// Brings every channel that measures the first displacement's quantity, or that per time, to its unit; gives each
 /// channel's unit.
-fn convert(table: &mut Table, notices: &mut Vec<String>) -> Vec<String> {
-    let Table { headings, selection, channels, .. } = table;
+fn convert(table: &mut ColumnTable, notices: &mut Vec<String>) -> Vec<String> {
+    let ColumnTable { headings, selection, channels, .. } = table;
     let unit_of = |column: usize| headings[column].unit.clone();
     let mut units: Vec<String> = selection.channels.iter().map(|(_, column)| unit_of(*column)).collect();
     let Some(reference) = reference(&selection.channels, &units) else { return units };
@@ -148,7 +148,7 @@ enum RowSet {
     Some(Vec<usize>),
 }
 
-fn trajectories(table: &mut Table, notices: &mut Vec<String>) -> Vec<(Option<String>, RowSet)> {
+fn trajectories(table: &mut ColumnTable, notices: &mut Vec<String>) -> Vec<(Option<String>, RowSet)> {
     let column = table.selection.trajectory;
     match (table.labels.len(), column) {
         (0, _) | (_, None) => vec![(None, RowSet::All)],
@@ -173,12 +173,12 @@ fn trajectories(table: &mut Table, notices: &mut Vec<String>) -> Vec<(Option<Str
 const ON_GRID: f64 = 0.02;
 
 /// A stretch of even samples; `columns[channel][sample]`, its start in the stamps' unit.
-struct Piece {
+struct EvenPiece {
     start: f64,
     columns: Vec<Vec<f64>>,
 }
 
-impl Piece {
+impl EvenPiece {
     fn len(&self) -> usize {
         self.columns.first().map_or(0, Vec::len)
     }
@@ -187,7 +187,7 @@ impl Piece {
 /// One trajectory of a file, on its way to records.
 struct Trajectory<'a> {
     file: &'a str,
-    table: &'a Table,
+    table: &'a ColumnTable,
     units: &'a [String],
     second: Seconds,
     /// The label, if the file has several trajectories.
@@ -204,7 +204,7 @@ impl Trajectory<'_> {
         }
     }
 
-    fn place(&self, row: usize) -> Row {
+    fn place(&self, row: usize) -> RowPlace {
         let row = match &self.rows {
             RowSet::All => row,
             RowSet::Some(rows) => rows[row],
@@ -245,8 +245,8 @@ impl Trajectory<'_> {
         };
         self.tell(&sampling, &stamps, (second, options.bridge), &mut notices);
         let pieces = self.pieces(&stamps, &sampling, options.bridge);
-        let long = |piece: &Piece| piece.len() >= LEAST_SAMPLES;
-        let longest = pieces.iter().map(Piece::len).max().unwrap_or(0);
+        let long = |piece: &EvenPiece| piece.len() >= LEAST_SAMPLES;
+        let longest = pieces.iter().map(EvenPiece::len).max().unwrap_or(0);
         if longest < LEAST_SAMPLES {
             return Err(self.too_few(longest));
         }
@@ -255,7 +255,7 @@ impl Trajectory<'_> {
         let interval = second.exactly(sampling.interval);
         let mut records: Vec<Record> = Vec::new();
         let mut still = 0;
-        for Piece { start, columns } in pieces.into_iter().filter(long) {
+        for EvenPiece { start, columns } in pieces.into_iter().filter(long) {
             if let Some((channel, value)) = self.still(&columns) {
                 still += 1;
                 if count == still {
@@ -264,7 +264,7 @@ impl Trajectory<'_> {
                 continue;
             }
             let name = if split { format!("{} part {}", self.name, records.len() + 1) } else { self.name.clone() };
-            let (start, mut channels) = (second.of(start), self.channels(columns));
+            let (start, mut channels) = (second.seconds(start), self.channels(columns));
             for told in estimate::complete(&mut channels, interval) {
                 let told = format!("{}{told}", self.prefix());
                 if !notices.contains(&told) {
@@ -291,9 +291,9 @@ impl Trajectory<'_> {
     }
 
     /// The stretches between gaps, those joined between which no more than `bridge` samples are missing.
-    fn pieces(&self, stamps: &[f64], sampling: &Sampling, bridge: usize) -> Vec<Piece> {
+    fn pieces(&self, stamps: &[f64], sampling: &Sampling, bridge: usize) -> Vec<EvenPiece> {
         let interval = sampling.interval;
-        let mut pieces: Vec<Piece> = Vec::new();
+        let mut pieces: Vec<EvenPiece> = Vec::new();
         for stretch in &sampling.stretches {
             let columns = self.table.channels.iter();
             let mut columns: Vec<Vec<f64>> = columns.map(|c| self.values(c, stretch.rows.clone())).collect();
@@ -314,7 +314,7 @@ impl Trajectory<'_> {
             if resample.is_some() && few {
                 // Too short to be put onto the grid: it counts as missing, or as a stretch too short to be used.
                 if !joins {
-                    pieces.push(Piece { start, columns });
+                    pieces.push(EvenPiece { start, columns });
                 }
                 continue;
             }
@@ -330,7 +330,7 @@ impl Trajectory<'_> {
                         whole.extend(filled.into_iter().chain(column));
                     }
                 }
-                _ => pieces.push(Piece { start, columns }),
+                _ => pieces.push(EvenPiece { start, columns }),
             }
         }
         pieces
@@ -375,8 +375,8 @@ impl Trajectory<'_> {
                 file,
                 row: self.place(row),
                 column,
-                step: sampling::significant(self.second.of(step), 4),
-                usual: sampling::significant(self.second.of(usual), 4),
+                step: sampling::significant(self.second.seconds(step), 4),
+                usual: sampling::significant(self.second.seconds(usual), 4),
                 percent: sampling::significant(100.0 * jitter, 3),
             },
         }
@@ -389,7 +389,7 @@ impl Trajectory<'_> {
 
     fn tell(&self, sampling: &Sampling, stamps: &[f64], (second, bridge): (Seconds, usize), notices: &mut Vec<String>) {
         let prefix = self.prefix();
-        let interval = second.of(sampling.interval);
+        let interval = second.seconds(sampling.interval);
         let percent = sampling::significant(100.0 * sampling.jitter, 2);
         if let Some(given) = sampling.odd_first {
             let taken = sampling::significant(stamps[0], 6);
@@ -400,7 +400,7 @@ impl Trajectory<'_> {
         if let Some(step) = sampling.rounded_to {
             notices.push(format!(
                 "{prefix}the time stamps are rounded to {} s; the sampling was taken as even, one sample every {} s",
-                sampling::significant(second.of(step), 3),
+                sampling::significant(second.seconds(step), 3),
                 sampling::significant(interval, 7)
             ));
         }
@@ -420,7 +420,7 @@ impl Trajectory<'_> {
             .windows(2)
             .map(|pair| pair[1].rows.start)
             .filter(|row| sampling.missing(stamps[*row] - stamps[row - 1]) > bridge)
-            .map(|row| (row, second.of(stamps[row] - stamps[row - 1])))
+            .map(|row| (row, second.seconds(stamps[row] - stamps[row - 1])))
             .collect();
         let filled = sampling.stretches.len().saturating_sub(1 + gaps.len());
         if filled > 0 {
@@ -428,7 +428,7 @@ impl Trajectory<'_> {
             notices.push(format!("{prefix}{filled} {gaps} of up to {bridge} samples {were} bridged"));
         }
         let at = |row: usize| {
-            format!("before {} (t = {} s)", self.place(row), sampling::significant(second.of(stamps[row]), 6))
+            format!("before {} (t = {} s)", self.place(row), sampling::significant(second.seconds(stamps[row]), 6))
         };
         if gaps.len() <= GAPS_TOLD {
             for (row, length) in gaps {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::error::ReadError;
-use super::heading::{Heading, Key, Meaning, Quantity};
+use super::heading::{ColumnKey, ColumnQuantity, Heading, Meaning};
 use super::words::printable;
 use sindyscope_values::record::units;
 
@@ -57,7 +57,7 @@ pub(super) enum TimeBase {
 pub(super) type Decode<'a> = Box<dyn Fn() -> Result<Vec<f64>, Flaw> + 'a>;
 
 /// One column of numbers. They are decoded only where the column is wanted.
-pub struct Column<'a> {
+pub struct FileColumn<'a> {
     pub(super) heading: Heading,
     /// What the file calls the columns that belong together; may be empty.
     pub(super) group: String,
@@ -67,7 +67,7 @@ pub struct Column<'a> {
     pub(super) decode: Decode<'a>,
 }
 
-impl<'a> Column<'a> {
+impl<'a> FileColumn<'a> {
     /// A column of `len` samples, and the unit that the file gives apart from the name (empty where it gives none).
     ///
     /// `decode` gives the samples; NaN stands for one that is missing.
@@ -99,7 +99,7 @@ impl<'a> Column<'a> {
     /// The same column, known by the file to be the time.
     #[must_use]
     pub fn into_time(mut self) -> Self {
-        self.heading.meaning = Meaning::Known(Key { quantity: Quantity::Time, number: None });
+        self.heading.meaning = Meaning::Known(ColumnKey { quantity: ColumnQuantity::Time, number: None });
         // What a format calls the time is in seconds where the unit is none of time.
         if units::parse(&self.heading.unit).is_none_or(|unit| !unit.is_time()) {
             self.heading.unit = "s".into();
@@ -108,7 +108,7 @@ impl<'a> Column<'a> {
     }
 
     pub(super) fn is_time(&self) -> bool {
-        matches!(self.heading.meaning, Meaning::Known(Key { quantity: Quantity::Time, .. }))
+        matches!(self.heading.meaning, Meaning::Known(ColumnKey { quantity: ColumnQuantity::Time, .. }))
     }
 }
 
@@ -129,9 +129,9 @@ fn named(name: &str, unit: &str) -> Heading {
 
 /// All columns of a file.
 #[derive(Default)]
-pub struct Contents<'a> {
+pub struct FileContents<'a> {
     /// The columns, in the order of the file.
-    pub columns: Vec<Column<'a>>,
+    pub columns: Vec<FileColumn<'a>>,
     /// What the reader found and did, one sentence each: a person reads them beside the records.
     pub notices: Vec<String>,
 }

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use super::heading::Key;
+use super::heading::ColumnKey;
 
 /// Which column is which, as the user says it: `t=Time,x=Laser 2,u1=3`.
 ///
@@ -15,7 +15,7 @@ use super::heading::Key;
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct ColumnMap {
-    pub(super) pairs: Vec<(Key, String)>,
+    pub(super) pairs: Vec<(ColumnKey, String)>,
 }
 
 /// Why a text is no [`ColumnMap`].
@@ -61,10 +61,10 @@ impl ColumnMap {
     }
 }
 
-fn pair(key: &str, column: &str) -> Result<(Key, String), ColumnMapError> {
+fn pair(key: &str, column: &str) -> Result<(ColumnKey, String), ColumnMapError> {
     let bare = |c: char| c.is_whitespace() || c == '"' || c == ',';
     let (key, column) = (key.trim(), column.trim_matches(bare));
-    let known = Key::of_word(key).ok_or_else(|| ColumnMapError::UnknownKey(key.to_owned()))?;
+    let known = ColumnKey::of_word(key).ok_or_else(|| ColumnMapError::UnknownKey(key.to_owned()))?;
     if known.number == Some(0) {
         return Err(ColumnMapError::Zero(key.to_owned()));
     }

@@ -1,18 +1,18 @@
-use super::heading::Key;
+use super::heading::ColumnKey;
 use super::words::{article, list};
 use sindyscope_core::remedy::{Remedy, sentence};
 use sindyscope_core::sampling::LEAST_SAMPLES;
 
 /// Where a row of numbers stands in its file, from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Row {
+pub enum RowPlace {
     /// A line of text.
     Line(usize),
     /// A sample of a file that has no lines.
     Sample(usize),
 }
 
-impl std::fmt::Display for Row {
+impl std::fmt::Display for RowPlace {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Line(line) => write!(f, "line {line}"),
@@ -219,7 +219,7 @@ pub enum ReadError {
         /// The file's name.
         file: String,
         /// Where the row stands.
-        row: Row,
+        row: RowPlace,
         /// The column.
         column: String,
     },
@@ -241,7 +241,7 @@ pub enum ReadError {
         /// The file's name.
         file: String,
         /// Where the row stands.
-        row: Row,
+        row: RowPlace,
         /// The column.
         column: String,
         /// What stands there.
@@ -253,7 +253,7 @@ pub enum ReadError {
         /// The file's name.
         file: String,
         /// Where the row stands.
-        row: Row,
+        row: RowPlace,
         /// The column.
         column: String,
         /// What stands there.
@@ -277,7 +277,7 @@ pub enum ReadError {
         /// The file's name.
         file: String,
         /// Where the second one stands.
-        row: Row,
+        row: RowPlace,
         /// The time column.
         column: String,
         /// The time, in the file's unit.
@@ -289,7 +289,7 @@ pub enum ReadError {
         /// The file's name.
         file: String,
         /// Where it falls.
-        row: Row,
+        row: RowPlace,
         /// The time column.
         column: String,
         /// The time before, in the file's unit.
@@ -305,7 +305,7 @@ pub enum ReadError {
         /// The file's name.
         file: String,
         /// Where the worst step ends.
-        row: Row,
+        row: RowPlace,
         /// The time column.
         column: String,
         /// The worst step, s.
@@ -482,7 +482,7 @@ fn one_or_both(key: &str, (first, second): (&str, &str), numbers: (usize, usize)
         true => (numbers.0.to_string(), numbers.1.to_string()),
         false => (first.to_owned(), second.to_owned()),
     };
-    let several = Key::of_word(key).is_some_and(|k| k.number.is_none() && k.quantity.is_numbered());
+    let several = ColumnKey::of_word(key).is_some_and(|k| k.number.is_none() && k.quantity.is_numbered());
     let both = several.then(|| Remedy::columns([(format!("{key}1"), one.clone()), (format!("{key}2"), two)]));
     [Remedy::columns([(key, one)])].into_iter().chain(both).collect()
 }
@@ -505,7 +505,7 @@ fn of_record(record: &Option<String>) -> String {
 
 /// What a short name stands for, in words: `displacement x2`.
 fn in_words(key: &str) -> String {
-    match Key::of_word(key) {
+    match ColumnKey::of_word(key) {
         Some(known) if known.quantity.is_numbered() => format!("{} {key}", known.quantity.noun()),
         Some(known) => known.quantity.noun().to_owned(),
         None => key.to_owned(),
@@ -513,7 +513,7 @@ fn in_words(key: &str) -> String {
 }
 
 /// The reason that a doubtful column is left out, as a notice.
-pub(super) fn doubtful_notice(name: &str, key: Key, why: &str) -> String {
+pub(super) fn doubtful_notice(name: &str, key: ColumnKey, why: &str) -> String {
     format!(
         "column `{name}` is not taken for {}: {why}; if it is one, say which column is which: {key}={name}",
         article(key.quantity.noun())

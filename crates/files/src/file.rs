@@ -4,16 +4,16 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use super::assemble;
-use super::column::{Contents, Flaw};
+use super::column::{FileContents, Flaw};
 use super::error::ReadError;
-use super::format::{Format, Reader, TextTable};
+use super::format::{FileFormat, Reader, TextTable};
 use super::formats::{self, foreign, spreadsheet, text};
 use super::heading::Heading;
 use super::options::ReadOptions;
 use super::overview::{Overview, TableOverview};
 use super::selection::{self, Selection};
 use super::sheets;
-use super::table::{Table, TableHead};
+use super::table::{ColumnTable, TableHead};
 use sindyscope_values::record::Record;
 
 /// A project is recognised by this many of its first bytes.
@@ -28,7 +28,7 @@ pub struct MeasuredFile {
     path: Option<PathBuf>,
     name: String,
     bytes: Vec<u8>,
-    format: &'static Format,
+    format: &'static FileFormat,
     /// The sheets of a workbook as text, once they have been wanted.
     sheets: OnceLock<Result<Vec<TextTable>, Flaw>>,
 }
@@ -54,7 +54,7 @@ impl MeasuredFile {
 
     /// The same bytes, taken to be of a format.
     #[must_use]
-    pub fn in_format(self, format: &'static Format) -> Self {
+    pub fn in_format(self, format: &'static FileFormat) -> Self {
         Self { format, sheets: OnceLock::new(), ..self }
     }
 
@@ -74,7 +74,7 @@ impl MeasuredFile {
     }
 
     /// The format that it is read as.
-    pub fn format(&self) -> &'static Format {
+    pub fn format(&self) -> &'static FileFormat {
         self.format
     }
 
@@ -151,7 +151,7 @@ impl MeasuredFile {
     }
 
     /// The table of the columns that the options choose.
-    fn table(&self, options: &ReadOptions) -> Result<Table, ReadError> {
+    fn table(&self, options: &ReadOptions) -> Result<ColumnTable, ReadError> {
         let choose = |headings: &[Heading]| self.choose(headings, options);
         match self.format.reader {
             Reader::Text => text::read(&self.name, &self.bytes, &choose),
@@ -160,7 +160,10 @@ impl MeasuredFile {
         }
     }
 
-    fn contents<'a>(&'a self, read: fn(&'a [u8]) -> Result<Contents<'a>, Flaw>) -> Result<Contents<'a>, ReadError> {
+    fn contents<'a>(
+        &'a self,
+        read: fn(&'a [u8]) -> Result<FileContents<'a>, Flaw>,
+    ) -> Result<FileContents<'a>, ReadError> {
         read(&self.bytes).map_err(|flaw| flaw.in_file(&self.name, self.format.name))
     }
 

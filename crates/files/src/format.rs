@@ -1,10 +1,10 @@
 //! A file format: how it is recognised and who reads it.
 
-use super::column::{Contents, Flaw};
+use super::column::{FileContents, Flaw};
 
 /// A file format that measurements are read from.
 #[derive(Clone, Copy, Debug)]
-pub struct Format {
+pub struct FileFormat {
     /// What a file dialog calls it.
     pub name: &'static str,
     /// Endings of its files, without the dot, in lower case.
@@ -14,7 +14,7 @@ pub struct Format {
 }
 
 /// Finds the columns of a file in its bytes.
-pub type ReadColumns = for<'a> fn(&'a [u8]) -> Result<Contents<'a>, Flaw>;
+pub type ReadColumns = for<'a> fn(&'a [u8]) -> Result<FileContents<'a>, Flaw>;
 
 /// A table of text: that of a file, or one sheet of a workbook.
 #[derive(Clone, Debug)]
@@ -30,11 +30,11 @@ pub(super) enum Reader {
     Text,
     /// As one table of text a sheet.
     Workbook(fn(&[u8]) -> Result<Vec<TextTable>, Flaw>),
-    /// Column by column, each decoded only where it is wanted.
+    /// FileColumn by column, each decoded only where it is wanted.
     Columns(ReadColumns),
 }
 
-impl Format {
+impl FileFormat {
     /// A format whose files hold named columns of numbers.
     ///
     /// `recognises` says whether a file's bytes are of this format, whatever its ending; it should look at the first few alone.

@@ -3,7 +3,7 @@
 //! Three things speak: words that laboratories use, also in German and French; the unit; and for the time the values, which
 //! rise evenly. Reading never relies on it: a file is opened by what its header says or a person confirmed.
 
-use super::heading::{Heading, Key, Meaning, Quantity};
+use super::heading::{ColumnKey, ColumnQuantity, Heading, Meaning};
 use sindyscope_values::record::units;
 
 /// More columns than this of one quantity are no proposal: then the first alone is.
@@ -13,85 +13,87 @@ const MOST_OF_ONE: usize = 16;
 const EVEN: f64 = 0.5;
 
 /// Words by which columns are called, each with its quantity. A word may begin a longer one from four letters on.
-const WORDS: &[(&str, Quantity)] = &[
-    ("zeit", Quantity::Time),
-    ("temps", Quantity::Time),
-    ("tiempo", Quantity::Time),
-    ("tempo", Quantity::Time),
-    ("timestamp", Quantity::Time),
-    ("seconds", Quantity::Time),
-    ("sec", Quantity::Time),
-    ("pos", Quantity::Displacement),
-    ("position", Quantity::Displacement),
-    ("displ", Quantity::Displacement),
-    ("deflection", Quantity::Displacement),
-    ("weg", Quantity::Displacement),
-    ("auslenkung", Quantity::Displacement),
-    ("deplacement", Quantity::Displacement),
-    ("déplacement", Quantity::Displacement),
-    ("laser", Quantity::Displacement),
-    ("lvdt", Quantity::Displacement),
-    ("stroke", Quantity::Displacement),
-    ("angle", Quantity::Displacement),
-    ("winkel", Quantity::Displacement),
-    ("theta", Quantity::Displacement),
-    ("phi", Quantity::Displacement),
-    ("encoder", Quantity::Displacement),
-    ("strain", Quantity::Displacement),
-    ("roll", Quantity::Displacement),
-    ("output", Quantity::Displacement),
-    ("response", Quantity::Displacement),
-    ("vel", Quantity::Velocity),
-    ("speed", Quantity::Velocity),
-    ("geschwindigkeit", Quantity::Velocity),
-    ("vitesse", Quantity::Velocity),
-    ("omega", Quantity::Velocity),
-    ("xdot", Quantity::Velocity),
-    ("acc", Quantity::Acceleration),
-    ("accel", Quantity::Acceleration),
-    ("beschleunigung", Quantity::Acceleration),
-    ("accélération", Quantity::Acceleration),
-    ("xddot", Quantity::Acceleration),
-    ("kraft", Quantity::Input),
-    ("load", Quantity::Input),
-    ("torque", Quantity::Input),
-    ("moment", Quantity::Input),
-    ("drehmoment", Quantity::Input),
-    ("excitation", Quantity::Input),
-    ("anregung", Quantity::Input),
-    ("shaker", Quantity::Input),
-    ("hammer", Quantity::Input),
-    ("drive", Quantity::Input),
-    ("ground", Quantity::Input),
-    ("table", Quantity::Input),
-    ("fuß", Quantity::Input),
-    ("foot", Quantity::Input),
-    ("voltage", Quantity::Input),
+const WORDS: &[(&str, ColumnQuantity)] = &[
+    ("zeit", ColumnQuantity::Time),
+    ("temps", ColumnQuantity::Time),
+    ("tiempo", ColumnQuantity::Time),
+    ("tempo", ColumnQuantity::Time),
+    ("timestamp", ColumnQuantity::Time),
+    ("seconds", ColumnQuantity::Time),
+    ("sec", ColumnQuantity::Time),
+    ("pos", ColumnQuantity::Displacement),
+    ("position", ColumnQuantity::Displacement),
+    ("displ", ColumnQuantity::Displacement),
+    ("deflection", ColumnQuantity::Displacement),
+    ("weg", ColumnQuantity::Displacement),
+    ("auslenkung", ColumnQuantity::Displacement),
+    ("deplacement", ColumnQuantity::Displacement),
+    ("déplacement", ColumnQuantity::Displacement),
+    ("laser", ColumnQuantity::Displacement),
+    ("lvdt", ColumnQuantity::Displacement),
+    ("stroke", ColumnQuantity::Displacement),
+    ("angle", ColumnQuantity::Displacement),
+    ("winkel", ColumnQuantity::Displacement),
+    ("theta", ColumnQuantity::Displacement),
+    ("phi", ColumnQuantity::Displacement),
+    ("encoder", ColumnQuantity::Displacement),
+    ("strain", ColumnQuantity::Displacement),
+    ("roll", ColumnQuantity::Displacement),
+    ("output", ColumnQuantity::Displacement),
+    ("response", ColumnQuantity::Displacement),
+    ("vel", ColumnQuantity::Velocity),
+    ("speed", ColumnQuantity::Velocity),
+    ("geschwindigkeit", ColumnQuantity::Velocity),
+    ("vitesse", ColumnQuantity::Velocity),
+    ("omega", ColumnQuantity::Velocity),
+    ("xdot", ColumnQuantity::Velocity),
+    ("acc", ColumnQuantity::Acceleration),
+    ("accel", ColumnQuantity::Acceleration),
+    ("beschleunigung", ColumnQuantity::Acceleration),
+    ("accélération", ColumnQuantity::Acceleration),
+    ("xddot", ColumnQuantity::Acceleration),
+    ("kraft", ColumnQuantity::Input),
+    ("load", ColumnQuantity::Input),
+    ("torque", ColumnQuantity::Input),
+    ("moment", ColumnQuantity::Input),
+    ("drehmoment", ColumnQuantity::Input),
+    ("excitation", ColumnQuantity::Input),
+    ("anregung", ColumnQuantity::Input),
+    ("shaker", ColumnQuantity::Input),
+    ("hammer", ColumnQuantity::Input),
+    ("drive", ColumnQuantity::Input),
+    ("ground", ColumnQuantity::Input),
+    ("table", ColumnQuantity::Input),
+    ("fuß", ColumnQuantity::Input),
+    ("foot", ColumnQuantity::Input),
+    ("voltage", ColumnQuantity::Input),
 ];
 
 /// What each column may be, for those that are not `taken`; `first[column][row]` are the first values.
-pub(super) fn guess(headings: &[Heading], first: &[Vec<f64>], taken: &[Option<Key>]) -> Vec<Option<Key>> {
+pub(super) fn guess(headings: &[Heading], first: &[Vec<f64>], taken: &[Option<ColumnKey>]) -> Vec<Option<ColumnKey>> {
     let free = |column: usize| taken.get(column).is_none_or(Option::is_none);
-    let has = |quantity: Quantity| taken.iter().flatten().any(|key| key.quantity == quantity);
-    let mut found: Vec<Option<Quantity>> =
+    let has = |quantity: ColumnQuantity| taken.iter().flatten().any(|key| key.quantity == quantity);
+    let mut found: Vec<Option<ColumnQuantity>> =
         headings.iter().enumerate().map(|(c, heading)| said(heading).filter(|_| free(c))).collect();
     let rising = |column: usize| first.get(column).is_some_and(|values| rises_evenly(values));
-    if has(Quantity::Time) {
-        forget(&mut found, Quantity::Time);
+    if has(ColumnQuantity::Time) {
+        forget(&mut found, ColumnQuantity::Time);
     } else {
-        let named = (0..found.len()).find(|c| found[*c] == Some(Quantity::Time) && rising(*c));
+        let named = (0..found.len()).find(|c| found[*c] == Some(ColumnQuantity::Time) && rising(*c));
         // A column of whole numbers counts rows: only a lone one may be the time.
         let by_values = || {
             let candidates: Vec<usize> = (0..headings.len()).filter(|c| free(*c) && rising(*c)).collect();
             candidates.iter().copied().find(|c| !counts(&first[*c])).or(candidates.first().copied())
         };
         let time = named.or_else(by_values);
-        forget(&mut found, Quantity::Time);
+        forget(&mut found, ColumnQuantity::Time);
         if let Some(column) = time {
-            found[column] = Some(Quantity::Time);
+            found[column] = Some(ColumnQuantity::Time);
         }
     }
-    for quantity in [Quantity::Displacement, Quantity::Velocity, Quantity::Acceleration, Quantity::Input] {
+    for quantity in
+        [ColumnQuantity::Displacement, ColumnQuantity::Velocity, ColumnQuantity::Acceleration, ColumnQuantity::Input]
+    {
         if found.iter().filter(|f| **f == Some(quantity)).count() > MOST_OF_ONE {
             let one = found.iter().position(|f| *f == Some(quantity));
             forget(&mut found, quantity);
@@ -107,20 +109,20 @@ pub(super) fn guess(headings: &[Heading], first: &[Vec<f64>], taken: &[Option<Ke
         let idle: Vec<usize> =
             (0..headings.len()).filter(|c| free(*c) && found[*c].is_none() && varies(first.get(*c))).collect();
         if let Some(column) = idle.first() {
-            found[*column] = Some(Quantity::Displacement);
+            found[*column] = Some(ColumnQuantity::Displacement);
         }
         if let [_, second] = idle[..]
-            && !has(Quantity::Input)
-            && !found.contains(&Some(Quantity::Input))
+            && !has(ColumnQuantity::Input)
+            && !found.contains(&Some(ColumnQuantity::Input))
         {
-            found[second] = Some(Quantity::Input);
+            found[second] = Some(ColumnQuantity::Input);
         }
     }
     numbered(&found, taken)
 }
 
 /// The quantity that a name or its unit speaks of.
-fn said(heading: &Heading) -> Option<Quantity> {
+fn said(heading: &Heading) -> Option<ColumnQuantity> {
     let words: Vec<String> = heading
         .stem
         .split(|c: char| !c.is_alphabetic())
@@ -134,11 +136,11 @@ fn said(heading: &Heading) -> Option<Quantity> {
     let unit = units::parse(&heading.unit);
     let by_unit = unit.and_then(|unit| {
         [
-            (unit.is_time(), Quantity::Time),
-            (unit.is_acceleration(), Quantity::Acceleration),
-            (unit.is_force(), Quantity::Input),
-            (unit.is_length() || unit.is_angle(), Quantity::Displacement),
-            (unit.is_rate() && !unit.is_frequency(), Quantity::Velocity),
+            (unit.is_time(), ColumnQuantity::Time),
+            (unit.is_acceleration(), ColumnQuantity::Acceleration),
+            (unit.is_force(), ColumnQuantity::Input),
+            (unit.is_length() || unit.is_angle(), ColumnQuantity::Displacement),
+            (unit.is_rate() && !unit.is_frequency(), ColumnQuantity::Velocity),
         ]
         .into_iter()
         .find_map(|(fits, quantity)| fits.then_some(quantity))
@@ -149,23 +151,23 @@ fn said(heading: &Heading) -> Option<Quantity> {
     };
     // The unit of a motion outweighs the word: `shaker position [mm]` aside, where the word names what drives.
     match (by_word, by_unit) {
-        (Some(Quantity::Input), _) => by_word,
+        (Some(ColumnQuantity::Input), _) => by_word,
         (_, Some(_)) => by_unit,
         (word, None) => word.or(doubtful),
     }
 }
 
-fn forget(found: &mut [Option<Quantity>], quantity: Quantity) {
+fn forget(found: &mut [Option<ColumnQuantity>], quantity: ColumnQuantity) {
     found.iter_mut().filter(|f| **f == Some(quantity)).for_each(|f| *f = None);
 }
 
 /// The numbers that are left for each quantity, in the order of the columns.
-fn numbered(found: &[Option<Quantity>], taken: &[Option<Key>]) -> Vec<Option<Key>> {
-    let mut next: Vec<(Quantity, usize)> = Vec::new();
-    let used = |quantity: Quantity, number: usize| {
+fn numbered(found: &[Option<ColumnQuantity>], taken: &[Option<ColumnKey>]) -> Vec<Option<ColumnKey>> {
+    let mut next: Vec<(ColumnQuantity, usize)> = Vec::new();
+    let used = |quantity: ColumnQuantity, number: usize| {
         taken.iter().flatten().any(|key| key.quantity == quantity && key.number.unwrap_or(1) == number)
     };
-    let mut number = |quantity: Quantity| {
+    let mut number = |quantity: ColumnQuantity| {
         let index = next.iter().position(|(q, _)| *q == quantity).unwrap_or_else(|| {
             next.push((quantity, 0));
             next.len() - 1
@@ -176,7 +178,7 @@ fn numbered(found: &[Option<Quantity>], taken: &[Option<Key>]) -> Vec<Option<Key
         }
         next[index].1
     };
-    let key = |quantity: Quantity, number: Option<usize>| Key { quantity, number };
+    let key = |quantity: ColumnQuantity, number: Option<usize>| ColumnKey { quantity, number };
     found
         .iter()
         .map(|found| found.map(|q| if q.is_numbered() { key(q, Some(number(q))) } else { key(q, None) }))

@@ -3,12 +3,12 @@
 use super::words::{article, printable};
 use sindyscope_values::record::units;
 
-/// A longer name is no name but a line of something else; so many characters of it are enough.
+/// Characters kept of a name: a longer one is a line of something else.
 const LONGEST: usize = 200;
 
 /// What a column can hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(super) enum Quantity {
+pub(super) enum ColumnQuantity {
     Time,
     Displacement,
     Velocity,
@@ -17,7 +17,7 @@ pub(super) enum Quantity {
     Trajectory,
 }
 
-impl Quantity {
+impl ColumnQuantity {
     /// The word's quantity, by the header names that the program knows.
     pub(super) fn of_word(word: &str) -> Option<Self> {
         Some(match word {
@@ -68,23 +68,23 @@ impl Quantity {
 
 /// A name's quantity and number, if it has one: `x2` is displacement 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(super) struct Key {
-    pub(super) quantity: Quantity,
+pub(super) struct ColumnKey {
+    pub(super) quantity: ColumnQuantity,
     pub(super) number: Option<usize>,
 }
 
-impl Key {
+impl ColumnKey {
     /// Reads a single word: `x`, `U2`, `time`.
     pub(super) fn of_word(word: &str) -> Option<Self> {
         let stem = word.trim_end_matches(|c: char| c.is_ascii_digit());
         let digits = &word[stem.len()..];
-        let quantity = Quantity::of_word(&stem.to_lowercase())?;
+        let quantity = ColumnQuantity::of_word(&stem.to_lowercase())?;
         let number = if digits.is_empty() { None } else { Some(digits.parse().ok()?) };
         (number.is_none() || quantity.is_numbered()).then_some(Self { quantity, number })
     }
 }
 
-impl std::fmt::Display for Key {
+impl std::fmt::Display for ColumnKey {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(self.quantity.symbol())?;
         self.number.map_or(Ok(()), |n| write!(f, "{n}"))
@@ -95,9 +95,9 @@ impl std::fmt::Display for Key {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Meaning {
     /// One of the known names.
-    Known(Key),
+    Known(ColumnKey),
     /// A known name that something else in it contradicts, with that something as a clause.
-    Doubtful(Key, String),
+    Doubtful(ColumnKey, String),
     /// `y` or `z`: states 2 and 3 of a first-order system written `x, y, z`.
     Coordinate,
     /// Nothing known.
@@ -148,10 +148,10 @@ impl Heading {
         }
         let meaning = match words.first() {
             None => Meaning::Unknown,
-            Some(word) => match Key::of_word(word) {
+            Some(word) => match ColumnKey::of_word(word) {
                 Some(key) => {
                     let key = match (key.number, key.quantity.is_numbered()) {
-                        (None, true) => Key { number, ..key },
+                        (None, true) => ColumnKey { number, ..key },
                         _ => key,
                     };
                     match doubt(key.quantity, word, &words[1..], &unit) {
@@ -207,20 +207,20 @@ fn bracketed(name: &str) -> Option<(String, String)> {
 }
 
 /// Why a known first word does not settle what the column is.
-fn doubt(quantity: Quantity, word: &str, rest: &[&str], unit: &str) -> Option<String> {
+fn doubt(quantity: ColumnQuantity, word: &str, rest: &[&str], unit: &str) -> Option<String> {
     let known = units::parse(unit);
     let fits = match quantity {
-        Quantity::Time => known.is_some_and(|u| u.is_time()),
-        Quantity::Velocity => known.is_some_and(|u| u.is_rate()),
-        Quantity::Acceleration => known.is_some_and(|u| u.is_acceleration()),
+        ColumnQuantity::Time => known.is_some_and(|u| u.is_time()),
+        ColumnQuantity::Velocity => known.is_some_and(|u| u.is_rate()),
+        ColumnQuantity::Acceleration => known.is_some_and(|u| u.is_acceleration()),
         // A frequency is no force, whatever the letter.
-        Quantity::Input => !(word.eq_ignore_ascii_case("f") && known.is_some_and(|u| u.is_frequency())),
-        Quantity::Displacement | Quantity::Trajectory => true,
+        ColumnQuantity::Input => !(word.eq_ignore_ascii_case("f") && known.is_some_and(|u| u.is_frequency())),
+        ColumnQuantity::Displacement | ColumnQuantity::Trajectory => true,
     };
     if !unit.is_empty() && !fits {
         return Some(format!("its unit `{unit}` is not that of {}", article(quantity.noun())));
     }
-    if quantity == Quantity::Displacement {
+    if quantity == ColumnQuantity::Displacement {
         const RATES: &[&str] = &["dot", "ddot", "dt", "velocity", "vel", "acceleration", "acc", "accel", "rate"];
         let rate = rest.iter().find(|w| RATES.contains(&w.to_lowercase().as_str()))?;
         return Some(format!("`{rate}` in it speaks of a derivative"));

@@ -41,11 +41,11 @@ mod table;
 mod words;
 mod write;
 
-pub use column::{Column, Contents, Flaw};
+pub use column::{FileColumn, FileContents, Flaw};
 pub use column_map::{ColumnMap, ColumnMapError};
-pub use error::{ReadError, Row};
+pub use error::{ReadError, RowPlace};
 pub use file::{MeasuredFile, is_project, look};
-pub use format::{Format, ReadColumns};
+pub use format::{FileFormat, ReadColumns};
 pub use formats::FORMATS;
 pub use options::ReadOptions;
 pub use overview::{ColumnOverview, ColumnUse, Overview, TableOverview};

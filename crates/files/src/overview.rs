@@ -3,7 +3,7 @@
 
 use super::column_map::ColumnMap;
 use super::guess;
-use super::heading::{Heading, Key, Quantity};
+use super::heading::{ColumnKey, ColumnQuantity, Heading};
 use super::options::ReadOptions;
 use super::selection;
 use super::table::TableHead;
@@ -22,15 +22,15 @@ pub enum ColumnUse {
 }
 
 impl ColumnUse {
-    fn from_key(key: Key, from_zero: bool) -> Self {
+    fn from_key(key: ColumnKey, from_zero: bool) -> Self {
         let index = (key.number.unwrap_or(1) + usize::from(from_zero && key.number.is_some())).saturating_sub(1);
         match key.quantity {
-            Quantity::Time => Self::Time,
-            Quantity::Trajectory => Self::Trajectory,
-            Quantity::Displacement => Self::Channel(Role::Displacement(index)),
-            Quantity::Velocity => Self::Channel(Role::Velocity(index)),
-            Quantity::Acceleration => Self::Channel(Role::Acceleration(index)),
-            Quantity::Input => Self::Channel(Role::Input(index)),
+            ColumnQuantity::Time => Self::Time,
+            ColumnQuantity::Trajectory => Self::Trajectory,
+            ColumnQuantity::Displacement => Self::Channel(Role::Displacement(index)),
+            ColumnQuantity::Velocity => Self::Channel(Role::Velocity(index)),
+            ColumnQuantity::Acceleration => Self::Channel(Role::Acceleration(index)),
+            ColumnQuantity::Input => Self::Channel(Role::Input(index)),
         }
     }
 
@@ -83,9 +83,10 @@ impl TableOverview {
         number_the_alike(&mut taken);
         let guesses =
             if options.only_named { vec![None; headings.len()] } else { guess::guess(&headings, &first, &taken) };
-        let zero =
-            |quantity: Quantity| taken.iter().flatten().any(|key| key.quantity == quantity && key.number == Some(0));
-        let used = |key: &Key| ColumnUse::from_key(*key, zero(key.quantity));
+        let zero = |quantity: ColumnQuantity| {
+            taken.iter().flatten().any(|key| key.quantity == quantity && key.number == Some(0))
+        };
+        let used = |key: &ColumnKey| ColumnUse::from_key(*key, zero(key.quantity));
         let references = references(&headings);
         let columns: Vec<ColumnOverview> = headings
             .iter()
@@ -158,8 +159,10 @@ impl Overview {
 }
 
 /// Numbers columns that are taken for one quantity by names without a number, such as `force_left` and `force_right`.
-fn number_the_alike(taken: &mut [Option<Key>]) {
-    for quantity in [Quantity::Displacement, Quantity::Velocity, Quantity::Acceleration, Quantity::Input] {
+fn number_the_alike(taken: &mut [Option<ColumnKey>]) {
+    for quantity in
+        [ColumnQuantity::Displacement, ColumnQuantity::Velocity, ColumnQuantity::Acceleration, ColumnQuantity::Input]
+    {
         let of_quantity = || taken.iter().flatten().filter(|key| key.quantity == quantity);
         if of_quantity().filter(|key| key.number.is_none()).count() < 2 {
             continue;

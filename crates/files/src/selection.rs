@@ -1,7 +1,7 @@
 //! Which column is which: what the user says first, then what the header says.
 
 use super::error::{ReadError, doubtful_notice};
-use super::heading::{Heading, Key, Meaning, Quantity, label};
+use super::heading::{ColumnKey, ColumnQuantity, Heading, Meaning, label};
 use super::options::ReadOptions;
 use super::words::list;
 use sindyscope_values::record::Role;
@@ -20,7 +20,7 @@ pub(super) struct Selection {
 }
 
 /// What each column is taken for as things stand, also where that is not enough to read the file or contradicts itself.
-pub(super) fn taken(headings: &[Heading], options: &ReadOptions) -> Vec<Option<Key>> {
+pub(super) fn taken(headings: &[Heading], options: &ReadOptions) -> Vec<Option<ColumnKey>> {
     let mut assignment =
         Assignment { file: "", headings, options, taken: vec![None; headings.len()], notices: Vec::new() };
     for (key, name) in &options.columns.pairs {
@@ -29,12 +29,12 @@ pub(super) fn taken(headings: &[Heading], options: &ReadOptions) -> Vec<Option<K
         }
     }
     let quantities = [
-        Quantity::Time,
-        Quantity::Trajectory,
-        Quantity::Displacement,
-        Quantity::Velocity,
-        Quantity::Acceleration,
-        Quantity::Input,
+        ColumnQuantity::Time,
+        ColumnQuantity::Trajectory,
+        ColumnQuantity::Displacement,
+        ColumnQuantity::Velocity,
+        ColumnQuantity::Acceleration,
+        ColumnQuantity::Input,
     ];
     for quantity in quantities {
         assignment.columns(quantity);
@@ -58,27 +58,29 @@ struct Assignment<'a> {
     headings: &'a [Heading],
     options: &'a ReadOptions,
     /// What each column is taken for.
-    taken: Vec<Option<Key>>,
+    taken: Vec<Option<ColumnKey>>,
     notices: Vec<String>,
 }
 
 impl Assignment<'_> {
     fn run(mut self) -> Result<Selection, ReadError> {
         self.take_mapped()?;
-        let time = self.single(Quantity::Time)?;
-        let trajectory = self.single(Quantity::Trajectory)?;
-        let mut displacements = self.numbered(Quantity::Displacement)?;
+        let time = self.single(ColumnQuantity::Time)?;
+        let trajectory = self.single(ColumnQuantity::Trajectory)?;
+        let mut displacements = self.numbered(ColumnQuantity::Displacement)?;
         self.add_coordinates(&mut displacements);
-        let velocities = self.numbered(Quantity::Velocity)?;
-        let mut accelerations = self.numbered(Quantity::Acceleration)?;
+        let velocities = self.numbered(ColumnQuantity::Velocity)?;
+        let mut accelerations = self.numbered(ColumnQuantity::Acceleration)?;
         if displacements.is_empty() && velocities.is_empty() && accelerations.is_empty() {
             accelerations = self.accelerations_by_unit();
         }
-        let inputs = self.numbered(Quantity::Input)?;
+        let inputs = self.numbered(ColumnQuantity::Input)?;
         let second_order = self.options.kind == Kind::SecondOrder;
         if displacements.is_empty() && velocities.is_empty() && (accelerations.is_empty() || !second_order) {
             let doubtful = self.headings.iter().filter_map(|h| match &h.meaning {
-                Meaning::Doubtful(key, why) if key.quantity != Quantity::Time => Some((h.name.clone(), why.clone())),
+                Meaning::Doubtful(key, why) if key.quantity != ColumnQuantity::Time => {
+                    Some((h.name.clone(), why.clone()))
+                }
                 _ => None,
             });
             return Err(ReadError::NoDisplacement {
@@ -169,7 +171,7 @@ impl Assignment<'_> {
     }
 
     /// The column of a name: as it stands, else in any case, else without its unit, else by number.
-    fn find(&self, key: Key, name: &str) -> Result<usize, ReadError> {
+    fn find(&self, key: ColumnKey, name: &str) -> Result<usize, ReadError> {
         let lower = name.to_lowercase();
         let ways: [&dyn Fn(&Heading) -> bool; 3] = [&|h| h.name == name, &|h| h.name.to_lowercase() == lower, &|h| {
             !h.stem.is_empty() && h.stem.to_lowercase() == lower
@@ -201,8 +203,8 @@ impl Assignment<'_> {
     }
 
     /// Columns of a quantity: those that the user named, and those of the header that do not stand against them.
-    fn columns(&mut self, quantity: Quantity) -> Vec<(Option<usize>, usize)> {
-        let of_quantity = |key: &Key| key.quantity == quantity;
+    fn columns(&mut self, quantity: ColumnQuantity) -> Vec<(Option<usize>, usize)> {
+        let of_quantity = |key: &ColumnKey| key.quantity == quantity;
         let mapped: Vec<(Option<usize>, usize)> = (0..self.taken.len())
             .filter_map(|c| self.taken[c].filter(of_quantity).map(|key| (key.number, c)))
             .collect();
@@ -224,7 +226,7 @@ impl Assignment<'_> {
         all
     }
 
-    fn conflict(&self, key: Key, first: usize, second: usize) -> ReadError {
+    fn conflict(&self, key: ColumnKey, first: usize, second: usize) -> ReadError {
         ReadError::TwoColumns {
             file: self.file.to_owned(),
             key: key.to_string(),
@@ -234,16 +236,16 @@ impl Assignment<'_> {
         }
     }
 
-    fn single(&mut self, quantity: Quantity) -> Result<Option<usize>, ReadError> {
+    fn single(&mut self, quantity: ColumnQuantity) -> Result<Option<usize>, ReadError> {
         match self.columns(quantity)[..] {
             [] => Ok(None),
             [(_, column)] => Ok(Some(column)),
-            [(_, first), (_, second), ..] => Err(self.conflict(Key { quantity, number: None }, first, second)),
+            [(_, first), (_, second), ..] => Err(self.conflict(ColumnKey { quantity, number: None }, first, second)),
         }
     }
 
     /// Columns of a quantity with their numbers from 1.
-    fn numbered(&mut self, quantity: Quantity) -> Result<Vec<(usize, usize)>, ReadError> {
+    fn numbered(&mut self, quantity: ColumnQuantity) -> Result<Vec<(usize, usize)>, ReadError> {
         let all = self.columns(quantity);
         let from_zero = usize::from(all.iter().any(|(number, _)| *number == Some(0)));
         let plain: Vec<usize> = all.iter().filter(|(number, _)| number.is_none()).map(|(_, c)| *c).collect();
@@ -254,18 +256,18 @@ impl Assignment<'_> {
             [column] => numbered.push((1, column)),
             // A force and a base motion are two inputs, though neither has a number.
             [first, second]
-                if quantity == Quantity::Input && numbered.is_empty() && self.words_differ(first, second) =>
+                if quantity == ColumnQuantity::Input && numbered.is_empty() && self.words_differ(first, second) =>
             {
                 numbered = vec![(1, first), (2, second)];
                 let (first, second) = (self.name(first), self.name(second));
                 self.notices.push(format!("`{first}` is input u1 and `{second}` is input u2"));
             }
-            [first, second, ..] => return Err(self.conflict(Key { quantity, number: None }, first, second)),
+            [first, second, ..] => return Err(self.conflict(ColumnKey { quantity, number: None }, first, second)),
         }
         numbered.sort_unstable();
         if let Some(pair) = numbered.windows(2).find(|w| w[0].0 == w[1].0) {
             let number = Some(pair[0].0);
-            return Err(self.conflict(Key { quantity, number }, pair[0].1, pair[1].1));
+            return Err(self.conflict(ColumnKey { quantity, number }, pair[0].1, pair[1].1));
         }
         Ok(numbered)
     }
@@ -287,7 +289,7 @@ impl Assignment<'_> {
         for (column, heading) in self.headings.iter().enumerate() {
             if heading.meaning == Meaning::Coordinate && self.taken[column].is_none() {
                 let number = Some(displacements.len() + 1);
-                self.taken[column] = Some(Key { quantity: Quantity::Displacement, number });
+                self.taken[column] = Some(ColumnKey { quantity: ColumnQuantity::Displacement, number });
                 displacements.push((displacements.len() + 1, column));
             }
         }
@@ -304,7 +306,7 @@ impl Assignment<'_> {
         let numbered: Vec<(usize, usize)> =
             columns.into_iter().enumerate().map(|(i, column)| (i + 1, column)).collect();
         for (number, column) in &numbered {
-            self.taken[*column] = Some(Key { quantity: Quantity::Acceleration, number: Some(*number) });
+            self.taken[*column] = Some(ColumnKey { quantity: ColumnQuantity::Acceleration, number: Some(*number) });
             let (name, unit) = (self.name(*column), &self.headings[*column].unit);
             self.notices.push(format!("`{name}` is taken for acceleration a{number}, as its unit {unit} says"));
         }
@@ -315,11 +317,11 @@ impl Assignment<'_> {
         match numbered.iter().enumerate().find(|(i, (number, _))| *number != i + 1) {
             None => Ok(()),
             Some((i, (_, column))) => {
-                let quantity = self.taken[*column].map_or(Quantity::Displacement, |key| key.quantity);
+                let quantity = self.taken[*column].map_or(ColumnQuantity::Displacement, |key| key.quantity);
                 Err(ReadError::NumberMissing {
                     file: self.file.to_owned(),
                     column: self.name(*column),
-                    key: Key { quantity, number: Some(i + 1) }.to_string(),
+                    key: ColumnKey { quantity, number: Some(i + 1) }.to_string(),
                 })
             }
         }

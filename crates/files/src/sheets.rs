@@ -2,24 +2,24 @@
 //!
 //! Columns that share a group, a length and a time base make a sheet.
 
-use super::column::{Column, Contents, Flaw, TimeBase};
-use super::error::{ReadError, Row};
-use super::heading::{Heading, Key, Meaning, Quantity, label};
+use super::column::{FileColumn, FileContents, Flaw, TimeBase};
+use super::error::{ReadError, RowPlace};
+use super::heading::{ColumnKey, ColumnQuantity, Heading, Meaning, label};
 use super::selection::Selection;
-use super::table::{Choose, FIRST_ROWS, LARGEST, Table, TableHead};
+use super::table::{Choose, ColumnTable, FIRST_ROWS, LARGEST, TableHead};
 use super::words::list;
 use sindyscope_values::record::units;
 
 /// Columns that can stand in one record.
-struct Sheet<'c, 'a> {
+struct ColumnSheet<'c, 'a> {
     group: &'c str,
     base: &'c TimeBase,
     len: usize,
-    columns: Vec<&'c Column<'a>>,
+    columns: Vec<&'c FileColumn<'a>>,
     headings: Vec<Heading>,
 }
 
-impl Sheet<'_, '_> {
+impl ColumnSheet<'_, '_> {
     /// True if the last heading is that of the time base, which is no column of the file.
     fn has_base(&self) -> bool {
         self.headings.len() > self.columns.len()
@@ -46,7 +46,7 @@ const RATES: &[&str] = &["fs", "fsamp", "rate", "samplerate", "samplingrate", "s
 const INTERVALS: &[&str] = &["dt", "ts", "tsamp", "deltat", "interval", "sampletime", "samplingtime"];
 
 /// A lone number that tells the sampling of all columns without a time base.
-fn sampling_variable(columns: &[Column<'_>]) -> Option<(f64, String)> {
+fn sampling_variable(columns: &[FileColumn<'_>]) -> Option<(f64, String)> {
     columns.iter().filter(|c| c.len == 1).find_map(|column| {
         let plain: String =
             column.heading.stem.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_lowercase();
@@ -66,17 +66,18 @@ fn sampling_variable(columns: &[Column<'_>]) -> Option<(f64, String)> {
     })
 }
 
-fn sheets<'c, 'a>(columns: &'c [Column<'a>], known: Option<&'c TimeBase>) -> Vec<Sheet<'c, 'a>> {
-    let mut sheets: Vec<Sheet<'c, 'a>> = Vec::new();
+fn sheets<'c, 'a>(columns: &'c [FileColumn<'a>], known: Option<&'c TimeBase>) -> Vec<ColumnSheet<'c, 'a>> {
+    let mut sheets: Vec<ColumnSheet<'c, 'a>> = Vec::new();
     for column in columns.iter().filter(|c| c.len > 1) {
         let base = known.filter(|_| column.base == TimeBase::Unknown).unwrap_or(&column.base);
-        let same =
-            |sheet: &&mut Sheet<'_, '_>| sheet.group == column.group && sheet.len == column.len && sheet.base == base;
+        let same = |sheet: &&mut ColumnSheet<'_, '_>| {
+            sheet.group == column.group && sheet.len == column.len && sheet.base == base
+        };
         match sheets.iter_mut().find(same) {
             Some(sheet) => sheet.columns.push(column),
             None => {
                 let (group, len, columns) = (column.group.as_str(), column.len, vec![column]);
-                sheets.push(Sheet { group, base, len, columns, headings: Vec::new() });
+                sheets.push(ColumnSheet { group, base, len, columns, headings: Vec::new() });
             }
         }
     }
@@ -89,7 +90,7 @@ fn sheets<'c, 'a>(columns: &'c [Column<'a>], known: Option<&'c TimeBase>) -> Vec
         };
         if !sheet.columns.iter().any(|c| c.is_time()) {
             let mut time = Heading::new("time", Some(unit));
-            time.meaning = Meaning::Known(Key { quantity: Quantity::Time, number: None });
+            time.meaning = Meaning::Known(ColumnKey { quantity: ColumnQuantity::Time, number: None });
             sheet.headings.push(time);
         }
     }
@@ -100,7 +101,7 @@ fn sheets<'c, 'a>(columns: &'c [Column<'a>], known: Option<&'c TimeBase>) -> Vec
 const LOOKED_AT: usize = 4_000_000;
 
 /// The tables of a file, before any column is chosen.
-pub(super) fn heads(contents: &Contents<'_>) -> Vec<TableHead> {
+pub(super) fn heads(contents: &FileContents<'_>) -> Vec<TableHead> {
     let told = sampling_variable(&contents.columns);
     let known = told.map(|(interval, _)| TimeBase::Even { start: 0.0, interval });
     let mut left = LOOKED_AT;
@@ -118,7 +119,7 @@ pub(super) fn heads(contents: &Contents<'_>) -> Vec<TableHead> {
             TimeBase::Even { interval, .. } if sheet.has_base() => Some(interval.recip()),
             _ => None,
         };
-        let Sheet { group, len: rows, headings, .. } = sheet;
+        let ColumnSheet { group, len: rows, headings, .. } = sheet;
         heads.push(TableHead { name: group.to_owned(), headings, rows, rate, first });
     }
     heads
@@ -130,10 +131,10 @@ pub(super) fn heads(contents: &Contents<'_>) -> Vec<TableHead> {
 pub(super) fn table(
     file: &str,
     format: &'static str,
-    contents: Contents<'_>,
+    contents: FileContents<'_>,
     choose: &Choose<'_>,
-) -> Result<Table, ReadError> {
-    let Contents { columns, mut notices } = contents;
+) -> Result<ColumnTable, ReadError> {
+    let FileContents { columns, mut notices } = contents;
     let told = sampling_variable(&columns);
     let known = told.as_ref().map(|(interval, _)| TimeBase::Even { start: 0.0, interval: *interval });
     let sheets = sheets(&columns, known.as_ref());
@@ -150,18 +151,18 @@ pub(super) fn table(
     let Some(first) = chosen.iter().position(Result::is_ok) else {
         return Err(no_sheet(&sheets, chosen));
     };
-    let selected: Vec<(&Sheet<'_, '_>, &Selection)> =
+    let selected: Vec<(&ColumnSheet<'_, '_>, &Selection)> =
         sheets.iter().zip(&chosen).filter_map(|(sheet, selection)| Some((sheet, selection.as_ref().ok()?))).collect();
     let (leading, selection) = selected[0];
-    let alike = |(sheet, other): &(&Sheet<'_, '_>, &Selection)| {
+    let alike = |(sheet, other): &(&ColumnSheet<'_, '_>, &Selection)| {
         sheet.headings == leading.headings && other.channels == selection.channels && other.trajectory.is_none()
     };
-    let runs: Vec<&Sheet<'_, '_>> = if selection.trajectory.is_none() {
+    let runs: Vec<&ColumnSheet<'_, '_>> = if selection.trajectory.is_none() {
         selected.iter().copied().filter(alike).map(|(s, _)| s).collect()
     } else {
         vec![leading]
     };
-    let used = |sheet: &Sheet<'_, '_>| runs.iter().any(|run| std::ptr::eq(*run, sheet));
+    let used = |sheet: &ColumnSheet<'_, '_>| runs.iter().any(|run| std::ptr::eq(*run, sheet));
     let unused: Vec<&str> =
         sheets.iter().filter(|s| !used(s)).flat_map(|s| s.columns.iter().map(|c| c.heading.name.as_str())).collect();
     if !unused.is_empty() {
@@ -185,15 +186,15 @@ pub(super) fn table(
 const NO_COLUMNS: &str = "save each channel as a numeric vector or as a column of a matrix, all of one length";
 
 /// A run's name: that of its group if that tells it from the others.
-fn run_label(runs: &[&Sheet<'_, '_>], index: usize) -> String {
+fn run_label(runs: &[&ColumnSheet<'_, '_>], index: usize) -> String {
     let group = runs[index].group;
     let own = !group.is_empty() && runs.iter().filter(|r| r.group == group).count() == 1;
     if own { group.to_owned() } else { (index + 1).to_string() }
 }
 
 /// Why no sheet has all that is needed: the reason of the largest, with the columns of all.
-fn no_sheet(sheets: &[Sheet<'_, '_>], chosen: Vec<Result<Selection, ReadError>>) -> ReadError {
-    let size = |sheet: &Sheet<'_, '_>| sheet.len.saturating_mul(sheet.columns.len());
+fn no_sheet(sheets: &[ColumnSheet<'_, '_>], chosen: Vec<Result<Selection, ReadError>>) -> ReadError {
+    let size = |sheet: &ColumnSheet<'_, '_>| sheet.len.saturating_mul(sheet.columns.len());
     let largest = (0..sheets.len()).max_by_key(|&i| (size(&sheets[i]), sheets.len() - i)).unwrap_or(0);
     let others = sheets.iter().enumerate().filter(|(i, _)| *i != largest);
     let others: Vec<String> = others.flat_map(|(_, s)| (0..s.columns.len()).map(|c| label(&s.headings, c))).collect();
@@ -257,7 +258,7 @@ impl<'a> Filling<'a> {
         }
     }
 
-    fn add(&mut self, sheet: &Sheet<'_, '_>, run: Option<String>) -> Result<(), ReadError> {
+    fn add(&mut self, sheet: &ColumnSheet<'_, '_>, run: Option<String>) -> Result<(), ReadError> {
         let decode = |column: usize| sheet.decode(column).map_err(|flaw| flaw.in_file(self.file, self.format));
         let mut wanted: Vec<(usize, Vec<f64>)> = Vec::new();
         for column in self.selection.time.into_iter().chain(self.selection.channels.iter().map(|(_, c)| *c)) {
@@ -295,7 +296,7 @@ impl<'a> Filling<'a> {
     /// Which rows have all values, or none if all have.
     fn whole_rows(
         &mut self,
-        sheet: &Sheet<'_, '_>,
+        sheet: &ColumnSheet<'_, '_>,
         wanted: &[(usize, Vec<f64>)],
     ) -> Result<Option<Vec<bool>>, ReadError> {
         let mut whole: Option<Vec<bool>> = None;
@@ -305,7 +306,7 @@ impl<'a> Filling<'a> {
                     continue;
                 }
                 if !value.is_nan() {
-                    let (file, row) = (self.file.to_owned(), Row::Sample(row + 1));
+                    let (file, row) = (self.file.to_owned(), RowPlace::Sample(row + 1));
                     let (column, cell) = (label(self.headings, *column), value.to_string());
                     return Err(if value.is_infinite() {
                         ReadError::NotFinite { file, row, column, cell }
@@ -329,7 +330,7 @@ impl<'a> Filling<'a> {
         {
             let column = wanted.iter().find(|(_, values)| values[row].is_nan()).map_or(0, |(c, _)| *c);
             let (file, column) = (self.file.to_owned(), label(self.headings, column));
-            return Err(ReadError::MissingCell { file, row: Row::Sample(row + 1), column });
+            return Err(ReadError::MissingCell { file, row: RowPlace::Sample(row + 1), column });
         }
         Ok(whole)
     }
@@ -353,15 +354,15 @@ impl<'a> Filling<'a> {
         })
     }
 
-    fn into_table(self, selection: Selection, notices: Vec<String>) -> Result<Table, ReadError> {
+    fn into_table(self, selection: Selection, notices: Vec<String>) -> Result<ColumnTable, ReadError> {
         if self.rows.is_empty()
             && let Some((row, column)) = self.first_missing
         {
             let (file, column) = (self.file.to_owned(), label(self.headings, column));
-            return Err(ReadError::MissingCell { file, row: Row::Sample(row + 1), column });
+            return Err(ReadError::MissingCell { file, row: RowPlace::Sample(row + 1), column });
         }
         let gaps = selection.time.is_none() && self.places.windows(2).any(|w| w[1] - w[0] > 1.0);
-        Ok(Table {
+        Ok(ColumnTable {
             headings: self.headings.to_vec(),
             selection,
             stamps: if gaps { self.places } else { self.stamps },

@@ -1,6 +1,6 @@
 //! What every format's reader hands on: named columns of finite numbers.
 
-use super::error::{ReadError, Row};
+use super::error::{ReadError, RowPlace};
 use super::heading::Heading;
 use super::selection::Selection;
 
@@ -29,7 +29,7 @@ pub(super) type Choose<'a> = dyn Fn(&[Heading]) -> Result<Selection, ReadError> 
 
 /// The wanted columns of a file.
 #[derive(Clone, Debug)]
-pub(super) struct Table {
+pub(super) struct ColumnTable {
     /// The names of all columns.
     pub(super) headings: Vec<Heading>,
     /// Which of them are wanted.
@@ -51,10 +51,10 @@ pub(super) struct Table {
     pub(super) notices: Vec<String>,
 }
 
-impl Table {
+impl ColumnTable {
     /// Where a row stands in its file.
-    pub(super) fn place(&self, row: usize) -> Row {
+    pub(super) fn place(&self, row: usize) -> RowPlace {
         let number = self.rows[row] as usize;
-        if self.by_sample { Row::Sample(number) } else { Row::Line(number) }
+        if self.by_sample { RowPlace::Sample(number) } else { RowPlace::Line(number) }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::heading::{Heading, Meaning, Quantity};
+use super::heading::{ColumnQuantity, Heading, Meaning};
 use sindyscope_values::record::{Channel, Record, Role};
 
 /// Writes records as CSV: comment lines, a header with units, one row a sample; with a column `record` if there are several.
@@ -80,10 +80,10 @@ fn reads_back(text: &str, role: Role, unit: &str, several: bool) -> bool {
     let heading = Heading::new(text, None);
     let Meaning::Known(key) = heading.meaning else { return false };
     let quantity = match role {
-        Role::Displacement(_) => Quantity::Displacement,
-        Role::Velocity(_) => Quantity::Velocity,
-        Role::Acceleration(_) => Quantity::Acceleration,
-        Role::Input(_) => Quantity::Input,
+        Role::Displacement(_) => ColumnQuantity::Displacement,
+        Role::Velocity(_) => ColumnQuantity::Velocity,
+        Role::Acceleration(_) => ColumnQuantity::Acceleration,
+        Role::Input(_) => ColumnQuantity::Input,
     };
     let number = if several { Some(role.index() + 1) } else { None };
     key.quantity == quantity && key.number == number && heading.unit == unit

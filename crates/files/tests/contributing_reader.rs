@@ -2,18 +2,18 @@
 
 use std::path::Path;
 
-use sindyscope_files::{Column, Contents, Flaw, Format, MeasuredFile, ReadError, ReadOptions};
+use sindyscope_files::{FileColumn, FileContents, FileFormat, Flaw, MeasuredFile, ReadError, ReadOptions};
 use sindyscope_values::record::Role;
 
 // [example]
 /// A logger's file, little-endian: `TINY`, samples a second (u32), then one pair of f32 a sample: displacement in mm, force in N.
-static TINY: Format = Format::of_columns("Tiny logger", &["tiny"], |bytes| bytes.starts_with(b"TINY"), read);
+static TINY: FileFormat = FileFormat::of_columns("Tiny logger", &["tiny"], |bytes| bytes.starts_with(b"TINY"), read);
 
-fn read(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
+fn read(bytes: &[u8]) -> Result<FileContents<'_>, Flaw> {
     let rate = bytes.get(4..8).and_then(|b| b.first_chunk()).map(|b| u32::from_le_bytes(*b));
     let rate = rate.filter(|rate| *rate > 0).ok_or_else(|| Flaw::at("its header gives no sampling rate", 4))?;
     let pairs = bytes[8..].chunks_exact(8);
-    let mut contents = Contents::default();
+    let mut contents = FileContents::default();
     if !pairs.remainder().is_empty() {
         contents.notices.push("the last sample is cut short and was left out".to_owned());
     }
@@ -23,7 +23,7 @@ fn read(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
             let value = |pair: &[u8]| pair[from..].first_chunk().map_or(f64::NAN, |b| f32::from_le_bytes(*b).into());
             Ok(samples.clone().map(value).collect())
         };
-        let column = Column::new(name, unit, pairs.len(), decode);
+        let column = FileColumn::new(name, unit, pairs.len(), decode);
         contents.columns.push(column.sampled_evenly(0.0, f64::from(rate).recip()));
     }
     Ok(contents)

@@ -7,7 +7,7 @@
 //! ([`generate`]), a rig whose every number can be moved ([`record_rig`]), and plants that hide an effect ([`hidden`]).
 //!
 //! ```
-//! use sindyscope_rig::{Contact, Drive, Excitation, MeasuredChannel, MeasuredQuantity, Plant, SampleTimes, Sensor, Sensors, Setup};
+//! use sindyscope_rig::{Contact, RecordDrive, Excitation, MeasuredChannel, MeasuredQuantity, Plant, SampleTimes, Sensor, Sensors, Setup};
 //! use sindyscope_values::model::{Equation, Model};
 //! use sindyscope_values::record::Role;
 //! use sindyscope_values::term::{Symbol, Term};
@@ -16,7 +16,7 @@
 //! let smooth = Model::second_order(1, vec![Equation::known([(Term::parse("x")?, -4.0), (Term::parse("u")?, 1.0)])]);
 //! let plant = Plant { smooth, contacts: vec![Contact::coulomb(Term::parse("v")?, 1, 0.3)] };
 //! let sampling = SampleTimes { start: 0.0, interval: 0.01, count: 1000 };
-//! let drive = Drive::new("run", vec![Excitation::harmonic(1.0, 0.4)], vec![0.0, 0.0], sampling);
+//! let drive = RecordDrive::new("run", vec![Excitation::harmonic(1.0, 0.4)], vec![0.0, 0.0], sampling);
 //! let x = MeasuredChannel::new("x", Role::Displacement(0), "m", MeasuredQuantity::State(0), Sensor::noisy(1e-4));
 //! let setup = Setup { plant, drives: vec![drive], sensors: Sensors::new([x]), seed: 7 };
 //! let run = setup.run()?;
@@ -58,6 +58,6 @@ pub use scenario::{ScenarioRun, generate};
 pub use scenario_options::ScenarioOptions;
 pub use scenarios::{Scenario, ScenarioExcitation, scenarios};
 pub use sensor::{Noise, NoiseKind, Sensor};
-pub use setup::{Drive, MeasuredChannel, MeasuredQuantity, Sensors, Setup, SetupRun};
+pub use setup::{MeasuredChannel, MeasuredQuantity, RecordDrive, Sensors, Setup, SetupRun};
 pub use truth::{TrueParameter, TrueTerm, Truth};
 pub use wave::{Burst, Derivatives, Harmonic, Multisine, Transition, Wave};

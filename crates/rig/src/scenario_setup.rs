@@ -6,7 +6,7 @@ use super::response::SampleTimes;
 use super::scenario_options::ScenarioOptions;
 use super::scenarios::{Scenario, ScenarioExcitation};
 use super::sensor::{Noise, Sensor};
-use super::setup::{Drive, MeasuredChannel, MeasuredQuantity, Sensors, Setup};
+use super::setup::{MeasuredChannel, MeasuredQuantity, RecordDrive, Sensors, Setup};
 use super::wave::Harmonic;
 use super::words::per_second;
 use sindyscope_values::record::Role;
@@ -128,7 +128,7 @@ impl CheckedScenario {
         let drive = |record: &RequestedRecord| {
             let excitation = record.excitation.clone().unwrap_or_else(Excitation::rest);
             let inputs = vec![excitation; layout.inputs];
-            Drive::new(record.name.clone(), inputs, self.initial.clone(), self.sampling)
+            RecordDrive::new(record.name.clone(), inputs, self.initial.clone(), self.sampling)
         };
         let mut channels: Vec<MeasuredChannel> =
             self.measured.iter().map(|role| self.motion_channel(scenario, &layout, *role)).collect();

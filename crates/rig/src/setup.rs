@@ -26,7 +26,7 @@ pub struct Setup {
     /// What is tested.
     pub plant: Plant,
     /// What drives it, and when it is sampled: one entry a record.
-    pub drives: Vec<Drive>,
+    pub drives: Vec<RecordDrive>,
     /// What is measured: one entry a channel of every record.
     pub sensors: Sensors,
     /// Seed of the sensors' noise.
@@ -35,7 +35,7 @@ pub struct Setup {
 
 /// How the plant is driven for one record.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Drive {
+pub struct RecordDrive {
     /// The record's name.
     pub name: String,
     /// One for each of the plant's inputs.
@@ -145,7 +145,7 @@ impl MeasuredChannel {
     }
 }
 
-impl Drive {
+impl RecordDrive {
     /// A record to be fitted, whose clock begins at 0 and counts in the plant's unit of time.
     pub fn new(name: impl Into<String>, inputs: Vec<Excitation>, initial: Vec<f64>, sampling: SampleTimes) -> Self {
         let (name, clock) = (name.into(), (0.0, sampling.interval));
@@ -187,7 +187,7 @@ impl Setup {
 
     /// The motion of every drive.
     pub(super) fn motions(&self) -> Result<Vec<PlantMotion>, RigError> {
-        let follow = |drive: &Drive| {
+        let follow = |drive: &RecordDrive| {
             let instants = drive.instants(self.sensors.jitter);
             PlantMotion::along(&self.plant, &drive.inputs, &drive.initial, instants, Accuracy::FINE)
         };
@@ -203,7 +203,7 @@ impl Setup {
             .map(|channel| motions.iter().map(|motion| channel.series(&self.plant, motion)).collect())
             .collect();
         let sensors: Vec<Sensor> = self.sensors.channels.iter().zip(&series).map(|(c, s)| self.settled(c, s)).collect();
-        let record = |(index, drive): (usize, &Drive)| {
+        let record = |(index, drive): (usize, &RecordDrive)| {
             let channels = self.sensors.channels.iter().zip(&sensors).zip(&series);
             let channels =
                 channels.map(|((channel, sensor), series)| self.channel(channel, sensor, &series[index], index));
@@ -247,7 +247,7 @@ mod tests {
     fn a_clock_that_jitters_keeps_its_order_and_its_size() {
         let sampling = SampleTimes { start: 0.0, interval: 0.1, count: 2000 };
         let (name, inputs, initial) = ("clock".to_owned(), Vec::new(), Vec::new());
-        let drive = Drive { name, inputs, initial, sampling, clock: (0.0, 0.1), clock_seed: 3, held_out: false };
+        let drive = RecordDrive { name, inputs, initial, sampling, clock: (0.0, 0.1), clock_seed: 3, held_out: false };
         let instants = drive.instants(0.03);
         assert!(instants.windows(2).all(|pair| pair[0] < pair[1]) && instants[0] >= 0.0);
         let off: Vec<f64> = instants.iter().enumerate().map(|(k, t)| t / 0.1 - k as f64).collect();

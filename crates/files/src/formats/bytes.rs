@@ -89,7 +89,7 @@ pub(super) struct Strided {
 }
 
 impl Strided {
-    /// True if all of them stand within so many bytes.
+    /// True if all of them stand within the first `len` bytes.
     pub(super) fn fits(&self, len: usize) -> bool {
         let last =
             self.count.checked_sub(1).map(|n| n.checked_mul(self.stride).and_then(|o| o.checked_add(self.start)));
@@ -196,12 +196,12 @@ impl<'a> Cursor<'a> {
 
 /// Bytes that values are decoded from: the file's own, or those that were inflated.
 #[derive(Clone)]
-pub(super) enum Source<'a> {
+pub(super) enum DataBytes<'a> {
     File(&'a [u8]),
     Inflated(Arc<[u8]>),
 }
 
-impl Source<'_> {
+impl DataBytes<'_> {
     pub(super) fn bytes(&self) -> &[u8] {
         match self {
             Self::File(bytes) => bytes,

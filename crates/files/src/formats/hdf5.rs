@@ -3,10 +3,10 @@
 
 use hdf5_pure::{AttrValue, DType, Dataset, File, Group};
 
-use crate::column::{Column, Contents, Flaw};
-use crate::format::Format;
+use crate::column::{FileColumn, FileContents, Flaw};
+use crate::format::FileFormat;
 
-pub(crate) const FORMAT: Format = Format::of_columns(
+pub(crate) const FORMAT: FileFormat = FileFormat::of_columns(
     "HDF5 and MATLAB 7.3",
     &["h5", "hdf5"],
     |bytes| {
@@ -27,15 +27,18 @@ const MOST_DATASETS: usize = 10_000;
 /// A matrix with more channels than this is no set of time series.
 const MOST_COLUMNS: u64 = 10_000;
 
-/// Deflate makes data at most so many times smaller.
+/// Deflate makes data at most this many times smaller.
 const MOST_DEFLATED: u64 = 1032;
 
-fn read(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
+fn read(bytes: &[u8]) -> Result<FileContents<'_>, Flaw> {
     let damaged =
         |error: hdf5_pure::Error| Flaw::new(format!("it is damaged or cut short ({error})")).try_this(VERSION_7);
     let file = File::from_bytes(bytes.to_vec()).map_err(damaged)?;
-    let mut walk =
-        Walk { room: (bytes.len() as u64).saturating_mul(MOST_DEFLATED), seen: 0, contents: Contents::default() };
+    let mut walk = Hdf5Columns {
+        room: (bytes.len() as u64).saturating_mul(MOST_DEFLATED),
+        seen: 0,
+        contents: FileContents::default(),
+    };
     walk.group(&file.root(), "", 0).map_err(damaged)?;
     if let ([], [first, ..]) = (&walk.contents.columns[..], &walk.contents.notices[..]) {
         return Err(Flaw::new(format!("nothing in it can be used: {first}")).try_this(VERSION_7));
@@ -45,14 +48,14 @@ fn read(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
 
 const VERSION_7: &str = "if MATLAB opens it, save it there as version 7: `save('file.mat', 't', 'x', 'u', '-v7')`";
 
-struct Walk<'a> {
+struct Hdf5Columns<'a> {
     /// Bytes that the file's data can have at most.
     room: u64,
     seen: usize,
-    contents: Contents<'a>,
+    contents: FileContents<'a>,
 }
 
-impl Walk<'_> {
+impl Hdf5Columns<'_> {
     fn group(&mut self, group: &Group, prefix: &str, depth: usize) -> Result<(), hdf5_pure::Error> {
         for name in group.datasets()? {
             self.seen += 1;
@@ -132,7 +135,7 @@ impl Walk<'_> {
                 values.map_err(|error| Flaw::new(format!("its data are damaged ({error})")))
             };
             let len = usize::try_from(len).unwrap_or(usize::MAX);
-            self.contents.columns.push(Column::new(&label, &unit, len, decode));
+            self.contents.columns.push(FileColumn::new(&label, &unit, len, decode));
         }
         Ok(())
     }

@@ -6,13 +6,13 @@
 use std::sync::Arc;
 
 use super::text::{number, text_of};
-use crate::column::{Column, Contents, Flaw, TimeBase};
-use crate::format::Format;
-use crate::heading::{Heading, Key, Meaning, Quantity};
+use crate::column::{FileColumn, FileContents, Flaw, TimeBase};
+use crate::format::FileFormat;
+use crate::heading::{ColumnKey, ColumnQuantity, Heading, Meaning};
 use sindyscope_core::sampling::significant;
 use sindyscope_values::record::units;
 
-pub(crate) const FORMAT: Format = Format::of_columns(
+pub(crate) const FORMAT: FileFormat = FileFormat::of_columns(
     "LabVIEW measurement",
     &["lvm"],
     |bytes| bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).starts_with(MAGIC),
@@ -28,7 +28,7 @@ const STEP_DOUBT: f64 = 1e-2;
 /// More columns than this are no measurement.
 const MOST_COLUMNS: usize = 10_000;
 
-fn read(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
+fn read(bytes: &[u8]) -> Result<FileContents<'_>, Flaw> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     if !bytes.starts_with(MAGIC) {
         return Err(Flaw::new("its first line is not `LabVIEW Measurement`")
@@ -37,7 +37,7 @@ fn read(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
     let head = &bytes[..bytes.len().min(2000)];
     let comma = head.windows(15).any(|w| w.eq_ignore_ascii_case(b"Separator,Comma"));
     let separator = if comma { b',' } else { b'\t' };
-    let mut contents = Contents::default();
+    let mut contents = FileContents::default();
     let mut entries: Vec<(String, Vec<String>)> = Vec::new();
     let mut own_headers = 0;
     let mut segments: Vec<Segment> = Vec::new();
@@ -150,7 +150,7 @@ impl Segment {
         Ok(())
     }
 
-    fn add_to(self, contents: &mut Contents<'_>, group: &str) {
+    fn add_to(self, contents: &mut FileContents<'_>, group: &str) {
         let Self { mut columns } = self;
         // A unit of time on every channel is the template's, not the sensors'.
         let channels: Vec<&Values> = columns.iter().filter(|c| !c.is_x).collect();
@@ -210,15 +210,15 @@ impl Segment {
             };
             let len = values.len();
             let unit = if is_x || Some(index) == own_time { "s" } else { unit.as_str() };
-            let column = Column::new(&name, unit, len, move || Ok(values.clone()));
-            let column = Column { base, group: group.to_owned(), ..column };
+            let column = FileColumn::new(&name, unit, len, move || Ok(values.clone()));
+            let column = FileColumn { base, group: group.to_owned(), ..column };
             contents.columns.push(if is_x { column.into_time() } else { column });
         }
     }
 }
 
 fn is_named_time(name: &str) -> bool {
-    matches!(Heading::new(name, None).meaning, Meaning::Known(Key { quantity: Quantity::Time, .. }))
+    matches!(Heading::new(name, None).meaning, Meaning::Known(ColumnKey { quantity: ColumnQuantity::Time, .. }))
 }
 
 /// True if two time columns say the same, where both say anything.

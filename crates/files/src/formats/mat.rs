@@ -7,11 +7,12 @@ use std::io::Read;
 
 use flate2::read::ZlibDecoder;
 
-use super::bytes::{Cursor, Number, Order, Source, Strided};
-use crate::column::{Column, Contents, Flaw};
-use crate::format::Format;
+use super::bytes::{Cursor, DataBytes, Number, Order, Strided};
+use crate::column::{FileColumn, FileContents, Flaw};
+use crate::format::FileFormat;
 
-pub(crate) const FORMAT: Format = Format::of_columns("MATLAB", &["mat"], |bytes| bytes.starts_with(b"MATLAB "), read);
+pub(crate) const FORMAT: FileFormat =
+    FileFormat::of_columns("MATLAB", &["mat"], |bytes| bytes.starts_with(b"MATLAB "), read);
 
 /// Structures within structures are followed so deep.
 const DEEPEST: usize = 6;
@@ -19,7 +20,7 @@ const DEEPEST: usize = 6;
 /// A matrix with more channels than this is no set of time series.
 const MOST_COLUMNS: usize = 10_000;
 
-fn read(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
+fn read(bytes: &[u8]) -> Result<FileContents<'_>, Flaw> {
     let order = match bytes.get(126..128) {
         Some(b"IM") => Some(Order::Little),
         Some(b"MI") => Some(Order::Big),
@@ -32,18 +33,18 @@ fn read(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
 }
 
 /// A matrix of numbers, stored column after column.
-struct Matrix<'a> {
+struct MatlabMatrix<'a> {
     name: String,
     rows: usize,
     columns: usize,
-    source: Source<'a>,
+    source: DataBytes<'a>,
     start: usize,
     number: Number,
     order: Order,
 }
 
-impl<'a> Matrix<'a> {
-    fn add_to(self, contents: &mut Contents<'a>) {
+impl<'a> MatlabMatrix<'a> {
+    fn add_to(self, contents: &mut FileContents<'a>) {
         let Self { name, rows, columns, source, start, number, order } = self;
         let size = number.size();
         // A matrix that is wider than high holds its channels in rows.
@@ -57,13 +58,13 @@ impl<'a> Matrix<'a> {
             let label = if count > 1 { format!("{name}({})", channel + 1) } else { name.clone() };
             let numbers = Strided { start: start + channel * step, stride, count: len, number, order };
             let source = source.clone();
-            contents.columns.push(Column::new(&label, "", len, move || numbers.read(source.bytes())));
+            contents.columns.push(FileColumn::new(&label, "", len, move || numbers.read(source.bytes())));
         }
     }
 }
 
-fn version_5(bytes: &[u8], order: Order) -> Result<Contents<'_>, Flaw> {
-    let mut contents = Contents::default();
+fn version_5(bytes: &[u8], order: Order) -> Result<FileContents<'_>, Flaw> {
+    let mut contents = FileContents::default();
     let mut cursor = Cursor::new(bytes, 128, order);
     while cursor.left() >= 8 {
         let at = cursor.position();
@@ -78,7 +79,7 @@ fn version_5(bytes: &[u8], order: Order) -> Result<Contents<'_>, Flaw> {
                     let what = format!("a variable's compressed data are damaged ({error}); it was left out");
                     contents.notices.push(what);
                 } else {
-                    let source = Source::Inflated(inflated.into());
+                    let source = DataBytes::Inflated(inflated.into());
                     let inner = source.clone();
                     let mut inside = Cursor::new(inner.bytes(), 0, order);
                     let result = Tag::read(&mut inside).and_then(|tag| match tag.kind {
@@ -91,7 +92,7 @@ fn version_5(bytes: &[u8], order: Order) -> Result<Contents<'_>, Flaw> {
                 }
             }
             MATRIX => {
-                if let Err(flaw) = matrix(&Source::File(bytes), tag, order, "", 0, &mut contents) {
+                if let Err(flaw) = matrix(&DataBytes::File(bytes), tag, order, "", 0, &mut contents) {
                     contents.notices.push(format!("a variable was left out: {}", flaw.what));
                 }
             }
@@ -171,12 +172,12 @@ impl Tag {
 
 /// Adds a variable's columns, or those of a structure's fields.
 fn matrix<'a>(
-    source: &Source<'a>,
+    source: &DataBytes<'a>,
     tag: Tag,
     order: Order,
     prefix: &str,
     depth: usize,
-    contents: &mut Contents<'a>,
+    contents: &mut FileContents<'a>,
 ) -> Result<(), Flaw> {
     let bytes = source.bytes();
     let end = tag.start + tag.len;
@@ -247,7 +248,8 @@ fn matrix<'a>(
                 contents.notices.push(format!("`{name}` has more than two dimensions and was left out"));
                 return Ok(());
             }
-            Matrix { name, rows, columns, source: source.clone(), start: data.start, number, order }.add_to(contents);
+            MatlabMatrix { name, rows, columns, source: source.clone(), start: data.start, number, order }
+                .add_to(contents);
         }
         1 | 2 | 3 | 5 if elements > 0 => {
             let what = match class {
@@ -265,8 +267,8 @@ fn matrix<'a>(
 
 const OBJECT: &str = "an object (such as a table or a time series) was left out: save its columns as plain vectors";
 
-fn version_4(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
-    let mut contents = Contents::default();
+fn version_4(bytes: &[u8]) -> Result<FileContents<'_>, Flaw> {
+    let mut contents = FileContents::default();
     let mut at = 0;
     while at < bytes.len() {
         let kind = |order| Cursor::new(bytes, at, order).u32().ok().filter(|t| *t < 5000 && t / 100 % 10 == 0);
@@ -303,8 +305,8 @@ fn version_4(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
         match kind % 10 {
             0 if is_complex => contents.notices.push(format!("`{name}` is complex and was left out")),
             0 if size > 0 => {
-                let source = Source::File(bytes);
-                Matrix { name, rows, columns, source, start, number, order }.add_to(&mut contents);
+                let source = DataBytes::File(bytes);
+                MatlabMatrix { name, rows, columns, source, start, number, order }.add_to(&mut contents);
             }
             2 => contents.notices.push(format!("`{name}` is a sparse matrix and was left out")),
             _ => {}

@@ -1,4 +1,4 @@
-//! Measurement Data Format, version 4 (`.mf4`), of the car industry's loggers.
+//! Measurement Data FileFormat, version 4 (`.mf4`), of the car industry's loggers.
 //!
 //! After *ASAM MDF 4.1*. Blocks refer to each other by address: data groups hold channel groups, these hold channels. Data
 //! may be in one block or in lists of blocks, deflated or not; records of several channel groups may be mixed.
@@ -11,10 +11,10 @@ use std::sync::Arc;
 use flate2::read::ZlibDecoder;
 
 use super::bytes::{Cursor, Number, Order};
-use crate::column::{Column, Contents, Flaw};
-use crate::format::Format;
+use crate::column::{FileColumn, FileContents, Flaw};
+use crate::format::FileFormat;
 
-pub(crate) const FORMAT: Format = Format::of_columns(
+pub(crate) const FORMAT: FileFormat = FileFormat::of_columns(
     "MDF4",
     &["mf4", "mdf", "dat4"],
     |bytes| bytes.starts_with(b"MDF     ") || bytes.starts_with(UNFINISHED),
@@ -29,7 +29,7 @@ const HEADER: usize = 64;
 /// Channels and blocks that are followed: more are a loop or damage.
 const MOST_BLOCKS: usize = 1_000_000;
 
-fn read(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
+fn read(bytes: &[u8]) -> Result<FileContents<'_>, Flaw> {
     let finished = !bytes.starts_with(UNFINISHED);
     if finished && !bytes.starts_with(b"MDF     ") {
         return Err(Flaw::new("its first bytes are not those of an MDF file"));
@@ -40,7 +40,7 @@ fn read(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
             .try_this("convert it to MDF 4 with the program that wrote it, or export CSV"));
     }
     let mut file = File { bytes, seen: HashSet::new() };
-    let mut contents = Contents::default();
+    let mut contents = FileContents::default();
     let header = file.block(HEADER, b"##HD")?;
     let mut group = header.link(0);
     let mut number = 0;
@@ -53,7 +53,7 @@ fn read(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
 }
 
 /// A block: its links and its data.
-struct Block<'a> {
+struct MdfBlock<'a> {
     id: [u8; 4],
     links: Vec<usize>,
     data: &'a [u8],
@@ -61,7 +61,7 @@ struct Block<'a> {
     at: usize,
 }
 
-impl Block<'_> {
+impl MdfBlock<'_> {
     /// The address of a block that this one refers to.
     fn link(&self, index: usize) -> Option<usize> {
         self.links.get(index).copied().filter(|link| *link != 0)
@@ -79,7 +79,7 @@ struct File<'a> {
 }
 
 impl<'a> File<'a> {
-    fn any_block(&self, at: usize) -> Result<Block<'a>, Flaw> {
+    fn any_block(&self, at: usize) -> Result<MdfBlock<'a>, Flaw> {
         let mut cursor = Cursor::new(self.bytes, at, Order::Little);
         let id: [u8; 4] = cursor.take(4)?.try_into().map_err(|_| Flaw::at("a block is cut short", at))?;
         cursor.u32()?;
@@ -95,10 +95,10 @@ impl<'a> File<'a> {
         }
         let start = cursor.position();
         let data = self.bytes.get(start..at + len).ok_or_else(|| Flaw::at("a block is cut short", at))?;
-        Ok(Block { id, links, data, at: start })
+        Ok(MdfBlock { id, links, data, at: start })
     }
 
-    fn block(&self, at: usize, id: &[u8; 4]) -> Result<Block<'a>, Flaw> {
+    fn block(&self, at: usize, id: &[u8; 4]) -> Result<MdfBlock<'a>, Flaw> {
         let block = self.any_block(at)?;
         if block.id != *id {
             let name = |id: &[u8; 4]| String::from_utf8_lossy(id).into_owned();
@@ -108,7 +108,7 @@ impl<'a> File<'a> {
     }
 
     /// A block in a chain, where none comes twice.
-    fn once(&mut self, at: usize, id: &[u8; 4]) -> Result<Block<'a>, Flaw> {
+    fn once(&mut self, at: usize, id: &[u8; 4]) -> Result<MdfBlock<'a>, Flaw> {
         self.follow(at)?;
         self.block(at, id)
     }
@@ -137,7 +137,7 @@ impl<'a> File<'a> {
     }
 
     /// All bytes of a data group's records.
-    fn data(&mut self, at: Option<usize>, contents: &mut Contents<'_>) -> Result<Cow<'a, [u8]>, Flaw> {
+    fn data(&mut self, at: Option<usize>, contents: &mut FileContents<'_>) -> Result<Cow<'a, [u8]>, Flaw> {
         let mut data: Cow<'a, [u8]> = Cow::Borrowed(&[]);
         let mut pending: Vec<usize> = at.into_iter().collect();
         while let Some(at) = pending.pop() {
@@ -169,7 +169,7 @@ impl<'a> File<'a> {
     }
 }
 
-fn inflate(block: &Block<'_>) -> Result<Vec<u8>, Flaw> {
+fn inflate(block: &MdfBlock<'_>) -> Result<Vec<u8>, Flaw> {
     let mut cursor = block.cursor();
     cursor.take(2)?;
     let kind = cursor.u8()?;
@@ -216,8 +216,8 @@ impl Records<'_> {
 }
 
 /// A channel group's description.
-struct Group<'a> {
-    block: Block<'a>,
+struct MdfGroup<'a> {
+    block: MdfBlock<'a>,
     id: u64,
     cycles: usize,
     /// True if its records have a length each, and no channels.
@@ -228,13 +228,13 @@ struct Group<'a> {
 
 fn data_group<'a>(
     file: &mut File<'a>,
-    block: &Block<'a>,
+    block: &MdfBlock<'a>,
     finished: bool,
     number: &mut usize,
-    contents: &mut Contents<'a>,
+    contents: &mut FileContents<'a>,
 ) -> Result<(), Flaw> {
     let id_size = usize::from(block.cursor().u8()?);
-    let mut groups: Vec<Group<'a>> = Vec::new();
+    let mut groups: Vec<MdfGroup<'a>> = Vec::new();
     let mut next = block.link(1);
     while let Some(at) = next {
         let block = file.once(at, b"##CG")?;
@@ -243,7 +243,7 @@ fn data_group<'a>(
         let (id, cycles, flags) = (cursor.u64()?, cursor.size()?, cursor.u16()?);
         cursor.take(6)?;
         let (data_bytes, invalid_bytes) = (cursor.u32()? as usize, cursor.u32()? as usize);
-        groups.push(Group { block, id, cycles, variable: flags & 1 != 0, data_bytes, invalid_bytes });
+        groups.push(MdfGroup { block, id, cycles, variable: flags & 1 != 0, data_bytes, invalid_bytes });
     }
     let data = file.data(block.link(2), contents)?;
     let mut records: HashMap<u64, Records<'a>> = HashMap::new();
@@ -272,7 +272,7 @@ fn data_group<'a>(
 }
 
 /// Records that are mixed, by their group.
-fn sort(data: &[u8], id_size: usize, groups: &[Group<'_>]) -> Result<HashMap<u64, Vec<u8>>, Flaw> {
+fn sort(data: &[u8], id_size: usize, groups: &[MdfGroup<'_>]) -> Result<HashMap<u64, Vec<u8>>, Flaw> {
     if !matches!(id_size, 1 | 2 | 4 | 8) {
         return Err(Flaw::new(format!("record numbers of {id_size} bytes are impossible")));
     }
@@ -300,7 +300,7 @@ fn sort(data: &[u8], id_size: usize, groups: &[Group<'_>]) -> Result<HashMap<u64
 /// Where a channel's values stand in each record, and how they become numbers.
 #[derive(Clone)]
 struct Value {
-    kind: Kind,
+    kind: MdfNumber,
     byte: usize,
     bit: u32,
     bits: u32,
@@ -311,7 +311,7 @@ struct Value {
 }
 
 #[derive(Clone, Copy, PartialEq)]
-enum Kind {
+enum MdfNumber {
     Unsigned,
     Signed,
     Float(Number),
@@ -320,22 +320,22 @@ enum Kind {
 }
 
 impl Value {
-    fn of(&self, record: &[u8], index: usize) -> f64 {
+    fn physical(&self, record: &[u8], index: usize) -> f64 {
         if let Some(bit) = self.invalid
             && record.get(bit / 8).is_some_and(|byte| byte >> (bit % 8) & 1 == 1)
         {
             return f64::NAN;
         }
         let raw = match self.kind {
-            Kind::Index => Some(index as f64),
-            Kind::Float(number) => number.get(record, self.byte, self.order),
-            Kind::Unsigned => self.integer(record).map(|v| v as f64),
-            Kind::Signed => self.integer(record).map(|v| {
+            MdfNumber::Index => Some(index as f64),
+            MdfNumber::Float(number) => number.get(record, self.byte, self.order),
+            MdfNumber::Unsigned => self.integer(record).map(|v| v as f64),
+            MdfNumber::Signed => self.integer(record).map(|v| {
                 let unused = 64 - self.bits;
                 ((v << unused) as i64 >> unused) as f64
             }),
         };
-        raw.map_or(f64::NAN, |raw| self.conversion.of(raw))
+        raw.map_or(f64::NAN, |raw| self.conversion.physical(raw))
     }
 
     fn integer(&self, record: &[u8]) -> Option<u64> {
@@ -361,7 +361,7 @@ enum Conversion {
 }
 
 impl Conversion {
-    fn of(&self, x: f64) -> f64 {
+    fn physical(&self, x: f64) -> f64 {
         match self {
             Self::None => x,
             Self::Linear(offset, factor) => offset + factor * x,
@@ -421,11 +421,11 @@ fn conversion(file: &File<'_>, at: Option<usize>) -> Result<(Conversion, String)
 
 fn channels<'a>(
     file: &mut File<'a>,
-    group: &Group<'a>,
+    group: &MdfGroup<'a>,
     records: &Records<'a>,
     finished: bool,
     number: usize,
-    contents: &mut Contents<'a>,
+    contents: &mut FileContents<'a>,
 ) -> Result<(), Flaw> {
     let record = group.data_bytes.saturating_add(group.invalid_bytes);
     let held = records.bytes().len().checked_div(record).unwrap_or(0);
@@ -451,12 +451,12 @@ fn channels<'a>(
         let is_index = matches!(kind, 3 | 6);
         let order = if matches!(data_type, 1 | 3 | 5) { Order::Big } else { Order::Little };
         let value_kind = match (data_type, bits) {
-            _ if is_index => Some(Kind::Index),
-            (0 | 1, 1..=64) if bit + bits <= 64 => Some(Kind::Unsigned),
-            (2 | 3, 1..=64) if bit + bits <= 64 => Some(Kind::Signed),
-            (4 | 5, 16) => Some(Kind::Float(Number::F16)),
-            (4 | 5, 32) => Some(Kind::Float(Number::F32)),
-            (4 | 5, 64) => Some(Kind::Float(Number::F64)),
+            _ if is_index => Some(MdfNumber::Index),
+            (0 | 1, 1..=64) if bit + bits <= 64 => Some(MdfNumber::Unsigned),
+            (2 | 3, 1..=64) if bit + bits <= 64 => Some(MdfNumber::Signed),
+            (4 | 5, 16) => Some(MdfNumber::Float(Number::F16)),
+            (4 | 5, 32) => Some(MdfNumber::Float(Number::F32)),
+            (4 | 5, 64) => Some(MdfNumber::Float(Number::F64)),
             _ => None,
         };
         // Structures and arrays have parts of their own; lengths that vary hold texts.
@@ -477,9 +477,9 @@ fn channels<'a>(
         let records = records.clone();
         let decode = move || {
             let chunks = records.bytes().chunks_exact(record.max(1)).take(len);
-            Ok(chunks.enumerate().map(|(index, record)| value.of(record, index)).collect())
+            Ok(chunks.enumerate().map(|(index, record)| value.physical(record, index)).collect())
         };
-        let column = Column::new(&name, &unit, len, decode);
+        let column = FileColumn::new(&name, &unit, len, decode);
         let column = column.in_group(own_name.clone());
         let is_time = matches!(kind, 2 | 3) && sync <= 1;
         contents.columns.push(if is_time { column.into_time() } else { column });

@@ -13,10 +13,10 @@ pub(crate) mod text;
 mod uff;
 mod wav;
 
-use super::format::Format;
+use super::format::FileFormat;
 
 /// The formats that measurements are read from; the first reads whatever no other recognises.
-pub const FORMATS: &[Format] = &[
+pub const FORMATS: &[FileFormat] = &[
     text::FORMAT,
     hdf5::FORMAT,
     mat::FORMAT,
@@ -31,7 +31,7 @@ pub const FORMATS: &[Format] = &[
 ];
 
 /// The format of a file: by its content, or else by its ending.
-pub(crate) fn recognise(ending: &str, bytes: &[u8]) -> &'static Format {
+pub(crate) fn recognise(ending: &str, bytes: &[u8]) -> &'static FileFormat {
     let content = FORMATS.iter().find(|f| (f.recognises)(bytes));
     // A LabVIEW measurement without its header, or a universal file without a dataset, may still be a table of text.
     let by_ending = || FORMATS.iter().find(|f| f.extensions.contains(&ending));

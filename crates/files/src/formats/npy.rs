@@ -5,22 +5,22 @@
 
 use std::io::{Cursor as Seek, Read};
 
-use super::bytes::{Cursor, Number, Order, Source, Strided};
-use crate::column::{Column, Contents, Flaw};
-use crate::format::Format;
+use super::bytes::{Cursor, DataBytes, Number, Order, Strided};
+use crate::column::{FileColumn, FileContents, Flaw};
+use crate::format::FileFormat;
 
-pub(crate) const FORMAT: Format = Format::of_columns(
+pub(crate) const FORMAT: FileFormat = FileFormat::of_columns(
     "NumPy array",
     &["npy"],
     |bytes| bytes.starts_with(MAGIC),
     |bytes| {
-        let mut contents = Contents::default();
-        add_array("", Source::File(bytes), &mut contents)?;
+        let mut contents = FileContents::default();
+        add_array("", DataBytes::File(bytes), &mut contents)?;
         Ok(contents)
     },
 );
 
-pub(crate) const ARCHIVE: Format = Format::of_columns(
+pub(crate) const ARCHIVE: FileFormat = FileFormat::of_columns(
     "NumPy archive",
     &["npz"],
     // An archive's first entry stands in its first bytes.
@@ -39,10 +39,10 @@ const MOST_COLUMNS: usize = 10_000;
 /// Arrays in an archive that are looked at.
 const MOST_ARRAYS: usize = 10_000;
 
-fn read_archive(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
+fn read_archive(bytes: &[u8]) -> Result<FileContents<'_>, Flaw> {
     let mut archive = zip::ZipArchive::new(Seek::new(bytes))
         .map_err(|error| Flaw::new(format!("its directory is damaged or cut short ({error})")))?;
-    let mut contents = Contents::default();
+    let mut contents = FileContents::default();
     for index in 0..archive.len().min(MOST_ARRAYS) {
         let mut entry = match archive.by_index(index) {
             Ok(entry) => entry,
@@ -56,7 +56,7 @@ fn read_archive(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
         let added = entry
             .read_to_end(&mut inflated)
             .map_err(|error| Flaw::new(format!("its data are damaged ({error})")))
-            .and_then(|_| add_array(&name, Source::Inflated(inflated.into()), &mut contents));
+            .and_then(|_| add_array(&name, DataBytes::Inflated(inflated.into()), &mut contents));
         if let Err(flaw) = added {
             contents.notices.push(format!("array `{name}` was left out: {}", flaw.what));
         }
@@ -64,7 +64,7 @@ fn read_archive(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
     Ok(contents)
 }
 
-fn add_array<'a>(name: &str, source: Source<'a>, contents: &mut Contents<'a>) -> Result<(), Flaw> {
+fn add_array<'a>(name: &str, source: DataBytes<'a>, contents: &mut FileContents<'a>) -> Result<(), Flaw> {
     let bytes = source.bytes();
     let mut cursor = Cursor::new(bytes, 0, Order::Little);
     if cursor.take(6)? != MAGIC {
@@ -123,7 +123,7 @@ fn add_array<'a>(name: &str, source: Source<'a>, contents: &mut Contents<'a>) ->
             let start = at + channel * next * width;
             let numbers = Strided { start, stride: step * width, count: len, number, order };
             let source = source.clone();
-            contents.columns.push(Column::new(&label, "", len, move || numbers.read(source.bytes())));
+            contents.columns.push(FileColumn::new(&label, "", len, move || numbers.read(source.bytes())));
         }
     }
     Ok(())

@@ -12,11 +12,11 @@ use calamine::{Data, DataRef, Reader as _, Sheets, open_workbook_auto_from_rs};
 use super::text;
 use crate::column::Flaw;
 use crate::error::ReadError;
-use crate::format::{Format, Reader, TextTable};
-use crate::table::{Choose, Table, TableHead};
+use crate::format::{FileFormat, Reader, TextTable};
+use crate::table::{Choose, ColumnTable, TableHead};
 use crate::words::list;
 
-pub(crate) const FORMAT: Format = Format {
+pub(crate) const FORMAT: FileFormat = FileFormat {
     name: "Excel or OpenDocument",
     extensions: &["xlsx", "xlsm", "xlsb", "xls", "ods"],
     recognises: |bytes| {
@@ -60,7 +60,7 @@ fn sheets(bytes: &[u8]) -> Result<Vec<TextTable>, Flaw> {
 }
 
 /// The first sheet that reads as a table.
-pub(crate) fn read(file: &str, sheets: &[TextTable], choose: &Choose<'_>) -> Result<Table, ReadError> {
+pub(crate) fn read(file: &str, sheets: &[TextTable], choose: &Choose<'_>) -> Result<ColumnTable, ReadError> {
     let mut first: Option<ReadError> = None;
     for (index, TextTable { name, text }) in sheets.iter().enumerate() {
         match text::read(file, text.as_bytes(), choose) {
@@ -98,14 +98,14 @@ fn texts(bytes: &[u8]) -> Result<Vec<TextTable>, Flaw> {
     let mut book = open_workbook_auto_from_rs(Cursor::new(bytes)).map_err(damaged)?;
     let mut texts = Vec::new();
     for name in book.sheet_names() {
-        let mut text = Rows::default();
+        let mut text = SheetText::default();
         if let Sheets::Xlsx(book) = &mut book {
-            // Cell by cell: a range would have room for all that a far corner spans.
+            // SheetCell by cell: a range would have room for all that a far corner spans.
             let mut cells = book.worksheet_cells_reader(&name).map_err(|e| damaged(e.into()))?;
             while let Some(cell) = cells.next_cell().map_err(|e| damaged(e.into()))? {
                 let (row, column) = cell.get_position();
                 match cell.get_value() {
-                    DataRef::SharedString(shared) => text.add(row, column, Cell::Text(shared))?,
+                    DataRef::SharedString(shared) => text.add(row, column, SheetCell::Text(shared))?,
                     value => text.add_data(row, column, &Data::from(value.clone()))?,
                 }
             }
@@ -123,40 +123,40 @@ fn texts(bytes: &[u8]) -> Result<Vec<TextTable>, Flaw> {
     Ok(texts)
 }
 
-enum Cell<'a> {
+enum SheetCell<'a> {
     Text(&'a str),
     Number(f64),
 }
 
-/// Rows of text with tabs between the cells.
+/// SheetText of text with tabs between the cells.
 #[derive(Default)]
-struct Rows {
+struct SheetText {
     text: String,
     row: u32,
     column: u32,
     cells: usize,
 }
 
-impl Rows {
+impl SheetText {
     fn add_data(&mut self, row: u32, column: u32, data: &Data) -> Result<(), Flaw> {
         match data {
-            Data::Int(value) => self.add(row, column, Cell::Number(*value as f64)),
-            Data::Float(value) => self.add(row, column, Cell::Number(*value)),
-            Data::Bool(value) => self.add(row, column, Cell::Number(f64::from(u8::from(*value)))),
+            Data::Int(value) => self.add(row, column, SheetCell::Number(*value as f64)),
+            Data::Float(value) => self.add(row, column, SheetCell::Number(*value)),
+            Data::Bool(value) => self.add(row, column, SheetCell::Number(f64::from(u8::from(*value)))),
             // A time of day or a date, in seconds, to the microsecond that its digits hold.
             Data::DateTime(value) => {
                 let seconds = (value.as_f64() * DAY * 1e6).round() / 1e6;
-                self.add(row, column, Cell::Number(seconds))
+                self.add(row, column, SheetCell::Number(seconds))
             }
             Data::String(value) | Data::DateTimeIso(value) | Data::DurationIso(value) => {
-                self.add(row, column, Cell::Text(value))
+                self.add(row, column, SheetCell::Text(value))
             }
-            Data::Error(_) => self.add(row, column, Cell::Text("nan")),
+            Data::Error(_) => self.add(row, column, SheetCell::Text("nan")),
             _ => Ok(()),
         }
     }
 
-    fn add(&mut self, row: u32, column: u32, cell: Cell<'_>) -> Result<(), Flaw> {
+    fn add(&mut self, row: u32, column: u32, cell: SheetCell<'_>) -> Result<(), Flaw> {
         // A row that comes late would stand in the wrong line.
         if row < self.row || (row == self.row && column < self.column) {
             return Err(Flaw::new(format!("its cells are out of order at row {}", row + 1)));
@@ -174,12 +174,12 @@ impl Rows {
         self.column = column;
         match cell {
             // In quotes a cell would be read to the closing one.
-            Cell::Text(text) => self.text.extend(text.chars().map(|c| match c {
+            SheetCell::Text(text) => self.text.extend(text.chars().map(|c| match c {
                 '\t' | '\n' | '\r' | '\0' => ' ',
                 '"' => '\'',
                 other => other,
             })),
-            Cell::Number(value) => {
+            SheetCell::Number(value) => {
                 let _ = write!(self.text, "{value:?}");
             }
         }

@@ -7,10 +7,11 @@
 use std::collections::HashMap;
 
 use super::bytes::{Cursor, Number, Order};
-use crate::column::{Column, Contents, Flaw, TimeBase};
-use crate::format::Format;
+use crate::column::{FileColumn, FileContents, Flaw, TimeBase};
+use crate::format::FileFormat;
 
-pub(crate) const FORMAT: Format = Format::of_columns("TDMS", &["tdms"], |bytes| bytes.starts_with(b"TDSm"), read);
+pub(crate) const FORMAT: FileFormat =
+    FileFormat::of_columns("TDMS", &["tdms"], |bytes| bytes.starts_with(b"TDSm"), read);
 
 /// Bits of a segment's table of contents.
 mod contains {
@@ -46,7 +47,7 @@ enum Property {
 /// Where an object's values stand in a chunk of raw data.
 #[derive(Clone, Debug)]
 struct Index {
-    kind: Kind,
+    kind: TdmsKind,
     /// Values in a chunk.
     count: usize,
     /// Bytes of one value; for text, of all that a chunk has.
@@ -59,15 +60,15 @@ struct Index {
 
 /// What an object's values are.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
+enum TdmsKind {
     Number(Number),
-    /// Text, time stamps, complex numbers: so many bytes are passed over.
+    /// Text, time stamps, complex numbers: passed over, a value being this many bytes.
     Other,
 }
 
 /// Values that stand at even distances.
 #[derive(Clone, Copy, Debug)]
-struct Piece {
+struct TdmsPiece {
     start: usize,
     stride: usize,
     count: usize,
@@ -81,17 +82,17 @@ struct Object {
     path: String,
     properties: HashMap<String, Property>,
     index: Option<Index>,
-    pieces: Vec<Piece>,
+    pieces: Vec<TdmsPiece>,
     is_other: bool,
     /// True if the segments that are read have values of it.
     is_active: bool,
 }
 
-fn read(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
+fn read(bytes: &[u8]) -> Result<FileContents<'_>, Flaw> {
     let mut objects: Vec<Object> = Vec::new();
     let mut known: HashMap<String, usize> = HashMap::new();
     let mut active: Vec<usize> = Vec::new();
-    let mut contents = Contents::default();
+    let mut contents = FileContents::default();
     let mut pieces = 0;
     let mut at = 0;
     while at < bytes.len() {
@@ -205,8 +206,8 @@ fn text(cursor: &mut Cursor<'_>) -> Result<String, Flaw> {
 }
 
 /// The kind of a type's values, and the bytes of one; none for text.
-fn kind(of: u32, at: usize) -> Result<(Kind, Option<usize>), Flaw> {
-    let number = |n: Number| (Kind::Number(n), Some(n.size()));
+fn kind(of: u32, at: usize) -> Result<(TdmsKind, Option<usize>), Flaw> {
+    let number = |n: Number| (TdmsKind::Number(n), Some(n.size()));
     Ok(match of {
         1 => number(Number::I8),
         2 => number(Number::I16),
@@ -218,9 +219,9 @@ fn kind(of: u32, at: usize) -> Result<(Kind, Option<usize>), Flaw> {
         8 => number(Number::U64),
         9 | 0x19 => number(Number::F32),
         10 | 0x1a => number(Number::F64),
-        0x20 => (Kind::Other, None),
-        0x44 | 0x0010_000d => (Kind::Other, Some(16)),
-        0x0008_000c => (Kind::Other, Some(8)),
+        0x20 => (TdmsKind::Other, None),
+        0x44 | 0x0010_000d => (TdmsKind::Other, Some(16)),
+        0x0008_000c => (TdmsKind::Other, Some(8)),
         other => return Err(Flaw::at(format!("values of type {other:#x} are not known"), at)),
     })
 }
@@ -265,7 +266,7 @@ fn index(cursor: &mut Cursor<'_>, object: &mut Object) -> Result<bool, Flaw> {
             widths.push(cursor.u32()? as usize);
         }
         let (number, place) = first.ok_or_else(|| Flaw::at("a card's channel has no values", at))?;
-        object.index = Some(Index { kind: Kind::Number(number), count, size: number.size(), widths, place });
+        object.index = Some(Index { kind: TdmsKind::Number(number), count, size: number.size(), widths, place });
         return Ok(true);
     }
     let (kind, size) = kind(of, at)?;
@@ -273,7 +274,7 @@ fn index(cursor: &mut Cursor<'_>, object: &mut Object) -> Result<bool, Flaw> {
         Some(size) => size,
         None => cursor.size()?,
     };
-    object.is_other |= kind == Kind::Other;
+    object.is_other |= kind == TdmsKind::Other;
     // Text takes its bytes as a whole.
     let (count, size) = if of == 0x20 { (1, size) } else { (count, size) };
     object.index = Some(Index { kind, count, size, widths: Vec::new(), place: (0, 0, None) });
@@ -285,11 +286,11 @@ fn property(cursor: &mut Cursor<'_>) -> Result<Option<Property>, Flaw> {
     let of = cursor.u32()?;
     Ok(match (of, kind(of, at)?) {
         (0x20, _) => Some(Property::Text(text(cursor)?)),
-        (_, (Kind::Number(number), _)) => {
+        (_, (TdmsKind::Number(number), _)) => {
             let order = cursor.order;
             number.get(cursor.take(number.size())?, 0, order).map(Property::Number)
         }
-        (_, (Kind::Other, size)) => {
+        (_, (TdmsKind::Other, size)) => {
             cursor.take(size.unwrap_or(0))?;
             None
         }
@@ -347,12 +348,13 @@ fn chunks(
             };
             offset =
                 offset.saturating_add(if interleaved { index.size } else { index.count.saturating_mul(index.size) });
-            let Kind::Number(number) = index.kind else { continue };
+            let TdmsKind::Number(number) = index.kind else { continue };
             // The last chunk may be cut short.
             let begin = start.saturating_add(begin);
             let room = (raw.end + stride).saturating_sub(begin.saturating_add(number.size()));
             let held = room.checked_div(stride).unwrap_or(0);
-            let piece = Piece { start: begin, stride, count: index.count.min(held), number, order, bit: index.place.2 };
+            let piece =
+                TdmsPiece { start: begin, stride, count: index.count.min(held), number, order, bit: index.place.2 };
             if piece.count > 0 {
                 add(&mut objects[*object].pieces, piece);
                 count += 1;
@@ -364,7 +366,7 @@ fn chunks(
 }
 
 /// Appends a piece, or lengthens the last where it goes on.
-fn add(pieces: &mut Vec<Piece>, piece: Piece) {
+fn add(pieces: &mut Vec<TdmsPiece>, piece: TdmsPiece) {
     if let Some(last) = pieces.last_mut()
         && last.start + last.count * last.stride == piece.start
         && (last.stride, last.number, last.order, last.bit) == (piece.stride, piece.number, piece.order, piece.bit)
@@ -396,7 +398,7 @@ fn names(path: &str) -> Vec<String> {
     names
 }
 
-fn columns<'a>(bytes: &'a [u8], objects: Vec<Object>, contents: &mut Contents<'a>) {
+fn columns<'a>(bytes: &'a [u8], objects: Vec<Object>, contents: &mut FileContents<'a>) {
     let of_path: HashMap<String, HashMap<String, Property>> =
         objects.iter().filter(|o| names(&o.path).len() < 2).map(|o| (o.path.clone(), o.properties.clone())).collect();
     for object in objects {
@@ -436,7 +438,7 @@ fn columns<'a>(bytes: &'a [u8], objects: Vec<Object>, contents: &mut Contents<'a
         let decode = move || {
             let mut values = Vec::with_capacity(len);
             for piece in &pieces {
-                let Piece { start, stride, count, number, order, bit } = *piece;
+                let TdmsPiece { start, stride, count, number, order, bit } = *piece;
                 let read = (0..count).map_while(|k| number.get(bytes, start + k * stride, order));
                 match bit {
                     Some(bit) => values.extend(read.map(|v| f64::from((v as u64 >> bit & 1) as u8))),
@@ -450,8 +452,8 @@ fn columns<'a>(bytes: &'a [u8], objects: Vec<Object>, contents: &mut Contents<'a
             }
             Ok(values)
         };
-        let column = Column::new(name, &unit, len, decode);
-        contents.columns.push(Column { base, group: group.clone(), ..column });
+        let column = FileColumn::new(name, &unit, len, decode);
+        contents.columns.push(FileColumn { base, group: group.clone(), ..column });
     }
 }
 

@@ -5,29 +5,29 @@ use std::collections::HashMap;
 
 use csv::{ByteRecord, Reader, ReaderBuilder};
 
-use crate::error::{ReadError, Row};
-use crate::format::{self, Format};
+use crate::error::{ReadError, RowPlace};
+use crate::format::{self, FileFormat};
 use crate::heading::{Heading, label};
 use crate::selection::Selection;
-use crate::table::{Choose, FIRST_ROWS, LARGEST, Table, TableHead};
+use crate::table::{Choose, ColumnTable, FIRST_ROWS, LARGEST, TableHead};
 use crate::words::printable;
 use sindyscope_values::record::units;
 
 /// Text separated by commas, semicolons, tabs or blanks.
-pub(crate) const FORMAT: Format = Format {
+pub(crate) const FORMAT: FileFormat = FileFormat {
     name: "CSV and other text",
     extensions: &["csv", "tsv", "txt", "dat", "asc"],
     recognises: |_| false,
     reader: format::Reader::Text,
 };
 
-/// The header is looked for in so many rows.
+/// The header is looked for in this many rows.
 const HEAD_ROWS: usize = 200;
 
 /// What can stand between cells, the likeliest reading first: a comma may be part of a number, a blank part of a name.
 const SEPARATORS: [u8; 4] = [b';', b'\t', b',', b' '];
 
-pub(crate) fn read(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Table, ReadError> {
+pub(crate) fn read(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<ColumnTable, ReadError> {
     let bytes = decode(bytes).ok_or_else(|| ReadError::NotText { file: file.to_owned() })?;
     let header = find_header(file, &bytes, choose)?;
     read_rows(file, &bytes, header, choose)
@@ -36,13 +36,13 @@ pub(crate) fn read(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Tabl
 /// The names of the columns, and the first rows beneath them.
 pub(crate) fn look(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Vec<TableHead>, ReadError> {
     let bytes = decode(bytes).ok_or_else(|| ReadError::NotText { file: file.to_owned() })?;
-    // Columns without names can be looked at too.
+    // CellReader without names can be looked at too.
     let choose = |headings: &[Heading]| {
         if headings.iter().all(|h| h.name.is_empty()) { Ok(Selection::default()) } else { choose(headings) }
     };
     let Header { separator, headings, end, .. } = find_header(file, &bytes, &choose)?;
     let mut first: Vec<Vec<f64>> = vec![Vec::new(); headings.len()];
-    let mut rows = Rows::new(&bytes, end, separator);
+    let mut rows = TextRows::new(&bytes, end, separator);
     for _ in 0..FIRST_ROWS {
         if !rows.advance() {
             break;
@@ -101,7 +101,7 @@ pub(crate) fn text_of(bytes: &[u8]) -> String {
 }
 
 /// Cells of the rows after a point in the text.
-struct Rows<'a> {
+struct TextRows<'a> {
     bytes: &'a [u8],
     base: usize,
     reader: Reader<&'a [u8]>,
@@ -114,7 +114,7 @@ struct Rows<'a> {
     counted: usize,
 }
 
-impl<'a> Rows<'a> {
+impl<'a> TextRows<'a> {
     fn new(bytes: &'a [u8], base: usize, separator: u8) -> Self {
         let reader = ReaderBuilder::new()
             .delimiter(separator)
@@ -288,7 +288,7 @@ struct HeaderRow {
 
 fn find_header(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Header, ReadError> {
     let heads: Vec<(u8, Vec<HeadRow>)> = SEPARATORS.iter().map(|&s| (s, head(bytes, s))).collect();
-    // Rows of nothing but separators are empty in the reading that has these.
+    // TextRows of nothing but separators are empty in the reading that has these.
     if heads.iter().any(|(_, rows)| rows.is_empty()) {
         return Err(ReadError::Empty { file: file.to_owned() });
     }
@@ -342,7 +342,7 @@ fn skipped(first: usize, header: usize) -> Option<String> {
 }
 
 fn head(bytes: &[u8], separator: u8) -> Vec<HeadRow> {
-    let mut rows = Rows::new(bytes, 0, separator);
+    let mut rows = TextRows::new(bytes, 0, separator);
     let mut head = Vec::new();
     while head.len() < HEAD_ROWS && rows.advance() {
         head.push(HeadRow { cells: rows.texts(), line: rows.line, end: rows.position() });
@@ -383,7 +383,7 @@ fn candidate(rows: &[HeadRow], index: usize, separator: u8, several: bool) -> Op
     Some(HeaderRow { header: Header { separator, headings, line: row.line, end, notices: Vec::new() }, clean })
 }
 
-/// Rows of numbers from the first line on: names may stand in the comment above, or the user gives the columns' numbers.
+/// TextRows of numbers from the first line on: names may stand in the comment above, or the user gives the columns' numbers.
 fn without_names(
     file: &str,
     bytes: &[u8],
@@ -414,12 +414,12 @@ fn without_names(
     Err(ReadError::NoHeader { file: file.to_owned(), line: first.line, columns })
 }
 
-fn read_rows(file: &str, bytes: &[u8], header: Header, choose: &Choose<'_>) -> Result<Table, ReadError> {
+fn read_rows(file: &str, bytes: &[u8], header: Header, choose: &Choose<'_>) -> Result<ColumnTable, ReadError> {
     let Header { separator, headings, line: header_line, end, mut notices } = header;
     let selection = choose(&headings)?;
     let expected = headings.len();
-    let mut rows = Rows::new(bytes, end, separator);
-    let mut columns = Columns::new(file, &headings);
+    let mut rows = TextRows::new(bytes, end, separator);
+    let mut columns = CellReader::new(file, &headings);
     let mut stamps = Vec::new();
     let mut channels: Vec<Vec<f64>> = vec![Vec::new(); selection.channels.len()];
     let mut labels = Labels::default();
@@ -445,7 +445,7 @@ fn read_rows(file: &str, bytes: &[u8], header: Header, choose: &Choose<'_>) -> R
             gaps.note(columns.place(&rows, *column), !lines.is_empty());
             continue;
         }
-        // Rows of several records may be mixed: then their numbers do not tell which are missing.
+        // TextRows of several records may be mixed: then their numbers do not tell which are missing.
         if selection.time.is_none() && selection.trajectory.is_some() && gaps.inside {
             return Err(gaps.error());
         }
@@ -476,7 +476,17 @@ fn read_rows(file: &str, bytes: &[u8], header: Header, choose: &Choose<'_>) -> R
         return Err(ReadError::HeaderOnly { file: file.to_owned(), line: header_line });
     }
     let Labels { of_rows: trajectories, names: labels, .. } = labels;
-    Ok(Table { headings, selection, stamps, channels, trajectories, labels, rows: lines, by_sample: false, notices })
+    Ok(ColumnTable {
+        headings,
+        selection,
+        stamps,
+        channels,
+        trajectories,
+        labels,
+        rows: lines,
+        by_sample: false,
+        notices,
+    })
 }
 
 /// True for a cell that says that there is no value.
@@ -490,7 +500,7 @@ fn is_missing(cell: &[u8]) -> bool {
     matches!(bare.as_str(), "" | "na" | "n/a" | "#n/a" | "nan" | "null" | "none" | "-" | "--")
 }
 
-/// Rows that lack a value that is needed.
+/// TextRows that lack a value that is needed.
 #[derive(Default)]
 struct Gaps {
     count: usize,
@@ -511,7 +521,7 @@ impl Gaps {
 
     fn error(&self) -> ReadError {
         let (file, line, column) = self.first.clone();
-        ReadError::MissingCell { file, row: Row::Line(line), column }
+        ReadError::MissingCell { file, row: RowPlace::Line(line), column }
     }
 
     fn notice(&self) -> Option<String> {
@@ -525,28 +535,28 @@ impl Gaps {
 }
 
 /// Turns cells into numbers, and remembers how decimals are written.
-struct Columns<'a> {
+struct CellReader<'a> {
     file: &'a str,
     headings: &'a [Heading],
     points: bool,
     commas: bool,
 }
 
-impl<'a> Columns<'a> {
+impl<'a> CellReader<'a> {
     fn new(file: &'a str, headings: &'a [Heading]) -> Self {
         Self { file, headings, points: false, commas: false }
     }
 
-    fn place(&self, rows: &Rows<'_>, column: usize) -> (String, usize, String) {
+    fn place(&self, rows: &TextRows<'_>, column: usize) -> (String, usize, String) {
         (self.file.to_owned(), rows.line, label(self.headings, column))
     }
 
-    fn missing(&self, rows: &Rows<'_>, column: usize) -> ReadError {
+    fn missing(&self, rows: &TextRows<'_>, column: usize) -> ReadError {
         let (file, line, column) = self.place(rows, column);
-        ReadError::MissingCell { file, row: Row::Line(line), column }
+        ReadError::MissingCell { file, row: RowPlace::Line(line), column }
     }
 
-    fn number(&mut self, rows: &Rows<'_>, column: usize) -> Result<f64, ReadError> {
+    fn number(&mut self, rows: &TextRows<'_>, column: usize) -> Result<f64, ReadError> {
         let cell = rows.cell(column);
         if let Some(value) = number(cell).filter(|v| v.abs() <= LARGEST) {
             if !self.points && cell.contains(&b'.') {
@@ -562,7 +572,7 @@ impl<'a> Columns<'a> {
     }
 
     #[cold]
-    fn refuse(&self, rows: &Rows<'_>, column: usize) -> ReadError {
+    fn refuse(&self, rows: &TextRows<'_>, column: usize) -> ReadError {
         let bytes = rows.cell(column);
         let text = text_of(bytes);
         let mut cell = printable(&text.chars().take(40).collect::<String>());
@@ -572,8 +582,10 @@ impl<'a> Columns<'a> {
         let (file, line, column) = self.place(rows, column);
         match number(bytes) {
             None => ReadError::NotANumber { file, line, column, cell },
-            Some(value) if !value.is_finite() => ReadError::NotFinite { file, row: Row::Line(line), column, cell },
-            Some(value) if value.abs() > LARGEST => ReadError::TooLarge { file, row: Row::Line(line), column, cell },
+            Some(value) if !value.is_finite() => ReadError::NotFinite { file, row: RowPlace::Line(line), column, cell },
+            Some(value) if value.abs() > LARGEST => {
+                ReadError::TooLarge { file, row: RowPlace::Line(line), column, cell }
+            }
             Some(_) => ReadError::MixedDecimals { file, line, column, cell },
         }
     }

@@ -7,17 +7,17 @@ use std::sync::Arc;
 
 use super::bytes::{Number, Order, Strided};
 use super::text::text_of;
-use crate::column::{Column, Contents, Flaw, TimeBase};
-use crate::format::Format;
-use crate::heading::{Key, Meaning, Quantity};
+use crate::column::{FileColumn, FileContents, Flaw, TimeBase};
+use crate::format::FileFormat;
+use crate::heading::{ColumnKey, ColumnQuantity, Meaning};
 use sindyscope_values::record::units;
 
-pub(crate) const FORMAT: Format =
-    Format::of_columns("Universal File Format 58", &["uff", "unv", "ufb", "bunv", "uff58"], recognises, read);
+pub(crate) const FORMAT: FileFormat =
+    FileFormat::of_columns("Universal File Format 58", &["uff", "unv", "ufb", "bunv", "uff58"], recognises, read);
 
 /// The first line is a delimiter, the second a dataset's number.
 fn recognises(bytes: &[u8]) -> bool {
-    let mut lines = Lines { bytes: &bytes[..bytes.len().min(1000)], at: 0 };
+    let mut lines = UffLines { bytes: &bytes[..bytes.len().min(1000)], at: 0 };
     let first = loop {
         match lines.next() {
             Some(line) if line.trim_ascii().is_empty() => {}
@@ -41,13 +41,13 @@ fn dataset(line: &[u8]) -> Option<(String, Vec<String>)> {
         .then(|| (number.to_lowercase(), words.collect()))
 }
 
-/// Lines of a file that may hold bytes that are no text between them.
-struct Lines<'a> {
+/// UffLines of a file that may hold bytes that are no text between them.
+struct UffLines<'a> {
     bytes: &'a [u8],
     at: usize,
 }
 
-impl<'a> Lines<'a> {
+impl<'a> UffLines<'a> {
     fn next(&mut self) -> Option<&'a [u8]> {
         let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty())?;
         let len = rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len());
@@ -73,9 +73,9 @@ fn kind(function: i64) -> &'static str {
     }
 }
 
-fn read(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
-    let mut contents = Contents::default();
-    let mut lines = Lines { bytes, at: 0 };
+fn read(bytes: &[u8]) -> Result<FileContents<'_>, Flaw> {
+    let mut contents = FileContents::default();
+    let mut lines = UffLines { bytes, at: 0 };
     let mut passed: Vec<String> = Vec::new();
     let mut spectra: Vec<&'static str> = Vec::new();
     let mut found = 0;
@@ -123,10 +123,10 @@ fn read(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
 
 /// Reads one function after its dataset's number; what it is if it is no time response.
 fn function<'a>(
-    lines: &mut Lines<'a>,
+    lines: &mut UffLines<'a>,
     binary: Option<&Vec<String>>,
     count: usize,
-    contents: &mut Contents<'a>,
+    contents: &mut FileContents<'a>,
 ) -> Result<Option<&'static str>, Flaw> {
     let begin = lines.at;
     let cut = || Flaw::at(format!("the header of function {count} is cut short"), begin);
@@ -156,39 +156,7 @@ fn function<'a>(
     let per_sample = usize::from(!even) + if is_complex { 2 } else { 1 };
     let needed = said.saturating_mul(per_sample);
 
-    let raw = match binary {
-        None => {
-            let from = lines.at.min(lines.bytes.len());
-            let mut to = from;
-            while let Some(line) = lines.next() {
-                if is_delimiter(line) {
-                    break;
-                }
-                to = lines.at.min(lines.bytes.len());
-            }
-            Raw::Text(&lines.bytes[from..to])
-        }
-        Some(words) => {
-            let field = |index: usize| words.get(index).and_then(|w| w.parse::<usize>().ok());
-            let order = if field(0) == Some(2) { Order::Big } else { Order::Little };
-            if field(1).is_some_and(|form| form != 2) {
-                return Err(Flaw::at(format!("function {count} is not in IEEE numbers"), begin));
-            }
-            let size = if is_double && even { 8 } else { 4 };
-            let rest = lines.bytes.len() - lines.at.min(lines.bytes.len());
-            let len = field(3).unwrap_or_else(|| needed.saturating_mul(size));
-            if len > rest {
-                contents
-                    .notices
-                    .push(format!("function {count} is cut short: {len} bytes are said to follow, {rest} do"));
-            }
-            let from = lines.at.min(lines.bytes.len());
-            let to = from + len.min(rest);
-            lines.at = to;
-            while lines.next().is_some_and(|line| !is_delimiter(line)) {}
-            Raw::Binary { bytes: &lines.bytes[from..to], order, is_double, even }
-        }
-    };
+    let raw = raw_data(lines, binary, &DataForm { number: count, begin, is_double, even, needed }, contents)?;
     if kind_of != 1 {
         return Ok(Some(kind(kind_of)));
     }
@@ -216,20 +184,74 @@ fn function<'a>(
     };
     let name = name(&header, &label);
     let decode = move || raw.read(per_sample - 1, per_sample, held);
-    let mut column = Column::new(&name, &unit, held, decode);
+    let mut column = FileColumn::new(&name, &unit, held, decode);
     column.base = base;
-    let quantity = match words(8).first() {
-        Some(&"8") => Some(Quantity::Displacement),
-        Some(&"11") => Some(Quantity::Velocity),
-        Some(&"12") => Some(Quantity::Acceleration),
-        Some(&("9" | "13")) => Some(Quantity::Input),
-        _ => None,
-    };
+    let quantity = quantity(words(8).first().copied());
     if let Some(quantity) = quantity.filter(|_| !matches!(column.heading.meaning, Meaning::Known(_))) {
-        column.heading.meaning = Meaning::Known(Key { quantity, number: None });
+        column.heading.meaning = Meaning::Known(ColumnKey { quantity, number: None });
     }
     contents.columns.push(column);
     Ok(None)
+}
+
+/// What the header of a function says of its data.
+struct DataForm {
+    /// The function, counted from 1 in the file.
+    number: usize,
+    /// The byte where its header begins.
+    begin: usize,
+    is_double: bool,
+    /// The samples are even: no abscissa stands beside them.
+    even: bool,
+    /// How many numbers there should be.
+    needed: usize,
+}
+
+/// The data of a function, up to the delimiter behind them.
+fn raw_data<'a>(
+    lines: &mut UffLines<'a>,
+    binary: Option<&Vec<String>>,
+    form: &DataForm,
+    contents: &mut FileContents<'a>,
+) -> Result<Raw<'a>, Flaw> {
+    let from = lines.at.min(lines.bytes.len());
+    let Some(words) = binary else {
+        let mut to = from;
+        while let Some(line) = lines.next() {
+            if is_delimiter(line) {
+                break;
+            }
+            to = lines.at.min(lines.bytes.len());
+        }
+        return Ok(Raw::Text(&lines.bytes[from..to]));
+    };
+    let DataForm { number, begin, is_double, even, needed } = *form;
+    let field = |index: usize| words.get(index).and_then(|w| w.parse::<usize>().ok());
+    let order = if field(0) == Some(2) { Order::Big } else { Order::Little };
+    if field(1).is_some_and(|form| form != 2) {
+        return Err(Flaw::at(format!("function {number} is not in IEEE numbers"), begin));
+    }
+    let size = if is_double && even { 8 } else { 4 };
+    let rest = lines.bytes.len() - from;
+    let len = field(3).unwrap_or_else(|| needed.saturating_mul(size));
+    if len > rest {
+        contents.notices.push(format!("function {number} is cut short: {len} bytes are said to follow, {rest} do"));
+    }
+    let to = from + len.min(rest);
+    lines.at = to;
+    while lines.next().is_some_and(|line| !is_delimiter(line)) {}
+    Ok(Raw::Binary { bytes: &lines.bytes[from..to], order, is_double, even })
+}
+
+/// What an ordinate of this type measures.
+fn quantity(ordinate: Option<&str>) -> Option<ColumnQuantity> {
+    match ordinate? {
+        "8" => Some(ColumnQuantity::Displacement),
+        "11" => Some(ColumnQuantity::Velocity),
+        "12" => Some(ColumnQuantity::Acceleration),
+        "9" | "13" => Some(ColumnQuantity::Input),
+        _ => None,
+    }
 }
 
 /// A function's data as they stand in the file.
@@ -243,7 +265,7 @@ impl Raw<'_> {
     /// How many whole samples there are, of so many numbers in all.
     fn samples(&self, needed: usize, per_sample: usize) -> Result<usize, Flaw> {
         let numbers = match self {
-            Self::Text(text) => Numbers { text, at: 0 }.take(needed).count(),
+            Self::Text(text) => UffNumbers { text, at: 0 }.take(needed).count(),
             // Uneven double data are pairs of a single and a double.
             Self::Binary { bytes, is_double: true, even: false, .. } => bytes.len() / 12 * 2,
             Self::Binary { bytes, is_double, .. } => bytes.len() / if *is_double { 8 } else { 4 },
@@ -256,7 +278,7 @@ impl Raw<'_> {
         match *self {
             Self::Text(text) => {
                 let mut values = Vec::with_capacity(count);
-                let numbers = Numbers { text, at: 0 }.skip(place).step_by(per_sample).take(count);
+                let numbers = UffNumbers { text, at: 0 }.skip(place).step_by(per_sample).take(count);
                 for (index, word) in numbers.enumerate() {
                     let text = text_of(word).replace(['D', 'd'], "e");
                     values.push(text.parse().map_err(|_| {
@@ -279,13 +301,13 @@ impl Raw<'_> {
     }
 }
 
-/// Numbers as Fortran writes them: between blanks, or side by side where they fill their columns.
-struct Numbers<'a> {
+/// UffNumbers as Fortran writes them: between blanks, or side by side where they fill their columns.
+struct UffNumbers<'a> {
     text: &'a [u8],
     at: usize,
 }
 
-impl<'a> Iterator for Numbers<'a> {
+impl<'a> Iterator for UffNumbers<'a> {
     type Item = &'a [u8];
 
     fn next(&mut self) -> Option<&'a [u8]> {
@@ -333,16 +355,17 @@ fn name(header: &[String], label: &str) -> String {
     }
 }
 
-/// Numbers the functions of one kind, where there are several.
-fn number_roles(contents: &mut Contents<'_>) {
-    let quantities = [Quantity::Displacement, Quantity::Velocity, Quantity::Acceleration, Quantity::Input];
+/// UffNumbers the functions of one kind, where there are several.
+fn number_roles(contents: &mut FileContents<'_>) {
+    let quantities =
+        [ColumnQuantity::Displacement, ColumnQuantity::Velocity, ColumnQuantity::Acceleration, ColumnQuantity::Input];
     for quantity in quantities {
-        let of_kind = |meaning: &Meaning| *meaning == Meaning::Known(Key { quantity, number: None });
+        let of_kind = |meaning: &Meaning| *meaning == Meaning::Known(ColumnKey { quantity, number: None });
         let alike = contents.columns.iter_mut().filter(|c| of_kind(&c.heading.meaning));
-        let alike: Vec<&mut Column<'_>> = alike.collect();
+        let alike: Vec<&mut FileColumn<'_>> = alike.collect();
         if alike.len() > 1 {
             for (index, column) in alike.into_iter().enumerate() {
-                column.heading.meaning = Meaning::Known(Key { quantity, number: Some(index + 1) });
+                column.heading.meaning = Meaning::Known(ColumnKey { quantity, number: Some(index + 1) });
             }
         }
     }

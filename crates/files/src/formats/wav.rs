@@ -4,10 +4,10 @@ use std::io::Cursor;
 
 use hound::{SampleFormat, WavReader};
 
-use crate::column::{Column, Contents, Flaw};
-use crate::format::Format;
+use crate::column::{FileColumn, FileContents, Flaw};
+use crate::format::FileFormat;
 
-pub(crate) const FORMAT: Format = Format::of_columns(
+pub(crate) const FORMAT: FileFormat = FileFormat::of_columns(
     "WAV",
     &["wav", "wave"],
     |bytes| bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WAVE"),
@@ -22,7 +22,7 @@ fn flaw(error: &hound::Error) -> Flaw {
     }
 }
 
-fn read(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
+fn read(bytes: &[u8]) -> Result<FileContents<'_>, Flaw> {
     let reader = WavReader::new(Cursor::new(bytes)).map_err(|e| flaw(&e))?;
     let spec = reader.spec();
     let channels = usize::from(spec.channels);
@@ -33,7 +33,7 @@ fn read(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
     let said = reader.duration() as usize;
     let held = bytes.len() / channels / usize::from(spec.bits_per_sample).div_ceil(8);
     let len = said.min(held);
-    let mut contents = Contents::default();
+    let mut contents = FileContents::default();
     if len < said {
         contents
             .notices
@@ -60,7 +60,7 @@ fn read(bytes: &[u8]) -> Result<Contents<'_>, Flaw> {
             values.resize(values.len().max(len), f64::NAN);
             Ok(values)
         };
-        contents.columns.push(Column::new(&name, "", len, decode).sampled_evenly(0.0, interval));
+        contents.columns.push(FileColumn::new(&name, "", len, decode).sampled_evenly(0.0, interval));
     }
     Ok(contents)
 }

@@ -6,7 +6,7 @@ use crate::hidden::{ChosenEffect, ChosenPlant, DriveKind, Instruments, suggestio
 use crate::plant::Plant;
 use crate::response::{SampleTimes, StickInterval};
 use crate::sensor::Sensor;
-use crate::setup::{Drive, MeasuredChannel, MeasuredQuantity, Sensors, Setup, SetupRun};
+use crate::setup::{MeasuredChannel, MeasuredQuantity, RecordDrive, Sensors, Setup, SetupRun};
 use crate::truth::Truth;
 use crate::{Excitation, RigError};
 use sindyscope_values::record::{Record, Role};
@@ -107,7 +107,7 @@ impl Tested {
     fn setup(&self, settings: &RigSettings, sampling: SampleTimes) -> Setup {
         let drive = |(index, held_out): (u64, bool)| {
             let (inputs, initial) = self.driven(settings.waveform(held_out).as_ref(), settings.displaced(held_out));
-            Drive {
+            RecordDrive {
                 name: if held_out { "held out" } else { "fit" }.to_owned(),
                 inputs,
                 initial,

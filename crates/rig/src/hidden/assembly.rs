@@ -203,7 +203,7 @@ pub(super) fn extents(assembly: &Assembly, motions: &[PlantMotion]) -> MotionSiz
             all.extend(own);
         }
     }
-    let [x, v, r, w, u] = all.map(|series| Magnitude::of(series.into_iter()));
+    let [x, v, r, w, u] = all.map(|series| Magnitude::over(series.into_iter()));
     MotionSize { x, v, r, w, u }
 }
 

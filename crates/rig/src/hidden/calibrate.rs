@@ -171,7 +171,7 @@ pub(super) fn measure(assembly: &Assembly, motions: &[PlantMotion]) -> (Vec<f64>
         }
         spring.extend(reference(assembly, motion));
     }
-    let rms = |values: &[f64]| Magnitude::of(values.iter().copied()).rms;
+    let rms = |values: &[f64]| Magnitude::over(values.iter().copied()).rms;
     let spring = rms(&spring).max(f64::MIN_POSITIVE);
     (apart.iter().map(|m| rms(m) / spring).collect(), rms(&together) / spring)
 }

@@ -23,11 +23,11 @@ pub(super) enum CaseExcitation {
     Levels,
     /// Three tones below the natural frequency, and a fourth held out.
     Tones,
-    /// So many releases from rest; another held out.
+    /// This many releases from rest; another held out.
     Releases(usize),
     /// Moves from place to place; other moves held out. For a reference to be followed.
     Moves,
-    /// So many different excitations; a multisine held out.
+    /// This many different excitations; a multisine held out.
     Mixed(usize),
 }
 
@@ -63,6 +63,33 @@ pub(super) fn runs(excitation: CaseExcitation, recording: RecordLength, random: 
         low: random.random_range(0.2..0.45),
         high: random.random_range(1.7..2.6),
     };
+    let excitations = excitations(excitation, records, &excite, random);
+    let run = |(index, (excitation, initial)): (usize, (Option<Excitation>, [f64; 2]))| {
+        let held = index == records;
+        PlannedRecord {
+            name: if held { "held out".to_owned() } else { (index + 1).to_string() },
+            excitation,
+            noise: None,
+            initial,
+            sampling: SampleTimes {
+                start: 0.0,
+                interval: recording.interval,
+                count: if held { held_out } else { count },
+            },
+            held_out: held,
+        }
+    };
+    excitations.into_iter().enumerate().map(run).collect()
+}
+
+/// What drives each record, if anything does, and the displacement and velocity that it begins with: `records` fitted ones,
+/// then the one held out.
+fn excitations(
+    excitation: CaseExcitation,
+    records: usize,
+    excite: &ExcitationDraws,
+    random: &mut Pcg64,
+) -> Vec<(Option<Excitation>, [f64; 2])> {
     let level = |random: &mut Pcg64| random.random_range(1.2..2.2);
     let mut excitations: Vec<(Option<Excitation>, [f64; 2])> = Vec::new();
     match excitation {
@@ -130,22 +157,7 @@ pub(super) fn runs(excitation: CaseExcitation, recording: RecordLength, random: 
             excitations.push((Some(excite.multisine(level(random), random)), [0.0; 2]));
         }
     }
-    let run = |(index, (excitation, initial)): (usize, (Option<Excitation>, [f64; 2]))| {
-        let held = index == records;
-        PlannedRecord {
-            name: if held { "held out".to_owned() } else { (index + 1).to_string() },
-            excitation,
-            noise: None,
-            initial,
-            sampling: SampleTimes {
-                start: 0.0,
-                interval: recording.interval,
-                count: if held { held_out } else { count },
-            },
-            held_out: held,
-        }
-    };
-    excitations.into_iter().enumerate().map(run).collect()
+    excitations
 }
 
 /// From rest, or in three of ten cases displaced.

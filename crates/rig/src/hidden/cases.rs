@@ -189,11 +189,11 @@ fn unfit(regime: Regime, plan: &HiddenPlan<'_>, performed: &PerformedPlan) -> Op
     if beyond_simpler.is_some_and(|left| left < LEAST_TRAIT * noise) {
         return Some("the static level changes next to nothing".to_owned());
     }
-    let rms = |motion: &PlantMotion| Magnitude::of(motion.states[0].iter().copied()).rms;
+    let rms = |motion: &PlantMotion| Magnitude::over(motion.states[0].iter().copied()).rms;
     let unpredictable = || {
         plan.runs.iter().zip(motions).any(|(run, motion)| {
             let Ok(rough) = assembly.follow_at(run, motion.times.clone(), Accuracy::DRAFT) else { return true };
-            let change = Magnitude::of(rough.states[0].iter().zip(&motion.states[0]).map(|(a, b)| a - b)).rms;
+            let change = Magnitude::over(rough.states[0].iter().zip(&motion.states[0]).map(|(a, b)| a - b)).rms;
             change > LEAST_PREDICTABLE * rms(motion)
         })
     };

@@ -16,7 +16,7 @@ pub(super) struct Magnitude {
 }
 
 impl Magnitude {
-    pub(super) fn of(values: impl Iterator<Item = f64>) -> Self {
+    pub(super) fn over(values: impl Iterator<Item = f64>) -> Self {
         let (mut peak, mut sum, mut count) = (0.0_f64, 0.0, 0.0_f64);
         for value in values {
             peak = peak.max(value.abs());

@@ -37,7 +37,7 @@ use super::RigError;
 use super::interpolant::Accuracy;
 use super::motion::PlantMotion;
 use super::sensor::Sensor;
-use super::setup::{Drive, MeasuredChannel, MeasuredQuantity, Sensors, Setup};
+use super::setup::{MeasuredChannel, MeasuredQuantity, RecordDrive, Sensors, Setup};
 use super::truth::Truth;
 use super::words::per_second;
 use assembly::Assembly;
@@ -330,7 +330,7 @@ impl<'a> HiddenPlan<'a> {
         let beyond_simpler = simpler.map(|simpler| {
             let shown = self.instruments.shown;
             let change = fitted.iter().zip(&simpler).flat_map(|(a, b)| shown.series(a).iter().zip(shown.series(b)));
-            Magnitude::of(change.map(|(a, b)| a - b)).rms
+            Magnitude::over(change.map(|(a, b)| a - b)).rms
         });
         // The linear plant of what excites itself has no response.
         let beyond_base = (self.host_plant.damping > 0.0 && !self.effects.is_empty())
@@ -346,7 +346,7 @@ impl<'a> HiddenPlan<'a> {
     /// RMS of what is shown of the motion over the fitted records, without unit.
     fn shown_rms(&self, motions: &[PlantMotion]) -> f64 {
         let fitted = self.runs.iter().zip(motions).filter(|(run, _)| !run.held_out);
-        Magnitude::of(fitted.flat_map(|(_, m)| self.instruments.shown.series(m).iter().copied())).rms
+        Magnitude::over(fitted.flat_map(|(_, m)| self.instruments.shown.series(m).iter().copied())).rms
     }
 
     /// The test that makes the records: one drive a run, a sensor of the motion and one of the input.
@@ -355,7 +355,7 @@ impl<'a> HiddenPlan<'a> {
         let drive = |(index, run): (usize, &PlannedRecord)| {
             let (inputs, initial) = assembly.driven(run);
             let start = ((run.sampling.start - host_plant.origin) / run.sampling.interval).round() * scales.interval;
-            Drive {
+            RecordDrive {
                 name: run.name.clone(),
                 inputs,
                 initial,

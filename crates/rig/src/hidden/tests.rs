@@ -33,7 +33,7 @@ struct Path {
 }
 
 impl Path {
-    fn of(record: &Record) -> Self {
+    fn new(record: &Record) -> Self {
         let x = &record.channel(Role::Displacement(0)).unwrap().values;
         let none = vec![0.0; x.len()];
         let u = record.channel(Role::Input(0)).map_or(&none[..], |c| &c.values);
@@ -206,7 +206,7 @@ fn found(hidden: &Hidden, path: &Path) -> Vec<f64> {
 fn spring_rms(hidden: &Hidden, path: &Path) -> f64 {
     let k = hidden.truth.parameter(None, "k").unwrap();
     let joint = |i: usize| if hidden.base_excited { path.x[i] - path.u[i] } else { path.x[i] };
-    Magnitude::of((0..path.x.len()).map(|i| k * joint(i))).rms
+    Magnitude::over((0..path.x.len()).map(|i| k * joint(i))).rms
 }
 
 fn holds(effect: &str, excitation_kind: ExcitationKind, seed: u64) {
@@ -214,7 +214,7 @@ fn holds(effect: &str, excitation_kind: ExcitationKind, seed: u64) {
     let samples = if excitation_kind == ExcitationKind::Decay { DENSE / 4 } else { DENSE };
     let hidden = draw(&HiddenRequest { samples, ..clean(&[effect], excitation_kind, seed) }).unwrap();
     for record in hidden.fit.iter().chain(&hidden.held_out) {
-        let path = Path::of(record);
+        let path = Path::new(record);
         let (found, expected) = (found(&hidden, &path), expected(effect, &hidden, record, &path));
         let spring = spring_rms(&hidden, &path);
         let mut errors: Vec<f64> =
@@ -265,7 +265,7 @@ fn pairs_are_both_there() {
             return;
         }
         for record in &hidden.fit {
-            let path = Path::of(record);
+            let path = Path::new(record);
             let parts = pair.map(|effect| expected(effect, &hidden, record, &path));
             let found = found(&hidden, &path);
             let spring = spring_rms(&hidden, &path);
@@ -286,8 +286,8 @@ fn nothing_hidden_is_a_linear_plant() {
         let hidden = draw(&HiddenRequest { samples: DENSE, ..clean(&[], excitation_kind, 6) }).unwrap();
         assert_eq!((hidden.truth.ratio, hidden.truth.effects.len()), (0.0, 0));
         for record in hidden.fit.iter().chain(&hidden.held_out) {
-            let path = Path::of(record);
-            let error = Magnitude::of(found(&hidden, &path).into_iter()).rms / spring_rms(&hidden, &path);
+            let path = Path::new(record);
+            let error = Magnitude::over(found(&hidden, &path).into_iter()).rms / spring_rms(&hidden, &path);
             // Ten digits differentiated twice; a decay is sampled up to six times as densely, 36 × 1e-7 of its peak, and
             // ends at a twentieth of that.
             assert!(error < 1e-4, "{excitation_kind}: {error:e}");
@@ -419,7 +419,7 @@ fn a_velocity_or_an_acceleration_alone_is_that_of_the_displacement() {
         draw(&HiddenRequest { instruments, samples: DENSE, ..effect }).unwrap()
     };
     let displacement = made(SensedMotion::Displacement, 0.0);
-    let path = Path::of(&displacement.fit[0]);
+    let path = Path::new(&displacement.fit[0]);
     let length = &displacement.fit[0].channel(Role::Displacement(0)).unwrap().unit;
     for (shown, role, per, expected) in [
         (SensedMotion::Velocity, Role::Velocity(0), "/s", &path.v),
@@ -437,7 +437,7 @@ fn a_velocity_or_an_acceleration_alone_is_that_of_the_displacement() {
         // The noise is a share of what is shown.
         let noisy = made(shown, 0.02);
         let fitted = hidden.fit.iter().flat_map(|r| r.channel(role).unwrap().values.to_vec());
-        let rms = Magnitude::of(fitted).rms;
+        let rms = Magnitude::over(fitted).rms;
         assert!((noisy.truth.noise / rms / 0.02 - 1.0).abs() < 1e-9);
     }
     let fault = HiddenRequest::new(["sensor_offset"], ExcitationKind::Multisine, 1);
@@ -458,11 +458,11 @@ fn noise_is_of_the_kind_and_size_asked_for() {
         h.fit.iter().flat_map(|r| r.channel(Role::Displacement(0)).unwrap().values.to_vec()).collect()
     };
     let clean = values(&draw_with(NoiseKind::White, 0.0));
-    let rms = Magnitude::of(clean.iter().copied()).rms;
+    let rms = Magnitude::over(clean.iter().copied()).rms;
     for kind in NoiseKind::ALL {
         let hidden = draw_with(kind, 0.05);
         let noise: Vec<f64> = values(&hidden).iter().zip(&clean).map(|(a, b)| a - b).collect();
-        let size = Magnitude::of(noise.iter().copied()).rms;
+        let size = Magnitude::over(noise.iter().copied()).rms;
         let lagged = noise.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / noise.len() as f64 / size.powi(2);
         // 3000 samples, of which coloured noise leaves a ninth to count: four standard errors of 4 % are 16 %.
         assert!((size / hidden.truth.noise - 1.0).abs() < 0.16, "{kind}: {size} {}", hidden.truth.noise);

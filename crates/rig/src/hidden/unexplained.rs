@@ -19,7 +19,7 @@ pub(super) fn beyond_base(assembly: &Assembly, host_plant: &HostPlant, motions: 
             let missing = assembly.missing(motion, shift(k));
             (0..motion.times.len()).map(move |i| missing.iter().map(|m| m[i]).sum::<f64>()).collect::<Vec<_>>()
         });
-        return Magnitude::of(errors).rms;
+        return Magnitude::over(errors).rms;
     }
     let columns: Vec<Vec<Vec<f64>>> = motions.iter().map(|m| regressors(assembly, host_plant, m)).collect();
     let missing: Vec<Vec<f64>> = motions
@@ -80,13 +80,14 @@ fn regressors(assembly: &Assembly, host_plant: &HostPlant, motion: &PlantMotion)
 
 /// RMS of what columns leave of a target, and their coefficients.
 fn project(columns: &[Vec<f64>], target: &[f64]) -> Option<(f64, Vec<f64>)> {
-    let sizes: Vec<f64> = columns.iter().map(|c| Magnitude::of(c.iter().copied()).rms.max(f64::MIN_POSITIVE)).collect();
+    let sizes: Vec<f64> =
+        columns.iter().map(|c| Magnitude::over(c.iter().copied()).rms.max(f64::MIN_POSITIVE)).collect();
     let matrix = DMatrix::from_fn(target.len(), columns.len(), |i, j| columns[j][i] / sizes[j]);
     let right = DVector::from_column_slice(target);
     let normal = matrix.transpose() * &matrix + DMatrix::identity(columns.len(), columns.len()) * 1e-9;
     let solved = normal.cholesky()?.solve(&(matrix.transpose() * &right));
     let left = right - &matrix * &solved;
-    let rms = Magnitude::of(left.iter().copied()).rms;
+    let rms = Magnitude::over(left.iter().copied()).rms;
     rms.is_finite().then(|| (rms, solved.iter().zip(&sizes).map(|(c, size)| c / size).collect()))
 }
 

@@ -36,7 +36,7 @@ fn beyond(hidden: &Hidden, path: &Path) -> (Vec<f64>, f64) {
     };
     let spring = |i: usize| k * joint(path.x[i], path.u[i]) + b * path.u[i];
     let all = 0..path.x.len();
-    (all.clone().map(|i| path.a[i] - known(i)).collect(), Magnitude::of(all.map(spring)).rms)
+    (all.clone().map(|i| path.a[i] - known(i)).collect(), Magnitude::over(all.map(spring)).rms)
 }
 
 #[test]
@@ -49,7 +49,7 @@ fn cases_obey_the_equation_that_they_claim() {
     cases.par_iter().for_each(|(regime, seed)| {
         let hidden = dense(*regime, *seed);
         for record in &hidden.fit {
-            let mut path = Path::of(record);
+            let mut path = Path::new(record);
             let datum = hidden.truth.parameter(None, "y_0").unwrap_or_default();
             path.x.iter_mut().for_each(|x| *x += datum);
             let (mut left, size) = beyond(&hidden, &path);
@@ -89,11 +89,11 @@ fn a_closed_loop_follows_its_reference_and_its_force_hears_the_noise() {
         for motion in &clean.motions {
             let [reference, noise] = [0, 1].map(|input: usize| motion.inputs[input][0].clone());
             let apart = reference.iter().zip(&motion.states[0]).map(|(r, x)| r - x);
-            let error = Magnitude::of(apart).rms / Magnitude::of(reference.iter().copied()).rms;
+            let error = Magnitude::over(apart).rms / Magnitude::over(reference.iter().copied()).rms;
             assert!(error < 0.6, "{seed}: {error}");
             let force = clean.assembly.applied(motion);
             let product: f64 = noise.iter().zip(&force).map(|(n, u)| n * u).sum();
-            let sizes = [&noise, &force].map(|s| Magnitude::of(s.iter().copied()).rms);
+            let sizes = [&noise, &force].map(|s| Magnitude::over(s.iter().copied()).rms);
             let correlation = product / noise.len() as f64 / sizes[0] / sizes[1];
             // Five standard errors of independent series of 1500 samples are 0.13.
             assert!(correlation < -0.02, "{seed}: {correlation}");
