@@ -11,7 +11,7 @@ use sindyscope_report::view::{Drawn, Subject, ViewOptions};
 /// Figures of so many samples are made at once: that costs less than a frame.
 const AT_ONCE: usize = 1 << 13;
 /// The same of views that hardly compute anything.
-const QUICK_AT_ONCE: usize = 1 << 20;
+const QUICK_AT_ONCE: usize = 1 << 18;
 
 /// The figures of all views.
 #[derive(Clone, Debug, Default)]
@@ -130,7 +130,7 @@ pub(crate) struct FigureRequest {
     pub(crate) view: View,
     outcome: Arc<Outcome>,
     previous: Option<Arc<Outcome>>,
-    landscape: Option<Arc<Landscape>>,
+    landscape: Option<Arc<SettingsGrid>>,
     pins: Vec<Arc<Outcome>>,
     record: usize,
     options: ViewOptions,
