@@ -259,7 +259,7 @@ fn initial(scenario: &Scenario, options: &ScenarioOptions, amplitude: f64) -> Re
     Ok(state)
 }
 
-/// The records to be made, and what shakes them in words.
+/// The records to be made, and their excitation in words.
 fn shake(
     scenario: &Scenario,
     options: &ScenarioOptions,

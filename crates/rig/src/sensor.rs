@@ -6,7 +6,7 @@ use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
 
 use super::motion::rms;
-use super::words::short;
+use super::words::{short, typed_names};
 
 /// Digits that a sample keeps of the largest magnitude of its channel, or of a thousandth of its noise if that is more.
 const DIGITS: i32 = 10;
@@ -92,37 +92,11 @@ pub enum NoiseKind {
     Quantised,
 }
 
-impl NoiseKind {
-    /// Every kind.
-    pub const ALL: [Self; 3] = [Self::White, Self::Coloured, Self::Quantised];
-
-    /// The name it is typed with.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::White => "white",
-            Self::Coloured => "coloured",
-            Self::Quantised => "quantised",
-        }
-    }
-}
-
-impl fmt::Display for NoiseKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for NoiseKind {
-    type Err = String;
-
-    /// Reads the name it is typed with.
-    fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL.into_iter().find(|k| k.name() == text).ok_or_else(|| {
-            let known = Self::ALL.map(Self::name).join(", ");
-            format!("{text:?} is no kind of noise; choose one of: {known}")
-        })
-    }
-}
+typed_names!(NoiseKind, "kind of noise", {
+    White => "white",
+    Coloured => "coloured",
+    Quantised => "quantised",
+});
 
 /// What lies between a quantity and its recorded samples.
 #[derive(Clone, Copy, Debug, PartialEq)]

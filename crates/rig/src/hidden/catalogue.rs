@@ -38,7 +38,7 @@ pub(super) struct Effect {
 }
 
 impl Effect {
-    /// True if a plant can hide it when it is shaken so.
+    /// True if a plant can hide the effect under an excitation of this kind.
     pub(super) fn can_be_hidden(&self, excitation_kind: ExcitationKind) -> bool {
         excitation_kind != ExcitationKind::Decay || !matches!(self.asks, Requirement::Input | Requirement::Base)
     }

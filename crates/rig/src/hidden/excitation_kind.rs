@@ -1,19 +1,18 @@
-//! How a plant with a hidden effect is shaken: the runs of one test.
+//! How a plant with a hidden effect is excited: the records of one test.
 
 use rand::RngExt;
 use rand_pcg::Pcg64;
 use std::f64::consts::TAU;
-use std::fmt;
-use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
 use super::DriveKind;
 use super::random::sign;
 use crate::response::SampleTimes;
+use crate::words::typed_names;
 use crate::{Excitation, Harmonic};
 
-/// How a plant with a hidden effect is shaken. The band is 0.3 to 2.2 times the natural frequency.
+/// How a plant with a hidden effect is excited. The band is 0.3 to 2.2 times the natural frequency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ExcitationKind {
@@ -29,39 +28,13 @@ pub enum ExcitationKind {
     SingleTone,
 }
 
-impl ExcitationKind {
-    /// Every way.
-    pub const ALL: [Self; 5] = [Self::Multisine, Self::SweepPair, Self::Tones, Self::Decay, Self::SingleTone];
-
-    /// The name it is typed with.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Multisine => "multisine",
-            Self::SweepPair => "sweep-pair",
-            Self::Tones => "tones",
-            Self::Decay => "decay",
-            Self::SingleTone => "single-tone",
-        }
-    }
-}
-
-impl fmt::Display for ExcitationKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for ExcitationKind {
-    type Err = String;
-
-    /// Reads the name it is typed with.
-    fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL.into_iter().find(|s| s.name() == text).ok_or_else(|| {
-            let known = Self::ALL.map(Self::name).join(", ");
-            format!("{text:?} is no excitation; choose one of: {known}")
-        })
-    }
-}
+typed_names!(ExcitationKind, "excitation", {
+    Multisine => "multisine",
+    SweepPair => "sweep-pair",
+    Tones => "tones",
+    Decay => "decay",
+    SingleTone => "single-tone",
+});
 
 /// Natural periods in all fitted records together.
 const PERIODS: f64 = 75.0;

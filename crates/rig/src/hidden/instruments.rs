@@ -65,7 +65,7 @@ impl FromStr for SensedMotion {
     }
 }
 
-/// What watches a test: one sensor each for motion and input, the same in every record.
+/// The sensors of a test: one for the motion and one for the input, the same in every record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instruments {
     /// What is shown of the motion.

@@ -1,9 +1,10 @@
-//! Rigs that hide an effect: records of a linear oscillator and something else, and apart from them what it was.
+//! Rigs that hide an effect: records of a linear oscillator with something else in it, and the truth beside them.
 //!
-//! [`draw`] makes a plant of random frequency, damping and size, hides the effects asked for in it, shakes it and watches it.
+//! [`draw`] makes a plant of random frequency, damping and size, hides the effects asked for in it, and excites
+//! and measures it.
 //! The plant is `ẍ = −k(x − u) − c(ẋ − u̇) + Δ` (the base moves), `ẍ = −k x − c ẋ + b u + Δ` (a force acts) or
-//! `ẍ = −k x − c ẋ + Δ` (free decay); each effect is its own Δ, of a size relative to the spring's force that is asked for.
-//! The [`Truth`] never touches the records.
+//! `ẍ = −k x − c ẋ + Δ` (free decay); each effect is its own Δ, its size given relative to the spring's force.
+//! Nothing of the [`Truth`] stands in the records.
 
 mod assembly;
 mod calibrate;
@@ -78,11 +79,11 @@ const SAMPLES: (usize, usize) = (300, 1_000_000);
 pub struct HiddenRequest {
     /// Names of the effects ([`names`], [`outside_names`]); none hides nothing.
     pub effects: Vec<String>,
-    /// How the plant is shaken.
+    /// How the plant is excited.
     pub excitation_kind: ExcitationKind,
-    /// What watches it.
+    /// The sensors.
     pub instruments: Instruments,
-    /// Seed of everything drawn. The plant does not depend on what watches it.
+    /// Seed of everything drawn. The plant does not depend on the sensors.
     pub seed: u64,
     /// RMS missing force over RMS spring force, of each effect; drawn from 2 to 15 % if not given. An effect that cannot
     /// be as large (a delay beyond a twentieth of the natural period) stays below.
@@ -92,7 +93,7 @@ pub struct HiddenRequest {
 }
 
 impl HiddenRequest {
-    /// Effects under an excitation, watched with 1 % of white noise.
+    /// Effects under an excitation, measured with 1 % of white noise.
     pub fn new<S: Into<String>>(
         effects: impl IntoIterator<Item = S>,
         excitation_kind: ExcitationKind,
@@ -182,7 +183,7 @@ pub fn draw(request: &HiddenRequest) -> Result<Hidden, RigError> {
     weak.ok_or(failure)
 }
 
-/// Draws the effect and the excitation too: one of [`names`], shaken richly and watched with 1 % of white noise.
+/// Draws the effect and the excitation too: one of [`names`], richly excited and measured with 1 % of white noise.
 ///
 /// # Errors
 /// As [`draw`].

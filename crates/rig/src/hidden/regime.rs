@@ -1,7 +1,6 @@
 //! The kinds of laboratory that a case may come from.
 
-use std::fmt;
-use std::str::FromStr;
+use crate::words::typed_names;
 
 /// A kind of case: what plant, excitation and sensors are drawn of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -32,52 +31,15 @@ pub enum Regime {
     Sensors,
 }
 
-impl Regime {
-    /// Every one.
-    pub const ALL: [Self; 10] = [
-        Self::Usual,
-        Self::Wide,
-        Self::LightDamping,
-        Self::Sticking,
-        Self::NoSpring,
-        Self::ClosedLoop,
-        Self::Datum,
-        Self::SelfExcited,
-        Self::SeveralRecords,
-        Self::Sensors,
-    ];
-
-    /// The name it is typed with.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Usual => "usual",
-            Self::Wide => "wide",
-            Self::LightDamping => "light-damping",
-            Self::Sticking => "sticking",
-            Self::NoSpring => "no-spring",
-            Self::ClosedLoop => "closed-loop",
-            Self::Datum => "datum",
-            Self::SelfExcited => "self-excited",
-            Self::SeveralRecords => "several-records",
-            Self::Sensors => "sensors",
-        }
-    }
-}
-
-impl fmt::Display for Regime {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Regime {
-    type Err = String;
-
-    /// Reads the name it is typed with.
-    fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL.into_iter().find(|r| r.name() == text).ok_or_else(|| {
-            let known = Self::ALL.map(Self::name).join(", ");
-            format!("{text:?} is no regime; choose one of: {known}")
-        })
-    }
-}
+typed_names!(Regime, "regime", {
+    Usual => "usual",
+    Wide => "wide",
+    LightDamping => "light-damping",
+    Sticking => "sticking",
+    NoSpring => "no-spring",
+    ClosedLoop => "closed-loop",
+    Datum => "datum",
+    SelfExcited => "self-excited",
+    SeveralRecords => "several-records",
+    Sensors => "sensors",
+});
