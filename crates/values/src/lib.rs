@@ -3,7 +3,7 @@
 //! - [`term`]: candidate terms of an equation of motion, from text and to text, LaTeX and Python, and compiled for speed.
 //! - [`model`]: equations of motion, terms with coefficients; explicit accelerations, units, masses, modes.
 //! - [`record`]: measured samples with their roles and units, and quantities estimated from others.
-//! - [`format`]: numbers, units and equations as a person reads them.
+//! - [`mod@format`]: numbers, units and equations as a person reads them.
 //!
 //! Nothing here reads files, knows the time or starts threads. A term is written as it is printed; an equation is a sum of
 //! weighted terms:

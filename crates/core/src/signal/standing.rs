@@ -25,8 +25,10 @@ pub(crate) fn standstills(motion: &[f64], noise: f64, period: f64) -> Vec<Range<
     half_length(motion, noise, period).map_or_else(Vec::new, |half| in_band(motion, noise, shortest(half, period)))
 }
 
-/// As [`standstills`], but where the noise would hide a turn, a motion rests where it stays in the noise's band for a whole
-/// period.
+/// The stretches in which a motion rests, in order: in which it stays in the band of its noise for longer than it dwells at a
+/// turn, or, where the noise would hide a turn, for a whole period.
+///
+/// `noise` is the standard deviation of the motion's noise, `period` its main period in samples.
 pub fn rests(motion: &[f64], noise: f64, period: f64) -> Vec<Range<usize>> {
     let noise = at_least_rounding(motion, noise);
     let fewest = half_length(motion, noise, period).map_or(period.ceil() as usize, |half| shortest(half, period));

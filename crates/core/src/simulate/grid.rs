@@ -9,7 +9,7 @@ use sindyscope_values::term::LANES;
 /// curve), prepared once a record.
 ///
 /// At nine samples a period the spline follows a sine to about 1e-7 of its amplitude, at four to about 1e-4. Beyond the
-/// ends the samples are continued by a polynomial of degree [`END_DEGREE`].
+/// ends the samples are continued by a polynomial of degree five.
 ///
 /// Source of the filter: M. Unser, A. Aldroubi, M. Eden, "B-spline signal processing", IEEE Trans. Signal Processing 41
 /// (1993) 821–848.
