@@ -571,9 +571,14 @@ fn reports_tell_the_walk_where_asked() {
     let arguments = ["report", "fit.csv", "--test", "test.csv", "--diagnose", "--json", "walk.json", "--out"];
     done(here.path(), &[&arguments[..], &["walk.html"], &terms].concat());
     let page = std::fs::read_to_string(here.path().join("walk.html")).expect("a page");
-    for part in
-        ["What is missing", "Round 1: Coulomb (dry) friction", "Base model", "ΔBIC", "What remains", "--diagnose"]
-    {
+    for part in [
+        "What is missing",
+        "Round 1: Coulomb (dry) friction",
+        "Gap of the base model",
+        "ΔBIC",
+        "What remains",
+        "--diagnose",
+    ] {
         assert!(page.contains(part), "{part}");
     }
     assert!(!page.contains("NaN"));

@@ -836,7 +836,7 @@ fn the_views_of_physics_show_what_the_records_tell_and_say_what_they_do_not() {
     window.look("Physics", "Restoring force");
     assert!(window.shows("restoring force / mass over x and v") && window.shows("all 2 records"));
     window.click("without linear");
-    assert!(window.shows("the same without the straight part"));
+    assert!(window.shows("without the straight part"));
     // The base moves: the spring can be seen across it.
     window.click("x − u");
     assert!(window.shows("over x − u and v − du") || window.shows("(x − u)"));

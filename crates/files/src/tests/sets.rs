@@ -147,11 +147,11 @@ fn rates_that_the_first_file_lacks_follow_its_displacement() {
 
 #[test]
 fn a_file_without_a_unit_takes_the_others_and_says_so() {
-    let set = pair("t,x [mm]", "t,x", 1.0).unwrap();
+    let set = pair("t,x [mm]", "t,x", 2.0).unwrap();
     let other = &set.entries[1].0;
     assert_eq!(other.channels[0].unit, "mm");
     assert_eq!(other.notices, ["b.csv: displacement `x` has no unit; it is taken to be in mm, as in a.csv"]);
-    assert_eq!(pair("t,x", "t,x", 1.0).unwrap().entries[1].0.notices, [""; 0]);
+    assert_eq!(pair("t,x", "t,x", 2.0).unwrap().entries[1].0.notices, [""; 0]);
 }
 
 #[test]

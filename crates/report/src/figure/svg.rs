@@ -66,7 +66,7 @@ const DOT: f64 = 2.2;
 /// Points of a scatter that are drawn: more would only hide each other, and swell the document.
 const DOTS: usize = 700;
 /// Points of a line that runs in loops.
-const LOOPS: usize = 12_000;
+const LOOPS: usize = 6_000;
 /// Most points of a line that are drawn without being thinned.
 const FEW: usize = 1500;
 /// Share of the width that the detail beside a whole record takes.
