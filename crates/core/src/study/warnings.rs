@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Lock, Outcome, Refinement, Settings, Severity, Warning};
+use super::{Lock, Outcome, RecordOutcome, Refinement, Settings, Severity, Warning};
 use crate::remedy::Remedy;
 use crate::signal::odd;
 use crate::sparse::{Constraint, Reduced, SparseOptions, stlsq};
@@ -263,11 +263,11 @@ fn segment(outcome: &Outcome) -> Option<Warning> {
     if !smoothing.method.is_local() {
         return None;
     }
-    let shares = outcome
-        .records
-        .iter()
-        .filter_map(|r| Some(smoothing.window as f64 * r.signals.interval / r.signals.main_period?));
-    let share = shares.fold(0.0, f64::max);
+    let share = |r: &RecordOutcome| Some(smoothing.window as f64 * r.signals.interval / r.signals.main_period?);
+    let shares = outcome.records.iter().filter_map(|r| Some((share(r)?, &r.record.name)));
+    let (share, record) = shares.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    // Beside the slider stands the share of the record that is shown, which may be another one.
+    let record = if outcome.records.len() > 1 { format!("On record {record} the") } else { "The".to_owned() };
     let most = 0.2 * (smoothing.order as f64 + 1.0) / 2.0;
     (share > most).then(|| {
         let mut settings = outcome.settings.clone();
@@ -276,7 +276,7 @@ fn segment(outcome: &Outcome) -> Option<Warning> {
         Warning {
             severity: Severity::Caution,
             text: format!(
-                "The segment is {share:.2} of the main period: smoothing bends the motion and biases the coefficients"
+                "{record} segment is {share:.2} of the main period: smoothing bends the motion and biases the coefficients"
             ),
             remedy: Some(Remedy::Settings { label: "Shorten the segment".into(), settings: Box::new(settings) }),
         }
