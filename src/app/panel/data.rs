@@ -2,7 +2,7 @@
 
 use egui::{Align, ComboBox, Layout, RichText, Sense, Ui, WidgetInfo, vec2};
 
-use super::{Ask, Desk, masses, refusal};
+use super::{PanelAct, PanelContext, masses, refusal};
 use crate::app::commands::Command;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{row, section, switch};
@@ -19,7 +19,7 @@ const USAGES: [(Usage, &str, &str); 3] = [
 /// Records shown without scrolling.
 const MOST_ROWS: f32 = 9.0;
 
-pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
+pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
     let mut asks = Vec::new();
     let addable = !desk.bench.records.is_empty();
     section(
@@ -29,7 +29,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
             // From right to left.
             let mut button = |label: &str, command: Command| {
                 if ui.button(label).on_hover_text(command.hint(ui.ctx())).clicked() {
-                    asks.push(Ask::Do(command));
+                    asks.push(PanelAct::Do(command));
                 }
             };
             if addable {
@@ -60,7 +60,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
                 for (index, record) in desk.bench.records.iter().enumerate() {
                     let Some(usage) = desk.edit.usage.get_mut(index) else { continue };
                     if record_row(ui, index, record, desk.shown == index, usage) {
-                        desk.asks.push(Ask::ShowRecord(index));
+                        desk.asks.push(PanelAct::ShowRecord(index));
                     }
                 }
             });
@@ -76,7 +76,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
             (Kind::FirstOrder, "first order", "Every state is measured and has an equation of its own"),
         ];
         if switch(ui, &mut kind, &choices) {
-            desk.asks.push(Ask::Kind(kind));
+            desk.asks.push(PanelAct::Kind(kind));
         }
     });
 }

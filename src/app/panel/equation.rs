@@ -5,7 +5,7 @@ use egui::{
     Align, Color32, FontId, Layout as Flow, Popup, PopupCloseBehavior, RichText, Sense, Ui, WidgetInfo, pos2, vec2,
 };
 
-use super::{Ask, Desk};
+use super::{PanelAct, PanelContext};
 use crate::app::commands::Command;
 use crate::app::plot::display;
 use crate::app::theme::{self, ROW};
@@ -25,7 +25,7 @@ const SHIFTED: f64 = 0.3;
 /// Width of the column of the shares' bars, points.
 const BAR: f32 = 44.0;
 
-pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, now: f64) {
+pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>, now: f64) {
     let mut asks = Vec::new();
     let known = desk.bench.outcome.is_some();
     let layout = desk.bench.layout(desk.edit.settings.kind);
@@ -39,7 +39,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, now: f64) {
                 ui.menu_button("Copy ⏷", |ui| {
                     for command in [Command::CopyText, Command::CopyLatex, Command::CopyPython, Command::CopyJson] {
                         if command.menu(ui, true) {
-                            asks.push(Ask::Do(command));
+                            asks.push(PanelAct::Do(command));
                         }
                     }
                 });
@@ -90,7 +90,7 @@ fn row_of(ui: &mut Ui, body: impl FnOnce(&mut Ui)) {
     ui.allocate_ui_with_layout(size, Flow::left_to_right(Align::Center), body);
 }
 
-fn rows(ui: &mut Ui, desk: &mut Desk<'_>, state: Symbol, equation: &Equation, layout: &Layout, now: f64) {
+fn rows(ui: &mut Ui, desk: &mut PanelContext<'_>, state: Symbol, equation: &Equation, layout: &Layout, now: f64) {
     let terms = by_share(equation);
     let units = desk.bench.outcome.as_ref().map(|o| o.units());
     let chosen = display::chosen(ui.ctx());
@@ -117,7 +117,7 @@ type Unit = (Option<String>, f64);
 /// One term: coefficient ± standard error, the term, its share of the rate; a click opens what can be done with it.
 fn term_row(
     ui: &mut Ui,
-    desk: &mut Desk<'_>,
+    desk: &mut PanelContext<'_>,
     (state, term): (Symbol, &WeightedTerm),
     (number, (unit, factor)): (&str, Unit),
     layout: &Layout,
@@ -236,13 +236,13 @@ fn term_row(
 }
 
 /// The posterior probability of a term, where the regressor gives one.
-fn probability(desk: &Desk<'_>, state: Symbol, term: &Term) -> Option<f64> {
+fn probability(desk: &PanelContext<'_>, state: Symbol, term: &Term) -> Option<f64> {
     let fit = desk.bench.outcome.as_ref()?.fits.iter().find(|f| f.state == state)?;
     fit.probability.iter().find(|(t, _)| t == term).map(|(_, p)| *p)
 }
 
 /// The terms that one is confused with, in the equation of a state.
-fn confused(desk: &Desk<'_>, state: Symbol, term: &Term) -> Vec<(Term, f64)> {
+fn confused(desk: &PanelContext<'_>, state: Symbol, term: &Term) -> Vec<(Term, f64)> {
     let fits = desk.bench.outcome.iter().flat_map(|o| &o.fits).filter(|f| f.state == state);
     let other = |(a, b, correlation): &(Term, Term, f64)| match (a == term, b == term) {
         (true, _) => Some((b.clone(), *correlation)),
@@ -282,7 +282,7 @@ fn popup<'a>(response: &egui::Response) -> Popup<'a> {
 }
 
 /// What can be done with a term.
-fn menu(ui: &mut Ui, desk: &mut Desk<'_>, term: &Term, coefficient: Option<f64>, layout: &Layout) {
+fn menu(ui: &mut Ui, desk: &mut PanelContext<'_>, term: &Term, coefficient: Option<f64>, layout: &Layout) {
     ui.set_width(230.0);
     ui.label(RichText::new(term.pretty(layout)).strong());
     ui.separator();
@@ -352,7 +352,7 @@ fn significant_value(value: f64) -> f64 {
 }
 
 /// The terms that were tried and dropped, in grey.
-fn dropped(ui: &mut Ui, desk: &mut Desk<'_>, fit: &EquationFit, layout: &Layout) {
+fn dropped(ui: &mut Ui, desk: &mut PanelContext<'_>, fit: &EquationFit, layout: &Layout) {
     if fit.dropped.is_empty() {
         return;
     }

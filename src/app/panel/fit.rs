@@ -3,7 +3,7 @@
 use egui::text::{LayoutJob, TextFormat};
 use egui::{Align, FontId, Layout, RichText, Ui, vec2};
 
-use super::{Ask, Desk};
+use super::{PanelAct, PanelContext};
 use crate::app::plot::display;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{card, section};
@@ -12,7 +12,7 @@ use sindyscope_core::study::{Outcome, Score, Severity, Warning};
 use sindyscope_values::format::number::{plain, significant};
 use sindyscope_values::record::Usage;
 
-pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
+pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
     section(ui, "FIT", |_| {}, |_| {});
     let Some(outcome) = desk.bench.outcome.clone() else {
         ui.weak("Nothing was fitted yet");
@@ -57,7 +57,7 @@ fn condition(ui: &mut Ui, outcome: &Outcome) {
 }
 
 /// What is wrong or doubtful, beneath everything else: it comes and goes.
-pub(super) fn warnings(ui: &mut Ui, desk: &mut Desk<'_>) {
+pub(super) fn warnings(ui: &mut Ui, desk: &mut PanelContext<'_>) {
     let colors = theme::accents(ui.visuals().dark_mode);
     let outcome = desk.bench.outcome.clone();
     let found = outcome.as_ref().map_or(&[][..], |o| &o.warnings);
@@ -187,7 +187,7 @@ fn table(ui: &mut Ui, outcome: &Outcome, unit: &str) {
 }
 
 /// The channels of the record shown, where there are several.
-fn several(ui: &mut Ui, desk: &Desk<'_>, outcome: &Outcome) {
+fn several(ui: &mut Ui, desk: &PanelContext<'_>, outcome: &Outcome) {
     let Some(shown) = desk.bench.records.get(desk.shown) else { return };
     let Some(record) = outcome.records.iter().find(|r| std::sync::Arc::ptr_eq(&r.record, shown)) else { return };
     if record.channels.len() < 2 {
@@ -216,7 +216,7 @@ fn several(ui: &mut Ui, desk: &Desk<'_>, outcome: &Outcome) {
     }
 }
 
-fn show_warning(ui: &mut Ui, warning: &Warning, asks: &mut Vec<Ask>) {
+fn show_warning(ui: &mut Ui, warning: &Warning, asks: &mut Vec<PanelAct>) {
     let colors = theme::accents(ui.visuals().dark_mode);
     let color = match warning.severity {
         Severity::Note => colors.accent,
@@ -228,7 +228,7 @@ fn show_warning(ui: &mut Ui, warning: &Warning, asks: &mut Vec<Ask>) {
         if let Some(remedy @ (Remedy::Settings { label, .. } | Remedy::Use { label, .. })) = &warning.remedy
             && ui.button(label).clicked()
         {
-            asks.push(Ask::Remedy(remedy.clone()));
+            asks.push(PanelAct::Remedy(remedy.clone()));
         }
     });
 }

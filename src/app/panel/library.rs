@@ -2,7 +2,7 @@
 
 use egui::{RichText, Ui, vec2};
 
-use super::Desk;
+use super::PanelContext;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, row, section, switch};
 use sindyscope_core::study::Settings;
@@ -32,7 +32,7 @@ const DEGREES: [(usize, &str, &str); 5] = [
     (5, "5", "Up to the fifth power"),
 ];
 
-pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
+pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
     let settings = &mut desk.edit.settings;
     let layout = desk.bench.layout(settings.kind);
     let units = desk.bench.units(settings.kind);

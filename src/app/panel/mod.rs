@@ -30,7 +30,7 @@ use sindyscope_values::term::{Kind, Term};
 
 /// What a panel asks the window to do, beside changing the settings.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Ask {
+pub(crate) enum PanelAct {
     /// A command.
     Do(Command),
     /// Show another record.
@@ -48,11 +48,11 @@ pub(crate) enum Ask {
     /// Find what a step takes out of a channel, with the equation.
     Calibrate { step: usize, sought: Calibration },
     /// Stop choosing settings, or finding what a step takes out.
-    StopErrand,
+    StopChoosing,
 }
 
 /// What the panels show and change.
-pub(crate) struct Desk<'a> {
+pub(crate) struct PanelContext<'a> {
     pub(crate) bench: &'a OpenRecords,
     pub(crate) edit: &'a mut Edit,
     pub(crate) suggestion: &'a Settings,
@@ -71,7 +71,7 @@ pub(crate) struct Desk<'a> {
     /// What the answers to the open questions would buy.
     pub(crate) bought: &'a [Bought],
     pub(crate) typing: &'a mut Typing,
-    pub(crate) asks: &'a mut Vec<Ask>,
+    pub(crate) asks: &'a mut Vec<PanelAct>,
 }
 
 /// What is being typed and not yet taken over.
@@ -86,7 +86,12 @@ pub(crate) struct Typing {
 }
 
 /// The left column: data and settings; in the other rooms, what counts there.
-pub(crate) fn left(ui: &mut Ui, desk: &mut Desk<'_>, room: Room, own: impl FnOnce(&mut Ui, &mut Desk<'_>)) {
+pub(crate) fn left(
+    ui: &mut Ui,
+    desk: &mut PanelContext<'_>,
+    room: Room,
+    own: impl FnOnce(&mut Ui, &mut PanelContext<'_>),
+) {
     controls(ui, |ui| {
         data::show(ui, desk);
         if desk.bench.records.is_empty() {
@@ -109,7 +114,7 @@ pub(crate) fn left(ui: &mut Ui, desk: &mut Desk<'_>, room: Room, own: impl FnOnc
 }
 
 /// The right column: what was found.
-pub(crate) fn right(ui: &mut Ui, desk: &mut Desk<'_>, now: f64) {
+pub(crate) fn right(ui: &mut Ui, desk: &mut PanelContext<'_>, now: f64) {
     findings(ui, |ui| {
         fit::show(ui, desk);
         equation::show(ui, desk, now);

@@ -2,7 +2,7 @@
 
 use egui::{RichText, Ui, vec2};
 
-use super::Desk;
+use super::PanelContext;
 use crate::app::questions::{adds, tie};
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, row, section, switch};
@@ -33,7 +33,7 @@ const SYMMETRIES: [(Symmetry, &str, &str); 3] = [
     ),
 ];
 
-pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
+pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
     let layout = desk.bench.layout(desk.edit.settings.kind);
     let units = desk.bench.units(desk.edit.settings.kind);
     if layout.kind != Kind::SecondOrder {

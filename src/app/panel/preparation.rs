@@ -2,7 +2,7 @@
 
 use egui::{DragValue, Id, Label, RichText, Ui, WidgetInfo};
 
-use super::{Ask, Desk};
+use super::{PanelAct, PanelContext};
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, section};
 use sindyscope_core::prepare::{MOST_DECIMATED, MOST_PARTS, Preparation, SPIKE, Treatment};
@@ -15,10 +15,10 @@ const SHARE: f64 = 0.3;
 /// Samples that the menu's bridge spans at first.
 const BRIDGE: usize = 10;
 
-pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
+pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
     let mut asks = Vec::new();
     let steps = &desk.edit.steps;
-    let with = |treatment: Treatment| Ask::Prepare(steps.iter().cloned().chain([treatment.into()]).collect());
+    let with = |treatment: Treatment| PanelAct::Prepare(steps.iter().cloned().chain([treatment.into()]).collect());
     section(
         ui,
         "PREPARE",
@@ -35,7 +35,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
             let tooltip =
                 "Show the whole record above the plots: drag its ends to crop it, the divider to hold a part out";
             if chip(ui, "✂ on the plot", desk.cutting, false, tooltip).clicked() {
-                asks.push(Ask::Cut);
+                asks.push(PanelAct::Cut);
             }
         },
         |_| {},
@@ -62,7 +62,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
 type Offer = (String, &'static str, Treatment);
 
 /// What the menu offers for the record shown.
-fn offered(desk: &Desk<'_>) -> Vec<Offer> {
+fn offered(desk: &PanelContext<'_>) -> Vec<Offer> {
     let mut offers: Vec<Offer> = Vec::new();
     let mut offer = |label: &str, tooltip, treatment| offers.push((label.to_owned(), tooltip, treatment));
     offer("Crop", "Use a record from one time to another only", Treatment::Crop { from: None, to: None });
@@ -132,12 +132,12 @@ fn offered(desk: &Desk<'_>) -> Vec<Offer> {
 }
 
 /// One step; all steps are asked for anew if it was changed or taken out.
-fn row(ui: &mut Ui, desk: &Desk<'_>, index: usize, step: &Preparation) -> Option<Ask> {
+fn row(ui: &mut Ui, desk: &PanelContext<'_>, index: usize, step: &Preparation) -> Option<PanelAct> {
     let steps = &desk.edit.steps;
     let changed = |treatment: Treatment| {
         let mut new = steps.clone();
         new[index].treatment = treatment;
-        Some(Ask::Prepare(new))
+        Some(PanelAct::Prepare(new))
     };
     let mut asked = None;
     let mut sought = None;
@@ -266,7 +266,7 @@ fn row(ui: &mut Ui, desk: &Desk<'_>, index: usize, step: &Preparation) -> Option
             if out.clicked() {
                 let mut new = steps.clone();
                 new.remove(index);
-                asked = Some(Ask::Prepare(new));
+                asked = Some(PanelAct::Prepare(new));
             }
             // What is found is that of all records together.
             if let Some(sought) = sought.filter(|_| step.record.is_none()) {
@@ -277,7 +277,11 @@ fn row(ui: &mut Ui, desk: &Desk<'_>, index: usize, step: &Preparation) -> Option
                     ("Find", "Find it with the equation: what makes the response fit the measurement best")
                 };
                 if ui.small_button(label).on_hover_text(tooltip).clicked() {
-                    asked = Some(if finding { Ask::StopErrand } else { Ask::Calibrate { step: index, sought } });
+                    asked = Some(if finding {
+                        PanelAct::StopChoosing
+                    } else {
+                        PanelAct::Calibrate { step: index, sought }
+                    });
                 }
             }
             if desk.bench.raw.entries.len() > 1 && !matches!(step.treatment, Treatment::Bridge { .. }) {
@@ -316,7 +320,7 @@ fn value(
 }
 
 /// From when to when the record lasts that a step is for, s.
-fn whole(desk: &Desk<'_>, step: &Preparation) -> (f64, f64) {
+fn whole(desk: &PanelContext<'_>, step: &Preparation) -> (f64, f64) {
     let named = |name: &String| desk.bench.raw.entries.iter().map(|(r, _)| r).find(|r| r.name == *name);
     let record = step.record.as_ref().and_then(named).or_else(|| desk.bench.origin(desk.shown));
     record.map_or((0.0, 1.0), |r| (r.start, r.start + r.duration()))

@@ -2,7 +2,7 @@
 
 use egui::{Align, Button, Layout, RichText, Ui, vec2};
 
-use super::Desk;
+use super::PanelContext;
 use crate::app::questions::{Bought, replies};
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::card;
@@ -11,7 +11,7 @@ use sindyscope_values::format::units::format_si;
 /// Share of the error that an answer must save to be worth a question.
 const WORTH: f64 = 0.05;
 
-pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
+pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
     let kind = desk.edit.settings.kind;
     let replies = replies(&desk.bench.layout(kind), &desk.bench.units(kind));
     let Some(outcome) = &desk.bench.outcome else { return };

@@ -2,14 +2,14 @@
 
 use egui::{Label, RichText, Ui};
 
-use super::Ask;
+use super::PanelAct;
 use crate::app::commands::Command;
 use crate::app::open::Refused;
 use crate::app::state::Source;
 use crate::app::theme;
 use crate::app::widgets::card;
 
-pub(super) fn show(ui: &mut Ui, refused: &Refused, asks: &mut Vec<Ask>) {
+pub(super) fn show(ui: &mut Ui, refused: &Refused, asks: &mut Vec<PanelAct>) {
     let wrong = theme::accents(ui.visuals().dark_mode).wrong;
     card(ui, wrong, |ui| {
         ui.add(Label::new(&refused.problem.what).wrap());
@@ -18,12 +18,12 @@ pub(super) fn show(ui: &mut Ui, refused: &Refused, asks: &mut Vec<Ask>) {
         }
         if refused.problem.missing.is_some() {
             if ui.button("Choose the file…").clicked() {
-                asks.push(Ask::Locate);
+                asks.push(PanelAct::Locate);
             }
         } else if matches!(refused.opening.document.source, Source::Files(_)) {
             let hint = "Show what the file holds, and say which column is the time, a displacement, a force, …";
             if ui.button("Choose the columns…").on_hover_text(hint).clicked() {
-                asks.push(Ask::Do(Command::Columns));
+                asks.push(PanelAct::Do(Command::Columns));
             }
         }
     });

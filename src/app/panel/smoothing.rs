@@ -2,7 +2,7 @@
 
 use egui::{RichText, Ui};
 
-use super::{Ask, Desk, pick, slider};
+use super::{PanelAct, PanelContext, pick, slider};
 use crate::app::commands::Command;
 use crate::app::theme::ROW;
 use crate::app::widgets::{SliderRow, row, section};
@@ -10,7 +10,7 @@ use sindyscope_core::signal::TestFunction;
 use sindyscope_core::study::{Differentiation, FORMS, Formulation, METHODS, setting};
 use sindyscope_values::format::number::significant_trimmed;
 
-pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
+pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
     let choosing = desk.choosing;
     let mut asks = Vec::new();
     section(ui, "SMOOTHING", |ui| choose(ui, choosing, &mut asks), |_| {});
@@ -77,7 +77,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
 }
 
 /// How the equation is held against the data, and the weak form's test functions.
-fn form(ui: &mut Ui, desk: &mut Desk<'_>) {
+fn form(ui: &mut Ui, desk: &mut PanelContext<'_>) {
     let form = &mut desk.edit.settings.form;
     let same = |a: &Formulation, b: &Formulation| std::mem::discriminant(a) == std::mem::discriminant(b);
     pick(ui, setting("form"), &FORMS, form, same);
@@ -98,17 +98,17 @@ fn form(ui: &mut Ui, desk: &mut Desk<'_>) {
 }
 
 /// The button that chooses, or while it works its progress and a way to stop it: of one height, so that nothing jumps.
-fn choose(ui: &mut Ui, choosing: Option<crate::app::queue::JobProgress>, asks: &mut Vec<Ask>) {
+fn choose(ui: &mut Ui, choosing: Option<crate::app::queue::JobProgress>, asks: &mut Vec<PanelAct>) {
     match choosing {
         None => {
             let button = ui.button(Command::Choose.spec().label).on_hover_text(Command::Choose.hint(ui.ctx()));
             if button.clicked() {
-                asks.push(Ask::Do(Command::Choose));
+                asks.push(PanelAct::Do(Command::Choose));
             }
         }
         Some(busy) => {
             if ui.button("Cancel").on_hover_text("Stop and leave the settings as they are").clicked() {
-                asks.push(Ask::StopErrand);
+                asks.push(PanelAct::StopChoosing);
             }
             let share = busy.share.unwrap_or(0.0) as f32;
             let bar = egui::ProgressBar::new(share).desired_width(110.0).desired_height(ROW - 8.0);

@@ -3,7 +3,7 @@
 use egui::{RichText, Ui};
 
 use super::equation::symbol;
-use super::{Desk, pick, slider, switch_of};
+use super::{PanelContext, pick, slider, switch_of};
 use crate::app::widgets::{Mark, SliderRow, section};
 use sindyscope_core::study::{KINEMATICS, REGRESSORS, SCALINGS, Scaling, setting};
 use sindyscope_values::format::number::significant_trimmed;
@@ -12,7 +12,7 @@ use sindyscope_values::term::Kind;
 /// The threshold's slider where it is compared with coefficients as they stand: they are rarely outside.
 const RAW: std::ops::RangeInclusive<f64> = 1e-4..=1e4;
 
-pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
+pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
     let layout = desk.bench.layout(desk.edit.settings.kind);
     let outcome = desk.bench.outcome.as_ref();
     let kept: usize = outcome.map_or(0, |o| {

@@ -9,7 +9,7 @@ use crate::app::commands::Command;
 use crate::app::jobs::Key;
 use crate::app::message::{Message, Sought};
 use crate::app::missing::WalkAct;
-use crate::app::panel::{self, Ask, Desk};
+use crate::app::panel::{self, PanelAct, PanelContext};
 use crate::app::plot::palette;
 use crate::app::program::Program;
 use crate::app::purpose::{Purpose, ReportForm};
@@ -27,7 +27,7 @@ const OTHERS: [Key; 7] = [Key::Open, Key::Choose, Key::Calibrate, Key::Search, K
 /// What a person did in a frame, to be done once it is drawn.
 #[derive(Default)]
 struct FrameActs {
-    asks: Vec<Ask>,
+    asks: Vec<PanelAct>,
     walk: Vec<WalkAct>,
     messages: Vec<Message>,
     commands: Vec<Command>,
@@ -151,7 +151,7 @@ impl App {
         let settings = draft.settings.clone();
         let calibrating = derived.calibrating.filter(|_| derived.running.contains_key(&Key::Calibrate));
         let choosing = derived.progress(&Key::Choose);
-        let mut desk = Desk {
+        let mut desk = PanelContext {
             bench: &derived.records,
             edit: draft,
             suggestion: state.document.suggestion.as_ref().unwrap_or(&settings),
@@ -180,13 +180,13 @@ impl App {
     }
 
     /// Does what a panel asks for.
-    fn answer(&mut self, ask: Ask, ctx: &Context, frame: &eframe::Frame) {
+    fn answer(&mut self, ask: PanelAct, ctx: &Context, frame: &eframe::Frame) {
         let message = match ask {
-            Ask::Do(command) => return self.run(command, ctx, frame),
-            Ask::Locate => return self.dialogs.ask(Purpose::Locate, "", frame),
-            Ask::ShowRecord(index) => Message::ShowRecord(index),
-            Ask::Kind(kind) => Message::Kind(kind),
-            Ask::Remedy(remedy) => {
+            PanelAct::Do(command) => return self.run(command, ctx, frame),
+            PanelAct::Locate => return self.dialogs.ask(Purpose::Locate, "", frame),
+            PanelAct::ShowRecord(index) => Message::ShowRecord(index),
+            PanelAct::Kind(kind) => Message::Kind(kind),
+            PanelAct::Remedy(remedy) => {
                 let mut edit = self.program.state.document.edit.clone();
                 match remedy {
                     Remedy::Settings { settings, .. } => edit.settings = *settings,
@@ -200,16 +200,16 @@ impl App {
                 }
                 Message::Edit(Box::new(edit))
             }
-            Ask::Prepare(steps) => Message::Prepare(steps),
-            Ask::Cut => Message::Cut,
-            Ask::Calibrate { step, sought } => {
+            PanelAct::Prepare(steps) => Message::Prepare(steps),
+            PanelAct::Cut => Message::Cut,
+            PanelAct::Calibrate { step, sought } => {
                 let (sought, role) = match sought {
                     Calibration::Delay(role) => (Sought::Delay, role),
                     Calibration::Gain(role) => (Sought::Gain, role),
                 };
                 Message::Calibrate { step, sought, role }
             }
-            Ask::StopErrand => Message::StopChoosing,
+            PanelAct::StopChoosing => Message::StopChoosing,
         };
         self.program.send(message);
     }
