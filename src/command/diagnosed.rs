@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 
 use super::json::{VERSION, equations};
-use sindyscope_search::{Candidate, Diagnosis, Finding, Gap, Parameter, Round, Stage, Step};
+use sindyscope_search::{Candidate, Diagnosis, Finding, Gap, Lead, Parameter, RecordScore, Round, Stage, Step};
 use sindyscope_values::model::{Model, Units};
 use sindyscope_values::record::RecordSet;
 
@@ -20,6 +20,7 @@ pub(super) fn result(diagnosis: &Diagnosis, records: &RecordSet) -> Value {
     json!({
         "version": VERSION,
         "verdict": diagnosis.verdict.word(),
+        "explained": diagnosis.explained,
         "noise_floor": diagnosis.noise_floor,
         "base": stage(diagnosis.stages.first().map(|s| &**s)),
         "steps": diagnosis.steps().iter().map(step).collect::<Vec<_>>(),
@@ -29,6 +30,7 @@ pub(super) fn result(diagnosis: &Diagnosis, records: &RecordSet) -> Value {
             "note": diagnosis.remaining.note,
         },
         "final": stage(diagnosis.stages.last().map(|s| &**s)),
+        "records": diagnosis.records.iter().map(record).collect::<Vec<_>>(),
         "elapsed_ms": diagnosis.elapsed_ms,
         "sentence": diagnosis.sentence,
         "notices": diagnosis.notices,
@@ -65,6 +67,7 @@ fn step(step: &Step<'_>) -> Value {
         "parameters": step.added.parameters.iter().map(parameter).collect::<Vec<_>>(),
         "gap": gap(&step.after.gap),
         "why": step.candidate.why,
+        "evidence": step.round.lead.as_ref().map(evidence),
         "delta_bic": named,
         "alternatives": step.alternatives().map(|c| alternative(c, named)).collect::<Vec<_>>(),
         "indistinguishable": indistinguishable,
@@ -74,6 +77,30 @@ fn step(step: &Step<'_>) -> Value {
             "title": c.title,
         })).collect::<Vec<_>>(),
         "next_experiment": step.round.next_experiment,
+    })
+}
+
+/// Why the name stands: log predictive density on data never fitted, against the nearest rival.
+fn evidence(lead: &Lead) -> Value {
+    json!({
+        "blocks": lead.blocks,
+        "won": lead.won,
+        "difference": lead.difference,
+        "std_error": lead.std_error,
+        "quantile": lead.quantile,
+        "against": lead.against,
+    })
+}
+
+/// The final equations along one record.
+fn record(score: &RecordScore) -> Value {
+    json!({
+        "name": score.name,
+        "fitted": score.fitted,
+        "samples": score.samples,
+        "rmse": score.rmse,
+        "nrmse": score.nrmse,
+        "stretches": score.stretches.map(|s| json!({ "seconds": s.seconds, "rmse": s.rmse })),
     })
 }
 

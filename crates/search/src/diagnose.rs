@@ -27,6 +27,9 @@ impl Search {
     /// # Errors
     /// The base cannot be fitted; cancelled.
     pub fn diagnose(&self, tell: Listener<'_>, cancel: &Cancel) -> Result<Diagnosis, GapError> {
+        if self.is_piped() {
+            return self.walked(tell, cancel);
+        }
         let started = Stopwatch::start();
         let mut stage = self.base(cancel)?;
         let mut steps: Vec<Advance> = Vec::new();
@@ -100,7 +103,7 @@ impl Search {
         let remaining =
             rounds.last().map_or_else(Remaining::default, |round| remaining(&round.evidence, &round.hidden_up_to));
         let sentence = sentence((verdict, remaining.significant), &stages, &rounds, &self.data.shown_unit);
-        Ok(self.diagnosis((verdict, sentence), rounds, stages, remaining, started))
+        Ok(self.diagnosis((verdict, sentence), rounds, stages, remaining, (started, cancel)))
     }
 
     /// Steps in the order in which a person follows them, with the base model and one stage a step: the largest first, and
@@ -189,26 +192,30 @@ impl Search {
             Verdict::Unexplained if open && !added => "Something is missing: the gap is more than noise.".to_owned(),
             verdict => sentence((verdict, remaining.significant), &stages, &rounds, &self.data.shown_unit),
         };
-        Ok(self.diagnosis((verdict, sentence), rounds, stages, remaining, started))
+        Ok(self.diagnosis((verdict, sentence), rounds, stages, remaining, (started, cancel)))
     }
 
-    fn diagnosis(
+    pub(super) fn diagnosis(
         &self,
         (verdict, sentence): (Verdict, String),
         rounds: Vec<Round>,
         stages: Vec<Arc<Stage>>,
         remaining: Remaining,
-        started: Stopwatch,
+        (started, cancel): (Stopwatch, &Cancel),
     ) -> Diagnosis {
         let held = stages.last().map(|stage| self.said_of(stage)).unwrap_or_default();
+        let last = stages.last().and_then(|stage| stage.fit.0.as_ref());
+        let records = last.map(|fitted| self.record_scores(fitted, cancel)).unwrap_or_default();
         Diagnosis {
             verdict,
+            explained: !remaining.significant,
             sentence,
             noise_floor: self.data.noise,
             notices: self.notices().map(str::to_owned).chain(held).collect(),
             blind: self.audit.blind.clone(),
             rounds,
             stages,
+            records,
             remaining,
             elapsed_ms: started.milliseconds(),
         }
@@ -374,7 +381,7 @@ impl Search {
     }
 
     /// The effects in joints whose two forces stand in another ratio than the springs of those joints.
-    fn contradictions<'f>(&self, fitted: &'f Fitted) -> Vec<&'f Form> {
+    pub(super) fn contradictions<'f>(&self, fitted: &'f Fitted) -> Vec<&'f Form> {
         let pairs = fitted.composition.reciprocity(&fitted.parameters).into_iter();
         let mut contradicted: Vec<usize> =
             pairs.filter(|(_, deviations)| deviations.abs() > CONTRADICTED).map(|(k, _)| k).collect();

@@ -31,6 +31,8 @@ pub(super) struct Fitted {
     pub(super) level: usize,
     /// Residual sums of squares on data left out, one a fold, over segments as long as the fitted ones.
     pub(super) folds: Vec<Fold>,
+    /// Shared parameters fitted without the data of each fold; none where whole records are held out.
+    pub(super) refitted: Vec<Vec<f64>>,
     /// The response along each held-out record, empty where it does not last.
     pub(super) held_out: Vec<Followed>,
     pub(super) gap: Gap,
@@ -154,7 +156,7 @@ pub(super) fn of_first(runs: &[Run], residuals: &[Vec<f64>]) -> (f64, usize) {
 }
 
 /// Steps of a refinement from a good start, and at most.
-const STEPS: usize = 24;
+pub(super) const STEPS: usize = 24;
 pub(super) const FEW_STEPS: usize = 8;
 /// Integration steps that one of several candidates may take: about half a second.
 const EFFORT: usize = 800_000;
@@ -379,7 +381,7 @@ impl Data {
     }
 
     /// The records (or parts of one) that are fitted and those that judge, one pair a fold.
-    fn folds(&self) -> Vec<(Vec<Run>, Vec<Run>)> {
+    pub(super) fn folds(&self) -> Vec<(Vec<Run>, Vec<Run>)> {
         let fit = self.whole();
         if !self.held_out().is_empty() {
             return Vec::new();
@@ -416,7 +418,7 @@ impl Data {
     }
 
     /// Follows records that were not fitted with the parameters as they are: what each has of its own is fitted.
-    fn follow(
+    pub(super) fn follow(
         &self,
         composition: &Composition,
         shared: &[f64],
@@ -497,7 +499,7 @@ impl Data {
         let freedom = refined.samples.saturating_sub(refined.passing()).max(1) as f64;
         let expected = (level, (refined.rss / freedom).sqrt());
         let mut held_out = Vec::new();
-        let mut folds = Vec::new();
+        let (mut folds, mut refitted) = (Vec::new(), Vec::new());
         for s in self.held_out() {
             let runs = [Run { record: 0, ..s.run() }];
             let fit = self.follow(&composition, &refined.point.shared, &runs, expected, care, cancel);
@@ -506,8 +508,13 @@ impl Data {
         }
         for (train, test) in self.folds() {
             let goal = self.goal(level, Self::options(&cancelled, FEW_STEPS, Pace::Thorough));
-            let found = shoot(&composition, &train, (&refined.point.shared, None), level, goal, FEW_STEPS)
+            let again = shoot(&composition, &train, (&refined.point.shared, None), level, goal, FEW_STEPS);
+            let found = again
+                .as_ref()
                 .and_then(|f| self.follow(&composition, &f.refined.point.shared, &test, expected, care, cancel));
+            // Where the rest cannot be fitted the fold is lost, not predicted by a fit that saw it.
+            let lost = || vec![f64::NAN; refined.point.shared.len()];
+            refitted.push(again.map_or_else(lost, |f| f.refined.point.shared));
             folds.push(fold(&found, &test));
         }
         let spread = |series: &[Series]| {
@@ -531,7 +538,17 @@ impl Data {
             horizon: runs.iter().map(|r| r.range.len() as f64 * r.grid.interval()).fold(0.0, f64::max),
         };
         let parameters = composition.named(&refined.point.shared);
-        Fitted { composition, refined: Arc::new(refined), parameters, runs: runs.into(), level, folds, held_out, gap }
+        Fitted {
+            composition,
+            refined: Arc::new(refined),
+            parameters,
+            runs: runs.into(),
+            level,
+            folds,
+            refitted,
+            held_out,
+            gap,
+        }
     }
 
     /// Coefficients of terms to start from: with `L` the response of a linear oscillator of the motion's frequency,

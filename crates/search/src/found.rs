@@ -13,8 +13,10 @@ use serde::{Deserialize, Serialize};
 
 use super::effects::Axis;
 use super::outcome::{
-    Added, Beginnings, Candidate, Choice, Diagnosis, Evidence, Finding, Gap, Remaining, Round, Stage, Standing, Verdict,
+    Added, Beginnings, Candidate, Choice, Diagnosis, Evidence, Finding, Gap, Lead, Remaining, Round, Stage, Standing,
+    Verdict,
 };
+use super::records::RecordScore;
 use super::site::Site;
 use sindyscope_core::simulate::Delays;
 use sindyscope_values::model::Model;
@@ -113,6 +115,8 @@ pub(super) struct FoundRound {
     pub(super) candidates: Vec<FoundCandidate>,
     /// None where no size would have been shown: JSON has no infinity.
     pub(super) hidden_up_to: Vec<(String, Option<f64>)>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) lead: Option<Lead>,
 }
 
 /// An effect held against the gap.
@@ -140,6 +144,10 @@ pub(super) struct FoundCandidate {
 pub(super) struct FoundConclusion {
     pub(super) effects: Vec<Choice>,
     pub(super) verdict: Verdict,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) explained: Option<bool>,
+    #[serde(default)]
+    pub(super) records: Vec<RecordScore>,
     pub(super) sentence: String,
     pub(super) notices: Vec<String>,
     pub(super) remaining: Remaining,
@@ -191,9 +199,11 @@ impl Found {
             .map(|(effects, diagnosis)| FoundConclusion {
                 effects: effects.clone(),
                 verdict: diagnosis.verdict,
+                explained: Some(diagnosis.explained),
                 sentence: diagnosis.sentence.clone(),
                 notices: diagnosis.notices.clone(),
                 remaining: diagnosis.remaining.clone(),
+                records: diagnosis.records.clone(),
                 models: diagnosis.stages.iter().map(|stage| pool.place(stage)).collect(),
                 looks: diagnosis.rounds.len(),
                 elapsed_ms: diagnosis.elapsed_ms,
@@ -279,6 +289,7 @@ impl FoundRound {
                 .iter()
                 .map(|(title, size)| (title.clone(), Some(*size).filter(|size| size.is_finite())))
                 .collect(),
+            lead: round.lead.clone(),
         }
     }
 }

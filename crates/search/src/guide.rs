@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::effects::{Addition, Axis, Direction, FAMILIES, Form, Frame, Setting, unit};
+use super::search::OF_SETS;
 use super::site::Placed;
 use sindyscope_values::term::{Layout, Term};
 
@@ -67,19 +68,24 @@ pub struct EntryForm {
 
 /// The catalogue, in its order.
 pub fn guide() -> Vec<Entry> {
-    let setting = example();
+    let settings = [example(true), example(false)];
     let mut entries: Vec<Entry> = Vec::new();
     let mut shifting: BTreeSet<&'static str> = BTreeSet::new();
     for (family, add) in FAMILIES {
-        let mut forms = Vec::new();
-        add(&setting, &mut forms);
-        for form in &forms {
-            if form.moves_the_zero(false) {
-                shifting.insert(form.effect);
-            }
-            match entries.iter_mut().find(|e| e.effect == form.effect) {
-                Some(entry) => entry.forms.push(placed(form)),
-                None => entries.push(entry(form, family)),
+        for setting in &settings {
+            let known = entries.len();
+            let mut forms = Vec::new();
+            add(setting, &mut forms);
+            for form in forms.iter().filter(|f| !OF_SETS.contains(&f.effect)) {
+                if form.moves_the_zero(false) {
+                    shifting.insert(form.effect);
+                }
+                match entries.iter().position(|e| e.effect == form.effect) {
+                    // Forms are those of the first setting that has the effect.
+                    Some(place) if place >= known => entries[place].forms.push(placed(form)),
+                    Some(_) => {}
+                    None => entries.push(entry(form, family)),
+                }
             }
         }
     }
@@ -95,16 +101,19 @@ pub fn guide() -> Vec<Entry> {
     entries
 }
 
-/// One mass on a moving base that moves about a metre at about a hertz: every effect of the catalogue makes sense there.
-fn example() -> Setting {
-    let mut frames = Frame::all(1, true);
+/// One mass that moves about a metre at about a hertz, on a moving base or under a force: between the two every effect of the
+/// catalogue makes sense.
+fn example(base_excited: bool) -> Setting {
+    let mut frames = Frame::all(1, base_excited);
     frames.iter_mut().for_each(|f| (f.reach, f.speed, f.speed_noise) = (1.0, 6.0, 0.01));
-    let spring = Term::parse("x-u").map(|term| Placed { mass: 0, term });
+    let across = if base_excited { ["x-u", "v-du"] } else { ["x", "v"] };
+    let terms = across.iter().filter_map(|text| Some(Placed { mass: 0, term: Term::parse(text).ok()? }));
     Setting {
-        base_excited: true,
+        base_excited,
+        passive: true,
         input_open: false,
         frames,
-        terms: spring.into_iter().collect(),
+        terms: terms.collect(),
         // A pendulum's displacement is an angle, or of a unit that is not known.
         unit: String::new(),
         inputs: vec![1.0],
@@ -212,7 +221,7 @@ mod tests {
             for parameter in &entry.parameters {
                 let symbol = match parameter.name.as_str() {
                     "gain k" => "k".to_owned(),
-                    "shape" => "s".to_owned(),
+                    "dc/dt" => r"fracdcdt".to_owned(),
                     "F_s/F_c" => "Fs".to_owned(),
                     "dk/dt" => r"fracdkdt".to_owned(),
                     name => letters(name),

@@ -18,14 +18,21 @@ mod experiment;
 mod fit;
 mod found;
 mod guide;
+mod judge;
 mod motion;
 mod outcome;
 mod parameters;
+mod pipeline;
 mod place;
 mod progress;
+mod propose;
 mod ranking;
+mod records;
 mod refit;
+mod reorder;
 mod restore;
+mod rule;
+mod ruling;
 mod screen;
 mod search;
 mod sets;
@@ -44,10 +51,11 @@ pub use evidence::LEVEL;
 pub use found::Found;
 pub use guide::{Entry, EntryForm, EntryParameter, guide};
 pub use outcome::{
-    Added, Beginnings, Blind, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Gap, HeldFit, Map, MissingForce,
-    Parameter, Place, Profile, Remaining, Round, SensorTrace, Stage, Standing, Test, Trace, Verdict,
+    Added, Beginnings, Blind, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Gap, HeldFit, Lead, Map,
+    MissingForce, Parameter, Place, Profile, Remaining, Round, SensorTrace, Stage, Standing, Test, Trace, Verdict,
 };
 pub use progress::Progress;
+pub use records::{RecordScore, StretchScore};
 pub use restore::Restored;
 pub use search::{Ask, Listener, Search};
 pub use site::Site;

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::effects::Axis;
 use super::fit::Fitted;
+use super::records::RecordScore;
 use super::site::Site;
 use sindyscope_core::simulate::Delays;
 use sindyscope_values::model::Model;
@@ -342,6 +343,23 @@ pub struct Place {
     pub profiles: Vec<Profile>,
 }
 
+/// How far a set of effects leads another on data never fitted, in log predictive density.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Lead {
+    /// Blocks that both predicted.
+    pub blocks: usize,
+    /// Blocks that the first predicted better.
+    pub won: usize,
+    /// Sum of the blocks' differences.
+    pub difference: f64,
+    /// Its standard error.
+    pub std_error: f64,
+    /// 2.3 % quantile of the sum over resampled blocks.
+    pub quantile: f64,
+    /// The other set, by the names of its effects; `none` for the model without any.
+    pub against: String,
+}
+
 /// One look: is there a gap beyond the stage, where is it, which effects might it be.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Round {
@@ -363,6 +381,8 @@ pub struct Round {
     pub next_experiment: Option<String>,
     /// Effects by title with the least size, as a share of the spring force, that these data would have shown.
     pub hidden_up_to: Vec<(String, f64)>,
+    /// How far the effect that it led to leads the best set without it; none where no step was taken.
+    pub lead: Option<Lead>,
 }
 
 /// What one look came to.
@@ -393,6 +413,8 @@ pub struct Blind {
 pub struct Diagnosis {
     /// What it came to.
     pub verdict: Verdict,
+    /// True if what is left is noise, or too little to matter.
+    pub explained: bool,
     /// The verdict in one sentence.
     pub sentence: String,
     /// Estimated standard deviation of the measurement noise, without a model.
@@ -405,6 +427,8 @@ pub struct Diagnosis {
     pub rounds: Vec<Round>,
     /// The base, then the stage after each effect that was added.
     pub stages: Vec<Arc<Stage>>,
+    /// What the last model leaves on each record, fitted ones first.
+    pub records: Vec<RecordScore>,
     /// Whether what remains is significant, and what these data could still hide.
     pub remaining: Remaining,
     /// Time that it took, ms.

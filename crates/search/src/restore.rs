@@ -74,6 +74,7 @@ impl Search {
             let stages = kept.models.iter().map(|k| models.get(*k).map(|m| Arc::clone(&m.stage)));
             let diagnosis = Diagnosis {
                 verdict: kept.verdict,
+                explained: kept.explained.unwrap_or(!kept.remaining.significant),
                 sentence: kept.sentence.clone(),
                 noise_floor: self.noise_floor(),
                 notices: kept.notices.clone(),
@@ -81,6 +82,7 @@ impl Search {
                 rounds: rounds.collect::<Option<_>>()?,
                 stages: stages.collect::<Option<_>>()?,
                 remaining: kept.remaining.clone(),
+                records: kept.records.clone(),
                 elapsed_ms: kept.elapsed_ms,
             };
             restored.conclusions.insert(effects.clone(), Arc::new(diagnosis));
@@ -134,6 +136,7 @@ impl Search {
                 .iter()
                 .map(|(t, size)| (t.clone(), size.unwrap_or(f64::INFINITY)))
                 .collect(),
+            lead: kept.lead.clone(),
         })
     }
 
@@ -213,6 +216,7 @@ impl Search {
             runs: runs.into(),
             level: WHOLE,
             folds: Vec::new(),
+            refitted: Vec::new(),
             held_out,
             gap: kept.gap,
         };

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::effects::Form;
 use super::fit::Fitted;
-use super::outcome::{Choice, Evidence, Finding, Remaining, Round, Stage, Verdict};
+use super::outcome::{Choice, Evidence, Finding, Lead, Remaining, Round, Stage, Verdict};
 use sindyscope_values::format::number::significant;
 use sindyscope_values::format::units::format_si;
 
@@ -66,6 +66,21 @@ pub(super) fn why(form: &Form, before: &Fitted, after: &Fitted, refused: Option<
             significant(b / a, 2)
         ),
     }
+}
+
+/// How far a set leads the nearest one without an effect, in a sentence behind others.
+pub(super) fn led(lead: &Lead) -> String {
+    let against = match lead.against.as_str() {
+        "none" => "the model without it".to_owned(),
+        names => names.replace('_', " "),
+    };
+    format!(
+        " Of {} blocks that were never fitted {} are predicted better than by {against}; log density +{} ± {}.",
+        lead.blocks,
+        lead.won,
+        significant(lead.difference, 2),
+        significant(lead.std_error, 2)
+    )
 }
 
 /// Why an effect is named that does nothing alone.

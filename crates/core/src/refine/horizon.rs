@@ -318,7 +318,7 @@ pub fn climb(structure: &dyn Structure, whole: &[Run], first: Landed, goal: Goal
 /// start; where whole records cannot be followed it is the fit at the longest segments that can.
 ///
 /// None if the model can be simulated nowhere, or the fit was cancelled.
-pub(crate) fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<'_>) -> Option<Landed> {
+pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<'_>) -> Option<Landed> {
     let top = levels(whole, goal.period);
     let options = FitOptions { driven: false, ..goal.options };
     let direct = refine(structure, whole, start, options).map(|refined| Landed {

@@ -29,8 +29,8 @@ use sindyscope_values::model::Model;
 
 pub(crate) use arrow::scaled_inverse;
 pub use fitter::{misfit, refine, respond};
-pub use horizon::{Before, Goal, Horizon, Landed, climb, cut, levels, look, sampled, shoot};
-pub(crate) use horizon::{holds, horizon, land};
+pub use horizon::{Before, Goal, Horizon, Landed, climb, cut, land, levels, look, sampled, shoot};
+pub(crate) use horizon::{holds, horizon};
 pub use statistics::{autoregression, inflation, lagged_products};
 
 /// What one set of parameters makes.

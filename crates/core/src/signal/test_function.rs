@@ -59,7 +59,7 @@ impl TestFunction {
     }
 
     /// The weights that average the derivative of a series, by its order (0, 1 or 2).
-    pub(crate) fn kernels(&self) -> &[Vec<f64>; 3] {
+    pub fn kernels(&self) -> &[Vec<f64>; 3] {
         &self.kernels
     }
 

@@ -368,10 +368,13 @@ fn the_walk_is_told_in_every_document() {
         finding: Finding::Ambiguous(vec![1]),
         company: None,
         next_experiment: Some("Run it slowly.".into()),
+        lead: None,
         hidden_up_to: Vec::new(),
     };
     let mut diagnosis = Diagnosis {
         verdict: Verdict::Ambiguous,
+        explained: true,
+        records: Vec::new(),
         sentence: "One or the other.".into(),
         noise_floor: 1e-3,
         notices: vec!["thinned".into()],

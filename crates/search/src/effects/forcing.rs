@@ -84,6 +84,11 @@ fn inputs(setting: &Setting, (index, largest): (usize, f64), forms: &mut Vec<For
             );
         }
     }
+    if !base_moves {
+        for frame in setting.each_mass() {
+            nonlinear_input(setting, &Frame { form: with_words(&frame.form, &which), ..frame }, index, forms);
+        }
+    }
     if base_moves {
         for frame in &drives {
             setting.offer(
@@ -133,6 +138,39 @@ fn inputs(setting: &Setting, (index, largest): (usize, f64), forms: &mut Vec<For
         axis: Axis::Input(index),
         build: shared(move |inner| Addition { input_limit: Some((index, inner[0])), ..Addition::default() }),
     });
+}
+
+/// A force that grows with the input in another way than in proportion.
+fn nonlinear_input(setting: &Setting, frame: &Frame, index: usize, forms: &mut Vec<Form>) {
+    let input = || Expression::from(Symbol::Input(index));
+    setting.offer(
+        frame,
+        OneTerm {
+            effect: "state_dependent_input",
+            title: "State-dependent input",
+            explanation: "The input acts the more strongly the further the mass is displaced, as a magnet does.",
+            separates: "the same input about two rest positions",
+            formula: r"g\,r\,u",
+            force: frame.r() * input(),
+            coefficient: coefficient("g", -1, 0, Direction::Any),
+            axis: Axis::Displacement,
+        },
+        forms,
+    );
+    setting.offer(
+        frame,
+        OneTerm {
+            effect: "input_squared",
+            title: "Squared input",
+            explanation: "A force with the square of the input, as of a voltage between two plates or of a current in a coil.",
+            separates: "two levels of the input, or one with a steady part",
+            formula: r"g_2\,u^2",
+            force: input().power(2.0),
+            coefficient: coefficient("g_2", 0, 0, Direction::Any),
+            axis: Axis::Input(index),
+        },
+        forms,
+    );
 }
 
 /// How far a tone of a frequency, Hz, has turned.

@@ -1,4 +1,7 @@
-use super::{Addition, Axis, Direction, Form, Inner, OneTerm, Setting, coefficient, logarithmic, shared};
+use super::super::site::Site;
+use super::{
+    Addition, Axis, Direction, Form, Frame, Inner, OneTerm, Setting, coefficient, even, logarithmic, shared, with_words,
+};
 use sindyscope_values::term::Term;
 
 /// Dry friction in its kinds.
@@ -82,5 +85,49 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             },
             forms,
         );
+        if matches!(frame.site, Site::Ground(_)) {
+            belt(frame, forms);
+        }
     }
+}
+
+/// Friction against a surface that moves, as a belt does: of one size, or falling with the speed across the contact.
+fn belt(frame: &Frame, forms: &mut Vec<Form>) {
+    let speed = frame.speed;
+    let slip = |frame: &Frame, surface: f64| frame.w() - surface;
+    let form = |words: &str, coefficients: Vec<_>, inner: Vec<Inner>, contains: &'static [&'static str], build| Form {
+        effect: "belt_friction",
+        title: "Friction against a moving surface",
+        explanation: "Dry friction against a surface that moves at a steady speed, as a belt or a bow does: it carries the mass along.",
+        separates: "the surface at two speeds, or at rest",
+        formula: r"-\left(F_c+(F_s-F_c)\,e^{-|w-v_0|/v_s}\right)\operatorname{sgn}(w-v_0)",
+        form: with_words(&frame.form, words),
+        site: Some(frame.site),
+        coefficients,
+        inner,
+        contains,
+        axis: Axis::Velocity,
+        build,
+    };
+    let mut speeds = even(-0.95 * speed, 0.95 * speed, 20);
+    speeds.extend(frame.usual_speed.iter().flat_map(|usual| [0.96 * usual, *usual, 1.04 * usual]));
+    let surface = || Inner::new("v_0", (1, -1), speeds.clone(), (-1.5 * speed, 1.5 * speed));
+    let sliding = || coefficient("F_c", 1, -2, Direction::Against);
+    let there = frame.clone();
+    let steady = shared(move |inner: &[f64]| Addition {
+        terms: vec![Term::new(slip(&there, inner[0]).sgn())],
+        ..Addition::default()
+    });
+    forms.push(form("", vec![sliding()], vec![surface()], &["coulomb_friction", "constant_force"], steady));
+    let there = frame.clone();
+    let falling = shared(move |inner: &[f64]| {
+        let across = || slip(&there, inner[0]);
+        let falling = (across().abs() * -inner[1].recip()).exp();
+        let terms = vec![Term::new(across().sgn()), Term::new(across().sgn() * falling)];
+        Addition { terms, ..Addition::default() }
+    });
+    let scale = Inner::new("v_s", (1, -1), logarithmic(0.08 * speed, 0.6 * speed, 3), (0.01 * speed, 2.0 * speed));
+    let coefficients = vec![sliding(), coefficient("F_s - F_c", 1, -2, Direction::Against)];
+    let contains = &["coulomb_friction", "constant_force", "stribeck_friction"];
+    forms.push(form("falling with the speed", coefficients, vec![surface(), scale], contains, falling));
 }

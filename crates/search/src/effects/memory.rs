@@ -22,7 +22,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
 
 fn hysteresis(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
     let reach = frame.reach;
-    // A yield displacement that is crossed within a sample cannot be told from dry friction.
+    // A loop that is closed within a sample cannot be told from dry friction.
     let least = (0.04 * reach).max(frame.speed * setting.interval).min(0.5 * reach);
     for (form, power) in [("", 1), ("rounder", 2)] {
         let frame = frame.clone();
@@ -31,18 +31,19 @@ fn hysteresis(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
             title: "Bouc–Wen hysteresis",
             explanation: "A spring in series with a slider: stiff at each reversal, then yielding, so that the force runs in loops.",
             separates: "slow loops at three amplitudes, with reversals in between",
-            formula: r"-k_h\,z,\quad\dot z=w-\frac{s\,|w|\,z\,|z|^{n-1}+(1-s)\,w\,|z|^n}{x_y^n},\quad n=1\text{ or, rounder, }2",
+            formula: r"-k_h\,z,\quad\dot z=w-\frac{|w|\,z\,|z|^{n-1}+(\gamma/\beta)\,w\,|z|^n}{x_b^n},\quad x_b=\beta^{-1/n},\quad n=1\text{ or, rounder, }2",
             form: with_words(&frame.form, form),
             site: Some(frame.site),
             coefficients: vec![coefficient("k_h", 0, -2, Direction::Against)],
             inner: vec![
-                Inner::new("x_y", (1, 0), logarithmic(least, 1.5 * reach, 9), (0.5 * least, 4.0 * reach)),
-                Inner::new("shape", (0, 0), vec![0.5, 0.9], (0.1, 1.5)),
+                Inner::new("x_b", (1, 0), logarithmic(least, 3.0 * reach, 9), (0.3 * least, 10.0 * reach)),
+                // Minus one is a force that does not yield, below it grows with the displacement before it turns.
+                Inner::new("gamma/beta", (0, 0), vec![-1.3, -0.6, 0.1, 1.0], (-4.0, 10.0)),
             ],
             contains: &["coulomb_friction"],
             axis: Axis::Displacement,
             build: shared(move |inner| {
-                let (yields, shape) = (inner[0].powi(power), inner[1]);
+                let (length, ratio) = (inner[0].powi(power), inner[1]);
                 let (loops, slims) = if power == 1 {
                     (frame.w().abs() * z(0), frame.w() * z(0).abs())
                 } else {
@@ -52,8 +53,8 @@ fn hysteresis(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
                     terms: vec![Term::new(z(0))],
                     internals: vec![Equation::known([
                         (Term::new(frame.w()), 1.0),
-                        (Term::new(loops), -shape / yields),
-                        (Term::new(slims), -(1.0 - shape) / yields),
+                        (Term::new(loops), -length.recip()),
+                        (Term::new(slims), -ratio / length),
                     ])],
                     ..Addition::default()
                 }

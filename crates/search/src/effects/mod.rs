@@ -25,6 +25,8 @@ use sindyscope_values::term::{Expression, Symbol, Term};
 pub(crate) struct Setting {
     /// The first input moves the base (a displacement), and the spring acts on `x − u`.
     pub(crate) base_excited: bool,
+    /// The base model's dampers cannot push.
+    pub(crate) passive: bool,
     /// The input may be a motion of the base or a force.
     pub(crate) input_open: bool,
     /// Largest magnitude of each input; nothing of one that does not drive the motion.
@@ -445,6 +447,8 @@ pub(crate) struct Frame {
     pub(crate) speed: f64,
     /// Standard deviation of the noise of that velocity along the estimated motion.
     pub(crate) speed_noise: f64,
+    /// The velocity other than zero that is seen most often: that of a surface which carries the mass along.
+    pub(crate) usual_speed: Option<f64>,
 }
 
 impl Frame {
@@ -471,6 +475,7 @@ impl Frame {
             reach: 0.0,
             speed: 0.0,
             speed_noise: 0.0,
+            usual_speed: None,
         };
         Site::all(masses, base_moves).into_iter().map(frame).collect()
     }

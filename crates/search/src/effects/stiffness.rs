@@ -8,8 +8,53 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
     for frame in setting.frames() {
         powers(setting, frame, forms);
         contacts(frame, forms);
+        power_law(frame, forms);
     }
     pendulum(setting, forms);
+}
+
+/// A spring of any power on both sides, and beyond a contact point on one: Hertz's contact has the power 3/2.
+fn power_law(frame: &Frame, forms: &mut Vec<Form>) {
+    let reach = frame.reach.max(f64::MIN_POSITIVE);
+    let form = |words: &str, inner: Vec<Inner>, contains: &'static [&'static str], build| Form {
+        effect: "power_law_stiffness",
+        title: "Power-law stiffness",
+        explanation: "A spring whose force goes with a power of the displacement that is no whole number, as of two rounded bodies pressed together.",
+        separates: "amplitudes that differ ten times or more",
+        formula: r"-k_p\,|r|^p\operatorname{sgn} r\quad\text{or}\quad -k_p\max(r-d,0)^p",
+        form: with_words(&frame.form, words),
+        site: Some(frame.site),
+        coefficients: vec![coefficient("k_p", 1, -2, Direction::Against)],
+        inner,
+        contains,
+        axis: Axis::Displacement,
+        build,
+    };
+    let exponent = |grid: Vec<f64>| Inner::new("p", (0, 0), grid, (0.15, 7.0));
+    let there = frame.clone();
+    // Counted in the largest displacement, so that the coefficient's size does not hang on the exponent.
+    let both = shared(move |inner: &[f64]| {
+        let relative = (there.r() * reach.recip()).abs().power(inner[0]);
+        Addition { terms: vec![Term::new(relative * there.r().sgn())], ..Addition::default() }
+    });
+    forms.push(form(
+        "",
+        vec![exponent(even(0.5, 5.5, 11))],
+        &["linear_stiffness", "cubic_stiffness", "quintic_stiffness"],
+        both,
+    ));
+    for (words, side) in [("above", 1.0), ("below", -1.0)] {
+        let there = frame.clone();
+        let contact = shared(move |inner: &[f64]| {
+            let pressed = ((there.r() * side - inner[0]) * reach.recip()).max(0.0).power(inner[1]);
+            Addition { terms: vec![Term::new(pressed * side)], ..Addition::default() }
+        });
+        let inner = vec![
+            Inner::new("d", (1, 0), even(-0.6 * reach, 0.8 * reach, 8), (-0.98 * reach, 0.95 * reach)),
+            exponent(vec![1.5, 2.5]),
+        ];
+        forms.push(form(words, inner, &["one_sided_stop", "bilinear_stiffness"], contact));
+    }
 }
 
 fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {

@@ -1,0 +1,242 @@
+//! The one comparison that decides what is named.
+//!
+//! Each set of effects predicts blocks of data that its fit did not see, each from a state estimated over the period before.
+//! A block's error is scored by Student's log density (no block may own the sum) with a scale that the set learnt on its own
+//! fitted blocks: a model that is wrong knows it by its scale. Of two sets the differences of the blocks are paired; one beats
+//! the other where their sum is more than [`LEAD`] and stays positive over resampled blocks.
+//!
+//! Sources: A. Vehtari, A. Gelman, J. Gabry, Statistics and Computing 27 (2017) 1413; P.-C. Bürkner, J. Gabry, A. Vehtari, J. Stat.
+//! Comput. Simul. 90 (2020) 2499 (leaving out the future).
+
+use std::sync::Arc;
+
+use rand::{RngExt as _, SeedableRng as _};
+use rand_pcg::Pcg64;
+
+use super::data::Data;
+use super::effects::Form;
+use super::fit::{FEW_STEPS, Fitted, Pace};
+use super::outcome::Lead;
+use super::rule::{BLOCK, LEAD, QUANTILE, RESAMPLED, STUDENT};
+use super::structure::Composition;
+use sindyscope_core::refine::{FitOptions, Point, Run, refine, respond};
+use sindyscope_core::signal::dot;
+use sindyscope_core::study::Cancel;
+
+/// Rounds of the scale's fixed point; it gains a digit in five.
+const SCALE_ROUNDS: usize = 40;
+/// An error that is not finite counts as so many times the motion.
+const LOST: f64 = 1e3;
+
+/// A set of effects, fitted to its end and held against blocks that it did not see.
+#[derive(Clone, Debug)]
+pub(super) struct Hypothesis {
+    /// The forms beside the present model, by index; none of the present model itself.
+    pub(super) forms: Vec<usize>,
+    pub(super) fitted: Arc<Fitted>,
+    /// Log density of each block never fitted, the same blocks for all.
+    pub(super) blocks: Vec<f64>,
+    /// Why the fitted data do not bear one of its parts, in words.
+    pub(super) unborne: Option<String>,
+}
+
+impl Hypothesis {
+    pub(super) fn sum(&self) -> f64 {
+        self.blocks.iter().sum()
+    }
+}
+
+/// What the comparison came to.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Ruling {
+    /// The set that stands, by index; none where nothing beats the present model.
+    pub(super) winner: Option<usize>,
+    /// Sets no larger that it does not beat.
+    pub(super) rivals: Vec<usize>,
+}
+
+/// The comparison of two sets on the same blocks.
+pub(super) fn lead(first: &[f64], second: &[f64], against: &str) -> Lead {
+    let differences: Vec<f64> = first.iter().zip(second).map(|(a, b)| a - b).collect();
+    let n = differences.len();
+    let sum: f64 = differences.iter().sum();
+    let mean = sum / n.max(1) as f64;
+    let variance = differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (n.max(2) - 1) as f64;
+    let mut draws = Pcg64::seed_from_u64(0);
+    let mut sums: Vec<f64> =
+        (0..RESAMPLED).map(|_| (0..n).map(|_| differences[draws.random_range(0..n)]).sum()).collect();
+    sums.sort_by(f64::total_cmp);
+    Lead {
+        blocks: n,
+        won: differences.iter().filter(|d| **d > 0.0).count(),
+        difference: sum,
+        std_error: (n as f64 * variance).sqrt(),
+        quantile: sums.get((QUANTILE * RESAMPLED as f64) as usize).copied().unwrap_or(0.0),
+        against: against.to_owned(),
+    }
+}
+
+/// True if one set beats another; `least` is the sum that it must lead by.
+pub(super) fn beats(first: &Hypothesis, second: &Hypothesis, least: f64) -> bool {
+    let lead = lead(&first.blocks, &second.blocks, "");
+    lead.difference > least && lead.quantile > 0.0
+}
+
+/// True if every effect of one set is in another, as it is or in a richer kind, and the other has more.
+pub(super) fn contains(larger: &[usize], smaller: &[usize], forms: &[Form]) -> bool {
+    let mut left: Vec<usize> = larger.to_vec();
+    let mut richer = larger.len() > smaller.len();
+    for s in smaller {
+        let same = left.iter().position(|l| l == s);
+        let kind = || left.iter().position(|l| forms[*l].includes(&forms[*s]));
+        match same.or_else(kind) {
+            Some(place) => {
+                richer |= left[place] != *s;
+                left.remove(place);
+            }
+            None => return false,
+        }
+    }
+    richer
+}
+
+/// Number of parts of a set: an effect that contains a simpler one counts for two.
+pub(super) fn parts(set: &[usize], forms: &[Form]) -> usize {
+    set.iter().map(|k| 1 + usize::from(!forms[*k].contains.is_empty())).sum()
+}
+
+/// Decides between sets; one of them is the empty one. `least` is the sum that a set must lead by.
+pub(super) fn judge(sets: &[Hypothesis], forms: &[Form], least: f64) -> Ruling {
+    let stands = |k: usize| {
+        let set = &sets[k];
+        !set.forms.is_empty()
+            && set.unborne.is_none()
+            && sets.iter().all(|other| !contains(&set.forms, &other.forms, forms) || beats(set, other, least))
+    };
+    let standing: Vec<usize> = (0..sets.len()).filter(|k| stands(*k)).collect();
+    let best = |list: &[usize]| list.iter().copied().max_by(|a, b| sets[*a].sum().total_cmp(&sets[*b].sum()));
+    let Some(first) = best(&standing) else { return Ruling::default() };
+    let size = parts(&sets[first].forms, forms);
+    let rivals = (0..sets.len()).filter(|k| {
+        let rival = &sets[*k];
+        *k != first
+            && rival.unborne.is_none()
+            && !rival.forms.is_empty()
+            && parts(&rival.forms, forms) <= size
+            && !contains(&rival.forms, &sets[first].forms, forms)
+            && !contains(&sets[first].forms, &rival.forms, forms)
+            && !beats(&sets[first], rival, least)
+    });
+    let mut near: Vec<usize> = rivals.collect();
+    // Of those that cannot be told apart the smallest that stands is shown.
+    let mut all: Vec<usize> = near.iter().copied().filter(|k| standing.contains(k)).chain([first]).collect();
+    all.sort_by(|a, b| {
+        let size = |k: usize| sets[k].forms.len();
+        size(*a).cmp(&size(*b)).then_with(|| sets[*b].sum().total_cmp(&sets[*a].sum()))
+    });
+    let winner = all[0];
+    near.push(first);
+    near.retain(|k| *k != winner);
+    near.sort_by(|a, b| sets[*b].sum().total_cmp(&sets[*a].sum()));
+    near.dedup();
+    Ruling { winner: Some(winner), rivals: near }
+}
+
+impl Data {
+    /// Log densities of the blocks that a fit did not see.
+    pub(super) fn densities(&self, fitted: &Fitted, cancel: &Cancel) -> Vec<f64> {
+        let composition = &fitted.composition;
+        let shared = &fitted.refined.point.shared;
+        let of = |shared: &[f64], records: &[Run]| -> Vec<Vec<f64>> {
+            records.iter().flat_map(|run| self.predicted(composition, shared, run, cancel)).collect()
+        };
+        let own = of(shared, &self.whole()).concat();
+        let scale = self.scale(&own, fitted.refined.unknowns() - fitted.refined.passing());
+        let unseen: Vec<Vec<f64>> = if self.held_out().is_empty() {
+            let folds = self.folds().into_iter().zip(&fitted.refitted);
+            folds.flat_map(|((_, test), shared)| of(shared, &test)).collect()
+        } else {
+            let records: Vec<Run> = self.held_out().iter().map(|s| Run { record: 0, ..s.run() }).collect();
+            of(shared, &records)
+        };
+        unseen.iter().map(|errors| density(errors, scale)).collect()
+    }
+
+    /// Errors of each block of a record that parameters predict, weighted; a block's state is estimated over the period
+    /// before it.
+    fn predicted(&self, composition: &Composition, shared: &[f64], record: &Run, cancel: &Cancel) -> Vec<Vec<f64>> {
+        let n = record.range.len();
+        let period = ((self.period / record.grid.interval()) as usize).clamp(4, (n / 3).max(4));
+        let first = record.range.start + if record.range.start >= period { 0 } else { period };
+        let length = (BLOCK * period).min(record.range.end - first).max(1);
+        let count = ((record.range.end - first) as f64 / length as f64).round().max(1.0) as usize;
+        let borders: Vec<usize> = (0..=count).map(|k| (first + k * length).min(record.range.end)).collect();
+        let spans: Vec<(usize, usize)> = borders.windows(2).map(|b| (b[0], b[1])).filter(|(a, b)| b > a).collect();
+        let cancelled = || cancel.is_cancelled();
+        let frozen = FitOptions { frozen: true, driven: true, ..Self::options(&cancelled, FEW_STEPS, Pace::Thorough) };
+        let part = |range: std::ops::Range<usize>| Run { record: 0, ..record.part(range) };
+        let attempt = |spans: &[(usize, usize)]| -> Option<Vec<Vec<f64>>> {
+            let before: Vec<Run> = spans.iter().map(|(a, _)| part(a - period..*a)).collect();
+            let start = Point::new(composition, &before, shared.to_vec(), true);
+            let found = refine(composition, &before, &start, frozen)?;
+            let whole: Vec<Run> = spans.iter().map(|(a, b)| part(a - period..*b)).collect();
+            let simulated = respond(composition, &whole, &found.point, frozen)?;
+            Some(
+                whole
+                    .iter()
+                    .zip(simulated)
+                    .map(|(run, shown)| {
+                        let rows = run.range.len();
+                        let errors: Vec<f64> = run.target().zip(&shown).map(|(y, s)| y - s).collect();
+                        errors.chunks(rows).flat_map(|sensor| sensor[period..].iter().copied()).collect()
+                    })
+                    .collect(),
+            )
+        };
+        // Where one block runs away, the others are predicted without it.
+        attempt(&spans).unwrap_or_else(|| {
+            let lost = LOST * self.loudest();
+            let each = spans.iter().map(|span| {
+                let rows = (span.1 - span.0) * record.measured.len();
+                attempt(&[*span]).and_then(|mut only| only.pop()).unwrap_or_else(|| vec![lost; rows])
+            });
+            each.collect()
+        })
+    }
+
+    /// The scale of Student's law that errors are most likely under; `taken` values were fitted to them.
+    fn scale(&self, errors: &[f64], taken: usize) -> f64 {
+        let n = errors.len().max(1) as f64;
+        let mut square = dot(errors, errors) / n;
+        for _ in 0..SCALE_ROUNDS {
+            square = errors.iter().map(|e| (STUDENT + 1.0) * e * e / (STUDENT + e * e / square)).sum::<f64>() / n;
+        }
+        let floor = 1e-6 * self.loudest();
+        (square * n / (n - taken as f64).max(1.0)).sqrt().max(floor).max(f64::MIN_POSITIVE)
+    }
+}
+
+/// Log density of a block's errors under Student's law of a scale, without its constant.
+fn density(errors: &[f64], scale: f64) -> f64 {
+    let half = 0.5 * (STUDENT + 1.0);
+    errors.iter().map(|e| -half * (e / scale).powi(2).min(1e12).mul_add(STUDENT.recip(), 1.0).ln() - scale.ln()).sum()
+}
+
+/// True if a larger lead than usual is asked for.
+pub(super) fn least_lead(single_tone: bool) -> f64 {
+    // Harmonics alone speak on one steady tone, and they follow every form a little.
+    if single_tone { 20.0 * LEAD } else { LEAD }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_block_does_not_make_a_lead() {
+        let [calm, one] = [vec![0.0; 6], vec![60.0, -1.0, -1.0, -1.0, -1.0, -1.0]];
+        let lead = lead(&one, &calm, "");
+        assert_eq!((lead.blocks, lead.won), (6, 1));
+        assert!(lead.difference > LEAD && lead.quantile < 0.0);
+    }
+}

@@ -1,0 +1,685 @@
+//! Which sets of effects are worth a fit.
+//!
+//! A model is linear in its coefficients once its inner quantities (a gap, a speed, a delay, a hidden state's rate) are fixed. So
+//! one regression in the weak form takes the base model and every effect at every point of its inner grid together, and each
+//! set of effects is scored by how well it predicts blocks of data that are left out in turn. The base model's signs are free.
+//! It cannot name an effect: it orders the sets that are then fitted. What it costs when it errs is time, or a set not tried.
+//!
+//! Source: D. Messenger, D. Bortz, Multiscale Model. Simul. 19 (2021) 1474–1497 (weak form).
+
+mod gram;
+mod path;
+mod rows;
+
+use std::collections::HashMap;
+
+use super::columns::{Inputs, forces};
+use super::data::{Data, Series};
+use super::effects::{Direction, Form};
+use super::parameters::{InnerValues, Parameters};
+use super::rule::{BEAM, CRUMB, KEPT_POINTS, PUSHING, QUOTAS, ZOOMED, ZOOMS};
+use super::site::Placed;
+use super::structure::{Composed, Composition};
+use gram::{Gram, MOST};
+use path::MeasuredPath;
+pub(super) use path::usual_speed;
+use rows::Rows;
+use sindyscope_core::parallel::prelude::*;
+use sindyscope_core::refine::Structure as _;
+use sindyscope_core::signal::dot;
+use sindyscope_core::study::Cancel;
+use sindyscope_values::term::{Expression, Symbol};
+
+/// A set of effects with the values that its fit starts from.
+#[derive(Clone, Debug)]
+pub(super) struct Proposal {
+    /// Indices of the forms.
+    pub(super) forms: Vec<usize>,
+    /// The model with them.
+    pub(super) composition: Composition,
+    /// Its parameters by the regression.
+    pub(super) shared: Vec<f64>,
+    /// Log density of the blocks left out in turn, less that of the present model.
+    pub(super) gain: f64,
+}
+
+/// An effect at one point of its inner grid.
+#[derive(Clone, Debug)]
+struct GridPoint {
+    form: usize,
+    inner: Vec<f64>,
+    /// Distance of the next point in each direction, of the logarithm where the grid is logarithmic.
+    step: Vec<Step>,
+    /// Its columns in the pool.
+    columns: std::ops::Range<usize>,
+    /// Columns of the present model that its own take the place of.
+    replaces: Vec<usize>,
+    /// It acts through the terms of the input, so that its columns are theirs, changed.
+    rewrites: bool,
+    /// It has a state of its own.
+    remembers: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Step {
+    Even(f64),
+    Ratio(f64),
+}
+
+/// The data and the present model as a regression.
+struct Regression<'a> {
+    data: &'a Data,
+    forms: &'a [Form],
+    present: &'a Composition,
+    inner: &'a InnerValues,
+    paths: Vec<MeasuredPath>,
+    rows: Rows,
+    /// The target, then the present model's own.
+    base: Vec<Vec<f64>>,
+    /// Of the present model's columns those that are no coefficients: constants of a free zero.
+    constants: usize,
+    /// Columns of the present model's dampers.
+    dampers: Vec<usize>,
+    /// Length of each column in the pool before it was scaled to one.
+    scales: Vec<f64>,
+    pool: Vec<Vec<f64>>,
+}
+
+/// Best scores found: for each set of forms, sorted, the score and the grid points.
+type Found = HashMap<Vec<usize>, (f64, Vec<usize>)>;
+
+impl Data {
+    /// Sets of the forms beside a present model, best first; the set of none is not among them.
+    pub(super) fn propose(
+        &self,
+        present: &Composition,
+        inner: &InnerValues,
+        forms: &[Form],
+        cancel: &Cancel,
+    ) -> Vec<Proposal> {
+        let mut regression = Regression::new(self, present, inner, forms);
+        if regression.rows.len() < 4 * (regression.base.len() + 2) {
+            return Vec::new();
+        }
+        let mut points = regression.points(cancel);
+        let found = regression.search(&mut points, cancel);
+        if cancel.is_cancelled() {
+            return Vec::new();
+        }
+        let sets = ranked(&found, forms);
+        let none = found.get(&Vec::new()).map_or(0.0, |f| f.0);
+        let proposal = |(score, set): (f64, Vec<usize>)| {
+            Some(Proposal { gain: score - none, ..regression.proposal(&set, &points)? })
+        };
+        sets.into_iter().filter_map(proposal).collect()
+    }
+
+    /// The start of exactly these forms together beside a present model; none where the data cannot tell their columns apart.
+    pub(super) fn propose_exactly(
+        &self,
+        present: &Composition,
+        inner: &InnerValues,
+        forms: &[Form],
+        cancel: &Cancel,
+    ) -> Option<Proposal> {
+        let mut regression = Regression::new(self, present, inner, forms);
+        let mut points = regression.points(cancel);
+        let mut found = Found::new();
+        let all: Vec<usize> = (0..forms.len()).filter(|k| !forms[*k].is_outside()).collect();
+        let mut chosen: Vec<usize> = Vec::new();
+        for form in &all {
+            let best = (0..points.len()).filter(|p| points[*p].form == *form).max_by(|a, b| {
+                let score = |p: usize| regression.gain(&[&chosen[..], &[p]].concat(), &points);
+                score(*a).total_cmp(&score(*b))
+            })?;
+            chosen.push(best);
+        }
+        let gram = regression.gram();
+        regression.note(&gram, &points, vec![chosen], &mut found);
+        for _ in 0..ZOOMS {
+            regression.zoom(&mut points, &mut found, 1, cancel);
+        }
+        let set = found.into_values().next().map(|(_, set)| set)?;
+        let mut start = regression.proposal(&set, &points)?;
+        // What has no force of its own begins in the middle of its range.
+        for (k, form) in forms.iter().enumerate().filter(|(_, form)| form.is_outside()) {
+            let Parameters { coefficients, inner } = start.composition.named(&start.shared);
+            let mut composition = start.composition.with(form);
+            let inner = composition.inner_after(&start.composition, &inner, &[]);
+            let paths: Vec<_> = self.fit().iter().map(Series::path).collect();
+            composition.scales = self.scales(&composition, &inner, &paths);
+            start.forms.push(k);
+            start = Proposal { composition, shared: Parameters { coefficients, inner }.row(), ..start };
+        }
+        Some(start)
+    }
+}
+
+impl<'a> Regression<'a> {
+    fn new(data: &'a Data, present: &'a Composition, inner: &'a InnerValues, forms: &'a [Form]) -> Self {
+        let paths: Vec<MeasuredPath> = data.fit().iter().map(|s| MeasuredPath::new(data, s)).collect();
+        let rows = Rows::new(data, &paths);
+        let mut new = Self {
+            data,
+            forms,
+            present,
+            inner,
+            paths,
+            rows,
+            base: Vec::new(),
+            constants: 0,
+            dampers: Vec::new(),
+            scales: Vec::new(),
+            pool: Vec::new(),
+        };
+        new.whiten();
+        new.base = new.base_columns();
+        let first = 1 + new.constants;
+        new.dampers = present.dampers(inner).into_iter().map(|(k, _)| first + k).collect();
+        new.reset();
+        new
+    }
+
+    /// Whitens against the noise that passes the base model as a plain regression has it.
+    fn whiten(&mut self) {
+        let columns = self.base_columns();
+        let gram = Gram::new(&columns, &[0..self.rows.len()]);
+        let all: Vec<usize> = (1..columns.len()).collect();
+        let solution = gram.solve(&all).map(|s| s.coefficients).unwrap_or_default();
+        let composed = self.present.compose(self.inner);
+        let masses = self.data.masses();
+        let mut slopes = vec![(0.0, 0.0); masses];
+        for (placed, value) in composed.terms.iter().zip(solution.iter().skip(self.constants)) {
+            let slope = |symbol| match sindyscope_values::term::derivative(placed.term.expression(), symbol) {
+                Expression::Number(n) => n * value,
+                _ => 0.0,
+            };
+            slopes[placed.mass].0 -= slope(Symbol::State(placed.mass));
+            slopes[placed.mass].1 -= slope(Symbol::Rate(placed.mass));
+        }
+        let floor = 1e-6 * self.data.loudest();
+        let deviations: Vec<f64> = self.data.weights.iter().map(|w| self.data.noise.max(floor) / w).collect();
+        let derivatives: Vec<usize> = self.data.outputs.iter().map(|o| o.derivatives()).collect();
+        self.rows.whiten(&slopes, &deviations, &derivatives);
+    }
+
+    /// The target and the present model's columns.
+    fn base_columns(&mut self) -> Vec<Vec<f64>> {
+        let data = self.data;
+        let target = self.rows.column(|mass, record| {
+            let order = 2 - data.outputs[mass].derivatives();
+            Some((&*data.fit()[record].measured[mass], order))
+        });
+        let mut columns = vec![target];
+        if self.present.offset() || self.present.datum {
+            columns.extend(self.zeros());
+        }
+        self.constants = columns.len() - 1;
+        columns.extend(self.columns(&self.present.compose(self.inner)));
+        columns
+    }
+
+    /// A constant force on each mass in each record: to first order what a shifted zero of its sensor does.
+    fn zeros(&self) -> Vec<Vec<f64>> {
+        let ones: Vec<Vec<f64>> = self.data.fit().iter().map(|s| vec![1.0; s.len()]).collect();
+        let each = (0..self.data.masses()).flat_map(|mass| (0..ones.len()).map(move |record| (mass, record)));
+        each.map(|(m, r)| self.rows.column(|mass, record| ((mass, record) == (m, r)).then(|| (&*ones[record], 0))))
+            .collect()
+    }
+
+    /// What the sensor shows of a symbol, or its derivative, where the measurement itself gives a linear term.
+    fn direct(&self, symbol: Symbol, record: usize) -> Option<(&[f64], usize)> {
+        let s: &Series = &self.data.fit()[record];
+        let known = |i: usize| s.outputs.get(i).map_or(2, |o| o.derivatives());
+        let path = &self.paths[record].path;
+        match symbol {
+            Symbol::State(i) if known(i) == 0 => Some((&path.x[i], 0)),
+            Symbol::Rate(i) if known(i) == 0 => Some((&path.x[i], 1)),
+            Symbol::Rate(i) if known(i) == 1 => Some((&s.measured[i], 0)),
+            Symbol::Input(j) => Some((&s.inputs[j], 0)),
+            Symbol::InputRate(j) => Some((&s.inputs[j], 1)),
+            _ => None,
+        }
+    }
+
+    /// The averages of every term of the accelerations.
+    fn columns(&self, composed: &Composed) -> Vec<Vec<f64>> {
+        let plain = composed.delays.is_none();
+        let symbol = |placed: &Placed| match placed.term.expression() {
+            Expression::Symbol(s) if plain => Some(*s).filter(|s| self.direct(*s, 0).is_some()),
+            _ => None,
+        };
+        let along: Vec<Placed> = composed.terms.iter().filter(|t| symbol(t).is_none()).cloned().collect();
+        let values: Vec<Vec<Vec<f64>>> = if along.is_empty() {
+            Vec::new()
+        } else {
+            let each = self.data.fit().iter().zip(&self.paths);
+            each.map(|(s, measured)| {
+                let delayed = (!plain).then(|| s.delayed_inputs(&composed.delays));
+                let inputs = delayed.as_ref().map_or_else(
+                    || s.inputs(),
+                    |(values, rates)| Inputs {
+                        values: values.iter().map(Vec::as_slice).collect(),
+                        rates: rates.iter().map(Vec::as_slice).collect(),
+                    },
+                );
+                forces(&along, &composed.internals, &self.data.layout, s, &inputs, &measured.path)
+            })
+            .collect()
+        };
+        let mut next = 0;
+        composed
+            .terms
+            .iter()
+            .map(|placed| match symbol(placed) {
+                Some(symbol) => self
+                    .rows
+                    .column(|mass, record| (mass == placed.mass).then(|| self.direct(symbol, record)).flatten()),
+                None => {
+                    let own = next;
+                    next += 1;
+                    self.rows.column(|mass, record| (mass == placed.mass).then(|| (&*values[record][own], 0)))
+                }
+            })
+            .collect()
+    }
+
+    /// The pool as it is before any effect.
+    fn reset(&mut self) {
+        self.pool.clear();
+        self.scales.clear();
+        for column in self.base.clone() {
+            self.push(column);
+        }
+    }
+
+    fn push(&mut self, mut column: Vec<f64>) {
+        let scale = if self.pool.is_empty() { 1.0 } else { dot(&column, &column).sqrt().max(f64::MIN_POSITIVE) };
+        column.iter_mut().for_each(|c| *c /= scale);
+        self.pool.push(column);
+        self.scales.push(scale);
+    }
+
+    /// The columns of a form at inner values, and which of the present model's they replace.
+    fn of_form(&self, form: &Form, inner: &[f64]) -> (Vec<Vec<f64>>, Vec<usize>, bool) {
+        let addition = form.addition(inner);
+        let first = 1 + self.constants;
+        let composed = self.present.compose(self.inner);
+        if form.rewrites_input() {
+            let with = self.present.with(form);
+            let all = with.inner_after(self.present, self.inner, inner);
+            let changed = with.compose(&all);
+            let of_input = |placed: &Placed| {
+                placed.term.symbols().iter().any(|s| matches!(s, Symbol::Input(_) | Symbol::InputRate(_)))
+            };
+            let places: Vec<usize> = (0..composed.terms.len()).filter(|k| of_input(&composed.terms[*k])).collect();
+            let terms = places.iter().map(|k| changed.terms[*k].clone()).collect();
+            let columns = self.columns(&Composed { terms, ..changed });
+            return (columns, places.into_iter().map(|k| first + k).collect(), true);
+        }
+        if addition.offset {
+            return (self.zeros(), Vec::new(), false);
+        }
+        let replaces = addition.replaces.iter().filter_map(|gone| composed.terms.iter().position(|t| t == gone));
+        let replaces = replaces.map(|k| first + k).collect();
+        let own = Composed { terms: addition.terms, internals: addition.internals, ..composed };
+        (self.columns(&own), replaces, false)
+    }
+
+    /// The best points of every form's grid, with their columns in the pool.
+    fn points(&mut self, cancel: &Cancel) -> Vec<GridPoint> {
+        let base = Gram::new(&self.pool, &[0..self.rows.len()]);
+        let of_base: Vec<usize> = (1..self.pool.len()).collect();
+        let alone = base.solve(&of_base).map_or(f64::INFINITY, |s| s.left);
+        let grid: Vec<(usize, Vec<f64>, Vec<Step>)> = self
+            .forms
+            .iter()
+            .enumerate()
+            .filter(|(_, form)| !form.is_outside())
+            .flat_map(|(k, form)| {
+                let steps = steps(form);
+                form.grid().into_iter().map(move |inner| (k, inner, steps.clone()))
+            })
+            .collect();
+        type Built = (f64, Vec<Vec<f64>>, GridPoint);
+        let built: Vec<Built> = grid
+            .into_par_iter()
+            .filter(|_| !cancel.is_cancelled())
+            .filter_map(|(form, inner, step)| {
+                let (columns, replaces, rewrites) = self.of_form(&self.forms[form], &inner);
+                let left = self.left_alone(&columns, &replaces, form)?;
+                let remembers = !self.forms[form].addition(&inner).internals.is_empty();
+                let point = GridPoint { form, inner, step, columns: 0..columns.len(), replaces, rewrites, remembers };
+                (left < alone || rewrites).then_some((left, columns, point))
+            })
+            .collect();
+        let mut kept: Vec<Built> = Vec::new();
+        for form in 0..self.forms.len() {
+            let mut own: Vec<&Built> = built.iter().filter(|(_, _, p)| p.form == form).collect();
+            own.sort_by(|a, b| a.0.total_cmp(&b.0));
+            kept.extend(own.into_iter().take(KEPT_POINTS).cloned());
+        }
+        kept.into_iter().map(|(_, columns, point)| self.admit(columns, point)).collect()
+    }
+
+    fn admit(&mut self, columns: Vec<Vec<f64>>, point: GridPoint) -> GridPoint {
+        let from = self.pool.len();
+        columns.into_iter().for_each(|c| self.push(c));
+        GridPoint { columns: from..self.pool.len(), ..point }
+    }
+
+    /// What one effect's columns leave beside the base's; none where its signs are wrong.
+    fn left_alone(&self, columns: &[Vec<f64>], replaces: &[usize], form: usize) -> Option<f64> {
+        let mut all: Vec<Vec<f64>> = self
+            .pool
+            .iter()
+            .take(self.base.len())
+            .enumerate()
+            .filter(|(k, _)| !replaces.contains(k))
+            .map(|(_, c)| c.clone())
+            .collect();
+        let first = all.len();
+        all.extend(columns.iter().cloned());
+        let gram = Gram::new(&all, &[0..self.rows.len()]);
+        let solution = gram.solve(&(1..all.len()).collect::<Vec<_>>())?;
+        signs_hold(&self.forms[form], &solution.coefficients[first - 1..]).then_some(solution.left)
+    }
+
+    fn gram(&self) -> Gram {
+        Gram::new(&self.pool, &self.rows.blocks)
+    }
+
+    /// The columns of a set: the base's that are not replaced, then each effect's.
+    fn columns_of(&self, set: &[usize], points: &[GridPoint]) -> Vec<usize> {
+        let gone = |c: &usize| set.iter().any(|p| points[*p].replaces.contains(c));
+        let base = (1..self.base.len()).filter(|c| !gone(c));
+        base.chain(set.iter().flat_map(|p| points[*p].columns.clone())).collect()
+    }
+
+    /// What a set gains over all rows; −∞ where its signs are wrong. For a few sets, for it makes the products anew.
+    fn gain(&self, set: &[usize], points: &[GridPoint]) -> f64 {
+        let columns = self.columns_of(set, points);
+        let chosen: Vec<Vec<f64>> =
+            std::iter::once(0).chain(columns.iter().copied()).map(|c| self.pool[c].clone()).collect();
+        let gram = Gram::new(&chosen, &[0..self.rows.len()]);
+        gram.solve(&(1..chosen.len()).collect::<Vec<_>>()).map_or(f64::NEG_INFINITY, |s| -s.left)
+    }
+
+    /// True if every coefficient of a set has a physical sign, and a force that remembers leaves no damper that pushes.
+    fn stands(&self, set: &[usize], points: &[GridPoint], columns: &[usize], coefficients: &[f64]) -> bool {
+        // A branch that remembers holds the acceleration itself, and with it its noise: what it takes no damper gives back.
+        let pushing = |(column, c): (&usize, &f64)| {
+            self.dampers.contains(column)
+                && c / self.scales[*column] > PUSHING * std::f64::consts::TAU / self.data.period
+        };
+        if set.iter().any(|p| points[*p].remembers) && columns.iter().zip(coefficients).any(pushing) {
+            return false;
+        }
+        let mut from = coefficients.len() - set.iter().map(|p| points[*p].columns.len()).sum::<usize>();
+        set.iter().all(|p| {
+            let own = &coefficients[from..from + points[*p].columns.len()];
+            from += own.len();
+            points[*p].rewrites || signs_hold(&self.forms[points[*p].form], own)
+        })
+    }
+
+    /// Scores sets and keeps the best of each set of forms.
+    fn note(&self, gram: &Gram, points: &[GridPoint], sets: Vec<Vec<usize>>, found: &mut Found) {
+        let scored: Vec<(Vec<usize>, f64, Vec<usize>)> = sets
+            .into_par_iter()
+            .filter_map(|set| {
+                let columns = self.columns_of(&set, points);
+                if columns.len() > MOST {
+                    return None;
+                }
+                let solution = gram.solve(&columns)?;
+                if !self.stands(&set, points, &columns, &solution.coefficients) {
+                    return None;
+                }
+                let score = gram.predictive(&columns, self.rows.worth);
+                let mut key: Vec<usize> = set.iter().map(|p| points[*p].form).collect();
+                key.sort_unstable();
+                Some((key, score, set))
+            })
+            .collect();
+        for (key, score, set) in scored {
+            let known = found.get(&key).map_or(f64::NEG_INFINITY, |f| f.0);
+            if score > known {
+                found.insert(key, (score, set));
+            }
+        }
+    }
+
+    /// Singles, pairs, the best pairs with a third, and finer grids about what they hold.
+    fn search(&mut self, points: &mut Vec<GridPoint>, cancel: &Cancel) -> Found {
+        let gram = self.gram();
+        let mut found = Found::new();
+        self.note(&gram, points, vec![Vec::new()], &mut found);
+        self.note(&gram, points, (0..points.len()).map(|p| vec![p]).collect(), &mut found);
+        let pairs = self.pairs(&gram, points);
+        self.note(&gram, points, pairs, &mut found);
+        let best = best_of(&found, 2, BEAM);
+        let mut thirds: Vec<Vec<usize>> = Vec::new();
+        for pair in &best {
+            for form in 0..self.forms.len() {
+                // Points of a form are sorted best first.
+                let of_form = (0..points.len()).filter(|p| points[*p].form == form).take(2);
+                thirds
+                    .extend(of_form.filter(|p| self.go_together(pair, *p, points)).map(|p| [&pair[..], &[p]].concat()));
+            }
+        }
+        self.note(&gram, points, thirds, &mut found);
+        for _ in 0..ZOOMS {
+            if !cancel.is_cancelled() {
+                self.zoom(points, &mut found, ZOOMED, cancel);
+            }
+        }
+        found
+    }
+
+    /// For each two forms the pair of points that leaves least.
+    fn pairs(&self, gram: &Gram, points: &[GridPoint]) -> Vec<Vec<usize>> {
+        let of_first = |a: usize| {
+            let mut best: HashMap<usize, (f64, usize)> = HashMap::new();
+            for b in a + 1..points.len() {
+                if !self.go_together(&[a], b, points) {
+                    continue;
+                }
+                let set = [a, b];
+                let columns = self.columns_of(&set, points);
+                let Some(solution) =
+                    gram.solve(&columns).filter(|s| self.stands(&set, points, &columns, &s.coefficients))
+                else {
+                    continue;
+                };
+                let entry = best.entry(points[b].form).or_insert((f64::INFINITY, b));
+                if solution.left < entry.0 {
+                    *entry = (solution.left, b);
+                }
+            }
+            best.into_iter()
+                .map(move |(form, (left, b))| ((points[a].form, form), left, vec![a, b]))
+                .collect::<Vec<_>>()
+        };
+        let all: Vec<_> = (0..points.len()).into_par_iter().flat_map_iter(of_first).collect();
+        let mut best: HashMap<(usize, usize), (f64, Vec<usize>)> = HashMap::new();
+        for (key, left, set) in all {
+            let entry = best.entry(key).or_insert((f64::INFINITY, Vec::new()));
+            if left < entry.0 {
+                *entry = (left, set);
+            }
+        }
+        best.into_values().map(|(_, set)| set).collect()
+    }
+
+    /// True if a point's effect may stand beside those of a set: another kind, replacing other terms.
+    fn go_together(&self, set: &[usize], point: usize, points: &[GridPoint]) -> bool {
+        let new = &points[point];
+        set.iter().all(|p| {
+            let had = &points[*p];
+            let apart = !new.replaces.iter().any(|r| had.replaces.contains(r));
+            apart && !self.forms[had.form].is_kin(&self.forms[new.form])
+        })
+    }
+
+    /// Tries points between those of the grid about what the best sets hold, one inner quantity at a time.
+    fn zoom(&mut self, points: &mut Vec<GridPoint>, found: &mut Found, beam: usize, cancel: &Cancel) {
+        let sets: Vec<Vec<usize>> = (1..=3).flat_map(|n| best_of(found, n, beam)).collect();
+        let mut about: HashMap<usize, Vec<usize>> = HashMap::new();
+        for p in sets.iter().flatten() {
+            if about.contains_key(p) || points[*p].inner.is_empty() || cancel.is_cancelled() {
+                continue;
+            }
+            let new = between(&points[*p], &self.forms[points[*p].form]);
+            let made: Vec<_> = new
+                .into_par_iter()
+                .map(|(inner, step)| {
+                    let (columns, replaces, rewrites) = self.of_form(&self.forms[points[*p].form], &inner);
+                    let GridPoint { form, remembers, .. } = points[*p];
+                    let point =
+                        GridPoint { form, inner, step, columns: 0..columns.len(), replaces, rewrites, remembers };
+                    (columns, point)
+                })
+                .collect();
+            let mut own = Vec::new();
+            for (columns, point) in made {
+                let point = self.admit(columns, point);
+                own.push(points.len());
+                points.push(point);
+            }
+            about.insert(*p, own);
+        }
+        let gram = self.gram();
+        let mut nearer: Vec<Vec<usize>> = Vec::new();
+        for set in &sets {
+            for (place, p) in set.iter().enumerate() {
+                for new in about.get(p).into_iter().flatten() {
+                    let mut changed = set.clone();
+                    changed[place] = *new;
+                    nearer.push(changed);
+                }
+            }
+        }
+        self.note(&gram, points, nearer, found);
+    }
+
+    /// A set as a model with values to start from.
+    fn proposal(&self, set: &[usize], points: &[GridPoint]) -> Option<Proposal> {
+        let columns = self.columns_of(set, points);
+        let chosen: Vec<Vec<f64>> =
+            std::iter::once(0).chain(columns.iter().copied()).map(|c| self.pool[c].clone()).collect();
+        let gram = Gram::new(&chosen, &[0..self.rows.len()]);
+        let solution = gram.solve(&(1..chosen.len()).collect::<Vec<_>>())?;
+        let value: HashMap<usize, f64> =
+            columns.iter().zip(&solution.coefficients).map(|(c, x)| (*c, x / self.scales[*c])).collect();
+        let mut composition = self.present.clone();
+        let mut inner = self.inner.clone();
+        for p in set {
+            let next = composition.with(&self.forms[points[*p].form]);
+            inner = next.inner_after(&composition, &inner, &points[*p].inner);
+            composition = next;
+        }
+        let first = 1 + self.constants;
+        let terms = self.present.compose(self.inner).terms.len();
+        // What replaces a term of the input by itself keeps that term's place.
+        let rewritten = |c: usize| {
+            let of = set.iter().map(|p| &points[*p]).filter(|p| p.rewrites);
+            of.filter_map(|p| p.replaces.iter().position(|r| *r == c).map(|k| p.columns.start + k)).next()
+        };
+        let base = (first..first + terms).filter_map(|c| value.get(&rewritten(c).unwrap_or(c)).copied());
+        let own = set.iter().map(|p| &points[*p]).filter(|p| !p.rewrites && !self.forms[p.form].is_offset());
+        let own = own.flat_map(|p| p.columns.clone()).filter_map(|c| value.get(&c).copied());
+        let mut coefficients: Vec<f64> = base.chain(own).collect();
+        let ranges = composition.ranges().coefficients;
+        if coefficients.len() != ranges.len() {
+            return None;
+        }
+        coefficients.iter_mut().zip(&ranges).for_each(|(c, (low, high))| *c = c.clamp(*low, *high));
+        let paths: Vec<_> = self.data.fit().iter().map(Series::path).collect();
+        composition.scales = self.data.scales(&composition, &inner, &paths);
+        let forms = set.iter().map(|p| points[*p].form).collect();
+        Some(Proposal { forms, composition, shared: Parameters { coefficients, inner }.row(), gain: 0.0 })
+    }
+}
+
+/// True if no coefficient of a form acts the wrong way round.
+fn signs_hold(form: &Form, values: &[f64]) -> bool {
+    form.coefficients.iter().zip(values).all(|(c, v)| c.sign == Direction::Any || !c.sign.forbids(*v))
+}
+
+/// The steps of a form's grid.
+fn steps(form: &Form) -> Vec<Step> {
+    let of = |grid: &[f64]| {
+        let [.., a, b] = grid else { return Step::Even(0.0) };
+        match grid {
+            [first, second, ..]
+                if *first > 0.0 && grid.len() > 2 && ((second / first) / (b / a) - 1.0).abs() < 1e-6 =>
+            {
+                Step::Ratio(b / a)
+            }
+            _ => Step::Even(b - a),
+        }
+    };
+    form.inner.iter().map(|inner| of(&inner.grid)).collect()
+}
+
+/// Points between a point and its neighbours, one inner quantity at a time, with finer steps.
+fn between(point: &GridPoint, form: &Form) -> Vec<(Vec<f64>, Vec<Step>)> {
+    let mut out = Vec::new();
+    for (k, quantity) in form.inner.iter().enumerate() {
+        for share in [-2.0 / 3.0, -1.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0] {
+            let (mut inner, mut step) = (point.inner.clone(), point.step.clone());
+            let (value, finer) = match step[k] {
+                Step::Even(d) => (inner[k] + share * d, Step::Even(d / 3.0)),
+                Step::Ratio(d) => (inner[k] * d.powf(share), Step::Ratio(d.powf(1.0 / 3.0))),
+            };
+            let (low, high) = quantity.bounds;
+            if value > low && value < high && value != inner[k] {
+                (inner[k], step[k]) = (value, finer);
+                out.push((inner, step));
+            }
+        }
+    }
+    out
+}
+
+/// The sets of a size with the highest scores.
+fn best_of(found: &Found, size: usize, count: usize) -> Vec<Vec<usize>> {
+    let mut all: Vec<(&Vec<usize>, &(f64, Vec<usize>))> = found.iter().filter(|(key, _)| key.len() == size).collect();
+    all.sort_by(|a, b| b.1.0.total_cmp(&a.1.0).then_with(|| a.0.cmp(b.0)));
+    all.into_iter().take(count).map(|(_, (_, set))| set.clone()).collect()
+}
+
+/// The sets to be fitted, by score, so many of each size. What a set contains (one effect less, or a poorer kind of one) comes
+/// before it, unless the set brings more than a crumb of all that was gained.
+fn ranked(found: &Found, forms: &[Form]) -> Vec<(f64, Vec<usize>)> {
+    let none = found.get(&Vec::new()).map_or(f64::NEG_INFINITY, |f| f.0);
+    let mut placed: Vec<(f64, bool, &Vec<usize>, &Vec<usize>)> = Vec::new();
+    for (key, (score, set)) in found.iter().filter(|(key, _)| !key.is_empty()) {
+        let mut held = Vec::new();
+        for (k, form) in key.iter().enumerate() {
+            let mut rest = key.clone();
+            rest.remove(k);
+            held.push(rest.clone());
+            for simpler in (0..forms.len()).filter(|s| forms[*form].is_richer_kind_of(&forms[*s])) {
+                let mut other = [&rest[..], &[simpler]].concat();
+                other.sort_unstable();
+                held.push(other);
+            }
+        }
+        let best = held.iter().filter_map(|h| found.get(h)).map(|f| f.0).fold(f64::NEG_INFINITY, f64::max);
+        let enough = best + CRUMB * (best - none).max(0.0);
+        let stands = *score > enough;
+        let place = if stands { *score } else { score.min(best) - 1e-6 * best.abs() };
+        placed.push((place, stands || key.len() == 1, key, set));
+    }
+    placed.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.2.cmp(b.2)));
+    let mut counts = [0; QUOTAS.len()];
+    placed.retain(|(place, stands, key, _)| {
+        let count = &mut counts[key.len() - 1];
+        let keep = *stands && place.is_finite() && *count < QUOTAS[key.len() - 1];
+        *count += usize::from(keep);
+        keep
+    });
+    placed.into_iter().map(|(.., key, set)| (found[key].0, set.clone())).collect()
+}

@@ -1,0 +1,205 @@
+//! The weak form: an equation of motion averaged over test functions, whitened against the sensor's noise.
+
+use super::super::data::Data;
+use super::super::rule::{HALF_WIDTH, LEFT_OUT_BLOCKS, LEFT_OUT_PERIODS, MOST_ROWS, NARROW_WIDTHS};
+use super::path::MeasuredPath;
+use sindyscope_core::signal::{TestFunction, dot};
+
+/// Distance of neighbouring test functions, as a share of their half width.
+const STRIDE: f64 = 0.25;
+/// Added to the variance of a row, as a share of it: what the model itself misses.
+const NUGGET: f64 = 0.03;
+
+/// The rows of one mass's equation that share a record, a block and a width, one behind the other.
+#[derive(Debug)]
+struct Part {
+    mass: usize,
+    record: usize,
+    block: usize,
+    width: usize,
+    /// The first sample of each test function.
+    starts: Vec<usize>,
+    /// Lower Cholesky factor of the rows' covariance: `factor[i][d]` in row i, column i − d. Empty before whitening.
+    factor: Vec<Vec<f64>>,
+}
+
+/// All rows of all equations.
+#[derive(Debug)]
+pub(super) struct Rows {
+    parts: Vec<Part>,
+    /// The test functions of each record and width.
+    functions: Vec<Vec<TestFunction>>,
+    /// Rows of each block.
+    pub(super) blocks: Vec<std::ops::Range<usize>>,
+    /// Independent rows for each row: rows overlap, four in a period say all.
+    pub(super) worth: f64,
+}
+
+impl Rows {
+    /// Test functions along the fitted records; none of them crosses the border of a block or reaches into a stick.
+    pub(super) fn new(data: &Data, paths: &[MeasuredPath]) -> Self {
+        let fit = data.fit();
+        let total: f64 = fit.iter().map(|s| s.len() as f64 * s.interval).sum();
+        let want = (LEFT_OUT_PERIODS * data.period).max(total / LEFT_OUT_BLOCKS as f64);
+        let mut functions = Vec::new();
+        let mut parts: Vec<Part> = Vec::new();
+        let mut next_block = 0;
+        for (record, (s, measured)) in fit.iter().zip(paths).enumerate() {
+            let period = data.period / s.interval;
+            let sticks = measured.stuck.iter().flatten().any(|s| *s);
+            let shares = std::iter::once(HALF_WIDTH).chain(NARROW_WIDTHS.into_iter().filter(|_| sticks));
+            let mut halves: Vec<usize> = shares
+                .map(|w| {
+                    ((w * period) as usize).clamp(TestFunction::NARROWEST, (s.len() / 8).max(TestFunction::NARROWEST))
+                })
+                .collect();
+            halves.dedup();
+            let alone = usize::from(fit.len() == 1);
+            let count = ((s.len() as f64 * s.interval / want).round() as usize).max(1 + alone);
+            // Of a record with more rows than are needed, parts of each block are passed over.
+            let rows = total / data.period / (STRIDE * HALF_WIDTH);
+            let stretch = (MOST_ROWS as f64 / rows).min(1.0);
+            for b in 0..count {
+                let (from, to) = (b * s.len() / count, (b + 1) * s.len() / count);
+                let to = from + ((to - from) as f64 * stretch) as usize;
+                for mass in 0..data.masses() {
+                    for (width, half) in halves.iter().enumerate() {
+                        for starts in clear(from..to, *half, &measured.stuck[mass]) {
+                            parts.push(Part { mass, record, block: next_block, width, starts, factor: Vec::new() });
+                        }
+                    }
+                }
+                next_block += 1;
+            }
+            functions.push(halves.iter().map(|half| TestFunction::new(*half, s.interval)).collect());
+        }
+        parts.sort_by_key(|p| p.block);
+        let mut blocks = Vec::new();
+        let mut from = 0;
+        for block in 0..next_block {
+            let count: usize = parts.iter().filter(|p| p.block == block).map(|p| p.starts.len()).sum();
+            if count > 0 {
+                blocks.push(from..from + count);
+            }
+            from += count;
+        }
+        let rows = from.max(1) as f64;
+        let worth = (4.0 * data.masses() as f64 * total / data.period / rows).min(1.0);
+        Self { parts, functions, blocks, worth }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.blocks.last().map_or(0, |b| b.end)
+    }
+
+    /// The average of a derivative of a series over every row: `of(mass, record)` gives the series and the derivative's
+    /// order, nothing where the equation has no such term.
+    pub(super) fn column<'a>(&self, of: impl Fn(usize, usize) -> Option<(&'a [f64], usize)>) -> Vec<f64> {
+        let mut column = Vec::with_capacity(self.len());
+        for part in &self.parts {
+            let from = column.len();
+            match of(part.mass, part.record) {
+                Some((series, order)) => {
+                    let kernel = &self.functions[part.record][part.width].kernels()[order];
+                    column.extend(part.starts.iter().map(|s| dot(kernel, &series[*s..*s + kernel.len()])));
+                }
+                None => column.resize(from + part.starts.len(), 0.0),
+            }
+            forward(&part.factor, &mut column[from..]);
+        }
+        column
+    }
+
+    /// Makes the error that white noise of each sensor leaves in a row one, and independent from row to row. `slopes[mass]` are
+    /// the stiffness and the damping that the noise passes besides the derivative, `deviations[mass]` the noise, and
+    /// `derivatives[mass]` how often the sensor's quantity is the displacement's derivative.
+    pub(super) fn whiten(&mut self, slopes: &[(f64, f64)], deviations: &[f64], derivatives: &[usize]) {
+        for part in &mut self.parts {
+            let kernels = self.functions[part.record][part.width].kernels();
+            let (stiffness, damping) = slopes[part.mass];
+            let order = 2 - derivatives[part.mass];
+            let kernel: Vec<f64> = (0..kernels[0].len())
+                .map(|i| match order {
+                    2 => kernels[2][i] + damping * kernels[1][i] + stiffness * kernels[0][i],
+                    1 => kernels[1][i] + damping * kernels[0][i],
+                    _ => kernels[0][i],
+                })
+                .collect();
+            let lag = part.starts.get(1).map_or(1, |second| second - part.starts[0]);
+            let band: Vec<f64> = (0..part.starts.len().min(kernel.len().div_ceil(lag)))
+                .map(|d| deviations[part.mass].powi(2) * dot(&kernel[d * lag..], &kernel[..kernel.len() - d * lag]))
+                .collect();
+            part.factor = banded_factor(&band, part.starts.len());
+        }
+    }
+}
+
+/// Runs of test functions of a half width within a range of samples that keep clear of sticks; a sixth of the half width at
+/// each end, where the function is next to nothing, may reach into one.
+fn clear(range: std::ops::Range<usize>, half: usize, stuck: &[bool]) -> Vec<Vec<usize>> {
+    let stride = ((half as f64 * STRIDE) as usize).max(1);
+    let mut out: Vec<Vec<usize>> = vec![Vec::new()];
+    let last = range.end.saturating_sub(2 * half + 1);
+    for start in (range.start..=last).step_by(stride).filter(|_| range.len() > 2 * half) {
+        let free = !stuck[start + half / 6..start + 2 * half - half / 6].iter().any(|s| *s);
+        match out.last_mut() {
+            Some(run) if free => run.push(start),
+            Some(run) if !run.is_empty() => out.push(Vec::new()),
+            _ => {}
+        }
+    }
+    out.retain(|run| run.len() > 1);
+    out
+}
+
+/// The Cholesky factor of a banded symmetric Toeplitz matrix whose first column is `band`.
+fn banded_factor(band: &[f64], rows: usize) -> Vec<Vec<f64>> {
+    let width = band.len();
+    let mut factor: Vec<Vec<f64>> = Vec::with_capacity(rows);
+    for i in 0..rows {
+        let reach = width.min(i + 1);
+        let mut row = vec![0.0; reach];
+        for d in (0..reach).rev() {
+            let j = i - d;
+            let mut value = if d == 0 { band[0] * (1.0 + NUGGET) } else { band[d] };
+            for e in d + 1..reach {
+                if let Some(other) = factor.get(j).filter(|_| e - d > 0).and_then(|r| r.get(e - d)) {
+                    value -= row[e] * other;
+                }
+            }
+            row[d] = if d == 0 { value.max(f64::MIN_POSITIVE).sqrt() } else { value / factor[j][0] };
+        }
+        factor.push(row);
+    }
+    factor
+}
+
+/// Solves the lower triangle in place; an empty factor changes nothing.
+fn forward(factor: &[Vec<f64>], values: &mut [f64]) {
+    for (i, row) in factor.iter().enumerate() {
+        let mut value = values[i];
+        for (d, f) in row.iter().enumerate().skip(1) {
+            value -= f * values[i - d];
+        }
+        values[i] = value / row[0];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_factor_times_itself_is_the_covariance() {
+        let band = [4.0, 1.0, 0.5];
+        let factor = banded_factor(&band, 6);
+        let entry = |i: usize, j: usize| i.checked_sub(j).and_then(|d| factor[i].get(d)).copied().unwrap_or(0.0);
+        for i in 0..6 {
+            for j in 0..=i {
+                let product: f64 = (0..6).map(|k| entry(i, k) * entry(j, k)).sum();
+                let wanted = band.get(i - j).copied().unwrap_or(0.0) * if i == j { 1.0 + NUGGET } else { 1.0 };
+                assert!((product - wanted).abs() < 1e-12, "{i} {j}");
+            }
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! How a model does on each record: run freely, and over stretches begun anew where it does not last.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::data::Series;
+use super::fit::{Care, Fitted, WHOLE};
+use super::search::Search;
+use sindyscope_core::refine::{Run, Structure as _};
+use sindyscope_core::signal::{dot, mean_and_variance};
+use sindyscope_core::study::Cancel;
+use sindyscope_values::record::Usage;
+
+/// The error of a model along one record, of its first sensor.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecordScore {
+    /// Name of the record.
+    pub name: Arc<str>,
+    /// True if the model was fitted to it.
+    pub fitted: bool,
+    /// Samples that were compared.
+    pub samples: usize,
+    /// RMSE of the free run from the initial state that fits best; none where it leaves the data's range.
+    pub rmse: Option<f64>,
+    /// The same over the record's standard deviation.
+    pub nrmse: Option<f64>,
+    /// The errors over stretches begun anew; none where the whole record was followed at once.
+    pub stretches: Option<StretchScore>,
+}
+
+/// Errors over stretches of a record, each begun anew.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StretchScore {
+    /// The longest stretch, s.
+    pub seconds: f64,
+    /// RMSE over all of them.
+    pub rmse: f64,
+}
+
+impl Search {
+    /// What a model leaves on each record, fitted ones first.
+    pub(super) fn record_scores(&self, fitted: &Fitted, cancel: &Cancel) -> Vec<RecordScore> {
+        let data = &self.data;
+        let followed = fitted.followed();
+        let fit = data.fit().iter().zip(&followed);
+        let held = data.held_out().iter().zip(&fitted.held_out);
+        fit.chain(held)
+            .map(|(s, along)| {
+                let deviation = mean_and_variance(&s.measured[0]).1.sqrt();
+                let error = |shown: &[f64]| -> Option<f64> {
+                    let errors: Vec<f64> = s.measured[0].iter().zip(shown).map(|(y, m)| y - m).collect();
+                    (errors.len() == s.len()).then(|| (dot(&errors, &errors) / errors.len() as f64).sqrt())
+                };
+                let own = error(along.simulated.get(..s.len()).unwrap_or_default());
+                let stretches = &along.beginnings.stretches;
+                let whole = fitted.level == WHOLE && stretches.len() <= 1;
+                let free = if whole { own } else { self.free_run(fitted, s, cancel).as_deref().and_then(error) };
+                let longest = stretches.iter().map(|(range, _)| range.len()).max().unwrap_or(0);
+                let of_stretches =
+                    own.filter(|_| !whole).map(|rmse| StretchScore { seconds: longest as f64 * s.interval, rmse });
+                RecordScore {
+                    name: Arc::clone(&s.name),
+                    fitted: s.usage == Usage::Fit,
+                    samples: s.len(),
+                    rmse: free,
+                    nrmse: free.map(|e| e / deviation),
+                    stretches: of_stretches,
+                }
+            })
+            .collect()
+    }
+
+    /// What the first sensor would show of a whole record, its initial state fitted; none where the run does not last.
+    fn free_run(&self, fitted: &Fitted, s: &Series, cancel: &Cancel) -> Option<Vec<f64>> {
+        let runs = [Run { record: 0, ..s.run() }];
+        let composition = &fitted.composition;
+        let shared = &fitted.refined.point.shared;
+        composition.instance(shared)?;
+        let found = self.data.follow(composition, shared, &runs, (WHOLE, self.data.noise), Care::Little, cancel)?;
+        let whole = found.refined.simulated.first()?;
+        Some(whole.get(..s.len())?.to_vec())
+    }
+}
