@@ -52,6 +52,16 @@ fn the_catalogue_has_every_name_of_the_interface() {
 }
 
 #[test]
+fn the_worked_example_of_the_book_is_an_effect() {
+    let page = include_str!("../../../docs/contributing/effect.md");
+    assert!(page.contains(include_str!("effects/example.rs")), "the page shows what is compiled");
+    let mut forms = Vec::new();
+    super::effects::example::add(&setting(1, false), &mut forms);
+    let [form] = forms.as_slice() else { panic!("one place, one form: {forms:?}") };
+    assert_eq!((form.effect, form.addition(&[]).terms[0].term.as_str()), ("quintic_damping", "v^5"));
+}
+
+#[test]
 fn every_form_builds_at_every_point_of_its_grid() {
     for (masses, base_excited) in [(1, false), (1, true), (2, false), (2, true)] {
         for form in catalogue(&setting(masses, base_excited)) {

@@ -4,6 +4,8 @@
 //! for them, and which signs are physical. Nothing else in the program knows one effect from another by name.
 
 mod damping;
+#[cfg(test)]
+pub(crate) mod example;
 mod forcing;
 mod friction;
 mod memory;
