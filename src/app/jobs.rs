@@ -198,7 +198,7 @@ impl Work for Job {
         let share = |share: f64| report.share(share);
         let stage = |stage: &'static str, share: f64| report.stage(stage, share);
         Ok(match self {
-            Self::Open(opening) => Done::Opened(open::open(*opening).map(Box::new).map_err(Box::new)),
+            Self::Open(opening) => Done::Opened(open::open(*opening).map(Box::new)),
             Self::Choose { records, settings } => {
                 let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true };
                 Done::Chosen(Box::new(choose(&records, &settings, free, cancel, &stage).map_err(sentence)?))

@@ -88,13 +88,13 @@ pub(crate) struct Refused {
 ///
 /// # Errors
 /// What cannot be opened, and why.
-pub(crate) fn open(opening: Opening) -> Result<Opened, Refused> {
+pub(crate) fn open(opening: Opening) -> Result<Opened, Box<Refused>> {
     try_open(opening.clone()).map_err(|problem| {
         let gone = match &opening.document.source {
             Source::Files(files) => files.iter().filter(|file| !file.exists()).cloned().collect(),
             _ => Vec::new(),
         };
-        Refused { opening, problem, gone }
+        Box::new(Refused { opening, problem, gone })
     })
 }
 

@@ -91,6 +91,9 @@ impl<W: Work> Report<'_, W> {
     }
 }
 
+/// What came of a job, with the key that it was wanted by.
+type KeyedUpdate<W> = (<W as Work>::Key, Update<<W as Work>::Part, <W as Work>::Done>);
+
 /// The queue, as the window holds it.
 pub(crate) struct Jobs<W: Work> {
     shared: Arc<Shared<W>>,
@@ -293,7 +296,7 @@ impl<W: Work> Jobs<W> {
     }
 
     /// What has come since the last call, in order. Of jobs that were cancelled nothing comes.
-    pub(crate) fn poll(&self) -> Vec<(W::Key, Update<W::Part, W::Done>)> {
+    pub(crate) fn poll(&self) -> Vec<KeyedUpdate<W>> {
         let told: Vec<Told<W>> = self.updates.try_iter().collect();
         let mut state = self.shared.lock();
         state.undelivered -= told.len();

@@ -33,7 +33,7 @@ const KEYS: [(Modifiers, Key); 22] = [
     (Modifiers::ALT, Key::Num4),
 ];
 
-/// SplitMix64: the same acts for the same seed on every machine.
+/// `SplitMix64`: the same acts for the same seed on every machine.
 struct Dice(u64);
 
 impl Dice {

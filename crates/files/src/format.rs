@@ -30,7 +30,7 @@ pub(super) enum Reader {
     Text,
     /// As one table of text a sheet.
     Workbook(fn(&[u8]) -> Result<Vec<TextTable>, Flaw>),
-    /// FileColumn by column, each decoded only where it is wanted.
+    /// `FileColumn` by column, each decoded only where it is wanted.
     Columns(ReadColumns),
 }
 

@@ -29,7 +29,7 @@ pub struct Scenario {
     pub summary: &'static str,
     /// How the plant is set in motion.
     pub excitation_kind: ScenarioExcitation,
-    /// SampleTimes rate, Hz.
+    /// `SampleTimes` rate, Hz.
     pub rate: f64,
     /// Duration of each record, s.
     pub duration: f64,

@@ -143,7 +143,7 @@ fn requests() -> Vec<(String, HiddenRequest)> {
             let instruments = Instruments {
                 shown: SensedMotion::ALL[turn % 3],
                 kind: NoiseKind::ALL[(turn / 3) % 3],
-                jitter: if turn % 5 == 0 { 0.02 } else { 0.0 },
+                jitter: if turn.is_multiple_of(5) { 0.02 } else { 0.0 },
                 ..Instruments::white([0.0, 0.01, 0.03][turn % 3])
             };
             let samples = if seed < 8 { 3000 } else { 400 };
@@ -230,9 +230,9 @@ fn compare(cases: Vec<Case>) {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/checksums.txt");
     if std::env::var_os("UPDATE_CHECKSUMS").is_some() {
         let text: String = made.iter().map(|(name, sums)| format!("{sums} {name}\n")).collect();
-        std::fs::write(&file, text).unwrap();
+        std::fs::write(&file, text).expect("the fixture can be written");
     }
-    let text = std::fs::read_to_string(&file).unwrap();
+    let text = std::fs::read_to_string(&file).expect("the fixture is there");
     let known: BTreeMap<&str, &str> =
         text.lines().filter_map(|l| l.match_indices(' ').nth(1).map(|(at, _)| (&l[at + 1..], &l[..at]))).collect();
     let changed = |(name, sums): &&(String, String)| known.get(name.as_str()) != Some(&sums.as_str());

@@ -82,7 +82,8 @@ impl Search {
             let single = proposal.forms.len() == 1;
             if let Some(gain) = explained {
                 let near = proposal.gain > (1.0 - CLOSE_GAIN) * gain - LEAD;
-                if !near && !(single && shown < SHOWN && proposal.gain > 0.0) {
+                let is_shown = single && shown < SHOWN && proposal.gain > 0.0;
+                if !near && !is_shown {
                     continue;
                 }
             }

@@ -51,7 +51,7 @@ impl Search {
         before: &Arc<Fitted>,
         motion: &Motion,
         tried: &Tried,
-        candidates: &mut Vec<Candidate>,
+        candidates: &mut [Candidate],
         cancel: &Cancel,
     ) -> Decision {
         let none = &tried.sets[0];
@@ -59,7 +59,7 @@ impl Search {
             self.tell(candidates, &tried.forms[set.forms[0]], set, (before, none), motion);
         }
         let Some(winner) = tried.winner() else {
-            candidates.sort_by(|a, b| b.stage.is_some().cmp(&a.stage.is_some()));
+            candidates.sort_by_key(|c| std::cmp::Reverse(c.stage.is_some()));
             return Decision { finding: Finding::Unexplained, next_experiment: None, company: None };
         };
         let rivals: Vec<&Hypothesis> = tried.ruling.rivals.iter().map(|k| &tried.sets[*k]).collect();
@@ -154,7 +154,8 @@ impl Search {
         let ambiguous = passes.iter().any(|(_, t)| !t.ruling.rivals.is_empty());
         let fitted = self.fit_of(&stage, cancel)?;
         let contradicted = !self.contradictions(&fitted).is_empty();
-        let explained = !(last.evidence.significant && self.matters(&base, &fitted, cancel)) && !contradicted;
+        let told_from_noise = last.evidence.significant && self.matters(&base, &fitted, cancel);
+        let explained = !contradicted && !told_from_noise;
         let (mut rounds, stages) = self.steps(&base, &passes, tell, cancel)?;
         let verdict = match (passes.is_empty(), ambiguous, explained) {
             (true, _, true) => Verdict::NothingMissing,

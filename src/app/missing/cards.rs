@@ -172,7 +172,7 @@ fn reasons(candidate: &Candidate, sight: &WalkContext<'_>) -> (String, String) {
     let reason = match &candidate.standing {
         Standing::NotShown(reason) => reason.clone(),
         // Its figures stand above already.
-        _ => raised(&candidate.explanation),
+        _ => raised(candidate.explanation),
     };
     let confused = if candidate.confused_with.is_empty() {
         String::new()

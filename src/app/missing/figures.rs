@@ -96,13 +96,16 @@ pub(super) fn kept(
     drawing
 }
 
-/// The stages whose responses a step shows over each other: what each is called, how many effects it has, and its line's width.
+/// A stage whose response is shown: what it is called, its ink, and its line's width in points.
+type ShownStage<'a> = (&'static str, Ink, f32, &'a Stage);
+
+/// The stages whose responses a step shows over each other.
 fn stages_shown<'a>(
     room: &Missing,
     sight: &WalkContext<'a>,
     step: RoundStep,
     preview: Option<&Choice>,
-) -> Option<(Vec<(&'static str, Ink, f32, &'a Stage)>, &'a Trace)> {
+) -> Option<(Vec<ShownStage<'a>>, &'a Trace)> {
     let find = |stage: &'a Stage, record: &str| stage.traces.iter().find(|t| &*t.record == record);
     match step {
         RoundStep::Add => {

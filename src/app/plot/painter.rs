@@ -191,9 +191,8 @@ fn head_line(ui: &mut Ui, plots: &mut Plots, figure: &Figure, panel: &Panel, loo
     let roomy = ui.available_width() >= ROOMY;
     let keys: Vec<_> = panel.keys().into_iter().filter(|key| !figure.legend.contains(key)).collect();
     let left = match (look.compact, roomy || keys.is_empty()) {
-        (true, _) => 4.0,
         (false, true) => AXIS_WIDTH,
-        (false, false) => 4.0,
+        _ => 4.0,
     };
     legend::line(ui, left, |ui| {
         if look.compact {

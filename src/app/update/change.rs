@@ -53,7 +53,7 @@ impl Update<'_> {
     }
 
     pub(super) fn want(&mut self, key: Key, job: Job) {
-        self.derived.running.entry(key.clone()).or_insert_with(JobProgress::default);
+        self.derived.running.entry(key.clone()).or_default();
         self.wants.push(Want::Job(key, job));
     }
 

@@ -123,5 +123,5 @@ fn by_keys(ui: &Ui, scene: &Scene<'_>, map: &SettingsGrid, response: &egui::Resp
         .filter(|(key, ..)| pressed(*key))
         .map(|(_, up, right)| (step(window, up, map.windows.len()), step(threshold, right, map.thresholds.len())))
         .map(|place| take(map, place))
-        .last()
+        .next_back()
 }

@@ -123,7 +123,7 @@ pub fn choose(
             progress(
                 "trying smoothings and thresholds",
                 SHARE_AFTER_TRIALS * (round as f64 + share) / MAX_ROUNDS as f64,
-            )
+            );
         };
         tried.extend(plan.judge_all(start, &next, free, cancel, &report)?);
         seen.append(&mut next);

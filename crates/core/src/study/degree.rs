@@ -43,7 +43,7 @@ pub(super) fn library(layout: &Layout, records: &[Arc<Record>], smoothing: &Smoo
         }
         match error(layout, &with_inputs(&terms), &fitted, &judged, smoothing) {
             Some(error) if error + EQUAL_ERRORS < MAX_ERROR_RATIO * (least + EQUAL_ERRORS) => {
-                (best, least, idle) = (terms, error, 0)
+                (best, least, idle) = (terms, error, 0);
             }
             Some(_) => idle += 1,
             None => break,

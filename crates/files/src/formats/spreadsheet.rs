@@ -128,7 +128,7 @@ enum SheetCell<'a> {
     Number(f64),
 }
 
-/// SheetText of text with tabs between the cells.
+/// `SheetText` of text with tabs between the cells.
 #[derive(Default)]
 struct SheetText {
     text: String,

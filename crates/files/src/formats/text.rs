@@ -383,7 +383,7 @@ fn candidate(rows: &[HeadRow], index: usize, separator: u8, several: bool) -> Op
     Some(HeaderRow { header: Header { separator, headings, line: row.line, end, notices: Vec::new() }, clean })
 }
 
-/// TextRows of numbers from the first line on: names may stand in the comment above, or the user gives the columns' numbers.
+/// `TextRows` of numbers from the first line on: names may stand in the comment above, or the user gives the columns' numbers.
 fn without_names(
     file: &str,
     bytes: &[u8],
@@ -500,7 +500,7 @@ fn is_missing(cell: &[u8]) -> bool {
     matches!(bare.as_str(), "" | "na" | "n/a" | "#n/a" | "nan" | "null" | "none" | "-" | "--")
 }
 
-/// TextRows that lack a value that is needed.
+/// `TextRows` that lack a value that is needed.
 #[derive(Default)]
 struct Gaps {
     count: usize,

@@ -49,5 +49,5 @@ fn point(map: &SettingsGrid, place: GridPoint) -> Option<[f64; 2]> {
 
 /// Where a cell of the map stands: its terms and its error, unless it failed.
 pub fn dot(cell: &GridCell) -> Option<[f64; 2]> {
-    (cell.failed == 0.0 && cell.error > 0.0).then(|| [cell.terms as f64, cell.error])
+    (cell.failed == 0.0 && cell.error > 0.0).then_some([cell.terms as f64, cell.error])
 }

@@ -183,7 +183,7 @@ impl<'a> Regression<'a> {
     /// Whitens against the noise that passes the base model as a plain regression has it.
     fn whiten(&mut self) {
         let columns = self.base_columns();
-        let gram = Gram::new(&columns, &[0..self.rows.len()]);
+        let gram = Gram::new(&columns, std::slice::from_ref(&(0..self.rows.len())));
         let all: Vec<usize> = (1..columns.len()).collect();
         let solution = gram.solve(&all).map(|s| s.coefficients).unwrap_or_default();
         let composed = self.present.compose(self.inner);
@@ -328,7 +328,7 @@ impl<'a> Regression<'a> {
 
     /// The best points of every form's grid, with their columns in the pool.
     fn points(&mut self, cancel: &Cancel) -> Vec<GridPoint> {
-        let base = Gram::new(&self.pool, &[0..self.rows.len()]);
+        let base = Gram::new(&self.pool, std::slice::from_ref(&(0..self.rows.len())));
         let of_base: Vec<usize> = (1..self.pool.len()).collect();
         let alone = base.solve(&of_base).map_or(f64::INFINITY, |s| s.left);
         let grid: Vec<(usize, Vec<f64>, Vec<Step>)> = self
@@ -380,7 +380,7 @@ impl<'a> Regression<'a> {
             .collect();
         let first = all.len();
         all.extend(columns.iter().cloned());
-        let gram = Gram::new(&all, &[0..self.rows.len()]);
+        let gram = Gram::new(&all, std::slice::from_ref(&(0..self.rows.len())));
         let solution = gram.solve(&(1..all.len()).collect::<Vec<_>>())?;
         signs_hold(&self.forms[form], &solution.coefficients[first - 1..]).then_some(solution.left)
     }
@@ -401,7 +401,7 @@ impl<'a> Regression<'a> {
         let columns = self.columns_of(set, points);
         let chosen: Vec<Vec<f64>> =
             std::iter::once(0).chain(columns.iter().copied()).map(|c| self.pool[c].clone()).collect();
-        let gram = Gram::new(&chosen, &[0..self.rows.len()]);
+        let gram = Gram::new(&chosen, std::slice::from_ref(&(0..self.rows.len())));
         gram.solve(&(1..chosen.len()).collect::<Vec<_>>()).map_or(f64::NEG_INFINITY, |s| -s.left)
     }
 
@@ -568,7 +568,7 @@ impl<'a> Regression<'a> {
         let columns = self.columns_of(set, points);
         let chosen: Vec<Vec<f64>> =
             std::iter::once(0).chain(columns.iter().copied()).map(|c| self.pool[c].clone()).collect();
-        let gram = Gram::new(&chosen, &[0..self.rows.len()]);
+        let gram = Gram::new(&chosen, std::slice::from_ref(&(0..self.rows.len())));
         let solution = gram.solve(&(1..chosen.len()).collect::<Vec<_>>())?;
         let value: HashMap<usize, f64> =
             columns.iter().zip(&solution.coefficients).map(|(c, x)| (*c, x / self.scales[*c])).collect();
@@ -645,7 +645,7 @@ fn between(point: &GridPoint, form: &Form) -> Vec<(Vec<f64>, Vec<Step>)> {
 
 /// The sets of a size with the highest scores.
 fn best_of(found: &Found, size: usize, count: usize) -> Vec<Vec<usize>> {
-    let mut all: Vec<(&Vec<usize>, &(f64, Vec<usize>))> = found.iter().filter(|(key, _)| key.len() == size).collect();
+    let mut all: Vec<_> = found.iter().filter(|(key, _)| key.len() == size).collect();
     all.sort_by(|a, b| b.1.0.total_cmp(&a.1.0).then_with(|| a.0.cmp(b.0)));
     all.into_iter().take(count).map(|(_, (_, set))| set.clone()).collect()
 }
