@@ -161,10 +161,10 @@ fn banded_factor(band: &[f64], rows: usize) -> Vec<Vec<f64>> {
         let mut row = vec![0.0; reach];
         for d in (0..reach).rev() {
             let j = i - d;
-            let mut value = if d == 0 { band[0] * (1.0 + NUGGET) } else { band[d] };
-            // Row j's entries beside its diagonal, against those of this row from the same column on.
-            let beside = factor.get(j).map_or(&[][..], |r| r.get(1..).unwrap_or_default());
-            value -= row[d + 1..].iter().zip(beside).map(|(own, other)| own * other).sum::<f64>();
+            // Row j beside its diagonal, against this row from the same column on.
+            let (entry, beside) =
+                if d == 0 { (band[0] * (1.0 + NUGGET), &row[1..]) } else { (band[d], &factor[j][1..]) };
+            let value = entry - row[d + 1..].iter().zip(beside).map(|(own, other)| own * other).sum::<f64>();
             row[d] = if d == 0 { value.max(f64::MIN_POSITIVE).sqrt() } else { value / factor[j][0] };
         }
         factor.push(row);
