@@ -4,6 +4,25 @@
 //! [`Stage`] four things: is there a gap beyond noise, where is it, which effects of the catalogue would close it, and
 //! does the gap shrink on data that were never fitted. Each candidate that was refitted carries the stage that comes of
 //! adding it, so a walk is a chain of stages. [`Search::diagnose`] walks on its own until nothing more can be named.
+//!
+//! Nothing here reads files or knows of a window. What a linear model of a Duffing oscillator lacks:
+//!
+//! ```
+//! use sindyscope_core::study::Cancel;
+//! use sindyscope_rig::{ScenarioOptions, generate};
+//! use sindyscope_search::{Ask, Search, Verdict};
+//! use sindyscope_values::record::{RecordSet, Usage};
+//!
+//! let measured = generate("duffing", &ScenarioOptions::default()).expect("a scenario of the rig");
+//! let records = RecordSet::new(measured.records, Usage::Fit);
+//! let search = Search::new(&records, &Ask::default())?;
+//! let diagnosis = search.diagnose(&|_| {}, &Cancel::default())?;
+//! assert_eq!(diagnosis.verdict, Verdict::Named);
+//! assert!(diagnosis.sentence.contains("Cubic stiffness") || diagnosis.sentence.contains("cubic stiffness"));
+//! # Ok::<(), sindyscope_search::GapError>(())
+//! ```
+
+#![deny(missing_docs)]
 
 mod audit;
 mod between;
