@@ -206,8 +206,7 @@ fn long_records_make_small_figures() {
     let mut outcome = outcome();
     outcome.records = vec![record_outcome("long", Usage::Fit, 200_000)];
     let page = with_report(&outcome, |r| r.html());
-    // Ten figures, each thinned to what its width shows.
-    assert!(page.len() < 450_000, "{} bytes", page.len());
+    assert!(page.len() < 400_000, "{} bytes", page.len());
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Figures as SVG: the painter of reports and of saved pictures.
 
 use std::collections::HashMap;
+use std::fmt::Write as _;
 
 use super::style::{self, STEPS, class};
 use super::{Axis, Cells, Colours, Figure, Guide, Key, KeyMark, Layer, Panel, Points, Row, Shape, Sign, thin};
@@ -400,9 +401,12 @@ impl Place {
             }
             Shape::Dots(points) => {
                 let step = points.points.len().div_ceil(DOTS).max(1);
+                let mut squares = String::new();
                 for (x, y) in points.points.iter().step_by(step).map(|p| to.point(*p)).filter(|p| p.0.is_finite()) {
-                    svg.rect(&fill, (x - 0.5 * DOT, y - 0.5 * DOT), (DOT, DOT));
+                    let (left, top) = (x - 0.5 * DOT, y - 0.5 * DOT);
+                    let _ = write!(squares, "M{left:.2} {top:.2}h{DOT}v{DOT}h-{DOT}Z");
                 }
+                svg.area(&fill, "", &squares);
             }
             Shape::Marks(points) => {
                 for at in points.points.iter().map(|p| to.point(*p)).filter(|p| p.0.is_finite()) {
