@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use super::data::Data;
-use super::fit::{Fitted, Pace, WHOLE};
+use super::fit::{Fitted, WHOLE};
 use sindyscope_core::refine::{FitOptions, Run, Structure as _, respond};
 use sindyscope_core::signal::rms;
 use sindyscope_core::sparse::OrthonormalBasis;
@@ -41,7 +41,7 @@ impl Data {
         };
         let Some(runs) = fitted.runs.iter().map(finer).collect::<Option<Vec<Run>>>() else { return 0.0 };
         let cancelled = || cancel.is_cancelled();
-        let options = FitOptions { driven, ..Self::options(&cancelled, 0, Pace::Thorough) };
+        let options = FitOptions { driven, ..Self::options(&cancelled, 0, None) };
         let refined = &fitted.refined;
         let Some(other) = respond(&fitted.composition, &runs, &refined.point, options) else { return 0.0 };
         let change = |((run, other), here): ((&Run, &Vec<f64>), &Vec<f64>)| -> Vec<f64> {

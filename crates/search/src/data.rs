@@ -4,12 +4,11 @@ use std::sync::Arc;
 use super::GapError;
 use super::site::Placed;
 use super::structure::Composition;
-use super::weak::Weak;
 use sindyscope_core::dataset::{Dataset, Prepared, RANGE_FACTOR, output};
 use sindyscope_core::refine::{MeasuredMotion, Output, Run};
 use sindyscope_core::signal::{Spectrum, dot, main_period, mean_and_variance, motion_period, rms, standard_deviation};
 use sindyscope_core::simulate::InputGrid;
-use sindyscope_core::study::{base_excited, suggest};
+use sindyscope_core::study::{Cancel, base_excited, suggest};
 use sindyscope_values::format::units::format_si;
 use sindyscope_values::record::{Channel, Record, RecordSet, Role, Usage};
 use sindyscope_values::term::{Kind, Layout, Term};
@@ -206,8 +205,9 @@ impl Data {
         let others = base.base.iter().filter(|t| **t != constant).cloned();
         let free = Composition::new(self.layout, others.chain([constant.clone()]).collect());
         let spring = free.base.iter().position(|t| t.term.as_str() == "x")?;
-        let found = Weak::new(self).estimate(&free, &free.middle())?;
-        let point = -found.coefficients.last()? / found.coefficients[spring];
+        let found = self.propose_exactly(&free, &free.middle(), &[], &Cancel::default())?;
+        let coefficients = free.named(&found.shared).coefficients;
+        let point = -coefficients.last()? / coefficients[spring];
         let (mut mean, mut variance) = (0.0, 0.0);
         for s in self.fit() {
             let (m, v) = mean_and_variance(&s.measured[0]);
@@ -243,11 +243,6 @@ impl Data {
     /// True if some sensor shows an acceleration, whose zero is free.
     pub(super) fn shows_rates(&self) -> bool {
         self.outputs.iter().any(|o| o.is_rate())
-    }
-
-    /// The weighted sum of squares of all that was measured in the fitted records.
-    pub(super) fn squares(&self) -> f64 {
-        self.fit().iter().map(Series::squares).sum()
     }
 
     pub(super) fn fit(&self) -> &[Series] {
@@ -341,11 +336,6 @@ impl Series {
 
     pub(super) fn len(&self) -> usize {
         self.measured.first().map_or(0, |m| m.len())
-    }
-
-    /// The weighted sum of squares of what was measured.
-    pub(super) fn squares(&self) -> f64 {
-        self.measured.iter().zip(&self.weights).map(|(m, w)| w * w * dot(m, m)).sum()
     }
 
     /// The whole record as one run.

@@ -67,16 +67,4 @@ impl GapError {
             Self::NothingToFit | Self::Cancelled => Vec::new(),
         }
     }
-
-    /// What came of trying a model that a walk may do without: nothing where it cannot be fitted.
-    ///
-    /// # Errors
-    /// All others.
-    pub(super) fn if_possible<T>(result: Result<T, Self>) -> Result<Option<T>, Self> {
-        match result {
-            Ok(value) => Ok(Some(value)),
-            Err(Self::Stage(_)) => Ok(None),
-            Err(error) => Err(error),
-        }
-    }
 }

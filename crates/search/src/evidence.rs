@@ -123,7 +123,7 @@ impl Data {
         for column in tangent
             .iter()
             .chain(questions.iter().flat_map(|q| &q.1))
-            .chain(screened.hits.iter().take(3).flat_map(|h| &h.columns))
+            .chain(screened.hits.iter().flat_map(|h| &h.columns))
         {
             if cancel.is_cancelled() {
                 return None;

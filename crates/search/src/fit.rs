@@ -9,9 +9,7 @@ use super::outcome::{Beginnings, Gap};
 use super::parameters::{InnerValues, Parameters};
 use super::site::{Placed, accelerations};
 use super::structure::Composition;
-use sindyscope_core::refine::{
-    Bar, FitOptions, Goal, Landed, Output, Point, Refined, Run, Structure, climb, cut, levels, misfit, refine, shoot,
-};
+use sindyscope_core::refine::{Bar, FitOptions, Goal, Landed, Output, Point, Refined, Run, climb, levels, shoot};
 use sindyscope_core::signal::{dot, mean_and_variance, rms};
 use sindyscope_core::sparse::OrthonormalBasis;
 use sindyscope_core::study::Cancel;
@@ -60,11 +58,7 @@ pub(super) struct Fold {
     pub(super) first: (f64, usize),
 }
 
-impl Fold {
-    pub(super) fn rmse(&self) -> f64 {
-        (self.rss / self.samples.saturating_sub(self.passing).max(1) as f64).sqrt()
-    }
-}
+impl Fold {}
 
 impl Fitted {
     /// A series per run put together again: one a fitted record, its sensors' series one behind the other.
@@ -97,17 +91,6 @@ impl Fitted {
     pub(super) fn error(&self) -> f64 {
         let freedom = self.refined.samples.saturating_sub(self.refined.passing()).max(1);
         (self.refined.rss_beside_jumps() / freedom as f64).sqrt()
-    }
-
-    /// Where the fit landed, to go on from.
-    pub(super) fn landed(&self) -> Landed {
-        let (level, whole) = (self.level, self.level == WHOLE);
-        Landed { refined: (*self.refined).clone(), runs: self.runs.to_vec(), level, whole }
-    }
-
-    /// Number of values that data never fitted have of their own.
-    pub(super) fn passing_of_folds(&self) -> usize {
-        self.folds.iter().map(|fold| fold.passing).sum()
     }
 
     /// RMS of what is left on data never fitted.
@@ -160,12 +143,6 @@ pub(super) const STEPS: usize = 24;
 pub(super) const FEW_STEPS: usize = 8;
 /// Integration steps that one of several candidates may take: about half a second.
 const EFFORT: usize = 800_000;
-/// How many times less than expected of a fit a rival must have left for the fit not to be sought far from its start.
-const SURPASSED: f64 = 2.0;
-/// How many times the least sum of squares leaves a rival so far behind that its score does not matter.
-const BEHIND: f64 = 2.25;
-/// Motion left unexplained (a share of its RMS) above which a fit may have missed its basin.
-const LOST: f64 = 0.3;
 /// A held-out record that is left with so many times the error of the fitted ones may have been begun wrongly.
 const ASTRAY: f64 = 1.5;
 /// Least width of a secant, as a share of the motion's RMS.
@@ -189,52 +166,13 @@ fn finite(value: f64, otherwise: f64) -> f64 {
     if value.is_finite() { value } else { otherwise }
 }
 
-/// How long a refinement may take.
-#[derive(Clone, Copy)]
-pub(super) enum Pace<'a> {
-    /// Until nothing changes.
-    Thorough,
-    /// One of a few that are gone on with.
-    Again,
-    /// One of many, given up where it stays behind the others.
-    Rival(&'a Bar),
-}
-
-/// How hard data that were not fitted are tried to be followed.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Care {
-    /// A beginning that leads astray is sought along short segments.
-    Full,
-    /// As the first attempt has it: for a rival that is far behind.
-    Little,
-}
-
-impl Pace<'_> {
-    /// How hard a fit of this sum of squares is tried to be followed beyond the data fitted.
-    pub(super) fn care(self, rss: f64) -> Care {
-        match self {
-            Self::Rival(bar) if rss > BEHIND * bar.least() => Care::Little,
-            _ => Care::Full,
-        }
-    }
-
-    /// True if a rival does far better than this one is expected to.
-    pub(super) fn surpassed(self, expected: f64) -> bool {
-        matches!(self, Self::Rival(bar) if SURPASSED * bar.least() < expected)
-    }
-}
-
 impl Data {
     pub(super) fn options<'a>(
         cancelled: &'a (dyn Fn() -> bool + Sync),
         steps: usize,
-        pace: Pace<'a>,
+        bar: Option<&'a Bar>,
     ) -> FitOptions<'a> {
-        let (effort, bar) = match pace {
-            Pace::Thorough => (usize::MAX, None),
-            Pace::Again => (4 * EFFORT, None),
-            Pace::Rival(bar) => (EFFORT, Some(bar)),
-        };
+        let effort = if bar.is_some() { EFFORT } else { usize::MAX };
         FitOptions { frozen: false, driven: false, steps, effort, bar, cancelled }
     }
 
@@ -256,122 +194,6 @@ impl Data {
     /// The fitted records, each as one run.
     pub(super) fn whole(&self) -> Vec<Run> {
         self.fit().iter().map(Series::run).collect()
-    }
-
-    /// Refines along whole records from a point; where that is lost, by way of segments that grow.
-    ///
-    /// It is lost if it leaves more than `lost`.
-    pub(super) fn refine(
-        &self,
-        composition: &Composition,
-        start: &Point,
-        lost: f64,
-        pace: Pace<'_>,
-        cancel: &Cancel,
-    ) -> Option<Refined> {
-        let cancelled = || cancel.is_cancelled();
-        let steps = if matches!(pace, Pace::Rival(_)) { 2 * FEW_STEPS + 4 } else { STEPS };
-        let runs = self.whole();
-        let direct = refine(composition, &runs, start, Self::options(&cancelled, steps, pace))
-            .map(|found| self.again(composition, &runs, found, pace, cancel));
-        if direct.as_ref().is_some_and(|f| f.rss <= lost) || pace.surpassed(lost) || cancel.is_cancelled() {
-            return direct;
-        }
-        let goal = self.goal(WHOLE, Self::options(&cancelled, steps, Pace::Thorough));
-        let first = shoot(composition, &runs, (&start.shared, None), 0, goal, FEW_STEPS);
-        let held = first.map(|first| climb(composition, &runs, first, goal)).unwrap_or_default();
-        let long = match held.into_iter().next_back() {
-            Some(landed) if landed.whole => Some(landed.refined),
-            Some(landed) => {
-                let shared = &landed.refined.point.shared;
-                shoot(composition, &runs, (shared, Some(landed.of(composition))), WHOLE, goal, steps).map(|l| l.refined)
-            }
-            None => None,
-        };
-        match (direct, long) {
-            (Some(a), Some(b)) => Some(if b.rss < a.rss { b } else { a }),
-            (a, b) => b.or(a),
-        }
-    }
-
-    /// Refines from a point over segments of a level.
-    pub(super) fn refine_at(
-        &self,
-        composition: &Composition,
-        start: &Point,
-        level: usize,
-        cancel: &Cancel,
-    ) -> Option<Landed> {
-        let whole = self.whole();
-        if level == WHOLE {
-            let refined = self.refine(composition, start, self.lost(), Pace::Thorough, cancel)?;
-            return Some(Landed { refined, runs: whole, level, whole: true });
-        }
-        let cancelled = || cancel.is_cancelled();
-        let goal = self.goal(level, Self::options(&cancelled, STEPS, Pace::Thorough));
-        shoot(composition, &whole, (&start.shared, None), level, goal, STEPS)
-    }
-
-    /// What a composition leaves over segments of a level at a point; none where it cannot be followed.
-    pub(super) fn misfit_at(
-        &self,
-        composition: &Composition,
-        point: &Point,
-        level: usize,
-        cancel: &Cancel,
-    ) -> Option<f64> {
-        let whole = self.whole();
-        let cancelled = || cancel.is_cancelled();
-        let options = FitOptions { driven: level != WHOLE, ..Self::options(&cancelled, 0, Pace::Thorough) };
-        if level == WHOLE {
-            return misfit(composition, &whole, point, options);
-        }
-        let runs = cut(&whole, self.period, level);
-        let point = Point::new(composition, &runs, point.shared.clone(), true);
-        misfit(composition, &runs, &point, options)
-    }
-
-    /// The sum of squares above which a fit without expectations has missed its basin.
-    pub(super) fn lost(&self) -> f64 {
-        LOST * LOST * self.squares()
-    }
-
-    /// Begins each record anew from where it was measured to begin, and goes on where that helps: an initial state may have
-    /// been caught where a wrong model needed it.
-    fn again(
-        &self,
-        composition: &Composition,
-        runs: &[Run],
-        found: Refined,
-        pace: Pace<'_>,
-        cancel: &Cancel,
-    ) -> Refined {
-        let cancelled = || cancel.is_cancelled();
-        let frozen =
-            FitOptions { frozen: true, effort: EFFORT, ..Self::options(&cancelled, FEW_STEPS, Pace::Thorough) };
-        let mut point = found.point.clone();
-        let mut bettered = false;
-        for (r, run) in runs.iter().enumerate() {
-            let alone = [Run { record: 0, ..run.clone() }];
-            let here: f64 = dot(&found.residuals[r], &found.residuals[r]);
-            let mut start = Point::new(composition, &alone, point.shared.clone(), false);
-            let sensors = run.outputs.len();
-            start.offsets = found.point.offsets.chunks(sensors).nth(r).map(<[f64]>::to_vec).unwrap_or_default();
-            if let Some(mut other) = refine(composition, &alone, &start, frozen)
-                && other.rss < 0.9 * here
-                && let Some(own) = other.point.own.pop()
-            {
-                point.own[r] = own;
-                bettered = true;
-            }
-        }
-        if !bettered {
-            return found;
-        }
-        match refine(composition, runs, &point, Self::options(&cancelled, FEW_STEPS, pace)) {
-            Some(better) if better.rss < found.rss => better,
-            _ => found,
-        }
     }
 
     /// The parts of a single record of this duration that judge a fit to the rest, as shares of its length.
@@ -411,12 +233,6 @@ impl Data {
             .collect()
     }
 
-    /// Holds a refinement of whole records against data that were not fitted.
-    pub(super) fn judge(&self, composition: Composition, refined: Refined, care: Care, cancel: &Cancel) -> Fitted {
-        let landed = Landed { refined, runs: self.whole(), level: WHOLE, whole: true };
-        self.judged_with(composition, landed, care, cancel)
-    }
-
     /// Follows records that were not fitted with the parameters as they are: what each has of its own is fitted.
     pub(super) fn follow(
         &self,
@@ -424,17 +240,14 @@ impl Data {
         shared: &[f64],
         records: &[Run],
         (level, expected): (usize, f64),
-        care: Care,
         cancel: &Cancel,
     ) -> Option<Landed> {
         let cancelled = || cancel.is_cancelled();
-        let options =
-            FitOptions { frozen: true, effort: EFFORT, ..Self::options(&cancelled, FEW_STEPS, Pace::Thorough) };
-        let goal = Goal { noise: expected.max(self.noise), ..self.goal(level, options) };
+        let goal = self.followed_to(level, expected, &cancelled);
         let direct = shoot(composition, records, (shared, None), level, goal, FEW_STEPS);
         let top = levels(records, self.period);
         let near = direct.as_ref().is_some_and(|d| d.error() < ASTRAY * expected);
-        if near || top == 0 || level == 0 || care == Care::Little {
+        if near || top == 0 || level == 0 {
             return direct;
         }
         // A record begun a little wrongly goes astray though the model is right: the beginning is found along segments.
@@ -447,35 +260,19 @@ impl Data {
         }
     }
 
-    /// What parameters leave on the held-out records over segments of a level, as RMS; none without such records.
-    pub(super) fn left_of_held_out(
+    /// What a fit of initial states alone is to reach, over segments of a level.
+    pub(super) fn followed_to<'a>(
         &self,
-        composition: &Composition,
-        shared: &[f64],
-        (level, expected): (usize, f64),
-        cancel: &Cancel,
-    ) -> Option<f64> {
-        if self.held_out().is_empty() {
-            return None;
-        }
-        let (mut rss, mut freedom) = (0.0, 0);
-        for s in self.held_out() {
-            let runs = [Run { record: 0, ..s.run() }];
-            let Some(found) = self.follow(composition, shared, &runs, (level, expected), Care::Full, cancel) else {
-                return Some(f64::INFINITY);
-            };
-            rss += found.refined.rss;
-            freedom += found.refined.samples.saturating_sub(found.refined.passing());
-        }
-        Some((rss / freedom.max(1) as f64).sqrt())
+        level: usize,
+        expected: f64,
+        cancelled: &'a (dyn Fn() -> bool + Sync),
+    ) -> Goal<'a> {
+        let options = FitOptions { frozen: true, effort: EFFORT, ..Self::options(cancelled, FEW_STEPS, None) };
+        Goal { noise: expected.max(self.noise), ..self.goal(level, options) }
     }
 
     /// Holds a fit against data that were not fitted, over segments as long as its own.
     pub(super) fn judged(&self, composition: Composition, landed: Landed, cancel: &Cancel) -> Fitted {
-        self.judged_with(composition, landed, Care::Full, cancel)
-    }
-
-    fn judged_with(&self, composition: Composition, landed: Landed, care: Care, cancel: &Cancel) -> Fitted {
         let cancelled = || cancel.is_cancelled();
         let Landed { refined, runs, level, whole } = landed;
         let level = if whole { WHOLE } else { level };
@@ -502,16 +299,16 @@ impl Data {
         let (mut folds, mut refitted) = (Vec::new(), Vec::new());
         for s in self.held_out() {
             let runs = [Run { record: 0, ..s.run() }];
-            let fit = self.follow(&composition, &refined.point.shared, &runs, expected, care, cancel);
+            let fit = self.follow(&composition, &refined.point.shared, &runs, expected, cancel);
             folds.push(fold(&fit, &runs));
             held_out.push(fit.and_then(|l| followed(&l.runs, &l.refined).pop()).unwrap_or_default());
         }
         for (train, test) in self.folds() {
-            let goal = self.goal(level, Self::options(&cancelled, FEW_STEPS, Pace::Thorough));
+            let goal = self.goal(level, Self::options(&cancelled, FEW_STEPS, None));
             let again = shoot(&composition, &train, (&refined.point.shared, None), level, goal, FEW_STEPS);
             let found = again
                 .as_ref()
-                .and_then(|f| self.follow(&composition, &f.refined.point.shared, &test, expected, care, cancel));
+                .and_then(|f| self.follow(&composition, &f.refined.point.shared, &test, expected, cancel));
             // Where the rest cannot be fitted the fold is lost, not predicted by a fit that saw it.
             let lost = || vec![f64::NAN; refined.point.shared.len()];
             refitted.push(again.map_or_else(lost, |f| f.refined.point.shared));
@@ -771,23 +568,4 @@ fn settling(
         }
     }
     Oscillator::new(&unit * (omega * omega), unit * (LEAST_DAMPING * omega), interval)
-}
-
-/// What each record has of its own, carried from one composition to another: initial state, the internal states that both
-/// have, the offset.
-pub(super) fn carried(before: &Composition, after: &Composition, point: &Point) -> Point {
-    let states = 2 * after.layout.freedoms;
-    let kept = states + before.internals().min(after.internals());
-    let own = point.own.iter().map(|values| {
-        let mut next = vec![0.0; states + after.internals()];
-        let kept = kept.min(values.len());
-        next[..kept].copy_from_slice(&values[..kept]);
-        next
-    });
-    let offsets = match (before.offset(), after.offset()) {
-        (_, false) => Vec::new(),
-        (true, true) => point.offsets.clone(),
-        (false, true) => vec![0.0; point.own.len() * after.layout.freedoms],
-    };
-    Point { shared: Vec::new(), offsets, own: own.collect() }
 }

@@ -110,7 +110,6 @@ pub(super) struct FoundRound {
     pub(super) compared: usize,
     pub(super) evidence: Evidence,
     pub(super) finding: Finding,
-    pub(super) company: Option<Choice>,
     pub(super) next_experiment: Option<String>,
     pub(super) candidates: Vec<FoundCandidate>,
     /// None where no size would have been shown: JSON has no infinity.
@@ -281,7 +280,6 @@ impl FoundRound {
             compared,
             evidence: round.evidence.clone(),
             finding: round.finding.clone(),
-            company: round.company.clone(),
             next_experiment: round.next_experiment.clone(),
             candidates: round.candidates.iter().map(candidate).collect(),
             hidden_up_to: round

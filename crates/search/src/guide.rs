@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 
 use super::effects::{Addition, Axis, Direction, FAMILIES, Form, Frame, Setting, unit};
-use super::search::OF_SETS;
 use super::site::Placed;
 use sindyscope_values::term::{Layout, Term};
 
@@ -76,7 +75,7 @@ pub fn guide() -> Vec<Entry> {
             let known = entries.len();
             let mut forms = Vec::new();
             add(setting, &mut forms);
-            for form in forms.iter().filter(|f| !OF_SETS.contains(&f.effect)) {
+            for form in &forms {
                 if form.moves_the_zero(false) {
                     shifting.insert(form.effect);
                 }

@@ -15,7 +15,7 @@ use rand_pcg::Pcg64;
 
 use super::data::Data;
 use super::effects::Form;
-use super::fit::{FEW_STEPS, Fitted, Pace};
+use super::fit::{FEW_STEPS, Fitted};
 use super::outcome::Lead;
 use super::rule::{BLOCK, LEAD, QUANTILE, RESAMPLED, STUDENT};
 use super::structure::Composition;
@@ -173,7 +173,7 @@ impl Data {
         let borders: Vec<usize> = (0..=count).map(|k| (first + k * length).min(record.range.end)).collect();
         let spans: Vec<(usize, usize)> = borders.windows(2).map(|b| (b[0], b[1])).filter(|(a, b)| b > a).collect();
         let cancelled = || cancel.is_cancelled();
-        let frozen = FitOptions { frozen: true, driven: true, ..Self::options(&cancelled, FEW_STEPS, Pace::Thorough) };
+        let frozen = FitOptions { frozen: true, driven: true, ..Self::options(&cancelled, FEW_STEPS, None) };
         let part = |range: std::ops::Range<usize>| Run { record: 0, ..record.part(range) };
         let attempt = |spans: &[(usize, usize)]| -> Option<Vec<Vec<f64>>> {
             let before: Vec<Run> = spans.iter().map(|(a, _)| part(a - period..*a)).collect();

@@ -375,8 +375,6 @@ pub struct Round {
     pub candidates: Vec<Candidate>,
     /// What the round came to on its own.
     pub finding: Finding,
-    /// The effect that the first candidate is named in company with: neither explains the data alone.
-    pub company: Option<Choice>,
     /// The experiment that would tell the candidates apart that cannot be told apart.
     pub next_experiment: Option<String>,
     /// Effects by title with the least size, as a share of the spring force, that these data would have shown.

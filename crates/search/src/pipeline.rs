@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::decide::variance_inflation;
+use super::data::Data;
 use super::effects::{Direction, Form, logarithmic};
 use super::error::GapError;
-use super::fit::{Fitted, Pace, STEPS, WHOLE};
+use super::fit::{Fitted, STEPS, WHOLE};
 use super::judge::{Hypothesis, Ruling, beats, judge, least_lead};
 use super::outcome::Choice;
 use super::parameters::Parameters;
@@ -57,7 +57,7 @@ impl Search {
         proposals.retain(|p| p.forms.len() <= room);
         // What has no force of its own to be regressed on is always tried.
         for (k, form) in forms.iter().enumerate().filter(|(_, form)| form.is_outside()) {
-            let with = self.with(composition, form);
+            let with = Self::with(composition, form);
             let all = with.inner_after(composition, inner, &[]);
             let coefficients = before.parameters.coefficients.clone();
             let mut composition = with;
@@ -98,9 +98,6 @@ impl Search {
             }
         }
         self.close(&mut sets, before, forms, cancel);
-        if let Some(again) = self.again(before, cancel) {
-            sets[0] = self.hypothesis(Vec::new(), again, cancel);
-        }
         if cancel.is_cancelled() {
             return None;
         }
@@ -136,14 +133,10 @@ impl Search {
         }
     }
 
-    /// The present model fitted from the regression's values, if that is better than it was: a model that sits in a worse basin
-    /// makes everything seem to help.
-    fn again(&self, before: &Fitted, cancel: &Cancel) -> Option<Fitted> {
-        let composition = &before.composition;
-        let start = self.data.propose_exactly(composition, &before.parameters.inner, &[], cancel)?;
-        let landed = self.landed(composition, &start.shared, None, cancel)?;
-        (landed.refined.rss < 0.99 * before.refined.rss && landed.whole == (before.level == WHOLE))
-            .then(|| self.data.judged(composition.clone(), landed, cancel))
+    /// A model with a form added; the effects of which it is a richer kind are replaced by it.
+    fn with(before: &Composition, form: &Form) -> Composition {
+        let simpler = before.forms.iter().position(|f| form.is_richer_kind_of(f));
+        simpler.map_or_else(|| before.with(form), |index| before.without(index).with(form))
     }
 
     /// Fits a proposal; a damper of the base may push where data never fitted say so.
@@ -186,8 +179,7 @@ impl Search {
         let data = &self.data;
         let whole = data.whole();
         let cancelled = || cancel.is_cancelled();
-        let pace = bar.map_or(Pace::Thorough, Pace::Rival);
-        let goal = data.goal(WHOLE, super::data::Data::options(&cancelled, STEPS, pace));
+        let goal = data.goal(WHOLE, Data::options(&cancelled, STEPS, bar));
         let point = Point::new(composition, &whole, shared.to_vec(), false);
         let landed = land(composition, &whole, &point, goal).map(|l| self.looked_through(composition, l, cancel));
         if let (Some(landed), Some(bar)) = (&landed, bar) {
@@ -203,7 +195,7 @@ impl Search {
         let jumping = composition.forms.iter().zip(inner).flat_map(|(form, places)| form.inner.iter().zip(places));
         let mut best = landed;
         let cancelled = || cancel.is_cancelled();
-        let options = super::data::Data::options(&cancelled, STEPS, Pace::Thorough);
+        let options = Data::options(&cancelled, STEPS, None);
         for (quantity, place) in jumping.filter(|(quantity, _)| quantity.jumps && best.whole) {
             for width in LOOKED_THROUGH {
                 let present = best.refined.point.shared[place];
@@ -236,7 +228,7 @@ impl Search {
     /// or an inner quantity at a bound.
     pub(super) fn unborne(&self, fitted: &Fitted) -> Option<String> {
         let refined = &*fitted.refined;
-        let inflation = variance_inflation(fitted, self.data.frequency, self.data.fit()[0].interval);
+        let inflation = self.inflation(fitted);
         let Parameters { coefficients: values, inner } = &fitted.parameters;
         let positions = fitted.composition.positions();
         let places = fitted.composition.places(inner);
@@ -289,7 +281,7 @@ impl Search {
         point.shared[position] = other;
         let never = || false;
         let driven = fitted.level != WHOLE;
-        let options = FitOptions { driven, ..super::data::Data::options(&never, 0, Pace::Thorough) };
+        let options = FitOptions { driven, ..Data::options(&never, 0, None) };
         let there = misfit(&fitted.composition, &fitted.runs, &point, options);
         let variance = refined.rss / refined.samples.max(1) as f64;
         there.is_none_or(|rss| rss - refined.rss > BORNE * BORNE * inflation * variance)

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::data::Series;
-use super::fit::{Care, Fitted, WHOLE};
+use super::fit::{FEW_STEPS, Fitted, WHOLE};
 use super::search::Search;
-use sindyscope_core::refine::{Run, Structure as _};
+use sindyscope_core::refine::{Run, Structure as _, shoot};
 use sindyscope_core::signal::{dot, mean_and_variance};
 use sindyscope_core::study::Cancel;
 use sindyscope_values::record::Usage;
@@ -77,7 +77,9 @@ impl Search {
         let composition = &fitted.composition;
         let shared = &fitted.refined.point.shared;
         composition.instance(shared)?;
-        let found = self.data.follow(composition, shared, &runs, (WHOLE, self.data.noise), Care::Little, cancel)?;
+        let cancelled = || cancel.is_cancelled();
+        let goal = self.data.followed_to(WHOLE, self.data.noise, &cancelled);
+        let found = shoot(composition, &runs, (shared, None), WHOLE, goal, FEW_STEPS)?;
         let whole = found.refined.simulated.first()?;
         Some(whole.get(..s.len())?.to_vec())
     }

@@ -129,7 +129,6 @@ impl Search {
             place,
             candidates: kept.candidates.par_iter().map(candidate).collect::<Option<_>>()?,
             finding: kept.finding.clone(),
-            company: kept.company.clone(),
             next_experiment: kept.next_experiment.clone(),
             hidden_up_to: kept
                 .hidden_up_to

@@ -7,7 +7,6 @@ use super::error::GapError;
 use super::fit::Fitted;
 use super::judge::{Hypothesis, Ruling, lead};
 use super::outcome::{Candidate, Choice, Diagnosis, Finding, Lead, Round, Stage, Standing, Verdict};
-use super::ranking::Decision;
 use super::rule::{MATTERS_NOISES, MATTERS_SHARE};
 use super::screen::Motion;
 use super::search::{Depth, Listener, Search};
@@ -15,6 +14,12 @@ use super::structure::choice;
 use super::words::{led, remaining, sentence, why};
 use sindyscope_core::clock::Stopwatch;
 use sindyscope_core::study::Cancel;
+
+/// What a look comes to.
+pub(super) struct Decision {
+    pub(super) finding: Finding,
+    pub(super) next_experiment: Option<String>,
+}
 
 /// What a look tried.
 #[derive(Clone)]
@@ -60,7 +65,7 @@ impl Search {
         }
         let Some(winner) = tried.winner() else {
             candidates.sort_by_key(|c| std::cmp::Reverse(c.stage.is_some()));
-            return Decision { finding: Finding::Unexplained, next_experiment: None, company: None };
+            return Decision { finding: Finding::Unexplained, next_experiment: None };
         };
         let rivals: Vec<&Hypothesis> = tried.ruling.rivals.iter().map(|k| &tried.sets[*k]).collect();
         let mut own = tried.choices(winner);
@@ -69,10 +74,6 @@ impl Search {
             form.map_or(0.0, |form| self.share(form, &winner.fitted))
         };
         own.sort_by(|a, b| share(b).total_cmp(&share(a)));
-        let alone = |c: &Choice| tried.sets.iter().find(|s| tried.choices(s) == [c.clone()]);
-        let stands_alone =
-            alone(&own[0]).is_some_and(|s| s.unborne.is_none() && lead(&s.blocks, &none.blocks, "").difference > 0.0);
-        let company = own.get(1).cloned().filter(|_| !stands_alone);
         let sum = |c: &Candidate| {
             let of = tried.sets.iter().filter(|s| tried.choices(s).contains(&c.choice));
             of.map(Hypothesis::sum).fold(f64::NEG_INFINITY, f64::max)
@@ -93,7 +94,7 @@ impl Search {
             next_experiment = next_experiment.or(separates.map(|s| format!("What tells them apart: {s}.")));
         }
         let finding = if places.is_empty() { Finding::Named } else { Finding::Ambiguous(places) };
-        Decision { finding, next_experiment, company }
+        Decision { finding, next_experiment }
     }
 
     /// Where the effects of rivals that the winner lacks stand among candidates.
@@ -136,8 +137,11 @@ impl Search {
         candidate.standing = refused.map_or(Standing::Refitted, Standing::Refused);
     }
 
-    /// The walk to the set that stands, an effect a step.
-    pub(super) fn walked(&self, tell: Listener<'_>, cancel: &Cancel) -> Result<Diagnosis, GapError> {
+    /// Walks to the set that stands, an effect a step, until nothing more can be named or the most effects are added.
+    ///
+    /// # Errors
+    /// The base cannot be fitted; cancelled.
+    pub fn diagnose(&self, tell: Listener<'_>, cancel: &Cancel) -> Result<Diagnosis, GapError> {
         let started = Stopwatch::start();
         let base = self.base(cancel)?;
         let mut stage = Arc::clone(&base);
@@ -282,7 +286,6 @@ impl Search {
         if !is_last {
             round.next_experiment = None;
         }
-        round.company = None;
         round.finding = if places.is_empty() { Finding::Named } else { Finding::Ambiguous(places) };
     }
 }

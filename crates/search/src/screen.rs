@@ -49,9 +49,7 @@ pub(super) struct Hit {
     pub(super) inner: Vec<f64>,
     /// By how much it lowers the sum of squares.
     pub(super) gain: f64,
-    /// The same with the offset of every record free.
-    pub(super) free_gain: f64,
-    /// The responses of its columns, what the model explains not removed.
+    /// Of the best, the responses of its columns, what the model explains not removed.
     pub(super) columns: Vec<Vec<f64>>,
 }
 
@@ -319,8 +317,7 @@ impl Data {
         for column in base.iter().chain(&rest) {
             basis.push(column.clone());
         }
-        let residual = fitted.rows(&fitted.refined.residuals);
-        let mut target = residual.clone();
+        let mut target = fitted.rows(&fitted.refined.residuals);
         basis.remove(&mut target);
         let rss = dot(&target, &target);
         let points: Vec<(usize, Vec<f64>)> =
@@ -338,7 +335,7 @@ impl Data {
             })
             .collect();
         let mut hits: Vec<Hit> = Vec::new();
-        for (k, form) in forms.iter().enumerate() {
+        for k in 0..forms.len() {
             let mut own: Vec<(usize, f64)> = points
                 .iter()
                 .enumerate()
@@ -347,29 +344,14 @@ impl Data {
                 .collect();
             own.sort_by(|a, b| b.1.total_cmp(&a.1));
             let Some(best) = own.first() else { continue };
-            let columns = self.columns(
-                &form.addition(&points[best.0].1),
-                &motion.measured,
-                &motion.variations,
-                present,
-                simulated,
-            );
-            hits.push(Hit { form: k, inner: points[best.0].1.clone(), gain: best.1, free_gain: 0.0, columns });
+            hits.push(Hit { form: k, inner: points[best.0].1.clone(), gain: best.1, columns: Vec::new() });
         }
         hits.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        // A record's offset hides other effects where it is large: each is also tried with the offsets out of the way.
-        let mut free = basis;
-        for column in self.offsets() {
-            free.push(column);
+        for hit in hits.iter_mut().take(KEPT_COLUMNS) {
+            let addition = forms[hit.form].addition(&hit.inner);
+            hit.columns = self.columns(&addition, &motion.measured, &motion.variations, present, simulated);
         }
-        free.remove(&mut target);
-        let free_rss = dot(&target, &target);
-        for hit in &mut hits {
-            hit.free_gain = explain(&free, &target, hit.columns.clone(), &forms[hit.form]).unwrap_or(0.0);
-        }
-        // Values of one form that lie apart and do nearly as well are starts of their own.
-        let gains = points.into_iter().zip(found).filter_map(|(p, f)| f.map(|gain| (p.0, p.1, gain))).collect();
-        Screened { hits, gains, rss, free_rss, base, rest, residual }
+        Screened { hits, rss }
     }
 }
 
@@ -377,113 +359,12 @@ impl Data {
 pub(super) struct Screened {
     /// The best of each form, best first.
     pub(super) hits: Vec<Hit>,
-    /// (form, inner values, gain) of every point.
-    pub(super) gains: Vec<(usize, Vec<f64>, f64)>,
     /// What the model itself leaves once its coefficients are moved along the measured motion.
     pub(super) rss: f64,
-    /// The same with the offset of every record free.
-    free_rss: f64,
-    base: Vec<Vec<f64>>,
-    rest: Vec<Vec<f64>>,
-    residual: Vec<f64>,
 }
 
-/// Forms of one effect that are refined.
-const ALIKE: usize = 2;
-/// Share of the best gain below which a form is not refined.
-const FAINT: f64 = 0.01;
-/// Forms that are refined though the best leaves far less.
-const ALWAYS: usize = 5;
-/// How many times the screen may overestimate what a form leaves.
-const OVERESTIMATED: f64 = 4.0;
-/// Difference of two forms' BIC from which on nothing could make them rivals: ten times what tells them apart.
-const BEYOND_DOUBT: f64 = 100.0;
-/// What a further form may leave along the measured motion, in what the best leaves.
-const NEAR: f64 = 3.0;
-
-impl Screened {
-    /// The forms to refine: those of the largest gains, with or without offsets, at most two of one effect.
-    pub(super) fn likeliest(&self, forms: &[Form], most: usize) -> Vec<usize> {
-        let best = |gain: fn(&Hit) -> f64| self.hits.iter().map(gain).fold(f64::MIN_POSITIVE, f64::max);
-        let (gain, free) = (best(|h| h.gain), best(|h| h.free_gain));
-        let mut ranked: Vec<(f64, usize)> =
-            self.hits.iter().map(|h| ((h.gain / gain).max(h.free_gain / free), h.form)).collect();
-        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut chosen: Vec<usize> = Vec::new();
-        for (share, form) in ranked {
-            let same = |k: &&usize| forms[**k].effect == forms[form].effect && !forms[**k].is_elsewhere(&forms[form]);
-            let alike = chosen.iter().filter(same).count();
-            let near = self.hits.iter().filter(|h| h.form == form).any(|h| {
-                self.rss - h.gain < NEAR * (self.rss - gain)
-                    || self.free_rss - h.free_gain < NEAR * (self.free_rss - free)
-            });
-            if share > FAINT && alike < ALIKE && chosen.len() < most && (near || chosen.len() < ALWAYS) {
-                chosen.push(form);
-            }
-        }
-        chosen
-    }
-
-    /// True if a form cannot come near another that explains the data, by what both leave along the measured motion of so
-    /// many independent samples; the screen may overestimate that several times.
-    pub(super) fn outdone(&self, form: usize, by: usize, samples: f64) -> bool {
-        let hit = |form: usize| self.hits.iter().find(|h| h.form == form);
-        let (Some(this), Some(best)) = (hit(form), hit(by)) else { return false };
-        let behind = |whole: f64, gain: fn(&Hit) -> f64| {
-            let (left, least) = (whole - gain(this), (whole - gain(best)).max(f64::MIN_POSITIVE));
-            samples * ((left - least).max(0.0) / (OVERESTIMATED * least)).ln_1p()
-        };
-        behind(self.rss, |h| h.gain).min(behind(self.free_rss, |h| h.free_gain)) > BEYOND_DOUBT
-    }
-
-    /// The sum of squares above which a refinement of a form has missed its basin: several times what the form leaves along
-    /// the measured motion. Infinite for a form that explains little there.
-    pub(super) fn expected(&self, form: usize) -> f64 {
-        match self.hits.iter().find(|h| h.form == form) {
-            Some(hit) if hit.gain > 0.5 * self.rss => 4.0 * (self.rss - hit.gain),
-            _ => f64::INFINITY,
-        }
-    }
-
-    /// Inner values to refine a form from: its best, and others that are peaks of their own.
-    pub(super) fn starts(&self, form: usize, most: usize) -> Vec<Vec<f64>> {
-        let own: Vec<(&[f64], f64)> =
-            self.gains.iter().filter(|g| g.0 == form).map(|(_, inner, gain)| (inner.as_slice(), *gain)).collect();
-        let mut peaks: Vec<(&[f64], f64)> = own
-            .iter()
-            .filter(|(here, gain)| own.iter().all(|o| o.1 <= *gain || !next_to(here, o.0, &own)))
-            .copied()
-            .collect();
-        peaks.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let best = peaks.first().map_or(0.0, |p| p.1);
-        peaks.iter().take(most).filter(|p| p.1 >= 0.5 * best).map(|p| p.0.to_vec()).collect()
-    }
-
-    /// How the model's coefficients move, and the coefficients of the columns, when both are fitted together.
-    pub(super) fn together(&self, columns: &[Vec<f64>]) -> Option<(Vec<f64>, Vec<f64>)> {
-        let all: Vec<&Vec<f64>> = self.base.iter().chain(columns).chain(&self.rest).collect();
-        let n = all.len();
-        let scale: Vec<f64> =
-            all.iter().map(|c| dot(c, c).sqrt().recip()).map(|s| if s.is_finite() { s } else { 0.0 }).collect();
-        let normal = nalgebra::DMatrix::from_fn(n, n, |i, j| {
-            if i == j { 1.0 + 1e-9 } else { dot(all[i], all[j]) * scale[i] * scale[j] }
-        });
-        let right = nalgebra::DVector::from_fn(n, |i, _| dot(all[i], &self.residual) * scale[i]);
-        let solved = normal.cholesky()?.solve(&right);
-        let value = |i: usize| solved[i] * scale[i];
-        let b = self.base.len();
-        Some(((0..b).map(value).collect(), (b..b + columns.len()).map(value).collect()))
-    }
-}
-
-/// True if two points of a grid differ in one coordinate and none of the grid lies between them.
-fn next_to(a: &[f64], b: &[f64], grid: &[(&[f64], f64)]) -> bool {
-    let mut differing = (0..a.len()).filter(|i| a[*i] != b[*i]);
-    let (Some(axis), None) = (differing.next(), differing.next()) else { return false };
-    let (low, high) = (a[axis].min(b[axis]), a[axis].max(b[axis]));
-    !grid.iter().any(|(point, _)| low < point[axis] && point[axis] < high)
-}
-
+/// Hits whose columns are kept: what is left beside them is taken for noise.
+pub(super) const KEPT_COLUMNS: usize = 3;
 /// By how much columns lower the sum of squares of what the basis leaves; none where they add
 /// nothing of their own or have unphysical signs.
 fn explain(basis: &OrthonormalBasis, target: &[f64], columns: Vec<Vec<f64>>, form: &Form) -> Option<f64> {

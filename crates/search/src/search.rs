@@ -4,23 +4,20 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::audit::Audit;
 use super::columns::Path;
 use super::data::{Data, Series};
-use super::decide::{refusal, score, variance_inflation};
 use super::effects::{Form, Frame, Setting, catalogue};
 use super::error::GapError;
 use super::evidence::Examined;
-use super::fit::{Care, Fitted, Pace, WHOLE};
+use super::fit::Fitted;
 use super::outcome::{Blind, Choice, Evidence, Finding, Round, Stage};
 use super::parameters::Parameters;
 use super::progress::Progress;
 use super::propose::usual_speed;
-use super::ranking::{Decision, merged};
-use super::ruling::Tried;
-use super::screen::{Motion, Screened};
+use super::ruling::{Decision, Tried};
+use super::screen::Motion;
 use super::site::Placed;
 use super::structure::{Composition, choice};
-use super::weak::Weak;
 use super::words::titles;
-use sindyscope_core::refine::{Bar, Output, Point, Structure as _};
+use sindyscope_core::refine::{Structure as _, inflation};
 use sindyscope_core::study::Cancel;
 use sindyscope_values::model::has_acceleration;
 use sindyscope_values::record::RecordSet;
@@ -88,39 +85,8 @@ pub(super) enum Depth {
     Refitted,
 }
 
-/// A set of effects refitted with the rest of the model.
-pub(super) struct Refit {
-    /// Indices of the forms, one or two.
-    pub(super) forms: Vec<usize>,
-    pub(super) fitted: Arc<Fitted>,
-}
-
-/// Times the noise that a fit which explains the data leaves at most: on the data fitted, and on those never fitted.
-const EXPLAINED: (f64, f64) = (1.3, 1.5);
 /// Weights of the oscillator that a base model's start leans towards, beside those of the data.
-const PRIORS: [f64; 3] = [1e-10, 1e-3, 1.0];
-/// Share of the sum of squares that a form must leave at most along the motion for a far better fit to be expected of it.
-pub(super) const PROMISING: f64 = 0.5;
-/// Candidates that are refined.
-const REFINED: usize = 12;
-/// Candidates that are refined before it is asked whether one of them explains the data.
-const LEADERS: usize = 2;
-/// Samples times candidates from which fewer are refined, and the fewest.
-const EFFORT: usize = 36_000;
-const FEWEST: usize = 9;
-/// Effects that only the comparison of whole sets tells from their kin: they are not offered where effects are added one at a
-/// time.
-pub(super) const OF_SETS: [&str; 8] = [
-    "belt_friction",
-    "bilinear_damping",
-    "damping_drift",
-    "input_squared",
-    "negative_damping",
-    "power_law_damping",
-    "power_law_stiffness",
-    "state_dependent_input",
-];
-
+const PRIORS: [f64; 2] = [1e-3, 1.0];
 impl Search {
     /// Prepares records of one mass or several.
     ///
@@ -196,30 +162,23 @@ impl Search {
         Ok(Arc::new(self.show(&fitted)))
     }
 
-    /// True if the sets of effects are proposed, fitted and judged by one rule: so far on request
-    /// (`SINDYSCOPE_SETS`), of one mass whose displacement is measured. Else effects are added one at a time.
-    pub(super) fn is_piped(&self) -> bool {
-        std::env::var_os("SINDYSCOPE_SETS").is_some() && self.data.outputs == [Output::Displacement(0)]
-    }
-
     /// Variance inflation of a fit whose residuals are correlated.
     pub(super) fn inflation(&self, fitted: &Fitted) -> f64 {
-        variance_inflation(fitted, self.data.frequency, self.data.fit()[0].interval)
+        // The series of each sensor in each run by itself.
+        let runs = fitted.refined.residuals.iter().zip(fitted.runs.iter());
+        let series: Vec<&[f64]> = runs.flat_map(|(e, run)| e.chunks(run.range.len().max(1))).collect();
+        inflation(&series, self.data.frequency * self.data.fit()[0].interval)
     }
 
     pub(super) fn known(&self, choices: &[Choice]) -> Option<Arc<Fitted>> {
         let mut choices = choices.to_vec();
-        if self.is_piped() {
-            choices.sort();
-        }
+        choices.sort();
         self.known.lock().unwrap_or_else(PoisonError::into_inner).get(&choices).cloned()
     }
 
     pub(super) fn keep(&self, fitted: Arc<Fitted>) {
         let mut choices = fitted.composition.choices();
-        if self.is_piped() {
-            choices.sort();
-        }
+        choices.sort();
         self.known.lock().unwrap_or_else(PoisonError::into_inner).insert(choices, fitted);
     }
 
@@ -235,24 +194,7 @@ impl Search {
         if let Some(fitted) = self.known(choices) {
             return Ok(fitted);
         }
-        let fitted = match choices.split_last() {
-            None => self.fit_base(cancel)?,
-            Some(_) if self.is_piped() => self.fit_exactly(choices, cancel)?,
-            Some((last, before)) => {
-                let impossible = || GapError::Stage(titles(choices));
-                let before = self.fitted(before, cancel)?;
-                let motion = self.data.motion(&before).ok_or_else(impossible)?;
-                let forms: Vec<Form> =
-                    self.forms(&before, &motion).into_iter().filter(|f| choice(f) == *last).collect();
-                let screened = self.data.screen(&before, &motion, &forms, cancel);
-                let form = forms.first().ok_or_else(impossible)?;
-                let refit = self.refit(&before, &motion, &screened, (0, form), None, cancel);
-                if cancel.is_cancelled() {
-                    return Err(GapError::Cancelled);
-                }
-                refit.ok_or_else(impossible)?
-            }
-        };
+        let fitted = if choices.is_empty() { self.fit_base(cancel)? } else { self.fit_exactly(choices, cancel)? };
         if cancel.is_cancelled() {
             return Err(GapError::Cancelled);
         }
@@ -267,32 +209,19 @@ impl Search {
         let rough: Vec<Path> = data.fit().iter().map(|s| s.path()).collect();
         let inner = composition.middle();
         composition.scales = data.scales(&composition, &inner, &rough);
-        let runs = data.whole();
-        let begin = |coefficients| {
-            let shared = Parameters { coefficients, inner: inner.clone() }.row();
-            Point::new(&composition, &runs, shared, false)
-        };
         // Where the data alone lead to a start that does not last (one tone leaves directions open), the start leans
         // towards an oscillator of the motion's frequency.
-        for prior in PRIORS {
-            let coefficients = data.start(&composition.base, &[], &rough, prior).ok_or(GapError::Base)?;
-            let start = begin(coefficients);
-            if let Some(refined) = data.refine(&composition, &start, data.lost(), Pace::Thorough, cancel) {
-                return Ok(data.judge(composition, refined, Care::Full, cancel));
+        let leaning = |prior: f64| {
+            let coefficients = data.start(&composition.base, &[], &rough, prior)?;
+            Some(Parameters { coefficients, inner: inner.clone() }.row())
+        };
+        let regressed = || data.propose_exactly(&composition, &inner, &[], cancel).map(|start| start.shared);
+        for start in std::iter::once(regressed()).chain(PRIORS.map(leaning)).flatten() {
+            if let Some(landed) = self.landed(&composition, &start, None, cancel) {
+                return Ok(data.judged(composition, landed, cancel));
             }
             if cancel.is_cancelled() {
-                return Err(GapError::Cancelled);
-            }
-        }
-        // A model that no whole record can be simulated with may follow short segments.
-        let starts = Weak::new(data)
-            .estimate(&composition, &inner)
-            .map(|e| e.coefficients)
-            .into_iter()
-            .chain(data.start(&composition.base, &[], &rough, PRIORS[1]));
-        for coefficients in starts {
-            if let Some(landed) = data.refine_at(&composition, &begin(coefficients), 0, cancel) {
-                return Ok(data.judged(composition, landed, cancel));
+                break;
             }
         }
         if cancel.is_cancelled() { Err(GapError::Cancelled) } else { Err(GapError::Base) }
@@ -351,7 +280,6 @@ impl Search {
         catalogue(&setting)
             .into_iter()
             .filter(|f| !present.contains(&choice(f)))
-            .filter(|f| self.is_piped() || !OF_SETS.contains(&f.effect))
             .filter(|f| !self.audit.blind.iter().any(|b| b.effect == f.effect))
             .filter(|f| {
                 // The zero of a velocity or an acceleration is not that of the spring.
@@ -414,117 +342,25 @@ impl Search {
             candidates,
             finding: decision.finding,
             next_experiment: decision.next_experiment,
-            company: decision.company,
             hidden_up_to: data.detectable(&seen, cancel),
             lead: None,
         };
         // Correlated residuals may hide a gap from the tests, not one of several noises.
-        let loud = self.is_piped() && before.error() > 2.0 * data.noise.hypot(data.between_samples(&before, cancel));
+        let loud = before.error() > 2.0 * data.noise.hypot(data.between_samples(&before, cancel));
         if !(evidence.significant || loud) || depth == Depth::Screened {
             let finding = if evidence.significant { Finding::Unexplained } else { Finding::Nothing };
-            let round = round(None, candidates, evidence, Decision { finding, ..Decision::nothing() });
+            let round = round(None, candidates, evidence, Decision { finding, next_experiment: None });
             check()?;
             return Ok((round, None));
         }
-        if self.is_piped() {
-            let room = self.ask.max_effects.saturating_sub(before.composition.forms.len()).max(1);
-            let (sets, ruling) = self.tried(&before, &forms, room, tell, cancel).ok_or(GapError::Cancelled)?;
-            let tried = Tried { forms: forms.clone(), sets, ruling };
-            let decision = self.ruled(&before, &motion, &tried, &mut candidates, cancel);
-            tell(Progress::Ranking(candidates.clone()));
-            let round = round(Some(&tried.sets[0].fitted), candidates, evidence, decision);
-            check()?;
-            return Ok((round, Some(tried)));
-        }
-        // A model that follows stretches only has its rivals along those.
-        let mut refits = if before.level == WHOLE || self.audit.single_tone {
-            self.refitted(&before, &motion, (&forms, &screened), tell, cancel)
-        } else {
-            Vec::new()
-        };
-        check()?;
-        if let Some(again) = self.rebased(&before, &refits, cancel) {
-            let again = Arc::new(again);
-            self.keep(Arc::clone(&again));
-            check()?;
-            return self.looked(&self.show(&again), depth, tell, cancel);
-        }
-        let mut compared = Arc::clone(&before);
-        // One steady tone tells sets apart as little as single effects.
-        if !self.audit.single_tone && !refits.iter().any(|r| self.explains(&before, &forms, r, cancel)) {
-            tell(Progress::Step("Trying effects and pairs along short segments", 0.6));
-            if let Some(sets) = self.sets(&before, &forms, &refits, cancel) {
-                (compared, refits) = merged(compared, refits, sets);
-            }
-            check()?;
-        }
-        let decision = self.decide(&compared, &motion, &forms, &refits, &mut candidates, cancel);
-        check()?;
+        let room = self.ask.max_effects.saturating_sub(before.composition.forms.len()).max(1);
+        let (sets, ruling) = self.tried(&before, &forms, room, tell, cancel).ok_or(GapError::Cancelled)?;
+        let tried = Tried { forms: forms.clone(), sets, ruling };
+        let decision = self.ruled(&before, &motion, &tried, &mut candidates, cancel);
         tell(Progress::Ranking(candidates.clone()));
-        let another = Some(&compared).filter(|_| !Arc::ptr_eq(&compared, &before));
-        let round = round(another, candidates, evidence, decision);
+        let round = round(Some(&tried.sets[0].fitted), candidates, evidence, decision);
         check()?;
-        Ok((round, None))
-    }
-
-    /// The likeliest effects, each refitted along whole records with the rest of the model.
-    fn refitted(
-        &self,
-        before: &Fitted,
-        motion: &Motion,
-        (forms, screened): (&[Form], &Screened),
-        tell: Listener<'_>,
-        cancel: &Cancel,
-    ) -> Vec<Refit> {
-        let step = |done: f64| {
-            tell(Progress::Step("Refitting the likeliest effects on the simulated response", 0.3 + 0.7 * done));
-        };
-        step(0.0);
-        let tried = screened.likeliest(forms, (EFFORT / before.refined.samples).clamp(FEWEST, REFINED));
-        let bar = Bar::default();
-        let mut done = 0;
-        // The likeliest first: those behind them are held against what these reach.
-        let mut fit = |k: &usize| {
-            let fitted = self.refit(before, motion, screened, (*k, &forms[*k]), Some(&bar), cancel);
-            done += 1;
-            step(done as f64 / tried.len() as f64);
-            (*k, fitted)
-        };
-        let (first, rest) = tried.split_at(tried.len().min(LEADERS));
-        let mut refits: Vec<(usize, Option<Fitted>)> = first.iter().map(&mut fit).collect();
-        // Where one explains the data, those that the screen leaves far behind are not refitted; one tone tells too little.
-        let explains = |(k, fitted): &(usize, Option<Fitted>)| {
-            let fitted = Arc::new(fitted.clone()?);
-            let samples = before.refined.samples as f64 / self.inflation(&fitted);
-            self.explains(before, forms, &Refit { forms: vec![*k], fitted }, cancel).then_some((*k, samples))
-        };
-        let lead = refits.iter().find_map(explains).filter(|_| !self.audit.single_tone);
-        let near = |k: &&usize| lead.is_none_or(|(lead, samples)| !screened.outdone(**k, lead, samples));
-        refits.extend(rest.iter().filter(near).map(fit));
-        let mut refits: Vec<Refit> = self
-            .polished(refits, cancel)
-            .into_iter()
-            .filter_map(|(k, fitted)| Some(Refit { forms: vec![k], fitted: Arc::new(fitted?) }))
-            .collect();
-        self.try_simpler(before, forms, &mut refits, cancel);
-        refits
-    }
-
-    /// True if a fit stands and leaves next to nothing but noise, on the data fitted and on those never fitted.
-    fn explains(&self, before: &Fitted, forms: &[Form], refit: &Refit, cancel: &Cancel) -> bool {
-        let data = &self.data;
-        let fitted = &refit.fitted;
-        let set: Vec<&Form> = refit.forms.iter().map(|k| &forms[*k]).collect();
-        let inflation = self.inflation(fitted);
-        data.is_within(fitted, data.noise, EXPLAINED, cancel)
-            && refusal(
-                &set,
-                before,
-                (fitted, &score(before, fitted, inflation, 0.0)),
-                inflation,
-                (data.noise, &data.shown_unit),
-            )
-            .is_none()
+        Ok((round, Some(tried)))
     }
 }
 

@@ -81,25 +81,6 @@ impl Composition {
         next
     }
 
-    /// The same without one of its effects, and its parameters without that one's. None if an effect of which it is a richer
-    /// kind would be lost with it.
-    pub(super) fn reduced(&self, index: usize, parameters: &Parameters) -> Option<(Self, Parameters)> {
-        let inner = &parameters.inner;
-        if !self.forms[index].addition(&inner.forms[index]).replaces.is_empty() {
-            return None;
-        }
-        let gone = self.places(inner)[index].clone();
-        let rest = |all: &Parameters| {
-            let mut rest = all.clone();
-            rest.coefficients.drain(gone.clone());
-            rest.inner.forms.remove(index);
-            rest
-        };
-        let mut reduced = self.without(index);
-        reduced.scales = rest(&self.scales);
-        Some((reduced, rest(parameters)))
-    }
-
     pub(super) fn choices(&self) -> Vec<Choice> {
         self.forms.iter().map(choice).collect()
     }
@@ -200,23 +181,6 @@ impl Composition {
             }
         }
         found
-    }
-
-    /// For each term at these inner values, its index among another composition's terms, if that has it.
-    pub(super) fn sources(&self, other: &Self, inner: &InnerValues, other_inner: &InnerValues) -> Vec<Option<usize>> {
-        let replaced = |c: &Self, inner: &InnerValues| -> Vec<Placed> {
-            c.additions(inner).into_iter().flat_map(|a| a.replaces).collect()
-        };
-        let (gone, other_gone) = (replaced(self, inner), replaced(other, other_inner));
-        let other_base: Vec<&Placed> = other.base.iter().filter(|t| !other_gone.contains(t)).collect();
-        let other_places = other.places(other_inner);
-        let base = self.base.iter().filter(|t| !gone.contains(t));
-        let mut sources: Vec<Option<usize>> = base.map(|t| other_base.iter().position(|o| *o == t)).collect();
-        for (form, place) in self.forms.iter().zip(self.places(inner)) {
-            let same = other.forms.iter().position(|f| choice(f) == choice(form)).map(|k| other_places[k].clone());
-            sources.extend((0..place.len()).map(|i| same.as_ref().map(|range| range.start + i)));
-        }
-        sources
     }
 
     pub(super) fn compose(&self, inner: &InnerValues) -> Composed {

@@ -83,18 +83,6 @@ pub(super) fn led(lead: &Lead) -> String {
     )
 }
 
-/// Why an effect is named that does nothing alone.
-pub(super) fn in_company(title: &str, other: &str, (before, after): (&Fitted, &Fitted), length: &str) -> String {
-    let number = |f: &Fitted| format_si(f.gap.test_rmse.unwrap_or(f.gap.train_rmse), length, 3);
-    format!(
-        "Alone, {} does not help data never fitted; together with {} it brings their error from {} to {}.",
-        within(title),
-        within(other),
-        number(before),
-        number(after)
-    )
-}
-
 pub(super) fn sentence_case(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())

@@ -370,12 +370,6 @@ impl Form {
         self.contains.contains(&other.effect) && self.form == other.form && !self.sample().offset
     }
 
-    /// True if what stands inside it can be found by looking through its range: nothing, or one positive quantity in which the
-    /// response jumps.
-    pub(crate) fn can_be_looked_for(&self) -> bool {
-        matches!(self.inner.as_slice(), [] | [Inner { jumps: true, .. }])
-    }
-
     /// The name with the form behind it.
     pub(crate) fn full_title(&self) -> String {
         if self.form.is_empty() { self.title.to_owned() } else { format!("{}, {}", self.title, self.form) }
