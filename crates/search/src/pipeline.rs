@@ -103,6 +103,17 @@ impl Search {
         }
         sets.iter().for_each(|set| self.keep(Arc::clone(&set.fitted)));
         let ruling = judge(&sets, forms, least_lead(self.audit.single_tone));
+        if std::env::var_os("TRACE").is_some() {
+            let mut order: Vec<usize> = (0..sets.len()).collect();
+            order.sort_by(|a, b| sets[*b].sum().total_cmp(&sets[*a].sum()));
+            for k in order {
+                let s = &sets[k];
+                let names: Vec<String> = s.forms.iter().map(|k| format!("{:?}", forms[*k])).collect();
+                let inner = &s.fitted.parameters.inner.forms;
+                eprintln!("  {k:2} sum {:9.1} fit {:6.3} held {:6.3} lvl {} {:?} {inner:?} {}", s.sum(), s.fitted.error() / data.noise, s.fitted.held_out_error() / data.noise, if s.fitted.level == WHOLE { -1 } else { s.fitted.level as i64 }, names, s.unborne.clone().unwrap_or_default());
+            }
+            eprintln!("  winner {:?} rivals {:?} between {:.3}", ruling.winner, ruling.rivals, data.between_samples(&sets[ruling.winner.unwrap_or(0)].fitted, cancel) / data.noise);
+        }
         Some((sets, ruling))
     }
 

@@ -1,7 +1,7 @@
 //! Hidden effects: the virtual rig hides one from the search, which is given the records alone.
 //!
 //! The tests that always run are a small part of the study. The whole prints its tables:
-//! `cargo test --profile study --no-default-features --test hidden_effects -- --ignored --nocapture`
+//! `cargo test --profile study -p sindyscope-search --test hidden_effects -- --ignored --nocapture`
 #![allow(clippy::unwrap_used, reason = "a test may end by a panic")]
 
 mod study;
