@@ -105,11 +105,12 @@ pub(super) fn parts(set: &[usize], forms: &[Form]) -> usize {
     set.iter().map(|k| 1 + usize::from(!forms[*k].contains.is_empty())).sum()
 }
 
-/// Decides between sets; one of them is the empty one. `least` is the sum that a set must lead by.
-pub(super) fn judge(sets: &[Hypothesis], forms: &[Form], least: f64) -> Ruling {
+/// Decides between sets. `present` is a set that each must contain, and `least` the sum that a set must lead by.
+pub(super) fn judge(sets: &[Hypothesis], forms: &[Form], present: &[usize], least: f64) -> Ruling {
+    let is_more = |set: &[usize]| set.len() > present.len() && present.iter().all(|k| set.contains(k));
     let stands = |k: usize| {
         let set = &sets[k];
-        !set.forms.is_empty()
+        is_more(&set.forms)
             && set.unborne.is_none()
             && sets.iter().all(|other| !contains(&set.forms, &other.forms, forms) || beats(set, other, least))
     };
@@ -121,7 +122,7 @@ pub(super) fn judge(sets: &[Hypothesis], forms: &[Form], least: f64) -> Ruling {
         let rival = &sets[*k];
         *k != first
             && rival.unborne.is_none()
-            && !rival.forms.is_empty()
+            && is_more(&rival.forms)
             && parts(&rival.forms, forms) <= size
             && !contains(&rival.forms, &sets[first].forms, forms)
             && !contains(&sets[first].forms, &rival.forms, forms)
@@ -131,7 +132,7 @@ pub(super) fn judge(sets: &[Hypothesis], forms: &[Form], least: f64) -> Ruling {
     // Of those that cannot be told apart the smallest that stands is shown.
     let mut all: Vec<usize> = near.iter().copied().filter(|k| standing.contains(k)).chain([first]).collect();
     all.sort_by(|a, b| {
-        let size = |k: usize| sets[k].forms.len();
+        let size = |k: usize| parts(&sets[k].forms, forms);
         size(*a).cmp(&size(*b)).then_with(|| sets[*b].sum().total_cmp(&sets[*a].sum()))
     });
     let winner = all[0];

@@ -5,22 +5,28 @@ use std::sync::Arc;
 use super::data::Data;
 use super::effects::{Direction, Form, logarithmic};
 use super::error::GapError;
-use super::fit::{Fitted, STEPS, WHOLE};
-use super::judge::{Hypothesis, Ruling, beats, judge, least_lead};
+use super::fit::{FEW_STEPS, Fitted, STEPS, WHOLE};
+use super::judge::{Hypothesis, beats, contains, least_lead, parts};
 use super::outcome::Choice;
-use super::parameters::Parameters;
+use super::parameters::{InnerValues, Parameters};
 use super::progress::Progress;
 use super::propose::Proposal;
 use super::rule::{BORNE, CLOSE_GAIN, EXPLAINS, HOPELESS, LEAD, SHOWN};
+use super::ruling::Tried;
 use super::search::{Listener, Search};
 use super::structure::{Composition, choice};
 use super::words::titles;
 use nalgebra::{DMatrix, DVector};
-use sindyscope_core::refine::{Bar, FitOptions, Landed, Point, Refined, Structure as _, land, misfit, refine};
+use sindyscope_core::refine::{
+    Bar, FitOptions, Landed, Point, Refined, Structure as _, climb, land, misfit, refine, shoot,
+};
 use sindyscope_core::study::Cancel;
 
-/// Sets that lack a part of the best one are fitted for so many of the best.
+/// The parts of so many of the best sets are fitted.
 const CLOSED: usize = 2;
+/// So many rivals are fitted once more from where the best set landed, unless they leave so many times its sum of squares.
+const SETTLED: usize = 3;
+const FAR_BEHIND: f64 = 9.0;
 /// Factors of a range in which a quantity is looked for, and places in it.
 const LOOKED_THROUGH: [f64; 3] = [10.0, 1.3, 1.05];
 const PLACES: usize = 12;
@@ -37,49 +43,49 @@ impl Search {
             return Err(impossible());
         }
         let start = self.data.propose_exactly(&base.composition, &base.parameters.inner, &forms, cancel);
-        let set = start.and_then(|start| self.fitted_set(start, None, cancel)).ok_or_else(impossible)?;
+        let set = start.and_then(|start| self.fitted_set(start, Vec::new(), None, cancel)).ok_or_else(impossible)?;
         Ok(Fitted::clone(&set.fitted))
     }
 
-    /// Sets of effects beside a fitted model, each fitted to its end, the model without them among them; and what the
-    /// comparison says. None if cancelled.
-    pub(super) fn tried(
+    /// Tries sets of effects beside a fitted model, each fitted to its end, and adds them to those tried before. False if
+    /// cancelled.
+    pub(super) fn try_beside(
         &self,
         before: &Arc<Fitted>,
         forms: &[Form],
-        room: usize,
+        tried: &mut Tried,
         tell: Listener<'_>,
         cancel: &Cancel,
-    ) -> Option<(Vec<Hypothesis>, Ruling)> {
+    ) -> bool {
         let data = &self.data;
         let (composition, inner) = (&before.composition, &before.parameters.inner);
+        let room = self.ask.max_effects.saturating_sub(composition.forms.len()).max(1);
         let mut proposals = data.propose(composition, inner, forms, cancel);
         proposals.retain(|p| p.forms.len() <= room);
         // What has no force of its own to be regressed on is always tried.
-        for (k, form) in forms.iter().enumerate().filter(|(_, form)| form.is_outside()) {
+        for form in forms.iter().filter(|form| form.is_outside()) {
             let with = Self::with(composition, form);
             let all = with.inner_after(composition, inner, &[]);
             let coefficients = before.parameters.coefficients.clone();
             let mut composition = with;
             composition.scales = data.scales(&composition, &all, &self.smoothed_paths());
-            proposals.push(Proposal {
-                forms: vec![k],
-                composition,
-                shared: Parameters { coefficients, inner: all }.row(),
-                gain: f64::NEG_INFINITY,
-            });
+            let shared = Parameters { coefficients, inner: all }.row();
+            proposals.push(Proposal { forms: Vec::new(), composition, shared, gain: f64::NEG_INFINITY });
+        }
+        tried.know(composition.forms.iter().chain(forms));
+        if tried.place(&tried.indices(composition)).is_none() {
+            tried.sets.push(self.hypothesis(tried.indices(composition), Fitted::clone(before), cancel));
         }
         let bar = Bar::default();
-        let mut sets = vec![self.hypothesis(Vec::new(), Fitted::clone(before), cancel)];
         let count = proposals.len();
         // The gain in the regression of a set that explains the data: others are fitted only near it, or to be shown.
         let mut explained: Option<f64> = None;
         let mut shown = 0;
         for (k, proposal) in proposals.into_iter().enumerate() {
             if cancel.is_cancelled() {
-                return None;
+                return false;
             }
-            let single = proposal.forms.len() == 1;
+            let single = proposal.composition.forms.len() == composition.forms.len() + 1;
             if let Some(gain) = explained {
                 let near = proposal.gain > (1.0 - CLOSE_GAIN) * gain - LEAD;
                 let is_shown = single && shown < SHOWN && proposal.gain > 0.0;
@@ -88,60 +94,118 @@ impl Search {
                 }
             }
             shown += usize::from(single);
-            tell(Progress::Step("Fitting the likeliest sets of effects", 0.3 + 0.6 * k as f64 / count as f64));
+            tell(Progress::Step("Fitting the likeliest sets of effects", 0.3 + 0.5 * k as f64 / count as f64));
             let gain = proposal.gain;
-            let set = self.fitted_set(proposal, Some(&bar), cancel);
-            if let Some(set) = set {
+            let set = tried.indices(&proposal.composition);
+            if tried.place(&set).is_none()
+                && let Some(set) = self.fitted_set(proposal, set, Some(&bar), cancel)
+            {
                 let explains = set.unborne.is_none() && data.is_within(&set.fitted, data.noise, EXPLAINS, cancel);
                 explained = explained.or(explains.then_some(gain));
-                sets.push(set);
+                tried.sets.push(set);
             }
         }
-        self.close(&mut sets, before, forms, cancel);
-        if cancel.is_cancelled() {
-            return None;
-        }
-        sets.iter().for_each(|set| self.keep(Arc::clone(&set.fitted)));
-        let ruling = judge(&sets, forms, least_lead(self.audit.single_tone));
-        if std::env::var_os("TRACE").is_some() {
-            let mut order: Vec<usize> = (0..sets.len()).collect();
-            order.sort_by(|a, b| sets[*b].sum().total_cmp(&sets[*a].sum()));
-            for k in order {
-                let s = &sets[k];
-                let names: Vec<String> = s.forms.iter().map(|k| format!("{:?}", forms[*k])).collect();
-                let inner = &s.fitted.parameters.inner.forms;
-                eprintln!("  {k:2} sum {:9.1} fit {:6.3} held {:6.3} lvl {} {:?} {inner:?} {}", s.sum(), s.fitted.error() / data.noise, s.fitted.held_out_error() / data.noise, if s.fitted.level == WHOLE { -1 } else { s.fitted.level as i64 }, names, s.unborne.clone().unwrap_or_default());
-            }
-            eprintln!("  winner {:?} rivals {:?} between {:.3}", ruling.winner, ruling.rivals, data.between_samples(&sets[ruling.winner.unwrap_or(0)].fitted, cancel) / data.noise);
-        }
-        Some((sets, ruling))
+        tell(Progress::Step("Fitting what the best sets contain", 0.8));
+        self.close(tried, cancel);
+        tell(Progress::Step("Fitting rivals from where the best set landed", 0.9));
+        self.settle(tried, cancel);
+        tried.sets.iter().for_each(|set| self.keep(Arc::clone(&set.fitted)));
+        !cancel.is_cancelled()
     }
 
-    /// Fits what the best sets contain: a set is named only against each part of it, fitted as carefully.
-    fn close(&self, sets: &mut Vec<Hypothesis>, before: &Arc<Fitted>, forms: &[Form], cancel: &Cancel) {
-        let mut best: Vec<usize> = (1..sets.len()).collect();
-        best.sort_by(|a, b| sets[*b].sum().total_cmp(&sets[*a].sum()));
-        let wanted: Vec<Vec<usize>> = best.into_iter().take(CLOSED).map(|k| sets[k].forms.clone()).collect();
-        for set in wanted {
-            for (place, form) in set.iter().enumerate() {
-                let mut rest = set.clone();
-                rest.remove(place);
-                let simpler = (0..forms.len()).filter(|k| forms[*form].includes(&forms[*k]));
-                let parts = simpler.map(|k| [&rest[..], &[k]].concat()).chain([rest.clone()]);
-                for part in parts.filter(|p| !p.is_empty()).collect::<Vec<_>>() {
-                    if cancel.is_cancelled() || sets.iter().any(|s| same(&s.forms, &part)) {
-                        continue;
-                    }
-                    let chosen: Vec<Form> = part.iter().map(|k| forms[*k].clone()).collect();
-                    let (composition, inner) = (&before.composition, &before.parameters.inner);
-                    let start = self.data.propose_exactly(composition, inner, &chosen, cancel);
-                    if let Some(start) = start {
-                        let start = Proposal { forms: part, ..start };
-                        sets.extend(self.fitted_set(start, None, cancel));
-                    }
+    /// Fits what the best sets contain, whenever their effects were found: a set is named only against each part of it, fitted
+    /// as carefully.
+    fn close(&self, tried: &mut Tried, cancel: &Cancel) {
+        let Some(base) = self.known(&[]) else { return };
+        for whole in tried.best().into_iter().take(CLOSED) {
+            for part in tried.parts_of(&tried.sets[whole].forms) {
+                if cancel.is_cancelled() || tried.place(&part).is_some() {
+                    continue;
                 }
+                let start = self.part_of(&base, &tried.sets[whole].fitted, &part, tried, cancel);
+                tried.sets.extend(start.and_then(|start| self.fitted_set(start, part, None, cancel)));
             }
         }
+    }
+
+    /// Where the fit of a part starts: all that it shares with the whole as that has it, the rest from the regression.
+    fn part_of(
+        &self,
+        base: &Fitted,
+        whole: &Fitted,
+        part: &[usize],
+        tried: &Tried,
+        cancel: &Cancel,
+    ) -> Option<Proposal> {
+        let chosen: Vec<Form> = part.iter().map(|k| tried.forms[*k].clone()).collect();
+        let (composition, inner) = (&base.composition, &base.parameters.inner);
+        let regressed = self.data.propose_exactly(composition, inner, &chosen, cancel);
+        if whole.level != WHOLE {
+            return regressed;
+        }
+        let start = regressed.unwrap_or_else(|| self.unfitted(base, &chosen));
+        let own = start.composition.named(&start.shared);
+        let shared = start.composition.transferred(&own, &whole.composition, &whole.parameters).row();
+        Some(Proposal { shared: start.composition.clamped(&shared), ..start })
+    }
+
+    /// Effects beside the base model as it is, each without a force of its own yet.
+    fn unfitted(&self, base: &Fitted, forms: &[Form]) -> Proposal {
+        let mut composition = forms.iter().fold(base.composition.clone(), |composition, form| composition.with(form));
+        let inner = InnerValues { equilibrium: base.parameters.inner.equilibrium, ..composition.middle() };
+        composition.scales = self.data.scales(&composition, &inner, &self.smoothed_paths());
+        let own = Parameters { coefficients: vec![0.0; composition.terms()], inner };
+        let shared = composition.transferred(&own, &base.composition, &base.parameters).row();
+        Proposal { forms: Vec::new(), composition, shared, gain: f64::NEG_INFINITY }
+    }
+
+    /// Fits the best sets and their rivals once more: from where the best of them landed, all that they share with it as it has
+    /// it, and where a set leaves more along whole records than along short stretches, by way of those. Along whole records one
+    /// stop of a mass that rubs, missed, leads astray.
+    fn settle(&self, tried: &mut Tried, cancel: &Cancel) {
+        let order = tried.best();
+        let left = |set: &Hypothesis| set.fitted.refined.rss;
+        let whole = |k: &usize| tried.sets[*k].fitted.level == WHOLE;
+        let Some(best) = order.iter().copied().find(|k| tried.sets[*k].unborne.is_none() && whole(k)) else { return };
+        let first = Arc::clone(&tried.sets[best].fitted);
+        let size = parts(&tried.sets[best].forms, &tried.forms);
+        let least = left(&tried.sets[best]);
+        let near = order.iter().copied().filter(|k| {
+            let set = &tried.sets[*k];
+            let lost = contains(&set.forms, &tried.sets[best].forms, &tried.forms) && left(set) > least;
+            !set.forms.is_empty() && (lost || parts(&set.forms, &tried.forms) <= size && left(set) < FAR_BEHIND * least)
+        });
+        for k in near.take(SETTLED).collect::<Vec<_>>() {
+            let Hypothesis { forms, fitted, .. } = tried.sets[k].clone();
+            if self.data.is_within(&fitted, self.data.noise, EXPLAINS, cancel) || cancel.is_cancelled() {
+                continue;
+            }
+            let composition = &fitted.composition;
+            let transferred = composition.transferred(&fitted.parameters, &first.composition, &first.parameters).row();
+            let again = (k != best)
+                .then(|| self.landed(composition, &composition.clamped(&transferred), None, cancel))
+                .flatten();
+            let by_stretches = self.by_stretches(&fitted, cancel);
+            let landed = [again, by_stretches].into_iter().flatten().filter(|l| l.whole);
+            let landed = landed.min_by(|a, b| a.refined.rss.total_cmp(&b.refined.rss));
+            if let Some(landed) = landed.filter(|l| l.refined.rss < left(&tried.sets[k])) {
+                let fitted = self.data.judged(composition.clone(), landed, cancel);
+                tried.sets[k] = self.hypothesis(forms, fitted, cancel);
+            }
+        }
+    }
+
+    /// A fit begun anew along short stretches that grow to whole records; none where those are left with as much.
+    fn by_stretches(&self, fitted: &Fitted, cancel: &Cancel) -> Option<Landed> {
+        let cancelled = || cancel.is_cancelled();
+        let goal = self.data.goal(WHOLE, Data::options(&cancelled, STEPS, None));
+        let (composition, shared) = (&fitted.composition, &fitted.refined.point.shared);
+        let whole = self.data.whole();
+        let first = shoot(composition, &whole, (shared, None), 0, goal, FEW_STEPS)?;
+        if EXPLAINS.0 * first.error() > fitted.error() {
+            return None;
+        }
+        climb(composition, &whole, first, goal).pop()
     }
 
     /// A model with a form added; the effects of which it is a richer kind are replaced by it.
@@ -151,8 +215,14 @@ impl Search {
     }
 
     /// Fits a proposal; a damper of the base may push where data never fitted say so.
-    fn fitted_set(&self, proposal: Proposal, bar: Option<&Bar>, cancel: &Cancel) -> Option<Hypothesis> {
-        let Proposal { forms, composition, shared, .. } = proposal;
+    fn fitted_set(
+        &self,
+        proposal: Proposal,
+        forms: Vec<usize>,
+        bar: Option<&Bar>,
+        cancel: &Cancel,
+    ) -> Option<Hypothesis> {
+        let Proposal { composition, shared, .. } = proposal;
         let free = Composition { passive: false, ..composition.clone() };
         let lifted = self.landed(&free, &shared, bar, cancel).map(|landed| {
             let fitted = self.data.judged(free.clone(), landed, cancel);
@@ -200,29 +270,37 @@ impl Search {
     }
 
     /// No slope leads across a jump of the response: an inner quantity in which it jumps is looked for in its whole range, then
-    /// nearer by.
+    /// nearer by; so is the force of sliding, the force that holds staying as it is.
     fn looked_through(&self, composition: &Composition, landed: Landed, cancel: &Cancel) -> Landed {
-        let inner = composition.positions().inner.forms;
-        let jumping = composition.forms.iter().zip(inner).flat_map(|(form, places)| form.inner.iter().zip(places));
+        let positions = composition.positions();
+        let terms = composition.places(&composition.middle());
         let mut best = landed;
         let cancelled = || cancel.is_cancelled();
         let options = Data::options(&cancelled, STEPS, None);
-        for (quantity, place) in jumping.filter(|(quantity, _)| quantity.jumps && best.whole) {
+        for (k, form) in composition.forms.iter().enumerate() {
+            let jumping = form.inner.iter().zip(&positions.inner.forms[k]).find(|(quantity, _)| quantity.jumps);
+            let Some((quantity, place)) = jumping.filter(|_| best.whole) else { continue };
+            let sliding: Vec<usize> = terms[k].clone().map(|t| positions.coefficients[t]).collect();
+            let (low, high) = quantity.bounds;
             for width in LOOKED_THROUGH {
-                let present = best.refined.point.shared[place];
-                let (low, high) = quantity.bounds;
-                let range = logarithmic((present / width).max(low), (present * width).min(high), PLACES);
-                let at = |value: f64| {
-                    let mut point = best.refined.point.clone();
-                    point.shared[place] = value;
-                    Some((misfit(composition, &best.runs, &point, options)?, point))
-                };
-                let nearest = range.into_iter().filter_map(at).min_by(|a, b| a.0.total_cmp(&b.0));
-                if let Some((_, point)) = nearest.filter(|(left, _)| *left < best.refined.rss)
-                    && let Some(refined) = refine(composition, &best.runs, &point, options)
-                    && refined.rss < best.refined.rss
-                {
-                    best.refined = refined;
+                for holds in [false, true] {
+                    let present = best.refined.point.shared[*place];
+                    let range = logarithmic((present / width).max(low), (present * width).min(high), PLACES);
+                    let at = |value: f64| {
+                        let mut point = best.refined.point.clone();
+                        point.shared[*place] = value;
+                        if holds {
+                            sliding.iter().for_each(|k| point.shared[*k] *= present / value);
+                        }
+                        Some((misfit(composition, &best.runs, &point, options)?, point))
+                    };
+                    let nearest = range.into_iter().filter_map(at).min_by(|a, b| a.0.total_cmp(&b.0));
+                    if let Some((_, point)) = nearest.filter(|(left, _)| *left < best.refined.rss)
+                        && let Some(refined) = refine(composition, &best.runs, &point, options)
+                        && refined.rss < best.refined.rss
+                    {
+                        best.refined = refined;
+                    }
                 }
             }
         }
@@ -268,11 +346,16 @@ impl Search {
                 let (low, high) = quantity.bounds;
                 let near = 0.01 * (high - low).abs();
                 let error = refined.std_error(*position).map_or(0.0, |e| e * inflation.sqrt());
-                if low < 0.0 && high > 0.0 && form.coefficients.is_empty() && value.abs() < BORNE * error {
-                    return Some(format!("its {} cannot be told from zero", quantity.name));
-                }
-                if quantity.jumps && !self.feels(fitted, *position, low, inflation) {
-                    return Some(format!("its {} cannot be told from {low}", quantity.name));
+                // Without a force of its own it is nothing at zero.
+                let nothing = (low < 0.0 && high > 0.0 && form.coefficients.is_empty()).then_some(0.0);
+                if let Some(simple) = quantity.simple.or(nothing) {
+                    let told = match quantity.jumps {
+                        true => self.feels(fitted, *position, simple, inflation),
+                        false => (value - simple).abs() >= BORNE * error,
+                    };
+                    if !told {
+                        return Some(format!("its {} cannot be told from {simple}", quantity.name));
+                    }
                 }
                 if value - low < near.min(0.01 * value.abs()) || high - value < near.min(0.01 * high.abs()) {
                     return Some(format!(
@@ -308,11 +391,6 @@ impl Composition {
     fn clamped(&self, row: &[f64]) -> Vec<f64> {
         row.iter().zip(self.bounds()).map(|(v, (low, high))| v.clamp(low, high)).collect()
     }
-}
-
-/// True if two sets hold the same forms.
-pub(super) fn same(a: &[usize], b: &[usize]) -> bool {
-    a.len() == b.len() && a.iter().all(|k| b.contains(k))
 }
 
 /// Wald's statistic of parameters that are zero without an effect; infinite where the fit gives no covariance.

@@ -9,8 +9,8 @@ use super::judge::{Hypothesis, Ruling, lead};
 use super::outcome::{Candidate, Choice, Diagnosis, Finding, Lead, Round, Stage, Standing, Verdict};
 use super::rule::{MATTERS_NOISES, MATTERS_SHARE};
 use super::screen::Motion;
-use super::search::{Depth, Listener, Search};
-use super::structure::choice;
+use super::search::{Depth, Keep, Listener, Search};
+use super::structure::{Composition, choice};
 use super::words::{led, remaining, sentence, why};
 use sindyscope_core::clock::Stopwatch;
 use sindyscope_core::study::Cancel;
@@ -21,8 +21,8 @@ pub(super) struct Decision {
     pub(super) next_experiment: Option<String>,
 }
 
-/// What a look tried.
-#[derive(Clone)]
+/// Sets of effects that were tried, and what the comparison says of them.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Tried {
     pub(super) forms: Vec<Form>,
     pub(super) sets: Vec<Hypothesis>,
@@ -30,6 +30,53 @@ pub(super) struct Tried {
 }
 
 impl Tried {
+    /// Takes forms into the list; one that was there before is as it is now.
+    pub(super) fn know<'f>(&mut self, forms: impl Iterator<Item = &'f Form>) {
+        for form in forms {
+            match self.forms.iter_mut().find(|f| choice(f) == choice(form)) {
+                Some(known) => known.clone_from(form),
+                None => self.forms.push(form.clone()),
+            }
+        }
+    }
+
+    /// A composition's effects, sorted.
+    pub(super) fn indices(&self, composition: &Composition) -> Vec<usize> {
+        let place = |form: &Form| self.forms.iter().position(|f| choice(f) == choice(form));
+        let mut set: Vec<usize> = composition.forms.iter().filter_map(place).collect();
+        set.sort_unstable();
+        set
+    }
+
+    /// Where a set stands among those tried.
+    pub(super) fn place(&self, set: &[usize]) -> Option<usize> {
+        self.sets.iter().position(|s| s.forms == set)
+    }
+
+    /// The sets, best first.
+    pub(super) fn best(&self) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.sets.len()).collect();
+        order.sort_by(|a, b| self.sets[*b].sum().total_cmp(&self.sets[*a].sum()));
+        order
+    }
+
+    /// Every set that another contains: with fewer effects, or with a simpler kind in the place of one.
+    pub(super) fn parts_of(&self, set: &[usize]) -> Vec<Vec<usize>> {
+        let mut parts: Vec<Vec<usize>> = (1..(1_u32 << set.len()) - 1)
+            .map(|bits| set.iter().enumerate().filter(|(k, _)| bits >> k & 1 == 1).map(|(_, form)| *form).collect())
+            .collect();
+        for (place, form) in set.iter().enumerate() {
+            for simpler in (0..self.forms.len()).filter(|k| self.forms[*form].includes(&self.forms[*k])) {
+                let mut part = set.to_vec();
+                part[place] = simpler;
+                part.sort_unstable();
+                part.dedup();
+                parts.push(part);
+            }
+        }
+        parts
+    }
+
     fn choices(&self, set: &Hypothesis) -> Vec<Choice> {
         set.forms.iter().map(|k| choice(&self.forms[*k])).collect()
     }
@@ -59,9 +106,14 @@ impl Search {
         candidates: &mut [Candidate],
         cancel: &Cancel,
     ) -> Decision {
-        let none = &tried.sets[0];
-        for set in tried.sets.iter().filter(|s| s.forms.len() == 1) {
-            self.tell(candidates, &tried.forms[set.forms[0]], set, (before, none), motion);
+        let present = tried.indices(&before.composition);
+        if let Some(none) = tried.place(&present).map(|k| &tried.sets[k]) {
+            let more = |set: &&Hypothesis| present.iter().all(|k| set.forms.contains(k));
+            for set in tried.sets.iter().filter(more).filter(|s| s.forms.len() == present.len() + 1) {
+                for new in set.forms.iter().filter(|k| !present.contains(k)) {
+                    self.tell(candidates, &tried.forms[*new], set, (before, none), motion);
+                }
+            }
         }
         let Some(winner) = tried.winner() else {
             candidates.sort_by_key(|c| std::cmp::Reverse(c.stage.is_some()));
@@ -69,6 +121,7 @@ impl Search {
         };
         let rivals: Vec<&Hypothesis> = tried.ruling.rivals.iter().map(|k| &tried.sets[*k]).collect();
         let mut own = tried.choices(winner);
+        own.retain(|c| !before.composition.choices().contains(c));
         let share = |c: &Choice| {
             let form = tried.forms.iter().find(|f| choice(f) == *c);
             form.map_or(0.0, |form| self.share(form, &winner.fitted))
@@ -145,23 +198,27 @@ impl Search {
         let started = Stopwatch::start();
         let base = self.base(cancel)?;
         let mut stage = Arc::clone(&base);
-        let mut passes: Vec<(Round, Tried)> = Vec::new();
+        let mut tried = Tried::default();
+        let mut looks: Vec<(Vec<Choice>, Round)> = Vec::new();
         let last = loop {
-            let depth = if stage.effects.len() < self.ask.max_effects { Depth::Refitted } else { Depth::Screened };
-            let (round, tried) = self.looked(&stage, depth, tell, cancel)?;
-            let Some(tried) = tried.filter(|t| t.ruling.winner.is_some()) else { break round };
-            if let Some(winner) = tried.winner() {
-                stage = Arc::new(self.show(&winner.fitted));
-            }
-            passes.push((round, tried));
+            // What is left and does not matter is given no name.
+            let done = !stage.effects.is_empty() && !self.matters(&base, &*self.fit_of(&stage, cancel)?, cancel);
+            let room = stage.effects.len() < self.ask.max_effects;
+            let depth = if room && !done { Depth::Refitted } else { Depth::Screened };
+            let round = self.look_into(&stage, depth, Keep::Any(&mut tried), tell, cancel)?;
+            let now = sorted(stage.choices());
+            let next = tried.winner().filter(|w| sorted(tried.choices(w)) != now);
+            let Some(next) = next.filter(|_| !looks.iter().any(|(seen, _)| *seen == now)) else { break round };
+            stage = Arc::new(self.show(&next.fitted));
+            looks.push((now, round));
         };
-        let ambiguous = passes.iter().any(|(_, t)| !t.ruling.rivals.is_empty());
+        let ambiguous = !tried.ruling.rivals.is_empty();
         let fitted = self.fit_of(&stage, cancel)?;
         let contradicted = !self.contradictions(&fitted).is_empty();
         let told_from_noise = last.evidence.significant && self.matters(&base, &fitted, cancel);
         let explained = !contradicted && !told_from_noise;
-        let (mut rounds, stages) = self.steps(&base, &passes, tell, cancel)?;
-        let verdict = match (passes.is_empty(), ambiguous, explained) {
+        let (mut rounds, stages) = self.steps(&base, (&tried, &looks), tell, cancel)?;
+        let verdict = match (stages.len() == 1, ambiguous, explained) {
             (true, _, true) => Verdict::NothingMissing,
             (false, true, _) => Verdict::Ambiguous,
             (false, false, true) => Verdict::Named,
@@ -189,55 +246,48 @@ impl Search {
     fn steps(
         &self,
         base: &Arc<Stage>,
-        passes: &[(Round, Tried)],
+        (tried, looks): (&Tried, &[(Vec<Choice>, Round)]),
         tell: Listener<'_>,
         cancel: &Cancel,
     ) -> Result<(Vec<Round>, Vec<Arc<Stage>>), GapError> {
         let (mut rounds, mut stages) = (Vec::new(), vec![Arc::clone(base)]);
-        let mut before: Vec<Choice> = Vec::new();
-        for (round, tried) in passes {
-            let Some(winner) = tried.winner() else { continue };
-            let rivals: Vec<&Hypothesis> = tried.ruling.rivals.iter().map(|k| &tried.sets[*k]).collect();
-            let mut left = tried.choices(winner);
-            let disputed = |c: &Choice| rivals.iter().any(|r| !tried.choices(r).contains(c));
-            let mut order = Vec::new();
-            while !left.is_empty() {
-                // The last step is the one that is missed least, of those that rivals dispute if there are any.
-                let open: Vec<&Choice> = left.iter().filter(|c| disputed(c)).collect();
-                let among: Vec<Choice> =
-                    if open.is_empty() { left.clone() } else { open.into_iter().cloned().collect() };
-                let without = |c: &Choice| -> f64 {
-                    let rest: Vec<Choice> = left.iter().filter(|l| *l != c).cloned().collect();
-                    let known = self.known(&[&before[..], &rest].concat());
-                    known.map_or(f64::INFINITY, |f| f.held_out_error())
-                };
-                let last = if among.len() == 1 {
-                    among[0].clone()
-                } else {
-                    among
-                        .iter()
-                        .min_by(|a, b| without(a).total_cmp(&without(b)))
-                        .cloned()
-                        .unwrap_or_else(|| left[0].clone())
-                };
-                left.retain(|c| *c != last);
-                order.insert(0, last);
-            }
-            for (k, effect) in order.iter().enumerate() {
-                let mut own = before.clone();
-                own.push(effect.clone());
-                let fitted = if k + 1 == order.len() { Arc::clone(&winner.fitted) } else { self.fitted(&own, cancel)? };
-                let stage = Arc::new(self.show(&Arc::new(fitted.reordered(&own))));
-                let previous = stages.last().map_or_else(|| Arc::clone(base), Arc::clone);
-                let mut step =
-                    if k == 0 { round.clone() } else { self.look_into(&previous, Depth::Screened, tell, cancel)? };
-                self.lead_to(&mut step, effect, &stage, tried, k + 1 == order.len());
-                rounds.push(step);
-                stages.push(stage);
-                before = own;
-            }
+        let Some(winner) = tried.winner() else { return Ok((rounds, stages)) };
+        let order = self.order_of(tried, winner);
+        for k in 0..order.len() {
+            let own = &order[..=k];
+            let fitted = if own.len() == order.len() { Arc::clone(&winner.fitted) } else { self.fitted(own, cancel)? };
+            let stage = Arc::new(self.show(&Arc::new(fitted.reordered(own))));
+            let previous = stages.last().map_or_else(|| Arc::clone(base), Arc::clone);
+            let before = sorted(order[..k].to_vec());
+            let mut step = match looks.iter().find(|(seen, _)| *seen == before) {
+                Some((_, look)) => look.clone(),
+                None => self.look_into(&previous, Depth::Screened, Keep::Present, tell, cancel)?,
+            };
+            self.lead_to(&mut step, &order[k], &stage, tried, own.len() == order.len());
+            rounds.push(step);
+            stages.push(stage);
         }
         Ok((rounds, stages))
+    }
+
+    /// The effects of a set, the one that is missed least last: of those that rivals dispute if there are any.
+    fn order_of(&self, tried: &Tried, set: &Hypothesis) -> Vec<Choice> {
+        let rivals: Vec<Vec<Choice>> = tried.ruling.rivals.iter().map(|k| tried.choices(&tried.sets[*k])).collect();
+        let mut left = tried.choices(set);
+        let mut order = Vec::new();
+        while !left.is_empty() {
+            let disputed: Vec<Choice> =
+                left.iter().filter(|c| rivals.iter().any(|r| !r.contains(c))).cloned().collect();
+            let among = if disputed.is_empty() { left.clone() } else { disputed };
+            let without = |c: &Choice| -> f64 {
+                let rest: Vec<Choice> = left.iter().filter(|l| *l != c).cloned().collect();
+                self.known(&rest).map_or(f64::INFINITY, |f| f.held_out_error())
+            };
+            let Some(last) = among.into_iter().min_by(|a, b| without(a).total_cmp(&without(b))) else { break };
+            left.retain(|c| *c != last);
+            order.insert(0, last);
+        }
+        order
     }
 
     /// Makes a look lead to an effect: the first of its candidates, with what stands against it behind.
@@ -288,4 +338,10 @@ impl Search {
         }
         round.finding = if places.is_empty() { Finding::Named } else { Finding::Ambiguous(places) };
     }
+}
+
+/// Effects in an order that does not hang on when they were found.
+fn sorted(mut choices: Vec<Choice>) -> Vec<Choice> {
+    choices.sort();
+    choices
 }

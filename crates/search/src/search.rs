@@ -8,6 +8,7 @@ use super::effects::{Form, Frame, Setting, catalogue};
 use super::error::GapError;
 use super::evidence::Examined;
 use super::fit::Fitted;
+use super::judge::{judge, least_lead};
 use super::outcome::{Blind, Choice, Evidence, Finding, Round, Stage};
 use super::parameters::Parameters;
 use super::progress::Progress;
@@ -74,6 +75,14 @@ pub struct Search {
     pub(super) ask: Ask,
     pub(super) base: Composition,
     known: Mutex<HashMap<Vec<Choice>, Arc<Fitted>>>,
+}
+
+/// Which sets of effects a look may lead to.
+pub(super) enum Keep<'a> {
+    /// Those with the effects that are there.
+    Present,
+    /// Any, those that were tried before among them.
+    Any(&'a mut Tried),
 }
 
 /// How far a look goes.
@@ -295,7 +304,7 @@ impl Search {
     /// # Errors
     /// Cancelled, or a stage that cannot be simulated.
     pub fn look(&self, stage: &Stage, tell: Listener<'_>, cancel: &Cancel) -> Result<Round, GapError> {
-        self.look_into(stage, Depth::Refitted, tell, cancel)
+        self.look_into(stage, Depth::Refitted, Keep::Present, tell, cancel)
     }
 
     /// Looks at a stage; effects are refitted only where the depth asks for it.
@@ -303,20 +312,10 @@ impl Search {
         &self,
         stage: &Stage,
         depth: Depth,
+        keep: Keep<'_>,
         tell: Listener<'_>,
         cancel: &Cancel,
     ) -> Result<Round, GapError> {
-        self.looked(stage, depth, tell, cancel).map(|(round, _)| round)
-    }
-
-    /// The same, with what was tried.
-    pub(super) fn looked(
-        &self,
-        stage: &Stage,
-        depth: Depth,
-        tell: Listener<'_>,
-        cancel: &Cancel,
-    ) -> Result<(Round, Option<Tried>), GapError> {
         let before = self.fit_of(stage, cancel)?;
         let data = &self.data;
         tell(Progress::Step("Estimating the missing force", 0.0));
@@ -334,9 +333,9 @@ impl Search {
         let seen = Examined { fitted: &before, motion: &motion, forms: &forms, screened: &screened };
         let evidence = data.evidence(&seen, cancel).ok_or(GapError::Cancelled)?;
         let shown = Arc::new(self.show(&before));
-        let round = |compared: Option<&Arc<Fitted>>, candidates, evidence: Evidence, decision: Decision| Round {
+        let round = |candidates, evidence: Evidence, decision: Decision| Round {
             before: Arc::clone(&shown),
-            compared: compared.map_or_else(|| Arc::clone(&shown), |compared| Arc::new(self.show(compared))),
+            compared: Arc::clone(&shown),
             evidence,
             place,
             candidates,
@@ -349,18 +348,47 @@ impl Search {
         let loud = before.error() > 2.0 * data.noise.hypot(data.between_samples(&before, cancel));
         if !(evidence.significant || loud) || depth == Depth::Screened {
             let finding = if evidence.significant { Finding::Unexplained } else { Finding::Nothing };
-            let round = round(None, candidates, evidence, Decision { finding, next_experiment: None });
+            let round = round(candidates, evidence, Decision { finding, next_experiment: None });
             check()?;
-            return Ok((round, None));
+            return Ok(round);
         }
-        let room = self.ask.max_effects.saturating_sub(before.composition.forms.len()).max(1);
-        let (sets, ruling) = self.tried(&before, &forms, room, tell, cancel).ok_or(GapError::Cancelled)?;
-        let tried = Tried { forms: forms.clone(), sets, ruling };
-        let decision = self.ruled(&before, &motion, &tried, &mut candidates, cancel);
+        let mut alone = Tried::default();
+        let (tried, keeps_present) = match keep {
+            Keep::Present => (&mut alone, true),
+            Keep::Any(tried) => (tried, false),
+        };
+        if !self.try_beside(&before, &forms, tried, tell, cancel) {
+            return Err(GapError::Cancelled);
+        }
+        let present = if keeps_present { tried.indices(&before.composition) } else { Vec::new() };
+        tried.ruling = judge(&tried.sets, &tried.forms, &present, least_lead(self.audit.single_tone));
+        if std::env::var_os("TRACE").is_some() {
+            for k in tried.best() {
+                let s = &tried.sets[k];
+                let names: Vec<String> = s.forms.iter().map(|k| format!("{:?}", tried.forms[*k])).collect();
+                let inner = &s.fitted.parameters.inner.forms;
+                eprintln!(
+                    "  {k:2} sum {:9.1} fit {:6.3} held {:6.3} lvl {} {:?} {inner:?} {}",
+                    s.sum(),
+                    s.fitted.error() / data.noise,
+                    s.fitted.held_out_error() / data.noise,
+                    if s.fitted.level == super::fit::WHOLE { -1 } else { s.fitted.level as i64 },
+                    names,
+                    s.unborne.clone().unwrap_or_default()
+                );
+            }
+            eprintln!(
+                "  winner {:?} rivals {:?} between {:.3}",
+                tried.ruling.winner,
+                tried.ruling.rivals,
+                data.between_samples(&tried.sets[tried.ruling.winner.unwrap_or(0)].fitted, cancel) / data.noise
+            );
+        }
+        let decision = self.ruled(&before, &motion, tried, &mut candidates, cancel);
         tell(Progress::Ranking(candidates.clone()));
-        let round = round(Some(&tried.sets[0].fitted), candidates, evidence, decision);
+        let round = round(candidates, evidence, decision);
         check()?;
-        Ok((round, Some(tried)))
+        Ok(round)
     }
 }
 

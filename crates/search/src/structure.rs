@@ -183,6 +183,25 @@ impl Composition {
         found
     }
 
+    /// Its parameters, those that another composition has too as they are there: coefficients of the same terms, and the inner
+    /// quantities of the same effects.
+    pub(super) fn transferred(&self, own: &Parameters, other: &Self, others: &Parameters) -> Parameters {
+        let mut next = own.clone();
+        next.inner.equilibrium = others.inner.equilibrium.or(own.inner.equilibrium);
+        for (form, inner) in self.forms.iter().zip(&mut next.inner.forms) {
+            if let Some(k) = other.index_of(form) {
+                inner.clone_from(&others.inner.forms[k]);
+            }
+        }
+        let there = other.compose(&others.inner).terms;
+        for (value, term) in next.coefficients.iter_mut().zip(self.compose(&next.inner).terms) {
+            if let Some(k) = there.iter().position(|t| *t == term) {
+                *value = others.coefficients[k];
+            }
+        }
+        next
+    }
+
     pub(super) fn compose(&self, inner: &InnerValues) -> Composed {
         let additions = self.additions(inner);
         let mut composed = Composed {

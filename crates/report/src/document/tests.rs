@@ -365,7 +365,6 @@ fn the_walk_is_told_in_every_document() {
         place: Place { sentence: "Near zero velocity.".into(), ..Place::default() },
         candidates: vec![candidate, rival],
         finding: Finding::Ambiguous(vec![1]),
-        company: None,
         next_experiment: Some("Run it slowly.".into()),
         lead: None,
         hidden_up_to: Vec::new(),

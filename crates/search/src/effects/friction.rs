@@ -59,7 +59,11 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             form: frame.form.clone(),
             site,
             coefficients: vec![coefficient("F_c", 1, -2, Direction::Against)],
-            inner: vec![Inner { jumps: true, ..Inner::new("F_s/F_c", (0, 0), vec![1.2, 1.6, 2.3], (1.0, 6.0)) }],
+            inner: vec![Inner {
+                jumps: true,
+                simple: Some(1.0),
+                ..Inner::new("F_s/F_c", (0, 0), vec![1.2, 1.6, 2.3], (1.0, 6.0))
+            }],
             contains: &["coulomb_friction"],
             axis,
             build: {
@@ -111,7 +115,8 @@ fn belt(frame: &Frame, forms: &mut Vec<Form>) {
     };
     let mut speeds = even(-0.95 * speed, 0.95 * speed, 20);
     speeds.extend(frame.usual_speed.iter().flat_map(|usual| [0.96 * usual, *usual, 1.04 * usual]));
-    let surface = || Inner::new("v_0", (1, -1), speeds.clone(), (-1.5 * speed, 1.5 * speed));
+    let surface =
+        || Inner { simple: Some(0.0), ..Inner::new("v_0", (1, -1), speeds.clone(), (-1.5 * speed, 1.5 * speed)) };
     let sliding = || coefficient("F_c", 1, -2, Direction::Against);
     let there = frame.clone();
     let steady = shared(move |inner: &[f64]| Addition {

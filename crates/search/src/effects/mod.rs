@@ -135,14 +135,15 @@ pub(crate) struct Inner {
     pub(crate) grid: Vec<f64>,
     /// Values beyond these are not this effect.
     pub(crate) bounds: (f64, f64),
-    /// The response jumps where it passes certain values: each at which a stop begins or ends. At its least value the effect
-    /// is the simpler one that it contains.
+    /// The response jumps where it passes certain values: each at which a stop begins or ends.
     pub(crate) jumps: bool,
+    /// The value at which the effect is a simpler one that it contains.
+    pub(crate) simple: Option<f64>,
 }
 
 impl Inner {
     fn new(name: &'static str, dimension: (i32, i32), grid: Vec<f64>, bounds: (f64, f64)) -> Self {
-        Self { name, dimension, of_input: None, grid, bounds, jumps: false }
+        Self { name, dimension, of_input: None, grid, bounds, jumps: false, simple: None }
     }
 }
 
