@@ -11,7 +11,7 @@ use serde_json::Value;
 use sindyscope_core::simulate::{InputGrid, Limits, Simulator};
 use sindyscope_core::study::{Cancel, Lock, Outcome, Study, suggest};
 use sindyscope_files::{ReadOptions, read_set};
-use sindyscope_report::export::{Export, ExportError, Format, Start, drive, write};
+use sindyscope_report::export::{Export, ExportError, ExportFormat, StartState, drive, write};
 use sindyscope_values::model::{Equation, Model, Units};
 use sindyscope_values::term::{Kind, Layout, Term, list};
 use tempfile::TempDir;
@@ -22,7 +22,7 @@ const AGREE: f64 = 1e-6;
 /// A response, one series a state, and what it is a response to.
 struct Case {
     name: &'static str,
-    programs: Vec<(Format, String)>,
+    programs: Vec<(ExportFormat, String)>,
     input: String,
     times: Vec<f64>,
     states: Vec<Vec<f64>>,
@@ -30,10 +30,10 @@ struct Case {
     compared: usize,
 }
 
-const PROGRAMS: [Format; 3] = [Format::C, Format::Python, Format::Matlab];
+const PROGRAMS: [ExportFormat; 3] = [ExportFormat::C, ExportFormat::Python, ExportFormat::Matlab];
 
 /// The programs that a model has: all, but where it switches those that have no events.
-fn programs(export: &Export<'_>, name: &str) -> Vec<(Format, String)> {
+fn programs(export: &Export<'_>, name: &str) -> Vec<(ExportFormat, String)> {
     let written = PROGRAMS.into_iter().filter_map(|f| match export.text(f, name) {
         Err(ExportError::Switches(_)) => None,
         text => Some((f, text.expect("a program"))),
@@ -76,7 +76,7 @@ impl Case {
         assert!(response.switches >= least_switches, "{name} switches {} times", response.switches);
         assert_eq!(response.len(), samples, "{name} lasts");
         let reach = response.states.iter().map(|s| s.iter().fold(0.0_f64, |m, x| m.max(x.abs()))).collect();
-        let begun = Start { record: "simulated".into(), state: initial.to_vec(), reach };
+        let begun = StartState { record: "simulated".into(), state: initial.to_vec(), reach };
         let export = Export::new(model, Units::default()).starting(vec![begun]);
         let mut input = "# made by a test\ntime [s]".to_owned();
         for j in 0..inputs.len() {
@@ -92,7 +92,7 @@ impl Case {
     }
 
     /// Runs the program of a language and holds its response against the simulator's.
-    fn agrees(&self, format: Format, run: impl Fn(&Path, &str) -> Command) {
+    fn agrees(&self, format: ExportFormat, run: impl Fn(&Path, &str) -> Command) {
         let here = tempfile::tempdir().expect("a folder for the test");
         let (_, program) = self.programs.iter().find(|(f, _)| *f == format).expect("its program");
         fs::write(here.path().join(format!("{}.{}", self.name, format.ending())), program).expect("written");
@@ -250,7 +250,7 @@ fn everything() -> Case {
     Case::known("everything", &model, &[0.2, 0.0, 0.0], (1600, 0.005), &[force, base], 25)
 }
 
-fn each_agrees(format: Format, run: impl Fn(&Path, &str) -> Command, cases: &[fn() -> Case]) {
+fn each_agrees(format: ExportFormat, run: impl Fn(&Path, &str) -> Command, cases: &[fn() -> Case]) {
     for case in cases {
         case().agrees(format, &run);
     }
@@ -285,7 +285,7 @@ fn c_programs_agree() {
         command.args(["input.csv", "response.csv"]);
         command
     };
-    each_agrees(Format::C, run, &CASES);
+    each_agrees(ExportFormat::C, run, &CASES);
 }
 
 #[test]
@@ -297,7 +297,7 @@ fn python_programs_agree() {
         command.arg(format!("{name}.py")).args(["input.csv", "response.csv"]);
         command
     };
-    each_agrees(Format::Python, run, &CASES);
+    each_agrees(ExportFormat::Python, run, &CASES);
 }
 
 #[test]
@@ -309,13 +309,13 @@ fn matlab_functions_agree_in_octave() {
         command
     };
     // Octave takes a minute for what C does in a hundredth of a second.
-    each_agrees(Format::Matlab, run, &[duffing]);
+    each_agrees(ExportFormat::Matlab, run, &[duffing]);
 }
 
 /// Forms that hold a model only where nothing switches in it.
-const SMOOTH: [Format; 2] = [Format::Matlab, Format::Modelica];
+const SMOOTH: [ExportFormat; 2] = [ExportFormat::Matlab, ExportFormat::Modelica];
 
-fn files(here: &TempDir, outcome: &Outcome, formats: &[Format]) -> Vec<PathBuf> {
+fn files(here: &TempDir, outcome: &Outcome, formats: &[ExportFormat]) -> Vec<PathBuf> {
     formats
         .iter()
         .flat_map(|f| write(outcome, &here.path().join(format!("my model.{}", f.ending()))).expect("written"))
@@ -327,7 +327,7 @@ fn every_file_says_what_it_is() {
     let outcome = identified("friction.csv", Kind::SecondOrder, "x-u, v-du, sgn(v)", &[("sgn(v)", -0.08)]);
     let smooth = identified("duffing.csv", Kind::SecondOrder, "x, v, u, x^3", &[]);
     let here = tempfile::tempdir().expect("a folder for the test");
-    let others: Vec<Format> = Format::ALL.into_iter().filter(|f| !SMOOTH.contains(f)).collect();
+    let others: Vec<ExportFormat> = ExportFormat::ALL.into_iter().filter(|f| !SMOOTH.contains(f)).collect();
     let written = files(&here, &outcome, &others);
     assert_eq!(written.len(), others.len() + 2, "two programs have their inputs beside them: {written:?}");
     let written = files(&here, &smooth, &SMOOTH);
@@ -374,7 +374,7 @@ fn the_latex_is_whole() {
     let mut record = (*outcome.records[0].record).clone();
     record.name = "run_1 at 50% {#2}".into();
     outcome.records[0].record = std::sync::Arc::new(record);
-    let text = Export::of(&outcome).text(Format::Latex, "model").expect("a document");
+    let text = Export::of(&outcome).text(ExportFormat::Latex, "model").expect("a document");
     assert!(text.contains("run\\_1 at 50\\% \\{\\#2\\}"), "{text}");
     for part in ["\\ddot{x} &=", "\\operatorname{sgn}\\left(\\dot{x}\\right)", "\\dot{x} \\, \\left|\\dot{x}\\right|"] {
         assert!(text.contains(part), "{part}:\n{text}");

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use serde_json::Value;
-use sindyscope_core::signal::{Differentiation, Facts, Signals, Smoothing};
+use sindyscope_core::signal::{Differentiation, SignalFacts, Signals, Smoothing};
 use sindyscope_core::sparse::{Constraint, Reduced, Regressor, SparseOptions, stlsq};
 use sindyscope_values::record::{Channel, Record, Role};
 use sindyscope_values::term::Kind;
@@ -138,7 +138,7 @@ fn the_smoothing_spline_is_that_of_scipy() {
     for case in cases {
         let window = case["length"].as_u64().unwrap() as usize;
         let smoothing = Smoothing { method: Differentiation::Spline, ..Smoothing::default() }.with_window(window);
-        let signals = Signals::new(&record, &layout, &smoothing, &Facts::new(&record, &layout));
+        let signals = Signals::new(&record, &layout, &smoothing, &SignalFacts::new(&record, &layout));
         for (ours, field) in signals.states.iter().zip(["position", "velocity"]) {
             for (ours, theirs) in ours.iter().zip(numbers(&case[field])) {
                 assert!((ours - theirs).abs() < 1e-8 * (1.0 + theirs.abs()), "{window} {field}: {ours} {theirs}");

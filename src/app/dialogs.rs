@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use super::purpose::{PROJECT_ENDING, Purpose, ReportForm};
 use sindyscope_report::document::FigureFormat;
-use sindyscope_report::export::Format;
+use sindyscope_report::export::ExportFormat;
 
 /// A dialog that vanishes faster than this was never seen by a person: the system has none.
 const UNSEEN: Duration = Duration::from_millis(400);
@@ -81,9 +81,9 @@ impl Dialogs {
             Purpose::Log => dialog.add_filter("Log", &[PROJECT_ENDING]).set_file_name(name),
             Purpose::Project => dialog.add_filter("Project", &[PROJECT_ENDING]).set_file_name(name),
             Purpose::Model => {
-                let all = Format::ALL.map(Format::ending);
-                let each = |d: rfd::AsyncFileDialog, f: Format| d.add_filter(f.name(), &[f.ending()]);
-                Format::ALL.into_iter().fold(dialog.add_filter("Every form", &all), each).set_file_name(name)
+                let all = ExportFormat::ALL.map(ExportFormat::ending);
+                let each = |d: rfd::AsyncFileDialog, f: ExportFormat| d.add_filter(f.name(), &[f.ending()]);
+                ExportFormat::ALL.into_iter().fold(dialog.add_filter("Every form", &all), each).set_file_name(name)
             }
             Purpose::Plot => {
                 let endings = FigureFormat::ALL.map(FigureFormat::ending);

@@ -1,6 +1,6 @@
 //! What a file is wanted for.
 
-use sindyscope_report::export::Format;
+use sindyscope_report::export::ExportFormat;
 
 /// The ending of a project's file, and of a log's.
 pub(crate) const PROJECT_ENDING: &str = "json";
@@ -85,7 +85,7 @@ impl Purpose {
         match self {
             Self::Open | Self::Add | Self::Locate => None,
             Self::Project | Self::Log => Some(PROJECT_ENDING),
-            Self::Model => Some(Format::Python.ending()),
+            Self::Model => Some(ExportFormat::Python.ending()),
             Self::Plot | Self::Window => Some("png"),
             Self::Report(form) => Some(form.ending()),
             Self::Table | Self::RigRecords | Self::RoundRecords | Self::Rounds => Some("csv"),

@@ -1,5 +1,5 @@
 use super::failure::Failure;
-use super::progress::Progress;
+use super::progress::ProgressLine;
 use super::request::{StudyOptions, StudyRequest};
 use sindyscope_core::prepare::{Preparation, prepare};
 use sindyscope_core::study::{Calibrated, Cancel, Horizon, Outcome, Settings, Study, calibrate, choose, suggest};
@@ -22,7 +22,7 @@ pub(super) struct Analysis {
 }
 
 /// Reads the records, chooses what was left open, and runs the study.
-pub(super) fn analyse(options: &StudyOptions, progress: &Progress) -> Result<Analysis, Failure> {
+pub(super) fn analyse(options: &StudyOptions, progress: &ProgressLine) -> Result<Analysis, Failure> {
     progress.stage("reading");
     let mut records = options.source.read()?;
     let cancel = Cancel::default();

@@ -3,10 +3,10 @@ use std::path::PathBuf;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 
 use super::failure::Failure;
-use super::progress::Progress;
+use super::progress::ProgressLine;
 use super::request::Terms;
-use super::source::{KindName, Source};
-use super::{Output, diagnosed, json, table};
+use super::source::{KindName, RecordSource};
+use super::{CommandResult, diagnosed, json, table};
 use sindyscope_core::setting::Given;
 use sindyscope_core::study::{Cancel, Settings, setting};
 use sindyscope_report::document;
@@ -20,9 +20,9 @@ pub(super) const MAX_EFFECTS: u8 = 3;
 
 /// Options of `diagnose`.
 #[derive(Debug, Args)]
-pub(super) struct Options {
+pub(super) struct DiagnoseOptions {
     #[command(flatten)]
-    source: Source,
+    source: RecordSource,
 
     /// Terms of every acceleration of the base model, to which effects are added: "x, v, u" [default: linear springs and dampers]
     #[arg(long, value_name = "LIST", help_heading = "Base model")]
@@ -78,7 +78,7 @@ impl FromArgMatches for Unused {
 }
 
 /// Searches for missing effects and prints the walk.
-pub(super) fn run(options: &Options, progress: &Progress) -> Output {
+pub(super) fn run(options: &DiagnoseOptions, progress: &ProgressLine) -> CommandResult {
     if options.source.reading.kind == KindName::FirstOrder {
         return Err(first_order().into());
     }
@@ -112,7 +112,7 @@ pub(super) fn search(
     base: Option<&Terms>,
     known: &[Terms],
     max_effects: u8,
-    progress: &Progress,
+    progress: &ProgressLine,
 ) -> Result<Diagnosis, Failure> {
     let lists: Vec<Vec<Term>> = known.iter().map(Terms::for_all).collect::<Result<_, _>>()?;
     let mut ask = Ask { known: lists.concat(), max_effects: usize::from(max_effects), ..Ask::default() };

@@ -5,14 +5,14 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use serde_json::{Map, Value, json};
 
-use super::Output;
+use super::CommandResult;
 use super::json::{self, VERSION};
 use sindyscope_search::{Entry, EntryForm, guide};
 use sindyscope_values::format::number::significant_trimmed;
 
 /// Options of `effects`.
 #[derive(Debug, Args)]
-pub(super) struct Options {
+pub(super) struct EffectsOptions {
     /// An effect to describe; every effect with one line if none is given
     #[arg(value_parser = names(), hide_possible_values = true, value_name = "EFFECT")]
     effect: Option<String>,
@@ -26,7 +26,7 @@ fn names() -> PossibleValuesParser {
 }
 
 /// Describes the catalogue of effects that a model may lack.
-pub(super) fn run(options: &Options) -> Output {
+pub(super) fn run(options: &EffectsOptions) -> CommandResult {
     let mut entries = guide();
     if let Some(wanted) = &options.effect {
         entries.retain(|e| e.effect == wanted);

@@ -7,8 +7,8 @@ use clap::error::ErrorKind;
 
 use super::failure::Failure;
 use super::hidden;
-use super::progress::Progress;
-use super::{Output, Stop, usage};
+use super::progress::ProgressLine;
+use super::{CommandResult, Stop, usage};
 use sindyscope_core::setting::{finite, not_negative, positive};
 use sindyscope_files::write_csv;
 use sindyscope_rig::{
@@ -22,7 +22,7 @@ const LIST: &str = "list";
 
 /// Options of `generate`.
 #[derive(Debug, Args)]
-pub(super) struct Options {
+pub(super) struct GenerateOptions {
     /// What is recorded; `list` describes each, with its parameters
     #[arg(value_parser = names(), hide_possible_values = true)]
     scenario: String,
@@ -97,7 +97,7 @@ fn parameter(text: &str) -> Result<(String, f64), String> {
 }
 
 /// Makes the records of a scenario and writes them, or lists the scenarios.
-pub(super) fn run(options: &Options, progress: &Progress) -> Output {
+pub(super) fn run(options: &GenerateOptions, progress: &ProgressLine) -> CommandResult {
     if options.scenario == LIST {
         return Ok(list().into_bytes());
     }
@@ -126,7 +126,7 @@ pub(super) fn run(options: &Options, progress: &Progress) -> Output {
 }
 
 /// The records of a scenario and the comments above them.
-fn make(options: &Options) -> Result<(Vec<Record>, Vec<String>), Stop> {
+fn make(options: &GenerateOptions) -> Result<(Vec<Record>, Vec<String>), Stop> {
     if options.hidden.given() {
         return Err(usage(
             "generate",
@@ -165,7 +165,7 @@ fn make(options: &Options) -> Result<(Vec<Record>, Vec<String>), Stop> {
 }
 
 /// The records of a rig that hides something, which draws everything else by itself.
-fn hide(options: &Options) -> Result<(Vec<Record>, Vec<String>), Stop> {
+fn hide(options: &GenerateOptions) -> Result<(Vec<Record>, Vec<String>), Stop> {
     let idle = [
         ("--offset", options.offset.is_some()),
         ("--drift", options.drift.is_some()),

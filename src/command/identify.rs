@@ -4,9 +4,9 @@ use clap::{Args, ValueEnum};
 
 use super::analysis::{Analysis, analyse};
 use super::failure::Failure;
-use super::progress::Progress;
+use super::progress::ProgressLine;
 use super::request::StudyOptions;
-use super::{Output, json};
+use super::{CommandResult, json};
 use sindyscope_core::study::{self, Calibrated, Calibration, Horizon};
 use sindyscope_report::document::{Arrangement, Report};
 use sindyscope_report::export;
@@ -17,7 +17,7 @@ use sindyscope_values::record::{Role, Usage};
 
 /// Options of `identify`.
 #[derive(Debug, Args)]
-pub(super) struct Options {
+pub(super) struct IdentifyOptions {
     #[command(flatten)]
     pub(super) study: StudyOptions,
     /// Print the equations of motion alone, in this form
@@ -40,10 +40,10 @@ enum EquationStyle {
 }
 
 /// Identifies and prints.
-pub(super) fn run(options: &Options, progress: &Progress) -> Output {
+pub(super) fn run(options: &IdentifyOptions, progress: &ProgressLine) -> CommandResult {
     // Said before the work is done, not after.
     for path in &options.export {
-        export::Format::of(path).map_err(Failure::from)?;
+        export::ExportFormat::of(path).map_err(Failure::from)?;
     }
     let analysis = analyse(&options.study, progress)?;
     // A form that cannot hold the model takes nothing from the others, nor from the result.

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Value, json};
 
-use super::Output;
+use super::CommandResult;
 use super::failure::{Failure, worded};
 use super::json::{self, VERSION};
-use super::progress::Progress;
+use super::progress::ProgressLine;
 use super::source::Reading;
 use sindyscope_core::signal::standard_deviation;
 use sindyscope_files::{ColumnUse, Overview, ReadError, ReadOptions, look, read_files};
@@ -17,7 +17,7 @@ use sindyscope_values::record::{Record, Role, notices};
 
 /// Options of `inspect`.
 #[derive(Debug, Args)]
-pub(super) struct Options {
+pub(super) struct InspectOptions {
     /// Measurements to look into
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
@@ -41,7 +41,7 @@ struct Inspected<'a> {
 }
 
 /// Tells what files hold.
-pub(super) fn run(options: &Options, progress: &Progress) -> Output {
+pub(super) fn run(options: &InspectOptions, progress: &ProgressLine) -> CommandResult {
     progress.stage("reading");
     let reading = ReadOptions { keep_constant_inputs: true, ..options.reading.options() };
     let inspect = |file| Inspected { file, holds: look(file, &reading).ok(), found: read_files(&[file], &reading) };

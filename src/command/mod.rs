@@ -26,7 +26,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser, Subcommand};
 
 use failure::{Failure, Stop};
-use progress::Progress;
+use progress::ProgressLine;
 
 /// Finds the equation of motion of a vibrating thing from its measurements.
 ///
@@ -52,21 +52,21 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Identify the equation of motion: smooth, differentiate, regress sparsely, simulate
-    Identify(identify::Options),
+    Identify(identify::IdentifyOptions),
     /// Find what a model lacks: where simulation and measurement disagree, which effect that is, how the gap shrinks with it
-    Diagnose(diagnose::Options),
+    Diagnose(diagnose::DiagnoseOptions),
     /// The study as a document: figures, equations, tables
-    Report(report::Options),
+    Report(report::ReportOptions),
     /// What files hold: records, channels with name, unit and role, rate and length; what was mended, what is wrong
-    Inspect(inspect::Options),
+    Inspect(inspect::InspectOptions),
     /// The catalogue of effects that `diagnose` looks for: what each is, its terms and parameters, what it is mistaken for
-    Effects(effects::Options),
+    Effects(effects::EffectsOptions),
     /// Make a record of the virtual test rig, whose equation of motion is known
-    Generate(generate::Options),
+    Generate(generate::GenerateOptions),
 }
 
 /// What a command leaves for standard output.
-type Output = Result<Vec<u8>, Stop>;
+type CommandResult = Result<Vec<u8>, Stop>;
 
 /// Runs the program with the arguments that it was started with.
 ///
@@ -78,7 +78,7 @@ pub fn main() -> ExitCode {
 fn run(arguments: impl IntoIterator<Item = OsString>, out: &mut impl Write, err: &mut impl Write) -> ExitCode {
     let result = match Cli::try_parse_from(arguments) {
         Err(error) => Err(Stop::Usage(error)),
-        Ok(cli) => match (cli.command, Progress::new(cli.quiet)) {
+        Ok(cli) => match (cli.command, ProgressLine::new(cli.quiet)) {
             (None, _) => match cli.replay {
                 Some(log) => window::replay(&log).map_err(Stop::from),
                 None => window::open(cli.files, cli.log).map(|()| Vec::new()).map_err(Stop::from),

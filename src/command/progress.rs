@@ -4,14 +4,14 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// A line on the terminal that says what is done, how far it is, and how long it will take; nothing where no person is watching,
 /// as behind a pipe. It is gone with the value.
-pub(super) struct Progress(ProgressBar);
+pub(super) struct ProgressLine(ProgressBar);
 
 /// Steps of a whole.
 const STEPS: u64 = 1000;
 /// How often the line is drawn anew, so that the time goes on.
 const TICK: Duration = Duration::from_millis(200);
 
-impl Progress {
+impl ProgressLine {
     /// Where something is `quiet`, nothing is shown.
     pub(super) fn new(quiet: bool) -> Self {
         // Of standard error that is no terminal nothing is made by the library itself.
@@ -42,7 +42,7 @@ impl Progress {
     }
 }
 
-impl Drop for Progress {
+impl Drop for ProgressLine {
     fn drop(&mut self) {
         self.0.finish_and_clear();
     }

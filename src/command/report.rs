@@ -7,16 +7,16 @@ use clap::{Args, ValueEnum};
 use super::analysis::analyse;
 use super::diagnose::{MAX_EFFECTS, first_order, search};
 use super::failure::Failure;
-use super::progress::Progress;
+use super::progress::ProgressLine;
 use super::request::{StudyOptions, Terms};
 use super::shell::quoted;
 use super::source::{KindName, typed};
-use super::{Output, diagnosed, json};
-use sindyscope_report::document::{Arrangement, Format, Paper, Report, Sections};
+use super::{CommandResult, diagnosed, json};
+use sindyscope_report::document::{Arrangement, DocumentFormat, Paper, Report, Sections};
 
 /// Options of `report`.
 #[derive(Debug, Args)]
-pub(super) struct Options {
+pub(super) struct ReportOptions {
     #[command(flatten)]
     study: StudyOptions,
     /// The document to write: .html (self-contained), .pdf (pages, fonts embedded) or .png, by the ending
@@ -62,9 +62,9 @@ impl From<PaperName> for Paper {
 }
 
 /// Identifies and writes the document.
-pub(super) fn run(options: &Options, progress: &Progress) -> Output {
+pub(super) fn run(options: &ReportOptions, progress: &ProgressLine) -> CommandResult {
     // Said before the work is done, not after.
-    Format::of(&options.out).map_err(Failure::from)?;
+    DocumentFormat::of(&options.out).map_err(Failure::from)?;
     #[cfg(feature = "desktop")]
     if let [project] = options.study.source.data.as_slice()
         && project.is_file()
@@ -102,7 +102,7 @@ pub(super) fn run(options: &Options, progress: &Progress) -> Output {
     Ok(json.unwrap_or_else(|| format!("wrote {}\n", options.out.display()).into_bytes()))
 }
 
-impl Options {
+impl ReportOptions {
     /// What the document holds.
     fn arrangement(&self) -> Arrangement {
         let arrangement = self.sections.as_ref().map_or_else(Arrangement::default, |s| Arrangement::of(&s.0));
@@ -136,7 +136,7 @@ impl Options {
 
 /// Writes the report of a saved project: its records, settings, walk and contents.
 #[cfg(feature = "desktop")]
-fn of_project(options: &Options, project: &Path, progress: &Progress) -> Output {
+fn of_project(options: &ReportOptions, project: &Path, progress: &ProgressLine) -> CommandResult {
     use clap::Parser as _;
 
     // A project brings its own settings; what else was given would go unheard.

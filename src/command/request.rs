@@ -6,10 +6,10 @@ use clap::error::Error;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, value_parser};
 
 use super::failure::Failure;
-use super::source::{KindName, Source};
+use super::source::{KindName, RecordSource};
 use super::table;
 use sindyscope_core::prepare::Treatment;
-use sindyscope_core::setting::{Form, Given, Setting, change};
+use sindyscope_core::setting::{Given, Setting, SettingForm, change};
 use sindyscope_core::study::{
     Calibrated, Calibration, Formulation, FreeSettings, Lock, SETTINGS, Settings, asks_for_unit_mass, calibration_list,
     force_over_mass, term_lists,
@@ -23,7 +23,7 @@ static CALIBRATION: &[Setting<Vec<Calibration>>] = &[Setting {
     group: "Physics",
     help: "Find this with the equation and take it out of the records, fitting the response: how late a channel is, delay(u) \
            or delay(x2); by how much a sensor shows too much, gain(x2)",
-    form: Form::Many("LIST"),
+    form: SettingForm::Many("LIST"),
     read: |text| {
         let sought = calibration_list(text)?;
         Ok(change(move |all: &mut Vec<Calibration>| all.extend(&sought)))
@@ -38,7 +38,7 @@ static CALIBRATION: &[Setting<Vec<Calibration>>] = &[Setting {
 /// A study as options ask for it: what they leave open is chosen from the data.
 #[derive(Clone, Debug, Default)]
 pub(super) struct StudyOptions {
-    pub(super) source: Source,
+    pub(super) source: RecordSource,
     pub(super) given: Given<Settings>,
     pub(super) calibrations: Vec<Calibration>,
     /// Where the result goes as JSON.
@@ -90,7 +90,7 @@ impl StudyOptions {
 
 impl Args for StudyOptions {
     fn augment_args(command: Command) -> Command {
-        let command = table::with_options(Source::augment_args(command), SETTINGS);
+        let command = table::with_options(RecordSource::augment_args(command), SETTINGS);
         let json = Arg::new("json").long("json").value_name("FILE").value_parser(value_parser!(PathBuf));
         let json = json.help("Write the result as JSON (`-`: to standard output, and nothing else there)");
         table::with_options(command, CALIBRATION).arg(json.help_heading("Output"))
@@ -106,7 +106,7 @@ impl FromArgMatches for StudyOptions {
         let mut calibrations = Vec::new();
         table::given(matches, CALIBRATION).apply(&mut calibrations).map_err(table::unfit)?;
         Ok(Self {
-            source: Source::from_arg_matches(matches)?,
+            source: RecordSource::from_arg_matches(matches)?,
             given: table::given(matches, SETTINGS),
             calibrations,
             json: matches.get_one("json").cloned(),
@@ -121,7 +121,7 @@ impl FromArgMatches for StudyOptions {
 /// A study with nothing left to choose.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct StudyRequest {
-    pub(super) source: Source,
+    pub(super) source: RecordSource,
     pub(super) calibrations: Vec<Calibration>,
     pub(super) settings: Settings,
 }

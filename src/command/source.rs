@@ -9,7 +9,7 @@ use super::failure::Failure;
 use super::shell::{quoted, seen_from};
 use super::table;
 use sindyscope_core::prepare::{Preparation, Treatment, crop_to_span, prepare, span};
-use sindyscope_core::setting::{Choice, Form, Setting, change, finite, named, positive};
+use sindyscope_core::setting::{NamedValue, Setting, SettingForm, change, finite, named, positive};
 use sindyscope_files::{ColumnMap, ReadOptions, read_set};
 use sindyscope_values::record::RecordSet;
 use sindyscope_values::term::Kind;
@@ -51,15 +51,15 @@ impl From<Kind> for KindName {
     }
 }
 
-const KINDS: [Choice<KindName>; 3] = [
-    Choice {
+const KINDS: [NamedValue<KindName>; 3] = [
+    NamedValue {
         value: KindName::SecondOrder,
         name: "second-order",
         label: "second order",
         help: "Displacements are given, velocities are derived",
     },
-    Choice { value: KindName::FirstOrder, name: "first-order", label: "first order", help: "Every state is given" },
-    Choice {
+    NamedValue { value: KindName::FirstOrder, name: "first-order", label: "first order", help: "Every state is given" },
+    NamedValue {
         value: KindName::Integral,
         name: "integral",
         label: "second order, integrated",
@@ -71,7 +71,7 @@ static READING: &[Setting<Reading>] = &[
     Setting {
         name: "columns",
         help: "Which column is which, where the header does not say: t=NAME,x=NAME,u=NAME,…",
-        form: Form::One("t=NAME,x=NAME,…"),
+        form: SettingForm::One("t=NAME,x=NAME,…"),
         read: |text| {
             let columns: ColumnMap = text.parse().map_err(|e: sindyscope_files::ColumnMapError| e.to_string())?;
             Ok(change(move |r: &mut Reading| r.columns = columns.clone()))
@@ -82,7 +82,7 @@ static READING: &[Setting<Reading>] = &[
     Setting {
         name: "only-named",
         help: "Ignore every column that --columns does not name, whatever the header says of it",
-        form: Form::Flag,
+        form: SettingForm::Flag,
         read: |_| Ok(change(|r: &mut Reading| r.only_named = true)),
         write: |r| r.only_named.then(String::new).into_iter().collect(),
         ..Setting::BLANK
@@ -91,7 +91,7 @@ static READING: &[Setting<Reading>] = &[
         name: "rate",
         help: "Sampling rate, Hz, for files without a time column",
         unit: "Hz",
-        form: Form::One("HZ"),
+        form: SettingForm::One("HZ"),
         read: |text| positive(text).map(|rate| change(move |r: &mut Reading| r.rate = Some(rate))),
         write: |r| r.rate.iter().map(f64::to_string).collect(),
         ..Setting::BLANK
@@ -100,7 +100,7 @@ static READING: &[Setting<Reading>] = &[
         name: "kind",
         help: "Displacements given and velocities derived, or every state given",
         default: "second-order",
-        form: Form::Names { placeholder: "KIND", names: &KINDS },
+        form: SettingForm::Names { placeholder: "KIND", names: &KINDS },
         read: |text| named(&KINDS, text).map(|kind| change(move |r: &mut Reading| r.kind = kind)),
         write: |r| KINDS.iter().filter(|c| c.value == r.kind).map(|c| c.name.into()).collect(),
         ..Setting::BLANK
@@ -160,7 +160,7 @@ static PREPARATION: &[Setting<Preparing>] = &[
         group: PREPARATION_HEADING,
         help: "Use each record from T0 to T1 only, s; either may be left out: \"5:\"",
         unit: "s",
-        form: Form::Signed("T0:T1"),
+        form: SettingForm::Signed("T0:T1"),
         read: |text| crop_to_span(text).map(|step| change(move |p: &mut Preparing| p.steps.push(step))),
         write: |p| match p.steps.first() {
             Some(Treatment::Crop { from, to }) => vec![span(*from, *to)],
@@ -174,7 +174,7 @@ static PREPARATION: &[Setting<Preparing>] = &[
         help: "Do this to each record, in this order, after --crop and before --hold-out: offset, trend, decimate=N, low-pass=HZ, \
                high-pass=HZ, band-pass=HZ:HZ (without a phase), spikes, split=N, split-at=T, align=a (or align=a:SECONDS), \
                gain=x2:1.02; where the order is another one also crop=T0:T1 and hold-out=SHARE",
-        form: Form::Many("STEP,…"),
+        form: SettingForm::Many("STEP,…"),
         read: |text| {
             let steps: Vec<Treatment> = text
                 .split(',')
@@ -193,7 +193,7 @@ static PREPARATION: &[Setting<Preparing>] = &[
         name: "hold-out",
         group: PREPARATION_HEADING,
         help: "Hold out this share of each record's end, as 0.3; files given with --test are held out instead",
-        form: Form::One("SHARE"),
+        form: SettingForm::One("SHARE"),
         read: |text| {
             share(text).map(|share| change(move |p: &mut Preparing| p.steps.push(Treatment::HoldOut { share })))
         },
@@ -205,7 +205,7 @@ static PREPARATION: &[Setting<Preparing>] = &[
         group: PREPARATION_HEADING,
         help: "Fill in up to N samples that are missing together (lost, empty or NaN); a longer gap splits the record",
         unit: "samples",
-        form: Form::One("N"),
+        form: SettingForm::One("N"),
         read: |text| {
             let n = text.parse().map_err(|_| "it is a whole number of samples")?;
             Ok(change(move |p: &mut Preparing| p.bridge = n))
@@ -236,14 +236,14 @@ impl Preparing {
 
 /// Files, how they are read and how they are prepared: what gives the records of a study.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Source {
+pub(super) struct RecordSource {
     pub(super) data: Vec<PathBuf>,
     pub(super) test: Vec<PathBuf>,
     pub(super) reading: Reading,
     pub(super) preparing: Preparing,
 }
 
-impl Source {
+impl RecordSource {
     /// Reads the records and prepares them.
     pub(super) fn read(&self) -> Result<RecordSet, Failure> {
         let options = ReadOptions { bridge: self.preparing.bridge, ..self.reading.options() };
@@ -282,7 +282,7 @@ pub(super) fn typed(here: &Path, file: &Path) -> String {
     quoted(&if seen.starts_with('-') { format!("./{seen}") } else { seen.into_owned() })
 }
 
-impl Args for Source {
+impl Args for RecordSource {
     fn augment_args(command: Command) -> Command {
         let files = |name: &'static str, help: &'static str| {
             Arg::new(name).value_parser(value_parser!(PathBuf)).num_args(1..).action(ArgAction::Append).help(help)
@@ -298,7 +298,7 @@ impl Args for Source {
     }
 }
 
-impl FromArgMatches for Source {
+impl FromArgMatches for RecordSource {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
         let files = |name: &str| matches.get_many(name).into_iter().flatten().cloned().collect();
         let mut preparing = Preparing::default();

@@ -6,7 +6,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Command};
 
 use super::shell::quoted;
-use sindyscope_core::setting::{Form, Given, Said, Setting, told};
+use sindyscope_core::setting::{Given, Said, Setting, SettingForm, told};
 
 /// A command with an option for each row of a table.
 pub(super) fn with_options<T>(command: Command, table: &'static [Setting<T>]) -> Command {
@@ -35,12 +35,12 @@ pub(super) fn option<T>(setting: &'static Setting<T>) -> Arg {
         PossibleValuesParser::new(values).try_map(move |text: String| Said::new(setting, &text))
     };
     match setting.form {
-        Form::One(placeholder) => arg.value_name(placeholder).value_parser(read).allow_negative_numbers(true),
-        Form::Signed(placeholder) => arg.value_name(placeholder).value_parser(read).allow_hyphen_values(true),
-        Form::Many(placeholder) => arg.value_name(placeholder).value_parser(read).action(ArgAction::Append),
-        Form::Names { placeholder, names: of } => arg.value_name(placeholder).value_parser(names(&of.names())),
-        Form::Flag => arg.action(ArgAction::SetTrue),
-        Form::Switch => arg
+        SettingForm::One(placeholder) => arg.value_name(placeholder).value_parser(read).allow_negative_numbers(true),
+        SettingForm::Signed(placeholder) => arg.value_name(placeholder).value_parser(read).allow_hyphen_values(true),
+        SettingForm::Many(placeholder) => arg.value_name(placeholder).value_parser(read).action(ArgAction::Append),
+        SettingForm::Names { placeholder, names: of } => arg.value_name(placeholder).value_parser(names(&of.names())),
+        SettingForm::Flag => arg.action(ArgAction::SetTrue),
+        SettingForm::Switch => arg
             .value_name("WHETHER")
             .value_parser(names(&[("yes", "Do"), ("no", "Do not")]))
             .num_args(0..=1)
@@ -53,8 +53,8 @@ pub(super) fn option<T>(setting: &'static Setting<T>) -> Arg {
 pub(super) fn given<T>(matches: &ArgMatches, table: impl IntoIterator<Item = &'static Setting<T>>) -> Given<T> {
     let of = |setting: &'static Setting<T>| -> Vec<Said<T>> {
         match setting.form {
-            Form::Flag if matches.get_flag(setting.name) => Said::new(setting, "").into_iter().collect(),
-            Form::Flag => Vec::new(),
+            SettingForm::Flag if matches.get_flag(setting.name) => Said::new(setting, "").into_iter().collect(),
+            SettingForm::Flag => Vec::new(),
             _ => matches.get_many::<Said<T>>(setting.name).into_iter().flatten().cloned().collect(),
         }
     };
@@ -67,8 +67,8 @@ pub(super) fn say<T>(command: &mut String, table: &'static [Setting<T>], value: 
     for (setting, text) in told(table, value, from) {
         // Writing to a text cannot fail.
         let _ = match (setting.form, text.as_str()) {
-            (Form::Flag, _) | (Form::Switch, "yes") => write!(command, " --{}", setting.name),
-            (Form::Switch, text) => write!(command, " --{}={text}", setting.name),
+            (SettingForm::Flag, _) | (SettingForm::Switch, "yes") => write!(command, " --{}", setting.name),
+            (SettingForm::Switch, text) => write!(command, " --{}={text}", setting.name),
             // What begins with a minus would be taken for another option.
             (_, text) if text.starts_with('-') => write!(command, " --{}={}", setting.name, quoted(text)),
             (_, text) => write!(command, " --{} {}", setting.name, quoted(text)),

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use sindyscope_values::term::Layout;
 
 /// What a text asks to be changed; it may turn out as it is done that it does not fit what stands there already.
-pub type Change<T> = Arc<dyn Fn(&mut T) -> Result<(), String> + Send + Sync>;
+pub type SettingChange<T> = Arc<dyn Fn(&mut T) -> Result<(), String> + Send + Sync>;
 
 /// One row of the table: a setting of a `T`.
 pub struct Setting<T: 'static> {
@@ -31,13 +31,13 @@ pub struct Setting<T: 'static> {
     /// Its unit, for a number; empty for none.
     pub unit: &'static str,
     /// What it may be.
-    pub form: Form,
+    pub form: SettingForm,
     /// The numbers that a slider spans, for a number that has one; the ends may depend on the records.
     pub slider: Option<Slider>,
     /// Whether it is chosen from the data where it is left out: what repeats a study always says it.
     pub chosen: bool,
     /// Reads a text. An error says what is wrong with it, or how it is written.
-    pub read: fn(&str) -> Result<Change<T>, String>,
+    pub read: fn(&str) -> Result<SettingChange<T>, String>,
     /// Writes the setting as texts that `read` takes, one for each time that the option is given; none where it counts for
     /// nothing.
     pub write: fn(&T) -> Vec<String>,
@@ -47,7 +47,7 @@ pub struct Setting<T: 'static> {
 
 /// What a setting may be.
 #[derive(Clone, Copy)]
-pub enum Form {
+pub enum SettingForm {
     /// One text of this kind, as `N` or `KG`.
     One(&'static str),
     /// The same, which may begin with a minus.
@@ -100,7 +100,7 @@ impl Slider {
 
 /// One value of several, with its names.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Choice<V: 'static> {
+pub struct NamedValue<V: 'static> {
     /// The value.
     pub value: V,
     /// What it is called in commands and files.
@@ -117,7 +117,7 @@ pub trait Names {
     fn names(&self) -> Vec<(&'static str, &'static str)>;
 }
 
-impl<V, const N: usize> Names for [Choice<V>; N] {
+impl<V, const N: usize> Names for [NamedValue<V>; N] {
     fn names(&self) -> Vec<(&'static str, &'static str)> {
         self.iter().map(|c| (c.name, c.help)).collect()
     }
@@ -127,7 +127,7 @@ impl<V, const N: usize> Names for [Choice<V>; N] {
 ///
 /// # Errors
 /// There is none of that name; the sentence lists those that there are.
-pub fn named<V: Copy>(choices: &[Choice<V>], name: &str) -> Result<V, String> {
+pub fn named<V: Copy>(choices: &[NamedValue<V>], name: &str) -> Result<V, String> {
     choices.iter().find(|c| c.name == name).map(|c| c.value).ok_or_else(|| {
         let names: Vec<&str> = choices.iter().map(|c| c.name).collect();
         format!("`{name}` is none of {}", names.join(", "))
@@ -145,7 +145,7 @@ impl<T> Setting<T> {
         help: "",
         default: "",
         unit: "",
-        form: Form::Flag,
+        form: SettingForm::Flag,
         slider: None,
         chosen: false,
         read: |_| Ok(change(|_| ())),
@@ -161,7 +161,7 @@ impl<T> fmt::Debug for Setting<T> {
 }
 
 /// A change that always fits.
-pub fn change<T>(make: impl Fn(&mut T) + Send + Sync + 'static) -> Change<T> {
+pub fn change<T>(make: impl Fn(&mut T) + Send + Sync + 'static) -> SettingChange<T> {
     Arc::new(move |value| {
         make(value);
         Ok(())
@@ -175,7 +175,7 @@ pub struct Given<T: 'static>(Vec<Said<T>>);
 pub struct Said<T: 'static> {
     setting: &'static Setting<T>,
     text: String,
-    change: Change<T>,
+    change: SettingChange<T>,
 }
 
 impl<T> Said<T> {

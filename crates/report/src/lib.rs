@@ -39,8 +39,8 @@ pub mod walk;
 #[cfg(doctest)]
 mod book {
     #[doc = include_str!("../../../docs/contributing/view.md")]
-    struct View;
+    struct ViewPage;
 
     #[doc = include_str!("../../../docs/contributing/export.md")]
-    struct Export;
+    struct ExportPage;
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::figure::thin::Spacing;
 use crate::figure::{
-    Axis, Bar, Cells, Colours, Figure, Fit, Guide, Layer, Panel, Part, Points, Samples, Shape, Ticks, extent,
+    Axis, Cells, Colours, Figure, Fit, Guide, Layer, LayerRole, Panel, PlotBar, Points, Samples, Shape, Ticks, extent,
 };
 use crate::palette::{Ink, Tint};
 use crate::view::time_range;
@@ -40,7 +40,7 @@ pub struct Compared<'a> {
 
 /// A simulated response beside the measured one.
 #[derive(Clone, Copy, Debug)]
-pub struct Response<'a> {
+pub struct WalkResponse<'a> {
     /// Which model's.
     pub name: &'a str,
     /// Its ink.
@@ -87,16 +87,16 @@ fn rms(values: &[f64]) -> f64 {
 }
 
 /// The measured response with those of models over each other, and what each leaves beneath.
-pub fn responses(compared: &Compared<'_>, responses: &[Response<'_>]) -> Option<Figure> {
+pub fn responses(compared: &Compared<'_>, responses: &[WalkResponse<'_>]) -> Option<Figure> {
     let trace = responses.first()?.trace;
     let samples = |values: Arc<[f64]>| Shape::Samples(Samples::new(values, spacing(trace)));
     let mut upper = compared.panel(trace, "response", compared.symbol);
     upper.layers.push(Layer::new(Ink::Measured, "measured", samples(Arc::clone(trace.of_mass(compared.mass).0))));
     let mut lower = compared.panel(trace, "gap", "gap");
     let mut sizes = Vec::new();
-    for Response { name, ink, width, trace } in responses {
+    for WalkResponse { name, ink, width, trace } in responses {
         let simulated = Arc::clone(trace.of_mass(compared.mass).1);
-        upper.layers.push(Layer::new(*ink, *name, samples(simulated)).playing(Part::Follows).wide(*width));
+        upper.layers.push(Layer::new(*ink, *name, samples(simulated)).playing(LayerRole::Follows).wide(*width));
         let gap = compared.gap(trace);
         sizes.push(format_si(rms(&gap), compared.unit, 3));
         lower.layers.push(Layer::new(*ink, *name, samples(gap.into())).wide(1.0));
@@ -127,14 +127,14 @@ pub struct Lacking<'a> {
 }
 
 /// Measured and simulated, their difference, and the force that is missing, on one time axis.
-pub fn gap(compared: &Compared<'_>, response: &Response<'_>, lacking: &Lacking<'_>) -> Figure {
+pub fn gap(compared: &Compared<'_>, response: &WalkResponse<'_>, lacking: &Lacking<'_>) -> Figure {
     let trace = response.trace;
     let samples = |values: Arc<[f64]>| Shape::Samples(Samples::new(values, spacing(trace)));
     let (measured, simulated) = trace.of_mass(compared.mass);
     let mut upper = compared.panel(trace, "response", compared.symbol);
     upper.layers.push(Layer::new(Ink::Measured, "measured", samples(Arc::clone(measured))));
     let simulated = Layer::new(response.ink, response.name, samples(Arc::clone(simulated)));
-    upper.layers.push(simulated.playing(Part::Follows).wide(response.width));
+    upper.layers.push(simulated.playing(LayerRole::Follows).wide(response.width));
     let left = compared.gap(trace);
     let mut middle = compared.panel(trace, "gap", "gap");
     middle.title = format!("RMS {}", format_si(rms(&left), compared.unit, 3));
@@ -148,7 +148,7 @@ pub fn gap(compared: &Compared<'_>, response: &Response<'_>, lacking: &Lacking<'
         let deviation = Samples::new(Arc::clone(&missing.deviation), spacing);
         let band = Shape::Tube(force.clone(), deviation);
         lower.layers.push(Layer::new(Ink::Input, lacking.name, Shape::Samples(force)).wide(1.2));
-        lower.layers.insert(0, Layer::new(Ink::Input, "± 1 σ", band).playing(Part::Follows));
+        lower.layers.insert(0, Layer::new(Ink::Input, "± 1 σ", band).playing(LayerRole::Follows));
         if lacking.marked {
             for panel in [&mut upper, &mut middle, &mut lower] {
                 panel.guides.extend(worst(missing));
@@ -322,7 +322,7 @@ pub fn waterfall(stages: &[&Stage], noise: f64, unit: &str, tested: &str) -> Opt
             // The line of the noise strikes no figure through.
             let crossed = (height..height + 0.1 * largest).contains(&noise);
             let text_at = if crossed { noise } else { height };
-            let bar = Bar { from: k as f64 + from, to: k as f64 + to, height, text, text_at };
+            let bar = PlotBar { from: k as f64 + from, to: k as f64 + to, height, text, text_at };
             panel.layers.push(Layer::new(Ink::of_stage(k), "", Shape::Bars { bars: vec![bar], hollow: side == 1 }));
         }
     }

@@ -166,6 +166,17 @@ fn finite(value: f64, otherwise: f64) -> f64 {
     if value.is_finite() { value } else { otherwise }
 }
 
+/// How far a model is to follow data that were not fitted, and how closely.
+#[derive(Clone, Copy)]
+pub(super) struct Wanted {
+    /// Doublings of the shortest segments.
+    pub(super) level: usize,
+    /// Period that those are measured by, s.
+    pub(super) period: f64,
+    /// RMS that the data fitted leave.
+    pub(super) error: f64,
+}
+
 impl Data {
     pub(super) fn options<'a>(
         cancelled: &'a (dyn Fn() -> bool + Sync),
@@ -178,7 +189,8 @@ impl Data {
 
     /// What a fit up to a level is to reach.
     pub(super) fn goal<'a>(&self, top: usize, options: FitOptions<'a>) -> Goal<'a> {
-        Goal { period: self.period, noise: self.noise.max(self.least_noise()), top, options }
+        let noise = self.noise.max(self.least_noise());
+        Goal { period: self.period, noise, top, short_if_wrong: true, options }
     }
 
     /// Below this a residual is the simulation's own arithmetic.
@@ -239,21 +251,24 @@ impl Data {
         composition: &Composition,
         shared: &[f64],
         records: &[Run],
-        (level, expected): (usize, f64),
+        wanted: Wanted,
         cancel: &Cancel,
     ) -> Option<Landed> {
         let cancelled = || cancel.is_cancelled();
-        let goal = self.followed_to(level, expected, &cancelled);
+        let Wanted { level, period, error } = wanted;
+        let goal = self.followed_to(wanted, &cancelled);
         let direct = shoot(composition, records, (shared, None), level, goal, FEW_STEPS);
-        let top = levels(records, self.period);
-        let near = direct.as_ref().is_some_and(|d| d.error() < ASTRAY * expected);
+        let top = levels(records, period);
+        let near = direct.as_ref().is_some_and(|d| d.error() < ASTRAY * error);
         if near || top == 0 || level == 0 {
             return direct;
         }
         // A record begun a little wrongly goes astray though the model is right: the beginning is found along segments.
         let first = shoot(composition, records, (shared, None), 0, goal, FEW_STEPS)?;
         let longest = climb(composition, records, first, goal).into_iter().next_back();
-        let reached = longest.filter(|l| l.level >= level.min(top));
+        // A chaotic motion that is not one of the fitted records may be followed less far than those.
+        let chaotic = direct.as_ref().is_some_and(Landed::is_sensitive);
+        let reached = longest.filter(|l| l.level >= level.min(top) || chaotic && l.error() < ASTRAY * error);
         match (direct, reached) {
             (Some(a), Some(b)) => Some(if b.refined.rss < a.refined.rss { b } else { a }),
             (a, b) => a.or(b),
@@ -261,20 +276,16 @@ impl Data {
     }
 
     /// What a fit of initial states alone is to reach, over segments of a level.
-    pub(super) fn followed_to<'a>(
-        &self,
-        level: usize,
-        expected: f64,
-        cancelled: &'a (dyn Fn() -> bool + Sync),
-    ) -> Goal<'a> {
+    pub(super) fn followed_to<'a>(&self, wanted: Wanted, cancelled: &'a (dyn Fn() -> bool + Sync)) -> Goal<'a> {
+        let Wanted { level, period, error } = wanted;
         let options = FitOptions { frozen: true, effort: EFFORT, ..Self::options(cancelled, FEW_STEPS, None) };
-        Goal { noise: expected.max(self.noise), ..self.goal(level, options) }
+        Goal { period, noise: error.max(self.noise), ..self.goal(level, options) }
     }
 
     /// Holds a fit against data that were not fitted, over segments as long as its own.
     pub(super) fn judged(&self, composition: Composition, landed: Landed, cancel: &Cancel) -> Fitted {
         let cancelled = || cancel.is_cancelled();
-        let Landed { refined, runs, level, whole } = landed;
+        let Landed { refined, runs, level, period, whole } = landed;
         let level = if whole { WHOLE } else { level };
         let lost = |runs: &[Run]| {
             let shown: Vec<Vec<f64>> = runs.iter().map(|r| r.target().collect()).collect();
@@ -294,17 +305,22 @@ impl Data {
             )
         };
         let freedom = refined.samples.saturating_sub(refined.passing()).max(1) as f64;
-        let expected = (level, (refined.rss / freedom).sqrt());
+        let expected = Wanted { level, period, error: (refined.rss / freedom).sqrt() };
+        let longest = |runs: &[Run]| runs.iter().map(|r| r.range.len() as f64 * r.grid.interval()).fold(0.0, f64::max);
+        let mut horizon = longest(&runs);
         let mut held_out = Vec::new();
         let (mut folds, mut refitted) = (Vec::new(), Vec::new());
         for s in self.held_out() {
             let runs = [Run { record: 0, ..s.run() }];
             let fit = self.follow(&composition, &refined.point.shared, &runs, expected, cancel);
             folds.push(fold(&fit, &runs));
+            if let Some(cut) = fit.as_ref().filter(|f| f.runs.len() > 1) {
+                horizon = horizon.min(longest(&cut.runs));
+            }
             held_out.push(fit.and_then(|l| followed(&l.runs, &l.refined).pop()).unwrap_or_default());
         }
         for (train, test) in self.folds() {
-            let goal = self.goal(level, Self::options(&cancelled, FEW_STEPS, None));
+            let goal = Goal { period, ..self.goal(level, Self::options(&cancelled, FEW_STEPS, None)) };
             let again = shoot(&composition, &train, (&refined.point.shared, None), level, goal, FEW_STEPS);
             let found = again
                 .as_ref()
@@ -332,7 +348,7 @@ impl Data {
             test_rmse,
             train_nrmse: train_rmse / spread(self.fit()),
             test_nrmse: test_rmse.map(|r| r / spread(judged)),
-            horizon: runs.iter().map(|r| r.range.len() as f64 * r.grid.interval()).fold(0.0, f64::max),
+            horizon,
         };
         let parameters = composition.named(&refined.point.shared);
         Fitted {

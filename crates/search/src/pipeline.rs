@@ -88,12 +88,13 @@ impl Search {
             let single = proposal.composition.forms.len() == composition.forms.len() + 1;
             if let Some(gain) = explained {
                 let near = proposal.gain > (1.0 - CLOSE_GAIN) * gain - LEAD;
-                let is_shown = single && shown < SHOWN && proposal.gain > 0.0;
+                let common = proposal.forms.iter().all(|k| forms[*k].is_common());
+                let is_shown = single && common && shown < SHOWN && proposal.gain > 0.0;
                 if !near && !is_shown {
                     continue;
                 }
             }
-            shown += usize::from(single);
+            shown += usize::from(single && explained.is_some());
             tell(Progress::Step("Fitting the likeliest sets of effects", 0.3 + 0.5 * k as f64 / count as f64));
             let gain = proposal.gain;
             let set = tried.indices(&proposal.composition);

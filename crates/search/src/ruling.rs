@@ -200,7 +200,8 @@ impl Search {
         let mut stage = Arc::clone(&base);
         let mut tried = Tried::default();
         let mut looks: Vec<(Vec<Choice>, Round)> = Vec::new();
-        let last = loop {
+        let mut first: Option<Tried> = None;
+        let mut last = loop {
             // What is left and does not matter is given no name.
             let done = !stage.effects.is_empty() && !self.matters(&base, &*self.fit_of(&stage, cancel)?, cancel);
             let room = stage.effects.len() < self.ask.max_effects;
@@ -211,12 +212,22 @@ impl Search {
             let Some(next) = next.filter(|_| !looks.iter().any(|(seen, _)| *seen == now)) else { break round };
             stage = Arc::new(self.show(&next.fitted));
             looks.push((now, round));
+            first.get_or_insert_with(|| tried.clone());
         };
+        let reached = |stage: &Stage, last: &Round| -> Result<bool, GapError> {
+            let fitted = self.fit_of(stage, cancel)?;
+            let told_from_noise = last.evidence.significant && self.matters(&base, &fitted, cancel);
+            Ok(self.contradictions(&fitted).is_empty() && !told_from_noise)
+        };
+        let mut explained = reached(&stage, &last)?;
+        // Beside an effect that does not close the gap, another one that does not either is a guess.
+        if let Some(once) = first.filter(|_| !explained && looks.len() > 1) {
+            stage = once.winner().map_or_else(|| Arc::clone(&base), |winner| Arc::new(self.show(&winner.fitted)));
+            tried = once;
+            last = self.look_into(&stage, Depth::Screened, Keep::Present, tell, cancel)?;
+            explained = reached(&stage, &last)?;
+        }
         let ambiguous = !tried.ruling.rivals.is_empty();
-        let fitted = self.fit_of(&stage, cancel)?;
-        let contradicted = !self.contradictions(&fitted).is_empty();
-        let told_from_noise = last.evidence.significant && self.matters(&base, &fitted, cancel);
-        let explained = !contradicted && !told_from_noise;
         let (mut rounds, stages) = self.steps(&base, (&tried, &looks), tell, cancel)?;
         let verdict = match (stages.len() == 1, ambiguous, explained) {
             (true, _, true) => Verdict::NothingMissing,

@@ -8,11 +8,12 @@ use super::effects::{Form, Frame, Setting, catalogue};
 use super::error::GapError;
 use super::evidence::Examined;
 use super::fit::Fitted;
-use super::judge::{judge, least_lead};
+use super::judge::{Hypothesis, judge, least_lead};
 use super::outcome::{Blind, Choice, Evidence, Finding, Round, Stage};
 use super::parameters::Parameters;
 use super::progress::Progress;
 use super::propose::usual_speed;
+use super::rule::{FAR, MATTERS_NOISES};
 use super::ruling::{Decision, Tried};
 use super::screen::Motion;
 use super::site::Placed;
@@ -96,6 +97,8 @@ pub(super) enum Depth {
 
 /// Weights of the oscillator that a base model's start leans towards, beside those of the data.
 const PRIORS: [f64; 2] = [1e-3, 1.0];
+/// Share of a frequency within which another is the same in a motion whose frequency changes with its amplitude.
+const LOCKED: f64 = 0.2;
 impl Search {
     /// Prepares records of one mass or several.
     ///
@@ -130,6 +133,7 @@ impl Search {
             data.count_from(datum);
             base.base.retain(|t| t.term.as_str() != "1");
             base.datum = true;
+            base.origin = -datum;
         }
         Ok(Self { data, audit, ask: ask.clone(), base, known: Mutex::default() })
     }
@@ -261,6 +265,14 @@ impl Search {
         }
         let lead = data.lead(motion);
         let missing = motion.missing_of(lead);
+        // In a motion that dies away a line at its own frequency, or at twice that, is damping or stiffness that depends on the
+        // amplitude.
+        let dies_away = data.fit().iter().all(Series::is_undriven) && !data.self_sustained;
+        let locked = |f: &f64, times: &[f64]| times.iter().any(|n| (f / (n * data.frequency) - 1.0).abs() < LOCKED);
+        let free = |mut lines: Vec<f64>, times: &[f64]| {
+            lines.retain(|f| !(dies_away && locked(f, times)));
+            lines
+        };
         let setting = Setting {
             base_excited: data.base_excited,
             passive: fitted.composition.passive,
@@ -271,7 +283,7 @@ impl Search {
             derivatives: data.outputs[0].derivatives(),
             inputs: (0..data.layout.inputs).map(|j| over(&|r, k| data.fit()[r].inputs[j][k])).collect(),
             frequency: data.frequency,
-            lines: data.lines(&missing),
+            lines: free(data.lines(&missing), &[1.0]),
             pulsations: {
                 let spring = |r: usize| if data.base_excited { data.fit()[r].inputs.first() } else { None };
                 let product = |r: usize, k: usize| {
@@ -279,7 +291,7 @@ impl Search {
                 };
                 let products: Vec<Vec<f64>> =
                     (0..data.fit().len()).map(|r| (0..data.fit()[r].len()).map(|k| product(r, k)).collect()).collect();
-                data.lines(&products.iter().map(Vec::as_slice).collect::<Vec<_>>())
+                free(data.lines(&products.iter().map(Vec::as_slice).collect::<Vec<_>>()), &[1.0, 2.0])
             },
             interval: data.fit()[0].interval,
             measured: over(&|r, k| data.fit()[r].measured[0][k]),
@@ -289,6 +301,8 @@ impl Search {
         catalogue(&setting)
             .into_iter()
             .filter(|f| !present.contains(&choice(f)))
+            // A richer kind of what is there was tried in its place.
+            .filter(|f| !fitted.composition.forms.iter().any(|there| f.includes(there) || there.includes(f)))
             .filter(|f| !self.audit.blind.iter().any(|b| b.effect == f.effect))
             .filter(|f| {
                 // The zero of a velocity or an acceleration is not that of the spring.
@@ -361,7 +375,10 @@ impl Search {
             return Err(GapError::Cancelled);
         }
         let present = if keeps_present { tried.indices(&before.composition) } else { Vec::new() };
-        tried.ruling = judge(&tried.sets, &tried.forms, &present, least_lead(self.audit.single_tone));
+        // Where nothing explains the data every set is wrong in some way still, and densities say too much.
+        let explains = |s: &Hypothesis| s.unborne.is_none() && s.fitted.error() < MATTERS_NOISES * data.noise;
+        let far = if tried.sets.iter().any(explains) { 0.0 } else { FAR.ln() * data.unseen() as f64 };
+        tried.ruling = judge(&tried.sets, &tried.forms, &present, least_lead(self.audit.single_tone).max(far));
         if std::env::var_os("TRACE").is_some() {
             for k in tried.best() {
                 let s = &tried.sets[k];

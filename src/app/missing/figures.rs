@@ -16,7 +16,7 @@ use crate::app::records::OpenRecords;
 use crate::app::state::{Edit, RoundStep};
 use palette::Ink;
 use sindyscope_report::figure::Figure as Drawing;
-use sindyscope_report::walk::{self, Compared, Lacking, Response};
+use sindyscope_report::walk::{self, Compared, Lacking, WalkResponse};
 use sindyscope_search::{Choice, Curve, Map, Profile, Stage, Trace};
 use sindyscope_values::record::Usage;
 
@@ -182,11 +182,11 @@ fn make(room: &Missing, sight: &WalkContext<'_>, figure: &Figure, preview: Optio
             let sensor = sight.subject.sensor(sight.mass);
             let (symbol, unit, noise) = (&*sensor.symbol, &*sensor.unit, sight.noise(trace));
             let compared = Compared { mass: sight.mass, symbol, unit, noise };
-            let responses: Vec<Response<'_>> = stages
+            let responses: Vec<WalkResponse<'_>> = stages
                 .iter()
                 .filter_map(|(name, ink, width, stage)| {
                     let trace = stage.traces.iter().find(|t| t.record == trace.record)?;
-                    Some(Response { name, ink: *ink, width: *width, trace })
+                    Some(WalkResponse { name, ink: *ink, width: *width, trace })
                 })
                 .collect();
             if matches!(step, RoundStep::Add | RoundStep::Verify) {

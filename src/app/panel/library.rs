@@ -7,20 +7,20 @@ use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, row, section, switch};
 use sindyscope_core::study::Settings;
 use sindyscope_values::model::Units;
-use sindyscope_values::term::{Expression, Family, Function, Layout, Symbol, Term, list, polynomials};
+use sindyscope_values::term::{Expression, Function, Layout, Symbol, Term, TermFamily, list, polynomials};
 
-const FAMILIES: [(Family, &str, &str); 11] = [
-    (Family::Constant, "1", "A constant force, or an offset"),
-    (Family::Inputs, "u", "The inputs: force, or base displacement"),
-    (Family::InputRates, "du", "The inputs' rates: base velocity"),
-    (Family::Relative, "x−u", "Relative motion across the joint: x−u, v−du"),
-    (Family::Of(Function::Sgn), "sgn", "Signs: dry friction is sgn v"),
-    (Family::Of(Function::Abs), "|·|", "Absolute values: one-sided or asymmetric forces"),
-    (Family::QuadraticDamping, "v|v|", "Quadratic damping: drag of a fluid"),
-    (Family::Of(Function::Sin), "sin", "Sines: a pendulum's restoring force is sin x"),
-    (Family::Of(Function::Cos), "cos", "Cosines"),
-    (Family::Of(Function::Exp), "exp", "Exponentials"),
-    (Family::Of(Function::Tanh), "tanh", "Hyperbolic tangents: smooth steps"),
+const FAMILIES: [(TermFamily, &str, &str); 11] = [
+    (TermFamily::Constant, "1", "A constant force, or an offset"),
+    (TermFamily::Inputs, "u", "The inputs: force, or base displacement"),
+    (TermFamily::InputRates, "du", "The inputs' rates: base velocity"),
+    (TermFamily::Relative, "x−u", "Relative motion across the joint: x−u, v−du"),
+    (TermFamily::Of(Function::Sgn), "sgn", "Signs: dry friction is sgn v"),
+    (TermFamily::Of(Function::Abs), "|·|", "Absolute values: one-sided or asymmetric forces"),
+    (TermFamily::QuadraticDamping, "v|v|", "Quadratic damping: drag of a fluid"),
+    (TermFamily::Of(Function::Sin), "sin", "Sines: a pendulum's restoring force is sin x"),
+    (TermFamily::Of(Function::Cos), "cos", "Cosines"),
+    (TermFamily::Of(Function::Exp), "exp", "Exponentials"),
+    (TermFamily::Of(Function::Tanh), "tanh", "Hyperbolic tangents: smooth steps"),
 ];
 
 /// Highest degree that a button offers; higher powers are typed.

@@ -23,7 +23,7 @@ use super::state::{Edit, Room};
 use super::widgets::{SliderRow, row, switch};
 use sindyscope_core::prepare::Preparation;
 use sindyscope_core::remedy::Remedy;
-use sindyscope_core::setting::{Choice, Setting, Slider, Spread};
+use sindyscope_core::setting::{NamedValue, Setting, Slider, Spread};
 use sindyscope_core::study::{Calibration, Settings};
 use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::term::{Kind, Term};
@@ -152,7 +152,7 @@ fn slider(setting: &'static Setting<Settings>) -> SliderRow<'static> {
 fn pick<V: Copy>(
     ui: &mut Ui,
     setting: &'static Setting<Settings>,
-    choices: &[Choice<V>],
+    choices: &[NamedValue<V>],
     value: &mut V,
     same: impl Fn(&V, &V) -> bool,
 ) {
@@ -175,7 +175,7 @@ fn pick<V: Copy>(
 fn switch_of<V: Copy + PartialEq, const N: usize>(
     ui: &mut Ui,
     setting: &'static Setting<Settings>,
-    choices: &[Choice<V>; N],
+    choices: &[NamedValue<V>; N],
     value: &mut V,
 ) {
     row(ui, setting.label, setting.help, |ui| {

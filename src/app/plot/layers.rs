@@ -10,7 +10,7 @@ use egui_plot::{
 use super::painter::Look;
 use super::palette::{self, Ink, Painted as _};
 use sindyscope_report::figure::thin::{self, Raster};
-use sindyscope_report::figure::{Axis, Cells, Guide, Layer, Panel, Part, Samples, Shape};
+use sindyscope_report::figure::{Axis, Cells, Guide, Layer, LayerRole, Panel, Samples, Shape};
 use sindyscope_report::palette::unsure;
 
 /// Points of a curve in loops that are drawn at sixty frames a second.
@@ -184,7 +184,7 @@ pub(super) fn draw<'a>(
                     (false, false) => 0.5,
                 });
                 let outline = if *hollow { Stroke::new(1.0, color) } else { Stroke::NONE };
-                let bar = |b: &sindyscope_report::figure::Bar| {
+                let bar = |b: &sindyscope_report::figure::PlotBar| {
                     Bar::new(0.5 * (b.from + b.to), b.height).width(b.to - b.from).fill(fill).stroke(outline)
                 };
                 plot.bar_chart(BarChart::new("", bars.iter().map(bar).collect()).allow_hover(false));
@@ -258,7 +258,7 @@ fn draw_samples<'a>(
     // Bands are drawn upright, so that a wide line loses its width on steep flanks; few enough points need none.
     let line = Line::new("", PlotPoints::Borrowed(&drawn.points)).stroke(Stroke::new(layer.width(), color));
     plot.line(line.style(layer.ink.style()).allow_band(false).allow_hover(false));
-    if layer.part != Part::Ghost && (apart > SAMPLES_MARKED || samples.values.len() == 1) {
+    if layer.part != LayerRole::Ghost && (apart > SAMPLES_MARKED || samples.values.len() == 1) {
         let radius = if layer.ink == Ink::Measured { 2.6 } else { 1.8 };
         plot.points(
             Points::new("", PlotPoints::Borrowed(&drawn.points)).radius(radius).color(color).allow_hover(false),

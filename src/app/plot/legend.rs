@@ -5,7 +5,7 @@ use egui::{Vec2, WidgetInfo, pos2, vec2};
 
 use super::painter::Look;
 use super::palette;
-use sindyscope_report::figure::{Cells, Key, KeyMark, Sign};
+use sindyscope_report::figure::{Cells, KeyMark, LegendEntry, MarkerShape};
 use sindyscope_values::format::shown::ShownUnits;
 
 /// Height of a legend, points; kept whether or not there is an entry, so that nothing jumps.
@@ -25,7 +25,7 @@ pub(crate) fn line(ui: &mut Ui, left: f32, contents: impl FnOnce(&mut Ui)) {
 }
 
 /// Draws entries from left to right; a click switches an ink where inks can be.
-pub(super) fn entries(ui: &mut Ui, keys: &[Key], look: &mut Look<'_>) {
+pub(super) fn entries(ui: &mut Ui, keys: &[LegendEntry], look: &mut Look<'_>) {
     let switched = look.hidden.is_some();
     for key in keys {
         // In little room without its value, which stands in the right column too.
@@ -59,7 +59,7 @@ pub(super) fn entries(ui: &mut Ui, keys: &[Key], look: &mut Look<'_>) {
 }
 
 /// One entry; true if it was clicked.
-fn entry(ui: &mut Ui, key: &Key, name: &str, (color, on, switched): (Color32, bool, bool)) -> bool {
+fn entry(ui: &mut Ui, key: &LegendEntry, name: &str, (color, on, switched): (Color32, bool, bool)) -> bool {
     let font = TextStyle::Body.resolve(ui.style());
     let text_color = if on { ui.visuals().text_color() } else { ui.visuals().weak_text_color() };
     let galley = ui.painter().layout_no_wrap(name.to_owned(), font, text_color);
@@ -129,18 +129,18 @@ pub(super) fn tag(painter: &Painter, ui: &Ui, anchor: Align2, at: Pos2, text: &s
 }
 
 /// Draws a sign: white with a dark edge, so that it shows on every colour.
-pub(crate) fn sign(painter: &Painter, at: Pos2, sign: Sign) {
+pub(crate) fn sign(painter: &Painter, at: Pos2, sign: MarkerShape) {
     let (dark, light) = (Stroke::new(4.0, Color32::BLACK), Stroke::new(2.0, Color32::WHITE));
     for stroke in [dark, light] {
         match sign {
-            Sign::Circle => {
+            MarkerShape::Circle => {
                 painter.circle_stroke(at, 7.0, stroke);
             }
-            Sign::Cross => {
+            MarkerShape::Cross => {
                 painter.line_segment([at - vec2(5.0, 5.0), at + vec2(5.0, 5.0)], stroke);
                 painter.line_segment([at - vec2(5.0, -5.0), at + vec2(5.0, -5.0)], stroke);
             }
-            Sign::Diamond => {
+            MarkerShape::Diamond => {
                 let corners = [vec2(0.0, -9.0), vec2(9.0, 0.0), vec2(0.0, 9.0), vec2(-9.0, 0.0)];
                 painter.add(egui::Shape::closed_line(corners.map(|c| at + c).to_vec(), stroke));
             }

@@ -9,7 +9,7 @@ use egui_plot::{AxisHints, GridInput, GridMark, Plot, PlotMemory, PlotResponse, 
 use super::layers::{self, Drawn};
 use super::palette::{self, Ink, Painted as _};
 use super::{display, legend, pointer, readout};
-use sindyscope_report::figure::{Axis, Figure, Guide, Panel, Row, Shape};
+use sindyscope_report::figure::{Axis, Figure, Guide, Panel, PanelRow, Shape};
 use sindyscope_report::palette::Tint;
 use sindyscope_values::format::shown::ShownUnits;
 use sindyscope_values::format::units::Scale;
@@ -133,7 +133,7 @@ pub(crate) fn show<'a>(ui: &mut Ui, plots: &mut Plots, figure: &'a Figure, look:
     if !figure.legend.is_empty() {
         legend::line(ui, left, |ui| legend::entries(ui, &figure.legend, look));
     }
-    let rows: Vec<(&Row, Vec<&Panel>)> = figure.rows.iter().map(|row| (row, picked(row, look.pick))).collect();
+    let rows: Vec<(&PanelRow, Vec<&Panel>)> = figure.rows.iter().map(|row| (row, picked(row, look.pick))).collect();
     let shared = |k: usize| {
         let link = |k: usize| rows.get(k).and_then(|(_, panels)| panels.first()?.x.link);
         link(k).is_some() && link(k) == link(k + 1)
@@ -172,7 +172,7 @@ pub(crate) fn show<'a>(ui: &mut Ui, plots: &mut Plots, figure: &'a Figure, look:
 }
 
 /// The panels of a row that are shown.
-fn picked(row: &Row, pick: Option<usize>) -> Vec<&Panel> {
+fn picked(row: &PanelRow, pick: Option<usize>) -> Vec<&Panel> {
     match row.one_of {
         Some(own) => row.panels.get(pick.unwrap_or(own)).or(row.panels.last()).into_iter().collect(),
         None => row.panels.iter().collect(),
@@ -245,7 +245,7 @@ fn spacer(axis: &Axis, spacing: f64) -> impl Fn(GridInput) -> Vec<GridMark> {
 }
 
 fn label<'a>(axis: &'a Axis, scale: &'a Scale) -> impl Fn(GridMark, &std::ops::RangeInclusive<f64>) -> String + 'a {
-    move |mark, _| axis.label(sindyscope_report::figure::Mark { at: mark.value, step: mark.step_size }, scale)
+    move |mark, _| axis.label(sindyscope_report::figure::TickMark { at: mark.value, step: mark.step_size }, scale)
 }
 
 fn panel_plot(

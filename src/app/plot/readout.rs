@@ -4,7 +4,7 @@ use egui::{Color32, Stroke, Ui, pos2};
 
 use super::painter::{Look, Shown};
 use super::{display, palette, pointer};
-use sindyscope_report::figure::{Axis, Figure, Panel, Part, Shape};
+use sindyscope_report::figure::{Axis, Figure, LayerRole, Panel, Shape};
 use sindyscope_values::format::number;
 use sindyscope_values::format::shown::ShownUnits;
 
@@ -45,7 +45,7 @@ pub(super) fn show(ui: &Ui, figure: &Figure, shown: &[Shown<'_>], look: &Look<'_
         let painter = ui.painter().with_clip_rect(frame);
         let x = plot.transform.position_from_point_x(panel.x.coordinate(abscissa));
         painter.vline(x, frame.y_range(), Stroke::new(1.0, palette::cursor(dark)));
-        let alone = panel.layers.iter().filter(|l| l.part != Part::Ghost && !l.name.is_empty()).count() == 1;
+        let alone = panel.layers.iter().filter(|l| l.part != LayerRole::Ghost && !l.name.is_empty()).count() == 1;
         for layer in panel.layers.iter().filter(|l| look.shows(l.ink)) {
             let Some(value) = layer.value_at(abscissa) else { continue };
             let color = look.color(layer.ink, dark);

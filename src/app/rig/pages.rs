@@ -14,7 +14,7 @@ use crate::app::state::{LessonProgress, Page, RigState};
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{card, switch};
 use sindyscope_report::figure::thin::Spacing;
-use sindyscope_report::figure::{Axis, Figure, Fit, Layer, Panel, Part, Samples, Shape};
+use sindyscope_report::figure::{Axis, Figure, Fit, Layer, LayerRole, Panel, Samples, Shape};
 
 /// Width from which on pages and player stand in one row, points.
 const ROOMY: f32 = 560.0;
@@ -106,7 +106,9 @@ fn drawing_of(made: &Made) -> Figure {
         let Some(channel) = record.channels.get(mass) else { continue };
         let mut layers = vec![Layer::new(Ink::Measured, "measured", samples(&channel.values))];
         let identified = made.responses.get(mass);
-        layers.extend(identified.map(|v| Layer::new(Ink::Identified, "identified", samples(v)).playing(Part::Follows)));
+        layers.extend(
+            identified.map(|v| Layer::new(Ink::Identified, "identified", samples(v)).playing(LayerRole::Follows)),
+        );
         panels.push((panel(*name, if masses == 1 { "x" } else { name }, made.settings.unit(), layers), 1.3));
     }
     if !made.run.input.is_empty() {

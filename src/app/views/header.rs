@@ -5,8 +5,8 @@ use egui::{Align, Layout, Ui};
 use super::{Picture, Request, Scene, View, ViewState};
 use crate::app::plot::{number, units};
 use sindyscope_core::study::Judge;
-use sindyscope_report::diagram::Source;
-use sindyscope_report::view::{self, AVERAGES, MapQuantity, Records, USUAL_AVERAGES};
+use sindyscope_report::diagram::ResidualSource;
+use sindyscope_report::view::{self, AVERAGES, MapQuantity, RecordUse, USUAL_AVERAGES};
 use sindyscope_values::record::Usage;
 use sindyscope_values::term::Symbol;
 
@@ -28,12 +28,12 @@ pub(super) fn show(
         if view != View::Front {
             ui.set_min_height(HEIGHT);
         }
-        if view.entry().records == Records::None {
+        if view.entry().records == RecordUse::None {
             asked = of_settings(ui, view, scene, picture, state);
             return;
         }
         let count = scene.outcome.records.len();
-        let pools = view.entry().records == Records::Pooled;
+        let pools = view.entry().records == RecordUse::Pooled;
         let together = pools && !state.options.alone && count > 1;
         if together {
             ui.strong(format!("all {count} records"));
@@ -133,9 +133,10 @@ fn options(ui: &mut Ui, view: View, scene: &Scene<'_>, state: &mut ViewState) {
         View::Residual => {
             let (of, rate) =
                 (&mut state.options.residual_of, if scene.second_order() { "acceleration" } else { "rate" });
-            ui.selectable_value(of, Source::Equation, rate)
+            ui.selectable_value(of, ResidualSource::Equation, rate)
                 .on_hover_text("What the equation leaves of the measured rate");
-            ui.selectable_value(of, Source::Response, "response").on_hover_text("Measured minus simulated response");
+            ui.selectable_value(of, ResidualSource::Response, "response")
+                .on_hover_text("Measured minus simulated response");
         }
         View::Spectrum => {
             ui.checkbox(&mut state.options.log_frequency, "log f").on_hover_text("Frequency on a logarithmic axis");

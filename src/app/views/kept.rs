@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock, Weak};
 
 use super::{Picture, View};
 use sindyscope_core::study::{Outcome, SettingsGrid};
-use sindyscope_report::view::{Drawn, Subject, ViewOptions};
+use sindyscope_report::view::{FigureResult, Subject, ViewOptions};
 
 /// Figures of so many samples are made at once: that costs less than a frame.
 const AT_ONCE: usize = 1 << 13;
@@ -24,9 +24,9 @@ pub(super) struct Kept {
 #[derive(Clone, Debug)]
 struct One {
     made_of: MadeOf,
-    cell: Arc<OnceLock<Drawn>>,
+    cell: Arc<OnceLock<FigureResult>>,
     /// The last one that was finished.
-    shown: Option<Arc<OnceLock<Drawn>>>,
+    shown: Option<Arc<OnceLock<FigureResult>>>,
 }
 
 /// What a figure was made of. Weak references, so that the addresses compared are not given to newer outcomes meanwhile.
@@ -67,13 +67,13 @@ impl PartialEq for MadeOf {
 }
 
 /// A figure as the kept cell holds it.
-pub(super) struct Ready(Arc<OnceLock<Drawn>>);
+pub(super) struct Ready(Arc<OnceLock<FigureResult>>);
 
 impl std::ops::Deref for Ready {
-    type Target = Drawn;
+    type Target = FigureResult;
 
-    fn deref(&self) -> &Drawn {
-        static NOTHING: Drawn = Err(String::new());
+    fn deref(&self) -> &FigureResult {
+        static NOTHING: FigureResult = Err(String::new());
         self.0.get().unwrap_or(&NOTHING)
     }
 }
@@ -134,7 +134,7 @@ pub(crate) struct FigureRequest {
     pins: Vec<Arc<Outcome>>,
     record: usize,
     options: ViewOptions,
-    cell: Arc<OnceLock<Drawn>>,
+    cell: Arc<OnceLock<FigureResult>>,
 }
 
 impl FigureRequest {

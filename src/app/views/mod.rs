@@ -22,7 +22,7 @@ use super::plot::{display, legend, palette};
 pub(crate) use kept::FigureRequest;
 use kept::Kept;
 use sindyscope_core::study::{Outcome, SettingsGrid};
-use sindyscope_report::figure::{Figure, Row};
+use sindyscope_report::figure::{Figure, PanelRow};
 pub(crate) use sindyscope_report::view::{Group, View};
 use sindyscope_report::view::{Scene, Subject, ViewOptions};
 use sindyscope_values::format::number::plain;
@@ -239,7 +239,7 @@ fn body(
 
 /// Which panel is shown of a row of which one is: chosen among their names.
 fn choices(ui: &mut egui::Ui, figure: &Figure, state: &mut ViewState) -> Option<usize> {
-    let row: &Row = figure.rows.iter().find(|row| row.one_of.is_some() && row.panels.len() > 1)?;
+    let row: &PanelRow = figure.rows.iter().find(|row| row.one_of.is_some() && row.panels.len() > 1)?;
     let shown = state.partner.min(row.panels.len() - 1);
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;

@@ -5,8 +5,8 @@ use egui_plot::PlotPoint;
 
 use super::{Picture, Request, Scene, Shown, View};
 use crate::app::plot::{legend, pointer};
-use sindyscope_core::study::{GridPoint, SettingsGrid};
-use sindyscope_report::figure::Sign;
+use sindyscope_core::study::{SettingsGrid, SettingsGridPoint};
+use sindyscope_report::figure::MarkerShape;
 use sindyscope_report::view::{PARSIMONIOUS_SIGN, front_point};
 
 /// Distance within which the pointer finds a setting, points.
@@ -27,11 +27,11 @@ pub(super) fn signs(ui: &mut Ui, map: &SettingsGrid) -> Option<Request> {
     let mut asked = None;
     ui.horizontal(|ui| {
         for (sign, text, place) in [
-            (Sign::Circle, "now", None),
-            (Sign::Cross, "smallest error", map.best),
+            (MarkerShape::Circle, "now", None),
+            (MarkerShape::Cross, "smallest error", map.best),
             (PARSIMONIOUS_SIGN, "fewest terms within one standard error of it", map.parsimonious),
         ] {
-            if sign != Sign::Circle {
+            if sign != MarkerShape::Circle {
                 ui.add_space(10.0);
             }
             let (rect, _) = ui.allocate_exact_size(vec2(20.0, legend::HEIGHT), Sense::hover());
@@ -50,7 +50,7 @@ pub(super) fn signs(ui: &mut Ui, map: &SettingsGrid) -> Option<Request> {
 }
 
 /// What a place of the map asks for.
-fn take(map: &SettingsGrid, (window, threshold): GridPoint) -> Request {
+fn take(map: &SettingsGrid, (window, threshold): SettingsGridPoint) -> Request {
     Request::Set { window: Some(map.windows[window]), threshold: map.thresholds[threshold] }
 }
 
@@ -98,7 +98,7 @@ fn nearest(
     transform: &egui_plot::PlotTransform,
     pointer: egui::Pos2,
     shown: &[Shown<'_>],
-) -> Option<(GridPoint, String)> {
+) -> Option<(SettingsGridPoint, String)> {
     let axis = &shown.first()?.panel.y;
     let position =
         |[x, y]: [f64; 2]| transform.position_from_point(&PlotPoint::new(x, axis.coordinate(y))).distance(pointer);

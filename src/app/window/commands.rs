@@ -20,7 +20,7 @@ use crate::app::saving::{SavedContent, Saving, ViewPicture};
 use crate::app::state::{Room, Source};
 use crate::app::views::Seen;
 use sindyscope_core::study::Outcome;
-use sindyscope_report::export::Format;
+use sindyscope_report::export::ExportFormat;
 use sindyscope_values::format::equations;
 use sindyscope_values::record::Record;
 
@@ -66,7 +66,7 @@ impl App {
             }
             Command::SaveReport => self.dialogs.ask(Purpose::Report(ReportForm::Pdf), &format!("{stem}.pdf"), frame),
             Command::ExportModel => {
-                self.dialogs.ask(Purpose::Model, &format!("{stem}.{}", Format::Python.ending()), frame);
+                self.dialogs.ask(Purpose::Model, &format!("{stem}.{}", ExportFormat::Python.ending()), frame);
             }
             Command::WindowPicture => self.dialogs.ask(Purpose::Window, &format!("{stem}-window.png"), frame),
             Command::SaveLog => self.dialogs.ask(Purpose::Log, "sindyscope-log.json", frame),

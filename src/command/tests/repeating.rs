@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use proptest::sample::select;
 
 use super::super::request::StudyRequest;
-use super::super::source::{Preparing, Reading, Source};
+use super::super::source::{Preparing, Reading, RecordSource};
 use super::super::{Cli, Command};
 use clap::Parser;
 use sindyscope_core::prepare::Treatment;
@@ -148,7 +148,7 @@ fn treatment() -> impl Strategy<Value = Treatment> {
     ]
 }
 
-fn source() -> impl Strategy<Value = Source> {
+fn source() -> impl Strategy<Value = RecordSource> {
     let file = || select(&["run.csv", "a b.csv", "it's.mat", "-odd.csv"][..]).prop_map(PathBuf::from);
     let columns = select(&["", "t=Time,x=Laser 2", "t=1,x=a, b,u=Kraft [N]"][..]);
     let reading = (columns, any::<bool>(), proptest::option::of(1e-3..1e6));
@@ -164,7 +164,7 @@ fn source() -> impl Strategy<Value = Source> {
         let typed = |files: Vec<PathBuf>| {
             files.into_iter().map(|f| if f.starts_with("-odd.csv") { "./-odd.csv".into() } else { f }).collect()
         };
-        Source { data: typed(data), test: typed(test), reading, preparing }
+        RecordSource { data: typed(data), test: typed(test), reading, preparing }
     })
 }
 
@@ -173,7 +173,7 @@ fn request() -> impl Strategy<Value = StudyRequest> {
     let calibrations = proptest::sample::subsequence(sought, 0..=2);
     (source(), calibrations, settings()).prop_map(|(source, calibrations, settings)| {
         let reading = Reading { kind: settings.kind.into(), ..source.reading };
-        StudyRequest { source: Source { reading, ..source }, calibrations, settings }
+        StudyRequest { source: RecordSource { reading, ..source }, calibrations, settings }
     })
 }
 

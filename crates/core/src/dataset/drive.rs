@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::base_excited;
 use crate::refine::{MeasuredMotion, Run};
-use crate::signal::{Facts, SavitzkyGolay, Signals, dot, mean_and_variance, rms};
+use crate::signal::{SavitzkyGolay, SignalFacts, Signals, dot, mean_and_variance, rms};
 use crate::simulate::{InputGrid, Limits, Output, Response, Simulator, Workspace, fit_initial_state};
 use sindyscope_values::record::{Record, Role};
 use sindyscope_values::term::Layout;
@@ -46,7 +46,7 @@ const GUESS_PERIODS: f64 = 0.25;
 const GUESS_ORDER: usize = 3;
 
 /// Whether the inputs' noise is next to nothing, from one sample to the next.
-pub(super) fn is_quiet(layout: &Layout, facts: &Facts, signals: &Signals) -> bool {
+pub(super) fn is_quiet(layout: &Layout, facts: &SignalFacts, signals: &Signals) -> bool {
     (0..layout.inputs).all(|j| facts.input_noise[j] <= 1e-3 * rms(&signals.input_rates[j]) * signals.interval)
 }
 
@@ -57,7 +57,7 @@ pub(super) fn is_quiet(layout: &Layout, facts: &Facts, signals: &Signals) -> boo
 fn driving(
     record: &Record,
     layout: &Layout,
-    facts: &Facts,
+    facts: &SignalFacts,
     signals: &Signals,
     samples: Range<usize>,
 ) -> (InputGrid, bool) {
@@ -77,7 +77,13 @@ fn driving(
 
 impl SimulationDrive {
     /// The drive of `samples` of a record.
-    pub fn new(record: &Record, layout: &Layout, facts: &Facts, signals: &Signals, samples: Range<usize>) -> Self {
+    pub fn new(
+        record: &Record,
+        layout: &Layout,
+        facts: &SignalFacts,
+        signals: &Signals,
+        samples: Range<usize>,
+    ) -> Self {
         let channel = |role: Role| record.channel(role).map(|c| &c.values[samples.clone()]);
         let (grid, as_measured) = driving(record, layout, facts, signals, samples.clone());
         let displacements: Vec<Arc<[f64]>> =

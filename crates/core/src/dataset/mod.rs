@@ -4,7 +4,7 @@ mod drive;
 
 use std::sync::{Arc, OnceLock};
 
-use crate::signal::{Facts, Signals, Smoothing};
+use crate::signal::{SignalFacts, Signals, Smoothing};
 use sindyscope_values::record::{Record, RecordSet, Role, metres};
 use sindyscope_values::term::{Kind, Layout};
 
@@ -25,7 +25,7 @@ pub struct Prepared {
     /// What was measured.
     pub record: Arc<Record>,
     /// Its noise and period.
-    pub facts: Arc<Facts>,
+    pub facts: Arc<SignalFacts>,
     smoothing: Smoothing,
     /// It smoothed and differentiated.
     pub signals: Arc<Signals>,
@@ -53,7 +53,7 @@ impl Dataset {
             prepared.push(match known {
                 Some(known) if known.smoothing == *smoothing => known.clone(),
                 Some(known) => Prepared::new(record, layout, smoothing, Arc::clone(&known.facts)),
-                None => Prepared::new(record, layout, smoothing, Facts::cached(record, layout)),
+                None => Prepared::new(record, layout, smoothing, SignalFacts::cached(record, layout)),
             });
         }
         (self.layout, self.records) = (*layout, prepared);
@@ -62,7 +62,7 @@ impl Dataset {
 }
 
 impl Prepared {
-    fn new(record: &Arc<Record>, layout: &Layout, smoothing: &Smoothing, facts: Arc<Facts>) -> Self {
+    fn new(record: &Arc<Record>, layout: &Layout, smoothing: &Smoothing, facts: Arc<SignalFacts>) -> Self {
         let signals = Arc::new(Signals::new(record, layout, smoothing, &facts));
         let (drive, layout) = (OnceLock::new(), *layout);
         Self { record: Arc::clone(record), facts, smoothing: *smoothing, signals, drive, layout }

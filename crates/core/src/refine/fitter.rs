@@ -109,7 +109,7 @@ struct ResponseBefore<'a> {
 }
 
 /// A structure at certain parameters, ready to be simulated.
-struct Ready {
+struct PreparedStructure {
     instance: Instance,
     simulator: Simulator,
     /// Internal states along each record, as the measured motion drives them: `[record][state][sample]`.
@@ -136,7 +136,7 @@ impl<'a> Fitter<'a> {
     }
 
     /// The model at these shared parameters; none out of bounds.
-    fn ready(&self, shared: &[f64]) -> Option<Ready> {
+    fn ready(&self, shared: &[f64]) -> Option<PreparedStructure> {
         let instance = self.structure.instance(shared)?;
         let simulator = Simulator::new(&instance.model).ok()?;
         let mut driven = Vec::new();
@@ -150,13 +150,13 @@ impl<'a> Fitter<'a> {
                 }
             }
         }
-        Some(Ready { instance, simulator, driven })
+        Some(PreparedStructure { instance, simulator, driven })
     }
 
     /// Simulates one run into `out`; false if the response does not last.
     fn simulate(
         &self,
-        ready: &Ready,
+        ready: &PreparedStructure,
         index: usize,
         own: &[f64],
         offsets: &[f64],
@@ -234,7 +234,7 @@ impl<'a> Fitter<'a> {
     }
 
     /// On which sides of its surfaces each run's motion is, where that matters: `[run][sample]`.
-    fn sides(&self, ready: &Ready, point: &Point) -> Vec<Vec<u64>> {
+    fn sides(&self, ready: &PreparedStructure, point: &Point) -> Vec<Vec<u64>> {
         if !self.rates || ready.simulator.surfaces().len() == 0 {
             return Vec::new();
         }

@@ -9,7 +9,7 @@ use sindyscope_values::term::Layout;
 
 /// What a record tells before any smoothing.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Facts {
+pub struct SignalFacts {
     /// Main period of the first displacement, s, if it oscillates.
     pub main_period: Option<f64>,
     /// Standard deviation of each displacement's noise.
@@ -21,12 +21,12 @@ pub struct Facts {
 }
 
 /// A record, the layout it was seen with, and its facts.
-type KnownFacts = (Weak<Record>, Layout, Arc<Facts>);
+type KnownFacts = (Weak<Record>, Layout, Arc<SignalFacts>);
 
 /// Facts of the records in use.
 static KNOWN: Mutex<Vec<KnownFacts>> = Mutex::new(Vec::new());
 
-impl Facts {
+impl SignalFacts {
     /// The facts of a record, measured once as long as it is in use.
     pub fn cached(record: &Arc<Record>, layout: &Layout) -> Arc<Self> {
         let same = |(of, with, _): &&KnownFacts| std::ptr::eq(of.as_ptr(), Arc::as_ptr(record)) && with == layout;
@@ -70,11 +70,11 @@ mod tests {
         let options = ScenarioOptions { duration: Some(5.0), ..ScenarioOptions::default() };
         let record = Arc::new(generate("duffing-noisy", &options).unwrap().records.remove(0));
         let layout = record.layout(Kind::SecondOrder);
-        let facts = Facts::cached(&record, &layout);
-        assert_eq!(*facts, Facts::new(&record, &layout));
-        assert!(Arc::ptr_eq(&facts, &Facts::cached(&record, &layout)));
+        let facts = SignalFacts::cached(&record, &layout);
+        assert_eq!(*facts, SignalFacts::new(&record, &layout));
+        assert!(Arc::ptr_eq(&facts, &SignalFacts::cached(&record, &layout)));
         let first_order = record.layout(Kind::FirstOrder);
-        assert!(!Arc::ptr_eq(&facts, &Facts::cached(&record, &first_order)));
+        assert!(!Arc::ptr_eq(&facts, &SignalFacts::cached(&record, &first_order)));
         let known = Arc::downgrade(&record);
         drop(record);
         assert!(known.upgrade().is_none(), "what is known of a record does not keep it");

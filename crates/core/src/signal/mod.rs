@@ -17,7 +17,7 @@ mod test_function;
 
 pub use bins::{Bins, VisitMean};
 pub(crate) use difference::central;
-pub use facts::Facts;
+pub use facts::SignalFacts;
 pub use noise::standard_deviation;
 pub(crate) use savgol::SavitzkyGolay;
 pub use smoother::Smoother;
@@ -124,7 +124,7 @@ impl Signals {
     /// Velocities are derived from displacements unless measured. Each state's rate is the filter's derivative of the
     /// *smoothed* state, so an equation between states holds between rates and equally filtered columns; only total
     /// variation, which is no filter, gives both from the samples at once.
-    pub fn new(record: &Record, layout: &Layout, smoothing: &Smoothing, facts: &Facts) -> Self {
+    pub fn new(record: &Record, layout: &Layout, smoothing: &Smoothing, facts: &SignalFacts) -> Self {
         let interval = record.interval;
         let values = |role: Role| record.channel(role).map(|c| &*c.values);
         let leading = values(Role::Displacement(0)).unwrap_or(&[]);

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use super::regression::{Regression, basis, fitted_states};
 use super::validation::{EQUAL_ERRORS, FITTED_SHARE};
 use super::{Formulation, Kinematics, Smoothing};
-use crate::signal::{Facts, Signals};
+use crate::signal::{SignalFacts, Signals};
 use sindyscope_values::record::Record;
-use sindyscope_values::term::{Family, Layout, Symbol, Term, polynomials};
+use sindyscope_values::term::{Layout, Symbol, Term, TermFamily, polynomials};
 
 /// Degree that is offered in any case: products of two states are what first-order systems are known by.
 const MIN_DEGREE: usize = 2;
@@ -27,13 +27,13 @@ const MAX_SAMPLES: usize = 20_000;
 pub(super) fn library(layout: &Layout, records: &[Arc<Record>], smoothing: &Smoothing) -> Vec<Term> {
     let states: Vec<Symbol> = layout.state_symbols().collect();
     let of_degree = |degree: usize| {
-        let mut terms = Family::Constant.terms(layout);
+        let mut terms = TermFamily::Constant.terms(layout);
         terms.extend(polynomials(&states, degree, true));
         terms
     };
     let mut best = of_degree(MIN_DEGREE);
     let (fitted, judged) = split(layout, records, smoothing);
-    let with_inputs = |terms: &[Term]| [terms, &Family::Inputs.terms(layout)].concat();
+    let with_inputs = |terms: &[Term]| [terms, &TermFamily::Inputs.terms(layout)].concat();
     let Some(mut least) = error(layout, &with_inputs(&best), &fitted, &judged, smoothing) else { return best };
     let mut idle = 0;
     for degree in MIN_DEGREE + 1..=MAX_DEGREE {
@@ -54,7 +54,8 @@ pub(super) fn library(layout: &Layout, records: &[Arc<Record>], smoothing: &Smoo
 
 /// Smoothed records to fit and to judge by.
 fn split(layout: &Layout, records: &[Arc<Record>], smoothing: &Smoothing) -> (Vec<Arc<Signals>>, Vec<Arc<Signals>>) {
-    let signals = |record: &Record| Arc::new(Signals::new(record, layout, smoothing, &Facts::new(record, layout)));
+    let signals =
+        |record: &Record| Arc::new(Signals::new(record, layout, smoothing, &SignalFacts::new(record, layout)));
     let short = |record: &Record| record.slice(0..record.len().min(MAX_SAMPLES));
     match records {
         [] => (Vec::new(), Vec::new()),

@@ -39,7 +39,7 @@ pub use outcome::{
 };
 pub use refined::Refinement;
 pub use settings::{Formulation, Kinematics, Lock, Own, Scaling, Settings};
-pub use settings_grid::{GridCell, GridPoint, Judge, SettingsGrid, settings_grid};
+pub use settings_grid::{GridCell, Judge, SettingsGrid, SettingsGridPoint, settings_grid};
 pub use suggest::suggest;
 pub use table::{FORMS, KINEMATICS, METHODS, REGRESSORS, SCALINGS, SETTINGS, asks_for_unit_mass, setting, term_lists};
 pub use weak::suggested_half_width;

@@ -41,7 +41,7 @@ pub enum Judge {
 }
 
 /// A place on the map: indices of a segment length and of a threshold.
-pub type GridPoint = (usize, usize);
+pub type SettingsGridPoint = (usize, usize);
 
 /// A map of segment length × threshold, complete or on its way.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,10 +53,10 @@ pub struct SettingsGrid {
     /// What judges.
     pub judge: Judge,
     /// The cell of the smallest error so far.
-    pub best: Option<GridPoint>,
+    pub best: Option<SettingsGridPoint>,
     /// Of the cells whose error is within one standard error of the best the one with the fewest terms (Breiman et al.
     /// 1984), in the middle of the thresholds that leave them.
-    pub parsimonious: Option<GridPoint>,
+    pub parsimonious: Option<SettingsGridPoint>,
     cells: Vec<Option<GridCell>>,
     /// Steps between the segment lengths and between the thresholds known so far.
     stride: usize,
@@ -64,12 +64,12 @@ pub struct SettingsGrid {
 
 impl SettingsGrid {
     /// A cell, if it is known.
-    pub fn cell(&self, (window, threshold): GridPoint) -> Option<&GridCell> {
+    pub fn cell(&self, (window, threshold): SettingsGridPoint) -> Option<&GridCell> {
         self.cells.get(window * self.thresholds.len() + threshold)?.as_ref()
     }
 
     /// The cell, or while it is not known the nearest that is.
-    pub fn nearest(&self, (window, threshold): GridPoint) -> Option<&GridCell> {
+    pub fn nearest(&self, (window, threshold): SettingsGridPoint) -> Option<&GridCell> {
         let near = |at: usize, count: usize| {
             let stride = self.stride.max(1);
             [at, (at + stride / 2) / stride * stride, at / stride * stride].map(|k| k.min(count.saturating_sub(1)))
@@ -92,15 +92,15 @@ impl SettingsGrid {
     }
 
     /// Every cell that is known, with its place.
-    pub fn known(&self) -> impl Iterator<Item = (GridPoint, &GridCell)> {
+    pub fn known(&self) -> impl Iterator<Item = (SettingsGridPoint, &GridCell)> {
         let width = self.thresholds.len().max(1);
         self.cells.iter().enumerate().filter_map(move |(k, cell)| Some(((k / width, k % width), cell.as_ref()?)))
     }
 
     /// The Pareto front: for each number of terms the cell of the smallest error, as long as more terms better it;
     /// fewest terms first.
-    pub fn front(&self) -> Vec<GridPoint> {
-        let mut best: Vec<(usize, f64, GridPoint)> = Vec::new();
+    pub fn front(&self) -> Vec<SettingsGridPoint> {
+        let mut best: Vec<(usize, f64, SettingsGridPoint)> = Vec::new();
         for (place, cell) in self.known() {
             match best.iter_mut().find(|(terms, ..)| *terms == cell.terms) {
                 Some(entry) if cell.error < entry.1 => *entry = (cell.terms, cell.error, place),
@@ -119,7 +119,7 @@ impl SettingsGrid {
     }
 
     /// The place nearest to settings, by the logarithms of both.
-    pub fn place_of(&self, settings: &Settings) -> Option<GridPoint> {
+    pub fn place_of(&self, settings: &Settings) -> Option<SettingsGridPoint> {
         let nearest = |values: &mut dyn Iterator<Item = f64>, wanted: f64| {
             let distance = |v: f64| (v.max(f64::MIN_POSITIVE) / wanted.max(f64::MIN_POSITIVE)).ln().abs();
             let by_distance = |a: &(usize, f64), b: &(usize, f64)| distance(a.1).total_cmp(&distance(b.1));
@@ -130,7 +130,7 @@ impl SettingsGrid {
     }
 
     /// Settings with the segment length and the threshold of a place.
-    pub fn settings_at(&self, (window, threshold): GridPoint, settings: &Settings) -> Settings {
+    pub fn settings_at(&self, (window, threshold): SettingsGridPoint, settings: &Settings) -> Settings {
         let mut settings = settings.clone();
         if let Some(window) = self.windows.get(window) {
             settings.smoothing = settings.smoothing.with_window(*window);
@@ -298,7 +298,7 @@ impl SettingsGrid {
     /// Finds the best cell and the parsimonious one among those known.
     fn judge_cells(&mut self, settings: &Settings, columns: &[Mutex<WindowColumn>]) {
         let mut candidates: Vec<SettingsTrial> = Vec::new();
-        let mut places: Vec<Vec<GridPoint>> = Vec::new();
+        let mut places: Vec<Vec<SettingsGridPoint>> = Vec::new();
         for (window, column) in columns.iter().enumerate() {
             // A column that is being worked on has its turn when it is done.
             let Ok(column) = column.try_lock() else { continue };
@@ -438,7 +438,7 @@ mod tests {
     fn the_choice_is_not_much_worse_than_the_best_point_of_the_map() {
         let (records, settings) = friction(false);
         let map = full(&records, &settings, (13, 13));
-        let error = |place: GridPoint| map.cell(place).unwrap().error;
+        let error = |place: SettingsGridPoint| map.cell(place).unwrap().error;
         let (best, parsimonious) = (map.best.unwrap(), map.parsimonious.unwrap());
         assert!(map.known().all(|(_, cell)| cell.error >= error(best)));
         assert!(error(parsimonious) <= 2.0 * error(best));

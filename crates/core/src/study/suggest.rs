@@ -1,9 +1,9 @@
 use std::sync::Arc;
 
 use super::{Settings, Smoothing, StudyError, base_excited, degree};
-use crate::signal::{Facts, mean_and_variance, odd};
+use crate::signal::{SignalFacts, mean_and_variance, odd};
 use sindyscope_values::record::{RecordSet, Role, Usage};
-use sindyscope_values::term::{Expression, Family, Function, Kind, Layout, Symbol, Term, polynomials};
+use sindyscope_values::term::{Expression, Function, Kind, Layout, Symbol, Term, TermFamily, polynomials};
 
 /// Settings to start from: a library by the kind of data, smoothing from the signals' noise and period; nothing is simulated.
 ///
@@ -12,7 +12,7 @@ use sindyscope_values::term::{Expression, Family, Function, Kind, Layout, Symbol
 pub fn suggest(records: &RecordSet, kind: Kind) -> Result<Settings, StudyError> {
     let record = records.with(Usage::Fit).next().ok_or(StudyError::NothingToFit)?;
     let layout = record.layout(kind);
-    let facts: Vec<_> = records.with(Usage::Fit).map(|r| (r, Facts::cached(r, &layout))).collect();
+    let facts: Vec<_> = records.with(Usage::Fit).map(|r| (r, SignalFacts::cached(r, &layout))).collect();
     let window = facts
         .iter()
         .filter_map(|(record, facts)| {
@@ -54,10 +54,10 @@ fn library(layout: &Layout, base: bool, grown: impl FnOnce() -> Vec<Term>) -> Ve
         Kind::FirstOrder => grown(),
         Kind::SecondOrder if layout.freedoms > 1 => chain(layout.freedoms),
         Kind::SecondOrder => {
-            let mut terms = Family::States.terms(layout);
+            let mut terms = TermFamily::States.terms(layout);
             let displacements: Vec<Symbol> = (0..layout.freedoms).map(Symbol::State).collect();
             terms.extend(polynomials(&displacements, 3, false).into_iter().skip(displacements.len()));
-            terms.extend(Family::QuadraticDamping.terms(layout));
+            terms.extend(TermFamily::QuadraticDamping.terms(layout));
             terms.extend((0..layout.freedoms).map(|i| {
                 let v = Expression::Symbol(Symbol::Rate(i));
                 Term::new(Expression::call(Function::Sgn, v))
@@ -65,13 +65,13 @@ fn library(layout: &Layout, base: bool, grown: impl FnOnce() -> Vec<Term>) -> Ve
             terms
         }
     };
-    terms.extend(Family::Inputs.terms(layout));
+    terms.extend(TermFamily::Inputs.terms(layout));
     if base {
-        terms.extend(Family::InputRates.terms(layout));
+        terms.extend(TermFamily::InputRates.terms(layout));
     }
     if layout.kind == Kind::SecondOrder {
         // Sensors have offsets.
-        terms.extend(Family::Constant.terms(layout));
+        terms.extend(TermFamily::Constant.terms(layout));
     }
     terms
 }

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::{Differentiation, Formulation, Kinematics, Known, Lock, Own, Regressor, Scaling, Settings, Smoothing};
-use crate::setting::{Choice, Form, Given, Setting, Slider, Spread, change, finite, named, not_negative, positive};
+use crate::setting::{
+    Given, NamedValue, Setting, SettingForm, Slider, Spread, change, finite, named, not_negative, positive,
+};
 use crate::signal::TestFunction;
 use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::term::{EquationEntries, Kind, Layout, Term, by_equation, is_integral, rate};
@@ -19,12 +21,12 @@ const FROM_DATA: &str = "from-data";
 /// What is said for an input whose coefficient follows from the mass.
 const UNIT_MASS: &str = "u=1/m";
 
-const fn method(value: Differentiation, label: &'static str, help: &'static str) -> Choice<Differentiation> {
-    Choice { value, name: value.name(), label, help }
+const fn method(value: Differentiation, label: &'static str, help: &'static str) -> NamedValue<Differentiation> {
+    NamedValue { value, name: value.name(), label, help }
 }
 
 /// The ways of differentiating.
-pub const METHODS: [Choice<Differentiation>; 7] = [
+pub const METHODS: [NamedValue<Differentiation>; 7] = [
     method(
         Differentiation::Filter,
         "filter's derivative",
@@ -65,21 +67,21 @@ pub const METHODS: [Choice<Differentiation>; 7] = [
 ];
 
 /// How the equation can be held against the data; the weak form's test functions are as wide as the data ask for.
-pub const FORMS: [Choice<Formulation>; 3] = [
-    Choice {
+pub const FORMS: [NamedValue<Formulation>; 3] = [
+    NamedValue {
         value: Formulation::Derivative,
         name: "derivative",
         label: "at samples",
         help: "The equation holds at each sample, between derivatives of the smoothed motion",
     },
-    Choice {
+    NamedValue {
         value: Formulation::Weak { half_width: None },
         name: "weak",
         label: "weak form",
         help: "The equation holds in averages over test functions, which take the derivatives off the measurement: smoothing \
                then biases nothing but forces that are not linear, and the sensor's noise is weighed out",
     },
-    Choice {
+    NamedValue {
         value: Formulation::Integral,
         name: "integral",
         label: "integral form",
@@ -88,12 +90,12 @@ pub const FORMS: [Choice<Formulation>; 3] = [
     },
 ];
 
-const fn regressor(value: Regressor, label: &'static str, help: &'static str) -> Choice<Regressor> {
-    Choice { value, name: value.name(), label, help }
+const fn regressor(value: Regressor, label: &'static str, help: &'static str) -> NamedValue<Regressor> {
+    NamedValue { value, name: value.name(), label, help }
 }
 
 /// The ways to a sparse equation.
-pub const REGRESSORS: [Choice<Regressor>; 7] = [
+pub const REGRESSORS: [NamedValue<Regressor>; 7] = [
     regressor(
         Regressor::Stlsq,
         "STLSQ",
@@ -137,14 +139,14 @@ pub const REGRESSORS: [Choice<Regressor>; 7] = [
 ];
 
 /// What the threshold can be compared with.
-pub const SCALINGS: [Choice<Scaling>; 2] = [
-    Choice {
+pub const SCALINGS: [NamedValue<Scaling>; 2] = [
+    NamedValue {
         value: Scaling::Scaled,
         name: "scaled",
         label: "scaled",
         help: "Columns and acceleration divided by their RMS: units do not matter, metres or millimetres give the same terms",
     },
-    Choice {
+    NamedValue {
         value: Scaling::Raw,
         name: "raw",
         label: "raw",
@@ -153,9 +155,9 @@ pub const SCALINGS: [Choice<Scaling>; 2] = [
 ];
 
 /// Whether `dx/dt = v` is looked for as well.
-pub const KINEMATICS: [Choice<Kinematics>; 2] = [
-    Choice { value: Kinematics::Known, name: "known", label: "known", help: "It is what velocity means" },
-    Choice {
+pub const KINEMATICS: [NamedValue<Kinematics>; 2] = [
+    NamedValue { value: Kinematics::Known, name: "known", label: "known", help: "It is what velocity means" },
+    NamedValue {
         value: Kinematics::Fitted,
         name: "fitted",
         label: "fitted",
@@ -174,7 +176,7 @@ pub static SETTINGS: &[Setting<Settings>] = &[
         help: "Candidate terms of every acceleration (first order: of every state): \"x, v, u, x^3, sgn(v)\"; or of each its \
                own: \"v1: x1, x2-x1, u; v2: x2-x1\"",
         default: "by the kind of data",
-        form: Form::Many("LIST"),
+        form: SettingForm::Many("LIST"),
         chosen: true,
         read: read_terms,
         write: write_terms,
@@ -187,7 +189,7 @@ pub static SETTINGS: &[Setting<Settings>] = &[
         title: "decided terms",
         group: LIBRARY,
         help: "Terms kept whatever the threshold: known physics; of all equations or of each, as in the list of candidates",
-        form: Form::Many("LIST"),
+        form: SettingForm::Many("LIST"),
         read: |text| decide(text, Lock::In),
         write: |s| decided(s, Lock::In),
         describe: describe_locks,
@@ -199,7 +201,7 @@ pub static SETTINGS: &[Setting<Settings>] = &[
         title: "terms left out",
         group: LIBRARY,
         help: "Terms never used; of all equations or of each",
-        form: Form::Many("LIST"),
+        form: SettingForm::Many("LIST"),
         read: |text| decide(text, Lock::Out),
         write: |s| decided(s, Lock::Out),
         ..Setting::BLANK
@@ -210,7 +212,7 @@ pub static SETTINGS: &[Setting<Settings>] = &[
         title: "fixed terms",
         group: LIBRARY,
         help: "A term kept at a coefficient that is known; of one equation alone: \"v2: x2-x1=-600\"",
-        form: Form::Many("TERM=VALUE"),
+        form: SettingForm::Many("TERM=VALUE"),
         read: read_fixed,
         write: write_fixed,
         ..Setting::BLANK
@@ -223,7 +225,7 @@ pub static SETTINGS: &[Setting<Settings>] = &[
         help: "Known physics: x=-u (one spring across the joint), v=-du, v<=0, x>=0, passive, odd or even (stiffness), u=1/m, \
                m2/m1 or m2/m1=0.5 (forces between two masses are equal and opposite); of all equations or of each: \
                \"v2: x2-x1<=0\"",
-        form: Form::Many("LIST"),
+        form: SettingForm::Many("LIST"),
         read: read_known,
         write: |s| by_freedom(s, |known, _, _| joined(known.iter().map(Known::to_string))),
         describe: |s, _| joined(s.known.iter().map(Known::to_string)),
@@ -236,7 +238,7 @@ pub static SETTINGS: &[Setting<Settings>] = &[
         group: PHYSICS,
         help: "The moving mass: coefficients are told as stiffness, damping and friction force too",
         unit: "kg",
-        form: Form::One("KG"),
+        form: SettingForm::One("KG"),
         read: |text| positive(text).map(|mass| change(move |s: &mut Settings| s.mass = Some(mass))),
         write: |s| s.mass.iter().map(f64::to_string).collect(),
         ..Setting::BLANK
@@ -249,7 +251,7 @@ pub static SETTINGS: &[Setting<Settings>] = &[
         group: SMOOTHING,
         help: "How velocities and accelerations are made from displacements",
         default: "filter",
-        form: Form::Names { placeholder: "NAME", names: &METHODS },
+        form: SettingForm::Names { placeholder: "NAME", names: &METHODS },
         read: |text| named(&METHODS, text).map(|m| change(move |s: &mut Settings| s.smoothing.method = m)),
         write: |s| vec![s.smoothing.method.name().into()],
         ..Setting::BLANK
@@ -264,7 +266,7 @@ pub static SETTINGS: &[Setting<Settings>] = &[
                flattens the motion",
         default: "chosen from the data",
         unit: "samples",
-        form: Form::One("N"),
+        form: SettingForm::One("N"),
         slider: Some(Slider { least: 3.0, most: f64::INFINITY, spread: Spread::Logarithmic, step: 2.0 }),
         chosen: true,
         read: read_window,
@@ -278,7 +280,7 @@ pub static SETTINGS: &[Setting<Settings>] = &[
         group: SMOOTHING,
         help: "Degree of each segment's polynomial: higher follows faster motion and lets more noise through",
         default: "chosen from the data",
-        form: Form::One("N"),
+        form: SettingForm::One("N"),
         slider: Some(Slider { least: 2.0, most: 9.0, spread: Spread::Linear, step: 1.0 }),
         chosen: true,
         read: read_order,
@@ -292,7 +294,7 @@ pub static SETTINGS: &[Setting<Settings>] = &[
         group: SMOOTHING,
         help: "Do not pass the library's columns through the filter that the displacement went through; without it the \
                smoothing biases the coefficients",
-        form: Form::Flag,
+        form: SettingForm::Flag,
         read: |_| Ok(change(|s: &mut Settings| s.smoothing.filter_library = false)),
         write: |s| flag(!s.smoothing.filter_library),
         ..Setting::BLANK
@@ -304,7 +306,7 @@ pub static SETTINGS: &[Setting<Settings>] = &[
         group: REGRESSION,
         help: "How the equation is held against the data",
         default: "chosen by held-out simulation error",
-        form: Form::Names { placeholder: "FORM", names: &FORMS },
+        form: SettingForm::Names { placeholder: "FORM", names: &FORMS },
         read: |text| named(&FORMS, text).map(|form| change(move |s: &mut Settings| s.form = form)),
         write: write_form,
         ..Setting::BLANK
@@ -318,7 +320,7 @@ pub static SETTINGS: &[Setting<Settings>] = &[
                fit into the record",
         default: "chosen from the data",
         unit: "samples",
-        form: Form::One("N"),
+        form: SettingForm::One("N"),
         slider: Some(Slider {
             least: TestFunction::NARROWEST as f64,
             most: f64::INFINITY,
@@ -339,7 +341,7 @@ pub static SETTINGS: &[Setting<Settings>] = &[
         group: REGRESSION,
         help: "The way to a sparse equation",
         default: "stlsq",
-        form: Form::Names { placeholder: "NAME", names: &REGRESSORS },
+        form: SettingForm::Names { placeholder: "NAME", names: &REGRESSORS },
         read: |text| named(&REGRESSORS, text).map(|r| change(move |s: &mut Settings| s.regressor = r)),
         write: |s| vec![s.regressor.name().into()],
         describe: |s, _| Some(s.regressor.title().into()),
@@ -352,7 +354,7 @@ pub static SETTINGS: &[Setting<Settings>] = &[
         group: REGRESSION,
         help: "A term whose share of the RMS acceleration is smaller than this is dropped",
         default: "chosen by held-out simulation error",
-        form: Form::One("V"),
+        form: SettingForm::One("V"),
         slider: Some(Slider { least: 1e-4, most: 1.0, spread: Spread::LogarithmicFromZero, step: 0.0 }),
         chosen: true,
         read: |text| not_negative(text).map(|v| change(move |s: &mut Settings| s.threshold = v)),
@@ -367,7 +369,7 @@ pub static SETTINGS: &[Setting<Settings>] = &[
         group: REGRESSION,
         help: "Weight of the penalty α‖c‖² on the coefficients: steadies terms that are hard to tell apart, at the price of bias",
         default: "0",
-        form: Form::One("V"),
+        form: SettingForm::One("V"),
         slider: Some(Slider { least: 1e-8, most: 1e2, spread: Spread::LogarithmicFromZero, step: 0.0 }),
         read: |text| not_negative(text).map(|v| change(move |s: &mut Settings| s.ridge = v)),
         write: |s| vec![s.ridge.to_string()],
@@ -381,7 +383,7 @@ pub static SETTINGS: &[Setting<Settings>] = &[
         group: REGRESSION,
         help: "What is compared with the threshold",
         default: "scaled",
-        form: Form::Names { placeholder: "WAY", names: &SCALINGS },
+        form: SettingForm::Names { placeholder: "WAY", names: &SCALINGS },
         read: |text| named(&SCALINGS, text).map(|w| change(move |s: &mut Settings| s.scaling = w)),
         write: |s| SCALINGS.iter().filter(|c| c.value == s.scaling).map(|c| c.name.into()).collect(),
         ..Setting::BLANK
@@ -392,7 +394,7 @@ pub static SETTINGS: &[Setting<Settings>] = &[
         title: "kinematics",
         group: REGRESSION,
         help: "Fit dx/dt from the library too, instead of taking dx/dt = v as known",
-        form: Form::Flag,
+        form: SettingForm::Flag,
         read: |_| Ok(change(|s: &mut Settings| s.kinematics = Kinematics::Fitted)),
         write: |s| flag(s.kinematics == Kinematics::Fitted),
         describe: |s, layout| {
@@ -411,7 +413,7 @@ pub static SETTINGS: &[Setting<Settings>] = &[
         help: "Fit the coefficients of the terms that are kept to the response itself (output error), not to the acceleration: \
                nearer to the truth, and slower",
         default: "where that lowers the held-out error much",
-        form: Form::Switch,
+        form: SettingForm::Switch,
         read: |text| switch(text).map(|on| change(move |s: &mut Settings| s.refine = on)),
         write: |s| vec![if s.refine { "yes" } else { "no" }.into()],
         ..Setting::BLANK
@@ -467,13 +469,13 @@ fn is_unit_mass(piece: &str) -> bool {
     piece.replace(' ', "") == UNIT_MASS
 }
 
-type Changed = Result<crate::setting::Change<Settings>, String>;
+type Changed = Result<crate::setting::SettingChange<Settings>, String>;
 
 /// A change made of lists, for all equations and for each; `put` is told the equation, by its degree of freedom.
 fn put<E: Send + Sync + 'static>(
     parts: Vec<EquationEntries<E>>,
     put: impl Fn(&mut Settings, Option<usize>, &[E]) + Send + Sync + 'static,
-) -> crate::setting::Change<Settings> {
+) -> crate::setting::SettingChange<Settings> {
     Arc::new(move |settings: &mut Settings| {
         for part in &parts {
             let freedom = part.freedom(settings.kind)?;

@@ -8,7 +8,7 @@ use super::regression::{self, Regression, fitted_states};
 use super::{Cancel, Outcome, Settings, Smoothing, Study, StudyError};
 use crate::dataset::SimulationDrive;
 use crate::refine::Bar;
-use crate::signal::{Facts, Signals, dot, mean_and_variance};
+use crate::signal::{SignalFacts, Signals, dot, mean_and_variance};
 use crate::simulate::{Output, Response, Simulator, Workspace};
 use sindyscope_values::model::Model;
 use sindyscope_values::record::{Record, RecordSet, Usage};
@@ -48,9 +48,9 @@ pub(super) struct ValidationFold {
 pub(super) struct ValidationPlan {
     pub(super) layout: Layout,
     /// What is fitted, by itself or together: whole records, or the first part of a single one.
-    pub(super) pieces: Vec<(Arc<Record>, Arc<Facts>)>,
+    pub(super) pieces: Vec<(Arc<Record>, Arc<SignalFacts>)>,
     /// What is simulated.
-    pub(super) records: Vec<(Arc<Record>, Arc<Facts>)>,
+    pub(super) records: Vec<(Arc<Record>, Arc<SignalFacts>)>,
     pub(super) folds: Vec<ValidationFold>,
     /// Variance of what each of a record's sensors shows.
     pub(super) variance: Vec<Vec<f64>>,
@@ -64,7 +64,7 @@ impl ValidationPlan {
             [(only, _)] => {
                 let cut = (FITTED_SHARE * only.len() as f64) as usize;
                 let first = Arc::new(only.slice(0..cut));
-                let facts = Facts::cached(&first, &layout);
+                let facts = SignalFacts::cached(&first, &layout);
                 (vec![(first, facts)], vec![(0, cut..only.len())])
             }
             several => (several.to_vec(), several.iter().enumerate().map(|(k, (r, _))| (k, 0..r.len())).collect()),
@@ -241,18 +241,18 @@ pub(super) fn shortened<'a>(records: impl IntoIterator<Item = &'a Arc<Record>>) 
     records.into_iter().map(cut).collect()
 }
 
-fn with_facts(records: &RecordSet, usage: Usage, layout: &Layout) -> Vec<(Arc<Record>, Arc<Facts>)> {
-    records.with(usage).map(|r| (Arc::clone(r), Facts::cached(r, layout))).collect()
+fn with_facts(records: &RecordSet, usage: Usage, layout: &Layout) -> Vec<(Arc<Record>, Arc<SignalFacts>)> {
+    records.with(usage).map(|r| (Arc::clone(r), SignalFacts::cached(r, layout))).collect()
 }
 
 /// Variance of what each of a record's sensors shows: `[record][sensor]`.
-fn variances(records: &[(Arc<Record>, Arc<Facts>)]) -> Vec<Vec<f64>> {
+fn variances(records: &[(Arc<Record>, Arc<SignalFacts>)]) -> Vec<Vec<f64>> {
     let variances = |record: &Record| record.sensors().map(|c| mean_and_variance(&c.values).1).collect();
     records.iter().map(|(record, _)| variances(record)).collect()
 }
 
 /// Stretches of some periods within ranges of records; too many are thinned evenly.
-fn stretches(records: &[(Arc<Record>, Arc<Facts>)], ranges: &[(usize, Range<usize>)]) -> Vec<JudgingStretch> {
+fn stretches(records: &[(Arc<Record>, Arc<SignalFacts>)], ranges: &[(usize, Range<usize>)]) -> Vec<JudgingStretch> {
     let mut stretches: Vec<JudgingStretch> = Vec::new();
     for (record, range) in ranges {
         let (data, facts) = &records[*record];

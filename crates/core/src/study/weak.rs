@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::StudyError;
 use super::noise::{Kernels, Sensitivity, Whitening, place, rate_place, slopes, symbols};
-use super::regression::sliding::Raster;
+use super::regression::sliding::RowRaster;
 use crate::signal::{MeasuredSeries, Signals, TestFunction};
 use crate::sparse::Reduced;
 use sindyscope_values::term::{Expression, Kind, Layout, Program, Symbol, Term, derivative};
@@ -88,8 +88,13 @@ impl WeakForm {
     }
 
     /// How its rows lie on a record's samples.
-    pub(super) fn raster(&self, signals: &Signals) -> Raster {
-        Raster { rows: self.rows(length(signals)), first: self.half_width, stride: self.stride, reach: self.half_width }
+    pub(super) fn raster(&self, signals: &Signals) -> RowRaster {
+        RowRaster {
+            rows: self.rows(length(signals)),
+            first: self.half_width,
+            stride: self.stride,
+            reach: self.half_width,
+        }
     }
 
     /// Number of rows of a series of `samples` samples.
@@ -300,7 +305,7 @@ fn inertial(expression: &Expression, layout: &Layout) -> Option<Vec<AveragedPart
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::signal::{Facts, Smoothing, dot, rms};
+    use crate::signal::{SignalFacts, Smoothing, dot, rms};
     use rand::SeedableRng as _;
     use rand_distr::{Distribution as _, StandardNormal};
     use sindyscope_values::record::{Channel, Record, Role};
@@ -328,7 +333,7 @@ mod tests {
             channels: vec![channel(Role::Displacement(0), series(0)), channel(Role::Input(0), series(1))],
             notices: Vec::new(),
         };
-        Arc::new(Signals::new(&record, &LAYOUT, &Smoothing::default(), &Facts::new(&record, &LAYOUT)))
+        Arc::new(Signals::new(&record, &LAYOUT, &Smoothing::default(), &SignalFacts::new(&record, &LAYOUT)))
     }
 
     fn terms(list: &str) -> Vec<Term> {

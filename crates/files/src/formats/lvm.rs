@@ -88,7 +88,7 @@ fn read(bytes: &[u8]) -> Result<FileContents<'_>, Flaw> {
 const FILE_KEYS: &[&str] = &["Separator", "Decimal_Separator", "Multi_Headings", "X_Columns", "Time_Pref"];
 
 /// One column of a segment.
-struct Values {
+struct SegmentColumn {
     name: String,
     unit: String,
     start: f64,
@@ -98,7 +98,7 @@ struct Values {
 }
 
 struct Segment {
-    columns: Vec<Values>,
+    columns: Vec<SegmentColumn>,
 }
 
 impl Segment {
@@ -122,7 +122,7 @@ impl Segment {
             let cell = if multi { column & !1 } else { column.saturating_sub(1) };
             let of = |key: &str| entry(key).and_then(|cells| cells.get(cell)).map_or("", String::as_str);
             let value = |key: &str| number(of(key).as_bytes()).filter(|v| v.is_finite());
-            columns.push(Values {
+            columns.push(SegmentColumn {
                 name: name.clone(),
                 unit: of("Y_Unit_Label").to_owned(),
                 start: value("X0").unwrap_or(0.0),
@@ -153,7 +153,7 @@ impl Segment {
     fn add_to(self, contents: &mut FileContents<'_>, group: &str) {
         let Self { mut columns } = self;
         // A unit of time on every channel is the template's, not the sensors'.
-        let channels: Vec<&Values> = columns.iter().filter(|c| !c.is_x).collect();
+        let channels: Vec<&SegmentColumn> = columns.iter().filter(|c| !c.is_x).collect();
         let is_time = |unit: &str| units::parse(unit).is_some_and(|u| u.is_time());
         if channels.len() > 1 && channels.iter().all(|c| is_time(&c.unit)) {
             let unit = channels[0].unit.clone();
@@ -197,7 +197,7 @@ impl Segment {
         let clocks: Vec<Option<Arc<[f64]>>> = xs.iter().map(|x| Some(columns[*x].values.as_slice().into())).collect();
         let one_clock = clocks.windows(2).all(|pair| same_stamps(&pair[0], &pair[1]));
         for (index, (column, base)) in columns.into_iter().zip(bases).enumerate() {
-            let Values { name, unit, values, is_x, .. } = column;
+            let SegmentColumn { name, unit, values, is_x, .. } = column;
             // Time columns that agree are one.
             if is_x && (xs.first() != Some(&index) || !one_clock) {
                 continue;

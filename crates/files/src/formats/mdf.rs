@@ -201,12 +201,12 @@ fn inflate(block: &MdfBlock<'_>) -> Result<Vec<u8>, Flaw> {
 
 /// Records of one channel group, side by side.
 #[derive(Clone)]
-enum Records<'a> {
+enum MdfRecords<'a> {
     File(&'a [u8]),
     Gathered(Arc<[u8]>),
 }
 
-impl Records<'_> {
+impl MdfRecords<'_> {
     fn bytes(&self) -> &[u8] {
         match self {
             Self::File(bytes) => bytes,
@@ -246,18 +246,18 @@ fn data_group<'a>(
         groups.push(MdfGroup { block, id, cycles, variable: flags & 1 != 0, data_bytes, invalid_bytes });
     }
     let data = file.data(block.link(2), contents)?;
-    let mut records: HashMap<u64, Records<'a>> = HashMap::new();
+    let mut records: HashMap<u64, MdfRecords<'a>> = HashMap::new();
     if id_size == 0 {
         if let Some(group) = groups.first() {
             let plain = match data {
-                Cow::Borrowed(bytes) => Records::File(bytes),
-                Cow::Owned(bytes) => Records::Gathered(bytes.into()),
+                Cow::Borrowed(bytes) => MdfRecords::File(bytes),
+                Cow::Owned(bytes) => MdfRecords::Gathered(bytes.into()),
             };
             records.insert(group.id, plain);
         }
     } else {
         for (id, bytes) in sort(&data, id_size, &groups)? {
-            records.insert(id, Records::Gathered(bytes.into()));
+            records.insert(id, MdfRecords::Gathered(bytes.into()));
         }
     }
     for group in &groups {
@@ -422,7 +422,7 @@ fn conversion(file: &File<'_>, at: Option<usize>) -> Result<(Conversion, String)
 fn channels<'a>(
     file: &mut File<'a>,
     group: &MdfGroup<'a>,
-    records: &Records<'a>,
+    records: &MdfRecords<'a>,
     finished: bool,
     number: usize,
     contents: &mut FileContents<'a>,

@@ -10,10 +10,10 @@ use super::*;
 type Held = (String, String, usize, Option<f64>, f64, f64);
 
 /// Columns and notices, or why there are none.
-type Found = Result<(Vec<Held>, Vec<String>), String>;
+type ForeignContents = Result<(Vec<Held>, Vec<String>), String>;
 
 /// What a file's reader finds, before any column is chosen.
-fn held(path: &str) -> Option<Found> {
+fn held(path: &str) -> Option<ForeignContents> {
     let path = folder()?.join("formats").join(path);
     let Ok(bytes) = std::fs::read(&path) else {
         println!("skipped: {} is not at hand", path.display());

@@ -40,7 +40,7 @@ impl BinnedMeans {
 
 /// Means over rectangles of two quantities.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Cells {
+pub struct CellMeans {
     /// Largest magnitude along either axis: cells are equal parts of ± these.
     pub most: [f64; 2],
     /// Cells along either axis.
@@ -49,7 +49,7 @@ pub struct Cells {
     pub mean: Vec<f64>,
 }
 
-impl Cells {
+impl CellMeans {
     /// Means of `value` over `count` × `count` cells of (`across`, `up`).
     pub fn new<'a>(
         series: impl IntoIterator<Item = (&'a [f64], &'a [f64], &'a [f64])>,

@@ -12,7 +12,7 @@ use sindyscope_values::term::{Expression, Kind, Layout, Program, Symbol};
 /// What a deflection is measured against.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Across {
+pub enum ElementEnds {
     /// The ground: x and v.
     #[default]
     Ground,
@@ -34,14 +34,14 @@ enum Follows {
 #[derive(Clone, Debug)]
 pub struct Element {
     freedom: usize,
-    across: Across,
+    across: ElementEnds,
     layout: Layout,
     terms: Vec<(Expression, f64, Follows)>,
 }
 
 /// An element's motion along a record, and what the equation leaves of the acceleration.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Samples {
+pub struct ElementSamples {
     /// Deflection.
     pub deflection: Vec<f64>,
     /// Its velocity.
@@ -55,7 +55,7 @@ impl Element {
     ///
     /// A term belongs to it if it depends on the deflection and its velocity alone. Where the base moves (`base`), a
     /// spring written as −k x + k u is one across x − u.
-    pub fn new(model: &Model, freedom: usize, across: Across, base: bool) -> Option<Self> {
+    pub fn new(model: &Model, freedom: usize, across: ElementEnds, base: bool) -> Option<Self> {
         let layout = model.layout;
         if layout.kind != Kind::SecondOrder || freedom >= layout.freedoms {
             return None;
@@ -79,7 +79,7 @@ impl Element {
                                 .terms
                                 .iter()
                                 .find(|t| *t.term.expression() == Expression::Symbol(partners[which]));
-                            base && matches!(across, Across::Input(_))
+                            base && matches!(across, ElementEnds::Input(_))
                                 && other.is_some_and(|o| (-1.5..-0.5).contains(&(o.coefficient / weighted.coefficient)))
                         }
                         (Some(_), None) => symbols.is_empty(),
@@ -102,19 +102,19 @@ impl Element {
 
     /// What the deflection of a degree of freedom may be measured against, the ground first: others where the
     /// equation has terms of relative motion.
-    pub fn choices(model: &Model, freedom: usize, base: bool) -> Vec<Across> {
-        let inputs = (0..model.layout.inputs).map(Across::Input);
-        let others = (0..model.layout.freedoms).filter(|k| *k != freedom).map(Across::Freedom);
-        let has = |across: &Across| {
+    pub fn choices(model: &Model, freedom: usize, base: bool) -> Vec<ElementEnds> {
+        let inputs = (0..model.layout.inputs).map(ElementEnds::Input);
+        let others = (0..model.layout.freedoms).filter(|k| *k != freedom).map(ElementEnds::Freedom);
+        let has = |across: &ElementEnds| {
             let element = Self::new(model, freedom, *across, base);
             element.is_some_and(|e| e.terms.iter().any(|(e, ..)| !matches!(e, Expression::Number(_))))
         };
-        std::iter::once(Across::Ground).chain(inputs.chain(others).filter(has)).collect()
+        std::iter::once(ElementEnds::Ground).chain(inputs.chain(others).filter(has)).collect()
     }
 
     /// The choice that suits a model: relative motion where a term is written in it, else the ground.
-    pub fn suited(model: &Model, freedom: usize, base: bool) -> Across {
-        let written = |across: &Across| {
+    pub fn suited(model: &Model, freedom: usize, base: bool) -> ElementEnds {
+        let written = |across: &ElementEnds| {
             let own = [Symbol::State(freedom), Symbol::Rate(freedom)];
             let terms = model.equations.get(model.layout.freedoms + freedom).map_or(&[][..], |e| &e.terms);
             partners(*across).is_some_and(|partners| terms.iter().any(|t| relative(t.term.expression(), own, partners)))
@@ -123,7 +123,7 @@ impl Element {
     }
 
     /// What the deflection is measured against.
-    pub fn across(&self) -> Across {
+    pub fn across(&self) -> ElementEnds {
         self.across
     }
 
@@ -160,7 +160,7 @@ impl Element {
     }
 
     /// The element's motion along a record; without the ends, where derivatives are poor.
-    pub fn samples(&self, outcome: &Outcome, record: &RecordOutcome) -> Option<Samples> {
+    pub fn samples(&self, outcome: &Outcome, record: &RecordOutcome) -> Option<ElementSamples> {
         let signals = &record.signals;
         let (inside, residual) = equation_residual(outcome, record, self.layout.freedoms + self.freedom)?;
         let (x, v) = (&signals.states[self.freedom], &signals.states[self.layout.freedoms + self.freedom]);
@@ -171,19 +171,21 @@ impl Element {
             }
         };
         let (y, w) = match self.across {
-            Across::Ground => (None, None),
-            Across::Input(j) => (Some(signals.inputs.get(j)?), Some(signals.input_rates.get(j)?)),
-            Across::Freedom(k) => (Some(signals.states.get(k)?), Some(signals.states.get(self.layout.freedoms + k)?)),
+            ElementEnds::Ground => (None, None),
+            ElementEnds::Input(j) => (Some(signals.inputs.get(j)?), Some(signals.input_rates.get(j)?)),
+            ElementEnds::Freedom(k) => {
+                (Some(signals.states.get(k)?), Some(signals.states.get(self.layout.freedoms + k)?))
+            }
         };
-        Some(Samples { deflection: minus(x, y), velocity: minus(v, w), residual })
+        Some(ElementSamples { deflection: minus(x, y), velocity: minus(v, w), residual })
     }
 }
 
-fn partners(across: Across) -> Option<[Symbol; 2]> {
+fn partners(across: ElementEnds) -> Option<[Symbol; 2]> {
     match across {
-        Across::Ground => None,
-        Across::Input(j) => Some([Symbol::Input(j), Symbol::InputRate(j)]),
-        Across::Freedom(k) => Some([Symbol::State(k), Symbol::Rate(k)]),
+        ElementEnds::Ground => None,
+        ElementEnds::Input(j) => Some([Symbol::Input(j), Symbol::InputRate(j)]),
+        ElementEnds::Freedom(k) => Some([Symbol::State(k), Symbol::Rate(k)]),
     }
 }
 

@@ -21,7 +21,7 @@ const FEWEST: usize = 32;
 
 /// A response over frequency.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Estimate {
+pub struct ResponseEstimate {
     /// Magnitude, displacement over input.
     pub gain: Vec<f64>,
     /// Phase, degrees, from −270 up to 90.
@@ -49,9 +49,9 @@ pub struct FrequencyResponse {
     /// Frequencies at which the input has power, Hz.
     pub frequency: Vec<f64>,
     /// Measured, at each frequency.
-    pub measured: Estimate,
+    pub measured: ResponseEstimate,
     /// Simulated, at each frequency; empty if no response lasted.
-    pub simulated: Estimate,
+    pub simulated: ResponseEstimate,
     /// Relative standard error of the measured magnitude at each frequency.
     pub error: Vec<f64>,
     /// Distance of the frequencies, Hz.
@@ -90,8 +90,8 @@ impl FrequencyResponse {
         averages: usize,
         noisy_input: bool,
     ) -> Result<Self, NoResponse> {
-        let drives: Vec<Drive<'_>> =
-            records.iter().filter_map(|k| Drive::new(outcome.records.get(*k)?, freedom, input)).collect();
+        let drives: Vec<DrivenRecord<'_>> =
+            records.iter().filter_map(|k| DrivenRecord::new(outcome.records.get(*k)?, freedom, input)).collect();
         if drives.is_empty() {
             return Err(NoResponse::NoInput);
         }
@@ -122,7 +122,7 @@ impl FrequencyResponse {
         Ok(response)
     }
 
-    fn average(&mut self, drives: &[&Drive<'_>], averages: usize, noisy_input: bool) {
+    fn average(&mut self, drives: &[&DrivenRecord<'_>], averages: usize, noisy_input: bool) {
         let Some(longest) = drives.iter().max_by_key(|d| d.input.len()) else { return };
         let interval = longest.record.record.interval;
         // k segments that overlap by half are (k + 1) / 2 segments long.
@@ -205,8 +205,8 @@ impl Power {
         self.segments += 1;
     }
 
-    fn estimate(&self, lines: &[usize], noisy_input: bool) -> Estimate {
-        let mut estimate = Estimate::default();
+    fn estimate(&self, lines: &[usize], noisy_input: bool) -> ResponseEstimate {
+        let mut estimate = ResponseEstimate::default();
         for &k in lines {
             let response =
                 if noisy_input { self.output[k] / self.cross[k].conj() } else { self.cross[k] / self.input[k] };
@@ -220,14 +220,14 @@ impl Power {
 }
 
 /// One record's input and response.
-struct Drive<'a> {
+struct DrivenRecord<'a> {
     record: &'a RecordOutcome,
     input: &'a [f64],
     measured: &'a [f64],
     simulated: &'a [f64],
 }
 
-impl<'a> Drive<'a> {
+impl<'a> DrivenRecord<'a> {
     fn new(record: &'a RecordOutcome, freedom: usize, input: usize) -> Option<Self> {
         let values = |role: Role| record.record.channel(role).map(|c| &*c.values);
         Some(Self {

@@ -1,6 +1,6 @@
 //! Damping and friction over the velocity: what is left when everything else that the equation knows is taken away.
 
-use super::element::{Element, Samples};
+use super::element::{Element, ElementSamples};
 use super::{BinnedMeans, MOST_POINTS, abscissae};
 
 /// Intervals of velocity.
@@ -21,7 +21,7 @@ pub struct FrictionForce {
 
 impl FrictionForce {
     /// The friction of an element along stretches of motion; none if nothing moves.
-    pub fn new(element: &Element, stretches: &[Samples]) -> Option<Self> {
+    pub fn new(element: &Element, stretches: &[ElementSamples]) -> Option<Self> {
         let speeds = stretches.iter().flat_map(|s| &s.velocity).filter(|v| v.is_finite());
         let most = speeds.fold(0.0_f64, |m, v| m.max(v.abs()));
         if most <= 0.0 {

@@ -14,12 +14,12 @@ mod restoring;
 #[cfg(test)]
 mod tests;
 
-pub use bins::{BinnedMeans, Cells};
+pub use bins::{BinnedMeans, CellMeans};
 pub use decay::{Decay, NoDecay};
-pub use element::{Across, Element, Samples};
-pub use frequency_response::{Estimate, FrequencyResponse, NoResponse, Tone};
+pub use element::{Element, ElementEnds, ElementSamples};
+pub use frequency_response::{FrequencyResponse, NoResponse, ResponseEstimate, Tone};
 pub use friction::FrictionForce;
-pub use residual::{Correlation, Histogram, Partner, Residual, Source};
+pub use residual::{Correlation, Histogram, Partner, Residual, ResidualSource};
 pub use restoring::{RestoringForce, Slice};
 
 /// Points of a scatter that are drawn: more would only hide each other.

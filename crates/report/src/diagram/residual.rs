@@ -23,7 +23,7 @@ const LAGS: std::ops::RangeInclusive<usize> = 20..=1000;
 /// Which residual.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Source {
+pub enum ResidualSource {
     /// Measured minus simulated response.
     #[default]
     Response,
@@ -117,15 +117,15 @@ pub struct Residual {
 
 impl Residual {
     /// The residual of a displacement (or state) of a record; none if there is too little of it, or if it is exactly zero.
-    pub fn new(outcome: &Outcome, record: &RecordOutcome, freedom: usize, source: Source) -> Option<Self> {
+    pub fn new(outcome: &Outcome, record: &RecordOutcome, freedom: usize, source: ResidualSource) -> Option<Self> {
         let layout = outcome.model.layout;
         let (start, residual) = match source {
-            Source::Response => {
+            ResidualSource::Response => {
                 let shown = record.channels.get(freedom)?;
                 let (measured, response) = (record.record.channel(shown.role)?, &shown.response);
                 (0, measured.values.iter().zip(response).map(|(m, r)| m - r).collect::<Vec<f64>>())
             }
-            Source::Equation => {
+            ResidualSource::Equation => {
                 let state = if layout.kind == Kind::SecondOrder { layout.freedoms + freedom } else { freedom };
                 let (inside, residual) = equation_residual(outcome, record, state)?;
                 (inside.start, residual)

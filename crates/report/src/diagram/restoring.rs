@@ -3,8 +3,8 @@
 //! The force-state map of Masri and Caughey (J. Appl. Mech. 46 (1979) 433–447): what of the acceleration the inputs and the
 //! rest of the structure do not explain is a surface over the state plane if the element has no memory.
 
-use super::element::{Element, Samples};
-use super::{Cells, MOST_POINTS, abscissae};
+use super::element::{Element, ElementSamples};
+use super::{CellMeans, MOST_POINTS, abscissae};
 
 /// Share of the largest velocity (or deflection) within which a sample belongs to a slice.
 const SLICE: f64 = 0.12;
@@ -16,11 +16,11 @@ const CELLS: usize = 36;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RestoringForce {
     /// Mean measured force over deflection and velocity.
-    pub map: Cells,
+    pub map: CellMeans,
     /// Stiffness and damping of the plane through the measured force, per unit mass: k/m and c/m.
     pub linear: [f64; 2],
     /// Mean of what the plane leaves: what is not linear.
-    pub curved: Cells,
+    pub curved: CellMeans,
     /// Over the deflection, at velocities near zero: the stiffness.
     pub stiffness: Slice,
     /// Over the velocity, at deflections near zero: damping and friction.
@@ -44,8 +44,8 @@ pub struct Slice {
 
 impl RestoringForce {
     /// The force of an element along stretches of motion; none if they hold no motion.
-    pub fn new(element: &Element, stretches: &[Samples]) -> Option<Self> {
-        let largest = |pick: fn(&Samples) -> &Vec<f64>| {
+    pub fn new(element: &Element, stretches: &[ElementSamples]) -> Option<Self> {
+        let largest = |pick: fn(&ElementSamples) -> &Vec<f64>| {
             stretches.iter().flat_map(&pick).filter(|v| v.is_finite()).fold(0.0_f64, |m, v| m.max(v.abs()))
         };
         let most = [largest(|s| &s.deflection), largest(|s| &s.velocity)];
@@ -60,7 +60,7 @@ impl RestoringForce {
             })
             .collect();
         let series = stretches.iter().zip(&forces);
-        let map = Cells::new(series.map(|(s, f)| (&s.deflection[..], &s.velocity[..], &f[..])), most, CELLS);
+        let map = CellMeans::new(series.map(|(s, f)| (&s.deflection[..], &s.velocity[..], &f[..])), most, CELLS);
         let linear = plane(stretches, &forces);
         let rests: Vec<Vec<f64>> = stretches
             .iter()
@@ -71,7 +71,7 @@ impl RestoringForce {
             })
             .collect();
         let series = stretches.iter().zip(&rests);
-        let curved = Cells::new(series.map(|(s, f)| (&s.deflection[..], &s.velocity[..], &f[..])), most, CELLS);
+        let curved = CellMeans::new(series.map(|(s, f)| (&s.deflection[..], &s.velocity[..], &f[..])), most, CELLS);
         let stiffness = slice(stretches, |s| (&s.deflection, &s.velocity), most, |x| element.force(x, 0.0));
         let damping = slice(stretches, |s| (&s.velocity, &s.deflection), [most[1], most[0]], |v| element.force(0.0, v));
         Some(Self { map, linear, curved, stiffness, damping })
@@ -79,7 +79,7 @@ impl RestoringForce {
 }
 
 /// Stiffness and damping of the plane through zero that lies nearest to a force; zero where the motion does not tell them.
-fn plane(stretches: &[Samples], forces: &[Vec<f64>]) -> [f64; 2] {
+fn plane(stretches: &[ElementSamples], forces: &[Vec<f64>]) -> [f64; 2] {
     let (mut xx, mut xv, mut vv, mut xf, mut vf) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for (s, forces) in stretches.iter().zip(forces) {
         let state = s.deflection.iter().zip(&s.velocity);
@@ -100,13 +100,13 @@ fn plane(stretches: &[Samples], forces: &[Vec<f64>]) -> [f64; 2] {
 
 /// Samples near zero of the second of two quantities, over the first.
 fn slice(
-    stretches: &[Samples],
-    pick: fn(&Samples) -> (&Vec<f64>, &Vec<f64>),
+    stretches: &[ElementSamples],
+    pick: fn(&ElementSamples) -> (&Vec<f64>, &Vec<f64>),
     most: [f64; 2],
     force: impl Fn(f64) -> f64,
 ) -> Slice {
     let within = SLICE * most[1];
-    let inside = |s: &Samples| {
+    let inside = |s: &ElementSamples| {
         let (along, aside) = pick(s);
         let near = along.iter().zip(aside).zip(&s.residual).filter(|((_, b), _)| b.abs() <= within);
         near.map(|((a, _), e)| [*a, force(*a) - e]).collect::<Vec<_>>()

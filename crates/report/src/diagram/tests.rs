@@ -14,7 +14,7 @@ use sindyscope_values::term::{Kind, Layout, Symbol, Term};
 const INTERVAL: f64 = 1e-2;
 
 /// A motion as exact as it can be given: displacement, velocity, acceleration, input, input's rate.
-struct Motion {
+struct ExactMotion {
     name: &'static str,
     x: Vec<f64>,
     v: Vec<f64>,
@@ -23,7 +23,7 @@ struct Motion {
     du: Vec<f64>,
 }
 
-impl Motion {
+impl ExactMotion {
     /// Two tones that come by every sign of displacement and velocity, on a base that moves at a third.
     fn wandering(n: usize) -> Self {
         let mut motion = Self { name: "wandering", x: vec![], v: vec![], a: vec![], u: vec![], du: vec![] };
@@ -47,7 +47,7 @@ impl Motion {
     }
 }
 
-fn outcome(terms: &[(&str, f64)], motions: &[Motion]) -> Outcome {
+fn outcome(terms: &[(&str, f64)], motions: &[ExactMotion]) -> Outcome {
     let equation = Equation::known(terms.iter().map(|(t, c)| (Term::parse(t).unwrap(), *c)));
     let inputs = usize::from(!motions[0].u.is_empty());
     let model = Model::second_order(inputs, vec![equation]);
@@ -118,16 +118,16 @@ fn outcome(terms: &[(&str, f64)], motions: &[Motion]) -> Outcome {
     }
 }
 
-fn samples(element: &Element, outcome: &Outcome) -> Vec<Samples> {
+fn samples(element: &Element, outcome: &Outcome) -> Vec<ElementSamples> {
     outcome.records.iter().map(|r| element.samples(outcome, r).unwrap()).collect()
 }
 
 #[test]
 fn a_duffing_spring_is_its_slice_and_coulomb_friction_a_step() {
     let sign = sindyscope_values::term::sign;
-    let motion = Motion::obeying(4000, |x, v, u, _| -4.0 * x - 0.5 * x.powi(3) - 0.2 * v - 0.7 * sign(v) + u);
+    let motion = ExactMotion::obeying(4000, |x, v, u, _| -4.0 * x - 0.5 * x.powi(3) - 0.2 * v - 0.7 * sign(v) + u);
     let outcome = outcome(&[("x", -4.0), ("x^3", -0.5), ("v", -0.2), ("sgn(v)", -0.7), ("u", 1.0)], &[motion]);
-    let element = Element::new(&outcome.model, 0, Across::Ground, false).unwrap();
+    let element = Element::new(&outcome.model, 0, ElementEnds::Ground, false).unwrap();
     let force = RestoringForce::new(&element, &samples(&element, &outcome)).unwrap();
     assert!(force.stiffness.samples > 100 && force.damping.samples > 100);
     for (x, f) in force.stiffness.at.iter().zip(&force.stiffness.force) {
@@ -152,9 +152,9 @@ fn a_duffing_spring_is_its_slice_and_coulomb_friction_a_step() {
 #[test]
 fn friction_that_the_equation_lacks_stays_in_the_view_of_friction() {
     let sign = sindyscope_values::term::sign;
-    let motion = Motion::obeying(6000, |x, v, u, du| -4.0 * (x - u) - 0.2 * (v - du) - 0.7 * sign(v));
+    let motion = ExactMotion::obeying(6000, |x, v, u, du| -4.0 * (x - u) - 0.2 * (v - du) - 0.7 * sign(v));
     let outcome = outcome(&[("x", -4.0), ("u", 4.0), ("v", -0.2), ("du", 0.2)], &[motion]);
-    let element = Element::new(&outcome.model, 0, Across::Ground, true).unwrap();
+    let element = Element::new(&outcome.model, 0, ElementEnds::Ground, true).unwrap();
     let friction = FrictionForce::new(&element, &samples(&element, &outcome)).unwrap();
     for k in 0..friction.mean.at.len() {
         let (v, mean, visits) = (friction.mean.at[k], friction.mean.mean[k], friction.mean.visits[k]);
@@ -170,32 +170,32 @@ fn friction_that_the_equation_lacks_stays_in_the_view_of_friction() {
 #[test]
 fn a_joint_on_a_moving_base_is_seen_across_it() {
     let law = |x: f64, v: f64, u: f64, du: f64| -4.0 * (x - u) - 2.0 * (x - u).powi(3) - 0.3 * (v - du);
-    let written = outcome(&[("x-u", -4.0), ("(x-u)^3", -2.0), ("v-du", -0.3)], &[Motion::obeying(3000, law)]);
-    assert_eq!(Element::suited(&written.model, 0, true), Across::Input(0));
-    let element = Element::new(&written.model, 0, Across::Input(0), true).unwrap();
+    let written = outcome(&[("x-u", -4.0), ("(x-u)^3", -2.0), ("v-du", -0.3)], &[ExactMotion::obeying(3000, law)]);
+    assert_eq!(Element::suited(&written.model, 0, true), ElementEnds::Input(0));
+    let element = Element::new(&written.model, 0, ElementEnds::Input(0), true).unwrap();
     assert_eq!(element.names(), ["x − u", "v − du"]);
     let force = RestoringForce::new(&element, &samples(&element, &written)).unwrap();
     for (z, f) in force.stiffness.at.iter().zip(&force.stiffness.force) {
         assert!((f - (4.0 * z + 2.0 * z.powi(3))).abs() < 1e-12, "{z}: {f}");
     }
     // The ground sees none of it.
-    let ground = Element::new(&written.model, 0, Across::Ground, true).unwrap();
+    let ground = Element::new(&written.model, 0, ElementEnds::Ground, true).unwrap();
     assert_eq!(ground.force(0.3, 0.2), 0.0);
 
     // A spring that the regression wrote as −k x + k u is across the base too, if there is a base; friction to the
     // ground is not.
-    let apart = outcome(&[("x", -4.0), ("u", 4.0), ("sgn(v)", -0.7)], &[Motion::wandering(100)]);
-    assert_eq!(Element::choices(&apart.model, 0, true), [Across::Ground, Across::Input(0)]);
-    assert_eq!(Element::choices(&apart.model, 0, false), [Across::Ground]);
-    assert_eq!(Element::suited(&apart.model, 0, true), Across::Ground);
-    let joint = Element::new(&apart.model, 0, Across::Input(0), true).unwrap();
+    let apart = outcome(&[("x", -4.0), ("u", 4.0), ("sgn(v)", -0.7)], &[ExactMotion::wandering(100)]);
+    assert_eq!(Element::choices(&apart.model, 0, true), [ElementEnds::Ground, ElementEnds::Input(0)]);
+    assert_eq!(Element::choices(&apart.model, 0, false), [ElementEnds::Ground]);
+    assert_eq!(Element::suited(&apart.model, 0, true), ElementEnds::Ground);
+    let joint = Element::new(&apart.model, 0, ElementEnds::Input(0), true).unwrap();
     assert_eq!((joint.force(0.5, 1.0), joint.friction(1.0)), (2.0, 0.0));
 }
 
 #[test]
 fn records_without_derivatives_and_models_of_first_order_have_no_element() {
-    let mut broken = outcome(&[("x", -4.0)], &[Motion::wandering(100)]);
-    let element = Element::new(&broken.model, 0, Across::Ground, false).unwrap();
+    let mut broken = outcome(&[("x", -4.0)], &[ExactMotion::wandering(100)]);
+    let element = Element::new(&broken.model, 0, ElementEnds::Ground, false).unwrap();
     let mut signals = (*broken.records[0].signals).clone();
     signals.rates[1].truncate(50);
     broken.records[0].signals = Arc::new(signals);
@@ -203,7 +203,7 @@ fn records_without_derivatives_and_models_of_first_order_have_no_element() {
     assert!(RestoringForce::new(&element, &[]).is_none());
     assert!(FrictionForce::new(&element, &[]).is_none());
     let first = Model::first_order(0, vec![Equation { terms: Vec::new() }]);
-    assert!(Element::new(&first, 0, Across::Ground, false).is_none());
+    assert!(Element::new(&first, 0, ElementEnds::Ground, false).is_none());
     assert_eq!(first.layout, Layout { kind: Kind::FirstOrder, freedoms: 1, inputs: 0, internals: 0 });
 }
 
@@ -215,8 +215,8 @@ fn receptance(frequency: f64, natural: f64, zeta: f64) -> (f64, f64) {
     (1.0 / re.hypot(im), phase)
 }
 
-fn driven(name: &'static str, n: usize, tones: &[f64], natural: f64) -> Motion {
-    let mut motion = Motion { name, x: vec![], v: vec![], a: vec![], u: vec![], du: vec![] };
+fn driven(name: &'static str, n: usize, tones: &[f64], natural: f64) -> ExactMotion {
+    let mut motion = ExactMotion { name, x: vec![], v: vec![], a: vec![], u: vec![], du: vec![] };
     for k in 0..n {
         let t = INTERVAL * k as f64;
         let (mut x, mut u) = (0.0, 0.0);
@@ -290,11 +290,11 @@ fn single_tones_are_points_at_their_frequency() {
 
 #[test]
 fn what_has_no_frequency_response_says_why() {
-    let mut still = Motion::wandering(400);
+    let mut still = ExactMotion::wandering(400);
     still.u.fill(0.2);
-    let of = |motion: Motion| FrequencyResponse::new(&outcome(&[("x", -1.0)], &[motion]), &[0], 0, 0, 8, false);
+    let of = |motion: ExactMotion| FrequencyResponse::new(&outcome(&[("x", -1.0)], &[motion]), &[0], 0, 0, 8, false);
     assert_eq!(of(still), Err(NoResponse::Silent));
-    let mut free = Motion::wandering(400);
+    let mut free = ExactMotion::wandering(400);
     (free.u, free.du) = (vec![], vec![]);
     assert_eq!(of(free), Err(NoResponse::NoInput));
     assert_eq!(of(driven("short", 20, &[1.0, 7.0], 4.0)), Err(NoResponse::TooShort));
@@ -384,10 +384,10 @@ fn what_is_no_decay_says_so() {
     assert_eq!(Decay::new(&steady, 0.0, INTERVAL, 0.0), Err(NoDecay::NotDecaying));
     assert_eq!(Decay::new(&[1.0; 500], 0.0, INTERVAL, 0.0), Err(NoDecay::FewSwings));
     assert_eq!(Decay::new(&[], 0.0, INTERVAL, 0.0), Err(NoDecay::FewSwings));
-    let driven = outcome(&[("x", -1.0)], &[Motion::wandering(900)]);
+    let driven = outcome(&[("x", -1.0)], &[ExactMotion::wandering(900)]);
     assert_eq!(Decay::stretch(&driven.records[0].record), Err(NoDecay::Driven));
     // Pushed for a second, then left alone.
-    let mut pushed = Motion::wandering(900);
+    let mut pushed = ExactMotion::wandering(900);
     pushed.u[100..].fill(0.1);
     let pushed = outcome(&[("x", -1.0)], &[pushed]);
     assert_eq!(Decay::stretch(&pushed.records[0].record), Ok(100..900));
@@ -452,13 +452,13 @@ fn a_delayed_echo_shows_at_its_lag() {
 
 #[test]
 fn the_residual_of_an_equation_goes_with_the_term_that_it_lacks() {
-    let motion = Motion::obeying(4000, |x, v, u, _| -4.0 * x - 0.5 * x.powi(3) - 0.2 * v + u);
+    let motion = ExactMotion::obeying(4000, |x, v, u, _| -4.0 * x - 0.5 * x.powi(3) - 0.2 * v + u);
     let outcome = outcome(&[("x", -4.0), ("v", -0.2), ("u", 1.0)], &[motion]);
-    let residual = Residual::new(&outcome, &outcome.records[0], 0, Source::Equation).unwrap();
+    let residual = Residual::new(&outcome, &outcome.records[0], 0, ResidualSource::Equation).unwrap();
     let at_once = |c: &Correlation| c.value[c.value.len() / 2].abs();
     let best = residual.with.iter().max_by(|a, b| at_once(a).total_cmp(&at_once(b))).unwrap();
     assert_eq!(best.partner, Partner::Power(Symbol::State(0), 3));
     assert!(at_once(best) > 1.0 - 1e-9);
     // The response is the measurement here: nothing is left of it.
-    assert!(Residual::new(&outcome, &outcome.records[0], 0, Source::Response).is_none());
+    assert!(Residual::new(&outcome, &outcome.records[0], 0, ResidualSource::Response).is_none());
 }

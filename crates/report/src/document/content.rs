@@ -20,7 +20,7 @@ pub(super) enum Block {
     Subheading(String),
     Paragraph(String),
     Equations(Vec<EquationRows>),
-    Table(Table),
+    Table(DocumentTable),
     Figure(Drawing),
     Command(String),
 }
@@ -32,7 +32,7 @@ pub(super) struct Tile {
     pub(super) note: String,
 }
 
-pub(super) struct Table {
+pub(super) struct DocumentTable {
     /// Empty if the table needs no head.
     pub(super) head: Vec<&'static str>,
     pub(super) rows: Vec<Vec<Cell>>,
@@ -189,7 +189,7 @@ pub(super) fn coefficients(model: &Model, units: &Units, beneath: impl Fn(Symbol
         }
         let mut head = vec!["term", "as typed", "coefficient ± std. error", "unit"];
         head.extend(shares.then_some("share of the rate"));
-        blocks.push(Block::Table(Table { head, rows: rows.collect() }));
+        blocks.push(Block::Table(DocumentTable { head, rows: rows.collect() }));
         blocks.extend(beneath(*state).map(Block::Paragraph));
     }
     blocks
@@ -216,7 +216,7 @@ fn physical(outcome: &Outcome) -> Vec<Block> {
         .collect();
     vec![
         Block::Subheading("Physical parameters".into()),
-        Block::Table(Table { head: vec!["parameter", "value ± std. error", "unit", ""], rows }),
+        Block::Table(DocumentTable { head: vec!["parameter", "value ± std. error", "unit", ""], rows }),
     ]
 }
 
@@ -251,7 +251,10 @@ fn modes(outcome: &Outcome) -> Vec<Block> {
         .collect();
     vec![
         Block::Subheading("Natural modes of the linear part, at rest".into()),
-        Block::Table(Table { head: vec!["frequency ± std. error", "", "damping ratio", "shape (phase)"], rows }),
+        Block::Table(DocumentTable {
+            head: vec!["frequency ± std. error", "", "damping ratio", "shape (phase)"],
+            rows,
+        }),
     ]
 }
 
@@ -281,7 +284,7 @@ fn fit_sentence(outcome: &Outcome, state: Symbol) -> Option<String> {
     (!sentences.is_empty()).then(|| sentences.join(" "))
 }
 
-pub(super) fn errors(outcome: &Outcome, unit: &str) -> Table {
+pub(super) fn errors(outcome: &Outcome, unit: &str) -> DocumentTable {
     let scores: Vec<(String, &str, Option<Score>)> = outcome
         .records
         .iter()
@@ -319,7 +322,7 @@ pub(super) fn errors(outcome: &Outcome, unit: &str) -> Table {
             row
         })
         .collect();
-    Table { head: vec!["record", "", "RMSE", "NRMSE", "largest error", "best fit", "samples"], rows }
+    DocumentTable { head: vec!["record", "", "RMSE", "NRMSE", "largest error", "best fit", "samples"], rows }
 }
 
 fn usage(usage: Usage) -> &'static str {
@@ -330,7 +333,7 @@ fn usage(usage: Usage) -> &'static str {
     }
 }
 
-pub(super) fn data(report: &Report<'_>) -> Table {
+pub(super) fn data(report: &Report<'_>) -> DocumentTable {
     let entries = &report.records.entries;
     let column = |value: &dyn Fn(&sindyscope_values::record::Record) -> String| {
         align_at_point(&entries.iter().map(|(r, _)| value(r)).collect::<Vec<_>>())
@@ -356,7 +359,7 @@ pub(super) fn data(report: &Report<'_>) -> Table {
             ]
         })
         .collect();
-    Table { head: vec!["record", "file", "used", "samples", "rate", "duration", "channels"], rows }
+    DocumentTable { head: vec!["record", "file", "used", "samples", "rate", "duration", "channels"], rows }
 }
 
 /// A text with a capital in front and a full stop behind.
@@ -393,7 +396,7 @@ pub(super) fn notices(report: &Report<'_>) -> Vec<String> {
 }
 
 /// The settings, row by row as their table has them, with what came of those that tell it.
-pub(super) fn settings(outcome: &Outcome) -> Table {
+pub(super) fn settings(outcome: &Outcome) -> DocumentTable {
     let layout = &outcome.model.layout;
     let mut rows = vec![(setting("differentiation").title, differentiation(outcome))];
     for setting in SETTINGS {
@@ -403,7 +406,7 @@ pub(super) fn settings(outcome: &Outcome) -> Table {
         }
     }
     let rows = rows.into_iter().map(|(name, value)| vec![Cell::Text(name.into()), Cell::Text(value)]).collect();
-    Table { head: Vec::new(), rows }
+    DocumentTable { head: Vec::new(), rows }
 }
 
 /// How the refinement ended, and how likely each term belongs, where there are such.

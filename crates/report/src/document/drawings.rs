@@ -4,19 +4,19 @@ use crate::figure::Figure;
 use crate::figure::svg::{self, Drawing, Extent};
 use crate::palette::Ink;
 use crate::view::{Subject, View, ViewOptions};
-use crate::walk::{self, Compared, Response};
+use crate::walk::{self, Compared, WalkResponse};
 use sindyscope_core::study::{Outcome, RecordOutcome};
 use sindyscope_search::{Curve, Diagnosis, Stage, Trace};
 use sindyscope_values::format::shown::ShownUnits;
 use sindyscope_values::record::Usage;
 
 /// How many figures a kind of document has room for.
-pub(super) struct Room {
+pub(super) struct FigureLimits {
     /// Records whose response is drawn.
     pub(super) records: usize,
 }
 
-impl Room {
+impl FigureLimits {
     /// A document that may be long.
     pub(super) const PAGES: Self = Self { records: 8 };
     /// One picture.
@@ -45,7 +45,7 @@ pub(super) fn telling(outcome: &Outcome, view: View, extent: &Extent) -> Option<
 }
 
 /// The responses of as many records as there is room for.
-pub(super) fn responses(outcome: &Outcome, room: &Room) -> Vec<Drawing> {
+pub(super) fn responses(outcome: &Outcome, room: &FigureLimits) -> Vec<Drawing> {
     select(outcome, room.records).into_iter().flat_map(|record| response(outcome, record)).collect()
 }
 
@@ -107,14 +107,14 @@ pub(super) fn curve(curve: &Curve, title: &str, unit: &str) -> Option<Drawing> {
 }
 
 /// Measured response with that of the base model and that of the last one, and what each leaves, for the records that tell most.
-pub(super) fn overlay(base: &Stage, last: &Stage, unit: &str, room: &Room) -> Vec<Drawing> {
+pub(super) fn overlay(base: &Stage, last: &Stage, unit: &str, room: &FigureLimits) -> Vec<Drawing> {
     let held_out = base.traces.iter().any(|t| t.usage == Usage::HeldOut);
     let wanted = if held_out { Usage::HeldOut } else { Usage::Fit };
     let compared = Compared { mass: 0, symbol: "x", unit, noise: 0.0 };
     let one = |(before, after): (&Trace, &Trace)| {
-        let base = Response { name: "base model", ink: Ink::Identified, width: 1.0, trace: before };
+        let base = WalkResponse { name: "base model", ink: Ink::Identified, width: 1.0, trace: before };
         let ink = Ink::of_stage(last.effects.len());
-        let last = Response { name: "with what was added", ink, width: 1.4, trace: after };
+        let last = WalkResponse { name: "with what was added", ink, width: 1.4, trace: after };
         let mut figure = walk::responses(&compared, &[base, last])?;
         if let Some(stretch) = stretch(before) {
             figure.panels_mut().for_each(|panel| panel.x.range = stretch);

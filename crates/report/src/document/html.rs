@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::content::{Block, Cell, Table};
+use super::content::{Block, Cell, DocumentTable};
 use super::math::EquationRows;
 use super::style;
 use crate::canvas::{Coordinate, escape};
@@ -102,7 +102,7 @@ fn write_equations(out: &mut String, equations: &[EquationRows]) {
     out.push_str("</mtable></math></div>\n");
 }
 
-fn write_table(out: &mut String, table: &Table) {
+fn write_table(out: &mut String, table: &DocumentTable) {
     out.push_str("<div class=\"scroll\"><table>\n");
     if !table.head.is_empty() {
         let cells: String = table.head.iter().map(|h| format!("<th scope=\"col\">{h}</th>")).collect();

@@ -284,7 +284,7 @@ impl Math {
                 let (height, middle) = (0.68 * size, 0.5 * row.width + 0.09 * size);
                 for k in 0..*dots {
                     let x = middle + 0.22 * size * (k as f64 - 0.5 * (*dots as f64 - 1.0));
-                    row.marks.push(Mark::Dot { at: (x, -height), radius: 0.058 * size });
+                    row.marks.push(MathMark::Dot { at: (x, -height), radius: 0.058 * size });
                 }
                 row.ascent = row.ascent.max(height + 0.08 * size);
                 row
@@ -298,7 +298,7 @@ impl Math {
                 let (left, right) = (0.5 * (width - above.width), 0.5 * (width - below.width));
                 out.overlay(above, (left, -up));
                 out.overlay(below, (right, down));
-                out.marks.push(Mark::Line { points: vec![(0.0, -axis), (width, -axis)] });
+                out.marks.push(MathMark::Line { points: vec![(0.0, -axis), (width, -axis)] });
                 out
             }
             Self::Root(inner) => {
@@ -314,7 +314,7 @@ impl Math {
                     (0.5 * size, -head),
                     (start + width, -head),
                 ];
-                out.marks.push(Mark::Line { points });
+                out.marks.push(MathMark::Line { points });
                 out.ascent = out.ascent.max(head);
                 out
             }
@@ -324,7 +324,7 @@ impl Math {
 
 /// Something drawn.
 #[derive(Clone, Debug)]
-enum Mark {
+enum MathMark {
     Text { at: (f64, f64), size: f64, slanted: bool, text: String },
     Dot { at: (f64, f64), radius: f64 },
     Line { points: Vec<(f64, f64)> },
@@ -336,12 +336,12 @@ pub(super) struct Laid {
     pub(super) width: f64,
     pub(super) ascent: f64,
     pub(super) descent: f64,
-    marks: Vec<Mark>,
+    marks: Vec<MathMark>,
 }
 
 impl Laid {
     fn text(fonts: &Fonts, text: &str, size: f64, slanted: bool) -> Self {
-        let mark = Mark::Text { at: (0.0, 0.0), size, slanted, text: text.to_owned() };
+        let mark = MathMark::Text { at: (0.0, 0.0), size, slanted, text: text.to_owned() };
         let width = fonts.width(text, size, Face::Text) + if slanted { 0.05 * size } else { 0.0 };
         Self { width, ascent: 0.72 * size, descent: 0.2 * size, marks: vec![mark] }
     }
@@ -357,9 +357,9 @@ impl Laid {
         self.descent = self.descent.max(other.descent + by.1);
         let moved = |(x, y): (f64, f64)| (x + by.0, y + by.1);
         self.marks.extend(other.marks.into_iter().map(|mark| match mark {
-            Mark::Text { at, size, slanted, text } => Mark::Text { at: moved(at), size, slanted, text },
-            Mark::Dot { at, radius } => Mark::Dot { at: moved(at), radius },
-            Mark::Line { points } => Mark::Line { points: points.into_iter().map(moved).collect() },
+            MathMark::Text { at, size, slanted, text } => MathMark::Text { at: moved(at), size, slanted, text },
+            MathMark::Dot { at, radius } => MathMark::Dot { at: moved(at), radius },
+            MathMark::Line { points } => MathMark::Line { points: points.into_iter().map(moved).collect() },
         }));
     }
 
@@ -370,7 +370,7 @@ impl Laid {
         for mark in &self.marks {
             match mark {
                 // The fonts have no italic.
-                Mark::Text { at, size, slanted: true, text } => {
+                MathMark::Text { at, size, slanted: true, text } => {
                     let (x, y) = moved(*at);
                     let _ = writeln!(
                         svg.0,
@@ -378,7 +378,7 @@ impl Laid {
                         escape(text)
                     );
                 }
-                Mark::Text { at, size, slanted: false, text } => {
+                MathMark::Text { at, size, slanted: false, text } => {
                     let (x, y) = moved(*at);
                     let _ = writeln!(
                         svg.0,
@@ -386,11 +386,11 @@ impl Laid {
                         escape(text)
                     );
                 }
-                Mark::Dot { at, radius } => {
+                MathMark::Dot { at, radius } => {
                     let (x, y) = moved(*at);
                     let _ = writeln!(svg.0, "<circle class=\"ink\" cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius:.2}\"/>");
                 }
-                Mark::Line { points } => svg.path("rule", points.iter().copied().map(moved)),
+                MathMark::Line { points } => svg.path("rule", points.iter().copied().map(moved)),
             }
         }
     }

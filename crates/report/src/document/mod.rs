@@ -20,9 +20,9 @@ mod walk;
 use std::ffi::OsStr;
 use std::path::Path;
 
-use drawings::Room;
+use drawings::FigureLimits;
 use font::Fonts;
-use sections::Composed;
+use sections::ComposedDocument;
 use sindyscope_core::study::Outcome;
 use sindyscope_search::Diagnosis;
 use sindyscope_values::model::{Model, Units};
@@ -67,7 +67,7 @@ fn displacement_unit(records: &RecordSet) -> &str {
 
 /// The kinds of document that can be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
+pub enum DocumentFormat {
     /// A self-contained web page.
     Html,
     /// Pages of paper with embedded fonts.
@@ -98,7 +98,7 @@ pub enum ReportError {
     Picture(String),
 }
 
-impl Format {
+impl DocumentFormat {
     /// The kind of document that a file's ending asks for.
     ///
     /// # Errors
@@ -123,13 +123,13 @@ impl Report<'_> {
 
     /// The web page.
     pub fn html(&self) -> String {
-        html::document(self.heading(), &self.compose(&Room::PAGES).blocks)
+        html::document(self.heading(), &self.compose(&FigureLimits::PAGES).blocks)
     }
 
     /// The pages of paper, each as an SVG document that uses the window's fonts, and the sections that were asked for and that this
     /// study has nothing for.
     pub fn pages(&self) -> (Vec<String>, Vec<Section>) {
-        let composed = self.compose(&Room::PAGES);
+        let composed = self.compose(&FigureLimits::PAGES);
         let pages = page::pages(&composed.blocks, &Fonts::new(), self.arrangement.paper, self.heading());
         (pages, composed.empty)
     }
@@ -148,7 +148,7 @@ impl Report<'_> {
     /// A picture too large to draw.
     pub fn png(&self) -> Result<Vec<u8>, ReportError> {
         let fonts = Fonts::new();
-        let sheet = page::sheet(&self.compose(&Room::PICTURE).blocks, &fonts);
+        let sheet = page::sheet(&self.compose(&FigureLimits::PICTURE).blocks, &fonts);
         fonts.png(&sheet, page::SCALE)
     }
 
@@ -157,15 +157,15 @@ impl Report<'_> {
     /// # Errors
     /// An ending that stands for none; a file that cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), ReportError> {
-        let bytes = match Format::of(path)? {
-            Format::Html => self.html().into_bytes(),
-            Format::Pdf => self.pdf()?,
-            Format::Png => self.png()?,
+        let bytes = match DocumentFormat::of(path)? {
+            DocumentFormat::Html => self.html().into_bytes(),
+            DocumentFormat::Pdf => self.pdf()?,
+            DocumentFormat::Png => self.png()?,
         };
         std::fs::write(path, bytes).map_err(|source| ReportError::Write { path: path.display().to_string(), source })
     }
 
-    fn compose(&self, room: &Room) -> Composed {
+    fn compose(&self, room: &FigureLimits) -> ComposedDocument {
         sections::compose(self, self.arrangement, room)
     }
 

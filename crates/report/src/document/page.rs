@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::arrangement::Paper;
-use super::content::{Block, Cell, Table};
+use super::content::{Block, Cell, DocumentTable};
 use super::font::{Face, Fonts};
 use super::html::flag;
 use super::math::EquationRows;
@@ -275,7 +275,7 @@ impl<'a> Flow<'a> {
         self.y += 6.0;
     }
 
-    fn table(&mut self, table: &Table) {
+    fn table(&mut self, table: &DocumentTable) {
         let columns = self.columns(table);
         self.y += 6.0;
         self.head(table, &columns);
@@ -308,7 +308,7 @@ impl<'a> Flow<'a> {
     }
 
     /// Where the columns of a table stand. Those of text give way where all together are too wide: their text is broken.
-    fn columns(&self, table: &Table) -> Vec<Column> {
+    fn columns(&self, table: &DocumentTable) -> Vec<Column> {
         let count = table.rows.iter().map(Vec::len).chain([table.head.len()]).max().unwrap_or(0);
         let cells = |column: usize| table.rows.iter().filter_map(move |r| r.get(column));
         let head = |column: usize| table.head.get(column).map_or(0.0, |h| self.fonts.width(h, 11.5, Face::Text));
@@ -341,7 +341,7 @@ impl<'a> Flow<'a> {
         widths.into_iter().map(place).collect()
     }
 
-    fn head(&mut self, table: &Table, columns: &[Column]) {
+    fn head(&mut self, table: &DocumentTable, columns: &[Column]) {
         if table.head.is_empty() {
             return;
         }

@@ -3,20 +3,20 @@
 use super::Report;
 use super::arrangement::{Arrangement, Item, Section};
 use super::content::{self, Block, sentence};
-use super::drawings::{self, Room};
+use super::drawings::{self, FigureLimits};
 use super::{math, walk};
 use crate::figure::svg::Extent;
 use crate::view::View;
 
 /// A document, ready to be written.
-pub(super) struct Composed {
+pub(super) struct ComposedDocument {
     pub(super) blocks: Vec<Block>,
     /// Sections that were asked for and that this study has nothing for.
     pub(super) empty: Vec<Section>,
 }
 
 /// The whole document.
-pub(super) fn compose(report: &Report<'_>, arrangement: &Arrangement, room: &Room) -> Composed {
+pub(super) fn compose(report: &Report<'_>, arrangement: &Arrangement, room: &FigureLimits) -> ComposedDocument {
     let mut blocks = vec![content::title(report.heading(), report.outcome)];
     let mut empty = Vec::new();
     // The heading that what follows stands under.
@@ -45,7 +45,7 @@ pub(super) fn compose(report: &Report<'_>, arrangement: &Arrangement, room: &Roo
             }
         }
     }
-    Composed { blocks, empty }
+    ComposedDocument { blocks, empty }
 }
 
 /// A text of one's own: paragraphs parted by blank lines, and headings, which begin with `# `.
@@ -70,13 +70,13 @@ fn own_text(text: &str) -> Vec<Block> {
 }
 
 /// What a section holds; nothing if the study has nothing for it.
-fn section_blocks(section: Section, report: &Report<'_>, room: &Room) -> Vec<Block> {
+fn section_blocks(section: Section, report: &Report<'_>, room: &FigureLimits) -> Vec<Block> {
     let outcome = report.outcome;
     let one = |view: View, extent: &Extent| {
         drawings::telling(outcome, view, extent).map(Block::Figure).into_iter().collect::<Vec<_>>()
     };
     let walk =
-        |part: walk::Part| report.diagnosis.map_or_else(Vec::new, |d| walk::blocks(part, d, report.records, room));
+        |part: walk::WalkPart| report.diagnosis.map_or_else(Vec::new, |d| walk::blocks(part, d, report.records, room));
     match section {
         Section::Summary => content::summary_blocks(outcome),
         Section::Equation => vec![Block::Equations(math::equations(&outcome.model))],
@@ -97,11 +97,11 @@ fn section_blocks(section: Section, report: &Report<'_>, room: &Room) -> Vec<Blo
             [View::Restoring, View::Friction].into_iter().flat_map(|view| one(view, &Extent::PAGE)).collect()
         }
         Section::Residual => one(View::Residual, &Extent::PAGE),
-        Section::Missing => walk(walk::Part::Verdict),
-        Section::Waterfall => walk(walk::Part::Waterfall),
-        Section::Rounds => walk(walk::Part::Rounds),
-        Section::Overlay => walk(walk::Part::Overlay),
-        Section::Remaining => walk(walk::Part::Remaining),
+        Section::Missing => walk(walk::WalkPart::Verdict),
+        Section::Waterfall => walk(walk::WalkPart::Waterfall),
+        Section::Rounds => walk(walk::WalkPart::Rounds),
+        Section::Overlay => walk(walk::WalkPart::Overlay),
+        Section::Remaining => walk(walk::WalkPart::Remaining),
         Section::Records => {
             let mut blocks = vec![Block::Table(content::data(report))];
             blocks.extend(content::notices(report).into_iter().map(Block::Paragraph));

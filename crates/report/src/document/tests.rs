@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use super::{Arrangement, Format, Item, Paper, Report, ReportError, Section};
+use super::{Arrangement, DocumentFormat, Item, Paper, Report, ReportError, Section};
 use sindyscope_core::signal::Signals;
 use sindyscope_core::simulate::Delays;
 use sindyscope_core::study::{
@@ -279,11 +279,11 @@ noise floor 10 µm (standard deviation, estimated)
 #[test]
 fn the_ending_decides() {
     use std::path::Path;
-    assert_eq!(Format::of(Path::new("a.HTML")).expect("known"), Format::Html);
-    assert_eq!(Format::of(Path::new("b.png")).expect("known"), Format::Png);
-    assert_eq!(Format::of(Path::new("c.Pdf")).expect("known"), Format::Pdf);
+    assert_eq!(DocumentFormat::of(Path::new("a.HTML")).expect("known"), DocumentFormat::Html);
+    assert_eq!(DocumentFormat::of(Path::new("b.png")).expect("known"), DocumentFormat::Png);
+    assert_eq!(DocumentFormat::of(Path::new("c.Pdf")).expect("known"), DocumentFormat::Pdf);
     for (path, said) in [("a.docx", ".docx"), ("report", "without an ending")] {
-        let error = Format::of(Path::new(path)).expect_err("unknown");
+        let error = DocumentFormat::of(Path::new(path)).expect_err("unknown");
         assert!(matches!(error, ReportError::Ending(_)) && error.to_string().contains(said), "{error}");
     }
 }

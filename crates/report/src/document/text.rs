@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::content::{Block, Cell, Table};
+use super::content::{Block, Cell, DocumentTable};
 use super::html::flag;
 
 /// The blocks that words can say.
@@ -37,7 +37,7 @@ pub(super) fn document(blocks: &[Block]) -> String {
     out
 }
 
-fn write_table(out: &mut String, table: &Table) {
+fn write_table(out: &mut String, table: &DocumentTable) {
     let text = |cell: &Cell| match cell {
         Cell::Text(text) | Cell::Number(text) => text.clone(),
         Cell::Share(share) => format!("{:5.1} %", 100.0 * share),

@@ -3,8 +3,8 @@
 use sindyscope_values::format::units::{Scale, format_si, raised};
 use std::fmt::Write;
 
-use super::content::{Block, Cell, Table, Tile, coefficients, sentence};
-use super::drawings::{self, Room};
+use super::content::{Block, Cell, DocumentTable, Tile, coefficients, sentence};
+use super::drawings::{self, FigureLimits};
 use super::math;
 use sindyscope_core::study::Severity;
 use sindyscope_search::{Candidate, Diagnosis, Finding, Gap, LEVEL, Parameter, Round, Stage, Standing, Step};
@@ -17,7 +17,7 @@ use sindyscope_values::record::RecordSet;
 
 /// A part of what is told of the search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Part {
+pub(super) enum WalkPart {
     /// What it came to, and the base model it began with.
     Verdict,
     /// How the gap falls.
@@ -31,7 +31,7 @@ pub(super) enum Part {
 }
 
 /// A part as a section of a report; nothing if there is nothing to tell.
-pub(super) fn blocks(part: Part, diagnosis: &Diagnosis, records: &RecordSet, room: &Room) -> Vec<Block> {
+pub(super) fn blocks(part: WalkPart, diagnosis: &Diagnosis, records: &RecordSet, room: &FigureLimits) -> Vec<Block> {
     let unit = super::displacement_unit(records);
     let (Some(base), Some(last)) = (diagnosis.stages.first(), diagnosis.stages.last()) else { return Vec::new() };
     let steps = diagnosis.steps();
@@ -41,7 +41,7 @@ pub(super) fn blocks(part: Part, diagnosis: &Diagnosis, records: &RecordSet, roo
         blocks
     };
     match part {
-        Part::Verdict => {
+        WalkPart::Verdict => {
             let mut blocks = vec![
                 Block::Tiles(tiles(diagnosis, base, last, unit)),
                 Block::Paragraph(diagnosis.sentence.clone()),
@@ -50,8 +50,8 @@ pub(super) fn blocks(part: Part, diagnosis: &Diagnosis, records: &RecordSet, roo
             blocks.extend(model(&base.model));
             blocks
         }
-        Part::Waterfall => drawings::waterfall(diagnosis, unit).map(Block::Figure).into_iter().collect(),
-        Part::Rounds => {
+        WalkPart::Waterfall => drawings::waterfall(diagnosis, unit).map(Block::Figure).into_iter().collect(),
+        WalkPart::Rounds => {
             let mut blocks = Vec::new();
             for (k, round) in diagnosis.rounds.iter().enumerate() {
                 let step = steps.iter().find(|s| std::ptr::eq(s.round, round));
@@ -63,14 +63,14 @@ pub(super) fn blocks(part: Part, diagnosis: &Diagnosis, records: &RecordSet, roo
             }
             blocks
         }
-        Part::Overlay if steps.is_empty() => Vec::new(),
-        Part::Overlay => {
+        WalkPart::Overlay if steps.is_empty() => Vec::new(),
+        WalkPart::Overlay => {
             let mut blocks = vec![Block::Subheading("The model with every effect that was added".into())];
             blocks.extend(model(&last.model));
             blocks.extend(drawings::overlay(base, last, unit, room).into_iter().map(Block::Figure));
             blocks
         }
-        Part::Remaining => {
+        WalkPart::Remaining => {
             let mut blocks = vec![Block::Subheading("What remains".into()), Block::Paragraph(remaining(diagnosis))];
             blocks.extend(superseded(diagnosis).map(Block::Paragraph));
             if !diagnosis.notices.is_empty() {
@@ -272,13 +272,13 @@ fn p_words(p: f64) -> String {
     }
 }
 
-fn parameter_table(parameters: &[Parameter]) -> Table {
+fn parameter_table(parameters: &[Parameter]) -> DocumentTable {
     let numbers: Vec<String> = parameters.iter().map(|p| format_measured(p.value, p.std_error)).collect();
     let rows = parameters
         .iter()
         .zip(align_at_point(&numbers))
         .map(|(p, number)| vec![Cell::Text(p.name.clone()), Cell::Number(number), Cell::Text(raised(&p.unit))]);
-    Table { head: vec!["quantity", "value ± std. error", "unit"], rows: rows.collect() }
+    DocumentTable { head: vec!["quantity", "value ± std. error", "unit"], rows: rows.collect() }
 }
 
 /// The refitted candidates as a table, the others in a sentence.
@@ -304,7 +304,10 @@ fn candidates(round: &Round, unit: &str, tested: &'static str) -> Vec<Block> {
                 Cell::Text(why),
             ]
         });
-        blocks.push(Block::Table(Table { head: vec!["candidate", "ΔBIC", tested, "why"], rows: rows.collect() }));
+        blocks
+            .push(Block::Table(DocumentTable {
+                head: vec!["candidate", "ΔBIC", tested, "why"], rows: rows.collect()
+            }));
     }
     let screened: Vec<&str> = round
         .candidates

@@ -1,6 +1,6 @@
 //! The model to take along: a document, data, or a program that computes its response by itself.
 //!
-//! One list of formats ([`Format`]), one file a language. The programs share one reading of the model (`switched`) and one
+//! One list of formats ([`ExportFormat`]), one file a language. The programs share one reading of the model (`switched`) and one
 //! method: between the instants at which a sign changes the equations are smooth and are integrated as such; the instants
 //! are located, and a surface that the motion cannot leave is held by the sign between −1 and 1 that keeps it at zero.
 //! Inputs between their samples are the spline of degree 7 that [`simulate`](sindyscope_core::simulate) uses, so the responses agree.
@@ -40,16 +40,16 @@ struct FormatEntry {
     write: fn(&Export<'_>, &Switched, &str) -> String,
 }
 
-/// Declares [`Format`] from the list of formats.
+/// Declares [`ExportFormat`] from the list of formats.
 macro_rules! formats {
     ($($(#[$meta:meta])* $name:ident => $entry:path,)*) => {
         /// The forms in which a model is taken along.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-        pub enum Format {
+        pub enum ExportFormat {
             $($(#[$meta])* $name,)*
         }
 
-        impl Format {
+        impl ExportFormat {
             /// Every format.
             pub const ALL: [Self; [$(stringify!($name)),*].len()] = [$(Self::$name,)*];
 
@@ -79,7 +79,7 @@ formats! {
     C => c::FORMAT,
 }
 
-impl Format {
+impl ExportFormat {
     /// The ending of its files.
     pub fn ending(self) -> &'static str {
         self.entry().ending
@@ -115,7 +115,7 @@ impl Format {
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
     /// A file's ending that stands for no format.
-    #[error("{0} does not say in which form the model is to be exported: its name must end in one of {endings}", endings = Format::endings())]
+    #[error("{0} does not say in which form the model is to be exported: its name must end in one of {endings}", endings = ExportFormat::endings())]
     Ending(String),
     /// The model cannot be simulated, so no program can.
     #[error("the model cannot be exported: {0}")]
@@ -138,7 +138,7 @@ pub enum ExportError {
 
 /// The state that a response begins with.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Start {
+pub struct StartState {
     /// The record that it was fitted to.
     pub record: String,
     /// The state at the record's first sample.
@@ -152,7 +152,7 @@ pub struct Start {
 pub struct Export<'a> {
     model: &'a Model,
     units: Units,
-    starts: Vec<Start>,
+    starts: Vec<StartState>,
     /// The inputs' names in the records.
     inputs: Vec<String>,
 }
@@ -165,7 +165,7 @@ impl<'a> Export<'a> {
 
     /// With initial states; the first is that of the exported programs.
     #[must_use]
-    pub fn starting(mut self, starts: Vec<Start>) -> Self {
+    pub fn starting(mut self, starts: Vec<StartState>) -> Self {
         self.starts = starts;
         self
     }
@@ -175,7 +175,7 @@ impl<'a> Export<'a> {
         let starts = outcome.records.iter().filter_map(|record| {
             let state: Option<Vec<f64>> = record.states.iter().map(|s| s.first().copied()).collect();
             let reach = record.states.iter().map(|s| s.iter().fold(0.0_f64, |m, x| m.max(x.abs()))).collect();
-            Some(Start { record: record.record.name.clone(), state: state?, reach })
+            Some(StartState { record: record.record.name.clone(), state: state?, reach })
         });
         let mut export = Self::new(&outcome.model, outcome.units()).starting(starts.collect());
         if let Some(first) = outcome.records.first() {
@@ -190,7 +190,7 @@ impl<'a> Export<'a> {
     /// # Errors
     /// A model that cannot be simulated, or that switches where the form has no events for it; a coefficient that is not a
     /// number.
-    pub fn text(&self, format: Format, stem: &str) -> Result<String, ExportError> {
+    pub fn text(&self, format: ExportFormat, stem: &str) -> Result<String, ExportError> {
         Simulator::new(self.model)?;
         let weighted = self.model.equations.iter().flat_map(|e| &e.terms);
         if let Some(term) = weighted.into_iter().find(|t| !t.coefficient.is_finite()) {
@@ -276,7 +276,7 @@ pub fn drive(record: &RecordOutcome) -> String {
 /// # Errors
 /// An ending that stands for no format, a model that cannot be simulated, a file that cannot be written.
 pub fn write(outcome: &Outcome, path: &Path) -> Result<Vec<PathBuf>, ExportError> {
-    let format = Format::of(path)?;
+    let format = ExportFormat::of(path)?;
     let stem = stem(path);
     let save = |path: &Path, text: String| {
         std::fs::write(path, text).map_err(|source| ExportError::Write { path: path.display().to_string(), source })

@@ -42,7 +42,7 @@ pub enum Ticks {
 
 /// A mark on an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mark {
+pub struct TickMark {
     /// Its coordinate.
     pub at: f64,
     /// Distance of marks that are as important.
@@ -115,7 +115,7 @@ impl Axis {
     }
 
     /// Marks between two coordinates, where eight points are as long as `step` and labels need room of `spacing` such steps.
-    pub fn marks(&self, (low, high): (f64, f64), step: f64, spacing: f64) -> Vec<Mark> {
+    pub fn marks(&self, (low, high): (f64, f64), step: f64, spacing: f64) -> Vec<TickMark> {
         match &self.ticks {
             Ticks::Named(names) => {
                 // Named marks stand for themselves: each has the room to its neighbour.
@@ -123,7 +123,7 @@ impl Axis {
                 let apart = if apart.is_finite() { apart } else { high - low };
                 let every = ((2.5 * step / apart).ceil().max(1.0)) as usize;
                 let shown = names.iter().step_by(every).filter(|(at, _)| (low..=high).contains(at));
-                shown.map(|(at, _)| Mark { at: *at, step: (every as f64 * apart).max(4.0 * step) }).collect()
+                shown.map(|(at, _)| TickMark { at: *at, step: (every as f64 * apart).max(4.0 * step) }).collect()
             }
             _ if self.logarithmic => decades(low, high, step),
             Ticks::Degrees => degrees(low, high, step),
@@ -131,14 +131,14 @@ impl Axis {
                 let distance = (6.0 * step).ceil().max(1.0);
                 let whole = round(low, high, distance).into_iter().filter(|m| m.at.fract() == 0.0);
                 // One digit needs less room than most labels.
-                whole.map(|m| Mark { step: m.step.max(10.0 * step), ..m }).collect()
+                whole.map(|m| TickMark { step: m.step.max(10.0 * step), ..m }).collect()
             }
             Ticks::Round | Ticks::Percent => round(low, high, step * spacing),
         }
     }
 
     /// What a mark says; nothing at minor ones.
-    pub fn label(&self, mark: Mark, scale: &Scale) -> String {
+    pub fn label(&self, mark: TickMark, scale: &Scale) -> String {
         match &self.ticks {
             Ticks::Named(names) => {
                 names.iter().find(|(at, _)| *at == mark.at).map_or_else(String::new, |(_, name)| name.clone())
@@ -163,7 +163,7 @@ fn sound((low, high): (f64, f64)) -> (f64, f64) {
 }
 
 /// Marks at multiples of 1, 2 or 5 times a power of ten, at least `least` apart.
-fn round(low: f64, high: f64, least: f64) -> Vec<Mark> {
+fn round(low: f64, high: f64, least: f64) -> Vec<TickMark> {
     if !(least > 0.0 && least.is_finite() && (high - low).is_finite()) {
         return Vec::new();
     }
@@ -180,13 +180,13 @@ fn round(low: f64, high: f64, least: f64) -> Vec<Mark> {
         return Vec::new();
     }
     (0..=(last - first) as i64)
-        .map(|i| Mark { at: (first + i as f64) * step, step })
+        .map(|i| TickMark { at: (first + i as f64) * step, step })
         .filter(|m| (low..=high).contains(&m.at))
         .collect()
 }
 
 /// Marks of a logarithmic axis: strong at each power of ten (or every few), faint at 2 to 9 of them where there is room.
-fn decades(low: f64, high: f64, eight_points: f64) -> Vec<Mark> {
+fn decades(low: f64, high: f64, eight_points: f64) -> Vec<TickMark> {
     // A label needs about 30 points along either axis.
     let stride = (eight_points * 4.0).ceil().max(1.0);
     let marks = (high - low) / stride;
@@ -197,12 +197,12 @@ fn decades(low: f64, high: f64, eight_points: f64) -> Vec<Mark> {
     let (first, last) = ((low / stride).floor() as i64, (high / stride).ceil() as i64);
     for decade in first..=last {
         let at = decade as f64 * stride;
-        marks.push(Mark { at, step: stride });
+        marks.push(TickMark { at, step: stride });
         if stride == 1.0 && eight_points < 0.12 {
             // Where the view holds one power of ten or none, others have to tell its scale.
             let labelled = |m| high - low < FEW_DECADES && (m == 2 || m == 5);
             let step = |m| if labelled(m) { LABELLED } else { MINOR };
-            marks.extend((2..10).map(|m| Mark { at: at + f64::from(m).log10(), step: step(m) }));
+            marks.extend((2..10).map(|m| TickMark { at: at + f64::from(m).log10(), step: step(m) }));
         }
     }
     marks.retain(|m| (low..=high).contains(&m.at));
@@ -210,18 +210,18 @@ fn decades(low: f64, high: f64, eight_points: f64) -> Vec<Mark> {
 }
 
 /// Marks of an angle in degrees: whole right angles, or halves of them.
-fn degrees(low: f64, high: f64, eight_points: f64) -> Vec<Mark> {
+fn degrees(low: f64, high: f64, eight_points: f64) -> Vec<TickMark> {
     let fine = 45.0 / eight_points > 3.5;
     let step = if fine { 45.0 } else { 90.0 };
     if !((high - low) / step <= MOST_MARKS && high - low > step) {
         return round(low, high, 4.5 * eight_points);
     }
     let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
-    (first..=last).map(|k| Mark { at: k as f64 * step, step }).collect()
+    (first..=last).map(|k| TickMark { at: k as f64 * step, step }).collect()
 }
 
 /// A linear mark, in the scale's unit, with as many decimals as its step needs.
-fn linear_label(mark: Mark, scale: &Scale) -> String {
+fn linear_label(mark: TickMark, scale: &Scale) -> String {
     let step = mark.step * scale.factor;
     let decimals = (-(step * (1.0 + 1e-9)).log10().floor()).clamp(0.0, 15.0) as usize;
     let value = mark.at * scale.factor;
@@ -229,7 +229,7 @@ fn linear_label(mark: Mark, scale: &Scale) -> String {
 }
 
 /// A mark of a logarithmic axis: the power of ten with the unit's own prefix, as `10 µm`; nothing at minor marks.
-fn decade_label(mark: Mark, unit: &str) -> String {
+fn decade_label(mark: TickMark, unit: &str) -> String {
     if mark.step < LABELLED {
         return String::new();
     }
@@ -304,7 +304,7 @@ mod tests {
         let axis = Axis::logarithmic("x", "m", (-6.5, -2.5));
         assert_eq!(labels(&axis, 400.0, 10.0, &Scale::plain("")), ["1 µm", "10 µm", "100 µm", "1 mm"]);
         assert!(axis.marks(axis.range, 0.08, 10.0).len() > 30, "minor marks where there is room");
-        let mark = |at| Mark { at, step: 1.0 };
+        let mark = |at| TickMark { at, step: 1.0 };
         assert_eq!(decade_label(mark(-9.0), ""), "10⁻⁹");
         assert_eq!(decade_label(mark(1.0), ""), "10");
         assert_eq!(decade_label(mark(2.0), "Hz"), "100 Hz");

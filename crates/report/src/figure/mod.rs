@@ -17,7 +17,7 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use crate::palette::{Ink, Tint};
-pub use axis::{Axis, Mark, Ticks};
+pub use axis::{Axis, TickMark, Ticks};
 pub(crate) use axis::{extent, lead, percent};
 pub use cells::{Cells, Colours};
 use sindyscope_values::format::units::Scale;
@@ -27,9 +27,9 @@ use thin::{Envelope, Spacing};
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Figure {
     /// From top to bottom.
-    pub rows: Vec<Row>,
+    pub rows: Vec<PanelRow>,
     /// Keys of what several panels share; other keys stand above their panel.
-    pub legend: Vec<Key>,
+    pub legend: Vec<LegendEntry>,
     /// What the figure shows, in words, for print.
     pub caption: String,
     /// Height of all panels together where the figure stands as it likes, points.
@@ -38,7 +38,7 @@ pub struct Figure {
 
 /// Panels beside each other.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct PanelRow {
     /// From left to right.
     pub panels: Vec<Panel>,
     /// Share of the figure's height, beside those of the other rows.
@@ -96,14 +96,14 @@ pub struct Layer {
     /// What is drawn.
     pub shape: Shape,
     /// How it counts for the range.
-    pub part: Part,
+    pub part: LayerRole,
     /// Width of the line, points; none: the ink's own.
     pub width: Option<f32>,
 }
 
 /// The part that a layer plays in its panel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Part {
+pub enum LayerRole {
     /// The range is fitted to it.
     #[default]
     Leads,
@@ -133,7 +133,7 @@ pub enum Shape {
     /// Bars from zero on; hollow ones are outlined.
     Bars {
         /// The bars.
-        bars: Vec<Bar>,
+        bars: Vec<PlotBar>,
         /// Outlined instead of filled.
         hollow: bool,
     },
@@ -143,7 +143,7 @@ pub enum Shape {
 
 /// A bar from zero on.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Bar {
+pub struct PlotBar {
     /// Left edge.
     pub from: f64,
     /// Right edge.
@@ -269,7 +269,7 @@ pub enum Guide {
     /// A place that is marked.
     Sign {
         /// How it looks.
-        sign: Sign,
+        sign: MarkerShape,
         /// The place.
         at: [f64; 2],
     },
@@ -277,7 +277,7 @@ pub enum Guide {
 
 /// How a marked place looks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sign {
+pub enum MarkerShape {
     /// A circle.
     Circle,
     /// A cross.
@@ -288,7 +288,7 @@ pub enum Sign {
 
 /// An entry of a legend.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Key {
+pub struct LegendEntry {
     /// Its ink.
     pub ink: Ink,
     /// What is drawn in it.
@@ -308,14 +308,14 @@ pub enum KeyMark {
     Patch,
 }
 
-impl Key {
+impl LegendEntry {
     /// A line's key.
     pub fn line(ink: Ink, name: impl Into<String>) -> Self {
         Self { ink, name: name.into(), mark: KeyMark::Line }
     }
 }
 
-impl Row {
+impl PanelRow {
     /// Panels beside each other.
     pub fn new(panels: Vec<Panel>, share: f64) -> Self {
         Self { panels, share, one_of: None }
@@ -325,12 +325,12 @@ impl Row {
 impl Layer {
     /// A layer that has a name and that the range is fitted to.
     pub fn new(ink: Ink, name: impl Into<String>, shape: Shape) -> Self {
-        Self { ink, name: name.into(), shape, part: Part::Leads, width: None }
+        Self { ink, name: name.into(), shape, part: LayerRole::Leads, width: None }
     }
 
     /// That plays another part.
     #[must_use]
-    pub fn playing(self, part: Part) -> Self {
+    pub fn playing(self, part: LayerRole) -> Self {
         Self { part, ..self }
     }
 
@@ -347,7 +347,7 @@ impl Layer {
 
     /// The layer's value at the sample or point nearest to an abscissa; none of what is not read out.
     pub fn value_at(&self, abscissa: f64) -> Option<f64> {
-        if self.name.is_empty() || self.part == Part::Ghost {
+        if self.name.is_empty() || self.part == LayerRole::Ghost {
             return None;
         }
         match &self.shape {
@@ -400,15 +400,15 @@ impl Panel {
     }
 
     /// The keys above it, each once: named layers, levels.
-    pub fn keys(&self) -> Vec<Key> {
-        let mut keys: Vec<Key> = Vec::new();
+    pub fn keys(&self) -> Vec<LegendEntry> {
+        let mut keys: Vec<LegendEntry> = Vec::new();
         for layer in self.layers.iter().filter(|l| !l.name.is_empty() && !l.is_empty()) {
             let mark = match layer.shape {
                 Shape::Samples(_) | Shape::Line(_) => KeyMark::Line,
                 Shape::Dots(_) | Shape::Marks(_) => KeyMark::Dot,
                 _ => KeyMark::Patch,
             };
-            let key = Key { ink: layer.ink, name: layer.name.clone(), mark };
+            let key = LegendEntry { ink: layer.ink, name: layer.name.clone(), mark };
             if !keys.contains(&key) {
                 keys.push(key);
             }
@@ -417,7 +417,7 @@ impl Panel {
         keys.sort_by_key(|key| key.mark == KeyMark::Patch);
         keys.extend(self.guides.iter().filter_map(|guide| match guide {
             Guide::Level { ink, text, .. } | Guide::Around { ink, text, .. } if !text.is_empty() => {
-                Some(Key::line(*ink, text.clone()))
+                Some(LegendEntry::line(*ink, text.clone()))
             }
             _ => None,
         }));
@@ -430,7 +430,8 @@ impl Panel {
             return self.y.range;
         }
         let ranges = |leads: bool| {
-            let counted = self.layers.iter().filter(|l| (l.part == Part::Leads) == leads && !hidden.contains(&l.ink));
+            let counted =
+                self.layers.iter().filter(|l| (l.part == LayerRole::Leads) == leads && !hidden.contains(&l.ink));
             counted.filter_map(Layer::range).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
         };
         let level = self.guides.iter().find_map(|guide| match guide {
@@ -483,7 +484,7 @@ impl Panel {
             return self.columns.clone();
         }
         let mut columns: Vec<(String, Vec<f64>)> = Vec::new();
-        for layer in self.layers.iter().filter(|l| l.part != Part::Ghost) {
+        for layer in self.layers.iter().filter(|l| l.part != LayerRole::Ghost) {
             let head = |axis: &Axis| {
                 let symbol = format!("{} {}", axis.symbol, layer.name);
                 Scale::plain(axis.unit.as_str()).axis(symbol.trim())
@@ -510,7 +511,7 @@ impl Panel {
 impl Figure {
     /// A figure of panels that stand below each other, with their shares of its height.
     pub fn stacked(panels: impl IntoIterator<Item = (Panel, f64)>, height: f64, caption: impl Into<String>) -> Self {
-        let rows = panels.into_iter().map(|(panel, share)| Row::new(vec![panel], share)).collect();
+        let rows = panels.into_iter().map(|(panel, share)| PanelRow::new(vec![panel], share)).collect();
         Self { rows, legend: Vec::new(), caption: caption.into(), height }
     }
 
@@ -612,7 +613,7 @@ mod tests {
         let mut one = panel(Axis::linear("x", "m", (0.0, 1.0)));
         one.fit = Fit::Curves;
         one.layers.push(Layer::new(Ink::Measured, "measured", samples(&[-1.0, 1.0])));
-        one.layers.push(Layer::new(Ink::Identified, "identified", samples(&[0.0, 1e9])).playing(Part::Follows));
+        one.layers.push(Layer::new(Ink::Identified, "identified", samples(&[0.0, 1e9])).playing(LayerRole::Follows));
         let (low, high) = one.shown_y(&BTreeSet::new());
         assert!((-1.3..-1.0).contains(&low) && (2.0..2.3).contains(&high), "{low} {high}");
         let (_, high) = one.shown_y(&BTreeSet::from([Ink::Measured]));
@@ -623,7 +624,7 @@ mod tests {
     fn tables_join_what_shares_its_abscissa_and_leave_out_ghosts() {
         let mut upper = panel(Axis::linear("x", "m", (0.0, 1.0)));
         upper.layers.push(Layer::new(Ink::Measured, "measured", samples(&[1.0, 2.0, 3.0])));
-        upper.layers.push(Layer::new(Ink::Ghost, "before", samples(&[9.0])).playing(Part::Ghost));
+        upper.layers.push(Layer::new(Ink::Ghost, "before", samples(&[9.0])).playing(LayerRole::Ghost));
         let mut lower = Panel { id: "q", ..panel(Axis::linear("E", "m", (0.0, 1.0))) };
         lower.layers.push(Layer::new(Ink::Error, "error", samples(&[0.5])));
         let figure = Figure::stacked([(upper, 1.0), (lower, 1.0)], 100.0, "");

@@ -4,7 +4,9 @@ use std::collections::HashMap;
 use std::fmt::Write as _;
 
 use super::style::{self, STEPS, class};
-use super::{Axis, Cells, Colours, Figure, Guide, Key, KeyMark, Layer, Panel, Points, Row, Shape, Sign, thin};
+use super::{
+    Axis, Cells, Colours, Figure, Guide, KeyMark, Layer, LegendEntry, MarkerShape, Panel, PanelRow, Points, Shape, thin,
+};
 use crate::canvas::{Anchor, Svg};
 use crate::palette::Ink;
 use sindyscope_values::format::number::significant;
@@ -76,7 +78,7 @@ const DETAIL: f64 = 0.4;
 const TWO_COLUMNS: f64 = 450.0;
 
 /// Where a panel stands: its frame, and which of its axes are labelled.
-struct Place {
+struct PanelPlace {
     at: (f64, f64),
     size: (f64, f64),
     x_labels: bool,
@@ -90,7 +92,7 @@ pub(crate) fn draw(figure: &Figure, extent: &Extent, units: &ShownUnits) -> Draw
     let mut top = 2.0;
     legend.draw(&mut svg, top);
     top += legend.height();
-    let rows: Vec<(&Row, Vec<&Panel>)> = figure.rows.iter().map(|row| (row, shown(row, extent.width))).collect();
+    let rows: Vec<(&PanelRow, Vec<&Panel>)> = figure.rows.iter().map(|row| (row, shown(row, extent.width))).collect();
     let columns: Vec<Vec<(f64, f64)>> = rows.iter().map(|(_, panels)| frames(panels, extent.width)).collect();
     let heads: Vec<Vec<Keys>> =
         rows.iter().zip(&columns).map(|((_, panels), columns)| heads(figure, panels, columns)).collect();
@@ -109,7 +111,7 @@ pub(crate) fn draw(figure: &Figure, extent: &Extent, units: &ShownUnits) -> Draw
         for (j, (panel, (left, width))) in panels.iter().zip(&columns[k]).enumerate() {
             heads[k][j].draw(&mut svg, top + head - heads[k][j].height());
             let y_labels = j == 0 || !shares_ordinate(panels[j - 1], panel);
-            let place = Place { at: (*left, top + head), size: (*width, height), x_labels: !shared(k), y_labels };
+            let place = PanelPlace { at: (*left, top + head), size: (*width, height), x_labels: !shared(k), y_labels };
             place.draw(&mut svg, panel, units);
         }
         top += head + height + below(k);
@@ -118,7 +120,7 @@ pub(crate) fn draw(figure: &Figure, extent: &Extent, units: &ShownUnits) -> Draw
 }
 
 /// The panels of a row that are drawn.
-fn shown(row: &Row, width: f64) -> Vec<&Panel> {
+fn shown(row: &PanelRow, width: f64) -> Vec<&Panel> {
     match (row.one_of, row.panels.as_slice()) {
         (Some(k), panels) => panels.get(k).into_iter().collect(),
         (None, [whole, detail]) if shares_ordinate(whole, detail) && width < TWO_COLUMNS => vec![detail],
@@ -163,7 +165,7 @@ fn heads(figure: &Figure, panels: &[&Panel], frames: &[(f64, f64)]) -> Vec<Keys>
             if k > 0 && shares_ordinate(panels[k - 1], panel) {
                 return Keys::of(&[], "", *left, left + width);
             }
-            let keys: Vec<Key> = panel.keys().into_iter().filter(|key| !figure.legend.contains(key)).collect();
+            let keys: Vec<LegendEntry> = panel.keys().into_iter().filter(|key| !figure.legend.contains(key)).collect();
             let said: Vec<String> =
                 std::iter::once(panel.title.clone()).chain(stretches_said(panel)).filter(|s| !s.is_empty()).collect();
             let right = if panels.len() > 1 && !shares_ordinate(panel, panels[panels.len() - 1]) {
@@ -195,14 +197,14 @@ fn lines_below(panels: &[&Panel]) -> f64 {
 
 /// Words and keys side by side, in as many lines as they need.
 struct Keys {
-    lines: Vec<Vec<(f64, Option<Key>, String)>>,
+    lines: Vec<Vec<(f64, Option<LegendEntry>, String)>>,
 }
 
 impl Keys {
-    fn of(keys: &[Key], title: &str, left: f64, right: f64) -> Self {
-        let mut lines: Vec<Vec<(f64, Option<Key>, String)>> = Vec::new();
+    fn of(keys: &[LegendEntry], title: &str, left: f64, right: f64) -> Self {
+        let mut lines: Vec<Vec<(f64, Option<LegendEntry>, String)>> = Vec::new();
         let mut x = right;
-        let mut put = |key: Option<Key>, text: &str| {
+        let mut put = |key: Option<LegendEntry>, text: &str| {
             let mark = if key.is_some() { SAMPLE + 6.0 } else { 0.0 };
             let wide = mark + LETTER * text.chars().count() as f64;
             if lines.is_empty() || x + wide > right && x > left {
@@ -250,13 +252,13 @@ impl Keys {
 }
 
 /// Coordinates of values to points on the paper.
-struct Transform<'a> {
-    place: &'a Place,
+struct PlotTransform<'a> {
+    place: &'a PanelPlace,
     x: &'a Axis,
     y: &'a Axis,
 }
 
-impl Transform<'_> {
+impl PlotTransform<'_> {
     fn across(&self, coordinate: f64) -> f64 {
         let (low, high) = self.x.range;
         self.place.at.0 + self.place.size.0 * ((coordinate - low) / (high - low))
@@ -277,9 +279,9 @@ impl Transform<'_> {
     }
 }
 
-impl Place {
+impl PanelPlace {
     fn draw(&self, svg: &mut Svg, panel: &Panel, units: &ShownUnits) {
-        let to = Transform { place: self, x: &panel.x, y: &panel.y };
+        let to = PlotTransform { place: self, x: &panel.x, y: &panel.y };
         let ((left, top), (width, height)) = (self.at, self.size);
         self.axes(svg, panel, units, &to);
         svg.begin_clip(self.at, self.size);
@@ -340,7 +342,7 @@ impl Place {
         svg.rect("frame", self.at, self.size);
     }
 
-    fn axes(&self, svg: &mut Svg, panel: &Panel, units: &ShownUnits, to: &Transform<'_>) {
+    fn axes(&self, svg: &mut Svg, panel: &Panel, units: &ShownUnits, to: &PlotTransform<'_>) {
         let ((left, top), (width, height)) = (self.at, self.size);
         let (right, bottom) = (left + width, top + height);
         let marks = |axis: &Axis, length: f64, spacing: f64| {
@@ -381,7 +383,7 @@ impl Place {
         }
     }
 
-    fn layer(&self, svg: &mut Svg, panel: &Panel, layer: &Layer, to: &Transform<'_>) {
+    fn layer(&self, svg: &mut Svg, panel: &Panel, layer: &Layer, to: &PlotTransform<'_>) {
         let (line, fill) = (class(layer.ink), format!("{}-fill", class(layer.ink)));
         let look = layer.width.map_or_else(String::new, |w| format!(" style=\"stroke-width:{}\"", 0.9 * w));
         match &layer.shape {
@@ -480,7 +482,7 @@ impl Place {
         out.into_iter().map(|[a, b]| [x.value(a), y.value(b)]).collect()
     }
 
-    fn cells(&self, svg: &mut Svg, cells: &Cells, to: &Transform<'_>) {
+    fn cells(&self, svg: &mut Svg, cells: &Cells, to: &PlotTransform<'_>) {
         let letter = if matches!(cells.colours, Colours::Diverging(_)) { 'd' } else { 's' };
         let step = |share: f64| format!("{letter}{}", (share * STEPS as f64).round() as usize);
         // Neighbouring areas of one colour are one path: seams between them would show.
@@ -537,7 +539,7 @@ impl Cells {
 }
 
 /// An area between two curves, in stretches where both are finite.
-fn draw_band(svg: &mut Svg, fill: &str, spans: impl Iterator<Item = [f64; 3]>, to: &Transform<'_>) {
+fn draw_band(svg: &mut Svg, fill: &str, spans: impl Iterator<Item = [f64; 3]>, to: &PlotTransform<'_>) {
     let spans: Vec<[f64; 3]> = spans.filter(|s| s.iter().all(|v| v.is_finite())).collect();
     let edge = |k: usize| spans.iter().map(move |s| to.point([s[0], s[k]]));
     let outline: Vec<String> = edge(2).chain(edge(1).rev()).map(|(x, y)| format!("{x:.1} {y:.1}")).collect();
@@ -546,18 +548,18 @@ fn draw_band(svg: &mut Svg, fill: &str, spans: impl Iterator<Item = [f64; 3]>, t
     }
 }
 
-fn draw_sign(svg: &mut Svg, sign: Sign, (x, y): (f64, f64)) {
+fn draw_sign(svg: &mut Svg, sign: MarkerShape, (x, y): (f64, f64)) {
     if !(x.is_finite() && y.is_finite()) {
         return;
     }
     for name in ["edge", "sign"] {
         match sign {
-            Sign::Circle => svg.circle(name, (x, y), 6.0),
-            Sign::Cross => {
+            MarkerShape::Circle => svg.circle(name, (x, y), 6.0),
+            MarkerShape::Cross => {
                 svg.line(name, (x - 4.5, y - 4.5), (x + 4.5, y + 4.5));
                 svg.line(name, (x - 4.5, y + 4.5), (x + 4.5, y - 4.5));
             }
-            Sign::Diamond => {
+            MarkerShape::Diamond => {
                 let corners = [(0.0, -8.0), (8.0, 0.0), (0.0, 8.0), (-8.0, 0.0), (0.0, -8.0)];
                 svg.path(name, corners.map(|(dx, dy)| (x + dx, y + dy)));
             }

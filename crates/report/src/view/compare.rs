@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::scene::Scene;
-use super::{Drawn, Group, Records, Subject, ViewEntry};
-use crate::figure::{Axis, Figure, Fit, Layer, Part};
+use super::{FigureResult, Group, RecordUse, Subject, ViewEntry};
+use crate::figure::{Axis, Figure, Fit, Layer, LayerRole};
 use crate::palette::Ink;
 use sindyscope_core::study::{Outcome, SensorResponse};
 
@@ -14,7 +14,7 @@ pub(super) const VIEW: ViewEntry = ViewEntry {
     reading: "Pin a setting, change it, and see what the change does: the lower the line of an error, the better the setting; \
               the table says which terms made the difference.",
     group: Group::Settings,
-    records: Records::One,
+    records: RecordUse::One,
     slow: false,
     figure,
 };
@@ -27,7 +27,7 @@ pub fn pin_letter(index: usize) -> String {
     char::from(b'A' + (index % 26) as u8).to_string()
 }
 
-fn figure(subject: &Subject<'_>) -> Drawn {
+fn figure(subject: &Subject<'_>) -> FigureResult {
     let scene = Scene::new(subject)?;
     let channel = |outcome: &'_ Outcome| -> Option<SensorResponse> {
         let same = outcome.records.iter().find(|r| Arc::ptr_eq(&r.record, &scene.record.record))?;
@@ -47,7 +47,7 @@ fn figure(subject: &Subject<'_>) -> Drawn {
     lower.fit = Fit::Magnitudes(if most > 0.0 { most } else { f64::INFINITY });
     for (ink, name, channel) in shown {
         let curve = |values: &[f64]| Layer::new(ink, name.as_str(), scene.samples(values));
-        upper.layers.push(curve(&channel.response).playing(Part::Follows));
+        upper.layers.push(curve(&channel.response).playing(LayerRole::Follows));
         lower.layers.push(curve(&channel.error));
     }
     let caption = format!("Responses and errors of pinned settings on record {}.", scene.record.record.name);

@@ -1,9 +1,9 @@
 //! A free decay: frequency and damping over amplitude.
 
 use super::scene::Scene;
-use super::{Drawn, Group, Records, Subject, ViewEntry};
+use super::{FigureResult, Group, RecordUse, Subject, ViewEntry};
 use crate::diagram::{Decay, NoDecay};
-use crate::figure::{Axis, Figure, Key, KeyMark, Layer, Panel, Points, Shape, lead};
+use crate::figure::{Axis, Figure, KeyMark, Layer, LegendEntry, Panel, Points, Shape, lead};
 use crate::palette::Ink;
 use sindyscope_values::term::Symbol;
 
@@ -13,7 +13,7 @@ pub(super) const VIEW: ViewEntry = ViewEntry {
     reading: "A backbone that rises with amplitude is a hardening spring, one that falls a softening one. A damping ratio that \
               is level is viscous, one that grows as the amplitude falls dry friction, one that grows with it drag.",
     group: Group::Physics,
-    records: Records::One,
+    records: RecordUse::One,
     slow: true,
     figure,
 };
@@ -21,7 +21,7 @@ pub(super) const VIEW: ViewEntry = ViewEntry {
 /// A quantity along a decay.
 type Pick = fn(&Decay) -> Vec<f64>;
 
-fn figure(subject: &Subject<'_>) -> Drawn {
+fn figure(subject: &Subject<'_>) -> FigureResult {
     let scene = Scene::new(subject)?;
     let (measured, simulated) =
         Decay::of_record(scene.outcome, scene.record, scene.freedom).map_err(|why| reason(why).to_owned())?;
@@ -80,8 +80,8 @@ fn figure(subject: &Subject<'_>) -> Drawn {
     let caption =
         format!("Free decay of record {}: backbone, damping ratio and envelope of {name}.", scene.record.record.name);
     let mut figure = Figure::stacked([(backbone, 1.2), (damping, 1.2), (envelope, 0.9)], 390.0, caption);
-    let measured = Key { mark: KeyMark::Dot, ..Key::line(Ink::Measured, "measured") };
-    figure.legend = vec![measured, Key::line(Ink::Identified, "identified")];
+    let measured = LegendEntry { mark: KeyMark::Dot, ..LegendEntry::line(Ink::Measured, "measured") };
+    figure.legend = vec![measured, LegendEntry::line(Ink::Identified, "identified")];
     Ok(figure)
 }
 

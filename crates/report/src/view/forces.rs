@@ -1,9 +1,11 @@
 //! Forces across an element of the structure: the restoring force's surface with its slices, and friction over velocity.
 
 use super::scene::Scene;
-use super::{Drawn, Group, Records, Subject, ViewEntry};
-use crate::diagram::{Across, Cells as Means, Element, FrictionForce, RestoringForce, Samples, Slice};
-use crate::figure::{Axis, Cells, Colours, Figure, Key, KeyMark, Layer, Panel, Part, Points, Row, Shape, extent, lead};
+use super::{FigureResult, Group, RecordUse, Subject, ViewEntry};
+use crate::diagram::{CellMeans, Element, ElementEnds, ElementSamples, FrictionForce, RestoringForce, Slice};
+use crate::figure::{
+    Axis, Cells, Colours, Figure, KeyMark, Layer, LayerRole, LegendEntry, Panel, PanelRow, Points, Shape, extent, lead,
+};
 use crate::palette::Ink;
 use sindyscope_core::study::base_excited;
 use sindyscope_values::format::number::significant;
@@ -18,7 +20,7 @@ pub(super) const RESTORING: ViewEntry = ViewEntry {
               stiffness, along the velocity damping, a jump at zero velocity dry friction. In the slices, points off the \
               line are force that the equation lacks.",
     group: Group::Physics,
-    records: Records::Pooled,
+    records: RecordUse::Pooled,
     slow: true,
     figure: restoring,
 };
@@ -27,10 +29,10 @@ pub(super) const FRICTION: ViewEntry = ViewEntry {
     label: "Friction",
     tooltip: "What the velocity alone does: damping and friction, measured and identified",
     reading: "What is left when every other term is taken away: a straight line is viscous damping, a step at zero dry \
-              friction, a step that falls behind zero Stribeck friction, a parabola drag. Means away from the line are \
+              friction, a step that falls behind zero Stribeck friction, a parabola drag. CellMeans away from the line are \
               damping that the equation lacks.",
     group: Group::Physics,
-    records: Records::Pooled,
+    records: RecordUse::Pooled,
     slow: true,
     figure: friction,
 };
@@ -44,7 +46,7 @@ const FIRST_ORDER: &str =
 const TOO_SHORT: &str = "The records are too short, or nothing moves in them";
 
 /// What the deflection may be measured against, and what it is.
-pub fn across(scene: &Scene<'_>, chosen: Option<Across>) -> (Vec<Across>, Across) {
+pub fn across(scene: &Scene<'_>, chosen: Option<ElementEnds>) -> (Vec<ElementEnds>, ElementEnds) {
     let base = base_excited(&scene.record.record, scene.layout.kind);
     let model = &scene.outcome.model;
     let choices = Element::choices(model, scene.freedom, base);
@@ -53,12 +55,12 @@ pub fn across(scene: &Scene<'_>, chosen: Option<Across>) -> (Vec<Across>, Across
 }
 
 /// A deflection's name.
-pub fn deflection_name(scene: &Scene<'_>, across: Across) -> String {
+pub fn deflection_name(scene: &Scene<'_>, across: ElementEnds) -> String {
     let own = scene.layout.name(Symbol::State(scene.freedom));
     let other = match across {
-        Across::Ground => return own,
-        Across::Input(j) => Symbol::Input(j),
-        Across::Freedom(k) => Symbol::State(k),
+        ElementEnds::Ground => return own,
+        ElementEnds::Input(j) => Symbol::Input(j),
+        ElementEnds::Freedom(k) => Symbol::State(k),
     };
     format!("{own} − {}", scene.layout.name(other))
 }
@@ -69,7 +71,7 @@ pub(super) fn pooled(subject: &Subject<'_>, scene: &Scene<'_>) -> Vec<usize> {
 }
 
 /// The element that forces act across, and the motion along it.
-fn element(subject: &Subject<'_>, scene: &Scene<'_>) -> Result<(Element, Vec<Samples>), String> {
+fn element(subject: &Subject<'_>, scene: &Scene<'_>) -> Result<(Element, Vec<ElementSamples>), String> {
     let outcome = scene.outcome;
     let first = &outcome.records.first().ok_or(super::scene::NO_RECORD)?.record;
     let (_, across) = across(scene, subject.options.across);
@@ -86,19 +88,19 @@ fn both_ways(symbol: &str, unit: &str, most: f64) -> Axis {
     Axis::linear(symbol, unit, (-1.03 * most, 1.03 * most))
 }
 
-fn legend() -> Vec<Key> {
-    let measured = Key { mark: KeyMark::Dot, ..Key::line(Ink::Measured, "measured") };
-    vec![measured, Key::line(Ink::Identified, "identified")]
+fn legend() -> Vec<LegendEntry> {
+    let measured = LegendEntry { mark: KeyMark::Dot, ..LegendEntry::line(Ink::Measured, "measured") };
+    vec![measured, LegendEntry::line(Ink::Identified, "identified")]
 }
 
-fn restoring(subject: &Subject<'_>) -> Drawn {
+fn restoring(subject: &Subject<'_>) -> FigureResult {
     let scene = Scene::new(subject)?;
     let (element, stretches) = element(subject, &scene)?;
     let force = RestoringForce::new(&element, &stretches).ok_or(TOO_SHORT)?;
     let [x, v] = element.names();
     let unit = scene.unit();
     let (rate, acceleration) = (per_second(&unit), per_second(&per_second(&unit)));
-    let axes = |means: &Means| (both_ways(&x, &unit, means.most[0]), both_ways(&v, &rate, means.most[1]));
+    let axes = |means: &CellMeans| (both_ways(&x, &unit, means.most[0]), both_ways(&v, &rate, means.most[1]));
     let (id, means, title, name) = if subject.options.curved {
         let title =
             format!("restoring force / mass over {x} and {v}, without the straight part {}", plane(&force, &x, &v));
@@ -117,14 +119,20 @@ fn restoring(subject: &Subject<'_>) -> Drawn {
     );
     let surface = surface(id, means, title, axes(means), (name, &acceleration));
     Ok(Figure {
-        rows: vec![Row::new(vec![surface], 1.1), Row::new(vec![stiffness, damping], 1.0)],
+        rows: vec![PanelRow::new(vec![surface], 1.1), PanelRow::new(vec![stiffness, damping], 1.0)],
         legend: legend(),
         caption,
         height: 340.0,
     })
 }
 
-fn surface(id: &'static str, means: &Means, title: String, (x, y): (Axis, Axis), (name, unit): (&str, &str)) -> Panel {
+fn surface(
+    id: &'static str,
+    means: &CellMeans,
+    title: String,
+    (x, y): (Axis, Axis),
+    (name, unit): (&str, &str),
+) -> Panel {
     let edges = |axis: usize| {
         let ends = (0..means.count[axis]).map(|k| means.edges(axis, k));
         ends.clone().next().map(|e| e.0).into_iter().chain(ends.map(|e| e.1)).collect::<Vec<f64>>()
@@ -177,7 +185,7 @@ fn plane(force: &RestoringForce, x: &str, v: &str) -> String {
     format!("{} {} {sign} {} {}", significant(k, 3), group(x), significant(c.abs(), 3), group(v))
 }
 
-fn friction(subject: &Subject<'_>) -> Drawn {
+fn friction(subject: &Subject<'_>) -> FigureResult {
     let scene = Scene::new(subject)?;
     let (element, stretches) = element(subject, &scene)?;
     let friction = FrictionForce::new(&element, &stretches).ok_or(TOO_SHORT)?;
@@ -193,7 +201,7 @@ fn friction(subject: &Subject<'_>) -> Drawn {
     panel.layers = vec![
         Layer::new(Ink::Measured, "measured", Shape::Dots(Points::of(&friction.at, &friction.force))),
         Layer::new(Ink::Identified, "identified", Shape::Line(Points::new(friction.curve.iter().copied()))),
-        Layer::new(Ink::Mean, "", Shape::Errors(errors)).playing(Part::Ghost),
+        Layer::new(Ink::Mean, "", Shape::Errors(errors)).playing(LayerRole::Ghost),
         Layer::new(Ink::Mean, "mean ± 2 standard errors", Shape::Marks(Points::of(&mean.at, &mean.mean))),
     ];
     let caption = format!(

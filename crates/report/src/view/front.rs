@@ -2,10 +2,10 @@
 
 use super::map::{MapQuantity, columns, signs};
 use super::scene::Scene;
-use super::{Drawn, Group, Records, Subject, ViewEntry};
+use super::{FigureResult, Group, RecordUse, Subject, ViewEntry};
 use crate::figure::{Axis, Figure, Layer, Panel, Points, Shape, Ticks};
 use crate::palette::Ink;
-use sindyscope_core::study::{GridCell, GridPoint, SettingsGrid};
+use sindyscope_core::study::{GridCell, SettingsGrid, SettingsGridPoint};
 
 pub(super) const VIEW: ViewEntry = ViewEntry {
     label: "Pareto",
@@ -13,12 +13,12 @@ pub(super) const VIEW: ViewEntry = ViewEntry {
     reading: "Each point is a setting, the line joins the best for each number of terms: past its bend further terms buy \
               nothing. A click takes the setting over.",
     group: Group::Settings,
-    records: Records::None,
+    records: RecordUse::None,
     slow: false,
     figure,
 };
 
-fn figure(subject: &Subject<'_>) -> Drawn {
+fn figure(subject: &Subject<'_>) -> FigureResult {
     let scene = Scene::new(subject)?;
     let map = subject.landscape.ok_or("Computing the map…")?;
     let points: Vec<[f64; 2]> = map.known().filter_map(|(_, cell)| dot(cell)).collect();
@@ -35,7 +35,7 @@ fn figure(subject: &Subject<'_>) -> Drawn {
         Layer::new(Ink::Identified, "", Shape::Line(front.clone())).wide(1.6),
         Layer::new(Ink::Identified, "", Shape::Marks(front)),
     ];
-    let at = |place: Option<GridPoint>| place.and_then(|place| point(map, place));
+    let at = |place: Option<SettingsGridPoint>| place.and_then(|place| point(map, place));
     let now = map.place_of(&scene.outcome.settings).and_then(|place| dot(map.nearest(place)?));
     panel.guides = signs(at(map.best), at(map.parsimonious), now);
     panel.columns = columns(map);
@@ -43,7 +43,7 @@ fn figure(subject: &Subject<'_>) -> Drawn {
     Ok(Figure::stacked([(panel, 1.0)], 260.0, caption))
 }
 
-fn point(map: &SettingsGrid, place: GridPoint) -> Option<[f64; 2]> {
+fn point(map: &SettingsGrid, place: SettingsGridPoint) -> Option<[f64; 2]> {
     dot(map.cell(place)?)
 }
 

@@ -1,7 +1,7 @@
 //! The inputs and their rates.
 
 use super::scene::Scene;
-use super::{Drawn, Group, Records, Subject, ViewEntry};
+use super::{FigureResult, Group, RecordUse, Subject, ViewEntry};
 use crate::figure::{Axis, Figure, Fit, Layer};
 use crate::palette::Ink;
 use sindyscope_values::format::units::per_second;
@@ -13,12 +13,12 @@ pub(super) const VIEW: ViewEntry = ViewEntry {
     tooltip: "The force or base motion that the model was driven by, and its rate",
     reading: "",
     group: Group::Motion,
-    records: Records::One,
+    records: RecordUse::One,
     slow: false,
     figure,
 };
 
-fn figure(subject: &Subject<'_>) -> Drawn {
+fn figure(subject: &Subject<'_>) -> FigureResult {
     let scene = Scene::new(subject)?;
     if scene.layout.inputs == 0 {
         return Err("No input was measured: the record is a free response".into());

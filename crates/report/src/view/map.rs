@@ -3,10 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::scene::Scene;
-use super::{Drawn, Group, Records, Subject, ViewEntry};
-use crate::figure::{Axis, Cells, Colours, Figure, Guide, Layer, Panel, Shape, Sign, Ticks, percent};
+use super::{FigureResult, Group, RecordUse, Subject, ViewEntry};
+use crate::figure::{Axis, Cells, Colours, Figure, Guide, Layer, MarkerShape, Panel, Shape, Ticks, percent};
 use crate::palette::Ink;
-use sindyscope_core::study::{GridCell, GridPoint, Judge, SettingsGrid};
+use sindyscope_core::study::{GridCell, Judge, SettingsGrid, SettingsGridPoint};
 use sindyscope_values::format::number::significant_trimmed;
 
 pub(super) const VIEW: ViewEntry = ViewEntry {
@@ -14,13 +14,13 @@ pub(super) const VIEW: ViewEntry = ViewEntry {
     tooltip: "Every segment length and threshold at once, coloured by the error on what was not fitted",
     reading: "Brighter is better: look for a wide bright plateau, not a single bright spot; a click takes the setting over.",
     group: Group::Settings,
-    records: Records::None,
+    records: RecordUse::None,
     slow: false,
     figure,
 };
 
 /// What marks the setting of the fewest terms within one standard error of the best.
-pub const PARSIMONIOUS_SIGN: Sign = Sign::Diamond;
+pub const PARSIMONIOUS_SIGN: MarkerShape = MarkerShape::Diamond;
 
 /// What the map is coloured by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -143,14 +143,14 @@ impl Shades {
     }
 }
 
-fn figure(subject: &Subject<'_>) -> Drawn {
+fn figure(subject: &Subject<'_>) -> FigureResult {
     let scene = Scene::new(subject)?;
     let map = subject.landscape.ok_or("Computing the map…")?;
     let quantity = subject.options.quantity;
     let shades = Shades::new(map, quantity);
     let places = (0..map.windows.len()).flat_map(|w| (0..map.thresholds.len()).map(move |t| (w, t)));
     let simulated = matches!(quantity, MapQuantity::Error | MapQuantity::Whiteness);
-    let share = |place: GridPoint| {
+    let share = |place: SettingsGridPoint| {
         let cell = map.nearest(place).filter(|cell| !(simulated && cell.failed > 0.0));
         cell.map(|cell| quantity.value(cell)).filter(|v| v.is_finite()).map_or(f64::NAN, |v| shades.share(v))
     };
@@ -172,7 +172,7 @@ fn figure(subject: &Subject<'_>) -> Drawn {
     let mut panel = Panel::new("map", x, y);
     panel.title = quantity.label(map.judge).to_owned();
     panel.layers.push(Layer::new(Ink::Measured, "", Shape::Cells(cells)));
-    let middle = |(window, threshold): GridPoint| [threshold as f64 + 0.5, window as f64 + 0.5];
+    let middle = |(window, threshold): SettingsGridPoint| [threshold as f64 + 0.5, window as f64 + 0.5];
     let settings = &scene.outcome.settings;
     let now =
         [index(&map.thresholds, settings.threshold) + 0.5, index(&windows, settings.smoothing.window as f64) + 0.5];
@@ -185,7 +185,7 @@ fn figure(subject: &Subject<'_>) -> Drawn {
 
 /// Marks of the best setting, the most parsimonious one and the one that holds now.
 pub(super) fn signs(best: Option<[f64; 2]>, parsimonious: Option<[f64; 2]>, now: Option<[f64; 2]>) -> Vec<Guide> {
-    [(Sign::Cross, best), (PARSIMONIOUS_SIGN, parsimonious), (Sign::Circle, now)]
+    [(MarkerShape::Cross, best), (PARSIMONIOUS_SIGN, parsimonious), (MarkerShape::Circle, now)]
         .into_iter()
         .filter_map(|(sign, at)| Some(Guide::Sign { sign, at: at? }))
         .collect()
@@ -213,7 +213,7 @@ fn threshold_ticks(thresholds: &[f64]) -> Vec<(f64, String)> {
 }
 
 /// What is known of a setting.
-pub fn remark(map: &SettingsGrid, place: GridPoint) -> String {
+pub fn remark(map: &SettingsGrid, place: SettingsGridPoint) -> String {
     let Some(cell) = map.cell(place) else { return String::new() };
     let error = if cell.failed > 0.0 { "diverges".to_owned() } else { percent(cell.error) };
     let whiteness = if cell.whiteness.is_finite() { significant_trimmed(cell.whiteness, 2) } else { "–".into() };
@@ -229,7 +229,7 @@ pub fn remark(map: &SettingsGrid, place: GridPoint) -> String {
 
 /// Every cell that is known.
 pub(super) fn columns(map: &SettingsGrid) -> Vec<(String, Vec<f64>)> {
-    let column = |head: &str, value: &dyn Fn(GridPoint, &GridCell) -> f64| {
+    let column = |head: &str, value: &dyn Fn(SettingsGridPoint, &GridCell) -> f64| {
         (head.to_owned(), map.known().map(|(place, cell)| value(place, cell)).collect())
     };
     vec![

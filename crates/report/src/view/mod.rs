@@ -22,7 +22,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::diagram::{Across, Source};
+use crate::diagram::{ElementEnds, ResidualSource};
 use crate::figure::Figure;
 use sindyscope_core::study::{Outcome, SettingsGrid};
 
@@ -77,7 +77,7 @@ pub struct ViewOptions {
     /// Whether views of all records together show the chosen one alone.
     pub alone: bool,
     /// What deflections are measured against; none: what suits the equation.
-    pub across: Option<Across>,
+    pub across: Option<ElementEnds>,
     /// Whether the restoring force is shown without its straight part.
     pub curved: bool,
     /// Segments averaged in a frequency response; zero: the usual number.
@@ -85,7 +85,7 @@ pub struct ViewOptions {
     /// Whether the frequency response bears noise on the input (H2) instead of the response (H1).
     pub noisy_input: bool,
     /// Which residual is judged.
-    pub residual_of: Source,
+    pub residual_of: ResidualSource,
     /// Whether coefficients are shown in their units, not as shares of the rate.
     pub raw_path: bool,
     /// Whether they are shown with their signs, on a linear axis.
@@ -93,7 +93,7 @@ pub struct ViewOptions {
 }
 
 /// A figure, or why there is none.
-pub type Drawn = Result<Figure, String>;
+pub type FigureResult = Result<Figure, String>;
 
 /// What makes a view.
 pub struct ViewEntry {
@@ -106,16 +106,16 @@ pub struct ViewEntry {
     /// The views that it stands with.
     pub group: Group,
     /// What is shown of several records.
-    pub records: Records,
+    pub records: RecordUse,
     /// Whether it takes longer than a frame: it is then made beside the window.
     pub slow: bool,
     /// Draws it.
-    pub figure: fn(&Subject<'_>) -> Drawn,
+    pub figure: fn(&Subject<'_>) -> FigureResult,
 }
 
 /// What a view shows of several records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Records {
+pub enum RecordUse {
     /// One.
     One,
     /// All together, unless one alone is asked for.
@@ -216,7 +216,7 @@ impl View {
     ///
     /// # Errors
     /// A sentence that says what the view lacks.
-    pub fn figure(self, subject: &Subject<'_>) -> Drawn {
+    pub fn figure(self, subject: &Subject<'_>) -> FigureResult {
         (self.entry().figure)(subject)
     }
 }

@@ -1,7 +1,7 @@
 //! Each term's coefficient along the threshold.
 
 use super::scene::Scene;
-use super::{Drawn, Group, Records, Subject, ViewEntry};
+use super::{FigureResult, Group, RecordUse, Subject, ViewEntry};
 use crate::figure::{Axis, Figure, Guide, Layer, Panel, Points, Shape, Ticks};
 use crate::palette::Ink;
 use sindyscope_core::study::{EquationFit, PathTerm, Scaling};
@@ -13,12 +13,12 @@ pub(super) const VIEW: ViewEntry = ViewEntry {
     reading: "Each line is a term; where it ends the term drops out. A coefficient that stays level while others drop can be \
               trusted; one that jumps stood in for them. A click sets the threshold.",
     group: Group::Settings,
-    records: Records::None,
+    records: RecordUse::None,
     slow: false,
     figure,
 };
 
-fn figure(subject: &Subject<'_>) -> Drawn {
+fn figure(subject: &Subject<'_>) -> FigureResult {
     let scene = Scene::new(subject)?;
     let options = subject.options;
     let fits = &scene.outcome.fits;

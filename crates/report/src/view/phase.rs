@@ -1,8 +1,8 @@
 //! Velocity over displacement.
 
 use super::scene::Scene;
-use super::{Drawn, Group, Records, Subject, ViewEntry};
-use crate::figure::{Axis, Figure, Layer, Panel, Part, Points, Shape};
+use super::{FigureResult, Group, RecordUse, Subject, ViewEntry};
+use crate::figure::{Axis, Figure, Layer, LayerRole, Panel, Points, Shape};
 use crate::palette::Ink;
 use sindyscope_values::record::Role;
 use sindyscope_values::term::Symbol;
@@ -12,15 +12,15 @@ pub(super) const VIEW: ViewEntry = ViewEntry {
     tooltip: "Velocity over displacement: loops, limit cycles and sticking show here",
     reading: "",
     group: Group::Motion,
-    records: Records::One,
+    records: RecordUse::One,
     slow: false,
     figure,
 };
 
 /// One curve: abscissae and ordinates.
-type Path<'a> = (&'a [f64], &'a [f64]);
+type PhaseCurve<'a> = (&'a [f64], &'a [f64]);
 
-fn figure(subject: &Subject<'_>) -> Drawn {
+fn figure(subject: &Subject<'_>) -> FigureResult {
     let scene = Scene::new(subject)?;
     // A first-order state is shown over the one before it.
     let (across, up) = if scene.second_order() {
@@ -33,8 +33,8 @@ fn figure(subject: &Subject<'_>) -> Drawn {
     } else {
         (scene.layout.name(Symbol::State(up)), scene.unit_of(Role::Displacement(up)))
     };
-    let measured: Path<'_> = (scene.smoothed(across), scene.smoothed(up));
-    let identified: Path<'_> = (scene.simulated(across), scene.simulated(up));
+    let measured: PhaseCurve<'_> = (scene.smoothed(across), scene.smoothed(up));
+    let identified: PhaseCurve<'_> = (scene.simulated(across), scene.simulated(up));
     let x = Axis::linear(scene.layout.name(Symbol::State(across)), scene.unit(), extent(measured.0, identified.0));
     let mut panel = Panel::new("phase", x, Axis::linear(y_name, y_unit, extent(measured.1, identified.1)));
     for (ink, name, (xs, ys)) in
@@ -43,7 +43,7 @@ fn figure(subject: &Subject<'_>) -> Drawn {
         panel.layers.push(Layer::new(ink, name, Shape::Line(Points::of(xs, ys))));
         if let (Some(x), Some(y)) = (xs.first(), ys.first()) {
             // Where it begins.
-            panel.layers.push(Layer::new(ink, "", Shape::Marks(Points::new([[*x, *y]]))).playing(Part::Ghost));
+            panel.layers.push(Layer::new(ink, "", Shape::Marks(Points::new([[*x, *y]]))).playing(LayerRole::Ghost));
         }
     }
     let caption = format!("Phase portrait of record {}; the measured states are smoothed.", scene.record.record.name);

@@ -1,9 +1,9 @@
 //! What is left of the measurement: its distribution, and what it goes with.
 
 use super::scene::Scene;
-use super::{Drawn, Group, Records, Subject, ViewEntry};
-use crate::diagram::{Correlation, Histogram, Partner, Residual, Source};
-use crate::figure::{Axis, Bar, Figure, Guide, Key, KeyMark, Layer, Panel, Points, Row, Shape};
+use super::{FigureResult, Group, RecordUse, Subject, ViewEntry};
+use crate::diagram::{Correlation, Histogram, Partner, Residual, ResidualSource};
+use crate::figure::{Axis, Figure, Guide, KeyMark, Layer, LegendEntry, Panel, PanelRow, PlotBar, Points, Shape};
 use crate::palette::Ink;
 use sindyscope_values::format::number::{plain, significant};
 use sindyscope_values::format::units::{format_si, per_second};
@@ -16,32 +16,32 @@ pub(super) const VIEW: ViewEntry = ViewEntry {
               the bands. A lag far outside says what the residual still goes with. Smoothing itself colours the residual of the \
               acceleration over about one segment.",
     group: Group::Physics,
-    records: Records::One,
+    records: RecordUse::One,
     slow: true,
     figure,
 };
 
-fn figure(subject: &Subject<'_>) -> Drawn {
+fn figure(subject: &Subject<'_>) -> FigureResult {
     let scene = Scene::new(subject)?;
     let source = subject.options.residual_of;
     let unit = match source {
-        Source::Response => scene.shown().1,
-        Source::Equation if scene.second_order() => per_second(&per_second(&scene.unit())),
-        Source::Equation => per_second(&scene.unit()),
+        ResidualSource::Response => scene.shown().1,
+        ResidualSource::Equation if scene.second_order() => per_second(&per_second(&scene.unit())),
+        ResidualSource::Equation => per_second(&scene.unit()),
     };
     let residual = Residual::new(scene.outcome, scene.record, scene.freedom, source)
         .ok_or("There is no residual to judge: the record is too short, or nothing is left over")?;
     let layout = &scene.layout;
     let own = correlation(&residual.itself, residual.interval, layout);
-    let mut rows = vec![Row::new(vec![distribution(&residual.histogram, residual.samples, &unit), own], 1.0)];
+    let mut rows = vec![PanelRow::new(vec![distribution(&residual.histogram, residual.samples, &unit), own], 1.0)];
     let with: Vec<Panel> = residual.with.iter().map(|c| correlation(c, residual.interval, layout)).collect();
     // The one that tells most.
     let most = residual.with.iter().enumerate().max_by(|a, b| a.1.outside.total_cmp(&b.1.outside));
     if let Some((index, _)) = most {
-        rows.push(Row { one_of: Some(index), ..Row::new(with, 0.9) });
+        rows.push(PanelRow { one_of: Some(index), ..PanelRow::new(with, 0.9) });
     }
-    let patch = Key { mark: KeyMark::Patch, ..Key::line(Ink::Error, "residual") };
-    let legend = vec![patch, Key::line(Ink::Mean, "normal"), Key::line(Ink::NoiseFloor, "95 % band")];
+    let patch = LegendEntry { mark: KeyMark::Patch, ..LegendEntry::line(Ink::Error, "residual") };
+    let legend = vec![patch, LegendEntry::line(Ink::Mean, "normal"), LegendEntry::line(Ink::NoiseFloor, "95 % band")];
     let mut caption = format!(
         "What the model leaves of {} on record {} (measured − identified). If it is noise, 95 of 100 lags lie within the bands; {} % \
          of the autocorrelation's do not",
@@ -82,7 +82,7 @@ fn distribution(histogram: &Histogram, samples: usize, unit: &str) -> Panel {
     ];
     let bars = histogram.edges.windows(2).zip(&histogram.density).map(|(edges, height)| {
         let gap = 0.03 * (edges[1] - edges[0]);
-        Bar { from: edges[0] + gap, to: edges[1] - gap, height: *height, text: String::new(), text_at: *height }
+        PlotBar { from: edges[0] + gap, to: edges[1] - gap, height: *height, text: String::new(), text_at: *height }
     });
     panel.layers = vec![
         Layer::new(Ink::Error, "", Shape::Bars { bars: bars.collect(), hollow: false }),

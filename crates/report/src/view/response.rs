@@ -1,8 +1,8 @@
 //! Measured and identified displacement, and the error between them.
 
 use super::scene::Scene;
-use super::{Drawn, Group, Records, Subject, ViewEntry};
-use crate::figure::{Axis, Figure, Fit, Guide, Layer, Part};
+use super::{FigureResult, Group, RecordUse, Subject, ViewEntry};
+use crate::figure::{Axis, Figure, Fit, Guide, Layer, LayerRole};
 use crate::palette::{Ink, Tint};
 use sindyscope_core::study::RecordOutcome;
 use sindyscope_values::format::number::significant;
@@ -13,7 +13,7 @@ pub(super) const VIEW: ViewEntry = ViewEntry {
     tooltip: "Measured and identified displacement laid over each other, and the error E(t) beneath",
     reading: "",
     group: Group::Motion,
-    records: Records::One,
+    records: RecordUse::One,
     slow: false,
     figure,
 };
@@ -31,7 +31,7 @@ const DENSE: usize = 2000;
 /// Most stretches that are shaded one by one; more are told of in words alone.
 const SHADED: usize = 400;
 
-fn figure(subject: &Subject<'_>) -> Drawn {
+fn figure(subject: &Subject<'_>) -> FigureResult {
     let scene = Scene::new(subject)?;
     let (name, unit) = scene.shown();
     let (response, error) = scene.channel().map_or((&[][..], &[][..]), |c| (&c.response, &c.error));
@@ -42,9 +42,9 @@ fn figure(subject: &Subject<'_>) -> Drawn {
     upper.layers.push(Layer::new(Ink::Measured, "measured", scene.samples(scene.measured())));
     if let Some(ghost) = ghost {
         let shape = scene.samples(&ghost.response);
-        upper.layers.push(Layer::new(Ink::Ghost, "before", shape).playing(Part::Ghost));
+        upper.layers.push(Layer::new(Ink::Ghost, "before", shape).playing(LayerRole::Ghost));
     }
-    upper.layers.push(Layer::new(Ink::Identified, "identified", scene.samples(response)).playing(Part::Follows));
+    upper.layers.push(Layer::new(Ink::Identified, "identified", scene.samples(response)).playing(LayerRole::Follows));
     upper.guides.extend(stops(&scene));
 
     // An error beyond the measurement's whole range says no more than that the response is lost.
@@ -56,13 +56,13 @@ fn figure(subject: &Subject<'_>) -> Drawn {
     let mut lower = scene.over_time("error", axis, false);
     lower.fit = Fit::Magnitudes(most);
     if let Some(ghost) = ghost {
-        lower.layers.push(Layer::new(Ink::ErrorGhost, "before", scene.samples(&ghost.error)).playing(Part::Ghost));
+        lower.layers.push(Layer::new(Ink::ErrorGhost, "before", scene.samples(&ghost.error)).playing(LayerRole::Ghost));
     }
     lower.layers.push(Layer::new(Ink::Error, "error", scene.samples(error)));
     let running = running_rms(&scene, error);
     if !running.is_empty() {
         let shape = scene.samples(&running);
-        lower.layers.push(Layer::new(Ink::ErrorRms, "running RMS", shape).playing(Part::Follows));
+        lower.layers.push(Layer::new(Ink::ErrorRms, "running RMS", shape).playing(LayerRole::Follows));
     }
     lower.guides.extend(scene.noise().map(|at| Guide::Level {
         ink: Ink::NoiseFloor,

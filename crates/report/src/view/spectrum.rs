@@ -1,7 +1,7 @@
 //! Amplitude spectra of measurement, model and error.
 
 use super::scene::Scene;
-use super::{Drawn, Group, Records, Subject, ViewEntry};
+use super::{FigureResult, Group, RecordUse, Subject, ViewEntry};
 use crate::figure::{Axis, Figure, Guide, Layer, Panel, Points, Shape};
 use crate::palette::Ink;
 use sindyscope_core::signal::Spectrum;
@@ -12,7 +12,7 @@ pub(super) const VIEW: ViewEntry = ViewEntry {
     tooltip: "Amplitude spectra of measurement, model and error",
     reading: "",
     group: Group::Motion,
-    records: Records::One,
+    records: RecordUse::One,
     slow: true,
     figure,
 };
@@ -20,7 +20,7 @@ pub(super) const VIEW: ViewEntry = ViewEntry {
 /// On a linear axis as many times the main frequency is shown at first: its harmonics, which nonlinearity makes.
 const HARMONICS: f64 = 10.0;
 
-fn figure(subject: &Subject<'_>) -> Drawn {
+fn figure(subject: &Subject<'_>) -> FigureResult {
     let scene = Scene::new(subject)?;
     let measured = scene.measured();
     let response = scene.channel().map_or(&[][..], |c| &c.response);

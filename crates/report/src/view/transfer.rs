@@ -2,9 +2,9 @@
 
 use super::forces::pooled;
 use super::scene::Scene;
-use super::{Drawn, Group, Records, Subject, ViewEntry};
+use super::{FigureResult, Group, RecordUse, Subject, ViewEntry};
 use crate::diagram::{FrequencyResponse, NoResponse, Tone};
-use crate::figure::{Axis, Figure, Key, Layer, Panel, Points, Shape, Ticks, extent, lead};
+use crate::figure::{Axis, Figure, Layer, LegendEntry, Panel, Points, Shape, Ticks, extent, lead};
 use crate::palette::Ink;
 use sindyscope_values::format::units::format_si;
 use sindyscope_values::record::Role;
@@ -17,7 +17,7 @@ pub(super) const VIEW: ViewEntry = ViewEntry {
               level is nonlinear stiffness. A coherence below one is noise, nonlinearity or another input: trust only what \
               is near one.",
     group: Group::Physics,
-    records: Records::Pooled,
+    records: RecordUse::Pooled,
     slow: true,
     figure,
 };
@@ -31,14 +31,14 @@ pub const USUAL_AVERAGES: usize = 8;
 /// Lines drawn of a response; of more, each group's first is drawn.
 const MOST_LINES: usize = 6000;
 
-fn figure(subject: &Subject<'_>) -> Drawn {
+fn figure(subject: &Subject<'_>) -> FigureResult {
     let scene = Scene::new(subject)?;
     let options = subject.options;
     let averages = if options.averages == 0 { USUAL_AVERAGES } else { options.averages };
     let (records, noisy) = (pooled(subject, &scene), options.noisy_input);
     let response =
         FrequencyResponse::new(scene.outcome, &records, scene.freedom, scene.input, averages, noisy).map_err(reason)?;
-    let picture = Picture {
+    let picture = TransferPicture {
         response: &response,
         step: response.frequency.len().div_ceil(MOST_LINES).max(1),
         x: abscissa(&response, options.log_frequency),
@@ -58,7 +58,8 @@ fn figure(subject: &Subject<'_>) -> Drawn {
     let caption = format!("Frequency response from {u} to {x}: gain, phase and coherence, measured and identified.");
     let height = 90.0 * panels.iter().map(|p| p.1).sum::<f64>();
     let mut figure = Figure::stacked(panels, height, caption);
-    figure.legend = vec![Key::line(Ink::Measured, "measured"), Key::line(Ink::Identified, "identified")];
+    figure.legend =
+        vec![LegendEntry::line(Ink::Measured, "measured"), LegendEntry::line(Ink::Identified, "identified")];
     Ok(figure)
 }
 
@@ -97,7 +98,7 @@ fn abscissa(response: &FrequencyResponse, log: bool) -> Axis {
 }
 
 /// A response and how it is drawn.
-struct Picture<'a> {
+struct TransferPicture<'a> {
     response: &'a FrequencyResponse,
     /// Of so many lines one is drawn.
     step: usize,
@@ -108,7 +109,7 @@ struct Picture<'a> {
     noisy: bool,
 }
 
-impl Picture<'_> {
+impl TransferPicture<'_> {
     /// Lines of a quantity where frequencies are beside each other; lone ones are dots.
     fn lines(&self, ink: Ink, values: &[f64]) -> Vec<Layer> {
         let both = self.response.frequency.iter().zip(values).step_by(self.step).map(|(f, v)| [*f, *v]);

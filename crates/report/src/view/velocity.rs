@@ -1,8 +1,8 @@
 //! Velocity, and acceleration: what the equations are fitted to.
 
 use super::scene::{self, Scene};
-use super::{Drawn, Group, Records, Subject, ViewEntry};
-use crate::figure::{Axis, Figure, Fit, Layer, Panel, Part};
+use super::{FigureResult, Group, RecordUse, Subject, ViewEntry};
+use crate::figure::{Axis, Figure, Fit, Layer, LayerRole, Panel};
 use crate::palette::Ink;
 use sindyscope_values::format::units::per_second;
 
@@ -11,12 +11,12 @@ pub(super) const VIEW: ViewEntry = ViewEntry {
     tooltip: "Velocity from the smoothed measurement and from the identified model",
     reading: "",
     group: Group::Motion,
-    records: Records::One,
+    records: RecordUse::One,
     slow: false,
     figure,
 };
 
-fn figure(subject: &Subject<'_>) -> Drawn {
+fn figure(subject: &Subject<'_>) -> FigureResult {
     let scene = Scene::new(subject)?;
     let (symbol, unit) = scene.rate_label();
     let mut panels = Vec::new();
@@ -55,8 +55,8 @@ fn panel(
     let mut panel = scene.over_time(id, y, id == "velocity");
     panel.fit = Fit::Curves;
     panel.layers.push(Layer::new(Ink::Measured, "measured, smoothed", scene.samples(measured)));
-    panel.layers.extend(before.map(|v| Layer::new(Ink::Ghost, "before", scene.samples(v)).playing(Part::Ghost)));
-    panel.layers.push(Layer::new(Ink::Identified, "identified", scene.samples(identified)).playing(Part::Follows));
+    panel.layers.extend(before.map(|v| Layer::new(Ink::Ghost, "before", scene.samples(v)).playing(LayerRole::Ghost)));
+    panel.layers.push(Layer::new(Ink::Identified, "identified", scene.samples(identified)).playing(LayerRole::Follows));
     panel.fitted()
 }
 

@@ -22,7 +22,7 @@ fn everything() -> Vec<&'static str> {
 }
 
 /// A record's motion by central differences of fourth order, two samples lost at each end.
-struct Path {
+struct DifferencedMotion {
     h: f64,
     t: Vec<f64>,
     x: Vec<f64>,
@@ -32,7 +32,7 @@ struct Path {
     du: Vec<f64>,
 }
 
-impl Path {
+impl DifferencedMotion {
     fn new(record: &Record) -> Self {
         let x = &record.channel(Role::Displacement(0)).unwrap().values;
         let none = vec![0.0; x.len()];
@@ -94,7 +94,7 @@ impl Path {
 }
 
 /// The missing acceleration that an effect's equation gives along a path; not a number where it says nothing.
-fn expected(effect: &str, hidden: &Hidden, record: &Record, path: &Path) -> Vec<f64> {
+fn expected(effect: &str, hidden: &Hidden, record: &Record, path: &DifferencedMotion) -> Vec<f64> {
     let truth = &hidden.truth;
     let p = |name: &str| truth.parameter(Some(effect), name).unwrap_or_else(|| panic!("{effect} has no {name}"));
     let joint = truth.description.contains("across the joint");
@@ -191,7 +191,7 @@ fn expected(effect: &str, hidden: &Hidden, record: &Record, path: &Path) -> Vec<
 }
 
 /// What the records' acceleration has beyond the linear plant's.
-fn found(hidden: &Hidden, path: &Path) -> Vec<f64> {
+fn found(hidden: &Hidden, path: &DifferencedMotion) -> Vec<f64> {
     let truth = &hidden.truth;
     let (k, c) = (truth.parameter(None, "k").unwrap(), truth.parameter(None, "c").unwrap());
     let b = truth.parameter(None, "b");
@@ -203,7 +203,7 @@ fn found(hidden: &Hidden, path: &Path) -> Vec<f64> {
     (0..path.x.len()).map(|i| path.a[i] - base(i)).collect()
 }
 
-fn spring_rms(hidden: &Hidden, path: &Path) -> f64 {
+fn spring_rms(hidden: &Hidden, path: &DifferencedMotion) -> f64 {
     let k = hidden.truth.parameter(None, "k").unwrap();
     let joint = |i: usize| if hidden.base_excited { path.x[i] - path.u[i] } else { path.x[i] };
     Magnitude::over((0..path.x.len()).map(|i| k * joint(i))).rms
@@ -214,7 +214,7 @@ fn holds(effect: &str, excitation_kind: ExcitationKind, seed: u64) {
     let samples = if excitation_kind == ExcitationKind::Decay { DENSE / 4 } else { DENSE };
     let hidden = draw(&HiddenRequest { samples, ..clean(&[effect], excitation_kind, seed) }).unwrap();
     for record in hidden.fit.iter().chain(&hidden.held_out) {
-        let path = Path::new(record);
+        let path = DifferencedMotion::new(record);
         let (found, expected) = (found(&hidden, &path), expected(effect, &hidden, record, &path));
         let spring = spring_rms(&hidden, &path);
         let mut errors: Vec<f64> =
@@ -265,7 +265,7 @@ fn pairs_are_both_there() {
             return;
         }
         for record in &hidden.fit {
-            let path = Path::new(record);
+            let path = DifferencedMotion::new(record);
             let parts = pair.map(|effect| expected(effect, &hidden, record, &path));
             let found = found(&hidden, &path);
             let spring = spring_rms(&hidden, &path);
@@ -286,7 +286,7 @@ fn nothing_hidden_is_a_linear_plant() {
         let hidden = draw(&HiddenRequest { samples: DENSE, ..clean(&[], excitation_kind, 6) }).unwrap();
         assert_eq!((hidden.truth.ratio, hidden.truth.effects.len()), (0.0, 0));
         for record in hidden.fit.iter().chain(&hidden.held_out) {
-            let path = Path::new(record);
+            let path = DifferencedMotion::new(record);
             let error = Magnitude::over(found(&hidden, &path).into_iter()).rms / spring_rms(&hidden, &path);
             // Ten digits differentiated twice; a decay is sampled up to six times as densely, 36 × 1e-7 of its peak, and
             // ends at a twentieth of that.
@@ -419,7 +419,7 @@ fn a_velocity_or_an_acceleration_alone_is_that_of_the_displacement() {
         draw(&HiddenRequest { instruments, samples: DENSE, ..effect }).unwrap()
     };
     let displacement = made(SensedMotion::Displacement, 0.0);
-    let path = Path::new(&displacement.fit[0]);
+    let path = DifferencedMotion::new(&displacement.fit[0]);
     let length = &displacement.fit[0].channel(Role::Displacement(0)).unwrap().unit;
     for (shown, role, per, expected) in [
         (SensedMotion::Velocity, Role::Velocity(0), "/s", &path.v),

@@ -5,7 +5,7 @@ use super::{Kind, Layout, Term};
 
 /// A family of candidate terms that a library can include at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Family {
+pub enum TermFamily {
     /// The constant 1.
     Constant,
     /// Each state and rate: `x`, `v`.
@@ -22,7 +22,7 @@ pub enum Family {
     QuadraticDamping,
 }
 
-impl Family {
+impl TermFamily {
     /// The family's terms in a layout.
     pub fn terms(self, layout: &Layout) -> Vec<Term> {
         let states: Vec<Symbol> = layout.state_symbols().collect();

@@ -23,7 +23,7 @@ pub use calculus::{drift, in_signs};
 pub use expression::sign;
 pub use expression::{Expression, Function, Symbol};
 pub use integral::{integral, is_integral, rate};
-pub use library::{Family, polynomials};
+pub use library::{TermFamily, polynomials};
 pub use lists::{EquationEntries, by_equation, list, pieces};
 pub use parse::TermError;
 pub use print::{Notation, Style, latex_number, written, written_factor};

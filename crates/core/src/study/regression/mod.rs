@@ -21,7 +21,7 @@ use rows::{filtered, integrated, smooth_alike};
 use sindyscope_values::model::{Equation, Model, WeightedTerm, kinematic};
 use sindyscope_values::term::{Expression, Kind, Layout, Program, Symbol, Term};
 use sliding::{Moving, keep};
-pub(super) use sliding::{Raster, sliding, standing};
+pub(super) use sliding::{RowRaster, sliding, standing};
 pub(super) use uncertainty::Resampling;
 
 /// Library columns and the rates to explain, over every fitted record.
@@ -121,7 +121,12 @@ impl Regression {
         };
         let moving = Moving::new(layout, terms, records, |signals| {
             let inside = inside(signals);
-            Raster { rows: inside.len(), first: inside.start * stride, stride, reach: signals.length.ceil() as usize }
+            RowRaster {
+                rows: inside.len(),
+                first: inside.start * stride,
+                stride,
+                reach: signals.length.ceil() as usize,
+            }
         });
         for (signals, moving) in records.iter().zip(&moving.rows) {
             let inside = inside(signals);

@@ -59,7 +59,7 @@ const CLEARANCES: [f64; 2] = [1.0, 0.5];
 
 /// How the rows of a record lie on its samples.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::study) struct Raster {
+pub(in crate::study) struct RowRaster {
     /// Rows that there are.
     pub(in crate::study) rows: usize,
     /// Sample at the centre of the first.
@@ -81,23 +81,23 @@ impl Moving {
         layout: &Layout,
         terms: &[Term],
         records: &[Arc<Signals>],
-        raster: impl Fn(&Signals) -> Raster,
+        raster: impl Fn(&Signals) -> RowRaster,
     ) -> Self {
         let sliding = sliding(terms);
-        let rasters: Vec<Raster> = records.iter().map(|signals| raster(signals)).collect();
+        let rasters: Vec<RowRaster> = records.iter().map(|signals| raster(signals)).collect();
         let standing: Vec<Vec<Range<usize>>> =
             records.iter().map(|signals| standing(&sliding, layout, signals)).collect();
         let all: usize = rasters.iter().map(|r| r.rows).sum();
         for share in CLEARANCES {
-            let near = |raster: &Raster| Raster { reach: (share * raster.reach as f64) as usize, ..*raster };
-            let moving = |(standing, raster): (&Vec<Range<usize>>, &Raster)| moving(standing, &near(raster));
+            let near = |raster: &RowRaster| RowRaster { reach: (share * raster.reach as f64) as usize, ..*raster };
+            let moving = |(standing, raster): (&Vec<Range<usize>>, &RowRaster)| moving(standing, &near(raster));
             let rows: Vec<Vec<Range<usize>>> = standing.iter().zip(&rasters).map(moving).collect();
             let left: usize = rows.iter().flatten().map(Range::len).sum();
             if left >= 3 * terms.len() && left as f64 >= MIN_ROW_SHARE * all as f64 {
                 return Self { rows };
             }
         }
-        let whole = |raster: &Raster| std::iter::once(0..raster.rows).collect();
+        let whole = |raster: &RowRaster| std::iter::once(0..raster.rows).collect();
         Self { rows: rasters.iter().map(whole).collect() }
     }
 
@@ -126,7 +126,7 @@ pub(super) fn keep<'a>(rows: &[Range<usize>], from: usize, series: impl Iterator
     }
 }
 
-fn moving(standing: &[Range<usize>], raster: &Raster) -> Vec<Range<usize>> {
+fn moving(standing: &[Range<usize>], raster: &RowRaster) -> Vec<Range<usize>> {
     let mut kept: Vec<Range<usize>> = Vec::new();
     let mut next = 0;
     for row in 0..raster.rows {
@@ -172,7 +172,7 @@ mod tests {
 
     #[test]
     fn rows_that_reach_into_a_standstill_go() {
-        let raster = |rows, stride| Raster { rows, first: 0, stride, reach: 3 };
+        let raster = |rows, stride| RowRaster { rows, first: 0, stride, reach: 3 };
         assert_eq!(moving(&[10..20, 40..45], &raster(60, 1)), [0..7, 23..37, 48..60]);
         assert_eq!(moving(&[], &raster(5, 2)).first(), Some(&(0..5)));
         assert!(moving(&[0..60, 60..100], &raster(50, 2)).is_empty());

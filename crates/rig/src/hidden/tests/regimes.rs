@@ -24,7 +24,7 @@ fn dense(regime: Regime, seed: u64) -> Hidden {
 }
 
 /// What a record's acceleration has beyond the plant that the search is told of, over the RMS of the largest known force.
-fn beyond(hidden: &Hidden, path: &Path) -> (Vec<f64>, f64) {
+fn beyond(hidden: &Hidden, path: &DifferencedMotion) -> (Vec<f64>, f64) {
     let own = |name| hidden.truth.parameter(None, name).unwrap_or_default();
     let (k, c, cubic, b) = (own("k"), own("c"), own("k_3"), own("b"));
     let grounded = hidden.base.as_ref().is_some_and(|terms| terms.iter().any(|t| t.as_str() == "v"));
@@ -49,7 +49,7 @@ fn cases_obey_the_equation_that_they_claim() {
     cases.par_iter().for_each(|(regime, seed)| {
         let hidden = dense(*regime, *seed);
         for record in &hidden.fit {
-            let mut path = Path::new(record);
+            let mut path = DifferencedMotion::new(record);
             let datum = hidden.truth.parameter(None, "y_0").unwrap_or_default();
             path.x.iter_mut().for_each(|x| *x += datum);
             let (mut left, size) = beyond(&hidden, &path);
