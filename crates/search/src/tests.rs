@@ -6,7 +6,7 @@ use super::parameters::Parameters;
 use super::site::Placed;
 use super::structure::Composition;
 use sindyscope_core::simulate::Output;
-use sindyscope_values::term::{Layout, list};
+use sindyscope_values::term::{Layout, Term, list};
 
 fn setting(masses: usize, base_excited: bool) -> Setting {
     let text = match (masses, base_excited) {
@@ -240,4 +240,20 @@ fn a_force_that_depends_on_more_than_its_axis_is_a_cloud() {
     assert!(curve(&|v, _| v * v * v - v).is_law());
     // |x| sgn v, the displacement being another at every passage.
     assert!(!curve(&|v, k| ((k * 7919) % 101) as f64 * v.signum()).is_law());
+}
+
+#[test]
+fn a_term_of_an_effect_is_what_its_text_says() {
+    for (masses, base_excited) in [(1, true), (1, false), (2, false)] {
+        for form in catalogue(&setting(masses, base_excited)) {
+            for inner in form.grid() {
+                let addition = form.addition(&inner);
+                let own = addition.terms.iter().map(|t| &t.term);
+                for term in own.chain(addition.internals.iter().flat_map(|e| &e.terms).map(|t| &t.term)) {
+                    let read = Term::parse(term.as_str()).expect("a term that is written can be read");
+                    assert_eq!(read.expression(), term.expression(), "{form:?}: {term}");
+                }
+            }
+        }
+    }
 }

@@ -348,7 +348,7 @@ fn raise(base: Expression, exponent: f64) -> Expression {
         _ if exponent == 0.0 => Expression::Number(1.0),
         base if exponent == 1.0 => base,
         Expression::Number(n) if power(n, exponent).is_finite() => Expression::Number(power(n, exponent)),
-        Expression::Power(inner, e) if whole && e.fract() == 0.0 => raise(*inner, e * exponent),
+        Expression::Power(inner, e) if whole && e.fract() == 0.0 || exponent == -1.0 => raise(*inner, e * exponent),
         Expression::Product(parts) if whole => product(parts.into_iter().map(|p| raise(p, exponent))),
         base => Expression::Power(Box::new(base), exponent),
     }
