@@ -171,12 +171,21 @@ impl Search {
         let first = Arc::clone(&tried.sets[best].fitted);
         let size = parts(&tried.sets[best].forms, &tried.forms);
         let least = left(&tried.sets[best]);
-        let near = order.iter().copied().filter(|k| {
-            let set = &tried.sets[*k];
-            let lost = contains(&set.forms, &tried.sets[best].forms, &tried.forms) && left(set) > least;
-            !set.forms.is_empty() && (lost || parts(&set.forms, &tried.forms) <= size && left(set) < FAR_BEHIND * least)
-        });
-        for k in near.take(SETTLED).collect::<Vec<_>>() {
+        let forms = |k: usize| &tried.sets[k].forms;
+        let part = |k: usize| contains(forms(best), forms(k), &tried.forms);
+        let mut near: Vec<usize> = order
+            .into_iter()
+            .filter(|k| {
+                let set = &tried.sets[*k];
+                let lost = contains(&set.forms, forms(best), &tried.forms) && left(set) > least;
+                !set.forms.is_empty()
+                    && (lost || parts(&set.forms, &tried.forms) <= size && left(set) < FAR_BEHIND * least)
+            })
+            .collect();
+        // A name too many comes of a part that was not fitted to its end.
+        near.sort_by_key(|k| !part(*k));
+        near.truncate(SETTLED);
+        for k in near {
             let Hypothesis { forms, fitted, .. } = tried.sets[k].clone();
             if self.data.is_within(&fitted, self.data.noise, EXPLAINS, cancel) || cancel.is_cancelled() {
                 continue;
