@@ -212,6 +212,7 @@ impl Search {
         let (composition, shared) = (&fitted.composition, &fitted.refined.point.shared);
         let whole = self.data.whole();
         let first = shoot(composition, &whole, (shared, None), 0, goal, FEW_STEPS)?;
+        let first = self.looked_through(composition, first, cancel);
         if EXPLAINS.0 * first.error() > fitted.error() {
             return None;
         }
@@ -272,7 +273,8 @@ impl Search {
         let cancelled = || cancel.is_cancelled();
         let goal = data.goal(WHOLE, Data::options(&cancelled, STEPS, bar));
         let point = Point::new(composition, &whole, shared.to_vec(), false);
-        let landed = land(composition, &whole, &point, goal).map(|l| self.looked_through(composition, l, cancel));
+        let landed = land(composition, &whole, &point, goal)
+            .map(|l| if l.whole { self.looked_through(composition, l, cancel) } else { l });
         if let (Some(landed), Some(bar)) = (&landed, bar) {
             bar.reached(landed.refined.rss);
         }
@@ -284,12 +286,12 @@ impl Search {
     fn looked_through(&self, composition: &Composition, landed: Landed, cancel: &Cancel) -> Landed {
         let positions = composition.positions();
         let terms = composition.places(&composition.middle());
-        let mut best = landed;
         let cancelled = || cancel.is_cancelled();
-        let options = Data::options(&cancelled, STEPS, None);
+        let options = FitOptions { driven: !landed.whole, ..Data::options(&cancelled, STEPS, None) };
+        let mut best = landed;
         for (k, form) in composition.forms.iter().enumerate() {
             let jumping = form.inner.iter().zip(&positions.inner.forms[k]).find(|(quantity, _)| quantity.jumps);
-            let Some((quantity, place)) = jumping.filter(|_| best.whole) else { continue };
+            let Some((quantity, place)) = jumping else { continue };
             let sliding: Vec<usize> = terms[k].clone().map(|t| positions.coefficients[t]).collect();
             let (low, high) = quantity.bounds;
             for width in LOOKED_THROUGH {
