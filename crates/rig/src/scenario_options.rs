@@ -23,7 +23,7 @@ pub struct ScenarioOptions {
     pub input_noise: Option<Noise>,
     /// Quantisation step of every channel, in its unit; zero is none.
     pub resolution: Option<f64>,
-    /// `SampleTimes` rate, Hz.
+    /// Sampling rate, Hz.
     pub rate: Option<f64>,
     /// Duration of each record, s.
     pub duration: Option<f64>,

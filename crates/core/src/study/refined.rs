@@ -1,8 +1,8 @@
 //! Refinement by output error: the coefficients of the terms that the regression kept, fitted to the response itself.
 
-use super::calibrate::{Calibrated, Calibration};
-use super::known::Sign;
-use super::opposite::{Pair, SharedParameters};
+use super::calibration::{Calibrated, Calibration};
+use super::known::{Pair, Sign};
+use super::opposite::SharedParameters;
 use super::{Cancel, Covariance, Lock, StudyError};
 use crate::dataset::Prepared;
 use crate::refine::{

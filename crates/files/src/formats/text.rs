@@ -27,22 +27,62 @@ const HEAD_ROWS: usize = 200;
 /// What can stand between cells, the likeliest reading first: a comma may be part of a number, a blank part of a name.
 const SEPARATORS: [u8; 4] = [b';', b'\t', b',', b' '];
 
-pub(crate) fn read(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<ColumnTable, ReadError> {
-    let bytes = decode(bytes).ok_or_else(|| ReadError::NotText { file: file.to_owned() })?;
-    let header = find_header(file, &bytes, choose)?;
-    read_rows(file, &bytes, header, choose)
+/// How a text begins, found once for whatever is asked of it.
+#[derive(Clone, Debug)]
+pub(crate) struct TextHead {
+    /// The text in one encoding; where that is the bytes' own, how many of them stand before it.
+    decoded: Result<Vec<u8>, usize>,
+    /// The first rows, as each separator parts them.
+    readings: Vec<(u8, Vec<HeadRow>)>,
+}
+
+impl TextHead {
+    /// None of bytes that are no text.
+    pub(crate) fn new(bytes: &[u8]) -> Option<Self> {
+        let decoded = decode(bytes)?;
+        let readings = SEPARATORS.map(|separator| (separator, head(&decoded, separator))).to_vec();
+        let decoded = match decoded {
+            Cow::Owned(text) => Ok(text),
+            Cow::Borrowed(text) => Err(bytes.len() - text.len()),
+        };
+        Some(Self { decoded, readings })
+    }
+
+    /// The text of the bytes that this is the head of.
+    fn text<'a>(&'a self, bytes: &'a [u8]) -> &'a [u8] {
+        self.decoded.as_ref().map_or_else(|before| &bytes[*before..], Vec::as_slice)
+    }
+}
+
+/// The bytes that `head` is the head of, as a table of the columns that are wanted.
+pub(crate) fn read(
+    file: &str,
+    bytes: &[u8],
+    head: Option<&TextHead>,
+    choose: &Choose<'_>,
+) -> Result<ColumnTable, ReadError> {
+    let head = head.ok_or_else(|| ReadError::NotText { file: file.to_owned() })?;
+    let bytes = head.text(bytes);
+    let header = find_header(file, bytes, &head.readings, choose)?;
+    read_rows(file, bytes, header, choose)
 }
 
 /// The names of the columns, and the first rows beneath them.
-pub(crate) fn look(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Vec<TableHead>, ReadError> {
-    let bytes = decode(bytes).ok_or_else(|| ReadError::NotText { file: file.to_owned() })?;
-    // CellReader without names can be looked at too.
+pub(crate) fn look(
+    file: &str,
+    bytes: &[u8],
+    head: Option<&TextHead>,
+    choose: &Choose<'_>,
+) -> Result<Vec<TableHead>, ReadError> {
+    let head = head.ok_or_else(|| ReadError::NotText { file: file.to_owned() })?;
+    let bytes = head.text(bytes);
+    // Cells without names can be looked at too.
     let choose = |headings: &[Heading]| {
         if headings.iter().all(|h| h.name.is_empty()) { Ok(Selection::default()) } else { choose(headings) }
     };
-    let Header { separator, headings, end, .. } = find_header(file, &bytes, &choose)?;
+    let Header { separator, headings, end, .. } = find_header(file, bytes, &head.readings, &choose)?;
     let mut first: Vec<Vec<f64>> = vec![Vec::new(); headings.len()];
-    let mut rows = TextRows::new(&bytes, end, separator);
+    let mut rows = TextRows::new(bytes, end, separator);
     for _ in 0..FIRST_ROWS {
         if !rows.advance() {
             break;
@@ -228,6 +268,7 @@ fn odd_number(cell: &[u8]) -> Option<f64> {
 }
 
 /// One row of the file's head.
+#[derive(Clone, Debug)]
 struct HeadRow {
     cells: Vec<String>,
     line: usize,
@@ -286,9 +327,13 @@ struct HeaderRow {
     clean: bool,
 }
 
-fn find_header(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Header, ReadError> {
-    let heads: Vec<(u8, Vec<HeadRow>)> = SEPARATORS.iter().map(|&s| (s, head(bytes, s))).collect();
-    // TextRows of nothing but separators are empty in the reading that has these.
+fn find_header(
+    file: &str,
+    bytes: &[u8],
+    heads: &[(u8, Vec<HeadRow>)],
+    choose: &Choose<'_>,
+) -> Result<Header, ReadError> {
+    // Rows of nothing but separators are empty in the reading that has these.
     if heads.iter().any(|(_, rows)| rows.is_empty()) {
         return Err(ReadError::Empty { file: file.to_owned() });
     }
@@ -383,7 +428,7 @@ fn candidate(rows: &[HeadRow], index: usize, separator: u8, several: bool) -> Op
     Some(HeaderRow { header: Header { separator, headings, line: row.line, end, notices: Vec::new() }, clean })
 }
 
-/// `TextRows` of numbers from the first line on: names may stand in the comment above, or the user gives the columns' numbers.
+/// Rows of numbers from the first line on: names may stand in the comment above, or the user gives the columns' numbers.
 fn without_names(
     file: &str,
     bytes: &[u8],
@@ -445,7 +490,7 @@ fn read_rows(file: &str, bytes: &[u8], header: Header, choose: &Choose<'_>) -> R
             gaps.note(columns.place(&rows, *column), !lines.is_empty());
             continue;
         }
-        // TextRows of several records may be mixed: then their numbers do not tell which are missing.
+        // Rows of several records may be mixed: then their numbers do not tell which are missing.
         if selection.time.is_none() && selection.trajectory.is_some() && gaps.inside {
             return Err(gaps.error());
         }
@@ -500,7 +545,7 @@ fn is_missing(cell: &[u8]) -> bool {
     matches!(bare.as_str(), "" | "na" | "n/a" | "#n/a" | "nan" | "null" | "none" | "-" | "--")
 }
 
-/// `TextRows` that lack a value that is needed.
+/// Rows that lack a value that is needed.
 #[derive(Default)]
 struct Gaps {
     count: usize,
