@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use super::assemble;
 use super::column::{FileContents, Flaw};
-use super::error::ReadError;
+use super::error::{ReadError, ReadProblem};
 use super::format::{FileFormat, Reader, TextTable};
 use super::formats::text::{self, TextHead};
 use super::formats::{self, foreign, spreadsheet};
@@ -44,7 +44,7 @@ impl MeasuredFile {
     pub fn open(path: impl AsRef<Path>) -> Result<Self, ReadError> {
         let path = path.as_ref();
         let bytes = std::fs::read(path)
-            .map_err(|error| ReadError::Open { path: path.display().to_string(), reason: error.to_string() })?;
+            .map_err(|error| ReadError::new(path.display().to_string(), ReadProblem::Open(error.to_string())))?;
         Ok(Self { path: Some(path.to_owned()), ..Self::from_bytes(path, bytes) })
     }
 
@@ -98,7 +98,7 @@ impl MeasuredFile {
         if tables.is_empty() {
             // Reading tells why there is none.
             self.table(options)?;
-            return Err(ReadError::Empty { file: self.name.clone() });
+            return Err(ReadError::new(&self.name, ReadProblem::Empty));
         }
         Ok(Overview { file: self.name.clone(), format: self.format.name, tables })
     }
@@ -116,7 +116,7 @@ impl MeasuredFile {
     pub fn read(&self, options: &ReadOptions) -> Result<Vec<Record>, ReadError> {
         self.check_kind()?;
         if let Some(rate) = options.rate.filter(|r| !(r.is_normal() && *r > 0.0)) {
-            return Err(ReadError::BadRate { rate });
+            return Err(ReadError::new("", ReadProblem::BadRate(rate)));
         }
         let table = self.table(options)?;
         let stem =
@@ -131,7 +131,7 @@ impl MeasuredFile {
     /// Refuses what is no measurement.
     fn check_kind(&self) -> Result<(), ReadError> {
         if self.is_project() {
-            return Err(ReadError::IsProject { file: self.name.clone() });
+            return Err(ReadError::new(&self.name, ReadProblem::IsProject));
         }
         if (self.format.recognises)(&self.bytes) {
             return Ok(());

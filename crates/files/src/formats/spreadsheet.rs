@@ -11,7 +11,7 @@ use calamine::{Data, DataRef, Reader as _, Sheets, open_workbook_auto_from_rs};
 
 use super::text::{self, TextHead};
 use crate::column::Flaw;
-use crate::error::ReadError;
+use crate::error::{ReadError, ReadProblem};
 use crate::format::{FileFormat, Reader, TextTable};
 use crate::table::{Choose, ColumnTable, TableHead};
 use crate::words::list;
@@ -74,17 +74,14 @@ pub(crate) fn read(file: &str, sheets: &[TextTable], choose: &Choose<'_>) -> Res
             }
             Err(error) => {
                 // A sheet with a header says more of what is wrong than an empty or a described one.
-                let is_table = !matches!(error, ReadError::Empty { .. } | ReadError::HeaderOnly { .. });
-                let better = first
-                    .as_ref()
-                    .is_none_or(|f| is_table && matches!(f, ReadError::Empty { .. } | ReadError::HeaderOnly { .. }));
-                if better {
+                let is_bare = |e: &ReadError| matches!(*e.problem, ReadProblem::Empty | ReadProblem::HeaderOnly(_));
+                if first.as_ref().is_none_or(|first| is_bare(first) && !is_bare(&error)) {
                     first = Some(error);
                 }
             }
         }
     }
-    Err(first.unwrap_or_else(|| ReadError::Empty { file: file.to_owned() }))
+    Err(first.unwrap_or_else(|| ReadError::new(file, ReadProblem::Empty)))
 }
 
 fn texts(bytes: &[u8]) -> Result<Vec<TextTable>, Flaw> {
