@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
-use sindyscope_files::{ReadError, ReadOptions, look, read_files};
+use sindyscope_files::{MeasuredFile, ReadError, ReadOptions, read_files, read_opened};
 use sindyscope_values::record::Role;
 
 /// Damaged copies of each file, and in the long run.
@@ -54,10 +54,11 @@ fn what_other_programs_wrote_is_read() {
             assert!((values(Role::Displacement(0))[k] - x).abs() < 2e-5, "{name}: sample {k}");
             assert!((values(Role::Input(0))[k] - u).abs() < 2e-5, "{name}: sample {k}");
         }
-        let overview = look(&path, &options(&path)).unwrap_or_else(|e| panic!("{e}"));
+        let file = MeasuredFile::open(&path).unwrap();
+        let overview = file.look(&options(&path)).unwrap_or_else(|e| panic!("{e}"));
         let table = &overview.tables[overview.main()];
         assert_eq!((table.rows, table.rate.map(f64::round)), (64, Some(100.0)), "{name}");
-        let proposed = look(&path, &ReadOptions::default()).unwrap();
+        let proposed = file.look(&ReadOptions::default()).unwrap();
         let table = &proposed.tables[proposed.main()];
         let mapped = ReadOptions { columns: table.map(&table.proposed()), only_named: true, ..ReadOptions::default() };
         let again = read_files(&[&path], &mapped).unwrap_or_else(|e| panic!("proposed {}: {e}", mapped.columns));
@@ -123,8 +124,9 @@ fn endure(path: PathBuf, copies: usize) -> Vec<String> {
             std::fs::write(&copy, damage(&whole, &mut Pcg64::seed_from_u64(seed))).unwrap();
             let begun = Instant::now();
             let told = catch_unwind(AssertUnwindSafe(|| {
-                let looked = look(&copy, &options).err().and_then(|e| unhelpful(&e, &name));
-                looked.or_else(|| read_files(&[&copy], &options).err().and_then(|e| unhelpful(&e, &name)))
+                let file = MeasuredFile::open(&copy).unwrap();
+                let looked = file.look(&options).err().and_then(|e| unhelpful(&e, &name));
+                looked.or_else(|| read_opened(&[file], &[], &options).err().and_then(|e| unhelpful(&e, &name)))
             }));
             match told {
                 Err(_) => wrong.push(format!("{name}, seed {seed}: panicked")),

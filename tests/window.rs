@@ -139,6 +139,13 @@ fn start(source: Source) -> State {
     State::with_source(source, egui::ThemePreference::Light)
 }
 
+/// A file of what a scenario records.
+fn recorded(path: PathBuf, scenario: &str, options: &ScenarioOptions) -> PathBuf {
+    let made = generate(scenario, options).unwrap();
+    write_csv(&made.records, &mut std::fs::File::create(&path).unwrap(), &made.comments).unwrap();
+    path
+}
+
 /// Two tones of the friction rig, short: quick to fit, and with something to hold out.
 fn friction(folder: &Path) -> PathBuf {
     let options = ScenarioOptions {
@@ -147,11 +154,7 @@ fn friction(folder: &Path) -> PathBuf {
         frequencies: Some(vec![2.013, 4.611]),
         ..ScenarioOptions::default()
     };
-    let made = generate("friction", &options).unwrap();
-    let path = folder.join("friction.csv");
-    let mut file = std::fs::File::create(&path).unwrap();
-    write_csv(&made.records, &mut file, &made.comments).unwrap();
-    path
+    recorded(folder.join("friction.csv"), "friction", &options)
 }
 
 const CTRL: Modifiers = Modifiers::COMMAND;
@@ -947,11 +950,7 @@ fn shaken(folder: &Path) -> Vec<PathBuf> {
             noise: Some("1e-5".parse().unwrap()),
             ..ScenarioOptions::default()
         };
-        let made = generate("friction-multisine", &options).unwrap();
-        let path = folder.join(name);
-        let mut file = std::fs::File::create(&path).unwrap();
-        write_csv(&made.records, &mut file, &made.comments).unwrap();
-        path
+        recorded(folder.join(name), "friction-multisine", &options)
     };
     vec![record(1, "fit.csv"), record(2, "held_out.csv")]
 }

@@ -87,6 +87,32 @@ pub(super) struct GenerateOptions {
     hidden: hidden::HiddenOptions,
 }
 
+impl GenerateOptions {
+    /// What of the scenario is to be otherwise.
+    fn wanted(&self) -> ScenarioOptions {
+        ScenarioOptions {
+            seed: self.seed,
+            measure: self.measure.clone(),
+            noise: self.noise,
+            offset: self.offset,
+            drift: self.drift,
+            high_pass: self.high_pass,
+            input_noise: self.input_noise,
+            resolution: self.resolution,
+            rate: self.rate,
+            duration: self.duration,
+            settle: self.settle,
+            amplitude: self.amplitude,
+            frequencies: self.frequencies.clone(),
+            together: self.together,
+            lines: self.lines,
+            ramp: self.ramp,
+            initial: self.initial.clone(),
+            parameters: self.set.clone(),
+        }
+    }
+}
+
 fn names() -> PossibleValuesParser {
     PossibleValuesParser::new(scenarios().iter().map(|s| s.name).chain([hidden::NAME, LIST]))
 }
@@ -134,27 +160,7 @@ fn make(options: &GenerateOptions) -> Result<(Vec<Record>, Vec<String>), Stop> {
             "--effect, --excitation, --noise-kind, --ratio, --samples and --reveal belong to the scenario hidden",
         ));
     }
-    let wanted = ScenarioOptions {
-        seed: options.seed,
-        measure: options.measure.clone(),
-        noise: options.noise,
-        offset: options.offset,
-        drift: options.drift,
-        high_pass: options.high_pass,
-        input_noise: options.input_noise,
-        resolution: options.resolution,
-        rate: options.rate,
-        duration: options.duration,
-        settle: options.settle,
-        amplitude: options.amplitude,
-        frequencies: options.frequencies.clone(),
-        together: options.together,
-        lines: options.lines,
-        ramp: options.ramp,
-        initial: options.initial.clone(),
-        parameters: options.set.clone(),
-    };
-    match generate(&options.scenario, &wanted) {
+    match generate(&options.scenario, &options.wanted()) {
         Ok(generated) => Ok((generated.records, generated.comments)),
         Err(RigError::BadOption { option, problem }) => {
             Err(usage("generate", ErrorKind::ValueValidation, format!("--{option}: {problem}")))
@@ -166,25 +172,9 @@ fn make(options: &GenerateOptions) -> Result<(Vec<Record>, Vec<String>), Stop> {
 
 /// The records of a rig that hides something, which draws everything else by itself.
 fn hide(options: &GenerateOptions) -> Result<(Vec<Record>, Vec<String>), Stop> {
-    let idle = [
-        ("--offset", options.offset.is_some()),
-        ("--drift", options.drift.is_some()),
-        ("--high-pass", options.high_pass.is_some()),
-        ("--input-noise", options.input_noise.is_some()),
-        ("--resolution", options.resolution.is_some()),
-        ("--rate", options.rate.is_some()),
-        ("--duration", options.duration.is_some()),
-        ("--settle", options.settle.is_some()),
-        ("--amplitude", options.amplitude.is_some()),
-        ("--frequencies", options.frequencies.is_some()),
-        ("--together", options.together),
-        ("--lines", options.lines.is_some()),
-        ("--ramp", options.ramp.is_some()),
-        ("--initial", options.initial.is_some()),
-        ("--set", !options.set.is_empty()),
-    ];
-    if let Some((option, _)) = idle.iter().find(|(_, given)| *given) {
-        let problem = format!("{option}: the scenario hidden draws this by its seed; leave the option out");
+    let drawn = |(name, _): &(&str, String)| !["seed", "measure", "noise"].contains(name);
+    if let Some((option, _)) = options.wanted().given().into_iter().find(drawn) {
+        let problem = format!("--{option}: the scenario hidden draws this by its seed; leave the option out");
         return Err(usage("generate", ErrorKind::ArgumentConflict, problem));
     }
     options.hidden.make(options.seed, options.noise, options.measure.as_deref())

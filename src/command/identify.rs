@@ -3,11 +3,12 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::analysis::{Analysis, analyse};
-use super::failure::Failure;
+use super::failure::{Failure, worded};
 use super::progress::ProgressLine;
 use super::request::StudyOptions;
-use super::{CommandResult, json};
-use sindyscope_core::study::{self, Calibrated, Calibration, Horizon};
+use super::{CommandResult, json, table};
+use sindyscope_core::remedy::Remedy;
+use sindyscope_core::study::{self, Calibrated, Calibration, Horizon, Outcome, SETTINGS};
 use sindyscope_report::document::{Arrangement, Report};
 use sindyscope_report::export;
 use sindyscope_values::format::equations;
@@ -77,12 +78,30 @@ pub(super) fn run(options: &IdentifyOptions, progress: &ProgressLine) -> Command
                 _ => String::new(),
             };
             let mut text = format!("{integrated}{}\n{}", equations::text(model, Some(&units)), report.summary());
+            text.push_str(&remedies(&analysis.outcome));
             text.push_str(&found_of_channels(&analysis));
             text.push_str(&predicts(&analysis));
             text
         }
     };
     Ok(text.into_bytes())
+}
+
+/// What would help where something is doubtful, a line each.
+fn remedies(outcome: &Outcome) -> String {
+    let of = |remedy: &Remedy| match remedy {
+        Remedy::Settings { label, settings } => {
+            let options = table::change(SETTINGS, &outcome.settings, settings);
+            if options.is_empty() {
+                format!("Try: {label}.\n")
+            } else {
+                format!("Try: {label}, `{}`.\n", options.trim())
+            }
+        }
+        Remedy::Use { label, .. } => format!("Try: {label}, with `--test` before its file or `--hold-out SHARE`.\n"),
+        other => format!("Try: {}.\n", worded(std::slice::from_ref(other))),
+    };
+    outcome.warnings.iter().filter_map(|warning| warning.remedy.as_ref()).map(of).collect()
 }
 
 /// What was found of the channels and taken out of the records, a line each.

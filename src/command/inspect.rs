@@ -1,5 +1,6 @@
 use std::fmt::Write;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Args;
 use serde_json::{Value, json};
@@ -10,7 +11,7 @@ use super::json::{self, VERSION};
 use super::progress::ProgressLine;
 use super::source::Reading;
 use sindyscope_core::signal::standard_deviation;
-use sindyscope_files::{ColumnUse, Overview, ReadError, ReadOptions, look, read_files};
+use sindyscope_files::{ColumnUse, MeasuredFile, Overview, ReadError, ReadOptions, read_opened};
 use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::format::units::format_si;
 use sindyscope_values::record::{Record, Role, notices};
@@ -37,15 +38,14 @@ struct Inspected<'a> {
     file: &'a PathBuf,
     /// None if it is damaged: reading says why.
     holds: Option<Overview>,
-    found: Result<Vec<Record>, ReadError>,
+    found: Result<Vec<Arc<Record>>, ReadError>,
 }
 
 /// Tells what files hold.
 pub(super) fn run(options: &InspectOptions, progress: &ProgressLine) -> CommandResult {
     progress.stage("reading");
     let reading = ReadOptions { keep_constant_inputs: true, ..options.reading.options() };
-    let inspect = |file| Inspected { file, holds: look(file, &reading).ok(), found: read_files(&[file], &reading) };
-    let inspected: Vec<Inspected<'_>> = options.files.iter().map(inspect).collect();
+    let inspected: Vec<Inspected<'_>> = options.files.iter().map(|file| inspect(file, &reading)).collect();
     if inspected.iter().all(|i| i.found.is_err())
         && let Some(Inspected { found: Err(error), holds, .. }) = inspected.first()
     {
@@ -57,6 +57,16 @@ pub(super) fn run(options: &InspectOptions, progress: &ProgressLine) -> CommandR
         return Ok(json);
     }
     Ok(inspected.iter().map(text).collect::<Vec<_>>().join("\n").into_bytes())
+}
+
+fn inspect<'a>(file: &'a PathBuf, reading: &ReadOptions) -> Inspected<'a> {
+    let opened = match MeasuredFile::open(file) {
+        Ok(opened) => [opened],
+        Err(error) => return Inspected { file, holds: None, found: Err(error) },
+    };
+    let found = read_opened(&opened, &[], reading);
+    let found = found.map(|set| set.entries.into_iter().map(|(record, _)| record).collect());
+    Inspected { file, holds: opened[0].look(reading).ok(), found }
 }
 
 /// Its short name, as `--columns` takes it: `x`, `u2`.
@@ -101,7 +111,7 @@ fn as_json(inspected: &Inspected<'_>) -> Value {
                     })
                 }).collect::<Vec<_>>(),
             })).collect::<Vec<_>>(),
-            "notices": notices(records),
+            "notices": notices(records.iter().map(AsRef::as_ref)),
         }),
     };
     told["holds"] = inspected.holds.as_ref().map_or(Value::Null, held);
@@ -208,7 +218,7 @@ fn text(inspected: &Inspected<'_>) -> String {
             );
         }
     }
-    for notice in notices(records) {
+    for notice in notices(records.iter().map(AsRef::as_ref)) {
         let _ = writeln!(out, "  note: {notice}");
     }
     if let Some(holds) = &inspected.holds {

@@ -8,43 +8,49 @@ use super::analysis::analyse;
 use super::diagnose::{MAX_EFFECTS, first_order, search};
 use super::failure::Failure;
 use super::progress::ProgressLine;
-use super::request::{StudyOptions, Terms};
-use super::shell::quoted;
+use super::request::{StudyOptions, StudyRequest, Terms};
 use super::source::{KindName, typed};
-use super::{CommandResult, diagnosed, json};
+use super::{CommandResult, diagnosed, json, table};
 use sindyscope_report::document::{Arrangement, DocumentFormat, Paper, Report, Sections};
 
 /// Options of `report`.
 #[derive(Debug, Args)]
 pub(super) struct ReportOptions {
     #[command(flatten)]
-    study: StudyOptions,
+    pub(super) study: StudyOptions,
+    #[command(flatten)]
+    pub(super) document: DocumentOptions,
+}
+
+/// What a report is asked for beside the study that it tells.
+#[derive(Clone, Debug, PartialEq, Args)]
+pub(super) struct DocumentOptions {
     /// The document to write: .html (self-contained), .pdf (pages, fonts embedded) or .png, by the ending
     #[arg(long, value_name = "FILE")]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     /// Search for missing effects too, as `diagnose` does, and write the walk into the document
     #[arg(long, help_heading = "Missing effects")]
-    diagnose: bool,
+    pub(super) diagnose: bool,
     /// Terms of the base model of that search [default: a linear spring and damper]
     #[arg(long, value_name = "LIST", requires = "diagnose", help_heading = "Missing effects")]
-    base: Option<Terms>,
+    pub(super) base: Option<Terms>,
     /// Most effects that it adds
     #[arg(long, value_name = "N", default_value_t = MAX_EFFECTS, value_parser = clap::value_parser!(u8).range(..=20), requires = "diagnose", help_heading = "Missing effects")]
-    max_effects: u8,
+    pub(super) max_effects: u8,
     /// Its title [default: the names of the files]
     #[arg(long, value_name = "TEXT", help_heading = "Output")]
-    title: Option<String>,
+    pub(super) title: Option<String>,
     /// Its sections, in this order: "equation, parameters, response, spectrum"; a wrong name lists them all [default: all]
     #[arg(long, value_name = "LIST", help_heading = "Output")]
-    sections: Option<Sections>,
+    pub(super) sections: Option<Sections>,
     /// The paper of a PDF
     #[arg(long, value_enum, value_name = "SIZE", default_value_t, help_heading = "Output")]
-    paper: PaperName,
+    pub(super) paper: PaperName,
 }
 
 /// A sheet of paper, by name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum PaperName {
+pub(super) enum PaperName {
     /// 210 mm × 297 mm
     #[default]
     A4,
@@ -63,26 +69,28 @@ impl From<PaperName> for Paper {
 
 /// Identifies and writes the document.
 pub(super) fn run(options: &ReportOptions, progress: &ProgressLine) -> CommandResult {
+    let ReportOptions { study, document } = options;
     // Said before the work is done, not after.
-    DocumentFormat::of(&options.out).map_err(Failure::from)?;
+    DocumentFormat::of(&document.out).map_err(Failure::from)?;
     #[cfg(feature = "desktop")]
-    if let [project] = options.study.source.data.as_slice()
+    if let [project] = study.source.data.as_slice()
         && project.is_file()
         && crate::app::is_project(project)
     {
         return of_project(options, project, progress);
     }
-    if options.diagnose && options.study.source.reading.kind == KindName::FirstOrder {
+    if document.diagnose && study.source.reading.kind == KindName::FirstOrder {
         return Err(first_order().into());
     }
-    let analysis = analyse(&options.study, progress)?;
-    let diagnosis = match options.diagnose {
-        true => Some(search(&analysis.records, options.base.as_ref(), &[], options.max_effects, progress)?),
+    let analysis = analyse(study, progress)?;
+    let diagnosis = match document.diagnose {
+        true => Some(search(&analysis.records, document.base.as_ref(), &[], document.max_effects, progress)?),
         false => None,
     };
-    let command = analysis.done.command("report", &analysis.suggested) + &options.own_words();
-    let title = options.title.clone().unwrap_or_else(|| title(&options.study.source.data));
-    let arrangement = options.arrangement();
+    let command = StudyRequest { document: Some(document.clone()), ..analysis.done.clone() };
+    let command = command.command("report", &analysis.suggested);
+    let title = document.title.clone().unwrap_or_else(|| title(&study.source.data));
+    let arrangement = document.arrangement();
     let report = Report {
         title: &title,
         records: &analysis.records,
@@ -93,44 +101,43 @@ pub(super) fn run(options: &ReportOptions, progress: &ProgressLine) -> CommandRe
         arrangement: &arrangement,
     };
     progress.stage("drawing");
-    report.write(&options.out).map_err(Failure::from)?;
+    report.write(&document.out).map_err(Failure::from)?;
     let mut result = json::identified(&analysis);
     if let Some(diagnosis) = &diagnosis {
         result["diagnosis"] = diagnosed::result(diagnosis, &analysis.records);
     }
-    let json = json::write(options.study.json.as_deref(), &result)?;
-    Ok(json.unwrap_or_else(|| format!("wrote {}\n", options.out.display()).into_bytes()))
+    let json = json::write(study.json.as_deref(), &result)?;
+    Ok(json.unwrap_or_else(|| format!("wrote {}\n", document.out.display()).into_bytes()))
 }
 
-impl ReportOptions {
+impl DocumentOptions {
     /// What the document holds.
     fn arrangement(&self) -> Arrangement {
         let arrangement = self.sections.as_ref().map_or_else(Arrangement::default, |s| Arrangement::of(&s.0));
         Arrangement { paper: self.paper.into(), ..arrangement }
     }
 
-    /// The part of the command that is the report's alone.
-    fn own_words(&self) -> String {
-        let mut text = format!(" --out {}", typed(&std::env::current_dir().unwrap_or_default(), &self.out));
+    /// Says all of it, as words of a shell's command.
+    pub(super) fn say(&self, text: &mut String) {
+        text.push_str(&format!(" --out {}", typed(&std::env::current_dir().unwrap_or_default(), &self.out)));
         if self.diagnose {
             text.push_str(" --diagnose");
             if let Some(terms) = &self.base {
-                text.push_str(&format!(" --base {}", quoted(&terms.to_string())));
+                text.push_str(&table::valued("base", &terms.to_string()));
             }
             if self.max_effects != MAX_EFFECTS {
                 text.push_str(&format!(" --max-effects {}", self.max_effects));
             }
         }
         if let Some(title) = &self.title {
-            text.push_str(&format!(" --title {}", quoted(title)));
+            text.push_str(&table::valued("title", title));
         }
         if let Some(sections) = &self.sections {
-            text.push_str(&format!(" --sections {}", quoted(&sections.to_string())));
+            text.push_str(&table::valued("sections", &sections.to_string()));
         }
         if self.paper != PaperName::default() {
             text.push_str(" --paper letter");
         }
-        text
     }
 }
 
@@ -142,7 +149,7 @@ fn of_project(options: &ReportOptions, project: &Path, progress: &ProgressLine) 
     // A project brings its own settings; what else was given would go unheard.
     let file = |path: &Path| path.as_os_str().to_owned();
     let alone: [std::ffi::OsString; 5] =
-        ["sindyscope".into(), "report".into(), file(project), "--out".into(), file(&options.out)];
+        ["sindyscope".into(), "report".into(), file(project), "--out".into(), file(&options.document.out)];
     let plain = match super::Cli::try_parse_from(alone).map(|cli| cli.command) {
         Ok(Some(super::Command::Report(plain))) => Some(format!("{plain:?}")),
         _ => None,
@@ -153,13 +160,13 @@ fn of_project(options: &ReportOptions, project: &Path, progress: &ProgressLine) 
             .into());
     }
     let here = std::env::current_dir().unwrap_or_default();
-    let command = format!("sindyscope report {} --out {}", typed(&here, project), typed(&here, &options.out));
+    let command = format!("sindyscope report {} --out {}", typed(&here, project), typed(&here, &options.document.out));
     progress.stage("reading and fitting");
     let content = crate::app::report_of_project(project, &command)
         .map_err(|problem| Failure::new(problem.what).try_this(problem.advice))?;
     progress.stage("drawing");
-    content.report().write(&options.out).map_err(Failure::from)?;
-    Ok(format!("wrote {}\n", options.out.display()).into_bytes())
+    content.report().write(&options.document.out).map_err(Failure::from)?;
+    Ok(format!("wrote {}\n", options.document.out.display()).into_bytes())
 }
 
 /// The names of the files, without folders and endings.

@@ -6,6 +6,7 @@ use clap::error::Error;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, value_parser};
 
 use super::failure::Failure;
+use super::report::DocumentOptions;
 use super::source::{KindName, RecordSource};
 use super::table;
 use sindyscope_core::prepare::Treatment;
@@ -124,6 +125,8 @@ pub(super) struct StudyRequest {
     pub(super) source: RecordSource,
     pub(super) calibrations: Vec<Calibration>,
     pub(super) settings: Settings,
+    /// The document that tells it, if one is asked for.
+    pub(super) document: Option<DocumentOptions>,
 }
 
 impl StudyRequest {
@@ -136,7 +139,7 @@ impl StudyRequest {
             preparing.steps.retain(|step| !matches!(step, Treatment::HoldOut { .. }));
         }
         preparing.steps.extend(calibrated.iter().map(Calibrated::treatment));
-        Self { source, calibrations: Vec::new(), settings: settings.clone() }
+        Self { source, calibrations: Vec::new(), settings: settings.clone(), document: None }
     }
 
     /// The words of a shell's command that asks for it, of settings that would be others if nothing were said.
@@ -145,12 +148,15 @@ impl StudyRequest {
         self.source.say(&mut text);
         table::say(&mut text, SETTINGS, &self.settings, suggested);
         table::say(&mut text, CALIBRATION, &self.calibrations, &Vec::new());
+        if let Some(document) = &self.document {
+            document.say(&mut text);
+        }
         text
     }
 }
 
 /// A list of terms as an option takes it, for all equations or for each.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Terms(pub(super) Vec<EquationEntries<Term>>);
 
 impl Terms {

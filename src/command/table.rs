@@ -64,14 +64,29 @@ pub(super) fn given<T>(matches: &ArgMatches, table: impl IntoIterator<Item = &'s
 /// Says what a value is that would be another one if nothing were said, as options of a shell's command; each begins with a
 /// blank.
 pub(super) fn say<T>(command: &mut String, table: &'static [Setting<T>], value: &T, from: &T) {
-    for (setting, text) in told(table, value, from) {
+    write_options(command, told(table, value, from));
+}
+
+/// The options by which a value becomes another one, each with a blank before it.
+pub(super) fn change<T>(table: &'static [Setting<T>], from: &T, to: &T) -> String {
+    let changed = table.iter().filter(|s| (s.write)(from) != (s.write)(to));
+    let mut options = String::new();
+    write_options(&mut options, changed.flat_map(|s| (s.write)(to).into_iter().map(move |text| (s, text))));
+    options
+}
+
+/// An option with its value, a blank before it; what begins with a minus would be taken for another option.
+pub(super) fn valued(name: &str, text: &str) -> String {
+    format!(" --{name}{}{}", if text.starts_with('-') { '=' } else { ' ' }, quoted(text))
+}
+
+fn write_options<T: 'static>(command: &mut String, said: impl IntoIterator<Item = (&'static Setting<T>, String)>) {
+    for (setting, text) in said {
         // Writing to a text cannot fail.
         let _ = match (setting.form, text.as_str()) {
             (SettingForm::Flag, _) | (SettingForm::Switch, "yes") => write!(command, " --{}", setting.name),
             (SettingForm::Switch, text) => write!(command, " --{}={text}", setting.name),
-            // What begins with a minus would be taken for another option.
-            (_, text) if text.starts_with('-') => write!(command, " --{}={}", setting.name, quoted(text)),
-            (_, text) => write!(command, " --{} {}", setting.name, quoted(text)),
+            (_, text) => write!(command, "{}", valued(setting.name, text)),
         };
     }
 }

@@ -13,11 +13,7 @@ fn chain(folder: &Path) -> PathBuf {
         parameters: vec![("F12".to_owned(), 1.0)],
         ..ScenarioOptions::default()
     };
-    let made = generate("two-masses", &options).unwrap();
-    let path = folder.join("chain.csv");
-    let mut file = std::fs::File::create(&path).unwrap();
-    write_csv(&made.records, &mut file, &made.comments).unwrap();
-    path
+    recorded(folder.join("chain.csv"), "two-masses", &options)
 }
 
 #[test]
@@ -128,11 +124,7 @@ fn on_opening_a_base_and_a_mass_each_answer_says_what_it_would_buy() {
             noise: Some("1e-3".parse().unwrap()),
             ..ScenarioOptions::default()
         };
-        let made = generate("friction-noisy", &options).unwrap();
-        let path = home.path().join(name);
-        let mut file = std::fs::File::create(&path).unwrap();
-        write_csv(&made.records, &mut file, &made.comments).unwrap();
-        path
+        recorded(home.path().join(name), "friction-noisy", &options)
     };
     let mut state = start(Source::Files(vec![record(3, 5.242, 2.0, "fit.csv"), record(4, 3.2, 4.0, "held_out.csv")]));
     state.document.edit.usage = vec![Usage::Fit, Usage::HeldOut];

@@ -1,6 +1,6 @@
 //! From a file's columns to records: trajectories, units, the even grid, and what is refused.
 
-use super::error::{ReadError, RowPlace};
+use super::error::{ReadError, ReadProblem, RowPlace};
 use super::heading::label;
 use super::options::ReadOptions;
 use super::shared_units;
@@ -43,15 +43,17 @@ pub(super) fn records(
         match source.records(options) {
             Ok(parts) => records.extend(parts),
             // A run that was broken off is no reason to refuse the others.
-            Err(ReadError::TooFewSamples { samples, .. }) if several => {
-                left_out.push((trajectory.unwrap_or_default(), samples));
-            }
-            Err(error) => return Err(error),
+            Err(error) => match *error.problem {
+                ReadProblem::TooFewSamples { samples, .. } if several => {
+                    left_out.push((trajectory.unwrap_or_default(), samples));
+                }
+                _ => return Err(error),
+            },
         }
     }
     if records.is_empty() {
         let samples = left_out.iter().map(|(_, samples)| *samples).max().unwrap_or(0);
-        return Err(ReadError::TooFewSamples { file: file.to_owned(), records: count, samples });
+        return Err(ReadError::new(file, ReadProblem::TooFewSamples { records: count, samples }));
     }
     match &left_out[..] {
         [] => {}
@@ -92,8 +94,8 @@ fn time_unit(file: &str, table: &ColumnTable, notices: &mut Vec<String>) -> Resu
         return Ok(Seconds(1.0, 1.0));
     }
     let Some(known) = units::parse(unit).filter(Unit::is_time) else {
-        let (column, unit) = (label(&table.headings, column), unit.clone());
-        return Err(ReadError::TimeUnit { file: file.to_owned(), column, unit });
+        let error = ReadError::new(file, ReadProblem::TimeUnit(unit.clone()));
+        return Err(error.in_column(label(&table.headings, column)));
     };
     if known.factor == 1.0 {
         return Ok(Seconds(1.0, 1.0));
@@ -220,7 +222,7 @@ impl Trajectory<'_> {
     }
 
     fn too_few(&self, samples: usize) -> ReadError {
-        ReadError::TooFewSamples { file: self.file.to_owned(), records: 1, samples }
+        ReadError::new(self.file, ReadProblem::TooFewSamples { records: 1, samples })
     }
 
     fn records(&self, options: &ReadOptions) -> Result<Vec<Record>, ReadError> {
@@ -347,7 +349,8 @@ impl Trajectory<'_> {
 
     fn constant(&self, channel: usize, value: f64) -> ReadError {
         let column = label(&self.table.headings, self.table.selection.channels[channel].1);
-        ReadError::ConstantDisplacement { file: self.file.to_owned(), column, record: self.label.clone(), value }
+        ReadError::new(self.file, ReadProblem::ConstantDisplacement { record: self.label.clone(), value })
+            .in_column(column)
     }
 
     fn channels(&self, columns: Vec<Vec<f64>>) -> Vec<Channel> {
@@ -362,24 +365,18 @@ impl Trajectory<'_> {
     }
 
     fn irregular(&self, error: Irregular, stamps: &[f64], time: usize) -> ReadError {
-        let (file, column) = (self.file.to_owned(), label(&self.table.headings, time));
-        match error {
-            Irregular::Repeated { row } => {
-                ReadError::RepeatedTime { file, row: self.place(row), column, time: stamps[row] }
-            }
+        let (row, problem) = match error {
+            Irregular::Repeated { row } => (row, ReadProblem::RepeatedTime(stamps[row])),
             Irregular::Falling { row } => {
-                let (before, time) = (stamps[row - 1], stamps[row]);
-                ReadError::FallingTime { file, row: self.place(row), column, before, time }
+                (row, ReadProblem::FallingTime { before: stamps[row - 1], time: stamps[row] })
             }
-            Irregular::Uneven { row, step, usual, jitter } => ReadError::UnevenTime {
-                file,
-                row: self.place(row),
-                column,
-                step: sampling::significant(self.second.seconds(step), 4),
-                usual: sampling::significant(self.second.seconds(usual), 4),
-                percent: sampling::significant(100.0 * jitter, 3),
-            },
-        }
+            Irregular::Uneven { row, step, usual, jitter } => {
+                let step = sampling::significant(self.second.seconds(step), 4);
+                let usual = sampling::significant(self.second.seconds(usual), 4);
+                (row, ReadProblem::UnevenTime { step, usual, percent: sampling::significant(100.0 * jitter, 3) })
+            }
+        };
+        ReadError::new(self.file, problem).in_row(self.place(row)).in_column(label(&self.table.headings, time))
     }
 
     /// `record `a`: `, or nothing if the file has one trajectory.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::error::ReadError;
+use super::error::{ReadError, ReadProblem};
 use super::heading::{ColumnKey, ColumnQuantity, Heading, Meaning};
 use super::words::printable;
 use sindyscope_values::record::units;
@@ -38,7 +38,7 @@ impl Flaw {
     /// The flaw as an error of a file.
     pub(super) fn in_file(self, file: &str, format: &'static str) -> ReadError {
         let Self { what, at, advice } = self;
-        ReadError::Malformed { file: file.to_owned(), format, what, at, advice }
+        ReadError::new(file, ReadProblem::Malformed { format, what, at, advice })
     }
 }
 

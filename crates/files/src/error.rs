@@ -23,27 +23,31 @@ impl std::fmt::Display for RowPlace {
 
 /// Why measurements cannot be read: the message says what is wrong and where, [`ReadError::remedies`] what to try.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{}{problem}", self.place())]
+pub struct ReadError {
+    /// The file's name, or its path where it cannot be opened; empty where no file is to blame.
+    pub file: String,
+    /// Where the row stands, if one is to blame.
+    pub row: Option<RowPlace>,
+    /// The column, if one is to blame.
+    pub column: Option<String>,
+    /// What is wrong.
+    pub problem: Box<ReadProblem>,
+}
+
+/// What is wrong with measurements.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum ReadError {
+pub enum ReadProblem {
     /// The file cannot be opened or read.
-    #[error("{path}: {reason}")]
-    Open {
-        /// The path as it was given.
-        path: String,
-        /// What the system says.
-        reason: String,
-    },
+    #[error("{0}")]
+    Open(String),
     /// The bytes are no text.
-    #[error("{file}: this is not a text file")]
-    NotText {
-        /// The file's name.
-        file: String,
-    },
+    #[error("this is not a text file")]
+    NotText,
     /// The bytes are not what the format says.
-    #[error("{file}: this {format} file cannot be read: {what}{}", at_byte(.at))]
+    #[error("this {format} file cannot be read: {what}{}", at_byte(.at))]
     Malformed {
-        /// The file's name.
-        file: String,
         /// The format's name.
         format: &'static str,
         /// What is wrong, as a clause.
@@ -54,68 +58,44 @@ pub enum ReadError {
         advice: &'static str,
     },
     /// A project that the window saved.
-    #[error("{file}: this is a saved project, not a measurement")]
-    IsProject {
-        /// The file's name.
-        file: String,
-    },
+    #[error("this is a saved project, not a measurement")]
+    IsProject,
     /// A file of a kind that holds no table of numbers, or one that only the program that wrote it reads.
-    #[error("{file}: this is {what}, not a table of measurements")]
+    #[error("this is {what}, not a table of measurements")]
     Foreign {
-        /// The file's name.
-        file: String,
         /// What it is, with its article.
         what: &'static str,
         /// What to export instead.
         advice: &'static str,
     },
     /// Nothing but blank and comment lines.
-    #[error("{file}: the file is empty")]
-    Empty {
-        /// The file's name.
-        file: String,
-    },
+    #[error("the file is empty")]
+    Empty,
     /// A header without a row of numbers.
-    #[error("{file}: there are no samples below the header in line {line}")]
-    HeaderOnly {
-        /// The file's name.
-        file: String,
-        /// The header's line.
-        line: usize,
-    },
+    #[error("there are no samples below the header in line {0}")]
+    HeaderOnly(usize),
     /// Numbers without names.
-    #[error("{file}: there is no header, only numbers from line {line} on")]
+    #[error("there is no header, only numbers from line {line} on")]
     NoHeader {
-        /// The file's name.
-        file: String,
         /// The first line of numbers.
         line: usize,
         /// Number of columns.
         columns: usize,
     },
     /// No column is the time, and no sampling rate is given.
-    #[error("{file}: no column is the time; the columns are {}", list(.columns))]
-    NoTime {
-        /// The file's name.
-        file: String,
-        /// The names of all columns.
-        columns: Vec<String>,
-    },
+    #[error("no column is the time; the columns are {}", list(.0))]
+    NoTime(Vec<String>),
     /// No column is a displacement or state.
-    #[error("{file}: no column is a displacement; the columns are {}{}", list(.columns), doubts(.doubtful))]
+    #[error("no column is a displacement; the columns are {}{}", list(.columns), doubts(.doubtful))]
     NoDisplacement {
-        /// The file's name.
-        file: String,
         /// The names of all columns.
         columns: Vec<String>,
         /// Columns whose names start like a known one but are something else, each with the reason.
         doubtful: Vec<(String, String)>,
     },
     /// Two columns have a claim to one role.
-    #[error("{file}: `{first}` and `{second}` could both be the {}", in_words(.key))]
+    #[error("`{first}` and `{second}` could both be the {}", in_words(.key))]
     TwoColumns {
-        /// The file's name.
-        file: String,
         /// The short name of what both could be.
         key: String,
         /// One column.
@@ -126,20 +106,16 @@ pub enum ReadError {
         numbers: (usize, usize),
     },
     /// Numbered columns with a number left out.
-    #[error("{file}: `{column}` is there, but no {key}")]
+    #[error("`{column}` is there, but no {key}")]
     NumberMissing {
-        /// The file's name.
-        file: String,
         /// The column with the higher number.
         column: String,
         /// The short name that is missing.
         key: String,
     },
     /// What was said of columns names a column that is not there.
-    #[error("{file}: there is no column `{name}` for {key}; the columns are {}", list(.columns))]
+    #[error("there is no column `{name}` for {key}; the columns are {}", list(.columns))]
     UnknownColumn {
-        /// The file's name.
-        file: String,
         /// The short name on the left of the equals sign.
         key: String,
         /// The name on its right.
@@ -148,10 +124,8 @@ pub enum ReadError {
         columns: Vec<String>,
     },
     /// What was said of columns names a column that is there more than once.
-    #[error("{file}: {count} columns are called `{name}`")]
+    #[error("{count} columns are called `{name}`")]
     AmbiguousColumn {
-        /// The file's name.
-        file: String,
         /// The short name on the left of the equals sign.
         key: String,
         /// The name on its right.
@@ -160,10 +134,8 @@ pub enum ReadError {
         count: usize,
     },
     /// What was said of columns uses one column twice.
-    #[error("{file}: column `{column}` cannot be both {first} and {second}")]
+    #[error("column `{column}` cannot be both {first} and {second}")]
     ColumnUsedTwice {
-        /// The file's name.
-        file: String,
         /// The column.
         column: String,
         /// One short name.
@@ -172,10 +144,8 @@ pub enum ReadError {
         second: String,
     },
     /// More channels of motion than an equation can be found for.
-    #[error("{file}: {count} columns are taken for motions, such as `{first}`; up to {most} can be studied together")]
+    #[error("{count} columns are taken for motions, such as `{first}`; up to {most} can be studied together")]
     TooManyMotions {
-        /// The file's name.
-        file: String,
         /// How many there are.
         count: usize,
         /// The first one's name.
@@ -186,128 +156,48 @@ pub enum ReadError {
         most: usize,
     },
     /// The sampling rate is not a positive number.
-    #[error("a sampling rate of {rate} Hz is impossible")]
-    BadRate {
-        /// The rate that was given, Hz.
-        rate: f64,
-    },
+    #[error("a sampling rate of {0} Hz is impossible")]
+    BadRate(f64),
     /// The time column's unit is none of time.
-    #[error("{file}, column `{column}`: `{unit}` is not a unit of time")]
-    TimeUnit {
-        /// The file's name.
-        file: String,
-        /// The column.
-        column: String,
-        /// Its unit.
-        unit: String,
-    },
+    #[error("`{0}` is not a unit of time")]
+    TimeUnit(String),
     /// A row has more or fewer cells than the header.
-    #[error("{file}, line {line}: {cells} cells where the header has {expected}")]
+    #[error("{cells} cells where the header has {expected}")]
     RowLength {
-        /// The file's name.
-        file: String,
-        /// The row's line.
-        line: usize,
         /// Cells in the row.
         cells: usize,
         /// Cells in the header.
         expected: usize,
     },
     /// An empty cell.
-    #[error("{file}, {row}, column `{column}`: the value is missing")]
-    MissingCell {
-        /// The file's name.
-        file: String,
-        /// Where the row stands.
-        row: RowPlace,
-        /// The column.
-        column: String,
-    },
+    #[error("the value is missing")]
+    MissingCell,
     /// A cell that is no number.
-    #[error("{file}, line {line}, column `{column}`: `{cell}` is not a number")]
-    NotANumber {
-        /// The file's name.
-        file: String,
-        /// The row's line.
-        line: usize,
-        /// The column.
-        column: String,
-        /// What stands there.
-        cell: String,
-    },
+    #[error("`{0}` is not a number")]
+    NotANumber(String),
     /// A cell that holds NaN or an infinity.
-    #[error("{file}, {row}, column `{column}`: `{cell}` is not a finite number")]
-    NotFinite {
-        /// The file's name.
-        file: String,
-        /// Where the row stands.
-        row: RowPlace,
-        /// The column.
-        column: String,
-        /// What stands there.
-        cell: String,
-    },
+    #[error("`{0}` is not a finite number")]
+    NotFinite(String),
     /// A number beyond all measurement, whose square would overflow soon.
-    #[error("{file}, {row}, column `{column}`: `{cell}` is too large")]
-    TooLarge {
-        /// The file's name.
-        file: String,
-        /// Where the row stands.
-        row: RowPlace,
-        /// The column.
-        column: String,
-        /// What stands there.
-        cell: String,
-    },
+    #[error("`{0}` is too large")]
+    TooLarge(String),
     /// Decimal points and decimal commas in one file.
-    #[error("{file}, line {line}, column `{column}`: `{cell}`: decimal points and decimal commas are mixed")]
-    MixedDecimals {
-        /// The file's name.
-        file: String,
-        /// The row's line.
-        line: usize,
-        /// The column.
-        column: String,
-        /// What stands there.
-        cell: String,
-    },
+    #[error("`{0}`: decimal points and decimal commas are mixed")]
+    MixedDecimals(String),
     /// Two samples have one time.
-    #[error("{file}, {row}, column `{column}`: the time {time} is there twice")]
-    RepeatedTime {
-        /// The file's name.
-        file: String,
-        /// Where the second one stands.
-        row: RowPlace,
-        /// The time column.
-        column: String,
-        /// The time, in the file's unit.
-        time: f64,
-    },
+    #[error("the time {0} is there twice")]
+    RepeatedTime(f64),
     /// Time runs backwards.
-    #[error("{file}, {row}, column `{column}`: the time falls from {before} to {time}")]
+    #[error("the time falls from {before} to {time}")]
     FallingTime {
-        /// The file's name.
-        file: String,
-        /// Where it falls.
-        row: RowPlace,
-        /// The time column.
-        column: String,
         /// The time before, in the file's unit.
         before: f64,
         /// The time there, in the file's unit.
         time: f64,
     },
     /// The sampling is too uneven to be evened out.
-    #[error(
-        "{file}, {row}, column `{column}`: the sampling is uneven: a step of {step} s where {usual} s is usual ({percent} % off)"
-    )]
+    #[error("the sampling is uneven: a step of {step} s where {usual} s is usual ({percent} % off)")]
     UnevenTime {
-        /// The file's name.
-        file: String,
-        /// Where the worst step ends.
-        row: RowPlace,
-        /// The time column.
-        column: String,
         /// The worst step, s.
         step: f64,
         /// The usual step, s.
@@ -316,40 +206,30 @@ pub enum ReadError {
         percent: f64,
     },
     /// Not enough samples for anything.
-    #[error("{file}: {}{samples} samples are too few (at least {})", longest(*.records), LEAST_SAMPLES)]
+    #[error("{}{samples} samples are too few (at least {})", longest(*.records), LEAST_SAMPLES)]
     TooFewSamples {
-        /// The file's name.
-        file: String,
         /// How many records the file has.
         records: usize,
         /// Samples in the longest stretch without a gap.
         samples: usize,
     },
     /// Two files of a set measure different things.
-    #[error(
-        "{file}: the {quantity} `{column}` is in {unit}, in {other} it is in {other_unit}: these cannot be one quantity"
-    )]
+    #[error("the {quantity} `{column}` is in {unit}, in {other} it is in {other_unit}: these cannot be one quantity")]
     UnitsDiffer {
-        /// The file's name.
-        file: String,
         /// What it is, in words: `displacement`.
         quantity: &'static str,
         /// The channel's name.
         column: String,
         /// Its unit.
-        unit: Box<str>,
+        unit: String,
         /// The file that comes before.
-        other: Box<str>,
+        other: String,
         /// The unit there.
-        other_unit: Box<str>,
+        other_unit: String,
     },
     /// A displacement that does not move.
-    #[error("{file}, column `{column}`: the displacement is constant ({value}{})", of_record(.record))]
+    #[error("the displacement is constant ({value}{})", of_record(.record))]
     ConstantDisplacement {
-        /// The file's name.
-        file: String,
-        /// The column.
-        column: String,
         /// The record's label, if the file has several.
         record: Option<String>,
         /// Its value.
@@ -358,77 +238,103 @@ pub enum ReadError {
 }
 
 impl ReadError {
+    /// A problem of a file as a whole.
+    pub(super) fn new(file: impl Into<String>, problem: ReadProblem) -> Self {
+        Self { file: file.into(), row: None, column: None, problem: Box::new(problem) }
+    }
+
+    /// The same, of one column.
+    pub(super) fn in_column(self, column: impl Into<String>) -> Self {
+        Self { column: Some(column.into()), ..self }
+    }
+
+    /// The same, of one row.
+    pub(super) fn in_row(self, row: RowPlace) -> Self {
+        Self { row: Some(row), ..self }
+    }
+
+    /// What a message begins with.
+    fn place(&self) -> String {
+        let row = self.row.map_or(String::new(), |row| format!(", {row}"));
+        let column = self.column.as_ref().map_or(String::new(), |column| format!(", column `{column}`"));
+        if self.file.is_empty() { String::new() } else { format!("{}{row}{column}: ", self.file) }
+    }
+
     /// What to try, each by itself.
     pub fn remedies(&self) -> Vec<Remedy> {
         let either = |what: &'static str, or: Remedy| vec![Remedy::to_do(what), or];
         let only = |what: &'static str| vec![Remedy::to_do(what)];
-        match self {
-            Self::Open { .. } => only("check the path, and that the file may be read"),
-            Self::IsProject { file } => vec![Remedy::OpenProject { file: file.clone() }],
-            Self::Malformed { advice: "", .. } => {
+        match &*self.problem {
+            ReadProblem::Open(_) => only("check the path, and that the file may be read"),
+            ReadProblem::IsProject => vec![Remedy::OpenProject { file: self.file.clone() }],
+            ReadProblem::Malformed { advice: "", .. } => {
                 only("copy or export the measurement anew, whole; CSV text with a header such as `t,x,u` always does")
             }
-            Self::Malformed { advice, .. } | Self::Foreign { advice, .. } => only(advice),
-            Self::NotText { .. } => {
+            ReadProblem::Malformed { advice, .. } | ReadProblem::Foreign { advice, .. } => only(advice),
+            ReadProblem::NotText => {
                 only("export the measurement as CSV text: a header such as `t,x,u`, then one row a sample")
             }
-            Self::Empty { .. } | Self::HeaderOnly { .. } => {
+            ReadProblem::Empty | ReadProblem::HeaderOnly(_) => {
                 only("a file needs a header such as `t,x,u` and below it one row a sample")
             }
-            Self::NoHeader { columns, .. } => either("add a header such as `t,x,u`", by_number(*columns)),
-            Self::NoTime { columns, .. } => {
+            ReadProblem::NoHeader { columns, .. } => either("add a header such as `t,x,u`", by_number(*columns)),
+            ReadProblem::NoTime(columns) => {
                 let first = columns.first().map_or("NAME", String::as_str);
                 vec![Remedy::columns([("t", first)]), Remedy::rate()]
             }
-            Self::NoDisplacement { columns, doubtful, .. } => {
+            ReadProblem::NoDisplacement { columns, doubtful } => {
                 let example = doubtful.last().map(|(name, _)| name).or(columns.last());
                 let example = example.map_or("NAME", String::as_str);
                 vec![Remedy::columns([("x", example)]), Remedy::to_do("name it `x` in the header")]
             }
-            Self::TwoColumns { key, first, second, numbers, .. } => one_or_both(key, (first, second), *numbers),
-            Self::NumberMissing { column, key, .. } => {
+            ReadProblem::TwoColumns { key, first, second, numbers } => one_or_both(key, (first, second), *numbers),
+            ReadProblem::NumberMissing { column, key } => {
                 either("number the columns without a hole", Remedy::columns([(key, column)]))
             }
-            Self::UnknownColumn { .. } => only("write the name as in the header, or the column's number from 1"),
-            Self::AmbiguousColumn { key, .. } => vec![Remedy::columns([(key.as_str(), "2")])],
-            Self::ColumnUsedTwice { first, .. } => {
+            ReadProblem::UnknownColumn { .. } => only("write the name as in the header, or the column's number from 1"),
+            ReadProblem::AmbiguousColumn { key, .. } => vec![Remedy::columns([(key.as_str(), "2")])],
+            ReadProblem::ColumnUsedTwice { first, .. } => {
                 vec![Remedy::to_do(format!("leave one of them out, or give {first} another column"))]
             }
-            Self::TooManyMotions { first, .. } => {
+            ReadProblem::TooManyMotions { first, .. } => {
                 let columns = vec![("x1".to_owned(), first.clone())];
                 vec![Remedy::NameColumns { columns, only: true, rate: false }]
             }
-            Self::BadRate { .. } => vec![Remedy::rate()],
-            Self::TimeUnit { .. } => either("give the time in s, ms, us, min or h in the header", Remedy::rate()),
-            Self::RowLength { .. } => {
+            ReadProblem::BadRate(_) => vec![Remedy::rate()],
+            ReadProblem::TimeUnit(_) => either("give the time in s, ms, us, min or h in the header", Remedy::rate()),
+            ReadProblem::RowLength { .. } => {
                 only("correct the row; a decimal comma in a file separated by commas also looks like this")
             }
-            Self::MissingCell { .. } | Self::NotFinite { .. } => {
+            ReadProblem::MissingCell | ReadProblem::NotFinite(_) => {
                 only("fill the value in or delete the row: a longer stretch without rows splits the record in two")
             }
-            Self::NotANumber { .. } => {
+            ReadProblem::NotANumber(_) => {
                 only("correct the cell, or delete the row; text columns may stay if they are not used")
             }
-            Self::TooLarge { .. } => only("correct the cell, or give the measurement in a larger unit"),
-            Self::MixedDecimals { .. } => only("write all numbers with a decimal point, without thousands separators"),
-            Self::RepeatedTime { .. } => {
+            ReadProblem::TooLarge(_) => only("correct the cell, or give the measurement in a larger unit"),
+            ReadProblem::MixedDecimals(_) => {
+                only("write all numbers with a decimal point, without thousands separators")
+            }
+            ReadProblem::RepeatedTime(_) => {
                 either("delete the double row", Remedy::GiveRate { when: "the time is only rounded too much" })
             }
-            Self::FallingTime { .. } => {
+            ReadProblem::FallingTime { .. } => {
                 only("if another run begins there, tell runs apart by a column `record`, or by one file each")
             }
-            Self::UnevenTime { .. } => either(
+            ReadProblem::UnevenTime { .. } => either(
                 "resample the measurement to even steps (done here where at most one step in ten is half as long again as usual)",
                 Remedy::GiveRate { when: "only the time stamps are bad" },
             ),
-            Self::TooFewSamples { records: 1, .. } => only("use a longer measurement, or a higher sampling rate"),
-            Self::TooFewSamples { .. } => {
+            ReadProblem::TooFewSamples { records: 1, .. } => {
+                only("use a longer measurement, or a higher sampling rate")
+            }
+            ReadProblem::TooFewSamples { .. } => {
                 only("check the column that tells the records apart, or join runs that belong together")
             }
-            Self::UnitsDiffer { .. } => only(
+            ReadProblem::UnitsDiffer { .. } => only(
                 "open the files one by one, or correct the unit in the header; units of one quantity (m and mm) are converted",
             ),
-            Self::ConstantDisplacement { .. } => either("check the sensor", Remedy::columns([("x", "NAME")])),
+            ReadProblem::ConstantDisplacement { .. } => either("check the sensor", Remedy::columns([("x", "NAME")])),
         }
     }
 
@@ -439,11 +345,21 @@ impl ReadError {
 
     /// The names of the file's columns, where the error is about which is which.
     pub fn columns(&self) -> Option<&[String]> {
-        match self {
-            Self::NoTime { columns, .. }
-            | Self::NoDisplacement { columns, .. }
-            | Self::UnknownColumn { columns, .. }
-            | Self::TooManyMotions { columns, .. } => Some(columns),
+        match &*self.problem {
+            ReadProblem::NoTime(columns)
+            | ReadProblem::NoDisplacement { columns, .. }
+            | ReadProblem::UnknownColumn { columns, .. }
+            | ReadProblem::TooManyMotions { columns, .. } => Some(columns),
+            _ => None,
+        }
+    }
+
+    /// The same, to be added to.
+    pub(super) fn columns_mut(&mut self) -> Option<&mut Vec<String>> {
+        match &mut *self.problem {
+            ReadProblem::NoTime(columns)
+            | ReadProblem::NoDisplacement { columns, .. }
+            | ReadProblem::UnknownColumn { columns, .. } => Some(columns),
             _ => None,
         }
     }
@@ -452,14 +368,14 @@ impl ReadError {
     pub fn is_about_columns(&self) -> bool {
         self.columns().is_some()
             || matches!(
-                self,
-                Self::NoHeader { .. }
-                    | Self::TwoColumns { .. }
-                    | Self::NumberMissing { .. }
-                    | Self::AmbiguousColumn { .. }
-                    | Self::ColumnUsedTwice { .. }
-                    | Self::TimeUnit { .. }
-                    | Self::ConstantDisplacement { .. }
+                &*self.problem,
+                ReadProblem::NoHeader { .. }
+                    | ReadProblem::TwoColumns { .. }
+                    | ReadProblem::NumberMissing { .. }
+                    | ReadProblem::AmbiguousColumn { .. }
+                    | ReadProblem::ColumnUsedTwice { .. }
+                    | ReadProblem::TimeUnit(_)
+                    | ReadProblem::ConstantDisplacement { .. }
             )
     }
 }

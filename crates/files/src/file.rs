@@ -5,9 +5,10 @@ use std::sync::OnceLock;
 
 use super::assemble;
 use super::column::{FileContents, Flaw};
-use super::error::ReadError;
+use super::error::{ReadError, ReadProblem};
 use super::format::{FileFormat, Reader, TextTable};
-use super::formats::{self, foreign, spreadsheet, text};
+use super::formats::text::{self, TextHead};
+use super::formats::{self, foreign, spreadsheet};
 use super::heading::Heading;
 use super::options::ReadOptions;
 use super::overview::{Overview, TableOverview};
@@ -31,6 +32,8 @@ pub struct MeasuredFile {
     format: &'static FileFormat,
     /// The sheets of a workbook as text, once they have been wanted.
     sheets: OnceLock<Result<Vec<TextTable>, Flaw>>,
+    /// How a file of text begins, once that has been wanted; none if it is no text.
+    head: OnceLock<Option<TextHead>>,
 }
 
 impl MeasuredFile {
@@ -41,7 +44,7 @@ impl MeasuredFile {
     pub fn open(path: impl AsRef<Path>) -> Result<Self, ReadError> {
         let path = path.as_ref();
         let bytes = std::fs::read(path)
-            .map_err(|error| ReadError::Open { path: path.display().to_string(), reason: error.to_string() })?;
+            .map_err(|error| ReadError::new(path.display().to_string(), ReadProblem::Open(error.to_string())))?;
         Ok(Self { path: Some(path.to_owned()), ..Self::from_bytes(path, bytes) })
     }
 
@@ -49,7 +52,7 @@ impl MeasuredFile {
     pub fn from_bytes(name: impl AsRef<Path>, bytes: impl Into<Vec<u8>>) -> Self {
         let (name, bytes) = (file_name(name.as_ref()), bytes.into());
         let format = formats::recognise(&ending(&name), &bytes);
-        Self { path: None, name, bytes, format, sheets: OnceLock::new() }
+        Self { path: None, name, bytes, format, sheets: OnceLock::new(), head: OnceLock::new() }
     }
 
     /// The same bytes, taken to be of a format.
@@ -95,7 +98,7 @@ impl MeasuredFile {
         if tables.is_empty() {
             // Reading tells why there is none.
             self.table(options)?;
-            return Err(ReadError::Empty { file: self.name.clone() });
+            return Err(ReadError::new(&self.name, ReadProblem::Empty));
         }
         Ok(Overview { file: self.name.clone(), format: self.format.name, tables })
     }
@@ -113,7 +116,7 @@ impl MeasuredFile {
     pub fn read(&self, options: &ReadOptions) -> Result<Vec<Record>, ReadError> {
         self.check_kind()?;
         if let Some(rate) = options.rate.filter(|r| !(r.is_normal() && *r > 0.0)) {
-            return Err(ReadError::BadRate { rate });
+            return Err(ReadError::new("", ReadProblem::BadRate(rate)));
         }
         let table = self.table(options)?;
         let stem =
@@ -128,7 +131,7 @@ impl MeasuredFile {
     /// Refuses what is no measurement.
     fn check_kind(&self) -> Result<(), ReadError> {
         if self.is_project() {
-            return Err(ReadError::IsProject { file: self.name.clone() });
+            return Err(ReadError::new(&self.name, ReadProblem::IsProject));
         }
         if (self.format.recognises)(&self.bytes) {
             return Ok(());
@@ -144,7 +147,7 @@ impl MeasuredFile {
     fn heads(&self, options: &ReadOptions) -> Result<Vec<TableHead>, ReadError> {
         let choose = |headings: &[Heading]| self.choose(headings, options);
         match self.format.reader {
-            Reader::Text => text::look(&self.name, &self.bytes, &choose),
+            Reader::Text => text::look(&self.name, &self.bytes, self.head(), &choose),
             Reader::Workbook(texts) => spreadsheet::look(&self.name, self.sheets(texts)?, &choose),
             Reader::Columns(read) => Ok(sheets::heads(&self.contents(read)?)),
         }
@@ -154,10 +157,14 @@ impl MeasuredFile {
     fn table(&self, options: &ReadOptions) -> Result<ColumnTable, ReadError> {
         let choose = |headings: &[Heading]| self.choose(headings, options);
         match self.format.reader {
-            Reader::Text => text::read(&self.name, &self.bytes, &choose),
+            Reader::Text => text::read(&self.name, &self.bytes, self.head(), &choose),
             Reader::Workbook(texts) => spreadsheet::read(&self.name, self.sheets(texts)?, &choose),
             Reader::Columns(read) => sheets::table(&self.name, self.format.name, self.contents(read)?, &choose),
         }
+    }
+
+    fn head(&self) -> Option<&TextHead> {
+        self.head.get_or_init(|| TextHead::new(&self.bytes)).as_ref()
     }
 
     fn contents<'a>(
@@ -171,14 +178,6 @@ impl MeasuredFile {
         let texts = self.sheets.get_or_init(|| texts(&self.bytes));
         texts.as_deref().map_err(|flaw| flaw.clone().in_file(&self.name, self.format.name))
     }
-}
-
-/// Looks into a file; see [`MeasuredFile::look`].
-///
-/// # Errors
-/// The file cannot be opened, is damaged, or holds no table.
-pub fn look(path: &Path, options: &ReadOptions) -> Result<Overview, ReadError> {
-    MeasuredFile::open(path)?.look(options)
 }
 
 /// True if a file's first bytes are those of a saved project of the window.

@@ -1,6 +1,7 @@
 //! A file format: how it is recognised and who reads it.
 
 use super::column::{FileContents, Flaw};
+use super::formats::text::TextHead;
 
 /// A file format that measurements are read from.
 #[derive(Clone, Copy, Debug)]
@@ -21,6 +22,7 @@ pub type ReadColumns = for<'a> fn(&'a [u8]) -> Result<FileContents<'a>, Flaw>;
 pub(super) struct TextTable {
     pub(super) name: String,
     pub(super) text: String,
+    pub(super) head: Option<TextHead>,
 }
 
 /// How a format is read.
@@ -30,7 +32,7 @@ pub(super) enum Reader {
     Text,
     /// As one table of text a sheet.
     Workbook(fn(&[u8]) -> Result<Vec<TextTable>, Flaw>),
-    /// `FileColumn` by column, each decoded only where it is wanted.
+    /// Column by column, each decoded only where it is wanted.
     Columns(ReadColumns),
 }
 

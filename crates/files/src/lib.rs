@@ -43,8 +43,8 @@ mod write;
 
 pub use column::{FileColumn, FileContents, Flaw};
 pub use column_map::{ColumnMap, ColumnMapError};
-pub use error::{ReadError, RowPlace};
-pub use file::{MeasuredFile, is_project, look};
+pub use error::{ReadError, ReadProblem, RowPlace};
+pub use file::{MeasuredFile, is_project};
 pub use format::{FileFormat, ReadColumns};
 pub use formats::FORMATS;
 pub use options::ReadOptions;

@@ -1,6 +1,6 @@
 //! Which column is which: what the user says first, then what the header says.
 
-use super::error::{ReadError, doubtful_notice};
+use super::error::{ReadError, ReadProblem, doubtful_notice};
 use super::heading::{ColumnKey, ColumnQuantity, Heading, Meaning, label};
 use super::options::ReadOptions;
 use super::words::list;
@@ -83,22 +83,20 @@ impl Assignment<'_> {
                 }
                 _ => None,
             });
-            return Err(ReadError::NoDisplacement {
-                file: self.file.to_owned(),
-                columns: self.names(),
-                doubtful: doubtful.collect(),
-            });
+            return Err(
+                self.refused(ReadProblem::NoDisplacement { columns: self.names(), doubtful: doubtful.collect() })
+            );
         }
         let motions = [&displacements, &velocities, &accelerations];
         let count = motions.iter().map(|m| m.len()).sum();
         if count > MOST_MOTIONS {
             let first = motions.iter().find_map(|m| m.first()).map_or(String::new(), |(_, column)| self.name(*column));
-            let (file, columns) = (self.file.to_owned(), self.names());
-            return Err(ReadError::TooManyMotions { file, count, first, columns, most: MOST_MOTIONS });
+            let columns = self.names();
+            return Err(self.refused(ReadProblem::TooManyMotions { count, first, columns, most: MOST_MOTIONS }));
         }
         let time = match (time, self.options.rate) {
             (None, None) => {
-                return Err(ReadError::NoTime { file: self.file.to_owned(), columns: self.names() });
+                return Err(self.refused(ReadProblem::NoTime(self.names())));
             }
             (Some(column), Some(rate)) => {
                 let name = self.name(column);
@@ -158,12 +156,11 @@ impl Assignment<'_> {
         for (key, name) in &self.options.columns.pairs {
             let column = self.find(*key, name)?;
             if let Some(first) = self.taken[column] {
-                return Err(ReadError::ColumnUsedTwice {
-                    file: self.file.to_owned(),
+                return Err(self.refused(ReadProblem::ColumnUsedTwice {
                     column: self.name(column),
                     first: first.to_string(),
                     second: key.to_string(),
-                });
+                }));
             }
             self.taken[column] = Some(*key);
         }
@@ -182,23 +179,21 @@ impl Assignment<'_> {
                 [] => {}
                 [column] => return Ok(column),
                 _ => {
-                    return Err(ReadError::AmbiguousColumn {
-                        file: self.file.to_owned(),
+                    return Err(self.refused(ReadProblem::AmbiguousColumn {
                         key: key.to_string(),
                         name: name.to_owned(),
                         count: found.len(),
-                    });
+                    }));
                 }
             }
         }
         match name.parse::<usize>() {
             Ok(number) if (1..=self.headings.len()).contains(&number) => Ok(number - 1),
-            _ => Err(ReadError::UnknownColumn {
-                file: self.file.to_owned(),
+            _ => Err(self.refused(ReadProblem::UnknownColumn {
                 key: key.to_string(),
                 name: name.to_owned(),
                 columns: self.names(),
-            }),
+            })),
         }
     }
 
@@ -226,14 +221,17 @@ impl Assignment<'_> {
         all
     }
 
+    fn refused(&self, problem: ReadProblem) -> ReadError {
+        ReadError::new(self.file, problem)
+    }
+
     fn conflict(&self, key: ColumnKey, first: usize, second: usize) -> ReadError {
-        ReadError::TwoColumns {
-            file: self.file.to_owned(),
+        self.refused(ReadProblem::TwoColumns {
             key: key.to_string(),
             first: self.name(first),
             second: self.name(second),
             numbers: (first + 1, second + 1),
-        }
+        })
     }
 
     fn single(&mut self, quantity: ColumnQuantity) -> Result<Option<usize>, ReadError> {
@@ -318,11 +316,10 @@ impl Assignment<'_> {
             None => Ok(()),
             Some((i, (_, column))) => {
                 let quantity = self.taken[*column].map_or(ColumnQuantity::Displacement, |key| key.quantity);
-                Err(ReadError::NumberMissing {
-                    file: self.file.to_owned(),
+                Err(self.refused(ReadProblem::NumberMissing {
                     column: self.name(*column),
                     key: ColumnKey { quantity, number: Some(i + 1) }.to_string(),
-                })
+                }))
             }
         }
     }

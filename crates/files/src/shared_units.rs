@@ -1,6 +1,6 @@
 //! One unit for each quantity of a set, whatever its files write.
 
-use super::error::ReadError;
+use super::error::{ReadError, ReadProblem};
 use sindyscope_values::record::units;
 use sindyscope_values::record::{Record, Role};
 
@@ -58,9 +58,10 @@ pub(super) fn unify(records: &mut [Record], file: &dyn Fn(&Record) -> String) ->
             }
             let alike = units::parse(target).zip(units::parse(&channel.unit)).filter(|(a, b)| a.is_like(b));
             let Some(factor) = alike.map(|(to, from)| from.factor / to.factor) else {
-                let (unit, other_unit) = (channel.unit.as_str().into(), target.as_str().into());
-                let (quantity, column, other) = (noun, name, origin.as_str().into());
-                return Err(ReadError::UnitsDiffer { file: own, quantity, column, unit, other, other_unit });
+                let (unit, other_unit) = (channel.unit.clone(), target.clone());
+                let (quantity, column, other) = (noun, name, origin.clone());
+                let problem = ReadProblem::UnitsDiffer { quantity, column, unit, other, other_unit };
+                return Err(ReadError::new(own, problem));
             };
             if (factor - 1.0).abs() > 1e-12 {
                 channel.values = channel.values.iter().map(|v| v * factor).collect();

@@ -3,7 +3,7 @@
 //! Columns that share a group, a length and a time base make a sheet.
 
 use super::column::{FileColumn, FileContents, Flaw, TimeBase};
-use super::error::{ReadError, RowPlace};
+use super::error::{ReadError, ReadProblem, RowPlace};
 use super::heading::{ColumnKey, ColumnQuantity, Heading, Meaning, label};
 use super::selection::Selection;
 use super::table::{Choose, ColumnTable, FIRST_ROWS, LARGEST, TableHead};
@@ -202,10 +202,7 @@ fn no_sheet(sheets: &[ColumnSheet<'_, '_>], chosen: Vec<Result<Selection, ReadEr
     let Some(mut error) = errors.nth(largest) else {
         return Flaw::new("it holds no columns of numbers").in_file("", "");
     };
-    if let ReadError::NoTime { columns, .. }
-    | ReadError::NoDisplacement { columns, .. }
-    | ReadError::UnknownColumn { columns, .. } = &mut error
-    {
+    if let Some(columns) = error.columns_mut() {
         // The time base is no column to be chosen: advice speaks of the last one.
         if sheets[largest].has_base() && columns.len() == sheets[largest].headings.len() {
             columns.rotate_right(1);
@@ -306,13 +303,8 @@ impl<'a> Filling<'a> {
                     continue;
                 }
                 if !value.is_nan() {
-                    let (file, row) = (self.file.to_owned(), RowPlace::Sample(row + 1));
-                    let (column, cell) = (label(self.headings, *column), value.to_string());
-                    return Err(if value.is_infinite() {
-                        ReadError::NotFinite { file, row, column, cell }
-                    } else {
-                        ReadError::TooLarge { file, row, column, cell }
-                    });
+                    let problem = if value.is_infinite() { ReadProblem::NotFinite } else { ReadProblem::TooLarge };
+                    return Err(self.refuse(row, *column, problem(value.to_string())));
                 }
                 let rows = whole.get_or_insert_with(|| vec![true; sheet.len]);
                 if rows[row] {
@@ -329,10 +321,15 @@ impl<'a> Filling<'a> {
             && let Some(row) = inside(rows).filter(|_| self.selection.time.is_none() && self.selection.trajectory.is_some())
         {
             let column = wanted.iter().find(|(_, values)| values[row].is_nan()).map_or(0, |(c, _)| *c);
-            let (file, column) = (self.file.to_owned(), label(self.headings, column));
-            return Err(ReadError::MissingCell { file, row: RowPlace::Sample(row + 1), column });
+            return Err(self.refuse(row, column, ReadProblem::MissingCell));
         }
         Ok(whole)
+    }
+
+    /// What is wrong with the value of a row, from zero, in a column.
+    fn refuse(&self, row: usize, column: usize, problem: ReadProblem) -> ReadError {
+        let error = ReadError::new(self.file, problem).in_row(RowPlace::Sample(row + 1));
+        error.in_column(label(self.headings, column))
     }
 
     fn label(&mut self, label: String) {
@@ -358,8 +355,7 @@ impl<'a> Filling<'a> {
         if self.rows.is_empty()
             && let Some((row, column)) = self.first_missing
         {
-            let (file, column) = (self.file.to_owned(), label(self.headings, column));
-            return Err(ReadError::MissingCell { file, row: RowPlace::Sample(row + 1), column });
+            return Err(self.refuse(row, column, ReadProblem::MissingCell));
         }
         let gaps = selection.time.is_none() && self.places.windows(2).any(|w| w[1] - w[0] > 1.0);
         Ok(ColumnTable {

@@ -19,7 +19,7 @@ const MOST_STEPS: usize = 200_000;
 pub struct SampleTimes {
     /// The first instant, s; the motion begins at 0.
     pub start: f64,
-    /// `SampleTimes` interval, s.
+    /// Sampling interval, s.
     pub interval: f64,
     /// Number of samples.
     pub count: usize,

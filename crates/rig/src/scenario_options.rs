@@ -23,7 +23,7 @@ pub struct ScenarioOptions {
     pub input_noise: Option<Noise>,
     /// Quantisation step of every channel, in its unit; zero is none.
     pub resolution: Option<f64>,
-    /// `SampleTimes` rate, Hz.
+    /// Sampling rate, Hz.
     pub rate: Option<f64>,
     /// Duration of each record, s.
     pub duration: Option<f64>,
@@ -46,9 +46,8 @@ pub struct ScenarioOptions {
 }
 
 impl ScenarioOptions {
-    /// The command line that makes the same records.
-    pub fn command(&self, scenario: &str) -> String {
-        let mut text = format!("sindyscope generate {scenario}");
+    /// What is to be otherwise, as names and typed values; a switch has none.
+    pub fn given(&self) -> Vec<(&'static str, String)> {
         let list = |values: &[f64]| values.iter().copied().map(short).collect::<Vec<_>>().join(",");
         let number = |v: &Option<f64>| v.map(short);
         let options = [
@@ -72,7 +71,13 @@ impl ScenarioOptions {
         ];
         let given = options.into_iter().filter_map(|(name, value)| value.map(|v| (name, v)));
         let changed = self.parameters.iter().map(|(name, value)| ("set", format!("{name}={}", short(*value))));
-        for (name, value) in given.chain(changed) {
+        given.chain(changed).collect()
+    }
+
+    /// The command line that makes the same records.
+    pub fn command(&self, scenario: &str) -> String {
+        let mut text = format!("sindyscope generate {scenario}");
+        for (name, value) in self.given() {
             text += " --";
             text += name;
             if !value.is_empty() {

@@ -29,7 +29,7 @@ pub struct Scenario {
     pub summary: &'static str,
     /// How the plant is set in motion.
     pub excitation_kind: ScenarioExcitation,
-    /// `SampleTimes` rate, Hz.
+    /// Sampling rate, Hz.
     pub rate: f64,
     /// Duration of each record, s.
     pub duration: f64,
@@ -163,7 +163,7 @@ static SCENARIOS: [Scenario; 18] = [
         name: "friction-experiment",
         summary: "the same as a test rig's lasers see it, transients cut: noise and quantisation on both channels",
         settle: 40.0,
-        // MeasuredSizes on records of a rig of this kind: steps of 0.77 and 0.38 µm, scatter of about 1 and 0.5 µm.
+        // Measured on records of a rig of this kind: steps of 0.77 and 0.38 µm, scatter of about 1 and 0.5 µm.
         sensor: Sensor { noise: Noise::Deviation(1e-6), resolution: 0.77e-6, ..Sensor::PERFECT },
         input_sensor: Sensor { noise: Noise::Deviation(0.5e-6), resolution: 0.38e-6, ..Sensor::PERFECT },
         ..FRICTION_TONES

@@ -284,7 +284,7 @@ mod tests {
         let tone: Vec<f64> = (0..5000).map(|k| (std::f64::consts::TAU * 10.0 * f64::from(k) * 1e-3).sin()).collect();
         let shown = Sensor { high_pass: 1.0, ..Sensor::PERFECT }.record(&tone, 1e-3, 0, 0);
         let peak = shown[4000..].iter().fold(0.0_f64, |peak, x| peak.max(x.abs()));
-        // LinearPlant between samples, a hundred a period, is true to (2π/100)²/12.
+        // Linear between samples, a hundred a period, is true to (2π/100)²/12.
         assert!((peak - 1.01_f64.powf(-0.5)).abs() < 1e-3, "{peak}");
     }
 

@@ -36,11 +36,11 @@ pub struct Truth {
     /// The terms of every equation of motion, in the records' quantities. Empty of what was drawn to be hidden, which its
     /// parameters tell.
     pub terms: Vec<TrueTerm>,
-    /// `CaseNumbers` of masses and inputs of the records.
+    /// Numbers of masses and inputs of the records.
     pub layout: Layout,
     /// Names of the effects beside the linear plant.
     pub effects: Vec<String>,
-    /// `CaseNumbers` of the linear plant (`k`, `c`, with a force `b`), then of each effect.
+    /// Numbers of the linear plant (`k`, `c`, with a force `b`), then of each effect.
     pub parameters: Vec<TrueParameter>,
     /// RMS of all missing force over RMS of the spring's force, over the fitted records. What is wrong with a sensor counts
     /// as the spring's force of its error.

@@ -42,7 +42,7 @@ pub struct Harmonic {
     pub amplitude: f64,
     /// Frequency, Hz.
     pub frequency: f64,
-    /// `SmoothPhase` at t = 0, rad.
+    /// Phase at t = 0, rad.
     pub phase: f64,
 }
 

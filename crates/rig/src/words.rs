@@ -1,4 +1,4 @@
-//! `CaseNumbers` and units as they stand in a command, a comment or a sentence.
+//! Numbers and units as they stand in a command, a comment or a sentence.
 
 /// A number as a person types it.
 pub(super) fn short(value: f64) -> String {

@@ -13,7 +13,7 @@ use super::problem::{Problem, file_name};
 use super::theme::{self, ROW};
 use super::widgets::chip;
 pub(crate) use preview::Preview;
-use sindyscope_files::{ColumnUse, Overview, ReadOptions, TableOverview, look, read_set};
+use sindyscope_files::{ColumnUse, MeasuredFile, Overview, ReadOptions, TableOverview, read_set};
 use sindyscope_values::format::number::significant_trimmed;
 
 /// What is to be read for the window of columns.
@@ -155,7 +155,7 @@ impl Open {
 
 /// Looks into a file.
 pub(crate) fn overview(path: &Path, reading: &ReadOptions) -> Result<Overview, Problem> {
-    look(path, reading).map_err(|e| Problem::reading(&e))
+    MeasuredFile::open(path).and_then(|file| file.look(reading)).map_err(|e| Problem::reading(&e))
 }
 
 /// Reads a file as it would be read.

@@ -7,6 +7,8 @@ use proptest::collection::{btree_map, vec};
 use proptest::prelude::*;
 use proptest::sample::select;
 
+use super::super::diagnose::MAX_EFFECTS;
+use super::super::report::{DocumentOptions, PaperName};
 use super::super::request::StudyRequest;
 use super::super::source::{Preparing, Reading, RecordSource};
 use super::super::{Cli, Command};
@@ -168,12 +170,30 @@ fn source() -> impl Strategy<Value = RecordSource> {
     })
 }
 
+fn document() -> impl Strategy<Value = DocumentOptions> {
+    let text = || select(&["run 3", "it's", "-x"][..]).prop_map(str::to_owned);
+    let list = || select(&["x, v", "v1: x1; v2: x2-x1"][..]).prop_map(|t| t.parse().expect("terms"));
+    let sections = || select(&["equation", "response, equation"][..]).prop_map(|t| t.parse().expect("sections"));
+    let search = (any::<bool>(), proptest::option::of(list()), 0_u8..=20);
+    let look = (proptest::option::of(text()), proptest::option::of(sections()), any::<bool>());
+    (search, look).prop_map(|((diagnose, base, max_effects), (title, sections, letter))| DocumentOptions {
+        out: "it's a report.html".into(),
+        diagnose,
+        base: base.filter(|_| diagnose),
+        max_effects: if diagnose { max_effects } else { MAX_EFFECTS },
+        title,
+        sections,
+        paper: if letter { PaperName::Letter } else { PaperName::A4 },
+    })
+}
+
 fn request() -> impl Strategy<Value = StudyRequest> {
     let sought = vec![Calibration::Delay(Role::Input(0)), Calibration::Gain(Role::Displacement(1))];
     let calibrations = proptest::sample::subsequence(sought, 0..=2);
-    (source(), calibrations, settings()).prop_map(|(source, calibrations, settings)| {
+    let document = proptest::option::of(document());
+    (source(), calibrations, settings(), document).prop_map(|(source, calibrations, settings, document)| {
         let reading = Reading { kind: settings.kind.into(), ..source.reading };
-        StudyRequest { source: RecordSource { reading, ..source }, calibrations, settings }
+        StudyRequest { source: RecordSource { reading, ..source }, calibrations, settings, document }
     })
 }
 
@@ -187,12 +207,13 @@ proptest! {
         // What the data would suggest if nothing were said.
         let smoothing = Smoothing { window: 2 * window + 1, ..Smoothing::default() };
         let suggested = Settings { kind: asked.settings.kind, smoothing, terms, threshold, refine, ..Settings::default() };
-        let command = asked.command("identify", &suggested);
+        let command = asked.command(if asked.document.is_some() { "report" } else { "identify" }, &suggested);
         let parsed = Cli::try_parse_from(words(&command)).map_err(|e| TestCaseError::fail(format!("{command}\n{e}")))?;
-        let Some(Command::Identify(options)) = parsed.command else {
-            return Err(TestCaseError::fail(command));
+        let (options, document) = match parsed.command {
+            Some(Command::Identify(options)) => (options.study, None),
+            Some(Command::Report(options)) => (options.study, Some(options.document)),
+            _ => return Err(TestCaseError::fail(command)),
         };
-        let options = options.study;
         let mut settings = options.settings(&suggested).map_err(|e| TestCaseError::fail(e.to_string()))?;
         let free = options.free(&settings);
         prop_assert!(!(free.window || free.order || free.threshold || free.form || free.refine), "{command}");
@@ -203,7 +224,7 @@ proptest! {
         if !asked.settings.smoothing.method.is_local() {
             settings.smoothing.order = asked.settings.smoothing.order;
         }
-        let parsed = StudyRequest { source: options.source, calibrations: options.calibrations, settings };
+        let parsed = StudyRequest { source: options.source, calibrations: options.calibrations, settings, document };
         prop_assert_eq!(parsed, asked, "{}", command);
     }
 }

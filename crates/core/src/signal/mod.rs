@@ -34,7 +34,7 @@ use std::sync::Arc;
 use crate::parallel::prelude::*;
 
 use sindyscope_values::record::{Record, Role};
-use sindyscope_values::term::{Kind, Layout, SampleBlock};
+use sindyscope_values::term::{Kind, Layout, SampleStretch};
 
 /// A record smoothed and differentiated: what the library's columns are computed from.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,31 +72,6 @@ pub struct MeasuredSeries {
     pub noise: f64,
 }
 
-/// The series of [`Signals`] as a [`SampleBlock`] borrows them.
-#[derive(Debug)]
-pub struct Slices<'a> {
-    start: f64,
-    interval: f64,
-    states: Vec<&'a [f64]>,
-    inputs: Vec<&'a [f64]>,
-    input_rates: Vec<&'a [f64]>,
-    accelerations: Vec<&'a [f64]>,
-}
-
-impl Slices<'_> {
-    /// What terms are evaluated along.
-    pub fn block(&self) -> SampleBlock<'_> {
-        SampleBlock {
-            start: self.start,
-            interval: self.interval,
-            states: &self.states,
-            inputs: &self.inputs,
-            input_rates: &self.input_rates,
-            accelerations: &self.accelerations,
-        }
-    }
-}
-
 impl Signals {
     /// Accelerations of a second-order system, the second half of the rates: `[freedom][sample]`. Without meaning for one of
     /// first order.
@@ -105,18 +80,11 @@ impl Signals {
     }
 
     /// The series, borrowed for evaluating terms along them.
-    pub fn slices(&self) -> Slices<'_> {
-        fn slices(series: &[Vec<f64>]) -> Vec<&[f64]> {
-            series.iter().map(Vec::as_slice).collect()
-        }
-        Slices {
-            start: self.start,
-            interval: self.interval,
-            states: slices(&self.states),
-            inputs: slices(&self.inputs),
-            input_rates: slices(&self.input_rates),
-            accelerations: slices(self.accelerations()),
-        }
+    pub fn slices(&self) -> SampleStretch<'_> {
+        SampleStretch::new(
+            (self.start, self.interval),
+            [&self.states, &self.inputs, &self.input_rates, self.accelerations()],
+        )
     }
 
     /// Smooths and differentiates a record; channels that the layout expects and the record lacks are left empty.

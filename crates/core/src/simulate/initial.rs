@@ -28,6 +28,72 @@ const MIN_REDUCTION: f64 = 1e-4;
 /// Step of a state for a finite difference, as a share of its largest value.
 const DIFFERENCE_STEP: f64 = 1e-4;
 
+/// The opening of a record, which responses are held against.
+struct RecordOpening<'a> {
+    simulator: &'a Simulator,
+    grid: &'a InputGrid,
+    measured: &'a [(Output, &'a [f64])],
+    /// One over the RMS of each measured series.
+    weights: Vec<f64>,
+    /// Number of samples.
+    window: usize,
+    limits: Limits<'a>,
+}
+
+impl RecordOpening<'_> {
+    /// Differences of all series.
+    fn rows(&self) -> usize {
+        self.measured.len() * self.window
+    }
+
+    /// The response from a state, and its weighted differences from the measurement; their RMS, unless the response ends
+    /// within the window.
+    fn compare(
+        &self,
+        state: &[f64],
+        residual: &mut [f64],
+        response: &mut Response,
+        workspace: &mut Workspace,
+    ) -> Option<f64> {
+        self.simulator.run_into(self.grid, state, 0..self.window, &self.limits, workspace, response);
+        if response.len() < self.window {
+            return None;
+        }
+        let freedoms = self.simulator.layout().freedoms;
+        for (k, weight) in self.weights.iter().enumerate() {
+            let out = &mut residual[k * self.window..(k + 1) * self.window];
+            let (output, measured) = self.measured[k];
+            for ((r, m), s) in out.iter_mut().zip(measured).zip(output.series(response, freedoms)) {
+                *r = weight * (m - s);
+            }
+        }
+        let cost: f64 = residual.iter().map(|r| r * r).sum();
+        cost.is_finite().then(|| (cost / self.rows() as f64).sqrt())
+    }
+
+    /// Derivatives of the differences `residual` by each state, `jacobian[(row, state)]`; none where a response ends within
+    /// the window.
+    fn differentiate(
+        &self,
+        (state, residual, response): (&[f64], &[f64], &Response),
+        jacobian: &mut DMatrix<f64>,
+        workspace: &mut Workspace,
+    ) -> Option<()> {
+        let mut shifted = vec![0.0; residual.len()];
+        for j in 0..state.len() {
+            let largest = response.states[j].iter().fold(0.0_f64, |a, x| a.max(x.abs()));
+            let step = if largest > 0.0 { DIFFERENCE_STEP * largest } else { DIFFERENCE_STEP };
+            let mut moved = state.to_vec();
+            moved[j] += step;
+            self.compare(&moved, &mut shifted, &mut Response::default(), workspace)?;
+            for (entry, (moved, here)) in jacobian.column_mut(j).iter_mut().zip(shifted.iter().zip(residual)) {
+                *entry = (moved - here) / step;
+            }
+        }
+        Some(())
+    }
+}
+
 /// Fits the initial state to the first `window` samples, so that the noise of the first sample does not displace the
 /// whole response.
 ///
@@ -45,85 +111,59 @@ pub fn fit_initial_state(
     workspace: &mut Workspace,
 ) -> InitialState {
     let n = simulator.layout().states();
-    let states = guesses.iter().map(|guess| {
-        let mut state = guess.to_vec();
-        state.resize(n, 0.0);
-        state
-    });
-    let states: Vec<Vec<f64>> = states.collect();
-    let observed = measured.len();
-    let freedoms = simulator.layout().freedoms;
-    let rates = measured.iter().any(|(output, _)| output.is_rate());
-    let limits = &Limits { rates, ..*limits };
+    let padded = |guess: &&[f64]| guess.iter().copied().chain(std::iter::repeat(0.0)).take(n).collect();
+    let states: Vec<Vec<f64>> = guesses.iter().map(padded).collect();
     let window = measured.iter().map(|(_, m)| m.len()).fold(window.min(grid.len()), usize::min);
-    let weights: Vec<f64> = measured[..observed]
-        .iter()
-        .map(|(_, m)| {
-            let square: f64 = m[..window].iter().map(|v| v * v).sum();
-            (square / window as f64).sqrt().recip()
-        })
-        .map(|w| if w.is_finite() { w } else { 1.0 })
-        .collect();
-    let rows = observed * window;
-    let mut response = Response::default();
-    let mut residual = vec![0.0; rows];
-    let mut run = |state: &[f64], residual: &mut [f64], response: &mut Response| -> Option<f64> {
-        simulator.run_into(grid, state, 0..window, limits, workspace, response);
-        if response.len() < window {
-            return None;
-        }
-        for (k, weight) in weights.iter().enumerate() {
-            let out = &mut residual[k * window..(k + 1) * window];
-            let (output, measured) = measured[k];
-            for ((r, m), s) in out.iter_mut().zip(measured).zip(output.series(response, freedoms)) {
-                *r = weight * (m - s);
-            }
-        }
-        let cost: f64 = residual.iter().map(|r| r * r).sum();
-        cost.is_finite().then(|| (cost / rows as f64).sqrt())
+    let weight = |(_, m): &(Output, &[f64])| {
+        let square: f64 = m[..window].iter().map(|v| v * v).sum();
+        Some((square / window as f64).sqrt().recip()).filter(|w| w.is_finite()).unwrap_or(1.0)
     };
-    let unfitted = |state: Vec<f64>, rms: f64| InitialState { state, before: rms, after: rms };
-    let first = states.first().cloned().unwrap_or_else(|| vec![0.0; n]);
-    if rows <= n {
-        return unfitted(first, f64::NAN);
+    let limits = Limits { rates: measured.iter().any(|(output, _)| output.is_rate()), ..*limits };
+    let weights = measured.iter().map(weight).collect();
+    let opening = RecordOpening { simulator, grid, measured, weights, window, limits };
+    let unfitted = |rms: f64| InitialState {
+        state: states.first().cloned().unwrap_or_else(|| vec![0.0; n]),
+        before: rms,
+        after: rms,
+    };
+    if opening.rows() <= n {
+        return unfitted(f64::NAN);
     }
-    let mut costs = vec![f64::INFINITY; states.len()];
-    for (cost, state) in costs.iter_mut().zip(&states) {
-        *cost = run(state, &mut residual, &mut response).unwrap_or(f64::INFINITY);
-    }
+    let (mut residual, mut response) = (vec![0.0; opening.rows()], Response::default());
+    let mut compare =
+        |state: &Vec<f64>| opening.compare(state, &mut residual, &mut response, workspace).unwrap_or(f64::INFINITY);
+    let costs: Vec<f64> = states.iter().map(&mut compare).collect();
     let nearest = (0..states.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).filter(|k| costs[*k].is_finite());
-    let Some(nearest) = nearest else { return unfitted(first, f64::INFINITY) };
-    let mut state = states[nearest].clone();
+    let Some(nearest) = nearest else { return unfitted(f64::INFINITY) };
     if nearest + 1 != states.len() {
         // What lies in the buffers is the last guess's.
-        run(&state, &mut residual, &mut response);
+        compare(&states[nearest]);
     }
-    let before = costs[nearest];
-    let mut after = before;
+    let start = InitialState { state: states[nearest].clone(), before: costs[nearest], after: costs[nearest] };
+    descend(&opening, start, (residual, response), workspace)
+}
+
+/// Steps from a state, whose differences and response are given, until nothing betters it noticeably.
+fn descend(
+    opening: &RecordOpening<'_>,
+    mut at: InitialState,
+    (mut residual, mut response): (Vec<f64>, Response),
+    workspace: &mut Workspace,
+) -> InitialState {
+    let n = at.state.len();
     let mut damping = 1e-9;
-    let mut shifted = vec![0.0; rows];
-    let mut trial = vec![0.0; rows];
-    let mut jacobian = DMatrix::zeros(rows, n);
+    let mut trial = vec![0.0; residual.len()];
+    let mut jacobian = DMatrix::zeros(residual.len(), n);
     // The response is nearly linear in its beginning: the derivatives of a step that led most of the way serve the next too.
     let mut serves = false;
     for _ in 0..MAX_STEPS {
-        for j in 0..if serves { 0 } else { n } {
-            let largest = response.states[j].iter().fold(0.0_f64, |a, x| a.max(x.abs()));
-            let step = if largest > 0.0 { DIFFERENCE_STEP * largest } else { DIFFERENCE_STEP };
-            let mut moved = state.clone();
-            moved[j] += step;
-            let mut other = Response::default();
-            if run(&moved, &mut shifted, &mut other).is_none() {
-                return InitialState { state, before, after };
-            }
-            for (entry, (moved, here)) in jacobian.column_mut(j).iter_mut().zip(shifted.iter().zip(&residual)) {
-                *entry = (moved - here) / step;
-            }
+        if !serves && opening.differentiate((&at.state, &residual, &response), &mut jacobian, workspace).is_none() {
+            return at;
         }
         let gradient = jacobian.tr_mul(&DVector::from_column_slice(&residual));
         let normal = jacobian.tr_mul(&jacobian);
         let (mut bettered, mut settled) = (false, false);
-        let began = after;
+        let began = at.after;
         for _ in 0..if serves { 1 } else { 3 } {
             let mut damped = normal.clone();
             for j in 0..n {
@@ -137,11 +177,11 @@ pub fn fit_initial_state(
                 settled = true;
                 break;
             }
-            let candidate: Vec<f64> = state.iter().zip(step.iter()).map(|(x, s)| x - s).collect();
-            match run(&candidate, &mut trial, &mut response) {
-                Some(rms) if rms < after => {
-                    bettered = after - rms > MIN_REDUCTION * after;
-                    (state, after) = (candidate, rms);
+            let candidate: Vec<f64> = at.state.iter().zip(step.iter()).map(|(x, s)| x - s).collect();
+            match opening.compare(&candidate, &mut trial, &mut response, workspace) {
+                Some(rms) if rms < at.after => {
+                    bettered = at.after - rms > MIN_REDUCTION * at.after;
+                    (at.state, at.after) = (candidate, rms);
                     residual.copy_from_slice(&trial);
                     damping *= 0.1;
                     break;
@@ -152,7 +192,7 @@ pub fn fit_initial_state(
         if settled || !bettered && !serves {
             break;
         }
-        serves = !serves && after < REUSE_DERIVATIVES * began;
+        serves = !serves && at.after < REUSE_DERIVATIVES * began;
     }
-    InitialState { state, before, after }
+    at
 }

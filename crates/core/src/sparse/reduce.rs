@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Redundancy;
 use super::bounded::{Bounds, SumOfSquares, active_set};
+use super::redundancy::Redundancy;
 use crate::signal::{dot, rms};
 
 /// Columns and one target reduced to a small triangle that every least-squares problem on a subset of them can be

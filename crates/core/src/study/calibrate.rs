@@ -1,32 +1,10 @@
 //! What is not known of the channels themselves, found with the equation: how late a channel is, and by how much its sensor
 //! shows too much.
 
-use std::fmt;
-use std::str::FromStr;
-
+use super::calibration::{Calibrated, Calibration};
 use super::{Cancel, Settings, Study, StudyError};
-use crate::prepare::{Preparation, Treatment, prepare};
+use crate::prepare::{Preparation, prepare};
 use sindyscope_values::record::{Record, RecordSet, Role, Usage};
-
-/// What is sought of a channel; written `delay(u)`, `gain(x2)`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Calibration {
-    /// By how much it is late, s; of an input that of all inputs together.
-    Delay(Role),
-    /// So many times what there is does it show.
-    Gain(Role),
-}
-
-/// What was found.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Calibrated {
-    /// What was sought.
-    pub what: Calibration,
-    /// Its value: s, or a factor.
-    pub value: f64,
-    /// Its standard error; none where the data do not tell.
-    pub std_error: Option<f64>,
-}
 
 /// Fits, each of records corrected by what the one before found, at most.
 const MAX_ROUNDS: usize = 5;
@@ -34,76 +12,6 @@ const MAX_ROUNDS: usize = 5;
 const MIN_CHANGE: f64 = 0.1;
 /// A gain with a larger standard error, as a share of it, is not determined by the data.
 const MAX_GAIN_ERROR: f64 = 0.2;
-
-impl Calibration {
-    /// The channel.
-    pub fn role(self) -> Role {
-        match self {
-            Self::Delay(role) | Self::Gain(role) => role,
-        }
-    }
-
-    /// Its value for a channel that is as it should be.
-    pub(super) fn neutral(self) -> f64 {
-        match self {
-            Self::Delay(_) => 0.0,
-            Self::Gain(_) => 1.0,
-        }
-    }
-
-    /// What one correction after another comes to.
-    fn after(self, first: f64, second: f64) -> f64 {
-        match self {
-            Self::Delay(_) => first + second,
-            Self::Gain(_) => first * second,
-        }
-    }
-}
-
-impl Calibrated {
-    /// What takes it out of the records.
-    pub fn treatment(&self) -> Treatment {
-        match self.what {
-            Calibration::Delay(role) => Treatment::Align { role, delay: Some(self.value) },
-            Calibration::Gain(role) => Treatment::Gain { role, gain: self.value },
-        }
-    }
-}
-
-impl fmt::Display for Calibration {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Delay(role) => write!(f, "delay({})", role.short_name()),
-            Self::Gain(role) => write!(f, "gain({})", role.short_name()),
-        }
-    }
-}
-
-impl FromStr for Calibration {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let unknown = || format!("`{text}` is nothing to estimate: write delay(u), delay(x2) or gain(x2)");
-        let (what, channel) = text.trim().strip_suffix(')').and_then(|t| t.split_once('(')).ok_or_else(unknown)?;
-        let role = Role::of_short_name(channel.trim()).ok_or_else(unknown)?;
-        match (what.trim(), role) {
-            ("delay", _) => Ok(Self::Delay(role)),
-            ("gain", Role::Input(_)) => {
-                Err(format!("`{text}`: an input's gain cannot be told from its coefficient in the equation"))
-            }
-            ("gain", _) => Ok(Self::Gain(role)),
-            _ => Err(unknown()),
-        }
-    }
-}
-
-/// Reads a list: `delay(u), gain(x2)`.
-///
-/// # Errors
-/// The first that is none.
-pub fn calibration_list(text: &str) -> Result<Vec<Calibration>, String> {
-    text.split([',', ';']).map(str::trim).filter(|t| !t.is_empty()).map(str::parse).collect()
-}
 
 /// Finds what is sought of some channels with the coefficients of the terms that the settings keep: the response is fitted to
 /// the measurement (output error), the records corrected, and fitted again until nothing changes.
@@ -180,7 +88,8 @@ mod tests {
     use std::collections::BTreeMap;
 
     use super::*;
-    use crate::study::{Own, known_list, suggest};
+    use crate::prepare::Treatment;
+    use crate::study::{Own, calibration_list, known_list, suggest};
     use sindyscope_rig::{Noise, ScenarioOptions, generate};
     use sindyscope_values::term::{Kind, list};
 

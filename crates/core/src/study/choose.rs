@@ -13,7 +13,7 @@ use crate::sparse::between;
 use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::model::Model;
 use sindyscope_values::record::{Record, RecordSet, Usage};
-use sindyscope_values::term::{Kind, Symbol};
+use sindyscope_values::term::{Kind, Layout, Symbol};
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -108,32 +108,7 @@ pub fn choose(
     let whole = records.with(Usage::Fit).map(|r| r.len()).sum::<usize>();
     let records = &beginnings(records);
     let plan = ValidationPlan::new(records, layout);
-    let mut tried: Vec<SettingsTrial> = Vec::new();
-    let forms = if free.form {
-        vec![Formulation::Derivative, Formulation::Weak { half_width: None }]
-    } else {
-        vec![start.form]
-    };
-    let smoothings = first_smoothings(&plan, start, free);
-    let mut next: Vec<FormAndSmoothing> =
-        forms.into_iter().flat_map(|form| smoothings.iter().map(move |s| (form, *s))).collect();
-    let mut seen: Vec<FormAndSmoothing> = Vec::new();
-    for round in 0..MAX_ROUNDS {
-        let report = |share: f64| {
-            progress(
-                "trying smoothings and thresholds",
-                SHARE_AFTER_TRIALS * (round as f64 + share) / MAX_ROUNDS as f64,
-            );
-        };
-        tried.extend(plan.judge_all(start, &next, free, cancel, &report)?);
-        seen.append(&mut next);
-        let Some(best) = best(&tried) else { break };
-        next = nearby_smoothings(&plan, best.smoothing, free).into_iter().map(|s| (best.form, s)).collect();
-        next.retain(|s| !seen.contains(s));
-        if next.is_empty() {
-            break;
-        }
-    }
+    let tried = plan.trials(start, free, cancel, progress)?;
     progress("fitting the response", SHARE_AFTER_TRIALS);
     let Some(sparse) = parsimonious(&tried) else {
         return Err(StudyError::Setting("no setting gave a response that could be compared".into()));
@@ -162,6 +137,26 @@ pub fn choose(
         let (lean, found) = plan.without_needless(records, settings, cancel)?;
         (settings, error) = (lean, found.unwrap_or(error));
     }
+    let judged = match plan.pieces.len() {
+        1 => "the last part of the record, which was not fitted".to_owned(),
+        n => format!("{n} records, each left out in turn"),
+    };
+    let judged = match records.with(Usage::Fit).map(|r| r.len()).sum::<usize>() {
+        used if used < whole => format!("{judged}, by the first {used} samples"),
+        _ => judged,
+    };
+    let reason = format!(
+        "{}: simulation error {} % of the motion's standard deviation on {judged}; {} settings tried{}",
+        described(&settings, start),
+        significant_trimmed(100.0 * error.sqrt(), 2),
+        tried.len(),
+        dropped(&settings, start, &layout),
+    );
+    Ok(ChosenSettings { settings, reason, error: error.sqrt() })
+}
+
+/// The terms that were dropped from `start` on, as the end of a sentence; empty if there are none.
+fn dropped(settings: &Settings, start: &Settings, layout: &Layout) -> String {
     let mut dropped: Vec<String> =
         settings.locks.keys().filter(|t| !start.locks.contains_key(*t)).map(ToString::to_string).collect();
     for (freedom, own) in &settings.own {
@@ -171,18 +166,13 @@ pub fn choose(
             Kind::SecondOrder => layout.name(Symbol::Rate(*freedom)),
             Kind::FirstOrder => layout.name(Symbol::State(*freedom)),
         };
-        dropped.extend(new.map(|t| format!("{} of d{equation}/dt", t.text(&layout))));
+        dropped.extend(new.map(|t| format!("{} of d{equation}/dt", t.text(layout))));
     }
-    let dropped =
-        if dropped.is_empty() { String::new() } else { format!("; dropped as needless: {}", dropped.join(", ")) };
-    let judged = match plan.pieces.len() {
-        1 => "the last part of the record, which was not fitted".to_owned(),
-        n => format!("{n} records, each left out in turn"),
-    };
-    let judged = match records.with(Usage::Fit).map(|r| r.len()).sum::<usize>() {
-        used if used < whole => format!("{judged}, by the first {used} samples"),
-        _ => judged,
-    };
+    if dropped.is_empty() { String::new() } else { format!("; dropped as needless: {}", dropped.join(", ")) }
+}
+
+/// What was chosen, in words.
+fn described(settings: &Settings, start: &Settings) -> String {
     let form = match settings.form {
         Formulation::Derivative => "",
         Formulation::Weak { .. } => "weak form, ",
@@ -198,13 +188,46 @@ pub fn choose(
         s if s.given().is_some() => format!("{} of {} samples", s.method.title(), s.window),
         s => s.method.title().to_owned(),
     };
-    let reason = format!(
-        "{regressor}{form}{smoothing} and threshold {:.2e}{refined}: simulation error {} % of the motion's standard deviation on {judged}; {} settings tried{dropped}",
-        settings.threshold,
-        significant_trimmed(100.0 * error.sqrt(), 2),
-        tried.len(),
-    );
-    Ok(ChosenSettings { settings, reason, error: error.sqrt() })
+    format!("{regressor}{form}{smoothing} and threshold {:.2e}{refined}", settings.threshold)
+}
+
+impl ValidationPlan {
+    /// Judges forms and smoothings with their thresholds, round by round nearer to the best.
+    fn trials(
+        &self,
+        start: &Settings,
+        free: FreeSettings,
+        cancel: &Cancel,
+        progress: &(dyn Fn(&'static str, f64) + Sync),
+    ) -> Result<Vec<SettingsTrial>, StudyError> {
+        let mut tried: Vec<SettingsTrial> = Vec::new();
+        let forms = if free.form {
+            vec![Formulation::Derivative, Formulation::Weak { half_width: None }]
+        } else {
+            vec![start.form]
+        };
+        let smoothings = first_smoothings(self, start, free);
+        let mut next: Vec<FormAndSmoothing> =
+            forms.into_iter().flat_map(|form| smoothings.iter().map(move |s| (form, *s))).collect();
+        let mut seen: Vec<FormAndSmoothing> = Vec::new();
+        for round in 0..MAX_ROUNDS {
+            let report = |share: f64| {
+                progress(
+                    "trying smoothings and thresholds",
+                    SHARE_AFTER_TRIALS * (round as f64 + share) / MAX_ROUNDS as f64,
+                );
+            };
+            tried.extend(self.judge_all(start, &next, free, cancel, &report)?);
+            seen.append(&mut next);
+            let Some(best) = best(&tried) else { break };
+            next = nearby_smoothings(self, best.smoothing, free).into_iter().map(|s| (best.form, s)).collect();
+            next.retain(|s| !seen.contains(s));
+            if next.is_empty() {
+                break;
+            }
+        }
+        Ok(tried)
+    }
 }
 
 pub(super) fn best(tried: &[SettingsTrial]) -> Option<&SettingsTrial> {

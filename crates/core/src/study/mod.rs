@@ -1,14 +1,17 @@
 //! A study is a value: settings and records in, [`Outcome`] out; the same in the window, on the command line and in tests.
 //!
-//! Two files need each other: what is `known` beforehand may be that forces are `opposite`, which the settings' list says.
+//! Two files need each other: a `regression` whose masses are `opposed` solves for fewer parameters.
 
 mod bias;
 mod calibrate;
+mod calibration;
+mod candidates;
 mod choose;
 mod covariance;
 mod degree;
 mod eliminate;
 mod ensemble;
+mod error;
 mod known;
 mod noise;
 mod opposite;
@@ -27,17 +30,19 @@ mod weak;
 
 use crate::refine::Bar;
 pub use crate::refine::Horizon;
-pub use calibrate::{Calibrated, Calibration, calibrate, calibration_list};
+pub use calibrate::calibrate;
+pub use calibration::{Calibrated, Calibration, calibration_list};
 pub use choose::{ChosenSettings, FreeSettings, choose};
 pub use covariance::Covariance;
 pub use ensemble::{Ensemble, Inclusion};
-pub use known::{Known, Sign, known_list};
-pub use opposite::Pair;
+pub use error::{Cancel, StudyError};
+pub use known::{Known, Pair, Sign, known_list};
 pub use outcome::{
-    DroppedTerm, Elapsed, EquationFit, Outcome, PathTerm, RecordOutcome, Score, SensorResponse, SensorScore, Severity,
-    StudyError, Warning, force_over_mass,
+    DroppedTerm, Elapsed, EquationFit, Outcome, PathTerm, RecordOutcome, SensorResponse, SensorScore, Severity,
+    Warning, force_over_mass,
 };
 pub use refined::Refinement;
+pub use score::Score;
 pub use settings::{Formulation, Kinematics, Lock, Own, Scaling, Settings};
 pub use settings_grid::{GridCell, Judge, SettingsGrid, SettingsGridPoint, settings_grid};
 pub use suggest::suggest;
@@ -50,44 +55,18 @@ pub use crate::sparse::Regressor;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::clock::Stopwatch;
 pub use crate::dataset::base_excited;
 use crate::dataset::{Dataset, Prepared};
 use crate::signal::Signals;
 use crate::simulate::{Response, Simulator};
-use known::candidate_terms;
+use candidates::candidate_terms;
 use regression::{Regression, fitted_states, sliding, standing};
 use response::Responses;
 use sindyscope_values::model::{Model, Units, check_accelerations};
 use sindyscope_values::record::{Record, RecordSet, Usage};
 use sindyscope_values::term::{Expression, Layout, Term};
-
-/// A flag that stops a computation from outside; clones share it.
-#[derive(Clone, Debug, Default)]
-pub struct Cancel(Arc<AtomicBool>);
-
-impl Cancel {
-    /// Asks the computation to stop at its next check.
-    pub fn cancel(&self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-
-    /// True once cancelled.
-    pub fn is_cancelled(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
-    }
-
-    /// The flag itself, for loops that only read it.
-    pub fn flag(&self) -> &AtomicBool {
-        &self.0
-    }
-
-    fn check(&self) -> Result<(), StudyError> {
-        if self.is_cancelled() { Err(StudyError::Cancelled) } else { Ok(()) }
-    }
-}
 
 /// Shortest stick of a response that is told of, in sampling intervals: no measurement shows shorter ones.
 const MIN_STICK_SAMPLES: f64 = 5.0;
@@ -262,7 +241,7 @@ impl Study {
         let pairs = opposite::pairs(settings);
         let decided = |freedom: usize, term: &Term| {
             let settings = settings.of_equation(freedom);
-            (known::lock_of(&settings, term), known::sign_of(&settings, term, freedom))
+            (candidates::lock_of(&settings, term), candidates::sign_of(&settings, term, freedom))
         };
         let hints = refined::Hints { start: self.start.as_ref(), rivals: self.rivals.as_deref() };
         let asked = refined::RefinementTask { decided: &decided, pairs: &pairs, sought };
@@ -436,7 +415,7 @@ fn check(records: &RecordSet, settings: &Settings) -> Result<Layout, StudyError>
     if layout.freedoms == 0 {
         return Err(StudyError::RecordsDiffer("the records hold no displacement: say which column it is".into()));
     }
-    known::check(settings, &layout)?;
+    candidates::check(settings, &layout)?;
     let terms = candidate_terms(settings, &layout);
     if terms.is_empty() {
         return Err(StudyError::Setting("the library is empty: add at least one term".into()));

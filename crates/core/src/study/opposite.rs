@@ -3,22 +3,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Settings;
-use super::known::Known;
+use super::known::{Known, Pair};
+use super::settings::Settings;
 use crate::refine::scaled_inverse;
 use sindyscope_values::model::Model;
 use sindyscope_values::term::{Symbol, Term};
-
-/// Two masses between which forces are equal and opposite.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pair {
-    /// The one, counted from zero.
-    pub first: usize,
-    /// The other.
-    pub second: usize,
-    /// Its mass over the first one's; none: sought with the coefficients.
-    pub ratio: Option<f64>,
-}
 
 /// Displacements and velocities at which terms are compared.
 const TRIAL_STATES: [(f64, f64); 3] = [(0.013, -0.21), (-0.83, 1.7), (2.9, 0.37)];

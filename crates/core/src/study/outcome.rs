@@ -3,60 +3,15 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::opposite::{Pair, pairs};
-use super::score::ErrorSums;
-use super::{Covariance, Known, Refinement, Settings};
+use super::known::{Known, Pair};
+use super::opposite::pairs;
+use super::score::{ErrorSums, Score};
+use super::{Covariance, Refinement, Settings};
 use crate::remedy::Remedy;
 use crate::signal::{Signals, central};
 use sindyscope_values::model::{Mass, Mode, Model, Physical, Units, modes, physical};
 use sindyscope_values::record::{Record, Role, Usage, metres};
 use sindyscope_values::term::{Kind, Layout, Symbol, Term};
-
-/// Why a study has no outcome.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum StudyError {
-    /// No record is marked fit.
-    #[error("there is nothing to fit: mark at least one record as fit")]
-    NothingToFit,
-    /// Two records measure different things.
-    #[error("{0}")]
-    RecordsDiffer(String),
-    /// A setting does not fit the records.
-    #[error("{0}")]
-    Setting(String),
-    /// Stopped from outside.
-    #[error("cancelled")]
-    Cancelled,
-}
-
-impl StudyError {
-    /// What to try, each by itself.
-    pub fn remedies(&self) -> Vec<Remedy> {
-        match self {
-            Self::RecordsDiffer(_) => vec![
-                Remedy::to_do("give records with the same channels and units"),
-                Remedy::columns::<String, String>([]),
-            ],
-            Self::Setting(_) => vec![Remedy::LeaveToData],
-            Self::NothingToFit | Self::Cancelled => Vec::new(),
-        }
-    }
-}
-
-/// A simulated response held against a measurement, in the record's unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Score {
-    /// Root mean square of the error E(t).
-    pub rmse: f64,
-    /// `rmse` over the record's standard deviation.
-    pub nrmse: f64,
-    /// Largest error.
-    pub max_error: f64,
-    /// Best fit, %: 100 (1 − ‖y−ŷ‖/‖y−ȳ‖).
-    pub best_fit: f64,
-    /// Samples compared.
-    pub samples: usize,
-}
 
 /// The simulated response of one degree of freedom (first order: of one state) as its sensor would show it, and its error.
 #[derive(Clone, Debug, PartialEq)]

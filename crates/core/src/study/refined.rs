@@ -1,8 +1,8 @@
 //! Refinement by output error: the coefficients of the terms that the regression kept, fitted to the response itself.
 
-use super::calibrate::{Calibrated, Calibration};
-use super::known::Sign;
-use super::opposite::{Pair, SharedParameters};
+use super::calibration::{Calibrated, Calibration};
+use super::known::{Pair, Sign};
+use super::opposite::SharedParameters;
 use super::{Cancel, Covariance, Lock, StudyError};
 use crate::dataset::Prepared;
 use crate::refine::{
@@ -229,25 +229,45 @@ pub(super) fn refined(
     let Landed { refined: found, runs, .. } = landed;
     cancel.check()?;
     let Coefficients { free, shared, .. } = coefficients;
-    *covariance = Covariance::unknown(model.equations[accelerations.clone()].iter().map(|e| e.terms.len()));
-    let places: Vec<Option<usize>> = terms()
-        .map(|(equation, place, _)| free.iter().position(|f| (f.equation, f.place) == (equation, place)))
-        .collect();
-    let slopes = shared.slopes(&found.point.shared);
-    let parameters = slopes.ncols();
-    let known = found.covariance.nrows() == parameters + asked.sought.len();
-    let errors = if known {
-        &slopes * found.covariance.view((0, 0), (parameters, parameters)) * slopes.transpose()
-    } else {
-        found.covariance.clone()
-    };
+    take_over(&found, &free, &shared, model, covariance);
+    let parameters = found.point.shared.len() - asked.sought.len();
     let calibrated = |(k, what): (usize, &Calibration)| Calibrated {
         what: *what,
         value: found.point.shared[parameters + k],
         std_error: found.std_error(parameters + k),
     };
     let calibrated = asked.sought.iter().enumerate().map(calibrated).collect();
-    let at: Vec<(usize, usize)> = terms().map(|(equation, place, _)| (equation - first, place)).collect();
+    let weights = runs.first().map_or(&[][..], |r| &r.weights);
+    let rmse = weights.iter().enumerate().map(|(i, weight)| residual_rms(&found, &runs, i) / weight).collect();
+    Ok(Ok(Refinement { before, rmse, horizon, converged: found.converged, calibrated }))
+}
+
+/// Puts what was found into the model of which `free` coefficients were sought, with the covariance of all accelerations.
+fn take_over(
+    found: &Refined,
+    free: &[FreeCoefficient],
+    shared: &SharedParameters,
+    model: &mut Model,
+    covariance: &mut Covariance,
+) {
+    let accelerations = model.layout.states() - model.layout.freedoms..model.layout.states();
+    let first = accelerations.start;
+    let terms: Vec<(usize, usize)> = accelerations
+        .clone()
+        .flat_map(|equation| (0..model.equations[equation].terms.len()).map(move |place| (equation, place)))
+        .collect();
+    *covariance = Covariance::unknown(model.equations[accelerations.clone()].iter().map(|e| e.terms.len()));
+    let place_of = |term: &(usize, usize)| free.iter().position(|f| (f.equation, f.place) == *term);
+    let places: Vec<Option<usize>> = terms.iter().map(place_of).collect();
+    let slopes = shared.slopes(&found.point.shared);
+    let parameters = slopes.ncols();
+    let known = found.covariance.nrows() == found.point.shared.len();
+    let errors = if known {
+        &slopes * found.covariance.view((0, 0), (parameters, parameters)) * slopes.transpose()
+    } else {
+        found.covariance.clone()
+    };
+    let at: Vec<(usize, usize)> = terms.iter().map(|(equation, place)| (equation - first, *place)).collect();
     for (i, a) in places.iter().enumerate() {
         for (j, b) in places.iter().enumerate().skip(i) {
             let entry = match a.zip(*b) {
@@ -269,9 +289,6 @@ pub(super) fn refined(
         let total: f64 = equation.terms.iter().map(|t| t.share).sum();
         equation.terms.iter_mut().for_each(|t| t.share = if total > 0.0 { t.share / total } else { 0.0 });
     }
-    let weights = runs.first().map_or(&[][..], |r| &r.weights);
-    let rmse = weights.iter().enumerate().map(|(i, weight)| residual_rms(&found, &runs, i) / weight).collect();
-    Ok(Ok(Refinement { before, rmse, horizon, converged: found.converged, calibrated }))
 }
 
 /// The runs of some records, every displacement (or state) weighed by its noise so that the first counts one; and the noise of

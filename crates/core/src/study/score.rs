@@ -1,6 +1,21 @@
 //! Errors as the report defines them: E(t) is the distance of measured and simulated value, RMSE that over the record.
 
-use super::Score;
+use serde::{Deserialize, Serialize};
+
+/// A simulated response held against a measurement, in the record's unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Score {
+    /// Root mean square of the error E(t).
+    pub rmse: f64,
+    /// `rmse` over the record's standard deviation.
+    pub nrmse: f64,
+    /// Largest error.
+    pub max_error: f64,
+    /// Best fit, %: 100 (1 − ‖y−ŷ‖/‖y−ȳ‖).
+    pub best_fit: f64,
+    /// Samples compared.
+    pub samples: usize,
+}
 
 /// Sums that scores are made of; sums of several records add up.
 #[derive(Clone, Copy, Debug, Default)]

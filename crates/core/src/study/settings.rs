@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::Known;
+use super::known::Known;
 use crate::signal::Smoothing;
 use crate::sparse::Regressor;
 use sindyscope_values::term::{Kind, Term};

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::known::candidate_terms;
+use super::candidates::candidate_terms;
 use super::regression::{self, Regression, fitted_states};
 use super::{Cancel, Outcome, Settings, Smoothing, Study, StudyError};
 use crate::dataset::SimulationDrive;

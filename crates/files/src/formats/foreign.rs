@@ -1,6 +1,6 @@
 //! Files of other programs that hold no table of numbers: each is refused by name, with what to export instead.
 
-use crate::error::ReadError;
+use crate::error::{ReadError, ReadProblem};
 
 /// A kind of file that is not read.
 #[derive(Clone, Copy, Debug)]
@@ -222,7 +222,7 @@ pub(crate) fn refuse(file: &str, ending: &str, bytes: &[u8]) -> Result<(), ReadE
     let text = text.trim_start_matches('\u{feff}').trim_start().to_owned();
     let head = Head { bytes, text, ending };
     match FOREIGN.iter().find(|foreign| (foreign.recognises)(&head)) {
-        Some(Foreign { what, advice, .. }) => Err(ReadError::Foreign { file: file.to_owned(), what, advice }),
+        Some(Foreign { what, advice, .. }) => Err(ReadError::new(file, ReadProblem::Foreign { what, advice })),
         None => Ok(()),
     }
 }

@@ -1,4 +1,4 @@
-//! Measurement Data `FileFormat`, version 4 (`.mf4`), of the car industry's loggers.
+//! Measurement Data Format, version 4 (`.mf4`), of the car industry's loggers.
 //!
 //! After *ASAM MDF 4.1*. Blocks refer to each other by address: data groups hold channel groups, these hold channels. Data
 //! may be in one block or in lists of blocks, deflated or not; records of several channel groups may be mixed.

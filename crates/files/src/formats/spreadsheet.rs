@@ -9,9 +9,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use calamine::{Data, DataRef, Reader as _, Sheets, open_workbook_auto_from_rs};
 
-use super::text;
+use super::text::{self, TextHead};
 use crate::column::Flaw;
-use crate::error::ReadError;
+use crate::error::{ReadError, ReadProblem};
 use crate::format::{FileFormat, Reader, TextTable};
 use crate::table::{Choose, ColumnTable, TableHead};
 use crate::words::list;
@@ -41,8 +41,8 @@ const DAY: f64 = 86_400.0;
 pub(crate) fn look(file: &str, sheets: &[TextTable], choose: &Choose<'_>) -> Result<Vec<TableHead>, ReadError> {
     let mut tables = Vec::new();
     let mut reason = None;
-    for TextTable { name, text } in sheets {
-        match text::look(file, text.as_bytes(), choose) {
+    for TextTable { name, text, head } in sheets {
+        match text::look(file, text.as_bytes(), head.as_ref(), choose) {
             Ok(found) => tables.extend(found.into_iter().map(|table| TableHead { name: name.clone(), ..table })),
             Err(error) => reason = reason.or(Some(error)),
         }
@@ -62,8 +62,8 @@ fn sheets(bytes: &[u8]) -> Result<Vec<TextTable>, Flaw> {
 /// The first sheet that reads as a table.
 pub(crate) fn read(file: &str, sheets: &[TextTable], choose: &Choose<'_>) -> Result<ColumnTable, ReadError> {
     let mut first: Option<ReadError> = None;
-    for (index, TextTable { name, text }) in sheets.iter().enumerate() {
-        match text::read(file, text.as_bytes(), choose) {
+    for (index, TextTable { name, text, head }) in sheets.iter().enumerate() {
+        match text::read(file, text.as_bytes(), head.as_ref(), choose) {
             Ok(mut table) => {
                 if sheets.len() > 1 {
                     let others = sheets.iter().enumerate().filter(|(other, _)| *other != index);
@@ -74,17 +74,14 @@ pub(crate) fn read(file: &str, sheets: &[TextTable], choose: &Choose<'_>) -> Res
             }
             Err(error) => {
                 // A sheet with a header says more of what is wrong than an empty or a described one.
-                let is_table = !matches!(error, ReadError::Empty { .. } | ReadError::HeaderOnly { .. });
-                let better = first
-                    .as_ref()
-                    .is_none_or(|f| is_table && matches!(f, ReadError::Empty { .. } | ReadError::HeaderOnly { .. }));
-                if better {
+                let is_bare = |e: &ReadError| matches!(*e.problem, ReadProblem::Empty | ReadProblem::HeaderOnly(_));
+                if first.as_ref().is_none_or(|first| is_bare(first) && !is_bare(&error)) {
                     first = Some(error);
                 }
             }
         }
     }
-    Err(first.unwrap_or_else(|| ReadError::Empty { file: file.to_owned() }))
+    Err(first.unwrap_or_else(|| ReadError::new(file, ReadProblem::Empty)))
 }
 
 fn texts(bytes: &[u8]) -> Result<Vec<TextTable>, Flaw> {
@@ -100,7 +97,7 @@ fn texts(bytes: &[u8]) -> Result<Vec<TextTable>, Flaw> {
     for name in book.sheet_names() {
         let mut text = SheetText::default();
         if let Sheets::Xlsx(book) = &mut book {
-            // SheetCell by cell: a range would have room for all that a far corner spans.
+            // Cell by cell: a range would have room for all that a far corner spans.
             let mut cells = book.worksheet_cells_reader(&name).map_err(|e| damaged(e.into()))?;
             while let Some(cell) = cells.next_cell().map_err(|e| damaged(e.into()))? {
                 let (row, column) = cell.get_position();
@@ -117,7 +114,8 @@ fn texts(bytes: &[u8]) -> Result<Vec<TextTable>, Flaw> {
             }
         }
         if !text.text.trim().is_empty() {
-            texts.push(TextTable { name, text: text.text });
+            let head = TextHead::new(text.text.as_bytes());
+            texts.push(TextTable { name, text: text.text, head });
         }
     }
     Ok(texts)
@@ -128,7 +126,7 @@ enum SheetCell<'a> {
     Number(f64),
 }
 
-/// `SheetText` of text with tabs between the cells.
+/// Lines of text with tabs between the cells.
 #[derive(Default)]
 struct SheetText {
     text: String,

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use csv::{ByteRecord, Reader, ReaderBuilder};
 
-use crate::error::{ReadError, RowPlace};
+use crate::error::{ReadError, ReadProblem, RowPlace};
 use crate::format::{self, FileFormat};
 use crate::heading::{Heading, label};
 use crate::selection::Selection;
@@ -27,22 +27,62 @@ const HEAD_ROWS: usize = 200;
 /// What can stand between cells, the likeliest reading first: a comma may be part of a number, a blank part of a name.
 const SEPARATORS: [u8; 4] = [b';', b'\t', b',', b' '];
 
-pub(crate) fn read(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<ColumnTable, ReadError> {
-    let bytes = decode(bytes).ok_or_else(|| ReadError::NotText { file: file.to_owned() })?;
-    let header = find_header(file, &bytes, choose)?;
-    read_rows(file, &bytes, header, choose)
+/// How a text begins, found once for whatever is asked of it.
+#[derive(Clone, Debug)]
+pub(crate) struct TextHead {
+    /// The text in one encoding; where that is the bytes' own, how many of them stand before it.
+    decoded: Result<Vec<u8>, usize>,
+    /// The first rows, as each separator parts them.
+    readings: Vec<(u8, Vec<HeadRow>)>,
+}
+
+impl TextHead {
+    /// None of bytes that are no text.
+    pub(crate) fn new(bytes: &[u8]) -> Option<Self> {
+        let decoded = decode(bytes)?;
+        let readings = SEPARATORS.map(|separator| (separator, head(&decoded, separator))).to_vec();
+        let decoded = match decoded {
+            Cow::Owned(text) => Ok(text),
+            Cow::Borrowed(text) => Err(bytes.len() - text.len()),
+        };
+        Some(Self { decoded, readings })
+    }
+
+    /// The text of the bytes that this is the head of.
+    fn text<'a>(&'a self, bytes: &'a [u8]) -> &'a [u8] {
+        self.decoded.as_ref().map_or_else(|before| &bytes[*before..], Vec::as_slice)
+    }
+}
+
+/// The bytes that `head` is the head of, as a table of the columns that are wanted.
+pub(crate) fn read(
+    file: &str,
+    bytes: &[u8],
+    head: Option<&TextHead>,
+    choose: &Choose<'_>,
+) -> Result<ColumnTable, ReadError> {
+    let head = head.ok_or_else(|| ReadError::new(file, ReadProblem::NotText))?;
+    let bytes = head.text(bytes);
+    let header = find_header(file, bytes, &head.readings, choose)?;
+    read_rows(file, bytes, header, choose)
 }
 
 /// The names of the columns, and the first rows beneath them.
-pub(crate) fn look(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Vec<TableHead>, ReadError> {
-    let bytes = decode(bytes).ok_or_else(|| ReadError::NotText { file: file.to_owned() })?;
-    // CellReader without names can be looked at too.
+pub(crate) fn look(
+    file: &str,
+    bytes: &[u8],
+    head: Option<&TextHead>,
+    choose: &Choose<'_>,
+) -> Result<Vec<TableHead>, ReadError> {
+    let head = head.ok_or_else(|| ReadError::new(file, ReadProblem::NotText))?;
+    let bytes = head.text(bytes);
+    // Cells without names can be looked at too.
     let choose = |headings: &[Heading]| {
         if headings.iter().all(|h| h.name.is_empty()) { Ok(Selection::default()) } else { choose(headings) }
     };
-    let Header { separator, headings, end, .. } = find_header(file, &bytes, &choose)?;
+    let Header { separator, headings, end, .. } = find_header(file, bytes, &head.readings, &choose)?;
     let mut first: Vec<Vec<f64>> = vec![Vec::new(); headings.len()];
-    let mut rows = TextRows::new(&bytes, end, separator);
+    let mut rows = TextRows::new(bytes, end, separator);
     for _ in 0..FIRST_ROWS {
         if !rows.advance() {
             break;
@@ -228,6 +268,7 @@ fn odd_number(cell: &[u8]) -> Option<f64> {
 }
 
 /// One row of the file's head.
+#[derive(Clone, Debug)]
 struct HeadRow {
     cells: Vec<String>,
     line: usize,
@@ -286,11 +327,15 @@ struct HeaderRow {
     clean: bool,
 }
 
-fn find_header(file: &str, bytes: &[u8], choose: &Choose<'_>) -> Result<Header, ReadError> {
-    let heads: Vec<(u8, Vec<HeadRow>)> = SEPARATORS.iter().map(|&s| (s, head(bytes, s))).collect();
-    // TextRows of nothing but separators are empty in the reading that has these.
+fn find_header(
+    file: &str,
+    bytes: &[u8],
+    heads: &[(u8, Vec<HeadRow>)],
+    choose: &Choose<'_>,
+) -> Result<Header, ReadError> {
+    // Rows of nothing but separators are empty in the reading that has these.
     if heads.iter().any(|(_, rows)| rows.is_empty()) {
-        return Err(ReadError::Empty { file: file.to_owned() });
+        return Err(ReadError::new(file, ReadProblem::Empty));
     }
     let first_line = heads[0].1[0].line;
 
@@ -383,7 +428,7 @@ fn candidate(rows: &[HeadRow], index: usize, separator: u8, several: bool) -> Op
     Some(HeaderRow { header: Header { separator, headings, line: row.line, end, notices: Vec::new() }, clean })
 }
 
-/// `TextRows` of numbers from the first line on: names may stand in the comment above, or the user gives the columns' numbers.
+/// Rows of numbers from the first line on: names may stand in the comment above, or the user gives the columns' numbers.
 fn without_names(
     file: &str,
     bytes: &[u8],
@@ -411,7 +456,7 @@ fn without_names(
     if choose(&headings).is_ok() {
         return Ok(Header { separator, headings, line: first.line, end: 0, notices: Vec::new() });
     }
-    Err(ReadError::NoHeader { file: file.to_owned(), line: first.line, columns })
+    Err(ReadError::new(file, ReadProblem::NoHeader { line: first.line, columns }))
 }
 
 fn read_rows(file: &str, bytes: &[u8], header: Header, choose: &Choose<'_>) -> Result<ColumnTable, ReadError> {
@@ -438,16 +483,21 @@ fn read_rows(file: &str, bytes: &[u8], header: Header, choose: &Choose<'_>) -> R
         let cells = rows.len();
         let surplus = (expected..cells).any(|c| !rows.cell(c).is_empty());
         if cells < needed || surplus {
-            return Err(ReadError::RowLength { file: file.to_owned(), line: rows.line, cells, expected });
+            let error = ReadError::new(file, ReadProblem::RowLength { cells, expected });
+            return Err(error.in_row(RowPlace::Line(rows.line)));
         }
         place += 1.0;
         if let Some(column) = wanted.iter().find(|c| is_missing(rows.cell(**c))) {
-            gaps.note(columns.place(&rows, *column), !lines.is_empty());
+            gaps.note(|| columns.refuse(&rows, *column, ReadProblem::MissingCell), !lines.is_empty());
             continue;
         }
-        // TextRows of several records may be mixed: then their numbers do not tell which are missing.
-        if selection.time.is_none() && selection.trajectory.is_some() && gaps.inside {
-            return Err(gaps.error());
+        // Rows of several records may be mixed: then their numbers do not tell which are missing.
+        if let Some(error) = &gaps.first
+            && selection.time.is_none()
+            && selection.trajectory.is_some()
+            && gaps.inside
+        {
+            return Err(error.clone());
         }
         match selection.time {
             Some(column) => stamps.push(columns.number(&rows, column)?),
@@ -459,21 +509,21 @@ fn read_rows(file: &str, bytes: &[u8], header: Header, choose: &Choose<'_>) -> R
         if let Some(column) = selection.trajectory {
             let label = rows.cell(column);
             if label.is_empty() {
-                return Err(columns.missing(&rows, column));
+                return Err(columns.refuse(&rows, column, ReadProblem::MissingCell));
             }
             labels.push(label);
         }
         lines.push(u32::try_from(rows.line).unwrap_or(u32::MAX));
     }
-    if lines.is_empty() && gaps.count > 0 {
-        return Err(gaps.error());
+    if let Some(error) = gaps.first.as_ref().filter(|_| lines.is_empty()) {
+        return Err(error.clone());
     }
     notices.extend(gaps.notice());
     if selection.time.is_none() && places.windows(2).any(|w| w[1] - w[0] > 1.0) {
         stamps = places;
     }
     if lines.is_empty() {
-        return Err(ReadError::HeaderOnly { file: file.to_owned(), line: header_line });
+        return Err(ReadError::new(file, ReadProblem::HeaderOnly(header_line)));
     }
     let Labels { of_rows: trajectories, names: labels, .. } = labels;
     Ok(ColumnTable {
@@ -500,37 +550,30 @@ fn is_missing(cell: &[u8]) -> bool {
     matches!(bare.as_str(), "" | "na" | "n/a" | "#n/a" | "nan" | "null" | "none" | "-" | "--")
 }
 
-/// `TextRows` that lack a value that is needed.
+/// Rows that lack a value that is needed.
 #[derive(Default)]
 struct Gaps {
     count: usize,
-    /// File, line and column of the first.
-    first: (String, usize, String),
+    /// The first.
+    first: Option<ReadError>,
     /// True if one stands below a row that is whole.
     inside: bool,
 }
 
 impl Gaps {
-    fn note(&mut self, place: (String, usize, String), inside: bool) {
-        if self.count == 0 {
-            self.first = place;
-        }
+    fn note(&mut self, error: impl FnOnce() -> ReadError, inside: bool) {
+        self.first.get_or_insert_with(error);
         self.count += 1;
         self.inside |= inside;
     }
 
-    fn error(&self) -> ReadError {
-        let (file, line, column) = self.first.clone();
-        ReadError::MissingCell { file, row: RowPlace::Line(line), column }
-    }
-
     fn notice(&self) -> Option<String> {
-        let (_, line, column) = &self.first;
-        match self.count {
-            0 => None,
-            1 => Some(format!("line {line} has no value of `{column}` and was left out")),
-            n => Some(format!("{n} rows without a value, the first of `{column}` in line {line}, were left out")),
-        }
+        let first = self.first.as_ref()?;
+        let (row, column) = (first.row?, first.column.as_ref()?);
+        Some(match self.count {
+            1 => format!("{row} has no value of `{column}` and was left out"),
+            n => format!("{n} rows without a value, the first of `{column}` in {row}, were left out"),
+        })
     }
 }
 
@@ -547,13 +590,9 @@ impl<'a> CellReader<'a> {
         Self { file, headings, points: false, commas: false }
     }
 
-    fn place(&self, rows: &TextRows<'_>, column: usize) -> (String, usize, String) {
-        (self.file.to_owned(), rows.line, label(self.headings, column))
-    }
-
-    fn missing(&self, rows: &TextRows<'_>, column: usize) -> ReadError {
-        let (file, line, column) = self.place(rows, column);
-        ReadError::MissingCell { file, row: RowPlace::Line(line), column }
+    fn refuse(&self, rows: &TextRows<'_>, column: usize, problem: ReadProblem) -> ReadError {
+        let error = ReadError::new(self.file, problem).in_row(RowPlace::Line(rows.line));
+        error.in_column(label(self.headings, column))
     }
 
     fn number(&mut self, rows: &TextRows<'_>, column: usize) -> Result<f64, ReadError> {
@@ -568,25 +607,21 @@ impl<'a> CellReader<'a> {
                 return Ok(value);
             }
         }
-        Err(self.refuse(rows, column))
+        Err(self.refuse(rows, column, self.problem(rows.cell(column))))
     }
 
     #[cold]
-    fn refuse(&self, rows: &TextRows<'_>, column: usize) -> ReadError {
-        let bytes = rows.cell(column);
+    fn problem(&self, bytes: &[u8]) -> ReadProblem {
         let text = text_of(bytes);
         let mut cell = printable(&text.chars().take(40).collect::<String>());
         if cell.len() < text.len() {
             cell.push('…');
         }
-        let (file, line, column) = self.place(rows, column);
         match number(bytes) {
-            None => ReadError::NotANumber { file, line, column, cell },
-            Some(value) if !value.is_finite() => ReadError::NotFinite { file, row: RowPlace::Line(line), column, cell },
-            Some(value) if value.abs() > LARGEST => {
-                ReadError::TooLarge { file, row: RowPlace::Line(line), column, cell }
-            }
-            Some(_) => ReadError::MixedDecimals { file, line, column, cell },
+            None => ReadProblem::NotANumber(cell),
+            Some(value) if !value.is_finite() => ReadProblem::NotFinite(cell),
+            Some(value) if value.abs() > LARGEST => ReadProblem::TooLarge(cell),
+            Some(_) => ReadProblem::MixedDecimals(cell),
         }
     }
 }

@@ -41,7 +41,7 @@ fn dataset(line: &[u8]) -> Option<(String, Vec<String>)> {
         .then(|| (number.to_lowercase(), words.collect()))
 }
 
-/// `UffLines` of a file that may hold bytes that are no text between them.
+/// Lines of a file that may hold bytes that are no text between them.
 struct UffLines<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -301,7 +301,7 @@ impl Raw<'_> {
     }
 }
 
-/// `UffNumbers` as Fortran writes them: between blanks, or side by side where they fill their columns.
+/// Numbers as Fortran writes them: between blanks, or side by side where they fill their columns.
 struct UffNumbers<'a> {
     text: &'a [u8],
     at: usize,
@@ -355,7 +355,7 @@ fn name(header: &[String], label: &str) -> String {
     }
 }
 
-/// `UffNumbers` the functions of one kind, where there are several.
+/// Numbers the functions of one kind, where there are several.
 fn number_roles(contents: &mut FileContents<'_>) {
     let quantities =
         [ColumnQuantity::Displacement, ColumnQuantity::Velocity, ColumnQuantity::Acceleration, ColumnQuantity::Input];

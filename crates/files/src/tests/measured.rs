@@ -25,7 +25,7 @@ fn the_silverbox_needs_to_be_told_its_columns() {
     let Some(folder) = folder() else { return };
     let path = folder.join("silverbox_multisine_1.csv");
     let error = read_files(&[&path], &ReadOptions::default()).unwrap_err();
-    assert!(matches!(error, ReadError::NoDisplacement { .. }), "{error}");
+    assert!(matches!(*error.problem, ReadProblem::NoDisplacement { .. }), "{error}");
     let options = ReadOptions { columns: "x=V2_out_V,u=V1_in_V".parse().unwrap(), ..ReadOptions::default() };
     let record = &read_files(&[&path], &options).unwrap()[0];
     assert_eq!((record.interval, record.len()), (0.0016384, 8690));

@@ -5,154 +5,84 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// A part of a report that is made from the study.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Section {
-    /// The errors in large type, and what is to be known of the result.
-    Summary,
-    /// The equation of motion, typeset.
-    Equation,
-    /// Every coefficient with its standard error, unit and share.
-    Coefficients,
-    /// Stiffness, damping and friction in the words of mechanics, and the natural modes of several masses.
-    Parameters,
-    /// The errors of every record.
-    Errors,
-    /// Measured and identified response over time, with the error.
-    Response,
-    /// The phase portrait.
-    Phase,
-    /// The amplitude spectra of response and error.
-    Spectrum,
-    /// Restoring force and friction.
-    Forces,
-    /// What the residual still goes with.
-    Residual,
-    /// What the search for missing effects came to, and the base model it began with.
-    Missing,
-    /// How the gap falls from effect to effect.
-    Waterfall,
-    /// Each round of the search: where the gap sat, what was added, the candidates.
-    Rounds,
-    /// The response before and after what was added, with the model.
-    Overlay,
-    /// What is left, and what the data could not show.
-    Remaining,
-    /// The records.
-    Records,
-    /// The settings.
-    Settings,
-    /// The command that makes the report again.
-    Command,
+/// Declares [`Section`] from the list of sections: the name in files and commands, the heading that it stands under (none of
+/// the summary, which opens the report), what it is called where one chooses, and what it shows.
+macro_rules! sections {
+    ($($section:ident: $name:literal, under $heading:literal: $label:literal, $shows:literal;)*) => {
+        /// A part of a report that is made from the study.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        #[serde(rename_all = "kebab-case")]
+        pub enum Section {
+            $(#[doc = $shows] $section,)*
+        }
+
+        impl Section {
+            /// Every section, in the order of a report that nobody has arranged.
+            pub const ALL: [Self; [$($name),*].len()] = [$(Self::$section,)*];
+
+            /// Name, heading, label and what it shows.
+            fn told(self) -> [&'static str; 4] {
+                match self {
+                    $(Self::$section => [$name, $heading, $label, $shows],)*
+                }
+            }
+        }
+    };
+}
+
+sections! {
+    Summary: "summary", under "": "Summary and warnings",
+        "The errors in large type, and the warnings about this result";
+    Equation: "equation", under "Equation of motion": "Equation of motion", "The identified equations as mathematics";
+    Coefficients: "coefficients", under "Equation of motion": "Coefficients",
+        "A table of the coefficients with standard error, unit and share of the rate";
+    Parameters: "parameters", under "Equation of motion": "Physical parameters",
+        "Natural frequency, damping, stiffness and friction, and the modes of several masses";
+    Errors: "errors", under "Response and error": "Errors of each record",
+        "A table of RMSE, NRMSE, largest error and best fit";
+    Response: "response", under "Response and error": "Response and error",
+        "Measured and identified response over each other, the error beneath";
+    Phase: "phase", under "Response and error": "Phase portrait", "Velocity over displacement, measured and identified";
+    Spectrum: "spectrum", under "Response and error": "Spectrum", "Amplitude spectra of measurement, model and error";
+    Forces: "forces", under "Forces and residual": "Restoring force, friction",
+        "Restoring force over deflection, and friction over velocity";
+    Residual: "residual", under "Forces and residual": "Residual",
+        "Correlations of what the model leaves, with their 95 % bands";
+    Missing: "missing", under "What is missing": "What is missing",
+        "The verdict of the search for missing effects, and its base model";
+    Waterfall: "waterfall", under "What is missing": "Fall of the gap",
+        "The gap between model and measurement after each effect that was added";
+    Rounds: "rounds", under "What is missing": "Effects and candidates",
+        "Where the gap sat, what was added with its parameters, and the table of the candidates";
+    Overlay: "overlay", under "What is missing": "Response before and after",
+        "The model with what was added, and its response beside the base model's";
+    Remaining: "remaining", under "What is missing": "What remains",
+        "Whether a gap is left, and what these data could not show";
+    Records: "records", under "Data": "Records",
+        "A table of the records: file, use, samples, rate, channels, and what was mended";
+    Settings: "settings", under "Settings": "Settings", "A table of all settings";
+    Command: "command", under "Settings": "Command that repeats it", "The command line that makes this report again";
 }
 
 impl Section {
-    /// Every section, in the order of a report that nobody has arranged.
-    pub const ALL: [Self; 18] = [
-        Self::Summary,
-        Self::Equation,
-        Self::Coefficients,
-        Self::Parameters,
-        Self::Errors,
-        Self::Response,
-        Self::Phase,
-        Self::Spectrum,
-        Self::Forces,
-        Self::Residual,
-        Self::Missing,
-        Self::Waterfall,
-        Self::Rounds,
-        Self::Overlay,
-        Self::Remaining,
-        Self::Records,
-        Self::Settings,
-        Self::Command,
-    ];
-
     /// Its name in files and on the command line.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Summary => "summary",
-            Self::Equation => "equation",
-            Self::Coefficients => "coefficients",
-            Self::Parameters => "parameters",
-            Self::Errors => "errors",
-            Self::Response => "response",
-            Self::Phase => "phase",
-            Self::Spectrum => "spectrum",
-            Self::Forces => "forces",
-            Self::Residual => "residual",
-            Self::Missing => "missing",
-            Self::Waterfall => "waterfall",
-            Self::Rounds => "rounds",
-            Self::Overlay => "overlay",
-            Self::Remaining => "remaining",
-            Self::Records => "records",
-            Self::Settings => "settings",
-            Self::Command => "command",
-        }
-    }
-
-    /// What it is called where one chooses.
-    pub fn label(self) -> &'static str {
-        match self {
-            Self::Summary => "Summary and warnings",
-            Self::Equation => "Equation of motion",
-            Self::Coefficients => "Coefficients",
-            Self::Parameters => "Physical parameters",
-            Self::Errors => "Errors of each record",
-            Self::Response => "Response and error",
-            Self::Phase => "Phase portrait",
-            Self::Spectrum => "Spectrum",
-            Self::Forces => "Restoring force, friction",
-            Self::Residual => "Residual",
-            Self::Missing => "What is missing",
-            Self::Waterfall => "Fall of the gap",
-            Self::Rounds => "Effects and candidates",
-            Self::Overlay => "Response before and after",
-            Self::Remaining => "What remains",
-            Self::Records => "Records",
-            Self::Settings => "Settings",
-            Self::Command => "Command that repeats it",
-        }
-    }
-
-    /// What it shows, in one sentence.
-    pub fn tooltip(self) -> &'static str {
-        match self {
-            Self::Summary => "The errors in large type, and the warnings about this result",
-            Self::Equation => "The identified equations as mathematics",
-            Self::Coefficients => "A table of the coefficients with standard error, unit and share of the rate",
-            Self::Parameters => "Natural frequency, damping, stiffness and friction, and the modes of several masses",
-            Self::Errors => "A table of RMSE, NRMSE, largest error and best fit",
-            Self::Response => "Measured and identified response over each other, the error beneath",
-            Self::Phase => "Velocity over displacement, measured and identified",
-            Self::Spectrum => "Amplitude spectra of measurement, model and error",
-            Self::Forces => "Restoring force over deflection, and friction over velocity",
-            Self::Residual => "Correlations of what the model leaves, with their 95 % bands",
-            Self::Missing => "The verdict of the search for missing effects, and its base model",
-            Self::Waterfall => "The gap between model and measurement after each effect that was added",
-            Self::Rounds => "Where the gap sat, what was added with its parameters, and the table of the candidates",
-            Self::Overlay => "The model with what was added, and its response beside the base model's",
-            Self::Remaining => "Whether a gap is left, and what these data could not show",
-            Self::Records => "A table of the records: file, use, samples, rate, channels, and what was mended",
-            Self::Settings => "A table of all settings",
-            Self::Command => "The command line that makes this report again",
-        }
+        self.told()[0]
     }
 
     /// The heading that it stands under; none for the summary, which opens the report.
     pub fn heading(self) -> Option<&'static str> {
-        match self {
-            Self::Summary => None,
-            Self::Equation | Self::Coefficients | Self::Parameters => Some("Equation of motion"),
-            Self::Errors | Self::Response | Self::Phase | Self::Spectrum => Some("Response and error"),
-            Self::Forces | Self::Residual => Some("Forces and residual"),
-            Self::Missing | Self::Waterfall | Self::Rounds | Self::Overlay | Self::Remaining => Some("What is missing"),
-            Self::Records => Some("Data"),
-            Self::Settings | Self::Command => Some("Settings"),
-        }
+        Some(self.told()[1]).filter(|heading| !heading.is_empty())
+    }
+
+    /// What it is called where one chooses.
+    pub fn label(self) -> &'static str {
+        self.told()[2]
+    }
+
+    /// What it shows, in one sentence.
+    pub fn tooltip(self) -> &'static str {
+        self.told()[3]
     }
 }
 

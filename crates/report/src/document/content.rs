@@ -1,7 +1,7 @@
 //! What a report says, in order, whatever it is written as.
 
-use super::Report;
 use super::math::{self, EquationRows, Math};
+use super::report::Report;
 use crate::figure::svg::Drawing;
 use sindyscope_core::study::{Differentiation, Formulation, Outcome, SETTINGS, Score, Severity, setting};
 use sindyscope_values::format::equations::{by_share, is_kinematic};

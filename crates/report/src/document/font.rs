@@ -8,7 +8,7 @@ use resvg::{tiny_skia, usvg};
 use skrifa::instance::{LocationRef, Size};
 use skrifa::{FontRef, MetadataProvider as _};
 
-use super::ReportError;
+use super::report::ReportError;
 
 /// A face of the page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

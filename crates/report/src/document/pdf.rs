@@ -19,8 +19,8 @@ use skrifa::raw::TableProvider as _;
 use skrifa::{FontRef, GlyphId, MetadataProvider as _};
 use subsetter::GlyphRemapper;
 
-use super::ReportError;
 use super::font::Fonts;
+use super::report::ReportError;
 
 /// Points of a page for each pixel of an SVG document: 72 and 96 to the inch.
 const POINTS_A_PIXEL: f32 = 0.75;

@@ -1,9 +1,9 @@
 //! The sections of a report, in the order that was arranged.
 
-use super::Report;
 use super::arrangement::{Arrangement, Item, Section};
 use super::content::{self, Block, sentence};
 use super::drawings::{self, FigureLimits};
+use super::report::Report;
 use super::{math, walk};
 use crate::figure::svg::Extent;
 use crate::view::View;

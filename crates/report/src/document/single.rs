@@ -7,7 +7,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::font::{Face, Fonts};
-use super::{ReportError, pdf};
+use super::pdf;
+use super::report::ReportError;
 use crate::canvas::Coordinate;
 use crate::figure::svg::{self, Drawing, Extent};
 use crate::figure::{Figure, style};

@@ -32,12 +32,12 @@ pub(super) enum WalkPart {
 
 /// A part as a section of a report; nothing if there is nothing to tell.
 pub(super) fn blocks(part: WalkPart, diagnosis: &Diagnosis, records: &RecordSet, room: &FigureLimits) -> Vec<Block> {
-    let unit = super::displacement_unit(records);
+    let unit = super::report::displacement_unit(records);
     let (Some(base), Some(last)) = (diagnosis.stages.first(), diagnosis.stages.last()) else { return Vec::new() };
     let steps = diagnosis.steps();
     let model = |model: &Model| {
         let mut blocks = vec![Block::Equations(math::equations(model))];
-        blocks.extend(coefficients(model, &super::units(records, model), |_| None));
+        blocks.extend(coefficients(model, &super::report::units(records, model), |_| None));
         blocks
     };
     match part {

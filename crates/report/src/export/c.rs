@@ -1,48 +1,21 @@
 //! The model as a C program that needs nothing but the standard library.
 
 use super::head::comment;
-use super::switched::{Switched, literal, mentions};
+use super::switched::{InLanguage, Language, Switched, literal, mentions};
 use super::{Export, FormatEntry, input_file};
-use sindyscope_values::term::{Expression, Function, Layout, Style, Symbol, written};
+use sindyscope_values::term::{Function, Symbol, written};
 
 /// The part that is the same for every model.
 const INTEGRATOR: &str = include_str!("templates/integrator.c");
 
-struct C<'a>(&'a Switched);
-
-impl Style for C<'_> {
-    fn symbol(&self, symbol: Symbol) -> String {
-        self.0.layout.name(symbol)
-    }
-
-    fn substitute(&self, e: &Expression) -> Option<String> {
-        let (surface, function, argument) = self.0.held(e)?;
-        Some(match function {
-            Function::Abs => format!("(s[{surface}]*({}))", written(argument, self)),
-            _ => format!("s[{surface}]"),
-        })
-    }
-
-    fn number(&self, value: f64) -> String {
-        literal(value)
-    }
-
-    fn times(&self) -> &'static str {
-        "*"
-    }
-
-    fn power(&self, base: &str, exponent: &str) -> String {
-        format!("pow({base}, {exponent})")
-    }
-
-    fn call(&self, function: Function, arguments: &[String], _: bool) -> String {
-        let name = match function {
-            Function::Abs => "fabs",
-            f => f.name(),
-        };
-        format!("{name}({})", arguments.join(", "))
-    }
-}
+const C: Language = Language {
+    sign: |surface| format!("s[{surface}]"),
+    state: |i| format!("X[{i}]"),
+    input: |j, order| format!("U[{j}][{order}]"),
+    define: |name, value| format!("    const double {name} = {value};\n"),
+    power: |base, exponent| format!("pow({base}, {exponent})"),
+    function: |function| if function == Function::Abs { "fabs".into() } else { function.name().into() },
+};
 
 pub(super) const FORMAT: FormatEntry =
     FormatEntry { ending: "c", name: "C", runs: true, switches: true, write: program };
@@ -89,42 +62,27 @@ fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
     out.push_str(
         "\n/* The model: X holds the states, U each input with its first two derivatives, s the held signs. */\n\n",
     );
-    let style = C(switched);
+    let style = InLanguage(&C, switched);
     let body: Vec<String> = (0..count).map(|i| format!("    f[{i}] = {};", switched.rate(i, &style))).collect();
-    out.push_str(&function("rates", false, "f", &body, layout));
+    out.push_str(&function("rates", false, "f", &body, &style));
     let surfaces = &switched.surfaces;
     let body: Vec<String> =
         surfaces.iter().enumerate().map(|(k, s)| format!("    g[{k}] = {};", written(&s.expression, &style))).collect();
     out.push_str("/* The functions at whose zeros the signs change. */\n");
-    out.push_str(&function("surfaces", false, "g", &body, layout));
+    out.push_str(&function("surfaces", false, "g", &body, &style));
     let rate = |i: usize| format!("f[{i}]");
     let body: Vec<String> =
         (0..surfaces.len()).map(|k| format!("    g[{k}] = {};", switched.surface_rate(k, &style, rate))).collect();
     out.push_str("/* Their rates, the states changing by f. */\n");
-    out.push_str(&function("surface_rates", true, "g", &body, layout));
+    out.push_str(&function("surface_rates", true, "g", &body, &style));
     out.push_str(INTEGRATOR);
     out
 }
 
 /// A function of the model's quantities that names what its body uses; `out` is the array that it fills.
-fn function(name: &str, reads_rates: bool, out: &str, body: &[String], layout: &Layout) -> String {
+fn function(name: &str, reads_rates: bool, out: &str, body: &[String], style: &InLanguage<'_>) -> String {
     let body = body.join("\n");
-    let mut code = String::new();
-    let mut define = |symbol: Symbol, from: String| {
-        let name = layout.name(symbol);
-        if mentions(&body, &name) {
-            code.push_str(&format!("    const double {name} = {from};\n"));
-        }
-    };
-    for (i, symbol) in layout.state_symbols().enumerate() {
-        define(symbol, format!("X[{i}]"));
-    }
-    for j in 0..layout.inputs {
-        define(Symbol::Input(j), format!("U[{j}][0]"));
-        define(Symbol::InputRate(j), format!("U[{j}][1]"));
-        define(Symbol::InputAcceleration(j), format!("U[{j}][2]"));
-    }
-    code.push_str(&body);
+    let code = style.definitions(&body) + &body;
     let mut parameters =
         vec![("double t", "t"), ("const double *X", "X"), ("double (*U)[3]", "U"), ("const double *s", "s")];
     if reads_rates {

@@ -1,44 +1,21 @@
 //! The model as a MATLAB function around `ode45` and its events.
 
 use super::head::comment;
-use super::switched::{Switched, literal, mentions};
+use super::switched::{InLanguage, Language, Switched, literal};
 use super::{Export, FormatEntry, identifier, input_file};
-use sindyscope_values::term::{Expression, Function, Style, Symbol, written};
+use sindyscope_values::term::{Symbol, written};
 
 /// The part that is the same for every model.
 const INTEGRATOR: &str = include_str!("templates/integrator.m");
 
-struct Matlab<'a>(&'a Switched);
-
-impl Style for Matlab<'_> {
-    fn symbol(&self, symbol: Symbol) -> String {
-        self.0.layout.name(symbol)
-    }
-
-    fn substitute(&self, e: &Expression) -> Option<String> {
-        let (surface, function, argument) = self.0.held(e)?;
-        Some(match function {
-            Function::Abs => format!("(s({})*({}))", surface + 1, written(argument, self)),
-            _ => format!("s({})", surface + 1),
-        })
-    }
-
-    fn number(&self, value: f64) -> String {
-        literal(value)
-    }
-
-    fn times(&self) -> &'static str {
-        "*"
-    }
-
-    fn power(&self, base: &str, exponent: &str) -> String {
-        format!("{base}^{exponent}")
-    }
-
-    fn call(&self, function: Function, arguments: &[String], _: bool) -> String {
-        format!("{}({})", function.name(), arguments.join(", "))
-    }
-}
+const MATLAB: Language = Language {
+    sign: |surface| format!("s({})", surface + 1),
+    state: |i| format!("X({})", i + 1),
+    input: |j, order| format!("U({}, {})", j + 1, order + 1),
+    define: |name, value| format!("    {name} = {value};\n"),
+    power: |base, exponent| format!("{base}^{exponent}"),
+    function: |function| function.name().into(),
+};
 
 pub(super) const FORMAT: FormatEntry =
     FormatEntry { ending: "m", name: "MATLAB", runs: true, switches: false, write: program };
@@ -79,28 +56,14 @@ fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
     out.push_str("    inputs = read_inputs(input_file, model);\n");
     out.push_str("    response = simulate(inputs, initial(:), model);\n");
     out.push_str("    if nargin > 1, write_response(output_file, response, model); end\nend\n\n");
-    let style = Matlab(switched);
+    let style = InLanguage(&MATLAB, switched);
     let rates: Vec<String> = (0..switched.states.len()).map(|i| switched.rate(i, &style)).collect();
     let surfaces: Vec<String> = switched.surfaces.iter().map(|s| written(&s.expression, &style)).collect();
     let slopes: Vec<String> =
         (0..surfaces.len()).map(|k| switched.surface_rate(k, &style, |i| format!("f({})", i + 1))).collect();
     let mut define = |name: &str, also: &str, says: &str, results: &[String]| {
         out.push_str(&format!("function out = {name}(t, X, U, s{also})\n    % {says}\n"));
-        let body = results.join("\n");
-        let mut unpack = |symbol: Symbol, from: String| {
-            let name = layout.name(symbol);
-            if mentions(&body, &name) {
-                out.push_str(&format!("    {name} = {from};\n"));
-            }
-        };
-        for (i, state) in switched.states.iter().enumerate() {
-            unpack(*state, format!("X({})", i + 1));
-        }
-        for j in 0..layout.inputs {
-            unpack(Symbol::Input(j), format!("U({}, 1)", j + 1));
-            unpack(Symbol::InputRate(j), format!("U({}, 2)", j + 1));
-            unpack(Symbol::InputAcceleration(j), format!("U({}, 3)", j + 1));
-        }
+        out.push_str(&style.definitions(&results.join("\n")));
         out.push_str(&format!("    out = zeros({}, 1);\n", results.len()));
         for (i, result) in results.iter().enumerate() {
             out.push_str(&format!("    out({}) = {result};\n", i + 1));

@@ -3,7 +3,7 @@
 use super::head::comment;
 use super::switched::{Switched, literal, mentions};
 use super::{Export, FormatEntry, identifier, input_file};
-use sindyscope_values::term::{Expression, Function, Style, Symbol, written};
+use sindyscope_values::term::{Expression, Function, Layout, Style, Symbol, written};
 
 /// Modelica locates the zeros of `abs` and of conditions by itself; only signs that may stick are variables of their own.
 struct Modelica<'a>(&'a Switched);
@@ -93,21 +93,7 @@ fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
         ));
     }
     let reach = export.scale().into_iter().fold(0.0, f64::max);
-    for (k, value) in sliding.iter().zip(&values) {
-        let n = k + 1;
-        out.push_str(&format!(
-            "    Real surface_{n} = {value} \"The motion switches where this is zero\";\n    \
-             parameter Real beyond_{n} = {} \"A surface so far beyond zero is left\";\n    \
-             discrete Real side_{n}(start = 0) \"The held sign of surface_{n}: 1 or -1; 0 while stuck\";\n    \
-             Real sgn_{n} \"The sign that acts\";\n    \
-             Real free_{n} \"Rate of surface_{n} without that sign\";\n    \
-             Real pull_{n} \"What a sign of 1 adds to it\";\n    \
-             Real needed_{n} \"The sign that would keep surface_{n} at zero\";\n    \
-             Real ahead_{n} \"surface_{n} seen from the side that the motion is on\";\n    \
-             Real excess_{n} \"What a stuck sign exceeds hold by\";\n",
-            literal(1e-10 * reach)
-        ));
-    }
+    out.extend(sliding.iter().zip(&values).map(|(k, value)| surface(k + 1, value, 1e-10 * reach)));
     if !sliding.is_empty() {
         out.push_str("  initial equation\n");
     }
@@ -133,23 +119,43 @@ fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
         ));
     }
     out.push_str("  end Motion;\n\n  model Experiment \"The motion along the recorded inputs\"\n");
+    out.push_str(&experiment(layout, stem));
+    out.push_str(&format!("  end Experiment;\n\nend {name};\n"));
+    out
+}
+
+/// The variables of a surface that the motion may stay on.
+fn surface(n: usize, value: &str, beyond: f64) -> String {
+    let beyond = literal(beyond);
+    format!(
+        "    Real surface_{n} = {value} \"The motion switches where this is zero\";\n    \
+             parameter Real beyond_{n} = {beyond} \"A surface so far beyond zero is left\";\n    \
+             discrete Real side_{n}(start = 0) \"The held sign of surface_{n}: 1 or -1; 0 while stuck\";\n    \
+             Real sgn_{n} \"The sign that acts\";\n    \
+             Real free_{n} \"Rate of surface_{n} without that sign\";\n    \
+             Real pull_{n} \"What a sign of 1 adds to it\";\n    \
+             Real needed_{n} \"The sign that would keep surface_{n} at zero\";\n    \
+             Real ahead_{n} \"surface_{n} seen from the side that the motion is on\";\n    \
+             Real excess_{n} \"What a stuck sign exceeds hold by\";\n"
+    )
+}
+
+/// The parts of the experiment: the motion, and where there are inputs the table that feeds it.
+fn experiment(layout: &Layout, stem: &str) -> String {
     let feed: Vec<String> =
         (0..layout.inputs).map(|j| format!("{} = table.y[{}]", layout.name(Symbol::Input(j)), j + 1)).collect();
     if feed.is_empty() {
-        out.push_str("    Motion motion;\n");
-    } else {
-        let columns: Vec<String> = (0..layout.inputs).map(|j| (j + 2).to_string()).collect();
-        out.push_str(&format!("    Motion motion({});\n", feed.join(", ")));
-        out.push_str(&format!(
-            "    Modelica.Blocks.Sources.CombiTimeTable table(\n      tableOnFile = true, tableName = \"input\", fileName = \
+        return "    Motion motion;\n".into();
+    }
+    let columns: Vec<String> = (0..layout.inputs).map(|j| (j + 2).to_string()).collect();
+    format!(
+        "    Motion motion({});\n    Modelica.Blocks.Sources.CombiTimeTable table(\n      tableOnFile = true, tableName = \"input\", fileName = \
              \"{}\", delimiter = \",\", nHeaderLines = 1,\n      columns = {{{}}}, smoothness = \
              Modelica.Blocks.Types.Smoothness.ContinuousDerivative);\n",
-            input_file(stem).replace(['"', '\\'], "_"),
-            columns.join(", ")
-        ));
-    }
-    out.push_str(&format!("  end Experiment;\n\nend {name};\n"));
-    out
+        feed.join(", "),
+        input_file(stem).replace(['"', '\\'], "_"),
+        columns.join(", ")
+    )
 }
 
 /// A text of code with a name replaced.

@@ -1,49 +1,25 @@
 //! The model as a Python program with NumPy and SciPy.
 
 use super::head::comment;
-use super::switched::{Switched, literal, mentions};
+use super::switched::{InLanguage, Language, Switched, literal};
 use super::{Export, FormatEntry, input_file};
-use sindyscope_values::term::{Expression, Function, Style, Symbol, written};
+use sindyscope_values::term::{Function, Symbol, written};
 
 /// The part that is the same for every model.
 const INTEGRATOR: &str = include_str!("templates/integrator.py");
 
-struct Python<'a>(&'a Switched);
-
-impl Style for Python<'_> {
-    fn symbol(&self, symbol: Symbol) -> String {
-        self.0.layout.name(symbol)
-    }
-
-    fn substitute(&self, e: &Expression) -> Option<String> {
-        let (surface, function, argument) = self.0.held(e)?;
-        Some(match function {
-            Function::Abs => format!("(s[{surface}]*({}))", written(argument, self)),
-            _ => format!("s[{surface}]"),
-        })
-    }
-
-    fn number(&self, value: f64) -> String {
-        literal(value)
-    }
-
-    fn times(&self) -> &'static str {
-        "*"
-    }
-
-    fn power(&self, base: &str, exponent: &str) -> String {
-        // A broken power of a negative number is a complex one in plain Python.
-        if exponent.contains('.') { format!("np.power({base}, {exponent})") } else { format!("{base}**{exponent}") }
-    }
-
-    fn call(&self, function: Function, arguments: &[String], _: bool) -> String {
-        let name = match function {
-            Function::Atan => "arctan",
-            f => f.name(),
-        };
-        format!("np.{name}({})", arguments.join(", "))
-    }
-}
+const PYTHON: Language = Language {
+    sign: |surface| format!("s[{surface}]"),
+    state: |i| format!("X[{i}]"),
+    input: |j, order| format!("U[{j}][{order}]"),
+    define: |name, value| format!("    {name} = {value}\n"),
+    // A broken power of a negative number is a complex one in plain Python.
+    power: |base, exponent| match exponent.contains('.') {
+        true => format!("np.power({base}, {exponent})"),
+        false => format!("{base}**{exponent}"),
+    },
+    function: |function| format!("np.{}", if function == Function::Atan { "arctan" } else { function.name() }),
+};
 
 pub(super) const FORMAT: FormatEntry =
     FormatEntry { ending: "py", name: "Python", runs: true, switches: true, write: program };
@@ -76,28 +52,14 @@ fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
     };
     out.push_str(&format!("INPUT_NAMES = {}\n", names(Symbol::Input)));
     out.push_str(&format!("RATE_NAMES = {}\n\n\n", names(Symbol::InputRate)));
-    let style = Python(switched);
+    let style = InLanguage(&PYTHON, switched);
     let rates: Vec<String> = (0..switched.states.len()).map(|i| switched.rate(i, &style)).collect();
     let surfaces: Vec<String> = switched.surfaces.iter().map(|s| written(&s.expression, &style)).collect();
     let slopes: Vec<String> =
         (0..surfaces.len()).map(|k| switched.surface_rate(k, &style, |i| format!("f[{i}]"))).collect();
     let mut define = |name: &str, also: &str, says: &str, results: &[String]| {
         out.push_str(&format!("def {name}(t, X, U, s{also}):\n    \"\"\"{says}\"\"\"\n"));
-        let body = results.join("\n");
-        let mut unpack = |symbol: Symbol, from: String| {
-            let name = layout.name(symbol);
-            if mentions(&body, &name) {
-                out.push_str(&format!("    {name} = {from}\n"));
-            }
-        };
-        for (i, state) in switched.states.iter().enumerate() {
-            unpack(*state, format!("X[{i}]"));
-        }
-        for j in 0..layout.inputs {
-            unpack(Symbol::Input(j), format!("U[{j}][0]"));
-            unpack(Symbol::InputRate(j), format!("U[{j}][1]"));
-            unpack(Symbol::InputAcceleration(j), format!("U[{j}][2]"));
-        }
+        out.push_str(&style.definitions(&results.join("\n")));
         out.push_str("    return [\n");
         for result in results {
             out.push_str(&format!("        {result},\n"));

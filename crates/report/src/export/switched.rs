@@ -92,6 +92,67 @@ impl Switched {
     }
 }
 
+/// A language whose programs hold a model's quantities in arrays: states `X`, inputs `U` with two derivatives each, signs `s`.
+pub(super) struct Language {
+    /// The held sign of a surface.
+    pub(super) sign: fn(usize) -> String,
+    /// A state.
+    pub(super) state: fn(usize) -> String,
+    /// A derivative of an input.
+    pub(super) input: fn(usize, usize) -> String,
+    /// A line that gives a name to a value.
+    pub(super) define: fn(&str, &str) -> String,
+    /// A power.
+    pub(super) power: fn(&str, &str) -> String,
+    /// What a function is called.
+    pub(super) function: fn(Function) -> String,
+}
+
+/// A model in such a language.
+pub(super) struct InLanguage<'a>(pub(super) &'a Language, pub(super) &'a Switched);
+
+impl InLanguage<'_> {
+    /// Lines that name the quantities that a body of code reads.
+    pub(super) fn definitions(&self, body: &str) -> String {
+        let Self(language, switched) = self;
+        let states = switched.states.iter().enumerate().map(|(i, state)| (*state, (language.state)(i)));
+        let inputs = (0..switched.layout.inputs).flat_map(|j| {
+            let symbols = [Symbol::Input(j), Symbol::InputRate(j), Symbol::InputAcceleration(j)];
+            symbols.into_iter().enumerate().map(move |(order, symbol)| (symbol, (language.input)(j, order)))
+        });
+        let named = states.chain(inputs).map(|(symbol, value)| (switched.layout.name(symbol), value));
+        named.filter(|(name, _)| mentions(body, name)).map(|(name, value)| (language.define)(&name, &value)).collect()
+    }
+}
+
+impl Style for InLanguage<'_> {
+    fn symbol(&self, symbol: Symbol) -> String {
+        self.1.layout.name(symbol)
+    }
+
+    fn substitute(&self, e: &Expression) -> Option<String> {
+        let (surface, function, argument) = self.1.held(e)?;
+        let sign = (self.0.sign)(surface);
+        Some(if function == Function::Abs { format!("({sign}*({}))", written(argument, self)) } else { sign })
+    }
+
+    fn number(&self, value: f64) -> String {
+        literal(value)
+    }
+
+    fn times(&self) -> &'static str {
+        "*"
+    }
+
+    fn power(&self, base: &str, exponent: &str) -> String {
+        (self.0.power)(base, exponent)
+    }
+
+    fn call(&self, function: Function, arguments: &[String], _: bool) -> String {
+        format!("{}({})", (self.0.function)(function), arguments.join(", "))
+    }
+}
+
 /// A sum of weighted terms in a language.
 pub(super) fn sum(terms: &[(f64, Expression)], style: &impl Style) -> String {
     let mut out = String::new();

@@ -150,7 +150,7 @@ pub struct RigSettings {
     pub offset: f64,
     /// Standard deviation of the sampling instants, in sampling intervals; the record counts them as even.
     pub jitter: f64,
-    /// `SampleTimes` rate, Hz.
+    /// Sampling rate, Hz.
     pub rate: f64,
     /// Duration of each record, s.
     pub duration: f64,

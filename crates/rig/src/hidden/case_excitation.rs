@@ -34,7 +34,7 @@ pub(super) enum CaseExcitation {
 /// How long and how densely a case is recorded.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RecordLength {
-    /// `SampleTimes` interval in 1/ω₀.
+    /// Sampling interval in 1/ω₀.
     pub interval: f64,
     /// Samples in all fitted records together.
     pub samples: usize,

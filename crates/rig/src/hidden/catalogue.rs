@@ -84,7 +84,7 @@ const fn asking(asks: Requirement, effect: Effect) -> Effect {
     Effect { asks, ..effect }
 }
 
-/// `LinearPlant`: one frequency shows it as a stiffness and a damping only.
+/// Linear: one frequency shows it as a stiffness and a damping only.
 const fn linear(effect: Effect) -> Effect {
     Effect { in_a_tone: false, in_a_decay: false, ..effect }
 }

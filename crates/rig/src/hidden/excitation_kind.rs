@@ -172,7 +172,7 @@ fn steady(drive: DriveKind, damping: f64, tone: &Harmonic) -> [f64; 2] {
     let omega = TAU * tone.frequency;
     let (real, imaginary) = (1.0 - omega * omega, damping * omega);
     let size = real * real + imaginary * imaginary;
-    // PlantResponse over input, as a complex number: (1 + icω)/(1 − ω² + icω) or 1/(1 − ω² + icω).
+    // Response over input, as a complex number: (1 + icω)/(1 − ω² + icω) or 1/(1 − ω² + icω).
     let top = if drive == DriveKind::Base { imaginary } else { 0.0 };
     let (a, b) = ((real + top * imaginary) / size, (top * real - imaginary) / size);
     let (sine, cosine) = tone.phase.sin_cos();

@@ -199,7 +199,7 @@ impl HostPlant {
     }
 }
 
-/// `CaseNumbers` from 0 to 1 that an effect's parameters are made of, the same in every round of its calibration, and parameters
+/// Numbers from 0 to 1 that an effect's parameters are made of, the same in every round of its calibration, and parameters
 /// that are given instead.
 #[derive(Clone, Debug)]
 pub(super) struct Draws {

@@ -71,7 +71,7 @@ const MOST_STUCK: f64 = 0.4;
 const RATIOS: (f64, f64) = (0.02, 0.15);
 /// The largest ratio that may be asked for.
 const LARGEST_RATIO: f64 = 0.5;
-/// `CaseNumbers` of fitted samples that may be asked for.
+/// Numbers of fitted samples that may be asked for.
 const SAMPLES: (usize, usize) = (300, 1_000_000);
 
 /// What is to be hidden and how it is tested.

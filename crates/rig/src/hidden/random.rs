@@ -1,4 +1,4 @@
-//! `CaseNumbers` drawn at random.
+//! Numbers drawn at random.
 
 use rand::RngExt;
 use rand_pcg::Pcg64;

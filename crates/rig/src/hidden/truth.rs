@@ -25,7 +25,7 @@ pub(super) struct UnitScales {
     pub length: f64,
     /// Natural circular frequency, rad/s.
     pub rate: f64,
-    /// `SampleTimes` interval, s.
+    /// Sampling interval, s.
     pub interval: f64,
     /// Input scale.
     pub input: f64,
@@ -41,7 +41,7 @@ impl UnitScales {
         self.length * self.rate.powi(i32::from(by.derivatives()))
     }
 
-    /// `UnitScales` of an amplitude and a natural circular frequency, which gives a little so that the sampling interval is
+    /// Units of an amplitude and a natural circular frequency, which gives a little so that the sampling interval is
     /// short in decimal.
     pub(super) fn new(length: f64, rate: f64, interval: f64, mass: f64, turns: bool, drive: DriveKind) -> Self {
         let exact = interval / rate;

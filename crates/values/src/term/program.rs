@@ -41,7 +41,7 @@ pub struct SampleBlock<'a> {
     pub accelerations: &'a [&'a [f64]],
 }
 
-/// A stretch of a [`SampleBlock`].
+/// A stretch of samples, as a [`SampleBlock`] borrows it.
 #[derive(Clone, Debug)]
 pub struct SampleStretch<'a> {
     start: f64,
@@ -67,7 +67,14 @@ impl<'a> SampleBlock<'a> {
     }
 }
 
-impl SampleStretch<'_> {
+impl<'a> SampleStretch<'a> {
+    /// Series from a start on at an interval: states, inputs, their first derivatives, accelerations.
+    pub fn new((start, interval): (f64, f64), series: [&'a [Vec<f64>]; 4]) -> Self {
+        let [states, inputs, input_rates, accelerations] =
+            series.map(|series| series.iter().map(Vec::as_slice).collect());
+        Self { start, interval, states, inputs, input_rates, accelerations }
+    }
+
     /// The stretch as a block.
     pub fn block(&self) -> SampleBlock<'_> {
         let Self { start, interval, states, inputs, input_rates, accelerations } = self;

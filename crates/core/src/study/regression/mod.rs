@@ -9,8 +9,8 @@ mod written;
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::candidates::{lock_of, offered, sign_of};
 use super::covariance::Covariance;
-use super::known::{lock_of, offered, sign_of};
 use super::weak::{StateRows, WeakForm};
 use super::{EquationFit, Formulation, Kinematics, Lock, Scaling, Settings, StudyError};
 use crate::signal::{Differentiation, Signals, Smoothing, dot, rms};

@@ -6,7 +6,8 @@ use super::{Regression, freedom, options};
 use crate::sparse::{Constraint, Reduced, Solution};
 use crate::study::Settings;
 use crate::study::covariance::Covariance;
-use crate::study::opposite::{Pair, SharedParameters, pairs};
+use crate::study::known::Pair;
+use crate::study::opposite::{SharedParameters, pairs};
 use sindyscope_values::term::Term;
 
 /// Residual, as a share of the rate, below which it is rounding.

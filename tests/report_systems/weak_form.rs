@@ -1,26 +1,10 @@
 //! The weak form on the report's systems and on real measurements: what it betters.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod measurements;
-
-use sindyscope_core::study::{Cancel, Formulation, FreeSettings, Lock, Outcome, Settings, Study, choose, suggest};
+use super::*;
+use sindyscope_core::study::Formulation;
 use sindyscope_files::{ReadOptions, read_files};
-use sindyscope_rig::{Noise, ScenarioOptions, generate};
-use sindyscope_values::record::{Record, RecordSet, Usage};
-use sindyscope_values::term::{Kind, Term, list};
 
 const WEAK: Formulation = Formulation::Weak { half_width: None };
-
-fn set(fit: Vec<Record>, held_out: Vec<Record>) -> RecordSet {
-    let mut set = RecordSet::new(fit, Usage::Fit);
-    set.entries.extend(RecordSet::new(held_out, Usage::HeldOut).entries);
-    set
-}
-
-fn rig(scenario: &str, options: &ScenarioOptions) -> Vec<Record> {
-    generate(scenario, options).unwrap().records
-}
 
 /// Settings in which every term of the list stays.
 fn known(set: &RecordSet, terms: &str, form: Formulation) -> Settings {
@@ -31,17 +15,9 @@ fn known(set: &RecordSet, terms: &str, form: Formulation) -> Settings {
     settings
 }
 
-fn run(set: &RecordSet, settings: &Settings) -> Outcome {
-    Study::default().run(set, settings, &Cancel::default()).unwrap()
-}
-
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
-}
-
-fn coefficient(outcome: &Outcome, term: &str) -> f64 {
-    outcome.model.leading().unwrap().coefficient(&Term::parse(term).unwrap()).unwrap()
 }
 
 #[test]
@@ -91,21 +67,7 @@ fn a_first_order_system() {
     settings.smoothing.window = 15;
     settings.form = WEAK;
     let outcome = run(&set, &settings);
-    let layout = outcome.model.layout;
-    for (state, truth) in [
-        vec![("x1", -10.0), ("x2", 10.0)],
-        vec![("x1", 28.0), ("x2", -1.0), ("x1*x3", -1.0)],
-        vec![("x3", -8.0 / 3.0), ("x1*x2", 1.0)],
-    ]
-    .into_iter()
-    .enumerate()
-    {
-        for (term, value) in truth {
-            let equation = &outcome.model.equations[state];
-            let found = equation.terms.iter().find(|t| t.term.text(&layout) == term).map(|t| t.coefficient);
-            assert!(found.is_some_and(|c| (c / value - 1.0).abs() < 0.03), "{term}: {found:?}, not {value}");
-        }
-    }
+    assert_lorenz(&outcome, 0.03);
 }
 
 #[test]
