@@ -377,8 +377,10 @@ impl Search {
         let present = if keeps_present { tried.indices(&before.composition) } else { Vec::new() };
         // Where nothing explains the data every set is wrong in some way still, and densities say too much.
         let explains = |s: &Hypothesis| s.unborne.is_none() && s.fitted.error() < MATTERS_NOISES * data.noise;
-        let far = if tried.sets.iter().any(explains) { 0.0 } else { FAR.ln() * data.unseen() as f64 };
-        tried.ruling = judge(&tried.sets, &tried.forms, &present, least_lead(self.audit.single_tone).max(far));
+        let least = least_lead(self.audit.single_tone);
+        let explained = tried.sets.iter().any(explains);
+        let far = if explained { least } else { least.max(FAR.ln() * data.unseen() as f64) };
+        tried.ruling = judge(&tried.sets, &tried.forms, &present, (least, far));
         if std::env::var_os("TRACE").is_some() {
             for k in tried.best() {
                 let s = &tried.sets[k];
