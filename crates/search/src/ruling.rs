@@ -203,16 +203,24 @@ impl Search {
         let mut first: Option<Tried> = None;
         let mut last = loop {
             // What is left and does not matter is given no name.
-            let done = !stage.effects.is_empty() && !self.matters(&base, &*self.fit_of(&stage, cancel)?, cancel);
+            let fitted = self.fit_of(&stage, cancel)?;
+            let done = !stage.effects.is_empty() && !self.matters(&base, &fitted, cancel);
             let room = stage.effects.len() < self.ask.max_effects;
             let depth = if room && !done { Depth::Refitted } else { Depth::Screened };
             let round = self.look_into(&stage, depth, Keep::Any(&mut tried), tell, cancel)?;
             let now = sorted(stage.choices());
-            let next = tried.winner().filter(|w| sorted(tried.choices(w)) != now);
-            let Some(next) = next.filter(|_| !looks.iter().any(|(seen, _)| *seen == now)) else { break round };
-            stage = Arc::new(self.show(&next.fitted));
-            looks.push((now, round));
-            first.get_or_insert_with(|| tried.clone());
+            let Some(winner) = tried.winner() else { break round };
+            let same = sorted(tried.choices(winner)) == now;
+            // Beside others it may have been fitted better than when it was named.
+            let better = same && winner.fitted.refined.rss < fitted.refined.rss;
+            if !better && (same || looks.iter().any(|(seen, _)| *seen == now)) {
+                break round;
+            }
+            stage = Arc::new(self.show(&winner.fitted));
+            if !same {
+                looks.push((now, round));
+                first.get_or_insert_with(|| tried.clone());
+            }
         };
         let reached = |stage: &Stage, last: &Round| -> Result<bool, GapError> {
             let fitted = self.fit_of(stage, cancel)?;
