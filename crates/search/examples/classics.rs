@@ -1,96 +1,30 @@
 //! Textbook systems with a hidden effect, and what the search names: a table, one line a system.
 //! `cargo run --profile study -p sindyscope-search --example classics [-- NAME …]`.
-//!
-//! Each system is one right-hand side, integrated here by Runge and Kutta's fourth-order method at a fixed small step: another
-//! route than the search's own simulation. Dry friction is a hyperbolic tangent much narrower than the noise can tell.
+
+mod plants;
 
 use std::f64::consts::TAU;
-use std::sync::Arc;
 use std::time::Instant;
 
-use rand::SeedableRng;
-use rand_distr::{Distribution, Normal};
-use rand_pcg::Pcg64;
+use plants::{Plant, multisine, records, tone};
 use sindyscope_core::study::Cancel;
 use sindyscope_search::{Ask, Diagnosis, Search};
-use sindyscope_values::record::{Channel, Record, RecordSet, Role, Usage};
 use sindyscope_values::term::Term;
-
-/// Rates of the states at a time under an input and its rate; the states begin with the displacements, then the velocities.
-type Rates = Box<dyn Fn(f64, &[f64], f64, f64) -> Vec<f64>>;
-/// An input and its rate over time.
-type Drive = Box<dyn Fn(f64) -> (f64, f64)>;
-
-struct Classic {
-    name: &'static str,
-    truth: &'static [&'static str],
-    base: &'static str,
-    masses: usize,
-    rates: Rates,
-    /// The input of each fitted record and, last, of the one held out; a record without an input is undriven.
-    drives: Vec<Option<Drive>>,
-    /// The state that each begins in.
-    initial: Vec<Vec<f64>>,
-    /// Sampling interval, s, and samples of a record.
-    interval: f64,
-    samples: usize,
-    /// Sensor noise as a share of the motion's standard deviation, unless it is given by `sensor`.
-    noise: f64,
-    sensor: Option<f64>,
-    base_moves: bool,
-}
-
-impl Default for Classic {
-    fn default() -> Self {
-        Self {
-            name: "",
-            truth: &[],
-            base: "x,v,u",
-            masses: 1,
-            rates: Box::new(|_, _, _, _| Vec::new()),
-            drives: Vec::new(),
-            initial: vec![vec![0.1, 0.0]; 3],
-            interval: 0.1,
-            samples: 3000,
-            noise: 0.01,
-            sensor: None,
-            base_moves: false,
-        }
-    }
-}
-
-fn tone(amplitude: f64, omega: f64) -> Option<Drive> {
-    Some(Box::new(move |t| (amplitude * (omega * t).cos(), -amplitude * omega * (omega * t).sin())))
-}
-
-/// Lines between two angular frequencies with phases of a seed, of this RMS.
-fn multisine(rms: f64, (low, high): (f64, f64), lines: usize, seed: u64) -> Option<Drive> {
-    let mut random = Pcg64::seed_from_u64(seed);
-    let phase = rand_distr::Uniform::new(0.0, TAU).expect("a range");
-    let parts: Vec<(f64, f64)> =
-        (0..lines).map(|k| (low + (high - low) * k as f64 / (lines - 1) as f64, phase.sample(&mut random))).collect();
-    let amplitude = rms * (2.0 / lines as f64).sqrt();
-    Some(Box::new(move |t| {
-        parts.iter().fold((0.0, 0.0), |(u, du), (w, p)| {
-            (u + amplitude * (w * t + p).cos(), du - amplitude * w * (w * t + p).sin())
-        })
-    }))
-}
 
 fn dead_zone(x: f64, gap: f64) -> f64 {
     x - x.clamp(-gap, gap)
 }
 
-fn self_excited() -> Vec<Classic> {
+fn self_excited() -> Vec<Plant> {
     vec![
-        Classic {
+        Plant {
             name: "van der Pol, forced",
             truth: &["displacement_dependent_damping"],
             rates: Box::new(|_, y, u, _| vec![y[1], u + (1.0 - y[0] * y[0]) * y[1] - y[0]]),
             drives: vec![tone(1.2, 1.1), tone(0.6, 0.9), tone(1.0, 1.05)],
-            ..Classic::default()
+            ..Plant::default()
         },
-        Classic {
+        Plant {
             name: "van der Pol, free",
             truth: &["displacement_dependent_damping"],
             base: "x,v",
@@ -98,16 +32,16 @@ fn self_excited() -> Vec<Classic> {
             drives: vec![None, None, None],
             initial: vec![vec![0.1, 0.0], vec![3.0, 0.0], vec![1.0, 1.0]],
             samples: 1000,
-            ..Classic::default()
+            ..Plant::default()
         },
-        Classic {
+        Plant {
             name: "Rayleigh",
             truth: &["cubic_damping"],
             rates: Box::new(|_, y, u, _| vec![y[1], u + y[1] - y[1].powi(3) / 3.0 - y[0]]),
             drives: vec![tone(0.8, 1.3), tone(1.2, 0.8), tone(1.0, 1.1)],
-            ..Classic::default()
+            ..Plant::default()
         },
-        Classic {
+        Plant {
             name: "belt, stick-slip",
             truth: &["belt_friction"],
             base: "x,v",
@@ -120,30 +54,30 @@ fn self_excited() -> Vec<Classic> {
             initial: vec![vec![0.0, 0.0], vec![2.5, 0.0], vec![1.0, 0.4]],
             interval: 0.06,
             samples: 2000,
-            ..Classic::default()
+            ..Plant::default()
         },
     ]
 }
 
-fn springs() -> Vec<Classic> {
+fn springs() -> Vec<Plant> {
     vec![
-        Classic {
+        Plant {
             name: "double well",
             truth: &["cubic_stiffness"],
             rates: Box::new(|_, y, u, _| vec![y[1], u - 0.25 * y[1] + y[0] - y[0].powi(3)]),
             drives: vec![tone(0.4, 1.0), tone(0.3, 1.2), tone(0.35, 1.1)],
-            ..Classic::default()
+            ..Plant::default()
         },
-        Classic {
+        Plant {
             name: "Ueda",
             truth: &["cubic_stiffness"],
             rates: Box::new(|_, y, u, _| vec![y[1], u - 0.05 * y[1] - y[0].powi(3)]),
             drives: vec![tone(7.5, 1.0), tone(7.0, 1.0), tone(7.5, 1.0)],
             initial: vec![vec![3.0, 4.0], vec![1.0, 0.0], vec![2.0, -1.0]],
             interval: 0.05,
-            ..Classic::default()
+            ..Plant::default()
         },
-        Classic {
+        Plant {
             name: "Mathieu with a cubic spring",
             truth: &["parametric_stiffness", "cubic_stiffness"],
             base: "x,v",
@@ -152,9 +86,9 @@ fn springs() -> Vec<Classic> {
             }),
             drives: vec![None, None, None],
             initial: vec![vec![0.1, 0.0], vec![1.5, 0.0], vec![0.5, 0.5]],
-            ..Classic::default()
+            ..Plant::default()
         },
-        Classic {
+        Plant {
             name: "pendulum that turns over",
             truth: &["pendulum_restoring"],
             rates: Box::new(|_, y, u, _| vec![y[1], u - 0.1 * y[1] - y[0].sin()]),
@@ -164,9 +98,9 @@ fn springs() -> Vec<Classic> {
                 multisine(0.8, (0.3, 1.5), 12, 3),
             ],
             samples: 1500,
-            ..Classic::default()
+            ..Plant::default()
         },
-        Classic {
+        Plant {
             name: "clearance alone, chaotic",
             truth: &["clearance"],
             rates: Box::new(|_, y, u, _| vec![y[1], u - 1.2 * y[1] - 400.0 * dead_zone(y[0], 0.03)]),
@@ -174,9 +108,9 @@ fn springs() -> Vec<Classic> {
             initial: vec![vec![0.0, 0.1], vec![0.01, 0.0], vec![-0.01, 0.0]],
             interval: 0.01,
             samples: 4000,
-            ..Classic::default()
+            ..Plant::default()
         },
-        Classic {
+        Plant {
             name: "snap-through truss",
             truth: &["truss"],
             rates: Box::new(|_, y, u, _| {
@@ -187,9 +121,9 @@ fn springs() -> Vec<Classic> {
                 multisine(0.4, (0.3, 2.5), 16, 5),
                 multisine(0.45, (0.3, 2.5), 16, 6),
             ],
-            ..Classic::default()
+            ..Plant::default()
         },
-        Classic {
+        Plant {
             name: "hard stop",
             truth: &["one_sided_stop"],
             rates: Box::new(|_, y, u, _| vec![y[1], u - 0.08 * y[1] - y[0] - 100.0 * (y[0] - 0.8_f64).max(0.0)]),
@@ -200,16 +134,16 @@ fn springs() -> Vec<Classic> {
             ],
             interval: 0.05,
             noise: 0.005,
-            ..Classic::default()
+            ..Plant::default()
         },
     ]
 }
 
 /// An unsensed absorber, classical hysteresis, the Bouc–Wen benchmark.
-fn remembering() -> Vec<Classic> {
+fn remembering() -> Vec<Plant> {
     let lines = |rms, seed| multisine(rms, (0.3, 2.5), 16, seed);
     vec![
-        Classic {
+        Plant {
             name: "unsensed absorber",
             truth: &["second_mode"],
             rates: Box::new(|_, y, u, _| {
@@ -218,9 +152,9 @@ fn remembering() -> Vec<Classic> {
             }),
             drives: vec![lines(0.5, 11), lines(0.5, 12), lines(0.5, 13)],
             initial: vec![vec![0.0; 4]; 3],
-            ..Classic::default()
+            ..Plant::default()
         },
-        Classic {
+        Plant {
             name: "classical Bouc–Wen",
             truth: &["bouc_wen_hysteresis"],
             rates: Box::new(|_, y, u, _| {
@@ -229,9 +163,9 @@ fn remembering() -> Vec<Classic> {
             }),
             drives: vec![lines(0.7, 14), lines(0.5, 15), lines(0.6, 16)],
             initial: vec![vec![0.0; 3]; 3],
-            ..Classic::default()
+            ..Plant::default()
         },
-        Classic {
+        Plant {
             name: "Bouc–Wen benchmark",
             truth: &["bouc_wen_hysteresis"],
             rates: Box::new(|_, y, u, _| {
@@ -243,16 +177,16 @@ fn remembering() -> Vec<Classic> {
             interval: 1.0 / 750.0,
             samples: 4096,
             sensor: Some(8e-6),
-            ..Classic::default()
+            ..Plant::default()
         },
     ]
 }
 
-fn mechanisms() -> Vec<Classic> {
+fn mechanisms() -> Vec<Plant> {
     let road = |seed| multisine(0.02, (2.0, 60.0), 40, seed);
     let lines = |rms, seed| multisine(rms, (0.3, 2.5), 16, seed);
     vec![
-        Classic {
+        Plant {
             name: "suspension, rebound",
             truth: &["bilinear_damping"],
             base: "x-u,v-du",
@@ -264,9 +198,9 @@ fn mechanisms() -> Vec<Classic> {
             initial: vec![vec![0.0; 2]; 3],
             interval: 0.01,
             base_moves: true,
-            ..Classic::default()
+            ..Plant::default()
         },
-        Classic {
+        Plant {
             name: "energy sink, two masses",
             truth: &["cubic_stiffness"],
             base: "x1,x2,v1,v2,u",
@@ -279,86 +213,12 @@ fn mechanisms() -> Vec<Classic> {
             drives: vec![lines(0.3, 24), lines(0.25, 25), lines(0.3, 26)],
             initial: vec![vec![0.0; 4]; 3],
             samples: 2000,
-            ..Classic::default()
+            ..Plant::default()
         },
     ]
 }
 
-/// States at the samples, by fourth-order Runge–Kutta.
-fn integrate(classic: &Classic, drive: Option<&Drive>, initial: &[f64]) -> Vec<Vec<f64>> {
-    const STEPS: usize = 200;
-    let h = classic.interval / STEPS as f64;
-    let input = |t: f64| drive.map_or((0.0, 0.0), |d| d(t));
-    let rates = |t: f64, y: &[f64]| {
-        let (u, du) = input(t);
-        (classic.rates)(t, y, u, du)
-    };
-    let moved = |y: &[f64], k: &[f64], h: f64| -> Vec<f64> { y.iter().zip(k).map(|(y, k)| y + h * k).collect() };
-    let mut y = initial.to_vec();
-    let mut out = Vec::with_capacity(classic.samples);
-    for n in 0..classic.samples {
-        out.push(y.clone());
-        for j in 0..STEPS {
-            let t = classic.interval * n as f64 + h * j as f64;
-            let a = rates(t, &y);
-            let b = rates(t + 0.5 * h, &moved(&y, &a, 0.5 * h));
-            let c = rates(t + 0.5 * h, &moved(&y, &b, 0.5 * h));
-            let d = rates(t + h, &moved(&y, &c, h));
-            for (i, y) in y.iter_mut().enumerate() {
-                *y += h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]);
-            }
-        }
-    }
-    out
-}
-
-/// The records, and the standard deviation of the first sensor's noise.
-fn records(classic: &Classic) -> (RecordSet, f64) {
-    let mut random = Pcg64::seed_from_u64(7);
-    let motions: Vec<Vec<Vec<f64>>> = classic
-        .drives
-        .iter()
-        .zip(&classic.initial)
-        .map(|(drive, initial)| integrate(classic, drive.as_ref(), initial))
-        .collect();
-    let deviation = |mass: usize| {
-        let all: Vec<f64> = motions.iter().flatten().map(|y| y[mass]).collect();
-        let mean = all.iter().sum::<f64>() / all.len() as f64;
-        (all.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / all.len() as f64).sqrt()
-    };
-    let noise: Vec<f64> =
-        (0..classic.masses).map(|i| classic.sensor.unwrap_or_else(|| classic.noise * deviation(i))).collect();
-    let mut set = RecordSet::default();
-    let last = motions.len() - 1;
-    for (k, (motion, drive)) in motions.iter().zip(&classic.drives).enumerate() {
-        let mut channels = Vec::new();
-        for (mass, noise) in noise.iter().enumerate() {
-            let normal = Normal::new(0.0, *noise).expect("a deviation");
-            let values = motion.iter().map(|y| y[mass] + normal.sample(&mut random)).collect();
-            channels.push(channel(Role::Displacement(mass), values, if classic.base_moves { "m" } else { "" }));
-        }
-        if let Some(drive) = drive {
-            let values = (0..classic.samples).map(|n| drive(classic.interval * n as f64).0).collect();
-            channels.push(channel(Role::Input(0), values, if classic.base_moves { "m" } else { "N" }));
-        }
-        let record = Record {
-            name: format!("{} {k}", classic.name),
-            start: 0.0,
-            interval: classic.interval,
-            channels,
-            source: None,
-            notices: Vec::new(),
-        };
-        set.entries.push((Arc::new(record), if k == last { Usage::HeldOut } else { Usage::Fit }));
-    }
-    (set, noise[0])
-}
-
-fn channel(role: Role, values: Vec<f64>, unit: &str) -> Channel {
-    Channel { role, name: role.short_name(), unit: unit.to_owned(), values: values.into(), estimated: false }
-}
-
-fn line(classic: &Classic, noise: f64, found: Result<Diagnosis, String>, seconds: f64) -> String {
+fn line(classic: &Plant, noise: f64, found: Result<Diagnosis, String>, seconds: f64) -> String {
     let diagnosis = match found {
         Ok(diagnosis) => diagnosis,
         Err(error) => return format!("| {} | {error} | | | | {seconds:.1} |", classic.name),
@@ -368,7 +228,11 @@ fn line(classic: &Classic, noise: f64, found: Result<Diagnosis, String>, seconds
         .iter()
         .flat_map(|s| &s.effects)
         .map(|e| {
-            let values: Vec<String> = e.parameters.iter().map(|p| format!("{} {:.4}", p.name, p.value)).collect();
+            let values: Vec<String> = e
+                .parameters
+                .iter()
+                .map(|p| format!("{} {:.4} ± {:.4}", p.name, p.value, p.std_error.unwrap_or(f64::NAN)))
+                .collect();
             format!("{} {} ({})", e.choice.effect, e.choice.form, values.join(", "))
         })
         .collect();
@@ -382,13 +246,14 @@ fn line(classic: &Classic, noise: f64, found: Result<Diagnosis, String>, seconds
         .map(|s| s.indistinguishable().iter().map(|c| c.choice.effect.as_str()).collect())
         .unwrap_or_default();
     format!(
-        "| {} | {} | {}{} | {:.2} → {:.2} | {} | {seconds:.1} |",
+        "| {} | {} | {}{} | {:.2} → {:.2} over {:.0} s | {} | {seconds:.1} |",
         classic.name,
         if names == truth { "right" } else { "–" },
         effects.join("; "),
         if others.is_empty() { String::new() } else { format!(" or {}", others.join(", ")) },
         diagnosis.stages.first().and_then(|s| s.gap.test_rmse).unwrap_or(f64::NAN) / noise,
         last.and_then(|s| s.gap.test_rmse).unwrap_or(f64::NAN) / noise,
+        last.map_or(f64::NAN, |s| s.gap.horizon),
         diagnosis.verdict.word(),
     )
 }

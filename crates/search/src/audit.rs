@@ -44,6 +44,12 @@ impl Data {
         if !matches!(self.unit.as_str(), "rad" | "") {
             hide(&["pendulum_restoring"], "the displacement is no angle");
         }
+        if still && !self.self_sustained && fit.len() == 1 {
+            hide(
+                &["stiffness_drift", "damping_drift"],
+                "in a single decay time goes with the amplitude, on which springs and dampers depend more often",
+            );
+        }
         let mut notices = Vec::new();
         if self.input_open && !still {
             notices.push(

@@ -216,6 +216,12 @@ impl Data {
         }
         // The regression's point where it is sound, else the middle of the motion.
         let point = if (point - mean).abs() < 2.0 * variance.sqrt() { point } else { mean };
+        // A motion that does not come back to it is about no point.
+        let above = |s: &Series| s.measured[0].iter().map(|x| *x > point).collect::<Vec<bool>>();
+        let passes: usize = self.fit().iter().map(|s| above(s).windows(2).filter(|w| w[0] != w[1]).count()).sum();
+        if passes < 2 * self.fitted {
+            return None;
+        }
         (point.abs() > variance.sqrt() && point.is_finite()).then_some(point)
     }
 

@@ -29,6 +29,8 @@ pub(super) struct Fitted {
     pub(super) runs: Arc<[Run]>,
     /// Doublings of the shortest segments; [`WHOLE`] for whole records.
     pub(super) level: usize,
+    /// Period that the shortest segments are measured by, s.
+    pub(super) period: f64,
     /// Residual sums of squares on data left out, one a fold, over segments as long as the fitted ones.
     pub(super) folds: Vec<Fold>,
     /// Shared parameters fitted without the data of each fold; none where whole records are held out.
@@ -101,8 +103,8 @@ impl Fitted {
 
     /// Where the fit landed, to go on from.
     pub(super) fn landed(&self) -> Landed {
-        let (level, whole) = (self.level, self.level == WHOLE);
-        Landed { refined: (*self.refined).clone(), runs: self.runs.to_vec(), level, whole }
+        let Self { level, period, .. } = *self;
+        Landed { refined: (*self.refined).clone(), runs: self.runs.to_vec(), level, period, whole: level == WHOLE }
     }
 
     /// Number of values that data never fitted have of their own.
@@ -209,6 +211,17 @@ pub(super) enum Care {
     Little,
 }
 
+/// How far a model is to follow data that were not fitted, and how closely.
+#[derive(Clone, Copy)]
+pub(super) struct Wanted {
+    /// Doublings of the shortest segments.
+    pub(super) level: usize,
+    /// Period that those are measured by, s.
+    pub(super) period: f64,
+    /// RMS that the data fitted leave.
+    pub(super) error: f64,
+}
+
 impl Pace<'_> {
     /// How hard a fit of this sum of squares is tried to be followed beyond the data fitted.
     pub(super) fn care(self, rss: f64) -> Care {
@@ -240,7 +253,8 @@ impl Data {
 
     /// What a fit up to a level is to reach.
     pub(super) fn goal<'a>(&self, top: usize, options: FitOptions<'a>) -> Goal<'a> {
-        Goal { period: self.period, noise: self.noise.max(self.least_noise()), top, options }
+        let noise = self.noise.max(self.least_noise());
+        Goal { period: self.period, noise, top, short_if_wrong: true, options }
     }
 
     /// Below this a residual is the simulation's own arithmetic.
@@ -305,7 +319,7 @@ impl Data {
         let whole = self.whole();
         if level == WHOLE {
             let refined = self.refine(composition, start, self.lost(), Pace::Thorough, cancel)?;
-            return Some(Landed { refined, runs: whole, level, whole: true });
+            return Some(Landed { refined, runs: whole, level, period: self.period, whole: true });
         }
         let cancelled = || cancel.is_cancelled();
         let goal = self.goal(level, Self::options(&cancelled, STEPS, Pace::Thorough));
@@ -413,7 +427,7 @@ impl Data {
 
     /// Holds a refinement of whole records against data that were not fitted.
     pub(super) fn judge(&self, composition: Composition, refined: Refined, care: Care, cancel: &Cancel) -> Fitted {
-        let landed = Landed { refined, runs: self.whole(), level: WHOLE, whole: true };
+        let landed = Landed { refined, runs: self.whole(), level: WHOLE, period: self.period, whole: true };
         self.judged_with(composition, landed, care, cancel)
     }
 
@@ -423,24 +437,27 @@ impl Data {
         composition: &Composition,
         shared: &[f64],
         records: &[Run],
-        (level, expected): (usize, f64),
+        wanted: Wanted,
         care: Care,
         cancel: &Cancel,
     ) -> Option<Landed> {
         let cancelled = || cancel.is_cancelled();
         let options =
             FitOptions { frozen: true, effort: EFFORT, ..Self::options(&cancelled, FEW_STEPS, Pace::Thorough) };
-        let goal = Goal { noise: expected.max(self.noise), ..self.goal(level, options) };
+        let Wanted { level, period, error } = wanted;
+        let goal = Goal { period, noise: error.max(self.noise), ..self.goal(level, options) };
         let direct = shoot(composition, records, (shared, None), level, goal, FEW_STEPS);
-        let top = levels(records, self.period);
-        let near = direct.as_ref().is_some_and(|d| d.error() < ASTRAY * expected);
+        let top = levels(records, period);
+        let near = direct.as_ref().is_some_and(|d| d.error() < ASTRAY * error);
         if near || top == 0 || level == 0 || care == Care::Little {
             return direct;
         }
         // A record begun a little wrongly goes astray though the model is right: the beginning is found along segments.
         let first = shoot(composition, records, (shared, None), 0, goal, FEW_STEPS)?;
         let longest = climb(composition, records, first, goal).into_iter().next_back();
-        let reached = longest.filter(|l| l.level >= level.min(top));
+        // A chaotic motion that is not one of the fitted records may be followed less far than those.
+        let chaotic = direct.as_ref().is_some_and(Landed::is_sensitive);
+        let reached = longest.filter(|l| l.level >= level.min(top) || chaotic && l.error() < ASTRAY * error);
         match (direct, reached) {
             (Some(a), Some(b)) => Some(if b.refined.rss < a.refined.rss { b } else { a }),
             (a, b) => a.or(b),
@@ -452,7 +469,7 @@ impl Data {
         &self,
         composition: &Composition,
         shared: &[f64],
-        (level, expected): (usize, f64),
+        wanted: Wanted,
         cancel: &Cancel,
     ) -> Option<f64> {
         if self.held_out().is_empty() {
@@ -461,7 +478,7 @@ impl Data {
         let (mut rss, mut freedom) = (0.0, 0);
         for s in self.held_out() {
             let runs = [Run { record: 0, ..s.run() }];
-            let Some(found) = self.follow(composition, shared, &runs, (level, expected), Care::Full, cancel) else {
+            let Some(found) = self.follow(composition, shared, &runs, wanted, Care::Full, cancel) else {
                 return Some(f64::INFINITY);
             };
             rss += found.refined.rss;
@@ -477,7 +494,7 @@ impl Data {
 
     fn judged_with(&self, composition: Composition, landed: Landed, care: Care, cancel: &Cancel) -> Fitted {
         let cancelled = || cancel.is_cancelled();
-        let Landed { refined, runs, level, whole } = landed;
+        let Landed { refined, runs, level, period, whole } = landed;
         let level = if whole { WHOLE } else { level };
         let lost = |runs: &[Run]| {
             let shown: Vec<Vec<f64>> = runs.iter().map(|r| r.target().collect()).collect();
@@ -497,17 +514,22 @@ impl Data {
             )
         };
         let freedom = refined.samples.saturating_sub(refined.passing()).max(1) as f64;
-        let expected = (level, (refined.rss / freedom).sqrt());
+        let expected = Wanted { level, period, error: (refined.rss / freedom).sqrt() };
+        let longest = |runs: &[Run]| runs.iter().map(|r| r.range.len() as f64 * r.grid.interval()).fold(0.0, f64::max);
+        let mut horizon = longest(&runs);
         let mut held_out = Vec::new();
         let (mut folds, mut refitted) = (Vec::new(), Vec::new());
         for s in self.held_out() {
             let runs = [Run { record: 0, ..s.run() }];
             let fit = self.follow(&composition, &refined.point.shared, &runs, expected, care, cancel);
             folds.push(fold(&fit, &runs));
+            if let Some(cut) = fit.as_ref().filter(|f| f.runs.len() > 1) {
+                horizon = horizon.min(longest(&cut.runs));
+            }
             held_out.push(fit.and_then(|l| followed(&l.runs, &l.refined).pop()).unwrap_or_default());
         }
         for (train, test) in self.folds() {
-            let goal = self.goal(level, Self::options(&cancelled, FEW_STEPS, Pace::Thorough));
+            let goal = Goal { period, ..self.goal(level, Self::options(&cancelled, FEW_STEPS, Pace::Thorough)) };
             let again = shoot(&composition, &train, (&refined.point.shared, None), level, goal, FEW_STEPS);
             let found = again
                 .as_ref()
@@ -535,7 +557,7 @@ impl Data {
             test_rmse,
             train_nrmse: train_rmse / spread(self.fit()),
             test_nrmse: test_rmse.map(|r| r / spread(judged)),
-            horizon: runs.iter().map(|r| r.range.len() as f64 * r.grid.interval()).fold(0.0, f64::max),
+            horizon,
         };
         let parameters = composition.named(&refined.point.shared);
         Fitted {
@@ -544,6 +566,7 @@ impl Data {
             parameters,
             runs: runs.into(),
             level,
+            period,
             folds,
             refitted,
             held_out,

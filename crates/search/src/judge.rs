@@ -13,14 +13,14 @@ use std::sync::Arc;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 
-use super::data::Data;
+use super::data::{Data, Series};
 use super::effects::Form;
 use super::fit::{FEW_STEPS, Fitted, Pace};
 use super::outcome::Lead;
-use super::rule::{BLOCK, LEAD, QUANTILE, RESAMPLED, STUDENT};
+use super::rule::{BLOCK, LEAD, LEAST_BLOCKS, QUANTILE, RESAMPLED, STUDENT, SURPRISED};
 use super::structure::Composition;
 use sindyscope_core::refine::{FitOptions, Point, Run, refine, respond};
-use sindyscope_core::signal::dot;
+use sindyscope_core::signal::{dot, rms};
 use sindyscope_core::study::Cancel;
 
 /// Rounds of the scale's fixed point; it gains a digit in five.
@@ -128,11 +128,15 @@ pub(super) fn judge(sets: &[Hypothesis], forms: &[Form], least: f64) -> Ruling {
             && !beats(&sets[first], rival, least)
     });
     let mut near: Vec<usize> = rivals.collect();
-    // Of those that cannot be told apart the smallest that stands is shown.
+    // Of those that cannot be told apart the one with the fewest parameters that stands is shown, of these the commonest.
     let mut all: Vec<usize> = near.iter().copied().filter(|k| standing.contains(k)).chain([first]).collect();
     all.sort_by(|a, b| {
-        let size = |k: usize| sets[k].forms.len();
-        size(*a).cmp(&size(*b)).then_with(|| sets[*b].sum().total_cmp(&sets[*a].sum()))
+        let plain = |k: usize| {
+            let own = || sets[k].forms.iter().map(|f| &forms[*f]);
+            let parameters: usize = own().map(|f| (f.coefficients.len() + f.inner.len()).max(1)).sum();
+            (parameters, own().filter(|f| !f.is_common()).count())
+        };
+        plain(*a).cmp(&plain(*b)).then_with(|| sets[*b].sum().total_cmp(&sets[*a].sum()))
     });
     let winner = all[0];
     near.push(first);
@@ -162,13 +166,28 @@ impl Data {
         unseen.iter().map(|errors| density(errors, scale)).collect()
     }
 
+    /// Samples that no fit sees.
+    pub(super) fn unseen(&self) -> usize {
+        let of_folds = self.folds().iter().flat_map(|(_, test)| test).map(Run::rows).sum::<usize>();
+        of_folds + self.held_out().iter().map(|s| s.run().rows()).sum::<usize>()
+    }
+
+    /// Length of a block, s: where few periods are unseen, such that some blocks can be told from one.
+    fn block(&self) -> f64 {
+        let seconds = |runs: &[Run]| runs.iter().map(|r| r.range.len() as f64 * r.grid.interval()).sum::<f64>();
+        let held_out: Vec<Run> = self.held_out().iter().map(Series::run).collect();
+        let unseen = seconds(&held_out) + self.folds().iter().map(|(_, test)| seconds(test)).sum::<f64>();
+        (BLOCK as f64 * self.period).min(unseen / LEAST_BLOCKS)
+    }
+
     /// Errors of each block of a record that parameters predict, weighted; a block's state is estimated over the period
     /// before it.
     fn predicted(&self, composition: &Composition, shared: &[f64], record: &Run, cancel: &Cancel) -> Vec<Vec<f64>> {
         let n = record.range.len();
         let period = ((self.period / record.grid.interval()) as usize).clamp(4, (n / 3).max(4));
         let first = record.range.start + if record.range.start >= period { 0 } else { period };
-        let length = (BLOCK * period).min(record.range.end - first).max(1);
+        let block = (self.block() / record.grid.interval()) as usize;
+        let length = block.min(record.range.end - first).max(1);
         let count = ((record.range.end - first) as f64 / length as f64).round().max(1.0) as usize;
         let borders: Vec<usize> = (0..=count).map(|k| (first + k * length).min(record.range.end)).collect();
         let spans: Vec<(usize, usize)> = borders.windows(2).map(|b| (b[0], b[1])).filter(|(a, b)| b > a).collect();
@@ -216,9 +235,11 @@ impl Data {
     }
 }
 
-/// Log density of a block's errors under Student's law of a scale, without its constant.
+/// Log density of a block's errors under Student's law of a scale, without its constant. A block that is far worse than the
+/// fitted ones is scored by its own errors' size: a set that errs less must not lose for having been surer.
 fn density(errors: &[f64], scale: f64) -> f64 {
     let half = 0.5 * (STUDENT + 1.0);
+    let scale = scale.max(rms(errors) / SURPRISED);
     errors.iter().map(|e| -half * (e / scale).powi(2).min(1e12).mul_add(STUDENT.recip(), 1.0).ln() - scale.ln()).sum()
 }
 

@@ -11,7 +11,7 @@ use super::outcome::Choice;
 use super::parameters::Parameters;
 use super::progress::Progress;
 use super::propose::Proposal;
-use super::rule::{BORNE, CLOSE_GAIN, EXPLAINS, HOPELESS, LEAD, SHOWN};
+use super::rule::{BORNE, CLOSE_GAIN, EXPLAINS, FAR, HOPELESS, LEAD, MATTERS_NOISES, SHOWN};
 use super::search::{Listener, Search};
 use super::structure::{Composition, choice};
 use super::words::titles;
@@ -82,12 +82,13 @@ impl Search {
             let single = proposal.forms.len() == 1;
             if let Some(gain) = explained {
                 let near = proposal.gain > (1.0 - CLOSE_GAIN) * gain - LEAD;
-                let is_shown = single && shown < SHOWN && proposal.gain > 0.0;
+                let common = proposal.forms.iter().all(|k| forms[*k].is_common());
+                let is_shown = single && common && shown < SHOWN && proposal.gain > 0.0;
                 if !near && !is_shown {
                     continue;
                 }
             }
-            shown += usize::from(single);
+            shown += usize::from(single && explained.is_some());
             tell(Progress::Step("Fitting the likeliest sets of effects", 0.3 + 0.6 * k as f64 / count as f64));
             let gain = proposal.gain;
             let set = self.fitted_set(proposal, Some(&bar), cancel);
@@ -98,14 +99,19 @@ impl Search {
             }
         }
         self.close(&mut sets, before, forms, cancel);
-        if let Some(again) = self.again(before, cancel) {
-            sets[0] = self.hypothesis(Vec::new(), again, cancel);
+        if let Some(again) = self.again(before, cancel).map(|again| self.hypothesis(Vec::new(), again, cancel))
+            && again.sum() > sets[0].sum()
+        {
+            sets[0] = again;
         }
         if cancel.is_cancelled() {
             return None;
         }
         sets.iter().for_each(|set| self.keep(Arc::clone(&set.fitted)));
-        let ruling = judge(&sets, forms, least_lead(self.audit.single_tone));
+        // Where nothing explains the data every set is wrong in some way still, and densities say too much.
+        let explained = sets.iter().any(|s| s.unborne.is_none() && s.fitted.error() < MATTERS_NOISES * data.noise);
+        let far = if explained { 0.0 } else { FAR.ln() * data.unseen() as f64 };
+        let ruling = judge(&sets, forms, least_lead(self.audit.single_tone).max(far));
         Some((sets, ruling))
     }
 
@@ -136,13 +142,13 @@ impl Search {
         }
     }
 
-    /// The present model fitted from the regression's values, if that is better than it was: a model that sits in a worse basin
-    /// makes everything seem to help.
+    /// The present model fitted as its rivals are: one that sits in a worse basin makes everything seem to help. None where
+    /// that comes to nothing better.
     fn again(&self, before: &Fitted, cancel: &Cancel) -> Option<Fitted> {
         let composition = &before.composition;
         let start = self.data.propose_exactly(composition, &before.parameters.inner, &[], cancel)?;
         let landed = self.landed(composition, &start.shared, None, cancel)?;
-        (landed.refined.rss < 0.99 * before.refined.rss && landed.whole == (before.level == WHOLE))
+        (landed.refined.rss < 0.99 * before.refined.rss || landed.whole != (before.level == WHOLE))
             .then(|| self.data.judged(composition.clone(), landed, cancel))
     }
 

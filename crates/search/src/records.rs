@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::data::Series;
-use super::fit::{Care, Fitted, WHOLE};
+use super::fit::{Care, Fitted, WHOLE, Wanted};
 use super::search::Search;
 use sindyscope_core::refine::{Run, Structure as _};
 use sindyscope_core::signal::{dot, mean_and_variance};
@@ -77,7 +77,8 @@ impl Search {
         let composition = &fitted.composition;
         let shared = &fitted.refined.point.shared;
         composition.instance(shared)?;
-        let found = self.data.follow(composition, shared, &runs, (WHOLE, self.data.noise), Care::Little, cancel)?;
+        let wanted = Wanted { level: WHOLE, period: self.data.period, error: self.data.noise };
+        let found = self.data.follow(composition, shared, &runs, wanted, Care::Little, cancel)?;
         let whole = found.refined.simulated.first()?;
         Some(whole.get(..s.len())?.to_vec())
     }

@@ -142,8 +142,11 @@ impl Search {
         let base = self.base(cancel)?;
         let mut stage = Arc::clone(&base);
         let mut passes: Vec<(Round, Tried)> = Vec::new();
-        let last = loop {
-            let depth = if stage.effects.len() < self.ask.max_effects { Depth::Refitted } else { Depth::Screened };
+        let mut last = loop {
+            // What does not matter any more is not named.
+            let goes_on = passes.is_empty() || self.matters(&base, &*self.fit_of(&stage, cancel)?, cancel);
+            let full = stage.effects.len() >= self.ask.max_effects;
+            let depth = if goes_on && !full { Depth::Refitted } else { Depth::Screened };
             let (round, tried) = self.looked(&stage, depth, tell, cancel)?;
             let Some(tried) = tried.filter(|t| t.ruling.winner.is_some()) else { break round };
             if let Some(winner) = tried.winner() {
@@ -151,11 +154,20 @@ impl Search {
             }
             passes.push((round, tried));
         };
+        let reached = |stage: &Stage, last: &Round| -> Result<bool, GapError> {
+            let fitted = self.fit_of(stage, cancel)?;
+            let told_from_noise = last.evidence.significant && self.matters(&base, &fitted, cancel);
+            Ok(self.contradictions(&fitted).is_empty() && !told_from_noise)
+        };
+        let mut explained = reached(&stage, &last)?;
+        // Beside an effect that does not close the gap, another one that does not either is a guess.
+        let first = passes.first().filter(|_| !explained && passes.len() > 1).and_then(|(_, tried)| tried.winner());
+        if let Some(stage) = first.map(|winner| self.show(&winner.fitted)) {
+            passes.truncate(1);
+            last = self.look_into(&stage, Depth::Screened, tell, cancel)?;
+            explained = reached(&stage, &last)?;
+        }
         let ambiguous = passes.iter().any(|(_, t)| !t.ruling.rivals.is_empty());
-        let fitted = self.fit_of(&stage, cancel)?;
-        let contradicted = !self.contradictions(&fitted).is_empty();
-        let told_from_noise = last.evidence.significant && self.matters(&base, &fitted, cancel);
-        let explained = !contradicted && !told_from_noise;
         let (mut rounds, stages) = self.steps(&base, &passes, tell, cancel)?;
         let verdict = match (passes.is_empty(), ambiguous, explained) {
             (true, _, true) => Verdict::NothingMissing,

@@ -108,14 +108,17 @@ const LEADERS: usize = 2;
 /// Samples times candidates from which fewer are refined, and the fewest.
 const EFFORT: usize = 36_000;
 const FEWEST: usize = 9;
+/// Share of a frequency within which another is the same in a motion whose frequency changes with its amplitude.
+const LOCKED: f64 = 0.2;
 /// Effects that only the comparison of whole sets tells from their kin: they are not offered where effects are added one at a
 /// time.
-pub(super) const OF_SETS: [&str; 8] = [
+pub(super) const OF_SETS: [&str; 9] = [
     "belt_friction",
     "bilinear_damping",
     "damping_drift",
     "input_squared",
     "negative_damping",
+    "oblique_springs",
     "power_law_damping",
     "power_law_stiffness",
     "state_dependent_input",
@@ -155,6 +158,7 @@ impl Search {
             data.count_from(datum);
             base.base.retain(|t| t.term.as_str() != "1");
             base.datum = true;
+            base.origin = -datum;
         }
         Ok(Self { data, audit, ask: ask.clone(), base, known: Mutex::default() })
     }
@@ -323,6 +327,14 @@ impl Search {
         }
         let lead = data.lead(motion);
         let missing = motion.missing_of(lead);
+        // In a motion that dies away a line at its own frequency, or at twice that, is damping or stiffness that depends on the
+        // amplitude.
+        let dies_away = self.is_piped() && data.fit().iter().all(Series::is_undriven) && !data.self_sustained;
+        let locked = |f: &f64, times: &[f64]| times.iter().any(|n| (f / (n * data.frequency) - 1.0).abs() < LOCKED);
+        let free = |mut lines: Vec<f64>, times: &[f64]| {
+            lines.retain(|f| !(dies_away && locked(f, times)));
+            lines
+        };
         let setting = Setting {
             base_excited: data.base_excited,
             passive: fitted.composition.passive,
@@ -333,7 +345,7 @@ impl Search {
             derivatives: data.outputs[0].derivatives(),
             inputs: (0..data.layout.inputs).map(|j| over(&|r, k| data.fit()[r].inputs[j][k])).collect(),
             frequency: data.frequency,
-            lines: data.lines(&missing),
+            lines: free(data.lines(&missing), &[1.0]),
             pulsations: {
                 let spring = |r: usize| if data.base_excited { data.fit()[r].inputs.first() } else { None };
                 let product = |r: usize, k: usize| {
@@ -341,7 +353,7 @@ impl Search {
                 };
                 let products: Vec<Vec<f64>> =
                     (0..data.fit().len()).map(|r| (0..data.fit()[r].len()).map(|k| product(r, k)).collect()).collect();
-                data.lines(&products.iter().map(Vec::as_slice).collect::<Vec<_>>())
+                free(data.lines(&products.iter().map(Vec::as_slice).collect::<Vec<_>>()), &[1.0, 2.0])
             },
             interval: data.fit()[0].interval,
             measured: over(&|r, k| data.fit()[r].measured[0][k]),
@@ -352,6 +364,11 @@ impl Search {
             .into_iter()
             .filter(|f| !present.contains(&choice(f)))
             .filter(|f| self.is_piped() || !OF_SETS.contains(&f.effect))
+            // A richer kind of what is there was tried in its place.
+            .filter(|f| {
+                let of_one_kind = |there: &Form| self.is_piped() && (f.includes(there) || there.includes(f));
+                !fitted.composition.forms.iter().any(of_one_kind)
+            })
             .filter(|f| !self.audit.blind.iter().any(|b| b.effect == f.effect))
             .filter(|f| {
                 // The zero of a velocity or an acceleration is not that of the spring.

@@ -10,7 +10,7 @@ use sindyscope_core::parallel::prelude::*;
 
 use super::data::Data;
 use super::effects::Form;
-use super::fit::{FEW_STEPS, Fitted, Pace, WHOLE};
+use super::fit::{FEW_STEPS, Fitted, Pace, WHOLE, Wanted};
 use super::parameters::{InnerValues, Parameters};
 use super::refit::{DISTANT, HARDLY};
 use super::search::{Refit, Search};
@@ -383,7 +383,8 @@ impl Search {
         let expected = held.last()?.error();
         let mut at = level;
         while at > 0 {
-            let folds = data.left_of_held_out(&fitted.composition, shared, (at, expected), cancel);
+            let wanted = Wanted { level: at, period: data.period, error: expected };
+            let folds = data.left_of_held_out(&fitted.composition, shared, wanted, cancel);
             if folds.is_none_or(|error| error < bound) {
                 break;
             }

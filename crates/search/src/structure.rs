@@ -20,6 +20,8 @@ pub(super) struct Composition {
     pub(super) passive: bool,
     /// Displacements count from an equilibrium that is fitted.
     pub(super) datum: bool,
+    /// The file's own zero, as an equilibrium.
+    pub(super) origin: f64,
     /// The sensor's zero is free in each record, as that of an accelerometer is.
     pub(super) zero: bool,
     /// RMS of the noise, weighted.
@@ -51,6 +53,7 @@ impl Composition {
             scales: Parameters::default(),
             passive: true,
             datum: false,
+            origin: 0.0,
             zero: false,
             noise: 0.0,
         }
@@ -275,7 +278,13 @@ impl Composition {
             }
         }
         let forms = self.forms.iter().map(|f| f.inner.iter().map(|i| i.bounds).collect()).collect();
-        Parameters { coefficients, inner: InnerValues { equilibrium: self.datum.then_some(OPEN), forms } }
+        let zero = if self.holds_the_zero() { (self.origin, self.origin) } else { OPEN };
+        Parameters { coefficients, inner: InnerValues { equilibrium: self.datum.then_some(zero), forms } }
+    }
+
+    /// True if some effect says why the motion is not about the file's zero: then that zero is taken at its word.
+    pub(super) fn holds_the_zero(&self) -> bool {
+        self.forms.iter().any(Form::has_a_mean)
     }
 
     /// The equations at these shared parameters.

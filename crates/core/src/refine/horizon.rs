@@ -40,6 +40,9 @@ pub struct Goal<'a> {
     pub noise: f64,
     /// Doublings of the shortest segments to reach; beyond the number there are, whole records.
     pub top: usize,
+    /// A model that is far from the noise along the shortest segments stays there: longer ones bend its parameters to hold
+    /// together what it lacks.
+    pub short_if_wrong: bool,
     /// How the fits are done; steps count for the whole record.
     pub options: FitOptions<'a>,
 }
@@ -53,6 +56,8 @@ pub struct Landed {
     pub runs: Vec<Run>,
     /// How often the shortest segments were doubled.
     pub level: usize,
+    /// Period that the shortest segments are measured by, s: of a chaotic motion less than its own.
+    pub period: f64,
     /// The runs are whole records.
     pub whole: bool,
 }
@@ -77,7 +82,7 @@ impl Landed {
     }
 
     /// True if some run ends many times as sensitive to its initial state as it begins: the motion is chaotic, or unstable.
-    fn is_sensitive(&self) -> bool {
+    pub fn is_sensitive(&self) -> bool {
         let grows = |(columns, run): (&Vec<Vec<f64>>, &Run)| {
             let end = run.range.len() / SENSITIVITY_PARTS;
             let own = columns.len().saturating_sub(run.states());
@@ -165,7 +170,7 @@ pub fn shoot(
     let options = FitOptions { driven: !full, steps, ..goal.options };
     let point = start(structure, &runs, shared, before, !full);
     let refined = refine(structure, &runs, &point, options)?;
-    Some(Landed { refined, runs, level, whole: full })
+    Some(Landed { refined, runs, level, period: goal.period, whole: full })
 }
 
 /// Every `every`-th of the shortest segments, each record's first among them: what a preview of many rivals fits.
@@ -325,6 +330,7 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
         refined,
         runs: whole.to_vec(),
         level: top,
+        period: goal.period,
         whole: true,
     });
     // Along a chaotic motion the sum of squares has many local minima, and only a shorter fit tells whether this is the least.
@@ -358,6 +364,12 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
         return direct;
     }
     let near = first.error() < WRONG_MODEL_ERROR * goal.noise;
+    if goal.short_if_wrong && !near {
+        let from = (first.refined.point.shared.as_slice(), Some(first.of(structure)));
+        let ended =
+            if first.refined.converged { None } else { shoot(structure, whole, from, 0, goal, goal.options.steps) };
+        return ended.or(Some(first));
+    }
     let exact = holds(first.error(), goal.noise);
     let mut held = climb(structure, whole, first, goal);
     // What a longer fit of such a motion ends in may be far from the truth by its own standard errors.

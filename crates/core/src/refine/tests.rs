@@ -213,7 +213,7 @@ fn a_drift_that_nothing_holds_does_not_bend_the_coefficients() {
         weights: vec![1.0],
         limits: vec![1e3, 1e3],
     }];
-    let goal = Goal { period: 0.25, noise: 1e-5, top: usize::MAX, options: FREE };
+    let goal = Goal { period: 0.25, noise: 1e-5, top: usize::MAX, short_if_wrong: false, options: FREE };
     let mass = Free("u, v");
     let landed = land(&mass, &whole, &Point::new(&mass, &whole, vec![45.0, -1.0], false), goal).unwrap();
     assert!(!landed.whole && landed.horizon() < 2.0, "{} s", landed.horizon());

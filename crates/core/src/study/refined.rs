@@ -357,7 +357,7 @@ fn goal<'a>(
     let options =
         FitOptions { frozen: false, driven: false, steps: MAX_STEPS, effort: MAX_EFFORT, bar: None, cancelled };
     let period = period.unwrap_or_else(|| 0.1 * first.record.duration());
-    Some(Goal { period, noise, top: usize::MAX, options })
+    Some(Goal { period, noise, top: usize::MAX, short_if_wrong: false, options })
 }
 
 /// A model as it is.

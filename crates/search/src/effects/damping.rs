@@ -1,4 +1,4 @@
-use super::{Addition, Axis, Direction, Form, Frame, Inner, OneTerm, Setting, coefficient, even, shared};
+use super::{Addition, Axis, Direction, Form, Frame, Inner, OneTerm, Setting, coefficient, even, odd_power, shared};
 use sindyscope_values::term::{Symbol, Term};
 
 /// Damping that is smooth in the velocity.
@@ -139,8 +139,8 @@ fn power_law(frame: &Frame, forms: &mut Vec<Form>) {
         axis: Axis::Velocity,
         build: shared(move |inner| {
             // Counted in the largest speed, so that the coefficient's size does not hang on the exponent.
-            let relative = (there.w() * speed.max(f64::MIN_POSITIVE).recip()).abs().power(inner[0]);
-            Addition { terms: vec![Term::new(relative * there.w().sgn())], ..Addition::default() }
+            let force = odd_power(there.w() * speed.max(f64::MIN_POSITIVE).recip(), inner[0]);
+            Addition { terms: vec![Term::new(force)], ..Addition::default() }
         }),
     });
 }

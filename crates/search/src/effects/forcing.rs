@@ -181,7 +181,7 @@ fn phase(frequency: f64) -> Expression {
 fn harmonics(setting: &Setting, forms: &mut Vec<Form>) {
     let frequencies =
         |grid: &[f64]| Inner::new("f", (0, -1), grid.to_vec(), (0.01 * setting.frequency, 0.5 / setting.interval));
-    for frame in setting.each_mass() {
+    for frame in setting.each_mass().into_iter().filter(|_| !setting.lines.is_empty()) {
         forms.push(Form {
             effect: "unmeasured_harmonic_force",
             title: "Unmeasured harmonic force",
@@ -203,7 +203,7 @@ fn harmonics(setting: &Setting, forms: &mut Vec<Form>) {
             }),
         });
     }
-    for frame in setting.springs() {
+    for frame in setting.springs().into_iter().filter(|_| !setting.pulsations.is_empty()) {
         let there = frame.clone();
         forms.push(Form {
             effect: "parametric_stiffness",

@@ -85,7 +85,8 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             },
             forms,
         );
-        if matches!(frame.site, Site::Ground(_)) {
+        // A surface that moves is seen by the mass that goes along with it, or by the energy that it gives.
+        if matches!(frame.site, Site::Ground(_)) && (frame.usual_speed.is_some() || !setting.passive) {
             belt(frame, forms);
         }
     }
@@ -109,8 +110,11 @@ fn belt(frame: &Frame, forms: &mut Vec<Form>) {
         axis: Axis::Velocity,
         build,
     };
-    let mut speeds = even(-0.95 * speed, 0.95 * speed, 20);
-    speeds.extend(frame.usual_speed.iter().flat_map(|usual| [0.96 * usual, *usual, 1.04 * usual]));
+    // Where the mass goes along with it, the surface's speed is seen. While the mass slips one way only, nothing else tells it.
+    let speeds = match frame.usual_speed {
+        Some(usual) => vec![usual],
+        None => even(-0.95 * speed, 0.95 * speed, 20),
+    };
     let surface = || Inner::new("v_0", (1, -1), speeds.clone(), (-1.5 * speed, 1.5 * speed));
     let sliding = || coefficient("F_c", 1, -2, Direction::Against);
     let there = frame.clone();
@@ -128,6 +132,6 @@ fn belt(frame: &Frame, forms: &mut Vec<Form>) {
     });
     let scale = Inner::new("v_s", (1, -1), logarithmic(0.08 * speed, 0.6 * speed, 3), (0.01 * speed, 2.0 * speed));
     let coefficients = vec![sliding(), coefficient("F_s - F_c", 1, -2, Direction::Against)];
-    let contains = &["coulomb_friction", "constant_force", "stribeck_friction"];
+    let contains = &["coulomb_friction", "constant_force", "stribeck_friction", "belt_friction"];
     forms.push(form("falling with the speed", coefficients, vec![surface(), scale], contains, falling));
 }

@@ -350,6 +350,16 @@ impl Form {
         steady || (addition.offset && !constant)
     }
 
+    /// True if it is a force over the velocity that a steady one is a special case of: it moves the point that the motion is about.
+    pub(crate) fn has_a_mean(&self) -> bool {
+        self.axis == Axis::Velocity && self.contains.contains(&"constant_force")
+    }
+
+    /// True if it is one of the effects that are met most often: they are asked for wherever nothing explains the data.
+    pub(crate) fn is_common(&self) -> bool {
+        COMMON.contains(&self.effect)
+    }
+
     /// True if it is the sensor's zero.
     pub(crate) fn is_offset(&self) -> bool {
         self.sample().offset
@@ -381,6 +391,17 @@ impl Form {
         if self.form.is_empty() { self.title.to_owned() } else { format!("{}, {}", self.title, self.form) }
     }
 }
+
+/// Effects that are met most often, none with a quantity inside it.
+const COMMON: [&str; 7] = [
+    "coulomb_friction",
+    "quadratic_damping",
+    "cubic_damping",
+    "cubic_stiffness",
+    "quadratic_stiffness",
+    "constant_force",
+    "sensor_offset",
+];
 
 /// A family of effects: its name, and what appends those that make sense for a setting.
 type Family = (&'static str, fn(&Setting, &mut Vec<Form>));
@@ -577,6 +598,13 @@ fn with_words(place: &str, words: &str) -> String {
 
 fn shared(f: impl Fn(&[f64]) -> Addition<Term> + Send + Sync + 'static) -> Build {
     Arc::new(f)
+}
+
+/// `|q|^p sgn q` of a quantity that reaches one. Below a thousandth of that it is straight: an exponent below one has no slope
+/// at zero, and no quantity is measured so finely.
+fn odd_power(quantity: Expression, exponent: f64) -> Expression {
+    let squares = quantity.clone().power(2.0) + 1e-6;
+    quantity * squares.power(0.5 * (exponent - 1.0))
 }
 
 /// `count` values from one to another, evenly spaced in their logarithm.

@@ -1,5 +1,6 @@
 use super::{
-    Addition, Axis, Direction, Form, Frame, Inner, OneTerm, Setting, coefficient, even, shared, spring, with_words,
+    Addition, Axis, Coefficient, Direction, Form, Frame, Inner, OneTerm, Setting, coefficient, even, logarithmic,
+    odd_power, shared, spring, with_words,
 };
 use sindyscope_values::term::{Expression, Term};
 
@@ -9,6 +10,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
         powers(setting, frame, forms);
         contacts(frame, forms);
         power_law(frame, forms);
+        oblique(frame, forms);
     }
     pendulum(setting, forms);
 }
@@ -34,8 +36,8 @@ fn power_law(frame: &Frame, forms: &mut Vec<Form>) {
     let there = frame.clone();
     // Counted in the largest displacement, so that the coefficient's size does not hang on the exponent.
     let both = shared(move |inner: &[f64]| {
-        let relative = (there.r() * reach.recip()).abs().power(inner[0]);
-        Addition { terms: vec![Term::new(relative * there.r().sgn())], ..Addition::default() }
+        let force = odd_power(there.r() * reach.recip(), inner[0]);
+        Addition { terms: vec![Term::new(force)], ..Addition::default() }
     });
     forms.push(form(
         "",
@@ -46,8 +48,8 @@ fn power_law(frame: &Frame, forms: &mut Vec<Form>) {
     for (words, side) in [("above", 1.0), ("below", -1.0)] {
         let there = frame.clone();
         let contact = shared(move |inner: &[f64]| {
-            let pressed = ((there.r() * side - inner[0]) * reach.recip()).max(0.0).power(inner[1]);
-            Addition { terms: vec![Term::new(pressed * side)], ..Addition::default() }
+            let pressed = ((there.r() * side - inner[0]) * reach.recip()).max(0.0);
+            Addition { terms: vec![Term::new(odd_power(pressed, inner[1]) * side)], ..Addition::default() }
         });
         let inner = vec![
             Inner::new("d", (1, 0), even(-0.6 * reach, 0.8 * reach, 8), (-0.98 * reach, 0.95 * reach)),
@@ -55,6 +57,30 @@ fn power_law(frame: &Frame, forms: &mut Vec<Form>) {
         ];
         forms.push(form(words, inner, &["one_sided_stop", "bilinear_stiffness"], contact));
     }
+}
+
+/// Springs that stand across the motion, beside the one along it: a snap-through truss, an isolator of next to no stiffness.
+fn oblique(frame: &Frame, forms: &mut Vec<Form>) {
+    // Springs that stand higher than the motion goes are a cubic spring.
+    let reach = frame.reach.max(f64::MIN_POSITIVE);
+    let frame = frame.clone();
+    forms.push(Form {
+        effect: "oblique_springs",
+        title: "Oblique springs",
+        explanation: "Springs that stand across the motion, as the bars of a shallow truss do: what they push along it goes with the sine of their angle.",
+        separates: "amplitudes from far below to far above the height at which the springs stand",
+        formula: r"k_g\,\frac{r}{\sqrt{r^2+h^2}}",
+        form: frame.form.clone(),
+        site: Some(frame.site),
+        coefficients: vec![Coefficient { restoring: true, ..coefficient("k_g", 1, -2, Direction::Any) }],
+        inner: vec![Inner::new("h", (1, 0), logarithmic(0.1 * reach, 0.9 * reach, 8), (0.02 * reach, reach))],
+        contains: &["cubic_stiffness", "quintic_stiffness"],
+        axis: Axis::Displacement,
+        build: shared(move |inner| {
+            let length = (frame.r().power(2.0) + inner[0].powi(2)).power(0.5);
+            Addition { terms: vec![Term::new(frame.r() * length.power(-1.0))], ..Addition::default() }
+        }),
+    });
 }
 
 fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {

@@ -17,7 +17,7 @@ use super::columns::{Inputs, forces};
 use super::data::{Data, Series};
 use super::effects::{Direction, Form};
 use super::parameters::{InnerValues, Parameters};
-use super::rule::{BEAM, CRUMB, KEPT_POINTS, PUSHING, QUOTAS, ZOOMED, ZOOMS};
+use super::rule::{BEAM, CRUMB, KEPT_POINTS, LEAD, LIKE, PUSHING, QUOTAS, ZOOMED, ZOOMS};
 use super::site::Placed;
 use super::structure::{Composed, Composition};
 use gram::{Gram, MOST};
@@ -54,8 +54,9 @@ struct GridPoint {
     columns: std::ops::Range<usize>,
     /// Columns of the present model that its own take the place of.
     replaces: Vec<usize>,
-    /// It acts through the terms of the input, so that its columns are theirs, changed.
-    rewrites: bool,
+    /// So many of its columns are terms of the present model, changed: of the input, or counted from another zero. Each stands
+    /// for the replaced column of the same place.
+    rewrites: usize,
     /// It has a state of its own.
     remembers: bool,
 }
@@ -106,7 +107,14 @@ impl Data {
         if cancel.is_cancelled() {
             return Vec::new();
         }
-        let sets = ranked(&found, forms);
+        let mut sets = ranked(&found, forms);
+        sets.extend(regression.common(&points));
+        let mut known: Vec<Vec<usize>> = Vec::new();
+        sets.retain(|(_, set)| {
+            let new = !known.contains(set);
+            known.push(set.clone());
+            new
+        });
         let none = found.get(&Vec::new()).map_or(0.0, |f| f.0);
         let proposal = |(score, set): (f64, Vec<usize>)| {
             Some(Proposal { gain: score - none, ..regression.proposal(&set, &points)? })
@@ -301,7 +309,7 @@ impl<'a> Regression<'a> {
     }
 
     /// The columns of a form at inner values, and which of the present model's they replace.
-    fn of_form(&self, form: &Form, inner: &[f64]) -> (Vec<Vec<f64>>, Vec<usize>, bool) {
+    fn of_form(&self, form: &Form, inner: &[f64]) -> (Vec<Vec<f64>>, Vec<usize>, usize) {
         let addition = form.addition(inner);
         let first = 1 + self.constants;
         let composed = self.present.compose(self.inner);
@@ -315,15 +323,25 @@ impl<'a> Regression<'a> {
             let places: Vec<usize> = (0..composed.terms.len()).filter(|k| of_input(&composed.terms[*k])).collect();
             let terms = places.iter().map(|k| changed.terms[*k].clone()).collect();
             let columns = self.columns(&Composed { terms, ..changed });
-            return (columns, places.into_iter().map(|k| first + k).collect(), true);
+            let rewrites = columns.len();
+            return (columns, places.into_iter().map(|k| first + k).collect(), rewrites);
         }
         if addition.offset {
-            return (self.zeros(), Vec::new(), false);
+            return (self.zeros(), Vec::new(), 0);
+        }
+        if self.present.datum && form.has_a_mean() {
+            let equilibrium = Some(self.present.origin);
+            let from_there = self.present.compose(&InnerValues { equilibrium, ..self.inner.clone() });
+            let mut columns = self.columns(&from_there);
+            let rewrites = columns.len();
+            let own = Composed { terms: addition.terms, internals: addition.internals, ..composed };
+            columns.extend(self.columns(&own));
+            return (columns, (first..first + rewrites).chain(1..first).collect(), rewrites);
         }
         let replaces = addition.replaces.iter().filter_map(|gone| composed.terms.iter().position(|t| t == gone));
         let replaces = replaces.map(|k| first + k).collect();
         let own = Composed { terms: addition.terms, internals: addition.internals, ..composed };
-        (self.columns(&own), replaces, false)
+        (self.columns(&own), replaces, 0)
     }
 
     /// The best points of every form's grid, with their columns in the pool.
@@ -347,10 +365,10 @@ impl<'a> Regression<'a> {
             .filter(|_| !cancel.is_cancelled())
             .filter_map(|(form, inner, step)| {
                 let (columns, replaces, rewrites) = self.of_form(&self.forms[form], &inner);
-                let left = self.left_alone(&columns, &replaces, form)?;
+                let left = self.left_alone(&columns, &replaces, rewrites, form)?;
                 let remembers = !self.forms[form].addition(&inner).internals.is_empty();
                 let point = GridPoint { form, inner, step, columns: 0..columns.len(), replaces, rewrites, remembers };
-                (left < alone || rewrites).then_some((left, columns, point))
+                (left < alone || rewrites > 0).then_some((left, columns, point))
             })
             .collect();
         let mut kept: Vec<Built> = Vec::new();
@@ -369,7 +387,7 @@ impl<'a> Regression<'a> {
     }
 
     /// What one effect's columns leave beside the base's; none where its signs are wrong.
-    fn left_alone(&self, columns: &[Vec<f64>], replaces: &[usize], form: usize) -> Option<f64> {
+    fn left_alone(&self, columns: &[Vec<f64>], replaces: &[usize], rewrites: usize, form: usize) -> Option<f64> {
         let mut all: Vec<Vec<f64>> = self
             .pool
             .iter()
@@ -382,7 +400,7 @@ impl<'a> Regression<'a> {
         all.extend(columns.iter().cloned());
         let gram = Gram::new(&all, std::slice::from_ref(&(0..self.rows.len())));
         let solution = gram.solve(&(1..all.len()).collect::<Vec<_>>())?;
-        signs_hold(&self.forms[form], &solution.coefficients[first - 1..]).then_some(solution.left)
+        signs_hold(&self.forms[form], &solution.coefficients[first - 1 + rewrites..]).then_some(solution.left)
     }
 
     fn gram(&self) -> Gram {
@@ -419,7 +437,7 @@ impl<'a> Regression<'a> {
         set.iter().all(|p| {
             let own = &coefficients[from..from + points[*p].columns.len()];
             from += own.len();
-            points[*p].rewrites || signs_hold(&self.forms[points[*p].form], own)
+            signs_hold(&self.forms[points[*p].form], &own[points[*p].rewrites..])
         })
     }
 
@@ -563,6 +581,37 @@ impl<'a> Regression<'a> {
         self.note(&gram, points, nearer, found);
     }
 
+    /// Of effects that are met most often, the sets of each size that leave least, with those that leave next to as little. All
+    /// rows count at once: in a decay the rows that are left out in turn are the only ones of their amplitude.
+    fn common(&self, points: &[GridPoint]) -> Vec<(f64, Vec<usize>)> {
+        let gram = self.gram();
+        let of_common: Vec<usize> = (0..points.len()).filter(|p| self.forms[points[*p].form].is_common()).collect();
+        let mut sets: Vec<Vec<usize>> = vec![Vec::new()];
+        let mut out: Vec<(f64, Vec<usize>)> = Vec::new();
+        for _ in QUOTAS {
+            let larger = sets.iter().flat_map(|set| of_common.iter().map(move |p| (set, *p)));
+            let larger = larger.filter(|(set, p)| set.last().is_none_or(|last| last < p));
+            sets = larger
+                .filter(|(set, p)| self.go_together(set, *p, points))
+                .map(|(set, p)| [&set[..], &[p]].concat())
+                .collect();
+            let left = |set: &Vec<usize>| {
+                let columns = self.columns_of(set, points);
+                let solution = gram.solve(&columns)?;
+                let stands = self.stands(set, points, &columns, &solution.coefficients);
+                stands.then_some((solution.left, columns))
+            };
+            let mut own: Vec<(f64, Vec<usize>, &Vec<usize>)> =
+                sets.iter().filter_map(|set| left(set).map(|(left, columns)| (left, columns, set))).collect();
+            own.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let Some(least) = own.first().map(|o| o.0) else { continue };
+            let rows = self.rows.worth * self.rows.len() as f64;
+            let near = own.into_iter().take_while(|(left, ..)| 0.5 * rows * (left / least).ln() < LEAD).take(LIKE);
+            out.extend(near.map(|(_, columns, set)| (gram.predictive(&columns, self.rows.worth), set.clone())));
+        }
+        out
+    }
+
     /// A set as a model with values to start from.
     fn proposal(&self, set: &[usize], points: &[GridPoint]) -> Option<Proposal> {
         let columns = self.columns_of(set, points);
@@ -579,16 +628,18 @@ impl<'a> Regression<'a> {
             inner = next.inner_after(&composition, &inner, &points[*p].inner);
             composition = next;
         }
+        inner.equilibrium =
+            inner.equilibrium.map(|e| if composition.holds_the_zero() { composition.origin } else { e });
         let first = 1 + self.constants;
         let terms = self.present.compose(self.inner).terms.len();
-        // What replaces a term of the input by itself keeps that term's place.
+        // A changed term keeps its place.
         let rewritten = |c: usize| {
-            let of = set.iter().map(|p| &points[*p]).filter(|p| p.rewrites);
-            of.filter_map(|p| p.replaces.iter().position(|r| *r == c).map(|k| p.columns.start + k)).next()
+            let changed = |p: &GridPoint| p.replaces.iter().take(p.rewrites).position(|r| *r == c);
+            set.iter().find_map(|p| changed(&points[*p]).map(|k| points[*p].columns.start + k))
         };
         let base = (first..first + terms).filter_map(|c| value.get(&rewritten(c).unwrap_or(c)).copied());
-        let own = set.iter().map(|p| &points[*p]).filter(|p| !p.rewrites && !self.forms[p.form].is_offset());
-        let own = own.flat_map(|p| p.columns.clone()).filter_map(|c| value.get(&c).copied());
+        let own = set.iter().map(|p| &points[*p]).filter(|p| !self.forms[p.form].is_offset());
+        let own = own.flat_map(|p| p.columns.clone().skip(p.rewrites)).filter_map(|c| value.get(&c).copied());
         let mut coefficients: Vec<f64> = base.chain(own).collect();
         let ranges = composition.ranges().coefficients;
         if coefficients.len() != ranges.len() {
