@@ -105,7 +105,7 @@ pub fn guide() -> Vec<Entry> {
 /// catalogue makes sense.
 fn example(base_excited: bool) -> Setting {
     let mut frames = Frame::all(1, base_excited);
-    frames.iter_mut().for_each(|f| (f.reach, f.speed, f.speed_noise) = (1.0, 6.0, 0.01));
+    frames.iter_mut().for_each(|f| (f.reach, f.speed, f.speed_noise, f.usual_speed) = (1.0, 6.0, 0.01, Some(2.0)));
     // The second has a damper, which an effect may turn round; the first has none, so that one can be added.
     let across: &[&str] = if base_excited { &["x-u"] } else { &["x", "v"] };
     let terms = across.iter().filter_map(|text| Some(Placed { mass: 0, term: Term::parse(text).ok()? }));

@@ -105,13 +105,17 @@ pub(super) fn parts(set: &[usize], forms: &[Form]) -> usize {
     set.iter().map(|k| 1 + usize::from(!forms[*k].contains.is_empty())).sum()
 }
 
-/// Decides between sets; one of them is the empty one. `least` is the sum that a set must lead by.
-pub(super) fn judge(sets: &[Hypothesis], forms: &[Form], least: f64) -> Ruling {
+/// Decides between sets; one of them is the empty one. `least` is the sum that a set must lead those by that it is more than,
+/// `far` that by which it must lead those of another kind.
+pub(super) fn judge(sets: &[Hypothesis], forms: &[Form], least: f64, far: f64) -> Ruling {
     let stands = |k: usize| {
         let set = &sets[k];
         !set.forms.is_empty()
             && set.unborne.is_none()
-            && sets.iter().all(|other| !contains(&set.forms, &other.forms, forms) || beats(set, other, least))
+            && sets.iter().all(|other| {
+                let asked = if other.forms.len() < set.forms.len() { least } else { far };
+                !contains(&set.forms, &other.forms, forms) || beats(set, other, asked)
+            })
     };
     let standing: Vec<usize> = (0..sets.len()).filter(|k| stands(*k)).collect();
     let best = |list: &[usize]| list.iter().copied().max_by(|a, b| sets[*a].sum().total_cmp(&sets[*b].sum()));
@@ -125,7 +129,7 @@ pub(super) fn judge(sets: &[Hypothesis], forms: &[Form], least: f64) -> Ruling {
             && parts(&rival.forms, forms) <= size
             && !contains(&rival.forms, &sets[first].forms, forms)
             && !contains(&sets[first].forms, &rival.forms, forms)
-            && !beats(&sets[first], rival, least)
+            && !beats(&sets[first], rival, far)
     });
     let mut near: Vec<usize> = rivals.collect();
     // Of those that cannot be told apart the one with the fewest parameters that stands is shown, of these the commonest.

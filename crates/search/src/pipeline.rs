@@ -110,8 +110,9 @@ impl Search {
         sets.iter().for_each(|set| self.keep(Arc::clone(&set.fitted)));
         // Where nothing explains the data every set is wrong in some way still, and densities say too much.
         let explained = sets.iter().any(|s| s.unborne.is_none() && s.fitted.error() < MATTERS_NOISES * data.noise);
-        let far = if explained { 0.0 } else { FAR.ln() * data.unseen() as f64 };
-        let ruling = judge(&sets, forms, least_lead(self.audit.single_tone).max(far));
+        let least = least_lead(self.audit.single_tone);
+        let far = if explained { least } else { least.max(FAR.ln() * data.unseen() as f64) };
+        let ruling = judge(&sets, forms, least, far);
         Some((sets, ruling))
     }
 

@@ -21,7 +21,9 @@ fn setting(masses: usize, base_excited: bool) -> Setting {
         inputs: vec![0.5],
         frames: {
             let mut frames = Frame::all(masses, base_excited);
-            frames.iter_mut().for_each(|f| (f.reach, f.speed, f.speed_noise) = (1.1, 11.0, 0.01));
+            frames
+                .iter_mut()
+                .for_each(|f| (f.reach, f.speed, f.speed_noise, f.usual_speed) = (1.1, 11.0, 0.01, Some(4.0)));
             frames
         },
         terms: (0..masses)
