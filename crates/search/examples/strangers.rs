@@ -248,6 +248,7 @@ fn plant(stranger: &Stranger, draw: usize, seed: u64) -> Plant {
     let initial = |x: f64| [x, 0.0].into_iter().chain(std::iter::repeat_n(0.0, states)).collect();
     Plant {
         name: stranger.name,
+        truth: stranger.related,
         base: if free { "x,v" } else { "x,v,u" },
         rates: Box::new(move |t, y, u, _| {
             let (push, own) = force(t, y[0], y[1], u, &y[2..]);
@@ -277,7 +278,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let ask = Ask { base: Some(base), ..Ask::default() };
             let found = Search::new(&set, &ask).and_then(|s| s.diagnose(&|_| {}, &Cancel::default()))?;
             let names: Vec<&str> = found.steps().iter().map(|s| s.added.choice.effect.as_str()).collect();
-            let strange = names.iter().any(|n| !stranger.related.contains(n));
+            let strange = names.iter().any(|n| !plant.truth.contains(n));
             draws += 1;
             unrelated += usize::from(strange);
             wrong += usize::from(strange && found.verdict == Verdict::Named);

@@ -16,6 +16,7 @@ pub(crate) type Drive = Box<dyn Fn(f64) -> (f64, f64)>;
 
 pub(crate) struct Plant {
     pub(crate) name: &'static str,
+    /// Names of what is hidden, or that say something true of it.
     pub(crate) truth: &'static [&'static str],
     pub(crate) base: &'static str,
     pub(crate) masses: usize,
