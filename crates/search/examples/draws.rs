@@ -1,7 +1,7 @@
 //! Draws hidden effects of a kind of laboratory and says what the search makes of each:
 //! `cargo run --profile study -p sindyscope-search --example draws -- REGIME [FROM TO]`.
 
-#[allow(dead_code, reason = "the studies use the rest")]
+#[allow(dead_code, clippy::unwrap_used, reason = "the studies use the rest, and are tests")]
 #[path = "../tests/study/mod.rs"]
 mod study;
 

@@ -381,28 +381,6 @@ impl Search {
         let explained = tried.sets.iter().any(explains);
         let far = if explained { least } else { least.max(FAR.ln() * data.unseen() as f64) };
         tried.ruling = judge(&tried.sets, &tried.forms, &present, (least, far));
-        if std::env::var_os("TRACE").is_some() {
-            for k in tried.best() {
-                let s = &tried.sets[k];
-                let names: Vec<String> = s.forms.iter().map(|k| format!("{:?}", tried.forms[*k])).collect();
-                let inner = &s.fitted.parameters.inner.forms;
-                eprintln!(
-                    "  {k:2} sum {:9.1} fit {:6.3} held {:6.3} lvl {} {:?} {inner:?} {}",
-                    s.sum(),
-                    s.fitted.error() / data.noise,
-                    s.fitted.held_out_error() / data.noise,
-                    if s.fitted.level == super::fit::WHOLE { -1 } else { s.fitted.level as i64 },
-                    names,
-                    s.unborne.clone().unwrap_or_default()
-                );
-            }
-            eprintln!(
-                "  winner {:?} rivals {:?} between {:.3}",
-                tried.ruling.winner,
-                tried.ruling.rivals,
-                data.between_samples(&tried.sets[tried.ruling.winner.unwrap_or(0)].fitted, cancel) / data.noise
-            );
-        }
         let decision = self.ruled(&before, &motion, tried, &mut candidates, cancel);
         tell(Progress::Ranking(candidates.clone()));
         let round = round(candidates, evidence, decision);
