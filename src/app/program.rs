@@ -1,5 +1,7 @@
 //! State, what was computed from it, and the queue that computes: the program without its window.
 
+use std::path::PathBuf;
+
 use super::derived::Derived;
 use super::jobs::{Done, Job, Jobs, Key, Update};
 use super::log::Log;
@@ -14,16 +16,38 @@ pub(crate) struct Program {
     pub(crate) derived: Derived,
     pub(crate) jobs: Jobs,
     pub(crate) log: Log,
+    /// True once a session has come back, until that was taken in.
+    pub(crate) restored: bool,
 }
 
 impl Program {
     /// A program that begins with this state; `wake` is called whenever there is something to take in.
     pub(crate) fn new(state: State, wake: impl Fn() + Send + Sync + 'static) -> Self {
         let derived = Derived::new(&state.document.edit);
-        let mut program = Self { log: Log::new(&state), state, derived, jobs: Jobs::new(wake) };
-        let wants = update::begin(&mut program.state, &mut program.derived);
-        program.ask(wants);
+        let mut program = Self { log: Log::new(&state), state, derived, jobs: Jobs::new(wake), restored: false };
+        program.begin();
         program
+    }
+
+    /// Has the session that lies there brought back, or files opened in it.
+    pub(crate) fn restore(&mut self, session: PathBuf, files: Vec<PathBuf>) {
+        self.jobs.want(Key::Restore, Job::Restore { session, files });
+        self.derived.running = self.jobs.running();
+    }
+
+    /// Goes on from the state that a session left.
+    fn restart(&mut self, state: State, problem: Option<String>) {
+        (self.log, self.derived) = (Log::new(&state), Derived::new(&state.document.edit));
+        (self.state, self.restored) = (state, true);
+        if let Some(problem) = problem {
+            self.derived.notices.error(problem);
+        }
+        self.begin();
+    }
+
+    fn begin(&mut self) {
+        let wants = update::begin(&mut self.state, &mut self.derived);
+        self.ask(wants);
     }
 
     /// Takes a message over.
@@ -43,6 +67,10 @@ impl Program {
                 Update::Part(part) => update::part(state, derived, part),
                 Update::Done(Done::Saved(SaveResult::Taken { purpose, path })) => {
                     taken.push(SaveResult::Taken { purpose, path });
+                    continue;
+                }
+                Update::Done(Done::Restored(state, problem)) => {
+                    self.restart(*state, problem);
                     continue;
                 }
                 Update::Done(done) => {

@@ -309,11 +309,6 @@ impl<W: Work> Jobs<W> {
         told.into_iter().filter(|(_, cancel, _)| !cancel.is_cancelled()).map(|(key, _, update)| (key, update)).collect()
     }
 
-    /// How far the job of a key has come; none if nothing is wanted of it any more.
-    pub(crate) fn progress(&self, key: &W::Key) -> Option<JobProgress> {
-        self.shared.lock().slots.get(key)?.progress()
-    }
-
     /// How far each job has come that is wanted and whose result was not taken in yet.
     pub(crate) fn running(&self) -> HashMap<W::Key, JobProgress> {
         let state = self.shared.lock();
@@ -329,7 +324,11 @@ impl<W: Work> Jobs<W> {
     /// Waits for the job of a key to end, but not for longer than this.
     pub(crate) fn finish(&self, key: &W::Key, patience: Duration) {
         let until = Instant::now() + patience;
-        while self.progress(key).is_some() && Instant::now() < until {
+        let goes_on = || {
+            let state = self.shared.lock();
+            state.slots.get(key).is_some_and(|slot| slot.running.is_some() || slot.waiting.is_some())
+        };
+        while goes_on() && Instant::now() < until {
             thread::sleep(Duration::from_millis(2));
         }
     }
@@ -400,7 +399,7 @@ mod tests {
     }
 
     fn started(jobs: &Jobs<Square>, key: &'static str) {
-        wait(|| jobs.progress(&key)?.share);
+        wait(|| jobs.running().get(&key)?.share);
     }
 
     #[test]
@@ -424,7 +423,7 @@ mod tests {
             started(&jobs, "a");
             let asked = Instant::now();
             jobs.cancel(&"a");
-            assert_eq!(jobs.progress(&"a"), None, "at once for whoever looks");
+            assert_eq!(jobs.running().get(&"a"), None, "at once for whoever looks");
             wait(|| {
                 assert!(jobs.poll().is_empty());
                 (!jobs.busy()).then_some(())

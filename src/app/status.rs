@@ -2,7 +2,7 @@
 
 use egui::{Align, Layout, Margin, Panel, Rect, RichText, Ui, pos2, vec2};
 
-use super::notices::{Level, Notices};
+use super::notices::{Level, Notices, Toasted};
 use super::queue::JobProgress;
 use super::records::OpenRecords;
 use super::theme;
@@ -16,7 +16,8 @@ pub(crate) struct Status<'a> {
     pub(crate) fitting: Option<JobProgress>,
     pub(crate) other: Option<JobProgress>,
     pub(crate) opening: bool,
-    pub(crate) notices: &'a mut Notices,
+    pub(crate) notices: &'a Notices,
+    pub(crate) seen: &'a mut Toasted,
     pub(crate) log_open: &'a mut bool,
 }
 
@@ -54,14 +55,14 @@ pub(crate) fn show(ui: &mut Ui, status: &mut Status<'_>) -> Option<StatusAct> {
                 asked = Some(StatusAct::Cancel);
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let unread = status.notices.unread();
+                let unread = status.notices.unread(status.seen);
                 let text = if unread > 0 { format!("messages ({unread})") } else { "messages".to_owned() };
                 let button = ui.add(egui::Button::new(RichText::new(text).weak()).frame_when_inactive(false));
                 let button = button.on_hover_text("What the program said, to be read again");
                 egui::Popup::from_toggle_button_response(&button)
                     .open_bool(status.log_open)
                     .close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside)
-                    .show(|ui| status.notices.show_log(ui));
+                    .show(|ui| status.notices.show_log(ui, status.seen));
                 if let Some(message) = status.notices.latest().filter(|_| unread > 0) {
                     let color =
                         if message.level == Level::Error { colors.caution } else { ui.visuals().weak_text_color() };

@@ -3,10 +3,10 @@
 use crate::app::plot::palette::Painted as _;
 use egui::{Align, ComboBox, DragValue, Label, Layout, RichText, ScrollArea, Sense, Stroke, Ui, pos2, vec2};
 
-use super::Open;
+use super::draft::Draft;
 use crate::app::plot::palette::Ink;
 use crate::app::theme::{self, ROW};
-use sindyscope_files::{ColumnOverview, ColumnUse};
+use sindyscope_files::{ColumnOverview, ColumnUse, TableOverview};
 use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::record::Role;
 
@@ -58,12 +58,10 @@ const OFFERS: [Offer; 8] = [
     },
 ];
 
-pub(super) fn show(ui: &mut Ui, open: &mut Open) {
-    let Some(Ok(overview)) = &open.overview else { return };
-    let table = &overview.tables[open.table];
-    let search = open.search.trim().to_lowercase();
+pub(super) fn show(ui: &mut Ui, table: &TableOverview, draft: &mut Draft) {
+    let search = draft.search.trim().to_lowercase();
     let listed: Vec<usize> = (0..table.columns.len())
-        .filter(|c| !open.chosen_only || open.uses.get(*c).is_some_and(Option::is_some))
+        .filter(|c| !draft.chosen_only || draft.uses.get(*c).is_some_and(Option::is_some))
         .filter(|c| search.is_empty() || table.label(*c).to_lowercase().contains(&search))
         .collect();
     ui.spacing_mut().item_spacing = vec2(6.0, 1.0);
@@ -71,15 +69,13 @@ pub(super) fn show(ui: &mut Ui, open: &mut Open) {
         ui.weak("no column is called so");
         return;
     }
-    let mut uses = open.uses.clone();
     header(ui);
     ScrollArea::vertical().auto_shrink([false, false]).show_rows(ui, ROW, listed.len(), |ui, rows| {
         for column in rows.filter_map(|row| listed.get(row).copied()) {
             let label = table.label(column);
-            row(ui, column, &label, &table.columns[column], &mut uses);
+            row(ui, column, &label, &table.columns[column], &mut draft.uses);
         }
     });
-    open.uses = uses;
 }
 
 /// Width of the names, points.

@@ -6,13 +6,12 @@ use std::sync::Arc;
 use super::act::WalkAct;
 use super::keep::Shelf;
 use super::known::{Known, Partial, Running, WalkContext, key};
-use super::plots;
 use super::subject::Subject;
 use super::work::{Event, Request, Want};
 use crate::app::queue::JobProgress;
 use crate::app::records::OpenRecords;
 use crate::app::state::{Edit, RoundStep, Walk, WalkView};
-use sindyscope_search::{Choice, Diagnosis, Found, Restored, Stage};
+use sindyscope_search::{Choice, Diagnosis, Found, Restored, Site, Stage};
 
 /// What the room wants done in the background.
 #[derive(Debug)]
@@ -23,7 +22,7 @@ pub(crate) enum Wanted {
     Nothing,
 }
 
-/// The room: what was found, what is under way and how it is shown.
+/// The room: what was found and what is under way.
 #[derive(Default)]
 pub(crate) struct Missing {
     pub(super) known: Known,
@@ -35,14 +34,6 @@ pub(crate) struct Missing {
     pub(super) tried: Option<Choice>,
     /// Stopped by hand: nothing is asked for by itself until something changes.
     pub(super) stopped: bool,
-    /// What is in view, while the room is drawn: what a person changes there becomes a message.
-    pub(crate) view: WalkView,
-    /// The one under the pointer.
-    pub(super) hovered: Option<Choice>,
-    /// The mass whose response is shown: that of the views of Identify too.
-    pub(super) mass: usize,
-    pub(super) typing: Option<String>,
-    pub(super) figures: plots::Figures,
 }
 
 impl Missing {
@@ -254,9 +245,9 @@ impl Missing {
             }
             WalkAct::Accept(choice) => {
                 let subject = Subject::of(bench);
-                let sight = self.sight(&self.known, &edit.walk, &subject, false);
+                let context = self.context(&edit.walk, &subject, (0, None), false);
                 // An effect may replace a simpler one that it contains.
-                let accepted = match sight.with(&choice) {
+                let accepted = match context.with(&choice) {
                     Some(stage) => stage.effects.iter().map(|e| e.choice.clone()).collect(),
                     None => edit.walk.accepted.iter().cloned().chain([choice]).collect(),
                 };
@@ -280,16 +271,16 @@ impl Missing {
         None
     }
 
-    /// What the steps see.
-    pub(super) fn sight<'a>(
-        &self,
-        known: &'a Known,
+    /// What the steps see, of the mass that is shown and the place that was picked.
+    pub(super) fn context<'a>(
+        &'a self,
         walk: &'a Walk,
         subject: &'a Subject,
+        (mass, site): (usize, Option<Site>),
         dark: bool,
     ) -> WalkContext<'a> {
         let unit = subject.sensors.first().map_or("", |s| s.unit.as_str());
-        WalkContext { walk, known, running: self.running, subject, mass: self.mass, site: self.view.site, unit, dark }
+        WalkContext { walk, known: &self.known, running: self.running, subject, mass, site, unit, dark }
     }
 
     /// Brings back what was kept with the records that are opened, as soon as the room is looked at.

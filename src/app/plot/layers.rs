@@ -7,7 +7,7 @@ use egui_plot::{
     Bar, BarChart, FilledArea, HLine, Line, PlotPoint, PlotPoints, PlotTransform, PlotUi, Points, Span, VLine,
 };
 
-use super::painter::Look;
+use super::look::Look;
 use super::palette::{self, Ink, Painted as _};
 use sindyscope_report::figure::thin::{self, Raster};
 use sindyscope_report::figure::{Axis, Cells, Guide, Layer, LayerRole, Panel, Samples, Shape};

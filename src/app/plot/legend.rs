@@ -3,7 +3,7 @@
 use egui::{Align, Align2, Color32, FontId, Layout, Mesh, Painter, Pos2, Rect, Role, Sense, Stroke, TextStyle, Ui};
 use egui::{Vec2, WidgetInfo, pos2, vec2};
 
-use super::painter::Look;
+use super::look::Look;
 use super::palette;
 use sindyscope_report::figure::{Cells, KeyMark, LegendEntry, MarkerShape};
 use sindyscope_values::format::shown::ShownUnits;

@@ -2,7 +2,7 @@
 
 use egui::{Color32, Stroke, Ui, pos2};
 
-use super::painter::{Look, Shown};
+use super::look::{Look, Shown};
 use super::{display, palette, pointer};
 use sindyscope_report::figure::{Axis, Figure, LayerRole, Panel, Shape};
 use sindyscope_values::format::number;

@@ -10,6 +10,10 @@ mod pages;
 use std::path::Path;
 use std::sync::Arc;
 
+use contents::Contents;
+use egui::{ColorImage, Ui};
+use pages::{Pages, USUAL};
+
 use super::missing::Missing;
 use super::purpose::ReportForm;
 use super::records::OpenRecords;
@@ -25,6 +29,8 @@ use sindyscope_values::record::{RecordSet, Usage};
 pub(crate) enum ReportAct {
     /// Save the report; the file's ending says as what.
     Save(ReportForm),
+    /// Draw the pages so many pixels wide.
+    Width(u32),
 }
 
 /// Everything that a report is made of, held so that another thread can make it.
@@ -151,30 +157,39 @@ pub(crate) fn pages(
     Ok((drawn, empty))
 }
 
-/// The room.
+/// The room: the pages that were drawn last.
+#[derive(Default)]
 pub(crate) struct ReportRoom {
     asked: Option<Key>,
-    pages: Vec<pages::Page>,
+    pages: Vec<Arc<ColorImage>>,
     empty: Vec<Section>,
     failure: Option<String>,
-    contents: contents::Contents,
-    /// Pixels that a page is wide, as it was drawn last.
-    width: u32,
-    whole: bool,
+    /// Pixels that a page is to be wide, once it was shown.
+    width: Option<u32>,
 }
 
-impl Default for ReportRoom {
-    fn default() -> Self {
-        Self {
-            asked: None,
-            pages: Vec::new(),
-            empty: Vec::new(),
-            failure: None,
-            contents: contents::Contents::default(),
-            width: pages::USUAL,
-            whole: false,
-        }
-    }
+/// What the room remembers of its drawing from frame to frame.
+#[derive(Default)]
+pub(crate) struct Canvas {
+    contents: Contents,
+    pages: Pages,
+}
+
+/// Draws the room's part of the left column; what is changed of the report is the person's.
+pub(crate) fn controls(ui: &mut Ui, room: &ReportRoom, canvas: &mut Canvas, report: &mut Arrangement, data: &str) {
+    canvas.contents.show(ui, report, &room.empty, &title(data));
+}
+
+/// Draws the centre.
+pub(crate) fn show(ui: &mut Ui, room: &ReportRoom, canvas: &mut Canvas, report: &mut Arrangement) -> Option<ReportAct> {
+    let (act, width) = canvas.pages.show(ui, (&room.pages, room.failure.as_deref()), report);
+    act.or(width.filter(|width| room.width != Some(*width)).map(ReportAct::Width))
+}
+
+/// A page's pixels as the window shows them.
+fn image(page: Pixels) -> Arc<ColorImage> {
+    let size = [page.width, page.height].map(|n| n as usize);
+    Arc::new(ColorImage::from_rgba_premultiplied(size, &page.bytes))
 }
 
 impl ReportRoom {
@@ -182,7 +197,12 @@ impl ReportRoom {
     pub(crate) fn take(&mut self, pages: Vec<Pixels>, empty: Vec<Section>) {
         self.failure = None;
         self.empty = empty;
-        self.pages = pages.into_iter().map(pages::Page::new).collect();
+        self.pages = pages.into_iter().map(image).collect();
+    }
+
+    /// Has the pages drawn so many pixels wide.
+    pub(crate) fn widen(&mut self, width: u32) {
+        self.width = Some(width);
     }
 
     /// Notes why there are none.
@@ -196,7 +216,8 @@ impl ReportRoom {
             (self.asked, self.pages) = (None, Vec::new());
             return None;
         }
-        if self.asked.as_ref().is_some_and(|key| key.holds(subject, self.width)) {
+        let width = self.width.unwrap_or(USUAL);
+        if self.asked.as_ref().is_some_and(|key| key.holds(subject, width)) {
             return None;
         }
         let content = subject.content()?;
@@ -207,8 +228,8 @@ impl ReportRoom {
             arrangement: content.arrangement.clone(),
             command: content.command.clone(),
             generation: subject.bench.generation,
-            width: self.width,
+            width,
         });
-        Some((content, self.width))
+        Some((content, width))
     }
 }

@@ -3,7 +3,7 @@
 
 use egui::{Align, Grid, Layout, RichText, ScrollArea, Ui, vec2};
 
-use super::room::{RigAct, RigRoom};
+use super::room::{ClassWork, RigAct};
 use super::sets;
 use crate::app::purpose::Purpose;
 use crate::app::state::{Answered, ClassCase, ClassRound, ClassState, Guess};
@@ -115,7 +115,7 @@ pub(crate) fn csv(state: &ClassState) -> String {
 }
 
 /// The left column: what the next round hides; nothing of it while one is open, for the students look on.
-pub(super) fn form(ui: &mut Ui, room: &RigRoom, state: &mut ClassState, acts: &mut Vec<RigAct>) {
+pub(super) fn form(ui: &mut Ui, work: &ClassWork, state: &mut ClassState, acts: &mut Vec<RigAct>) {
     let number = state.rounds.len() + usize::from(state.open().is_none());
     section(ui, &format!("ROUND {number}"), |_| {}, |_| {});
     if state.open().is_some() {
@@ -187,7 +187,7 @@ pub(super) fn form(ui: &mut Ui, room: &RigRoom, state: &mut ClassState, acts: &m
         case.seed = seed as u64;
     }
     ui.add_space(6.0);
-    let ready = !room.class.drawing;
+    let ready = !work.drawing;
     if ui.add_enabled(ready, egui::Button::new("Begin the round")).clicked() {
         acts.push(RigAct::DrawRound);
     }
@@ -214,9 +214,9 @@ pub(super) fn rules(ui: &mut Ui) {
 }
 
 /// The centre: the open round, and the table of all.
-pub(super) fn show(ui: &mut Ui, room: &RigRoom, state: &mut ClassState, acts: &mut Vec<RigAct>) {
+pub(super) fn show(ui: &mut Ui, work: &ClassWork, state: &mut ClassState, acts: &mut Vec<RigAct>) {
     let colors = theme::accents(ui.visuals().dark_mode);
-    if let Some(failure) = room.class.failure.clone() {
+    if let Some(failure) = work.failure.clone() {
         card(ui, colors.wrong, |ui| {
             ui.add(egui::Label::new(RichText::new(raised(&failure)).color(colors.wrong)).wrap());
         });
@@ -224,7 +224,7 @@ pub(super) fn show(ui: &mut Ui, room: &RigRoom, state: &mut ClassState, acts: &m
     ui.add_space(4.0);
     if state.open().is_some() {
         open_round(ui, state, acts);
-    } else if room.class.drawing {
+    } else if work.drawing {
         ui.weak("making the records…");
     } else if state.rounds.is_empty() {
         ui.label(RichText::new("No round yet").size(18.0).strong());
@@ -232,7 +232,7 @@ pub(super) fn show(ui: &mut Ui, room: &RigRoom, state: &mut ClassState, acts: &m
     }
     if state.rounds.iter().any(|round| round.revealed) {
         ui.add_space(8.0);
-        table(ui, room, state, acts);
+        table(ui, work, state, acts);
     }
 }
 
@@ -304,7 +304,7 @@ fn open_round(ui: &mut Ui, state: &mut ClassState, acts: &mut Vec<RigAct>) {
     }
 }
 
-fn table(ui: &mut Ui, room: &RigRoom, state: &ClassState, acts: &mut Vec<RigAct>) {
+fn table(ui: &mut Ui, work: &ClassWork, state: &ClassState, acts: &mut Vec<RigAct>) {
     let colors = theme::accents(ui.visuals().dark_mode);
     ui.horizontal(|ui| {
         ui.label(RichText::new("Truth, guesses and what the program found").size(15.0).strong());
@@ -315,8 +315,8 @@ fn table(ui: &mut Ui, room: &RigRoom, state: &ClassState, acts: &mut Vec<RigAct>
         });
     });
     let mut again = None;
-    let busy = room.class.progress;
-    let searching = room.class.searching;
+    let busy = work.progress;
+    let searching = work.searching;
     ScrollArea::both().id_salt("rounds").auto_shrink([false, true]).max_height(0.55 * ui.available_height()).show(
         ui,
         |ui| {

@@ -17,7 +17,7 @@ const SPAN: f64 = 30.0;
 
 pub(super) fn show(ui: &mut Ui, room: &RigRoom, state: &mut RigState, acts: &mut Vec<RigAct>) {
     if state.page == Page::Class {
-        class::form(ui, room, &mut state.class, acts);
+        class::form(ui, &room.class, &mut state.class, acts);
         return;
     }
     let settings = &mut state.settings;

@@ -22,7 +22,7 @@ const NEAR: f64 = 0.01;
 
 impl RigRoom {
     /// Draws the right column.
-    pub(crate) fn findings(&mut self, ui: &mut Ui, state: &mut RigState) -> Vec<RigAct> {
+    pub(crate) fn findings(&self, ui: &mut Ui, state: &mut RigState) -> Vec<RigAct> {
         let mut acts = Vec::new();
         if state.page == Page::Class {
             class::rules(ui);

@@ -14,4 +14,5 @@ pub(crate) mod save;
 pub(crate) mod sets;
 pub(crate) mod work;
 
+pub(crate) use pages::show;
 pub(crate) use room::{Made, RigAct, RigRoom};

@@ -61,7 +61,7 @@ impl Update<'_> {
         self.state.shown.cutting = false;
         match lesson.start {
             Start::Sample(sample, view) => {
-                self.state.shown.view = view;
+                self.show_view(view);
                 self.open_source(Source::Sample(sample));
             }
             Start::Rig(settings) => {

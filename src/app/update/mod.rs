@@ -15,6 +15,7 @@ use super::jobs::{Job, Key};
 use super::message::{Message, Sought};
 use super::open::Opening;
 use super::state::{Room, Source, State};
+use super::views::View;
 pub(crate) use change::Want;
 use change::{Update, run};
 pub(crate) use demands::demand;
@@ -39,7 +40,7 @@ impl Update<'_> {
             Message::Open(paths) => self.open(&paths),
             Message::Add(paths) => self.add_records(&paths),
             Message::Locate(path) => self.located(&path),
-            Message::Read(reading) => self.read_with(reading),
+            Message::Columns(act) => self.columns_act(act),
             Message::Kind(kind) => self.read_as(kind),
             Message::Prepare(steps) => self.prepare(steps),
             Message::Edit(edit) => self.state.document.edit = *edit,
@@ -69,12 +70,14 @@ impl Update<'_> {
                     self.change_settings(|old| *old = settings);
                 }
             }
+            Message::Views(views) => self.state.shown.views = *views,
             Message::Walk(act) => self.walk(act),
             Message::WalkView(view) => self.state.shown.walk = *view,
             Message::Rig(rig) => self.state.rig = *rig,
             Message::RigStep => self.derived.rig.note(&self.state.rig),
             Message::RigAct(act) => self.rig_act(act),
             Message::Lesson(ask) => self.lesson(ask),
+            Message::PageWidth(width) => self.derived.report.widen(width),
             Message::Theme(theme) => self.state.theme = theme,
             Message::Zoom(zoom) => self.state.zoom = zoom,
             Message::Figure(look) => self.state.figure = look,
@@ -114,11 +117,18 @@ impl Update<'_> {
                     self.state.document.edit.settings = suggestion.clone();
                 }
             }
-            Command::View(view) => self.state.shown.view = view,
+            Command::View(view) => self.show_view(view),
             Command::Room(room) => self.state.shown.room = room,
-            Command::FitView => self.state.shown.views.fit(),
+            Command::FitView => self.derived.fitted += 1,
             _ => {}
         }
+    }
+
+    /// Shows a view; the one that was shown is come back to with its group.
+    pub(super) fn show_view(&mut self, view: View) {
+        let shown = &mut self.state.shown;
+        shown.views.remember(shown.view);
+        shown.view = view;
     }
 
     fn set(&mut self, window: Option<usize>, threshold: f64) {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::change::Update;
-use crate::app::columns;
+use crate::app::columns::{self, ColumnsAct};
 use crate::app::commands::Command;
 use crate::app::jobs::{Job, Key};
 use crate::app::notices::Level;
@@ -65,8 +65,20 @@ impl Update<'_> {
         }
     }
 
+    /// Does what the window of columns asks for.
+    pub(super) fn columns_act(&mut self, act: ColumnsAct) {
+        match act {
+            ColumnsAct::Choose(draft) => self.derived.columns.choose(draft),
+            ColumnsAct::Close => self.derived.columns.close(),
+            ColumnsAct::Read(reading) => {
+                self.derived.columns.close();
+                self.read_with(reading);
+            }
+        }
+    }
+
     /// Reads the files with the columns that a person chose.
-    pub(super) fn read_with(&mut self, reading: ReadOptions) {
+    fn read_with(&mut self, reading: ReadOptions) {
         match self.derived.refused.take() {
             Some(refused) => {
                 let document = Document { reading, ..refused.opening.document };
@@ -166,7 +178,7 @@ impl Update<'_> {
         } else {
             self.bring_back_pins();
         }
-        self.state.shown.views.fit();
+        self.derived.fitted += 1;
         self.derived.asked = None;
     }
 

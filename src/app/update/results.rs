@@ -69,8 +69,8 @@ impl Update<'_> {
             }
             Done::Columns(overview) => derived.columns.looked(overview),
             Done::Preview(preview) => derived.columns.previewed(preview),
-            // The window asks a person.
-            Done::Nothing | Done::Saved(SaveResult::Taken { .. }) => {}
+            // The program goes on from the one; the window asks a person about the other.
+            Done::Restored(..) | Done::Nothing | Done::Saved(SaveResult::Taken { .. }) => {}
             Done::Saved(SaveResult::Written { paths, .. }) => {
                 let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();
                 derived.notices.done(format!("Saved {}", names.join(" and ")));
@@ -91,12 +91,12 @@ impl Update<'_> {
             Key::Rig => derived.rig.fail(reason),
             Key::DrawRound => derived.rig.class.drawn(&mut self.state.rig.class, Err(reason)),
             Key::SearchRound => derived.rig.class.searched(&mut self.state.rig.class, Err(reason)),
-            Key::Figure(view) => self.state.shown.views.fail(*view, reason),
+            Key::Figure(view) => derived.figures.fail(*view, reason),
             Key::Session => {
                 derived.notices.error(format!("The session was not saved: {reason}; save a project instead"));
             }
             // What they would add to is there without them.
-            Key::Log | Key::Resample | Key::Pins | Key::Answers | Key::Columns | Key::Preview => {}
+            Key::Restore | Key::Log | Key::Resample | Key::Pins | Key::Answers | Key::Columns | Key::Preview => {}
         }
     }
 }

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use egui::{Color32, RichText, ScrollArea, Ui};
 
-use super::{Picture, Request, Scene};
+use super::picture::{Picture, Request};
 use crate::app::plot::palette::{Ink, Painted as _};
 use crate::app::plot::{number, units};
 use sindyscope_core::study::{Outcome, Score};
-use sindyscope_report::view::{MOST_PINS, pin_letter};
+use sindyscope_report::view::{MOST_PINS, Scene, pin_letter};
 use sindyscope_values::term::{Symbol, Term};
 
 /// Height of a row of the table, points.

@@ -2,11 +2,12 @@
 
 use egui::{Align, Layout, Ui};
 
-use super::{Picture, Request, Scene, View, ViewState};
+use super::picture::{Picture, Request};
 use crate::app::plot::{number, units};
+use crate::app::state::ViewState;
 use sindyscope_core::study::Judge;
 use sindyscope_report::diagram::ResidualSource;
-use sindyscope_report::view::{self, AVERAGES, MapQuantity, RecordUse, USUAL_AVERAGES};
+use sindyscope_report::view::{self, AVERAGES, MapQuantity, RecordUse, Scene, USUAL_AVERAGES, View};
 use sindyscope_values::record::Usage;
 use sindyscope_values::term::Symbol;
 

@@ -3,11 +3,12 @@
 use egui::{Key, Sense, Ui, vec2};
 use egui_plot::PlotPoint;
 
-use super::{Picture, Request, Scene, Shown, View};
+use super::picture::{Picture, Request};
+use crate::app::plot::painter::Shown;
 use crate::app::plot::{legend, pointer};
 use sindyscope_core::study::{SettingsGrid, SettingsGridPoint};
 use sindyscope_report::figure::MarkerShape;
-use sindyscope_report::view::{PARSIMONIOUS_SIGN, front_point};
+use sindyscope_report::view::{PARSIMONIOUS_SIGN, Scene, View, front_point};
 
 /// Distance within which the pointer finds a setting, points.
 const REACH: f32 = 14.0;

@@ -165,6 +165,10 @@ struct Stage {
     record: usize,
     stale: bool,
     state: ViewState,
+    fitted: u64,
+    figures: ViewFigures,
+    wanted: Vec<FigureRequest>,
+    plots: Plots,
     asked: Option<Request>,
 }
 
@@ -177,20 +181,19 @@ impl Stage {
             record: 0,
             stale: false,
             state: ViewState::default(),
+            fitted: 0,
+            figures: ViewFigures::default(),
+            wanted: Vec::new(),
+            plots: Plots::default(),
             asked: None,
         }
     }
 
     fn ui(&mut self, ui: &mut egui::Ui) {
-        let picture = Picture {
-            outcome: &self.outcome,
-            previous: self.previous.as_ref(),
-            record: self.record,
-            stale: self.stale,
-            search: Search::default(),
-            pins: &[],
-        };
-        let asked = show(ui, self.view, &picture, &mut self.state);
+        let (previous, record, stale, fitted) = (self.previous.as_ref(), self.record, self.stale, self.fitted);
+        let picture = Picture { previous, record, stale, fitted, ..Picture::of(&self.outcome) };
+        self.wanted.extend(self.figures.attend(self.view, &picture, &self.state.options));
+        let asked = show(ui, self.view, (&picture, &self.figures), &mut self.state, &mut self.plots);
         self.asked = asked.or(self.asked.take());
     }
 
@@ -209,7 +212,7 @@ impl Stage {
 
 /// Makes the figures that the window makes in the background.
 fn settle(harness: &mut Harness<'_, Stage>) {
-    for request in harness.state_mut().state.wanted() {
+    for request in std::mem::take(&mut harness.state_mut().wanted) {
         request.make();
     }
     harness.run();
@@ -339,7 +342,7 @@ fn every_view_of_physics_copies_its_numbers_and_asks_for_a_picture() {
         });
         harness.run();
         assert!(bounds(&harness, view) < 0.8 * whole, "{view:?}");
-        harness.state_mut().state.fit();
+        harness.state_mut().fitted += 1;
         harness.run();
         harness.run();
         assert!((bounds(&harness, view) / whole - 1.0).abs() < 1e-6, "{view:?}");
@@ -609,15 +612,8 @@ fn figures_for_print_are_vectors_and_show_what_the_window_shows() {
     let mut harness = Stage::new(View::Response, &[Case::default()]).harness(SIZE, Theme::Dark);
     let draw = |harness: &Harness<'_, Stage>| {
         let stage = harness.state();
-        let picture = Picture {
-            outcome: &stage.outcome,
-            previous: None,
-            record: 0,
-            stale: false,
-            search: Search::default(),
-            pins: &[],
-        };
-        let seen = Seen::of(&harness.ctx, View::Response, &stage.state);
+        let picture = Picture::of(&stage.outcome);
+        let seen = Seen::of(&harness.ctx, View::Response, &stage.state, &stage.figures);
         let figure = figure(View::Response, &picture, &stage.state, Some(&seen)).unwrap();
         figure.svg(FigureSize::default(), seen.units())
     };

@@ -11,7 +11,7 @@ use crate::app::commands::Command;
 use crate::app::dialogs::Chosen;
 use crate::app::jobs::{Job, Key};
 use crate::app::message::Message;
-use crate::app::missing::WalkAct;
+use crate::app::missing::{self, WalkAct};
 use crate::app::project::Project;
 use crate::app::purpose::{Purpose, ReportForm};
 use crate::app::report::ReportSubject;
@@ -19,10 +19,8 @@ use crate::app::rig::class;
 use crate::app::saving::{SavedContent, Saving, ViewPicture};
 use crate::app::state::{Room, Source};
 use crate::app::views::Seen;
-use sindyscope_core::study::Outcome;
 use sindyscope_report::export::ExportFormat;
 use sindyscope_values::format::equations;
-use sindyscope_values::record::Record;
 
 /// How large everything is drawn, in the steps of *Larger text*.
 const ZOOMS: [f32; 3] = [1.0, 1.25, 1.5];
@@ -62,7 +60,7 @@ impl App {
             }
             Command::PlotPicture => {
                 self.figure_open = !self.figure_open;
-                self.figure = self.program.derived.missing.main_figure();
+                self.figure = missing::main_figure(&self.program.state.shown.walk);
             }
             Command::SaveReport => self.dialogs.ask(Purpose::Report(ReportForm::Pdf), &format!("{stem}.pdf"), frame),
             Command::ExportModel => {
@@ -160,8 +158,8 @@ impl App {
     }
 
     /// What a file for this purpose is to hold; none if there is nothing to save.
-    fn content(&mut self, ctx: &Context, purpose: Purpose) -> Option<SavedContent> {
-        let (state, derived) = (&self.program.state, &mut self.program.derived);
+    fn content(&self, ctx: &Context, purpose: Purpose) -> Option<SavedContent> {
+        let (state, derived) = (&self.program.state, &self.program.derived);
         Some(match purpose {
             Purpose::Open | Purpose::Add | Purpose::Locate | Purpose::Window => return None,
             Purpose::Project => SavedContent::Project(Box::new(self.project())),
@@ -170,7 +168,7 @@ impl App {
             Purpose::Plot if state.shown.room == Room::Missing => {
                 // Drawn at once: what is saved is what is seen.
                 let of = (&derived.records, &state.document.edit);
-                let svg = derived.missing.svg(ctx, &self.figure, of, state.figure)?;
+                let svg = missing::svg(ctx, &derived.missing, &self.canvas.walk, &self.figure, of, state.figure)?;
                 SavedContent::Figure { svg, title: self.figure.name() }
             }
             Purpose::Plot => SavedContent::View(Box::new(self.view_picture(ctx)?)),
@@ -197,22 +195,15 @@ impl App {
         let (state, derived) = (&self.program.state, &self.program.derived);
         let outcome = derived.records.outcome.clone()?;
         Some(ViewPicture {
-            seen: Seen::of(ctx, state.shown.view, &state.shown.views),
+            seen: Seen::of(ctx, state.shown.view, &state.shown.views, &derived.figures),
             view: state.shown.view,
-            record: self.record_in(&outcome),
+            record: derived.records.place_in(&outcome, state.shown.record),
             outcome,
             map: derived.map.map().map(|(map, _)| Arc::clone(map)),
             pins: derived.records.known_pins().1,
             state: state.shown.views.clone(),
             look: state.figure,
         })
-    }
-
-    /// Where the record shown stands among the outcome's, which lacks those that are off.
-    pub(super) fn record_in(&self, outcome: &Outcome) -> usize {
-        let shown = self.program.derived.records.records.get(self.program.state.shown.record);
-        let is_shown = |r: &Arc<Record>| shown.is_some_and(|s| Arc::ptr_eq(s, r));
-        outcome.records.iter().position(|r| is_shown(&r.record)).unwrap_or(0)
     }
 
     /// The name that is offered for a file of a plot.

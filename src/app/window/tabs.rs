@@ -3,15 +3,15 @@
 use egui::{RichText, Stroke, Ui};
 
 use crate::app::commands::Command;
+use crate::app::state::ViewState;
 use crate::app::theme;
-use crate::app::views::{Group, View, ViewState};
+use crate::app::views::{Group, View};
 
 /// Width from which on the groups and the views of one stand in one row, points.
 const ONE_ROW: f32 = 600.0;
 
 /// The tabs above the plots: groups on the left, the views of the one that is open behind them, or beneath.
-pub(super) fn show(ui: &mut Ui, shown: &mut View, views: &mut ViewState) {
-    views.remember(*shown);
+pub(super) fn show(ui: &mut Ui, shown: &mut View, views: &ViewState) {
     if ui.available_width() >= ONE_ROW {
         ui.horizontal(|ui| {
             groups(ui, shown, views);
