@@ -17,7 +17,7 @@ use super::report::ReportRoom;
 use super::rig::RigRoom;
 use super::settings_map::SettingsMap;
 use super::state::{Edit, Shown};
-use super::views::{Picture, Search, ViewFigures};
+use super::views::{MapProgress, Picture, ViewFigures};
 use sindyscope_core::study::Outcome;
 
 /// What was computed.
@@ -82,7 +82,7 @@ impl Derived {
     /// What the views show of the last outcome; none while there is none. `pins` are those whose outcomes are known.
     pub(crate) fn picture<'a>(&'a self, shown: &Shown, pins: &'a [Arc<Outcome>]) -> Option<Picture<'a>> {
         let map = self.map.map();
-        let search = Search {
+        let search = MapProgress {
             map: map.map(|(map, _)| map),
             stale: map.is_some_and(|(_, stale)| stale),
             failure: self.map.failure(),

@@ -19,11 +19,11 @@ use super::columns::{self, Preview};
 use super::disk;
 use super::missing::work::{self as search, CachedSearch};
 use super::open::{self, Opened, Opening, Refused};
-use super::problem::Problem;
+use super::problem::OpeningProblem;
 use super::purpose::Purpose;
 use super::questions::{self, Bought, Reply};
-pub(crate) use super::queue::Update;
-use super::queue::{self, Report, Work};
+pub(crate) use super::queue::JobUpdate;
+use super::queue::{JobReport, Queue, Work};
 use super::report::{self, Content};
 use super::rig::class;
 use super::rig::work::{self as rig, Recorded, RecordedRig};
@@ -33,7 +33,7 @@ use super::state::{Answered, ClassCase, State};
 use super::views::{FigureRequest, View};
 
 /// The queue of the window.
-pub(crate) type Jobs = queue::Jobs<Job>;
+pub(crate) type Jobs = Queue<Job>;
 
 /// Segment lengths and thresholds of a full map of settings.
 const MAP_SIZE: (usize, usize) = (25, 25);
@@ -103,7 +103,7 @@ pub(crate) enum Job {
     /// Map the settings, coarsely first.
     Map { records: RecordSet, settings: Settings },
     /// Search for what is missing.
-    Search(Box<search::Request>),
+    Search(Box<search::SearchRequest>),
     /// Draw the pages of the report, so many pixels wide.
     Pages { content: Box<Content>, width: u32 },
     /// Record the virtual rig and study its record.
@@ -191,9 +191,9 @@ pub(crate) enum Done {
     /// What the program found in a round.
     RoundSearched { index: usize, answered: Answered },
     /// What a file holds.
-    Columns(Result<Overview, Problem>),
+    Columns(Result<Overview, OpeningProblem>),
     /// What would be read.
-    Preview(Result<Preview, Problem>),
+    Preview(Result<Preview, OpeningProblem>),
     /// The state that the session left, and what is to be told of it.
     Restored(Box<State>, Option<String>),
     /// A figure was made, or a file written that nobody waits for.
@@ -227,7 +227,7 @@ impl Work for Job {
     type Done = Done;
     type Memory = Memory;
 
-    fn run(self, memory: &mut Memory, report: &Report<'_, Self>) -> Result<Done, String> {
+    fn run(self, memory: &mut Memory, report: &JobReport<'_, Self>) -> Result<Done, String> {
         let cancel = report.cancel;
         let share = |share: f64| report.share(share);
         let stage = |stage: &'static str, share: f64| report.stage(stage, share);

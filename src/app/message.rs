@@ -8,7 +8,7 @@ use egui::ThemePreference;
 use serde::{Deserialize, Serialize};
 
 use super::columns::ColumnsAct;
-use super::commands::Command;
+use super::commands::WindowCommand;
 use super::figure_panel::FigureLook;
 use super::lessons;
 use super::missing;
@@ -22,7 +22,7 @@ use sindyscope_values::term::Kind;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) enum Message {
     /// A command that changes what is open or in view; the others are the window's own.
-    Do(Command),
+    Do(WindowCommand),
     /// Open a source of which nothing is known.
     OpenSource(Source),
     /// Open files: measurements, or a project.

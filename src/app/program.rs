@@ -3,15 +3,15 @@
 use std::path::PathBuf;
 
 use super::derived::Derived;
-use super::jobs::{Done, Job, Jobs, Key, Update};
+use super::jobs::{Done, Job, JobUpdate, Jobs, Key};
 use super::log::Log;
 use super::message::Message;
 use super::saving::SaveResult;
 use super::state::State;
-use super::update::{self, Clock, Want};
+use super::update::{self, FrameTime, Want};
 
 /// The program, as a window shows it and as a log is replayed by it.
-pub(crate) struct Program {
+pub(crate) struct WindowProgram {
     pub(crate) state: State,
     pub(crate) derived: Derived,
     pub(crate) jobs: Jobs,
@@ -20,7 +20,7 @@ pub(crate) struct Program {
     pub(crate) restored: bool,
 }
 
-impl Program {
+impl WindowProgram {
     /// A program that begins with this state; `wake` is called whenever there is something to take in.
     pub(crate) fn new(state: State, wake: impl Fn() + Send + Sync + 'static) -> Self {
         let derived = Derived::new(&state.document.edit);
@@ -59,21 +59,21 @@ impl Program {
 
     /// Takes in what the background work brought, and asks for what is in view and not there. Gives back what was not saved
     /// because there is a file already.
-    pub(crate) fn advance(&mut self, clock: Clock) -> Vec<SaveResult> {
+    pub(crate) fn advance(&mut self, clock: FrameTime) -> Vec<SaveResult> {
         let mut taken = Vec::new();
         for (key, update) in self.jobs.poll() {
             let (state, derived) = (&mut self.state, &mut self.derived);
             let wants = match update {
-                Update::Part(part) => update::part(state, derived, part),
-                Update::Done(Done::Saved(SaveResult::Taken { purpose, path })) => {
+                JobUpdate::Part(part) => update::part(state, derived, part),
+                JobUpdate::Done(Done::Saved(SaveResult::Taken { purpose, path })) => {
                     taken.push(SaveResult::Taken { purpose, path });
                     continue;
                 }
-                Update::Done(Done::Restored(state, problem)) => {
+                JobUpdate::Done(Done::Restored(state, problem)) => {
                     self.restart(*state, problem);
                     continue;
                 }
-                Update::Done(done) => {
+                JobUpdate::Done(done) => {
                     let saved = done.saved_project();
                     let wants = update::finished(state, derived, done, clock);
                     if let Some(path) = saved {
@@ -81,7 +81,7 @@ impl Program {
                     }
                     wants
                 }
-                Update::Failed(reason) => update::failed(state, derived, &key, reason),
+                JobUpdate::Failed(reason) => update::failed(state, derived, &key, reason),
             };
             self.ask(wants);
         }

@@ -12,7 +12,7 @@ const SOON: f32 = 0.15;
 
 /// What the line shows.
 pub(crate) struct Status<'a> {
-    pub(crate) bench: &'a OpenRecords,
+    pub(crate) data: &'a OpenRecords,
     pub(crate) fitting: Option<JobProgress>,
     pub(crate) other: Option<JobProgress>,
     pub(crate) opening: bool,
@@ -35,7 +35,7 @@ pub(crate) fn show(ui: &mut Ui, status: &mut Status<'_>) -> Option<StatusAct> {
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
             let colors = theme::accents(ui.visuals().dark_mode);
             let long = status.other.filter(|b| b.elapsed.as_secs_f32() > 0.3);
-            match (&status.bench.failure, &status.bench.outcome) {
+            match (&status.data.failure, &status.data.outcome) {
                 _ if status.opening => {
                     ui.label("reading…");
                 }

@@ -10,25 +10,25 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 use egui::{ColorImage, Context, ThemePreference, Ui};
 
-use super::command_palette::{self, Palette};
-use super::commands::Command;
+use super::command_palette::{Palette, PaletteOutcome};
+use super::commands::WindowCommand;
 use super::cutter::Cutter;
 use super::dialogs::Dialogs;
 use super::jobs::{Job, Key};
 use super::message::Message;
-use super::missing::{self, Figure};
+use super::missing::{self, WalkFigure};
 use super::notices::Toasted;
 use super::panel::Typing;
 use super::plot::display;
 use super::plot::figures::Figures;
 use super::plot::painter::Plots;
 use super::problem::file_name;
-use super::program::Program;
+use super::program::WindowProgram;
 use super::purpose::Purpose;
 use super::saving::{SaveResult, SavedContent, Saving};
 use super::session::{self, Keeper};
 use super::state::{Room, Source, State, Walk};
-use super::update::Clock;
+use super::update::FrameTime;
 use super::{help, overlay, report, theme};
 use sindyscope_core::study::{Outcome, Settings};
 use sindyscope_search::{Diagnosis, Stage};
@@ -39,7 +39,7 @@ type Shot = (PathBuf, bool, Arc<ColorImage>);
 
 /// The window.
 pub struct App {
-    program: Program,
+    program: WindowProgram,
     /// Writes the state down whenever it has changed; none in tests that need none.
     keeper: Option<Keeper>,
     /// Where the log of this session is kept as it goes, if it is.
@@ -50,7 +50,7 @@ pub struct App {
     palette: Option<Palette>,
     figure_open: bool,
     /// The figure of "What's missing" that is to be saved.
-    figure: Figure,
+    figure: WalkFigure,
     /// The numbers of a plot that are to be saved.
     table: String,
     help_open: bool,
@@ -65,8 +65,8 @@ struct Canvas {
     typing: Typing,
     cutter: Cutter,
     views: Plots,
-    walk: missing::Canvas,
-    report: report::Canvas,
+    walk: missing::WalkCanvas,
+    report: report::ReportCanvas,
     rig: Figures,
     columns: Plots,
     toasted: Toasted,
@@ -78,7 +78,7 @@ impl App {
         theme::install(ctx);
         let wake = ctx.clone();
         let app = Self {
-            program: Program::new(state, move || wake.request_repaint()),
+            program: WindowProgram::new(state, move || wake.request_repaint()),
             keeper: None,
             log_file: None,
             dialogs: Dialogs::new(true),
@@ -86,7 +86,7 @@ impl App {
             canvas: Canvas::default(),
             palette: None,
             figure_open: false,
-            figure: Figure::Profile,
+            figure: WalkFigure::Profile,
             table: String::new(),
             help_open: false,
             notices_open: false,
@@ -112,13 +112,13 @@ impl App {
         app.program.restore(session.clone(), files.to_owned());
         // The first frame shows it, unless the disk is slow.
         app.program.jobs.finish(&Key::Restore, session::AT_ONCE);
-        app.advance(ctx, Clock::default());
+        app.advance(ctx, FrameTime::default());
         app.keeper = Some(Keeper::new(session));
         app
     }
 
     /// Takes in what the background work brought; a session that came back among it decides how all is drawn.
-    fn advance(&mut self, ctx: &Context, clock: Clock) -> Vec<SaveResult> {
+    fn advance(&mut self, ctx: &Context, clock: FrameTime) -> Vec<SaveResult> {
         let taken = self.program.advance(clock);
         if std::mem::take(&mut self.program.restored) {
             self.dress(ctx);
@@ -212,8 +212,8 @@ impl App {
     }
 
     /// Notes what has come to rest as a step that undo takes back.
-    fn watch(&mut self, clock: Clock) {
-        let Program { state, derived, .. } = &mut self.program;
+    fn watch(&mut self, clock: FrameTime) {
+        let WindowProgram { state, derived, .. } = &mut self.program;
         let rests = !derived.opening() && derived.history.watch(&state.document.edit, clock.held, clock.now);
         let rig_rests = derived.rig.watch(&state.rig, clock.held, clock.now);
         if rests {
@@ -225,7 +225,7 @@ impl App {
     }
 
     /// Has the state written once it has changed and nothing is being dragged.
-    fn keep(&mut self, ctx: &Context, clock: Clock) {
+    fn keep(&mut self, ctx: &Context, clock: FrameTime) {
         let restoring = self.program.derived.restoring();
         let Some(keeper) = self.keeper.as_mut().filter(|_| !clock.held && !restoring) else { return };
         if let Some(wait) = keeper.wait(clock.now) {
@@ -241,8 +241,8 @@ impl App {
         }
     }
 
-    fn clock(ctx: &Context) -> Clock {
-        ctx.input(|i| Clock { now: i.time, held: i.pointer.any_down() })
+    fn clock(ctx: &Context) -> FrameTime {
+        ctx.input(|i| FrameTime { now: i.time, held: i.pointer.any_down() })
     }
 }
 
@@ -274,7 +274,7 @@ impl eframe::App for App {
             self.program.send(Message::Zoom(ctx.zoom_factor()));
         }
         display::install(&ctx, &self.program.state.shown.views.units);
-        for command in Command::pressed(&ctx) {
+        for command in WindowCommand::pressed(&ctx) {
             self.run(command, &ctx, frame);
         }
         // What is drawn is of the state as it is now.
@@ -288,9 +288,9 @@ impl eframe::App for App {
         self.watch(clock);
         if let Some(palette) = &mut self.palette {
             match palette.show(&ctx) {
-                command_palette::Outcome::Open => {}
-                command_palette::Outcome::Closed => self.palette = None,
-                command_palette::Outcome::Chosen(command) => {
+                PaletteOutcome::Open => {}
+                PaletteOutcome::Closed => self.palette = None,
+                PaletteOutcome::Chosen(command) => {
                     self.palette = None;
                     self.run(command, &ctx, frame);
                 }

@@ -21,37 +21,37 @@ const INDEX: f32 = 44.0;
 const MOST: usize = 64;
 
 /// A use that is offered: its name, and its role if it is a channel.
-struct Offer {
+struct UseOffer {
     name: &'static str,
     tooltip: &'static str,
     used: Option<ColumnUse>,
 }
 
-const OFFERS: [Offer; 8] = [
-    Offer { name: "not used", tooltip: "The column is left out", used: None },
-    Offer { name: "time", tooltip: "When the samples were taken", used: Some(ColumnUse::Time) },
-    Offer {
+const OFFERS: [UseOffer; 8] = [
+    UseOffer { name: "not used", tooltip: "The column is left out", used: None },
+    UseOffer { name: "time", tooltip: "When the samples were taken", used: Some(ColumnUse::Time) },
+    UseOffer {
         name: "displacement",
         tooltip: "A displacement or an angle of a mass; of first-order equations a state",
         used: Some(ColumnUse::Channel(Role::Displacement(0))),
     },
-    Offer { name: "velocity", tooltip: "A mass's velocity", used: Some(ColumnUse::Channel(Role::Velocity(0))) },
-    Offer {
+    UseOffer { name: "velocity", tooltip: "A mass's velocity", used: Some(ColumnUse::Channel(Role::Velocity(0))) },
+    UseOffer {
         name: "acceleration",
         tooltip: "A mass's acceleration",
         used: Some(ColumnUse::Channel(Role::Acceleration(0))),
     },
-    Offer {
+    UseOffer {
         name: "force",
         tooltip: "A force or a moment that drives the motion: an input",
         used: Some(ColumnUse::Channel(Role::Input(0))),
     },
-    Offer {
+    UseOffer {
         name: "base motion",
         tooltip: "The displacement of the base that shakes the masses: an input",
         used: Some(ColumnUse::Channel(Role::Input(0))),
     },
-    Offer {
+    UseOffer {
         name: "record",
         tooltip: "Tells which record a row belongs to: rows alike are one record",
         used: Some(ColumnUse::Trajectory),

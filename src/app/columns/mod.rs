@@ -13,7 +13,7 @@ use egui::{Align2, Context, Key, Label, Margin, Panel, RichText, TextEdit, Ui, W
 use serde::{Deserialize, Serialize};
 
 use super::plot::painter::Plots;
-use super::problem::{Problem, file_name};
+use super::problem::{OpeningProblem, file_name};
 use super::theme::{self, ROW};
 use super::widgets::chip;
 use draft::Draft;
@@ -23,7 +23,7 @@ use sindyscope_values::format::number::significant_trimmed;
 
 /// What is to be read for the window of columns.
 #[derive(Debug, PartialEq)]
-pub(crate) enum Wanted {
+pub(crate) enum WantedColumns {
     /// What the file holds.
     Overview { path: PathBuf, reading: ReadOptions },
     /// What would be read of it.
@@ -53,17 +53,17 @@ struct Open {
     paths: Vec<PathBuf>,
     /// How they were to be read before.
     reading: ReadOptions,
-    overview: Option<Result<Overview, Problem>>,
+    overview: Option<Result<Overview, OpeningProblem>>,
     draft: Draft,
-    preview: Option<Result<Preview, Problem>>,
+    preview: Option<Result<Preview, OpeningProblem>>,
     /// What the preview was asked with.
     asked: Option<ReadOptions>,
 }
 
 impl Columns {
     /// Shows the columns of files that are read alike, once the first of them was looked into.
-    pub(crate) fn open(&mut self, paths: Vec<PathBuf>, reading: &ReadOptions) -> Option<Wanted> {
-        let wanted = paths.first().map(|path| Wanted::Overview { path: path.clone(), reading: reading.clone() });
+    pub(crate) fn open(&mut self, paths: Vec<PathBuf>, reading: &ReadOptions) -> Option<WantedColumns> {
+        let wanted = paths.first().map(|path| WantedColumns::Overview { path: path.clone(), reading: reading.clone() });
         self.open = Some(Open {
             paths,
             reading: reading.clone(),
@@ -88,7 +88,7 @@ impl Columns {
     }
 
     /// Takes in what the file holds.
-    pub(crate) fn looked(&mut self, overview: Result<Overview, Problem>) {
+    pub(crate) fn looked(&mut self, overview: Result<Overview, OpeningProblem>) {
         let Some(open) = &mut self.open else { return };
         if let Ok(overview) = &overview {
             open.draft.table = overview.main();
@@ -98,19 +98,19 @@ impl Columns {
     }
 
     /// Takes in what would be read.
-    pub(crate) fn previewed(&mut self, preview: Result<Preview, Problem>) {
+    pub(crate) fn previewed(&mut self, preview: Result<Preview, OpeningProblem>) {
         if let Some(open) = &mut self.open {
             open.preview = Some(preview);
         }
     }
 
     /// What would be read with the columns chosen, if it is not known.
-    pub(crate) fn wanted(&mut self) -> Option<Wanted> {
+    pub(crate) fn wanted(&mut self) -> Option<WantedColumns> {
         let open = self.open.as_mut()?;
         let options = open.draft.options(open.table()?, &open.reading);
         let reading = options.ok().filter(|options| open.asked.as_ref() != Some(options))?;
         open.asked = Some(reading.clone());
-        Some(Wanted::Preview { path: open.paths.first()?.clone(), reading })
+        Some(WantedColumns::Preview { path: open.paths.first()?.clone(), reading })
     }
 
     /// Draws the window; `plots` is what its drawing remembers.
@@ -154,13 +154,13 @@ impl Open {
 }
 
 /// Looks into a file.
-pub(crate) fn overview(path: &Path, reading: &ReadOptions) -> Result<Overview, Problem> {
-    MeasuredFile::open(path).and_then(|file| file.look(reading)).map_err(|e| Problem::reading(&e))
+pub(crate) fn overview(path: &Path, reading: &ReadOptions) -> Result<Overview, OpeningProblem> {
+    MeasuredFile::open(path).and_then(|file| file.look(reading)).map_err(|e| OpeningProblem::reading(&e))
 }
 
 /// Reads a file as it would be read.
-pub(crate) fn preview(path: &Path, reading: &ReadOptions) -> Result<Preview, Problem> {
-    read_set(&[path], &[], reading).map(|set| Preview::of(&set)).map_err(|e| Problem::reading(&e))
+pub(crate) fn preview(path: &Path, reading: &ReadOptions) -> Result<Preview, OpeningProblem> {
+    read_set(&[path], &[], reading).map(|set| Preview::of(&set)).map_err(|e| OpeningProblem::reading(&e))
 }
 
 fn body(ui: &mut Ui, open: &Open, draft: &mut Draft, plots: &mut Plots) -> Option<ReadOptions> {

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use egui::{RichText, ScrollArea, Ui, vec2};
 
-use super::act::Figure;
 use super::act::WalkAct;
-use super::canvas::Canvas;
+use super::act::WalkFigure;
+use super::canvas::WalkCanvas;
 use super::choice;
 use super::figures::{self, Manner};
 use super::known::{WalkContext, stands};
@@ -16,7 +16,7 @@ use sindyscope_search::{Candidate, Stage};
 
 pub(super) fn show(
     ui: &mut Ui,
-    canvas: &mut Canvas,
+    canvas: &mut WalkCanvas,
     context: &WalkContext<'_>,
     before: &Arc<Stage>,
     acts: &mut Vec<WalkAct>,
@@ -40,7 +40,7 @@ pub(super) fn show(
     let aside = shown.map_or_else(String::new, |c| format!("preview: {}", c.title));
     if compare::record(ui, context, (&before.traces, &mut canvas.view.record, &mut canvas.mass), &aside).is_some() {
         let size = vec2(ui.available_width(), ui.available_height() - list - 36.0);
-        let figure = Figure::Time(RoundStep::Add);
+        let figure = WalkFigure::Time(RoundStep::Add);
         figures::show(ui, canvas, context, (&figure, shown.map(|c| &c.choice)), Manner::new(size), acts);
     }
     buttons(ui, canvas, context, chosen, next, acts);
@@ -66,7 +66,7 @@ pub(super) fn show(
 /// Skip and undo; to accept is the button that leads on.
 fn buttons(
     ui: &mut Ui,
-    canvas: &mut Canvas,
+    canvas: &mut WalkCanvas,
     context: &WalkContext<'_>,
     chosen: Option<&Candidate>,
     next: Option<&Candidate>,

@@ -92,7 +92,7 @@ pub(super) fn settings(stage: &Stage, old: &Settings) -> Result<Settings, String
 }
 
 /// The choice of the model that the walk starts from.
-pub(super) fn choice(ui: &mut Ui, typing: &mut Option<String>, bench: &OpenRecords, edit: &mut Edit) {
+pub(super) fn choice(ui: &mut Ui, typing: &mut Option<String>, data: &OpenRecords, edit: &mut Edit) {
     section(ui, "BASE MODEL", |_| {}, |_| {});
     let mut chosen = None;
     let width = ui.available_width() - 8.0;
@@ -102,18 +102,18 @@ pub(super) fn choice(ui: &mut Ui, typing: &mut Option<String>, bench: &OpenRecor
         if ui.selectable_label(walk.base == Base::Linear, "linear spring and damper").clicked() {
             chosen = Some(Base::Linear);
         }
-        let second = bench.outcome.as_ref().is_some_and(|o| o.model.layout.kind == Kind::SecondOrder);
+        let second = data.outcome.as_ref().is_some_and(|o| o.model.layout.kind == Kind::SecondOrder);
         let found = egui::Button::selectable(walk.base == Base::Identified, "the identified equation");
         if ui.add_enabled(second, found).clicked() {
             chosen = Some(Base::Identified);
         }
         if ui.selectable_label(matches!(walk.base, Base::Typed(_)), "typed terms").clicked() {
             let text = match &walk.base {
-                Base::Typed(terms) => text_of(terms, bench),
-                _ => identified(bench).map_or_else(|| "x, v".to_owned(), |t| text_of(&t, bench)),
+                Base::Typed(terms) => text_of(terms, data),
+                _ => identified(data).map_or_else(|| "x, v".to_owned(), |t| text_of(&t, data)),
             };
             *typing = Some(text.clone());
-            chosen = parse(&text, bench).ok().map(Base::Typed);
+            chosen = parse(&text, data).ok().map(Base::Typed);
         }
     });
     combo.response.on_hover_text("The model that the walk starts from: what is missing is missing from it");
@@ -127,8 +127,8 @@ pub(super) fn choice(ui: &mut Ui, typing: &mut Option<String>, bench: &OpenRecor
         }
     }
     if let Base::Typed(terms) = &edit.walk.base {
-        let text = typing.get_or_insert_with(|| text_of(terms, bench));
-        let parsed = parse(text, bench);
+        let text = typing.get_or_insert_with(|| text_of(terms, data));
+        let parsed = parse(text, data);
         let wrong = parsed.is_err();
         let color = wrong.then(|| theme::accents(ui.visuals().dark_mode).wrong);
         let field = egui::TextEdit::singleline(text).desired_width(f32::INFINITY).text_color_opt(color);
@@ -158,18 +158,18 @@ pub(super) fn label(base: &Base) -> &'static str {
     }
 }
 
-fn text_of(terms: &[Term], bench: &OpenRecords) -> String {
-    let layout: Symbols = bench.layout(Kind::SecondOrder);
+fn text_of(terms: &[Term], data: &OpenRecords) -> String {
+    let layout: Symbols = data.layout(Kind::SecondOrder);
     terms.iter().map(|t| t.text(&layout)).collect::<Vec<_>>().join(", ")
 }
 
 /// Terms with commas between, which the records can have.
-fn parse(text: &str, bench: &OpenRecords) -> Result<Vec<Term>, String> {
+fn parse(text: &str, data: &OpenRecords) -> Result<Vec<Term>, String> {
     let terms = list(text).map_err(|e| e.to_string())?;
     if terms.is_empty() {
         return Err("type at least one term, as x".to_owned());
     }
-    let (layout, units) = (bench.layout(Kind::SecondOrder), bench.units(Kind::SecondOrder));
+    let (layout, units) = (data.layout(Kind::SecondOrder), data.units(Kind::SecondOrder));
     terms.iter().try_for_each(|t| units.check(t, &layout))?;
     Ok(terms)
 }

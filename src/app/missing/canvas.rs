@@ -6,7 +6,7 @@ use sindyscope_search::Choice;
 
 /// What is drawn on.
 #[derive(Default)]
-pub(crate) struct Canvas {
+pub(crate) struct WalkCanvas {
     /// What is in view, while the room is drawn: what a person changes there becomes a message.
     pub(crate) view: WalkView,
     /// The candidate under the pointer.

@@ -6,8 +6,8 @@ use egui::{
 };
 use sindyscope_values::format::units::raised;
 
-use super::act::{Figure, WalkAct};
-use super::canvas::Canvas;
+use super::act::{WalkAct, WalkFigure};
+use super::canvas::WalkCanvas;
 use super::figures::{self, Manner};
 use super::known::{WalkContext, stage_color, stands};
 use super::subject::short_title;
@@ -52,7 +52,7 @@ fn behind(candidate: &Candidate, context: &WalkContext<'_>) -> Option<f64> {
 /// A card; `rank` is shown where the candidate stands.
 pub(super) fn card(
     ui: &mut Ui,
-    canvas: &mut Canvas,
+    canvas: &mut WalkCanvas,
     context: &WalkContext<'_>,
     before: &Stage,
     candidate: &Candidate,
@@ -86,7 +86,7 @@ pub(super) fn card(
     let size = vec2(inner.width(), plot_height);
     let manner =
         Manner { sense: Sense::hover(), strength: if faded { 0.45 } else { 1.0 }, ..Manner::new(size).compact() };
-    let figure = Figure::Curve(candidate.choice.clone());
+    let figure = WalkFigure::Curve(candidate.choice.clone());
     if !figures::show(ui, canvas, context, (&figure, None), manner, acts) {
         let (plot, _) = ui.allocate_exact_size(size, Sense::hover());
         let text = match candidate.standing {

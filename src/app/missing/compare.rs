@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use egui::{RichText, Ui, vec2};
 
-use super::act::Figure;
 use super::act::WalkAct;
-use super::canvas::Canvas;
+use super::act::WalkFigure;
+use super::canvas::WalkCanvas;
 use super::choice;
 use super::figures::{self, Manner};
 use super::known::{WalkContext, stands};
@@ -24,7 +24,7 @@ const MAPS: f32 = 160.0;
 
 pub(super) fn show(
     ui: &mut Ui,
-    canvas: &mut Canvas,
+    canvas: &mut WalkCanvas,
     context: &WalkContext<'_>,
     stage: &Arc<Stage>,
     acts: &mut Vec<WalkAct>,
@@ -35,7 +35,7 @@ pub(super) fn show(
     }
     let maps = (0.34 * ui.available_height()).max(MAPS);
     let height = ui.available_height() - maps - 6.0;
-    let figure = Figure::Time(RoundStep::Compare);
+    let figure = WalkFigure::Time(RoundStep::Compare);
     figures::show(ui, canvas, context, (&figure, None), Manner::new(vec2(ui.available_width(), height)), acts);
     below(ui, canvas, context, maps, acts);
 }
@@ -78,10 +78,17 @@ fn sentence(ui: &mut Ui, context: &WalkContext<'_>) {
 }
 
 /// The map, and one profile.
-fn below(ui: &mut Ui, canvas: &mut Canvas, context: &WalkContext<'_>, height: f32, acts: &mut Vec<WalkAct>) {
+fn below(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'_>, height: f32, acts: &mut Vec<WalkAct>) {
     ui.horizontal_top(|ui| {
         let half = 0.5 * (ui.available_width() - 8.0);
-        if !figures::show(ui, canvas, context, (&Figure::Map, None), Manner::new(vec2(half, height)).compact(), acts) {
+        if !figures::show(
+            ui,
+            canvas,
+            context,
+            (&WalkFigure::Map, None),
+            Manner::new(vec2(half, height)).compact(),
+            acts,
+        ) {
             let why = if choice::only_noise(context) {
                 "no gap beyond noise: there is nothing to map"
             } else {
@@ -96,13 +103,13 @@ fn below(ui: &mut Ui, canvas: &mut Canvas, context: &WalkContext<'_>, height: f3
             };
             chips(ui, canvas, place, choice::profile(canvas, context, place));
             let manner = Manner::new(vec2(half, height - 24.0)).compact();
-            figures::show(ui, canvas, context, (&Figure::Profile, None), manner, acts);
+            figures::show(ui, canvas, context, (&WalkFigure::Profile, None), manner, acts);
         });
     });
 }
 
 /// Which quantity the profile is over, the one that explains most first.
-fn chips(ui: &mut Ui, canvas: &mut Canvas, place: &Place, shown: usize) {
+fn chips(ui: &mut Ui, canvas: &mut WalkCanvas, place: &Place, shown: usize) {
     cards::line(ui, 20.0, |ui| {
         ui.weak("over");
         let text = |k: usize| {

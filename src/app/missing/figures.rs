@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use egui::{Context, Sense, Ui, Vec2};
 
-use super::act::{Figure, WalkAct};
-use super::canvas::Canvas;
+use super::act::{WalkAct, WalkFigure};
+use super::canvas::WalkCanvas;
 use super::choice;
 use super::known::WalkContext;
 use super::room::Missing;
-use super::subject::Subject;
+use super::subject::WalkSubject;
 use crate::app::figure_panel::FigureLook;
-use crate::app::plot::figures::{Place, plot_id};
+use crate::app::plot::figures::{FigurePlace, plot_id};
 use crate::app::plot::painter::{self, Wish, zoom};
 use crate::app::plot::{display, palette};
 use crate::app::records::OpenRecords;
@@ -49,25 +49,25 @@ impl Manner {
 /// Draws a figure; false where there is nothing to draw. `preview` is the candidate under the pointer.
 pub(super) fn show(
     ui: &mut Ui,
-    canvas: &mut Canvas,
+    canvas: &mut WalkCanvas,
     context: &WalkContext<'_>,
-    (figure, preview): (&Figure, Option<&Choice>),
+    (figure, preview): (&WalkFigure, Option<&Choice>),
     manner: Manner,
     acts: &mut Vec<WalkAct>,
 ) -> bool {
     let Some(drawing) = kept(canvas, context, figure, preview) else { return false };
     let data: Vec<u64> = match figure {
-        Figure::Time(_) => drawing.panels().flat_map(|p| [p.x.range.0.to_bits(), p.x.range.1.to_bits()]).collect(),
+        WalkFigure::Time(_) => drawing.panels().flat_map(|p| [p.x.range.0.to_bits(), p.x.range.1.to_bits()]).collect(),
         _ => Vec::new(),
     };
     // Cards stand beside each other, each with a plot of its own.
-    let number = if let Figure::Curve(choice) = figure { painter::stamp(format!("{choice:?}")) } else { 0 };
-    let place = Place {
+    let number = if let WalkFigure::Curve(choice) = figure { painter::stamp(format!("{choice:?}")) } else { 0 };
+    let place = FigurePlace {
         number,
         compact: manner.compact,
         sense: manner.sense,
         strength: manner.strength,
-        ..Place::new(figure.place(), figure.spoken(), data)
+        ..FigurePlace::new(figure.place(), figure.spoken(), data)
     };
     let figures = &mut canvas.figures;
     let wish = ui
@@ -86,14 +86,14 @@ pub(super) fn show(
 
 /// A figure, kept as long as it would be the same; none where there is nothing to draw.
 pub(super) fn kept(
-    canvas: &mut Canvas,
+    canvas: &mut WalkCanvas,
     context: &WalkContext<'_>,
-    figure: &Figure,
+    figure: &WalkFigure,
     preview: Option<&Choice>,
 ) -> Option<Arc<Drawing>> {
     let made_of = made_of(canvas, context, figure, preview)?;
     let mut figures = std::mem::take(&mut canvas.figures);
-    let name = if let Figure::Curve(choice) = figure { format!("{choice:?}") } else { figure.place().to_owned() };
+    let name = if let WalkFigure::Curve(choice) = figure { format!("{choice:?}") } else { figure.place().to_owned() };
     let drawing = figures.get(name, made_of, || make(canvas, context, figure, preview));
     canvas.figures = figures;
     drawing
@@ -104,7 +104,7 @@ type ShownStage<'a> = (&'static str, Ink, f32, &'a Stage);
 
 /// The stages whose responses a step shows over each other.
 fn stages_shown<'a>(
-    canvas: &Canvas,
+    canvas: &WalkCanvas,
     context: &WalkContext<'a>,
     step: RoundStep,
     preview: Option<&Choice>,
@@ -146,11 +146,16 @@ fn stages_shown<'a>(
 }
 
 /// What a figure is made of, as something that tells it from others; none where there is nothing to draw.
-fn made_of(canvas: &Canvas, context: &WalkContext<'_>, figure: &Figure, preview: Option<&Choice>) -> Option<Vec<u64>> {
+fn made_of(
+    canvas: &WalkCanvas,
+    context: &WalkContext<'_>,
+    figure: &WalkFigure,
+    preview: Option<&Choice>,
+) -> Option<Vec<u64>> {
     let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<u64>>();
     let pairs = |points: &[[f64; 2]]| points.iter().flatten().map(|v| v.to_bits()).collect::<Vec<u64>>();
     Some(match figure {
-        Figure::Time(step) => {
+        WalkFigure::Time(step) => {
             let (stages, trace) = stages_shown(canvas, context, *step, preview)?;
             let address = |values: &Arc<[f64]>| values.as_ptr() as u64;
             let force = force(context, trace).map_or(0, |f| address(&f.force));
@@ -163,16 +168,16 @@ fn made_of(canvas: &Canvas, context: &WalkContext<'_>, figure: &Figure, preview:
             }
             made_of
         }
-        Figure::Map => bits(&map(context)?.mean),
-        Figure::Profile | Figure::Left => {
+        WalkFigure::Map => bits(&map(context)?.mean),
+        WalkFigure::Profile | WalkFigure::Left => {
             let profile = profile(canvas, context, figure)?;
             [bits(&profile.at), bits(&profile.mean), bits(&profile.error)].concat()
         }
-        Figure::Curve(choice) => {
+        WalkFigure::Curve(choice) => {
             let (curve, ..) = curve(context, choice)?;
             [pairs(&curve.measured), pairs(&curve.effect)].concat()
         }
-        Figure::Waterfall => {
+        WalkFigure::Waterfall => {
             let errors = context.stages().into_iter().flat_map(|s| [s.gap.train_rmse, s.gap.test_rmse.unwrap_or(-1.0)]);
             errors.chain([context.known.noise_floor]).map(f64::to_bits).collect()
         }
@@ -180,10 +185,15 @@ fn made_of(canvas: &Canvas, context: &WalkContext<'_>, figure: &Figure, preview:
 }
 
 /// Makes a figure; none where there is nothing to draw.
-fn make(canvas: &Canvas, context: &WalkContext<'_>, figure: &Figure, preview: Option<&Choice>) -> Option<Drawing> {
+fn make(
+    canvas: &WalkCanvas,
+    context: &WalkContext<'_>,
+    figure: &WalkFigure,
+    preview: Option<&Choice>,
+) -> Option<Drawing> {
     let acceleration = &context.subject.acceleration;
     match figure {
-        Figure::Time(step) => {
+        WalkFigure::Time(step) => {
             let (stages, trace) = stages_shown(canvas, context, *step, preview)?;
             let sensor = context.subject.sensor(context.mass);
             let (symbol, unit, noise) = (&*sensor.symbol, &*sensor.unit, context.noise(trace));
@@ -214,14 +224,14 @@ fn make(canvas: &Canvas, context: &WalkContext<'_>, figure: &Figure, preview: Op
             let lacking = Lacking { force: force(context, trace), name: &name, unit: acceleration, note, marked };
             Some(walk::gap(&compared, responses.first()?, &lacking))
         }
-        Figure::Map => walk::map(map(context)?, acceleration),
-        Figure::Profile => Some(walk::profile(profile(canvas, context, figure)?, acceleration, "")),
-        Figure::Left => Some(walk::profile(profile(canvas, context, figure)?, acceleration, "not a law")),
-        Figure::Curve(choice) => {
+        WalkFigure::Map => walk::map(map(context)?, acceleration),
+        WalkFigure::Profile => Some(walk::profile(profile(canvas, context, figure)?, acceleration, "")),
+        WalkFigure::Left => Some(walk::profile(profile(canvas, context, figure)?, acceleration, "not a law")),
+        WalkFigure::Curve(choice) => {
             let (curve, title, ink) = curve(context, choice)?;
             walk::curve(curve, title, ink, acceleration)
         }
-        Figure::Waterfall => {
+        WalkFigure::Waterfall => {
             let stages: Vec<&Stage> = context.stages().into_iter().map(AsRef::as_ref).collect();
             walk::waterfall(&stages, context.known.noise_floor, context.unit, "never fitted")
         }
@@ -236,8 +246,8 @@ fn map<'a>(context: &WalkContext<'a>) -> Option<&'a Map> {
     context.place().filter(|_| !choice::only_noise(context)).map(|p| &p.map).filter(|m| !m.mean.is_empty())
 }
 
-fn profile<'a>(canvas: &Canvas, context: &WalkContext<'a>, figure: &Figure) -> Option<&'a Profile> {
-    if *figure == Figure::Left {
+fn profile<'a>(canvas: &WalkCanvas, context: &WalkContext<'a>, figure: &WalkFigure) -> Option<&'a Profile> {
+    if *figure == WalkFigure::Left {
         return context.round()?.place.profiles.first();
     }
     let place = context.place().filter(|p| !p.profiles.is_empty())?;
@@ -251,11 +261,11 @@ fn curve<'a>(context: &WalkContext<'a>, choice: &Choice) -> Option<(&'a Curve, &
 }
 
 /// The figure that is saved without one being pointed at.
-pub(crate) fn main_figure(view: &WalkView) -> Figure {
+pub(crate) fn main_figure(view: &WalkView) -> WalkFigure {
     match (view.step, &view.selected) {
-        (RoundStep::Name, Some(choice)) => Figure::Curve(choice.clone()),
-        (RoundStep::Name, None) => Figure::Profile,
-        (step, _) => Figure::Time(step),
+        (RoundStep::Name, Some(choice)) => WalkFigure::Curve(choice.clone()),
+        (RoundStep::Name, None) => WalkFigure::Profile,
+        (step, _) => WalkFigure::Time(step),
     }
 }
 
@@ -264,12 +274,12 @@ pub(crate) fn main_figure(view: &WalkView) -> Figure {
 pub(crate) fn svg(
     like: &Context,
     room: &Missing,
-    canvas: &Canvas,
-    figure: &Figure,
+    canvas: &WalkCanvas,
+    figure: &WalkFigure,
     (data, edit): (&OpenRecords, &Edit),
     look: FigureLook,
 ) -> Option<String> {
-    let subject = Subject::of(data);
+    let subject = WalkSubject::of(data);
     let context = room.context(&edit.walk, &subject, (canvas.mass, canvas.view.site), false);
     let drawing = make(canvas, &context, figure, None)?;
     let place = |panel: &'static str| plot_id(figure.place(), 0, panel);

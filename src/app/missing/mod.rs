@@ -2,7 +2,7 @@
 //! added and checked on data never fitted.
 //!
 //! [`Walk`] is what a person decided; [`Missing`] is what was found for it. Each step is a function of both and asks for
-//! [`WalkAct`]s; none computes anything. [`Canvas`] is what the drawing remembers.
+//! [`WalkAct`]s; none computes anything. [`WalkCanvas`] is what the drawing remembers.
 
 mod act;
 mod add;
@@ -30,25 +30,25 @@ use egui::{Ui, vec2};
 use super::plot::palette;
 use super::records::OpenRecords;
 use super::state::{Edit, RoundStep, Walk};
-pub(crate) use act::{Figure, WalkAct};
-pub(crate) use canvas::Canvas;
+pub(crate) use act::{WalkAct, WalkFigure};
+pub(crate) use canvas::WalkCanvas;
 pub(crate) use figures::{main_figure, svg};
 use known::WalkContext;
-pub(crate) use room::{Missing, Wanted};
+pub(crate) use room::{Missing, WantedSearch};
 use sindyscope_core::study::Settings;
-use subject::Subject;
+use subject::WalkSubject;
 
 /// Draws the centre; `mass` is the one whose response is shown.
 pub(crate) fn show(
     ui: &mut Ui,
     room: &Missing,
-    canvas: &mut Canvas,
+    canvas: &mut WalkCanvas,
     (data, edit): (&OpenRecords, &Edit),
     mass: &mut usize,
 ) -> Vec<WalkAct> {
     let mut acts = Vec::new();
     canvas.hovered = None;
-    let subject = Subject::of(data);
+    let subject = WalkSubject::of(data);
     canvas.mass = (*mass).min(subject.masses().saturating_sub(1));
     ui.spacing_mut().item_spacing = vec2(6.0, 3.0);
     let context = context(ui, room, canvas, &edit.walk, &subject);
@@ -84,20 +84,20 @@ pub(crate) fn show(
 pub(crate) fn controls(
     ui: &mut Ui,
     room: &Missing,
-    canvas: &mut Canvas,
+    canvas: &mut WalkCanvas,
     data: &OpenRecords,
     edit: &mut Edit,
 ) -> Vec<WalkAct> {
     base::choice(ui, &mut canvas.typing, data, edit);
-    let (subject, walk) = (Subject::of(data), edit.walk.clone());
+    let (subject, walk) = (WalkSubject::of(data), edit.walk.clone());
     let context = context(ui, room, canvas, &walk, &subject);
     places::show(ui, canvas, &context);
     base::walk(ui, &context, &edit.settings)
 }
 
 /// Draws the right column.
-pub(crate) fn findings(ui: &mut Ui, room: &Missing, canvas: &Canvas, data: &OpenRecords, edit: &Edit) {
-    let subject = Subject::of(data);
+pub(crate) fn findings(ui: &mut Ui, room: &Missing, canvas: &WalkCanvas, data: &OpenRecords, edit: &Edit) {
+    let subject = WalkSubject::of(data);
     let context = context(ui, room, canvas, &edit.walk, &subject);
     if let Some(truth) = data.truth.as_ref().filter(|_| canvas.view.revealed) {
         findings::truth(ui, &context, truth);
@@ -106,7 +106,13 @@ pub(crate) fn findings(ui: &mut Ui, room: &Missing, canvas: &Canvas, data: &Open
     findings::show(ui, &context, looked_at.filter(|_| canvas.view.step == RoundStep::Add));
 }
 
-fn context<'a>(ui: &Ui, room: &'a Missing, canvas: &Canvas, walk: &'a Walk, subject: &'a Subject) -> WalkContext<'a> {
+fn context<'a>(
+    ui: &Ui,
+    room: &'a Missing,
+    canvas: &WalkCanvas,
+    walk: &'a Walk,
+    subject: &'a WalkSubject,
+) -> WalkContext<'a> {
     room.context(walk, subject, (canvas.mass, canvas.view.site), ui.visuals().dark_mode)
 }
 

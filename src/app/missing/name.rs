@@ -3,7 +3,7 @@
 use egui::{RichText, ScrollArea, Ui, vec2};
 
 use super::act::WalkAct;
-use super::canvas::Canvas;
+use super::canvas::WalkCanvas;
 use super::known::{WalkContext, stands};
 use super::subject::site_name;
 use super::words::capitalised;
@@ -13,7 +13,7 @@ use sindyscope_search::{Candidate, Standing};
 /// Space between cards, points.
 const SPACE: f32 = 8.0;
 
-pub(super) fn show(ui: &mut Ui, canvas: &mut Canvas, context: &WalkContext<'_>, acts: &mut Vec<WalkAct>) {
+pub(super) fn show(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'_>, acts: &mut Vec<WalkAct>) {
     let Some(before) = context.stage() else { return };
     let candidates = context.candidates();
     if candidates.is_empty() {

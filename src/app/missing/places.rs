@@ -2,7 +2,7 @@
 
 use egui::{RichText, Ui};
 
-use super::canvas::Canvas;
+use super::canvas::WalkCanvas;
 use super::chain::{self, Chain};
 use super::known::{WalkContext, stage_color, stands};
 use super::subject::site_name;
@@ -12,7 +12,7 @@ use sindyscope_search::{Candidate, Site, Stage, within};
 use sindyscope_values::term::{Expression, Symbol};
 
 /// Draws the section; nothing where there is one place alone.
-pub(super) fn show(ui: &mut Ui, canvas: &mut Canvas, context: &WalkContext<'_>) {
+pub(super) fn show(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'_>) {
     if context.subject.sites().len() < 2 {
         return;
     }

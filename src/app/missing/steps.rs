@@ -3,7 +3,7 @@
 use egui::{Align, Color32, Layout, Rect, RichText, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 
 use super::act::WalkAct;
-use super::canvas::Canvas;
+use super::canvas::WalkCanvas;
 use super::known::{WalkContext, stands};
 use super::{base, work};
 use crate::app::state::RoundStep;
@@ -17,7 +17,13 @@ const ROOMY: f32 = 530.0;
 /// Radius of a step's number, points.
 const RADIUS: f32 = 10.0;
 
-pub(super) fn show(ui: &mut Ui, canvas: &mut Canvas, context: &WalkContext<'_>, hidden: bool, acts: &mut Vec<WalkAct>) {
+pub(super) fn show(
+    ui: &mut Ui,
+    canvas: &mut WalkCanvas,
+    context: &WalkContext<'_>,
+    hidden: bool,
+    acts: &mut Vec<WalkAct>,
+) {
     let size = vec2(ui.available_width(), HEIGHT);
     ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
         ui.set_min_size(size);
@@ -102,7 +108,7 @@ fn stepper(ui: &mut Ui, shown: RoundStep, context: &WalkContext<'_>, acts: &mut 
 }
 
 /// The one button that leads on.
-fn primary(ui: &mut Ui, canvas: &Canvas, context: &WalkContext<'_>, acts: &mut Vec<WalkAct>) {
+fn primary(ui: &mut Ui, canvas: &WalkCanvas, context: &WalkContext<'_>, acts: &mut Vec<WalkAct>) {
     let first = context.offered().find(|c| stands(c)).map(|c| c.choice.clone());
     let begun = context.round().is_some() || context.looking();
     let ends = context.round().is_some_and(|r| work::ends(r));

@@ -5,9 +5,9 @@ use sindyscope_values::format::units::raised;
 
 use egui::{RichText, ScrollArea, Ui, vec2};
 
-use super::act::Figure;
 use super::act::WalkAct;
-use super::canvas::Canvas;
+use super::act::WalkFigure;
+use super::canvas::WalkCanvas;
 use super::choice;
 use super::figures::{self, Manner};
 use super::known::WalkContext;
@@ -16,7 +16,7 @@ use crate::app::state::RoundStep;
 use crate::app::theme;
 use crate::app::widgets::card;
 
-pub(super) fn show(ui: &mut Ui, canvas: &mut Canvas, context: &WalkContext<'_>, acts: &mut Vec<WalkAct>) {
+pub(super) fn show(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'_>, acts: &mut Vec<WalkAct>) {
     let stages = context.stages();
     let (Some(first), Some(last)) = (stages.first(), stages.last()) else {
         ui.centered_and_justified(|ui| ui.weak("fitting…"));
@@ -32,12 +32,12 @@ pub(super) fn show(ui: &mut Ui, canvas: &mut Canvas, context: &WalkContext<'_>, 
     }
     if any {
         let size = vec2(ui.available_width(), ui.available_height() - below - 6.0);
-        figures::show(ui, canvas, context, (&Figure::Time(RoundStep::Verify), None), Manner::new(size), acts);
+        figures::show(ui, canvas, context, (&WalkFigure::Time(RoundStep::Verify), None), Manner::new(size), acts);
     }
     let height = ui.available_height() - 4.0;
     ui.horizontal_top(|ui| {
         let half = 0.54 * (ui.available_width() - 8.0);
-        figures::show(ui, canvas, context, (&Figure::Waterfall, None), Manner::new(vec2(half, height)), acts);
+        figures::show(ui, canvas, context, (&WalkFigure::Waterfall, None), Manner::new(vec2(half, height)), acts);
         ui.vertical(|ui| {
             let width = ui.available_width();
             ui.set_width(width);
@@ -84,7 +84,7 @@ fn verdict(ui: &mut Ui, context: &WalkContext<'_>, first: &Stage, last: &Stage) 
 }
 
 /// What remains, and what would tell more.
-fn left(ui: &mut Ui, canvas: &mut Canvas, context: &WalkContext<'_>, height: f32, acts: &mut Vec<WalkAct>) {
+fn left(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'_>, height: f32, acts: &mut Vec<WalkAct>) {
     let colors = theme::accents(context.dark);
     let round = context.round();
     let asked = round.or_else(|| {
@@ -104,7 +104,7 @@ fn left(ui: &mut Ui, canvas: &mut Canvas, context: &WalkContext<'_>, height: f32
     if round.is_some_and(|r| r.finding == Finding::Unexplained && !r.place.profiles.is_empty()) {
         ui.label(RichText::new("What is left, over the quantity that orders it best").strong());
         let size = vec2(ui.available_width(), (height - 90.0).clamp(130.0, 260.0));
-        figures::show(ui, canvas, context, (&Figure::Left, None), Manner::new(size).compact(), acts);
+        figures::show(ui, canvas, context, (&WalkFigure::Left, None), Manner::new(size).compact(), acts);
     }
     if let Some(d) = context.conclusion() {
         let (edge, head) = if d.remaining.significant {

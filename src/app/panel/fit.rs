@@ -3,7 +3,7 @@
 use egui::text::{LayoutJob, TextFormat};
 use egui::{Align, FontId, Layout, RichText, Ui, vec2};
 
-use super::{PanelAct, PanelContext};
+use super::context::{PanelAct, PanelContext};
 use crate::app::plot::display;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{card, section};
@@ -12,16 +12,16 @@ use sindyscope_core::study::{Outcome, Score, Severity, Warning};
 use sindyscope_values::format::number::{plain, significant};
 use sindyscope_values::record::Usage;
 
-pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
+pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
     section(ui, "FIT", |_| {}, |_| {});
-    let Some(outcome) = desk.bench.outcome.clone() else {
+    let Some(outcome) = context.data.outcome.clone() else {
         ui.weak("Nothing was fitted yet");
         return;
     };
-    headline(ui, &outcome, desk.bench.unit());
-    table(ui, &outcome, desk.bench.unit());
+    headline(ui, &outcome, context.data.unit());
+    table(ui, &outcome, context.data.unit());
     condition(ui, &outcome);
-    several(ui, desk, &outcome);
+    several(ui, context, &outcome);
 }
 
 /// A light that says whether the data tell the terms apart.
@@ -57,21 +57,21 @@ fn condition(ui: &mut Ui, outcome: &Outcome) {
 }
 
 /// What is wrong or doubtful, beneath everything else: it comes and goes.
-pub(super) fn warnings(ui: &mut Ui, desk: &mut PanelContext<'_>) {
+pub(super) fn warnings(ui: &mut Ui, context: &mut PanelContext<'_>) {
     let colors = theme::accents(ui.visuals().dark_mode);
-    let outcome = desk.bench.outcome.clone();
+    let outcome = context.data.outcome.clone();
     let found = outcome.as_ref().map_or(&[][..], |o| &o.warnings);
-    if found.is_empty() && desk.bench.failure.is_none() {
+    if found.is_empty() && context.data.failure.is_none() {
         return;
     }
     section(ui, "WORTH KNOWING", |_| {}, |_| {});
-    if let Some(failure) = &desk.bench.failure {
+    if let Some(failure) = &context.data.failure {
         card(ui, colors.wrong, |ui| {
             ui.add(egui::Label::new(sentence(failure)).wrap());
         });
     }
     for warning in found {
-        show_warning(ui, warning, desk.asks);
+        show_warning(ui, warning, context.asks);
     }
 }
 
@@ -187,8 +187,8 @@ fn table(ui: &mut Ui, outcome: &Outcome, unit: &str) {
 }
 
 /// The channels of the record shown, where there are several.
-fn several(ui: &mut Ui, desk: &PanelContext<'_>, outcome: &Outcome) {
-    let Some(shown) = desk.bench.records.get(desk.shown) else { return };
+fn several(ui: &mut Ui, context: &PanelContext<'_>, outcome: &Outcome) {
+    let Some(shown) = context.data.records.get(context.shown) else { return };
     let Some(record) = outcome.records.iter().find(|r| std::sync::Arc::ptr_eq(&r.record, shown)) else { return };
     if record.channels.len() < 2 {
         return;
@@ -206,7 +206,7 @@ fn several(ui: &mut Ui, desk: &PanelContext<'_>, outcome: &Outcome) {
                 |s| {
                     format!(
                         "RMSE {}, best fit {} %",
-                        display::format(ui.ctx(), s.rmse, desk.bench.unit(), 3),
+                        display::format(ui.ctx(), s.rmse, context.data.unit(), 3),
                         plain(s.best_fit, 2)
                     )
                 },

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use egui::{Id, Sense, Ui};
 
-use super::painter::{self, Look, Painted, Plots};
+use super::painter::{self, Look, PaintedFigure, Plots};
 use sindyscope_report::figure::Figure;
 
 /// Frames after which a figure that is not drawn is forgotten.
@@ -28,7 +28,7 @@ struct Kept {
 }
 
 /// How a figure is shown in a room.
-pub(crate) struct Place<'a> {
+pub(crate) struct FigurePlace<'a> {
     /// A name that is unique among rooms.
     pub(crate) place: &'static str,
     /// What tells it from others of this name that stand beside it.
@@ -45,7 +45,7 @@ pub(crate) struct Place<'a> {
     pub(crate) strength: f32,
 }
 
-impl<'a> Place<'a> {
+impl<'a> FigurePlace<'a> {
     pub(crate) fn new(place: &'static str, name: &'a str, data: impl Hash) -> Self {
         let data = painter::stamp(data);
         Self { place, number: 0, name, data, compact: false, sense: Sense::click(), strength: 1.0 }
@@ -85,7 +85,7 @@ impl Figures {
     }
 
     /// Draws a figure into all the room there is.
-    pub(crate) fn draw<'f>(&mut self, ui: &mut Ui, figure: &'f Figure, shown: &Place<'_>) -> Painted<'f> {
+    pub(crate) fn draw<'f>(&mut self, ui: &mut Ui, figure: &'f Figure, shown: &FigurePlace<'_>) -> PaintedFigure<'f> {
         let place = |panel: &'static str| plot_id(shown.place, shown.number, panel);
         let mut look = Look::new(&place, shown.data, shown.name);
         (look.compact, look.sense, look.strength) = (shown.compact, shown.sense, shown.strength);

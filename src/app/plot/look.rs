@@ -57,7 +57,7 @@ impl<'a> Look<'a> {
 }
 
 /// A panel that was drawn.
-pub(crate) struct Shown<'a> {
+pub(crate) struct ShownPanel<'a> {
     pub(crate) panel: &'a Panel,
     pub(crate) plot: PlotResponse<()>,
 }

@@ -7,7 +7,6 @@ use egui::{
     TextureOptions, Ui, WidgetInfo, pos2, vec2,
 };
 
-use super::ReportAct;
 use crate::app::purpose::ReportForm;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::switch;
@@ -30,6 +29,15 @@ const ONE_ROW: f32 = 520.0;
 
 /// Widest a page is shown, points.
 const FULL: f32 = 860.0;
+
+/// What the room asks the window to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ReportAct {
+    /// Save the report; the file's ending says as what.
+    Save(ReportForm),
+    /// Draw the pages so many pixels wide.
+    Width(u32),
+}
 
 /// How the pages are shown.
 #[derive(Default)]

@@ -7,7 +7,7 @@ use egui::{Align, Layout, RichText, Stroke, Ui, vec2};
 use super::room::{Made, RigAct, RigRoom};
 use super::{class, drawing};
 use crate::app::lessons;
-use crate::app::plot::figures::{Figures, Place};
+use crate::app::plot::figures::{FigurePlace, Figures};
 use crate::app::plot::{painter, palette};
 use crate::app::state::{LessonProgress, Page, RigState};
 use crate::app::theme::{self, ROW};
@@ -83,7 +83,7 @@ fn record(ui: &mut Ui, figures: &mut Figures, made: &Made, at: f64) {
     let made_of: Vec<usize> = series.map(address).collect();
     let Some(figure) = figures.get("record", made_of, || Some(drawing_of(made))) else { return };
     let data = (record.start.to_bits(), record.interval.to_bits(), record.len());
-    let place = Place::new("virtual rig", "Record of the rig", data);
+    let place = FigurePlace::new("virtual rig", "Record of the rig", data);
     let painted = figures.draw(ui, &figure, &place);
     let stroke = Stroke::new(1.5, theme::accents(ui.visuals().dark_mode).accent);
     painter::line_at(ui, &painted, record.start + at, stroke);
@@ -108,7 +108,8 @@ fn drawing_of(made: &Made) -> Figure {
         let mut layers = vec![Layer::new(palette::Ink::Measured, "measured", samples(&channel.values))];
         let identified = made.responses.get(mass);
         layers.extend(
-            identified.map(|v| Layer::new(palette::Ink::Identified, "identified", samples(v)).playing(LayerRole::Follows)),
+            identified
+                .map(|v| Layer::new(palette::Ink::Identified, "identified", samples(v)).playing(LayerRole::Follows)),
         );
         panels.push((panel(*name, if masses == 1 { "x" } else { name }, made.settings.unit(), layers), 1.3));
     }

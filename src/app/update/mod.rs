@@ -9,7 +9,7 @@ mod opening;
 mod results;
 mod walk;
 
-use super::commands::Command;
+use super::commands::WindowCommand;
 use super::derived::Derived;
 use super::jobs::{Job, Key};
 use super::message::{Message, Sought};
@@ -19,7 +19,7 @@ use super::views::View;
 pub(crate) use change::Want;
 use change::{Update, run};
 pub(crate) use demands::demand;
-pub(crate) use results::{Clock, failed, finished, part};
+pub(crate) use results::{FrameTime, failed, finished, part};
 use sindyscope_core::study::Calibration;
 
 /// Takes a message over; what is wanted in the background comes back.
@@ -89,37 +89,37 @@ impl Update<'_> {
     }
 
     /// Does a command; those of the window alone do nothing here.
-    fn run(&mut self, command: Command) {
+    fn run(&mut self, command: WindowCommand) {
         match command {
-            Command::Sample(sample) => self.open_source(Source::Sample(sample)),
-            Command::Lessons => self.show_lessons(),
-            Command::Columns => self.show_columns(),
-            Command::Close => self.close(),
-            Command::Undo | Command::Redo if self.state.shown.room == Room::Rig => {
-                self.derived.rig.step(&mut self.state.rig, command == Command::Undo);
+            WindowCommand::Sample(sample) => self.open_source(Source::Sample(sample)),
+            WindowCommand::Lessons => self.show_lessons(),
+            WindowCommand::Columns => self.show_columns(),
+            WindowCommand::Close => self.close(),
+            WindowCommand::Undo | WindowCommand::Redo if self.state.shown.room == Room::Rig => {
+                self.derived.rig.step(&mut self.state.rig, command == WindowCommand::Undo);
             }
-            Command::Undo => {
+            WindowCommand::Undo => {
                 if let Some(edit) = self.derived.history.undo(&self.state.document.edit) {
                     self.take_back(edit);
                 }
             }
-            Command::Redo => {
+            WindowCommand::Redo => {
                 if let Some(edit) = self.derived.history.redo(&self.state.document.edit) {
                     self.take_back(edit);
                 }
             }
-            Command::Choose if !self.derived.records.records.is_empty() => {
+            WindowCommand::Choose if !self.derived.records.records.is_empty() => {
                 let (records, settings) = self.study();
                 self.want_instead(Key::Choose, Job::Choose { records, settings });
             }
-            Command::Reset => {
+            WindowCommand::Reset => {
                 if let Some(suggestion) = &self.state.document.suggestion {
                     self.state.document.edit.settings = suggestion.clone();
                 }
             }
-            Command::View(view) => self.show_view(view),
-            Command::Room(room) => self.state.shown.room = room,
-            Command::FitView => self.derived.fitted += 1,
+            WindowCommand::View(view) => self.show_view(view),
+            WindowCommand::Room(room) => self.state.shown.room = room,
+            WindowCommand::FitView => self.derived.fitted += 1,
             _ => {}
         }
     }

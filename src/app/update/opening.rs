@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::change::Update;
-use crate::app::columns::{self, ColumnsAct};
-use crate::app::commands::Command;
+use crate::app::columns::{ColumnsAct, WantedColumns};
+use crate::app::commands::WindowCommand;
 use crate::app::jobs::{Job, Key};
 use crate::app::notices::Level;
 use crate::app::open::{Opened, OpenedProject, Opening, Refused};
@@ -52,13 +52,13 @@ impl Update<'_> {
     }
 
     /// Asks for what the window of columns wants to read.
-    pub(super) fn read_columns(&mut self, wanted: Option<columns::Wanted>) {
+    pub(super) fn read_columns(&mut self, wanted: Option<WantedColumns>) {
         match wanted {
-            Some(columns::Wanted::Overview { path, reading }) => {
+            Some(WantedColumns::Overview { path, reading }) => {
                 self.cancel(Key::Preview);
                 self.want_instead(Key::Columns, Job::Columns { path, reading });
             }
-            Some(columns::Wanted::Preview { path, reading }) => {
+            Some(WantedColumns::Preview { path, reading }) => {
                 self.want_instead(Key::Preview, Job::Preview { path, reading });
             }
             None => {}
@@ -199,7 +199,7 @@ impl Update<'_> {
         self.state.keep();
         self.derived.notices.settle();
         if remembered {
-            let reset = Command::Reset.spec().label;
+            let reset = WindowCommand::Reset.spec().label;
             let told = format!("The settings of the last time are back; {reset} takes the program's own");
             self.derived.notices.note(told);
         }

@@ -10,7 +10,7 @@ use crate::app::state::{ClassRound, State};
 
 /// The time, and whether the pointer holds something: what was changed is shown for a while after it was let go.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Clock {
+pub(crate) struct FrameTime {
     /// The window's time, s.
     pub(crate) now: f64,
     pub(crate) held: bool,
@@ -25,7 +25,7 @@ pub(crate) fn part(state: &mut State, derived: &mut Derived, part: Part) -> Vec<
 }
 
 /// Takes in what came of a job.
-pub(crate) fn finished(state: &mut State, derived: &mut Derived, done: Done, clock: Clock) -> Vec<Want> {
+pub(crate) fn finished(state: &mut State, derived: &mut Derived, done: Done, clock: FrameTime) -> Vec<Want> {
     run(state, derived, |update| update.finished(done, clock))
 }
 
@@ -35,7 +35,7 @@ pub(crate) fn failed(state: &mut State, derived: &mut Derived, key: &Key, reason
 }
 
 impl Update<'_> {
-    fn finished(&mut self, done: Done, clock: Clock) {
+    fn finished(&mut self, done: Done, clock: FrameTime) {
         let derived = &mut *self.derived;
         match done {
             Done::Opened(Ok(opened)) => self.opened(*opened),

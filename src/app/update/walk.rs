@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::change::Update;
 use crate::app::jobs::{Job, Key, PinnedStudy};
-use crate::app::missing::{WalkAct, Wanted};
+use crate::app::missing::{WalkAct, WantedSearch};
 use crate::app::state::{Pin, Room};
 use sindyscope_core::study::Outcome;
 use sindyscope_search::Found;
@@ -32,10 +32,10 @@ impl Update<'_> {
     }
 
     /// Asks for the search that the room wants.
-    pub(super) fn search(&mut self, wanted: Option<Wanted>) {
+    pub(super) fn search(&mut self, wanted: Option<WantedSearch>) {
         match wanted {
-            Some(Wanted::Search(request)) => self.want_instead(Key::Search, Job::Search(request)),
-            Some(Wanted::Nothing) => self.cancel(Key::Search),
+            Some(WantedSearch::Search(request)) => self.want_instead(Key::Search, Job::Search(request)),
+            Some(WantedSearch::Nothing) => self.cancel(Key::Search),
             None => {}
         }
     }

@@ -2,7 +2,7 @@
 
 use egui::{Align, Layout, Ui};
 
-use super::picture::{Picture, Request};
+use super::picture::{Picture, ViewAct};
 use crate::app::plot::{number, units};
 use crate::app::state::ViewState;
 use sindyscope_core::study::Judge;
@@ -22,7 +22,7 @@ pub(super) fn show(
     scene: &Scene<'_>,
     picture: &Picture<'_>,
     state: &mut ViewState,
-) -> Option<Request> {
+) -> Option<ViewAct> {
     let mut asked = None;
     let size = egui::vec2(ui.available_width(), HEIGHT);
     ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
@@ -48,7 +48,7 @@ pub(super) fn show(
             };
             let back = step(ui, "⏴", "Previous record", scene.index.checked_sub(1));
             let on = step(ui, "⏵", "Next record", Some(scene.index + 1).filter(|i| *i < count));
-            asked = back.or(on).map(Request::ShowRecord);
+            asked = back.or(on).map(ViewAct::ShowRecord);
         }
         if !together {
             let size = egui::vec2((ui.available_width() - OPTIONS).max(0.0), HEIGHT);
@@ -173,7 +173,7 @@ fn of_settings(
     scene: &Scene<'_>,
     picture: &Picture<'_>,
     state: &mut ViewState,
-) -> Option<Request> {
+) -> Option<ViewAct> {
     match view {
         View::Map => {
             let judge = picture.search.map.map_or(Judge::CrossValidation, |m| m.judge);

@@ -21,7 +21,7 @@ use super::plot::{display, legend, palette};
 use super::state::ViewState;
 use kept::Ready;
 pub(crate) use kept::{FigureRequest, ViewFigures};
-pub(crate) use picture::{Picture, Request, Search};
+pub(crate) use picture::{MapProgress, Picture, ViewAct};
 use sindyscope_report::figure::{Figure, PanelRow};
 use sindyscope_report::view::Scene;
 pub(crate) use sindyscope_report::view::{Group, View};
@@ -50,7 +50,7 @@ pub(crate) fn show(
     (picture, figures): (&Picture<'_>, &ViewFigures),
     state: &mut ViewState,
     plots: &mut Plots,
-) -> Option<Request> {
+) -> Option<ViewAct> {
     let options = state.options.clone();
     let scene = match Scene::new(&picture.subject(&options)) {
         Ok(scene) => scene,
@@ -78,7 +78,7 @@ fn body(
     (picture, drawn): (&Picture<'_>, Option<Ready>),
     state: &mut ViewState,
     plots: &mut Plots,
-) -> Option<Request> {
+) -> Option<ViewAct> {
     if let Some(failure) = picture.search.failure.filter(|_| view.needs_map() && picture.search.map.is_none()) {
         legend::note(ui, failure);
         return None;
@@ -119,8 +119,8 @@ fn body(
     let painted = ui.allocate_ui(size, |ui| painter::show(ui, plots, figure, &mut look)).inner;
     let also = settings::interact(ui, view, scene, picture, &painted.shown);
     let wish = painted.wish.map(|wish| match wish {
-        Wish::Table(text) => Request::SaveTable(text),
-        Wish::Picture => Request::SavePicture,
+        Wish::Table(text) => ViewAct::SaveTable(text),
+        Wish::Picture => ViewAct::SavePicture,
     });
     if view == View::Compare {
         compare::table(ui, scene, picture, below);

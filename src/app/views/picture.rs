@@ -17,7 +17,7 @@ pub(crate) struct Picture<'a> {
     /// True while a newer outcome is being computed: what is shown is dimmed, not removed.
     pub(crate) stale: bool,
     /// The map of settings.
-    pub(crate) search: Search<'a>,
+    pub(crate) search: MapProgress<'a>,
     /// Outcomes kept to be compared, as A, B, C, …
     pub(crate) pins: &'a [Arc<Outcome>],
     /// How many times all of the data was to be shown again.
@@ -26,7 +26,7 @@ pub(crate) struct Picture<'a> {
 
 /// How far the search through the settings has come.
 #[derive(Clone, Copy, Default)]
-pub(crate) struct Search<'a> {
+pub(crate) struct MapProgress<'a> {
     /// The map, as far as it is known.
     pub(crate) map: Option<&'a Arc<SettingsGrid>>,
     /// True if it is that of older settings.
@@ -38,7 +38,7 @@ pub(crate) struct Search<'a> {
 impl<'a> Picture<'a> {
     /// An outcome's first record and nothing beside it.
     pub(crate) fn of(outcome: &'a Arc<Outcome>) -> Self {
-        let (previous, record, stale, search) = (None, 0, false, Search::default());
+        let (previous, record, stale, search) = (None, 0, false, MapProgress::default());
         Self { outcome, previous, record, stale, search, pins: &[], fitted: 0 }
     }
 
@@ -56,7 +56,7 @@ impl<'a> Picture<'a> {
 
 /// What a person asked for in a view and the window has to do.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Request {
+pub(crate) enum ViewAct {
     /// Show another of the outcome's records.
     ShowRecord(usize),
     /// Save a picture of this view: ask for a file.

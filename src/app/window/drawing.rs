@@ -5,18 +5,19 @@ use std::sync::Arc;
 use egui::{CentralPanel, Context, Margin, Ui};
 
 use super::{App, Canvas, tabs};
-use crate::app::commands::Command;
+use crate::app::commands::WindowCommand;
+use crate::app::figure_panel::FigurePanelOutcome;
 use crate::app::jobs::Key;
 use crate::app::message::{Message, Sought};
 use crate::app::missing::WalkAct;
 use crate::app::panel::{self, PanelAct, PanelContext};
 use crate::app::plot::palette;
-use crate::app::program::Program;
+use crate::app::program::WindowProgram;
 use crate::app::purpose::{Purpose, ReportForm};
 use crate::app::report::{self, ReportAct};
 use crate::app::rig::RigAct;
 use crate::app::state::{Edit, Room, Source, ViewState};
-use crate::app::views::{self, Request};
+use crate::app::views::{self, ViewAct};
 use crate::app::{figure_panel, lessons, missing, rig, status, toolbar, welcome};
 use sindyscope_core::remedy::Remedy;
 use sindyscope_core::study::Calibration;
@@ -30,7 +31,7 @@ struct FrameActs {
     asks: Vec<PanelAct>,
     walk: Vec<WalkAct>,
     messages: Vec<Message>,
-    commands: Vec<Command>,
+    commands: Vec<WindowCommand>,
     /// The numbers of a plot to be saved, and what it is called.
     table: Option<(&'static str, String)>,
     /// The report to be saved.
@@ -41,14 +42,14 @@ impl App {
     /// The bars at the top and at the bottom, and the strip of the open lesson.
     pub(super) fn bars(&mut self, ui: &mut Ui, frame: &eframe::Frame) {
         let ctx = ui.ctx().clone();
-        let Program { state, derived, .. } = &self.program;
+        let WindowProgram { state, derived, .. } = &self.program;
         let edit = &state.document.edit;
         let (can_undo, can_redo) = match state.shown.room {
             Room::Rig => derived.rig.can_step(&state.rig),
             _ => (derived.history.can_undo(edit), derived.history.can_redo(edit)),
         };
         let opening = derived.opening();
-        let bar = toolbar::Toolbar { can_undo, can_redo, opening, state, bench: &derived.records };
+        let bar = toolbar::Toolbar { can_undo, can_redo, opening, state, data: &derived.records };
         let asked = toolbar::show(ui, &bar);
         for asked in asked {
             match asked {
@@ -61,7 +62,7 @@ impl App {
             fitting: derived.progress(&Key::Fit),
             other: OTHERS.iter().find_map(|key| derived.progress(key)),
             opening,
-            bench: &derived.records,
+            data: &derived.records,
             notices: &derived.notices,
             seen: &mut self.canvas.toasted,
             log_open: &mut self.notices_open,
@@ -78,7 +79,7 @@ impl App {
 
     /// The virtual rig's room.
     pub(super) fn rig(&mut self, ui: &mut Ui, frame: &eframe::Frame) {
-        let Program { state, derived, .. } = &self.program;
+        let WindowProgram { state, derived, .. } = &self.program;
         let (room, figures) = (&derived.rig, &mut self.canvas.rig);
         let mut draft = state.rig.clone();
         let mut acts = Vec::new();
@@ -152,14 +153,14 @@ impl App {
     /// The columns beside the plots.
     fn columns(&mut self, ui: &mut Ui, draft: &mut Edit, done: &mut FrameActs) {
         let now = ui.input(|i| i.time);
-        let Program { state, derived, .. } = &self.program;
+        let WindowProgram { state, derived, .. } = &self.program;
         let Canvas { typing, walk, report, .. } = &mut self.canvas;
         let room = state.shown.room;
         let settings = draft.settings.clone();
         let calibrating = derived.calibrating.filter(|_| derived.running.contains_key(&Key::Calibrate));
         let choosing = derived.progress(&Key::Choose);
-        let mut desk = PanelContext {
-            bench: &derived.records,
+        let mut context = PanelContext {
+            data: &derived.records,
             edit: draft,
             suggestion: state.document.suggestion.as_ref().unwrap_or(&settings),
             of_files: matches!(state.document.source, Source::Files(_)),
@@ -172,20 +173,20 @@ impl App {
             typing,
             asks: &mut done.asks,
         };
-        panel::left(ui, &mut desk, room, |ui, desk| match room {
+        panel::left(ui, &mut context, room, |ui, context| match room {
             Room::Report => {
-                report::controls(ui, &derived.report, report, &mut desk.edit.report, &desk.bench.title);
+                report::controls(ui, &derived.report, report, &mut context.edit.report, &context.data.title);
             }
-            _ => done.walk = missing::controls(ui, &derived.missing, walk, desk.bench, desk.edit),
+            _ => done.walk = missing::controls(ui, &derived.missing, walk, context.data, context.edit),
         });
-        if desk.bench.records.is_empty() {
+        if context.data.records.is_empty() {
             return;
         }
         match room {
             Room::Missing => {
-                panel::findings(ui, |ui| missing::findings(ui, &derived.missing, walk, desk.bench, desk.edit));
+                panel::findings(ui, |ui| missing::findings(ui, &derived.missing, walk, context.data, context.edit));
             }
-            _ => panel::right(ui, &mut desk, now),
+            _ => panel::right(ui, &mut context, now),
         }
     }
 
@@ -225,7 +226,7 @@ impl App {
     }
 
     fn centre(&mut self, ui: &mut Ui, (draft, views): (&mut Edit, &mut ViewState), done: &mut FrameActs) {
-        let Program { state, derived, .. } = &self.program;
+        let WindowProgram { state, derived, .. } = &self.program;
         let (shown, canvas) = (&state.shown, &mut self.canvas);
         match (&derived.records.outcome, shown.room) {
             _ if derived.records.records.is_empty() => done.commands.extend(welcome::show(ui, derived.opening())),
@@ -258,12 +259,12 @@ impl App {
 
     /// The tabs and the view that is open.
     fn view(&mut self, ui: &mut Ui, views: &mut ViewState, done: &mut FrameActs) {
-        let Program { state, derived, .. } = &self.program;
+        let WindowProgram { state, derived, .. } = &self.program;
         let shown = &state.shown;
         let mut view = shown.view;
         tabs::show(ui, &mut view, views);
         if view != shown.view {
-            done.commands.push(Command::View(view));
+            done.commands.push(WindowCommand::View(view));
         }
         let (places, pins) = derived.records.known_pins();
         let Some(picture) = derived.picture(shown, &pins) else { return };
@@ -271,23 +272,23 @@ impl App {
         let place = |index: usize| places.get(index).copied().unwrap_or(index);
         done.messages.extend(
             match views::show(ui, shown.view, (&picture, &derived.figures), views, &mut self.canvas.views) {
-                Some(Request::ShowRecord(index)) => {
+                Some(ViewAct::ShowRecord(index)) => {
                     let record = outcome.records.get(index).map(|r| &r.record);
                     let found = record.and_then(|r| derived.records.records.iter().position(|b| Arc::ptr_eq(b, r)));
                     found.map(Message::ShowRecord)
                 }
-                Some(Request::SavePicture) => {
-                    done.commands.push(Command::PlotPicture);
+                Some(ViewAct::SavePicture) => {
+                    done.commands.push(WindowCommand::PlotPicture);
                     None
                 }
-                Some(Request::SaveTable(text)) => {
+                Some(ViewAct::SaveTable(text)) => {
                     done.table = Some((view.label(), text));
                     None
                 }
-                Some(Request::Set { window, threshold }) => Some(Message::Set { window, threshold }),
-                Some(Request::Pin) => Some(Message::Pin),
-                Some(Request::Unpin(index)) => Some(Message::Unpin(place(index))),
-                Some(Request::Return(index)) => Some(Message::Return(place(index))),
+                Some(ViewAct::Set { window, threshold }) => Some(Message::Set { window, threshold }),
+                Some(ViewAct::Pin) => Some(Message::Pin),
+                Some(ViewAct::Unpin(index)) => Some(Message::Unpin(place(index))),
+                Some(ViewAct::Return(index)) => Some(Message::Return(place(index))),
                 None => None,
             },
         );
@@ -308,9 +309,9 @@ impl App {
             self.program.send(Message::Figure(look));
         }
         match outcome {
-            figure_panel::Outcome::Open => {}
-            figure_panel::Outcome::Closed => self.figure_open = false,
-            figure_panel::Outcome::Save => {
+            FigurePanelOutcome::Open => {}
+            FigurePanelOutcome::Closed => self.figure_open = false,
+            FigurePanelOutcome::Save => {
                 let ending = look.format.figure().ending();
                 self.dialogs.ask(Purpose::Plot, &self.file_name(name, ending), frame);
             }

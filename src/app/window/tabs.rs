@@ -2,7 +2,7 @@
 
 use egui::{RichText, Stroke, Ui};
 
-use crate::app::commands::Command;
+use crate::app::commands::WindowCommand;
 use crate::app::state::ViewState;
 use crate::app::theme;
 use crate::app::views::{Group, View};
@@ -51,7 +51,7 @@ fn views_of_group(ui: &mut Ui, shown: &mut View) {
         let color = if on { ui.visuals().strong_text_color() } else { ui.visuals().weak_text_color() };
         let text = RichText::new(view.label()).color(color);
         let button = egui::Button::new(text).frame_when_inactive(false).stroke(Stroke::NONE);
-        let response = ui.add(button).on_hover_text(Command::View(view).hint(ui.ctx()));
+        let response = ui.add(button).on_hover_text(WindowCommand::View(view).hint(ui.ctx()));
         response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Tab, true, on, view.label()));
         if on {
             let line = response.rect.bottom() + 1.0;
