@@ -6,6 +6,7 @@ use egui::{Align, ComboBox, DragValue, Label, Layout, RichText, ScrollArea, Sens
 use super::draft::Draft;
 use crate::app::plot::palette::Ink;
 use crate::app::theme::{self, ROW};
+use crate::app::widgets::line;
 use sindyscope_files::{ColumnOverview, ColumnUse, TableOverview};
 use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::record::Role;
@@ -97,9 +98,7 @@ fn header(ui: &mut Ui) {
 
 fn row(ui: &mut Ui, index: usize, label: &str, column: &ColumnOverview, uses: &mut [Option<ColumnUse>]) {
     let Some(used) = uses.get(index).copied() else { return };
-    let size = vec2(ui.available_width(), ROW);
-    ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-        ui.set_min_size(size);
+    line(ui, ROW, |ui| {
         let dark = ui.visuals().dark_mode;
         if used.is_some() {
             ui.painter().rect_filled(ui.max_rect(), 3.0, theme::accents(dark).accent_ground.gamma_multiply(0.5));

@@ -12,6 +12,7 @@ use super::figures::{self, Manner};
 use super::known::{WalkContext, stands};
 use super::{cards, compare, words};
 use crate::app::state::RoundStep;
+use crate::app::widgets::line;
 use sindyscope_search::{Candidate, Stage};
 
 pub(super) fn show(
@@ -72,7 +73,7 @@ fn buttons(
     next: Option<&Candidate>,
     acts: &mut Vec<WalkAct>,
 ) {
-    cards::line(ui, 30.0, |ui| {
+    line(ui, 30.0, |ui| {
         let Some(chosen) = chosen else { return };
         let mut after = context.offered().filter(|c| stands(c) && c.choice != chosen.choice);
         let after = after.find(|c| !canvas.view.skipped.contains(&c.choice)).map(|c| c.choice.clone());

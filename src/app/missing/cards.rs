@@ -14,6 +14,7 @@ use super::subject::short_title;
 use super::words;
 use crate::app::plot::painter::{Wish, entries};
 use crate::app::theme;
+use crate::app::widgets::line;
 use sindyscope_search::{Candidate, Stage, Standing};
 use sindyscope_values::format::number::significant_trimmed;
 
@@ -204,15 +205,6 @@ fn explain(
     job.wrap.max_rows = ((bottom - at.y) / TEXT_ROW).floor().max(1.0) as usize;
     let galley = ui.painter().layout_job(job);
     ui.painter().galley(at, galley, body);
-}
-
-/// A line of a fixed height.
-pub(super) fn line(ui: &mut Ui, height: f32, body: impl FnOnce(&mut Ui)) {
-    let size = vec2(ui.available_width(), height);
-    ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-        ui.set_min_size(size);
-        body(ui);
-    });
 }
 
 /// A candidate as a row of a list: name, gap, standing. Tells whether it is under the pointer.

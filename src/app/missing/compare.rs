@@ -11,10 +11,11 @@ use super::canvas::WalkCanvas;
 use super::choice;
 use super::figures::{self, Manner};
 use super::known::{WalkContext, stands};
-use super::{cards, words};
+use super::words;
 use crate::app::plot::palette::{self, Tint};
 use crate::app::state::RoundStep;
 use crate::app::theme;
+use crate::app::widgets::{line, record_steps};
 use sindyscope_search::{Place, Stage, Trace as Response};
 use sindyscope_values::format::number::significant;
 use sindyscope_values::record::Usage;
@@ -110,7 +111,7 @@ fn below(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'_>, height
 
 /// Which quantity the profile is over, the one that explains most first.
 fn chips(ui: &mut Ui, canvas: &mut WalkCanvas, place: &Place, shown: usize) {
-    cards::line(ui, 20.0, |ui| {
+    line(ui, 20.0, |ui| {
         ui.weak("over");
         let text = |k: usize| {
             let p = &place.profiles[k];
@@ -139,16 +140,9 @@ pub(super) fn record<'a>(
     aside: &str,
 ) -> Option<&'a Response> {
     *shown = (*shown).min(traces.len().checked_sub(1)?);
-    cards::line(ui, 22.0, |ui| {
+    line(ui, 22.0, |ui| {
         if traces.len() > 1 {
-            let step = |ui: &mut Ui, sign: &str, name: &str, to: Option<usize>| {
-                let response = ui.add_enabled(to.is_some(), egui::Button::new(sign).small().frame(false));
-                response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, to.is_some(), name));
-                response.on_hover_text(name).clicked().then_some(to).flatten()
-            };
-            let back = step(ui, "⏴", "Previous record", shown.checked_sub(1));
-            let on = step(ui, "⏵", "Next record", Some(*shown + 1).filter(|k| *k < traces.len()));
-            *shown = back.or(on).unwrap_or(*shown);
+            *shown = record_steps(ui, *shown, traces.len()).unwrap_or(*shown);
         }
         let trace = &traces[*shown];
         ui.strong(&*trace.record);

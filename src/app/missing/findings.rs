@@ -6,7 +6,7 @@ use sindyscope_values::format::units::{as_fraction, format_si};
 use super::known::{WalkContext, stage_color};
 use super::words;
 use crate::app::theme::{self, ROW};
-use crate::app::widgets::{card, section, share_bar};
+use crate::app::widgets::{Headline, card, headlines, line, section, share_bar};
 use sindyscope_rig::Truth;
 use sindyscope_rig::hidden::title;
 use sindyscope_search::{Choice, Stage, Test};
@@ -63,9 +63,8 @@ pub(super) fn truth(ui: &mut Ui, context: &WalkContext<'_>, truth: &Truth) {
 /// The gap now, beside the noise floor.
 fn gap(ui: &mut Ui, context: &WalkContext<'_>) {
     section(ui, "GAP", |_| {}, |_| {});
-    let size = vec2(ui.available_width(), 50.0);
     let Some(stage) = context.stage() else {
-        ui.allocate_exact_size(size, Sense::hover());
+        ui.add_space(50.0);
         return;
     };
     let figure = words::honest(&stage.gap);
@@ -73,22 +72,16 @@ fn gap(ui: &mut Ui, context: &WalkContext<'_>) {
     let colors = theme::accents(context.dark);
     let color = if figure <= 1.3 * noise { colors.good } else { ui.visuals().strong_text_color() };
     let what = if stage.gap.test_rmse.is_some() { "on data never fitted" } else { "on the fitted records" };
-    ui.allocate_ui_with_layout(size, Flow::left_to_right(Align::Min), |ui| {
-        ui.set_min_size(size);
-        ui.spacing_mut().item_spacing.x = 0.0;
-        let half = 0.5 * ui.available_width();
-        let weak = ui.visuals().weak_text_color();
-        let error = "RMS of what the model's simulated response leaves";
-        for (value, color, label, hint) in [(figure, color, what, error), (noise, weak, "noise floor", NOISE)] {
-            ui.allocate_ui_with_layout(vec2(half, 50.0), Flow::top_down(Align::Min), |ui| {
-                ui.set_min_width(half);
-                ui.spacing_mut().item_spacing.y = 0.0;
-                let text = RichText::new(format_si(value, context.unit, 3)).size(23.0).color(color);
-                ui.add(egui::Label::new(text).truncate());
-                ui.label(RichText::new(label).weak().size(12.0)).on_hover_text(hint);
-            });
-        }
-    });
+    let weak = ui.visuals().weak_text_color();
+    let error = "RMS of what the model's simulated response leaves";
+    let [figure, noise] = [figure, noise].map(|value| format_si(value, context.unit, 3));
+    headlines(
+        ui,
+        [
+            Headline { text: &figure, color, label: what, hint: error },
+            Headline { text: &noise, color: weak, label: "noise floor", hint: NOISE },
+        ],
+    );
 }
 
 fn equation(ui: &mut Ui, context: &WalkContext<'_>, stage: Option<&Stage>, preview: bool) {
@@ -195,10 +188,8 @@ fn evidence(ui: &mut Ui, context: &WalkContext<'_>) {
 
 fn questions(ui: &mut Ui, tests: &[Test], gap: bool) {
     for test in tests {
-        let size = vec2(ui.available_width(), ROW - 3.0);
         let said = words::answer(test.p_value, gap);
-        ui.allocate_ui_with_layout(size, Flow::left_to_right(Align::Center), |ui| {
-            ui.set_min_size(size);
+        line(ui, ROW - 3.0, |ui| {
             ui.with_layout(Flow::right_to_left(Align::Center), |ui| {
                 ui.label(RichText::new(&said).weak().size(12.0));
                 ui.with_layout(Flow::left_to_right(Align::Center), |ui| {

@@ -8,6 +8,7 @@ use super::known::{WalkContext, stands};
 use super::subject::site_name;
 use super::words::capitalised;
 use super::{cards, words};
+use crate::app::widgets::line;
 use sindyscope_search::{Candidate, Standing};
 
 /// Space between cards, points.
@@ -23,7 +24,7 @@ pub(super) fn show(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'
     }
     let likely = |c: &&Candidate| stands(c) || matches!(c.standing, Standing::Screened) && c.explained > 0.02;
     let hidden = context.offered().filter(|c| !likely(c)).count();
-    cards::line(ui, 24.0, |ui| {
+    line(ui, 24.0, |ui| {
         let text = context
             .round()
             .map_or_else(|| "Candidates so far; the likeliest are being refitted.".to_owned(), |r| words::finding(r));
@@ -39,7 +40,7 @@ pub(super) fn show(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'
         });
     });
     if let Some(next) = context.round().and_then(|r| r.next_experiment.as_ref()) {
-        cards::line(ui, 20.0, |ui| {
+        line(ui, 20.0, |ui| {
             let color = crate::app::theme::accents(context.dark).caution;
             ui.add(egui::Label::new(words::two(ui, "What would tell them apart:", color, next)).truncate())
                 .on_hover_text(next);

@@ -8,6 +8,7 @@ use super::known::{WalkContext, stands};
 use super::{base, work};
 use crate::app::state::RoundStep;
 use crate::app::theme::{self, ROW};
+use crate::app::widgets::line;
 use sindyscope_search::Standing;
 
 /// Height of the steps' row, points.
@@ -24,15 +25,11 @@ pub(super) fn show(
     hidden: bool,
     acts: &mut Vec<WalkAct>,
 ) {
-    let size = vec2(ui.available_width(), HEIGHT);
-    ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-        ui.set_min_size(size);
+    line(ui, HEIGHT, |ui| {
         stepper(ui, canvas.view.step, context, acts);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| primary(ui, canvas, context, acts));
     });
-    let size = vec2(ui.available_width(), ROW + 2.0);
-    ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-        ui.set_min_size(size);
+    line(ui, ROW + 2.0, |ui| {
         ui.weak(format!("Base: {}", base::label(&context.walk.base)));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if hidden && !canvas.view.revealed {
@@ -99,10 +96,10 @@ fn stepper(ui: &mut Ui, shown: RoundStep, context: &WalkContext<'_>, acts: &mut 
             acts.push(WalkAct::Go(step));
         }
         if k + 1 < RoundStep::ALL.len() {
-            let (line, _) = ui.allocate_exact_size(vec2(16.0, HEIGHT), Sense::hover());
+            let (rail, _) = ui.allocate_exact_size(vec2(16.0, HEIGHT), Sense::hover());
             let stroke =
                 Stroke::new(1.5, if reached(context, RoundStep::ALL[k + 1]) { colors.accent } else { colors.line });
-            ui.painter().hline(line.x_range().shrink(2.0), line.center().y, stroke);
+            ui.painter().hline(rail.x_range().shrink(2.0), rail.center().y, stroke);
         }
     }
 }

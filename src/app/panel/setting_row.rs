@@ -16,15 +16,11 @@ pub(super) fn slider(setting: &'static Setting<Settings>) -> SliderRow<'static> 
         _ => &|v| format!("{v:.0}"),
     };
     SliderRow {
-        label: setting.label,
-        tooltip: setting.help,
         unit: setting.unit,
-        range: least..=most,
         spread,
         grid: step,
-        suggestion: None,
-        marks: &[],
         format,
+        ..SliderRow::new(setting.label, setting.help, least..=most)
     }
 }
 

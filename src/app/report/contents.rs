@@ -3,7 +3,7 @@
 use egui::{Align, CursorIcon, Key, Layout, Rect, RichText, Sense, Ui, WidgetInfo, vec2};
 
 use crate::app::theme::{self, ROW};
-use crate::app::widgets::{icon, row, section};
+use crate::app::widgets::{icon, line, row, section};
 use sindyscope_report::document::{Arrangement, Item, Section};
 
 /// Width of the handle in front of an entry, points.
@@ -68,9 +68,7 @@ impl Contents {
         for (k, item) in report.items.iter_mut().enumerate() {
             let top = ui.cursor().top();
             let dragged = self.dragged == Some(k);
-            let size = vec2(ui.available_width(), ROW);
-            ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-                ui.set_min_size(size);
+            line(ui, ROW, |ui| {
                 ui.spacing_mut().item_spacing.x = 2.0;
                 let name = name(item);
                 if handle(ui, dragged, &name) {

@@ -9,7 +9,7 @@ use egui::{
 
 use crate::app::purpose::ReportForm;
 use crate::app::theme::{self, ROW};
-use crate::app::widgets::switch;
+use crate::app::widgets::{line, switch};
 use sindyscope_report::document::{Arrangement, Paper};
 
 /// Pixels that a page is wide at first.
@@ -107,17 +107,15 @@ impl Pages {
     /// The line above the pages: how many there are, the paper, what to save.
     fn header(&mut self, ui: &mut Ui, report: &mut Arrangement, count: usize) -> Option<ReportAct> {
         let mut act = None;
-        let size = vec2(ui.available_width(), ROW + 6.0);
-        let in_one_row = size.x >= ONE_ROW;
-        ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-            ui.set_min_size(size);
+        let in_one_row = ui.available_width() >= ONE_ROW;
+        line(ui, ROW + 6.0, |ui| {
             self.looks(ui, report, count);
             if in_one_row {
                 act = saves(ui);
             }
         });
         if !in_one_row {
-            ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| act = saves(ui));
+            line(ui, ROW + 6.0, |ui| act = saves(ui));
         }
         act
     }

@@ -7,6 +7,7 @@ pub(crate) mod class;
 mod controls;
 mod drawing;
 mod found;
+mod number_row;
 mod pages;
 pub(crate) mod player;
 mod room;

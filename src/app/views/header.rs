@@ -5,6 +5,7 @@ use egui::{Align, Layout, Ui};
 use super::picture::{Picture, ViewAct};
 use crate::app::plot::{number, units};
 use crate::app::state::ViewState;
+use crate::app::widgets::record_steps;
 use sindyscope_core::study::Judge;
 use sindyscope_report::diagram::ResidualSource;
 use sindyscope_report::view::{self, AVERAGES, MapQuantity, RecordUse, Scene, USUAL_AVERAGES, View};
@@ -40,15 +41,7 @@ pub(super) fn show(
             ui.strong(format!("all {count} records"));
         }
         if count > 1 && !together {
-            let step = |ui: &mut Ui, sign: &str, name: &str, to: Option<usize>| {
-                let button = egui::Button::new(sign).small().frame(false);
-                let response = ui.add_enabled(to.is_some(), button).on_hover_text(name);
-                response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, to.is_some(), name));
-                response.clicked().then_some(to).flatten()
-            };
-            let back = step(ui, "⏴", "Previous record", scene.index.checked_sub(1));
-            let on = step(ui, "⏵", "Next record", Some(scene.index + 1).filter(|i| *i < count));
-            asked = back.or(on).map(ViewAct::ShowRecord);
+            asked = record_steps(ui, scene.index, count).map(ViewAct::ShowRecord);
         }
         if !together {
             let size = egui::vec2((ui.available_width() - OPTIONS).max(0.0), HEIGHT);
