@@ -232,7 +232,7 @@ impl Work for Job {
         let share = |share: f64| report.share(share);
         let stage = |stage: &'static str, share: f64| report.stage(stage, share);
         Ok(match self {
-            Self::Open(opening) => Done::Opened(open::open(*opening).map(Box::new)),
+            Self::Open(opening) => Done::Opened(open::open(*opening, cancel).map(Box::new)),
             Self::Choose { records, settings } => {
                 let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true };
                 Done::Chosen(Box::new(choose(&records, &settings, free, cancel, &stage).map_err(sentence)?))
@@ -281,7 +281,7 @@ impl Work for Job {
                 Done::RoundSearched { index, answered: class::search(&case, cancel, &share)? }
             }
             Self::Columns { path, reading } => Done::Columns(columns::overview(&path, &reading)),
-            Self::Preview { path, reading } => Done::Preview(columns::preview(&path, &reading)),
+            Self::Preview { path, reading } => Done::Preview(columns::preview(&path, &reading, cancel)),
             Self::Figure(request) => {
                 request.make();
                 Done::Nothing

@@ -12,7 +12,7 @@ use super::rig::sets;
 use super::state::{Document, RigState, Shown, Source};
 use super::{moved, moved::KnownFiles};
 use sindyscope_core::prepare::{self, PrepareError};
-use sindyscope_core::study::{Settings, suggest};
+use sindyscope_core::study::{Cancel, Settings, suggest};
 use sindyscope_files::{MeasuredFile, ReadOptions, read_opened};
 use sindyscope_rig::hidden::{ExcitationKind, HiddenRequest, draw};
 use sindyscope_rig::record_rig;
@@ -88,8 +88,8 @@ pub(crate) struct Refused {
 ///
 /// # Errors
 /// What cannot be opened, and why.
-pub(crate) fn open(opening: Opening) -> Result<Opened, Box<Refused>> {
-    try_open(opening.clone()).map_err(|problem| {
+pub(crate) fn open(opening: Opening, cancel: &Cancel) -> Result<Opened, Box<Refused>> {
+    try_open(opening.clone(), cancel).map_err(|problem| {
         let gone = match &opening.document.source {
             Source::Files(files) => files.iter().filter(|file| !file.exists()).cloned().collect(),
             _ => Vec::new(),
@@ -98,9 +98,9 @@ pub(crate) fn open(opening: Opening) -> Result<Opened, Box<Refused>> {
     })
 }
 
-fn try_open(mut opening: Opening) -> Result<Opened, OpeningProblem> {
+fn try_open(mut opening: Opening, cancel: &Cancel) -> Result<Opened, OpeningProblem> {
     let asked = opening.document.source.clone();
-    let (mut files, mut notes) = (Files::default(), Vec::new());
+    let (mut files, mut notes) = (Files::stopped_by(cancel), Vec::new());
     let project = take_project(&mut opening, &mut files)?;
     let remembered = project.is_none() && opening.document.edit.settings != Settings::default();
     let bridge = prepare::bridged(&opening.document.edit.steps);

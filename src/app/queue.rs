@@ -58,6 +58,25 @@ pub(crate) struct JobProgress {
     pub(crate) stage: Option<&'static str>,
 }
 
+/// How much of a job must be done, and for how long it must have run, before it is said how long it will still take.
+const TELLING: (f64, Duration) = (0.02, Duration::from_secs(2));
+
+impl JobProgress {
+    /// How far it has come, and how long it will take if it goes on like this, as far as that can be told: `40 %, 6 s left`.
+    pub(crate) fn words(&self) -> String {
+        let Some(share) = self.share else { return String::new() };
+        let percent = format!("{:.0} %", 100.0 * share);
+        if share < TELLING.0 || share >= 1.0 || self.elapsed < TELLING.1 {
+            return percent;
+        }
+        let left = self.elapsed.mul_f64((1.0 - share) / share).as_secs_f64();
+        match left {
+            left if left < 100.0 => format!("{percent}, {left:.0} s left"),
+            left => format!("{percent}, {:.0} min left", left / 60.0),
+        }
+    }
+}
+
 /// What a running job sees of the queue.
 pub(crate) struct JobReport<'a, W: Work> {
     /// Set as soon as nobody wants the result any more.
@@ -457,6 +476,17 @@ mod tests {
         assert_eq!(next(&jobs), Err("seven has none".to_owned()));
         jobs.want("a", Square(3, Duration::ZERO));
         assert_eq!(next(&jobs), Ok(9));
+    }
+
+    #[test]
+    fn long_work_tells_how_far_it_is_and_how_long_it_will_take() {
+        let words = |seconds: f64, share: Option<f64>| {
+            JobProgress { elapsed: Duration::from_secs_f64(seconds), share, stage: None }.words()
+        };
+        assert_eq!(words(3.0, None), "");
+        assert_eq!(words(1.0, Some(0.5)), "50 %");
+        assert_eq!(words(4.0, Some(0.4)), "40 %, 6 s left");
+        assert_eq!(words(60.0, Some(0.1)), "10 %, 9 min left");
     }
 
     #[test]

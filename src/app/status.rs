@@ -39,6 +39,10 @@ pub(crate) fn show(ui: &mut Ui, status: &mut Status<'_>) -> Option<StatusAct> {
                 _ if status.opening => {
                     ui.label("reading…");
                 }
+                _ if let Some(job) = long.filter(|job| job.stage.is_some()) => {
+                    let (stage, far) = (job.stage.unwrap_or_default(), job.words());
+                    ui.label(if far.is_empty() { stage.to_owned() } else { format!("{stage}: {far}") });
+                }
                 (Some(failure), _) => {
                     ui.add(egui::Label::new(RichText::new(failure).color(colors.wrong)).truncate());
                 }

@@ -18,7 +18,8 @@ use super::theme::{self, ROW};
 use super::widgets::chip;
 use draft::Draft;
 pub(crate) use preview::Preview;
-use sindyscope_files::{ColumnUse, MeasuredFile, Overview, ReadOptions, TableOverview, read_set};
+use sindyscope_core::study::Cancel;
+use sindyscope_files::{ColumnUse, MeasuredFile, Overview, ReadOptions, TableOverview, read_opened};
 use sindyscope_values::format::number::significant_trimmed;
 
 /// What is to be read for the window of columns.
@@ -159,8 +160,10 @@ pub(crate) fn overview(path: &Path, reading: &ReadOptions) -> Result<Overview, O
 }
 
 /// Reads a file as it would be read.
-pub(crate) fn preview(path: &Path, reading: &ReadOptions) -> Result<Preview, OpeningProblem> {
-    read_set(&[path], &[], reading).map(|set| Preview::of(&set)).map_err(|e| OpeningProblem::reading(&e))
+pub(crate) fn preview(path: &Path, reading: &ReadOptions, cancel: &Cancel) -> Result<Preview, OpeningProblem> {
+    let file = MeasuredFile::open(path).map(|file| file.stopped_by(cancel));
+    let set = file.and_then(|file| read_opened(&[file], &[], reading));
+    set.map(|set| Preview::of(&set)).map_err(|e| OpeningProblem::reading(&e))
 }
 
 fn body(ui: &mut Ui, open: &Open, draft: &mut Draft, plots: &mut Plots) -> Option<ReadOptions> {

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::subject::WalkSubject;
 use super::work::{SearchDepth, SearchKey};
 use crate::app::plot::palette::{Ink, Painted as _};
+use crate::app::queue::JobProgress;
 use crate::app::records::OpenRecords;
 use crate::app::state::{Base, Edit, Walk};
 use sindyscope_search::{Blind, Candidate, Choice, Diagnosis, Place, Round, Site, Stage, Standing, Trace};
@@ -46,7 +47,8 @@ pub(super) struct Running {
     pub(super) want: SearchDepth,
     /// What it does at the moment.
     pub(super) sentence: &'static str,
-    pub(super) share: f64,
+    /// How far it has come.
+    pub(super) progress: JobProgress,
 }
 
 /// What the steps see.

@@ -41,7 +41,9 @@ impl Missing {
     pub(crate) fn progress(&mut self, progress: JobProgress) {
         if let Some(running) = &mut self.running {
             running.sentence = progress.stage.unwrap_or(running.sentence);
-            running.share = progress.share.unwrap_or(0.0).max(running.share);
+            // What runs in parts never seems to go back.
+            let share = [progress.share, running.progress.share].into_iter().flatten().reduce(f64::max);
+            running.progress = JobProgress { share, ..progress };
         }
     }
 
@@ -184,7 +186,7 @@ impl Missing {
         self.known.failure = None;
         self.known.refused = None;
         self.stopped = false;
-        self.running = Some(Running { want, sentence: "Preparing the records", share: 0.0 });
+        self.running = Some(Running { want, sentence: "Preparing the records", progress: JobProgress::default() });
         if want == SearchDepth::Look {
             self.known.partial = Some(Partial { choices: accepted.clone(), ..Partial::default() });
         }
@@ -237,7 +239,7 @@ impl Missing {
                 self.tried = Some(choice);
                 self.known.refused = None;
                 let sentence = "Fitting the effect to the measured response";
-                self.running = Some(Running { want: SearchDepth::Try, sentence, share: 0.0 });
+                self.running = Some(Running { want: SearchDepth::Try, sentence, progress: JobProgress::default() });
                 let (records, rounds, kept) = (data.set(&edit.usage), Vec::new(), Vec::new());
                 let stages = self.stages_of(&choices);
                 let request = SearchRequest { key, records, choices, rounds, stages, kept, want: SearchDepth::Try };

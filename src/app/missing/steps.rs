@@ -44,7 +44,7 @@ pub(super) fn show(
     let (rail, _) = ui.allocate_exact_size(vec2(ui.available_width(), 3.0), Sense::hover());
     ui.painter().hline(rail.x_range(), rail.center().y, Stroke::new(1.0, theme::accents(context.dark).line));
     if let Some(running) = context.running {
-        let share = running.share.clamp(0.02, 1.0) as f32;
+        let share = running.progress.share.unwrap_or(0.0).clamp(0.02, 1.0) as f32;
         let done = Rect::from_min_size(rail.min, vec2(share * rail.width(), 2.0));
         ui.painter().rect_filled(done, 0.0, theme::accents(context.dark).accent);
     }
@@ -181,5 +181,7 @@ fn under_way(ui: &mut Ui, context: &WalkContext<'_>, acts: &mut Vec<WalkAct>) {
     if ui.small_button("Cancel").on_hover_text("Stop; what was found stays").clicked() {
         acts.push(WalkAct::Cancel);
     }
-    ui.add(egui::Label::new(RichText::new(running.sentence).weak()).truncate());
+    let far = running.progress.words();
+    let text = if far.is_empty() { running.sentence.to_owned() } else { format!("{far} · {}", running.sentence) };
+    ui.add(egui::Label::new(RichText::new(text).weak()).truncate());
 }

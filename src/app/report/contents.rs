@@ -178,7 +178,7 @@ fn tick(ui: &mut Ui, section: Section, shown: &mut bool, empty: bool) {
     let response = ui.add(egui::Checkbox::new(shown, text)).on_hover_text(hint);
     response.widget_info(|| WidgetInfo::selected(egui::Role::CheckBox, true, *shown, section.label()));
     if *shown && empty {
-        ui.add(egui::Label::new(RichText::new("· nothing yet").weak()).truncate());
+        ui.weak("–").on_hover_text(nothing(section)).accessible_name("nothing yet");
     }
 }
 

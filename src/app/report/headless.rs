@@ -19,7 +19,7 @@ use sindyscope_values::term::Kind;
 pub(crate) fn project(path: &Path, command: &str) -> Result<Content, OpeningProblem> {
     let cancel = Cancel::default();
     let opening = Opening::of(Source::Files(vec![path.to_owned()]));
-    let opened = open::open(opening).map_err(|refused| refused.problem)?;
+    let opened = open::open(opening, &cancel).map_err(|refused| refused.problem)?;
     let Edit { settings, usage, walk, report, .. } = &opened.document.edit;
     let use_of = |k: usize| usage.get(k).copied().unwrap_or(Usage::Fit);
     let entries = opened.records.iter().enumerate().map(|(k, record)| (Arc::clone(record), use_of(k))).collect();
