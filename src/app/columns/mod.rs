@@ -143,7 +143,7 @@ impl Columns {
         match asked {
             Some(reading) => Some(ColumnsAct::Read(reading)),
             None if !stays => Some(ColumnsAct::Close),
-            None => (draft != open.draft).then(|| ColumnsAct::Choose(draft)),
+            None => (draft != open.draft).then_some(ColumnsAct::Choose(draft)),
         }
     }
 }

@@ -13,8 +13,9 @@ use rand_distr::{Distribution as _, Normal};
 use super::*;
 use raster::Software;
 use sindyscope_core::signal::Signals;
-use sindyscope_core::study::{Elapsed, RecordOutcome, Score, SensorResponse, Settings};
+use sindyscope_core::study::{Elapsed, Outcome, RecordOutcome, Score, SensorResponse, Settings};
 use sindyscope_report::document::FigureSize;
+use sindyscope_report::view::ViewOptions;
 use sindyscope_values::model::{Equation, Model};
 use sindyscope_values::record::{Channel as RecordChannel, Record, Role, Usage};
 use sindyscope_values::term::{Kind, Layout, Symbol};
@@ -137,7 +138,7 @@ fn record_of(index: usize, case: &OutcomeCase) -> RecordOutcome {
         }),
         usage: case.usage,
         driven_as_measured: true,
-        standing: std::sync::Arc::default(),
+        standing: Arc::default(),
         sticks: Vec::new(),
         signals: Arc::new(Signals {
             start: 0.0,
@@ -409,8 +410,7 @@ fn outcomes_without_records_and_records_without_samples_say_so() {
     // A record index and choices left over from other data.
     let mut stage = ViewStage::new(View::Response, &[OutcomeCase::default()]);
     stage.record = 7;
-    stage.state =
-        ViewState { options: ViewOptions { freedom: 9, input: 9, ..ViewOptions::default() }, ..ViewState::default() };
+    stage.state.options = ViewOptions { freedom: 9, input: 9, ..ViewOptions::default() };
     stage.harness(SIZE, Theme::Light).get_by_label("run 1");
 }
 
@@ -599,11 +599,9 @@ fn the_header_steps_through_records_and_chooses_degrees_of_freedom() {
 
 #[test]
 fn what_is_chosen_survives_a_restart() {
-    let state = ViewState {
-        hidden: BTreeSet::from([Ink::Measured]),
-        options: ViewOptions { freedom: 1, log_frequency: true, ..ViewOptions::default() },
-        ..ViewState::default()
-    };
+    let mut state = ViewState::default();
+    state.hidden = BTreeSet::from([Ink::Measured]);
+    state.options = ViewOptions { freedom: 1, log_frequency: true, ..ViewOptions::default() };
     let text = serde_json::to_string(&state).unwrap();
     let read: ViewState = serde_json::from_str(&text).unwrap();
     assert_eq!((read.hidden, read.options.freedom, read.options.log_frequency), (state.hidden, 1, true));

@@ -54,7 +54,7 @@ impl App {
                 }
             }
             WindowCommand::PlotPicture if room == Room::Rig => {
-                self.dialogs.ask(Purpose::Window, "virtual-rig.png", frame)
+                self.dialogs.ask(Purpose::Window, "virtual-rig.png", frame);
             }
             WindowCommand::PlotPicture | WindowCommand::ExportModel | WindowCommand::SaveReport if !outcome => {}
             WindowCommand::PlotPicture if room == Room::Report => {
@@ -65,7 +65,7 @@ impl App {
                 self.figure = missing::main_figure(&self.program.state.shown.walk);
             }
             WindowCommand::SaveReport => {
-                self.dialogs.ask(Purpose::Report(ReportForm::Pdf), &format!("{stem}.pdf"), frame)
+                self.dialogs.ask(Purpose::Report(ReportForm::Pdf), &format!("{stem}.pdf"), frame);
             }
             WindowCommand::ExportModel => {
                 self.dialogs.ask(Purpose::Model, &format!("{stem}.{}", ExportFormat::Python.ending()), frame);
