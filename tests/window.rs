@@ -479,7 +479,7 @@ fn a_report_is_arranged_saved_and_comes_back_with_its_project() {
     let home = tempfile::tempdir().unwrap();
     let mut window = Window::of_files(vec![friction(home.path())]);
     window.press(Modifiers::NONE, Key::Num4);
-    assert!(window.shows("Page 1 of ") && window.shows("· nothing yet"), "no walk was made");
+    assert!(window.shows("Page 1 of ") && window.shows("nothing yet"), "no walk was made");
     let report =
         |window: &Window| serde_json::to_value(window.app().state()).unwrap()["document"]["edit"]["report"].clone();
     let place = |window: &Window, name: &str| {

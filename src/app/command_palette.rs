@@ -2,7 +2,7 @@
 
 use egui::{Align2, Context, Key, Modifiers, RichText, ScrollArea, Window, vec2};
 
-use super::commands::Command;
+use super::commands::WindowCommand;
 
 /// The palette while it is open.
 #[derive(Debug, Default)]
@@ -14,19 +14,19 @@ pub(crate) struct Palette {
 
 /// What became of the palette in this frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Outcome {
+pub(crate) enum PaletteOutcome {
     Open,
     Closed,
-    Chosen(Command),
+    Chosen(WindowCommand),
 }
 
 impl Palette {
     /// Draws the palette; it closes when a command is chosen, at Escape and at a click elsewhere.
-    pub(crate) fn show(&mut self, ctx: &Context) -> Outcome {
+    pub(crate) fn show(&mut self, ctx: &Context) -> PaletteOutcome {
         let found = matches(&self.text);
         let key = |key| ctx.input_mut(|i| i.consume_key(Modifiers::NONE, key));
         if key(Key::Escape) {
-            return Outcome::Closed;
+            return PaletteOutcome::Closed;
         }
         if key(Key::ArrowDown) {
             self.chosen += 1;
@@ -36,9 +36,9 @@ impl Palette {
         }
         self.chosen = self.chosen.min(found.len().saturating_sub(1));
         if key(Key::Enter) {
-            return found.get(self.chosen).map_or(Outcome::Closed, |c| Outcome::Chosen(*c));
+            return found.get(self.chosen).map_or(PaletteOutcome::Closed, |c| PaletteOutcome::Chosen(*c));
         }
-        let mut outcome = Outcome::Open;
+        let mut outcome = PaletteOutcome::Open;
         let window = Window::new("All commands")
             .title_bar(false)
             .resizable(false)
@@ -65,7 +65,7 @@ impl Palette {
                             button = button.shortcut_text(ctx.format_shortcut(key));
                         }
                         if ui.add(button).on_hover_text(spec.tooltip).clicked() {
-                            outcome = Outcome::Chosen(*command);
+                            outcome = PaletteOutcome::Chosen(*command);
                         }
                     }
                     if found.is_empty() {
@@ -73,20 +73,20 @@ impl Palette {
                     }
                 });
             });
-        if outcome == Outcome::Open && window.is_some_and(|w| w.response.clicked_elsewhere()) && self.shown {
-            outcome = Outcome::Closed;
+        if outcome == PaletteOutcome::Open && window.is_some_and(|w| w.response.clicked_elsewhere()) && self.shown {
+            outcome = PaletteOutcome::Closed;
         }
         outcome
     }
 }
 
 /// The commands whose name holds every word typed, those that begin with it first.
-fn matches(text: &str) -> Vec<Command> {
+fn matches(text: &str) -> Vec<WindowCommand> {
     let text = text.trim().to_lowercase();
     let words: Vec<&str> = text.split_whitespace().collect();
-    let mut found: Vec<(bool, Command)> = Command::all()
+    let mut found: Vec<(bool, WindowCommand)> = WindowCommand::all()
         .into_iter()
-        .filter(|c| *c != Command::Palette)
+        .filter(|c| *c != WindowCommand::Palette)
         .filter_map(|c| {
             let spec = c.spec();
             let name = format!("{} {}", spec.label, spec.tooltip).to_lowercase();
@@ -104,8 +104,8 @@ mod tests {
 
     #[test]
     fn a_name_is_found_by_its_beginning_first() {
-        assert_eq!(matches("save proj")[0], Command::SaveProject);
-        assert_eq!(matches("copy latex")[0], Command::CopyLatex);
+        assert_eq!(matches("save proj")[0], WindowCommand::SaveProject);
+        assert_eq!(matches("copy latex")[0], WindowCommand::CopyLatex);
         assert_eq!(matches("latex").len(), 2);
         assert!(matches("no such thing").is_empty());
         assert!(matches("").len() > 15);

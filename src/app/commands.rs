@@ -9,7 +9,7 @@ use super::views::View;
 /// Something that a person can ask for by button, menu, key or name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Command {
+pub(crate) enum WindowCommand {
     Open,
     OpenPath,
     AddRecords,
@@ -60,150 +60,188 @@ pub(crate) struct Spec {
 const CTRL: Modifiers = Modifiers::COMMAND;
 const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 
-impl Command {
+/// The commands that are one each, in the order of the help: group, label, tooltip and key.
+const TABLE: [Row; 29] = [
+    (
+        WindowCommand::Open,
+        "Files",
+        "Open…",
+        "Open measurements (CSV, MATLAB, TDMS, …) or a saved project; several files become several records",
+        Some((CTRL, Key::O)),
+    ),
+    (WindowCommand::OpenPath, "Files", "Open a path…", "Type or paste the path of a file", Some((CTRL_SHIFT, Key::O))),
+    (
+        WindowCommand::AddRecords,
+        "Files",
+        "Add records…",
+        "Open further measurements beside those that are open, as more records of the same study",
+        None,
+    ),
+    (
+        WindowCommand::Columns,
+        "Files",
+        "Columns…",
+        "Show what the files hold, and say which column is the time, a displacement, a force, …",
+        None,
+    ),
+    (
+        WindowCommand::Demonstration,
+        "Files",
+        "Demonstration: a hidden effect",
+        "The virtual rig hides an effect that it draws blind; find it in “What's missing”, then reveal the truth",
+        None,
+    ),
+    (
+        WindowCommand::Lessons,
+        "Help",
+        "Lessons…",
+        "Ten short lessons on real controls, from smoothing to chaos; each notices what you do",
+        None,
+    ),
+    (WindowCommand::Close, "Files", "Close", "Close what is open; it comes back as it was left", Some((CTRL, Key::W))),
+    (
+        WindowCommand::SaveProject,
+        "Files",
+        "Save project",
+        "Save which files are open, how they are used, all settings, the walk and the views, as one text file",
+        Some((CTRL, Key::S)),
+    ),
+    (
+        WindowCommand::SaveProjectAs,
+        "Files",
+        "Save project as…",
+        "Save the project under another name",
+        Some((CTRL_SHIFT, Key::S)),
+    ),
+    (
+        WindowCommand::ExportModel,
+        "Files",
+        "Export model…",
+        "Save the equations to take along: LaTeX, text, JSON, or a program in Python, MATLAB, Modelica or C",
+        None,
+    ),
+    (
+        WindowCommand::SaveReport,
+        "Files",
+        "Save report…",
+        "Save the report as PDF or as a web page, with the sections that were chosen in the room Report",
+        Some((CTRL, Key::P)),
+    ),
+    (
+        WindowCommand::PlotPicture,
+        "Pictures",
+        "Save figure…",
+        "Save the view in the centre for a paper or a slide: SVG, PDF or PNG, at the size and with the letters you choose",
+        Some((CTRL, Key::E)),
+    ),
+    (
+        WindowCommand::WindowPicture,
+        "Pictures",
+        "Save picture of the window…",
+        "Save the whole window as a PNG, as it is on the screen",
+        Some((CTRL_SHIFT, Key::E)),
+    ),
+    (WindowCommand::Undo, "Settings", "Undo", "Take back the last change of settings", Some((CTRL, Key::Z))),
+    (WindowCommand::Redo, "Settings", "Redo", "Take the change again", Some((CTRL_SHIFT, Key::Z))),
+    (
+        WindowCommand::Choose,
+        "Settings",
+        "Choose for me",
+        "Find segment length, order and threshold by the simulation error on stretches that were not fitted",
+        Some((CTRL, Key::R)),
+    ),
+    (
+        WindowCommand::Reset,
+        "Settings",
+        "Reset settings",
+        "Go back to the settings that the program chose for these records",
+        None,
+    ),
+    (
+        WindowCommand::CopyText,
+        "Equation",
+        "Copy as text",
+        "Copy the equations as plain text",
+        Some((CTRL_SHIFT, Key::C)),
+    ),
+    (WindowCommand::CopyLatex, "Equation", "Copy as LaTeX", "Copy the equations as LaTeX, for a paper", None),
+    (
+        WindowCommand::CopyPython,
+        "Equation",
+        "Copy as Python",
+        "Copy the equations as a Python function that SciPy can integrate",
+        None,
+    ),
+    (WindowCommand::CopyJson, "Equation", "Copy as JSON", "Copy terms, coefficients and standard errors as JSON", None),
+    (
+        WindowCommand::FitView,
+        "View",
+        "Show all data",
+        "Undo zoom and pan in every plot",
+        Some((Modifiers::NONE, Key::Home)),
+    ),
+    (
+        WindowCommand::Theme,
+        "View",
+        "Light or dark",
+        "Switch between the light and the dark theme",
+        Some((CTRL, Key::L)),
+    ),
+    (
+        WindowCommand::LargerText,
+        "View",
+        "Larger text",
+        "Everything a quarter larger, half as large again, or as it was; Ctrl with + and − goes in small steps",
+        None,
+    ),
+    (WindowCommand::Messages, "Help", "Messages", "Read again what the program said", None),
+    (
+        WindowCommand::SaveLog,
+        "Help",
+        "Save the log of this session…",
+        "Save what was done since the window was opened: `sindyscope --replay FILE` does it again, for a bug report",
+        None,
+    ),
+    (WindowCommand::Palette, "Help", "All commands…", "Find a command by its name", Some((CTRL, Key::K))),
+    (WindowCommand::Help, "Help", "Help", "Keys, mouse and how to read the window", Some((Modifiers::NONE, Key::F1))),
+    (WindowCommand::Quit, "Files", "Quit", "Close the window; everything is remembered", Some((CTRL, Key::Q))),
+];
+
+/// A command with its group, label, tooltip and key.
+type Row = (WindowCommand, &'static str, &'static str, &'static str, Option<(Modifiers, Key)>);
+
+impl WindowCommand {
     /// Every command, in the order of the help.
     pub(crate) fn all() -> Vec<Self> {
-        let mut all = vec![Self::Open, Self::OpenPath, Self::AddRecords, Self::Columns];
-        all.extend(Sample::ALL.map(Self::Sample));
-        all.extend([Self::Demonstration, Self::Lessons]);
-        all.extend([Self::Close, Self::SaveProject, Self::SaveProjectAs, Self::ExportModel, Self::SaveReport]);
-        all.extend([Self::PlotPicture, Self::WindowPicture]);
-        all.extend([Self::Undo, Self::Redo, Self::Choose, Self::Reset]);
-        all.extend([Self::CopyText, Self::CopyLatex, Self::CopyPython, Self::CopyJson]);
-        if Room::ALL.len() > 1 {
-            all.extend(Room::ALL.map(Self::Room));
+        let mut all = Vec::new();
+        for (command, ..) in TABLE {
+            match command {
+                Self::Demonstration => all.extend(Sample::ALL.map(Self::Sample)),
+                Self::FitView => {
+                    all.extend(Room::ALL.map(Self::Room));
+                    all.extend(View::ALL.map(Self::View));
+                }
+                _ => {}
+            }
+            all.push(command);
         }
-        all.extend(View::ALL.map(Self::View));
-        all.extend([
-            Self::FitView,
-            Self::Theme,
-            Self::LargerText,
-            Self::Messages,
-            Self::SaveLog,
-            Self::Palette,
-            Self::Help,
-            Self::Quit,
-        ]);
         all
     }
 
     /// How the command is shown.
     pub(crate) fn spec(self) -> Spec {
         let (group, label, tooltip, key) = match self {
-            Self::Open => (
-                "Files",
-                "Open…",
-                "Open measurements (CSV, MATLAB, TDMS, …) or a saved project; several files become several records",
-                Some((CTRL, Key::O)),
-            ),
-            Self::OpenPath => ("Files", "Open a path…", "Type or paste the path of a file", Some((CTRL_SHIFT, Key::O))),
-            Self::AddRecords => (
-                "Files",
-                "Add records…",
-                "Open further measurements beside those that are open, as more records of the same study",
-                None,
-            ),
-            Self::Columns => (
-                "Files",
-                "Columns…",
-                "Show what the files hold, and say which column is the time, a displacement, a force, …",
-                None,
-            ),
             Self::Sample(sample) => ("Files", sample.label(), sample.tooltip(), None),
-            Self::Demonstration => (
-                "Files",
-                "Demonstration: a hidden effect",
-                "The virtual rig hides an effect that it draws blind; find it in “What's missing”, then reveal the truth",
-                None,
-            ),
-            Self::Lessons => (
-                "Help",
-                "Lessons…",
-                "Ten short lessons on real controls, from smoothing to chaos; each notices what you do",
-                None,
-            ),
-            Self::Close => ("Files", "Close", "Close what is open; it comes back as it was left", Some((CTRL, Key::W))),
-            Self::SaveProject => (
-                "Files",
-                "Save project",
-                "Save which files are open, how they are used, all settings, the walk and the views, as one text file",
-                Some((CTRL, Key::S)),
-            ),
-            Self::SaveProjectAs => {
-                ("Files", "Save project as…", "Save the project under another name", Some((CTRL_SHIFT, Key::S)))
-            }
-            Self::ExportModel => (
-                "Files",
-                "Export model…",
-                "Save the equations to take along: LaTeX, text, JSON, or a program in Python, MATLAB, Modelica or C",
-                None,
-            ),
-            Self::SaveReport => (
-                "Files",
-                "Save report…",
-                "Save the report as PDF or as a web page, with the sections that were chosen in the room Report",
-                Some((CTRL, Key::P)),
-            ),
-            Self::PlotPicture => (
-                "Pictures",
-                "Save figure…",
-                "Save the view in the centre for a paper or a slide: SVG, PDF or PNG, at the size and with the letters you choose",
-                Some((CTRL, Key::E)),
-            ),
-            Self::WindowPicture => (
-                "Pictures",
-                "Save picture of the window…",
-                "Save the whole window as a PNG, as it is on the screen",
-                Some((CTRL_SHIFT, Key::E)),
-            ),
-            Self::Undo => ("Settings", "Undo", "Take back the last change of settings", Some((CTRL, Key::Z))),
-            Self::Redo => ("Settings", "Redo", "Take the change again", Some((CTRL_SHIFT, Key::Z))),
-            Self::Choose => (
-                "Settings",
-                "Choose for me",
-                "Find segment length, order and threshold by the simulation error on stretches that were not fitted",
-                Some((CTRL, Key::R)),
-            ),
-            Self::Reset => {
-                ("Settings", "Reset settings", "Go back to the settings that the program chose for these records", None)
-            }
-            Self::CopyText => {
-                ("Equation", "Copy as text", "Copy the equations as plain text", Some((CTRL_SHIFT, Key::C)))
-            }
-            Self::CopyLatex => ("Equation", "Copy as LaTeX", "Copy the equations as LaTeX, for a paper", None),
-            Self::CopyPython => {
-                ("Equation", "Copy as Python", "Copy the equations as a Python function that SciPy can integrate", None)
-            }
-            Self::CopyJson => {
-                ("Equation", "Copy as JSON", "Copy terms, coefficients and standard errors as JSON", None)
-            }
             Self::View(view) => ("View", view.label(), view.tooltip(), Some(view_key(view))),
             Self::Room(room) => {
                 let index = Room::ALL.iter().position(|r| *r == room).unwrap_or(0);
                 ("View", room.label(), room.tooltip(), Some((Modifiers::NONE, number_key(index))))
             }
-            Self::FitView => {
-                ("View", "Show all data", "Undo zoom and pan in every plot", Some((Modifiers::NONE, Key::Home)))
-            }
-            Self::Theme => {
-                ("View", "Light or dark", "Switch between the light and the dark theme", Some((CTRL, Key::L)))
-            }
-            Self::LargerText => (
-                "View",
-                "Larger text",
-                "Everything a quarter larger, half as large again, or as it was; Ctrl with + and − goes in small steps",
-                None,
-            ),
-            Self::Messages => ("Help", "Messages", "Read again what the program said", None),
-            Self::SaveLog => (
-                "Help",
-                "Save the log of this session…",
-                "Save what was done since the window was opened: `sindyscope --replay FILE` does it again, for a bug report",
-                None,
-            ),
-            Self::Palette => ("Help", "All commands…", "Find a command by its name", Some((CTRL, Key::K))),
-            Self::Help => ("Help", "Help", "Keys, mouse and how to read the window", Some((Modifiers::NONE, Key::F1))),
-            Self::Quit => ("Files", "Quit", "Close the window; everything is remembered", Some((CTRL, Key::Q))),
+            // A test holds that every other command stands in the table.
+            command => TABLE.into_iter().find(|row| row.0 == command).map_or(("", "", "", None), |row| {
+                let (_, group, label, tooltip, key) = row;
+                (group, label, tooltip, key)
+            }),
         };
         let key = key.map(|(modifiers, key)| KeyboardShortcut::new(modifiers, key));
         Spec { label, tooltip, key, group }
@@ -279,7 +317,7 @@ mod tests {
     #[test]
     fn no_two_commands_share_a_key_or_a_name() {
         let (mut keys, mut labels) = (HashSet::new(), HashSet::new());
-        for command in Command::all() {
+        for command in WindowCommand::all() {
             let spec = command.spec();
             assert!(labels.insert(spec.label), "{command:?}: {}", spec.label);
             if let Some(key) = spec.key {

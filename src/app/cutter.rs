@@ -73,13 +73,13 @@ impl Cutter {
     pub(crate) fn show(
         &mut self,
         ui: &mut Ui,
-        bench: &OpenRecords,
+        data: &OpenRecords,
         steps: &[Preparation],
         shown: usize,
     ) -> Option<Vec<Preparation>> {
-        let record = bench.origin(shown)?;
+        let record = data.origin(shown)?;
         let channel = record.sensor(0).or_else(|| record.channels.first())?;
-        let target = (bench.raw.entries.len() > 1).then_some(record.name.as_str());
+        let target = (data.raw.entries.len() > 1).then_some(record.name.as_str());
         let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::hover());
         let (start, end) = (record.start, record.start + record.duration());
         let field = rect.shrink2(vec2(GRASP + 2.0, 0.0));

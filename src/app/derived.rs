@@ -1,7 +1,7 @@
 //! What was computed from the state, and what is being computed: it can be thrown away at any time.
 
 use std::collections::HashMap;
-use std::sync::Weak;
+use std::sync::{Arc, Weak};
 
 use super::columns::Columns;
 use super::history::History;
@@ -16,7 +16,8 @@ use super::records::OpenRecords;
 use super::report::ReportRoom;
 use super::rig::RigRoom;
 use super::settings_map::SettingsMap;
-use super::state::Edit;
+use super::state::{Edit, Shown};
+use super::views::{MapProgress, Picture, ViewFigures};
 use sindyscope_core::study::Outcome;
 
 /// What was computed.
@@ -32,6 +33,10 @@ pub(crate) struct Derived {
     pub(crate) rig: RigRoom,
     pub(crate) teacher: Teacher,
     pub(crate) map: SettingsMap,
+    /// The figures of the views.
+    pub(crate) figures: ViewFigures,
+    /// How many times all of the data was to be shown again in the views.
+    pub(crate) fitted: u64,
     pub(crate) questions: Questions,
     pub(crate) columns: Columns,
     pub(crate) notices: Notices,
@@ -57,6 +62,8 @@ impl Derived {
             rig: RigRoom::default(),
             teacher: Teacher::default(),
             map: SettingsMap::default(),
+            figures: ViewFigures::default(),
+            fitted: 0,
             questions: Questions::default(),
             columns: Columns::default(),
             notices: Notices::default(),
@@ -72,9 +79,28 @@ impl Derived {
         self.running.get(key).copied()
     }
 
+    /// What the views show of the last outcome; none while there is none. `pins` are those whose outcomes are known.
+    pub(crate) fn picture<'a>(&'a self, shown: &Shown, pins: &'a [Arc<Outcome>]) -> Option<Picture<'a>> {
+        let map = self.map.map();
+        let search = MapProgress {
+            map: map.map(|(map, _)| map),
+            stale: map.is_some_and(|(_, stale)| stale),
+            failure: self.map.failure(),
+        };
+        let outcome = self.records.outcome.as_ref()?;
+        let record = self.records.place_in(outcome, shown.record);
+        let (previous, stale) = (self.records.ghost(), self.is_stale());
+        Some(Picture { outcome, previous, record, stale, search, pins, fitted: self.fitted })
+    }
+
     /// True while records are being read.
     pub(crate) fn opening(&self) -> bool {
-        self.running.contains_key(&Key::Open)
+        self.running.contains_key(&Key::Open) || self.restoring()
+    }
+
+    /// True until the session that was left has come back.
+    pub(crate) fn restoring(&self) -> bool {
+        self.running.contains_key(&Key::Restore)
     }
 
     /// True if the outcome that is shown is not that of the settings as they stand.

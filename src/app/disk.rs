@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use flate2::Crc;
 
+use sindyscope_core::study::Cancel;
 use sindyscope_files::{MeasuredFile, ReadError};
 
 /// Replaces a file's text: whoever reads it, also after a crash or a power cut, finds the old text or the new one.
@@ -46,17 +47,26 @@ pub(crate) fn checksum(bytes: &[u8]) -> String {
 
 /// Files that were read, each once.
 #[derive(Debug, Default)]
-pub(crate) struct Files(HashMap<PathBuf, MeasuredFile>);
+pub(crate) struct Files {
+    read: HashMap<PathBuf, MeasuredFile>,
+    /// Stops the reading of their records.
+    cancel: Cancel,
+}
 
 impl Files {
+    /// No file yet; the reading of their records is stopped by this flag.
+    pub(crate) fn stopped_by(cancel: &Cancel) -> Self {
+        Self { read: HashMap::new(), cancel: cancel.clone() }
+    }
+
     /// A file, read if it was not.
     ///
     /// # Errors
     /// It is not there or cannot be read.
     pub(crate) fn get(&mut self, path: &Path) -> Result<&MeasuredFile, ReadError> {
-        match self.0.entry(path.to_owned()) {
+        match self.read.entry(path.to_owned()) {
             Entry::Occupied(known) => Ok(known.into_mut()),
-            Entry::Vacant(place) => Ok(place.insert(MeasuredFile::open(path)?)),
+            Entry::Vacant(place) => Ok(place.insert(MeasuredFile::open(path)?.stopped_by(&self.cancel))),
         }
     }
 
@@ -65,7 +75,7 @@ impl Files {
     /// # Errors
     /// As [`Self::get`].
     pub(crate) fn take(&mut self, path: &Path) -> Result<MeasuredFile, ReadError> {
-        self.0.remove(path).map_or_else(|| MeasuredFile::open(path), Ok)
+        self.read.remove(path).map_or_else(|| Ok(MeasuredFile::open(path)?.stopped_by(&self.cancel)), Ok)
     }
 }
 

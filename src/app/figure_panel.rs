@@ -44,7 +44,7 @@ impl Format {
 
 /// What came of the panel in this frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Outcome {
+pub(crate) enum FigurePanelOutcome {
     Open,
     Closed,
     /// Ask for a file.
@@ -52,11 +52,11 @@ pub(crate) enum Outcome {
 }
 
 /// Draws the panel.
-pub(crate) fn show(ctx: &Context, title: &str, look: &mut FigureLook) -> Outcome {
+pub(crate) fn show(ctx: &Context, title: &str, look: &mut FigureLook) -> FigurePanelOutcome {
     if !ctx.text_edit_focused() && ctx.input_mut(|i| i.consume_key(egui::Modifiers::NONE, Key::Escape)) {
-        return Outcome::Closed;
+        return FigurePanelOutcome::Closed;
     }
-    let (mut open, mut outcome) = (true, Outcome::Open);
+    let (mut open, mut outcome) = (true, FigurePanelOutcome::Open);
     Window::new(format!("Save figure: {title}"))
         .id(egui::Id::unique("save figure"))
         .open(&mut open)
@@ -94,10 +94,10 @@ pub(crate) fn show(ctx: &Context, title: &str, look: &mut FigureLook) -> Outcome
             });
             ui.add_space(4.0);
             if ui.button("Save to…").on_hover_text("Choose the file").clicked() {
-                outcome = Outcome::Save;
+                outcome = FigurePanelOutcome::Save;
             }
         });
-    if open { outcome } else { Outcome::Closed }
+    if open { outcome } else { FigurePanelOutcome::Closed }
 }
 
 fn number(ui: &mut Ui, label: &str, tooltip: &str, value: &mut f64, (low, high): (f64, f64), unit: &str) {

@@ -2,7 +2,7 @@
 
 use egui::{Context, Grid, RichText, ScrollArea, Window};
 
-use super::commands::Command;
+use super::commands::WindowCommand;
 
 const READING: &[(&str, &str)] = &[
     (
@@ -50,7 +50,7 @@ const MOUSE: &[(&str, &str)] = &[
 ];
 
 /// Draws the help while it is open; gives the command whose button was clicked.
-pub(crate) fn show(ctx: &Context, open: &mut bool) -> Option<Command> {
+pub(crate) fn show(ctx: &Context, open: &mut bool) -> Option<WindowCommand> {
     let mut asked = None;
     if *open && ctx.input_mut(|i| i.consume_key(egui::Modifiers::NONE, egui::Key::Escape)) {
         *open = false;
@@ -65,20 +65,21 @@ pub(crate) fn show(ctx: &Context, open: &mut bool) -> Option<Command> {
         .default_pos(middle)
         .show(ctx, |ui| {
             ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-                let spec = Command::SaveLog.spec();
+                let spec = WindowCommand::SaveLog.spec();
                 if ui.button(spec.label).on_hover_text(spec.tooltip).clicked() {
-                    asked = Some(Command::SaveLog);
+                    asked = Some(WindowCommand::SaveLog);
                 }
                 pairs(ui, "How to read it", READING.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())));
                 pairs(ui, "Mouse", MOUSE.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())));
                 let mut groups: Vec<&str> = Vec::new();
-                for spec in Command::all().into_iter().map(Command::spec) {
+                for spec in WindowCommand::all().into_iter().map(WindowCommand::spec) {
                     if !groups.contains(&spec.group) {
                         groups.push(spec.group);
                     }
                 }
                 for group in groups {
-                    let of_group = Command::all().into_iter().map(Command::spec).filter(|s| s.group == group);
+                    let of_group =
+                        WindowCommand::all().into_iter().map(WindowCommand::spec).filter(|s| s.group == group);
                     let keyed: Vec<_> = of_group
                         .filter_map(|s| {
                             let key = ctx.format_shortcut(&s.key?);

@@ -5,33 +5,35 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use sindyscope_core::prepare::{Preparation, prepare_leniently};
 use sindyscope_core::study::{
-    Calibrated, Calibration, ChosenSettings, Ensemble, FreeSettings, Outcome, Settings, SettingsGrid, Study, calibrate,
-    choose, settings_grid,
+    Calibrated, Calibration, Cancel, ChosenSettings, Ensemble, FreeSettings, Outcome, Settings, SettingsGrid, Study,
+    StudyError, calibrate, choose, settings_grid,
 };
 use sindyscope_files::{Overview, ReadOptions};
 use sindyscope_report::document::{Pixels, Section};
 use sindyscope_rig::RigSettings;
-use sindyscope_values::record::RecordSet;
+use sindyscope_values::record::{RecordSet, Usage};
 
 use super::columns::{self, Preview};
 use super::disk;
 use super::missing::work::{self as search, CachedSearch};
 use super::open::{self, Opened, Opening, Refused};
-use super::problem::Problem;
+use super::problem::OpeningProblem;
 use super::purpose::Purpose;
 use super::questions::{self, Bought, Reply};
-pub(crate) use super::queue::Update;
-use super::queue::{self, Report, Work};
+pub(crate) use super::queue::JobUpdate;
+use super::queue::{JobReport, Queue, Work};
 use super::report::{self, Content};
 use super::rig::class;
 use super::rig::work::{self as rig, Recorded, RecordedRig};
 use super::saving::{SaveResult, Saving};
-use super::state::{Answered, ClassCase};
+use super::session;
+use super::state::{Answered, ClassCase, State};
 use super::views::{FigureRequest, View};
 
 /// The queue of the window.
-pub(crate) type Jobs = queue::Jobs<Job>;
+pub(crate) type Jobs = Queue<Job>;
 
 /// Segment lengths and thresholds of a full map of settings.
 const MAP_SIZE: (usize, usize) = (25, 25);
@@ -71,6 +73,8 @@ pub(crate) enum Key {
     Preview,
     /// The figure of a view.
     Figure(View),
+    /// Bringing back what the session's file holds.
+    Restore,
     /// The session's file.
     Session,
     /// The file in which the session's log is kept as it goes.
@@ -93,13 +97,13 @@ pub(crate) enum Job {
     /// Repeat the regression on resampled data.
     Resample { records: RecordSet, settings: Settings },
     /// Make pinned outcomes again, by their places among the pins.
-    Pins(Vec<(usize, RecordSet, Settings)>),
+    Pins(Vec<PinnedStudy>),
     /// Fit once for each answer.
     Answers { records: RecordSet, settings: Settings, replies: Vec<Reply> },
     /// Map the settings, coarsely first.
     Map { records: RecordSet, settings: Settings },
     /// Search for what is missing.
-    Search(Box<search::Request>),
+    Search(Box<search::SearchRequest>),
     /// Draw the pages of the report, so many pixels wide.
     Pages { content: Box<Content>, width: u32 },
     /// Record the virtual rig and study its record.
@@ -114,10 +118,38 @@ pub(crate) enum Job {
     Preview { path: PathBuf, reading: ReadOptions },
     /// Make the figure of a view that takes longer than a frame.
     Figure(Box<FigureRequest>),
+    /// Read the session's file, and open files in it if there are any.
+    Restore { session: PathBuf, files: Vec<PathBuf> },
     /// Write the session's file.
     Session { path: PathBuf, text: String },
     /// Save something to a file.
     Save(Box<Saving>),
+}
+
+/// A study that was pinned.
+#[derive(Debug)]
+pub(crate) struct PinnedStudy {
+    /// Its place among the pins.
+    pub(crate) index: usize,
+    pub(crate) records: RecordSet,
+    /// The steps by which the records are to be prepared, if they are not yet.
+    pub(crate) steps: Option<Vec<Preparation>>,
+    /// What each record was used for.
+    pub(crate) usage: Vec<Usage>,
+    pub(crate) settings: Settings,
+}
+
+impl PinnedStudy {
+    fn run(self, study: &mut Study, cancel: &Cancel) -> Result<Outcome, StudyError> {
+        let Self { mut records, steps, usage, settings, .. } = self;
+        if let Some(steps) = steps {
+            (records, _) = prepare_leniently(&records, &steps);
+            for ((_, own), usage) in records.entries.iter_mut().zip(usage) {
+                *own = usage;
+            }
+        }
+        study.run(&records, &settings, cancel)
+    }
 }
 
 /// What is told on the way.
@@ -159,9 +191,11 @@ pub(crate) enum Done {
     /// What the program found in a round.
     RoundSearched { index: usize, answered: Answered },
     /// What a file holds.
-    Columns(Result<Overview, Problem>),
+    Columns(Result<Overview, OpeningProblem>),
     /// What would be read.
-    Preview(Result<Preview, Problem>),
+    Preview(Result<Preview, OpeningProblem>),
+    /// The state that the session left, and what is to be told of it.
+    Restored(Box<State>, Option<String>),
     /// A figure was made, or a file written that nobody waits for.
     Nothing,
     /// Something was saved, or there is a file already.
@@ -193,12 +227,12 @@ impl Work for Job {
     type Done = Done;
     type Memory = Memory;
 
-    fn run(self, memory: &mut Memory, report: &Report<'_, Self>) -> Result<Done, String> {
+    fn run(self, memory: &mut Memory, report: &JobReport<'_, Self>) -> Result<Done, String> {
         let cancel = report.cancel;
         let share = |share: f64| report.share(share);
         let stage = |stage: &'static str, share: f64| report.stage(stage, share);
         Ok(match self {
-            Self::Open(opening) => Done::Opened(open::open(*opening).map(Box::new)),
+            Self::Open(opening) => Done::Opened(open::open(*opening, cancel).map(Box::new)),
             Self::Choose { records, settings } => {
                 let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true };
                 Done::Chosen(Box::new(choose(&records, &settings, free, cancel, &stage).map_err(sentence)?))
@@ -214,9 +248,7 @@ impl Work for Job {
                 Done::Resampled(memory.study.ensemble(&records, &settings, cancel).map_err(sentence)?)
             }
             Self::Pins(pins) => {
-                let mut study = |(index, records, settings)| {
-                    (index, memory.study.run(&records, &settings, cancel).ok().map(Arc::new))
-                };
+                let mut study = |pin: PinnedStudy| (pin.index, pin.run(&mut memory.study, cancel).ok().map(Arc::new));
                 Done::Pinned(pins.into_iter().map(&mut study).collect())
             }
             Self::Answers { records, settings, replies } => {
@@ -249,10 +281,14 @@ impl Work for Job {
                 Done::RoundSearched { index, answered: class::search(&case, cancel, &share)? }
             }
             Self::Columns { path, reading } => Done::Columns(columns::overview(&path, &reading)),
-            Self::Preview { path, reading } => Done::Preview(columns::preview(&path, &reading)),
+            Self::Preview { path, reading } => Done::Preview(columns::preview(&path, &reading, cancel)),
             Self::Figure(request) => {
                 request.make();
                 Done::Nothing
+            }
+            Self::Restore { session, files } => {
+                let (state, problem) = session::load(&session);
+                Done::Restored(Box::new(state.unwrap_or_default().with_files(&files)), problem)
             }
             Self::Session { path, text } => {
                 disk::replace(&path, &text).map_err(|e| format!("{}: {e}", path.display()))?;

@@ -7,14 +7,14 @@ use std::path::PathBuf;
 use egui::ThemePreference;
 use serde::{Deserialize, Serialize};
 
-use super::commands::Command;
+use super::columns::ColumnsAct;
+use super::commands::WindowCommand;
 use super::figure_panel::FigureLook;
 use super::lessons;
 use super::missing;
 use super::rig;
-use super::state::{Edit, RigState, Source, WalkView};
+use super::state::{Edit, RigState, Source, ViewState, WalkView};
 use sindyscope_core::prepare::Preparation;
-use sindyscope_files::ReadOptions;
 use sindyscope_values::record::Role;
 use sindyscope_values::term::Kind;
 
@@ -22,7 +22,7 @@ use sindyscope_values::term::Kind;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) enum Message {
     /// A command that changes what is open or in view; the others are the window's own.
-    Do(Command),
+    Do(WindowCommand),
     /// Open a source of which nothing is known.
     OpenSource(Source),
     /// Open files: measurements, or a project.
@@ -31,8 +31,8 @@ pub(crate) enum Message {
     Add(Vec<PathBuf>),
     /// Open what was refused, with the file that was missing here.
     Locate(PathBuf),
-    /// Read the files with these columns.
-    Read(ReadOptions),
+    /// Do something in the window of columns.
+    Columns(ColumnsAct),
     /// Read the records as data of this kind.
     Kind(Kind),
     /// Prepare the records by these steps.
@@ -63,6 +63,8 @@ pub(crate) enum Message {
     Unpin(usize),
     /// Take a pinned outcome's settings over.
     Return(usize),
+    /// Show what was found like this.
+    Views(Box<ViewState>),
     /// Do something in "What's missing".
     Walk(missing::WalkAct),
     /// Show something else in "What's missing".
@@ -75,6 +77,8 @@ pub(crate) enum Message {
     RigAct(rig::RigAct),
     /// Turn the page of the open lesson.
     Lesson(lessons::LessonAct),
+    /// Draw the pages of the report so many pixels wide.
+    PageWidth(u32),
     /// Draw in these colours.
     Theme(ThemePreference),
     /// Draw so many times as large.
@@ -100,9 +104,12 @@ impl Message {
         matches!(
             (self, before),
             (Self::Edit(_), Self::Edit(_))
+                | (Self::Views(_), Self::Views(_))
                 | (Self::WalkView(_), Self::WalkView(_))
                 | (Self::Rig(_), Self::Rig(_))
                 | (Self::Figure(_), Self::Figure(_))
+                | (Self::Columns(ColumnsAct::Choose(_)), Self::Columns(ColumnsAct::Choose(_)))
+                | (Self::PageWidth(_), Self::PageWidth(_))
                 | (Self::Zoom(_), Self::Zoom(_))
         )
     }

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::disk::{Files, checksum};
-use super::problem::{Problem, file_name};
+use super::problem::{OpeningProblem, file_name};
 use sindyscope_files::MeasuredFile;
 
 /// What helps to find files, and to tell that they are the same.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Known {
+pub(crate) struct KnownFiles {
     /// What each file held.
     pub(crate) checksums: BTreeMap<PathBuf, String>,
     /// Where a person found files that had moved.
@@ -24,10 +24,10 @@ pub(crate) struct Known {
 /// A file is nowhere to be found, or cannot be read.
 pub(crate) fn load(
     paths: &[PathBuf],
-    known: &Known,
+    known: &KnownFiles,
     files: &mut Files,
     notes: &mut Vec<String>,
-) -> Result<Vec<(PathBuf, MeasuredFile)>, Problem> {
+) -> Result<Vec<(PathBuf, MeasuredFile)>, OpeningProblem> {
     let mut loaded = Vec::with_capacity(paths.len());
     for path in paths {
         let (name, sum) = (file_name(path), known.checksums.get(path).filter(|sum| !sum.is_empty()));
@@ -38,7 +38,7 @@ pub(crate) fn load(
                 notes.push(format!("{name} was found in {}", folder(&found.0)));
                 found
             }
-            Err(error) => return Err(Problem::reading(&error)),
+            Err(error) => return Err(OpeningProblem::reading(&error)),
         };
         if sum.is_some_and(|sum| *sum != checksum(file.bytes())) {
             notes.push(format!("{name} holds something else than when it was open last: results may differ"));
@@ -48,7 +48,7 @@ pub(crate) fn load(
     Ok(loaded)
 }
 
-impl Known {
+impl KnownFiles {
     /// Where a file is now: where a person says, or where one of its name with the same contents lies.
     fn elsewhere(&self, file: &Path, sum: Option<&String>, files: &mut Files) -> Option<(PathBuf, MeasuredFile)> {
         let mut load = |path: PathBuf| files.take(&path).ok().map(|file| (path, file));
@@ -65,9 +65,12 @@ impl Known {
     }
 }
 
-fn gone(file: &Path) -> Problem {
+fn gone(file: &Path) -> OpeningProblem {
     let what = format!("{} is not in {}", file_name(file), folder(file));
-    Problem { missing: Some(file.to_owned()), ..Problem::new(what, "say where it is now: nothing else is lost") }
+    OpeningProblem {
+        missing: Some(file.to_owned()),
+        ..OpeningProblem::new(what, "say where it is now: nothing else is lost")
+    }
 }
 
 fn folder(file: &Path) -> String {
@@ -92,7 +95,7 @@ mod tests {
             fs::write(new.join(name), text).unwrap();
         }
         let sum = checksum(b"b");
-        let known = Known {
+        let known = KnownFiles {
             checksums: ["b.csv", "c.csv"].map(|n| (old.join(n), sum.clone())).into(),
             moved: vec![(old.join("a.csv"), new.join("a.csv"))],
             folder: None,
@@ -113,7 +116,7 @@ mod tests {
         fs::write(&file, "new").unwrap();
         let checksums = [(file.clone(), "3 bytes, crc32 00000000".to_owned())].into();
         let mut notes = Vec::new();
-        let known = Known { checksums, ..Known::default() };
+        let known = KnownFiles { checksums, ..KnownFiles::default() };
         load(&[file], &known, &mut Files::default(), &mut notes).unwrap();
         assert!(notes[0].contains("a.csv holds something else"), "{notes:?}");
     }

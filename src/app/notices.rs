@@ -29,20 +29,33 @@ pub(crate) enum Level {
 pub(crate) struct Notice {
     pub(crate) level: Level,
     pub(crate) text: String,
+    /// Its number among those that are told as they come; none: it is said elsewhere.
+    told: Option<u64>,
 }
 
 /// All messages, the newest last.
+#[derive(Debug, Default)]
 pub(crate) struct Notices {
-    toasts: Toasts,
     log: Vec<Notice>,
-    /// Messages that the person has not looked at in the log.
-    unread: usize,
+    /// How many were told as they came.
+    told: u64,
+    /// How many of those were said of records that are no longer open.
+    settled: u64,
 }
 
-impl Default for Notices {
+/// What a person has seen of the messages.
+pub(crate) struct Toasted {
+    toasts: Toasts,
+    /// How many have had their toast.
+    toasted: u64,
+    /// How many had been told when the log was looked at last.
+    read: u64,
+}
+
+impl Default for Toasted {
     fn default() -> Self {
         let toasts = Toasts::default().with_anchor(Anchor::BottomRight).with_margin(egui::vec2(12.0, 36.0));
-        Self { toasts, log: Vec::new(), unread: 0 }
+        Self { toasts, toasted: 0, read: 0 }
     }
 }
 
@@ -64,7 +77,11 @@ impl Notices {
 
     /// Notes what is said elsewhere already, to be read again.
     pub(crate) fn log(&mut self, level: Level, text: impl Into<String>) {
-        self.log.push(Notice { level, text: text.into() });
+        self.push(Notice { level, text: text.into(), told: None });
+    }
+
+    fn push(&mut self, notice: Notice) {
+        self.log.push(notice);
         if self.log.len() > KEPT {
             self.log.remove(0);
         }
@@ -72,20 +89,12 @@ impl Notices {
 
     /// Other records are open: what was said of those before stands in the log alone.
     pub(crate) fn settle(&mut self) {
-        self.unread = 0;
+        self.settled = self.told;
     }
 
     fn tell(&mut self, level: Level, text: String) {
-        let (icon, color, seconds) = match level {
-            Level::Done => ("✔", Color32::from_rgb(0x2E, 0x9E, 0x6B), 4),
-            Level::Note => ("ℹ", Color32::from_rgb(0x3B, 0x82, 0xC4), 6),
-            Level::Error => ("⚠", Color32::from_rgb(0xD0, 0x5A, 0x2A), 15),
-        };
-        let mut toast = Toast::custom(wrapped(&text), ToastLevel::Custom(icon.into(), color));
-        toast.duration(Some(Duration::from_secs(seconds))).show_progress_bar(false);
-        self.toasts.add(toast);
-        self.log(level, text);
-        self.unread += 1;
+        self.told += 1;
+        self.push(Notice { level, text, told: Some(self.told) });
     }
 
     /// The newest message.
@@ -94,18 +103,22 @@ impl Notices {
     }
 
     /// Number of messages that were not looked at.
-    pub(crate) fn unread(&self) -> usize {
-        self.unread
+    pub(crate) fn unread(&self, seen: &Toasted) -> u64 {
+        self.told - seen.read.max(self.settled)
     }
 
     /// Draws the toasts.
-    pub(crate) fn show_toasts(&mut self, ctx: &egui::Context) {
-        self.toasts.show(ctx);
+    pub(crate) fn show_toasts(&self, ctx: &egui::Context, seen: &mut Toasted) {
+        for notice in self.log.iter().filter(|notice| notice.told.is_some_and(|number| number > seen.toasted)) {
+            seen.toasts.add(toast(notice));
+        }
+        seen.toasted = self.told;
+        seen.toasts.show(ctx);
     }
 
     /// Draws the log.
-    pub(crate) fn show_log(&mut self, ui: &mut egui::Ui) {
-        self.unread = 0;
+    pub(crate) fn show_log(&self, ui: &mut egui::Ui, seen: &mut Toasted) {
+        seen.read = self.told;
         ui.set_width(420.0);
         if self.log.is_empty() {
             ui.weak("No messages yet");
@@ -127,6 +140,17 @@ impl Notices {
             }
         });
     }
+}
+
+fn toast(notice: &Notice) -> Toast {
+    let (icon, color, seconds) = match notice.level {
+        Level::Done => ("✔", Color32::from_rgb(0x2E, 0x9E, 0x6B), 4),
+        Level::Note => ("ℹ", Color32::from_rgb(0x3B, 0x82, 0xC4), 6),
+        Level::Error => ("⚠", Color32::from_rgb(0xD0, 0x5A, 0x2A), 15),
+    };
+    let mut toast = Toast::custom(wrapped(&notice.text), ToastLevel::Custom(icon.into(), color));
+    toast.duration(Some(Duration::from_secs(seconds))).show_progress_bar(false);
+    toast
 }
 
 /// Breaks a text into lines of bearable length: toasts do not wrap by themselves.

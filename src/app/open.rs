@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::disk::{Files, checksum};
-use super::problem::{Problem, file_name};
+use super::problem::{OpeningProblem, file_name};
 use super::project::{Project, is_project};
 use super::records::Read;
 use super::rig::sets;
 use super::state::{Document, RigState, Shown, Source};
-use super::{moved, moved::Known};
+use super::{moved, moved::KnownFiles};
 use sindyscope_core::prepare::{self, PrepareError};
-use sindyscope_core::study::{Settings, suggest};
+use sindyscope_core::study::{Cancel, Settings, suggest};
 use sindyscope_files::{MeasuredFile, ReadOptions, read_opened};
 use sindyscope_rig::hidden::{ExcitationKind, HiddenRequest, draw};
 use sindyscope_rig::record_rig;
@@ -79,7 +79,7 @@ pub(crate) struct OpenedProject {
 #[derive(Clone, Debug)]
 pub(crate) struct Refused {
     pub(crate) opening: Opening,
-    pub(crate) problem: Problem,
+    pub(crate) problem: OpeningProblem,
     /// Which of the source's files are no longer there.
     pub(crate) gone: Vec<PathBuf>,
 }
@@ -88,8 +88,8 @@ pub(crate) struct Refused {
 ///
 /// # Errors
 /// What cannot be opened, and why.
-pub(crate) fn open(opening: Opening) -> Result<Opened, Box<Refused>> {
-    try_open(opening.clone()).map_err(|problem| {
+pub(crate) fn open(opening: Opening, cancel: &Cancel) -> Result<Opened, Box<Refused>> {
+    try_open(opening.clone(), cancel).map_err(|problem| {
         let gone = match &opening.document.source {
             Source::Files(files) => files.iter().filter(|file| !file.exists()).cloned().collect(),
             _ => Vec::new(),
@@ -98,9 +98,9 @@ pub(crate) fn open(opening: Opening) -> Result<Opened, Box<Refused>> {
     })
 }
 
-fn try_open(mut opening: Opening) -> Result<Opened, Problem> {
+fn try_open(mut opening: Opening, cancel: &Cancel) -> Result<Opened, OpeningProblem> {
     let asked = opening.document.source.clone();
-    let (mut files, mut notes) = (Files::default(), Vec::new());
+    let (mut files, mut notes) = (Files::stopped_by(cancel), Vec::new());
     let project = take_project(&mut opening, &mut files)?;
     let remembered = project.is_none() && opening.document.edit.settings != Settings::default();
     let bridge = prepare::bridged(&opening.document.edit.steps);
@@ -138,7 +138,7 @@ fn try_open(mut opening: Opening) -> Result<Opened, Problem> {
 }
 
 /// Puts a project's document in place of the source that names it, if one of its files is a project.
-fn take_project(opening: &mut Opening, files: &mut Files) -> Result<Option<OpenedProject>, Problem> {
+fn take_project(opening: &mut Opening, files: &mut Files) -> Result<Option<OpenedProject>, OpeningProblem> {
     let Source::Files(paths) = &opening.document.source else { return Ok(None) };
     if opening.read.is_some() {
         return Ok(None);
@@ -148,9 +148,9 @@ fn take_project(opening: &mut Opening, files: &mut Files) -> Result<Option<Opene
     let name = file_name(&path);
     if opening.goes_on {
         let what = format!("{name} is a project: its records cannot be added to others");
-        return Err(Problem::new(what, "open it by itself"));
+        return Err(OpeningProblem::new(what, "open it by itself"));
     }
-    let file = files.take(&path).map_err(|e| Problem::reading(&e))?;
+    let file = files.take(&path).map_err(|e| OpeningProblem::reading(&e))?;
     let Project { document, usage, shown, record, rig, .. } = Project::read(&path, file.bytes())?;
     (opening.document, opening.usage) = (document, usage);
     Ok(Some(OpenedProject { path, shown, record, rig }))
@@ -162,10 +162,10 @@ fn load(
     folder: Option<&Path>,
     files: &mut Files,
     notes: &mut Vec<String>,
-) -> Result<Vec<MeasuredFile>, Problem> {
+) -> Result<Vec<MeasuredFile>, OpeningProblem> {
     let Source::Files(paths) = &mut opening.document.source else { return Ok(Vec::new()) };
     let checksums = paths.iter().cloned().zip(opening.document.checksums.iter().cloned()).collect();
-    let known = Known { checksums, moved: opening.moved.clone(), folder: folder.map(Path::to_owned) };
+    let known = KnownFiles { checksums, moved: opening.moved.clone(), folder: folder.map(Path::to_owned) };
     let loaded = moved::load(paths, &known, files, notes)?;
     opening.document.checksums = loaded.iter().map(|(_, file)| checksum(file.bytes())).collect();
     let files;
@@ -174,14 +174,14 @@ fn load(
 }
 
 /// Settings suggested from everything that may be fitted, also where nothing is; those that were suggested before, if any were.
-fn suggestion(document: &Document, records: &[Arc<Record>]) -> Result<Settings, Problem> {
+fn suggestion(document: &Document, records: &[Arc<Record>]) -> Result<Settings, OpeningProblem> {
     let kind = document.reading.kind;
     if let Some(known) = document.suggestion.as_ref().filter(|known| known.kind == kind) {
         return Ok(known.clone());
     }
     let all = RecordSet { entries: records.iter().map(|r| (Arc::clone(r), Usage::Fit)).collect() };
     let wanted = RecordSet { entries: records.iter().cloned().zip(document.edit.usage.iter().copied()).collect() };
-    suggest(&wanted, kind).or_else(|_| suggest(&all, kind)).map_err(|e| Problem::new(e.to_string(), ""))
+    suggest(&wanted, kind).or_else(|_| suggest(&all, kind)).map_err(|e| OpeningProblem::new(e.to_string(), ""))
 }
 
 /// Settings whose segment lasts as long as it did at another sampling interval.
@@ -199,7 +199,7 @@ fn lasting(settings: &Settings, interval: Option<f64>, record: Option<&Arc<Recor
 
 /// Reads the source: as others of their folder were read before, if that is known and fits; a header that speaks for itself
 /// goes before numbers of columns, which fit every file.
-fn read_source(opening: &mut Opening, files: &[MeasuredFile], notes: &mut Vec<String>) -> Result<Read, Problem> {
+fn read_source(opening: &mut Opening, files: &[MeasuredFile], notes: &mut Vec<String>) -> Result<Read, OpeningProblem> {
     let own = opening.document.reading.clone();
     let source = &opening.document.source;
     let Some(folder) = opening.folder.take() else { return records(source, files, &own) };
@@ -220,10 +220,10 @@ fn read_source(opening: &mut Opening, files: &[MeasuredFile], notes: &mut Vec<St
 }
 
 /// Reads what a source names; its files are loaded.
-fn records(source: &Source, files: &[MeasuredFile], reading: &ReadOptions) -> Result<Read, Problem> {
-    let problem = |e: sindyscope_files::ReadError| Problem::reading(&e);
+fn records(source: &Source, files: &[MeasuredFile], reading: &ReadOptions) -> Result<Read, OpeningProblem> {
+    let problem = |e: sindyscope_files::ReadError| OpeningProblem::reading(&e);
     match source {
-        Source::Nothing => Err(Problem::new("there is nothing to open", "")),
+        Source::Nothing => Err(OpeningProblem::new("there is nothing to open", "")),
         Source::Sample(sample) => {
             let (title, set) = sample.records(reading).map_err(problem)?;
             Ok(Read { title, set, truth: None })
@@ -238,21 +238,24 @@ fn records(source: &Source, files: &[MeasuredFile], reading: &ReadOptions) -> Re
             Ok(Read { title, set, truth: None })
         }
         Source::Hidden(seed) => {
-            let hidden = draw(&HiddenRequest::blind(ExcitationKind::Multisine, *seed))
-                .map_err(|e| Problem::new(format!("the virtual rig made no records: {e}"), "draw another effect"))?;
+            let hidden = draw(&HiddenRequest::blind(ExcitationKind::Multisine, *seed)).map_err(|e| {
+                OpeningProblem::new(format!("the virtual rig made no records: {e}"), "draw another effect")
+            })?;
             let mut set = RecordSet::new(hidden.fit, Usage::Fit);
             set.add(hidden.held_out, Usage::HeldOut);
             Ok(Read { title: "a hidden effect".into(), set, truth: Some(hidden.truth) })
         }
         Source::Rig(settings) => {
-            let run = record_rig(settings)
-                .map_err(|e| Problem::new(format!("the virtual rig made no records: {e}"), "change it in its room"))?;
+            let run = record_rig(settings).map_err(|e| {
+                OpeningProblem::new(format!("the virtual rig made no records: {e}"), "change it in its room")
+            })?;
             let set = sets::of_run(&run);
             Ok(Read { title: "virtual rig".into(), set, truth: Some(run.truth) })
         }
         Source::Round(case) => {
-            let hidden = draw(&case.request())
-                .map_err(|e| Problem::new(format!("the virtual rig made no records: {e}"), "take another seed"))?;
+            let hidden = draw(&case.request()).map_err(|e| {
+                OpeningProblem::new(format!("the virtual rig made no records: {e}"), "take another seed")
+            })?;
             Ok(Read { title: "a class's round".into(), set: sets::of_round(hidden), truth: None })
         }
     }

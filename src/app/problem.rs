@@ -6,7 +6,7 @@ use super::remedy;
 
 /// Why something cannot be opened, and what to try.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Problem {
+pub(crate) struct OpeningProblem {
     pub(crate) what: String,
     pub(crate) advice: String,
     /// Whether saying which column is which may help.
@@ -15,7 +15,7 @@ pub(crate) struct Problem {
     pub(crate) missing: Option<PathBuf>,
 }
 
-impl Problem {
+impl OpeningProblem {
     /// What is wrong, and what to try.
     pub(crate) fn new(what: impl Into<String>, advice: impl Into<String>) -> Self {
         Self { what: what.into(), advice: advice.into(), about_columns: false, missing: None }

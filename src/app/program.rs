@@ -1,29 +1,53 @@
 //! State, what was computed from it, and the queue that computes: the program without its window.
 
+use std::path::PathBuf;
+
 use super::derived::Derived;
-use super::jobs::{Done, Job, Jobs, Key, Update};
+use super::jobs::{Done, Job, JobUpdate, Jobs, Key};
 use super::log::Log;
 use super::message::Message;
 use super::saving::SaveResult;
 use super::state::State;
-use super::update::{self, Clock, Want};
+use super::update::{self, FrameTime, Want};
 
 /// The program, as a window shows it and as a log is replayed by it.
-pub(crate) struct Program {
+pub(crate) struct WindowProgram {
     pub(crate) state: State,
     pub(crate) derived: Derived,
     pub(crate) jobs: Jobs,
     pub(crate) log: Log,
+    /// True once a session has come back, until that was taken in.
+    pub(crate) restored: bool,
 }
 
-impl Program {
+impl WindowProgram {
     /// A program that begins with this state; `wake` is called whenever there is something to take in.
     pub(crate) fn new(state: State, wake: impl Fn() + Send + Sync + 'static) -> Self {
         let derived = Derived::new(&state.document.edit);
-        let mut program = Self { log: Log::new(&state), state, derived, jobs: Jobs::new(wake) };
-        let wants = update::begin(&mut program.state, &mut program.derived);
-        program.ask(wants);
+        let mut program = Self { log: Log::new(&state), state, derived, jobs: Jobs::new(wake), restored: false };
+        program.begin();
         program
+    }
+
+    /// Has the session that lies there brought back, or files opened in it.
+    pub(crate) fn restore(&mut self, session: PathBuf, files: Vec<PathBuf>) {
+        self.jobs.want(Key::Restore, Job::Restore { session, files });
+        self.derived.running = self.jobs.running();
+    }
+
+    /// Goes on from the state that a session left.
+    fn restart(&mut self, state: State, problem: Option<String>) {
+        (self.log, self.derived) = (Log::new(&state), Derived::new(&state.document.edit));
+        (self.state, self.restored) = (state, true);
+        if let Some(problem) = problem {
+            self.derived.notices.error(problem);
+        }
+        self.begin();
+    }
+
+    fn begin(&mut self) {
+        let wants = update::begin(&mut self.state, &mut self.derived);
+        self.ask(wants);
     }
 
     /// Takes a message over.
@@ -35,17 +59,21 @@ impl Program {
 
     /// Takes in what the background work brought, and asks for what is in view and not there. Gives back what was not saved
     /// because there is a file already.
-    pub(crate) fn advance(&mut self, clock: Clock) -> Vec<SaveResult> {
+    pub(crate) fn advance(&mut self, clock: FrameTime) -> Vec<SaveResult> {
         let mut taken = Vec::new();
         for (key, update) in self.jobs.poll() {
             let (state, derived) = (&mut self.state, &mut self.derived);
             let wants = match update {
-                Update::Part(part) => update::part(state, derived, part),
-                Update::Done(Done::Saved(SaveResult::Taken { purpose, path })) => {
+                JobUpdate::Part(part) => update::part(state, derived, part),
+                JobUpdate::Done(Done::Saved(SaveResult::Taken { purpose, path })) => {
                     taken.push(SaveResult::Taken { purpose, path });
                     continue;
                 }
-                Update::Done(done) => {
+                JobUpdate::Done(Done::Restored(state, problem)) => {
+                    self.restart(*state, problem);
+                    continue;
+                }
+                JobUpdate::Done(done) => {
                     let saved = done.saved_project();
                     let wants = update::finished(state, derived, done, clock);
                     if let Some(path) = saved {
@@ -53,7 +81,7 @@ impl Program {
                     }
                     wants
                 }
-                Update::Failed(reason) => update::failed(state, derived, &key, reason),
+                JobUpdate::Failed(reason) => update::failed(state, derived, &key, reason),
             };
             self.ask(wants);
         }

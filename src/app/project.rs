@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::disk;
-use super::problem::{Problem, file_name};
+use super::problem::{OpeningProblem, file_name};
 use super::purpose::PROJECT_ENDING;
 use super::state::{Document, RigState, Shown, Source, upgraded_project};
 use sindyscope_values::record::Usage;
@@ -50,11 +50,11 @@ impl Project {
     }
 
     /// Reads a project of any version from what its file holds; its files' paths come out absolute.
-    pub(crate) fn read(path: &Path, text: &[u8]) -> Result<Self, Problem> {
+    pub(crate) fn read(path: &Path, text: &[u8]) -> Result<Self, OpeningProblem> {
         let name = file_name(path);
         let none = |reason: String| {
             let what = format!("{name} is no project of Sindyscope: {reason}");
-            Problem::new(what, "open the measurement itself, as CSV")
+            OpeningProblem::new(what, "open the measurement itself, as CSV")
         };
         let value: Value = serde_json::from_slice(text).map_err(|e| none(e.to_string()))?;
         let version = value.get("sindyscope_project").and_then(Value::as_u64);
@@ -62,7 +62,7 @@ impl Project {
         if version > u64::from(VERSION) {
             let what =
                 format!("{name} was saved by a newer Sindyscope (format {version}; this one reads up to {VERSION})");
-            return Err(Problem::new(what, "update the program, or open the measurement itself"));
+            return Err(OpeningProblem::new(what, "update the program, or open the measurement itself"));
         }
         let mut project: Self = serde_json::from_value(upgraded_project(value)).map_err(|e| none(e.to_string()))?;
         if let Source::Files(files) = &mut project.document.source {
@@ -126,7 +126,7 @@ mod tests {
         Project::new(&document, &["2 Hz".to_owned()], shown, RigState::default())
     }
 
-    fn load(path: &Path) -> Result<Project, Problem> {
+    fn load(path: &Path) -> Result<Project, OpeningProblem> {
         Project::read(path, &fs::read(path).unwrap())
     }
 

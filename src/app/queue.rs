@@ -33,12 +33,12 @@ pub(crate) trait Work: Send + Sized + 'static {
     type Memory: Default + Send;
 
     /// Does the job, or says in a sentence why not. Whatever it gives after it was cancelled is dropped.
-    fn run(self, memory: &mut Self::Memory, report: &Report<'_, Self>) -> Result<Self::Done, String>;
+    fn run(self, memory: &mut Self::Memory, report: &JobReport<'_, Self>) -> Result<Self::Done, String>;
 }
 
 /// What has come of a job since it was asked for last.
 #[derive(Debug, PartialEq)]
-pub(crate) enum Update<P, D> {
+pub(crate) enum JobUpdate<P, D> {
     /// Something on the way; more comes.
     Part(P),
     /// It has ended.
@@ -58,15 +58,34 @@ pub(crate) struct JobProgress {
     pub(crate) stage: Option<&'static str>,
 }
 
+/// How much of a job must be done, and for how long it must have run, before it is said how long it will still take.
+const TELLING: (f64, Duration) = (0.02, Duration::from_secs(2));
+
+impl JobProgress {
+    /// How far it has come, and how long it will take if it goes on like this, as far as that can be told: `40 %, 6 s left`.
+    pub(crate) fn words(&self) -> String {
+        let Some(share) = self.share else { return String::new() };
+        let percent = format!("{:.0} %", 100.0 * share);
+        if share < TELLING.0 || share >= 1.0 || self.elapsed < TELLING.1 {
+            return percent;
+        }
+        let left = self.elapsed.mul_f64((1.0 - share) / share).as_secs_f64();
+        match left {
+            left if left < 100.0 => format!("{percent}, {left:.0} s left"),
+            left => format!("{percent}, {:.0} min left", left / 60.0),
+        }
+    }
+}
+
 /// What a running job sees of the queue.
-pub(crate) struct Report<'a, W: Work> {
+pub(crate) struct JobReport<'a, W: Work> {
     /// Set as soon as nobody wants the result any more.
     pub(crate) cancel: &'a Cancel,
     key: &'a W::Key,
     shared: &'a Shared<W>,
 }
 
-impl<W: Work> Report<'_, W> {
+impl<W: Work> JobReport<'_, W> {
     /// Tells the share that is done, 0 to 1.
     pub(crate) fn share(&self, share: f64) {
         self.progress(|run| run.share = Some(share));
@@ -77,7 +96,7 @@ impl<W: Work> Report<'_, W> {
         self.progress(|run| (run.stage, run.share) = (Some(stage), Some(share)));
     }
 
-    fn progress(&self, change: impl FnOnce(&mut Run)) {
+    fn progress(&self, change: impl FnOnce(&mut RunningJob)) {
         if let Some(run) = self.shared.lock().slots.get_mut(self.key).and_then(|slot| slot.running.as_mut()) {
             change(run);
         }
@@ -86,30 +105,30 @@ impl<W: Work> Report<'_, W> {
 
     /// Hands over what was found so far.
     pub(crate) fn part(&self, part: W::Part) {
-        self.shared.lock().tell(self.key, self.cancel, Update::Part(part));
+        self.shared.lock().tell(self.key, self.cancel, JobUpdate::Part(part));
         (self.shared.wake)();
     }
 }
 
 /// What came of a job, with the key that it was wanted by.
-type KeyedUpdate<W> = (<W as Work>::Key, Update<<W as Work>::Part, <W as Work>::Done>);
+type KeyedUpdate<W> = (<W as Work>::Key, JobUpdate<<W as Work>::Part, <W as Work>::Done>);
 
 /// The queue, as the window holds it.
-pub(crate) struct Jobs<W: Work> {
+pub(crate) struct Queue<W: Work> {
     shared: Arc<Shared<W>>,
     updates: Receiver<Told<W>>,
 }
 
 /// An update of a job, with the flag that tells whether it is still wanted.
-type Told<W> = (<W as Work>::Key, Cancel, Update<<W as Work>::Part, <W as Work>::Done>);
+type Told<W> = (<W as Work>::Key, Cancel, JobUpdate<<W as Work>::Part, <W as Work>::Done>);
 
 struct Shared<W: Work> {
-    state: Mutex<State<W>>,
+    state: Mutex<QueueState<W>>,
     bell: Condvar,
     wake: Box<dyn Fn() + Send + Sync>,
 }
 
-struct State<W: Work> {
+struct QueueState<W: Work> {
     slots: HashMap<W::Key, Slot<W>>,
     /// Keys whose job may begin.
     ready: VecDeque<W::Key>,
@@ -123,7 +142,7 @@ struct State<W: Work> {
 
 struct Slot<W: Work> {
     waiting: Option<W>,
-    running: Option<Run>,
+    running: Option<RunningJob>,
     /// The flag of the run that is under way or was the last: its updates are dropped once it is set.
     last: Cancel,
     /// Results that were told and not taken in yet.
@@ -132,7 +151,7 @@ struct Slot<W: Work> {
 }
 
 #[derive(Clone)]
-struct Run {
+struct RunningJob {
     cancel: Cancel,
     since: Instant,
     share: Option<f64>,
@@ -155,9 +174,9 @@ impl<W: Work> Slot<W> {
     }
 }
 
-impl<W: Work> State<W> {
-    fn tell(&mut self, key: &W::Key, cancel: &Cancel, update: Update<W::Part, W::Done>) {
-        if let (Some(slot), false) = (self.slots.get_mut(key), matches!(update, Update::Part(_))) {
+impl<W: Work> QueueState<W> {
+    fn tell(&mut self, key: &W::Key, cancel: &Cancel, update: JobUpdate<W::Part, W::Done>) {
+        if let (Some(slot), false) = (self.slots.get_mut(key), matches!(update, JobUpdate::Part(_))) {
             slot.untaken += 1;
         }
         // Without a receiver the window is gone.
@@ -168,7 +187,7 @@ impl<W: Work> State<W> {
 }
 
 impl<W: Work> Shared<W> {
-    fn lock(&self) -> MutexGuard<'_, State<W>> {
+    fn lock(&self) -> MutexGuard<'_, QueueState<W>> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -183,7 +202,8 @@ impl<W: Work> Shared<W> {
                 let Some(slot) = state.slots.get_mut(&key) else { continue };
                 let Some(job) = slot.waiting.take() else { continue };
                 let cancel = Cancel::default();
-                slot.running = Some(Run { cancel: cancel.clone(), since: Instant::now(), share: None, stage: None });
+                slot.running =
+                    Some(RunningJob { cancel: cancel.clone(), since: Instant::now(), share: None, stage: None });
                 slot.last = cancel.clone();
                 let memory = std::mem::take(&mut slot.memory);
                 return Some((key, job, memory, cancel));
@@ -197,15 +217,15 @@ impl<W: Work> Shared<W> {
     /// Does jobs until the window is gone.
     fn serve(&self) {
         while let Some((key, job, mut memory, cancel)) = self.take() {
-            let report = Report { cancel: &cancel, key: &key, shared: self };
+            let report = JobReport { cancel: &cancel, key: &key, shared: self };
             let result = catch_unwind(AssertUnwindSafe(|| job.run(&mut memory, &report)));
             let update = match result {
-                Ok(Ok(done)) => Update::Done(done),
-                Ok(Err(reason)) => Update::Failed(reason),
+                Ok(Ok(done)) => JobUpdate::Done(done),
+                Ok(Err(reason)) => JobUpdate::Failed(reason),
                 Err(_) => {
                     // What a panic left behind may be half changed.
                     memory = W::Memory::default();
-                    Update::Failed(CRASHED.to_owned())
+                    JobUpdate::Failed(CRASHED.to_owned())
                 }
             };
             let mut state = self.lock();
@@ -222,11 +242,11 @@ impl<W: Work> Shared<W> {
     }
 }
 
-impl<W: Work> Jobs<W> {
+impl<W: Work> Queue<W> {
     /// An empty queue; `wake` is called whenever there is something to see.
     pub(crate) fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {
         let (send, updates) = channel();
-        let state = State {
+        let state = QueueState {
             slots: HashMap::new(),
             ready: VecDeque::new(),
             send,
@@ -264,7 +284,7 @@ impl<W: Work> Jobs<W> {
     }
 
     /// Starts one thread more.
-    fn hire(&self, mut state: MutexGuard<'_, State<W>>) {
+    fn hire(&self, mut state: MutexGuard<'_, QueueState<W>>) {
         let shared = Arc::clone(&self.shared);
         let name = format!("job {}", state.threads + 1);
         match thread::Builder::new().name(name).spawn(move || shared.serve()) {
@@ -277,7 +297,7 @@ impl<W: Work> Jobs<W> {
                     if let Some(slot) = state.slots.get_mut(&key) {
                         (slot.waiting, slot.last) = (None, Cancel::default());
                         let flag = slot.last.clone();
-                        state.tell(&key, &flag, Update::Failed(reason));
+                        state.tell(&key, &flag, JobUpdate::Failed(reason));
                     }
                 }
             }
@@ -301,17 +321,12 @@ impl<W: Work> Jobs<W> {
         let mut state = self.shared.lock();
         state.undelivered -= told.len();
         for (key, _, update) in &told {
-            if let (Some(slot), false) = (state.slots.get_mut(key), matches!(update, Update::Part(_))) {
+            if let (Some(slot), false) = (state.slots.get_mut(key), matches!(update, JobUpdate::Part(_))) {
                 slot.untaken -= 1;
             }
         }
         drop(state);
         told.into_iter().filter(|(_, cancel, _)| !cancel.is_cancelled()).map(|(key, _, update)| (key, update)).collect()
-    }
-
-    /// How far the job of a key has come; none if nothing is wanted of it any more.
-    pub(crate) fn progress(&self, key: &W::Key) -> Option<JobProgress> {
-        self.shared.lock().slots.get(key)?.progress()
     }
 
     /// How far each job has come that is wanted and whose result was not taken in yet.
@@ -329,13 +344,17 @@ impl<W: Work> Jobs<W> {
     /// Waits for the job of a key to end, but not for longer than this.
     pub(crate) fn finish(&self, key: &W::Key, patience: Duration) {
         let until = Instant::now() + patience;
-        while self.progress(key).is_some() && Instant::now() < until {
+        let goes_on = || {
+            let state = self.shared.lock();
+            state.slots.get(key).is_some_and(|slot| slot.running.is_some() || slot.waiting.is_some())
+        };
+        while goes_on() && Instant::now() < until {
             thread::sleep(Duration::from_millis(2));
         }
     }
 }
 
-impl<W: Work> Drop for Jobs<W> {
+impl<W: Work> Drop for Queue<W> {
     fn drop(&mut self) {
         let mut state = self.shared.lock();
         state.closed = true;
@@ -360,7 +379,7 @@ mod tests {
         type Done = u64;
         type Memory = usize;
 
-        fn run(self, memory: &mut usize, report: &Report<'_, Self>) -> Result<u64, String> {
+        fn run(self, memory: &mut usize, report: &JobReport<'_, Self>) -> Result<u64, String> {
             let Self(number, pace) = self;
             let until = Instant::now() + pace;
             report.stage("squaring", 0.5);
@@ -389,23 +408,23 @@ mod tests {
     }
 
     /// What ends next, without the parts.
-    fn next(jobs: &Jobs<Square>) -> Result<u64, String> {
+    fn next(jobs: &Queue<Square>) -> Result<u64, String> {
         wait(|| {
             jobs.poll().into_iter().find_map(|(_, update)| match update {
-                Update::Part(_) => None,
-                Update::Done(square) => Some(Ok(square)),
-                Update::Failed(reason) => Some(Err(reason)),
+                JobUpdate::Part(_) => None,
+                JobUpdate::Done(square) => Some(Ok(square)),
+                JobUpdate::Failed(reason) => Some(Err(reason)),
             })
         })
     }
 
-    fn started(jobs: &Jobs<Square>, key: &'static str) {
-        wait(|| jobs.progress(&key)?.share);
+    fn started(jobs: &Queue<Square>, key: &'static str) {
+        wait(|| jobs.running().get(&key)?.share);
     }
 
     #[test]
     fn a_short_run_ends_and_the_newest_job_of_its_key_follows() {
-        let jobs = Jobs::new(|| {});
+        let jobs = Queue::new(|| {});
         jobs.want("a", Square(2, SOON));
         started(&jobs, "a");
         for number in 3..=9 {
@@ -418,13 +437,13 @@ mod tests {
 
     #[test]
     fn a_cancelled_run_stops_within_50_ms_and_nothing_of_it_is_told() {
-        let jobs = Jobs::new(|| {});
+        let jobs = Queue::new(|| {});
         let stopped = || {
             jobs.want("a", Square(2, NEVER));
             started(&jobs, "a");
             let asked = Instant::now();
             jobs.cancel(&"a");
-            assert_eq!(jobs.progress(&"a"), None, "at once for whoever looks");
+            assert_eq!(jobs.running().get(&"a"), None, "at once for whoever looks");
             wait(|| {
                 assert!(jobs.poll().is_empty());
                 (!jobs.busy()).then_some(())
@@ -440,7 +459,7 @@ mod tests {
 
     #[test]
     fn jobs_of_different_keys_do_not_wait_for_each_other() {
-        let jobs = Jobs::new(|| {});
+        let jobs = Queue::new(|| {});
         for key in ["a", "b", "c"] {
             jobs.want(key, Square(2, NEVER));
         }
@@ -450,7 +469,7 @@ mod tests {
 
     #[test]
     fn a_panic_and_a_failure_are_told_and_the_key_lives_on() {
-        let jobs = Jobs::new(|| {});
+        let jobs = Queue::new(|| {});
         jobs.want("a", Square(13, Duration::ZERO));
         assert_eq!(next(&jobs), Err(CRASHED.to_owned()));
         jobs.want("a", Square(7, Duration::ZERO));
@@ -460,16 +479,27 @@ mod tests {
     }
 
     #[test]
+    fn long_work_tells_how_far_it_is_and_how_long_it_will_take() {
+        let words = |seconds: f64, share: Option<f64>| {
+            JobProgress { elapsed: Duration::from_secs_f64(seconds), share, stage: None }.words()
+        };
+        assert_eq!(words(3.0, None), "");
+        assert_eq!(words(1.0, Some(0.5)), "50 %");
+        assert_eq!(words(4.0, Some(0.4)), "40 %, 6 s left");
+        assert_eq!(words(60.0, Some(0.1)), "10 %, 9 min left");
+    }
+
+    #[test]
     fn the_jobs_of_a_key_share_a_memory() {
-        let jobs = Jobs::new(|| {});
+        let jobs = Queue::new(|| {});
         let mut counts = Vec::new();
         for key in ["a", "a", "b"] {
             jobs.want(key, Square(1, Duration::ZERO));
             wait(|| {
                 let updates = jobs.poll();
-                let ended = updates.iter().any(|(_, update)| matches!(update, Update::Done(_)));
+                let ended = updates.iter().any(|(_, update)| matches!(update, JobUpdate::Done(_)));
                 counts.extend(updates.into_iter().filter_map(|(_, update)| match update {
-                    Update::Part(count) => Some(count),
+                    JobUpdate::Part(count) => Some(count),
                     _ => None,
                 }));
                 ended.then_some(())

@@ -95,6 +95,13 @@ impl OpenRecords {
         raw().find(|r| whole(r)).or_else(|| raw().filter(|r| part(r)).max_by_key(|r| r.name.len()))
     }
 
+    /// Where a record stands among an outcome's, which lacks those that are off; the first where it is not there.
+    pub(crate) fn place_in(&self, outcome: &Outcome, index: usize) -> usize {
+        let record = self.records.get(index);
+        let is_it = |r: &Arc<Record>| record.is_some_and(|record| Arc::ptr_eq(record, r));
+        outcome.records.iter().position(|r| is_it(&r.record)).unwrap_or(0)
+    }
+
     /// The records with their usage.
     pub(crate) fn set(&self, usage: &[Usage]) -> RecordSet {
         let usage = |i: usize| usage.get(i).copied().unwrap_or_default();

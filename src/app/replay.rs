@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 
 use super::log::Log;
-use super::program::Program;
+use super::program::WindowProgram;
 use super::state::State;
-use super::update::Clock;
+use super::update::FrameTime;
 
 /// How long a replay waits for the background work after each message.
 const PATIENCE: Duration = Duration::from_secs(900);
@@ -30,7 +30,7 @@ pub struct Replayed {
 /// It is no log, or the work after a message does not end.
 pub fn replay(text: &str) -> Result<Replayed, String> {
     let log = Log::read(text)?;
-    let mut program = Program::new(log.start, || {});
+    let mut program = WindowProgram::new(log.start, || {});
     rest(&mut program)?;
     for message in &log.messages {
         program.send(message.clone());
@@ -41,10 +41,10 @@ pub fn replay(text: &str) -> Result<Replayed, String> {
 }
 
 /// Waits for the background work to come to rest.
-fn rest(program: &mut Program) -> Result<(), String> {
+fn rest(program: &mut WindowProgram) -> Result<(), String> {
     let until = Instant::now() + PATIENCE;
     loop {
-        program.advance(Clock::default());
+        program.advance(FrameTime::default());
         if !program.busy() {
             return Ok(());
         }
@@ -55,13 +55,9 @@ fn rest(program: &mut Program) -> Result<(), String> {
     }
 }
 
-/// Where two states differ, but for how the views draw: that is no decision and is not in the log.
+/// Where two states differ.
 fn differences(logged: &State, replayed: &State) -> Vec<String> {
-    let value = |state: &State| {
-        let mut value = serde_json::to_value(state).unwrap_or_default();
-        value["shown"]["views"].take();
-        value
-    };
+    let value = |state: &State| serde_json::to_value(state).unwrap_or_default();
     let mut found = Vec::new();
     compare("", &value(logged), &value(replayed), &mut found);
     found
@@ -89,7 +85,7 @@ fn compare(path: &str, logged: &Value, replayed: &Value, found: &mut Vec<String>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::app::commands::Command;
+    use crate::app::commands::WindowCommand;
     use crate::app::message::Message;
     use crate::app::state::{Document, Room, Shown, Source};
 
@@ -97,7 +93,7 @@ mod tests {
     fn a_replay_tells_where_it_comes_to_something_else() {
         let start = State { document: Document::of(Source::Nothing), ..State::default() };
         let mut log = Log::new(&start);
-        log.note(&Message::Do(Command::Room(Room::Report)));
+        log.note(&Message::Do(WindowCommand::Room(Room::Report)));
         let same = replay(&log.text(&State { shown: shown(Room::Report), ..start.clone() })).unwrap();
         assert_eq!(same, Replayed { messages: 1, differences: Vec::new() });
         let other = replay(&log.text(&start)).unwrap();

@@ -13,7 +13,8 @@ use super::purpose::Purpose;
 use super::report::Content;
 use super::rig::{Made, save};
 use super::state::ClassCase;
-use super::views::{self, Picture, Search, Seen, View, ViewState};
+use super::state::ViewState;
+use super::views::{self, MapProgress, Picture, Seen, View};
 use sindyscope_core::study::{Outcome, SettingsGrid};
 use sindyscope_report::document::FigureFormat;
 use sindyscope_report::export;
@@ -125,8 +126,8 @@ impl ViewPicture {
     /// The view as the window shows it, or whole.
     fn svg(self) -> Result<String, String> {
         let Self { seen, view, outcome, map, pins, record, state, look } = self;
-        let search = Search { map: map.as_ref(), ..Search::default() };
-        let picture = Picture { outcome: &outcome, previous: None, record, stale: false, search, pins: &pins };
+        let search = MapProgress { map: map.as_ref(), ..MapProgress::default() };
+        let picture = Picture { record, search, pins: &pins, ..Picture::of(&outcome) };
         let figure = views::figure(view, &picture, &state, look.as_shown.then_some(&seen))?;
         Ok(figure.svg(look.size, seen.units()))
     }

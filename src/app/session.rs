@@ -20,6 +20,9 @@ pub(crate) const APP_ID: &str = "sindyscope";
 /// How often at most the state is looked at, s.
 const PACE: f64 = 0.4;
 
+/// How long a window that opens waits for its session before it shows itself without.
+pub(crate) const AT_ONCE: Duration = Duration::from_millis(100);
+
 /// How long a window that closes waits for the last write.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(3);
 

@@ -2,7 +2,7 @@
 
 use egui::{Align, Layout, Margin, Panel, Rect, RichText, Ui, pos2, vec2};
 
-use super::notices::{Level, Notices};
+use super::notices::{Level, Notices, Toasted};
 use super::queue::JobProgress;
 use super::records::OpenRecords;
 use super::theme;
@@ -12,11 +12,12 @@ const SOON: f32 = 0.15;
 
 /// What the line shows.
 pub(crate) struct Status<'a> {
-    pub(crate) bench: &'a OpenRecords,
+    pub(crate) data: &'a OpenRecords,
     pub(crate) fitting: Option<JobProgress>,
     pub(crate) other: Option<JobProgress>,
     pub(crate) opening: bool,
-    pub(crate) notices: &'a mut Notices,
+    pub(crate) notices: &'a Notices,
+    pub(crate) seen: &'a mut Toasted,
     pub(crate) log_open: &'a mut bool,
 }
 
@@ -34,9 +35,13 @@ pub(crate) fn show(ui: &mut Ui, status: &mut Status<'_>) -> Option<StatusAct> {
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
             let colors = theme::accents(ui.visuals().dark_mode);
             let long = status.other.filter(|b| b.elapsed.as_secs_f32() > 0.3);
-            match (&status.bench.failure, &status.bench.outcome) {
+            match (&status.data.failure, &status.data.outcome) {
                 _ if status.opening => {
                     ui.label("reading…");
+                }
+                _ if let Some(job) = long.filter(|job| job.stage.is_some()) => {
+                    let (stage, far) = (job.stage.unwrap_or_default(), job.words());
+                    ui.label(if far.is_empty() { stage.to_owned() } else { format!("{stage}: {far}") });
                 }
                 (Some(failure), _) => {
                     ui.add(egui::Label::new(RichText::new(failure).color(colors.wrong)).truncate());
@@ -54,14 +59,14 @@ pub(crate) fn show(ui: &mut Ui, status: &mut Status<'_>) -> Option<StatusAct> {
                 asked = Some(StatusAct::Cancel);
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let unread = status.notices.unread();
+                let unread = status.notices.unread(status.seen);
                 let text = if unread > 0 { format!("messages ({unread})") } else { "messages".to_owned() };
                 let button = ui.add(egui::Button::new(RichText::new(text).weak()).frame_when_inactive(false));
                 let button = button.on_hover_text("What the program said, to be read again");
                 egui::Popup::from_toggle_button_response(&button)
                     .open_bool(status.log_open)
                     .close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside)
-                    .show(|ui| status.notices.show_log(ui));
+                    .show(|ui| status.notices.show_log(ui, status.seen));
                 if let Some(message) = status.notices.latest().filter(|_| unread > 0) {
                     let color =
                         if message.level == Level::Error { colors.caution } else { ui.visuals().weak_text_color() };

@@ -2,7 +2,7 @@
 
 use egui::{Align, Layout, Margin, Panel, RichText, Ui, vec2};
 
-use super::commands::Command;
+use super::commands::WindowCommand;
 use super::problem::file_name;
 use super::state::{Room, Sample, Source, State};
 use super::theme::ROW;
@@ -19,7 +19,7 @@ const SIGNS: f32 = 200.0;
 /// What the bar shows.
 pub(crate) struct Toolbar<'a> {
     pub(crate) state: &'a State,
-    pub(crate) bench: &'a OpenRecords,
+    pub(crate) data: &'a OpenRecords,
     pub(crate) can_undo: bool,
     pub(crate) can_redo: bool,
     pub(crate) opening: bool,
@@ -27,7 +27,7 @@ pub(crate) struct Toolbar<'a> {
 
 /// What a person asked for in the bar.
 pub(crate) enum ToolbarAct {
-    Do(Command),
+    Do(WindowCommand),
     Recent(std::path::PathBuf),
 }
 
@@ -51,7 +51,7 @@ pub(crate) fn show(ui: &mut Ui, bar: &Toolbar<'_>) -> Vec<ToolbarAct> {
                 ui.add_space(12.0);
                 let mut room = bar.state.shown.room;
                 if switch(ui, &mut room, &Room::ALL.map(|r| (r, r.label(), r.tooltip()))) {
-                    asked.push(ToolbarAct::Do(Command::Room(room)));
+                    asked.push(ToolbarAct::Do(WindowCommand::Room(room)));
                 }
             }
             // Laid out from left to right, so that Tab goes that way too; the width is that of the frame before.
@@ -62,18 +62,18 @@ pub(crate) fn show(ui: &mut Ui, bar: &Toolbar<'_>) -> Vec<ToolbarAct> {
                 ui.spacing_mut().item_spacing.x = 2.0;
                 let dark = ui.visuals().dark_mode;
                 let ctx = ui.ctx().clone();
-                let mut button = |ui: &mut Ui, sign: &str, command: Command, enabled: bool| {
+                let mut button = |ui: &mut Ui, sign: &str, command: WindowCommand, enabled: bool| {
                     if icon(ui, sign, command.spec().label, &command.hint(&ctx), enabled).clicked() {
                         asked.push(ToolbarAct::Do(command));
                     }
                 };
-                button(ui, "⟲", Command::Undo, bar.can_undo);
-                button(ui, "⟳", Command::Redo, bar.can_redo);
+                button(ui, "⟲", WindowCommand::Undo, bar.can_undo);
+                button(ui, "⟳", WindowCommand::Redo, bar.can_redo);
                 ui.add_space(8.0);
-                button(ui, "🔍", Command::Palette, true);
-                button(ui, "📷", Command::PlotPicture, bar.bench.outcome.is_some());
-                button(ui, if dark { "☀" } else { "🌙" }, Command::Theme, true);
-                button(ui, "?", Command::Help, true);
+                button(ui, "🔍", WindowCommand::Palette, true);
+                button(ui, "📷", WindowCommand::PlotPicture, bar.data.outcome.is_some());
+                button(ui, if dark { "☀" } else { "🌙" }, WindowCommand::Theme, true);
+                button(ui, "?", WindowCommand::Help, true);
             });
             let drawn = signs.response.rect.width();
             if (drawn - width).abs() > 0.5 {
@@ -86,11 +86,11 @@ pub(crate) fn show(ui: &mut Ui, bar: &Toolbar<'_>) -> Vec<ToolbarAct> {
 }
 
 fn title(bar: &Toolbar<'_>) -> String {
-    match (&bar.state.project, bar.bench.records.is_empty()) {
+    match (&bar.state.project, bar.data.records.is_empty()) {
         (Some(project), _) => file_name(project),
         (None, true) if bar.opening => "opening…".to_owned(),
         (None, true) => "no file".to_owned(),
-        (None, false) => bar.bench.title.clone(),
+        (None, false) => bar.data.title.clone(),
     }
 }
 
@@ -108,34 +108,34 @@ fn shortened(name: &str) -> String {
 
 fn file_menu(ui: &mut Ui, bar: &Toolbar<'_>, asked: &mut Vec<ToolbarAct>) {
     ui.set_min_width(240.0);
-    let open = !bar.bench.records.is_empty();
-    let mut entry = |ui: &mut Ui, command: Command, enabled: bool| {
+    let open = !bar.data.records.is_empty();
+    let mut entry = |ui: &mut Ui, command: WindowCommand, enabled: bool| {
         if command.menu(ui, enabled) {
             asked.push(ToolbarAct::Do(command));
         }
     };
-    entry(ui, Command::Open, true);
-    entry(ui, Command::OpenPath, true);
-    entry(ui, Command::AddRecords, open);
-    entry(ui, Command::Columns, matches!(bar.state.document.source, Source::Files(_)) && open);
+    entry(ui, WindowCommand::Open, true);
+    entry(ui, WindowCommand::OpenPath, true);
+    entry(ui, WindowCommand::AddRecords, open);
+    entry(ui, WindowCommand::Columns, matches!(bar.state.document.source, Source::Files(_)) && open);
     ui.separator();
     ui.weak("Samples");
     for sample in Sample::ALL {
-        entry(ui, Command::Sample(sample), true);
+        entry(ui, WindowCommand::Sample(sample), true);
     }
-    entry(ui, Command::Demonstration, true);
-    entry(ui, Command::Lessons, true);
+    entry(ui, WindowCommand::Demonstration, true);
+    entry(ui, WindowCommand::Lessons, true);
     ui.separator();
-    entry(ui, Command::SaveProject, open);
-    entry(ui, Command::SaveProjectAs, open);
-    entry(ui, Command::ExportModel, bar.bench.outcome.is_some());
-    entry(ui, Command::SaveReport, bar.bench.outcome.is_some());
-    entry(ui, Command::PlotPicture, bar.bench.outcome.is_some());
-    entry(ui, Command::WindowPicture, true);
+    entry(ui, WindowCommand::SaveProject, open);
+    entry(ui, WindowCommand::SaveProjectAs, open);
+    entry(ui, WindowCommand::ExportModel, bar.data.outcome.is_some());
+    entry(ui, WindowCommand::SaveReport, bar.data.outcome.is_some());
+    entry(ui, WindowCommand::PlotPicture, bar.data.outcome.is_some());
+    entry(ui, WindowCommand::WindowPicture, true);
     ui.separator();
-    entry(ui, Command::Reset, open);
-    entry(ui, Command::Close, open);
-    entry(ui, Command::Quit, true);
+    entry(ui, WindowCommand::Reset, open);
+    entry(ui, WindowCommand::Close, open);
+    entry(ui, WindowCommand::Quit, true);
     if !bar.state.recent.is_empty() {
         ui.separator();
         ui.weak("Recent files");

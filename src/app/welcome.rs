@@ -2,7 +2,7 @@
 
 use egui::{Align, Layout, RichText, Sense, Stroke, StrokeKind, Ui, vec2};
 
-use super::commands::Command;
+use super::commands::WindowCommand;
 use super::state::Sample;
 use super::theme;
 
@@ -11,7 +11,7 @@ const EXAMPLE: &str = "t [s], x [mm], u [N]
 0.001,  0.015, 0.99
 0.002,  0.021, 0.97";
 
-pub(crate) fn show(ui: &mut Ui, opening: bool) -> Option<Command> {
+pub(crate) fn show(ui: &mut Ui, opening: bool) -> Option<WindowCommand> {
     let mut asked = None;
     let colors = theme::accents(ui.visuals().dark_mode);
     let width = ui.available_width().min(620.0);
@@ -36,8 +36,8 @@ pub(crate) fn show(ui: &mut Ui, opening: bool) -> Option<Command> {
             let ink = ui.visuals().text_color();
             ui.painter().text(zone.center(), egui::Align2::CENTER_CENTER, text, font, ink);
             response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, text));
-            if response.on_hover_text(Command::Open.hint(ui.ctx())).clicked() {
-                asked = Some(Command::Open);
+            if response.on_hover_text(WindowCommand::Open.hint(ui.ctx())).clicked() {
+                asked = Some(WindowCommand::Open);
             }
             ui.add_space(14.0);
             ui.label(RichText::new("Or try a sample").strong());
@@ -47,19 +47,19 @@ pub(crate) fn show(ui: &mut Ui, opening: bool) -> Option<Command> {
                 for sample in Sample::ALL {
                     let button = egui::Button::new(sample.label()).min_size(vec2(each, 34.0));
                     if ui.add(button).on_hover_text(sample.tooltip()).clicked() {
-                        asked = Some(Command::Sample(sample));
+                        asked = Some(WindowCommand::Sample(sample));
                     }
                 }
             });
-            let spec = Command::Demonstration.spec();
+            let spec = WindowCommand::Demonstration.spec();
             let button = egui::Button::new(spec.label).min_size(vec2(width, 30.0));
             if ui.add(button).on_hover_text(spec.tooltip).clicked() {
-                asked = Some(Command::Demonstration);
+                asked = Some(WindowCommand::Demonstration);
             }
-            let spec = Command::Lessons.spec();
+            let spec = WindowCommand::Lessons.spec();
             let button = egui::Button::new(spec.label).min_size(vec2(width, 30.0));
             if ui.add(button).on_hover_text(spec.tooltip).clicked() {
-                asked = Some(Command::Lessons);
+                asked = Some(WindowCommand::Lessons);
             }
             ui.add_space(14.0);
             ui.label(RichText::new("What a file should look like").strong());

@@ -3,13 +3,15 @@
 use std::ops::RangeInclusive;
 
 use egui::accesskit::{Action, ActionData};
+use egui::text::{LayoutJob, TextFormat};
 use egui::{
-    Align, Color32, EventFilter, Id, Key, Layout, Modifiers, Rect, Response, RichText, Sense, Stroke, StrokeKind, Ui,
-    WidgetInfo, pos2, vec2,
+    Align, Color32, EventFilter, FontId, Id, InnerResponse, Key, Layout, Modifiers, Rect, Response, RichText, Sense,
+    Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2,
 };
 
 use super::theme::{self, ROW};
 pub(crate) use sindyscope_core::setting::Spread;
+use sindyscope_values::format::number::significant_trimmed;
 
 /// Width of the labels' column, points.
 const LABEL: f32 = 66.0;
@@ -35,6 +37,63 @@ pub(crate) fn section<R>(ui: &mut Ui, title: &str, aside: impl FnOnce(&mut Ui), 
     ui.painter().hline(rect.x_range(), y, Stroke::new(1.0, theme::accents(dark).line));
     ui.add_space(1.0);
     body(ui)
+}
+
+/// A figure to be read at a glance, with what it is.
+pub(crate) struct Headline<'a> {
+    /// The figure and its unit.
+    pub(crate) text: &'a str,
+    pub(crate) color: Color32,
+    pub(crate) label: &'a str,
+    pub(crate) hint: &'a str,
+}
+
+/// Two figures in large type beside each other, their names beneath.
+pub(crate) fn headlines(ui: &mut Ui, figures: [Headline<'_>; 2]) {
+    const HEIGHT: f32 = 50.0;
+    const LETTERS: f32 = 23.0;
+    let size = vec2(ui.available_width(), HEIGHT);
+    ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Min), |ui| {
+        ui.set_min_size(size);
+        ui.spacing_mut().item_spacing.x = 0.0;
+        let half = 0.5 * ui.available_width();
+        for Headline { text, color, label, hint } in figures {
+            ui.allocate_ui_with_layout(vec2(half, HEIGHT), Layout::top_down(Align::Min), |ui| {
+                ui.set_min_width(half);
+                ui.spacing_mut().item_spacing.y = 0.0;
+                let (figure, unit) = text.split_once(' ').unwrap_or((text, ""));
+                let mut job = LayoutJob::default();
+                job.append(figure, 0.0, TextFormat::simple(FontId::proportional(LETTERS), color));
+                // A unit as long as microstrain takes less room than the figure.
+                let letters = if unit.chars().count() > 3 { 13.0 } else { LETTERS };
+                job.append(unit, 5.0, TextFormat::simple(FontId::proportional(letters), color));
+                ui.add(egui::Label::new(job).truncate()).on_hover_text(hint);
+                ui.label(RichText::new(label).weak().size(12.0)).on_hover_text(hint);
+            });
+        }
+    });
+}
+
+/// Two small buttons that lead to the record before and to the next one of so many; the one that was asked for.
+pub(crate) fn record_steps(ui: &mut Ui, shown: usize, count: usize) -> Option<usize> {
+    let step = |ui: &mut Ui, sign: &str, name: &str, to: Option<usize>| {
+        let button = egui::Button::new(sign).small().frame(false);
+        let response = ui.add_enabled(to.is_some(), button).on_hover_text(name);
+        response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, to.is_some(), name));
+        response.clicked().then_some(to).flatten()
+    };
+    let back = step(ui, "⏴", "Previous record", shown.checked_sub(1));
+    let on = step(ui, "⏵", "Next record", Some(shown + 1).filter(|k| *k < count));
+    back.or(on)
+}
+
+/// A line of a fixed height across all the room there is.
+pub(crate) fn line<R>(ui: &mut Ui, height: f32, body: impl FnOnce(&mut Ui) -> R) -> InnerResponse<R> {
+    let size = vec2(ui.available_width(), height);
+    ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
+        ui.set_min_size(size);
+        body(ui)
+    })
 }
 
 /// A row of a fixed height with a label in the first column.
@@ -134,7 +193,13 @@ pub(crate) struct SliderRow<'a> {
     pub(crate) format: &'a dyn Fn(f64) -> String,
 }
 
-impl SliderRow<'_> {
+impl<'a> SliderRow<'a> {
+    /// A row of any value within a range, evenly spread, shown with four digits.
+    pub(crate) fn new(label: &'a str, tooltip: &'a str, range: RangeInclusive<f64>) -> Self {
+        let (unit, spread, grid, suggestion, marks) = ("", Spread::Linear, 0.0, None, &[][..]);
+        Self { label, tooltip, unit, range, spread, grid, suggestion, marks, format: &|v| significant_trimmed(v, 4) }
+    }
+
     /// Draws the row; tells whether the value was changed.
     pub(crate) fn show(&self, ui: &mut Ui, value: &mut f64) -> bool {
         let before = *value;

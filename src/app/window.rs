@@ -8,25 +8,28 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-use egui::{ColorImage, Context, Ui};
+use egui::{ColorImage, Context, ThemePreference, Ui};
 
-use super::command_palette::{self, Palette};
-use super::commands::Command;
+use super::command_palette::{Palette, PaletteOutcome};
+use super::commands::WindowCommand;
 use super::cutter::Cutter;
 use super::dialogs::Dialogs;
 use super::jobs::{Job, Key};
 use super::message::Message;
-use super::missing::Figure;
+use super::missing::{self, WalkFigure};
+use super::notices::Toasted;
 use super::panel::Typing;
 use super::plot::display;
+use super::plot::figures::Figures;
+use super::plot::painter::Plots;
 use super::problem::file_name;
-use super::program::Program;
+use super::program::WindowProgram;
 use super::purpose::Purpose;
 use super::saving::{SaveResult, SavedContent, Saving};
 use super::session::{self, Keeper};
-use super::state::{Room, State, Walk};
-use super::update::Clock;
-use super::{help, overlay, theme};
+use super::state::{Room, Source, State, Walk};
+use super::update::FrameTime;
+use super::{help, overlay, report, theme};
 use sindyscope_core::study::{Outcome, Settings};
 use sindyscope_search::{Diagnosis, Stage};
 use sindyscope_values::record::RecordSet;
@@ -36,19 +39,18 @@ type Shot = (PathBuf, bool, Arc<ColorImage>);
 
 /// The window.
 pub struct App {
-    program: Program,
+    program: WindowProgram,
     /// Writes the state down whenever it has changed; none in tests that need none.
     keeper: Option<Keeper>,
     /// Where the log of this session is kept as it goes, if it is.
     log_file: Option<PathBuf>,
     dialogs: Dialogs,
     shots: (Sender<Shot>, Receiver<Shot>),
-    typing: Typing,
-    cutter: Cutter,
+    canvas: Canvas,
     palette: Option<Palette>,
     figure_open: bool,
     /// The figure of "What's missing" that is to be saved.
-    figure: Figure,
+    figure: WalkFigure,
     /// The numbers of a plot that are to be saved.
     table: String,
     help_open: bool,
@@ -56,43 +58,72 @@ pub struct App {
     title: String,
 }
 
+/// What the drawing remembers from frame to frame: none of it was decided.
+#[derive(Default)]
+struct Canvas {
+    /// What is being typed.
+    typing: Typing,
+    cutter: Cutter,
+    views: Plots,
+    walk: missing::WalkCanvas,
+    report: report::ReportCanvas,
+    rig: Figures,
+    columns: Plots,
+    toasted: Toasted,
+}
+
 impl App {
     /// The window as a person left it; what it shows is read and fitted in the background.
     pub fn with_state(ctx: &Context, state: State) -> Self {
         theme::install(ctx);
-        ctx.set_theme(state.theme);
-        if (0.5..=4.0).contains(&state.zoom) {
-            ctx.set_zoom_factor(state.zoom);
-        }
         let wake = ctx.clone();
-        Self {
-            program: Program::new(state, move || wake.request_repaint()),
+        let app = Self {
+            program: WindowProgram::new(state, move || wake.request_repaint()),
             keeper: None,
             log_file: None,
             dialogs: Dialogs::new(true),
             shots: channel(),
-            typing: Typing::default(),
-            cutter: Cutter::default(),
+            canvas: Canvas::default(),
             palette: None,
             figure_open: false,
-            figure: Figure::Profile,
+            figure: WalkFigure::Profile,
             table: String::new(),
             help_open: false,
             notices_open: false,
             title: String::new(),
+        };
+        app.dress(ctx);
+        app
+    }
+
+    /// Draws in the colours and at the size that the state says.
+    fn dress(&self, ctx: &Context) {
+        let State { theme, zoom, .. } = self.program.state;
+        ctx.set_theme(theme);
+        if (0.5..=4.0).contains(&zoom) {
+            ctx.set_zoom_factor(zoom);
         }
     }
 
     /// The window as the session's file says it was left, or with files in it; all that a person decides is written there
     /// within a second, so that not even a crash loses it.
     pub fn revived(ctx: &Context, session: PathBuf, files: &[PathBuf]) -> Self {
-        let (state, problem) = session::load(&session);
-        let mut app = Self::with_state(ctx, state.unwrap_or_default().with_files(files));
-        if let Some(problem) = problem {
-            app.program.derived.notices.error(problem);
-        }
+        let mut app = Self::with_state(ctx, State::with_source(Source::Nothing, ThemePreference::System));
+        app.program.restore(session.clone(), files.to_owned());
+        // The first frame shows it, unless the disk is slow.
+        app.program.jobs.finish(&Key::Restore, session::AT_ONCE);
+        app.advance(ctx, FrameTime::default());
         app.keeper = Some(Keeper::new(session));
         app
+    }
+
+    /// Takes in what the background work brought; a session that came back among it decides how all is drawn.
+    fn advance(&mut self, ctx: &Context, clock: FrameTime) -> Vec<SaveResult> {
+        let taken = self.program.advance(clock);
+        if std::mem::take(&mut self.program.restored) {
+            self.dress(ctx);
+        }
+        taken
     }
 
     /// Keeps the log of this session in a file as it goes.
@@ -111,7 +142,7 @@ impl App {
 
     /// True while something is read, computed or drawn in the background.
     pub fn busy(&self) -> bool {
-        self.program.busy() || self.program.state.shown.views.busy()
+        self.program.busy() || self.program.derived.figures.busy()
     }
 
     /// What survives a restart.
@@ -181,8 +212,8 @@ impl App {
     }
 
     /// Notes what has come to rest as a step that undo takes back.
-    fn watch(&mut self, clock: Clock) {
-        let Program { state, derived, .. } = &mut self.program;
+    fn watch(&mut self, clock: FrameTime) {
+        let WindowProgram { state, derived, .. } = &mut self.program;
         let rests = !derived.opening() && derived.history.watch(&state.document.edit, clock.held, clock.now);
         let rig_rests = derived.rig.watch(&state.rig, clock.held, clock.now);
         if rests {
@@ -194,8 +225,9 @@ impl App {
     }
 
     /// Has the state written once it has changed and nothing is being dragged.
-    fn keep(&mut self, ctx: &Context, clock: Clock) {
-        let Some(keeper) = self.keeper.as_mut().filter(|_| !clock.held) else { return };
+    fn keep(&mut self, ctx: &Context, clock: FrameTime) {
+        let restoring = self.program.derived.restoring();
+        let Some(keeper) = self.keeper.as_mut().filter(|_| !clock.held && !restoring) else { return };
         if let Some(wait) = keeper.wait(clock.now) {
             return ctx.request_repaint_after_secs(wait as f32);
         }
@@ -209,15 +241,15 @@ impl App {
         }
     }
 
-    fn clock(ctx: &Context) -> Clock {
-        ctx.input(|i| Clock { now: i.time, held: i.pointer.any_down() })
+    fn clock(ctx: &Context) -> FrameTime {
+        ctx.input(|i| FrameTime { now: i.time, held: i.pointer.any_down() })
     }
 }
 
 impl eframe::App for App {
     fn logic(&mut self, ctx: &Context, _frame: &mut eframe::Frame) {
         let clock = Self::clock(ctx);
-        for taken in self.program.advance(clock) {
+        for taken in self.advance(ctx, clock) {
             if let SaveResult::Taken { purpose, path } = taken {
                 self.dialogs.ask_to_replace(purpose, path);
             }
@@ -242,9 +274,11 @@ impl eframe::App for App {
             self.program.send(Message::Zoom(ctx.zoom_factor()));
         }
         display::install(&ctx, &self.program.state.shown.views.units);
-        for command in Command::pressed(&ctx) {
+        for command in WindowCommand::pressed(&ctx) {
             self.run(command, &ctx, frame);
         }
+        // What is drawn is of the state as it is now.
+        self.program.demand(clock.held);
         self.bars(ui, frame);
         if self.program.state.shown.room == Room::Rig {
             self.rig(ui, frame);
@@ -254,17 +288,17 @@ impl eframe::App for App {
         self.watch(clock);
         if let Some(palette) = &mut self.palette {
             match palette.show(&ctx) {
-                command_palette::Outcome::Open => {}
-                command_palette::Outcome::Closed => self.palette = None,
-                command_palette::Outcome::Chosen(command) => {
+                PaletteOutcome::Open => {}
+                PaletteOutcome::Closed => self.palette = None,
+                PaletteOutcome::Chosen(command) => {
                     self.palette = None;
                     self.run(command, &ctx, frame);
                 }
             }
         }
         self.figure_panel(&ctx, frame);
-        if let Some(reading) = self.program.derived.columns.show(&ctx) {
-            self.program.send(Message::Read(reading));
+        if let Some(act) = self.program.derived.columns.show(&ctx, &mut self.canvas.columns) {
+            self.program.send(Message::Columns(act));
         }
         if let Some(command) = help::show(&ctx, &mut self.help_open) {
             self.run(command, &ctx, frame);
@@ -273,8 +307,13 @@ impl eframe::App for App {
             self.chosen(&ctx, chosen);
         }
         overlay::drop_zone(&ctx);
-        self.program.derived.notices.show_toasts(&ctx);
-        self.program.state.shown.views.units = display::chosen(&ctx);
+        self.program.derived.notices.show_toasts(&ctx, &mut self.canvas.toasted);
+        let units = display::chosen(&ctx);
+        if units != self.program.state.shown.views.units {
+            let mut views = Box::new(self.program.state.shown.views.clone());
+            views.units = units;
+            self.program.send(Message::Views(views));
+        }
         // What was just changed is asked for at once, not with the next event.
         self.program.demand(clock.held);
         self.keep(&ctx, clock);
@@ -284,7 +323,8 @@ impl eframe::App for App {
     fn save(&mut self, _storage: &mut dyn eframe::Storage) {}
 
     fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
-        let Some(keeper) = &mut self.keeper else { return };
+        let restoring = self.program.derived.restoring();
+        let Some(keeper) = self.keeper.as_mut().filter(|_| !restoring) else { return };
         if let Some(text) = keeper.text(&self.program.state, f64::INFINITY) {
             let path = keeper.path().to_owned();
             self.program.want(Key::Session, Job::Session { path, text });

@@ -7,6 +7,7 @@ use super::shared_units;
 use super::table::ColumnTable;
 use super::words::list;
 use sindyscope_core::sampling::{self, Irregular, LEAST_SAMPLES, Sampling};
+use sindyscope_core::study::Cancel;
 use sindyscope_values::record::estimate;
 use sindyscope_values::record::units::{self, Unit};
 use sindyscope_values::record::{Channel, Record, Role};
@@ -20,6 +21,7 @@ pub(super) fn records(
     stem: &str,
     mut table: ColumnTable,
     options: &ReadOptions,
+    cancel: &Cancel,
 ) -> Result<Vec<Record>, ReadError> {
     let mut notices = std::mem::take(&mut table.notices);
     notices.append(&mut table.selection.notices);
@@ -33,6 +35,9 @@ pub(super) fn records(
     let mut left_out: Vec<(String, usize)> = Vec::new();
     let count = groups.len();
     for (trajectory, rows) in groups {
+        if cancel.is_cancelled() {
+            return Err(ReadError::new(file, ReadProblem::Cancelled));
+        }
         let of_record = trajectory.as_ref().filter(|_| several).cloned();
         let name = match &trajectory {
             Some(text) if !only_numbers => text.clone(),

@@ -42,6 +42,9 @@ pub enum ReadProblem {
     /// The file cannot be opened or read.
     #[error("{0}")]
     Open(String),
+    /// Nobody wants the records any more.
+    #[error("cancelled")]
+    Cancelled,
     /// The bytes are no text.
     #[error("this is not a text file")]
     NotText,
@@ -265,6 +268,7 @@ impl ReadError {
         let either = |what: &'static str, or: Remedy| vec![Remedy::to_do(what), or];
         let only = |what: &'static str| vec![Remedy::to_do(what)];
         match &*self.problem {
+            ReadProblem::Cancelled => Vec::new(),
             ReadProblem::Open(_) => only("check the path, and that the file may be read"),
             ReadProblem::IsProject => vec![Remedy::OpenProject { file: self.file.clone() }],
             ReadProblem::Malformed { advice: "", .. } => {

@@ -15,6 +15,7 @@ use super::overview::{Overview, TableOverview};
 use super::selection::{self, Selection};
 use super::sheets;
 use super::table::{ColumnTable, TableHead};
+use sindyscope_core::study::Cancel;
 use sindyscope_values::record::Record;
 
 /// A project is recognised by this many of its first bytes.
@@ -32,6 +33,8 @@ pub struct MeasuredFile {
     format: &'static FileFormat,
     /// The sheets of a workbook as text, once they have been wanted.
     sheets: OnceLock<Result<Vec<TextTable>, Flaw>>,
+    /// Set as soon as nobody wants its records any more.
+    cancel: Cancel,
     /// How a file of text begins, once that has been wanted; none if it is no text.
     head: OnceLock<Option<TextHead>>,
 }
@@ -52,13 +55,27 @@ impl MeasuredFile {
     pub fn from_bytes(name: impl AsRef<Path>, bytes: impl Into<Vec<u8>>) -> Self {
         let (name, bytes) = (file_name(name.as_ref()), bytes.into());
         let format = formats::recognise(&ending(&name), &bytes);
-        Self { path: None, name, bytes, format, sheets: OnceLock::new(), head: OnceLock::new() }
+        Self {
+            path: None,
+            name,
+            bytes,
+            format,
+            sheets: OnceLock::new(),
+            head: OnceLock::new(),
+            cancel: Cancel::default(),
+        }
     }
 
     /// The same bytes, taken to be of a format.
     #[must_use]
     pub fn in_format(self, format: &'static FileFormat) -> Self {
         Self { format, sheets: OnceLock::new(), ..self }
+    }
+
+    /// The same file, the reading of which this flag stops.
+    #[must_use]
+    pub fn stopped_by(self, cancel: &Cancel) -> Self {
+        Self { cancel: cancel.clone(), ..self }
     }
 
     /// Where it is on the disk; none for bytes that came another way.
@@ -121,7 +138,7 @@ impl MeasuredFile {
         let table = self.table(options)?;
         let stem =
             Path::new(&self.name).file_stem().map_or_else(|| self.name.clone(), |s| s.to_string_lossy().into_owned());
-        let mut records = assemble::records(&self.name, &stem, table, options)?;
+        let mut records = assemble::records(&self.name, &stem, table, options, &self.cancel)?;
         for record in &mut records {
             record.source.clone_from(&self.path);
         }
@@ -157,8 +174,8 @@ impl MeasuredFile {
     fn table(&self, options: &ReadOptions) -> Result<ColumnTable, ReadError> {
         let choose = |headings: &[Heading]| self.choose(headings, options);
         match self.format.reader {
-            Reader::Text => text::read(&self.name, &self.bytes, self.head(), &choose),
-            Reader::Workbook(texts) => spreadsheet::read(&self.name, self.sheets(texts)?, &choose),
+            Reader::Text => text::read(&self.name, &self.bytes, self.head(), &choose, &self.cancel),
+            Reader::Workbook(texts) => spreadsheet::read(&self.name, self.sheets(texts)?, &choose, &self.cancel),
             Reader::Columns(read) => sheets::table(&self.name, self.format.name, self.contents(read)?, &choose),
         }
     }

@@ -1,6 +1,8 @@
 //! What a file holds before anything is read from it: its tables, their columns and first values, and what each column is
 //! taken for. Numbers beyond the first rows are not looked at, so a wide file answers at once.
 
+use serde::{Deserialize, Serialize};
+
 use super::column_map::ColumnMap;
 use super::guess;
 use super::heading::{ColumnKey, ColumnQuantity, Heading};
@@ -11,7 +13,7 @@ use sindyscope_values::record::Role;
 use sindyscope_values::record::units;
 
 /// What a column is used for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum ColumnUse {
     /// When the samples were taken.
     Time,

@@ -112,7 +112,7 @@ fn springs() -> Vec<Plant> {
         },
         Plant {
             name: "snap-through truss",
-            truth: &["truss"],
+            truth: &["oblique_springs"],
             rates: Box::new(|_, y, u, _| {
                 vec![y[1], u - 0.2 * y[1] - 4.0 * y[0] * (1.0 - 1.0 / (y[0] * y[0] + 0.64).sqrt())]
             }),

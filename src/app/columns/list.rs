@@ -3,10 +3,11 @@
 use crate::app::plot::palette::Painted as _;
 use egui::{Align, ComboBox, DragValue, Label, Layout, RichText, ScrollArea, Sense, Stroke, Ui, pos2, vec2};
 
-use super::Open;
+use super::draft::Draft;
 use crate::app::plot::palette::Ink;
 use crate::app::theme::{self, ROW};
-use sindyscope_files::{ColumnOverview, ColumnUse};
+use crate::app::widgets::line;
+use sindyscope_files::{ColumnOverview, ColumnUse, TableOverview};
 use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::record::Role;
 
@@ -21,49 +22,47 @@ const INDEX: f32 = 44.0;
 const MOST: usize = 64;
 
 /// A use that is offered: its name, and its role if it is a channel.
-struct Offer {
+struct UseOffer {
     name: &'static str,
     tooltip: &'static str,
     used: Option<ColumnUse>,
 }
 
-const OFFERS: [Offer; 8] = [
-    Offer { name: "not used", tooltip: "The column is left out", used: None },
-    Offer { name: "time", tooltip: "When the samples were taken", used: Some(ColumnUse::Time) },
-    Offer {
+const OFFERS: [UseOffer; 8] = [
+    UseOffer { name: "not used", tooltip: "The column is left out", used: None },
+    UseOffer { name: "time", tooltip: "When the samples were taken", used: Some(ColumnUse::Time) },
+    UseOffer {
         name: "displacement",
         tooltip: "A displacement or an angle of a mass; of first-order equations a state",
         used: Some(ColumnUse::Channel(Role::Displacement(0))),
     },
-    Offer { name: "velocity", tooltip: "A mass's velocity", used: Some(ColumnUse::Channel(Role::Velocity(0))) },
-    Offer {
+    UseOffer { name: "velocity", tooltip: "A mass's velocity", used: Some(ColumnUse::Channel(Role::Velocity(0))) },
+    UseOffer {
         name: "acceleration",
         tooltip: "A mass's acceleration",
         used: Some(ColumnUse::Channel(Role::Acceleration(0))),
     },
-    Offer {
+    UseOffer {
         name: "force",
         tooltip: "A force or a moment that drives the motion: an input",
         used: Some(ColumnUse::Channel(Role::Input(0))),
     },
-    Offer {
+    UseOffer {
         name: "base motion",
         tooltip: "The displacement of the base that shakes the masses: an input",
         used: Some(ColumnUse::Channel(Role::Input(0))),
     },
-    Offer {
+    UseOffer {
         name: "record",
         tooltip: "Tells which record a row belongs to: rows alike are one record",
         used: Some(ColumnUse::Trajectory),
     },
 ];
 
-pub(super) fn show(ui: &mut Ui, open: &mut Open) {
-    let Some(Ok(overview)) = &open.overview else { return };
-    let table = &overview.tables[open.table];
-    let search = open.search.trim().to_lowercase();
+pub(super) fn show(ui: &mut Ui, table: &TableOverview, draft: &mut Draft) {
+    let search = draft.search.trim().to_lowercase();
     let listed: Vec<usize> = (0..table.columns.len())
-        .filter(|c| !open.chosen_only || open.uses.get(*c).is_some_and(Option::is_some))
+        .filter(|c| !draft.chosen_only || draft.uses.get(*c).is_some_and(Option::is_some))
         .filter(|c| search.is_empty() || table.label(*c).to_lowercase().contains(&search))
         .collect();
     ui.spacing_mut().item_spacing = vec2(6.0, 1.0);
@@ -71,15 +70,13 @@ pub(super) fn show(ui: &mut Ui, open: &mut Open) {
         ui.weak("no column is called so");
         return;
     }
-    let mut uses = open.uses.clone();
     header(ui);
     ScrollArea::vertical().auto_shrink([false, false]).show_rows(ui, ROW, listed.len(), |ui, rows| {
         for column in rows.filter_map(|row| listed.get(row).copied()) {
             let label = table.label(column);
-            row(ui, column, &label, &table.columns[column], &mut uses);
+            row(ui, column, &label, &table.columns[column], &mut draft.uses);
         }
     });
-    open.uses = uses;
 }
 
 /// Width of the names, points.
@@ -101,9 +98,7 @@ fn header(ui: &mut Ui) {
 
 fn row(ui: &mut Ui, index: usize, label: &str, column: &ColumnOverview, uses: &mut [Option<ColumnUse>]) {
     let Some(used) = uses.get(index).copied() else { return };
-    let size = vec2(ui.available_width(), ROW);
-    ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-        ui.set_min_size(size);
+    line(ui, ROW, |ui| {
         let dark = ui.visuals().dark_mode;
         if used.is_some() {
             ui.painter().rect_filled(ui.max_rect(), 3.0, theme::accents(dark).accent_ground.gamma_multiply(0.5));

@@ -2,6 +2,7 @@
 //!
 //! The window is not modal; files are looked into and read in the background.
 
+mod draft;
 mod list;
 mod preview;
 
@@ -9,20 +10,36 @@ use std::path::{Path, PathBuf};
 
 use egui::{Align2, Context, Key, Label, Margin, Panel, RichText, TextEdit, Ui, Window, vec2};
 
-use super::problem::{Problem, file_name};
+use serde::{Deserialize, Serialize};
+
+use super::plot::painter::Plots;
+use super::problem::{OpeningProblem, file_name};
 use super::theme::{self, ROW};
 use super::widgets::chip;
+use draft::Draft;
 pub(crate) use preview::Preview;
-use sindyscope_files::{ColumnUse, MeasuredFile, Overview, ReadOptions, TableOverview, read_set};
+use sindyscope_core::study::Cancel;
+use sindyscope_files::{ColumnUse, MeasuredFile, Overview, ReadOptions, TableOverview, read_opened};
 use sindyscope_values::format::number::significant_trimmed;
 
 /// What is to be read for the window of columns.
 #[derive(Debug, PartialEq)]
-pub(crate) enum Wanted {
+pub(crate) enum WantedColumns {
     /// What the file holds.
     Overview { path: PathBuf, reading: ReadOptions },
     /// What would be read of it.
     Preview { path: PathBuf, reading: ReadOptions },
+}
+
+/// What a person does in the window of columns.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) enum ColumnsAct {
+    /// Use the columns so; nothing is read anew yet.
+    Choose(Draft),
+    /// Read the files like this.
+    Read(ReadOptions),
+    /// Close the window.
+    Close,
 }
 
 /// The window of columns.
@@ -37,37 +54,33 @@ struct Open {
     paths: Vec<PathBuf>,
     /// How they were to be read before.
     reading: ReadOptions,
-    overview: Option<Result<Overview, Problem>>,
-    table: usize,
-    /// What each column of the table is used for.
-    uses: Vec<Option<ColumnUse>>,
-    /// The sampling rate as it is typed.
-    rate: String,
-    search: String,
-    /// Whether only columns in use are listed.
-    chosen_only: bool,
-    preview: Option<Result<Preview, Problem>>,
+    overview: Option<Result<Overview, OpeningProblem>>,
+    draft: Draft,
+    preview: Option<Result<Preview, OpeningProblem>>,
     /// What the preview was asked with.
     asked: Option<ReadOptions>,
 }
 
 impl Columns {
     /// Shows the columns of files that are read alike, once the first of them was looked into.
-    pub(crate) fn open(&mut self, paths: Vec<PathBuf>, reading: &ReadOptions) -> Option<Wanted> {
-        let wanted = paths.first().map(|path| Wanted::Overview { path: path.clone(), reading: reading.clone() });
+    pub(crate) fn open(&mut self, paths: Vec<PathBuf>, reading: &ReadOptions) -> Option<WantedColumns> {
+        let wanted = paths.first().map(|path| WantedColumns::Overview { path: path.clone(), reading: reading.clone() });
         self.open = Some(Open {
             paths,
             reading: reading.clone(),
             overview: None,
-            table: 0,
-            uses: Vec::new(),
-            rate: reading.rate.map_or(String::new(), |r| r.to_string()),
-            search: String::new(),
-            chosen_only: false,
+            draft: Draft { rate: reading.rate.map_or(String::new(), |r| r.to_string()), ..Draft::default() },
             preview: None,
             asked: None,
         });
         wanted
+    }
+
+    /// Takes over what a person has chosen so far.
+    pub(crate) fn choose(&mut self, draft: Draft) {
+        if let Some(open) = &mut self.open {
+            open.draft = draft;
+        }
     }
 
     /// Closes the window.
@@ -76,33 +89,35 @@ impl Columns {
     }
 
     /// Takes in what the file holds.
-    pub(crate) fn looked(&mut self, overview: Result<Overview, Problem>) {
+    pub(crate) fn looked(&mut self, overview: Result<Overview, OpeningProblem>) {
         let Some(open) = &mut self.open else { return };
         if let Ok(overview) = &overview {
-            open.table = overview.main();
-            open.uses = overview.tables[open.table].proposed();
+            open.draft.table = overview.main();
+            open.draft.uses = overview.tables[open.draft.table].proposed();
         }
         open.overview = Some(overview);
     }
 
     /// Takes in what would be read.
-    pub(crate) fn previewed(&mut self, preview: Result<Preview, Problem>) {
+    pub(crate) fn previewed(&mut self, preview: Result<Preview, OpeningProblem>) {
         if let Some(open) = &mut self.open {
             open.preview = Some(preview);
         }
     }
 
     /// What would be read with the columns chosen, if it is not known.
-    pub(crate) fn wanted(&mut self) -> Option<Wanted> {
-        let open = self.open.as_mut().filter(|open| open.table().is_some())?;
-        let reading = open.options().ok().filter(|options| open.asked.as_ref() != Some(options))?;
+    pub(crate) fn wanted(&mut self) -> Option<WantedColumns> {
+        let open = self.open.as_mut()?;
+        let options = open.draft.options(open.table()?, &open.reading);
+        let reading = options.ok().filter(|options| open.asked.as_ref() != Some(options))?;
         open.asked = Some(reading.clone());
-        Some(Wanted::Preview { path: open.paths.first()?.clone(), reading })
+        Some(WantedColumns::Preview { path: open.paths.first()?.clone(), reading })
     }
 
-    /// Draws the window; gives the way of reading that a person decided on.
-    pub(crate) fn show(&mut self, ctx: &Context) -> Option<ReadOptions> {
-        let open = self.open.as_mut()?;
+    /// Draws the window; `plots` is what its drawing remembers.
+    pub(crate) fn show(&self, ctx: &Context, plots: &mut Plots) -> Option<ColumnsAct> {
+        let open = self.open.as_ref()?;
+        let mut draft = open.draft.clone();
         let mut stays = true;
         let mut asked = None;
         let screen = ctx.content_rect().size();
@@ -120,52 +135,40 @@ impl Columns {
             .max_size(screen - vec2(24.0, 24.0))
             .pivot(Align2::CENTER_CENTER)
             .default_pos(ctx.content_rect().center())
-            .show(ctx, |ui| asked = body(ui, open));
+            .show(ctx, |ui| asked = body(ui, open, &mut draft, plots));
         let typing = ctx.text_edit_focused() || egui::Popup::is_any_open(ctx);
         if !typing && ctx.input_mut(|i| i.consume_key(egui::Modifiers::NONE, Key::Escape)) {
             stays = false;
         }
-        if !stays || asked.is_some() {
-            self.open = None;
+        match asked {
+            Some(reading) => Some(ColumnsAct::Read(reading)),
+            None if !stays => Some(ColumnsAct::Close),
+            None => (draft != open.draft).then_some(ColumnsAct::Choose(draft)),
         }
-        asked
     }
 }
 
 impl Open {
     fn table(&self) -> Option<&TableOverview> {
-        self.overview.as_ref()?.as_ref().ok()?.tables.get(self.table)
-    }
-
-    /// The way of reading that is chosen.
-    fn options(&self) -> Result<ReadOptions, &'static str> {
-        let rate = match self.rate.trim() {
-            "" => None,
-            text => {
-                let rate: f64 = text.replace(',', ".").parse().map_err(|_| "the rate is not a number")?;
-                Some(rate).filter(|r| r.is_normal() && *r > 0.0)
-            }
-        };
-        let columns = self.table().map(|table| table.map(&self.uses)).unwrap_or_default();
-        // Where the time is a column it counts; a rate typed before is no reason to leave it out.
-        let rate = rate.filter(|_| !self.uses.contains(&Some(ColumnUse::Time)));
-        Ok(ReadOptions { columns, only_named: true, rate, ..self.reading.clone() })
+        self.overview.as_ref()?.as_ref().ok()?.tables.get(self.draft.table)
     }
 }
 
 /// Looks into a file.
-pub(crate) fn overview(path: &Path, reading: &ReadOptions) -> Result<Overview, Problem> {
-    MeasuredFile::open(path).and_then(|file| file.look(reading)).map_err(|e| Problem::reading(&e))
+pub(crate) fn overview(path: &Path, reading: &ReadOptions) -> Result<Overview, OpeningProblem> {
+    MeasuredFile::open(path).and_then(|file| file.look(reading)).map_err(|e| OpeningProblem::reading(&e))
 }
 
 /// Reads a file as it would be read.
-pub(crate) fn preview(path: &Path, reading: &ReadOptions) -> Result<Preview, Problem> {
-    read_set(&[path], &[], reading).map(|set| Preview::of(&set)).map_err(|e| Problem::reading(&e))
+pub(crate) fn preview(path: &Path, reading: &ReadOptions, cancel: &Cancel) -> Result<Preview, OpeningProblem> {
+    let file = MeasuredFile::open(path).map(|file| file.stopped_by(cancel));
+    let set = file.and_then(|file| read_opened(&[file], &[], reading));
+    set.map(|set| Preview::of(&set)).map_err(|e| OpeningProblem::reading(&e))
 }
 
-fn body(ui: &mut Ui, open: &mut Open) -> Option<ReadOptions> {
+fn body(ui: &mut Ui, open: &Open, draft: &mut Draft, plots: &mut Plots) -> Option<ReadOptions> {
     let colors = theme::accents(ui.visuals().dark_mode);
-    match &open.overview {
+    let overview = match &open.overview {
         None => {
             ui.centered_and_justified(|ui| ui.weak("looking into the file…"));
             return None;
@@ -175,30 +178,30 @@ fn body(ui: &mut Ui, open: &mut Open) -> Option<ReadOptions> {
             ui.add(Label::new(RichText::new(&problem.advice).weak()).wrap());
             return None;
         }
-        Some(Ok(_)) => {}
-    }
-    head(ui, open);
+        Some(Ok(overview)) => overview,
+    };
+    head(ui, overview, draft);
+    let table = overview.tables.get(draft.table)?;
     let mut asked = None;
     let frame = egui::Frame::new().inner_margin(Margin { top: 6, ..Margin::ZERO });
     // A short list leaves its room to the preview.
-    let rows = open.uses.len() as f32 + 1.5;
+    let rows = draft.uses.len() as f32 + 1.5;
     let height =
         (ui.available_height() - rows * (ROW + 1.0)).clamp(0.45 * ui.available_height(), 0.8 * ui.available_height());
     Panel::bottom("columns preview").resizable(false).exact_size(height).frame(frame).show(ui, |ui| {
-        asked = foot(ui, open);
+        asked = foot(ui, open, table, draft, plots);
     });
-    egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| list::show(ui, open));
+    egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| list::show(ui, table, draft));
     asked
 }
 
 /// What the file is, and what of it is listed.
-fn head(ui: &mut Ui, open: &mut Open) {
-    let Some(Ok(overview)) = &open.overview else { return };
-    let table = &overview.tables[open.table];
+fn head(ui: &mut Ui, overview: &Overview, draft: &mut Draft) {
+    let Some(table) = overview.tables.get(draft.table) else { return };
     let rate = table.rate.map_or(String::new(), |r| format!(", {} samples a second", significant_trimmed(r, 6)));
     let text = format!("{}: {} columns, {} rows{rate}", overview.format, table.columns.len(), table.rows);
     ui.add(Label::new(RichText::new(text).weak()).truncate());
-    let mut other = open.table;
+    let mut other = draft.table;
     let mut proposed = None;
     ui.horizontal(|ui| {
         if overview.tables.len() > 1 {
@@ -206,7 +209,7 @@ fn head(ui: &mut Ui, open: &mut Open) {
                 "" => format!("table {}", index + 1),
                 name => name.to_owned(),
             };
-            let combo = egui::ComboBox::from_id_salt("table").width(150.0).selected_text(name(open.table));
+            let combo = egui::ComboBox::from_id_salt("table").width(150.0).selected_text(name(draft.table));
             let combo = combo.show_ui(ui, |ui| {
                 for index in 0..overview.tables.len() {
                     ui.selectable_value(&mut other, index, name(index));
@@ -214,10 +217,10 @@ fn head(ui: &mut Ui, open: &mut Open) {
             });
             combo.response.accessible_name("Table");
         }
-        let field = TextEdit::singleline(&mut open.search).hint_text("find a column").desired_width(160.0);
+        let field = TextEdit::singleline(&mut draft.search).hint_text("find a column").desired_width(160.0);
         ui.add(field).accessible_name("Find a column");
-        if chip(ui, "in use", open.chosen_only, false, "List only the columns that are used").clicked() {
-            open.chosen_only = !open.chosen_only;
+        if chip(ui, "in use", draft.chosen_only, false, "List only the columns that are used").clicked() {
+            draft.chosen_only = !draft.chosen_only;
         }
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             if ui
@@ -232,24 +235,24 @@ fn head(ui: &mut Ui, open: &mut Open) {
             }
         });
     });
-    if other != open.table {
+    if other != draft.table {
         proposed = Some(overview.tables[other].proposed());
-        open.table = other;
+        draft.table = other;
     }
     if let Some(uses) = proposed {
-        open.uses = uses;
+        draft.uses = uses;
     }
 }
 
 /// What would be read, and the buttons.
-fn foot(ui: &mut Ui, open: &mut Open) -> Option<ReadOptions> {
+fn foot(ui: &mut Ui, open: &Open, table: &TableOverview, draft: &mut Draft, plots: &mut Plots) -> Option<ReadOptions> {
     let mut asked = None;
-    let options = open.options();
+    let options = draft.options(table, &open.reading);
     Panel::bottom("columns buttons").resizable(false).frame(egui::Frame::NONE).show(ui, |ui| {
         ui.horizontal(|ui| {
-            if !open.uses.contains(&Some(ColumnUse::Time)) {
+            if !draft.uses.contains(&Some(ColumnUse::Time)) {
                 ui.label("Sampling rate");
-                let field = TextEdit::singleline(&mut open.rate).hint_text("1000").desired_width(70.0);
+                let field = TextEdit::singleline(&mut draft.rate).hint_text("1000").desired_width(70.0);
                 ui.add(field)
                     .accessible_name("Sampling rate")
                     .on_hover_text("Samples a second, as no column is the time");
@@ -268,7 +271,7 @@ fn foot(ui: &mut Ui, open: &mut Open) -> Option<ReadOptions> {
             });
         });
     });
-    match &mut open.preview {
+    match &open.preview {
         None => {
             ui.centered_and_justified(|ui| ui.weak("reading…"));
         }
@@ -282,7 +285,7 @@ fn foot(ui: &mut Ui, open: &mut Open) -> Option<ReadOptions> {
             };
             ui.add(Label::new(RichText::new(advice).weak()).wrap());
         }
-        Some(Ok(preview)) => preview.show(ui),
+        Some(Ok(preview)) => preview.show(ui, plots),
     }
     asked
 }

@@ -26,7 +26,6 @@ pub(crate) struct Preview {
     /// What it is, in one line.
     summary: String,
     figure: Figure,
-    plots: Plots,
     notices: Vec<String>,
 }
 
@@ -34,17 +33,16 @@ impl Preview {
     pub(super) fn of(set: &RecordSet) -> Self {
         let count = set.entries.len();
         let Some((record, _)) = set.entries.first() else {
-            let (figure, plots) = (Figure::default(), Plots::default());
-            return Self { summary: "no record".into(), figure, plots, notices: Vec::new() };
+            return Self { summary: "no record".into(), figure: Figure::default(), notices: Vec::new() };
         };
         let rate = significant_trimmed(record.interval.recip(), 5);
         let records = if count > 1 { format!("{count} records; the first: ") } else { String::new() };
         let summary =
             format!("{records}{} samples at {rate} Hz, {} s", record.len(), significant_trimmed(record.duration(), 4));
-        Self { summary, figure: figure(record), plots: Plots::default(), notices: record.notices.clone() }
+        Self { summary, figure: figure(record), notices: record.notices.clone() }
     }
 
-    pub(super) fn show(&mut self, ui: &mut Ui) {
+    pub(super) fn show(&self, ui: &mut Ui, plots: &mut Plots) {
         ui.horizontal(|ui| {
             ui.label(RichText::new(&self.summary).strong());
             if !self.notices.is_empty() {
@@ -59,7 +57,7 @@ impl Preview {
             let mut look = Look::new(&place, &self.summary, "Preview of the columns");
             (look.compact, look.sense) = (true, Sense::hover());
             let size = vec2(ui.available_width() - 8.0, height);
-            ui.allocate_ui(size, |ui| painter::show(ui, &mut self.plots, &self.figure, &mut look));
+            ui.allocate_ui(size, |ui| painter::show(ui, plots, &self.figure, &mut look));
         });
     }
 }

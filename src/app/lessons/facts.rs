@@ -17,7 +17,7 @@ pub(crate) struct FoundTerm {
 
 /// What a study found.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Found {
+pub(crate) struct FitFacts {
     /// RMSE of the simulated response on data never fitted, else on what was fitted; none if it diverged.
     pub(crate) error: Option<f64>,
     pub(crate) noise: f64,
@@ -27,7 +27,7 @@ pub(crate) struct Found {
     pub(crate) standing: f64,
 }
 
-impl Found {
+impl FitFacts {
     /// What an outcome says.
     pub(crate) fn of(outcome: &Outcome) -> Self {
         let terms = outcome.model.leading().map_or(&[][..], |equation| &equation.terms);
@@ -73,7 +73,7 @@ pub(crate) struct Facts {
     pub(crate) of_the_rig: bool,
     pub(crate) settings: Settings,
     /// What Identify found; none while it has found nothing.
-    pub(crate) identify: Option<Found>,
+    pub(crate) identify: Option<FitFacts>,
     /// Length of the smoothing segment in main periods.
     pub(crate) segment: Option<f64>,
     /// A look for missing effects has come to its end.
@@ -85,7 +85,7 @@ pub(crate) struct Facts {
     /// The rig's library lacks the plant's own terms.
     pub(crate) usual_library: bool,
     /// What was found in the rig's record; none while there is none.
-    pub(crate) rig_found: Option<Found>,
+    pub(crate) rig_found: Option<FitFacts>,
     /// Share of the time in which the rig sticks.
     pub(crate) stuck: f64,
 }

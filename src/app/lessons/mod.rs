@@ -10,7 +10,7 @@ mod panel;
 
 use super::state::{LessonPosition, LessonProgress};
 pub(crate) use catalogue::LESSONS;
-pub(crate) use facts::{Facts, Found};
+pub(crate) use facts::{Facts, FitFacts};
 use lesson::Course;
 pub(crate) use lesson::{Lesson, Start};
 pub(crate) use panel::{LessonAct, list, show};

@@ -32,7 +32,7 @@ pub(crate) enum WalkAct {
     Copy,
     /// Save a figure: the window's own matter, as the next.
     #[serde(skip)]
-    SaveFigure(Figure),
+    SaveFigure(WalkFigure),
     /// Save a plot's numbers: what it is called, and the text of the file.
     #[serde(skip)]
     SaveTable(#[serde(skip)] &'static str, String),
@@ -40,7 +40,7 @@ pub(crate) enum WalkAct {
 
 /// A figure that is saved alone.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Figure {
+pub(crate) enum WalkFigure {
     /// The plots over time of the step that is in view.
     Time(RoundStep),
     /// The missing force over displacement and velocity.
@@ -55,7 +55,7 @@ pub(crate) enum Figure {
     Waterfall,
 }
 
-impl Figure {
+impl WalkFigure {
     /// What it is called, in the title of the panel and in the name of the file.
     pub(crate) fn name(&self) -> &'static str {
         match self {

@@ -5,9 +5,7 @@ use std::collections::BTreeMap;
 use egui::{RichText, Ui};
 
 use super::act::WalkAct;
-use super::places;
-use super::room::Missing;
-use super::subject::Subject;
+use super::known::{WalkContext, identified, stage_color};
 use crate::app::records::OpenRecords;
 use crate::app::state::{Base, Edit};
 use crate::app::theme;
@@ -16,22 +14,16 @@ use sindyscope_core::study::{Lock, Settings};
 use sindyscope_search::Stage;
 use sindyscope_values::term::{Kind, Layout as Symbols, Symbol, Term, list};
 
-/// The base model and the walk.
-pub(super) fn column(ui: &mut Ui, room: &mut Missing, bench: &OpenRecords, edit: &mut Edit) -> Vec<WalkAct> {
+/// What was added to the base, and what may be done with the model as it stands.
+pub(super) fn walk(ui: &mut Ui, context: &WalkContext<'_>, old: &Settings) -> Vec<WalkAct> {
     let mut acts = Vec::new();
-    section(ui, "BASE MODEL", |_| {}, |_| {});
-    show(ui, &mut room.typing, bench, edit);
-    let subject = Subject::of(bench);
-    let known = std::mem::take(&mut room.known);
-    let walk = edit.walk.clone();
-    let sight = room.sight(&known, &walk, &subject, ui.visuals().dark_mode);
-    places::show(ui, room, &sight);
     section(ui, "SEARCH", |_| {}, |_| {});
-    let stage = known.stages.get(&edit.walk.accepted);
+    let accepted = &context.walk.accepted;
+    let stage = context.known.stages.get(accepted);
     match stage {
         Some(stage) if !stage.effects.is_empty() => {
             for (k, effect) in stage.effects.iter().enumerate() {
-                let color = super::known::stage_color(k + 1, sight.dark);
+                let color = stage_color(k + 1, context.dark);
                 ui.horizontal(|ui| {
                     let (mark, _) = ui.allocate_exact_size(egui::vec2(4.0, 16.0), egui::Sense::hover());
                     ui.painter().rect_filled(mark, 1.0, color);
@@ -44,7 +36,7 @@ pub(super) fn column(ui: &mut Ui, room: &mut Missing, bench: &OpenRecords, edit:
         }
     }
     ui.horizontal_wrapped(|ui| {
-        let begun = !edit.walk.accepted.is_empty();
+        let begun = !accepted.is_empty();
         let mut button = |ui: &mut Ui, label: &str, hint: &str, enabled: bool, act: WalkAct| {
             let response = ui.add_enabled(enabled, egui::Button::new(label));
             if response.on_hover_text(hint).on_disabled_hover_text(hint).clicked() {
@@ -56,11 +48,10 @@ pub(super) fn column(ui: &mut Ui, room: &mut Missing, bench: &OpenRecords, edit:
         button(ui, "Copy", "Copy the model as plain text", stage.is_some(), WalkAct::Copy);
         button(ui, "Begin again", "Take every effect out of the model", begun, WalkAct::Restart);
     });
-    if let Some(problem) = stage.and_then(|s| settings(s, &edit.settings).err()) {
-        let color = theme::accents(sight.dark).caution;
+    if let Some(problem) = stage.and_then(|s| settings(s, old).err()) {
+        let color = theme::accents(context.dark).caution;
         ui.add(egui::Label::new(RichText::new(problem).size(12.0).color(color)).wrap());
     }
-    room.known = known;
     acts
 }
 
@@ -101,7 +92,8 @@ pub(super) fn settings(stage: &Stage, old: &Settings) -> Result<Settings, String
 }
 
 /// The choice of the model that the walk starts from.
-pub(super) fn show(ui: &mut Ui, typing: &mut Option<String>, bench: &OpenRecords, edit: &mut Edit) {
+pub(super) fn choice(ui: &mut Ui, typing: &mut Option<String>, data: &OpenRecords, edit: &mut Edit) {
+    section(ui, "BASE MODEL", |_| {}, |_| {});
     let mut chosen = None;
     let width = ui.available_width() - 8.0;
     let combo = egui::ComboBox::from_id_salt("base model").width(width).selected_text(label(&edit.walk.base));
@@ -110,18 +102,18 @@ pub(super) fn show(ui: &mut Ui, typing: &mut Option<String>, bench: &OpenRecords
         if ui.selectable_label(walk.base == Base::Linear, "linear spring and damper").clicked() {
             chosen = Some(Base::Linear);
         }
-        let second = bench.outcome.as_ref().is_some_and(|o| o.model.layout.kind == Kind::SecondOrder);
-        let identified = egui::Button::selectable(walk.base == Base::Identified, "the identified equation");
-        if ui.add_enabled(second, identified).clicked() {
+        let second = data.outcome.as_ref().is_some_and(|o| o.model.layout.kind == Kind::SecondOrder);
+        let found = egui::Button::selectable(walk.base == Base::Identified, "the identified equation");
+        if ui.add_enabled(second, found).clicked() {
             chosen = Some(Base::Identified);
         }
         if ui.selectable_label(matches!(walk.base, Base::Typed(_)), "typed terms").clicked() {
             let text = match &walk.base {
-                Base::Typed(terms) => text_of(terms, bench),
-                _ => super::known::identified(bench).map_or_else(|| "x, v".to_owned(), |t| text_of(&t, bench)),
+                Base::Typed(terms) => text_of(terms, data),
+                _ => identified(data).map_or_else(|| "x, v".to_owned(), |t| text_of(&t, data)),
             };
             *typing = Some(text.clone());
-            chosen = parse(&text, bench).ok().map(Base::Typed);
+            chosen = parse(&text, data).ok().map(Base::Typed);
         }
     });
     combo.response.on_hover_text("The model that the walk starts from: what is missing is missing from it");
@@ -135,8 +127,8 @@ pub(super) fn show(ui: &mut Ui, typing: &mut Option<String>, bench: &OpenRecords
         }
     }
     if let Base::Typed(terms) = &edit.walk.base {
-        let text = typing.get_or_insert_with(|| text_of(terms, bench));
-        let parsed = parse(text, bench);
+        let text = typing.get_or_insert_with(|| text_of(terms, data));
+        let parsed = parse(text, data);
         let wrong = parsed.is_err();
         let color = wrong.then(|| theme::accents(ui.visuals().dark_mode).wrong);
         let field = egui::TextEdit::singleline(text).desired_width(f32::INFINITY).text_color_opt(color);
@@ -166,18 +158,18 @@ pub(super) fn label(base: &Base) -> &'static str {
     }
 }
 
-fn text_of(terms: &[Term], bench: &OpenRecords) -> String {
-    let layout: Symbols = bench.layout(Kind::SecondOrder);
+fn text_of(terms: &[Term], data: &OpenRecords) -> String {
+    let layout: Symbols = data.layout(Kind::SecondOrder);
     terms.iter().map(|t| t.text(&layout)).collect::<Vec<_>>().join(", ")
 }
 
 /// Terms with commas between, which the records can have.
-fn parse(text: &str, bench: &OpenRecords) -> Result<Vec<Term>, String> {
+fn parse(text: &str, data: &OpenRecords) -> Result<Vec<Term>, String> {
     let terms = list(text).map_err(|e| e.to_string())?;
     if terms.is_empty() {
         return Err("type at least one term, as x".to_owned());
     }
-    let (layout, units) = (bench.layout(Kind::SecondOrder), bench.units(Kind::SecondOrder));
+    let (layout, units) = (data.layout(Kind::SecondOrder), data.units(Kind::SecondOrder));
     terms.iter().try_for_each(|t| units.check(t, &layout))?;
     Ok(terms)
 }

@@ -6,14 +6,15 @@ use egui::{
 };
 use sindyscope_values::format::units::raised;
 
-use super::act::{Figure, WalkAct};
+use super::act::{WalkAct, WalkFigure};
+use super::canvas::WalkCanvas;
 use super::figures::{self, Manner};
 use super::known::{WalkContext, stage_color, stands};
-use super::room::Missing;
 use super::subject::short_title;
 use super::words;
 use crate::app::plot::painter::{Wish, entries};
 use crate::app::theme;
+use crate::app::widgets::line;
 use sindyscope_search::{Candidate, Stage, Standing};
 use sindyscope_values::format::number::significant_trimmed;
 
@@ -29,10 +30,10 @@ const TEXT_ROW: f32 = 15.0;
 const PLOT: f32 = 138.0;
 
 /// One line on how far a candidate has come: the first against the model without it, the others against the first.
-pub(super) fn standing(candidate: &Candidate, sight: &WalkContext<'_>) -> String {
-    let looking = sight.looking();
+pub(super) fn standing(candidate: &Candidate, context: &WalkContext<'_>) -> String {
+    let looking = context.looking();
     match &candidate.standing {
-        Standing::Refitted => match behind(candidate, sight) {
+        Standing::Refitted => match behind(candidate, context) {
             None => words::evidence(candidate.delta_bic).to_owned(),
             Some(delta) => words::against_first(delta).to_owned(),
         },
@@ -44,16 +45,16 @@ pub(super) fn standing(candidate: &Candidate, sight: &WalkContext<'_>) -> String
 }
 
 /// By how much a rival's criterion lies above that of the first candidate that stands; none for that one itself.
-fn behind(candidate: &Candidate, sight: &WalkContext<'_>) -> Option<f64> {
-    let first = sight.candidates().iter().find(|c| stands(c))?;
+fn behind(candidate: &Candidate, context: &WalkContext<'_>) -> Option<f64> {
+    let first = context.candidates().iter().find(|c| stands(c))?;
     (first.choice != candidate.choice).then_some(candidate.delta_bic - first.delta_bic)
 }
 
 /// A card; `rank` is shown where the candidate stands.
 pub(super) fn card(
     ui: &mut Ui,
-    room: &mut Missing,
-    sight: &WalkContext<'_>,
+    canvas: &mut WalkCanvas,
+    context: &WalkContext<'_>,
     before: &Stage,
     candidate: &Candidate,
     (rank, size): (Option<usize>, Vec2),
@@ -65,10 +66,10 @@ pub(super) fn card(
     if !ui.is_rect_visible(rect) {
         return;
     }
-    let colors = theme::accents(sight.dark);
-    let chosen = room.view.selected.as_ref() == Some(&candidate.choice);
+    let colors = theme::accents(context.dark);
+    let chosen = canvas.view.selected.as_ref() == Some(&candidate.choice);
     let faded = !stands(candidate) && !matches!(candidate.standing, Standing::Screened);
-    let color = stage_color(before.effects.len() + 1, sight.dark);
+    let color = stage_color(before.effects.len() + 1, context.dark);
     outline(ui, rect, &response, (chosen, faded), stands(candidate).then_some(color));
     let inner = rect.shrink2(vec2(10.0, 7.0));
     let mut child = ui.new_child(UiBuilder::new().max_rect(inner).layout(Layout::top_down(Align::Min)));
@@ -78,7 +79,7 @@ pub(super) fn card(
     let strong = if faded { ui.visuals().weak_text_color() } else { ui.visuals().strong_text_color() };
     line(ui, 20.0, |ui| {
         let number = rank.map_or_else(String::new, |r| format!("{r}  "));
-        let title = short_title(candidate, sight.subject.masses());
+        let title = short_title(candidate, context.subject.masses());
         let title = RichText::new(format!("{number}{title}")).size(14.0).strong().color(strong);
         ui.add(egui::Label::new(title).truncate())
             .on_hover_text(format!("{}\n\n{}", candidate.title, candidate.explanation));
@@ -86,8 +87,8 @@ pub(super) fn card(
     let size = vec2(inner.width(), plot_height);
     let manner =
         Manner { sense: Sense::hover(), strength: if faded { 0.45 } else { 1.0 }, ..Manner::new(size).compact() };
-    let figure = Figure::Curve(candidate.choice.clone());
-    if !figures::show(ui, room, sight, (&figure, None), manner, acts) {
+    let figure = WalkFigure::Curve(candidate.choice.clone());
+    if !figures::show(ui, canvas, context, (&figure, None), manner, acts) {
         let (plot, _) = ui.allocate_exact_size(size, Sense::hover());
         let text = match candidate.standing {
             Standing::NotShown(_) => "not tried",
@@ -95,11 +96,11 @@ pub(super) fn card(
         };
         ui.painter().text(plot.center(), egui::Align2::CENTER_CENTER, text, FontId::proportional(12.0), strong);
     }
-    evidence(ui, sight, before, candidate, strong);
-    let (reason, confused) = reasons(candidate, sight);
+    evidence(ui, context, before, candidate, strong);
+    let (reason, confused) = reasons(candidate, context);
     let body = if faded { strong } else { ui.visuals().text_color() };
     explain(ui, (inner, rect.bottom()), (&reason, body), (&confused, colors.caution));
-    if let Some(drawing) = figures::kept(room, sight, &figure, None) {
+    if let Some(drawing) = figures::kept(canvas, context, &figure, None) {
         let table = || drawing.panels().next().map_or_else(String::new, |p| drawing.table(p, &(0.0..=0.0)));
         response.context_menu(|menu| match entries(menu, table) {
             Some(Wish::Table(text)) => acts.push(WalkAct::SaveTable(figure.name(), text)),
@@ -133,13 +134,13 @@ fn outline(ui: &Ui, rect: Rect, response: &Response, (chosen, faded): (bool, boo
 }
 
 /// Two lines: how the gap shrinks, and how far the candidate has come.
-fn evidence(ui: &mut Ui, sight: &WalkContext<'_>, before: &Stage, candidate: &Candidate, strong: Color32) {
-    let colors = theme::accents(sight.dark);
+fn evidence(ui: &mut Ui, context: &WalkContext<'_>, before: &Stage, candidate: &Candidate, strong: Color32) {
+    let colors = theme::accents(context.dark);
     line(ui, 18.0, |ui| match &candidate.stage {
         Some(stage) => {
             let what = if stage.gap.test_rmse.is_some() { "not fitted" } else { "fitted" };
             ui.label(RichText::new(what).weak());
-            let text = words::shrinks(&before.gap, &stage.gap, sight.unit);
+            let text = words::shrinks(&before.gap, &stage.gap, context.unit);
             ui.label(RichText::new(text).strong().color(strong));
         }
         None if candidate.explained > 0.0 => {
@@ -149,8 +150,8 @@ fn evidence(ui: &mut Ui, sight: &WalkContext<'_>, before: &Stage, candidate: &Ca
         None => {}
     });
     line(ui, 18.0, |ui| {
-        let said = standing(candidate, sight);
-        let behind = behind(candidate, sight);
+        let said = standing(candidate, context);
+        let behind = behind(candidate, context);
         let color = match candidate.standing {
             Standing::Refitted if behind.is_none_or(|d| d <= 2.0) => colors.good,
             Standing::Refused(_) => colors.caution,
@@ -168,7 +169,7 @@ fn evidence(ui: &mut Ui, sight: &WalkContext<'_>, before: &Stage, candidate: &Ca
 }
 
 /// Why it is among the candidates or cannot be shown, and what it cannot be told from; empty where there is nothing.
-fn reasons(candidate: &Candidate, sight: &WalkContext<'_>) -> (String, String) {
+fn reasons(candidate: &Candidate, context: &WalkContext<'_>) -> (String, String) {
     let reason = match &candidate.standing {
         Standing::NotShown(reason) => reason.clone(),
         // Its figures stand above already.
@@ -177,7 +178,7 @@ fn reasons(candidate: &Candidate, sight: &WalkContext<'_>) -> (String, String) {
     let confused = if candidate.confused_with.is_empty() {
         String::new()
     } else {
-        let named = sight.round().is_some_and(|r| r.finding == sindyscope_search::Finding::Named);
+        let named = context.round().is_some_and(|r| r.finding == sindyscope_search::Finding::Named);
         // Where one is named, what looks like it comes to the same motion here and has more to it than is needed.
         let words = if named { "Moves alike here, with more to it" } else { "Cannot be told from" };
         format!("{words}: {}.", candidate.confused_with.join(", "))
@@ -206,19 +207,10 @@ fn explain(
     ui.painter().galley(at, galley, body);
 }
 
-/// A line of a fixed height.
-pub(super) fn line(ui: &mut Ui, height: f32, body: impl FnOnce(&mut Ui)) {
-    let size = vec2(ui.available_width(), height);
-    ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-        ui.set_min_size(size);
-        body(ui);
-    });
-}
-
 /// A candidate as a row of a list: name, gap, standing. Tells whether it is under the pointer.
 pub(super) fn row(
     ui: &mut Ui,
-    sight: &WalkContext<'_>,
+    context: &WalkContext<'_>,
     before: &Stage,
     candidate: &Candidate,
     marks: (bool, bool),
@@ -227,27 +219,27 @@ pub(super) fn row(
     let (chosen, skipped) = marks;
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 24.0), Sense::click());
     response.widget_info(|| WidgetInfo::selected(egui::Role::ListItem, true, chosen, &candidate.title));
-    let colors = theme::accents(sight.dark);
+    let colors = theme::accents(context.dark);
     if chosen || response.hovered() {
         let fill = if chosen { colors.accent_ground } else { ui.visuals().widgets.hovered.bg_fill };
         ui.painter().rect_filled(rect, 3.0, fill);
     }
     let faded = skipped || !(stands(candidate) || matches!(candidate.standing, Standing::Screened));
     let text = if faded { ui.visuals().weak_text_color() } else { ui.visuals().text_color() };
-    let mut title = RichText::new(short_title(candidate, sight.subject.masses())).color(text);
+    let mut title = RichText::new(short_title(candidate, context.subject.masses())).color(text);
     if skipped {
         title = title.strikethrough();
     }
     if stands(candidate) {
         let mark = Rect::from_min_size(rect.min + vec2(2.0, 5.0), vec2(3.0, rect.height() - 10.0));
-        ui.painter().rect_filled(mark, 1.0, stage_color(before.effects.len() + 1, sight.dark));
+        ui.painter().rect_filled(mark, 1.0, stage_color(before.effects.len() + 1, context.dark));
     }
     let cells = [(0.0, 0.46), (0.46, 0.76), (0.76, 1.0)];
-    let gap = sight.with(&candidate.choice).map_or_else(
+    let gap = context.with(&candidate.choice).map_or_else(
         || format!("explains {} %", significant_trimmed(100.0 * candidate.explained, 2)),
-        |stage| words::shrinks(&before.gap, &stage.gap, sight.unit),
+        |stage| words::shrinks(&before.gap, &stage.gap, context.unit),
     );
-    let texts = [title, RichText::new(gap).color(text), RichText::new(standing(candidate, sight)).weak()];
+    let texts = [title, RichText::new(gap).color(text), RichText::new(standing(candidate, context)).weak()];
     for ((from, to), text) in cells.into_iter().zip(texts) {
         let x = |share: f32| rect.left() + 9.0 + share * (rect.width() - 12.0);
         let cell = Rect::from_x_y_ranges(x(from)..=x(to) - 4.0, rect.y_range());

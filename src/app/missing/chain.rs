@@ -4,7 +4,7 @@
 use crate::app::plot::palette::Painted as _;
 use egui::{Align2, Color32, FontId, Rect, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2};
 
-use super::subject::{Subject, site_name};
+use super::subject::{WalkSubject, site_name};
 use super::words::capitalised;
 use crate::app::plot::palette::{self, Ink};
 use crate::app::plot::sketch::Pen;
@@ -27,7 +27,7 @@ const WIDEST: f32 = 60.0;
 
 /// What is shown of each place.
 pub(super) struct Chain<'a> {
-    pub(super) subject: &'a Subject,
+    pub(super) subject: &'a WalkSubject,
     /// The mass that the force acts on, if there is one.
     pub(super) force: Option<usize>,
     /// The place whose candidates are shown alone.

@@ -5,16 +5,17 @@ use std::sync::Arc;
 
 use egui::{RichText, Ui, vec2};
 
-use super::act::Figure;
 use super::act::WalkAct;
+use super::act::WalkFigure;
+use super::canvas::WalkCanvas;
 use super::choice;
 use super::figures::{self, Manner};
 use super::known::{WalkContext, stands};
-use super::room::Missing;
-use super::{cards, words};
+use super::words;
 use crate::app::plot::palette::{self, Tint};
 use crate::app::state::RoundStep;
 use crate::app::theme;
+use crate::app::widgets::{line, record_steps};
 use sindyscope_search::{Place, Stage, Trace as Response};
 use sindyscope_values::format::number::significant;
 use sindyscope_values::record::Usage;
@@ -24,29 +25,29 @@ const MAPS: f32 = 160.0;
 
 pub(super) fn show(
     ui: &mut Ui,
-    room: &mut Missing,
-    sight: &WalkContext<'_>,
+    canvas: &mut WalkCanvas,
+    context: &WalkContext<'_>,
     stage: &Arc<Stage>,
     acts: &mut Vec<WalkAct>,
 ) {
-    sentence(ui, sight);
-    if record(ui, sight, (&stage.traces, &mut room.view.record, &mut room.mass), "").is_none() {
+    sentence(ui, context);
+    if record(ui, context, (&stage.traces, &mut canvas.view.record, &mut canvas.mass), "").is_none() {
         return;
     }
     let maps = (0.34 * ui.available_height()).max(MAPS);
     let height = ui.available_height() - maps - 6.0;
-    let figure = Figure::Time(RoundStep::Compare);
-    figures::show(ui, room, sight, (&figure, None), Manner::new(vec2(ui.available_width(), height)), acts);
-    below(ui, room, sight, maps, acts);
+    let figure = WalkFigure::Time(RoundStep::Compare);
+    figures::show(ui, canvas, context, (&figure, None), Manner::new(vec2(ui.available_width(), height)), acts);
+    below(ui, canvas, context, maps, acts);
 }
 
 /// Where it is, in a sentence of its own height.
-fn sentence(ui: &mut Ui, sight: &WalkContext<'_>) {
+fn sentence(ui: &mut Ui, context: &WalkContext<'_>) {
     let size = vec2(ui.available_width(), 36.0);
     ui.allocate_ui_with_layout(size, egui::Layout::top_down(egui::Align::Min), |ui| {
         ui.set_min_size(size);
-        let first = sight.round().and_then(|r| r.candidates.first()).filter(|c| stands(c));
-        let text = match (sight.place(), sight.round()) {
+        let first = context.round().and_then(|r| r.candidates.first()).filter(|c| stands(c));
+        let text = match (context.place(), context.round()) {
             (_, Some(round)) if !round.evidence.significant => {
                 format!("No gap beyond noise ({}): what is left is noise.", words::no_gap(round.evidence.p_value))
             }
@@ -62,13 +63,13 @@ fn sentence(ui: &mut Ui, sight: &WalkContext<'_>) {
                 let verdict = round.map(|r| format!("A gap beyond noise ({}). ", words::p_value(r.evidence.p_value)));
                 verdict.unwrap_or_default() + &raised(&place.sentence)
             }
-            (None, _) if sight.looking() => "Looking…".to_owned(),
+            (None, _) if context.looking() => "Looking…".to_owned(),
             (None, _) => "The model's simulated response over the measurement, and the gap between them. \
                           Is it more than noise, where is it, and what would close it?"
                 .to_owned(),
         };
         let color = ui.visuals().text_color();
-        let place = sight.place().map_or(String::new(), |p| raised(&p.sentence));
+        let place = context.place().map_or(String::new(), |p| raised(&p.sentence));
         let whole = if place.is_empty() || text.contains(&place) { text.clone() } else { format!("{text}\n\n{place}") };
         let mut job = egui::text::LayoutJob::simple(text, egui::FontId::proportional(13.5), color, size.x);
         // Plots beneath must not move when a sentence is longer.
@@ -78,11 +79,18 @@ fn sentence(ui: &mut Ui, sight: &WalkContext<'_>) {
 }
 
 /// The map, and one profile.
-fn below(ui: &mut Ui, room: &mut Missing, sight: &WalkContext<'_>, height: f32, acts: &mut Vec<WalkAct>) {
+fn below(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'_>, height: f32, acts: &mut Vec<WalkAct>) {
     ui.horizontal_top(|ui| {
         let half = 0.5 * (ui.available_width() - 8.0);
-        if !figures::show(ui, room, sight, (&Figure::Map, None), Manner::new(vec2(half, height)).compact(), acts) {
-            let why = if choice::only_noise(sight) {
+        if !figures::show(
+            ui,
+            canvas,
+            context,
+            (&WalkFigure::Map, None),
+            Manner::new(vec2(half, height)).compact(),
+            acts,
+        ) {
+            let why = if choice::only_noise(context) {
                 "no gap beyond noise: there is nothing to map"
             } else {
                 "the map comes with the search"
@@ -91,19 +99,19 @@ fn below(ui: &mut Ui, room: &mut Missing, sight: &WalkContext<'_>, height: f32, 
         }
         ui.vertical(|ui| {
             ui.set_width(half);
-            let Some(place) = sight.place().filter(|p| !choice::only_noise(sight) && !p.profiles.is_empty()) else {
+            let Some(place) = context.place().filter(|p| !choice::only_noise(context) && !p.profiles.is_empty()) else {
                 return;
             };
-            chips(ui, room, place, choice::profile(room, sight, place));
+            chips(ui, canvas, place, choice::profile(canvas, context, place));
             let manner = Manner::new(vec2(half, height - 24.0)).compact();
-            figures::show(ui, room, sight, (&Figure::Profile, None), manner, acts);
+            figures::show(ui, canvas, context, (&WalkFigure::Profile, None), manner, acts);
         });
     });
 }
 
 /// Which quantity the profile is over, the one that explains most first.
-fn chips(ui: &mut Ui, room: &mut Missing, place: &Place, shown: usize) {
-    cards::line(ui, 20.0, |ui| {
+fn chips(ui: &mut Ui, canvas: &mut WalkCanvas, place: &Place, shown: usize) {
+    line(ui, 20.0, |ui| {
         ui.weak("over");
         let text = |k: usize| {
             let p = &place.profiles[k];
@@ -113,7 +121,7 @@ fn chips(ui: &mut Ui, room: &mut Missing, place: &Place, shown: usize) {
         let response = combo.show_ui(ui, |ui| {
             for k in 0..place.profiles.len() {
                 if ui.selectable_label(k == shown, text(k)).clicked() {
-                    room.view.profile = Some(place.profiles[k].axis.0.clone());
+                    canvas.view.profile = Some(place.profiles[k].axis.0.clone());
                 }
             }
         });
@@ -127,21 +135,14 @@ fn chips(ui: &mut Ui, room: &mut Missing, place: &Place, shown: usize) {
 /// one.
 pub(super) fn record<'a>(
     ui: &mut Ui,
-    sight: &WalkContext<'_>,
+    context: &WalkContext<'_>,
     (traces, shown, mass): (&'a [Response], &mut usize, &mut usize),
     aside: &str,
 ) -> Option<&'a Response> {
     *shown = (*shown).min(traces.len().checked_sub(1)?);
-    cards::line(ui, 22.0, |ui| {
+    line(ui, 22.0, |ui| {
         if traces.len() > 1 {
-            let step = |ui: &mut Ui, sign: &str, name: &str, to: Option<usize>| {
-                let response = ui.add_enabled(to.is_some(), egui::Button::new(sign).small().frame(false));
-                response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, to.is_some(), name));
-                response.on_hover_text(name).clicked().then_some(to).flatten()
-            };
-            let back = step(ui, "⏴", "Previous record", shown.checked_sub(1));
-            let on = step(ui, "⏵", "Next record", Some(*shown + 1).filter(|k| *k < traces.len()));
-            *shown = back.or(on).unwrap_or(*shown);
+            *shown = record_steps(ui, *shown, traces.len()).unwrap_or(*shown);
         }
         let trace = &traces[*shown];
         ui.strong(&*trace.record);
@@ -159,7 +160,7 @@ pub(super) fn record<'a>(
             ui.painter().rect_filled(rect, 1.0, palette::tint(Tint::HeldOut, ui.visuals().dark_mode));
         }
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-            let sensors = &sight.subject.sensors;
+            let sensors = &context.subject.sensors;
             if sensors.len() > 1 {
                 // From right to left, so that the first stands on the left.
                 for (k, sensor) in sensors.iter().enumerate().rev() {

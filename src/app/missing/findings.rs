@@ -6,7 +6,7 @@ use sindyscope_values::format::units::{as_fraction, format_si};
 use super::known::{WalkContext, stage_color};
 use super::words;
 use crate::app::theme::{self, ROW};
-use crate::app::widgets::{card, section, share_bar};
+use crate::app::widgets::{Headline, card, headlines, line, section, share_bar};
 use sindyscope_rig::Truth;
 use sindyscope_rig::hidden::title;
 use sindyscope_search::{Choice, Stage, Test};
@@ -21,20 +21,20 @@ const NOISE: &str = "Standard deviation of the noise in the samples that are sea
 /// Questions that are shown without being asked for.
 const SHOWN: usize = 5;
 
-pub(super) fn show(ui: &mut Ui, sight: &WalkContext<'_>, preview: Option<&Choice>) {
-    let stage = preview.and_then(|c| sight.with(c)).or(sight.stage());
-    gap(ui, sight);
-    equation(ui, sight, stage.map(|s| &**s), stage.is_some() && preview.and_then(|c| sight.with(c)).is_some());
-    evidence(ui, sight);
-    knowing(ui, sight);
+pub(super) fn show(ui: &mut Ui, context: &WalkContext<'_>, preview: Option<&Choice>) {
+    let stage = preview.and_then(|c| context.with(c)).or(context.stage());
+    gap(ui, context);
+    equation(ui, context, stage.map(|s| &**s), stage.is_some() && preview.and_then(|c| context.with(c)).is_some());
+    evidence(ui, context);
+    knowing(ui, context);
     ui.add_space(8.0);
 }
 
 /// What the virtual rig hid, beside what was found.
-pub(super) fn truth(ui: &mut Ui, sight: &WalkContext<'_>, truth: &Truth) {
+pub(super) fn truth(ui: &mut Ui, context: &WalkContext<'_>, truth: &Truth) {
     section(ui, "THE TRUTH", |_| {}, |_| {});
-    let colors = theme::accents(sight.dark);
-    let found: Vec<&str> = sight.walk.accepted.iter().map(|c| c.effect.as_str()).collect();
+    let colors = theme::accents(context.dark);
+    let found: Vec<&str> = context.walk.accepted.iter().map(|c| c.effect.as_str()).collect();
     let mut hidden: Vec<&str> = truth.effects.iter().map(String::as_str).collect();
     hidden.sort_unstable();
     let mut sorted = found.clone();
@@ -61,52 +61,45 @@ pub(super) fn truth(ui: &mut Ui, sight: &WalkContext<'_>, truth: &Truth) {
 }
 
 /// The gap now, beside the noise floor.
-fn gap(ui: &mut Ui, sight: &WalkContext<'_>) {
+fn gap(ui: &mut Ui, context: &WalkContext<'_>) {
     section(ui, "GAP", |_| {}, |_| {});
-    let size = vec2(ui.available_width(), 50.0);
-    let Some(stage) = sight.stage() else {
-        ui.allocate_exact_size(size, Sense::hover());
+    let Some(stage) = context.stage() else {
+        ui.add_space(50.0);
         return;
     };
     let figure = words::honest(&stage.gap);
-    let noise = sight.known.noise_floor;
-    let colors = theme::accents(sight.dark);
+    let noise = context.known.noise_floor;
+    let colors = theme::accents(context.dark);
     let color = if figure <= 1.3 * noise { colors.good } else { ui.visuals().strong_text_color() };
     let what = if stage.gap.test_rmse.is_some() { "on data never fitted" } else { "on the fitted records" };
-    ui.allocate_ui_with_layout(size, Flow::left_to_right(Align::Min), |ui| {
-        ui.set_min_size(size);
-        ui.spacing_mut().item_spacing.x = 0.0;
-        let half = 0.5 * ui.available_width();
-        let weak = ui.visuals().weak_text_color();
-        let error = "RMS of what the model's simulated response leaves";
-        for (value, color, label, hint) in [(figure, color, what, error), (noise, weak, "noise floor", NOISE)] {
-            ui.allocate_ui_with_layout(vec2(half, 50.0), Flow::top_down(Align::Min), |ui| {
-                ui.set_min_width(half);
-                ui.spacing_mut().item_spacing.y = 0.0;
-                let text = RichText::new(format_si(value, sight.unit, 3)).size(23.0).color(color);
-                ui.add(egui::Label::new(text).truncate());
-                ui.label(RichText::new(label).weak().size(12.0)).on_hover_text(hint);
-            });
-        }
-    });
+    let weak = ui.visuals().weak_text_color();
+    let error = "RMS of what the model's simulated response leaves";
+    let [figure, noise] = [figure, noise].map(|value| format_si(value, context.unit, 3));
+    headlines(
+        ui,
+        [
+            Headline { text: &figure, color, label: what, hint: error },
+            Headline { text: &noise, color: weak, label: "noise floor", hint: NOISE },
+        ],
+    );
 }
 
-fn equation(ui: &mut Ui, sight: &WalkContext<'_>, stage: Option<&Stage>, preview: bool) {
+fn equation(ui: &mut Ui, context: &WalkContext<'_>, stage: Option<&Stage>, preview: bool) {
     let aside = |ui: &mut Ui| {
         if preview {
-            ui.label(RichText::new("preview").size(11.0).color(theme::accents(sight.dark).accent));
+            ui.label(RichText::new("preview").size(11.0).color(theme::accents(context.dark).accent));
         }
     };
     section(ui, "EQUATION", aside, |_| {});
     let Some(stage) = stage else {
-        let failed = sight.known.failure.is_some();
+        let failed = context.known.failure.is_some();
         ui.weak(if failed { "There is no base model" } else { "the base model is being fitted" });
         return;
     };
     let layout = stage.model.layout;
     let color_of = |text: &str| {
         let place = stage.effects.iter().position(|e| e.terms.iter().any(|t| t == text));
-        place.map(|k| stage_color(k + 1, sight.dark))
+        place.map(|k| stage_color(k + 1, context.dark))
     };
     for (state, equation) in stage.model.iter() {
         let name = Term::new(Expression::Symbol(state)).pretty(&layout);
@@ -127,7 +120,7 @@ fn equation(ui: &mut Ui, sight: &WalkContext<'_>, stage: Option<&Stage>, preview
         ui.add_space(4.0);
     }
     for (k, effect) in stage.effects.iter().enumerate() {
-        let color = stage_color(k + 1, sight.dark);
+        let color = stage_color(k + 1, context.dark);
         card(ui, color, |ui| {
             ui.add(egui::Label::new(RichText::new(&effect.title).strong()).wrap());
             for p in &effect.parameters {
@@ -172,10 +165,10 @@ fn term_row(ui: &mut Ui, number: &str, pretty: &str, share: f64, color: Option<C
 }
 
 /// The statistical questions and their answers in words.
-fn evidence(ui: &mut Ui, sight: &WalkContext<'_>) {
-    let Some(round) = sight.round() else { return };
+fn evidence(ui: &mut Ui, context: &WalkContext<'_>) {
+    let Some(round) = context.round() else { return };
     section(ui, "IS IT CHANCE?", |_| {}, |_| {});
-    let colors = theme::accents(sight.dark);
+    let colors = theme::accents(context.dark);
     let whole = &round.evidence;
     let (color, text) = if whole.significant {
         (colors.caution, "The gap is more than noise")
@@ -195,10 +188,8 @@ fn evidence(ui: &mut Ui, sight: &WalkContext<'_>) {
 
 fn questions(ui: &mut Ui, tests: &[Test], gap: bool) {
     for test in tests {
-        let size = vec2(ui.available_width(), ROW - 3.0);
         let said = words::answer(test.p_value, gap);
-        ui.allocate_ui_with_layout(size, Flow::left_to_right(Align::Center), |ui| {
-            ui.set_min_size(size);
+        line(ui, ROW - 3.0, |ui| {
             ui.with_layout(Flow::right_to_left(Align::Center), |ui| {
                 ui.label(RichText::new(&said).weak().size(12.0));
                 ui.with_layout(Flow::left_to_right(Align::Center), |ui| {
@@ -212,13 +203,13 @@ fn questions(ui: &mut Ui, tests: &[Test], gap: bool) {
 }
 
 /// What was done to the data, and what they cannot show: said before any fit.
-fn knowing(ui: &mut Ui, sight: &WalkContext<'_>) {
-    let known = sight.known;
+fn knowing(ui: &mut Ui, context: &WalkContext<'_>) {
+    let known = context.known;
     if known.notices.is_empty() && known.blind.is_empty() {
         return;
     }
     section(ui, "WORTH KNOWING", |_| {}, |_| {});
-    let colors = theme::accents(sight.dark);
+    let colors = theme::accents(context.dark);
     for notice in &known.notices {
         card(ui, colors.accent, |ui| {
             ui.add(egui::Label::new(RichText::new(notice).size(12.5)).wrap());

@@ -3,9 +3,10 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::subject::Subject;
-use super::work::{Key, Want};
+use super::subject::WalkSubject;
+use super::work::{SearchDepth, SearchKey};
 use crate::app::plot::palette::{Ink, Painted as _};
+use crate::app::queue::JobProgress;
 use crate::app::records::OpenRecords;
 use crate::app::state::{Base, Edit, Walk};
 use sindyscope_search::{Blind, Candidate, Choice, Diagnosis, Place, Round, Site, Stage, Standing, Trace};
@@ -13,8 +14,8 @@ use sindyscope_values::term::{Kind, Term};
 
 /// Everything found for one set of records and one base.
 #[derive(Debug, Default)]
-pub(super) struct Known {
-    pub(super) key: Option<Key>,
+pub(super) struct WalkFindings {
+    pub(super) key: Option<SearchKey>,
     /// What tells the records from others.
     pub(super) records: String,
     pub(super) noise_floor: f64,
@@ -43,18 +44,19 @@ pub(super) struct Partial {
 /// What runs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Running {
-    pub(super) want: Want,
+    pub(super) want: SearchDepth,
     /// What it does at the moment.
     pub(super) sentence: &'static str,
-    pub(super) share: f64,
+    /// How far it has come.
+    pub(super) progress: JobProgress,
 }
 
 /// What the steps see.
 pub(super) struct WalkContext<'a> {
     pub(super) walk: &'a Walk,
-    pub(super) known: &'a Known,
+    pub(super) known: &'a WalkFindings,
     pub(super) running: Option<Running>,
-    pub(super) subject: &'a Subject,
+    pub(super) subject: &'a WalkSubject,
     /// The mass whose response is shown.
     pub(super) mass: usize,
     /// The place whose candidates are shown alone.
@@ -113,7 +115,7 @@ impl<'a> WalkContext<'a> {
     }
 
     pub(super) fn looking(&self) -> bool {
-        self.running.is_some_and(|r| r.want == Want::Look) && self.round().is_none()
+        self.running.is_some_and(|r| r.want == SearchDepth::Look) && self.round().is_none()
     }
 
     /// The stage that comes of adding a candidate.
@@ -133,18 +135,18 @@ pub(super) fn stands(candidate: &Candidate) -> bool {
 }
 
 /// What the walk is of; none while the equation that it starts from is not known.
-pub(super) fn key(bench: &OpenRecords, edit: &Edit) -> Option<Key> {
+pub(super) fn key(data: &OpenRecords, edit: &Edit) -> Option<SearchKey> {
     let base = match &edit.walk.base {
         Base::Linear => None,
         Base::Typed(terms) => Some(terms.clone()),
-        Base::Identified => Some(identified(bench)?),
+        Base::Identified => Some(identified(data)?),
     };
-    Some(Key { generation: bench.generation, usage: edit.usage.clone(), base })
+    Some(SearchKey { generation: data.generation, usage: edit.usage.clone(), base })
 }
 
 /// The terms of the identified acceleration.
-pub(super) fn identified(bench: &OpenRecords) -> Option<Vec<Term>> {
-    let model = &bench.outcome.as_ref()?.model;
+pub(super) fn identified(data: &OpenRecords) -> Option<Vec<Term>> {
+    let model = &data.outcome.as_ref()?.model;
     if model.layout.kind != Kind::SecondOrder {
         return None;
     }

@@ -2,9 +2,9 @@
 
 use egui::{RichText, Ui};
 
+use super::canvas::WalkCanvas;
 use super::chain::{self, Chain};
 use super::known::{WalkContext, stage_color, stands};
-use super::room::Missing;
 use super::subject::site_name;
 use super::words::capitalised;
 use crate::app::widgets::section;
@@ -12,38 +12,38 @@ use sindyscope_search::{Candidate, Site, Stage, within};
 use sindyscope_values::term::{Expression, Symbol};
 
 /// Draws the section; nothing where there is one place alone.
-pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &WalkContext<'_>) {
-    if sight.subject.sites().len() < 2 {
+pub(super) fn show(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'_>) {
+    if context.subject.sites().len() < 2 {
         return;
     }
     section(ui, "PLACES", |_| {}, |_| {});
-    let stage = sight.stage().map(|s| &**s);
-    let chosen = room.hovered.as_ref().or(room.view.selected.as_ref());
-    let chosen = chosen.and_then(|choice| sight.candidates().iter().find(|c| c.choice == *choice));
-    let looked_at = chosen.or_else(|| sight.offered().find(|c| stands(c))).and_then(|c| c.place);
+    let stage = context.stage().map(|s| &**s);
+    let chosen = canvas.hovered.as_ref().or(canvas.view.selected.as_ref());
+    let chosen = chosen.and_then(|choice| context.candidates().iter().find(|c| c.choice == *choice));
+    let looked_at = chosen.or_else(|| context.offered().find(|c| stands(c))).and_then(|c| c.place);
     let effects = stage.map_or(&[][..], |s| &s.effects);
     let added: Vec<_> = effects
         .iter()
         .enumerate()
-        .filter_map(|(k, effect)| Some((effect.place?, stage_color(k + 1, sight.dark))))
+        .filter_map(|(k, effect)| Some((effect.place?, stage_color(k + 1, context.dark))))
         .collect();
     let picture = Chain {
-        subject: sight.subject,
+        subject: context.subject,
         force: stage.and_then(driven),
-        picked: room.view.site,
+        picked: canvas.view.site,
         looked_at,
         added: &added,
-        known: &|site| known(sight, stage, site),
+        known: &|site| known(context, stage, site),
     };
     if let Some(site) = chain::show(ui, &picture) {
-        room.view.pick(site);
+        canvas.view.pick(site);
     }
-    let masses = sight.subject.masses();
-    ui.horizontal(|ui| match room.view.site {
+    let masses = context.subject.masses();
+    ui.horizontal(|ui| match canvas.view.site {
         Some(site) => {
             ui.strong(capitalised(&site_name(site, masses)));
             if ui.button("All places").on_hover_text("Show the candidates of every place").clicked() {
-                room.view.site = None;
+                canvas.view.site = None;
             }
         }
         None => {
@@ -54,11 +54,11 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &WalkContext<'_>) {
 }
 
 /// What was added at a place, and what its candidates come to.
-fn known(sight: &WalkContext<'_>, stage: Option<&Stage>, site: Site) -> String {
+fn known(context: &WalkContext<'_>, stage: Option<&Stage>, site: Site) -> String {
     let effects = stage.map_or(&[][..], |s| &s.effects);
     let mut lines: Vec<String> =
         effects.iter().filter(|e| e.place == Some(site)).map(|e| format!("added: {}", within(&e.title))).collect();
-    let here: Vec<&Candidate> = sight.candidates().iter().filter(|c| c.place == Some(site)).collect();
+    let here: Vec<&Candidate> = context.candidates().iter().filter(|c| c.place == Some(site)).collect();
     let standing: Vec<&&Candidate> = here.iter().filter(|c| stands(c)).collect();
     match (standing.first(), here.len()) {
         (_, 0) => {}

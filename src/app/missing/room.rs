@@ -5,28 +5,27 @@ use std::sync::Arc;
 
 use super::act::WalkAct;
 use super::keep::Shelf;
-use super::known::{Known, Partial, Running, WalkContext, key};
-use super::plots;
-use super::subject::Subject;
-use super::work::{Event, Request, Want};
+use super::known::{Partial, Running, WalkContext, WalkFindings, key};
+use super::subject::WalkSubject;
+use super::work::{Event, SearchDepth, SearchRequest};
 use crate::app::queue::JobProgress;
 use crate::app::records::OpenRecords;
 use crate::app::state::{Edit, RoundStep, Walk, WalkView};
-use sindyscope_search::{Choice, Diagnosis, Found, Restored, Stage};
+use sindyscope_search::{Choice, Diagnosis, Found, Restored, Site, Stage};
 
 /// What the room wants done in the background.
 #[derive(Debug)]
-pub(crate) enum Wanted {
+pub(crate) enum WantedSearch {
     /// This search, in place of any other.
-    Search(Box<Request>),
+    Search(Box<SearchRequest>),
     /// No search any more.
     Nothing,
 }
 
-/// The room: what was found, what is under way and how it is shown.
+/// The room: what was found and what is under way.
 #[derive(Default)]
 pub(crate) struct Missing {
-    pub(super) known: Known,
+    pub(super) known: WalkFindings,
     pub(super) running: Option<Running>,
     pub(super) shelf: Shelf,
     /// Look once the base is fitted, without being asked.
@@ -35,14 +34,6 @@ pub(crate) struct Missing {
     pub(super) tried: Option<Choice>,
     /// Stopped by hand: nothing is asked for by itself until something changes.
     pub(super) stopped: bool,
-    /// What is in view, while the room is drawn: what a person changes there becomes a message.
-    pub(crate) view: WalkView,
-    /// The one under the pointer.
-    pub(super) hovered: Option<Choice>,
-    /// The mass whose response is shown: that of the views of Identify too.
-    pub(super) mass: usize,
-    pub(super) typing: Option<String>,
-    pub(super) figures: plots::Figures,
 }
 
 impl Missing {
@@ -50,7 +41,9 @@ impl Missing {
     pub(crate) fn progress(&mut self, progress: JobProgress) {
         if let Some(running) = &mut self.running {
             running.sentence = progress.stage.unwrap_or(running.sentence);
-            running.share = progress.share.unwrap_or(0.0).max(running.share);
+            // What runs in parts never seems to go back.
+            let share = [progress.share, running.progress.share].into_iter().flatten().reduce(f64::max);
+            running.progress = JobProgress { share, ..progress };
         }
     }
 
@@ -91,7 +84,7 @@ impl Missing {
             }
             Event::Stage(choices, stage) => {
                 self.known.stages.insert(choices, stage);
-                if self.running.is_some_and(|r| r.want == Want::Try) {
+                if self.running.is_some_and(|r| r.want == SearchDepth::Try) {
                     self.keep();
                 }
             }
@@ -124,7 +117,7 @@ impl Missing {
     /// The search failed, for this reason.
     pub(crate) fn fail(&mut self, reason: String) {
         match self.running.take() {
-            Some(Running { want: Want::Try, .. }) => {
+            Some(Running { want: SearchDepth::Try, .. }) => {
                 let choice = self.tried.take();
                 self.known.refused = choice.map(|choice| (choice, reason));
             }
@@ -140,11 +133,11 @@ impl Missing {
     }
 
     /// Asks for what the room needs and does not have; nothing while it is not looked at.
-    pub(crate) fn attend(&mut self, bench: &OpenRecords, edit: &Edit, view: &mut WalkView) -> Option<Wanted> {
-        if bench.records.is_empty() {
+    pub(crate) fn attend(&mut self, data: &OpenRecords, edit: &Edit, view: &mut WalkView) -> Option<WantedSearch> {
+        if data.records.is_empty() {
             return self.forget();
         }
-        let key = key(bench, edit)?;
+        let key = key(data, edit)?;
         if self.known.key.as_ref() != Some(&key) {
             // A window that starts again shows what it showed.
             if let Some(before) = self.known.key.as_ref().map(|before| before.generation) {
@@ -160,32 +153,32 @@ impl Missing {
             let accepted = &edit.walk.accepted;
             let shown = (0..=accepted.len()).rev().find_map(|n| stages.remove(&accepted[..n]));
             let before = shown.or(self.known.before.take());
-            self.known = Known { key: Some(key), before, ..Known::default() };
-            return self.ask(bench, edit, Want::Stages);
+            self.known = WalkFindings { key: Some(key), before, ..WalkFindings::default() };
+            return self.ask(data, edit, SearchDepth::Stages);
         }
         if self.running.is_some() || self.stopped || self.known.failure.is_some() {
             return None;
         }
         if !self.known.stages.contains_key(&edit.walk.accepted) {
-            self.ask(bench, edit, Want::Stages)
+            self.ask(data, edit, SearchDepth::Stages)
         } else if std::mem::take(&mut self.by_itself) && self.known.rounds.is_empty() {
-            self.ask(bench, edit, Want::Look)
+            self.ask(data, edit, SearchDepth::Look)
         } else if !edit.walk.accepted.is_empty() && !self.known.conclusions.contains_key(&edit.walk.accepted) {
-            self.ask(bench, edit, Want::Conclusion)
+            self.ask(data, edit, SearchDepth::Conclusion)
         } else {
             None
         }
     }
 
-    fn forget(&mut self) -> Option<Wanted> {
+    fn forget(&mut self) -> Option<WantedSearch> {
         self.known.key.as_ref()?;
         self.running = None;
         self.shelf.put_aside();
-        self.known = Known::default();
-        Some(Wanted::Nothing)
+        self.known = WalkFindings::default();
+        Some(WantedSearch::Nothing)
     }
 
-    fn ask(&mut self, bench: &OpenRecords, edit: &Edit, want: Want) -> Option<Wanted> {
+    fn ask(&mut self, data: &OpenRecords, edit: &Edit, want: SearchDepth) -> Option<WantedSearch> {
         let key = self.known.key.clone()?;
         let accepted = &edit.walk.accepted;
         let rounds = (0..=accepted.len()).map_while(|n| self.known.rounds.get(&accepted[..n]).cloned()).collect();
@@ -193,13 +186,13 @@ impl Missing {
         self.known.failure = None;
         self.known.refused = None;
         self.stopped = false;
-        self.running = Some(Running { want, sentence: "Preparing the records", share: 0.0 });
-        if want == Want::Look {
+        self.running = Some(Running { want, sentence: "Preparing the records", progress: JobProgress::default() });
+        if want == SearchDepth::Look {
             self.known.partial = Some(Partial { choices: accepted.clone(), ..Partial::default() });
         }
-        let kept = if want == Want::Stages { self.shelf.candidates() } else { Vec::new() };
-        let (records, choices) = (bench.set(&edit.usage), accepted.clone());
-        Some(Wanted::Search(Box::new(Request { key, records, choices, rounds, stages, kept, want })))
+        let kept = if want == SearchDepth::Stages { self.shelf.candidates() } else { Vec::new() };
+        let (records, choices) = (data.set(&edit.usage), accepted.clone());
+        Some(WantedSearch::Search(Box::new(SearchRequest { key, records, choices, rounds, stages, kept, want })))
     }
 
     /// The stages on the way to these effects that are known: they need not be fitted again.
@@ -212,22 +205,22 @@ impl Missing {
     pub(crate) fn act(
         &mut self,
         act: WalkAct,
-        bench: &OpenRecords,
+        data: &OpenRecords,
         edit: &mut Edit,
         view: &mut WalkView,
-    ) -> Option<Wanted> {
+    ) -> Option<WantedSearch> {
         match act {
             WalkAct::Look => {
                 view.pass_over();
                 view.step = RoundStep::Compare;
                 self.known.rounds.remove(&edit.walk.accepted);
                 self.known.conclusions.remove(&edit.walk.accepted);
-                return self.ask(bench, edit, Want::Look);
+                return self.ask(data, edit, SearchDepth::Look);
             }
             WalkAct::Cancel => {
                 self.running = None;
                 self.stopped = true;
-                return Some(Wanted::Nothing);
+                return Some(WantedSearch::Nothing);
             }
             WalkAct::Restart => {
                 edit.walk = Walk::default();
@@ -246,24 +239,24 @@ impl Missing {
                 self.tried = Some(choice);
                 self.known.refused = None;
                 let sentence = "Fitting the effect to the measured response";
-                self.running = Some(Running { want: Want::Try, sentence, share: 0.0 });
-                let (records, rounds, kept) = (bench.set(&edit.usage), Vec::new(), Vec::new());
+                self.running = Some(Running { want: SearchDepth::Try, sentence, progress: JobProgress::default() });
+                let (records, rounds, kept) = (data.set(&edit.usage), Vec::new(), Vec::new());
                 let stages = self.stages_of(&choices);
-                let request = Request { key, records, choices, rounds, stages, kept, want: Want::Try };
-                return Some(Wanted::Search(Box::new(request)));
+                let request = SearchRequest { key, records, choices, rounds, stages, kept, want: SearchDepth::Try };
+                return Some(WantedSearch::Search(Box::new(request)));
             }
             WalkAct::Accept(choice) => {
-                let subject = Subject::of(bench);
-                let sight = self.sight(&self.known, &edit.walk, &subject, false);
+                let subject = WalkSubject::of(data);
+                let context = self.context(&edit.walk, &subject, (0, None), false);
                 // An effect may replace a simpler one that it contains.
-                let accepted = match sight.with(&choice) {
+                let accepted = match context.with(&choice) {
                     Some(stage) => stage.effects.iter().map(|e| e.choice.clone()).collect(),
                     None => edit.walk.accepted.iter().cloned().chain([choice]).collect(),
                 };
                 edit.walk.accepted = accepted;
                 view.pass_over();
                 view.step = RoundStep::Verify;
-                return self.ask(bench, edit, Want::Conclusion);
+                return self.ask(data, edit, SearchDepth::Conclusion);
             }
             // The window does these: they concern more than the room.
             WalkAct::Use | WalkAct::Copy | WalkAct::SaveFigure(_) | WalkAct::SaveTable(..) => {}
@@ -280,20 +273,20 @@ impl Missing {
         None
     }
 
-    /// What the steps see.
-    pub(super) fn sight<'a>(
-        &self,
-        known: &'a Known,
+    /// What the steps see, of the mass that is shown and the place that was picked.
+    pub(super) fn context<'a>(
+        &'a self,
         walk: &'a Walk,
-        subject: &'a Subject,
+        subject: &'a WalkSubject,
+        (mass, site): (usize, Option<Site>),
         dark: bool,
     ) -> WalkContext<'a> {
         let unit = subject.sensors.first().map_or("", |s| s.unit.as_str());
-        WalkContext { walk, known, running: self.running, subject, mass: self.mass, site: self.view.site, unit, dark }
+        WalkContext { walk, known: &self.known, running: self.running, subject, mass, site, unit, dark }
     }
 
     /// Brings back what was kept with the records that are opened, as soon as the room is looked at.
-    pub(crate) fn bring_back(&mut self, found: Option<Arc<Found>>) -> Option<Wanted> {
+    pub(crate) fn bring_back(&mut self, found: Option<Arc<Found>>) -> Option<WantedSearch> {
         let wanted = self.forget();
         self.shelf = Shelf::awaiting(found);
         wanted

@@ -3,11 +3,12 @@
 use egui::{Align, Color32, Layout, Rect, RichText, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 
 use super::act::WalkAct;
+use super::canvas::WalkCanvas;
 use super::known::{WalkContext, stands};
-use super::room::Missing;
 use super::{base, work};
 use crate::app::state::RoundStep;
 use crate::app::theme::{self, ROW};
+use crate::app::widgets::line;
 use sindyscope_search::Standing;
 
 /// Height of the steps' row, points.
@@ -17,51 +18,53 @@ const ROOMY: f32 = 530.0;
 /// Radius of a step's number, points.
 const RADIUS: f32 = 10.0;
 
-pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &WalkContext<'_>, hidden: bool, acts: &mut Vec<WalkAct>) {
-    let size = vec2(ui.available_width(), HEIGHT);
-    ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-        ui.set_min_size(size);
-        stepper(ui, room.view.step, sight, acts);
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| primary(ui, room, sight, acts));
+pub(super) fn show(
+    ui: &mut Ui,
+    canvas: &mut WalkCanvas,
+    context: &WalkContext<'_>,
+    hidden: bool,
+    acts: &mut Vec<WalkAct>,
+) {
+    line(ui, HEIGHT, |ui| {
+        stepper(ui, canvas.view.step, context, acts);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| primary(ui, canvas, context, acts));
     });
-    let size = vec2(ui.available_width(), ROW + 2.0);
-    ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-        ui.set_min_size(size);
-        ui.weak(format!("Base: {}", base::label(&sight.walk.base)));
+    line(ui, ROW + 2.0, |ui| {
+        ui.weak(format!("Base: {}", base::label(&context.walk.base)));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            if hidden && !room.view.revealed {
+            if hidden && !canvas.view.revealed {
                 let button = egui::Button::new("Reveal the truth");
                 if ui.add(button).on_hover_text("Tell what the virtual rig hid in these records").clicked() {
                     acts.push(WalkAct::Reveal);
                 }
             }
-            under_way(ui, sight, acts);
+            under_way(ui, context, acts);
         });
     });
     let (rail, _) = ui.allocate_exact_size(vec2(ui.available_width(), 3.0), Sense::hover());
-    ui.painter().hline(rail.x_range(), rail.center().y, Stroke::new(1.0, theme::accents(sight.dark).line));
-    if let Some(running) = sight.running {
-        let share = running.share.clamp(0.02, 1.0) as f32;
+    ui.painter().hline(rail.x_range(), rail.center().y, Stroke::new(1.0, theme::accents(context.dark).line));
+    if let Some(running) = context.running {
+        let share = running.progress.share.unwrap_or(0.0).clamp(0.02, 1.0) as f32;
         let done = Rect::from_min_size(rail.min, vec2(share * rail.width(), 2.0));
-        ui.painter().rect_filled(done, 0.0, theme::accents(sight.dark).accent);
+        ui.painter().rect_filled(done, 0.0, theme::accents(context.dark).accent);
     }
 }
 
 /// How far the walk can be walked.
-fn reached(sight: &WalkContext<'_>, step: RoundStep) -> bool {
+fn reached(context: &WalkContext<'_>, step: RoundStep) -> bool {
     match step {
         RoundStep::Compare => true,
-        RoundStep::Name | RoundStep::Add => !sight.candidates().is_empty(),
-        RoundStep::Verify => !sight.walk.accepted.is_empty() || sight.round().is_some_and(|r| work::ends(r)),
+        RoundStep::Name | RoundStep::Add => !context.candidates().is_empty(),
+        RoundStep::Verify => !context.walk.accepted.is_empty() || context.round().is_some_and(|r| work::ends(r)),
     }
 }
 
-fn stepper(ui: &mut Ui, shown: RoundStep, sight: &WalkContext<'_>, acts: &mut Vec<WalkAct>) {
+fn stepper(ui: &mut Ui, shown: RoundStep, context: &WalkContext<'_>, acts: &mut Vec<WalkAct>) {
     ui.spacing_mut().item_spacing.x = 0.0;
-    let colors = theme::accents(sight.dark);
+    let colors = theme::accents(context.dark);
     let roomy = ui.available_width() >= ROOMY;
     for (k, step) in RoundStep::ALL.into_iter().enumerate() {
-        let (on, ready) = (shown == step, reached(sight, step));
+        let (on, ready) = (shown == step, reached(context, step));
         let color = match (on, ready) {
             (true, _) => ui.visuals().strong_text_color(),
             (false, true) => ui.visuals().text_color(),
@@ -77,7 +80,7 @@ fn stepper(ui: &mut Ui, shown: RoundStep, sight: &WalkContext<'_>, acts: &mut Ve
         let painter = ui.painter();
         let center = pos2(rect.left() + RADIUS + 2.0, rect.center().y);
         let (fill, ink) = match (on, ready) {
-            (true, _) => (colors.accent, if sight.dark { Color32::BLACK } else { Color32::WHITE }),
+            (true, _) => (colors.accent, if context.dark { Color32::BLACK } else { Color32::WHITE }),
             (false, true) => (colors.accent_ground, ui.visuals().strong_text_color()),
             (false, false) => (ui.visuals().widgets.inactive.bg_fill, color),
         };
@@ -93,21 +96,21 @@ fn stepper(ui: &mut Ui, shown: RoundStep, sight: &WalkContext<'_>, acts: &mut Ve
             acts.push(WalkAct::Go(step));
         }
         if k + 1 < RoundStep::ALL.len() {
-            let (line, _) = ui.allocate_exact_size(vec2(16.0, HEIGHT), Sense::hover());
+            let (rail, _) = ui.allocate_exact_size(vec2(16.0, HEIGHT), Sense::hover());
             let stroke =
-                Stroke::new(1.5, if reached(sight, RoundStep::ALL[k + 1]) { colors.accent } else { colors.line });
-            ui.painter().hline(line.x_range().shrink(2.0), line.center().y, stroke);
+                Stroke::new(1.5, if reached(context, RoundStep::ALL[k + 1]) { colors.accent } else { colors.line });
+            ui.painter().hline(rail.x_range().shrink(2.0), rail.center().y, stroke);
         }
     }
 }
 
 /// The one button that leads on.
-fn primary(ui: &mut Ui, room: &Missing, sight: &WalkContext<'_>, acts: &mut Vec<WalkAct>) {
-    let first = sight.offered().find(|c| stands(c)).map(|c| c.choice.clone());
-    let begun = sight.round().is_some() || sight.looking();
-    let ends = sight.round().is_some_and(|r| work::ends(r));
-    let (text, hint, act): (&str, &str, Option<Vec<WalkAct>>) = match room.view.step {
-        _ if sight.stage().is_none() => ("Find what's missing", "The base model is being fitted", None),
+fn primary(ui: &mut Ui, canvas: &WalkCanvas, context: &WalkContext<'_>, acts: &mut Vec<WalkAct>) {
+    let first = context.offered().find(|c| stands(c)).map(|c| c.choice.clone());
+    let begun = context.round().is_some() || context.looking();
+    let ends = context.round().is_some_and(|r| work::ends(r));
+    let (text, hint, act): (&str, &str, Option<Vec<WalkAct>>) = match canvas.view.step {
+        _ if context.stage().is_none() => ("Find what's missing", "The base model is being fitted", None),
         RoundStep::Compare if !begun => (
             "Find what's missing",
             "Look for a gap beyond noise, and for the effects that would close it",
@@ -117,7 +120,7 @@ fn primary(ui: &mut Ui, room: &Missing, sight: &WalkContext<'_>, acts: &mut Vec<
             ("Next", "Nothing can be named: see what is left", Some(vec![WalkAct::Go(RoundStep::Verify)]))
         }
         RoundStep::Compare => {
-            let ready = !sight.candidates().is_empty();
+            let ready = !context.candidates().is_empty();
             ("Next", "Which effect is it?", ready.then(|| vec![WalkAct::Go(RoundStep::Name)]))
         }
         RoundStep::Name | RoundStep::Add if !begun => {
@@ -128,17 +131,17 @@ fn primary(ui: &mut Ui, room: &Missing, sight: &WalkContext<'_>, acts: &mut Vec<
         }
         RoundStep::Name => {
             let hint = match first {
-                None if sight.site.is_some() => "No effect stands at the place that was picked",
+                None if context.site.is_some() => "No effect stands at the place that was picked",
                 _ => "See what the likeliest effect does to the response",
             };
             ("Next", hint, first.map(|choice| vec![WalkAct::Select(choice), WalkAct::Go(RoundStep::Add)]))
         }
         RoundStep::Add => {
-            let chosen = room.view.selected.clone().or(first);
-            let candidate = chosen.as_ref().and_then(|c| sight.candidates().iter().find(|o| o.choice == *c));
+            let chosen = canvas.view.selected.clone().or(first);
+            let candidate = chosen.as_ref().and_then(|c| context.candidates().iter().find(|o| o.choice == *c));
             match candidate {
-                Some(c) if sight.with(&c.choice).is_none() => {
-                    let possible = !matches!(c.standing, Standing::NotShown(_)) && sight.running.is_none();
+                Some(c) if context.with(&c.choice).is_none() => {
+                    let possible = !matches!(c.standing, Standing::NotShown(_)) && context.running.is_none();
                     let act = possible.then(|| vec![WalkAct::Try(c.choice.clone())]);
                     ("Fit it", "It was only screened: fit it to the measured response", act)
                 }
@@ -152,14 +155,14 @@ fn primary(ui: &mut Ui, room: &Missing, sight: &WalkContext<'_>, acts: &mut Vec<
                 None => ("Accept", "Choose an effect first", None),
             }
         }
-        RoundStep::Verify if sight.looking() => ("Look again", "A look is under way", None),
+        RoundStep::Verify if context.looking() => ("Look again", "A look is under way", None),
         RoundStep::Verify if ends => ("Look again", "There is nothing left to look for that these data can show", None),
         RoundStep::Verify => {
             ("Look again", "Ask what is still missing from the model as it stands", Some(vec![WalkAct::Look]))
         }
     };
-    let colors = theme::accents(sight.dark);
-    let ink = if sight.dark { Color32::BLACK } else { Color32::WHITE };
+    let colors = theme::accents(context.dark);
+    let ink = if context.dark { Color32::BLACK } else { Color32::WHITE };
     let enabled = act.is_some();
     let ink = if enabled { ink } else { ui.visuals().weak_text_color() };
     let mut button = egui::Button::new(RichText::new(text).size(14.0).color(ink)).min_size(vec2(150.0, 28.0));
@@ -173,10 +176,12 @@ fn primary(ui: &mut Ui, room: &Missing, sight: &WalkContext<'_>, acts: &mut Vec<
 }
 
 /// What runs, and a button that stops it.
-fn under_way(ui: &mut Ui, sight: &WalkContext<'_>, acts: &mut Vec<WalkAct>) {
-    let Some(running) = sight.running else { return };
+fn under_way(ui: &mut Ui, context: &WalkContext<'_>, acts: &mut Vec<WalkAct>) {
+    let Some(running) = context.running else { return };
     if ui.small_button("Cancel").on_hover_text("Stop; what was found stays").clicked() {
         acts.push(WalkAct::Cancel);
     }
-    ui.add(egui::Label::new(RichText::new(running.sentence).weak()).truncate());
+    let far = running.progress.words();
+    let text = if far.is_empty() { running.sentence.to_owned() } else { format!("{far} · {}", running.sentence) };
+    ui.add(egui::Label::new(RichText::new(text).weak()).truncate());
 }

@@ -9,10 +9,10 @@ use sindyscope_values::term::{Kind, Layout};
 
 /// The masses and their sensors, as the first record has them.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Subject {
+pub(super) struct WalkSubject {
     pub(super) layout: Layout,
     /// The sensor of each mass.
-    pub(super) sensors: Vec<Sensor>,
+    pub(super) sensors: Vec<MassSensor>,
     /// Whether the base moves; else it is the ground.
     pub(super) base_moves: bool,
     /// Unit of a force per mass.
@@ -21,16 +21,16 @@ pub(super) struct Subject {
 
 /// What a mass's sensor shows.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Sensor {
+pub(super) struct MassSensor {
     /// `x`, `x2`, `a1`.
     pub(super) symbol: String,
     /// Its unit; empty if the record does not say.
     pub(super) unit: String,
 }
 
-impl Subject {
-    pub(super) fn of(bench: &OpenRecords) -> Self {
-        let Some(record) = bench.records.first() else { return Self::default() };
+impl WalkSubject {
+    pub(super) fn of(data: &OpenRecords) -> Self {
+        let Some(record) = data.records.first() else { return Self::default() };
         let layout = record.layout(Kind::SecondOrder);
         let masses = layout.freedoms;
         let sensors = (0..masses).filter_map(|k| record.sensor(k)).map(|channel| {
@@ -41,7 +41,7 @@ impl Subject {
                 }
                 _ => letter.to_owned(),
             };
-            Sensor { symbol, unit: channel.unit.trim().to_owned() }
+            MassSensor { symbol, unit: channel.unit.trim().to_owned() }
         });
         let acceleration = record.sensor(0).map_or_else(String::new, |channel| {
             let unit = channel.unit.trim();
@@ -60,8 +60,11 @@ impl Subject {
     }
 
     /// The sensor of a mass; an unnamed one of a mass that there is not.
-    pub(super) fn sensor(&self, mass: usize) -> Sensor {
-        self.sensors.get(mass).cloned().unwrap_or_else(|| Sensor { symbol: "x".to_owned(), ..Sensor::default() })
+    pub(super) fn sensor(&self, mass: usize) -> MassSensor {
+        self.sensors
+            .get(mass)
+            .cloned()
+            .unwrap_or_else(|| MassSensor { symbol: "x".to_owned(), ..MassSensor::default() })
     }
 
     /// Where an effect may act.

@@ -5,39 +5,39 @@ use sindyscope_values::format::units::raised;
 
 use egui::{RichText, ScrollArea, Ui, vec2};
 
-use super::act::Figure;
 use super::act::WalkAct;
+use super::act::WalkFigure;
+use super::canvas::WalkCanvas;
 use super::choice;
 use super::figures::{self, Manner};
 use super::known::WalkContext;
-use super::room::Missing;
 use super::{compare, words};
 use crate::app::state::RoundStep;
 use crate::app::theme;
 use crate::app::widgets::card;
 
-pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &WalkContext<'_>, acts: &mut Vec<WalkAct>) {
-    let stages = sight.stages();
+pub(super) fn show(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'_>, acts: &mut Vec<WalkAct>) {
+    let stages = context.stages();
     let (Some(first), Some(last)) = (stages.first(), stages.last()) else {
         ui.centered_and_justified(|ui| ui.weak("fitting…"));
         return;
     };
-    verdict(ui, sight, first, last);
-    let mut shown = choice::record_shown(room, last);
+    verdict(ui, context, first, last);
+    let mut shown = choice::record_shown(canvas, last);
     let was = shown;
     let below = (0.40 * ui.available_height()).max(210.0);
-    let any = compare::record(ui, sight, (&last.traces, &mut shown, &mut room.mass), "").is_some();
+    let any = compare::record(ui, context, (&last.traces, &mut shown, &mut canvas.mass), "").is_some();
     if shown != was {
-        room.view.verified = Some(shown);
+        canvas.view.verified = Some(shown);
     }
     if any {
         let size = vec2(ui.available_width(), ui.available_height() - below - 6.0);
-        figures::show(ui, room, sight, (&Figure::Time(RoundStep::Verify), None), Manner::new(size), acts);
+        figures::show(ui, canvas, context, (&WalkFigure::Time(RoundStep::Verify), None), Manner::new(size), acts);
     }
     let height = ui.available_height() - 4.0;
     ui.horizontal_top(|ui| {
         let half = 0.54 * (ui.available_width() - 8.0);
-        figures::show(ui, room, sight, (&Figure::Waterfall, None), Manner::new(vec2(half, height)), acts);
+        figures::show(ui, canvas, context, (&WalkFigure::Waterfall, None), Manner::new(vec2(half, height)), acts);
         ui.vertical(|ui| {
             let width = ui.available_width();
             ui.set_width(width);
@@ -45,7 +45,7 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &WalkContext<'_>, act
                 ui,
                 |ui| {
                     ui.set_max_width(width - 10.0);
-                    left(ui, room, sight, height, acts);
+                    left(ui, canvas, context, height, acts);
                 },
             );
         });
@@ -53,12 +53,12 @@ pub(super) fn show(ui: &mut Ui, room: &mut Missing, sight: &WalkContext<'_>, act
 }
 
 /// The verdict in one sentence, in room of a fixed height.
-fn verdict(ui: &mut Ui, sight: &WalkContext<'_>, first: &Stage, last: &Stage) {
+fn verdict(ui: &mut Ui, context: &WalkContext<'_>, first: &Stage, last: &Stage) {
     let size = vec2(ui.available_width(), 40.0);
     ui.allocate_ui_with_layout(size, egui::Layout::top_down(egui::Align::Min), |ui| {
         ui.set_min_size(size);
-        let colors = theme::accents(sight.dark);
-        let (text, color) = match sight.conclusion() {
+        let colors = theme::accents(context.dark);
+        let (text, color) = match context.conclusion() {
             Some(d) => {
                 let color = match d.verdict {
                     Verdict::Named | Verdict::NothingMissing => colors.good,
@@ -74,7 +74,7 @@ fn verdict(ui: &mut Ui, sight: &WalkContext<'_>, first: &Stage, last: &Stage) {
                 let text = format!(
                     "With {} the error on data never fitted goes {}.",
                     names.join(" and "),
-                    words::shrinks(&first.gap, &last.gap, sight.unit)
+                    words::shrinks(&first.gap, &last.gap, context.unit)
                 );
                 (text, ui.visuals().text_color())
             }
@@ -84,12 +84,12 @@ fn verdict(ui: &mut Ui, sight: &WalkContext<'_>, first: &Stage, last: &Stage) {
 }
 
 /// What remains, and what would tell more.
-fn left(ui: &mut Ui, room: &mut Missing, sight: &WalkContext<'_>, height: f32, acts: &mut Vec<WalkAct>) {
-    let colors = theme::accents(sight.dark);
-    let round = sight.round();
+fn left(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'_>, height: f32, acts: &mut Vec<WalkAct>) {
+    let colors = theme::accents(context.dark);
+    let round = context.round();
     let asked = round.or_else(|| {
-        let accepted = &sight.walk.accepted;
-        accepted.len().checked_sub(1).and_then(|n| sight.known.rounds.get(&accepted[..n]))
+        let accepted = &context.walk.accepted;
+        accepted.len().checked_sub(1).and_then(|n| context.known.rounds.get(&accepted[..n]))
     });
     if let Some(round) = asked
         && let Finding::Ambiguous(_) = round.finding
@@ -104,9 +104,9 @@ fn left(ui: &mut Ui, room: &mut Missing, sight: &WalkContext<'_>, height: f32, a
     if round.is_some_and(|r| r.finding == Finding::Unexplained && !r.place.profiles.is_empty()) {
         ui.label(RichText::new("What is left, over the quantity that orders it best").strong());
         let size = vec2(ui.available_width(), (height - 90.0).clamp(130.0, 260.0));
-        figures::show(ui, room, sight, (&Figure::Left, None), Manner::new(size).compact(), acts);
+        figures::show(ui, canvas, context, (&WalkFigure::Left, None), Manner::new(size).compact(), acts);
     }
-    if let Some(d) = sight.conclusion() {
+    if let Some(d) = context.conclusion() {
         let (edge, head) = if d.remaining.significant {
             (colors.caution, format!("What is left is more than noise ({}).", words::p_value(d.remaining.p_value)))
         } else {
@@ -116,10 +116,10 @@ fn left(ui: &mut Ui, room: &mut Missing, sight: &WalkContext<'_>, height: f32, a
             ui.add(egui::Label::new(RichText::new(head).strong()).wrap());
             could_hide(ui, d.remaining.limits());
         });
-    } else if sight.running.is_some() {
+    } else if context.running.is_some() {
         ui.weak("asking what is left…");
     }
-    if !sight.walk.accepted.is_empty() && ui.button("Undo last effect").clicked() {
+    if !context.walk.accepted.is_empty() && ui.button("Undo last effect").clicked() {
         acts.push(WalkAct::Undo);
     }
 }

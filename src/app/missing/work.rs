@@ -14,7 +14,7 @@ use sindyscope_values::term::Term;
 
 /// The records and the base model that everything found belongs to.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Key {
+pub(crate) struct SearchKey {
     pub(crate) generation: u64,
     pub(crate) usage: Vec<Usage>,
     /// Terms of the base; none for a linear spring and damper.
@@ -23,7 +23,7 @@ pub(crate) struct Key {
 
 /// How far to go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Want {
+pub(crate) enum SearchDepth {
     /// The stages alone.
     Stages,
     /// The stages, the last of which is tried and not added.
@@ -36,8 +36,8 @@ pub(crate) enum Want {
 
 /// What to do.
 #[derive(Debug)]
-pub(crate) struct Request {
-    pub(crate) key: Key,
+pub(crate) struct SearchRequest {
+    pub(crate) key: SearchKey,
     pub(crate) records: RecordSet,
     pub(crate) choices: Vec<Choice>,
     /// The rounds that led to them, as far as they are known.
@@ -46,7 +46,7 @@ pub(crate) struct Request {
     pub(crate) stages: HashMap<Vec<Choice>, Arc<Stage>>,
     /// Walks that were kept: the first that is of these records and this base comes back.
     pub(crate) kept: Vec<Arc<Found>>,
-    pub(crate) want: Want,
+    pub(crate) want: SearchDepth,
 }
 
 /// What is found on the way.
@@ -79,7 +79,7 @@ pub(crate) struct Teller<'a> {
 
 /// The search that was made last, and what tells its records from others.
 pub(crate) struct CachedSearch {
-    key: Key,
+    key: SearchKey,
     search: Arc<Search>,
     records: String,
 }
@@ -90,11 +90,11 @@ pub(crate) struct CachedSearch {
 /// The search cannot be made of these records and this base, or it was cancelled.
 pub(crate) fn run(
     cached: &mut Option<CachedSearch>,
-    request: Request,
+    request: SearchRequest,
     teller: &Teller<'_>,
     cancel: &Cancel,
 ) -> Result<(), String> {
-    let Request { key, records, choices, rounds, stages: mut known, kept, want } = request;
+    let SearchRequest { key, records, choices, rounds, stages: mut known, kept, want } = request;
     let told = |e: GapError| for_the_window(&e);
     let (search, records) = search_of(cached, &key, &records, teller).map_err(told)?;
     (teller.tell)(Event::Ready {
@@ -122,9 +122,9 @@ pub(crate) fn run(
         stages.push(stage);
     }
     match want {
-        Want::Stages | Want::Try => Ok(()),
-        Want::Look | Want::Conclusion => {
-            conclude(&search, (choices, rounds, stages), want == Want::Look, teller, cancel).map_err(told)
+        SearchDepth::Stages | SearchDepth::Try => Ok(()),
+        SearchDepth::Look | SearchDepth::Conclusion => {
+            conclude(&search, (choices, rounds, stages), want == SearchDepth::Look, teller, cancel).map_err(told)
         }
     }
 }
@@ -132,7 +132,7 @@ pub(crate) fn run(
 /// The search of these records, made anew unless it is the last one, and what tells the records from others.
 fn search_of(
     cached: &mut Option<CachedSearch>,
-    key: &Key,
+    key: &SearchKey,
     records: &RecordSet,
     teller: &Teller<'_>,
 ) -> Result<(Arc<Search>, String), GapError> {

@@ -2,8 +2,9 @@
 
 use egui::{Align, ComboBox, Layout, RichText, Sense, Ui, WidgetInfo, vec2};
 
-use super::{PanelAct, PanelContext, masses, refusal};
-use crate::app::commands::Command;
+use super::context::{PanelAct, PanelContext};
+use super::{masses, refusal};
+use crate::app::commands::WindowCommand;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{row, section, switch};
 use sindyscope_values::format::number::significant_trimmed;
@@ -19,35 +20,35 @@ const USAGES: [(Usage, &str, &str); 3] = [
 /// Records shown without scrolling.
 const MOST_ROWS: f32 = 9.0;
 
-pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
+pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
     let mut asks = Vec::new();
-    let addable = !desk.bench.records.is_empty();
+    let addable = !context.data.records.is_empty();
     section(
         ui,
         "DATA",
         |ui| {
             // From right to left.
-            let mut button = |label: &str, command: Command| {
+            let mut button = |label: &str, command: WindowCommand| {
                 if ui.button(label).on_hover_text(command.hint(ui.ctx())).clicked() {
                     asks.push(PanelAct::Do(command));
                 }
             };
             if addable {
-                button("Add record…", Command::AddRecords);
+                button("Add record…", WindowCommand::AddRecords);
             }
-            if desk.of_files {
-                button("Columns…", Command::Columns);
+            if context.of_files {
+                button("Columns…", WindowCommand::Columns);
             }
-            button("Open…", Command::Open);
+            button("Open…", WindowCommand::Open);
         },
         |_| {},
     );
-    desk.asks.append(&mut asks);
-    if let Some(refused) = desk.refused {
-        refusal::show(ui, refused, desk.asks);
+    context.asks.append(&mut asks);
+    if let Some(refused) = context.refused {
+        refusal::show(ui, refused, context.asks);
         ui.add_space(2.0);
     }
-    if desk.bench.records.is_empty() {
+    if context.data.records.is_empty() {
         return;
     }
     ui.scope(|ui| {
@@ -57,26 +58,28 @@ pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
             .max_height(MOST_ROWS * (ROW + 1.0))
             .auto_shrink([false, true])
             .show(ui, |ui| {
-                for (index, record) in desk.bench.records.iter().enumerate() {
-                    let Some(usage) = desk.edit.usage.get_mut(index) else { continue };
-                    if record_row(ui, index, record, desk.shown == index, usage) {
-                        desk.asks.push(PanelAct::ShowRecord(index));
+                for (index, record) in context.data.records.iter().enumerate() {
+                    let Some(usage) = context.edit.usage.get_mut(index) else { continue };
+                    if record_row(ui, index, record, context.shown == index, usage) {
+                        context.asks.push(PanelAct::ShowRecord(index));
                     }
                 }
             });
     });
-    if let Some(record) = desk.bench.records.get(desk.shown).filter(|_| desk.edit.settings.kind == Kind::SecondOrder) {
+    if let Some(record) =
+        context.data.records.get(context.shown).filter(|_| context.edit.settings.kind == Kind::SecondOrder)
+    {
         masses::show(ui, record);
     }
     ui.add_space(2.0);
-    let mut kind = desk.edit.settings.kind;
+    let mut kind = context.edit.settings.kind;
     row(ui, "Equations", "Order of the equations of motion that are looked for", |ui| {
         let choices = [
             (Kind::SecondOrder, "second order", "Displacements are measured; velocities are derived from them"),
             (Kind::FirstOrder, "first order", "Every state is measured and has an equation of its own"),
         ];
         if switch(ui, &mut kind, &choices) {
-            desk.asks.push(PanelAct::Kind(kind));
+            context.asks.push(PanelAct::Kind(kind));
         }
     });
 }

@@ -2,15 +2,16 @@
 
 use egui::text::{LayoutJob, TextFormat};
 use egui::{
-    Align, Color32, FontId, Layout as Flow, Popup, PopupCloseBehavior, RichText, Sense, Ui, WidgetInfo, pos2, vec2,
+    Align, Color32, FontId, Layout as Flow, Popup, PopupCloseBehavior, Rect, RichText, Sense, Ui, WidgetInfo, pos2,
+    vec2,
 };
 
-use super::{PanelAct, PanelContext};
-use crate::app::commands::Command;
+use super::context::{PanelAct, PanelContext};
+use crate::app::commands::WindowCommand;
 use crate::app::plot::display;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, section, share_bar};
-use sindyscope_core::study::{EquationFit, Lock, Settings, setting};
+use sindyscope_core::study::{EquationFit, Inclusion, Lock, Settings, setting};
 use sindyscope_values::format::equations::{by_share, digits, is_kinematic};
 use sindyscope_values::format::number::{align_at_point, format_measured, plain, significant, significant_trimmed};
 use sindyscope_values::format::shown::ShownUnits;
@@ -25,19 +26,24 @@ const SHIFTED: f64 = 0.3;
 /// Width of the column of the shares' bars, points.
 const BAR: f32 = 44.0;
 
-pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>, now: f64) {
+pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>, now: f64) {
     let mut asks = Vec::new();
-    let known = desk.bench.outcome.is_some();
-    let layout = desk.bench.layout(desk.edit.settings.kind);
+    let known = context.data.outcome.is_some();
+    let layout = context.data.layout(context.edit.settings.kind);
     let refines = layout.kind == Kind::SecondOrder && layout.freedoms == 1;
-    let refine = &mut desk.edit.settings.refine;
+    let refine = &mut context.edit.settings.refine;
     section(
         ui,
         "EQUATION",
         |ui| {
             ui.add_enabled_ui(known, |ui| {
                 ui.menu_button("Copy ⏷", |ui| {
-                    for command in [Command::CopyText, Command::CopyLatex, Command::CopyPython, Command::CopyJson] {
+                    for command in [
+                        WindowCommand::CopyText,
+                        WindowCommand::CopyLatex,
+                        WindowCommand::CopyPython,
+                        WindowCommand::CopyJson,
+                    ] {
                         if command.menu(ui, true) {
                             asks.push(PanelAct::Do(command));
                         }
@@ -50,8 +56,8 @@ pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>, now: f64) {
         },
         |_| {},
     );
-    desk.asks.append(&mut asks);
-    let Some(outcome) = desk.bench.outcome.clone() else {
+    context.asks.append(&mut asks);
+    let Some(outcome) = context.data.outcome.clone() else {
         return;
     };
     let layout = outcome.model.layout;
@@ -72,9 +78,9 @@ pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>, now: f64) {
                 ui.weak("0");
             }
         });
-        rows(ui, desk, state, equation, &layout, now);
+        rows(ui, context, state, equation, &layout, now);
         if let Some(fit) = outcome.fits.iter().find(|f| f.state == state) {
-            dropped(ui, desk, fit, &layout);
+            dropped(ui, context, fit, &layout);
         }
         ui.add_space(4.0);
     }
@@ -90,15 +96,15 @@ fn row_of(ui: &mut Ui, body: impl FnOnce(&mut Ui)) {
     ui.allocate_ui_with_layout(size, Flow::left_to_right(Align::Center), body);
 }
 
-fn rows(ui: &mut Ui, desk: &mut PanelContext<'_>, state: Symbol, equation: &Equation, layout: &Layout, now: f64) {
+fn rows(ui: &mut Ui, context: &mut PanelContext<'_>, state: Symbol, equation: &Equation, layout: &Layout, now: f64) {
     let terms = by_share(equation);
-    let units = desk.bench.outcome.as_ref().map(|o| o.units());
+    let units = context.data.outcome.as_ref().map(|o| o.units());
     let chosen = display::chosen(ui.ctx());
-    let shown = |t: &WeightedTerm| -> Unit {
+    let shown = |t: &WeightedTerm| -> ShownUnit {
         let found = units.as_ref().and_then(|u| u.coefficient_in(state, &t.term, |name| chosen.replacement(name)));
         found.map_or((None, 1.0), |(unit, factor)| (Some(raised(&unit)).filter(|u| u != "1"), factor))
     };
-    let shown: Vec<Unit> = terms.iter().map(|t| shown(t)).collect();
+    let shown: Vec<ShownUnit> = terms.iter().map(|t| shown(t)).collect();
     let number =
         |t: &WeightedTerm, factor: f64| format_measured(factor * t.coefficient, t.std_error.map(|e| factor * e));
     let numbers: Vec<String> = terms.iter().zip(&shown).map(|(t, unit)| number(t, unit.1)).collect();
@@ -106,144 +112,156 @@ fn rows(ui: &mut Ui, desk: &mut PanelContext<'_>, state: Symbol, equation: &Equa
     ui.scope(|ui| {
         ui.spacing_mut().item_spacing.y = 1.0;
         for ((term, number), unit) in terms.iter().zip(&numbers).zip(shown) {
-            term_row(ui, desk, (state, term), (number, unit), layout, now);
+            term_row(ui, context, &ShownTerm { state, term, layout, number, unit }, now);
         }
     });
 }
 
 /// The unit that a coefficient is shown in, if it has one, and how many of it one of the file's unit is.
-type Unit = (Option<String>, f64);
+type ShownUnit = (Option<String>, f64);
+
+/// A term of an equation with what is shown of it.
+struct ShownTerm<'a> {
+    state: Symbol,
+    term: &'a WeightedTerm,
+    layout: &'a Layout,
+    /// Its coefficient ± standard error.
+    number: &'a str,
+    /// The unit that the coefficient is shown in, if it has one, and how many of it one of the file's unit is.
+    unit: ShownUnit,
+}
 
 /// One term: coefficient ± standard error, the term, its share of the rate; a click opens what can be done with it.
-fn term_row(
-    ui: &mut Ui,
-    desk: &mut PanelContext<'_>,
-    (state, term): (Symbol, &WeightedTerm),
-    (number, (unit, factor)): (&str, Unit),
-    layout: &Layout,
-    now: f64,
-) {
+fn term_row(ui: &mut Ui, context: &mut PanelContext<'_>, shown: &ShownTerm<'_>, now: f64) {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW), Sense::click());
-    let dark = ui.visuals().dark_mode;
-    let colors = theme::accents(dark);
-    let pretty = term.term.pretty(layout);
-    let said = match &unit {
-        Some(unit) => format!("{} {unit} {pretty}", number.trim()),
-        None => format!("{} {pretty}", number.trim()),
+    let pretty = shown.term.term.pretty(shown.layout);
+    let said = match &shown.unit.0 {
+        Some(unit) => format!("{} {unit} {pretty}", shown.number.trim()),
+        None => format!("{} {pretty}", shown.number.trim()),
     };
     response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &said));
-    if let Some(since) = desk.bench.since_change(state, &term.term, now)
+    if let Some(since) = context.data.since_change(shown.state, &shown.term.term, now)
         && since < FLASH
     {
         let strength = (1.0 - since / FLASH) as f32;
-        ui.painter().rect_filled(rect, 4.0, colors.accent.gamma_multiply(0.30 * strength));
+        let accent = theme::accents(ui.visuals().dark_mode).accent;
+        ui.painter().rect_filled(rect, 4.0, accent.gamma_multiply(0.30 * strength));
         ui.ctx().request_repaint();
     }
     if response.hovered() || response.has_focus() {
         ui.painter().rect_filled(rect, 4.0, ui.visuals().widgets.inactive.bg_fill);
     }
-    let lock = desk.edit.settings.locks.get(&term.term).copied();
-    let sign = match lock {
-        Some(Lock::In) => "🔒",
-        Some(Lock::Fixed(_)) => "📌",
-        _ => "",
-    };
-    let bar = egui::Rect::from_min_max(
-        pos2(rect.right() - BAR - 4.0, rect.center().y - 3.0),
-        pos2(rect.right() - 4.0, rect.center().y + 3.0),
-    );
-    share_bar(ui, bar, term.share, colors.accent);
-    let sure = desk.bench.inclusion(state, &term.term).cloned();
-    if let Some(sure) = &sure {
-        inclusion(ui, pos2(bar.left() - 9.0, rect.center().y), sure.probability);
-    }
-    let text = ui.visuals().text_color();
-    let painter = ui.painter().with_clip_rect(rect);
-    let mono = FontId::monospace(12.5);
-    let number_galley = painter.layout_job(number_job(number, &mono, text, ui.visuals().weak_text_color()));
-    let left = rect.left() + 4.0;
-    let middle = |height: f32| rect.center().y - height / 2.0;
-    let number_width = number_galley.size().x;
-    painter.galley(pos2(left, middle(number_galley.size().y)), number_galley, text);
-    let lock_galley = painter.layout_no_wrap(sign.to_owned(), FontId::proportional(11.0), colors.accent);
-    let lock_left = bar.left() - 16.0 - lock_galley.size().x;
-    painter.galley(pos2(lock_left, middle(lock_galley.size().y)), lock_galley, colors.accent);
-    let name_left = left + number_width + 10.0;
-    let name = painter.layout_no_wrap(pretty.clone(), FontId::proportional(14.0), ui.visuals().strong_text_color());
-    let cut = painter.with_clip_rect(egui::Rect::from_x_y_ranges(name_left..=lock_left - 2.0, rect.y_range()));
-    let name_right = name_left + name.size().x;
-    cut.galley(pos2(name_left, middle(name.size().y)), name, text);
-    if let Some(unit) = unit.as_deref() {
-        let weak = ui.visuals().weak_text_color();
-        let unit = painter.layout_no_wrap(unit.to_owned(), FontId::proportional(11.5), weak);
-        // At the lock's left end where there is room, else in the tooltip alone.
-        let unit_left = lock_left - 6.0 - unit.size().x;
-        if unit_left > name_right + 8.0 {
-            painter.galley(pos2(unit_left, middle(unit.size().y)), unit, weak);
-        }
-    }
+    draw_term(ui, context, shown, rect, pretty);
     popup(&response).show(|ui| {
-        menu(ui, desk, &term.term, Some(term.coefficient), layout);
-        shown_in(ui, desk.bench.unit());
+        menu(ui, context, &shown.term.term, Some(shown.term.coefficient), shown.layout);
+        shown_in(ui, context.data.unit());
     });
     response.on_hover_ui(|ui| {
         ui.label(RichText::new(&said).strong());
-        if let Some(unit) = &unit {
-            ui.label(format!("The coefficient is in {unit}"));
-        }
-        ui.label(format!("{} % of the forces' RMS", significant_trimmed(100.0 * term.share, 3)));
-        match term.std_error {
-            Some(error) if error > 0.0 && term.coefficient != 0.0 => {
-                let percent = 100.0 * (error / term.coefficient).abs();
-                ui.label(format!("Standard error {} % of the coefficient", significant_trimmed(percent, 2)));
-                let shift = desk.bench.outcome.as_ref().and_then(|o| o.shift(state, &term.term));
-                if let Some(shift) = shift.filter(|s| s.abs() > SHIFTED * error) {
-                    let percent = 100.0 * (shift / term.coefficient).abs();
-                    ui.label(format!(
-                        "in it a shift of {} % by smoothing and noise, seen in the model's own response",
-                        significant_trimmed(percent, 2)
-                    ));
-                }
-            }
-            _ => {}
-        }
-        if let Some(p) = probability(desk, state, &term.term) {
-            ui.label(format!("Belongs with a probability of {} %", plain(100.0 * p, 1)));
-        }
-        if let Some(sure) = &sure {
-            ui.label(format!("Stays in {} % of resampled data sets", plain(100.0 * sure.probability, 0)));
-            if let Some((low, high)) = sure.interval.filter(|_| term.std_error.is_some()) {
-                let error = term.std_error.map(|e| factor * e);
-                let end = |end: f64| significant(factor * end, digits((factor * end).abs(), error));
-                ui.label(format!("90 % interval of its coefficient there: {} to {}", end(low), end(high)));
-            }
-            if sure.without_others.is_finite() && sure.without_others < sure.probability - 0.005 {
-                ui.label(format!(
-                    "and in {} % where another term is left out of the library",
-                    plain(100.0 * sure.without_others, 0)
-                ));
-            }
-        }
-        for (other, correlation) in confused(desk, state, &term.term).into_iter().take(3) {
-            ui.label(format!(
-                "Hard to tell from {}: their errors are correlated by {}",
-                other.pretty(layout),
-                plain(correlation, 3)
-            ));
-        }
+        hint(ui, context, shown);
         ui.weak("Click to keep, drop or fix it");
     });
 }
 
+/// What stands in a term's row, from both ends towards the middle.
+fn draw_term(ui: &Ui, context: &PanelContext<'_>, shown: &ShownTerm<'_>, rect: Rect, pretty: String) {
+    let ShownTerm { state, term, number, unit: (unit, _), .. } = shown;
+    let accent = theme::accents(ui.visuals().dark_mode).accent;
+    let sign = match context.edit.settings.locks.get(&term.term) {
+        Some(Lock::In) => "🔒",
+        Some(Lock::Fixed(_)) => "📌",
+        _ => "",
+    };
+    let bar = Rect::from_min_max(
+        pos2(rect.right() - BAR - 4.0, rect.center().y - 3.0),
+        pos2(rect.right() - 4.0, rect.center().y + 3.0),
+    );
+    share_bar(ui, bar, term.share, accent);
+    if let Some(sure) = context.data.inclusion(*state, &term.term) {
+        inclusion(ui, pos2(bar.left() - 9.0, rect.center().y), sure.probability);
+    }
+    let (text, weak) = (ui.visuals().text_color(), ui.visuals().weak_text_color());
+    let painter = ui.painter().with_clip_rect(rect);
+    let at = |left: f32, galley: &egui::Galley| pos2(left, rect.center().y - galley.size().y / 2.0);
+    let number = painter.layout_job(number_job(number, &FontId::monospace(12.5), text, weak));
+    let name_left = rect.left() + 4.0 + number.size().x + 10.0;
+    painter.galley(at(rect.left() + 4.0, &number), number, text);
+    let lock = painter.layout_no_wrap(sign.to_owned(), FontId::proportional(11.0), accent);
+    let lock_left = bar.left() - 16.0 - lock.size().x;
+    painter.galley(at(lock_left, &lock), lock, accent);
+    let name = painter.layout_no_wrap(pretty, FontId::proportional(14.0), ui.visuals().strong_text_color());
+    let cut = painter.with_clip_rect(Rect::from_x_y_ranges(name_left..=lock_left - 2.0, rect.y_range()));
+    let name_right = name_left + name.size().x;
+    cut.galley(at(name_left, &name), name, text);
+    if let Some(unit) = unit {
+        let unit = painter.layout_no_wrap(unit.clone(), FontId::proportional(11.5), weak);
+        // At the lock's left end where there is room, else in the tooltip alone.
+        let unit_left = lock_left - 6.0 - unit.size().x;
+        if unit_left > name_right + 8.0 {
+            painter.galley(at(unit_left, &unit), unit, weak);
+        }
+    }
+}
+
+/// What is known of a term beyond its row.
+fn hint(ui: &mut Ui, context: &PanelContext<'_>, shown: &ShownTerm<'_>) {
+    let ShownTerm { state, term, layout, unit: (unit, factor), .. } = shown;
+    if let Some(unit) = unit {
+        ui.label(format!("The coefficient is in {unit}"));
+    }
+    ui.label(format!("{} % of the forces' RMS", significant_trimmed(100.0 * term.share, 3)));
+    match term.std_error {
+        Some(error) if error > 0.0 && term.coefficient != 0.0 => {
+            let percent = 100.0 * (error / term.coefficient).abs();
+            ui.label(format!("Standard error {} % of the coefficient", significant_trimmed(percent, 2)));
+            let shift = context.data.outcome.as_ref().and_then(|o| o.shift(*state, &term.term));
+            if let Some(shift) = shift.filter(|s| s.abs() > SHIFTED * error) {
+                let percent = 100.0 * (shift / term.coefficient).abs();
+                ui.label(format!(
+                    "in it a shift of {} % by smoothing and noise, seen in the model's own response",
+                    significant_trimmed(percent, 2)
+                ));
+            }
+        }
+        _ => {}
+    }
+    if let Some(p) = probability(context, *state, &term.term) {
+        ui.label(format!("Belongs with a probability of {} %", plain(100.0 * p, 1)));
+    }
+    if let Some(sure) = context.data.inclusion(*state, &term.term) {
+        resampled(ui, sure, term.std_error.map(|e| factor * e), *factor);
+    }
+    for (other, correlation) in confused(context, *state, &term.term).into_iter().take(3) {
+        ui.label(format!(
+            "Hard to tell from {}: their errors are correlated by {}",
+            other.pretty(layout),
+            plain(correlation, 3)
+        ));
+    }
+}
+
+/// What resampled data say of a term; its coefficient is shown times `factor`, with this standard error.
+fn resampled(ui: &mut Ui, sure: &Inclusion, error: Option<f64>, factor: f64) {
+    ui.label(format!("Stays in {} % of resampled data sets", plain(100.0 * sure.probability, 0)));
+    if let Some((low, high)) = sure.interval.filter(|_| error.is_some()) {
+        let end = |end: f64| significant(factor * end, digits((factor * end).abs(), error));
+        ui.label(format!("90 % interval of its coefficient there: {} to {}", end(low), end(high)));
+    }
+    if sure.without_others.is_finite() && sure.without_others < sure.probability - 0.005 {
+        let share = plain(100.0 * sure.without_others, 0);
+        ui.label(format!("and in {share} % where another term is left out of the library"));
+    }
+}
+
 /// The posterior probability of a term, where the regressor gives one.
-fn probability(desk: &PanelContext<'_>, state: Symbol, term: &Term) -> Option<f64> {
-    let fit = desk.bench.outcome.as_ref()?.fits.iter().find(|f| f.state == state)?;
+fn probability(context: &PanelContext<'_>, state: Symbol, term: &Term) -> Option<f64> {
+    let fit = context.data.outcome.as_ref()?.fits.iter().find(|f| f.state == state)?;
     fit.probability.iter().find(|(t, _)| t == term).map(|(_, p)| *p)
 }
 
 /// The terms that one is confused with, in the equation of a state.
-fn confused(desk: &PanelContext<'_>, state: Symbol, term: &Term) -> Vec<(Term, f64)> {
-    let fits = desk.bench.outcome.iter().flat_map(|o| &o.fits).filter(|f| f.state == state);
+fn confused(context: &PanelContext<'_>, state: Symbol, term: &Term) -> Vec<(Term, f64)> {
+    let fits = context.data.outcome.iter().flat_map(|o| &o.fits).filter(|f| f.state == state);
     let other = |(a, b, correlation): &(Term, Term, f64)| match (a == term, b == term) {
         (true, _) => Some((b.clone(), *correlation)),
         (_, true) => Some((a.clone(), *correlation)),
@@ -260,7 +278,7 @@ fn inclusion(ui: &Ui, at: egui::Pos2, probability: f64) {
         p if p >= 0.5 => colors.caution,
         _ => colors.wrong,
     };
-    let bar = egui::Rect::from_center_size(at, vec2(4.0, ROW - 8.0));
+    let bar = Rect::from_center_size(at, vec2(4.0, ROW - 8.0));
     ui.painter().rect_filled(bar, 1.0, ui.visuals().widgets.inactive.bg_fill);
     let top = bar.bottom() - bar.height() * probability.clamp(0.05, 1.0) as f32;
     ui.painter().rect_filled(bar.with_min_y(top), 1.0, color);
@@ -282,11 +300,11 @@ fn popup<'a>(response: &egui::Response) -> Popup<'a> {
 }
 
 /// What can be done with a term.
-fn menu(ui: &mut Ui, desk: &mut PanelContext<'_>, term: &Term, coefficient: Option<f64>, layout: &Layout) {
+fn menu(ui: &mut Ui, context: &mut PanelContext<'_>, term: &Term, coefficient: Option<f64>, layout: &Layout) {
     ui.set_width(230.0);
     ui.label(RichText::new(term.pretty(layout)).strong());
     ui.separator();
-    let settings = &mut desk.edit.settings;
+    let settings = &mut context.edit.settings;
     let lock = settings.locks.get(term).copied();
     let entry = |ui: &mut Ui, on: bool, label: &str, tooltip: &str| {
         let button = egui::Button::selectable(on, label).min_size(vec2(ui.available_width(), 0.0));
@@ -311,11 +329,11 @@ fn menu(ui: &mut Ui, desk: &mut PanelContext<'_>, term: &Term, coefficient: Opti
         Some(Lock::Fixed(value)) => value,
         _ => significant_value(coefficient.unwrap_or(0.0)),
     };
-    if !matches!(&desk.typing.fixed, Some((t, _)) if t == term) {
-        desk.typing.fixed = Some((term.clone(), start));
+    if !matches!(&context.typing.fixed, Some((t, _)) if t == term) {
+        context.typing.fixed = Some((term.clone(), start));
     }
     ui.horizontal(|ui| {
-        let Some((_, value)) = &mut desk.typing.fixed else { return };
+        let Some((_, value)) = &mut context.typing.fixed else { return };
         ui.label("Fix at");
         let speed = 0.002 * value.abs().max(1e-6);
         let field = egui::DragValue::new(value).speed(speed).max_decimals(12);
@@ -352,7 +370,7 @@ fn significant_value(value: f64) -> f64 {
 }
 
 /// The terms that were tried and dropped, in grey.
-fn dropped(ui: &mut Ui, desk: &mut PanelContext<'_>, fit: &EquationFit, layout: &Layout) {
+fn dropped(ui: &mut Ui, context: &mut PanelContext<'_>, fit: &EquationFit, layout: &Layout) {
     if fit.dropped.is_empty() {
         return;
     }
@@ -364,7 +382,7 @@ fn dropped(ui: &mut Ui, desk: &mut PanelContext<'_>, fit: &EquationFit, layout: 
         ui.spacing_mut().item_spacing = vec2(4.0, 4.0);
         for dropped in &fit.dropped {
             let text = RichText::new(dropped.term.pretty(layout)).weak();
-            let locked_out = desk.edit.settings.locks.get(&dropped.term) == Some(&Lock::Out);
+            let locked_out = context.edit.settings.locks.get(&dropped.term) == Some(&Lock::Out);
             let text = if locked_out { text.strikethrough() } else { text };
             let button = egui::Button::new(text).frame_when_inactive(true).min_size(vec2(0.0, ROW - 3.0));
             let why = match dropped.fell_at {
@@ -372,21 +390,21 @@ fn dropped(ui: &mut Ui, desk: &mut PanelContext<'_>, fit: &EquationFit, layout: 
                 None if locked_out => "Locked out".to_owned(),
                 None => "Dropped".to_owned(),
             };
-            let sure = desk.bench.inclusion(fit.state, &dropped.term).map(|sure| sure.probability);
+            let sure = context.data.inclusion(fit.state, &dropped.term).map(|sure| sure.probability);
             let why = match sure {
                 Some(sure) if sure > 0.005 => {
                     format!("{why}; stays in {} % of resampled data sets", plain(100.0 * sure, 0))
                 }
                 _ => why,
             };
-            let why = match probability(desk, fit.state, &dropped.term) {
+            let why = match probability(context, fit.state, &dropped.term) {
                 Some(p) => format!("{why}; belongs with a probability of {} %", plain(100.0 * p, 1)),
                 None => why,
             };
             let response = ui.add(button);
             let name = format!("Dropped {}", dropped.term.pretty(layout));
             response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &name));
-            popup(&response).show(|ui| menu(ui, desk, &dropped.term, None, layout));
+            popup(&response).show(|ui| menu(ui, context, &dropped.term, None, layout));
             response.on_hover_text(format!("{why}. Click to keep it"));
         }
     });

@@ -1,27 +1,26 @@
 //! FIT: how good it is, and what is wrong when something is.
 
-use egui::text::{LayoutJob, TextFormat};
-use egui::{Align, FontId, Layout, RichText, Ui, vec2};
+use egui::{Align, Layout, RichText, Ui, vec2};
 
-use super::{PanelAct, PanelContext};
+use super::context::{PanelAct, PanelContext};
 use crate::app::plot::display;
 use crate::app::theme::{self, ROW};
-use crate::app::widgets::{card, section};
+use crate::app::widgets::{Headline, card, headlines, section};
 use sindyscope_core::remedy::Remedy;
 use sindyscope_core::study::{Outcome, Score, Severity, Warning};
 use sindyscope_values::format::number::{plain, significant};
 use sindyscope_values::record::Usage;
 
-pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
+pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
     section(ui, "FIT", |_| {}, |_| {});
-    let Some(outcome) = desk.bench.outcome.clone() else {
+    let Some(outcome) = context.data.outcome.clone() else {
         ui.weak("Nothing was fitted yet");
         return;
     };
-    headline(ui, &outcome, desk.bench.unit());
-    table(ui, &outcome, desk.bench.unit());
+    headline(ui, &outcome, context.data.unit());
+    table(ui, &outcome, context.data.unit());
     condition(ui, &outcome);
-    several(ui, desk, &outcome);
+    several(ui, context, &outcome);
 }
 
 /// A light that says whether the data tell the terms apart.
@@ -57,21 +56,21 @@ fn condition(ui: &mut Ui, outcome: &Outcome) {
 }
 
 /// What is wrong or doubtful, beneath everything else: it comes and goes.
-pub(super) fn warnings(ui: &mut Ui, desk: &mut PanelContext<'_>) {
+pub(super) fn warnings(ui: &mut Ui, context: &mut PanelContext<'_>) {
     let colors = theme::accents(ui.visuals().dark_mode);
-    let outcome = desk.bench.outcome.clone();
+    let outcome = context.data.outcome.clone();
     let found = outcome.as_ref().map_or(&[][..], |o| &o.warnings);
-    if found.is_empty() && desk.bench.failure.is_none() {
+    if found.is_empty() && context.data.failure.is_none() {
         return;
     }
     section(ui, "WORTH KNOWING", |_| {}, |_| {});
-    if let Some(failure) = &desk.bench.failure {
+    if let Some(failure) = &context.data.failure {
         card(ui, colors.wrong, |ui| {
             ui.add(egui::Label::new(sentence(failure)).wrap());
         });
     }
     for warning in found {
-        show_warning(ui, warning, desk.asks);
+        show_warning(ui, warning, context.asks);
     }
 }
 
@@ -106,31 +105,16 @@ fn headline(ui: &mut Ui, outcome: &Outcome, unit: &str) {
         (Some(s), _) if s.nrmse > 0.1 => colors.caution,
         _ => ui.visuals().strong_text_color(),
     };
-    let size = vec2(ui.available_width(), 50.0);
-    ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Min), |ui| {
-        ui.set_min_size(size);
-        ui.spacing_mut().item_spacing.x = 0.0;
-        let half = 0.5 * ui.available_width();
-        let cell = |ui: &mut Ui, text: &str, color, label: &str, tooltip: &str| {
-            ui.allocate_ui_with_layout(vec2(half, 50.0), Layout::top_down(Align::Min), |ui| {
-                ui.set_min_width(half);
-                ui.spacing_mut().item_spacing.y = 0.0;
-                let (figure, unit) = text.split_once(' ').unwrap_or((text, ""));
-                let mut job = LayoutJob::default();
-                job.append(figure, 0.0, TextFormat::simple(FontId::proportional(23.0), color));
-                // A unit as long as microstrain takes less room than the figure.
-                let size = if unit.chars().count() > 3 { 13.0 } else { 23.0 };
-                job.append(unit, 5.0, TextFormat::simple(FontId::proportional(size), color));
-                ui.add(egui::Label::new(job).truncate()).on_hover_text(tooltip);
-                ui.label(RichText::new(label).weak().size(12.0)).on_hover_text(tooltip);
-            });
-        };
-        cell(ui, &figure, color, what, tooltip);
-        let floor = floor.map_or_else(|| "–".to_owned(), in_unit);
-        let weak = ui.visuals().weak_text_color();
-        let tooltip = "The measurement noise's standard deviation, estimated without a model: no model can do better";
-        cell(ui, &floor, weak, "noise floor", tooltip);
-    });
+    let floor = floor.map_or_else(|| "–".to_owned(), in_unit);
+    let noise = "The measurement noise's standard deviation, estimated without a model: no model can do better";
+    let weak = ui.visuals().weak_text_color();
+    headlines(
+        ui,
+        [
+            Headline { text: &figure, color, label: what, hint: tooltip },
+            Headline { text: &floor, color: weak, label: "noise floor", hint: noise },
+        ],
+    );
 }
 
 const COLUMNS: [(&str, &str); 4] = [
@@ -187,8 +171,8 @@ fn table(ui: &mut Ui, outcome: &Outcome, unit: &str) {
 }
 
 /// The channels of the record shown, where there are several.
-fn several(ui: &mut Ui, desk: &PanelContext<'_>, outcome: &Outcome) {
-    let Some(shown) = desk.bench.records.get(desk.shown) else { return };
+fn several(ui: &mut Ui, context: &PanelContext<'_>, outcome: &Outcome) {
+    let Some(shown) = context.data.records.get(context.shown) else { return };
     let Some(record) = outcome.records.iter().find(|r| std::sync::Arc::ptr_eq(&r.record, shown)) else { return };
     if record.channels.len() < 2 {
         return;
@@ -206,7 +190,7 @@ fn several(ui: &mut Ui, desk: &PanelContext<'_>, outcome: &Outcome) {
                 |s| {
                     format!(
                         "RMSE {}, best fit {} %",
-                        display::format(ui.ctx(), s.rmse, desk.bench.unit(), 3),
+                        display::format(ui.ctx(), s.rmse, context.data.unit(), 3),
                         plain(s.best_fit, 2)
                     )
                 },

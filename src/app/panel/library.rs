@@ -2,7 +2,7 @@
 
 use egui::{RichText, Ui, vec2};
 
-use super::PanelContext;
+use super::context::PanelContext;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, row, section, switch};
 use sindyscope_core::study::Settings;
@@ -32,12 +32,12 @@ const DEGREES: [(usize, &str, &str); 5] = [
     (5, "5", "Up to the fifth power"),
 ];
 
-pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
-    let settings = &mut desk.edit.settings;
-    let layout = desk.bench.layout(settings.kind);
-    let units = desk.bench.units(settings.kind);
+pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
+    let settings = &mut context.edit.settings;
+    let layout = context.data.layout(settings.kind);
+    let units = context.data.units(settings.kind);
     let used = settings.terms.len();
-    let differs = settings.terms != desk.suggestion.terms;
+    let differs = settings.terms != context.suggestion.terms;
     let mut reset = false;
     section(
         ui,
@@ -53,7 +53,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
         |_| {},
     );
     if reset {
-        settings.terms.clone_from(&desk.suggestion.terms);
+        settings.terms.clone_from(&context.suggestion.terms);
     }
     row(ui, "Powers", "Polynomials of the states up to this degree", |ui| {
         let (mut degree, mut cross) = (degree(settings), has_cross(settings));
@@ -84,7 +84,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
     });
     ui.add_space(2.0);
     ticks(ui, settings, &layout);
-    typed(ui, settings, (&layout, &units), &mut desk.typing.terms);
+    typed(ui, settings, (&layout, &units), &mut context.typing.terms);
 }
 
 /// A box to tick for each term on offer, in columns.

@@ -1,8 +1,9 @@
 //! The masses with their channels, where there are several.
 
-use egui::{RichText, Ui, vec2};
+use egui::{RichText, Ui};
 
 use crate::app::theme::ROW;
+use crate::app::widgets::line;
 use sindyscope_values::format::units::raised;
 use sindyscope_values::record::{Channel, Record, Role};
 use sindyscope_values::term::Kind;
@@ -14,10 +15,8 @@ pub(super) fn show(ui: &mut Ui, record: &Record) {
         return;
     }
     for mass in 0..masses {
-        let size = vec2(ui.available_width(), ROW - 4.0);
         let channels: Vec<String> = record.measured().filter(|c| of(c.role) == Some(mass)).map(said).collect();
-        ui.allocate_ui_with_layout(size, egui::Layout::left_to_right(egui::Align::Center), |ui| {
-            ui.set_min_size(size);
+        line(ui, ROW - 4.0, |ui| {
             ui.label(RichText::new(format!("mass {}", mass + 1)).weak());
             ui.add(egui::Label::new(channels.join(", ")).truncate());
         })

@@ -2,7 +2,7 @@
 
 use egui::{RichText, Ui, vec2};
 
-use super::PanelContext;
+use super::context::PanelContext;
 use crate::app::questions::{adds, tie};
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, row, section, switch};
@@ -33,13 +33,13 @@ const SYMMETRIES: [(Symmetry, &str, &str); 3] = [
     ),
 ];
 
-pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
-    let layout = desk.bench.layout(desk.edit.settings.kind);
-    let units = desk.bench.units(desk.edit.settings.kind);
+pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
+    let layout = context.data.layout(context.edit.settings.kind);
+    let units = context.data.units(context.edit.settings.kind);
     if layout.kind != Kind::SecondOrder {
         return;
     }
-    let settings = &mut desk.edit.settings;
+    let settings = &mut context.edit.settings;
     let count = settings.known.len() + usize::from(settings.mass.is_some());
     section(
         ui,
@@ -86,9 +86,9 @@ pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
         }
     });
     if layout.freedoms == 1 {
-        mass(ui, settings, desk.bench.records.first().map(|r| &**r));
+        mass(ui, settings, context.data.records.first().map(|r| &**r));
     }
-    typed(ui, settings, &mut desk.typing.known);
+    typed(ui, settings, &mut context.typing.known);
 }
 
 /// What one click says.

@@ -2,7 +2,7 @@
 
 use egui::{DragValue, Id, Label, RichText, Ui, WidgetInfo};
 
-use super::{PanelAct, PanelContext};
+use super::context::{PanelAct, PanelContext};
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, section};
 use sindyscope_core::prepare::{MOST_DECIMATED, MOST_PARTS, Preparation, SPIKE, Treatment};
@@ -12,12 +12,13 @@ use sindyscope_values::record::{Channel, Role, Usage};
 /// The share that the button holds out.
 const SHARE: f64 = 0.3;
 
-/// Samples that the menu's bridge spans at first.
+/// Samples that the menu's bridge spans at first, and that one may span at most.
 const BRIDGE: usize = 10;
+const MOST_BRIDGED: usize = 10_000;
 
-pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
+pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
     let mut asks = Vec::new();
-    let steps = &desk.edit.steps;
+    let steps = &context.edit.steps;
     let with = |treatment: Treatment| PanelAct::Prepare(steps.iter().cloned().chain([treatment.into()]).collect());
     section(
         ui,
@@ -25,7 +26,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
         |ui| {
             let menu = ui.menu_button("Add step ⏷", |ui| {
                 ui.set_min_width(200.0);
-                for (label, tooltip, treatment) in offered(desk) {
+                for (label, tooltip, treatment) in offered(context) {
                     if ui.button(label).on_hover_text(tooltip).clicked() {
                         asks.push(with(treatment));
                     }
@@ -34,36 +35,36 @@ pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
             menu.response.on_hover_text("What is done to the records before they are studied, in order");
             let tooltip =
                 "Show the whole record above the plots: drag its ends to crop it, the divider to hold a part out";
-            if chip(ui, "✂ on the plot", desk.cutting, false, tooltip).clicked() {
+            if chip(ui, "✂ on the plot", context.cutting, false, tooltip).clicked() {
                 asks.push(PanelAct::Cut);
             }
         },
         |_| {},
     );
     for (index, step) in steps.iter().enumerate() {
-        asks.extend(row(ui, desk, index, step));
-        if let Some(Some(reason)) = desk.bench.undone.get(index) {
+        asks.extend(row(ui, context, index, step));
+        if let Some(Some(reason)) = context.data.undone.get(index) {
             let color = theme::accents(ui.visuals().dark_mode).caution;
             ui.add(Label::new(RichText::new(format!("not done: {reason}")).color(color).small()).wrap());
         }
     }
     // Where something is held out already, more of it is in the menu.
-    if !desk.edit.usage.contains(&Usage::HeldOut) {
+    if !context.edit.usage.contains(&Usage::HeldOut) {
         let button = ui.button("Hold out the last 30 %");
         let tooltip = "The last part of each record that is fitted is never fitted, only simulated and scored";
         if button.on_hover_text(tooltip).clicked() {
             asks.push(with(Treatment::HoldOut { share: SHARE }));
         }
     }
-    desk.asks.append(&mut asks);
+    context.asks.append(&mut asks);
 }
 
 /// An entry of the menu: label, tooltip, and the step that it adds.
-type Offer = (String, &'static str, Treatment);
+type StepOffer = (String, &'static str, Treatment);
 
 /// What the menu offers for the record shown.
-fn offered(desk: &PanelContext<'_>) -> Vec<Offer> {
-    let mut offers: Vec<Offer> = Vec::new();
+fn offered(context: &PanelContext<'_>) -> Vec<StepOffer> {
+    let mut offers: Vec<StepOffer> = Vec::new();
     let mut offer = |label: &str, tooltip, treatment| offers.push((label.to_owned(), tooltip, treatment));
     offer("Crop", "Use a record from one time to another only", Treatment::Crop { from: None, to: None });
     offer(
@@ -72,7 +73,7 @@ fn offered(desk: &PanelContext<'_>) -> Vec<Offer> {
         Treatment::HoldOut { share: SHARE },
     );
     offer("Cut into several", "Each record becomes two or more of the same length", Treatment::Split { parts: 2 });
-    let record = desk.bench.origin(desk.shown);
+    let record = context.data.origin(context.shown);
     if let Some(record) = record {
         let middle = significant(record.start + 0.5 * record.duration(), 3);
         offer("Cut at a time", "Each record becomes two", Treatment::SplitAt { time: middle });
@@ -132,165 +133,171 @@ fn offered(desk: &PanelContext<'_>) -> Vec<Offer> {
 }
 
 /// One step; all steps are asked for anew if it was changed or taken out.
-fn row(ui: &mut Ui, desk: &PanelContext<'_>, index: usize, step: &Preparation) -> Option<PanelAct> {
-    let steps = &desk.edit.steps;
-    let changed = |treatment: Treatment| {
-        let mut new = steps.clone();
-        new[index].treatment = treatment;
-        Some(PanelAct::Prepare(new))
-    };
+fn row(ui: &mut Ui, context: &PanelContext<'_>, index: usize, step: &Preparation) -> Option<PanelAct> {
+    let steps = &context.edit.steps;
     let mut asked = None;
-    let mut sought = None;
     ui.horizontal(|ui| {
         ui.set_min_height(ROW);
         ui.spacing_mut().item_spacing.x = 4.0;
-        let id = Id::unique(("step", index));
-        match step.treatment {
-            Treatment::Crop { from, to } => {
-                ui.label("Crop to");
-                let whole = whole(desk, step);
-                let (mut from, mut to) = (from.unwrap_or(whole.0), to.unwrap_or(whole.1));
-                let speed = 0.002 * (whole.1 - whole.0).max(1e-6);
-                let one = value(ui, id.with("from"), "Crop from", &mut from, |d| d.speed(speed).suffix(" s"));
-                ui.label("…");
-                let two = value(ui, id.with("to"), "Crop to", &mut to, |d| d.speed(speed).suffix(" s"));
-                if one || two {
-                    asked = changed(Treatment::Crop { from: Some(from), to: Some(to) });
-                }
-            }
-            Treatment::HoldOut { share } => {
-                ui.label("Hold out the last");
-                let mut percent = 100.0 * share;
-                if value(ui, id, "Share held out", &mut percent, |d| {
-                    d.range(0.1..=99.9).speed(0.2).max_decimals(1).suffix(" %")
-                }) {
-                    asked = changed(Treatment::HoldOut { share: percent / 100.0 });
-                }
-            }
-            Treatment::RemoveOffset => {
-                ui.label("Remove offset");
-            }
-            Treatment::RemoveTrend => {
-                ui.label("Remove linear trend");
-            }
-            Treatment::Decimate { factor } => {
-                ui.label("Decimate by");
-                let mut number = factor as f64;
-                if value(ui, id, "Factor", &mut number, |d| {
-                    d.range(2.0..=MOST_DECIMATED as f64).speed(0.05).max_decimals(0)
-                }) {
-                    asked = changed(Treatment::Decimate { factor: number as usize });
-                }
-            }
-            Treatment::Filter { from, to } => {
-                let name = match (from, to) {
-                    (Some(_), Some(_)) => "Band-pass",
-                    (Some(_), None) => "High-pass",
-                    _ => "Low-pass",
-                };
-                ui.label(name);
-                let mut ends = [from, to];
-                let mut moved = false;
-                for (end, name) in ends.iter_mut().zip(["Filter from", "Filter to"]) {
-                    if let Some(corner) = end {
-                        let speed = 0.01 * *corner;
-                        moved |=
-                            value(ui, id.with(name), name, corner, |d| d.range(1e-9..=1e12).speed(speed).suffix(" Hz"));
-                    }
-                }
-                if moved {
-                    let [from, to] = ends;
-                    asked = changed(Treatment::Filter { from, to });
-                }
-            }
-            Treatment::MendSpikes { threshold } => {
-                ui.label("Mend spikes beyond");
-                let mut number = threshold;
-                if value(ui, id, "Spike threshold", &mut number, |d| {
-                    d.range(1.0..=1000.0).speed(0.05).max_decimals(1).suffix(" σ")
-                }) {
-                    asked = changed(Treatment::MendSpikes { threshold: number });
-                }
-            }
-            Treatment::Split { parts } => {
-                ui.label("Cut into");
-                let mut number = parts as f64;
-                if value(ui, id, "Parts", &mut number, |d| d.range(2.0..=MOST_PARTS as f64).speed(0.05).max_decimals(0))
-                {
-                    asked = changed(Treatment::Split { parts: number as usize });
-                }
-            }
-            Treatment::SplitAt { time } => {
-                ui.label("Cut at");
-                let whole = whole(desk, step);
-                let speed = 0.002 * (whole.1 - whole.0).max(1e-6);
-                let mut number = time;
-                if value(ui, id, "Cut at", &mut number, |d| d.speed(speed).suffix(" s")) {
-                    asked = changed(Treatment::SplitAt { time: number });
-                }
-            }
-            Treatment::Align { role, delay } => {
-                let channel = desk.bench.records.first().and_then(|r| r.channel(role));
-                let name = channel.map_or_else(|| role.noun().to_owned(), |c| c.name.clone());
-                ui.add(Label::new(format!("Align {name}, late by")).truncate());
-                let mut number = 1e3 * delay.unwrap_or(0.0);
-                let step = desk.bench.records.first().map_or(1e-3, |r| r.interval);
-                if value(ui, id, "Delay", &mut number, |d| d.speed(50.0 * step).max_decimals(4).suffix(" ms")) {
-                    asked = changed(Treatment::Align { role, delay: Some(1e-3 * number) });
-                }
-                sought = Some(Calibration::Delay(role));
-            }
-            Treatment::Gain { role, gain } => {
-                let channel = desk.bench.records.first().and_then(|r| r.channel(role));
-                let name = channel.map_or_else(|| role.noun().to_owned(), |c| c.name.clone());
-                ui.add(Label::new(format!("Divide {name} by")).truncate());
-                let mut number = gain;
-                if value(ui, id, "Gain", &mut number, |d| d.speed(1e-3).range(1e-6..=1e6).max_decimals(6)) {
-                    asked = changed(Treatment::Gain { role, gain: number });
-                }
-                sought = Some(Calibration::Gain(role));
-            }
-            Treatment::Bridge { longest } => {
-                ui.label("Bridge gaps up to");
-                let mut number = longest as f64;
-                if value(ui, id, "Longest gap bridged", &mut number, |d| {
-                    d.range(1.0..=10_000.0).speed(0.1).max_decimals(0).suffix(" samples")
-                }) {
-                    asked = changed(Treatment::Bridge { longest: number as usize });
-                }
-            }
-        }
+        let changed = treatment(ui, context, Id::unique(("step", index)), step).map(|treatment| {
+            let mut new = steps.clone();
+            new[index].treatment = treatment;
+            PanelAct::Prepare(new)
+        });
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             let out = ui.add(egui::Button::new("×").frame_when_inactive(false)).on_hover_text("Take this step out");
             out.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, format!("Take step {} out", index + 1)));
-            if out.clicked() {
-                let mut new = steps.clone();
-                new.remove(index);
-                asked = Some(PanelAct::Prepare(new));
-            }
-            // What is found is that of all records together.
-            if let Some(sought) = sought.filter(|_| step.record.is_none()) {
-                let finding = desk.calibrating == Some(index);
-                let (label, tooltip) = if finding {
-                    ("Stop", "Stop finding it")
-                } else {
-                    ("Find", "Find it with the equation: what makes the response fit the measurement best")
-                };
-                if ui.small_button(label).on_hover_text(tooltip).clicked() {
-                    asked = Some(if finding {
-                        PanelAct::StopChoosing
-                    } else {
-                        PanelAct::Calibrate { step: index, sought }
-                    });
-                }
-            }
-            if desk.bench.raw.entries.len() > 1 && !matches!(step.treatment, Treatment::Bridge { .. }) {
+            let without = || steps.iter().enumerate().filter(|(k, _)| *k != index).map(|(_, s)| s.clone()).collect();
+            let taken_out = out.clicked().then(|| PanelAct::Prepare(without()));
+            asked = find(ui, context, index, step).or(taken_out).or(changed);
+            if context.data.raw.entries.len() > 1 && !matches!(step.treatment, Treatment::Bridge { .. }) {
                 let text = step.record.as_deref().unwrap_or("every record");
                 ui.add(Label::new(RichText::new(text).weak()).truncate()).on_hover_text(text);
             }
         });
     });
     asked
+}
+
+/// The button that finds a step's value with the equation, where that can be: what is found is that of all records together.
+fn find(ui: &mut Ui, context: &PanelContext<'_>, index: usize, step: &Preparation) -> Option<PanelAct> {
+    let sought = match step.treatment {
+        Treatment::Align { role, .. } => Calibration::Delay(role),
+        Treatment::Gain { role, .. } => Calibration::Gain(role),
+        _ => return None,
+    };
+    if step.record.is_some() {
+        return None;
+    }
+    let finding = context.calibrating == Some(index);
+    let (label, tooltip, act) = if finding {
+        ("Stop", "Stop finding it", PanelAct::StopChoosing)
+    } else {
+        let tooltip = "Find it with the equation: what makes the response fit the measurement best";
+        ("Find", tooltip, PanelAct::Calibrate { step: index, sought })
+    };
+    ui.small_button(label).on_hover_text(tooltip).clicked().then_some(act)
+}
+
+/// What a step does, with its numbers; the treatment that it was changed to, if it was.
+fn treatment(ui: &mut Ui, context: &PanelContext<'_>, id: Id, step: &Preparation) -> Option<Treatment> {
+    let channel = |role: Role| context.data.records.first().and_then(|r| r.channel(role));
+    let name = |role: Role| channel(role).map_or_else(|| role.noun().to_owned(), |c| c.name.clone());
+    Some(match step.treatment {
+        Treatment::Crop { from, to } => {
+            let whole = whole(context, step);
+            let (mut from, mut to) = (from.unwrap_or(whole.0), to.unwrap_or(whole.1));
+            let speed = along(whole);
+            ui.label("Crop to");
+            let one = value(ui, id.with("from"), "Crop from", &mut from, |d| d.speed(speed).suffix(" s"));
+            ui.label("…");
+            let two = value(ui, id.with("to"), "Crop to", &mut to, |d| d.speed(speed).suffix(" s"));
+            return (one || two).then_some(Treatment::Crop { from: Some(from), to: Some(to) });
+        }
+        Treatment::HoldOut { share } => {
+            let percent = number(ui, id, ("Hold out the last", "Share held out"), 100.0 * share, |d| {
+                d.range(0.1..=99.9).speed(0.2).max_decimals(1).suffix(" %")
+            })?;
+            Treatment::HoldOut { share: percent / 100.0 }
+        }
+        Treatment::RemoveOffset => {
+            ui.label("Remove offset");
+            return None;
+        }
+        Treatment::RemoveTrend => {
+            ui.label("Remove linear trend");
+            return None;
+        }
+        Treatment::Decimate { factor } => {
+            let factor = count(ui, id, ("Decimate by", "Factor"), factor, (2, MOST_DECIMATED, ""))?;
+            Treatment::Decimate { factor }
+        }
+        Treatment::Filter { from, to } => return filter(ui, id, from, to),
+        Treatment::MendSpikes { threshold } => {
+            let threshold = number(ui, id, ("Mend spikes beyond", "Spike threshold"), threshold, |d| {
+                d.range(1.0..=1000.0).speed(0.05).max_decimals(1).suffix(" σ")
+            })?;
+            Treatment::MendSpikes { threshold }
+        }
+        Treatment::Split { parts } => {
+            Treatment::Split { parts: count(ui, id, ("Cut into", "Parts"), parts, (2, MOST_PARTS, ""))? }
+        }
+        Treatment::SplitAt { time } => {
+            let speed = along(whole(context, step));
+            let time = number(ui, id, ("Cut at", "Cut at"), time, |d| d.speed(speed).suffix(" s"))?;
+            Treatment::SplitAt { time }
+        }
+        Treatment::Align { role, delay } => {
+            let text = format!("Align {}, late by", name(role));
+            let speed = 50.0 * context.data.records.first().map_or(1e-3, |r| r.interval);
+            let found = number(ui, id, (&text, "Delay"), 1e3 * delay.unwrap_or(0.0), |d| {
+                d.speed(speed).max_decimals(4).suffix(" ms")
+            })?;
+            Treatment::Align { role, delay: Some(1e-3 * found) }
+        }
+        Treatment::Gain { role, gain } => {
+            let gain = number(ui, id, (&format!("Divide {} by", name(role)), "Gain"), gain, |d| {
+                d.speed(1e-3).range(1e-6..=1e6).max_decimals(6)
+            })?;
+            Treatment::Gain { role, gain }
+        }
+        Treatment::Bridge { longest } => {
+            let names = ("Bridge gaps up to", "Longest gap bridged");
+            Treatment::Bridge { longest: count(ui, id, names, longest, (1, MOST_BRIDGED, " samples"))? }
+        }
+    })
+}
+
+/// A filter's kind and corners.
+fn filter(ui: &mut Ui, id: Id, from: Option<f64>, to: Option<f64>) -> Option<Treatment> {
+    ui.label(match (from, to) {
+        (Some(_), Some(_)) => "Band-pass",
+        (Some(_), None) => "High-pass",
+        _ => "Low-pass",
+    });
+    let mut ends = [from, to];
+    let mut moved = false;
+    for (end, name) in ends.iter_mut().zip(["Filter from", "Filter to"]) {
+        if let Some(corner) = end {
+            let speed = 0.01 * *corner;
+            moved |= value(ui, id.with(name), name, corner, |d| d.range(1e-9..=1e12).speed(speed).suffix(" Hz"));
+        }
+    }
+    let [from, to] = ends;
+    moved.then_some(Treatment::Filter { from, to })
+}
+
+/// A step's one number behind its label; the new one once it is left changed.
+fn number(
+    ui: &mut Ui,
+    id: Id,
+    (label, name): (&str, &str),
+    old: f64,
+    limits: impl for<'a> FnOnce(DragValue<'a>) -> DragValue<'a>,
+) -> Option<f64> {
+    ui.add(Label::new(label).truncate());
+    let mut new = old;
+    value(ui, id, name, &mut new, limits).then_some(new)
+}
+
+/// The same of a whole number within limits.
+fn count(
+    ui: &mut Ui,
+    id: Id,
+    names: (&str, &str),
+    old: usize,
+    (least, most, suffix): (usize, usize, &'static str),
+) -> Option<usize> {
+    let speed = if most > MOST_DECIMATED.max(MOST_PARTS) { 0.1 } else { 0.05 };
+    number(ui, id, names, old as f64, |d| {
+        d.range(least as f64..=most as f64).speed(speed).max_decimals(0).suffix(suffix)
+    })
+    .map(|new| new as usize)
+}
+
+/// How fast a time along the record is dragged.
+fn along((start, end): (f64, f64)) -> f64 {
+    0.002 * (end - start).max(1e-6)
 }
 
 /// A value that reads well: so many digits.
@@ -320,8 +327,8 @@ fn value(
 }
 
 /// From when to when the record lasts that a step is for, s.
-fn whole(desk: &PanelContext<'_>, step: &Preparation) -> (f64, f64) {
-    let named = |name: &String| desk.bench.raw.entries.iter().map(|(r, _)| r).find(|r| r.name == *name);
-    let record = step.record.as_ref().and_then(named).or_else(|| desk.bench.origin(desk.shown));
+fn whole(context: &PanelContext<'_>, step: &Preparation) -> (f64, f64) {
+    let named = |name: &String| context.data.raw.entries.iter().map(|(r, _)| r).find(|r| r.name == *name);
+    let record = step.record.as_ref().and_then(named).or_else(|| context.data.origin(context.shown));
     record.map_or((0.0, 1.0), |r| (r.start, r.start + r.duration()))
 }

@@ -2,8 +2,8 @@
 
 use egui::{Label, RichText, Ui};
 
-use super::PanelAct;
-use crate::app::commands::Command;
+use super::context::PanelAct;
+use crate::app::commands::WindowCommand;
 use crate::app::open::Refused;
 use crate::app::state::Source;
 use crate::app::theme;
@@ -23,7 +23,7 @@ pub(super) fn show(ui: &mut Ui, refused: &Refused, asks: &mut Vec<PanelAct>) {
         } else if matches!(refused.opening.document.source, Source::Files(_)) {
             let hint = "Show what the file holds, and say which column is the time, a displacement, a force, …";
             if ui.button("Choose the columns…").on_hover_text(hint).clicked() {
-                asks.push(PanelAct::Do(Command::Columns));
+                asks.push(PanelAct::Do(WindowCommand::Columns));
             }
         }
     });

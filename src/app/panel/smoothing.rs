@@ -2,21 +2,22 @@
 
 use egui::{RichText, Ui};
 
-use super::{PanelAct, PanelContext, pick, slider};
-use crate::app::commands::Command;
+use super::context::{PanelAct, PanelContext};
+use super::setting_row::{pick, slider};
+use crate::app::commands::WindowCommand;
 use crate::app::theme::ROW;
 use crate::app::widgets::{SliderRow, row, section};
 use sindyscope_core::signal::TestFunction;
 use sindyscope_core::study::{Differentiation, FORMS, Formulation, METHODS, setting};
 use sindyscope_values::format::number::significant_trimmed;
 
-pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
-    let choosing = desk.choosing;
+pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
+    let choosing = context.choosing;
     let mut asks = Vec::new();
     section(ui, "SMOOTHING", |ui| choose(ui, choosing, &mut asks), |_| {});
-    desk.asks.append(&mut asks);
-    let smoothing = &mut desk.edit.settings.smoothing;
-    let suggestion = desk.suggestion.smoothing;
+    context.asks.append(&mut asks);
+    let smoothing = &mut context.edit.settings.smoothing;
+    let suggestion = context.suggestion.smoothing;
     pick(ui, setting("differentiation"), &METHODS, &mut smoothing.method, |a, b| a == b);
     let (local, global) = (smoothing.method.is_local(), smoothing.method.is_global());
     if global {
@@ -26,7 +27,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
             );
         });
         if smoothing.from_data {
-            let used = desk.bench.outcome.as_ref().filter(|o| o.settings.smoothing == *smoothing);
+            let used = context.data.outcome.as_ref().filter(|o| o.settings.smoothing == *smoothing);
             let words = used
                 .and_then(|o| o.records.first())
                 .map(|r| format!("half passes at a period of {} samples", significant_trimmed(r.signals.length, 3)));
@@ -35,7 +36,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
     }
     ui.add_enabled_ui(local || global && !smoothing.from_data, |ui| {
         let shortest = if local { (smoothing.order + 2) | 1 } else { 3 };
-        let longest = desk.bench.longest_segment(&desk.edit.usage).max(shortest + 2);
+        let longest = context.data.longest_segment(&context.edit.usage).max(shortest + 2);
         let mut window = smoothing.window as f64;
         let segment = SliderRow {
             label: if global { "Length" } else { setting("window").label },
@@ -46,7 +47,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
         if segment.show(ui, &mut window) {
             *smoothing = smoothing.with_window((window as usize) | 1);
         }
-        let (seconds, periods) = desk.bench.segment_length(smoothing);
+        let (seconds, periods) = context.data.segment_length(smoothing);
         let mut words = Vec::new();
         if let Some(seconds) = seconds {
             words.push(format!("{} ms", significant_trimmed(1e3 * seconds, 3)));
@@ -73,19 +74,19 @@ pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
             );
         });
     });
-    form(ui, desk);
+    form(ui, context);
 }
 
 /// How the equation is held against the data, and the weak form's test functions.
-fn form(ui: &mut Ui, desk: &mut PanelContext<'_>) {
-    let form = &mut desk.edit.settings.form;
+fn form(ui: &mut Ui, context: &mut PanelContext<'_>) {
+    let form = &mut context.edit.settings.form;
     let same = |a: &Formulation, b: &Formulation| std::mem::discriminant(a) == std::mem::discriminant(b);
     pick(ui, setting("form"), &FORMS, form, same);
     let Formulation::Weak { half_width } = form else { return };
-    let usage = &desk.edit.usage;
-    let longest = (desk.bench.shortest(usage) / 4).max(TestFunction::NARROWEST + 1);
+    let usage = &context.edit.usage;
+    let longest = (context.data.shortest(usage) / 4).max(TestFunction::NARROWEST + 1);
     let suggested =
-        desk.bench.suggested_half_width().unwrap_or(TestFunction::NARROWEST).clamp(TestFunction::NARROWEST, longest);
+        context.data.suggested_half_width().unwrap_or(TestFunction::NARROWEST).clamp(TestFunction::NARROWEST, longest);
     let mut value = half_width.unwrap_or(suggested) as f64;
     let row = SliderRow {
         range: TestFunction::NARROWEST as f64..=longest as f64,
@@ -101,9 +102,10 @@ fn form(ui: &mut Ui, desk: &mut PanelContext<'_>) {
 fn choose(ui: &mut Ui, choosing: Option<crate::app::queue::JobProgress>, asks: &mut Vec<PanelAct>) {
     match choosing {
         None => {
-            let button = ui.button(Command::Choose.spec().label).on_hover_text(Command::Choose.hint(ui.ctx()));
+            let button =
+                ui.button(WindowCommand::Choose.spec().label).on_hover_text(WindowCommand::Choose.hint(ui.ctx()));
             if button.clicked() {
-                asks.push(PanelAct::Do(Command::Choose));
+                asks.push(PanelAct::Do(WindowCommand::Choose));
             }
         }
         Some(busy) => {

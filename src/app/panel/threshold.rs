@@ -2,8 +2,9 @@
 
 use egui::{RichText, Ui};
 
+use super::context::PanelContext;
 use super::equation::symbol;
-use super::{PanelContext, pick, slider, switch_of};
+use super::setting_row::{pick, slider, switch_of};
 use crate::app::widgets::{Mark, SliderRow, section};
 use sindyscope_core::study::{KINEMATICS, REGRESSORS, SCALINGS, Scaling, setting};
 use sindyscope_values::format::number::significant_trimmed;
@@ -12,9 +13,9 @@ use sindyscope_values::term::Kind;
 /// The threshold's slider where it is compared with coefficients as they stand: they are rarely outside.
 const RAW: std::ops::RangeInclusive<f64> = 1e-4..=1e4;
 
-pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
-    let layout = desk.bench.layout(desk.edit.settings.kind);
-    let outcome = desk.bench.outcome.as_ref();
+pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
+    let layout = context.data.layout(context.edit.settings.kind);
+    let outcome = context.data.outcome.as_ref();
     let kept: usize = outcome.map_or(0, |o| {
         let fitted = |s| o.fits.iter().any(|f| f.state == s);
         o.model.iter().filter(|(s, _)| fitted(*s)).map(|(_, e)| e.terms.len()).sum()
@@ -28,7 +29,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
         },
         |_| {},
     );
-    let settings = &mut desk.edit.settings;
+    let settings = &mut context.edit.settings;
     let several = outcome.is_some_and(|o| o.fits.len() > 1);
     let marks: Vec<Mark> = outcome
         .filter(|o| o.settings.scaling == settings.scaling && o.settings.regressor == settings.regressor)
@@ -42,7 +43,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
         })
         .collect();
     pick(ui, setting("regressor"), &REGRESSORS, &mut settings.regressor, |a, b| a == b);
-    let same_scaling = desk.suggestion.scaling == settings.scaling;
+    let same_scaling = context.suggestion.scaling == settings.scaling;
     let plain = slider(setting("threshold"));
     let (range, tooltip) = match settings.scaling {
         Scaling::Scaled => (plain.range.clone(), format!("{}; marks show where", plain.tooltip)),
@@ -51,13 +52,13 @@ pub(super) fn show(ui: &mut Ui, desk: &mut PanelContext<'_>) {
     let threshold = SliderRow {
         tooltip: &tooltip,
         range,
-        suggestion: same_scaling.then_some(desk.suggestion.threshold),
+        suggestion: same_scaling.then_some(context.suggestion.threshold),
         marks: &marks,
         ..plain
     };
     threshold.show(ui, &mut settings.threshold);
     switch_of(ui, setting("scaling"), &SCALINGS, &mut settings.scaling);
-    let ridge = SliderRow { suggestion: Some(desk.suggestion.ridge), ..slider(setting("ridge")) };
+    let ridge = SliderRow { suggestion: Some(context.suggestion.ridge), ..slider(setting("ridge")) };
     ridge.show(ui, &mut settings.ridge);
     if settings.kind == Kind::SecondOrder {
         switch_of(ui, setting("fit-kinematics"), &KINEMATICS, &mut settings.kinematics);

@@ -7,7 +7,7 @@ use egui_plot::{
     Bar, BarChart, FilledArea, HLine, Line, PlotPoint, PlotPoints, PlotTransform, PlotUi, Points, Span, VLine,
 };
 
-use super::painter::Look;
+use super::look::Look;
 use super::palette::{self, Ink, Painted as _};
 use sindyscope_report::figure::thin::{self, Raster};
 use sindyscope_report::figure::{Axis, Cells, Guide, Layer, LayerRole, Panel, Samples, Shape};
@@ -25,12 +25,12 @@ const SAMPLES_MARKED: f64 = 7.0;
 
 /// What a layer was made of: as long as it is held, its address is not given to another.
 #[derive(Clone, Debug)]
-enum Source {
+enum LayerSource {
     Values(Arc<[f64]>),
     Points(Arc<[[f64; 2]]>),
 }
 
-impl Source {
+impl LayerSource {
     fn of(layer: &Layer) -> Option<Self> {
         match &layer.shape {
             Shape::Samples(samples) | Shape::Tube(samples, _) => Some(Self::Values(Arc::clone(&samples.values))),
@@ -51,7 +51,7 @@ impl Source {
 /// Points of a layer as they were last asked for, for a view and for what lies around it: a view that is moved finds them ready.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Drawn {
-    source: Option<Source>,
+    source: Option<LayerSource>,
     logarithmic: [bool; 2],
     /// What they cover; none: all there is.
     covers: Option<Raster>,
@@ -62,7 +62,7 @@ pub(super) struct Drawn {
 impl Drawn {
     /// Makes the points ready that show within bounds on so many pixels.
     pub(super) fn prepare(&mut self, layer: &Layer, panel: &Panel, bounds: [(f64, f64); 2], pixels: [f64; 2]) {
-        let Some(source) = Source::of(layer) else { return };
+        let Some(source) = LayerSource::of(layer) else { return };
         let logarithmic = [panel.x.logarithmic, panel.y.logarithmic];
         let same = self.source.as_ref().is_some_and(|s| s.is(&source)) && self.logarithmic == logarithmic;
         let scale: [f64; 2] = std::array::from_fn(|k| pixels[k] / (bounds[k].1 - bounds[k].0));

@@ -1,10 +1,11 @@
 //! Legends: a line above each plot, so that they never cover data. A click switches a curve, Alt-click shows it alone.
 
-use egui::{Align, Align2, Color32, FontId, Layout, Mesh, Painter, Pos2, Rect, Role, Sense, Stroke, TextStyle, Ui};
+use egui::{Align2, Color32, FontId, Mesh, Painter, Pos2, Rect, Role, Sense, Stroke, TextStyle, Ui};
 use egui::{Vec2, WidgetInfo, pos2, vec2};
 
-use super::painter::Look;
+use super::look::Look;
 use super::palette;
+use crate::app::widgets;
 use sindyscope_report::figure::{Cells, KeyMark, LegendEntry, MarkerShape};
 use sindyscope_values::format::shown::ShownUnits;
 
@@ -16,9 +17,7 @@ const SAMPLE: f32 = 24.0;
 
 /// A line of a legend's height, its contents from `left` on.
 pub(crate) fn line(ui: &mut Ui, left: f32, contents: impl FnOnce(&mut Ui)) {
-    let size = vec2(ui.available_width(), HEIGHT);
-    ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-        ui.set_min_size(size);
+    widgets::line(ui, HEIGHT, |ui| {
         ui.add_space(left);
         contents(ui);
     });

@@ -2,8 +2,10 @@
 
 pub(crate) mod display;
 pub(crate) mod export;
+pub(crate) mod figures;
 mod layers;
 pub(crate) mod legend;
+mod look;
 pub(crate) mod painter;
 pub mod palette;
 pub(crate) mod pointer;

@@ -1,13 +1,13 @@
 //! The window's painter of figures: zoom, values at the pointer, linked axes, legends and menus.
 
 use std::collections::{BTreeSet, HashMap};
-use std::hash::{DefaultHasher, Hash, Hasher};
 
-use egui::{Align, Align2, Id, Layout, Pos2, Rangef, Rect, Sense, Stroke, TextStyle, Ui, Vec2, WidgetInfo, pos2, vec2};
+use egui::{Align, Align2, Id, Layout, Pos2, Rangef, Rect, Stroke, TextStyle, Ui, Vec2, WidgetInfo, pos2, vec2};
 use egui_plot::{AxisHints, GridInput, GridMark, Plot, PlotMemory, PlotResponse, PlotUi};
 
 use super::layers::{self, Drawn};
-use super::palette::{self, Ink, Painted as _};
+pub(crate) use super::look::{Look, ShownPanel, stamp};
+use super::palette::{self, Ink};
 use super::{display, legend, pointer, readout};
 use sindyscope_report::figure::{Axis, Figure, Guide, Panel, PanelRow, Shape};
 use sindyscope_report::palette::Tint;
@@ -50,53 +50,6 @@ impl Plots {
     }
 }
 
-/// How a figure is shown.
-pub(crate) struct Look<'a> {
-    /// The name of the place where it is shown, beside which a panel's name is unique.
-    pub(crate) place: &'a dyn Fn(&'static str) -> Id,
-    /// What tells its data from others: those are fitted anew.
-    pub(crate) data: u64,
-    /// Inks switched off in the legends; none: they cannot be.
-    pub(crate) hidden: Option<&'a mut BTreeSet<Ink>>,
-    /// The panel shown of a row of which one is shown; none: the figure's own choice.
-    pub(crate) pick: Option<usize>,
-    /// Strength of what an outcome decides, 0 to 1: less while a newer one is being computed.
-    pub(crate) strength: f32,
-    /// Small letters, and the ordinate named above.
-    pub(crate) compact: bool,
-    /// What fixed panels react to.
-    pub(crate) sense: Sense,
-    /// What the figure is to those who hear the window.
-    pub(crate) name: &'a str,
-}
-
-/// A number that tells data from others.
-pub(crate) fn stamp(data: impl Hash) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    data.hash(&mut hasher);
-    hasher.finish()
-}
-
-impl<'a> Look<'a> {
-    pub(crate) fn new(place: &'a dyn Fn(&'static str) -> Id, data: impl Hash, name: &'a str) -> Self {
-        let (hidden, pick, strength, compact) = (None, None, 1.0, false);
-        Self { place, data: stamp(data), hidden, pick, strength, compact, sense: Sense::click(), name }
-    }
-
-    /// An ink in this theme; what an outcome decides is faded while it is stale.
-    pub(super) fn color(&self, ink: Ink, dark: bool) -> egui::Color32 {
-        let color = ink.color(dark);
-        match ink {
-            Ink::Identified | Ink::Error | Ink::Diverged => color.gamma_multiply(self.strength),
-            _ => color,
-        }
-    }
-
-    pub(super) fn shows(&self, ink: Ink) -> bool {
-        self.hidden.as_ref().is_none_or(|hidden| !hidden.contains(&ink))
-    }
-}
-
 /// What a person asked for in a figure.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Wish {
@@ -106,15 +59,9 @@ pub(crate) enum Wish {
     Picture,
 }
 
-/// A panel that was drawn.
-pub(crate) struct Shown<'a> {
-    pub(crate) panel: &'a Panel,
-    pub(crate) plot: PlotResponse<()>,
-}
-
 /// What came of drawing a figure.
-pub(crate) struct Painted<'a> {
-    pub(crate) shown: Vec<Shown<'a>>,
+pub(crate) struct PaintedFigure<'a> {
+    pub(crate) shown: Vec<ShownPanel<'a>>,
     pub(crate) wish: Option<Wish>,
 }
 
@@ -126,7 +73,7 @@ pub(crate) fn zoom(ctx: &egui::Context, place: &dyn Fn(&'static str) -> Id, pane
 }
 
 /// Draws a figure into all the room there is.
-pub(crate) fn show<'a>(ui: &mut Ui, plots: &mut Plots, figure: &'a Figure, look: &mut Look<'_>) -> Painted<'a> {
+pub(crate) fn show<'a>(ui: &mut Ui, plots: &mut Plots, figure: &'a Figure, look: &mut Look<'_>) -> PaintedFigure<'a> {
     ui.visuals_mut().extreme_bg_color = palette::ground(ui.visuals().dark_mode);
     ui.spacing_mut().item_spacing.y = 2.0;
     let left = if look.compact { COMPACT_AXIS } else { AXIS_WIDTH };
@@ -146,7 +93,7 @@ pub(crate) fn show<'a>(ui: &mut Ui, plots: &mut Plots, figure: &'a Figure, look:
     let fixed: f32 = spare + (0..rows.len()).map(|k| heads[k] + below(k)).sum::<f32>();
     let room = (ui.available_height() - fixed).max(LEAST * rows.len() as f32);
     let shares: f64 = rows.iter().map(|(row, _)| row.share).sum();
-    let mut shown: Vec<Shown<'a>> = Vec::new();
+    let mut shown: Vec<ShownPanel<'a>> = Vec::new();
     for (k, (row, panels)) in rows.iter().enumerate() {
         let height = room * (row.share / shares) as f32 + below(k);
         let width = (ui.available_width() - GAP * panels.len().saturating_sub(1) as f32) / panels.len().max(1) as f32;
@@ -160,7 +107,7 @@ pub(crate) fn show<'a>(ui: &mut Ui, plots: &mut Plots, figure: &'a Figure, look:
                         head_line(ui, plots, figure, panel, look);
                     }
                     let plot = panel_plot(ui, plots, panel, look, (height, !shared(k)));
-                    shown.push(Shown { panel, plot });
+                    shown.push(ShownPanel { panel, plot });
                 });
             }
         });
@@ -168,7 +115,7 @@ pub(crate) fn show<'a>(ui: &mut Ui, plots: &mut Plots, figure: &'a Figure, look:
     plots.go_to = None;
     readout::show(ui, figure, &shown, look);
     let wish = interact(ui, plots, figure, &shown, look);
-    Painted { shown, wish }
+    PaintedFigure { shown, wish }
 }
 
 /// The panels of a row that are shown.
@@ -248,6 +195,7 @@ fn label<'a>(axis: &'a Axis, scale: &'a Scale) -> impl Fn(GridMark, &std::ops::R
     move |mark, _| axis.label(sindyscope_report::figure::TickMark { at: mark.value, step: mark.step_size }, scale)
 }
 
+/// A panel as a plot of this height, its abscissa labelled or not.
 fn panel_plot(
     ui: &mut Ui,
     plots: &mut Plots,
@@ -259,110 +207,118 @@ fn panel_plot(
     let id = (look.place)(panel.id);
     let must_fit = plots.fitted.insert(id, look.data) != Some(look.data);
     let units = display::chosen(ui.ctx());
-    let nothing = BTreeSet::new();
-    let y_range = panel.shown_y(look.hidden.as_deref().unwrap_or(&nothing));
+    let y_range = panel.shown_y(look.hidden.as_deref().unwrap_or(&BTreeSet::new()));
     let y_axis = Axis { range: y_range, ..panel.y.clone() };
     let scales = [panel.x.scale(&units), y_axis.scale(&units)];
     let cells = panel.layers.iter().any(|l| matches!(l.shape, Shape::Cells(_)));
     let width = ui.available_width() - if cells { COLOURS } else { 0.0 };
     let memory = PlotMemory::load(ui.ctx(), id).filter(|_| !must_fit);
-    let bounds = [
-        match (plots.go_to.filter(|_| panel.x.link.is_some()), &memory) {
-            (Some(range), _) => range,
-            (None, Some(m)) if !m.auto_bounds.x => (m.bounds().min()[0], m.bounds().max()[0]),
-            _ => panel.x.range,
-        },
-        match &memory {
-            Some(m) if !m.auto_bounds.y => (m.bounds().min()[1], m.bounds().max()[1]),
-            _ => y_range,
-        },
-    ];
+    let go_to = plots.go_to.filter(|_| panel.x.link.is_some());
+    let bounds = seen(memory.as_ref(), go_to, [panel.x.range, y_range]);
     let pixels = [width, height].map(|points| f64::from((points * ui.ctx().pixels_per_point()).max(100.0)));
     for (k, layer) in panel.layers.iter().enumerate() {
         plots.drawn.entry((id, k)).or_default().prepare(layer, panel, bounds, pixels);
     }
     let drawn: Vec<&Drawn> = (0..panel.layers.len()).filter_map(|k| plots.drawn.get(&(id, k))).collect();
     let auto_y = memory.as_ref().is_none_or(|m| m.auto_bounds.y);
-    // Labels of a narrow plot stand closer.
-    let apart = match (look.compact, width < 380.0) {
-        (true, _) => f64::from(COMPACT_APART / 8.0),
-        (false, true) => 7.6,
-        (false, false) => 10.0,
-    };
-    let y_title = match (look.compact, height < LOW) {
-        (true, _) => String::new(),
-        (false, true) => scales[1].unit.clone(),
-        (false, false) => y_axis.title(&scales[1]),
-    };
-    let mut plot = Plot::new(id)
-        .id(id)
-        .width(width)
-        .height(height)
+    let mut plot = framed(Plot::new(id).id(id), panel, &y_axis, &scales, vec2(width, height), look.compact)
         .show_axes([labelled, true])
-        .y_axis_min_width(if look.compact { COMPACT_AXIS } else { AXIS_WIDTH })
-        .x_axis_label(panel.x.title(&scales[0]))
-        .y_axis_label(y_title)
-        .x_grid_spacer(spacer(&panel.x, apart))
-        .y_grid_spacer(spacer(
-            &y_axis,
-            if look.compact {
-                2.6
-            } else if panel.x.link.is_some() {
-                3.75
-            } else {
-                4.5
-            },
-        ))
-        .x_axis_formatter(label(&panel.x, &scales[0]))
-        .y_axis_formatter(label(&y_axis, &scales[1]))
-        .grid_color(palette::grid(dark))
-        .grid_fade(if panel.x.logarithmic || panel.y.logarithmic { 0.3 } else { 0.0 })
-        .show_background(true)
-        .default_x_bounds(panel.x.range.0, panel.x.range.1)
-        .default_y_bounds(y_range.0, y_range.1)
-        .show_x(false)
-        .show_y(false)
-        .allow_scroll(false);
+        .grid_color(palette::grid(dark));
     if let Some(link) = panel.x.link {
         plot = plot.link_axis(Id::unique(link), [true, false]).allow_drag([true, !auto_y]);
     }
     if panel.fixed {
         plot = plot.allow_drag(false).allow_zoom(false).allow_boxed_zoom(false).sense(look.sense);
     }
-    if look.compact {
-        // Small letters may stand closer.
-        let font = egui::FontId::proportional(10.5);
-        let x = AxisHints::new_x().label(panel.x.title(&scales[0])).formatter(label(&panel.x, &scales[0]));
-        let y = AxisHints::new_y().formatter(label(&y_axis, &scales[1])).min_thickness(COMPACT_AXIS);
-        plot = plot
-            .custom_x_axes(vec![
-                x.label_spacing(Rangef::new(COMPACT_APART - 12.0, COMPACT_APART)).tick_label_font(font.clone()),
-            ])
-            .custom_y_axes(vec![y.label_spacing(Rangef::new(14.0, 20.0)).tick_label_font(font)]);
-    }
-    let go_to = plots.go_to.filter(|_| panel.x.link.is_some());
-    let compact = look.compact;
-    let response = ui
-        .scope(|ui| {
-            if compact {
-                let small = egui::FontId::proportional(10.5);
-                ui.style_mut().text_styles.insert(TextStyle::Body, small);
-            }
-            plot.show(ui, |plot| {
-                if must_fit || panel.fixed || plot.response().double_clicked() {
-                    plot.set_auto_bounds(true);
-                } else if let Some((from, to)) = go_to {
-                    plot.set_plot_bounds_x(from..=to);
-                } else {
-                    wheel(plot, panel);
-                }
-                layers::draw(plot, panel, &y_axis, &drawn, look, dark);
-            })
+    let draw = |plot: &mut PlotUi<'_>| {
+        if must_fit || panel.fixed || plot.response().double_clicked() {
+            plot.set_auto_bounds(true);
+        } else if let Some((from, to)) = go_to {
+            plot.set_plot_bounds_x(from..=to);
+        } else {
+            wheel(plot, panel);
+        }
+    };
+    let shown = ui.scope(|ui| {
+        if look.compact {
+            ui.style_mut().text_styles.insert(TextStyle::Body, small());
+        }
+        plot.show(ui, |plot| {
+            draw(plot);
+            layers::draw(plot, panel, &y_axis, &drawn, look, dark);
         })
-        .inner;
+    });
+    let response = shown.inner;
     response.response.widget_info(|| WidgetInfo::labeled(egui::Role::Canvas, true, look.name));
     after(ui, panel, look, &response, &units);
     response
+}
+
+/// What a plot shows: where it is sent, else as it was moved, else all of its ranges.
+fn seen(memory: Option<&PlotMemory>, go_to: Option<(f64, f64)>, ranges: [(f64, f64); 2]) -> [(f64, f64); 2] {
+    let moved = |axis: usize| {
+        let memory = memory.filter(|m| !m.auto_bounds[axis])?;
+        Some((memory.bounds().min()[axis], memory.bounds().max()[axis]))
+    };
+    [go_to.or(moved(0)).unwrap_or(ranges[0]), moved(1).unwrap_or(ranges[1])]
+}
+
+/// Small letters, which may stand closer.
+fn small() -> egui::FontId {
+    egui::FontId::proportional(10.5)
+}
+
+/// A plot with its size, ranges, grid and labelled axes.
+fn framed<'a>(
+    plot: Plot<'a>,
+    panel: &'a Panel,
+    y_axis: &'a Axis,
+    scales: &'a [Scale; 2],
+    size: Vec2,
+    compact: bool,
+) -> Plot<'a> {
+    // Labels of a narrow plot stand closer.
+    let apart = match (compact, size.x < 380.0) {
+        (true, _) => f64::from(COMPACT_APART / 8.0),
+        (false, true) => 7.6,
+        (false, false) => 10.0,
+    };
+    let above = match (compact, panel.x.link.is_some()) {
+        (true, _) => 2.6,
+        (false, true) => 3.75,
+        (false, false) => 4.5,
+    };
+    let y_title = match (compact, size.y < LOW) {
+        (true, _) => String::new(),
+        (false, true) => scales[1].unit.clone(),
+        (false, false) => y_axis.title(&scales[1]),
+    };
+    let logarithmic = panel.x.logarithmic || panel.y.logarithmic;
+    let plot = plot
+        .width(size.x)
+        .height(size.y)
+        .y_axis_min_width(if compact { COMPACT_AXIS } else { AXIS_WIDTH })
+        .x_axis_label(panel.x.title(&scales[0]))
+        .y_axis_label(y_title)
+        .x_grid_spacer(spacer(&panel.x, apart))
+        .y_grid_spacer(spacer(y_axis, above))
+        .x_axis_formatter(label(&panel.x, &scales[0]))
+        .y_axis_formatter(label(y_axis, &scales[1]))
+        .grid_fade(if logarithmic { 0.3 } else { 0.0 })
+        .show_background(true)
+        .default_x_bounds(panel.x.range.0, panel.x.range.1)
+        .default_y_bounds(y_axis.range.0, y_axis.range.1)
+        .show_x(false)
+        .show_y(false)
+        .allow_scroll(false);
+    if !compact {
+        return plot;
+    }
+    let x = AxisHints::new_x().label(panel.x.title(&scales[0])).formatter(label(&panel.x, &scales[0]));
+    let y = AxisHints::new_y().formatter(label(y_axis, &scales[1])).min_thickness(COMPACT_AXIS);
+    let spacing = Rangef::new(COMPACT_APART - 12.0, COMPACT_APART);
+    plot.custom_x_axes(vec![x.label_spacing(spacing).tick_label_font(small())])
+        .custom_y_axes(vec![y.label_spacing(Rangef::new(14.0, 20.0)).tick_label_font(small())])
 }
 
 /// The wheel zooms along time or frequency, elsewhere both ways.
@@ -440,9 +396,9 @@ fn after(ui: &Ui, panel: &Panel, look: &Look<'_>, plot: &PlotResponse<()>, units
 }
 
 /// Clicks, double clicks and menus.
-fn interact(ui: &Ui, plots: &mut Plots, figure: &Figure, shown: &[Shown<'_>], look: &Look<'_>) -> Option<Wish> {
+fn interact(ui: &Ui, plots: &mut Plots, figure: &Figure, shown: &[ShownPanel<'_>], look: &Look<'_>) -> Option<Wish> {
     let mut wish = None;
-    for Shown { panel, plot } in shown {
+    for ShownPanel { panel, plot } in shown {
         let response = &plot.response;
         if response.double_clicked() {
             plots.fit_all();
@@ -467,7 +423,7 @@ fn interact(ui: &Ui, plots: &mut Plots, figure: &Figure, shown: &[Shown<'_>], lo
         wish = menu(response, plots, panel, table).or(wish);
     }
     // A plot changed the range that those above it were drawn with in this frame.
-    let linked = |s: &&Shown<'_>| s.panel.x.link.is_some();
+    let linked = |s: &&ShownPanel<'_>| s.panel.x.link.is_some();
     let ranges: Vec<_> = shown.iter().filter(linked).map(|s| s.plot.transform.bounds().range_x()).collect();
     if ranges.windows(2).any(|w| w[0] != w[1]) || plots.go_to.is_some() {
         ui.ctx().request_repaint();
@@ -507,8 +463,8 @@ pub(crate) fn entries(ui: &mut Ui, table: impl FnOnce() -> String) -> Option<Wis
 }
 
 /// Draws a line over every plot of a figure, at an abscissa.
-pub(crate) fn line_at(ui: &Ui, painted: &Painted<'_>, abscissa: f64, stroke: Stroke) {
-    for Shown { plot, .. } in &painted.shown {
+pub(crate) fn line_at(ui: &Ui, painted: &PaintedFigure<'_>, abscissa: f64, stroke: Stroke) {
+    for ShownPanel { plot, .. } in &painted.shown {
         let area = *plot.transform.frame();
         let x = plot.transform.position_from_point_x(abscissa);
         if area.x_range().contains(x) {

@@ -2,7 +2,7 @@
 
 use egui::{Color32, Stroke, Ui, pos2};
 
-use super::painter::{Look, Shown};
+use super::look::{Look, ShownPanel};
 use super::{display, palette, pointer};
 use sindyscope_report::figure::{Axis, Figure, LayerRole, Panel, Shape};
 use sindyscope_values::format::number;
@@ -21,7 +21,7 @@ pub(super) fn reads_along(panel: &Panel) -> bool {
 }
 
 /// Shows what is known at the pointer: values of all panels that share the abscissa, with a line through them.
-pub(super) fn show(ui: &Ui, figure: &Figure, shown: &[Shown<'_>], look: &Look<'_>) {
+pub(super) fn show(ui: &Ui, figure: &Figure, shown: &[ShownPanel<'_>], look: &Look<'_>) {
     let pointed = shown.iter().find_map(|s| Some((s, s.plot.response.hover_pos()?)));
     let Some((at, position)) = pointed.filter(|(s, _)| !s.plot.response.dragged()) else { return };
     let units = display::chosen(ui.ctx());
@@ -33,14 +33,14 @@ pub(super) fn show(ui: &Ui, figure: &Figure, shown: &[Shown<'_>], look: &Look<'_
         }
         return;
     }
-    let together = |s: &&Shown<'_>| {
+    let together = |s: &&ShownPanel<'_>| {
         std::ptr::eq(s.panel, at.panel) || s.panel.x.link.is_some() && s.panel.x.link == at.panel.x.link
     };
-    let panels: Vec<&Shown<'_>> = shown.iter().filter(together).collect();
+    let panels: Vec<&ShownPanel<'_>> = shown.iter().filter(together).collect();
     let Some((abscissa, head)) = abscissa(figure, at.panel, place.x, &units) else { return };
     let dark = ui.visuals().dark_mode;
     let mut rows = vec![(at.panel.x.symbol.clone(), head, ui.visuals().text_color())];
-    for Shown { panel, plot } in panels {
+    for ShownPanel { panel, plot } in panels {
         let frame = *plot.transform.frame();
         let painter = ui.painter().with_clip_rect(frame);
         let x = plot.transform.position_from_point_x(panel.x.coordinate(abscissa));

@@ -2,9 +2,8 @@
 
 use egui::{Align, CursorIcon, Key, Layout, Rect, RichText, Sense, Ui, WidgetInfo, vec2};
 
-use super::ReportRoom;
 use crate::app::theme::{self, ROW};
-use crate::app::widgets::{icon, row, section};
+use crate::app::widgets::{icon, line, row, section};
 use sindyscope_report::document::{Arrangement, Item, Section};
 
 /// Width of the handle in front of an entry, points.
@@ -27,9 +26,9 @@ enum Change {
     Remove(usize),
 }
 
-impl ReportRoom {
-    /// Draws the list; what is changed in it is the person's.
-    pub(crate) fn controls(&mut self, ui: &mut Ui, report: &mut Arrangement, usual_title: &str) {
+impl Contents {
+    /// Draws the list; what is changed in it is the person's. For the sections in `empty` the study has nothing.
+    pub(super) fn show(&mut self, ui: &mut Ui, report: &mut Arrangement, empty: &[Section], usual_title: &str) {
         let mut reset = false;
         let changed = !report.is_usual();
         section(
@@ -42,8 +41,8 @@ impl ReportRoom {
             |ui| {
                 row(ui, "title", "The report's title; empty: the name of the data", |ui| {
                     let width = ui.available_width();
-                    let hint = super::title(usual_title);
-                    let field = egui::TextEdit::singleline(&mut report.title).hint_text(hint).desired_width(width);
+                    let field =
+                        egui::TextEdit::singleline(&mut report.title).hint_text(usual_title).desired_width(width);
                     ui.add(field).accessible_name("Title of the report");
                 });
                 if ui
@@ -52,9 +51,9 @@ impl ReportRoom {
                     .clicked()
                 {
                     report.items.insert(0, Item::Text { text: String::new() });
-                    self.contents.fresh = true;
+                    self.fresh = true;
                 }
-                self.entries(ui, report);
+                self.entries(ui, report, empty);
             },
         );
         if reset {
@@ -62,26 +61,24 @@ impl ReportRoom {
         }
     }
 
-    fn entries(&mut self, ui: &mut Ui, report: &mut Arrangement) {
+    fn entries(&mut self, ui: &mut Ui, report: &mut Arrangement, empty: &[Section]) {
         let mut change = None;
         let mut rects: Vec<Rect> = Vec::new();
         let count = report.items.len();
         for (k, item) in report.items.iter_mut().enumerate() {
             let top = ui.cursor().top();
-            let dragged = self.contents.dragged == Some(k);
-            let size = vec2(ui.available_width(), ROW);
-            ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-                ui.set_min_size(size);
+            let dragged = self.dragged == Some(k);
+            line(ui, ROW, |ui| {
                 ui.spacing_mut().item_spacing.x = 2.0;
                 let name = name(item);
                 if handle(ui, dragged, &name) {
-                    self.contents.dragged = Some(k);
+                    self.dragged = Some(k);
                 }
                 let width = ui.available_width() - BUTTONS - if is_text(item) { 30.0 } else { 0.0 };
                 ui.allocate_ui_with_layout(vec2(width, ROW), Layout::left_to_right(Align::Center), |ui| {
                     ui.set_min_width(width);
                     match item {
-                        Item::Section { section, shown } => tick(ui, *section, shown, self.empty.contains(section)),
+                        Item::Section { section, shown } => tick(ui, *section, shown, empty.contains(section)),
                         Item::Text { .. } => {
                             ui.label("Text");
                         }
@@ -120,7 +117,7 @@ impl ReportRoom {
         let hint = "A paragraph; a blank line begins another, “# ” in front makes a heading";
         let field = egui::TextEdit::multiline(text).hint_text(hint).desired_width(f32::INFINITY).desired_rows(3);
         let response = ui.add(field).accessible_name(format!("Text at place {}", index + 1));
-        if index == 0 && std::mem::take(&mut self.contents.fresh) {
+        if index == 0 && std::mem::take(&mut self.fresh) {
             response.request_focus();
         }
         if response.has_focus() && ui.input(|i| i.key_pressed(Key::Escape)) {
@@ -130,10 +127,10 @@ impl ReportRoom {
 
     /// Moves the entry that is dragged past a neighbour as soon as the pointer has come to that one's middle.
     fn drag(&mut self, ui: &Ui, rects: &[Rect], change: &mut Option<Change>) {
-        let Some(k) = self.contents.dragged else { return };
+        let Some(k) = self.dragged else { return };
         let pointer = ui.input(|i| i.pointer.latest_pos().filter(|_| i.pointer.any_down()));
         let Some(pointer) = pointer.filter(|_| k < rects.len()) else {
-            self.contents.dragged = None;
+            self.dragged = None;
             return;
         };
         ui.ctx().set_cursor_icon(CursorIcon::Grabbing);
@@ -145,7 +142,7 @@ impl ReportRoom {
             return;
         };
         *change = Some(Change::Move(k, place));
-        self.contents.dragged = Some(place);
+        self.dragged = Some(place);
         ui.ctx().request_repaint();
     }
 }
@@ -181,7 +178,7 @@ fn tick(ui: &mut Ui, section: Section, shown: &mut bool, empty: bool) {
     let response = ui.add(egui::Checkbox::new(shown, text)).on_hover_text(hint);
     response.widget_info(|| WidgetInfo::selected(egui::Role::CheckBox, true, *shown, section.label()));
     if *shown && empty {
-        ui.add(egui::Label::new(RichText::new("· nothing yet").weak()).truncate());
+        ui.weak("–").on_hover_text(nothing(section)).accessible_name("nothing yet");
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::{Content, title};
 use crate::app::open::{self, Opening};
-use crate::app::problem::Problem;
+use crate::app::problem::OpeningProblem;
 use crate::app::state::{Base, Edit, Source};
 use sindyscope_core::study::{Cancel, Outcome, Study};
 use sindyscope_search::{Ask, Diagnosis, Found, GapError, Search};
@@ -16,15 +16,16 @@ use sindyscope_values::term::Kind;
 ///
 /// # Errors
 /// A file cannot be read or is not where it was, or the study cannot be made.
-pub(crate) fn project(path: &Path, command: &str) -> Result<Content, Problem> {
+pub(crate) fn project(path: &Path, command: &str) -> Result<Content, OpeningProblem> {
     let cancel = Cancel::default();
     let opening = Opening::of(Source::Files(vec![path.to_owned()]));
-    let opened = open::open(opening).map_err(|refused| refused.problem)?;
+    let opened = open::open(opening, &cancel).map_err(|refused| refused.problem)?;
     let Edit { settings, usage, walk, report, .. } = &opened.document.edit;
     let use_of = |k: usize| usage.get(k).copied().unwrap_or(Usage::Fit);
     let entries = opened.records.iter().enumerate().map(|(k, record)| (Arc::clone(record), use_of(k))).collect();
     let records = RecordSet { entries };
-    let failed = |problem: String| Problem::new(problem, "open the project in the window and change its settings");
+    let failed =
+        |problem: String| OpeningProblem::new(problem, "open the project in the window and change its settings");
     let outcome = Study::default().run(&records, settings, &cancel).map_err(|e| failed(e.to_string()))?;
     let found = opened.document.found.as_deref();
     let diagnosis = diagnosed(&records, &outcome, (walk, found), &cancel).map_err(|e| failed(e.to_string()))?;

@@ -10,8 +10,12 @@ mod pages;
 use std::path::Path;
 use std::sync::Arc;
 
+use contents::Contents;
+use egui::{ColorImage, Ui};
+pub(crate) use pages::ReportAct;
+use pages::{Pages, USUAL};
+
 use super::missing::Missing;
-use super::purpose::ReportForm;
 use super::records::OpenRecords;
 use super::state::{Edit, State};
 use crate::command::shell::quoted;
@@ -19,13 +23,6 @@ use sindyscope_core::study::{Cancel, Outcome};
 use sindyscope_report::document::{Arrangement, Pixels, Report, Section, pixels};
 use sindyscope_search::Diagnosis;
 use sindyscope_values::record::{RecordSet, Usage};
-
-/// What the room asks the window to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ReportAct {
-    /// Save the report; the file's ending says as what.
-    Save(ReportForm),
-}
 
 /// Everything that a report is made of, held so that another thread can make it.
 #[derive(Clone, Debug)]
@@ -42,14 +39,14 @@ pub(crate) struct Content {
 impl Content {
     /// The report of what is open; none while there is no outcome.
     pub(crate) fn new(
-        bench: &OpenRecords,
+        data: &OpenRecords,
         edit: &Edit,
         diagnosis: Option<&Arc<Diagnosis>>,
         project: Option<&Path>,
     ) -> Option<Self> {
-        let outcome = Arc::clone(bench.outcome.as_ref()?);
-        let (records, arrangement) = (bench.set(&edit.usage), edit.report.clone());
-        let (title, diagnosis) = (title(&bench.title), diagnosis.cloned());
+        let outcome = Arc::clone(data.outcome.as_ref()?);
+        let (records, arrangement) = (data.set(&edit.usage), edit.report.clone());
+        let (title, diagnosis) = (title(&data.title), diagnosis.cloned());
         Some(Self { title, records, outcome, diagnosis, arrangement, command: project.map(command) })
     }
 
@@ -79,7 +76,7 @@ fn command(project: &Path) -> String {
 }
 
 /// What a preview was made of: what is held here keeps its address.
-struct Key {
+struct PagesKey {
     outcome: Arc<Outcome>,
     diagnosis: Option<Arc<Diagnosis>>,
     usage: Vec<Usage>,
@@ -92,7 +89,7 @@ struct Key {
 /// What a report is of.
 #[derive(Clone, Copy)]
 pub(crate) struct ReportSubject<'a> {
-    pub(crate) bench: &'a OpenRecords,
+    pub(crate) data: &'a OpenRecords,
     pub(crate) edit: &'a Edit,
     pub(crate) diagnosis: Option<&'a Arc<Diagnosis>>,
     /// The project that this is, if it is one.
@@ -104,25 +101,25 @@ impl<'a> ReportSubject<'a> {
     pub(crate) fn new(state: &'a State, records: &'a OpenRecords, missing: &'a Missing) -> Self {
         let edit = &state.document.edit;
         let diagnosis = missing.diagnosis(&edit.walk);
-        Self { bench: records, edit, diagnosis, project: state.project.as_deref() }
+        Self { data: records, edit, diagnosis, project: state.project.as_deref() }
     }
 
     /// Everything that the report is made of; none while there is no outcome.
     pub(crate) fn content(&self) -> Option<Content> {
-        Content::new(self.bench, self.edit, self.diagnosis, self.project)
+        Content::new(self.data, self.edit, self.diagnosis, self.project)
     }
 }
 
-impl Key {
+impl PagesKey {
     fn holds(&self, subject: &ReportSubject<'_>, width: u32) -> bool {
-        let ReportSubject { bench, edit, diagnosis, project } = *subject;
+        let ReportSubject { data, edit, diagnosis, project } = *subject;
         let same_diagnosis = match (&self.diagnosis, diagnosis) {
             (Some(own), Some(other)) => Arc::ptr_eq(own, other),
             (own, other) => own.is_none() && other.is_none(),
         };
         same_diagnosis
-            && bench.outcome.as_ref().is_some_and(|outcome| Arc::ptr_eq(outcome, &self.outcome))
-            && (self.generation, self.width) == (bench.generation, width)
+            && data.outcome.as_ref().is_some_and(|outcome| Arc::ptr_eq(outcome, &self.outcome))
+            && (self.generation, self.width) == (data.generation, width)
             && self.usage == edit.usage
             && self.arrangement == edit.report
             && self.command == project.map(command)
@@ -151,30 +148,50 @@ pub(crate) fn pages(
     Ok((drawn, empty))
 }
 
-/// The room.
+/// The room: the pages that were drawn last.
+#[derive(Default)]
 pub(crate) struct ReportRoom {
-    asked: Option<Key>,
-    pages: Vec<pages::Page>,
+    asked: Option<PagesKey>,
+    pages: Vec<Arc<ColorImage>>,
     empty: Vec<Section>,
     failure: Option<String>,
-    contents: contents::Contents,
-    /// Pixels that a page is wide, as it was drawn last.
-    width: u32,
-    whole: bool,
+    /// Pixels that a page is to be wide, once it was shown.
+    width: Option<u32>,
 }
 
-impl Default for ReportRoom {
-    fn default() -> Self {
-        Self {
-            asked: None,
-            pages: Vec::new(),
-            empty: Vec::new(),
-            failure: None,
-            contents: contents::Contents::default(),
-            width: pages::USUAL,
-            whole: false,
-        }
-    }
+/// What the room remembers of its drawing from frame to frame.
+#[derive(Default)]
+pub(crate) struct ReportCanvas {
+    contents: Contents,
+    pages: Pages,
+}
+
+/// Draws the room's part of the left column; what is changed of the report is the person's.
+pub(crate) fn controls(
+    ui: &mut Ui,
+    room: &ReportRoom,
+    canvas: &mut ReportCanvas,
+    report: &mut Arrangement,
+    data: &str,
+) {
+    canvas.contents.show(ui, report, &room.empty, &title(data));
+}
+
+/// Draws the centre.
+pub(crate) fn show(
+    ui: &mut Ui,
+    room: &ReportRoom,
+    canvas: &mut ReportCanvas,
+    report: &mut Arrangement,
+) -> Option<ReportAct> {
+    let (act, width) = canvas.pages.show(ui, (&room.pages, room.failure.as_deref()), report);
+    act.or(width.filter(|width| room.width != Some(*width)).map(ReportAct::Width))
+}
+
+/// A page's pixels as the window shows them.
+fn image(page: Pixels) -> Arc<ColorImage> {
+    let size = [page.width, page.height].map(|n| n as usize);
+    Arc::new(ColorImage::from_rgba_premultiplied(size, &page.bytes))
 }
 
 impl ReportRoom {
@@ -182,7 +199,12 @@ impl ReportRoom {
     pub(crate) fn take(&mut self, pages: Vec<Pixels>, empty: Vec<Section>) {
         self.failure = None;
         self.empty = empty;
-        self.pages = pages.into_iter().map(pages::Page::new).collect();
+        self.pages = pages.into_iter().map(image).collect();
+    }
+
+    /// Has the pages drawn so many pixels wide.
+    pub(crate) fn widen(&mut self, width: u32) {
+        self.width = Some(width);
     }
 
     /// Notes why there are none.
@@ -192,23 +214,24 @@ impl ReportRoom {
 
     /// What the pages are to be drawn of, and how wide, if what is shown is no longer what was drawn.
     pub(crate) fn wanted(&mut self, subject: &ReportSubject<'_>) -> Option<(Content, u32)> {
-        if subject.bench.outcome.is_none() {
+        if subject.data.outcome.is_none() {
             (self.asked, self.pages) = (None, Vec::new());
             return None;
         }
-        if self.asked.as_ref().is_some_and(|key| key.holds(subject, self.width)) {
+        let width = self.width.unwrap_or(USUAL);
+        if self.asked.as_ref().is_some_and(|key| key.holds(subject, width)) {
             return None;
         }
         let content = subject.content()?;
-        self.asked = Some(Key {
+        self.asked = Some(PagesKey {
             outcome: Arc::clone(&content.outcome),
             diagnosis: content.diagnosis.clone(),
             usage: subject.edit.usage.clone(),
             arrangement: content.arrangement.clone(),
             command: content.command.clone(),
-            generation: subject.bench.generation,
-            width: self.width,
+            generation: subject.data.generation,
+            width,
         });
-        Some((content, self.width))
+        Some((content, width))
     }
 }

@@ -3,25 +3,25 @@
 
 use egui::{Align, Grid, Layout, RichText, ScrollArea, Ui, vec2};
 
-use super::room::{RigAct, RigRoom};
+use super::number_row::{combo, percent, seed};
+use super::room::{ClassWork, RigAct};
 use super::sets;
 use crate::app::purpose::Purpose;
 use crate::app::state::{Answered, ClassCase, ClassRound, ClassState, Guess};
 use crate::app::theme;
-use crate::app::widgets::{SliderRow, Spread, card, row, section};
+use crate::app::widgets::{Spread, card, section};
 use sindyscope_core::study::Cancel;
 use sindyscope_rig::hidden::{ExcitationKind, draw, names, possible, title};
 use sindyscope_search::{Ask, Progress, Search, Verdict};
-use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::format::units::raised;
 
 /// Ways to shake, with what a teacher calls them.
-const EXCITATIONS: [(ExcitationKind, &str); 5] = [
-    (ExcitationKind::Multisine, "multisines at two levels"),
-    (ExcitationKind::SweepPair, "a sweep up and one down"),
-    (ExcitationKind::Tones, "four tones"),
-    (ExcitationKind::Decay, "free decays"),
-    (ExcitationKind::SingleTone, "one steady tone"),
+const EXCITATIONS: [(ExcitationKind, &str, &str); 5] = [
+    (ExcitationKind::Multisine, "multisines at two levels", ""),
+    (ExcitationKind::SweepPair, "a sweep up and one down", ""),
+    (ExcitationKind::Tones, "four tones", ""),
+    (ExcitationKind::Decay, "free decays", ""),
+    (ExcitationKind::SingleTone, "one steady tone", ""),
 ];
 
 /// What a round hides: the name of the effect and its description.
@@ -115,7 +115,7 @@ pub(crate) fn csv(state: &ClassState) -> String {
 }
 
 /// The left column: what the next round hides; nothing of it while one is open, for the students look on.
-pub(super) fn form(ui: &mut Ui, room: &RigRoom, state: &mut ClassState, acts: &mut Vec<RigAct>) {
+pub(super) fn form(ui: &mut Ui, work: &ClassWork, state: &mut ClassState, acts: &mut Vec<RigAct>) {
     let number = state.rounds.len() + usize::from(state.open().is_none());
     section(ui, &format!("ROUND {number}"), |_| {}, |_| {});
     if state.open().is_some() {
@@ -123,71 +123,24 @@ pub(super) fn form(ui: &mut Ui, room: &RigRoom, state: &mut ClassState, acts: &m
         return;
     }
     let case = &mut state.case;
-    row(ui, "Hide", "The effect that the rig hides", |ui| {
-        let shown = case.effect.as_deref().map_or("drawn by the seed", named);
-        let width = ui.available_width();
-        let combo =
-            egui::ComboBox::from_id_salt("hide").width(width).truncate().selected_text(shown).show_ui(ui, |ui| {
-                ui.selectable_value(&mut case.effect, None, "drawn by the seed");
-                for name in names().filter(|name| possible(name, case.excitation)) {
-                    ui.selectable_value(&mut case.effect, Some(name.to_owned()), named(name));
-                }
-            });
-        combo.response.accessible_name("Hide");
-    });
-    row(ui, "Excitation", "How the plant is shaken; the band is 0.3 to 2.2 times its natural frequency", |ui| {
-        let shown = EXCITATIONS.iter().find(|(s, _)| *s == case.excitation).map_or("", |(_, label)| label);
-        let width = ui.available_width();
-        let combo =
-            egui::ComboBox::from_id_salt("shaking").width(width).truncate().selected_text(shown).show_ui(ui, |ui| {
-                for (excitation, label) in EXCITATIONS {
-                    ui.selectable_value(&mut case.excitation, excitation, label);
-                }
-            });
-        combo.response.accessible_name("Excitation");
-    });
-    for (label, tooltip, range, value) in [
-        (
-            "Noise",
-            "Standard deviation of the displacement's noise, as a share of its RMS",
-            0.01..=20.0,
-            &mut case.noise,
-        ),
-        ("Strength", "The hidden force's RMS as a share of the spring's", 1.0..=40.0, &mut case.ratio),
-    ] {
-        let mut percent = 100.0 * *value;
-        let setting = SliderRow {
-            label,
-            tooltip,
-            unit: "%",
-            range,
-            spread: Spread::Logarithmic,
-            grid: 0.0,
-            suggestion: None,
-            marks: &[],
-            format: &|v| format!("{} %", significant_trimmed(v, 3)),
-        };
-        if setting.show(ui, &mut percent) {
-            *value = percent / 100.0;
-        }
+    let mut effects: Vec<(Option<&str>, &str, &str)> = vec![(None, "drawn by the seed", "")];
+    effects.extend(names().filter(|name| possible(name, case.excitation)).map(|name| (Some(name), named(name), "")));
+    let hidden = names().find(|name| Some(*name) == case.effect.as_deref());
+    if let Some(effect) = combo(ui, "Hide", "The effect that the rig hides", hidden, &effects) {
+        case.effect = effect.map(str::to_owned);
     }
-    let mut seed = case.seed as f64;
-    let setting = SliderRow {
-        label: "Seed",
-        tooltip: "Draws the plant, the effect's shape and the noise, and the effect itself if none is chosen",
-        unit: "",
-        range: 1.0..=1000.0,
-        spread: Spread::Linear,
-        grid: 1.0,
-        suggestion: None,
-        marks: &[],
-        format: &|v| format!("{v:.0}"),
-    };
-    if setting.show(ui, &mut seed) {
-        case.seed = seed as u64;
+    let hint = "How the plant is shaken; the band is 0.3 to 2.2 times its natural frequency";
+    if let Some(excitation) = combo(ui, "Excitation", hint, case.excitation, &EXCITATIONS) {
+        case.excitation = excitation;
     }
+    let noise = ("Noise", "Standard deviation of the displacement's noise, as a share of its RMS");
+    percent(ui, &mut case.noise, noise, 0.01..=20.0, Spread::Logarithmic);
+    let strength = ("Strength", "The hidden force's RMS as a share of the spring's");
+    percent(ui, &mut case.ratio, strength, 1.0..=40.0, Spread::Logarithmic);
+    let hint = "Draws the plant, the effect's shape and the noise, and the effect itself if none is chosen";
+    seed(ui, &mut case.seed, hint, 1000);
     ui.add_space(6.0);
-    let ready = !room.class.drawing;
+    let ready = !work.drawing;
     if ui.add_enabled(ready, egui::Button::new("Begin the round")).clicked() {
         acts.push(RigAct::DrawRound);
     }
@@ -214,9 +167,9 @@ pub(super) fn rules(ui: &mut Ui) {
 }
 
 /// The centre: the open round, and the table of all.
-pub(super) fn show(ui: &mut Ui, room: &RigRoom, state: &mut ClassState, acts: &mut Vec<RigAct>) {
+pub(super) fn show(ui: &mut Ui, work: &ClassWork, state: &mut ClassState, acts: &mut Vec<RigAct>) {
     let colors = theme::accents(ui.visuals().dark_mode);
-    if let Some(failure) = room.class.failure.clone() {
+    if let Some(failure) = work.failure.clone() {
         card(ui, colors.wrong, |ui| {
             ui.add(egui::Label::new(RichText::new(raised(&failure)).color(colors.wrong)).wrap());
         });
@@ -224,7 +177,7 @@ pub(super) fn show(ui: &mut Ui, room: &RigRoom, state: &mut ClassState, acts: &m
     ui.add_space(4.0);
     if state.open().is_some() {
         open_round(ui, state, acts);
-    } else if room.class.drawing {
+    } else if work.drawing {
         ui.weak("making the records…");
     } else if state.rounds.is_empty() {
         ui.label(RichText::new("No round yet").size(18.0).strong());
@@ -232,7 +185,7 @@ pub(super) fn show(ui: &mut Ui, room: &RigRoom, state: &mut ClassState, acts: &m
     }
     if state.rounds.iter().any(|round| round.revealed) {
         ui.add_space(8.0);
-        table(ui, room, state, acts);
+        table(ui, work, state, acts);
     }
 }
 
@@ -304,7 +257,7 @@ fn open_round(ui: &mut Ui, state: &mut ClassState, acts: &mut Vec<RigAct>) {
     }
 }
 
-fn table(ui: &mut Ui, room: &RigRoom, state: &ClassState, acts: &mut Vec<RigAct>) {
+fn table(ui: &mut Ui, work: &ClassWork, state: &ClassState, acts: &mut Vec<RigAct>) {
     let colors = theme::accents(ui.visuals().dark_mode);
     ui.horizontal(|ui| {
         ui.label(RichText::new("Truth, guesses and what the program found").size(15.0).strong());
@@ -315,8 +268,8 @@ fn table(ui: &mut Ui, room: &RigRoom, state: &ClassState, acts: &mut Vec<RigAct>
         });
     });
     let mut again = None;
-    let busy = room.class.progress;
-    let searching = room.class.searching;
+    let busy = work.progress;
+    let searching = work.searching;
     ScrollArea::both().id_salt("rounds").auto_shrink([false, true]).max_height(0.55 * ui.available_height()).show(
         ui,
         |ui| {

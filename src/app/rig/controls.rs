@@ -3,6 +3,7 @@
 use egui::{RichText, Ui};
 
 use super::class;
+use super::number_row::{combo, number, seed, share, with_unit};
 use super::room::{RigAct, RigRoom};
 use crate::app::state::{Page, RigState};
 use crate::app::theme;
@@ -17,7 +18,7 @@ const SPAN: f64 = 30.0;
 
 pub(super) fn show(ui: &mut Ui, room: &RigRoom, state: &mut RigState, acts: &mut Vec<RigAct>) {
     if state.page == Page::Class {
-        class::form(ui, room, &mut state.class, acts);
+        class::form(ui, &room.class, &mut state.class, acts);
         return;
     }
     let settings = &mut state.settings;
@@ -35,81 +36,6 @@ impl RigRoom {
         show(ui, self, state, &mut acts);
         acts
     }
-}
-
-/// A number with its unit, as it is typed.
-fn with_unit(unit: &str) -> impl Fn(f64) -> String {
-    // Small numbers have zeros enough.
-    move |value| {
-        let digits = if value.abs() < 0.01 { 2 } else { 3 };
-        format!("{} {unit}", significant_trimmed(value, digits)).trim_end().to_owned()
-    }
-}
-
-/// One number over decades.
-fn number(
-    ui: &mut Ui,
-    value: &mut f64,
-    label: &str,
-    tooltip: &str,
-    unit: &str,
-    range: std::ops::RangeInclusive<f64>,
-) -> bool {
-    let spoken = if unit.is_empty() { String::new() } else { format!(", {unit}") };
-    let setting = SliderRow {
-        label,
-        tooltip,
-        unit: &spoken,
-        range,
-        spread: Spread::Logarithmic,
-        grid: 0.0,
-        suggestion: None,
-        marks: &[],
-        format: &with_unit(unit),
-    };
-    setting.show(ui, value)
-}
-
-/// A share in percent, from nothing on.
-fn share(ui: &mut Ui, value: &mut f64, label: &str, tooltip: &str, most: f64) {
-    let mut percent = 100.0 * *value;
-    let setting = SliderRow {
-        label,
-        tooltip,
-        unit: "%",
-        range: 0.01..=100.0 * most,
-        spread: Spread::LogarithmicFromZero,
-        grid: 0.0,
-        suggestion: None,
-        marks: &[],
-        format: &with_unit("%"),
-    };
-    if setting.show(ui, &mut percent) {
-        *value = percent / 100.0;
-    }
-}
-
-fn combo<T: Copy + PartialEq>(
-    ui: &mut Ui,
-    name: &str,
-    tooltip: &str,
-    chosen: T,
-    list: &[(T, &str, &str)],
-) -> Option<T> {
-    let mut picked = None;
-    row(ui, name, tooltip, |ui| {
-        let shown = list.iter().find(|(value, ..)| *value == chosen).map_or("", |(_, label, _)| label);
-        let width = ui.available_width();
-        let combo = egui::ComboBox::from_id_salt(name).width(width).truncate().selected_text(shown).show_ui(ui, |ui| {
-            for (value, label, hint) in list {
-                if ui.selectable_label(*value == chosen, *label).on_hover_text(*hint).clicked() {
-                    picked = Some(*value);
-                }
-            }
-        });
-        combo.response.accessible_name(name);
-    });
-    picked.filter(|value| *value != chosen)
 }
 
 fn plant(ui: &mut Ui, settings: &mut RigSettings) {
@@ -192,18 +118,9 @@ fn parameter(ui: &mut Ui, parameter: &mut EffectValue) {
     };
     let spoken = format!(", {unit}");
     let label = symbol(&parameter.name);
-    let setting = SliderRow {
-        label: &label,
-        tooltip: &tooltip,
-        unit: &spoken,
-        range,
-        spread,
-        grid,
-        suggestion: Some(parameter.suggested),
-        marks: &[],
-        format: &|v| significant_trimmed(v, 4),
-    };
-    setting.show(ui, &mut parameter.value);
+    let suggestion = Some(parameter.suggested);
+    SliderRow { unit: &spoken, spread, grid, suggestion, ..SliderRow::new(&label, &tooltip, range) }
+        .show(ui, &mut parameter.value);
 }
 
 /// A parameter's name as one writes it: `F_s` stays, Greek names become letters.
@@ -233,16 +150,12 @@ fn chain(ui: &mut Ui, settings: &mut RigSettings) {
         // Springs to the last ground, dampers and friction may be missing.
         let masslike = parameter.unit == "kg";
         let own = if parameter.value > 0.0 { parameter.value } else { size_of(parameter.unit) };
+        let tooltip = format!("{}, {}", parameter.meaning, parameter.unit);
         let setting = SliderRow {
-            label: parameter.name,
-            tooltip: &format!("{}, {}", parameter.meaning, parameter.unit),
             unit: &format!(", {}", parameter.unit),
-            range: own / SPAN..=own * SPAN,
             spread: if masslike { Spread::Logarithmic } else { Spread::LogarithmicFromZero },
-            grid: 0.0,
             suggestion: Some(parameter.value),
-            marks: &[],
-            format: &|v| significant_trimmed(v, 4),
+            ..SliderRow::new(parameter.name, &tooltip, own / SPAN..=own * SPAN)
         };
         if setting.show(ui, &mut value) {
             settings.chain.insert(parameter.name.to_owned(), value);
@@ -303,18 +216,14 @@ fn excitation(ui: &mut Ui, settings: &mut RigSettings) {
     }
     if !decay {
         let period = settings.natural_frequencies().first().map_or(1.0, |f| 1.0 / f);
-        let setting = SliderRow {
-            label: "Settle",
-            tooltip: "Time before the record begins: the transient that dies down in it is not recorded",
+        let tooltip = "Time before the record begins: the transient that dies down in it is not recorded";
+        SliderRow {
             unit: "s",
-            range: 0.1 * period..=200.0 * period,
             spread: Spread::LogarithmicFromZero,
-            grid: 0.0,
-            suggestion: None,
-            marks: &[],
             format: &with_unit("s"),
-        };
-        setting.show(ui, &mut settings.settle);
+            ..SliderRow::new("Settle", tooltip, 0.1 * period..=200.0 * period)
+        }
+        .show(ui, &mut settings.settle);
     }
     number(
         ui,
@@ -349,21 +258,7 @@ fn sensors(ui: &mut Ui, settings: &mut RigSettings) {
         "Scatter of the sampling instants, as a share of the sampling interval",
         0.4,
     );
-    let mut seed = settings.seed as f64;
-    let setting = SliderRow {
-        label: "Seed",
-        tooltip: "Draws noise and phases: the same seed makes the same record",
-        unit: "",
-        range: 1.0..=100.0,
-        spread: Spread::Linear,
-        grid: 1.0,
-        suggestion: None,
-        marks: &[],
-        format: &|v| format!("{v:.0}"),
-    };
-    if setting.show(ui, &mut seed) {
-        settings.seed = seed as u64;
-    }
+    seed(ui, &mut settings.seed, "Draws noise and phases: the same seed makes the same record", 100);
 }
 
 fn record(ui: &mut Ui, settings: &mut RigSettings) {

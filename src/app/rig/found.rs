@@ -1,13 +1,13 @@
 //! The right column of the room: the equation that moved the rig, and beside it what was found in its record.
 
-use egui::{Align, FontId, Layout as Flow, RichText, Sense, Ui, WidgetInfo, pos2, vec2};
+use egui::{FontId, RichText, Sense, Ui, WidgetInfo, pos2, vec2};
 
 use super::class;
 use super::room::{Made, RigAct, RigRoom};
 use crate::app::purpose::Purpose;
 use crate::app::state::{Page, RigState};
 use crate::app::theme::{self, ROW};
-use crate::app::widgets::{card, chip, section};
+use crate::app::widgets::{Headline, card, chip, headlines, section};
 use sindyscope_core::study::Outcome;
 use sindyscope_rig::hidden::title;
 use sindyscope_rig::{PlantChoice, RigRun};
@@ -22,7 +22,7 @@ const NEAR: f64 = 0.01;
 
 impl RigRoom {
     /// Draws the right column.
-    pub(crate) fn findings(&mut self, ui: &mut Ui, state: &mut RigState) -> Vec<RigAct> {
+    pub(crate) fn findings(&self, ui: &mut Ui, state: &mut RigState) -> Vec<RigAct> {
         let mut acts = Vec::new();
         if state.page == Page::Class {
             class::rules(ui);
@@ -66,7 +66,6 @@ impl RigRoom {
 /// The error on the record held out beside the noise.
 fn figures(ui: &mut Ui, made: &Made, outcome: &Outcome) {
     let unit = made.settings.unit();
-    let size = vec2(ui.available_width(), 46.0);
     let noise = outcome.noise_floor.unwrap_or(0.0);
     let colors = theme::accents(ui.visuals().dark_mode);
     let (figure, color) = match outcome.test {
@@ -74,22 +73,16 @@ fn figures(ui: &mut Ui, made: &Made, outcome: &Outcome) {
         Some(score) => (format_si(score.rmse, unit, 3), ui.visuals().strong_text_color()),
         None => ("diverged".to_owned(), colors.wrong),
     };
-    ui.allocate_ui_with_layout(size, Flow::left_to_right(Align::Min), |ui| {
-        ui.set_min_size(size);
-        ui.spacing_mut().item_spacing.x = 0.0;
-        let half = 0.5 * ui.available_width();
-        let weak = ui.visuals().weak_text_color();
-        for (text, color, label) in
-            [(figure, color, "error held out"), (format_si(noise, unit, 3), weak, "noise floor")]
-        {
-            ui.allocate_ui_with_layout(vec2(half, 46.0), Flow::top_down(Align::Min), |ui| {
-                ui.set_min_width(half);
-                ui.spacing_mut().item_spacing.y = 0.0;
-                ui.add(egui::Label::new(RichText::new(text).size(20.0).color(color)).truncate());
-                ui.label(RichText::new(label).weak().size(12.0));
-            });
-        }
-    });
+    let hint = "RMSE of the simulated response on the record that was never fitted";
+    let floor = "Standard deviation of the sensor's noise";
+    let weak = ui.visuals().weak_text_color();
+    headlines(
+        ui,
+        [
+            Headline { text: &figure, color, label: "error held out", hint },
+            Headline { text: &format_si(noise, unit, 3), color: weak, label: "noise floor", hint: floor },
+        ],
+    );
 }
 
 /// One line of the table: a term, its true coefficient and the one found.

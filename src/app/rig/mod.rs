@@ -7,6 +7,7 @@ pub(crate) mod class;
 mod controls;
 mod drawing;
 mod found;
+mod number_row;
 mod pages;
 pub(crate) mod player;
 mod room;
@@ -14,4 +15,5 @@ pub(crate) mod save;
 pub(crate) mod sets;
 pub(crate) mod work;
 
+pub(crate) use pages::show;
 pub(crate) use room::{Made, RigAct, RigRoom};

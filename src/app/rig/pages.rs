@@ -7,9 +7,8 @@ use egui::{Align, Layout, RichText, Stroke, Ui, vec2};
 use super::room::{Made, RigAct, RigRoom};
 use super::{class, drawing};
 use crate::app::lessons;
-use crate::app::missing::plots;
-use crate::app::plot::painter;
-use crate::app::plot::palette::Ink;
+use crate::app::plot::figures::{FigurePlace, Figures};
+use crate::app::plot::{painter, palette};
 use crate::app::state::{LessonProgress, Page, RigState};
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{card, switch};
@@ -19,73 +18,75 @@ use sindyscope_report::figure::{Axis, Figure, Fit, Layer, LayerRole, Panel, Samp
 /// Width from which on pages and player stand in one row, points.
 const ROOMY: f32 = 560.0;
 
-impl RigRoom {
-    /// Draws the centre.
-    pub(crate) fn show(&mut self, ui: &mut Ui, state: &mut RigState, progress: &LessonProgress) -> Vec<RigAct> {
-        let mut acts = Vec::new();
-        let duration = self.made.as_ref().map_or(0.0, |m| m.run.records[0].duration());
-        let frequency = state.settings.natural_frequencies().first().copied().unwrap_or(1.0);
-        let plays = state.page == Page::Rig && duration > 0.0;
-        // In little room the player has a row of its own.
-        let roomy = ui.available_width() >= ROOMY;
-        row(ui, |ui| {
-            switch(ui, &mut state.page, &Page::ALL);
-            if plays && roomy {
-                ui.add_space(12.0);
-                state.player.show(ui, duration, frequency);
-            }
-        });
-        if plays && !roomy {
-            row(ui, |ui| state.player.show(ui, duration, frequency));
+/// Draws the centre; `figures` is what the drawing remembers.
+pub(crate) fn show(
+    ui: &mut Ui,
+    room: &RigRoom,
+    figures: &mut Figures,
+    state: &mut RigState,
+    progress: &LessonProgress,
+) -> Vec<RigAct> {
+    let mut acts = Vec::new();
+    let duration = room.made.as_ref().map_or(0.0, |m| m.run.records[0].duration());
+    let frequency = state.settings.natural_frequencies().first().copied().unwrap_or(1.0);
+    let plays = state.page == Page::Rig && duration > 0.0;
+    // In little room the player has a row of its own.
+    let roomy = ui.available_width() >= ROOMY;
+    row(ui, |ui| {
+        switch(ui, &mut state.page, &Page::ALL);
+        if plays && roomy {
+            ui.add_space(12.0);
+            state.player.show(ui, duration, frequency);
         }
-        match state.page {
-            Page::Rig => {
-                state.player.advance(ui, duration, frequency);
-                self.rig(ui, state);
-            }
-            Page::Lessons => acts.extend(lessons::list(ui, progress).map(|id| RigAct::Begin(id.to_owned()))),
-            Page::Class => class::show(ui, self, &mut state.class, &mut acts),
-        }
-        self.figures.tidy();
-        acts
+    });
+    if plays && !roomy {
+        row(ui, |ui| state.player.show(ui, duration, frequency));
     }
+    match state.page {
+        Page::Rig => {
+            state.player.advance(ui, duration, frequency);
+            rig(ui, room, figures, state);
+        }
+        Page::Lessons => acts.extend(lessons::list(ui, progress).map(|id| RigAct::Begin(id.to_owned()))),
+        Page::Class => class::show(ui, &room.class, &mut state.class, &mut acts),
+    }
+    figures.tidy();
+    acts
+}
 
-    fn rig(&mut self, ui: &mut Ui, state: &RigState) {
-        let colors = theme::accents(ui.visuals().dark_mode);
-        if let Some(failure) = &self.failure {
-            card(ui, colors.wrong, |ui| {
-                ui.add(
-                    egui::Label::new(
-                        RichText::new(sindyscope_values::format::units::raised(failure)).color(colors.wrong),
-                    )
+fn rig(ui: &mut Ui, room: &RigRoom, figures: &mut Figures, state: &RigState) {
+    let colors = theme::accents(ui.visuals().dark_mode);
+    if let Some(failure) = &room.failure {
+        card(ui, colors.wrong, |ui| {
+            ui.add(
+                egui::Label::new(RichText::new(sindyscope_values::format::units::raised(failure)).color(colors.wrong))
                     .wrap(),
-                );
-            });
+            );
+        });
+    }
+    let Some(made) = &room.made else {
+        if room.failure.is_none() {
+            ui.centered_and_justified(|ui| ui.weak("recording…"));
         }
-        let Some(made) = self.made.clone() else {
-            if self.failure.is_none() {
-                ui.centered_and_justified(|ui| ui.weak("recording…"));
-            }
-            return;
-        };
-        drawing::show(ui, &made, state.player.at);
-        ui.visuals_mut().extreme_bg_color = crate::app::plot::palette::ground(ui.visuals().dark_mode);
-        self.record(ui, &made, state.player.at);
-    }
+        return;
+    };
+    drawing::show(ui, made, state.player.at);
+    ui.visuals_mut().extreme_bg_color = palette::ground(ui.visuals().dark_mode);
+    record(ui, figures, made, state.player.at);
+}
 
-    /// The record over time: what was measured, the identified response, the input; a line where the drawing is.
-    fn record(&mut self, ui: &mut Ui, made: &Made, at: f64) {
-        let record = &made.run.records[0];
-        let address = |values: &Arc<[f64]>| values.as_ptr() as usize;
-        let series = made.responses.iter().chain([&made.run.input]).chain(record.channels.iter().map(|c| &c.values));
-        let made_of: Vec<usize> = series.map(address).collect();
-        let Some(figure) = self.figures.get("record", made_of, || Some(drawing_of(made))) else { return };
-        let data = (record.start.to_bits(), record.interval.to_bits(), record.len());
-        let shown = plots::Shown::new("virtual rig", "Record of the rig", data);
-        let painted = self.figures.draw(ui, &figure, &shown);
-        let stroke = Stroke::new(1.5, theme::accents(ui.visuals().dark_mode).accent);
-        painter::line_at(ui, &painted, record.start + at, stroke);
-    }
+/// The record over time: what was measured, the identified response, the input; a line where the drawing is.
+fn record(ui: &mut Ui, figures: &mut Figures, made: &Made, at: f64) {
+    let record = &made.run.records[0];
+    let address = |values: &Arc<[f64]>| values.as_ptr() as usize;
+    let series = made.responses.iter().chain([&made.run.input]).chain(record.channels.iter().map(|c| &c.values));
+    let made_of: Vec<usize> = series.map(address).collect();
+    let Some(figure) = figures.get("record", made_of, || Some(drawing_of(made))) else { return };
+    let data = (record.start.to_bits(), record.interval.to_bits(), record.len());
+    let place = FigurePlace::new("virtual rig", "Record of the rig", data);
+    let painted = figures.draw(ui, &figure, &place);
+    let stroke = Stroke::new(1.5, theme::accents(ui.visuals().dark_mode).accent);
+    painter::line_at(ui, &painted, record.start + at, stroke);
 }
 
 /// The record of a rig over time.
@@ -104,15 +105,16 @@ fn drawing_of(made: &Made) -> Figure {
     let mut panels: Vec<(Panel, f64)> = Vec::new();
     for (mass, name) in NAMES.iter().enumerate().take(masses) {
         let Some(channel) = record.channels.get(mass) else { continue };
-        let mut layers = vec![Layer::new(Ink::Measured, "measured", samples(&channel.values))];
+        let mut layers = vec![Layer::new(palette::Ink::Measured, "measured", samples(&channel.values))];
         let identified = made.responses.get(mass);
         layers.extend(
-            identified.map(|v| Layer::new(Ink::Identified, "identified", samples(v)).playing(LayerRole::Follows)),
+            identified
+                .map(|v| Layer::new(palette::Ink::Identified, "identified", samples(v)).playing(LayerRole::Follows)),
         );
         panels.push((panel(*name, if masses == 1 { "x" } else { name }, made.settings.unit(), layers), 1.3));
     }
     if !made.run.input.is_empty() {
-        let layers = vec![Layer::new(Ink::Input, "input", samples(&made.run.input))];
+        let layers = vec![Layer::new(palette::Ink::Input, "input", samples(&made.run.input))];
         panels.push((panel("u", "u", made.settings.input_unit(), layers), 0.7));
     }
     Figure::stacked(panels, 240.0, "The record of the virtual rig.")

@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 
 use super::work::RecordedRig;
 use crate::app::history::History;
-use crate::app::missing::plots;
 use crate::app::purpose::Purpose;
 use crate::app::state::{Answered, ClassRound, ClassState, RigState};
 use sindyscope_core::study::Outcome;
@@ -54,7 +53,6 @@ pub(crate) struct RigRoom {
     pub(super) failure: Option<String>,
     pub(crate) class: ClassWork,
     pub(super) history: Option<History<RigSettings>>,
-    pub(super) figures: plots::Figures,
 }
 
 impl RigRoom {

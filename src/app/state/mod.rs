@@ -6,6 +6,7 @@ mod lessons;
 mod rig;
 mod room;
 mod stored;
+mod views;
 mod walk;
 
 use std::path::{Path, PathBuf};
@@ -14,7 +15,6 @@ use egui::ThemePreference;
 use serde::{Deserialize, Serialize};
 
 use super::figure_panel::FigureLook;
-use super::views::{View, ViewState};
 pub(crate) use class::Answered;
 pub use class::{ClassCase, ClassRound, ClassState, Guess};
 pub(crate) use document::absolute;
@@ -24,7 +24,9 @@ pub(crate) use rig::Page;
 pub use rig::RigState;
 pub(crate) use room::Room;
 use sindyscope_files::ReadOptions;
+use sindyscope_report::view::View;
 pub(crate) use stored::upgraded_project;
+pub(crate) use views::ViewState;
 pub(crate) use walk::RoundStep;
 pub use walk::{Base, Walk, WalkView};
 

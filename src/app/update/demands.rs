@@ -90,9 +90,15 @@ impl Update<'_> {
         }
     }
 
-    /// Asks for the figures that take longer than a frame.
+    /// Makes the figure of the view that is shown; asks for it where that takes longer than a frame.
     fn figures(&mut self) {
-        for request in self.state.shown.views.wanted() {
+        let shown = &self.state.shown;
+        let mut figures = std::mem::take(&mut self.derived.figures);
+        let pins = self.derived.records.known_pins().1;
+        let picture = self.derived.picture(shown, &pins).filter(|_| shown.room == Room::Identify);
+        let wanted = picture.and_then(|picture| figures.attend(shown.view, &picture, &shown.views.options));
+        self.derived.figures = figures;
+        if let Some(request) = wanted {
             self.want(Key::Figure(request.view), Job::Figure(Box::new(request)));
         }
     }

@@ -2,7 +2,7 @@
 
 use super::change::Update;
 use crate::app::jobs::{Job, Key};
-use crate::app::lessons::{self, Facts, Found, LessonAct, Start};
+use crate::app::lessons::{self, Facts, FitFacts, LessonAct, Start};
 use crate::app::rig::RigAct;
 use crate::app::state::{LessonPosition, Page, Room, Source};
 use sindyscope_values::record::Usage;
@@ -61,7 +61,7 @@ impl Update<'_> {
         self.state.shown.cutting = false;
         match lesson.start {
             Start::Sample(sample, view) => {
-                self.state.shown.view = view;
+                self.show_view(view);
                 self.open_source(Source::Sample(sample));
             }
             Start::Rig(settings) => {
@@ -113,13 +113,13 @@ impl Update<'_> {
             shows_held_out: held_out && shown.room == Room::Identify,
             of_the_rig: matches!(document.source, Source::Rig(_)),
             settings: document.edit.settings.clone(),
-            identify: outcome.map(|outcome| Found::of(outcome)),
+            identify: outcome.map(|outcome| FitFacts::of(outcome)),
             segment: records.segment_length(&document.edit.settings.smoothing).1,
             looked: self.derived.missing.looked(),
             added: document.edit.walk.accepted.iter().map(|choice| choice.effect.clone()).collect(),
             rig: self.state.rig.settings.clone(),
             usual_library: self.state.rig.usual_library,
-            rig_found: made.and_then(|made| made.outcome.as_ref().ok()).map(|outcome| Found::of(outcome)),
+            rig_found: made.and_then(|made| made.outcome.as_ref().ok()).map(|outcome| FitFacts::of(outcome)),
             stuck: made.map_or(0.0, |made| made.run.stuck_share()),
         }
     }

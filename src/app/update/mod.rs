@@ -9,16 +9,17 @@ mod opening;
 mod results;
 mod walk;
 
-use super::commands::Command;
+use super::commands::WindowCommand;
 use super::derived::Derived;
 use super::jobs::{Job, Key};
 use super::message::{Message, Sought};
 use super::open::Opening;
 use super::state::{Room, Source, State};
+use super::views::View;
 pub(crate) use change::Want;
 use change::{Update, run};
 pub(crate) use demands::demand;
-pub(crate) use results::{Clock, failed, finished, part};
+pub(crate) use results::{FrameTime, failed, finished, part};
 use sindyscope_core::study::Calibration;
 
 /// Takes a message over; what is wanted in the background comes back.
@@ -39,7 +40,7 @@ impl Update<'_> {
             Message::Open(paths) => self.open(&paths),
             Message::Add(paths) => self.add_records(&paths),
             Message::Locate(path) => self.located(&path),
-            Message::Read(reading) => self.read_with(reading),
+            Message::Columns(act) => self.columns_act(act),
             Message::Kind(kind) => self.read_as(kind),
             Message::Prepare(steps) => self.prepare(steps),
             Message::Edit(edit) => self.state.document.edit = *edit,
@@ -69,12 +70,14 @@ impl Update<'_> {
                     self.change_settings(|old| *old = settings);
                 }
             }
+            Message::Views(views) => self.state.shown.views = *views,
             Message::Walk(act) => self.walk(act),
             Message::WalkView(view) => self.state.shown.walk = *view,
             Message::Rig(rig) => self.state.rig = *rig,
             Message::RigStep => self.derived.rig.note(&self.state.rig),
             Message::RigAct(act) => self.rig_act(act),
             Message::Lesson(ask) => self.lesson(ask),
+            Message::PageWidth(width) => self.derived.report.widen(width),
             Message::Theme(theme) => self.state.theme = theme,
             Message::Zoom(zoom) => self.state.zoom = zoom,
             Message::Figure(look) => self.state.figure = look,
@@ -86,39 +89,46 @@ impl Update<'_> {
     }
 
     /// Does a command; those of the window alone do nothing here.
-    fn run(&mut self, command: Command) {
+    fn run(&mut self, command: WindowCommand) {
         match command {
-            Command::Sample(sample) => self.open_source(Source::Sample(sample)),
-            Command::Lessons => self.show_lessons(),
-            Command::Columns => self.show_columns(),
-            Command::Close => self.close(),
-            Command::Undo | Command::Redo if self.state.shown.room == Room::Rig => {
-                self.derived.rig.step(&mut self.state.rig, command == Command::Undo);
+            WindowCommand::Sample(sample) => self.open_source(Source::Sample(sample)),
+            WindowCommand::Lessons => self.show_lessons(),
+            WindowCommand::Columns => self.show_columns(),
+            WindowCommand::Close => self.close(),
+            WindowCommand::Undo | WindowCommand::Redo if self.state.shown.room == Room::Rig => {
+                self.derived.rig.step(&mut self.state.rig, command == WindowCommand::Undo);
             }
-            Command::Undo => {
+            WindowCommand::Undo => {
                 if let Some(edit) = self.derived.history.undo(&self.state.document.edit) {
                     self.take_back(edit);
                 }
             }
-            Command::Redo => {
+            WindowCommand::Redo => {
                 if let Some(edit) = self.derived.history.redo(&self.state.document.edit) {
                     self.take_back(edit);
                 }
             }
-            Command::Choose if !self.derived.records.records.is_empty() => {
+            WindowCommand::Choose if !self.derived.records.records.is_empty() => {
                 let (records, settings) = self.study();
                 self.want_instead(Key::Choose, Job::Choose { records, settings });
             }
-            Command::Reset => {
+            WindowCommand::Reset => {
                 if let Some(suggestion) = &self.state.document.suggestion {
                     self.state.document.edit.settings = suggestion.clone();
                 }
             }
-            Command::View(view) => self.state.shown.view = view,
-            Command::Room(room) => self.state.shown.room = room,
-            Command::FitView => self.state.shown.views.fit(),
+            WindowCommand::View(view) => self.show_view(view),
+            WindowCommand::Room(room) => self.state.shown.room = room,
+            WindowCommand::FitView => self.derived.fitted += 1,
             _ => {}
         }
+    }
+
+    /// Shows a view; the one that was shown is come back to with its group.
+    pub(super) fn show_view(&mut self, view: View) {
+        let shown = &mut self.state.shown;
+        shown.views.remember(shown.view);
+        shown.view = view;
     }
 
     fn set(&mut self, window: Option<usize>, threshold: f64) {

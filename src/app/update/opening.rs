@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::change::Update;
-use crate::app::columns;
-use crate::app::commands::Command;
+use crate::app::columns::{ColumnsAct, WantedColumns};
+use crate::app::commands::WindowCommand;
 use crate::app::jobs::{Job, Key};
 use crate::app::notices::Level;
 use crate::app::open::{Opened, OpenedProject, Opening, Refused};
@@ -52,21 +52,33 @@ impl Update<'_> {
     }
 
     /// Asks for what the window of columns wants to read.
-    pub(super) fn read_columns(&mut self, wanted: Option<columns::Wanted>) {
+    pub(super) fn read_columns(&mut self, wanted: Option<WantedColumns>) {
         match wanted {
-            Some(columns::Wanted::Overview { path, reading }) => {
+            Some(WantedColumns::Overview { path, reading }) => {
                 self.cancel(Key::Preview);
                 self.want_instead(Key::Columns, Job::Columns { path, reading });
             }
-            Some(columns::Wanted::Preview { path, reading }) => {
+            Some(WantedColumns::Preview { path, reading }) => {
                 self.want_instead(Key::Preview, Job::Preview { path, reading });
             }
             None => {}
         }
     }
 
+    /// Does what the window of columns asks for.
+    pub(super) fn columns_act(&mut self, act: ColumnsAct) {
+        match act {
+            ColumnsAct::Choose(draft) => self.derived.columns.choose(draft),
+            ColumnsAct::Close => self.derived.columns.close(),
+            ColumnsAct::Read(reading) => {
+                self.derived.columns.close();
+                self.read_with(reading);
+            }
+        }
+    }
+
     /// Reads the files with the columns that a person chose.
-    pub(super) fn read_with(&mut self, reading: ReadOptions) {
+    fn read_with(&mut self, reading: ReadOptions) {
         match self.derived.refused.take() {
             Some(refused) => {
                 let document = Document { reading, ..refused.opening.document };
@@ -166,7 +178,7 @@ impl Update<'_> {
         } else {
             self.bring_back_pins();
         }
-        self.state.shown.views.fit();
+        self.derived.fitted += 1;
         self.derived.asked = None;
     }
 
@@ -187,7 +199,7 @@ impl Update<'_> {
         self.state.keep();
         self.derived.notices.settle();
         if remembered {
-            let reset = Command::Reset.spec().label;
+            let reset = WindowCommand::Reset.spec().label;
             let told = format!("The settings of the last time are back; {reset} takes the program's own");
             self.derived.notices.note(told);
         }

@@ -10,7 +10,7 @@ use crate::app::state::{ClassRound, State};
 
 /// The time, and whether the pointer holds something: what was changed is shown for a while after it was let go.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Clock {
+pub(crate) struct FrameTime {
     /// The window's time, s.
     pub(crate) now: f64,
     pub(crate) held: bool,
@@ -25,7 +25,7 @@ pub(crate) fn part(state: &mut State, derived: &mut Derived, part: Part) -> Vec<
 }
 
 /// Takes in what came of a job.
-pub(crate) fn finished(state: &mut State, derived: &mut Derived, done: Done, clock: Clock) -> Vec<Want> {
+pub(crate) fn finished(state: &mut State, derived: &mut Derived, done: Done, clock: FrameTime) -> Vec<Want> {
     run(state, derived, |update| update.finished(done, clock))
 }
 
@@ -35,7 +35,7 @@ pub(crate) fn failed(state: &mut State, derived: &mut Derived, key: &Key, reason
 }
 
 impl Update<'_> {
-    fn finished(&mut self, done: Done, clock: Clock) {
+    fn finished(&mut self, done: Done, clock: FrameTime) {
         let derived = &mut *self.derived;
         match done {
             Done::Opened(Ok(opened)) => self.opened(*opened),
@@ -69,8 +69,8 @@ impl Update<'_> {
             }
             Done::Columns(overview) => derived.columns.looked(overview),
             Done::Preview(preview) => derived.columns.previewed(preview),
-            // The window asks a person.
-            Done::Nothing | Done::Saved(SaveResult::Taken { .. }) => {}
+            // The program goes on from the one; the window asks a person about the other.
+            Done::Restored(..) | Done::Nothing | Done::Saved(SaveResult::Taken { .. }) => {}
             Done::Saved(SaveResult::Written { paths, .. }) => {
                 let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();
                 derived.notices.done(format!("Saved {}", names.join(" and ")));
@@ -91,12 +91,12 @@ impl Update<'_> {
             Key::Rig => derived.rig.fail(reason),
             Key::DrawRound => derived.rig.class.drawn(&mut self.state.rig.class, Err(reason)),
             Key::SearchRound => derived.rig.class.searched(&mut self.state.rig.class, Err(reason)),
-            Key::Figure(view) => self.state.shown.views.fail(*view, reason),
+            Key::Figure(view) => derived.figures.fail(*view, reason),
             Key::Session => {
                 derived.notices.error(format!("The session was not saved: {reason}; save a project instead"));
             }
             // What they would add to is there without them.
-            Key::Log | Key::Resample | Key::Pins | Key::Answers | Key::Columns | Key::Preview => {}
+            Key::Restore | Key::Log | Key::Resample | Key::Pins | Key::Answers | Key::Columns | Key::Preview => {}
         }
     }
 }

@@ -3,10 +3,9 @@
 use std::sync::Arc;
 
 use super::change::Update;
-use crate::app::jobs::{Job, Key};
-use crate::app::missing::{WalkAct, Wanted};
+use crate::app::jobs::{Job, Key, PinnedStudy};
+use crate::app::missing::{WalkAct, WantedSearch};
 use crate::app::state::{Pin, Room};
-use sindyscope_core::prepare::prepare_leniently;
 use sindyscope_core::study::Outcome;
 use sindyscope_search::Found;
 use sindyscope_values::record::{Record, Usage};
@@ -33,10 +32,10 @@ impl Update<'_> {
     }
 
     /// Asks for the search that the room wants.
-    pub(super) fn search(&mut self, wanted: Option<Wanted>) {
+    pub(super) fn search(&mut self, wanted: Option<WantedSearch>) {
         match wanted {
-            Some(Wanted::Search(request)) => self.want_instead(Key::Search, Job::Search(request)),
-            Some(Wanted::Nothing) => self.cancel(Key::Search),
+            Some(WantedSearch::Search(request)) => self.want_instead(Key::Search, Job::Search(request)),
+            Some(WantedSearch::Nothing) => self.cancel(Key::Search),
             None => {}
         }
     }
@@ -70,24 +69,27 @@ impl Update<'_> {
         let document = &self.state.document;
         let records = &mut self.derived.records;
         records.pins = vec![None; document.pins.len()];
-        let mut studies = Vec::new();
+        let mut pinned = Vec::new();
         for (index, pin) in document.pins.iter().enumerate() {
             if pin.settings.kind != document.reading.kind {
                 continue;
             }
-            let set = if pin.steps == document.edit.steps {
-                records.set(&pin.usage)
+            // Those that are prepared otherwise are prepared with the study.
+            let (records, steps) = if pin.steps == document.edit.steps {
+                (records.set(&pin.usage), None)
             } else {
-                let (mut set, _) = prepare_leniently(&records.raw, &pin.steps);
-                for ((_, usage), own) in set.entries.iter_mut().zip(&pin.usage) {
-                    *usage = *own;
-                }
-                set
+                (records.raw.clone(), Some(pin.steps.clone()))
             };
-            studies.push((index, set, pin.settings.clone()));
+            pinned.push(PinnedStudy {
+                index,
+                records,
+                steps,
+                usage: pin.usage.clone(),
+                settings: pin.settings.clone(),
+            });
         }
-        if !studies.is_empty() {
-            self.want_instead(Key::Pins, Job::Pins(studies));
+        if !pinned.is_empty() {
+            self.want_instead(Key::Pins, Job::Pins(pinned));
         }
     }
 

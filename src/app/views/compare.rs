@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use egui::{Color32, RichText, ScrollArea, Ui};
 
-use super::{Picture, Request, Scene};
+use super::picture::{Picture, ViewAct};
 use crate::app::plot::palette::{Ink, Painted as _};
 use crate::app::plot::{number, units};
 use sindyscope_core::study::{Outcome, Score};
-use sindyscope_report::view::{MOST_PINS, pin_letter};
+use sindyscope_report::view::{MOST_PINS, Scene, pin_letter};
 use sindyscope_values::term::{Symbol, Term};
 
 /// Height of a row of the table, points.
@@ -47,7 +47,7 @@ pub(super) fn table(ui: &mut Ui, scene: &Scene<'_>, picture: &Picture<'_>, heigh
 }
 
 /// Buttons to pin what is shown, and to go back to what was.
-pub(super) fn buttons(ui: &mut Ui, scene: &Scene<'_>, picture: &Picture<'_>) -> Option<Request> {
+pub(super) fn buttons(ui: &mut Ui, scene: &Scene<'_>, picture: &Picture<'_>) -> Option<ViewAct> {
     let shown = shown(picture, ui.visuals().dark_mode);
     let table = table_of(scene, &shown);
     let mut asked = None;
@@ -56,7 +56,7 @@ pub(super) fn buttons(ui: &mut Ui, scene: &Scene<'_>, picture: &Picture<'_>) -> 
         let next = format!("Pin as {}", pin_letter(picture.pins.len()));
         let hint = if free { "Keep this setting, to compare others with it" } else { "Let go of one first" };
         if ui.add_enabled(free, egui::Button::new(next)).on_hover_text(hint).clicked() {
-            asked = Some(Request::Pin);
+            asked = Some(ViewAct::Pin);
         }
         for (k, pin) in shown.iter().enumerate().take(picture.pins.len()) {
             let settings = &pin.outcome.settings;
@@ -68,11 +68,11 @@ pub(super) fn buttons(ui: &mut Ui, scene: &Scene<'_>, picture: &Picture<'_>) -> 
                     number::significant_trimmed(settings.threshold, 3)
                 ));
                 if ui.button(format!("Go back to {}", pin.name)).clicked() {
-                    asked = Some(Request::Return(k));
+                    asked = Some(ViewAct::Return(k));
                     ui.close();
                 }
                 if ui.button(format!("Let go of {}", pin.name)).clicked() {
-                    asked = Some(Request::Unpin(k));
+                    asked = Some(ViewAct::Unpin(k));
                     ui.close();
                 }
             })

@@ -2,11 +2,13 @@
 
 use egui::{Align, Layout, Ui};
 
-use super::{Picture, Request, Scene, View, ViewState};
+use super::picture::{Picture, ViewAct};
 use crate::app::plot::{number, units};
+use crate::app::state::ViewState;
+use crate::app::widgets::record_steps;
 use sindyscope_core::study::Judge;
 use sindyscope_report::diagram::ResidualSource;
-use sindyscope_report::view::{self, AVERAGES, MapQuantity, RecordUse, USUAL_AVERAGES};
+use sindyscope_report::view::{self, AVERAGES, MapQuantity, RecordUse, Scene, USUAL_AVERAGES, View};
 use sindyscope_values::record::Usage;
 use sindyscope_values::term::Symbol;
 
@@ -21,7 +23,7 @@ pub(super) fn show(
     scene: &Scene<'_>,
     picture: &Picture<'_>,
     state: &mut ViewState,
-) -> Option<Request> {
+) -> Option<ViewAct> {
     let mut asked = None;
     let size = egui::vec2(ui.available_width(), HEIGHT);
     ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
@@ -39,15 +41,7 @@ pub(super) fn show(
             ui.strong(format!("all {count} records"));
         }
         if count > 1 && !together {
-            let step = |ui: &mut Ui, sign: &str, name: &str, to: Option<usize>| {
-                let button = egui::Button::new(sign).small().frame(false);
-                let response = ui.add_enabled(to.is_some(), button).on_hover_text(name);
-                response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, to.is_some(), name));
-                response.clicked().then_some(to).flatten()
-            };
-            let back = step(ui, "⏴", "Previous record", scene.index.checked_sub(1));
-            let on = step(ui, "⏵", "Next record", Some(scene.index + 1).filter(|i| *i < count));
-            asked = back.or(on).map(Request::ShowRecord);
+            asked = record_steps(ui, scene.index, count).map(ViewAct::ShowRecord);
         }
         if !together {
             let size = egui::vec2((ui.available_width() - OPTIONS).max(0.0), HEIGHT);
@@ -172,7 +166,7 @@ fn of_settings(
     scene: &Scene<'_>,
     picture: &Picture<'_>,
     state: &mut ViewState,
-) -> Option<Request> {
+) -> Option<ViewAct> {
     match view {
         View::Map => {
             let judge = picture.search.map.map_or(Judge::CrossValidation, |m| m.judge);

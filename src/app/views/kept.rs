@@ -4,9 +4,9 @@
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock, Weak};
 
-use super::{Picture, View};
+use super::picture::Picture;
 use sindyscope_core::study::{Outcome, SettingsGrid};
-use sindyscope_report::view::{FigureResult, Subject, ViewOptions};
+use sindyscope_report::view::{FigureResult, Subject, View, ViewOptions};
 
 /// Figures of so many samples are made at once: that costs less than a frame.
 const AT_ONCE: usize = 1 << 13;
@@ -15,11 +15,7 @@ const QUICK_AT_ONCE: usize = 1 << 18;
 
 /// The figures of all views.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Kept {
-    figures: HashMap<View, One>,
-    /// What is to be made in the background and was not asked for yet.
-    wanted: Vec<FigureRequest>,
-}
+pub(crate) struct ViewFigures(HashMap<View, One>);
 
 #[derive(Clone, Debug)]
 struct One {
@@ -78,49 +74,45 @@ impl std::ops::Deref for Ready {
     }
 }
 
-impl Kept {
+impl ViewFigures {
     /// True while a figure is being computed.
-    pub(super) fn busy(&self) -> bool {
-        self.figures.values().any(|one| one.cell.get().is_none())
-    }
-
-    /// What is to be made in the background: each is handed out once.
-    pub(super) fn wanted(&mut self) -> Vec<FigureRequest> {
-        std::mem::take(&mut self.wanted)
+    pub(crate) fn busy(&self) -> bool {
+        self.0.values().any(|one| one.cell.get().is_none())
     }
 
     /// The figure of a view could not be made, for this reason.
-    pub(super) fn fail(&mut self, view: View, reason: String) {
-        if let Some(one) = self.figures.get(&view) {
+    pub(crate) fn fail(&mut self, view: View, reason: String) {
+        if let Some(one) = self.0.get(&view) {
             // One that was made meanwhile stays.
             let _ = one.cell.set(Err(reason));
         }
     }
 
-    /// The figure of a view that was made last.
+    /// The figure of a view, or the last one while it is being made; none if there is no last one.
     pub(super) fn shown(&self, view: View) -> Option<Ready> {
-        let one = self.figures.get(&view)?;
-        let cell = if one.cell.get().is_some() { Some(&one.cell) } else { one.shown.as_ref() };
-        cell.map(|cell| Ready(Arc::clone(cell)))
+        let one = self.0.get(&view)?;
+        let made = |cell: &&Arc<OnceLock<FigureResult>>| cell.get().is_some();
+        Some(&one.cell).filter(made).or(one.shown.as_ref().filter(made)).map(|cell| Ready(Arc::clone(cell)))
     }
 
-    /// The figure of a view, or the last one while it is being made; none if there is no last one.
-    pub(super) fn get(&mut self, view: View, picture: &Picture<'_>, options: &ViewOptions) -> Option<Ready> {
+    /// Makes the figure of a view if it would be another now; one that takes longer than a frame is to be made in the
+    /// background.
+    pub(crate) fn attend(&mut self, view: View, picture: &Picture<'_>, options: &ViewOptions) -> Option<FigureRequest> {
         let made_of = MadeOf::new(picture, options);
-        let known = self.figures.get(&view);
+        let known = self.0.get(&view);
         // One at a time: while a slider is dragged, what is under way is let end and shown.
         let under_way = known.is_some_and(|one| one.cell.get().is_none());
-        if !under_way && known.is_none_or(|one| one.made_of != made_of) {
-            let shown = known.map(|one| Arc::clone(&one.cell));
-            let request = FigureRequest::new(view, picture, options);
-            self.figures.insert(view, One { made_of, cell: Arc::clone(&request.cell), shown });
-            if request.takes_longer_than_a_frame() {
-                self.wanted.push(request);
-            } else {
-                request.make();
-            }
+        if under_way || known.is_some_and(|one| one.made_of == made_of) {
+            return None;
         }
-        self.shown(view).filter(|ready| ready.0.get().is_some())
+        let shown = known.map(|one| Arc::clone(&one.cell));
+        let request = FigureRequest::new(view, picture, options);
+        self.0.insert(view, One { made_of, cell: Arc::clone(&request.cell), shown });
+        if request.takes_longer_than_a_frame() {
+            return Some(request);
+        }
+        request.make();
+        None
     }
 }
 

@@ -6,25 +6,25 @@
 mod compare;
 mod header;
 mod kept;
+mod picture;
 mod settings;
 #[cfg(test)]
 mod tests;
 
 use std::collections::{BTreeSet, HashMap};
-use std::sync::Arc;
 
 use egui::Id;
-use serde::{Deserialize, Serialize};
 
-use super::plot::painter::{self, Look, Plots, Shown, Wish};
+use super::plot::painter::{self, Look, Plots, Wish};
 use super::plot::palette::Ink;
 use super::plot::{display, legend, palette};
-pub(crate) use kept::FigureRequest;
-use kept::Kept;
-use sindyscope_core::study::{Outcome, SettingsGrid};
+use super::state::ViewState;
+use kept::Ready;
+pub(crate) use kept::{FigureRequest, ViewFigures};
+pub(crate) use picture::{MapProgress, Picture, ViewAct};
 use sindyscope_report::figure::{Figure, PanelRow};
+use sindyscope_report::view::Scene;
 pub(crate) use sindyscope_report::view::{Group, View};
-use sindyscope_report::view::{Scene, Subject, ViewOptions};
 use sindyscope_values::format::number::plain;
 use sindyscope_values::format::shown::ShownUnits;
 
@@ -37,131 +37,20 @@ const FADE_TIME: f32 = 0.6;
 /// Share of lags outside a band from which a correlation is marked: chance leaves 0.05, seldom twice that.
 const SUSPECT: f64 = 0.15;
 
-/// What a view shows.
-#[derive(Clone, Copy)]
-pub(crate) struct Picture<'a> {
-    /// The outcome.
-    pub(crate) outcome: &'a Arc<Outcome>,
-    /// The outcome before the last change of settings, drawn as a faint ghost.
-    pub(crate) previous: Option<&'a Arc<Outcome>>,
-    /// Which of the outcome's records.
-    pub(crate) record: usize,
-    /// True while a newer outcome is being computed: what is shown is dimmed, not removed.
-    pub(crate) stale: bool,
-    /// The map of settings.
-    pub(crate) search: Search<'a>,
-    /// Outcomes kept to be compared, as A, B, C, …
-    pub(crate) pins: &'a [Arc<Outcome>],
-}
-
-/// How far the search through the settings has come.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct Search<'a> {
-    /// The map, as far as it is known.
-    pub(crate) map: Option<&'a Arc<SettingsGrid>>,
-    /// True if it is that of older settings.
-    pub(crate) stale: bool,
-    /// Why there is none.
-    pub(crate) failure: Option<&'a str>,
-}
-
-impl<'a> Picture<'a> {
-    fn subject(&self, options: &'a ViewOptions) -> Subject<'a> {
-        Subject {
-            outcome: self.outcome,
-            previous: self.previous.map(AsRef::as_ref),
-            record: self.record,
-            landscape: self.search.map.map(AsRef::as_ref),
-            pins: self.pins,
-            options,
-        }
-    }
-}
-
-/// How views show it. What is serialized survives a restart; the rest is remembered from frame to frame.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(default)]
-pub(crate) struct ViewState {
-    /// What of it is shown.
-    #[serde(flatten)]
-    pub(crate) options: ViewOptions,
-    /// Curves switched off in the legends.
-    pub(crate) hidden: BTreeSet<Ink>,
-    /// The units that axes and coefficients are shown in, where a person chose.
-    pub(crate) units: ShownUnits,
-    /// Which of the residual's correlations is shown.
-    pub(crate) partner: usize,
-    #[serde(skip)]
-    recent: HashMap<Group, View>,
-    #[serde(skip)]
-    figures: Kept,
-    #[serde(skip)]
-    plots: Plots,
-}
-
-impl ViewState {
-    /// Notes which view is shown, to come back to it.
-    pub(crate) fn remember(&mut self, view: View) {
-        self.recent.insert(view.group(), view);
-    }
-
-    /// The view of a group that was shown last; its first if none was.
-    pub(crate) fn recent(&self, group: Group) -> View {
-        self.recent.get(&group).copied().or_else(|| group.views().next()).unwrap_or_default()
-    }
-
-    /// True while a view's figure is being computed.
-    pub(crate) fn busy(&self) -> bool {
-        self.figures.busy()
-    }
-
-    /// The figures to be made in the background: each is handed out once.
-    pub(crate) fn wanted(&mut self) -> Vec<FigureRequest> {
-        self.figures.wanted()
-    }
-
-    /// A view's figure could not be made, for this reason.
-    pub(crate) fn fail(&mut self, view: View, reason: String) {
-        self.figures.fail(view, reason);
-    }
-
-    /// Shows all of the data again, in every view, from the next frame on.
-    pub(crate) fn fit(&mut self) {
-        self.plots.fit_all();
-    }
-}
-
-/// What a person asked for in a view and the window has to do.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Request {
-    /// Show another of the outcome's records.
-    ShowRecord(usize),
-    /// Save a picture of this view: ask for a file, then [`figure`] and [`Figure::svg`].
-    SavePicture,
-    /// Save this text, the numbers of a plot as CSV: ask for a file.
-    SaveTable(String),
-    /// Take this threshold over, and this segment length if there is one.
-    Set {
-        /// Samples.
-        window: Option<usize>,
-        /// As the settings compare it.
-        threshold: f64,
-    },
-    /// Keep the outcome shown, to be compared.
-    Pin,
-    /// Let go of a pinned outcome.
-    Unpin(usize),
-    /// Take a pinned outcome's settings over.
-    Return(usize),
-}
-
 /// The name of a view's plot in egui's memory.
 fn plot_id(view: View, panel: &'static str) -> Id {
     Id::unique(("view", view, panel))
 }
 
-/// Draws a view into all the room there is.
-pub(crate) fn show(ui: &mut egui::Ui, view: View, picture: &Picture<'_>, state: &mut ViewState) -> Option<Request> {
+/// Draws a view into all the room there is. What a person changes of how views show it changes `state`; `plots` is what the
+/// drawing remembers.
+pub(crate) fn show(
+    ui: &mut egui::Ui,
+    view: View,
+    (picture, figures): (&Picture<'_>, &ViewFigures),
+    state: &mut ViewState,
+    plots: &mut Plots,
+) -> Option<ViewAct> {
     let options = state.options.clone();
     let scene = match Scene::new(&picture.subject(&options)) {
         Ok(scene) => scene,
@@ -174,7 +63,8 @@ pub(crate) fn show(ui: &mut egui::Ui, view: View, picture: &Picture<'_>, state: 
         ui.visuals_mut().extreme_bg_color = palette::ground(ui.visuals().dark_mode);
         ui.spacing_mut().item_spacing.y = 2.0;
         let asked = header::show(ui, view, &scene, picture, state);
-        let also = body(ui, view, &scene, picture, state);
+        let drawn = figures.shown(view);
+        let also = body(ui, view, &scene, (picture, drawn), state, plots);
         asked.or(also)
     })
     .inner
@@ -185,14 +75,15 @@ fn body(
     ui: &mut egui::Ui,
     view: View,
     scene: &Scene<'_>,
-    picture: &Picture<'_>,
+    (picture, drawn): (&Picture<'_>, Option<Ready>),
     state: &mut ViewState,
-) -> Option<Request> {
+    plots: &mut Plots,
+) -> Option<ViewAct> {
     if let Some(failure) = picture.search.failure.filter(|_| view.needs_map() && picture.search.map.is_none()) {
         legend::note(ui, failure);
         return None;
     }
-    let Some(drawn) = state.figures.get(view, picture, &state.options) else {
+    let Some(drawn) = drawn else {
         legend::note(ui, &format!("Computing {}…", view.label().to_lowercase()));
         return None;
     };
@@ -219,17 +110,17 @@ fn body(
     let map_stale = view.needs_map() && picture.search.stale;
     let place = |panel: &'static str| plot_id(view, panel);
     let name = settings::name(view);
-    let mut look = Look::new(&place, (data, scene.index, scene.freedom, scene.input), &name);
+    let shown = (scene.index, scene.freedom, scene.input);
+    let mut look = Look::new(&place, (data, shown, picture.fitted), &name);
     look.hidden = Some(&mut state.hidden);
     look.pick = chosen;
     look.strength = 1.0 - STALE_FADE * stale.max(f32::from(u8::from(map_stale)));
     let size = egui::vec2(ui.available_width(), ui.available_height() - below);
-    let plots = &mut state.plots;
     let painted = ui.allocate_ui(size, |ui| painter::show(ui, plots, figure, &mut look)).inner;
     let also = settings::interact(ui, view, scene, picture, &painted.shown);
     let wish = painted.wish.map(|wish| match wish {
-        Wish::Table(text) => Request::SaveTable(text),
-        Wish::Picture => Request::SavePicture,
+        Wish::Table(text) => ViewAct::SaveTable(text),
+        Wish::Picture => ViewAct::SavePicture,
     });
     if view == View::Compare {
         compare::table(ui, scene, picture, below);
@@ -289,9 +180,9 @@ pub(crate) fn figure(
 
 impl Seen {
     /// What is seen of a view in the window.
-    pub(crate) fn of(ctx: &egui::Context, view: View, state: &ViewState) -> Self {
+    pub(crate) fn of(ctx: &egui::Context, view: View, state: &ViewState, figures: &ViewFigures) -> Self {
         let place = |panel: &'static str| plot_id(view, panel);
-        let shown = state.figures.shown(view);
+        let shown = figures.shown(view);
         let panels = shown.iter().flat_map(|drawn| drawn.iter().flat_map(Figure::panels));
         Self {
             zoom: panels.filter_map(|p| Some((p.id, painter::zoom(ctx, &place, p)?))).collect(),

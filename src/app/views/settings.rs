@@ -3,11 +3,12 @@
 use egui::{Key, Sense, Ui, vec2};
 use egui_plot::PlotPoint;
 
-use super::{Picture, Request, Scene, Shown, View};
+use super::picture::{Picture, ViewAct};
+use crate::app::plot::painter::ShownPanel;
 use crate::app::plot::{legend, pointer};
 use sindyscope_core::study::{SettingsGrid, SettingsGridPoint};
 use sindyscope_report::figure::MarkerShape;
-use sindyscope_report::view::{PARSIMONIOUS_SIGN, front_point};
+use sindyscope_report::view::{PARSIMONIOUS_SIGN, Scene, View, front_point};
 
 /// Distance within which the pointer finds a setting, points.
 const REACH: f32 = 14.0;
@@ -23,7 +24,7 @@ pub(super) fn name(view: View) -> String {
 }
 
 /// What the signs on the map mean, and buttons that go there.
-pub(super) fn signs(ui: &mut Ui, map: &SettingsGrid) -> Option<Request> {
+pub(super) fn signs(ui: &mut Ui, map: &SettingsGrid) -> Option<ViewAct> {
     let mut asked = None;
     ui.horizontal(|ui| {
         for (sign, text, place) in [
@@ -50,8 +51,8 @@ pub(super) fn signs(ui: &mut Ui, map: &SettingsGrid) -> Option<Request> {
 }
 
 /// What a place of the map asks for.
-fn take(map: &SettingsGrid, (window, threshold): SettingsGridPoint) -> Request {
-    Request::Set { window: Some(map.windows[window]), threshold: map.thresholds[threshold] }
+fn take(map: &SettingsGrid, (window, threshold): SettingsGridPoint) -> ViewAct {
+    ViewAct::Set { window: Some(map.windows[window]), threshold: map.thresholds[threshold] }
 }
 
 /// Takes a setting over that is clicked, or that the arrow keys lead to.
@@ -60,9 +61,9 @@ pub(super) fn interact(
     view: View,
     scene: &Scene<'_>,
     picture: &Picture<'_>,
-    shown: &[Shown<'_>],
-) -> Option<Request> {
-    let Shown { plot, .. } = shown.first()?;
+    shown: &[ShownPanel<'_>],
+) -> Option<ViewAct> {
+    let ShownPanel { plot, .. } = shown.first()?;
     let response = &plot.response;
     let clicked = response.interact_pointer_pos().filter(|_| response.clicked());
     let at = clicked.map(|p| plot.transform.value_from_position(p));
@@ -71,7 +72,7 @@ pub(super) fn interact(
             let [low, high] = [plot.transform.bounds().min()[0], plot.transform.bounds().max()[0]];
             let x = at?.x.clamp(low, high);
             let threshold: f64 = format!("{:.2e}", 10f64.powf(x)).parse().ok()?;
-            Some(Request::Set { window: None, threshold })
+            Some(ViewAct::Set { window: None, threshold })
         }
         (View::Front, Some(map)) => {
             let pointer = response.hover_pos().filter(|_| !response.dragged())?;
@@ -97,7 +98,7 @@ fn nearest(
     map: &SettingsGrid,
     transform: &egui_plot::PlotTransform,
     pointer: egui::Pos2,
-    shown: &[Shown<'_>],
+    shown: &[ShownPanel<'_>],
 ) -> Option<(SettingsGridPoint, String)> {
     let axis = &shown.first()?.panel.y;
     let position =
@@ -107,7 +108,7 @@ fn nearest(
     (distance < REACH).then(|| (place, sindyscope_report::view::setting_remark(map, place)))
 }
 
-fn by_keys(ui: &Ui, scene: &Scene<'_>, map: &SettingsGrid, response: &egui::Response) -> Option<Request> {
+fn by_keys(ui: &Ui, scene: &Scene<'_>, map: &SettingsGrid, response: &egui::Response) -> Option<ViewAct> {
     if !response.has_focus() {
         return None;
     }

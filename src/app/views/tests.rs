@@ -13,15 +13,16 @@ use rand_distr::{Distribution as _, Normal};
 use super::*;
 use raster::Software;
 use sindyscope_core::signal::Signals;
-use sindyscope_core::study::{Elapsed, RecordOutcome, Score, SensorResponse, Settings};
+use sindyscope_core::study::{Elapsed, Outcome, RecordOutcome, Score, SensorResponse, Settings};
 use sindyscope_report::document::FigureSize;
+use sindyscope_report::view::ViewOptions;
 use sindyscope_values::model::{Equation, Model};
 use sindyscope_values::record::{Channel as RecordChannel, Record, Role, Usage};
 use sindyscope_values::term::{Kind, Layout, Symbol};
 
 /// What an outcome of these tests is like.
 #[derive(Clone, Copy)]
-struct Case {
+struct OutcomeCase {
     samples: usize,
     interval: f64,
     freedoms: usize,
@@ -33,7 +34,7 @@ struct Case {
     detuned: f64,
 }
 
-impl Default for Case {
+impl Default for OutcomeCase {
     fn default() -> Self {
         Self { samples: 6000, interval: 5e-3, freedoms: 1, inputs: 1, usage: Usage::Fit, diverges: None, detuned: 4e-4 }
     }
@@ -57,8 +58,8 @@ fn motion(t: f64, freedom: usize, detuned: f64) -> [f64; 3] {
     ]
 }
 
-fn outcome_of(cases: &[Case]) -> Arc<Outcome> {
-    let Case { freedoms, inputs, .. } = cases[0];
+fn outcome_of(cases: &[OutcomeCase]) -> Arc<Outcome> {
+    let OutcomeCase { freedoms, inputs, .. } = cases[0];
     let layout = Layout { kind: Kind::SecondOrder, freedoms, inputs, internals: 0 };
     let records: Vec<RecordOutcome> = cases.iter().enumerate().map(|(i, case)| record_of(i, case)).collect();
     Arc::new(Outcome {
@@ -76,8 +77,8 @@ fn outcome_of(cases: &[Case]) -> Arc<Outcome> {
     })
 }
 
-fn record_of(index: usize, case: &Case) -> RecordOutcome {
-    let Case { samples: n, interval, freedoms, inputs, .. } = *case;
+fn record_of(index: usize, case: &OutcomeCase) -> RecordOutcome {
+    let OutcomeCase { samples: n, interval, freedoms, inputs, .. } = *case;
     let mut random = rand_pcg::Pcg64::seed_from_u64(7 + index as u64);
     let normal = Normal::new(0.0, NOISE).unwrap();
     let time = |k: usize| interval * k as f64;
@@ -137,7 +138,7 @@ fn record_of(index: usize, case: &Case) -> RecordOutcome {
         }),
         usage: case.usage,
         driven_as_measured: true,
-        standing: std::sync::Arc::default(),
+        standing: Arc::default(),
         sticks: Vec::new(),
         signals: Arc::new(Signals {
             start: 0.0,
@@ -158,18 +159,22 @@ fn record_of(index: usize, case: &Case) -> RecordOutcome {
 }
 
 /// A central panel with one view, as the window has it.
-struct Stage {
+struct ViewStage {
     view: View,
     outcome: Arc<Outcome>,
     previous: Option<Arc<Outcome>>,
     record: usize,
     stale: bool,
     state: ViewState,
-    asked: Option<Request>,
+    fitted: u64,
+    figures: ViewFigures,
+    wanted: Vec<FigureRequest>,
+    plots: Plots,
+    asked: Option<ViewAct>,
 }
 
-impl Stage {
-    fn new(view: View, cases: &[Case]) -> Self {
+impl ViewStage {
+    fn new(view: View, cases: &[OutcomeCase]) -> Self {
         Self {
             view,
             outcome: outcome_of(cases),
@@ -177,20 +182,19 @@ impl Stage {
             record: 0,
             stale: false,
             state: ViewState::default(),
+            fitted: 0,
+            figures: ViewFigures::default(),
+            wanted: Vec::new(),
+            plots: Plots::default(),
             asked: None,
         }
     }
 
     fn ui(&mut self, ui: &mut egui::Ui) {
-        let picture = Picture {
-            outcome: &self.outcome,
-            previous: self.previous.as_ref(),
-            record: self.record,
-            stale: self.stale,
-            search: Search::default(),
-            pins: &[],
-        };
-        let asked = show(ui, self.view, &picture, &mut self.state);
+        let (previous, record, stale, fitted) = (self.previous.as_ref(), self.record, self.stale, self.fitted);
+        let picture = Picture { previous, record, stale, fitted, ..Picture::of(&self.outcome) };
+        self.wanted.extend(self.figures.attend(self.view, &picture, &self.state.options));
+        let asked = show(ui, self.view, (&picture, &self.figures), &mut self.state, &mut self.plots);
         self.asked = asked.or(self.asked.take());
     }
 
@@ -208,16 +212,16 @@ impl Stage {
 }
 
 /// Makes the figures that the window makes in the background.
-fn settle(harness: &mut Harness<'_, Stage>) {
-    for request in harness.state_mut().state.wanted() {
+fn settle(harness: &mut Harness<'_, ViewStage>) {
+    for request in std::mem::take(&mut harness.state_mut().wanted) {
         request.make();
     }
     harness.run();
 }
 
 /// A free motion of 2 Hz that loses a hundredth of its amplitude in a swing.
-fn decaying(n: usize) -> Stage {
-    let mut stage = Stage::new(View::Decay, &[Case { samples: n, inputs: 0, ..Case::default() }]);
+fn decaying(n: usize) -> ViewStage {
+    let mut stage = ViewStage::new(View::Decay, &[OutcomeCase { samples: n, inputs: 0, ..OutcomeCase::default() }]);
     let mut outcome = (*stage.outcome).clone();
     let record = &mut outcome.records[0];
     let at = |k: usize| 1e-3 * (-0.02 * k as f64 * 5e-3).exp() * (TAU * 2.0 * k as f64 * 5e-3).cos();
@@ -238,29 +242,29 @@ fn a_decay_is_drawn_and_anything_else_is_told_so() {
     let harness = decaying(6000).harness(SIZE, Theme::Light);
     harness.get_by_label_contains("backbone: ");
     harness.get_by_label_contains("damping ratio over amplitude");
-    let driven = Stage::new(View::Decay, &[Case::default()]).harness(SIZE, Theme::Light);
+    let driven = ViewStage::new(View::Decay, &[OutcomeCase::default()]).harness(SIZE, Theme::Light);
     driven.get_by_label_contains("its input never rests");
-    let short = Stage::new(View::Decay, &[Case { samples: 40, inputs: 0, ..Case::default() }]);
+    let short = ViewStage::new(View::Decay, &[OutcomeCase { samples: 40, inputs: 0, ..OutcomeCase::default() }]);
     short.harness(SIZE, Theme::Dark).get_by_label_contains("This record is no free decay");
 }
 
 #[test]
 fn a_frequency_response_needs_an_input_and_pools_the_records() {
-    let case = Case::default();
-    let mut harness = Stage::new(View::Transfer, &[case, case, case]).harness(SIZE, Theme::Light);
+    let case = OutcomeCase::default();
+    let mut harness = ViewStage::new(View::Transfer, &[case, case, case]).harness(SIZE, Theme::Light);
     harness.get_by_label("all 3 records");
     harness.get_by_label_contains("3 tones in steady state");
     harness.get_by_label("one record").click();
     harness.run();
     settle(&mut harness);
     harness.get_by_label_contains("1 tone in steady state");
-    let none = Stage::new(View::Transfer, &[Case { inputs: 0, ..case }]).harness(SIZE, Theme::Light);
+    let none = ViewStage::new(View::Transfer, &[OutcomeCase { inputs: 0, ..case }]).harness(SIZE, Theme::Light);
     none.get_by_label_contains("have no input");
 }
 
 #[test]
 fn a_residual_is_held_against_what_one_chooses() {
-    let mut harness = Stage::new(View::Residual, &[Case::default()]).harness(SIZE, Theme::Dark);
+    let mut harness = ViewStage::new(View::Residual, &[OutcomeCase::default()]).harness(SIZE, Theme::Dark);
     harness.get_by_label_contains("autocorrelation");
     harness.get_by_label_contains("correlation with u");
     harness.get_by_label("against x²").click();
@@ -270,15 +274,15 @@ fn a_residual_is_held_against_what_one_chooses() {
     harness.run();
     settle(&mut harness);
     harness.get_by_label_contains("Smoothing itself colours");
-    let exact = Case { detuned: 0.0, samples: 20, ..Case::default() };
-    let nothing = Stage::new(View::Residual, &[exact]).harness(SIZE, Theme::Light);
+    let exact = OutcomeCase { detuned: 0.0, samples: 20, ..OutcomeCase::default() };
+    let nothing = ViewStage::new(View::Residual, &[exact]).harness(SIZE, Theme::Light);
     nothing.get_by_label_contains("There is no residual to judge");
 }
 
 #[test]
 fn forces_need_an_equation_of_second_order() {
     for view in [View::Restoring, View::Friction] {
-        let mut stage = Stage::new(view, &[Case { freedoms: 3, inputs: 0, ..Case::default() }]);
+        let mut stage = ViewStage::new(view, &[OutcomeCase { freedoms: 3, inputs: 0, ..OutcomeCase::default() }]);
         let mut outcome = (*stage.outcome).clone();
         outcome.model = Model::first_order(0, vec![Equation { terms: Vec::new() }; 3]);
         outcome.records.iter_mut().for_each(|r| r.states.truncate(3));
@@ -288,7 +292,7 @@ fn forces_need_an_equation_of_second_order() {
 }
 
 /// Clicks with the right button in a plot and takes an entry of its menu.
-fn choose_from_menu(harness: &mut Harness<'_, Stage>, at: egui::Pos2, entry: &str) {
+fn choose_from_menu(harness: &mut Harness<'_, ViewStage>, at: egui::Pos2, entry: &str) {
     harness.event(egui::Event::PointerMoved(at));
     for pressed in [true, false] {
         harness.event(egui::Event::PointerButton {
@@ -312,7 +316,7 @@ fn every_view_of_physics_copies_its_numbers_and_asks_for_a_picture() {
         (View::Decay, "amplitude of x (m) measured,frequency (Hz) measured,"),
         (View::Residual, "residual (m),density (1/m),"),
     ] {
-        let stage = if view == View::Decay { decaying(6000) } else { Stage::new(view, &[Case::default()]) };
+        let stage = if view == View::Decay { decaying(6000) } else { ViewStage::new(view, &[OutcomeCase::default()]) };
         let mut harness = stage.harness(SIZE, Theme::Light);
         let at = pos2(240.0, 240.0);
         choose_from_menu(&mut harness, at, "Copy what is shown as CSV");
@@ -326,7 +330,7 @@ fn every_view_of_physics_copies_its_numbers_and_asks_for_a_picture() {
         harness.run();
         choose_from_menu(&mut harness, at, "Save picture…");
         harness.run();
-        assert_eq!(harness.state().asked, Some(Request::SavePicture), "{view:?}");
+        assert_eq!(harness.state().asked, Some(ViewAct::SavePicture), "{view:?}");
         // The wheel zooms, a double click shows all again.
         let whole = bounds(&harness, view);
         harness.hover_at(at);
@@ -339,7 +343,7 @@ fn every_view_of_physics_copies_its_numbers_and_asks_for_a_picture() {
         });
         harness.run();
         assert!(bounds(&harness, view) < 0.8 * whole, "{view:?}");
-        harness.state_mut().state.fit();
+        harness.state_mut().fitted += 1;
         harness.run();
         harness.run();
         assert!((bounds(&harness, view) / whole - 1.0).abs() < 1e-6, "{view:?}");
@@ -347,7 +351,7 @@ fn every_view_of_physics_copies_its_numbers_and_asks_for_a_picture() {
 }
 
 /// Width of what the first graph of a view shows.
-fn bounds(harness: &Harness<'_, Stage>, view: View) -> f64 {
+fn bounds(harness: &Harness<'_, ViewStage>, view: View) -> f64 {
     let graph = match view {
         View::Restoring => "surface",
         View::Friction => "friction",
@@ -361,17 +365,17 @@ fn bounds(harness: &Harness<'_, Stage>, view: View) -> f64 {
 
 const SIZE: Vec2 = vec2(760.0, 640.0);
 
-fn cases() -> Vec<(&'static str, Case)> {
-    let usual = Case::default();
+fn cases() -> Vec<(&'static str, OutcomeCase)> {
+    let usual = OutcomeCase::default();
     vec![
         ("usual", usual),
-        ("diverged", Case { diverges: Some(0.4), ..usual }),
-        ("diverged at once", Case { diverges: Some(0.0), ..usual }),
-        ("one sample", Case { samples: 1, ..usual }),
-        ("two samples", Case { samples: 2, ..usual }),
-        ("no input", Case { inputs: 0, ..usual }),
-        ("two degrees of freedom", Case { freedoms: 2, inputs: 2, usage: Usage::HeldOut, ..usual }),
-        ("a perfect model", Case { detuned: 0.0, ..usual }),
+        ("diverged", OutcomeCase { diverges: Some(0.4), ..usual }),
+        ("diverged at once", OutcomeCase { diverges: Some(0.0), ..usual }),
+        ("one sample", OutcomeCase { samples: 1, ..usual }),
+        ("two samples", OutcomeCase { samples: 2, ..usual }),
+        ("no input", OutcomeCase { inputs: 0, ..usual }),
+        ("two degrees of freedom", OutcomeCase { freedoms: 2, inputs: 2, usage: Usage::HeldOut, ..usual }),
+        ("a perfect model", OutcomeCase { detuned: 0.0, ..usual }),
     ]
 }
 
@@ -380,7 +384,7 @@ fn every_view_shows_every_outcome() {
     for view in View::ALL {
         for (name, case) in cases() {
             for theme in [Theme::Light, Theme::Dark] {
-                let mut stage = Stage::new(view, &[case, case]);
+                let mut stage = ViewStage::new(view, &[case, case]);
                 stage.state.options.acceleration = true;
                 stage.state.options.log_error = theme == Theme::Dark;
                 stage.state.options.log_frequency = theme == Theme::Dark;
@@ -396,25 +400,24 @@ fn every_view_shows_every_outcome() {
 
 #[test]
 fn outcomes_without_records_and_records_without_samples_say_so() {
-    let mut empty = Stage::new(View::Response, &[Case::default()]);
+    let mut empty = ViewStage::new(View::Response, &[OutcomeCase::default()]);
     empty.outcome = Arc::new(Outcome { records: Vec::new(), ..(*empty.outcome).clone() });
     let harness = empty.harness(SIZE, Theme::Light);
     harness.get_by_label_contains("No record is marked fit");
     for view in View::ALL {
-        Stage::new(view, &[Case { samples: 0, ..Case::default() }]).harness(SIZE, Theme::Light);
+        ViewStage::new(view, &[OutcomeCase { samples: 0, ..OutcomeCase::default() }]).harness(SIZE, Theme::Light);
     }
     // A record index and choices left over from other data.
-    let mut stage = Stage::new(View::Response, &[Case::default()]);
+    let mut stage = ViewStage::new(View::Response, &[OutcomeCase::default()]);
     stage.record = 7;
-    stage.state =
-        ViewState { options: ViewOptions { freedom: 9, input: 9, ..ViewOptions::default() }, ..ViewState::default() };
+    stage.state.options = ViewOptions { freedom: 9, input: 9, ..ViewOptions::default() };
     stage.harness(SIZE, Theme::Light).get_by_label("run 1");
 }
 
 #[test]
 fn first_order_states_are_shown() {
     for view in View::ALL {
-        let mut stage = Stage::new(view, &[Case { freedoms: 3, inputs: 0, ..Case::default() }]);
+        let mut stage = ViewStage::new(view, &[OutcomeCase { freedoms: 3, inputs: 0, ..OutcomeCase::default() }]);
         let mut outcome = (*stage.outcome).clone();
         outcome.model = Model::first_order(0, vec![Equation { terms: Vec::new() }; 3]);
         outcome.records.iter_mut().for_each(|r| r.states.truncate(3));
@@ -428,7 +431,7 @@ fn first_order_states_are_shown() {
 
 #[test]
 fn the_pointer_reads_values() {
-    let mut harness = Stage::new(View::Response, &[Case::default()]).harness(SIZE, Theme::Light);
+    let mut harness = ViewStage::new(View::Response, &[OutcomeCase::default()]).harness(SIZE, Theme::Light);
     harness.hover_at(pos2(400.0, 200.0));
     harness.run();
     for name in ["t", "x measured", "x identified", "E error"] {
@@ -453,7 +456,7 @@ fn the_pointer_reads_values() {
 
 #[test]
 fn legends_switch_curves() {
-    let mut harness = Stage::new(View::Response, &[Case::default()]).harness(SIZE, Theme::Light);
+    let mut harness = ViewStage::new(View::Response, &[OutcomeCase::default()]).harness(SIZE, Theme::Light);
     let all = harness.render().unwrap();
     harness.get_by_label("identified").click();
     harness.run();
@@ -474,7 +477,7 @@ fn legends_switch_curves() {
 }
 
 /// The range of time that a plot shows.
-fn time_shown(harness: &Harness<'_, Stage>, plot: &str) -> (f64, f64) {
+fn time_shown(harness: &Harness<'_, ViewStage>, plot: &str) -> (f64, f64) {
     let id = Id::unique(("view", harness.state().view, plot));
     let memory = egui_plot::PlotMemory::load(&harness.ctx, id).unwrap();
     (memory.bounds().min()[0], memory.bounds().max()[0])
@@ -482,7 +485,7 @@ fn time_shown(harness: &Harness<'_, Stage>, plot: &str) -> (f64, f64) {
 
 #[test]
 fn the_worst_stretch_is_one_click_away_and_a_double_click_shows_all() {
-    let mut harness = Stage::new(View::Response, &[Case::default()]).harness(SIZE, Theme::Light);
+    let mut harness = ViewStage::new(View::Response, &[OutcomeCase::default()]).harness(SIZE, Theme::Light);
     let whole = time_shown(&harness, "response");
     assert!(whole.0 < 0.0 && whole.1 > 29.9 && whole.1 < 31.0, "{whole:?}");
     harness.get_by_label_contains("worst ").click();
@@ -514,8 +517,11 @@ fn the_worst_stretch_is_one_click_away_and_a_double_click_shows_all() {
 
 #[test]
 fn the_wheel_zooms_time_and_a_new_outcome_of_the_same_record_keeps_the_zoom() {
-    let mut harness = Stage::new(View::Response, &[Case::default(), Case { samples: 900, ..Case::default() }])
-        .harness(SIZE, Theme::Light);
+    let mut harness = ViewStage::new(
+        View::Response,
+        &[OutcomeCase::default(), OutcomeCase { samples: 900, ..OutcomeCase::default() }],
+    )
+    .harness(SIZE, Theme::Light);
     let whole = time_shown(&harness, "response");
     harness.hover_at(pos2(400.0, 200.0));
     harness.event(egui::Event::MouseWheel {
@@ -546,9 +552,9 @@ fn the_wheel_zooms_time_and_a_new_outcome_of_the_same_record_keeps_the_zoom() {
 
 #[test]
 fn the_menu_copies_what_is_shown_and_asks_for_a_picture() {
-    let mut harness =
-        Stage::new(View::Response, &[Case { samples: 50, ..Case::default() }]).harness(SIZE, Theme::Light);
-    let open = |harness: &mut Harness<'_, Stage>| {
+    let mut harness = ViewStage::new(View::Response, &[OutcomeCase { samples: 50, ..OutcomeCase::default() }])
+        .harness(SIZE, Theme::Light);
+    let open = |harness: &mut Harness<'_, ViewStage>| {
         let at = pos2(400.0, 200.0);
         harness.event(egui::Event::PointerMoved(at));
         for pressed in [true, false] {
@@ -576,16 +582,16 @@ fn the_menu_copies_what_is_shown_and_asks_for_a_picture() {
     open(&mut harness);
     harness.get_by_label("Save picture…").click();
     harness.run();
-    assert_eq!(harness.state().asked, Some(Request::SavePicture));
+    assert_eq!(harness.state().asked, Some(ViewAct::SavePicture));
 }
 
 #[test]
 fn the_header_steps_through_records_and_chooses_degrees_of_freedom() {
-    let case = Case { freedoms: 2, ..Case::default() };
-    let mut harness = Stage::new(View::Response, &[case, case]).harness(SIZE, Theme::Light);
+    let case = OutcomeCase { freedoms: 2, ..OutcomeCase::default() };
+    let mut harness = ViewStage::new(View::Response, &[case, case]).harness(SIZE, Theme::Light);
     harness.get_by_label("Next record").click();
     harness.run();
-    assert_eq!(harness.state().asked, Some(Request::ShowRecord(1)));
+    assert_eq!(harness.state().asked, Some(ViewAct::ShowRecord(1)));
     harness.get_by_label("x2").click();
     harness.run();
     assert_eq!(harness.state().state.options.freedom, 1);
@@ -593,11 +599,9 @@ fn the_header_steps_through_records_and_chooses_degrees_of_freedom() {
 
 #[test]
 fn what_is_chosen_survives_a_restart() {
-    let state = ViewState {
-        hidden: BTreeSet::from([Ink::Measured]),
-        options: ViewOptions { freedom: 1, log_frequency: true, ..ViewOptions::default() },
-        ..ViewState::default()
-    };
+    let mut state = ViewState::default();
+    state.hidden = BTreeSet::from([Ink::Measured]);
+    state.options = ViewOptions { freedom: 1, log_frequency: true, ..ViewOptions::default() };
     let text = serde_json::to_string(&state).unwrap();
     let read: ViewState = serde_json::from_str(&text).unwrap();
     assert_eq!((read.hidden, read.options.freedom, read.options.log_frequency), (state.hidden, 1, true));
@@ -606,18 +610,11 @@ fn what_is_chosen_survives_a_restart() {
 
 #[test]
 fn figures_for_print_are_vectors_and_show_what_the_window_shows() {
-    let mut harness = Stage::new(View::Response, &[Case::default()]).harness(SIZE, Theme::Dark);
-    let draw = |harness: &Harness<'_, Stage>| {
+    let mut harness = ViewStage::new(View::Response, &[OutcomeCase::default()]).harness(SIZE, Theme::Dark);
+    let draw = |harness: &Harness<'_, ViewStage>| {
         let stage = harness.state();
-        let picture = Picture {
-            outcome: &stage.outcome,
-            previous: None,
-            record: 0,
-            stale: false,
-            search: Search::default(),
-            pins: &[],
-        };
-        let seen = Seen::of(&harness.ctx, View::Response, &stage.state);
+        let picture = Picture::of(&stage.outcome);
+        let seen = Seen::of(&harness.ctx, View::Response, &stage.state, &stage.figures);
         let figure = figure(View::Response, &picture, &stage.state, Some(&seen)).unwrap();
         figure.svg(FigureSize::default(), seen.units())
     };
@@ -636,15 +633,15 @@ fn figures_for_print_are_vectors_and_show_what_the_window_shows() {
 #[test]
 fn pictures() {
     let mut results = egui_kittest::SnapshotResults::new();
-    let held_out = Case { usage: Usage::HeldOut, ..Case::default() };
+    let held_out = OutcomeCase { usage: Usage::HeldOut, ..OutcomeCase::default() };
     for (view, theme, case, name) in [
         (View::Response, Theme::Light, held_out, "view_response"),
-        (View::Response, Theme::Light, Case { diverges: Some(0.4), ..held_out }, "view_response_diverged"),
+        (View::Response, Theme::Light, OutcomeCase { diverges: Some(0.4), ..held_out }, "view_response_diverged"),
         (View::Velocity, Theme::Dark, held_out, "view_velocity_dark"),
         (View::Phase, Theme::Light, held_out, "view_phase"),
         (View::Spectrum, Theme::Dark, held_out, "view_spectrum_dark"),
     ] {
-        let stage = Stage::new(view, &[case, case]);
+        let stage = ViewStage::new(view, &[case, case]);
         let mut harness = stage.harness(vec2(640.0, 480.0), theme);
         // An axis knows the room that it needs once it was drawn.
         harness.run_steps(2);

@@ -7,11 +7,11 @@ use egui::{Context, Theme, ThemePreference};
 
 use super::{App, with_extension};
 use crate::app::command_palette::Palette;
-use crate::app::commands::Command;
+use crate::app::commands::WindowCommand;
 use crate::app::dialogs::Chosen;
 use crate::app::jobs::{Job, Key};
 use crate::app::message::Message;
-use crate::app::missing::WalkAct;
+use crate::app::missing::{self, WalkAct};
 use crate::app::project::Project;
 use crate::app::purpose::{Purpose, ReportForm};
 use crate::app::report::ReportSubject;
@@ -19,34 +19,32 @@ use crate::app::rig::class;
 use crate::app::saving::{SavedContent, Saving, ViewPicture};
 use crate::app::state::{Room, Source};
 use crate::app::views::Seen;
-use sindyscope_core::study::Outcome;
 use sindyscope_report::export::ExportFormat;
 use sindyscope_values::format::equations;
-use sindyscope_values::record::Record;
 
 /// How large everything is drawn, in the steps of *Larger text*.
 const ZOOMS: [f32; 3] = [1.0, 1.25, 1.5];
 
 impl App {
     /// Does a command: the window's own here, the others by the program.
-    pub(super) fn run(&mut self, command: Command, ctx: &Context, frame: &eframe::Frame) {
+    pub(super) fn run(&mut self, command: WindowCommand, ctx: &Context, frame: &eframe::Frame) {
         let records = &self.program.derived.records;
         let (stem, room) = (records.stem("sindyscope"), self.program.state.shown.room);
         let (empty, outcome) = (records.records.is_empty(), records.outcome.is_some());
         match command {
-            Command::Open => self.dialogs.ask(Purpose::Open, "", frame),
-            Command::OpenPath => self.dialogs.type_path(Purpose::Open, "", ""),
-            Command::Demonstration => {
+            WindowCommand::Open => self.dialogs.ask(Purpose::Open, "", frame),
+            WindowCommand::OpenPath => self.dialogs.type_path(Purpose::Open, "", ""),
+            WindowCommand::Demonstration => {
                 let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
                 let seed = now.map_or(1, |d| d.as_micros() as u64);
                 self.program.send(Message::OpenSource(Source::Hidden(seed)));
             }
-            Command::AddRecords => {
+            WindowCommand::AddRecords => {
                 self.dialogs.ask(if empty { Purpose::Open } else { Purpose::Add }, "", frame);
             }
-            Command::SaveProject | Command::SaveProjectAs if empty => {}
-            Command::SaveProject | Command::SaveProjectAs => {
-                let known = self.program.state.project.clone().filter(|_| command == Command::SaveProject);
+            WindowCommand::SaveProject | WindowCommand::SaveProjectAs if empty => {}
+            WindowCommand::SaveProject | WindowCommand::SaveProjectAs => {
+                let known = self.program.state.project.clone().filter(|_| command == WindowCommand::SaveProject);
                 match known {
                     Some(path) => {
                         let content = SavedContent::Project(Box::new(self.project()));
@@ -55,36 +53,45 @@ impl App {
                     None => self.dialogs.ask(Purpose::Project, &format!("{stem}.json"), frame),
                 }
             }
-            Command::PlotPicture if room == Room::Rig => self.dialogs.ask(Purpose::Window, "virtual-rig.png", frame),
-            Command::PlotPicture | Command::ExportModel | Command::SaveReport if !outcome => {}
-            Command::PlotPicture if room == Room::Report => {
+            WindowCommand::PlotPicture if room == Room::Rig => {
+                self.dialogs.ask(Purpose::Window, "virtual-rig.png", frame);
+            }
+            WindowCommand::PlotPicture | WindowCommand::ExportModel | WindowCommand::SaveReport if !outcome => {}
+            WindowCommand::PlotPicture if room == Room::Report => {
                 self.dialogs.ask(Purpose::Window, &format!("{stem}-report.png"), frame);
             }
-            Command::PlotPicture => {
+            WindowCommand::PlotPicture => {
                 self.figure_open = !self.figure_open;
-                self.figure = self.program.derived.missing.main_figure();
+                self.figure = missing::main_figure(&self.program.state.shown.walk);
             }
-            Command::SaveReport => self.dialogs.ask(Purpose::Report(ReportForm::Pdf), &format!("{stem}.pdf"), frame),
-            Command::ExportModel => {
+            WindowCommand::SaveReport => {
+                self.dialogs.ask(Purpose::Report(ReportForm::Pdf), &format!("{stem}.pdf"), frame);
+            }
+            WindowCommand::ExportModel => {
                 self.dialogs.ask(Purpose::Model, &format!("{stem}.{}", ExportFormat::Python.ending()), frame);
             }
-            Command::WindowPicture => self.dialogs.ask(Purpose::Window, &format!("{stem}-window.png"), frame),
-            Command::SaveLog => self.dialogs.ask(Purpose::Log, "sindyscope-log.json", frame),
-            Command::CopyText | Command::CopyLatex | Command::CopyPython | Command::CopyJson => self.copy(command, ctx),
-            Command::Theme => {
+            WindowCommand::WindowPicture => self.dialogs.ask(Purpose::Window, &format!("{stem}-window.png"), frame),
+            WindowCommand::SaveLog => self.dialogs.ask(Purpose::Log, "sindyscope-log.json", frame),
+            WindowCommand::CopyText
+            | WindowCommand::CopyLatex
+            | WindowCommand::CopyPython
+            | WindowCommand::CopyJson => self.copy(command, ctx),
+            WindowCommand::Theme => {
                 let dark = ctx.theme() == Theme::Dark;
                 let theme = if dark { ThemePreference::Light } else { ThemePreference::Dark };
                 ctx.set_theme(theme);
                 self.program.send(Message::Theme(theme));
             }
-            Command::LargerText => {
+            WindowCommand::LargerText => {
                 let next = ZOOMS.iter().find(|z| **z > ctx.zoom_factor() + 0.01).unwrap_or(&ZOOMS[0]);
                 ctx.set_zoom_factor(*next);
             }
-            Command::Messages => self.notices_open = !self.notices_open,
-            Command::Palette => self.palette = if self.palette.is_some() { None } else { Some(Palette::default()) },
-            Command::Help => self.help_open = !self.help_open,
-            Command::Quit => ctx.send_viewport_cmd(egui::ViewportCommand::Close),
+            WindowCommand::Messages => self.notices_open = !self.notices_open,
+            WindowCommand::Palette => {
+                self.palette = if self.palette.is_some() { None } else { Some(Palette::default()) }
+            }
+            WindowCommand::Help => self.help_open = !self.help_open,
+            WindowCommand::Quit => ctx.send_viewport_cmd(egui::ViewportCommand::Close),
             command => self.program.send(Message::Do(command)),
         }
     }
@@ -108,13 +115,13 @@ impl App {
         }
     }
 
-    fn copy(&mut self, command: Command, ctx: &Context) {
+    fn copy(&mut self, command: WindowCommand, ctx: &Context) {
         let Some(outcome) = self.outcome() else { return };
         let model = &outcome.model;
         let (text, form) = match command {
-            Command::CopyLatex => (equations::latex(model), "LaTeX"),
-            Command::CopyPython => (equations::python(model), "Python"),
-            Command::CopyJson => (serde_json::to_string_pretty(model).unwrap_or_default(), "JSON"),
+            WindowCommand::CopyLatex => (equations::latex(model), "LaTeX"),
+            WindowCommand::CopyPython => (equations::python(model), "Python"),
+            WindowCommand::CopyJson => (serde_json::to_string_pretty(model).unwrap_or_default(), "JSON"),
             _ => (equations::text(model, Some(&outcome.units())), "text"),
         };
         ctx.copy_text(text);
@@ -160,8 +167,8 @@ impl App {
     }
 
     /// What a file for this purpose is to hold; none if there is nothing to save.
-    fn content(&mut self, ctx: &Context, purpose: Purpose) -> Option<SavedContent> {
-        let (state, derived) = (&self.program.state, &mut self.program.derived);
+    fn content(&self, ctx: &Context, purpose: Purpose) -> Option<SavedContent> {
+        let (state, derived) = (&self.program.state, &self.program.derived);
         Some(match purpose {
             Purpose::Open | Purpose::Add | Purpose::Locate | Purpose::Window => return None,
             Purpose::Project => SavedContent::Project(Box::new(self.project())),
@@ -170,7 +177,7 @@ impl App {
             Purpose::Plot if state.shown.room == Room::Missing => {
                 // Drawn at once: what is saved is what is seen.
                 let of = (&derived.records, &state.document.edit);
-                let svg = derived.missing.svg(ctx, &self.figure, of, state.figure)?;
+                let svg = missing::svg(ctx, &derived.missing, &self.canvas.walk, &self.figure, of, state.figure)?;
                 SavedContent::Figure { svg, title: self.figure.name() }
             }
             Purpose::Plot => SavedContent::View(Box::new(self.view_picture(ctx)?)),
@@ -197,22 +204,15 @@ impl App {
         let (state, derived) = (&self.program.state, &self.program.derived);
         let outcome = derived.records.outcome.clone()?;
         Some(ViewPicture {
-            seen: Seen::of(ctx, state.shown.view, &state.shown.views),
+            seen: Seen::of(ctx, state.shown.view, &state.shown.views, &derived.figures),
             view: state.shown.view,
-            record: self.record_in(&outcome),
+            record: derived.records.place_in(&outcome, state.shown.record),
             outcome,
             map: derived.map.map().map(|(map, _)| Arc::clone(map)),
             pins: derived.records.known_pins().1,
             state: state.shown.views.clone(),
             look: state.figure,
         })
-    }
-
-    /// Where the record shown stands among the outcome's, which lacks those that are off.
-    pub(super) fn record_in(&self, outcome: &Outcome) -> usize {
-        let shown = self.program.derived.records.records.get(self.program.state.shown.record);
-        let is_shown = |r: &Arc<Record>| shown.is_some_and(|s| Arc::ptr_eq(s, r));
-        outcome.records.iter().position(|r| is_shown(&r.record)).unwrap_or(0)
     }
 
     /// The name that is offered for a file of a plot.

@@ -4,22 +4,23 @@ use std::sync::Arc;
 
 use egui::{CentralPanel, Context, Margin, Ui};
 
-use super::{App, tabs};
-use crate::app::commands::Command;
+use super::{App, Canvas, tabs};
+use crate::app::commands::WindowCommand;
+use crate::app::figure_panel::FigurePanelOutcome;
 use crate::app::jobs::Key;
 use crate::app::message::{Message, Sought};
 use crate::app::missing::WalkAct;
 use crate::app::panel::{self, PanelAct, PanelContext};
 use crate::app::plot::palette;
-use crate::app::program::Program;
+use crate::app::program::WindowProgram;
 use crate::app::purpose::{Purpose, ReportForm};
-use crate::app::report;
+use crate::app::report::{self, ReportAct};
 use crate::app::rig::RigAct;
-use crate::app::state::{Edit, Room, Source};
-use crate::app::views::{self, Picture, Request, Search};
-use crate::app::{figure_panel, lessons, status, toolbar, welcome};
+use crate::app::state::{Edit, Room, Source, ViewState};
+use crate::app::views::{self, ViewAct};
+use crate::app::{figure_panel, lessons, missing, rig, status, toolbar, welcome};
 use sindyscope_core::remedy::Remedy;
-use sindyscope_core::study::{Calibration, Outcome};
+use sindyscope_core::study::Calibration;
 
 /// Jobs that the line at the bottom tells of beside the fit, the first that runs.
 const OTHERS: [Key; 7] = [Key::Open, Key::Choose, Key::Calibrate, Key::Search, Key::Pages, Key::Rig, Key::SearchRound];
@@ -30,7 +31,7 @@ struct FrameActs {
     asks: Vec<PanelAct>,
     walk: Vec<WalkAct>,
     messages: Vec<Message>,
-    commands: Vec<Command>,
+    commands: Vec<WindowCommand>,
     /// The numbers of a plot to be saved, and what it is called.
     table: Option<(&'static str, String)>,
     /// The report to be saved.
@@ -41,14 +42,14 @@ impl App {
     /// The bars at the top and at the bottom, and the strip of the open lesson.
     pub(super) fn bars(&mut self, ui: &mut Ui, frame: &eframe::Frame) {
         let ctx = ui.ctx().clone();
-        let Program { state, derived, .. } = &mut self.program;
+        let WindowProgram { state, derived, .. } = &self.program;
         let edit = &state.document.edit;
         let (can_undo, can_redo) = match state.shown.room {
             Room::Rig => derived.rig.can_step(&state.rig),
             _ => (derived.history.can_undo(edit), derived.history.can_redo(edit)),
         };
         let opening = derived.opening();
-        let bar = toolbar::Toolbar { can_undo, can_redo, opening, state, bench: &derived.records };
+        let bar = toolbar::Toolbar { can_undo, can_redo, opening, state, data: &derived.records };
         let asked = toolbar::show(ui, &bar);
         for asked in asked {
             match asked {
@@ -56,13 +57,14 @@ impl App {
                 toolbar::ToolbarAct::Recent(path) => self.program.send(Message::Open(vec![path])),
             }
         }
-        let derived = &mut self.program.derived;
+        let derived = &self.program.derived;
         let mut line = status::Status {
             fitting: derived.progress(&Key::Fit),
             other: OTHERS.iter().find_map(|key| derived.progress(key)),
             opening,
-            bench: &derived.records,
-            notices: &mut derived.notices,
+            data: &derived.records,
+            notices: &derived.notices,
+            seen: &mut self.canvas.toasted,
             log_open: &mut self.notices_open,
         };
         if status::show(ui, &mut line).is_some() {
@@ -77,12 +79,13 @@ impl App {
 
     /// The virtual rig's room.
     pub(super) fn rig(&mut self, ui: &mut Ui, frame: &eframe::Frame) {
-        let Program { state, derived, .. } = &mut self.program;
+        let WindowProgram { state, derived, .. } = &self.program;
+        let (room, figures) = (&derived.rig, &mut self.canvas.rig);
         let mut draft = state.rig.clone();
         let mut acts = Vec::new();
-        panel::controls(ui, |ui| acts.extend(derived.rig.controls(ui, &mut draft)));
-        panel::findings(ui, |ui| acts.extend(derived.rig.findings(ui, &mut draft)));
-        centre(ui, |ui| acts.extend(derived.rig.show(ui, &mut draft, &state.lessons)));
+        panel::controls(ui, |ui| acts.extend(room.controls(ui, &mut draft)));
+        panel::findings(ui, |ui| acts.extend(room.findings(ui, &mut draft)));
+        centre(ui, |ui| acts.extend(rig::show(ui, room, figures, &mut draft, &state.lessons)));
         if draft != state.rig {
             self.program.send(Message::Rig(Box::new(draft)));
         }
@@ -105,21 +108,25 @@ impl App {
     pub(super) fn work(&mut self, ui: &mut Ui, frame: &eframe::Frame) {
         let ctx = ui.ctx().clone();
         let mut done = FrameActs::default();
-        // What is drawn changes a draft: a difference is a message.
+        // What is drawn changes drafts: a difference is a message.
         let mut draft = self.program.state.document.edit.clone();
-        self.program.derived.missing.view.clone_from(&self.program.state.shown.walk);
+        let mut views = self.program.state.shown.views.clone();
+        self.canvas.walk.view.clone_from(&self.program.state.shown.walk);
         let opened = !self.program.derived.records.records.is_empty();
         if opened || self.program.derived.refused.is_some() {
             self.columns(ui, &mut draft, &mut done);
         }
-        centre(ui, |ui| self.centre(ui, &mut draft, &mut done));
+        centre(ui, |ui| self.centre(ui, (&mut draft, &mut views), &mut done));
         if draft != self.program.state.document.edit {
             self.program.send(Message::Edit(Box::new(draft)));
         }
-        let view = &self.program.derived.missing.view;
-        if *view != self.program.state.shown.walk {
-            let view = Box::new(view.clone());
-            self.program.send(Message::WalkView(view));
+        if self.canvas.walk.view != self.program.state.shown.walk {
+            self.program.send(Message::WalkView(Box::new(self.canvas.walk.view.clone())));
+        }
+        // Units are chosen in menus that know no draft.
+        views.units.clone_from(&self.program.state.shown.views.units);
+        if views != self.program.state.shown.views {
+            self.program.send(Message::Views(Box::new(views)));
         }
         let FrameActs { asks, walk, messages, commands, table, report } = done;
         for command in commands {
@@ -146,13 +153,14 @@ impl App {
     /// The columns beside the plots.
     fn columns(&mut self, ui: &mut Ui, draft: &mut Edit, done: &mut FrameActs) {
         let now = ui.input(|i| i.time);
-        let Program { state, derived, .. } = &mut self.program;
+        let WindowProgram { state, derived, .. } = &self.program;
+        let Canvas { typing, walk, report, .. } = &mut self.canvas;
         let room = state.shown.room;
         let settings = draft.settings.clone();
         let calibrating = derived.calibrating.filter(|_| derived.running.contains_key(&Key::Calibrate));
         let choosing = derived.progress(&Key::Choose);
-        let mut desk = PanelContext {
-            bench: &derived.records,
+        let mut context = PanelContext {
+            data: &derived.records,
             edit: draft,
             suggestion: state.document.suggestion.as_ref().unwrap_or(&settings),
             of_files: matches!(state.document.source, Source::Files(_)),
@@ -162,20 +170,23 @@ impl App {
             calibrating,
             refused: derived.refused.as_ref(),
             bought: derived.questions.bought(),
-            typing: &mut self.typing,
+            typing,
             asks: &mut done.asks,
         };
-        let (missing, report) = (&mut derived.missing, &mut derived.report);
-        panel::left(ui, &mut desk, room, |ui, desk| match room {
-            Room::Report => report.controls(ui, &mut desk.edit.report, &desk.bench.title),
-            _ => done.walk = missing.controls(ui, desk.bench, desk.edit),
+        panel::left(ui, &mut context, room, |ui, context| match room {
+            Room::Report => {
+                report::controls(ui, &derived.report, report, &mut context.edit.report, &context.data.title);
+            }
+            _ => done.walk = missing::controls(ui, &derived.missing, walk, context.data, context.edit),
         });
-        if desk.bench.records.is_empty() {
+        if context.data.records.is_empty() {
             return;
         }
         match room {
-            Room::Missing => panel::findings(ui, |ui| missing.findings(ui, desk.bench, desk.edit)),
-            _ => panel::right(ui, &mut desk, now),
+            Room::Missing => {
+                panel::findings(ui, |ui| missing::findings(ui, &derived.missing, walk, context.data, context.edit));
+            }
+            _ => panel::right(ui, &mut context, now),
         }
     }
 
@@ -214,29 +225,29 @@ impl App {
         self.program.send(message);
     }
 
-    fn centre(&mut self, ui: &mut Ui, draft: &mut Edit, done: &mut FrameActs) {
-        let Program { state, derived, .. } = &mut self.program;
-        let shown = &mut state.shown;
+    fn centre(&mut self, ui: &mut Ui, (draft, views): (&mut Edit, &mut ViewState), done: &mut FrameActs) {
+        let WindowProgram { state, derived, .. } = &self.program;
+        let (shown, canvas) = (&state.shown, &mut self.canvas);
         match (&derived.records.outcome, shown.room) {
             _ if derived.records.records.is_empty() => done.commands.extend(welcome::show(ui, derived.opening())),
             (_, Room::Missing) => {
-                let acts = derived.missing.show(ui, &derived.records, draft, &mut shown.views.options.freedom);
-                done.walk.extend(acts);
+                let of = (&derived.records, &*draft);
+                let mass = &mut views.options.freedom;
+                done.walk.extend(missing::show(ui, &derived.missing, &mut canvas.walk, of, mass));
             }
-            (Some(_), Room::Report) => {
-                if let Some(report::ReportAct::Save(saved)) = derived.report.show(ui, &mut draft.report) {
-                    done.report = Some(saved);
-                }
-            }
+            (Some(_), Room::Report) => match report::show(ui, &derived.report, &mut canvas.report, &mut draft.report) {
+                Some(ReportAct::Save(saved)) => done.report = Some(saved),
+                Some(ReportAct::Width(width)) => done.messages.push(Message::PageWidth(width)),
+                None => {}
+            },
             (outcome, _) => {
-                let outcome = outcome.clone();
                 if shown.cutting
-                    && let Some(steps) = self.cutter.show(ui, &derived.records, &draft.steps, shown.record)
+                    && let Some(steps) = canvas.cutter.show(ui, &derived.records, &draft.steps, shown.record)
                 {
                     done.messages.push(Message::Prepare(steps));
                 }
                 match outcome {
-                    Some(outcome) => self.view(ui, &outcome, done),
+                    Some(_) => self.view(ui, views, done),
                     None => {
                         let text = derived.records.failure.as_deref().unwrap_or("fitting…");
                         ui.centered_and_justified(|ui| ui.weak(text));
@@ -247,50 +258,40 @@ impl App {
     }
 
     /// The tabs and the view that is open.
-    fn view(&mut self, ui: &mut Ui, outcome: &Arc<Outcome>, done: &mut FrameActs) {
-        let record = self.record_in(outcome);
-        let Program { state, derived, .. } = &mut self.program;
-        let shown = &mut state.shown;
+    fn view(&mut self, ui: &mut Ui, views: &mut ViewState, done: &mut FrameActs) {
+        let WindowProgram { state, derived, .. } = &self.program;
+        let shown = &state.shown;
         let mut view = shown.view;
-        tabs::show(ui, &mut view, &mut shown.views);
+        tabs::show(ui, &mut view, views);
         if view != shown.view {
-            done.commands.push(Command::View(view));
+            done.commands.push(WindowCommand::View(view));
         }
         let (places, pins) = derived.records.known_pins();
-        let map = derived.map.map();
-        let picture = Picture {
-            outcome,
-            previous: derived.records.ghost(),
-            record,
-            stale: derived.is_stale(),
-            search: Search {
-                map: map.map(|(map, _)| map),
-                stale: map.is_some_and(|(_, stale)| stale),
-                failure: derived.map.failure(),
-            },
-            pins: &pins,
-        };
+        let Some(picture) = derived.picture(shown, &pins) else { return };
+        let outcome = picture.outcome;
         let place = |index: usize| places.get(index).copied().unwrap_or(index);
-        done.messages.extend(match views::show(ui, view, &picture, &mut shown.views) {
-            Some(Request::ShowRecord(index)) => {
-                let record = outcome.records.get(index).map(|r| &r.record);
-                let found = record.and_then(|r| derived.records.records.iter().position(|b| Arc::ptr_eq(b, r)));
-                found.map(Message::ShowRecord)
-            }
-            Some(Request::SavePicture) => {
-                done.commands.push(Command::PlotPicture);
-                None
-            }
-            Some(Request::SaveTable(text)) => {
-                done.table = Some((view.label(), text));
-                None
-            }
-            Some(Request::Set { window, threshold }) => Some(Message::Set { window, threshold }),
-            Some(Request::Pin) => Some(Message::Pin),
-            Some(Request::Unpin(index)) => Some(Message::Unpin(place(index))),
-            Some(Request::Return(index)) => Some(Message::Return(place(index))),
-            None => None,
-        });
+        done.messages.extend(
+            match views::show(ui, shown.view, (&picture, &derived.figures), views, &mut self.canvas.views) {
+                Some(ViewAct::ShowRecord(index)) => {
+                    let record = outcome.records.get(index).map(|r| &r.record);
+                    let found = record.and_then(|r| derived.records.records.iter().position(|b| Arc::ptr_eq(b, r)));
+                    found.map(Message::ShowRecord)
+                }
+                Some(ViewAct::SavePicture) => {
+                    done.commands.push(WindowCommand::PlotPicture);
+                    None
+                }
+                Some(ViewAct::SaveTable(text)) => {
+                    done.table = Some((view.label(), text));
+                    None
+                }
+                Some(ViewAct::Set { window, threshold }) => Some(Message::Set { window, threshold }),
+                Some(ViewAct::Pin) => Some(Message::Pin),
+                Some(ViewAct::Unpin(index)) => Some(Message::Unpin(place(index))),
+                Some(ViewAct::Return(index)) => Some(Message::Return(place(index))),
+                None => None,
+            },
+        );
     }
 
     /// Draws the panel that asks how the figure is to be saved, while it is open.
@@ -308,9 +309,9 @@ impl App {
             self.program.send(Message::Figure(look));
         }
         match outcome {
-            figure_panel::Outcome::Open => {}
-            figure_panel::Outcome::Closed => self.figure_open = false,
-            figure_panel::Outcome::Save => {
+            FigurePanelOutcome::Open => {}
+            FigurePanelOutcome::Closed => self.figure_open = false,
+            FigurePanelOutcome::Save => {
                 let ending = look.format.figure().ending();
                 self.dialogs.ask(Purpose::Plot, &self.file_name(name, ending), frame);
             }

@@ -2,16 +2,16 @@
 
 use egui::{RichText, Stroke, Ui};
 
-use crate::app::commands::Command;
+use crate::app::commands::WindowCommand;
+use crate::app::state::ViewState;
 use crate::app::theme;
-use crate::app::views::{Group, View, ViewState};
+use crate::app::views::{Group, View};
 
 /// Width from which on the groups and the views of one stand in one row, points.
 const ONE_ROW: f32 = 600.0;
 
 /// The tabs above the plots: groups on the left, the views of the one that is open behind them, or beneath.
-pub(super) fn show(ui: &mut Ui, shown: &mut View, views: &mut ViewState) {
-    views.remember(*shown);
+pub(super) fn show(ui: &mut Ui, shown: &mut View, views: &ViewState) {
     if ui.available_width() >= ONE_ROW {
         ui.horizontal(|ui| {
             groups(ui, shown, views);
@@ -51,7 +51,7 @@ fn views_of_group(ui: &mut Ui, shown: &mut View) {
         let color = if on { ui.visuals().strong_text_color() } else { ui.visuals().weak_text_color() };
         let text = RichText::new(view.label()).color(color);
         let button = egui::Button::new(text).frame_when_inactive(false).stroke(Stroke::NONE);
-        let response = ui.add(button).on_hover_text(Command::View(view).hint(ui.ctx()));
+        let response = ui.add(button).on_hover_text(WindowCommand::View(view).hint(ui.ctx()));
         response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Tab, true, on, view.label()));
         if on {
             let line = response.rect.bottom() + 1.0;

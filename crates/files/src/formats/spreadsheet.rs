@@ -3,6 +3,7 @@
 //! Every rule for text (header, row of units, comments, missing values) then counts for them too, and lines in messages are
 //! the sheet's rows.
 
+use sindyscope_core::study::Cancel;
 use std::fmt::Write;
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -60,10 +61,15 @@ fn sheets(bytes: &[u8]) -> Result<Vec<TextTable>, Flaw> {
 }
 
 /// The first sheet that reads as a table.
-pub(crate) fn read(file: &str, sheets: &[TextTable], choose: &Choose<'_>) -> Result<ColumnTable, ReadError> {
+pub(crate) fn read(
+    file: &str,
+    sheets: &[TextTable],
+    choose: &Choose<'_>,
+    cancel: &Cancel,
+) -> Result<ColumnTable, ReadError> {
     let mut first: Option<ReadError> = None;
     for (index, TextTable { name, text, head }) in sheets.iter().enumerate() {
-        match text::read(file, text.as_bytes(), head.as_ref(), choose) {
+        match text::read(file, text.as_bytes(), head.as_ref(), choose, cancel) {
             Ok(mut table) => {
                 if sheets.len() > 1 {
                     let others = sheets.iter().enumerate().filter(|(other, _)| *other != index);
@@ -72,6 +78,7 @@ pub(crate) fn read(file: &str, sheets: &[TextTable], choose: &Choose<'_>) -> Res
                 }
                 return Ok(table);
             }
+            Err(error) if matches!(*error.problem, ReadProblem::Cancelled) => return Err(error),
             Err(error) => {
                 // A sheet with a header says more of what is wrong than an empty or a described one.
                 let is_bare = |e: &ReadError| matches!(*e.problem, ReadProblem::Empty | ReadProblem::HeaderOnly(_));

@@ -11,6 +11,7 @@ use crate::heading::{Heading, label};
 use crate::selection::Selection;
 use crate::table::{Choose, ColumnTable, FIRST_ROWS, LARGEST, TableHead};
 use crate::words::printable;
+use sindyscope_core::study::Cancel;
 use sindyscope_values::record::units;
 
 /// Text separated by commas, semicolons, tabs or blanks.
@@ -23,6 +24,9 @@ pub(crate) const FORMAT: FileFormat = FileFormat {
 
 /// The header is looked for in this many rows.
 const HEAD_ROWS: usize = 200;
+
+/// Rows between two looks at whether the reading is still wanted.
+const ROWS_PER_CHECK: usize = 1024;
 
 /// What can stand between cells, the likeliest reading first: a comma may be part of a number, a blank part of a name.
 const SEPARATORS: [u8; 4] = [b';', b'\t', b',', b' '];
@@ -60,11 +64,12 @@ pub(crate) fn read(
     bytes: &[u8],
     head: Option<&TextHead>,
     choose: &Choose<'_>,
+    cancel: &Cancel,
 ) -> Result<ColumnTable, ReadError> {
     let head = head.ok_or_else(|| ReadError::new(file, ReadProblem::NotText))?;
     let bytes = head.text(bytes);
     let header = find_header(file, bytes, &head.readings, choose)?;
-    read_rows(file, bytes, header, choose)
+    read_rows(file, bytes, header, choose, cancel)
 }
 
 /// The names of the columns, and the first rows beneath them.
@@ -459,7 +464,13 @@ fn without_names(
     Err(ReadError::new(file, ReadProblem::NoHeader { line: first.line, columns }))
 }
 
-fn read_rows(file: &str, bytes: &[u8], header: Header, choose: &Choose<'_>) -> Result<ColumnTable, ReadError> {
+fn read_rows(
+    file: &str,
+    bytes: &[u8],
+    header: Header,
+    choose: &Choose<'_>,
+    cancel: &Cancel,
+) -> Result<ColumnTable, ReadError> {
     let Header { separator, headings, line: header_line, end, mut notices } = header;
     let selection = choose(&headings)?;
     let expected = headings.len();
@@ -480,6 +491,9 @@ fn read_rows(file: &str, bytes: &[u8], header: Header, choose: &Choose<'_>) -> R
         .collect();
     let needed = wanted.iter().max().map_or(0, |c| c + 1);
     while rows.advance() {
+        if lines.len() % ROWS_PER_CHECK == 0 && cancel.is_cancelled() {
+            return Err(ReadError::new(file, ReadProblem::Cancelled));
+        }
         let cells = rows.len();
         let surplus = (expected..cells).any(|c| !rows.cell(c).is_empty());
         if cells < needed || surplus {
