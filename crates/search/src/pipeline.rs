@@ -18,7 +18,7 @@ use super::structure::{Composition, choice};
 use super::words::titles;
 use nalgebra::{DMatrix, DVector};
 use sindyscope_core::refine::{
-    Bar, FitOptions, Landed, Point, Refined, Structure as _, climb, land, misfit, refine, shoot,
+    Bar, FitOptions, Goal, Landed, Point, Refined, Structure as _, climb, land, misfit, refine, shoot,
 };
 use sindyscope_core::study::Cancel;
 
@@ -271,7 +271,9 @@ impl Search {
         let data = &self.data;
         let whole = data.whole();
         let cancelled = || cancel.is_cancelled();
-        let goal = data.goal(WHOLE, Data::options(&cancelled, STEPS, bar));
+        // The base model is shown along whole records, however wrong it is.
+        let short_if_wrong = !composition.forms.is_empty();
+        let goal = Goal { short_if_wrong, ..data.goal(WHOLE, Data::options(&cancelled, STEPS, bar)) };
         let point = Point::new(composition, &whole, shared.to_vec(), false);
         let landed = land(composition, &whole, &point, goal)
             .map(|l| if l.whole { self.looked_through(composition, l, cancel) } else { l });

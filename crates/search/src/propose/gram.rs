@@ -1,6 +1,7 @@
 //! Scores of sets of columns: regressions on Gram matrices, each block of rows left out in turn.
 
 use nalgebra::DMatrix;
+use sindyscope_core::study::Cancel;
 
 /// Most columns that one regression takes.
 pub(super) const MOST: usize = 40;
@@ -24,9 +25,11 @@ pub(super) struct Solution {
 }
 
 impl Gram {
-    pub(super) fn new(columns: &[Vec<f64>], blocks: &[std::ops::Range<usize>]) -> Self {
+    /// Of a cancelled search the products are not all there.
+    pub(super) fn new(columns: &[Vec<f64>], blocks: &[std::ops::Range<usize>], cancel: &Cancel) -> Self {
         let blocks: Vec<(f64, DMatrix<f64>)> = blocks
             .iter()
+            .take_while(|_| !cancel.is_cancelled())
             .map(|rows| {
                 let part = DMatrix::from_fn(rows.len(), columns.len(), |i, j| columns[j][rows.start + i]);
                 (rows.len() as f64, part.tr_mul(&part))
@@ -119,7 +122,7 @@ mod tests {
         let a: Vec<f64> = (0..40).map(|k| (0.3 * f64::from(k)).sin()).collect();
         let b: Vec<f64> = (0..40).map(|k| (0.7 * f64::from(k)).cos()).collect();
         let y: Vec<f64> = a.iter().zip(&b).map(|(a, b)| 2.0 * a - 3.0 * b).collect();
-        let gram = Gram::new(&[y, a, b], &[0..20, 20..40]);
+        let gram = Gram::new(&[y, a, b], &[0..20, 20..40], &Cancel::default());
         let solution = gram.solve(&[1, 2]).expect("independent columns");
         assert!((solution.coefficients[0] - 2.0).abs() < 1e-6 && solution.left.abs() < 1e-6);
         assert!(gram.predictive(&[1, 2], 1.0) > gram.predictive(&[1], 1.0));

@@ -70,6 +70,7 @@ enum Step {
 /// The data and the present model as a regression.
 struct Regression<'a> {
     data: &'a Data,
+    cancel: &'a Cancel,
     forms: &'a [Form],
     present: &'a Composition,
     inner: &'a InnerValues,
@@ -98,12 +99,12 @@ impl Data {
         forms: &[Form],
         cancel: &Cancel,
     ) -> Vec<Proposal> {
-        let mut regression = Regression::new(self, present, inner, forms);
+        let mut regression = Regression::new(self, present, inner, forms, cancel);
         if regression.rows.len() < 4 * (regression.base.len() + 2) {
             return Vec::new();
         }
-        let mut points = regression.points(cancel);
-        let found = regression.search(&mut points, cancel);
+        let mut points = regression.points();
+        let found = regression.search(&mut points);
         if cancel.is_cancelled() {
             return Vec::new();
         }
@@ -130,8 +131,8 @@ impl Data {
         forms: &[Form],
         cancel: &Cancel,
     ) -> Option<Proposal> {
-        let mut regression = Regression::new(self, present, inner, forms);
-        let mut points = regression.points(cancel);
+        let mut regression = Regression::new(self, present, inner, forms, cancel);
+        let mut points = regression.points();
         let mut found = Found::new();
         let all: Vec<usize> = (0..forms.len()).filter(|k| !forms[*k].is_outside()).collect();
         let mut chosen: Vec<usize> = Vec::new();
@@ -145,7 +146,7 @@ impl Data {
         let gram = regression.gram();
         regression.note(&gram, &points, vec![chosen], &mut found);
         for _ in 0..ZOOMS {
-            regression.zoom(&mut points, &mut found, 1, cancel);
+            regression.zoom(&mut points, &mut found, 1);
         }
         let set = found.into_values().next().map(|(_, set)| set)?;
         let mut start = regression.proposal(&set, &points)?;
@@ -164,11 +165,18 @@ impl Data {
 }
 
 impl<'a> Regression<'a> {
-    fn new(data: &'a Data, present: &'a Composition, inner: &'a InnerValues, forms: &'a [Form]) -> Self {
+    fn new(
+        data: &'a Data,
+        present: &'a Composition,
+        inner: &'a InnerValues,
+        forms: &'a [Form],
+        cancel: &'a Cancel,
+    ) -> Self {
         let paths: Vec<MeasuredPath> = data.fit().iter().map(|s| MeasuredPath::new(data, s)).collect();
         let rows = Rows::new(data, &paths);
         let mut new = Self {
             data,
+            cancel,
             forms,
             present,
             inner,
@@ -191,7 +199,7 @@ impl<'a> Regression<'a> {
     /// Whitens against the noise that passes the base model as a plain regression has it.
     fn whiten(&mut self) {
         let columns = self.base_columns();
-        let gram = Gram::new(&columns, std::slice::from_ref(&(0..self.rows.len())));
+        let gram = Gram::new(&columns, std::slice::from_ref(&(0..self.rows.len())), self.cancel);
         let all: Vec<usize> = (1..columns.len()).collect();
         let solution = gram.solve(&all).map(|s| s.coefficients).unwrap_or_default();
         let composed = self.present.compose(self.inner);
@@ -345,8 +353,8 @@ impl<'a> Regression<'a> {
     }
 
     /// The best points of every form's grid, with their columns in the pool.
-    fn points(&mut self, cancel: &Cancel) -> Vec<GridPoint> {
-        let base = Gram::new(&self.pool, std::slice::from_ref(&(0..self.rows.len())));
+    fn points(&mut self) -> Vec<GridPoint> {
+        let base = Gram::new(&self.pool, std::slice::from_ref(&(0..self.rows.len())), self.cancel);
         let of_base: Vec<usize> = (1..self.pool.len()).collect();
         let alone = base.solve(&of_base).map_or(f64::INFINITY, |s| s.left);
         let grid: Vec<(usize, Vec<f64>, Vec<Step>)> = self
@@ -362,7 +370,7 @@ impl<'a> Regression<'a> {
         type Built = (f64, Vec<Vec<f64>>, GridPoint);
         let built: Vec<Built> = grid
             .into_par_iter()
-            .filter(|_| !cancel.is_cancelled())
+            .filter(|_| !self.cancel.is_cancelled())
             .filter_map(|(form, inner, step)| {
                 let (columns, replaces, rewrites) = self.of_form(&self.forms[form], &inner);
                 let left = self.left_alone(&columns, &replaces, rewrites, form)?;
@@ -398,13 +406,13 @@ impl<'a> Regression<'a> {
             .collect();
         let first = all.len();
         all.extend(columns.iter().cloned());
-        let gram = Gram::new(&all, std::slice::from_ref(&(0..self.rows.len())));
+        let gram = Gram::new(&all, std::slice::from_ref(&(0..self.rows.len())), self.cancel);
         let solution = gram.solve(&(1..all.len()).collect::<Vec<_>>())?;
         signs_hold(&self.forms[form], &solution.coefficients[first - 1 + rewrites..]).then_some(solution.left)
     }
 
     fn gram(&self) -> Gram {
-        Gram::new(&self.pool, &self.rows.blocks)
+        Gram::new(&self.pool, &self.rows.blocks, self.cancel)
     }
 
     /// The columns of a set: the base's that are not replaced, then each effect's.
@@ -419,7 +427,7 @@ impl<'a> Regression<'a> {
         let columns = self.columns_of(set, points);
         let chosen: Vec<Vec<f64>> =
             std::iter::once(0).chain(columns.iter().copied()).map(|c| self.pool[c].clone()).collect();
-        let gram = Gram::new(&chosen, std::slice::from_ref(&(0..self.rows.len())));
+        let gram = Gram::new(&chosen, std::slice::from_ref(&(0..self.rows.len())), self.cancel);
         gram.solve(&(1..chosen.len()).collect::<Vec<_>>()).map_or(f64::NEG_INFINITY, |s| -s.left)
     }
 
@@ -447,7 +455,7 @@ impl<'a> Regression<'a> {
             .into_par_iter()
             .filter_map(|set| {
                 let columns = self.columns_of(&set, points);
-                if columns.len() > MOST {
+                if columns.len() > MOST || self.cancel.is_cancelled() {
                     return None;
                 }
                 let solution = gram.solve(&columns)?;
@@ -469,7 +477,7 @@ impl<'a> Regression<'a> {
     }
 
     /// Singles, pairs, the best pairs with a third, and finer grids about what they hold.
-    fn search(&mut self, points: &mut Vec<GridPoint>, cancel: &Cancel) -> Found {
+    fn search(&mut self, points: &mut Vec<GridPoint>) -> Found {
         let gram = self.gram();
         let mut found = Found::new();
         self.note(&gram, points, vec![Vec::new()], &mut found);
@@ -488,8 +496,8 @@ impl<'a> Regression<'a> {
         }
         self.note(&gram, points, thirds, &mut found);
         for _ in 0..ZOOMS {
-            if !cancel.is_cancelled() {
-                self.zoom(points, &mut found, ZOOMED, cancel);
+            if !self.cancel.is_cancelled() {
+                self.zoom(points, &mut found, ZOOMED);
             }
         }
         found
@@ -498,6 +506,9 @@ impl<'a> Regression<'a> {
     /// For each two forms the pair of points that leaves least.
     fn pairs(&self, gram: &Gram, points: &[GridPoint]) -> Vec<Vec<usize>> {
         let of_first = |a: usize| {
+            if self.cancel.is_cancelled() {
+                return Vec::new();
+            }
             let mut best: HashMap<usize, (f64, usize)> = HashMap::new();
             for b in a + 1..points.len() {
                 if !self.go_together(&[a], b, points) {
@@ -541,11 +552,11 @@ impl<'a> Regression<'a> {
     }
 
     /// Tries points between those of the grid about what the best sets hold, one inner quantity at a time.
-    fn zoom(&mut self, points: &mut Vec<GridPoint>, found: &mut Found, beam: usize, cancel: &Cancel) {
+    fn zoom(&mut self, points: &mut Vec<GridPoint>, found: &mut Found, beam: usize) {
         let sets: Vec<Vec<usize>> = (1..=3).flat_map(|n| best_of(found, n, beam)).collect();
         let mut about: HashMap<usize, Vec<usize>> = HashMap::new();
         for p in sets.iter().flatten() {
-            if about.contains_key(p) || points[*p].inner.is_empty() || cancel.is_cancelled() {
+            if about.contains_key(p) || points[*p].inner.is_empty() || self.cancel.is_cancelled() {
                 continue;
             }
             let new = between(&points[*p], &self.forms[points[*p].form]);
@@ -617,7 +628,7 @@ impl<'a> Regression<'a> {
         let columns = self.columns_of(set, points);
         let chosen: Vec<Vec<f64>> =
             std::iter::once(0).chain(columns.iter().copied()).map(|c| self.pool[c].clone()).collect();
-        let gram = Gram::new(&chosen, std::slice::from_ref(&(0..self.rows.len())));
+        let gram = Gram::new(&chosen, std::slice::from_ref(&(0..self.rows.len())), self.cancel);
         let solution = gram.solve(&(1..chosen.len()).collect::<Vec<_>>())?;
         let value: HashMap<usize, f64> =
             columns.iter().zip(&solution.coefficients).map(|(c, x)| (*c, x / self.scales[*c])).collect();
