@@ -124,7 +124,9 @@ impl Search {
                     continue;
                 }
                 let start = self.part_of(&base, &tried.sets[whole].fitted, &part, tried, cancel);
-                tried.sets.extend(start.and_then(|start| self.fitted_set(start, part, None, cancel)));
+                // A bar of its own: its effort is bounded as a rival's is, and it is not given up.
+                let bar = Bar::default();
+                tried.sets.extend(start.and_then(|start| self.fitted_set(start, part, Some(&bar), cancel)));
             }
         }
     }
@@ -193,7 +195,7 @@ impl Search {
             let composition = &fitted.composition;
             let transferred = composition.transferred(&fitted.parameters, &first.composition, &first.parameters).row();
             let again = (k != best)
-                .then(|| self.landed(composition, &composition.clamped(&transferred), None, cancel))
+                .then(|| self.landed(composition, &composition.clamped(&transferred), Some(&Bar::default()), cancel))
                 .flatten();
             let by_stretches = self.by_stretches(&fitted, cancel);
             let landed = [again, by_stretches].into_iter().flatten().filter(|l| l.whole);
