@@ -19,7 +19,7 @@ use super::effects::{Direction, Form};
 use super::parameters::{InnerValues, Parameters};
 use super::rule::{BEAM, CRUMB, KEPT_POINTS, LEAD, LIKE, PUSHING, QUOTAS, ZOOMED, ZOOMS};
 use super::site::Placed;
-use super::structure::{Composed, Composition};
+use super::structure::{Composed, Composition, counted_from};
 use gram::{Gram, MOST};
 use path::MeasuredPath;
 pub(super) use path::usual_speed;
@@ -28,7 +28,7 @@ use sindyscope_core::parallel::prelude::*;
 use sindyscope_core::refine::Structure as _;
 use sindyscope_core::signal::dot;
 use sindyscope_core::study::Cancel;
-use sindyscope_values::term::{Expression, Symbol};
+use sindyscope_values::term::{Expression, Symbol, Term};
 
 /// A set of effects with the values that its fit starts from.
 #[derive(Clone, Debug)]
@@ -346,9 +346,18 @@ impl<'a> Regression<'a> {
             columns.extend(self.columns(&own));
             return (columns, (first..first + rewrites).chain(1..first).collect(), rewrites);
         }
-        let replaces = addition.replaces.iter().filter_map(|gone| composed.terms.iter().position(|t| t == gone));
+        // Displacements count from the equilibrium here as in the present model's own terms.
+        let from_there = |term: &Term| match self.inner.equilibrium {
+            Some(equilibrium) if equilibrium != 0.0 => counted_from(term, equilibrium),
+            _ => term.clone(),
+        };
+        let plain = self.present.plain_terms(self.inner);
+        let replaces = addition.replaces.iter().filter_map(|gone| plain.iter().position(|t| t == gone));
         let replaces = replaces.map(|k| first + k).collect();
-        let own = Composed { terms: addition.terms, internals: addition.internals, ..composed };
+        let mut internals = addition.internals;
+        internals.iter_mut().flat_map(|e| &mut e.terms).for_each(|t| t.term = from_there(&t.term));
+        let terms = addition.terms.iter().map(|t| t.map(from_there)).collect();
+        let own = Composed { terms, internals, ..composed };
         (self.columns(&own), replaces, 0)
     }
 
