@@ -58,8 +58,6 @@ pub(super) struct Fold {
     pub(super) first: (f64, usize),
 }
 
-impl Fold {}
-
 impl Fitted {
     /// A series per run put together again: one a fitted record, its sensors' series one behind the other.
     pub(super) fn by_record(&self, per_run: &[Vec<f64>]) -> Vec<Vec<f64>> {

@@ -11,7 +11,7 @@ use super::outcome::Choice;
 use super::parameters::{InnerValues, Parameters};
 use super::progress::Progress;
 use super::propose::Proposal;
-use super::rule::{BORNE, CLOSE_GAIN, EXPLAINS, HOPELESS, LEAD, SHOWN};
+use super::rule::{BORNE, CLOSE_GAIN, CLOSED, EXPLAINS, FAR_BEHIND, HOPELESS, LEAD, SETTLED, SHOWN};
 use super::ruling::Tried;
 use super::search::{Listener, Search};
 use super::structure::{Composition, choice};
@@ -22,11 +22,6 @@ use sindyscope_core::refine::{
 };
 use sindyscope_core::study::Cancel;
 
-/// The parts of so many of the best sets are fitted.
-const CLOSED: usize = 2;
-/// So many rivals are fitted once more from where the best set landed, unless they leave so many times its sum of squares.
-const SETTLED: usize = 3;
-const FAR_BEHIND: f64 = 9.0;
 /// Factors of a range in which a quantity is looked for, and places in it.
 const LOOKED_THROUGH: [f64; 3] = [10.0, 1.3, 1.05];
 const PLACES: usize = 12;

@@ -65,6 +65,9 @@ pub(super) const QUOTAS: [usize; 3] = [6, 4, 2];
 /// tell from it.
 pub(super) const LIKE: usize = 2;
 
+/// Share of a frequency within which another is the same in a motion whose frequency changes with its amplitude.
+pub(super) const LOCKED: f64 = 0.2;
+
 // --- fitting
 
 /// Times the noise that a set which explains the data leaves at most, on the data fitted and on those never fitted.
@@ -76,3 +79,9 @@ pub(super) const CLOSE_GAIN: f64 = 0.05;
 pub(super) const SHOWN: usize = 2;
 /// A fit that leaves so many times the least sum of squares has lost: its damper's sign is not asked for.
 pub(super) const HOPELESS: f64 = 4.0;
+/// The parts of so many of the best sets are fitted.
+pub(super) const CLOSED: usize = 2;
+/// So many rivals are fitted once more from where the best set landed.
+pub(super) const SETTLED: usize = 3;
+/// Times the best set's sum of squares from which a rival is too far behind for that.
+pub(super) const FAR_BEHIND: f64 = 9.0;

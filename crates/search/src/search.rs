@@ -13,7 +13,7 @@ use super::outcome::{Blind, Choice, Evidence, Finding, Round, Stage};
 use super::parameters::Parameters;
 use super::progress::Progress;
 use super::propose::usual_speed;
-use super::rule::{FAR, MATTERS_NOISES};
+use super::rule::{FAR, LOCKED, MATTERS_NOISES};
 use super::ruling::{Decision, Tried};
 use super::screen::Motion;
 use super::site::Placed;
@@ -97,8 +97,6 @@ pub(super) enum Depth {
 
 /// Weights of the oscillator that a base model's start leans towards, beside those of the data.
 const PRIORS: [f64; 2] = [1e-3, 1.0];
-/// Share of a frequency within which another is the same in a motion whose frequency changes with its amplitude.
-const LOCKED: f64 = 0.2;
 impl Search {
     /// Prepares records of one mass or several.
     ///
