@@ -35,7 +35,7 @@ pub(super) struct DiagnoseOptions {
     max_effects: u8,
 
     #[command(flatten)]
-    unused: Unused,
+    settings: StudySettings,
 
     /// Write the result as JSON (`-`: to standard output, and nothing else there)
     #[arg(long, value_name = "FILE", help_heading = "Output")]
@@ -50,12 +50,19 @@ const UNUSED: [(&str, &str); 4] = [
     ("ridge", "no coefficient is shrunk"),
 ];
 
-/// Options of `identify` that change nothing here.
-#[derive(Clone, Debug, Default)]
-struct Unused(Given<Settings>);
+/// The setting of a study that counts here too.
+const INITIAL: &str = "initial";
 
-impl Args for Unused {
+/// Settings of a study: one that counts, and those that change nothing here.
+#[derive(Clone, Debug, Default)]
+struct StudySettings {
+    given: Given<Settings>,
+    initial: Option<usize>,
+}
+
+impl Args for StudySettings {
     fn augment_args(command: Command) -> Command {
+        let command = command.arg(table::option(setting(INITIAL)));
         UNUSED.iter().fold(command, |command, (name, instead)| {
             let option = table::option(setting(name)).help(format!("Changes nothing here: {instead}"));
             command.arg(option.help_heading("Options of identify that are taken without effect"))
@@ -67,9 +74,12 @@ impl Args for Unused {
     }
 }
 
-impl FromArgMatches for Unused {
+impl FromArgMatches for StudySettings {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        Ok(Self(table::given(matches, UNUSED.iter().map(|(name, _)| setting(name)))))
+        let mut settings = Settings::default();
+        table::given(matches, [setting(INITIAL)]).apply(&mut settings).map_err(table::unfit)?;
+        let given = table::given(matches, UNUSED.iter().map(|(name, _)| setting(name)));
+        Ok(Self { given, initial: settings.initial })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
@@ -85,13 +95,18 @@ pub(super) fn run(options: &DiagnoseOptions, progress: &ProgressLine) -> Command
     progress.stage("reading");
     let records = options.source.read()?;
     let base = options.terms.as_ref();
-    let diagnosis = search(&records, base, &options.lock, options.max_effects, progress)?;
+    let mut ask = ask(base, &options.lock, options.max_effects)?;
+    ask.initial = options.settings.initial;
+    let diagnosis = search(&records, &ask, progress)?;
     if let Some(json) = json::write(options.json.as_deref(), &diagnosed::result(&diagnosis, &records))? {
         return Ok(json);
     }
     let mut text = document::walk(&diagnosis, &records);
-    let unused: Vec<String> =
-        UNUSED.iter().filter(|(name, _)| options.unused.0.has(name)).map(|(name, _)| format!("--{name}")).collect();
+    let unused: Vec<String> = UNUSED
+        .iter()
+        .filter(|(name, _)| options.settings.given.has(name))
+        .map(|(name, _)| format!("--{name}"))
+        .collect();
     if !unused.is_empty() {
         text.push_str(&format!("{} changed nothing: diagnose neither smooths nor thresholds.\n", unused.join(", ")));
     }
@@ -106,14 +121,8 @@ pub(super) fn first_order() -> Failure {
     .try_this("leave out --kind first-order and give the displacement alone, with --columns x=NAME")
 }
 
-/// Walks through the records on its own.
-pub(super) fn search(
-    records: &RecordSet,
-    base: Option<&Terms>,
-    known: &[Terms],
-    max_effects: u8,
-    progress: &ProgressLine,
-) -> Result<Diagnosis, Failure> {
+/// What is asked of a search.
+pub(super) fn ask(base: Option<&Terms>, known: &[Terms], max_effects: u8) -> Result<Ask, Failure> {
     let lists: Vec<Vec<Term>> = known.iter().map(Terms::for_all).collect::<Result<_, _>>()?;
     let mut ask = Ask { known: lists.concat(), max_effects: usize::from(max_effects), ..Ask::default() };
     for part in base.iter().flat_map(|terms| &terms.0) {
@@ -123,8 +132,13 @@ pub(super) fn search(
         };
         list.extend(part.entries.iter().cloned());
     }
+    Ok(ask)
+}
+
+/// Walks through the records on its own.
+pub(super) fn search(records: &RecordSet, ask: &Ask, progress: &ProgressLine) -> Result<Diagnosis, Failure> {
     progress.stage("looking at the records");
-    let search = Search::new(records, &ask)?;
+    let search = Search::new(records, ask)?;
     if let Some((record, _)) = records.entries.first() {
         let layout = record.layout(Kind::SecondOrder);
         let units = Units::from_record(record, &layout);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 
 use super::json::{VERSION, equations};
-use sindyscope_search::{Candidate, Diagnosis, Finding, Gap, Lead, Parameter, RecordScore, Round, Stage, Step};
+use sindyscope_search::{Candidate, Diagnosis, Finding, FreeRun, Gap, Lead, Parameter, RecordScore, Round, Step};
 use sindyscope_values::model::{Model, Units};
 use sindyscope_values::record::RecordSet;
 
@@ -14,23 +14,26 @@ pub(super) fn result(diagnosis: &Diagnosis, records: &RecordSet) -> Value {
     let units = |model: &Model| {
         records.entries.first().map_or_else(Units::default, |(r, _)| Units::from_record(r, &model.layout))
     };
-    let stage = |stage: Option<&Stage>| {
-        stage.map_or(Value::Null, |s| json!({ "equations": equations(&s.model, &units(&s.model)), "gap": gap(&s.gap) }))
+    let stage = |k: Option<usize>| {
+        k.and_then(|k| Some((diagnosis.stages.get(k)?, diagnosis.scores_of(k)))).map_or(
+            Value::Null,
+            |(s, scores)| json!({ "equations": equations(&s.model, &units(&s.model)), "gap": gap(&s.gap, scores) }),
+        )
     };
     json!({
         "version": VERSION,
         "verdict": diagnosis.verdict.word(),
         "explained": diagnosis.explained,
         "noise_floor": diagnosis.noise_floor,
-        "base": stage(diagnosis.stages.first().map(|s| &**s)),
+        "base": stage(Some(0)),
         "steps": diagnosis.steps().iter().map(step).collect::<Vec<_>>(),
         "remaining": {
             "significant": diagnosis.remaining.significant,
             "p_value": diagnosis.remaining.p_value,
             "note": diagnosis.remaining.note,
         },
-        "final": stage(diagnosis.stages.last().map(|s| &**s)),
-        "records": diagnosis.records.iter().map(record).collect::<Vec<_>>(),
+        "final": stage(diagnosis.stages.len().checked_sub(1)),
+        "records": diagnosis.records().iter().map(record).collect::<Vec<_>>(),
         "elapsed_ms": diagnosis.elapsed_ms,
         "sentence": diagnosis.sentence,
         "notices": diagnosis.notices,
@@ -40,14 +43,19 @@ pub(super) fn result(diagnosis: &Diagnosis, records: &RecordSet) -> Value {
     })
 }
 
-fn gap(gap: &Gap) -> Value {
+/// Errors of the free run; those over stretches as long as the horizon stand beside them.
+fn gap(gap: &Gap, scores: &[RecordScore]) -> Value {
+    let train =
+        FreeRun::over(scores, true).unwrap_or(FreeRun { rmse: Some(gap.train_rmse), nrmse: Some(gap.train_nrmse) });
+    let test = FreeRun::over(scores, false).unwrap_or(FreeRun { rmse: gap.test_rmse, nrmse: gap.test_nrmse });
     json!({
-        "train_rmse": gap.train_rmse,
-        "test_rmse": gap.test_rmse,
-        "train_nrmse": gap.train_nrmse,
-        "test_nrmse": gap.test_nrmse,
+        "train_rmse": train.rmse,
+        "test_rmse": test.rmse,
+        "train_nrmse": train.nrmse,
+        "test_nrmse": test.nrmse,
         "horizon": gap.horizon,
         "rmse_at_horizon": gap.train_rmse,
+        "test_rmse_at_horizon": gap.test_rmse,
     })
 }
 
@@ -65,7 +73,7 @@ fn step(step: &Step<'_>) -> Value {
         "equations": step.added.equations.iter().cloned().collect::<BTreeMap<_, _>>(),
         "where": step.round.place.words(),
         "parameters": step.added.parameters.iter().map(parameter).collect::<Vec<_>>(),
-        "gap": gap(&step.after.gap),
+        "gap": gap(&step.after.gap, step.scores),
         "why": step.candidate.why,
         "evidence": step.round.lead.as_ref().map(evidence),
         "delta_bic": named,

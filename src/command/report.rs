@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::analysis::analyse;
-use super::diagnose::{MAX_EFFECTS, first_order, search};
+use super::diagnose::{MAX_EFFECTS, ask, first_order, search};
 use super::failure::Failure;
 use super::progress::ProgressLine;
 use super::request::{StudyOptions, StudyRequest, Terms};
@@ -84,7 +84,11 @@ pub(super) fn run(options: &ReportOptions, progress: &ProgressLine) -> CommandRe
     }
     let analysis = analyse(study, progress)?;
     let diagnosis = match document.diagnose {
-        true => Some(search(&analysis.records, document.base.as_ref(), &[], document.max_effects, progress)?),
+        true => {
+            let mut ask = ask(document.base.as_ref(), &[], document.max_effects)?;
+            ask.initial = analysis.outcome.settings.initial;
+            Some(search(&analysis.records, &ask, progress)?)
+        }
         false => None,
     };
     let command = StudyRequest { document: Some(document.clone()), ..analysis.done.clone() };

@@ -56,6 +56,8 @@ pub(super) struct Data {
     pub(super) series: Vec<Series>,
     /// Number of fitted records.
     pub(super) fitted: usize,
+    /// Samples of a held-out record that its initial state is estimated from, and that its score leaves out.
+    pub(super) initial: Option<usize>,
     /// Standard deviation of the first sensor's noise, without a model; of all weighted residuals that of their noise.
     pub(super) noise: f64,
     /// The displacement comes in steps that are coarser than its noise.
@@ -84,7 +86,7 @@ const COARSE: f64 = 2.0;
 pub(super) const LEAST_NOISE: f64 = 1e-6;
 
 impl Data {
-    pub(super) fn new(records: &RecordSet) -> Result<Self, GapError> {
+    pub(super) fn new(records: &RecordSet, initial: Option<usize>) -> Result<Self, GapError> {
         let kind = Kind::SecondOrder;
         let layout = records.layout(kind).map_err(GapError::Records)?;
         let fit: Vec<&Arc<Record>> = records.with(Usage::Fit).collect();
@@ -92,6 +94,12 @@ impl Data {
         if let Some(short) = fit.iter().chain(&records.with(Usage::HeldOut).collect::<Vec<_>>()).find(|r| r.len() < 100)
         {
             return Err(GapError::TooShort { record: short.name.clone(), samples: short.len() });
+        }
+        if let Some((initial, record)) =
+            initial.and_then(|n| Some((n, records.with(Usage::HeldOut).find(|r| r.len() <= n)?)))
+        {
+            let (name, samples) = (record.name.clone(), record.len());
+            return Err(GapError::NothingToScore { record: name, samples, initial });
         }
         let samples: usize = fit.iter().map(|r| r.len()).sum();
         let mut notices = Vec::new();
@@ -183,6 +191,7 @@ impl Data {
             weights,
             series,
             fitted,
+            initial: initial.map(|n| n.div_ceil(stride)),
             noise,
             stepped: coarsest.is_some(),
             self_sustained: still && sustained(&fitted_series),

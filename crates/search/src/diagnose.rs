@@ -67,8 +67,8 @@ impl Search {
         (started, cancel): (Stopwatch, &Cancel),
     ) -> Diagnosis {
         let held = stages.last().map(|stage| self.said_of(stage)).unwrap_or_default();
-        let last = stages.last().and_then(|stage| stage.fit.0.as_ref());
-        let records = last.map(|fitted| self.record_scores(fitted, cancel)).unwrap_or_default();
+        let score = |stage: &Arc<Stage>| stage.fit.0.as_ref().map(|fitted| self.record_scores(fitted, cancel));
+        let scores = stages.iter().map(|stage| score(stage).unwrap_or_default()).collect();
         Diagnosis {
             verdict,
             explained: !remaining.significant,
@@ -78,7 +78,7 @@ impl Search {
             blind: self.audit.blind.clone(),
             rounds,
             stages,
-            records,
+            scores,
             remaining,
             elapsed_ms: started.milliseconds(),
         }

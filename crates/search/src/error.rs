@@ -17,6 +17,16 @@ pub enum GapError {
         /// Its samples.
         samples: usize,
     },
+    /// A held-out record has no sample after those that its initial state is estimated from.
+    #[error("record `{record}` has {samples} samples: none is left to score after {initial} for the initial state")]
+    NothingToScore {
+        /// The record.
+        record: String,
+        /// Its samples.
+        samples: usize,
+        /// Samples for the initial state.
+        initial: usize,
+    },
     /// A base term uses what the records do not have.
     #[error("the base model's term {term} uses {symbol}, which the records do not have")]
     Symbol {
@@ -56,6 +66,7 @@ impl GapError {
             Self::TooShort { .. } => vec![Remedy::to_do(
                 "give a longer record, or one that was sampled faster: ten periods at forty samples each are plenty",
             )],
+            Self::NothingToScore { .. } => vec![Remedy::to_do("estimate the initial state from fewer samples")],
             Self::Symbol { .. } => vec![Remedy::LinearBase, Remedy::columns([("u", "NAME")])],
             Self::Acceleration(_) => vec![Remedy::OtherBase, Remedy::Identify { what: "takes accelerations" }],
             Self::Base => vec![

@@ -9,7 +9,9 @@ use super::outcome::{Beginnings, Gap};
 use super::parameters::{InnerValues, Parameters};
 use super::site::{Placed, accelerations};
 use super::structure::Composition;
-use sindyscope_core::refine::{Bar, FitOptions, Goal, Landed, Output, Point, Refined, Run, climb, levels, shoot};
+use sindyscope_core::refine::{
+    Bar, FitOptions, Goal, Landed, Output, Point, Refined, Run, climb, levels, refine, respond, shoot,
+};
 use sindyscope_core::signal::{dot, mean_and_variance, rms};
 use sindyscope_core::sparse::OrthonormalBasis;
 use sindyscope_core::study::Cancel;
@@ -309,6 +311,12 @@ impl Data {
         let mut held_out = Vec::new();
         let (mut folds, mut refitted) = (Vec::new(), Vec::new());
         for s in self.held_out() {
+            if let Some(initial) = self.initial {
+                let (followed, fold) = self.predicted_after(initial, &composition, &refined.point.shared, s, cancel);
+                folds.push(fold.unwrap_or_else(|| lost(&[s.run()])));
+                held_out.push(followed);
+                continue;
+            }
             let runs = [Run { record: 0, ..s.run() }];
             let fit = self.follow(&composition, &refined.point.shared, &runs, expected, cancel);
             folds.push(fold(&fit, &runs));
@@ -360,6 +368,39 @@ impl Data {
             held_out,
             gap,
         }
+    }
+
+    /// The response along a held-out record whose initial state is estimated from its first `initial` samples alone, and its
+    /// errors on the others; nothing where it does not last.
+    fn predicted_after(
+        &self,
+        initial: usize,
+        composition: &Composition,
+        shared: &[f64],
+        s: &Series,
+        cancel: &Cancel,
+    ) -> (Followed, Option<Fold>) {
+        let cancelled = || cancel.is_cancelled();
+        let frozen = FitOptions { frozen: true, driven: true, ..Self::options(&cancelled, FEW_STEPS, None) };
+        let run = Run { record: 0, ..s.run() };
+        let opening = [run.part(0..initial)];
+        let start = Point::new(composition, &opening, shared.to_vec(), true);
+        let simulated = || {
+            let found = refine(composition, &opening, &start, frozen)?.point;
+            Some((respond(composition, std::slice::from_ref(&run), &found, frozen)?.pop()?, found))
+        };
+        let Some((simulated, found)) = simulated() else { return (Followed::default(), None) };
+        let errors: Vec<f64> = run.target().zip(&simulated).map(|(y, m)| y - m).collect();
+        let scored: Vec<&[f64]> = errors.chunks(run.range.len()).filter_map(|sensor| sensor.get(initial..)).collect();
+        let fold = Fold {
+            rss: scored.iter().map(|e| dot(e, e)).sum(),
+            samples: scored.iter().map(|e| e.len()).sum(),
+            passing: 0,
+            first: scored.first().map_or((0.0, 0), |e| (dot(e, e), e.len())),
+        };
+        let stretches = found.own.first().map(|own| (run.range.clone(), own.clone())).into_iter().collect();
+        let beginnings = Beginnings { stretches, offsets: found.offsets };
+        (Followed { simulated, beginnings }, Some(fold))
     }
 
     /// Coefficients of terms to start from: with `L` the response of a linear oscillator of the motion's frequency,

@@ -145,8 +145,12 @@ pub(super) struct FoundConclusion {
     pub(super) verdict: Verdict,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) explained: Option<bool>,
+    /// Of the last of these models.
     #[serde(default)]
     pub(super) records: Vec<RecordScore>,
+    /// Of those before it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) earlier: Vec<Vec<RecordScore>>,
     pub(super) sentence: String,
     pub(super) notices: Vec<String>,
     pub(super) remaining: Remaining,
@@ -202,7 +206,8 @@ impl Found {
                 sentence: diagnosis.sentence.clone(),
                 notices: diagnosis.notices.clone(),
                 remaining: diagnosis.remaining.clone(),
-                records: diagnosis.records.clone(),
+                records: diagnosis.records().to_vec(),
+                earlier: diagnosis.scores.split_last().map(|(_, before)| before.to_vec()).unwrap_or_default(),
                 models: diagnosis.stages.iter().map(|stage| pool.place(stage)).collect(),
                 looks: diagnosis.rounds.len(),
                 elapsed_ms: diagnosis.elapsed_ms,

@@ -69,7 +69,7 @@ pub use outcome::{
     MissingForce, Parameter, Place, Profile, Remaining, Round, SensorTrace, Stage, Standing, Test, Trace, Verdict,
 };
 pub use progress::Progress;
-pub use records::{RecordScore, StretchScore};
+pub use records::{FreeRun, RecordScore, StretchScore};
 pub use restore::Restored;
 pub use search::{Ask, Listener, Search};
 pub use site::Site;

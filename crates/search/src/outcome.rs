@@ -425,8 +425,8 @@ pub struct Diagnosis {
     pub rounds: Vec<Round>,
     /// The base, then the stage after each effect that was added.
     pub stages: Vec<Arc<Stage>>,
-    /// What the last model leaves on each record, fitted ones first.
-    pub records: Vec<RecordScore>,
+    /// What each stage leaves on each record, fitted ones first: one list a stage.
+    pub scores: Vec<Vec<RecordScore>>,
     /// Whether what remains is significant, and what these data could still hide.
     pub remaining: Remaining,
     /// Time that it took, ms.

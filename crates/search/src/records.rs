@@ -38,6 +38,36 @@ pub struct StretchScore {
     pub rmse: f64,
 }
 
+/// The error of free runs over several records together; nothing where one of them leaves the data's range.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FreeRun {
+    /// RMSE of the first sensor.
+    pub rmse: Option<f64>,
+    /// The same over the standard deviation of the records.
+    pub nrmse: Option<f64>,
+}
+
+impl FreeRun {
+    /// Of the fitted records, or of those held out. None where whole records were followed at once: then a [`Gap`] has these
+    /// figures.
+    ///
+    /// [`Gap`]: super::Gap
+    pub fn over(scores: &[RecordScore], fitted: bool) -> Option<Self> {
+        let own: Vec<&RecordScore> = scores.iter().filter(|s| s.fitted == fitted).collect();
+        if own.iter().all(|s| s.stretches.is_none()) {
+            return None;
+        }
+        let sum = |of: &dyn Fn(&RecordScore) -> Option<f64>| -> Option<f64> {
+            own.iter().map(|s| Some(of(s)?.powi(2) * s.samples as f64)).sum()
+        };
+        let samples = own.iter().map(|s| s.samples as f64).sum::<f64>();
+        let squares = sum(&|s| s.rmse);
+        let spread = sum(&|s| Some(s.rmse? / s.nrmse?));
+        let nrmse = squares.zip(spread).map(|(s, d)| (s / d).sqrt());
+        Some(Self { rmse: squares.map(|s| (s / samples).sqrt()), nrmse })
+    }
+}
+
 impl Search {
     /// What a model leaves on each record, fitted ones first.
     pub(super) fn record_scores(&self, fitted: &Fitted, cancel: &Cancel) -> Vec<RecordScore> {
@@ -47,14 +77,16 @@ impl Search {
         let held = data.held_out().iter().zip(&fitted.held_out);
         fit.chain(held)
             .map(|(s, along)| {
-                let deviation = mean_and_variance(&s.measured[0]).1.sqrt();
+                let initial = data.initial.filter(|_| s.usage == Usage::HeldOut);
+                let from = initial.unwrap_or(0);
+                let deviation = mean_and_variance(&s.measured[0][from..]).1.sqrt();
                 let error = |shown: &[f64]| -> Option<f64> {
-                    let errors: Vec<f64> = s.measured[0].iter().zip(shown).map(|(y, m)| y - m).collect();
-                    (errors.len() == s.len()).then(|| (dot(&errors, &errors) / errors.len() as f64).sqrt())
+                    let errors: Vec<f64> = s.measured[0].iter().zip(shown).skip(from).map(|(y, m)| y - m).collect();
+                    (shown.len() == s.len()).then(|| (dot(&errors, &errors) / errors.len() as f64).sqrt())
                 };
                 let own = error(along.simulated.get(..s.len()).unwrap_or_default());
                 let stretches = &along.beginnings.stretches;
-                let whole = fitted.level == WHOLE && stretches.len() <= 1;
+                let whole = initial.is_some() || fitted.level == WHOLE && stretches.len() <= 1;
                 let free = if whole { own } else { self.free_run(fitted, s, cancel).as_deref().and_then(error) };
                 let longest = stretches.iter().map(|(range, _)| range.len()).max().unwrap_or(0);
                 let of_stretches =
@@ -62,7 +94,7 @@ impl Search {
                 RecordScore {
                     name: Arc::clone(&s.name),
                     fitted: s.usage == Usage::Fit,
-                    samples: s.len(),
+                    samples: s.len() - from,
                     rmse: free,
                     nrmse: free.map(|e| e / deviation),
                     stretches: of_stretches,

@@ -72,6 +72,10 @@ impl Search {
             let FoundConclusion { effects, looks, .. } = kept;
             let rounds = (0..*looks).map(|n| restored.rounds.get(effects.get(..n)?).map(|r| Round::clone(r)));
             let stages = kept.models.iter().map(|k| models.get(*k).map(|m| Arc::clone(&m.stage)));
+            // Walks of before kept the scores of the last model alone.
+            let mut scores = kept.earlier.clone();
+            scores.resize(kept.models.len().saturating_sub(1), Vec::new());
+            scores.push(kept.records.clone());
             let diagnosis = Diagnosis {
                 verdict: kept.verdict,
                 explained: kept.explained.unwrap_or(!kept.remaining.significant),
@@ -82,7 +86,7 @@ impl Search {
                 rounds: rounds.collect::<Option<_>>()?,
                 stages: stages.collect::<Option<_>>()?,
                 remaining: kept.remaining.clone(),
-                records: kept.records.clone(),
+                scores,
                 elapsed_ms: kept.elapsed_ms,
             };
             restored.conclusions.insert(effects.clone(), Arc::new(diagnosis));

@@ -37,11 +37,14 @@ pub struct Ask {
     pub known: Vec<Term>,
     /// Most effects that are added.
     pub max_effects: usize,
+    /// Samples of every held-out record that its initial state is estimated from, and that its score leaves out; none where
+    /// the initial state is fitted to the whole record.
+    pub initial: Option<usize>,
 }
 
 impl Default for Ask {
     fn default() -> Self {
-        Self { base: None, own: BTreeMap::new(), known: Vec::new(), max_effects: 3 }
+        Self { base: None, own: BTreeMap::new(), known: Vec::new(), max_effects: 3, initial: None }
     }
 }
 
@@ -103,7 +106,7 @@ impl Search {
     /// # Errors
     /// Records that do not go together or are too short; a base term of something that they lack.
     pub fn new(records: &RecordSet, ask: &Ask) -> Result<Self, GapError> {
-        let mut data = Data::new(records)?;
+        let mut data = Data::new(records, ask.initial)?;
         if data.input_open && ask.is_relative_to_input() {
             (data.base_excited, data.input_open) = (true, false);
         }

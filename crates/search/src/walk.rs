@@ -1,6 +1,7 @@
 //! A finished search told step by step, as every view of it needs it.
 
 use super::outcome::{Added, Candidate, Diagnosis, Finding, Place, Round, Stage, Standing};
+use super::records::RecordScore;
 use sindyscope_core::signal::Spectrum;
 use sindyscope_values::format::number::{significant, significant_trimmed};
 use sindyscope_values::record::Usage;
@@ -18,6 +19,8 @@ pub struct Step<'a> {
     pub before: &'a Stage,
     /// The model with it.
     pub after: &'a Stage,
+    /// What the model with it leaves on each record.
+    pub scores: &'a [RecordScore],
 }
 
 impl<'a> Step<'a> {
@@ -64,12 +67,22 @@ impl Diagnosis {
 
     fn added(&self) -> impl Iterator<Item = Step<'_>> {
         // Each stage but the base came of the round before it.
-        self.rounds.iter().zip(self.stages.windows(2)).filter_map(|(round, pair)| {
+        self.rounds.iter().zip(self.stages.windows(2)).enumerate().filter_map(|(k, (round, pair))| {
             let (before, after) = (&*pair[0], &*pair[1]);
             let candidate = round.candidates.first()?;
             let added = after.effects.iter().find(|e| e.choice == candidate.choice)?;
-            Some(Step { round, candidate, added, before, after })
+            Some(Step { round, candidate, added, before, after, scores: self.scores_of(k + 1) })
         })
+    }
+
+    /// What a stage leaves on each record; empty where that was not kept.
+    pub fn scores_of(&self, stage: usize) -> &[RecordScore] {
+        self.scores.get(stage).map_or(&[], Vec::as_slice)
+    }
+
+    /// What the last model leaves on each record, fitted ones first.
+    pub fn records(&self) -> &[RecordScore] {
+        self.scores.last().map_or(&[], Vec::as_slice)
     }
 
     /// True if whole records were held out; otherwise parts of the fitted ones were, in turn.

@@ -138,6 +138,7 @@ fn record_of(index: usize, case: &OutcomeCase) -> RecordOutcome {
         }),
         usage: case.usage,
         driven_as_measured: true,
+        scored_from: 0,
         standing: Arc::default(),
         sticks: Vec::new(),
         signals: Arc::new(Signals {

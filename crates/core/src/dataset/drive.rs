@@ -141,11 +141,13 @@ impl SimulationDrive {
         })
     }
 
-    /// The model's response from the initial state that fits the opening best; `tolerance` as in [`Limits`].
+    /// The model's response from the initial state that fits the opening best, or, if given, the first `initial` samples
+    /// alone; `tolerance` as in [`Limits`].
     pub fn respond(
         &self,
         simulator: &Simulator,
         tolerance: f64,
+        initial: Option<usize>,
         workspace: &mut Workspace,
         cancelled: &dyn Fn() -> bool,
     ) -> Response {
@@ -157,18 +159,16 @@ impl SimulationDrive {
         let mut fit = |guesses: &[&[f64]], opening: usize| {
             fit_initial_state(simulator, &self.grid, &measured, guesses, opening, &limits, workspace)
         };
-        let mut initial = fit(&guesses, self.opening);
+        let longest = initial.unwrap_or(self.grid.len());
+        let mut opening = initial.unwrap_or(self.opening);
+        let mut fitted = fit(&guesses, opening);
         // A motion that no sensor showed is guessed at roughly: what lasts a short while is sought over longer ones.
-        let mut opening = self.opening;
-        while self.outputs.iter().any(|o| o.derivatives() > 0)
-            && opening < self.grid.len()
-            && initial.after < FOLLOWED_ERROR
-        {
-            opening = (OPENING_GROWTH * opening).min(self.grid.len());
-            initial = fit(&[&initial.state], opening);
+        while self.outputs.iter().any(|o| o.derivatives() > 0) && opening < longest && fitted.after < FOLLOWED_ERROR {
+            opening = (OPENING_GROWTH * opening).min(longest);
+            fitted = fit(&[&fitted.state], opening);
         }
         let mut response = Response::default();
-        simulator.run_into(&self.grid, &initial.state, 0..self.grid.len(), &limits, workspace, &mut response);
+        simulator.run_into(&self.grid, &fitted.state, 0..self.grid.len(), &limits, workspace, &mut response);
         response
     }
 }

@@ -65,7 +65,7 @@ impl Study {
         let regression = self.regression(records, settings)?;
         cancel.check()?;
         let model = regression.identify(settings).model;
-        let (outcomes, ..) = self.simulate(records, &model, cancel)?;
+        let (outcomes, ..) = self.simulate(records, &model, settings.initial, cancel)?;
         let shifts = self.shifts(&regression, settings, &model, &outcomes).unwrap_or_default();
         let mut terms = repeat(&regression.resampling(settings), cancel)?;
         for (index, shifts) in regression.fitted().zip(shifts) {

@@ -133,7 +133,7 @@ impl Study {
         let fit = started.milliseconds();
         let mut respond = || {
             let simulating = Stopwatch::start();
-            let responses = self.simulate(records, &model, cancel);
+            let responses = self.simulate(records, &model, settings.initial, cancel);
             (responses, simulating.milliseconds())
         };
         // Nothing that is drawn first waits for the errors of a regression.
@@ -331,6 +331,7 @@ impl Study {
         &mut self,
         records: &RecordSet,
         model: &Model,
+        initial: Option<usize>,
         cancel: &Cancel,
     ) -> Result<(Vec<RecordOutcome>, Option<Score>, Option<Score>), StudyError> {
         let simulator = Simulator::new(model).map_err(|e| StudyError::Setting(e.to_string()))?;
@@ -341,7 +342,9 @@ impl Study {
             if *usage == Usage::Off {
                 continue;
             }
-            let response = self.responses.get(model, &simulator, prepared, cancel)?;
+            let initial = initial.filter(|_| *usage == Usage::HeldOut);
+            let scored_from = initial.unwrap_or(0);
+            let response = self.responses.get((model, &simulator), prepared, initial, cancel)?;
             let mut channels = Vec::with_capacity(self.dataset.layout.freedoms);
             let pool = &mut pooled[usize::from(*usage == Usage::HeldOut)];
             if response.diverged_at.is_some() {
@@ -355,7 +358,7 @@ impl Study {
                 let series: Vec<f64> =
                     shown.series(&response, self.dataset.layout.freedoms).iter().map(|s| s + zero).collect();
                 let mut error = Vec::with_capacity(series.len());
-                let tally = score::ErrorSums::compare(&channel.values, &series, &mut error);
+                let tally = score::ErrorSums::compare(&channel.values, &series, scored_from, &mut error);
                 if i == 0 {
                     *pool = pool.map(|p| p.plus(tally));
                 }
@@ -372,6 +375,7 @@ impl Study {
                 usage: *usage,
                 signals: Arc::clone(&prepared.signals),
                 driven_as_measured: prepared.drive().as_measured,
+                scored_from,
                 states: response.states.clone(),
                 standing: Arc::clone(standing),
                 sticks: sticks(&response, prepared.record.interval),
@@ -404,6 +408,15 @@ fn check(records: &RecordSet, settings: &Settings) -> Result<Layout, StudyError>
     let used: Vec<&Arc<Record>> = records.entries.iter().filter(|(_, u)| *u != Usage::Off).map(|(r, _)| r).collect();
     if records.with(Usage::Fit).next().is_none() {
         return Err(StudyError::NothingToFit);
+    }
+    if let Some(initial) = settings.initial
+        && let Some(record) = records.with(Usage::HeldOut).find(|r| r.len() <= initial)
+    {
+        return Err(StudyError::Setting(format!(
+            "record {:?} has {} samples: none is left to score after {initial} for the initial state",
+            record.name,
+            record.len()
+        )));
     }
     let layout = used.first().map_or_else(Layout::default, |r| r.layout(settings.kind));
     if let Some(other) = used.iter().find(|r| r.layout(settings.kind) != layout) {

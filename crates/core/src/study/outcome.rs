@@ -46,6 +46,8 @@ pub struct RecordOutcome {
     pub signals: Arc<Signals>,
     /// Whether the inputs drove the simulation as measured; else as smoothed.
     pub driven_as_measured: bool,
+    /// The first sample that the scores count: those before it the initial state was estimated from.
+    pub scored_from: usize,
     /// Simulated states, displacements, then velocities, as long as the response lasted: `[state][sample]`.
     pub states: Vec<Vec<f64>>,
     /// Samples at which something was measured to stand whose velocity's sign is in the library.
@@ -104,7 +106,7 @@ impl RecordOutcome {
                 Role::Input(_) => return None,
             };
             let name = sensor_name(channel.role, layout);
-            let score = ErrorSums::compare(&channel.values, &response, &mut Vec::new()).score();
+            let score = ErrorSums::compare(&channel.values, &response, self.scored_from, &mut Vec::new()).score();
             Some(SensorScore { name, unit, score })
         };
         self.record.measured().filter_map(of_channel).collect()

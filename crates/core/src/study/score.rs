@@ -27,14 +27,19 @@ pub(super) struct ErrorSums {
 }
 
 impl ErrorSums {
-    /// Compares a measurement with a response that may be shorter, appending E(t) to `error`.
-    pub(super) fn compare(measured: &[f64], response: &[f64], error: &mut Vec<f64>) -> Self {
+    /// Compares a measurement with a response that may be shorter, from a sample on, appending E(t) of all samples to
+    /// `error`.
+    pub(super) fn compare(measured: &[f64], response: &[f64], from: usize, error: &mut Vec<f64>) -> Self {
         let count = measured.len().min(response.len());
-        let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
-        let mut tally = Self { samples: count, ..Self::default() };
-        for (y, x) in measured.iter().zip(response) {
+        let scored = measured.get(from..).unwrap_or_default();
+        let mean = scored.iter().sum::<f64>() / scored.len().max(1) as f64;
+        let mut tally = Self { samples: count.saturating_sub(from), ..Self::default() };
+        for (k, (y, x)) in measured.iter().zip(response).enumerate() {
             let e = (y - x).abs();
             error.push(e);
+            if k < from {
+                continue;
+            }
             tally.squares += e * e;
             tally.spread += (y - mean) * (y - mean);
             tally.largest = tally.largest.max(e);
@@ -70,12 +75,14 @@ mod tests {
     #[test]
     fn figures_follow_their_definitions() {
         let mut error = Vec::new();
-        let tally = ErrorSums::compare(&[1.0, -1.0, 1.0, -1.0], &[1.0, -1.0, 0.0], &mut error);
+        let tally = ErrorSums::compare(&[1.0, -1.0, 1.0, -1.0], &[1.0, -1.0, 0.0], 0, &mut error);
         assert_eq!(error, [0.0, 0.0, 1.0]);
         let score = tally.score().unwrap();
         assert!((score.rmse - (1.0_f64 / 3.0).sqrt()).abs() < 1e-15);
         assert!((score.best_fit - 100.0 * (1.0 - score.nrmse)).abs() < 1e-12);
         assert_eq!((score.max_error, score.samples), (1.0, 3));
         assert!(ErrorSums::default().score().is_none());
+        let later = ErrorSums::compare(&[5.0, -1.0, 1.0, -1.0], &[9.0, -1.0, 0.0], 1, &mut error).score().unwrap();
+        assert_eq!((later.max_error, later.samples, error[3]), (1.0, 2, 4.0), "the first sample is not scored");
     }
 }

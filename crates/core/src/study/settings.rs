@@ -103,6 +103,10 @@ pub struct Settings {
     pub mass: Option<f64>,
     /// Fit the coefficients of the terms that are kept to the response itself.
     pub refine: bool,
+    /// Samples of a held-out record that its initial state is estimated from, and that its score leaves out; none where the
+    /// initial state is fitted to the opening and the whole record is scored.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub initial: Option<usize>,
 }
 
 impl Settings {

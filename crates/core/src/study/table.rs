@@ -15,6 +15,10 @@ const LIBRARY: &str = "Library";
 const PHYSICS: &str = "Physics";
 const SMOOTHING: &str = "Smoothing";
 const REGRESSION: &str = "Regression";
+const SIMULATION: &str = "Simulation";
+
+/// Samples that a state of one mass can be estimated from at least.
+const LEAST_INITIAL: usize = 4;
 
 /// What is said for a length that each record itself decides, where the way of differentiating can do that.
 const FROM_DATA: &str = "from-data";
@@ -418,6 +422,21 @@ pub static SETTINGS: &[Setting<Settings>] = &[
         write: |s| vec![if s.refine { "yes" } else { "no" }.into()],
         ..Setting::BLANK
     },
+    Setting {
+        name: "initial",
+        label: "Initial samples",
+        title: "samples for the initial state",
+        group: SIMULATION,
+        help: "The initial state of every held-out record is estimated from its first N samples alone, and these are left out \
+               of its score, as benchmarks of the field do",
+        default: "the opening of the record, which is scored too",
+        unit: "samples",
+        form: SettingForm::One("N"),
+        read: |text| initial_samples(text).map(|n| change(move |s: &mut Settings| s.initial = Some(n))),
+        write: |s| s.initial.iter().map(usize::to_string).collect(),
+        describe: |s, _| s.initial.map(|n| n.to_string()),
+        ..Setting::BLANK
+    },
 ];
 
 /// The row of a setting.
@@ -533,6 +552,17 @@ fn read_known(text: &str) -> Changed {
             Some(i) => settings.own.entry(i).or_default().known.extend(known),
         }
     }))
+}
+
+/// A number of samples that an initial state can be estimated from.
+///
+/// # Errors
+/// It is none.
+fn initial_samples(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(n) if n >= LEAST_INITIAL => Ok(n),
+        _ => Err(format!("it is a whole number of samples, at least {LEAST_INITIAL}")),
+    }
 }
 
 fn read_window(text: &str) -> Changed {

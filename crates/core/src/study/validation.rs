@@ -316,7 +316,7 @@ impl SmoothedFolds {
             let simulator = Simulator::new(model).map_err(|e| StudyError::Setting(e.to_string()))?;
             for (judge, drive) in fold.judges.iter().zip(drives) {
                 cancel.check()?;
-                let response = drive.respond(&simulator, JUDGING_TOLERANCE, workspace, &|| cancel.is_cancelled());
+                let response = drive.respond(&simulator, JUDGING_TOLERANCE, None, workspace, &|| cancel.is_cancelled());
                 cancel.check()?;
                 let lasted = response.states.first().map_or(0, Vec::len);
                 let blocks = (judge.range.len() / judge.block).max(1);

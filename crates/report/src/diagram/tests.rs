@@ -74,6 +74,7 @@ fn outcome(terms: &[(&str, f64)], motions: &[ExactMotion]) -> Outcome {
                 }),
                 usage: Usage::Fit,
                 driven_as_measured: true,
+                scored_from: 0,
                 standing: Arc::default(),
                 sticks: Vec::new(),
                 signals: Arc::new(Signals {

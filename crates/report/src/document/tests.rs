@@ -58,6 +58,7 @@ fn record_outcome(name: &str, usage: Usage, samples: usize) -> RecordOutcome {
         record: Arc::new(record),
         usage,
         driven_as_measured: true,
+        scored_from: 0,
         standing: Arc::default(),
         sticks: Vec::new(),
         signals: Arc::new(signals),
@@ -372,7 +373,7 @@ fn the_walk_is_told_in_every_document() {
     let mut diagnosis = Diagnosis {
         verdict: Verdict::Ambiguous,
         explained: true,
-        records: Vec::new(),
+        scores: Vec::new(),
         sentence: "One or the other.".into(),
         noise_floor: 1e-3,
         notices: vec!["thinned".into()],
