@@ -1,8 +1,6 @@
 //! The command line: what the library finds, for terminals and scripts. None of it but the window needs a display.
 
-mod analysis;
 mod diagnose;
-mod diagnosed;
 mod effects;
 mod failure;
 mod generate;
