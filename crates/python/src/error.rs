@@ -1,22 +1,17 @@
 //! Errors as exceptions: the sentences of the commands, what would help in Python's words.
 
-use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
-use pyo3::{PyErr, create_exception};
+use pyo3::exceptions::PyKeyboardInterrupt;
+use pyo3::{PyErr, import_exception};
 use sindyscope_analysis::AnalysisError;
 use sindyscope_core::remedy::{Remedy, sentence};
 use sindyscope_report::document::ReportError;
 use sindyscope_rig::RigError;
 
-create_exception!(
-    sindyscope._native,
-    SindyscopeError,
-    PyValueError,
-    "Why the work could not be done: the reason, and what to try (empty where nothing is known to help)."
-);
+import_exception!(sindyscope._error, Error);
 
 /// An exception with its reason and what to try.
 pub(crate) fn error(reason: String, advice: String) -> PyErr {
-    SindyscopeError::new_err((reason, advice))
+    Error::new_err((reason, advice))
 }
 
 /// An analysis without a result.

@@ -232,7 +232,6 @@ fn at_work() -> usize {
 
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add("Error", module.py().get_type::<error::SindyscopeError>())?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<NativeRecord>()?;
     module.add_class::<NativeModel>()?;

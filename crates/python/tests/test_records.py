@@ -7,6 +7,8 @@ import pytest
 
 import sindyscope
 
+#: A sentence of at least four words.
+SENTENCE = r"\w+ .*\w+ .*\w+ .*\w+"
 SETTINGS = {"terms": "x, v, u, x^3", "window": 31, "order": 5, "threshold": 0.02}
 
 
@@ -84,13 +86,12 @@ def test_a_record_pickles(samples):
         ((np.arange(9.0), np.arange(9.0) * 1j), "complex"),
         ((np.arange(9.0), ["a"] * 9), "not a number"),
         ((3.0,), "no record can be made"),
-        ((np.arange(900.0), np.full(900, np.nan)), ""),
-        ((np.zeros(900), np.sin(np.arange(900.0))), ""),
-        (([],), ""),
-        ((np.array([]), np.array([])), ""),
+        ((np.arange(900.0), np.full(900, np.nan)), SENTENCE),
+        ((np.zeros(900), np.sin(np.arange(900.0))), SENTENCE),
+        (([],), SENTENCE),
+        ((np.array([]), np.array([])), SENTENCE),
     ],
 )
 def test_what_is_no_record_is_refused_with_a_sentence(given, said):
-    with pytest.raises(sindyscope.Error, match=said) as caught:
+    with pytest.raises(sindyscope.Error, match=said):
         sindyscope.identify(*given)
-    assert len(caught.value.args[0]) > 10

@@ -13,14 +13,13 @@ has ``to_dict()``, which is the JSON of the command of the same name. Units are 
 """
 
 from ._batch import Batch, batch
-from ._native import Error, __version__
+from ._error import Error
+from ._native import __version__
 from ._records import Record, records
 from ._results import Diagnosis, Identification, Model, Response
 from ._study import diagnose, effects, generate, identify, read, report, scenarios
 from ._estimator import SindyRegressor
 from ._pysindy import from_pysindy, to_pysindy
-
-SindyscopeError = Error
 
 __all__ = [
     "Batch",
@@ -31,7 +30,6 @@ __all__ = [
     "Record",
     "Response",
     "SindyRegressor",
-    "SindyscopeError",
     "__version__",
     "batch",
     "diagnose",

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
-from . import _native
+from ._error import Error
 from ._study import identify
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def _row(title: str, record: Any, settings: dict[str, Any]) -> dict[str, Any]:
     """What is found of one record; a failure is a row as well."""
     try:
         found = identify(record, **settings)
-    except _native.Error as error:
+    except Error as error:
         return {"record": title, "status": "failed", "error": str(error.args[0])}
     kept = found.to_dict()
     row: dict[str, Any] = {"record": title, "status": kept["status"], "error": None}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import _native
+from ._error import Error
 from ._records import Record, records
 from ._study import identify
 
@@ -95,18 +95,18 @@ class SindyRegressor(_Mixin, _Base):  # type: ignore[misc, unused-ignore]
             setattr(self, name, value)
         return self
 
-    def _records(self, X: Any, y: Any) -> tuple[list[Record], Array]:
-        """The records of rows, and the rows in the order of time."""
+    def _records(self, X: Any, y: Any) -> list[Record]:
+        """The records of rows, put in the order of time."""
         X, y = np.asarray(X, dtype=np.float64), np.asarray(y, dtype=np.float64)
         if X.ndim != 2 or X.shape[1] < 1:
-            raise _native.Error("`X` is no matrix", "give (samples, 1 + inputs): the time in s, then the inputs")
+            raise Error("`X` is no matrix", "give (samples, 1 + inputs): the time in s, then the inputs")
         if len(X) != len(y):
-            raise _native.Error(f"`X` has {len(X)} rows, and `y` has {len(y)}", "")
+            raise Error(f"`X` has {len(X)} rows, and `y` has {len(y)}", "")
         order = np.argsort(X[:, 0], kind="stable")
         X, y = X[order], y[order]
         given = X[:, 1:] if X.shape[1] > 1 else None
         settings: dict[str, Any] = {} if self.kind is None else {"kind": self.kind}
-        return records(X[:, 0], y, given, name="fold", **settings), order
+        return records(X[:, 0], y, given, name="fold", **settings)
 
     def fit(self, X: Any, y: Any) -> SindyRegressor:
         """Identifies the equation of motion.
@@ -118,7 +118,7 @@ class SindyRegressor(_Mixin, _Base):  # type: ignore[misc, unused-ignore]
         Raises:
             sindyscope.Error: the samples cannot be used, or settings do not go together.
         """
-        found, _ = self._records(X, y)
+        found = self._records(X, y)
         settings = {name: value for name, value in self.get_params().items() if value is not None}
         self.result_: Identification = identify(found, **settings)
         self.model_: Model = self.result_.model
@@ -132,7 +132,7 @@ class SindyRegressor(_Mixin, _Base):  # type: ignore[misc, unused-ignore]
 
     def _fitted(self) -> Model:
         if not hasattr(self, "model_"):
-            raise _native.Error("nothing is fitted yet", "call fit first")
+            raise Error("nothing is fitted yet", "call fit first")
         return self.model_
 
     def predict(self, X: Any, initial: Any = None) -> Array:
@@ -151,7 +151,7 @@ class SindyRegressor(_Mixin, _Base):  # type: ignore[misc, unused-ignore]
         steps = np.diff(X[order, 0])
         dt = float(np.median(steps)) if len(steps) else 1.0
         if len(steps) and np.any(np.abs(steps - dt) > 1e-3 * dt):
-            raise _native.Error("the time in `X` is not even", "predict stretches without gaps, each by itself")
+            raise Error("the time in `X` is not even", "predict stretches without gaps, each by itself")
         given = X[order, 1:] if X.shape[1] > 1 else None
         response = model.simulate(given, dt=dt, samples=len(X), initial=initial)
         motion = response.x if model.kind == "second-order" else response.states
@@ -163,7 +163,7 @@ class SindyRegressor(_Mixin, _Base):  # type: ignore[misc, unused-ignore]
         """R² of free runs along the records of ``X`` and ``y``, of which only the initial states are fitted: 1 is perfect, 0 as good
         as the mean; minus infinity where a run leaves all bounds. Of the first sensor."""
         self._fitted()
-        found, _ = self._records(X, y)
+        found = self._records(X, y)
         residual = total = 0.0
         for record, response in zip(found, self.result_.follow(found)):
             measured = record[record.channels[0]]

@@ -13,9 +13,6 @@ _Progress = Callable[[str, float | None], object]
 
 __version__: str
 
-class Error(ValueError):
-    """Why the work could not be done. ``args`` are the reason and what to try."""
-
 class NativeRecord:
     name: str
     start: float

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import _native
+from ._error import Error
 from ._results import Model
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def _term(text: str, names: dict[str, str]) -> str:
             return names[word]
         if word in _FUNCTIONS:
             return _FUNCTIONS[word]
-        raise _native.Error(f"the term `{text}` uses `{word}`, which no term here knows", "leave it out of the library")
+        raise Error(f"the term `{text}` uses `{word}`, which no term here knows", "leave it out of the library")
 
     written = re.sub(r"[A-Za-z_]\w*", known, text.strip()).replace("**", "^")
     # A blank multiplies; between a number and what it scales as well.
@@ -125,6 +125,6 @@ def _powers(term: str, variables: Sequence[str]) -> tuple[int, ...]:
         if base == "1" and not power:
             continue
         if base not in exponents or not (power or "1").isdigit():
-            raise _native.Error(f"PySINDy's polynomial library cannot hold the term `{term}`", "leave it out")
+            raise Error(f"PySINDy's polynomial library cannot hold the term `{term}`", "leave it out")
         exponents[base] += int(power or "1")
     return tuple(exponents.values())

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import _native
+from ._error import Error
 from ._settings import of_reading, texts
 
 if TYPE_CHECKING:
     import numpy.typing as npt
     from typing_extensions import Unpack
 
-    from ._settings import Settings
+    from ._settings import Reading
 
     Array = npt.NDArray[np.float64]
 
@@ -113,11 +114,11 @@ def _array(values: Any, what: str) -> Array:
         first = values[0]
         return np.asarray((values - first) / np.timedelta64(1, "ns") * 1e-9, dtype=np.float64)
     if values.dtype.kind == "c":
-        raise _native.Error(f"`{what}` holds complex numbers; records are real", "give its real part")
+        raise Error(f"`{what}` holds complex numbers; records are real", "give its real part")
     try:
-        return np.ascontiguousarray(values, dtype=np.float64)
+        return np.asarray(values, dtype=np.float64, order="C")
     except (TypeError, ValueError):
-        raise _native.Error(f"`{what}` holds something that is not a number", "give an array of numbers") from None
+        raise Error(f"`{what}` holds something that is not a number", "give an array of numbers") from None
 
 
 def _headed(name: str, units: Mapping[str, str]) -> str:
@@ -131,10 +132,10 @@ def _columns(symbol: str, values: Any, rows: int | None, units: Mapping[str, str
     if array.ndim == 1 or (array.ndim == 2 and array.shape[1] == 1):
         return [(_headed(symbol, units), array.reshape(-1))]
     if array.ndim != 2:
-        raise _native.Error(f"`{symbol}` has {array.ndim} dimensions", "give one (samples) or two (samples, channels)")
+        raise Error(f"`{symbol}` has {array.ndim} dimensions", "give one (samples) or two (samples, channels)")
     if rows is not None and array.shape[0] != rows:
         shape = f"{array.shape[0]} rows and {array.shape[1]} columns"
-        raise _native.Error(f"`{symbol}` has {shape}, and there are {rows} times", "a row is a sample: transpose it")
+        raise Error(f"`{symbol}` has {shape}, and there are {rows} times", "a row is a sample: transpose it")
     fallback = units.get(symbol, "")
     return [
         (_headed(name, {name: units.get(name, fallback)}), np.ascontiguousarray(array[:, k]))
@@ -147,20 +148,20 @@ def _of_arrays(
 ) -> list[_native.NativeRecord]:
     given = [(symbol, values) for symbol, values in (("x", x), ("v", v), ("a", a), ("u", u)) if values is not None]
     if not any(symbol != "u" for symbol, _ in given):
-        raise _native.Error("no motion is given", "give `x`, `v` or `a` beside the time")
+        raise Error("no motion is given", "give `x`, `v` or `a` beside the time")
     time = _array(t, "t")
     if time.ndim == 0:
         # A sampling interval.
         rows = np.shape(given[0][1])[0]
         time = float(time) * np.arange(rows)
     elif time.ndim != 1:
-        raise _native.Error(f"`t` has {time.ndim} dimensions", "give one time a sample, in seconds, or the interval alone")
+        raise Error(f"`t` has {time.ndim} dimensions", "give one time a sample, in seconds, or the interval alone")
     columns = [(_headed("t", units), time)]
     for symbol, values in given:
         columns += _columns(symbol, values, len(time), units)
     for heading, values in columns[1:]:
         if len(values) != len(time):
-            raise _native.Error(f"`{heading}` has {len(values)} values, and there are {len(time)} times")
+            raise Error(f"`{heading}` has {len(values)} values, and there are {len(time)} times")
     return _native.records(name, columns, told)
 
 
@@ -225,7 +226,10 @@ def sources(
         if not several:
             return [_of_arrays(data, x, u, v, a, known, units, told)]
         count = len(x)
-        each = lambda given: given if isinstance(given, (list, tuple)) else [given] * count  # noqa: E731
+
+        def each(given: Any) -> Any:
+            return given if isinstance(given, (list, tuple)) else [given] * count
+
         parts = list(zip(each(data), x, each(u), each(v), each(a)))
         named = [known if count == 1 else f"{known} {k + 1}" for k in range(count)]
         return [_of_arrays(*part, title, units, told) for title, part in zip(named, parts)]
@@ -244,7 +248,7 @@ def sources(
         for part in data:
             found += sources(part, None, None, told, name=name, units=units)
         return found
-    raise _native.Error(
+    raise Error(
         f"no record can be made of a {type(data).__name__}",
         "give arrays as `t, x, u`, a frame, a file, a record, or a list of these",
     )
@@ -259,7 +263,7 @@ def records(
     a: Any = None,
     name: str | None = None,
     units: Mapping[str, str] | None = None,
-    **settings: Unpack[Settings],
+    **settings: Unpack[Reading],
 ) -> list[Record]:
     """Records of arrays, a frame, a file or a list of these, read as a file of the same numbers would be.
 
@@ -277,7 +281,3 @@ def records(
     """
     found = sources(t, x, u, texts(settings), v=v, a=a, name=name, units=units)
     return [Record(native) for of_source in found for native in of_source]
-
-
-def grouped(data: Sequence[Record]) -> list[list[_native.NativeRecord]]:
-    return [[record._native] for record in data]

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _native
+from ._error import Error
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -120,20 +121,20 @@ class Model:
         """
         if u is None:
             if self.inputs:
-                raise _native.Error(f"the model has {self.inputs} inputs, and none was given", "give `u`")
+                raise Error(f"the model has {self.inputs} inputs, and none was given", "give `u`")
             if samples is None:
-                raise _native.Error("it is not said how long to simulate", "give `samples`")
+                raise Error("it is not said how long to simulate", "give `samples`")
             inputs = np.zeros((samples, 0))
         else:
             inputs = np.asarray(u, dtype=np.float64)
             inputs = inputs.reshape(-1, 1) if inputs.ndim == 1 else inputs
         start = np.zeros(len(self.states))
         if initial is not None:
-            start[: len(initial)] = initial
             if len(initial) > len(start):
-                raise _native.Error(f"the model has {len(start)} states, and {len(initial)} values were given", "")
+                raise Error(f"the model has {len(start)} states, and {len(initial)} values were given")
+            start[: len(initial)] = initial
         states, diverged_at = self._native.simulate(np.ascontiguousarray(inputs), float(dt), start.tolist())
-        return Response(dt * np.arange(len(states)), self.states, states, diverged_at)
+        return Response(dt * np.arange(len(states), dtype=np.float64), self.states, states, diverged_at)
 
     def to_sympy(self) -> dict[Any, Any]:
         """The equations for SymPy: the rate of each state as an expression of the symbols ``x``, ``v``, ``u``, ``du``, …; needs
@@ -185,7 +186,7 @@ def _expression(terms: list[tuple[str, str, float, float | None]]) -> Any:
         "max": sympy.Max,
         "min": sympy.Min,
         "clip": lambda a, low, high: sympy.Max(low, sympy.Min(a, high)),
-        "heaviside": sympy.Heaviside,
+        "heaviside": lambda a, at_zero: sympy.Heaviside(a, at_zero),
         "sqrt": sympy.sqrt,
     }
     total = sympy.Float(0)
@@ -255,7 +256,8 @@ class Identification:
     @property
     def test(self) -> dict[str, Any] | None:
         """Errors on what was held out; None where nothing was."""
-        return self._dict["test"]
+        score: dict[str, Any] | None = self._dict["test"]
+        return score
 
     @property
     def warnings(self) -> list[str]:
@@ -374,7 +376,7 @@ class Diagnosis:
     def simulate(self, u: Any = None, *, dt: float, **how: Any) -> Response:
         """The response of the final equations; see :meth:`Model.simulate`."""
         if self.model is None:
-            raise _native.Error("no model could be fitted", "")
+            raise Error("no model could be fitted", "")
         return self.model.simulate(u, dt=dt, **how)
 
     def to_sympy(self) -> dict[Any, Any]:

@@ -18,9 +18,8 @@ if TYPE_CHECKING:
     Terms = Union[str, Sequence[str], Mapping[str, Union[str, Sequence[str]]]]
 
 
-class Settings(TypedDict, total=False):
-    """Everything that may be said of a study; what is left out is chosen from the data. The names are those of the commands'
-    options, with ``_`` for ``-``; ``sindyscope.settings()`` describes each."""
+class Reading(TypedDict, total=False):
+    """How records are read and prepared. The names are those of the commands' options, with ``_`` for ``-``."""
 
     columns: str | Mapping[str, str | int]
     only_named: bool
@@ -30,6 +29,12 @@ class Settings(TypedDict, total=False):
     prepare: str | Sequence[str]
     hold_out: Number
     bridge: int
+
+
+class Settings(Reading, total=False):
+    """Everything that may be said of a study; what is left out is chosen from the data. The names are those of the commands'
+    options, with ``_`` for ``-``, as the book's reference describes them."""
+
     terms: Terms
     lock: Terms
     drop: Terms
@@ -53,7 +58,6 @@ class Settings(TypedDict, total=False):
 
 #: How each setting is given, by its name.
 FORMS: dict[str, str] = {name: form for name, _, form in _native.settings()}
-HELP: dict[str, str] = {name: text for name, text, _ in _native.settings()}
 
 
 def _number(value: Any) -> str:

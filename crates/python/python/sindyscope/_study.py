@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import _native
+from ._error import Error
 from ._records import Record, sources
 from ._results import Diagnosis, Identification
 from ._settings import _number, of_reading, texts
@@ -16,13 +17,13 @@ from ._settings import _number, of_reading, texts
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from ._settings import Settings, Terms
+    from ._settings import Reading, Settings, Terms
 
     #: Told what is being done, and the share of it that is done (0 to 1), or None where that is not known.
     Progress = Callable[[str, float | None], object]
 
 
-def read(path: str | os.PathLike[str], **settings: Unpack[Settings]) -> list[Record]:
+def read(path: str | os.PathLike[str], **settings: Unpack[Reading]) -> list[Record]:
     """The records of a file: CSV, MATLAB, HDF5, NumPy, Excel, LabVIEW, TDMS, UFF, WAV, MDF.
 
     Args:
@@ -97,7 +98,7 @@ def diagnose(
     lock: Terms | None = None,
     max_effects: int = 3,
     progress: Progress | None = None,
-    **settings: Unpack[Settings],
+    **settings: Unpack[Reading],
 ) -> Diagnosis:
     """Finds what a model lacks: where simulation and measurement disagree, which effect that is, and how the gap shrinks with it.
 
@@ -113,7 +114,7 @@ def diagnose(
     """
     told = texts(settings)
     if not 0 <= max_effects <= 20:
-        raise _native.Error(f"max_effects is {max_effects}: it lies between 0 and 20", "")
+        raise Error(f"max_effects is {max_effects}: it lies between 0 and 20", "")
     fit, held_out = _both(t, x, u, test, told, {"v": v, "a": a, "name": name, "units": units})
     known = [] if lock is None else [text for _, text in texts({"lock": lock})]
     return Diagnosis(_native.diagnose(fit, held_out, told, _listed(terms), known, max_effects, progress))
@@ -154,11 +155,11 @@ def report(
     told = texts(settings)
     fit, held_out = _both(t, x, u, test, told, {"v": v, "a": a, "name": name, "units": units})
     if paper not in ("a4", "letter"):
-        raise _native.Error(f"there is no paper {paper!r}", "say a4 or letter")
+        raise Error(f"there is no paper {paper!r}", "say a4 or letter")
     files = [t] if isinstance(t, (str, os.PathLike)) else []
     stems = [Path(f).stem for f in files] or [of[0].name for of in fit if of]
     usual = ", ".join(stems) if len(stems) <= 3 else f"{', '.join(stems[:2])} and {len(stems) - 2} more"
-    document = {
+    document: dict[str, Any] = {
         "out": os.fspath(out),
         "title": title if title is not None else usual,
         "sections": sections,
@@ -212,6 +213,6 @@ def effects(effect: str | None = None) -> dict[str, Any]:
     if effect is not None:
         only = [entry for entry in catalogue["effects"] if entry["effect"] == effect]
         if not only:
-            raise _native.Error(f"there is no effect {effect!r}", "sindyscope.effects() has all")
+            raise Error(f"there is no effect {effect!r}", "sindyscope.effects() has all")
         catalogue["effects"] = only
     return catalogue
