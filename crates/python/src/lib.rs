@@ -83,32 +83,32 @@ fn identify(
     })
 }
 
-/// What a search for missing effects is asked for, as Python hands it over.
-fn missing(base: Option<&str>, known: &[String], max_effects: u8) -> PyResult<MissingRequest> {
+/// The base model's terms, known terms and the most effects of a search.
+type AskedSearch = (Option<String>, Vec<String>, u8);
+
+/// What a search for missing effects is asked for.
+fn missing((base, known, max_effects): &AskedSearch) -> PyResult<MissingRequest> {
     let value = |name: &str| {
         let name = name.to_owned();
         move |problem: String| failed(&AnalysisError::Value { name, problem })
     };
-    let base = base.map(|text| text.parse().map_err(value("terms"))).transpose()?;
+    let base = base.as_deref().map(|text| text.parse().map_err(value("terms"))).transpose()?;
     let known = known.iter().map(|text| text.parse().map_err(value("lock"))).collect::<PyResult<_>>()?;
-    Ok(MissingRequest { base, known, max_effects })
+    Ok(MissingRequest { base, known, max_effects: *max_effects })
 }
 
 /// Searches records for effects that a base model lacks.
 #[pyfunction]
-#[pyo3(signature = (fit, held_out, settings, base, known, max_effects, progress))]
 fn diagnose(
     py: Python<'_>,
     fit: Sources,
     held_out: Sources,
     settings: Settings,
-    base: Option<String>,
-    known: Vec<String>,
-    max_effects: u8,
+    asked: AskedSearch,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<NativeDiagnosis> {
     let request = request(&settings)?;
-    let missing = missing(base.as_deref(), &known, max_effects)?;
+    let missing = missing(&asked)?;
     work::done(py, progress, move |cancel, tell| {
         if request.source.reading.kind == KindName::FirstOrder {
             return Err(AnalysisError::FirstOrder);
@@ -127,8 +127,8 @@ struct Document {
     title: String,
     sections: Option<String>,
     letter: bool,
-    /// The base model, the known terms and the most effects of a search, if one is to be made.
-    search: Option<(Option<String>, Vec<String>, u8)>,
+    /// The search for missing effects, if one is to be made.
+    search: Option<AskedSearch>,
 }
 
 /// Identifies, searches if asked to, and writes the document.
@@ -144,8 +144,7 @@ fn report(
     // Said before the work is done, not after.
     DocumentFormat::of(&document.out).map_err(error::report_failed)?;
     let request = request(&settings)?;
-    let asked = document.search.as_ref().map(|(base, known, most)| missing(base.as_deref(), known, *most));
-    let asked = asked.transpose()?;
+    let asked = document.search.as_ref().map(missing).transpose()?;
     let sections = document.sections.as_deref().map(str::parse::<Sections>).transpose();
     let sections = sections.map_err(|problem| failed(&AnalysisError::Value { name: "sections".into(), problem }))?;
     let written = work::done(py, progress, move |cancel, tell| {

@@ -74,9 +74,7 @@ def diagnose(
     fit: list[list[NativeRecord]],
     held_out: list[list[NativeRecord]],
     settings: _Settings,
-    base: str | None,
-    known: list[str],
-    max_effects: int,
+    asked: tuple[str | None, list[str], int],
     progress: _Progress | None,
 ) -> NativeDiagnosis: ...
 def report(

@@ -117,7 +117,7 @@ def diagnose(
         raise Error(f"max_effects is {max_effects}: it lies between 0 and 20", "")
     fit, held_out = _both(t, x, u, test, told, {"v": v, "a": a, "name": name, "units": units})
     known = [] if lock is None else [text for _, text in texts({"lock": lock})]
-    return Diagnosis(_native.diagnose(fit, held_out, told, _listed(terms), known, max_effects, progress))
+    return Diagnosis(_native.diagnose(fit, held_out, told, (_listed(terms), known, max_effects), progress))
 
 
 def report(
