@@ -2,6 +2,7 @@ use std::fmt;
 use std::path::Path;
 
 use sindyscope_analysis::AnalysisError;
+use sindyscope_analysis::batch::BatchError;
 use sindyscope_core::remedy::{Remedy, sentence};
 use sindyscope_files::ReadError;
 use sindyscope_report::document::ReportError;
@@ -114,6 +115,26 @@ impl From<AnalysisError> for Failure {
                 "leave out --kind first-order and give the displacement alone, with --columns x=NAME".to_owned()
             }
             other => worded(&other.remedies()),
+        };
+        Self::new(error.to_string()).try_this(advice)
+    }
+}
+
+impl From<BatchError> for Failure {
+    fn from(error: BatchError) -> Self {
+        let advice = match error {
+            BatchError::Read { .. } => "check the path",
+            BatchError::Write { .. } => "check that the folder exists and may be written to",
+            BatchError::List { .. } | BatchError::Empty(_) => {
+                "give a folder of measurements, or a list: a file a line, or CSV with a column `file`"
+            }
+            BatchError::Settings { .. } => {
+                "write TOML with the names of the options of identify, as `window = 31`, or give a saved project"
+            }
+            BatchError::OtherSettings(_)
+            | BatchError::Journal { .. }
+            | BatchError::AtWork(_)
+            | BatchError::Cancelled => "",
         };
         Self::new(error.to_string()).try_this(advice)
     }
