@@ -6,6 +6,7 @@ use serde_json::Value;
 
 use crate::error::error;
 use crate::model::NativeModel;
+use sindyscope_analysis::batch::row;
 use sindyscope_analysis::{Analysis, json};
 use sindyscope_report::document::{FigureSize, walk};
 use sindyscope_report::view::{Subject, View, ViewOptions};
@@ -50,6 +51,11 @@ impl NativeIdentification {
             result["diagnosis"] = diagnosis.clone();
         }
         json::text(&result).map_err(|e| error(format!("cannot write the result as JSON: {e}"), String::new()))
+    }
+
+    /// The row that a batch's table has of it, as JSON.
+    fn row(&self) -> String {
+        Value::Object(row(&self.analysis)).to_string()
     }
 
     /// The equations.

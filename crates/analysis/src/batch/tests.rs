@@ -99,7 +99,7 @@ fn other_settings_are_another_batch() {
     run(&whole).expect("done");
     whole.study = AnalysisRequest::named([("threshold", "0.5")]).expect("settings");
     assert!(matches!(run(&whole), Err(BatchError::OtherSettings(_))));
-    let held = fs::File::open(home.path().join("table.csv.journal")).expect("a journal");
+    let held = File::open(home.path().join("table.csv.journal")).expect("a journal");
     held.lock().expect("locked");
     assert!(matches!(run(&request(home.path(), "table.csv", None)), Err(BatchError::AtWork(_))));
 }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
@@ -47,20 +46,8 @@ def _row(title: str, record: Any, settings: dict[str, Any]) -> dict[str, Any]:
     try:
         found = identify(record, **settings)
     except Error as error:
-        return {"record": title, "status": "failed", "error": str(error.args[0])}
-    kept = found.to_dict()
-    row: dict[str, Any] = {"record": title, "status": kept["status"], "error": None}
-    for of in ("train", "test"):
-        score = kept[of] or {}
-        row |= {f"{of}_rmse": score.get("rmse"), f"{of}_nrmse": score.get("nrmse")}
-    row["noise_floor"] = kept["noise_floor"]
-    for equation in kept["equations"]:
-        for term in equation["terms"]:
-            if term["std_error"] == 0.0 and math.isclose(term["coefficient"], 1.0):
-                continue
-            name = f"{equation['state']}: {term['term']}"
-            row |= {name: term["coefficient"], f"{name} std_error": term["std_error"]}
-    return row
+        return {"record": title, "status": "failed", "error": error.reason}
+    return {"record": title, **found.to_row()}
 
 
 def batch(

@@ -233,6 +233,11 @@ class Identification:
         """The text that the command writes."""
         return self._json
 
+    def to_row(self) -> dict[str, Any]:
+        """The row that a table of many records has of it: errors, and a column for each coefficient and its standard error."""
+        row: dict[str, Any] = json.loads(self._of("row"))
+        return row
+
     @property
     def status(self) -> str:
         """``"ok"``, or ``"diverged"``: the fit stands, its simulation left the data's range."""
@@ -322,7 +327,7 @@ class Identification:
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        kept = {what: self._of(what) for what in ("svg", "curves", "smoothing", "starts")}
+        kept = {what: self._of(what) for what in ("row", "svg", "curves", "smoothing", "starts")}
         return {"json": self._json, "model": self.model, "kept": kept}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
