@@ -20,14 +20,18 @@ if TYPE_CHECKING:
     Array = npt.NDArray[np.float64]
 
 try:
-    from sklearn.base import BaseEstimator as _Base
-    from sklearn.base import RegressorMixin as _Mixin
-except ImportError:  # pragma: no cover - the two classes bring tags and a picture, nothing that is computed
-    _Base = object
-    _Mixin = object
+    from sklearn.base import BaseEstimator, RegressorMixin
+
+    class _Estimator(RegressorMixin, BaseEstimator):  # type: ignore[misc, unused-ignore]
+        """What scikit-learn's tools ask of an estimator beside its methods: tags, a picture."""
+
+except ImportError:
+
+    class _Estimator:  # type: ignore[no-redef]
+        """Without scikit-learn nothing asks for it."""
 
 
-class SindyRegressor(_Mixin, _Base):  # type: ignore[misc, unused-ignore]
+class SindyRegressor(_Estimator):
     """Identifies ``y`` (the motion) driven by ``X`` (time, then inputs), for pipelines and searches over settings.
 
     ``X`` has shape ``(n, 1 + inputs)``: its first column is the time in s, so that folds which cut a hole into the record are
