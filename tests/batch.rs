@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// Records of the batch, and how often it is killed.
-const RECORDS: usize = 120;
+const RECORDS: usize = 160;
 const KILLS: usize = 10;
 
 fn program() -> Command {
@@ -28,7 +28,7 @@ fn lines(journal: &Path) -> usize {
     fs::read(journal).map_or(0, |text| text.iter().filter(|b| **b == b'\n').count())
 }
 
-/// Decays of 2 s, each of another stiffness; long enough to be killed amid, settings given to be fast.
+/// Decays of 4 s, each of another stiffness; long enough to be killed amid, settings given to be fast.
 fn records(home: &Path) {
     fs::create_dir(home.join("runs")).expect("a folder");
     for k in 0..RECORDS {
@@ -36,7 +36,7 @@ fn records(home: &Path) {
         let stiffness = format!("k={}", 250 + 5 * k);
         let made = program()
             .current_dir(home)
-            .args(["generate", "friction-decay", "--duration", "2", "--set", &stiffness, "--out", &file])
+            .args(["generate", "friction-decay", "--duration", "4", "--set", &stiffness, "--out", &file])
             .status();
         assert!(made.expect("the program runs").success());
     }

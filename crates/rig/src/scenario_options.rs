@@ -152,3 +152,38 @@ pub(crate) fn typed<T: FromStr<Err = String>>(option: &'static str, text: &str) 
 pub(crate) fn unknown(name: &str, problem: &str) -> RigError {
     RigError::BadOption { option: "options", problem: format!("`{name}`: {problem}") }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_given_is_read_back() {
+        let options = ScenarioOptions {
+            seed: 7,
+            measure: Some(vec!["x1".to_owned(), "a2".to_owned()]),
+            noise: Some(Noise::ShareOfPeak(0.01)),
+            input_noise: Some(Noise::Deviation(2.5e-6)),
+            offset: Some(-0.05),
+            frequencies: Some(vec![0.5, 12.0]),
+            together: true,
+            lines: Some(29),
+            initial: Some(vec![-1e-3, 0.0]),
+            parameters: vec![("k".to_owned(), 358.7), ("F12".to_owned(), 0.5)],
+            ..ScenarioOptions::default()
+        };
+        let given = options.given();
+        let read = ScenarioOptions::typed(given.iter().map(|(name, text)| (*name, text.as_str())));
+        assert_eq!(read, Ok(options));
+        for (name, text, said) in [
+            ("rate", "fast", "rate"),
+            ("seed", "-1", "seed"),
+            ("set", "k", "k=358.7"),
+            ("rat", "5", "`rat`"),
+            ("offset", "inf", "offset"),
+        ] {
+            let refused = ScenarioOptions::typed([(name, text)]).expect_err("refused").to_string();
+            assert!(refused.contains(said), "{refused}");
+        }
+    }
+}
