@@ -27,6 +27,7 @@ def test_every_way_to_give_a_record_gives_the_same_equation(arrays, samples):
         pandas.DataFrame({"x": x, "u": u}, index=pandas.Index(t, name="t")),
         polars.DataFrame(columns),
         [(t, x, u)],
+        (t.tolist(), x.tolist(), u.tolist()),
         sindyscope.records(t, x, u),
         samples / "duffing.csv",
         str(samples / "duffing.csv"),

@@ -240,7 +240,9 @@ def sources(
     if _is_frame(data) or isinstance(data, Mapping):
         return _of_frame(data, known, units, told)
     if isinstance(data, (list, tuple)):
-        if data and all(isinstance(part, np.ndarray) or np.isscalar(part) for part in data):
+        whole = (str, os.PathLike, Record, Mapping, tuple)
+        parts_of_one = isinstance(data, tuple) and not any(isinstance(p, whole) or _is_frame(p) for p in data)
+        if len(data) in (2, 3) and (parts_of_one or all(isinstance(part, np.ndarray) for part in data)):
             # One record as (t, x) or (t, x, u).
             t, motion, *force = data
             return [_of_arrays(t, motion, force[0] if force else None, None, None, known, units, told)]
