@@ -2,27 +2,21 @@ use std::path::PathBuf;
 
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 
-use super::failure::Failure;
 use super::progress::ProgressLine;
-use super::request::Terms;
-use super::source::{KindName, RecordSource};
-use super::{CommandResult, diagnosed, json, table};
+use super::source::SourceOptions;
+use super::{CommandResult, json, table};
+use sindyscope_analysis::json::diagnosed;
+use sindyscope_analysis::missing::MAX_EFFECTS;
+use sindyscope_analysis::{AnalysisError, KindName, MissingRequest, Terms, search};
 use sindyscope_core::setting::Given;
 use sindyscope_core::study::{Cancel, Settings, setting};
 use sindyscope_report::document;
-use sindyscope_search::{Ask, Diagnosis, Search};
-use sindyscope_values::model::Units;
-use sindyscope_values::record::RecordSet;
-use sindyscope_values::term::{Kind, Term};
-
-/// Most effects that are added unless told otherwise.
-pub(super) const MAX_EFFECTS: u8 = 3;
 
 /// Options of `diagnose`.
 #[derive(Debug, Args)]
 pub(super) struct DiagnoseOptions {
     #[command(flatten)]
-    source: RecordSource,
+    source: SourceOptions,
 
     /// Terms of every acceleration of the base model, to which effects are added: "x, v, u" [default: linear springs and dampers]
     #[arg(long, value_name = "LIST", help_heading = "Base model")]
@@ -89,16 +83,16 @@ impl FromArgMatches for StudySettings {
 
 /// Searches for missing effects and prints the walk.
 pub(super) fn run(options: &DiagnoseOptions, progress: &ProgressLine) -> CommandResult {
-    if options.source.reading.kind == KindName::FirstOrder {
-        return Err(first_order().into());
+    let source = &options.source.0;
+    if source.reading.kind == KindName::FirstOrder {
+        return Err(AnalysisError::FirstOrder.into());
     }
     progress.stage("reading");
-    let records = options.source.read()?;
-    let base = options.terms.as_ref();
-    let mut ask = ask(base, &options.lock, options.max_effects)?;
-    ask.initial = options.settings.initial;
-    let diagnosis = search(&records, &ask, progress)?;
-    if let Some(json) = json::write(options.json.as_deref(), &diagnosed::result(&diagnosis, &records))? {
+    let records = source.read()?;
+    let DiagnoseOptions { terms, lock, max_effects, settings, .. } = options;
+    let request = MissingRequest { base: terms.clone(), known: lock.clone(), max_effects: *max_effects, initial: settings.initial };
+    let diagnosis = search(&request, &records, &Cancel::default(), &|told| progress.show(told))?;
+    if let Some(json) = json::write(options.json.as_deref(), &diagnosed(&diagnosis, &records))? {
         return Ok(json);
     }
     let mut text = document::walk(&diagnosis, &records);
@@ -111,43 +105,4 @@ pub(super) fn run(options: &DiagnoseOptions, progress: &ProgressLine) -> Command
         text.push_str(&format!("{} changed nothing: diagnose neither smooths nor thresholds.\n", unused.join(", ")));
     }
     Ok(text.into_bytes())
-}
-
-/// Said where missing effects are to be searched in first-order data.
-pub(super) fn first_order() -> Failure {
-    Failure::new(
-        "missing effects are searched in equations of second order: of a displacement, whose velocity is derived",
-    )
-    .try_this("leave out --kind first-order and give the displacement alone, with --columns x=NAME")
-}
-
-/// What is asked of a search.
-pub(super) fn ask(base: Option<&Terms>, known: &[Terms], max_effects: u8) -> Result<Ask, Failure> {
-    let lists: Vec<Vec<Term>> = known.iter().map(Terms::for_all).collect::<Result<_, _>>()?;
-    let mut ask = Ask { known: lists.concat(), max_effects: usize::from(max_effects), ..Ask::default() };
-    for part in base.iter().flat_map(|terms| &terms.0) {
-        let list = match part.freedom(Kind::SecondOrder).map_err(Failure::new)? {
-            None => ask.base.get_or_insert_default(),
-            Some(mass) => ask.own.entry(mass).or_default(),
-        };
-        list.extend(part.entries.iter().cloned());
-    }
-    Ok(ask)
-}
-
-/// Walks through the records on its own.
-pub(super) fn search(records: &RecordSet, ask: &Ask, progress: &ProgressLine) -> Result<Diagnosis, Failure> {
-    progress.stage("looking at the records");
-    let search = Search::new(records, ask)?;
-    if let Some((record, _)) = records.entries.first() {
-        let layout = record.layout(Kind::SecondOrder);
-        let units = Units::from_record(record, &layout);
-        search.base_terms().try_for_each(|t| units.check(t, &layout)).map_err(Failure::new)?;
-    }
-    let tell = |progressed: sindyscope_search::Progress| {
-        if let sindyscope_search::Progress::Step(what, share) = progressed {
-            progress.share(what, share);
-        }
-    };
-    Ok(search.diagnose(&tell, &Cancel::default())?)
 }

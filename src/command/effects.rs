@@ -3,11 +3,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use serde_json::{Map, Value, json};
 
 use super::CommandResult;
-use super::json::{self, VERSION};
-use sindyscope_search::{Entry, EntryForm, guide};
+use super::json;
+use sindyscope_analysis::json::effects;
+use sindyscope_search::{Entry, guide};
 use sindyscope_values::format::number::significant_trimmed;
 
 /// Options of `effects`.
@@ -31,8 +31,7 @@ pub(super) fn run(options: &EffectsOptions) -> CommandResult {
     if let Some(wanted) = &options.effect {
         entries.retain(|e| e.effect == wanted);
     }
-    let result = json!({ "version": VERSION, "effects": entries.iter().map(entry).collect::<Vec<_>>() });
-    if let Some(text) = json::write(options.json.as_deref(), &result)? {
+    if let Some(text) = json::write(options.json.as_deref(), &effects(&entries))? {
         return Ok(text);
     }
     if options.json.is_some() {
@@ -43,48 +42,6 @@ pub(super) fn run(options: &EffectsOptions) -> CommandResult {
         _ => listed(&entries),
     };
     Ok(text.into_bytes())
-}
-
-fn entry(entry: &Entry) -> Value {
-    json!({
-        "effect": entry.effect,
-        "title": entry.title,
-        "family": entry.family,
-        "explanation": entry.explanation,
-        "formula": entry.formula,
-        "axis": entry.axis,
-        "parameters": entry.parameters.iter().map(|p| json!({
-            "name": p.name,
-            "unit": p.unit,
-            "positive": p.positive,
-            "inner": p.inner,
-        })).collect::<Vec<_>>(),
-        "forms": entry.forms.iter().map(form).collect::<Vec<_>>(),
-        "contains": entry.contains,
-        "contained_in": entry.contained_in,
-        "shifts_the_zero_as": entry.shifts_the_zero_as,
-        "separates": entry.separates,
-    })
-}
-
-fn form(form: &EntryForm) -> Value {
-    let example: Map<String, Value> = form.example.iter().map(|(n, v)| ((*n).to_owned(), json!(v))).collect();
-    let states: Map<String, Value> = form
-        .states
-        .iter()
-        .map(|(state, terms)| {
-            let terms: Vec<Value> = terms.iter().map(|(t, c)| json!({ "term": t, "coefficient": c })).collect();
-            (state.clone(), Value::Array(terms))
-        })
-        .collect();
-    json!({
-        "form": form.form,
-        "place": form.place,
-        "example": example,
-        "terms": form.terms,
-        "states": states,
-        "replaces": form.replaces,
-    })
 }
 
 fn listed(entries: &[Entry]) -> String {

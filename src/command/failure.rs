@@ -1,12 +1,12 @@
 use std::fmt;
 use std::path::Path;
 
+use sindyscope_analysis::AnalysisError;
+use sindyscope_analysis::batch::BatchError;
 use sindyscope_core::remedy::{Remedy, sentence};
-use sindyscope_core::study::StudyError;
 use sindyscope_files::ReadError;
 use sindyscope_report::document::ReportError;
 use sindyscope_report::export::ExportError;
-use sindyscope_search::GapError;
 
 /// Why the work could not be done, and what to try.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -101,15 +101,48 @@ impl From<ReadError> for Failure {
     }
 }
 
-impl From<StudyError> for Failure {
-    fn from(error: StudyError) -> Self {
-        Self::new(error.to_string()).try_this(worded(&error.remedies()))
+impl From<AnalysisError> for Failure {
+    fn from(error: AnalysisError) -> Self {
+        let advice = match &error {
+            AnalysisError::Prepare(_) => {
+                "give other times with --crop, other steps with --prepare, or another share with --hold-out".to_owned()
+            }
+            AnalysisError::MassNeeded => "say it with --mass KG".to_owned(),
+            AnalysisError::ForceNeeded => {
+                "give the column a unit, as `u [N]`, or fix the coefficient itself: --fix u=VALUE".to_owned()
+            }
+            AnalysisError::FirstOrder => {
+                "leave out --kind first-order and give the displacement alone, with --columns x=NAME".to_owned()
+            }
+            other => worded(&other.remedies()),
+        };
+        Self::new(error.to_string()).try_this(advice)
     }
 }
 
-impl From<GapError> for Failure {
-    fn from(error: GapError) -> Self {
-        Self::new(error.to_string()).try_this(worded(&error.remedies()))
+impl From<BatchError> for Failure {
+    fn from(error: BatchError) -> Self {
+        let advice = match error {
+            BatchError::Read { .. } => "check the path",
+            BatchError::Write { .. } => "check that the folder exists and may be written to",
+            BatchError::List { .. } | BatchError::Empty(_) => {
+                "give a folder of measurements, or a list: a file a line, or CSV with a column `file`"
+            }
+            BatchError::Settings { .. } => {
+                "write TOML with the names of the options of identify, as `window = 31`, or give a saved project"
+            }
+            BatchError::OtherSettings(_)
+            | BatchError::Journal { .. }
+            | BatchError::AtWork(_)
+            | BatchError::Cancelled => "",
+        };
+        Self::new(error.to_string()).try_this(advice)
+    }
+}
+
+impl From<AnalysisError> for Stop {
+    fn from(error: AnalysisError) -> Self {
+        Self::Failure(error.into())
     }
 }
 

@@ -5,16 +5,11 @@ use clap::error::ErrorKind;
 
 use super::failure::Failure;
 use super::{Stop, usage};
-use sindyscope_rig::hidden::{
-    ExcitationKind, Hidden, HiddenRequest, Instruments, SensedMotion, draw, names, outside_names, title,
-};
+use sindyscope_rig::hidden::{self as rig, ExcitationKind, NOTHING, names, outside_names, title};
 use sindyscope_rig::{Noise, NoiseKind, RigError};
 use sindyscope_values::record::Record;
 
-/// The name of the scenario.
-pub(super) const NAME: &str = "hidden";
-/// What hides nothing.
-const NOTHING: &str = "nothing";
+pub(super) use sindyscope_rig::hidden::HIDDEN_SCENARIO as NAME;
 
 /// Options of `generate hidden`, of no use to other scenarios.
 #[derive(Args, Clone, Debug, PartialEq)]
@@ -65,51 +60,25 @@ impl HiddenOptions {
         noise: Option<Noise>,
         measure: Option<&[String]>,
     ) -> Result<(Vec<Record>, Vec<String>), Stop> {
-        let refuse = |problem: String| usage("generate", ErrorKind::ValueValidation, problem);
-        let shown = match measure {
-            None => SensedMotion::default(),
-            Some([one]) => one.trim().parse().map_err(|e| refuse(format!("--measure: {e}")))?,
-            Some(_) => return Err(refuse("--measure: the rig has one sensor of the motion: x, v or a".to_owned())),
+        let Self { effect, excitation, noise_kind, ratio, samples, reveal } = self.clone();
+        let measure = measure.map(<[String]>::to_vec);
+        let options = rig::HiddenOptions {
+            seed,
+            effects: effect,
+            excitation,
+            noise,
+            noise_kind,
+            measure,
+            ratio,
+            samples,
+            reveal,
         };
-        let share = match noise {
-            None => 0.01,
-            Some(Noise::ShareOfPeak(share) | Noise::ShareOfRms(share)) => share,
-            Some(Noise::Deviation(0.0)) => 0.0,
-            Some(Noise::Deviation(_)) => {
-                return Err(refuse(
-                    "--noise: the size of a hidden rig is drawn; give the noise as a share of the RMS (1%)".to_owned(),
-                ));
+        rig::hidden_records(&options).map_err(|error| match error {
+            RigError::BadOption { option, problem } => {
+                usage("generate", ErrorKind::ValueValidation, format!("--{option}: {problem}"))
             }
-        };
-        let kind = self.noise_kind.unwrap_or_default();
-        let instruments = Instruments { shown, kind, ..Instruments::white(share) };
-        let excitation = self.excitation.unwrap_or(ExcitationKind::Multisine);
-        let mut request = match self.effect.as_slice() {
-            [] => HiddenRequest::blind(excitation, seed),
-            [only] if only == NOTHING => HiddenRequest::new([] as [&str; 0], excitation, seed),
-            effects => HiddenRequest::new(effects.iter().map(|e| e.trim()), excitation, seed),
-        };
-        request.instruments = instruments;
-        request.ratio = self.ratio;
-        request.samples = self.samples.unwrap_or(request.samples);
-        let Hidden { mut fit, held_out, truth, .. } = match draw(&request) {
-            Ok(hidden) => hidden,
-            Err(RigError::BadOption { option, problem }) => return Err(refuse(format!("--{option}: {problem}"))),
-            Err(error) => return Err(Failure::new(error.to_string()).into()),
-        };
-        let mut comments = vec![
-            format!("Sindyscope, a virtual rig that may hide an effect: seed {seed}, excitation {excitation}"),
-            "the record `held out` is for checking, not for fitting".to_owned(),
-        ];
-        if self.reveal {
-            comments.push(truth.description);
-            comments.extend(truth.parameters.iter().map(|p| {
-                let of = p.effect.map_or(String::new(), |e| format!("{e}: "));
-                format!("{of}{} = {:e} {}", p.name, p.value, p.unit).trim_end().to_owned()
-            }));
-        }
-        fit.extend(held_out);
-        Ok((fit, comments))
+            error => Failure::new(error.to_string()).into(),
+        })
     }
 }
 

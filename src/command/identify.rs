@@ -2,13 +2,14 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::analysis::{Analysis, analyse};
 use super::failure::{Failure, worded};
 use super::progress::ProgressLine;
 use super::request::StudyOptions;
 use super::{CommandResult, json, table};
+use sindyscope_analysis::json::identified;
+use sindyscope_analysis::{Analysis, AnalysisError, AnalysisRequest, analyse};
 use sindyscope_core::remedy::Remedy;
-use sindyscope_core::study::{self, Calibrated, Calibration, Horizon, Outcome, SETTINGS};
+use sindyscope_core::study::{self, Calibrated, Calibration, Cancel, Horizon, Outcome, SETTINGS};
 use sindyscope_report::document::{Arrangement, Report};
 use sindyscope_report::export;
 use sindyscope_values::format::equations;
@@ -46,11 +47,11 @@ pub(super) fn run(options: &IdentifyOptions, progress: &ProgressLine) -> Command
     for path in &options.export {
         export::ExportFormat::of(path).map_err(Failure::from)?;
     }
-    let analysis = analyse(&options.study, progress)?;
+    let analysis = study(&options.study.request, progress)?;
     // A form that cannot hold the model takes nothing from the others, nor from the result.
     let refused = options.export.iter().filter_map(|path| export::write(&analysis.outcome, path).err());
     let refused: Vec<_> = refused.collect();
-    let json = json::write(options.study.json.as_deref(), &json::identified(&analysis))?;
+    let json = json::write(options.study.json.as_deref(), &identified(&analysis))?;
     if let Some(first) = refused.into_iter().next() {
         return Err(Failure::from(first).into());
     }
@@ -85,6 +86,13 @@ pub(super) fn run(options: &IdentifyOptions, progress: &ProgressLine) -> Command
         }
     };
     Ok(text.into_bytes())
+}
+
+/// Reads the records and runs the study that is asked for.
+pub(super) fn study(request: &AnalysisRequest, progress: &ProgressLine) -> Result<Analysis, AnalysisError> {
+    progress.stage("reading");
+    let records = request.source.read()?;
+    analyse(request, records, &Cancel::default(), &|told| progress.show(told))
 }
 
 /// What would help where something is doubtful, a line each.

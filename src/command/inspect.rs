@@ -7,9 +7,10 @@ use serde_json::{Value, json};
 
 use super::CommandResult;
 use super::failure::{Failure, worded};
-use super::json::{self, VERSION};
+use super::json;
 use super::progress::ProgressLine;
-use super::source::Reading;
+use super::source::ReadingOptions;
+use sindyscope_analysis::json::VERSION;
 use sindyscope_core::signal::standard_deviation;
 use sindyscope_files::{ColumnUse, MeasuredFile, Overview, ReadError, ReadOptions, read_opened};
 use sindyscope_values::format::number::significant_trimmed;
@@ -23,7 +24,7 @@ pub(super) struct InspectOptions {
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     #[command(flatten)]
-    reading: Reading,
+    reading: ReadingOptions,
     /// Tell it as JSON, on standard output or in a file
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
     json: Option<PathBuf>,
@@ -44,7 +45,7 @@ struct Inspected<'a> {
 /// Tells what files hold.
 pub(super) fn run(options: &InspectOptions, progress: &ProgressLine) -> CommandResult {
     progress.stage("reading");
-    let reading = ReadOptions { keep_constant_inputs: true, ..options.reading.options() };
+    let reading = ReadOptions { keep_constant_inputs: true, ..options.reading.0.options() };
     let inspected: Vec<Inspected<'_>> = options.files.iter().map(|file| inspect(file, &reading)).collect();
     if inspected.iter().all(|i| i.found.is_err())
         && let Some(Inspected { found: Err(error), holds, .. }) = inspected.first()

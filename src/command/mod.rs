@@ -1,8 +1,7 @@
 //! The command line: what the library finds, for terminals and scripts. None of it but the window needs a display.
 
-mod analysis;
+mod batch;
 mod diagnose;
-mod diagnosed;
 mod effects;
 mod failure;
 mod generate;
@@ -57,6 +56,8 @@ enum Command {
     Diagnose(diagnose::DiagnoseOptions),
     /// The study as a document: figures, equations, tables
     Report(report::ReportOptions),
+    /// Identify many records with the same settings, one row of a table each; ended at any time, it goes on where it was
+    Batch(batch::BatchOptions),
     /// What files hold: records, channels with name, unit and role, rate and length; what was mended, what is wrong
     Inspect(inspect::InspectOptions),
     /// The catalogue of effects that `diagnose` looks for: what each is, its terms and parameters, what it is mistaken for
@@ -86,6 +87,7 @@ fn run(arguments: impl IntoIterator<Item = OsString>, out: &mut impl Write, err:
             (Some(Command::Identify(options)), progress) => identify::run(&options, &progress),
             (Some(Command::Diagnose(options)), progress) => diagnose::run(&options, &progress),
             (Some(Command::Report(options)), progress) => report::run(&options, &progress),
+            (Some(Command::Batch(options)), progress) => batch::run(&options, &progress),
             (Some(Command::Inspect(options)), progress) => inspect::run(&options, &progress),
             (Some(Command::Effects(options)), _) => effects::run(&options),
             (Some(Command::Generate(options)), progress) => generate::run(&options, &progress),

@@ -1,6 +1,7 @@
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use sindyscope_analysis::Progress;
 
 /// A line on the terminal that says what is done, how far it is, and how long it will take; nothing where no person is watching,
 /// as behind a pipe. It is gone with the value.
@@ -17,6 +18,14 @@ impl ProgressLine {
         // Of standard error that is no terminal nothing is made by the library itself.
         let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         Self(ProgressBar::with_draw_target(Some(STEPS), target))
+    }
+
+    /// What an analysis tells.
+    pub(super) fn show(&self, progress: Progress) {
+        match progress {
+            Progress::Stage(what) => self.stage(what),
+            Progress::Share(what, share) => self.share(what, share),
+        }
     }
 
     /// Something is done of which it is not known how far it is.

@@ -4,13 +4,16 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::analysis::analyse;
-use super::diagnose::{MAX_EFFECTS, ask, first_order, search};
 use super::failure::Failure;
+use super::identify;
 use super::progress::ProgressLine;
-use super::request::{StudyOptions, StudyRequest, Terms};
-use super::source::{KindName, typed};
-use super::{CommandResult, diagnosed, json, table};
+use super::request::{StudyOptions, StudyRequest};
+use super::source::typed;
+use super::{CommandResult, json, table};
+use sindyscope_analysis::json::{diagnosed, identified};
+use sindyscope_analysis::missing::MAX_EFFECTS;
+use sindyscope_analysis::{AnalysisError, KindName, MissingRequest, Terms, search};
+use sindyscope_core::study::Cancel;
 use sindyscope_report::document::{Arrangement, DocumentFormat, Paper, Report, Sections};
 
 /// Options of `report`.
@@ -69,31 +72,33 @@ impl From<PaperName> for Paper {
 
 /// Identifies and writes the document.
 pub(super) fn run(options: &ReportOptions, progress: &ProgressLine) -> CommandResult {
-    let ReportOptions { study, document } = options;
+    let ReportOptions { study: StudyOptions { request, json }, document } = options;
     // Said before the work is done, not after.
     DocumentFormat::of(&document.out).map_err(Failure::from)?;
     #[cfg(feature = "desktop")]
-    if let [project] = study.source.data.as_slice()
+    if let [project] = request.source.data.as_slice()
         && project.is_file()
         && crate::app::is_project(project)
     {
         return of_project(options, project, progress);
     }
-    if document.diagnose && study.source.reading.kind == KindName::FirstOrder {
-        return Err(first_order().into());
+    if document.diagnose && request.source.reading.kind == KindName::FirstOrder {
+        return Err(AnalysisError::FirstOrder.into());
     }
-    let analysis = analyse(study, progress)?;
+    let analysis = identify::study(request, progress)?;
     let diagnosis = match document.diagnose {
         true => {
-            let mut ask = ask(document.base.as_ref(), &[], document.max_effects)?;
-            ask.initial = analysis.outcome.settings.initial;
-            Some(search(&analysis.records, &ask, progress)?)
+            let DocumentOptions { base, max_effects, .. } = document.clone();
+            let initial = analysis.outcome.settings.initial;
+            let missing = MissingRequest { base, known: Vec::new(), max_effects, initial };
+            Some(search(&missing, &analysis.records, &Cancel::default(), &|told| progress.show(told))?)
         }
         false => None,
     };
-    let command = StudyRequest { document: Some(document.clone()), ..analysis.done.clone() };
+    let done = StudyRequest::done(request, &analysis.outcome.settings, &analysis.calibrated);
+    let command = StudyRequest { document: Some(document.clone()), ..done };
     let command = command.command("report", &analysis.suggested);
-    let title = document.title.clone().unwrap_or_else(|| title(&study.source.data));
+    let title = document.title.clone().unwrap_or_else(|| title(&request.source.data));
     let arrangement = document.arrangement();
     let report = Report {
         title: &title,
@@ -106,11 +111,11 @@ pub(super) fn run(options: &ReportOptions, progress: &ProgressLine) -> CommandRe
     };
     progress.stage("drawing");
     report.write(&document.out).map_err(Failure::from)?;
-    let mut result = json::identified(&analysis);
+    let mut result = identified(&analysis);
     if let Some(diagnosis) = &diagnosis {
-        result["diagnosis"] = diagnosed::result(diagnosis, &analysis.records);
+        result["diagnosis"] = diagnosed(diagnosis, &analysis.records);
     }
-    let json = json::write(study.json.as_deref(), &result)?;
+    let json = json::write(json.as_deref(), &result)?;
     Ok(json.unwrap_or_else(|| format!("wrote {}\n", document.out.display()).into_bytes()))
 }
 

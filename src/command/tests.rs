@@ -1,7 +1,8 @@
 use clap::{CommandFactory, Parser};
 
-use super::request::{StudyOptions, StudyRequest};
+use super::request::StudyRequest;
 use super::{Cli, Command};
+use sindyscope_analysis::AnalysisRequest;
 use sindyscope_core::study::{Kinematics, Lock, Regressor, Scaling, Settings};
 use sindyscope_values::term::Term;
 
@@ -51,16 +52,16 @@ fn wrong_values_are_said_with_the_option() {
 }
 
 /// The options of a study of `a b.csv`.
-fn parse(arguments: &[&str]) -> StudyOptions {
+fn parse(arguments: &[&str]) -> AnalysisRequest {
     let words = [&["sindyscope", "identify", "a b.csv"], arguments].concat();
     match Cli::try_parse_from(words).expect("options").command {
-        Some(Command::Identify(options)) => options.study,
+        Some(Command::Identify(options)) => options.study.request,
         _ => panic!("a study was asked for"),
     }
 }
 
 /// The command that repeats a study.
-fn repeated(options: &StudyOptions, settings: &Settings) -> String {
+fn repeated(options: &AnalysisRequest, settings: &Settings) -> String {
     StudyRequest::done(options, settings, &[]).command("identify", &Settings::default())
 }
 

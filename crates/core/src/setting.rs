@@ -186,6 +186,11 @@ impl<T> Said<T> {
     pub fn new(setting: &'static Setting<T>, text: &str) -> Result<Self, String> {
         (setting.read)(text).map(|change| Self { setting, text: text.to_owned(), change })
     }
+
+    /// The setting's name.
+    pub fn name(&self) -> &'static str {
+        self.setting.name
+    }
 }
 
 impl<T> Given<T> {

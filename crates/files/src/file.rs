@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use super::assemble;
-use super::column::{FileContents, Flaw};
+use super::column::{FileColumn, FileContents, Flaw};
 use super::error::{ReadError, ReadProblem};
 use super::format::{FileFormat, Reader, TextTable};
 use super::formats::text::{self, TextHead};
@@ -21,6 +21,19 @@ use sindyscope_values::record::Record;
 /// A project is recognised by this many of its first bytes.
 const PROJECT_HEAD: usize = 1 << 16;
 
+/// One column of a table that lies in memory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedColumn {
+    /// What it is called, as a file's header would: `x [mm]`, `force (N)`.
+    pub heading: String,
+    /// One value a row; NaN stands for one that is missing.
+    pub values: Vec<f64>,
+}
+
+/// A table that lies in memory is no file: nothing is recognised as one.
+static IN_MEMORY: FileFormat =
+    FileFormat::of_columns("table in memory", &[], |_| true, |_| Ok(FileContents::default()));
+
 /// A file of measurements: its bytes, read from the disk once, and the format that they are in.
 ///
 /// [`Self::look`], [`Self::fits`] and [`Self::read`] may follow in any order, each as often as wanted.
@@ -35,6 +48,8 @@ pub struct MeasuredFile {
     sheets: OnceLock<Result<Vec<TextTable>, Flaw>>,
     /// Set as soon as nobody wants its records any more.
     cancel: Cancel,
+    /// The columns of a table that lies in memory, which has no bytes.
+    columns: Vec<NamedColumn>,
     /// How a file of text begins, once that has been wanted; none if it is no text.
     head: OnceLock<Option<TextHead>>,
 }
@@ -63,7 +78,24 @@ impl MeasuredFile {
             sheets: OnceLock::new(),
             head: OnceLock::new(),
             cancel: Cancel::default(),
+            columns: Vec::new(),
         }
+    }
+
+    /// A table that lies in memory, read as a file with the same headings would be; messages and records name it by `name`.
+    ///
+    /// # Errors
+    /// Columns of different lengths.
+    pub fn from_columns(name: &str, columns: Vec<NamedColumn>) -> Result<Self, ReadError> {
+        if let [first, rest @ ..] = columns.as_slice()
+            && let Some(other) = rest.iter().find(|c| c.values.len() != first.values.len())
+        {
+            let (one, two) = (first.values.len(), other.values.len());
+            let what = format!("`{}` has {one} values and `{}` has {two}", first.heading, other.heading);
+            return Err(Flaw::new(what).in_file(name, IN_MEMORY.name));
+        }
+        let empty = Self::from_bytes("", Vec::new());
+        Ok(Self { name: name.to_owned(), format: &IN_MEMORY, columns, ..empty })
     }
 
     /// The same bytes, taken to be of a format.
@@ -136,8 +168,10 @@ impl MeasuredFile {
             return Err(ReadError::new("", ReadProblem::BadRate(rate)));
         }
         let table = self.table(options)?;
-        let stem =
-            Path::new(&self.name).file_stem().map_or_else(|| self.name.clone(), |s| s.to_string_lossy().into_owned());
+        let stem = Path::new(&self.name)
+            .file_stem()
+            .filter(|_| self.columns.is_empty())
+            .map_or_else(|| self.name.clone(), |s| s.to_string_lossy().into_owned());
         let mut records = assemble::records(&self.name, &stem, table, options, &self.cancel)?;
         for record in &mut records {
             record.source.clone_from(&self.path);
@@ -188,6 +222,11 @@ impl MeasuredFile {
         &'a self,
         read: fn(&'a [u8]) -> Result<FileContents<'a>, Flaw>,
     ) -> Result<FileContents<'a>, ReadError> {
+        if !self.columns.is_empty() {
+            let column =
+                |c: &'a NamedColumn| FileColumn::new(&c.heading, "", c.values.len(), move || Ok(c.values.clone()));
+            return Ok(FileContents { columns: self.columns.iter().map(column).collect(), notices: Vec::new() });
+        }
         read(&self.bytes).map_err(|flaw| flaw.in_file(&self.name, self.format.name))
     }
 

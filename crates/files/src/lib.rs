@@ -44,12 +44,12 @@ mod write;
 pub use column::{FileColumn, FileContents, Flaw};
 pub use column_map::{ColumnMap, ColumnMapError};
 pub use error::{ReadError, ReadProblem, RowPlace};
-pub use file::{MeasuredFile, is_project};
+pub use file::{MeasuredFile, NamedColumn, is_project};
 pub use format::{FileFormat, ReadColumns};
 pub use formats::FORMATS;
 pub use options::ReadOptions;
 pub use overview::{ColumnOverview, ColumnUse, Overview, TableOverview};
-pub use set::{read_files, read_opened, read_set, read_text};
+pub use set::{join, read_files, read_opened, read_set, read_text};
 pub use write::write_csv;
 
 #[cfg(test)]

@@ -51,6 +51,16 @@ pub fn read_opened(
     joined(files.par_iter().map(|file| file.read(options)).collect(), fit.len(), options)
 }
 
+/// Records that were read one by one, each file's by itself, as one set; those of `fit` to be fitted. They were read with
+/// [`ReadOptions::keep_constant_inputs`], so that it is decided here what is constant in all; otherwise as [`read_set`].
+///
+/// # Errors
+/// Records whose units do not go together.
+pub fn join(fit: Vec<Vec<Record>>, held_out: Vec<Vec<Record>>, options: &ReadOptions) -> Result<RecordSet, ReadError> {
+    let fitted = fit.len();
+    joined(fit.into_iter().chain(held_out).map(Ok).collect(), fitted, options)
+}
+
 /// The records of files as one set; those of the first `fitted` files are fitted.
 fn joined(
     files: Vec<Result<Vec<Record>, ReadError>>,

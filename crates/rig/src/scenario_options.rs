@@ -1,5 +1,8 @@
 //! What of a scenario is to be otherwise.
 
+use std::str::FromStr;
+
+use super::error::RigError;
 use super::sensor::Noise;
 use super::words::short;
 
@@ -74,6 +77,45 @@ impl ScenarioOptions {
         given.chain(changed).collect()
     }
 
+    /// The inverse of [`Self::given`]: what is said by names and typed values.
+    ///
+    /// # Errors
+    /// A name that is none, or a value that is none.
+    pub fn typed<'a>(pairs: impl IntoIterator<Item = (&'a str, &'a str)>) -> Result<Self, RigError> {
+        let mut options = Self::default();
+        for (name, text) in pairs {
+            let numbers = |option: &'static str| list(text).map(|v| number(option, v)).collect::<Result<Vec<f64>, _>>();
+            match name {
+                "seed" => options.seed = number("seed", text)?,
+                "measure" => options.measure = Some(list(text).map(str::to_owned).collect()),
+                "noise" => options.noise = Some(typed("noise", text)?),
+                "offset" => options.offset = Some(number("offset", text)?),
+                "drift" => options.drift = Some(number("drift", text)?),
+                "high-pass" => options.high_pass = Some(number("high-pass", text)?),
+                "input-noise" => options.input_noise = Some(typed("input-noise", text)?),
+                "resolution" => options.resolution = Some(number("resolution", text)?),
+                "rate" => options.rate = Some(number("rate", text)?),
+                "duration" => options.duration = Some(number("duration", text)?),
+                "settle" => options.settle = Some(number("settle", text)?),
+                "amplitude" => options.amplitude = Some(number("amplitude", text)?),
+                "frequencies" => options.frequencies = Some(numbers("frequencies")?),
+                "together" => options.together = true,
+                "lines" => options.lines = Some(number("lines", text)?),
+                "ramp" => options.ramp = Some(number("ramp", text)?),
+                "initial" => options.initial = Some(numbers("initial")?),
+                "set" => {
+                    let (parameter, value) = text.split_once('=').ok_or_else(|| RigError::BadOption {
+                        option: "set",
+                        problem: "write a parameter and its value as `k=358.7`".to_owned(),
+                    })?;
+                    options.parameters.push((parameter.trim().to_owned(), number("set", value)?));
+                }
+                _ => return Err(unknown(name, "no scenario has this")),
+            }
+        }
+        Ok(options)
+    }
+
     /// The command line that makes the same records.
     pub fn command(&self, scenario: &str) -> String {
         let mut text = format!("sindyscope generate {scenario}");
@@ -86,5 +128,62 @@ impl ScenarioOptions {
             }
         }
         text
+    }
+}
+
+/// The parts of a list.
+pub(crate) fn list(text: &str) -> impl Iterator<Item = &str> {
+    text.split(',').map(str::trim).filter(|part| !part.is_empty())
+}
+
+/// A finite number of an option.
+pub(crate) fn number<T: FromStr>(option: &'static str, text: &str) -> Result<T, RigError> {
+    let finite = text.trim().parse::<f64>().is_ok_and(f64::is_finite);
+    let value = text.trim().parse().ok().filter(|_| finite);
+    value.ok_or_else(|| RigError::BadOption { option, problem: format!("`{text}` is not a number that it can be") })
+}
+
+/// A value that is typed by its name.
+pub(crate) fn typed<T: FromStr<Err = String>>(option: &'static str, text: &str) -> Result<T, RigError> {
+    text.trim().parse().map_err(|problem| RigError::BadOption { option, problem })
+}
+
+/// An option that there is not.
+pub(crate) fn unknown(name: &str, problem: &str) -> RigError {
+    RigError::BadOption { option: "options", problem: format!("`{name}`: {problem}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_given_is_read_back() {
+        let options = ScenarioOptions {
+            seed: 7,
+            measure: Some(vec!["x1".to_owned(), "a2".to_owned()]),
+            noise: Some(Noise::ShareOfPeak(0.01)),
+            input_noise: Some(Noise::Deviation(2.5e-6)),
+            offset: Some(-0.05),
+            frequencies: Some(vec![0.5, 12.0]),
+            together: true,
+            lines: Some(29),
+            initial: Some(vec![-1e-3, 0.0]),
+            parameters: vec![("k".to_owned(), 358.7), ("F12".to_owned(), 0.5)],
+            ..ScenarioOptions::default()
+        };
+        let given = options.given();
+        let read = ScenarioOptions::typed(given.iter().map(|(name, text)| (*name, text.as_str())));
+        assert_eq!(read, Ok(options));
+        for (name, text, said) in [
+            ("rate", "fast", "rate"),
+            ("seed", "-1", "seed"),
+            ("set", "k", "k=358.7"),
+            ("rat", "5", "`rat`"),
+            ("offset", "inf", "offset"),
+        ] {
+            let refused = ScenarioOptions::typed([(name, text)]).expect_err("refused").to_string();
+            assert!(refused.contains(said), "{refused}");
+        }
     }
 }

@@ -7,12 +7,12 @@ use proptest::collection::{btree_map, vec};
 use proptest::prelude::*;
 use proptest::sample::select;
 
-use super::super::diagnose::MAX_EFFECTS;
 use super::super::report::{DocumentOptions, PaperName};
 use super::super::request::StudyRequest;
-use super::super::source::{Preparing, Reading, RecordSource};
 use super::super::{Cli, Command};
 use clap::Parser;
+use sindyscope_analysis::missing::MAX_EFFECTS;
+use sindyscope_analysis::{Preparing, Reading, RecordSource};
 use sindyscope_core::prepare::Treatment;
 use sindyscope_core::study::{
     Calibration, Differentiation, Formulation, Kinematics, Known, Lock, Own, REGRESSORS, Scaling, Settings, Smoothing,
@@ -210,8 +210,8 @@ proptest! {
         let command = asked.command(if asked.document.is_some() { "report" } else { "identify" }, &suggested);
         let parsed = Cli::try_parse_from(words(&command)).map_err(|e| TestCaseError::fail(format!("{command}\n{e}")))?;
         let (options, document) = match parsed.command {
-            Some(Command::Identify(options)) => (options.study, None),
-            Some(Command::Report(options)) => (options.study, Some(options.document)),
+            Some(Command::Identify(options)) => (options.study.request, None),
+            Some(Command::Report(options)) => (options.study.request, Some(options.document)),
             _ => return Err(TestCaseError::fail(command)),
         };
         let mut settings = options.settings(&suggested).map_err(|e| TestCaseError::fail(e.to_string()))?;

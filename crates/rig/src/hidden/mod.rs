@@ -22,6 +22,7 @@ mod memory;
 mod quantities;
 mod random;
 mod regime;
+mod scenario;
 mod stiffness;
 mod time;
 mod truth;
@@ -60,6 +61,7 @@ pub use catalogue::{exercised, names, outside_names, pairs, possible, title};
 pub use excitation_kind::ExcitationKind;
 pub use instruments::{Instruments, SensedMotion};
 pub use regime::Regime;
+pub use scenario::{HIDDEN_SCENARIO, HiddenOptions, NOTHING, hidden_records};
 
 /// Draws of a plant after which no motion was found to be bounded.
 const MOST_ATTEMPTS: u64 = 8;

@@ -1,16 +1,17 @@
-//! The search for missing effects as JSON, for scripts. A number that does not exist is `null`.
+//! What a search for missing effects found, as JSON.
 
 use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
-use super::json::{VERSION, equations};
+use super::VERSION;
+use super::identified::equations;
 use sindyscope_search::{Candidate, Diagnosis, Finding, FreeRun, Gap, Lead, Parameter, RecordScore, Round, Step};
 use sindyscope_values::model::{Model, Units};
 use sindyscope_values::record::RecordSet;
 
 /// The result of `diagnose`.
-pub(super) fn result(diagnosis: &Diagnosis, records: &RecordSet) -> Value {
+pub fn diagnosed(diagnosis: &Diagnosis, records: &RecordSet) -> Value {
     let units = |model: &Model| {
         records.entries.first().map_or_else(Units::default, |(r, _)| Units::from_record(r, &model.layout))
     };

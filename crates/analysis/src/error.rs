@@ -1,0 +1,85 @@
+use sindyscope_core::prepare::PrepareError;
+use sindyscope_core::remedy::Remedy;
+use sindyscope_core::study::StudyError;
+use sindyscope_files::ReadError;
+use sindyscope_search::GapError;
+
+/// Why an analysis has no result.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum AnalysisError {
+    /// The records cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The records cannot be prepared as asked for.
+    #[error(transparent)]
+    Prepare(#[from] PrepareError),
+    /// What was found of the channels cannot be taken out of the records.
+    #[error("{0}")]
+    Calibrate(PrepareError),
+    /// The study ends without an outcome.
+    #[error(transparent)]
+    Study(#[from] StudyError),
+    /// The search for missing effects cannot be made.
+    #[error(transparent)]
+    Search(#[from] GapError),
+    /// No setting has the name.
+    #[error("there is no setting `{name}`; there are {known}")]
+    UnknownSetting {
+        /// The name that was given.
+        name: String,
+        /// All names that there are.
+        known: String,
+    },
+    /// A setting cannot be what it was said to be.
+    #[error("{name}: {problem}")]
+    Value {
+        /// The setting.
+        name: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// Settings, each possible, that do not go together.
+    #[error("{0}")]
+    Settings(String),
+    /// The force's coefficient follows from the mass, which was not given.
+    #[error("`u=1/m` needs the mass")]
+    MassNeeded,
+    /// The force's coefficient follows from the mass if the input is a force.
+    #[error("`u=1/m` needs one input that is a force in newtons")]
+    ForceNeeded,
+    /// A list of terms for single equations where one for all is needed.
+    #[error("a list for each equation is not possible here")]
+    ListForEach,
+    /// Missing effects of first-order data.
+    #[error("missing effects are searched in equations of second order: of a displacement, whose velocity is derived")]
+    FirstOrder,
+}
+
+impl AnalysisError {
+    /// What to try, each by itself; of what only whoever asked can word (an option, an argument), nothing.
+    pub fn remedies(&self) -> Vec<Remedy> {
+        match self {
+            Self::Read(error) => error.remedies(),
+            Self::Study(error) => error.remedies(),
+            Self::Search(error) => error.remedies(),
+            Self::Prepare(_) => vec![Remedy::to_do("give other times, other steps of preparation, or another share")],
+            Self::MassNeeded => vec![Remedy::to_do("give the mass in kilograms")],
+            Self::ForceNeeded => {
+                vec![Remedy::to_do("give the input the unit N, or fix the coefficient of `u` itself")]
+            }
+            Self::ListForEach => vec![Remedy::to_do("give one list for all equations, without `v1:`")],
+            Self::FirstOrder => vec![Remedy::to_do("give the displacement alone, as of second order")],
+            Self::Calibrate(_) | Self::UnknownSetting { .. } | Self::Value { .. } | Self::Settings(_) => Vec::new(),
+        }
+    }
+
+    /// Whether the work was stopped from outside.
+    pub fn is_cancelled(&self) -> bool {
+        match self {
+            Self::Read(error) => *error.problem == sindyscope_files::ReadProblem::Cancelled,
+            Self::Study(error) => *error == StudyError::Cancelled,
+            Self::Search(error) => *error == GapError::Cancelled,
+            _ => false,
+        }
+    }
+}
