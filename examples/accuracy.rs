@@ -141,7 +141,7 @@ impl System {
         };
         let library = Settings { terms: list(self.terms)?, ..package.clone() };
         let report = Settings { smoothing: smoothed, threshold: self.threshold, ..library.clone() };
-        let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: false };
+        let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: false, terms: false };
         let own = choose(set, &suggested, free, &Cancel::default(), &|_, _| {})?.settings;
         let refined = Settings { refine: true, ..own.clone() };
         Ok([package, library, report, own, refined])

@@ -80,7 +80,7 @@ fn a_study_stops_at_once() {
 fn choosing_stops_at_once() {
     let records = records("friction", 40.0);
     let start = with_settings(&records);
-    let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true };
+    let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true, terms: false };
     stops_at_once("choose", |cancel| drop(choose(&records, &start, free, cancel, &|_, _| {})));
 }
 

@@ -96,7 +96,7 @@ fn system(scenario: &str, seed: u64, held_out: bool) -> Case {
 fn compare(case: &Case, size: usize) -> Compared {
     let start = suggest(&case.records, case.kind).expect("settings");
     let cancel = Cancel::default();
-    let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true };
+    let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true, terms: false };
     let choice = choose(&case.records, &start, free, &cancel, &|_, _| {}).expect("a choice");
     let mut study = Study::default();
     let mut test = |settings: &Settings| {

@@ -32,7 +32,7 @@ fn run(records: &RecordSet, settings: &Settings) -> Outcome {
 #[ignore = "half a minute where tests are not optimised; run with --profile study"]
 fn every_regressor_finds_the_equation_once_its_threshold_is_chosen() {
     let (records, settings) = duffing();
-    let free = FreeSettings { window: false, order: false, threshold: true, form: false, refine: false };
+    let free = FreeSettings { window: false, order: false, threshold: true, form: false, refine: false, terms: false };
     for regressor in Regressor::ALL {
         let start = Settings { regressor, ..settings.clone() };
         let chosen = choose(&records, &start, free, &Cancel::default(), &|_, _| {}).unwrap().settings;
@@ -83,7 +83,7 @@ fn differentiated(settings: &Settings, method: Differentiation) -> Settings {
 #[ignore = "half a minute where tests are not optimised; run with --profile study"]
 fn every_differentiation_finds_the_equation_once_its_strength_is_chosen() {
     let (records, settings) = duffing();
-    let free = FreeSettings { window: true, order: false, threshold: true, form: false, refine: false };
+    let free = FreeSettings { window: true, order: false, threshold: true, form: false, refine: false, terms: false };
     for method in [Differentiation::Spline, Differentiation::Spectral, Differentiation::Kalman] {
         let start = differentiated(&settings, method);
         let choice = choose(&records, &start, free, &Cancel::default(), &|_, _| {}).unwrap();

@@ -33,7 +33,7 @@ fn start(set: &RecordSet, terms: &str, known: &str) -> Settings {
 
 /// The outcome with the settings that the program chooses.
 fn chosen(set: &RecordSet, terms: &str, known: &str) -> Outcome {
-    let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: false };
+    let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: false, terms: false };
     let choice = choose(set, &start(set, terms, known), free, &Cancel::default(), &|_, _| {}).unwrap();
     run(set, &choice.settings)
 }
@@ -186,7 +186,7 @@ fn a_mass_that_sticks_is_fitted_where_it_slides() {
 fn lorenz_is_found_as_a_first_order_system() {
     let records = RecordSet::new(rig("lorenz", &ScenarioOptions::default()), Usage::Fit);
     let settings = suggest(&records, Kind::FirstOrder).unwrap();
-    let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: false };
+    let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: false, terms: false };
     let choice = choose(&records, &settings, free, &Cancel::default(), &|_, _| {}).unwrap();
     let outcome = run(&records, &choice.settings);
     assert_lorenz(&outcome, 0.01);

@@ -38,7 +38,7 @@ fn run(records: &RecordSet, settings: &Settings) -> Outcome {
 /// The settings that the program chooses where nothing is asked for.
 fn chosen(records: &RecordSet, mut settings: Settings) -> Settings {
     settings.refine = false;
-    let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true };
+    let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true, terms: false };
     choose(records, &settings, free, &Cancel::default(), &|_, _| {}).unwrap().settings
 }
 
@@ -216,7 +216,7 @@ fn chosen_terms(measured: &str) -> (usize, Vec<String>) {
     let fitted = made(3);
     let records = RecordSet::new(fitted.records, Usage::Fit);
     let start = suggest(&records, Kind::SecondOrder).unwrap();
-    let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true };
+    let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true, terms: false };
     let cancel = Cancel::default();
     let settings = choose(&records, &start, free, &cancel, &|_, _| {}).unwrap().settings;
     let outcome = Study::default().run(&records, &settings, &cancel).unwrap();

@@ -234,7 +234,8 @@ impl Work for Job {
         Ok(match self {
             Self::Open(opening) => Done::Opened(open::open(*opening, cancel).map(Box::new)),
             Self::Choose { records, settings } => {
-                let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true };
+                let free =
+                    FreeSettings { window: true, order: true, threshold: true, form: true, refine: true, terms: true };
                 Done::Chosen(Box::new(choose(&records, &settings, free, cancel, &stage).map_err(sentence)?))
             }
             Self::Calibrate { records, settings, step, sought } => {

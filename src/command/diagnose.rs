@@ -90,7 +90,12 @@ pub(super) fn run(options: &DiagnoseOptions, progress: &ProgressLine) -> Command
     progress.stage("reading");
     let records = source.read()?;
     let DiagnoseOptions { terms, lock, max_effects, settings, .. } = options;
-    let request = MissingRequest { base: terms.clone(), known: lock.clone(), max_effects: *max_effects, initial: settings.initial };
+    let request = MissingRequest {
+        base: terms.clone(),
+        known: lock.clone(),
+        max_effects: *max_effects,
+        initial: settings.initial,
+    };
     let diagnosis = search(&request, &records, &Cancel::default(), &|told| progress.show(told))?;
     if let Some(json) = json::write(options.json.as_deref(), &diagnosed(&diagnosis, &records))? {
         return Ok(json);

@@ -77,7 +77,7 @@ fn the_silverbox_with_nine_samples_a_period() {
     let read = |name: &str| read_files(&[folder.join(name)], &options).unwrap();
     let set = set(read("silverbox_multisine_1.csv"), read("silverbox_multisine_10.csv"));
     let start = known(&set, "x, v, u, x^2, x^3, 1", Formulation::Derivative);
-    let free = FreeSettings { window: true, order: true, threshold: false, form: true, refine: false };
+    let free = FreeSettings { window: true, order: true, threshold: false, form: true, refine: false, terms: false };
     let choice = choose(&set, &start, free, &Cancel::default(), &|_, _| {}).unwrap();
     assert!(matches!(choice.settings.form, Formulation::Weak { .. }), "{}", choice.reason);
     let outcome = run(&set, &choice.settings);

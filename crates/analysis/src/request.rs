@@ -125,7 +125,8 @@ impl AnalysisRequest {
         let threshold = left_out("threshold");
         let rows = left_out("form") && left_out("half-width") && window && order;
         let form = rows && self.source.reading.kind != KindName::Integral;
-        FreeSettings { window, order, threshold, form, refine: left_out("refine") && rows && threshold }
+        let refine = left_out("refine") && rows && threshold;
+        FreeSettings { window, order, threshold, form, refine, terms: left_out("terms") && threshold }
     }
 
     /// Fixes the force's coefficient where it is asked for that it follows from the mass.

@@ -105,8 +105,10 @@ fn settings() -> impl Strategy<Value = Settings> {
     let level = || number().prop_map(f64::abs);
     let lists = (terms(), locks(), known(), btree_map(0_usize..4, own(), 0..3));
     let ways = (smoothing(), form, select(REGRESSORS.map(|c| c.value).to_vec()), level(), level());
-    let rest = (any::<bool>(), any::<bool>(), any::<bool>(), any::<bool>(), proptest::option::of(1e-6..1e6));
-    (lists, ways, rest).prop_map(|((terms, locks, known, own), ways, (first_order, raw, fitted, refine, mass))| {
+    let numbers = (proptest::option::of(1e-6..1e6), proptest::option::of(4_usize..5000));
+    let rest = (any::<bool>(), any::<bool>(), any::<bool>(), any::<bool>(), numbers);
+    (lists, ways, rest).prop_map(|((terms, locks, known, own), ways, (first_order, raw, fitted, refine, numbers))| {
+        let (mass, initial) = numbers;
         let (smoothing, form, regressor, threshold, ridge) = ways;
         Settings {
             kind: if first_order { Kind::FirstOrder } else { Kind::SecondOrder },
@@ -123,6 +125,7 @@ fn settings() -> impl Strategy<Value = Settings> {
             known,
             mass,
             refine,
+            initial,
         }
     })
 }

@@ -31,6 +31,9 @@ pub struct FreeSettings {
     pub form: bool,
     /// Whether the coefficients are fitted to the response itself at the end.
     pub refine: bool,
+    /// Whether the library may become another where that halves what it leaves of the acceleration; of records with one
+    /// displacement.
+    pub terms: bool,
 }
 
 /// What [`choose`] chose, and why.
@@ -107,6 +110,9 @@ pub fn choose(
     let layout = check(records, start)?;
     let whole = records.with(Usage::Fit).map(|r| r.len()).sum::<usize>();
     let records = &beginnings(records);
+    let growth = if free.terms { super::grow::grown(records, &layout, start, cancel)? } else { None };
+    let library = growth.as_ref().and_then(|g| g.terms.clone());
+    let start = &Settings { terms: library.unwrap_or_else(|| start.terms.clone()), ..start.clone() };
     let plan = ValidationPlan::new(records, layout);
     let tried = plan.trials(start, free, cancel, progress)?;
     progress("fitting the response", SHARE_AFTER_TRIALS);
@@ -146,11 +152,12 @@ pub fn choose(
         _ => judged,
     };
     let reason = format!(
-        "{}: simulation error {} % of the motion's standard deviation on {judged}; {} settings tried{}",
+        "{}: simulation error {} % of the motion's standard deviation on {judged}; {} settings tried{}{}",
         described(&settings, start),
         significant_trimmed(100.0 * error.sqrt(), 2),
         tried.len(),
         dropped(&settings, start, &layout),
+        growth.map_or_else(String::new, |g| format!("; {}", g.tried)),
     );
     Ok(ChosenSettings { settings, reason, error: error.sqrt() })
 }

@@ -12,6 +12,7 @@ mod degree;
 mod eliminate;
 mod ensemble;
 mod error;
+mod grow;
 mod known;
 mod noise;
 mod opposite;

@@ -443,7 +443,7 @@ mod tests {
         assert!(map.known().all(|(_, cell)| cell.error >= error(best)));
         assert!(error(parsimonious) <= 2.0 * error(best));
         assert!(map.cell(parsimonious).unwrap().terms <= map.cell(best).unwrap().terms);
-        let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true };
+        let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true, terms: false };
         let chosen = choose(&records, &settings, free, &Cancel::default(), &|_, _| {}).unwrap().settings;
         let test = |settings: &Settings| {
             let outcome = Study::default().run(&records, settings, &Cancel::default()).unwrap();

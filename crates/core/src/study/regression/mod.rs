@@ -359,6 +359,19 @@ impl Regression {
         self.targets.iter().zip(&other.targets).map(share).fold(0.0, f64::max)
     }
 
+    /// The columns of the terms, the rate, and what is decided of each term, of the only equation; none of several.
+    #[expect(clippy::type_complexity, reason = "five views of one problem")]
+    pub(super) fn whole(
+        &self,
+        settings: &Settings,
+    ) -> Option<(&[Term], &[Vec<f64>], &[f64], Vec<Constraint>, Vec<Option<Sign>>)> {
+        let [target] = self.targets.as_slice() else { return None };
+        let freedom = freedom(&self.layout, target)?;
+        let settings = settings.of_equation(freedom);
+        let signs = self.terms.iter().map(|t| sign_of(&settings, t, freedom)).collect();
+        Some((&self.terms, &target.columns, &target.rate, self.constraints(&settings, target), signs))
+    }
+
     /// The state of an index of the state vector.
     pub(super) fn symbol(&self, index: usize) -> Option<Symbol> {
         self.layout.state_symbols().nth(index)
