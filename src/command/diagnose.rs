@@ -4,6 +4,7 @@ use clap::{ArgMatches, Args, Command, FromArgMatches};
 
 use super::failure::Failure;
 use super::progress::ProgressLine;
+use super::modes::BaseOptions;
 use super::request::Terms;
 use super::source::{KindName, RecordSource};
 use super::{CommandResult, diagnosed, json, table};
@@ -27,6 +28,8 @@ pub(super) struct DiagnoseOptions {
     /// Terms of every acceleration of the base model, to which effects are added: "x, v, u" [default: linear springs and dampers]
     #[arg(long, value_name = "LIST", help_heading = "Base model")]
     terms: Option<Terms>,
+    #[command(flatten)]
+    base: BaseOptions,
     /// Known physics: these terms are in the base model besides
     #[arg(long, value_name = "LIST", help_heading = "Base model")]
     lock: Vec<Terms>,

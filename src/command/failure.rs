@@ -4,6 +4,7 @@ use std::path::Path;
 use sindyscope_core::remedy::{Remedy, sentence};
 use sindyscope_core::study::StudyError;
 use sindyscope_files::ReadError;
+use sindyscope_modes::ModesError;
 use sindyscope_report::document::ReportError;
 use sindyscope_report::export::ExportError;
 use sindyscope_search::GapError;
@@ -103,6 +104,12 @@ impl From<ReadError> for Failure {
 
 impl From<StudyError> for Failure {
     fn from(error: StudyError) -> Self {
+        Self::new(error.to_string()).try_this(worded(&error.remedies()))
+    }
+}
+
+impl From<ModesError> for Failure {
+    fn from(error: ModesError) -> Self {
         Self::new(error.to_string()).try_this(worded(&error.remedies()))
     }
 }

@@ -6,7 +6,8 @@ use super::analysis::{Analysis, analyse};
 use super::failure::{Failure, worded};
 use super::progress::ProgressLine;
 use super::request::StudyOptions;
-use super::{CommandResult, json, table};
+use super::modes::BaseOptions;
+use super::{CommandResult, json, modes, table};
 use sindyscope_core::remedy::Remedy;
 use sindyscope_core::study::{self, Calibrated, Calibration, Horizon, Outcome, SETTINGS};
 use sindyscope_report::document::{Arrangement, Report};
@@ -21,6 +22,8 @@ use sindyscope_values::record::{Role, Usage};
 pub(super) struct IdentifyOptions {
     #[command(flatten)]
     pub(super) study: StudyOptions,
+    #[command(flatten)]
+    base: BaseOptions,
     /// Print the equations of motion alone, in this form
     #[arg(long, value_enum, value_name = "FORM", help_heading = "Output")]
     format: Option<EquationStyle>,
@@ -45,6 +48,9 @@ pub(super) fn run(options: &IdentifyOptions, progress: &ProgressLine) -> Command
     // Said before the work is done, not after.
     for path in &options.export {
         export::ExportFormat::of(path).map_err(Failure::from)?;
+    }
+    if options.base.is_modes() {
+        return modes::identify(&options.study.source, options.base, options.study.json.as_deref(), progress);
     }
     let analysis = analyse(&options.study, progress)?;
     // A form that cannot hold the model takes nothing from the others, nor from the result.

@@ -216,7 +216,7 @@ fn integral_form(model: &Model) -> Vec<Value> {
 }
 
 /// Angles in radians.
-fn mode(mode: &Mode) -> Value {
+pub(super) fn mode(mode: &Mode) -> Value {
     json!({
         "frequency": mode.frequency,
         "std_error": mode.frequency_error,
