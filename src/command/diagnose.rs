@@ -7,7 +7,7 @@ use super::progress::ProgressLine;
 use super::modes::BaseOptions;
 use super::request::Terms;
 use super::source::{KindName, RecordSource};
-use super::{CommandResult, diagnosed, json, table};
+use super::{CommandResult, diagnosed, json, modes, table};
 use sindyscope_core::setting::Given;
 use sindyscope_core::study::{Cancel, Settings, setting};
 use sindyscope_report::document;
@@ -84,6 +84,9 @@ impl FromArgMatches for Unused {
 pub(super) fn run(options: &DiagnoseOptions, progress: &ProgressLine) -> CommandResult {
     if options.source.reading.kind == KindName::FirstOrder {
         return Err(first_order().into());
+    }
+    if options.base.is_modes() {
+        return modes::diagnose(&options.source, options.base, options.json.as_deref(), progress);
     }
     progress.stage("reading");
     let records = options.source.read()?;

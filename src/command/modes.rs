@@ -8,10 +8,12 @@ use serde_json::{Map, Value, json};
 use super::failure::Failure;
 use super::progress::ProgressLine;
 use super::source::RecordSource;
-use super::{CommandResult, json, table};
+use super::{CommandResult, diagnosed, json, table};
 use sindyscope_core::clock::Stopwatch;
 use sindyscope_core::study::{Cancel, Score};
-use sindyscope_modes::{BASE, Base, BaseModel, Quantity, Sensor, Structure};
+use sindyscope_modes::{
+    BASE, Base, BaseModel, Effect, FoundForce, Quantity, Sensor, Site, Structure, StructureDiagnosis,
+};
 use sindyscope_values::format::number::{format_measured, significant};
 use sindyscope_values::format::units::format_si;
 use sindyscope_values::record::{RecordSet, Usage};
@@ -209,5 +211,161 @@ pub(super) fn text(found: &Structure) -> String {
             }
         }
     }
+    out
+}
+
+/// Searches for the force that a structure lacks and prints what was found.
+pub(super) fn diagnose(
+    source: &RecordSource,
+    base: BaseOptions,
+    json: Option<&Path>,
+    progress: &ProgressLine,
+) -> CommandResult {
+    progress.stage("reading");
+    let records = source.read()?;
+    let watch = Stopwatch::start();
+    let tell = |what: &'static str, share: f64| progress.share(what, share);
+    let found =
+        sindyscope_modes::diagnose(&records, base.0.modes, &tell, &Cancel::default()).map_err(Failure::from)?;
+    let elapsed = watch.milliseconds();
+    if let Some(json) = json::write(json, &diagnosed(&found, &records, elapsed))? {
+        return Ok(json);
+    }
+    Ok(told(&found).into_bytes())
+}
+
+/// The result of `diagnose --base modes`.
+fn diagnosed(found: &StructureDiagnosis, records: &RecordSet, elapsed: f64) -> Value {
+    let forces = found.found.as_ref().map_or_else(Vec::new, |f| {
+        let text = term(f.effect, f.site, found);
+        f.drives.iter().map(|d| vec![(text.clone(), *d)]).collect()
+    });
+    json!({
+        "version": json::VERSION,
+        "verdict": found.verdict(),
+        "explained": found.explained,
+        "noise_floor": found.last.noise_floor,
+        "base": { "equations": equations(&found.base, &[]), "outputs": outputs(&found.base), "gap": gap(&found.base) },
+        "steps": found.found.iter().map(|f| step(f, found)).collect::<Vec<_>>(),
+        "remaining": {
+            "significant": !found.explained,
+            "p_value": null,
+            "note": remaining(found),
+        },
+        "final": { "equations": equations(&found.last, &forces), "outputs": outputs(&found.last), "gap": gap(&found.last) },
+        "order": found.last.order(),
+        "modes": found.last.modes.iter().map(json::mode).collect::<Vec<_>>(),
+        "records": record_values(&found.last),
+        "elapsed_ms": elapsed,
+        "description": null,
+        "notices": sindyscope_values::record::notices(records.entries.iter().map(|(r, _)| &**r)),
+    })
+}
+
+/// A force as a term of the equations, by the names of its sensors.
+fn term(effect: Effect, site: Site, found: &StructureDiagnosis) -> String {
+    let sensors = &found.last.sensors;
+    let several = sensors.iter().any(|s| s.place() > 0);
+    let symbol = |letter: &str, place: usize| if several { format!("{letter}{}", place + 1) } else { letter.to_owned() };
+    let across = |letter: &str| match site {
+        Site::Ground(i) => symbol(letter, i),
+        Site::Between(i, j) => format!("({}-{})", symbol(letter, i), symbol(letter, j)),
+    };
+    match effect {
+        Effect::CubicStiffness => format!("{}^3", across("x")),
+        Effect::CoulombFriction => format!("sgn({})", across("v").trim_matches(['(', ')'])),
+        Effect::Clearance => format!("clearance({})", across("x").trim_matches(['(', ')'])),
+        Effect::QuadraticDamping => format!("{v}*abs({v})", v = across("v")),
+        Effect::QuadraticStiffness => format!("{}^2", across("x")),
+    }
+}
+
+fn gap(found: &Structure) -> Value {
+    let [train, test] = [Usage::Fit, Usage::HeldOut].map(|usage| found.score(0, usage));
+    let longest = found.records.iter().map(|r| r.samples as f64 * r.interval).fold(0.0, f64::max);
+    json!({
+        "train_rmse": train.map(|s| s.rmse),
+        "test_rmse": test.map(|s| s.rmse),
+        "train_nrmse": train.map(|s| s.nrmse),
+        "test_nrmse": test.map(|s| s.nrmse),
+        "horizon": longest,
+        "rmse_at_horizon": train.map(|s| s.rmse),
+    })
+}
+
+fn step(force: &FoundForce, found: &StructureDiagnosis) -> Value {
+    let text = term(force.effect, force.site, found);
+    let at = |site: Site| site.to_string();
+    let mut indistinguishable: Vec<&str> = force.rivals.iter().map(|(e, _)| e.name()).collect();
+    indistinguishable.sort_unstable();
+    indistinguishable.dedup();
+    json!({
+        "effect": force.effect.name(),
+        "form": "",
+        "place": at(force.site),
+        "title": force.effect.title(),
+        "terms": [text],
+        "equations": (0..force.drives.len()).map(|i| (format!("p{}", i + 1), json!([text]))).collect::<Map<_, _>>(),
+        "where": format!("at {}, in every mode that moves it", at(force.site)),
+        "parameters": force.parameters.iter().map(|p| json!({
+            "name": p.name, "value": p.value, "std_error": p.std_error, "at_bound": false, "unit": p.unit,
+        })).collect::<Vec<_>>(),
+        "gap": gap(&found.last),
+        "evidence": diagnosed::evidence(&force.lead),
+        "alternatives": force.tried.iter().filter(|(e, s, _)| (*e, *s) != (force.effect, force.site)).map(|(e, s, error)| json!({
+            "effect": e.name(), "place": at(*s), "title": e.title(), "test_nrmse": error,
+        })).collect::<Vec<_>>(),
+        "indistinguishable": indistinguishable,
+        "indistinguishable_places": force.rivals.iter().map(|(e, s)| json!({
+            "effect": e.name(), "place": at(*s), "title": e.title(),
+        })).collect::<Vec<_>>(),
+        "next_experiment": null,
+    })
+}
+
+fn remaining(found: &StructureDiagnosis) -> String {
+    let noises = significant(found.noises, 3);
+    if found.explained {
+        format!("what is left on data never fitted is {noises} times the noise")
+    } else {
+        format!("what is left on data never fitted is {noises} times the noise: something else may act, or the noise grows with the motion")
+    }
+}
+
+/// The search as text.
+fn told(found: &StructureDiagnosis) -> String {
+    let mut out = String::new();
+    let error = |s: &Structure| s.score(0, Usage::HeldOut).or_else(|| s.score(0, Usage::Fit));
+    if let Some(score) = error(&found.base) {
+        out.push_str(&format!(
+            "Linear modes alone: NRMSE {} % of {}.\n",
+            significant(100.0 * score.nrmse, 3),
+            found.base.sensors[0].name
+        ));
+    }
+    match &found.found {
+        None if found.verdict() == "nothing_missing" => out.push_str("Nothing is missing: the linear model explains the data.\n"),
+        None => out.push_str("Something is missing, and no force of those tried explains it.\n"),
+        Some(f) => {
+            let site = f.site.to_string();
+            out.push_str(&format!("{} at {site}: {}", f.effect.title(), term(f.effect, f.site, found)));
+            if let Some(score) = error(&found.last) {
+                out.push_str(&format!(", NRMSE {} % with it", significant(100.0 * score.nrmse, 3)));
+            }
+            out.push_str(".\n");
+            for p in &f.parameters {
+                out.push_str(&format!("  {} = {} {}\n", p.name, format_measured(p.value, p.std_error), p.unit));
+            }
+            out.push_str(&format!(
+                "  It leads {} by {} in log predictive density on {} of {} blocks never fitted.\n",
+                f.lead.against, significant(f.lead.difference, 3), f.lead.won, f.lead.blocks
+            ));
+            for (effect, site) in &f.rivals {
+                out.push_str(&format!("  These data do not tell it from: {} at {site}.\n", effect.title()));
+            }
+        }
+    }
+    out.push_str(&format!("Remaining: {}.\n\nModes of the linear part:\n", remaining(found)));
+    out.push_str(&text(&found.last));
     out
 }

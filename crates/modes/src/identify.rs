@@ -59,6 +59,11 @@ impl Split {
         }
     }
 
+    /// All that is fitted and all that is held out.
+    pub(crate) fn whole(measurement: &Measurement) -> Self {
+        Self { fitted: measurement.fitted.clone(), unseen: measurement.held_out.clone() }
+    }
+
     pub(crate) fn intervals(&self) -> Vec<f64> {
         self.unseen.iter().map(|s| s.interval).collect()
     }
@@ -232,7 +237,7 @@ pub(crate) fn linear(measurement: &Measurement, poles: &[Pole], cancel: &Cancel)
 }
 
 /// Times that a residual's correlation makes an estimate's variance larger than that of as many independent samples.
-fn inflation(residual: &[f64]) -> f64 {
+pub(crate) fn inflation(residual: &[f64]) -> f64 {
     let n = residual.len();
     let power: f64 = residual.iter().map(|r| r * r).sum();
     let mut sum = 1.0;
@@ -248,7 +253,7 @@ fn inflation(residual: &[f64]) -> f64 {
 }
 
 /// Modes with standard errors, the slowest first, and what each input drives them with.
-fn modes(
+pub(crate) fn modes(
     measurement: &Measurement,
     task: &Task<'_>,
     fit: &LinearFit,

@@ -5,18 +5,25 @@
 //! is left on each record.
 #![deny(missing_docs)]
 
+mod closed;
+mod diagnose;
 mod error;
+mod force;
 mod identify;
 mod judge;
 mod linear;
 mod measurement;
+mod motion;
 mod outcome;
 mod pole;
+mod screen;
 mod settings;
 mod study;
 mod subspace;
 
+pub use diagnose::{ForceParameter, FoundForce, StructureDiagnosis, diagnose};
 pub use error::ModesError;
+pub use force::{Effect, Site};
 pub use measurement::{Input, Quantity, Sensor};
 pub use outcome::{RecordFit, Structure};
 pub use pole::Pole;

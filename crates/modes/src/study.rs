@@ -31,7 +31,7 @@ pub(crate) fn structure(measurement: &Measurement, linear: &Linear) -> Structure
         modes: linear.modes.clone(),
         participation: linear.participation.clone(),
         noise_floor: noise_floor(measurement),
-        records: record_fits(measurement, &linear.residuals),
+        records: record_fits(measurement, &Split::whole(measurement), &linear.residuals),
     }
 }
 
@@ -43,8 +43,8 @@ pub(crate) fn noise_floor(measurement: &Measurement) -> Option<f64> {
     all.get(all.len() / 2).map(|noise| noise * measurement.sensors[0].scale)
 }
 
-/// Scores of every record.
-pub(crate) fn record_fits(measurement: &Measurement, residuals: &Residuals) -> Vec<RecordFit> {
+/// Scores of every record that a model was fitted to or that was held out of it; `split` are the records that the residuals are of.
+pub(crate) fn record_fits(measurement: &Measurement, split: &Split, residuals: &Residuals) -> Vec<RecordFit> {
     let of = |usage: Usage, series: &Series, left: &Vec<Vec<f64>>| RecordFit {
         name: series.name.clone(),
         usage,
@@ -54,7 +54,7 @@ pub(crate) fn record_fits(measurement: &Measurement, residuals: &Residuals) -> V
             .map(|s| score(&series.outputs[s], &left[s], measurement.sensors[s].scale))
             .collect(),
     };
-    let fitted = measurement.fitted.iter().zip(&residuals.fitted).map(|(s, left)| of(Usage::Fit, s, left));
-    let unseen = measurement.held_out.iter().zip(&residuals.unseen).map(|(s, left)| of(Usage::HeldOut, s, left));
+    let fitted = split.fitted.iter().zip(&residuals.fitted).map(|(s, left)| of(Usage::Fit, s, left));
+    let unseen = split.unseen.iter().zip(&residuals.unseen).map(|(s, left)| of(Usage::HeldOut, s, left));
     fitted.chain(unseen).collect()
 }
