@@ -3,8 +3,8 @@ use std::path::PathBuf;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 
 use super::failure::Failure;
-use super::progress::ProgressLine;
 use super::modes::BaseOptions;
+use super::progress::ProgressLine;
 use super::request::Terms;
 use super::source::{KindName, RecordSource};
 use super::{CommandResult, diagnosed, json, modes, table};

@@ -4,9 +4,9 @@ use clap::{Args, ValueEnum};
 
 use super::analysis::{Analysis, analyse};
 use super::failure::{Failure, worded};
+use super::modes::BaseOptions;
 use super::progress::ProgressLine;
 use super::request::StudyOptions;
-use super::modes::BaseOptions;
 use super::{CommandResult, json, modes, table};
 use sindyscope_core::remedy::Remedy;
 use sindyscope_core::study::{self, Calibrated, Calibration, Horizon, Outcome, SETTINGS};

@@ -95,9 +95,7 @@ fn identified(found: &Structure, records: &RecordSet, fit: f64) -> Value {
 
 /// The modal equations: `q1`, its rate `p1` and so on; `forces[mode]` are terms besides, of effects.
 pub(super) fn equations(found: &Structure, forces: &[Vec<(String, f64)>]) -> Vec<Value> {
-    let term = |term: String, coefficient: f64, std_error: Value| {
-        json!({ "term": term, "coefficient": coefficient, "std_error": std_error, "at_bound": false })
-    };
+    let term = |term: String, coefficient: f64, std_error: Value| json!({ "term": term, "coefficient": coefficient, "std_error": std_error, "at_bound": false });
     let mut all = Vec::new();
     for (i, mode) in found.modes.iter().enumerate() {
         let (q, p) = (format!("q{}", i + 1), format!("p{}", i + 1));
@@ -225,8 +223,7 @@ pub(super) fn diagnose(
     let records = source.read()?;
     let watch = Stopwatch::start();
     let tell = |what: &'static str, share: f64| progress.share(what, share);
-    let found =
-        sindyscope_modes::diagnose(&records, base.0.modes, &tell, &Cancel::default()).map_err(Failure::from)?;
+    let found = sindyscope_modes::diagnose(&records, base.0.modes, &tell, &Cancel::default()).map_err(Failure::from)?;
     let elapsed = watch.milliseconds();
     if let Some(json) = json::write(json, &diagnosed(&found, &records, elapsed))? {
         return Ok(json);
@@ -266,7 +263,8 @@ fn diagnosed(found: &StructureDiagnosis, records: &RecordSet, elapsed: f64) -> V
 fn term(effect: Effect, site: Site, found: &StructureDiagnosis) -> String {
     let sensors = &found.last.sensors;
     let several = sensors.iter().any(|s| s.place() > 0);
-    let symbol = |letter: &str, place: usize| if several { format!("{letter}{}", place + 1) } else { letter.to_owned() };
+    let symbol =
+        |letter: &str, place: usize| if several { format!("{letter}{}", place + 1) } else { letter.to_owned() };
     let across = |letter: &str| match site {
         Site::Ground(i) => symbol(letter, i),
         Site::Between(i, j) => format!("({}-{})", symbol(letter, i), symbol(letter, j)),
@@ -328,7 +326,9 @@ fn remaining(found: &StructureDiagnosis) -> String {
     if found.explained {
         format!("what is left on data never fitted is {noises} times the noise")
     } else {
-        format!("what is left on data never fitted is {noises} times the noise: something else may act, or the noise grows with the motion")
+        format!(
+            "what is left on data never fitted is {noises} times the noise: something else may act, or the noise grows with the motion"
+        )
     }
 }
 
@@ -344,7 +344,9 @@ fn told(found: &StructureDiagnosis) -> String {
         ));
     }
     match &found.found {
-        None if found.verdict() == "nothing_missing" => out.push_str("Nothing is missing: the linear model explains the data.\n"),
+        None if found.verdict() == "nothing_missing" => {
+            out.push_str("Nothing is missing: the linear model explains the data.\n")
+        }
         None => out.push_str("Something is missing, and no force of those tried explains it.\n"),
         Some(f) => {
             let site = f.site.to_string();
@@ -358,7 +360,10 @@ fn told(found: &StructureDiagnosis) -> String {
             }
             out.push_str(&format!(
                 "  It leads {} by {} in log predictive density on {} of {} blocks never fitted.\n",
-                f.lead.against, significant(f.lead.difference, 3), f.lead.won, f.lead.blocks
+                f.lead.against,
+                significant(f.lead.difference, 3),
+                f.lead.won,
+                f.lead.blocks
             ));
             for (effect, site) in &f.rivals {
                 out.push_str(&format!("  These data do not tell it from: {} at {site}.\n", effect.title()));

@@ -283,7 +283,8 @@ impl ClosedModel {
         let steps: Vec<Step> = self.poles.iter().map(|p| Step::new(*p, step)).collect();
         let couplings: Vec<f64> = (0..m).map(|i| self.coupling(i)).collect();
         let derivative = i32::from(self.effect.is_of_velocity());
-        let kappa = self.sign * (0..m).map(|i| couplings[i].powi(2) * steps[i].shown(derivative, steps[i].weight)).sum::<f64>();
+        let kappa =
+            self.sign * (0..m).map(|i| couplings[i].powi(2) * steps[i].shown(derivative, steps[i].weight)).sum::<f64>();
         let initial: Vec<Complex<f64>> =
             self.initial.get(record).cloned().unwrap_or_else(|| vec![Complex::new(0.0, 0.0); m]);
         let shared_free = free.is_some_and(|f| f != Free::Initial);
@@ -321,7 +322,7 @@ impl ClosedModel {
         let mut states = vec![Complex::new(0.0, 0.0); m];
         let mut bases = vec![Complex::new(0.0, 0.0); m];
         let first = free_part.clone();
-        let mut motion = 0.0;
+        let mut motion;
         let mut effective = 0.0;
         let mut force = 0.0;
         for t in 0..driven.instants {
@@ -351,9 +352,7 @@ impl ClosedModel {
             let before = effective;
             let mut slopes = [0.0; 3];
             if t > 0 {
-                let k = share * kappa / self.unit;
-                let mean = |f: f64| self.effect.mean(before, blended(pred - kappa * f / self.unit * 1.0), self.inner);
-                let _ = k;
+                let mean = |f: f64| self.effect.mean(before, blended(pred - kappa * f / self.unit), self.inner);
                 force = self.solved(force, &mean, share * kappa / self.unit)?;
                 let (_, found) = mean(force);
                 slopes = found;
@@ -375,7 +374,8 @@ impl ClosedModel {
                 new_change.fill(0.0);
                 for i in 0..m {
                     let s = &steps[i];
-                    let (re, im) = (&mut change_re[i * count..(i + 1) * count], &mut change_im[i * count..(i + 1) * count]);
+                    let (re, im) =
+                        (&mut change_re[i * count..(i + 1) * count], &mut change_im[i * count..(i + 1) * count]);
                     if t > 0 {
                         for (re, im) in re.iter_mut().zip(im.iter_mut()) {
                             let (a, b) = (*re, *im);
@@ -390,7 +390,9 @@ impl ClosedModel {
                             for which in 0..2 {
                                 let by = s.by[which].0;
                                 let own = before * (s.decay * by * step)
-                                    + (s.decay * step - s.weight) / s.lambda * by * (self.sign * couplings[i] * mean_force);
+                                    + (s.decay * step - s.weight) / s.lambda
+                                        * by
+                                        * (self.sign * couplings[i] * mean_force);
                                 re[at + which] += own.re;
                                 im[at + which] += own.im;
                             }
@@ -480,7 +482,8 @@ impl ClosedModel {
                         let changes = &mut shown_change[i * count..(i + 1) * count];
                         let factor = s.lambda.powi(order) * (-1.0 / s.beat);
                         let (re, im) = (&change_re[i * count..(i + 1) * count], &change_im[i * count..(i + 1) * count]);
-                        let push = if order == 2 { self.sign * couplings[i] / self.unit * slope.0 * share } else { 0.0 };
+                        let push =
+                            if order == 2 { self.sign * couplings[i] / self.unit * slope.0 * share } else { 0.0 };
                         for (c, ((re, im), dm)) in changes.iter_mut().zip(re.iter().zip(im).zip(&motion_change)) {
                             *c = factor.re * im + factor.im * re - push * dm;
                         }
@@ -520,7 +523,7 @@ impl ClosedModel {
                     let value: f64 = (0..m).map(|i| self.shape[i][k] * shown[i]).sum();
                     let offset = of.offsets.get(record).map_or(0.0, |o| o[k]);
                     let error = series.outputs[k][n] - offset - value;
-                    if !(error.abs() < RUNAWAY) {
+                    if error.is_nan() || error.abs() >= RUNAWAY {
                         return None;
                     }
                     out.squares += error * error;
@@ -593,7 +596,11 @@ impl ClosedModel {
             if error.abs() <= 1e-10 * (1.0 + force.abs()) {
                 return Some(force);
             }
-            if error > 0.0 { high = high.min(force) } else { low = low.max(force) }
+            if error > 0.0 {
+                high = high.min(force);
+            } else {
+                low = low.max(force);
+            }
             let whole = 1.0 + slopes[1] * rate;
             let next = force - error / whole;
             force = if whole > 0.0 && next > low && next < high {
@@ -608,7 +615,14 @@ impl ClosedModel {
     }
 
     /// The model fitted from this one by at most so many steps of Levenberg and Marquardt, with what it leaves.
-    pub(crate) fn fitted(&self, of: Loop<'_>, free: Free, steps: usize, gain: f64, cancel: &Cancel) -> Option<(Self, Simulated)> {
+    pub(crate) fn fitted(
+        &self,
+        of: Loop<'_>,
+        free: Free,
+        steps: usize,
+        gain: f64,
+        cancel: &Cancel,
+    ) -> Option<(Self, Simulated)> {
         let mut model = self.clone();
         let (mut simulated, mut normal) = model.run(of, Some(free))?;
         let mut damping = 1e-3;
@@ -619,7 +633,8 @@ impl ClosedModel {
             let Normal { matrix, gradient } = normal.take()?;
             let used: Vec<usize> = (0..matrix.nrows()).filter(|k| matrix[(*k, *k)] > 0.0).collect();
             let scale: Vec<f64> = used.iter().map(|k| matrix[(*k, *k)].sqrt()).collect();
-            let scaled = DMatrix::from_fn(used.len(), used.len(), |i, j| matrix[(used[i], used[j])] / (scale[i] * scale[j]));
+            let scaled =
+                DMatrix::from_fn(used.len(), used.len(), |i, j| matrix[(used[i], used[j])] / (scale[i] * scale[j]));
             let right = DVector::from_fn(used.len(), |i, _| gradient[used[i]] / scale[i]);
             let mut better = None;
             for _ in 0..7 {
@@ -690,10 +705,7 @@ mod tests {
             unit: String::new(),
             scale: 1.0,
         };
-        vec![
-            of(0, Role::Displacement(0), Quantity::Displacement),
-            of(1, Role::Acceleration(1), Quantity::Acceleration),
-        ]
+        vec![of(0, Role::Displacement(0), Quantity::Displacement), of(1, Role::Acceleration(1), Quantity::Acceleration)]
     }
 
     fn model(effect: Effect) -> ClosedModel {
@@ -722,7 +734,8 @@ mod tests {
             outputs: vec![vec![0.0; n], vec![0.0; n]],
         }];
         let sensors = sensors();
-        let of = Loop { sensors: &sensors, series: &series, offsets: &[], measured: &[], closed: 1.0, parts: 4, share: 1.0 };
+        let of =
+            Loop { sensors: &sensors, series: &series, offsets: &[], measured: &[], closed: 1.0, parts: 4, share: 1.0 };
         for effect in Effect::ALL {
             let model = model(effect);
             let (_, normal) = model.run(of, Some(Free::All)).expect("bounded");

@@ -28,9 +28,11 @@ const GOOD: f64 = 1.12;
 const BETTER: f64 = 0.97;
 /// Candidates are fitted in closed loop where they lie behind the best by this factor at most, so many.
 const CLOSE: f64 = 1.25;
-const MOST_CANDIDATES: usize = 3;
+const MOST_CANDIDATES: usize = 5;
+/// The best place of a further effect counts if it lies behind the best by this factor at most.
+const REACH: f64 = 2.0;
 /// Modes beyond the linear model's chosen number that screening allows, and the number of the fits that follow.
-const SCREENED_MODES: (usize, usize) = (4, 7);
+const SCREENED_MODES: (usize, usize) = (6, 8);
 /// The smallest number of modes within this factor of the best error counts.
 const SAME_ERROR: f64 = 1.015;
 /// Rounds of closed loop and further modes.
@@ -173,6 +175,9 @@ struct ForceSearch<'a> {
     noise: f64,
 }
 
+/// What is left of the records never fitted, and the force on the fine grid.
+type UnseenRun = (Vec<Vec<Vec<f64>>>, Vec<Vec<f64>>);
+
 type Chosen = (Fitted, Lead, Vec<(Effect, Site)>, Vec<(Effect, Site, f64)>);
 
 impl ForceSearch<'_> {
@@ -183,19 +188,26 @@ impl ForceSearch<'_> {
     fn fitted(&self, report: &(dyn Fn(&'static str, f64) + Sync), cancel: &Cancel) -> Result<Vec<Fitted>, ModesError> {
         let poles = &self.path.steps[self.path.chosen].poles;
         let modes = self.fixed.unwrap_or_else(|| (poles.len() + 1).clamp(SCREENED_MODES.0, SCREENED_MODES.1));
-        let screen = Screen { measurement: self.measurement, split: self.split, poles, modes };
-        let candidates = screen.candidates(&|share| report("asking which force is missing", 0.05 + 0.3 * share), cancel);
+        let noises = (0..self.measurement.sensors.len())
+            .map(|s| {
+                self.split.fitted.iter().filter_map(|r| standard_deviation(&r.outputs[s])).fold(f64::INFINITY, f64::min)
+            })
+            .map(|n| if n.is_finite() { n } else { 0.0 })
+            .collect();
+        let screen = Screen { measurement: self.measurement, split: self.split, poles, modes, noises };
+        let candidates =
+            screen.candidates(&|share| report("asking which force is missing", 0.05 + 0.3 * share), cancel);
         if cancel.is_cancelled() {
             return Err(ModesError::Cancelled);
         }
         let mut chosen: Vec<Candidate> = Vec::new();
         let best = candidates.first().map_or(f64::INFINITY, |c| c.error);
         for c in candidates {
-            if std::env::var("SDBG").is_ok() && c.error < 1.6 * best {
-                eprintln!("  cand {:?} {} g {:.3e} err {:.4}", c.effect, c.site, c.inner, c.error);
-            }
             let new = chosen.iter().all(|k| (k.effect, k.site) != (c.effect, c.site));
-            if new && c.error < BETTER * self.linear_error() && c.error < CLOSE * best && chosen.len() < MOST_CANDIDATES {
+            // Of each effect the best place, of the near ones every place.
+            let first = chosen.iter().all(|k| k.effect != c.effect);
+            let near = c.error < if first { REACH } else { CLOSE } * best;
+            if new && near && c.error < BETTER * self.linear_error() && chosen.len() < MOST_CANDIDATES {
                 chosen.push(c);
             }
         }
@@ -203,6 +215,11 @@ impl ForceSearch<'_> {
         let mut all = Vec::new();
         for (k, candidate) in chosen.into_iter().enumerate() {
             report("fitting the force", 0.35 + 0.65 * k as f64 / count as f64);
+            // Where one explains the data, those that are far from it need no fit.
+            let explained = all.iter().any(|f: &Fitted| f.error < GOOD * self.noise);
+            if explained && candidate.error > CLOSE * best {
+                continue;
+            }
             all.extend(self.closed(&screen, candidate, cancel));
             if cancel.is_cancelled() {
                 return Err(ModesError::Cancelled);
@@ -222,7 +239,7 @@ impl ForceSearch<'_> {
         known.splice(0..0, candidate.poles.iter().copied());
         let mut opened: Option<(LinearFit, Residuals)> = None;
         let mut got: Option<(ClosedModel, f64, f64)> = None;
-        for round in 0..ROUNDS {
+        for _ in 0..ROUNDS {
             let steps = screen.open_path(&candidate.fitted, &candidate.unseen, &known, most, 5, cancel, false)?;
             let best = steps.iter().map(|s| s.1).fold(f64::INFINITY, f64::min);
             let at = match self.fixed {
@@ -247,9 +264,6 @@ impl ForceSearch<'_> {
             for clipped in [false, true] {
                 let start = self.start(&task, &fit, &candidate, &across, clipped);
                 let found = follow(start, base, cancel);
-                if std::env::var("SDBG").is_ok() {
-                    eprintln!("   round {round} {:?} {} open {best:.4} M {} start {clipped} -> {:?} noise {:.4}", candidate.effect, candidate.site, fit.poles.len(), found.as_ref().map(|f| f.1), self.noise);
-                }
                 if let Some((model, error)) = found
                     && best_start.as_ref().is_none_or(|b| error < b.1)
                 {
@@ -266,9 +280,6 @@ impl ForceSearch<'_> {
             let Some((model, error)) = best_start else { break };
             let unseen = self.unseen(&model, parts, cancel);
             let unseen_error = unseen.as_ref().map_or(f64::INFINITY, |u| rms(u.0.iter().flatten()));
-            if std::env::var("SDBG").is_ok() {
-                eprintln!("   unseen {unseen_error:.4}");
-            }
             let before = got.as_ref().map(|g| g.2);
             if before.is_none_or(|b| unseen_error < b) {
                 got = Some((model.clone(), error, unseen_error));
@@ -283,7 +294,7 @@ impl ForceSearch<'_> {
             candidate.fitted.values = simulated.forces;
             candidate.unseen.values = unseen.1;
             let unit = candidate.fitted.values.iter().map(|f| deviation(f)).fold(0.0, f64::max);
-            if !(unit > 0.0) {
+            if unit.is_nan() || unit <= 0.0 {
                 break;
             }
             candidate.unit = model.unit * unit;
@@ -294,7 +305,6 @@ impl ForceSearch<'_> {
             known = model.poles.clone();
         }
         let (fit, left) = opened?;
-        let open_error = left.unseen_rms();
         let period = main_period(&self.split.fitted);
         let closed = got.and_then(|(model, _, error)| {
             let unseen = self.unseen(&model, parts, cancel)?.0;
@@ -312,18 +322,22 @@ impl ForceSearch<'_> {
             let unknowns = model.shared();
             Some((error, (model, Residuals { fitted, unseen, unknowns })))
         });
-        let (densities, error) = match &closed {
-            Some((error, (_, residuals))) if *error < open_error => {
-                (residuals.densities(&self.split.intervals(), period), *error)
-            }
-            _ => (left.densities(&self.split.intervals(), period), open_error),
-        };
+        // What stays in range only along the measured motion is no model.
+        let (error, (_, residuals)) = closed.as_ref()?;
+        let (densities, error) = (residuals.densities(&self.split.intervals(), period), *error);
         Some(Fitted { candidate, closed: closed.map(|c| c.1), open: (fit, left), densities, error })
     }
 
     /// A closed-loop model from an open-loop fit: the residues of each mode for inputs and force are made one shape, as
     /// reciprocity asks; `clipped` sets couplings of the wrong sign to nearly nothing, else their size is kept.
-    fn start(&self, task: &Task<'_>, fit: &LinearFit, candidate: &Candidate, across: &[f64], clipped: bool) -> ClosedModel {
+    fn start(
+        &self,
+        task: &Task<'_>,
+        fit: &LinearFit,
+        candidate: &Candidate,
+        across: &[f64],
+        clipped: bool,
+    ) -> ClosedModel {
         let (sensors, inputs) = (self.measurement.sensors.len(), self.measurement.inputs.len());
         let residue = |mode: usize| {
             let omega: f64 = fit.poles[mode].omega;
@@ -359,7 +373,8 @@ impl ForceSearch<'_> {
             shape.push(u.iter().map(|u| u * size).collect());
             drive.push((0..inputs).map(|j| v[j] / size).collect());
         }
-        let inner = if candidate.effect == Effect::CoulombFriction { SHARPER * candidate.inner } else { candidate.inner };
+        let inner =
+            if candidate.effect == Effect::CoulombFriction { SHARPER * candidate.inner } else { candidate.inner };
         let mut model = ClosedModel {
             effect: candidate.effect,
             across: across.to_vec(),
@@ -399,7 +414,8 @@ impl ForceSearch<'_> {
                 for i in 0..fit.poles.len() {
                     let [re, im] = task.free(fit, s, i, r);
                     // The RMS of the decay over the record.
-                    let lasts = (0.5 / (fit.poles[i].damping * fit.poles[i].omega)).min(series.len() as f64 * series.interval);
+                    let lasts =
+                        (0.5 / (fit.poles[i].damping * fit.poles[i].omega)).min(series.len() as f64 * series.interval);
                     let share = (lasts / (series.len() as f64 * series.interval)).sqrt();
                     largest = largest.max(re.hypot(im) / size * share);
                 }
@@ -409,7 +425,7 @@ impl ForceSearch<'_> {
     }
 
     /// What a model leaves on the records never fitted, from initial states fitted to them, and its force on the fine grid.
-    fn unseen(&self, model: &ClosedModel, parts: usize, cancel: &Cancel) -> Option<(Vec<Vec<Vec<f64>>>, Vec<Vec<f64>>)> {
+    fn unseen(&self, model: &ClosedModel, parts: usize, cancel: &Cancel) -> Option<UnseenRun> {
         let series = &self.split.unseen;
         let offsets: Vec<Vec<f64>> = series.iter().map(|s| s.outputs.iter().map(|_| 0.0).collect()).collect();
         let of = Loop {
@@ -439,7 +455,8 @@ impl ForceSearch<'_> {
         });
         let tried: Vec<(Effect, Site, f64)> =
             fitted.iter().map(|f| (f.candidate.effect, f.candidate.site, f.error)).collect();
-        let stands = fitted.iter().position(|f| f.error < BETTER * self.linear_error() && beats(&f.densities, &plain))?;
+        let stands =
+            fitted.iter().position(|f| f.error < BETTER * self.linear_error() && beats(&f.densities, &plain))?;
         let best = fitted.remove(stands);
         let mut rivals = Vec::new();
         let mut lead = compared(&best.densities, &plain, "none");
@@ -493,7 +510,6 @@ impl ForceSearch<'_> {
         Ok((structure, found))
     }
 
-    #[expect(clippy::type_complexity, reason = "four parts of one description")]
     fn told_closed(
         &self,
         model: &ClosedModel,

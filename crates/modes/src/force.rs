@@ -92,7 +92,9 @@ impl Effect {
                 let by = |a: f64, b: f64| 0.25 * (3.0 * a * a + 2.0 * a * b + b * b);
                 (mean, [by(a, b), by(b, a), 0.0])
             }
-            Self::QuadraticStiffness => ((a * a + a * b + b * b) / 3.0, [(2.0 * a + b) / 3.0, (2.0 * b + a) / 3.0, 0.0]),
+            Self::QuadraticStiffness => {
+                ((a * a + a * b + b * b) / 3.0, [(2.0 * a + b) / 3.0, (2.0 * b + a) / 3.0, 0.0])
+            }
             Self::CoulombFriction => {
                 let (p, q) = (a.hypot(inner), b.hypot(inner));
                 let (sum, mean) = (p + q, (a + b) / (p + q));

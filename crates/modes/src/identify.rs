@@ -114,8 +114,7 @@ pub(crate) fn pool(series: &[Series], force: Option<&ForceSeries>, rates: &[(usi
     };
     let records: Vec<Channels> = series.iter().enumerate().map(channels).collect();
     let longest = series.iter().map(|s| s.len() as f64 * s.interval).fold(0.0, f64::max);
-    let found: Vec<Vec<Pole>> =
-        rates.par_iter().map(|(by, rows)| subspace::poles(&records, *by, *rows)).collect();
+    let found: Vec<Vec<Pole>> = rates.par_iter().map(|(by, rows)| subspace::poles(&records, *by, *rows)).collect();
     let slow = |p: &Pole| p.omega * longest > 1.5 * TAU;
     subspace::distinct(found.into_iter().flatten().filter(slow), POOL_DISTANCE.0, POOL_DISTANCE.1)
 }
@@ -212,7 +211,6 @@ pub(crate) fn main_period(series: &[Series]) -> f64 {
 
 /// The linear model of all fitted records.
 pub(crate) struct Linear {
-    pub(crate) fit: LinearFit,
     pub(crate) residuals: Residuals,
     pub(crate) modes: Vec<Mode>,
     /// `participation[mode][input]`: what a unit of the input drives the mode with, whose shape's largest entry is one.
@@ -233,7 +231,7 @@ pub(crate) fn linear(measurement: &Measurement, poles: &[Pole], cancel: &Cancel)
         unknowns: unknowns(measurement, &fit.poles),
     };
     let (modes, participation) = modes(measurement, &task, &fit, &residuals);
-    Ok(Linear { fit, residuals, modes, participation })
+    Ok(Linear { residuals, modes, participation })
 }
 
 /// Times that a residual's correlation makes an estimate's variance larger than that of as many independent samples.
@@ -260,8 +258,8 @@ pub(crate) fn modes(
     residuals: &Residuals,
 ) -> (Vec<Mode>, Vec<Vec<f64>>) {
     let sensors = &measurement.sensors;
-    let inflated: f64 =
-        residuals.fitted.iter().flatten().map(|r| inflation(r)).sum::<f64>() / residuals.fitted.iter().flatten().count().max(1) as f64;
+    let inflated: f64 = residuals.fitted.iter().flatten().map(|r| inflation(r)).sum::<f64>()
+        / residuals.fitted.iter().flatten().count().max(1) as f64;
     let variance = fit.squares / (fit.samples.saturating_sub(residuals.unknowns)).max(1) as f64 * inflated;
     let covariance = task.pole_covariance(fit);
     let mut all: Vec<(Mode, Vec<f64>)> = Vec::new();
@@ -314,20 +312,16 @@ fn driven_shape(
 ) -> (Vec<Complex<f64>>, Vec<Option<f64>>, Vec<f64>) {
     let (sensors, inputs) = (&measurement.sensors, &measurement.inputs);
     let omega = fit.poles[mode].omega;
-    let unit = |s: usize, j: usize| {
-        omega.powi(2 - sensors[s].quantity.derivatives()) * sensors[s].scale / inputs[j].scale
-    };
-    let residues =
-        DMatrix::from_fn(sensors.len(), inputs.len(), |s, j| task.amplitude(fit, s, mode, j) * unit(s, j));
+    let unit =
+        |s: usize, j: usize| omega.powi(2 - sensors[s].quantity.derivatives()) * sensors[s].scale / inputs[j].scale;
+    let residues = DMatrix::from_fn(sensors.len(), inputs.len(), |s, j| task.amplitude(fit, s, mode, j) * unit(s, j));
     let deviations = DMatrix::from_fn(sensors.len(), inputs.len(), |s, j| {
         (task.amplitude_variance(fit, s, mode, j) * variance).sqrt() * unit(s, j)
     });
     // Columns weighed by their inputs' size, as the response has them.
     let weighed = DMatrix::from_fn(sensors.len(), inputs.len(), |s, j| residues[(s, j)] * inputs[j].scale);
-    let shape = weighed.clone().svd(true, false).u.map_or_else(
-        || weighed.column(0).into_owned(),
-        |u| u.column(0).into_owned(),
-    );
+    let shape =
+        weighed.clone().svd(true, false).u.map_or_else(|| weighed.column(0).into_owned(), |u| u.column(0).into_owned());
     let reference = shape.iamax();
     let shape = &shape / shape[reference];
     let power = shape.norm_squared();
@@ -369,8 +363,10 @@ fn free_shape(
     // Against the projection of the largest record: its noise is that of all its samples.
     let largest = (0..records).map(|r| amplitudes[(reference, r)].norm()).fold(0.0, f64::max);
     let errors = (0..sensors.len()).map(|s| {
-        let of = |s: usize| task.free_deviation(fit, s, mode, variance) * sensors[s].scale
-            / lambda.norm().powi(sensors[s].quantity.derivatives());
+        let of = |s: usize| {
+            task.free_deviation(fit, s, mode, variance) * sensors[s].scale
+                / lambda.norm().powi(sensors[s].quantity.derivatives())
+        };
         let error = (of(s) / largest).hypot(shape[s].norm() * of(reference) / largest);
         (s != reference && error.is_finite()).then_some(error)
     });

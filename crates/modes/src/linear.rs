@@ -294,7 +294,8 @@ impl<'a> Task<'a> {
                 let mut matrix = DMatrix::zeros(rows, drives + 2);
                 for (i, pole) in fit.poles.iter().enumerate() {
                     for (which, step) in STEPS.into_iter().enumerate() {
-                        let moved = if which == 0 { pole.scaled(1.0 + step, 1.0) } else { pole.scaled(1.0, 1.0 + step) };
+                        let moved =
+                            if which == 0 { pole.scaled(1.0 + step, 1.0) } else { pole.scaled(1.0, 1.0 + step) };
                         self.fill(moved, (record, group.quantity), &mut matrix, (0, drives), &mut states);
                         for k in 0..drives + 2 {
                             let column = if k < drives { i * drives + k } else { m * drives + 2 * i + k - drives };
@@ -455,9 +456,10 @@ impl<'a> Task<'a> {
     }
 
     fn with<T>(&self, fit: &LinearFit, sensor: usize, of: impl FnOnce(&GroupFit, usize) -> T) -> T {
-        let found = self.groups.iter().zip(&fit.groups).find_map(|(group, known)| {
-            group.sensors.iter().position(|s| *s == sensor).map(|column| (known, column))
-        });
+        let found =
+            self.groups.iter().zip(&fit.groups).find_map(|(group, known)| {
+                group.sensors.iter().position(|s| *s == sensor).map(|column| (known, column))
+            });
         let (known, column) = found.unwrap_or((&fit.groups[0], 0));
         of(known, column)
     }

@@ -82,7 +82,12 @@ impl Series {
     /// The samples of a range.
     pub(crate) fn part(&self, range: std::ops::Range<usize>) -> Self {
         let cut = |all: &Vec<Vec<f64>>| all.iter().map(|s| s[range.clone()].to_vec()).collect();
-        Self { name: self.name.clone(), interval: self.interval, inputs: cut(&self.inputs), outputs: cut(&self.outputs) }
+        Self {
+            name: self.name.clone(),
+            interval: self.interval,
+            inputs: cut(&self.inputs),
+            outputs: cut(&self.outputs),
+        }
     }
 }
 
@@ -99,9 +104,7 @@ impl Measurement {
     /// The series of a set's records.
     pub(crate) fn new(records: &RecordSet, cancel: &Cancel) -> Result<Self, ModesError> {
         let first = records.with(Usage::Fit).next().ok_or(ModesError::NothingToFit)?;
-        let roles = |keep: fn(&Role) -> bool| -> Vec<Role> {
-            first.measured().map(|c| c.role).filter(keep).collect()
-        };
+        let roles = |keep: fn(&Role) -> bool| -> Vec<Role> { first.measured().map(|c| c.role).filter(keep).collect() };
         let mut outputs = roles(|r| !matches!(r, Role::Input(_)));
         outputs.sort_by_key(|r| (r.index(), *r));
         let inputs = roles(|r| matches!(r, Role::Input(_)));

@@ -12,6 +12,8 @@ pub(crate) const PARTS: usize = 4;
 /// Least share of the record that is added at either end, and periods of the slowest motion.
 const PAD_SHARE: f64 = 0.1;
 const PAD_PERIODS: f64 = 4.0;
+/// Lines to either side over which the spectrum is averaged to tell motion from noise.
+const SMOOTHED_LINES: usize = 4;
 
 /// The band of a motion, Hz.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,7 +33,14 @@ pub(crate) struct Motion {
 
 /// The motion that a series shows: by its spectrum, which is cut to the band without a phase, integrated or differentiated,
 /// and drawn on the finer grid. The record is turned about its ends and faded out beyond them.
-pub(crate) fn reconstructed(series: &[f64], interval: f64, quantity: Quantity, band: Band, slowest: f64) -> Motion {
+/// Lines in which the noise (its standard deviation `noise`) outweighs the motion are taken out (Wiener's filter).
+pub(crate) fn reconstructed(
+    series: &[f64],
+    interval: f64,
+    quantity: Quantity,
+    band: Band,
+    (slowest, noise): (f64, f64),
+) -> Motion {
     let n = series.len();
     let wanted = (PAD_SHARE * n as f64).max(PAD_PERIODS / (slowest * interval));
     let pad = (wanted as usize).clamp(8, n - 1);
@@ -40,6 +49,7 @@ pub(crate) fn reconstructed(series: &[f64], interval: f64, quantity: Quantity, b
     // A length of small factors only.
     let length = (length..).find(|l| smooth(*l)).unwrap_or(length);
     let mut time = vec![0.0; length];
+    let mut weights = 0.0;
     for (k, slot) in time.iter_mut().enumerate() {
         let at = k as isize - pad as isize;
         let last = n as isize - 1;
@@ -55,6 +65,7 @@ pub(crate) fn reconstructed(series: &[f64], interval: f64, quantity: Quantity, b
         };
         let fade = (PI * (beyond as f64 / pad as f64).min(1.0)).cos() * 0.5 + 0.5;
         *slot = value * fade;
+        weights += if at < -(pad as isize) || beyond >= pad as isize { 0.0 } else { fade * fade };
     }
     let forward = planner.plan_fft_forward(length);
     let inverse = planner.plan_fft_inverse(length * PARTS);
@@ -62,10 +73,18 @@ pub(crate) fn reconstructed(series: &[f64], interval: f64, quantity: Quantity, b
     if forward.process(&mut time, &mut lines).is_err() {
         return Motion { displacement: vec![0.0; n * PARTS], velocity: vec![0.0; n * PARTS] };
     }
-    let mut draw = |derivative: i32| -> Vec<f64> {
+    let powers: Vec<f64> = lines.iter().map(|l| l.norm_sqr()).collect();
+    let shares: Vec<f64> = (0..powers.len())
+        .map(|k| {
+            let near = &powers[k.saturating_sub(SMOOTHED_LINES)..(k + SMOOTHED_LINES + 1).min(powers.len())];
+            let power = near.iter().sum::<f64>() / near.len() as f64;
+            (1.0 - noise * noise * weights / power.max(f64::MIN_POSITIVE)).max(0.0)
+        })
+        .collect();
+    let draw = |derivative: i32| -> Vec<f64> {
         let power = derivative - quantity.derivatives();
         let mut fine = inverse.make_input_vec();
-        for (k, (slot, line)) in fine.iter_mut().zip(&lines).enumerate() {
+        for (k, (slot, (line, share))) in fine.iter_mut().zip(lines.iter().zip(&shares)).enumerate() {
             let frequency = k as f64 / (length as f64 * interval);
             let low = if band.low > 0.0 { 1.0 / (1.0 + (band.low / frequency.max(1e-300)).powi(4)) } else { 1.0 };
             // Integrated twice, twice as steep.
@@ -76,7 +95,7 @@ pub(crate) fn reconstructed(series: &[f64], interval: f64, quantity: Quantity, b
             } else {
                 Complex::new(0.0, TAU * frequency).powi(power)
             };
-            *slot = line * turned * (low * high / length as f64);
+            *slot = line * turned * (low * high * share / length as f64);
         }
         if let Some(first) = fine.first_mut() {
             first.im = 0.0;
@@ -111,10 +130,12 @@ mod tests {
             let turn = 0.5 * PI * derivative as f64;
             tones.iter().map(|(f, a, p)| a * (TAU * f).powi(derivative as i32) * (TAU * f * t + p + turn).sin()).sum()
         };
-        for (k, quantity) in [Quantity::Displacement, Quantity::Velocity, Quantity::Acceleration].into_iter().enumerate() {
+        for (k, quantity) in
+            [Quantity::Displacement, Quantity::Velocity, Quantity::Acceleration].into_iter().enumerate()
+        {
             let series: Vec<f64> = (0..n).map(|i| at(i as f64 * interval, k)).collect();
             let low = if k == 0 { 0.0 } else { 0.2 };
-            let motion = reconstructed(&series, interval, quantity, Band { low, high: 9.0 }, 1.3);
+            let motion = reconstructed(&series, interval, quantity, Band { low, high: 9.0 }, (1.3, 0.0));
             assert_eq!(motion.displacement.len(), (n - 1) * PARTS + 1);
             for i in (n / 4) * PARTS..(3 * n / 4) * PARTS {
                 let t = i as f64 * interval / PARTS as f64;

@@ -65,6 +65,8 @@ pub(crate) struct Screen<'a> {
     /// Poles of the linear model.
     pub(crate) poles: &'a [Pole],
     pub(crate) modes: usize,
+    /// Standard deviation of each sensor's noise.
+    pub(crate) noises: Vec<f64>,
 }
 
 impl Screen<'_> {
@@ -91,7 +93,8 @@ impl Screen<'_> {
         places.sort_unstable();
         places.dedup();
         let mut sites: Vec<Site> = places.iter().map(|p| Site::Ground(*p)).collect();
-        let pairs = places.iter().enumerate().flat_map(|(k, i)| places[k + 1..].iter().map(move |j| Site::Between(*i, *j)));
+        let pairs =
+            places.iter().enumerate().flat_map(|(k, i)| places[k + 1..].iter().map(move |j| Site::Between(*i, *j)));
         sites.extend(pairs.take(MOST_PAIRS));
         sites
     }
@@ -113,7 +116,7 @@ impl Screen<'_> {
                 let quantity = self.measurement.sensors[k].quantity;
                 let low = if quantity == Quantity::Displacement { 0.0 } else { corner * slowest };
                 let band = Band { low, high: ABOVE * fastest };
-                let own = reconstructed(&series.outputs[k], series.interval, quantity, band, slowest);
+                let own = reconstructed(&series.outputs[k], series.interval, quantity, band, (slowest, self.noises[k]));
                 let total = sum.get_or_insert_with(|| Motion {
                     displacement: vec![0.0; own.displacement.len()],
                     velocity: vec![0.0; own.velocity.len()],
@@ -148,7 +151,11 @@ impl Screen<'_> {
         let run = |tasks: Vec<(usize, Effect, f64)>| -> Vec<Candidate> {
             let all: Vec<Option<Candidate>> = tasks
                 .into_par_iter()
-                .map(|(k, effect, g)| if cancel.is_cancelled() { None } else { self.candidate(&motions[k], effect, g, cancel) })
+                .map(
+                    |(k, effect, g)| {
+                        if cancel.is_cancelled() { None } else { self.candidate(&motions[k], effect, g, cancel) }
+                    },
+                )
                 .collect();
             all.into_iter().flatten().collect()
         };
@@ -189,8 +196,17 @@ impl Screen<'_> {
         }
         let motion_site = motion.site;
         let motion = motion.fitted.iter().map(argument).collect();
-        let mut candidate =
-            Candidate { effect, site: motion_site, inner, fitted, unseen, unit, motion, poles: Vec::new(), error: f64::INFINITY };
+        let mut candidate = Candidate {
+            effect,
+            site: motion_site,
+            inner,
+            fitted,
+            unseen,
+            unit,
+            motion,
+            poles: Vec::new(),
+            error: f64::INFINITY,
+        };
         let path = self.open_path(&candidate.fitted, &candidate.unseen, self.poles, self.modes, STEPS, cancel, true)?;
         let (fit, error) = path.into_iter().last()?;
         candidate.poles = fit.poles;
@@ -201,6 +217,7 @@ impl Screen<'_> {
     /// Poles with a force as a further input, one more at a time, each with the error on the records never fitted.
     ///
     /// `last` keeps the refinement for the last number of modes.
+    #[expect(clippy::too_many_arguments, reason = "a path of fits has these inputs, and two callers")]
     pub(crate) fn open_path(
         &self,
         fitted: &ForceSeries,

@@ -84,8 +84,7 @@ pub(crate) fn poles(records: &[Channels], by: usize, block_rows: usize) -> Vec<P
     let mut found = Vec::new();
     for states in ORDERS.step_by(2).filter(|n| *n < size - outputs) {
         let observability = DMatrix::from_fn(size, states, |i, j| eigen.eigenvectors[(i, order[j])]);
-        let (upper, lower) =
-            (observability.rows(0, size - outputs), observability.rows(outputs, size - outputs));
+        let (upper, lower) = (observability.rows(0, size - outputs), observability.rows(outputs, size - outputs));
         let Some(inverse) = Cholesky::new(upper.tr_mul(&upper)) else { continue };
         let transition = inverse.solve(&upper.tr_mul(&lower));
         let Some(schur) = Schur::try_new(transition, f64::EPSILON, ITERATIONS) else { continue };
@@ -160,9 +159,8 @@ fn gram(records: &[&Channels], rows: usize) -> DMatrix<f64> {
 pub(crate) fn distinct(poles: impl IntoIterator<Item = Pole>, frequency: f64, damping: f64) -> Vec<Pole> {
     let mut kept: Vec<Pole> = Vec::new();
     for pole in poles {
-        let near = |k: &Pole| {
-            (k.omega / pole.omega).ln().abs() < frequency && (k.damping / pole.damping).ln().abs() < damping
-        };
+        let near =
+            |k: &Pole| (k.omega / pole.omega).ln().abs() < frequency && (k.damping / pole.damping).ln().abs() < damping;
         if !kept.iter().any(near) {
             kept.push(pole);
         }
