@@ -2,9 +2,10 @@ use std::path::PathBuf;
 
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 
+use super::modes::BaseOptions;
 use super::progress::ProgressLine;
 use super::source::SourceOptions;
-use super::{CommandResult, json, table};
+use super::{CommandResult, json, modes, table};
 use sindyscope_analysis::json::diagnosed;
 use sindyscope_analysis::missing::MAX_EFFECTS;
 use sindyscope_analysis::{AnalysisError, KindName, MissingRequest, Terms, search};
@@ -21,6 +22,8 @@ pub(super) struct DiagnoseOptions {
     /// Terms of every acceleration of the base model, to which effects are added: "x, v, u" [default: linear springs and dampers]
     #[arg(long, value_name = "LIST", help_heading = "Base model")]
     terms: Option<Terms>,
+    #[command(flatten)]
+    base: BaseOptions,
     /// Known physics: these terms are in the base model besides
     #[arg(long, value_name = "LIST", help_heading = "Base model")]
     lock: Vec<Terms>,
@@ -86,6 +89,9 @@ pub(super) fn run(options: &DiagnoseOptions, progress: &ProgressLine) -> Command
     let source = &options.source.0;
     if source.reading.kind == KindName::FirstOrder {
         return Err(AnalysisError::FirstOrder.into());
+    }
+    if options.base.is_modes() {
+        return modes::diagnose(source, options.base, options.json.as_deref(), progress);
     }
     progress.stage("reading");
     let records = source.read()?;

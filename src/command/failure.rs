@@ -5,6 +5,7 @@ use sindyscope_analysis::AnalysisError;
 use sindyscope_analysis::batch::BatchError;
 use sindyscope_core::remedy::{Remedy, sentence};
 use sindyscope_files::ReadError;
+use sindyscope_modes::ModesError;
 use sindyscope_report::document::ReportError;
 use sindyscope_report::export::ExportError;
 
@@ -117,6 +118,12 @@ impl From<AnalysisError> for Failure {
             other => worded(&other.remedies()),
         };
         Self::new(error.to_string()).try_this(advice)
+    }
+}
+
+impl From<ModesError> for Failure {
+    fn from(error: ModesError) -> Self {
+        Self::new(error.to_string()).try_this(worded(&error.remedies()))
     }
 }
 

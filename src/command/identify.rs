@@ -3,9 +3,10 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::failure::{Failure, worded};
+use super::modes::BaseOptions;
 use super::progress::ProgressLine;
 use super::request::StudyOptions;
-use super::{CommandResult, json, table};
+use super::{CommandResult, json, modes, table};
 use sindyscope_analysis::json::identified;
 use sindyscope_analysis::{Analysis, AnalysisError, AnalysisRequest, analyse};
 use sindyscope_core::remedy::Remedy;
@@ -22,6 +23,8 @@ use sindyscope_values::record::{Role, Usage};
 pub(super) struct IdentifyOptions {
     #[command(flatten)]
     pub(super) study: StudyOptions,
+    #[command(flatten)]
+    base: BaseOptions,
     /// Print the equations of motion alone, in this form
     #[arg(long, value_enum, value_name = "FORM", help_heading = "Output")]
     format: Option<EquationStyle>,
@@ -46,6 +49,10 @@ pub(super) fn run(options: &IdentifyOptions, progress: &ProgressLine) -> Command
     // Said before the work is done, not after.
     for path in &options.export {
         export::ExportFormat::of(path).map_err(Failure::from)?;
+    }
+    if options.base.is_modes() {
+        let source = &options.study.request.source;
+        return modes::identify(source, options.base, options.study.json.as_deref(), progress);
     }
     let analysis = study(&options.study.request, progress)?;
     // A form that cannot hold the model takes nothing from the others, nor from the result.

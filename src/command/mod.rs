@@ -9,6 +9,7 @@ mod hidden;
 mod identify;
 mod inspect;
 mod json;
+mod modes;
 mod progress;
 mod report;
 mod request;

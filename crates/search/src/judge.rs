@@ -55,8 +55,8 @@ pub(super) struct Ruling {
     pub(super) rivals: Vec<usize>,
 }
 
-/// The comparison of two sets on the same blocks.
-pub(super) fn lead(first: &[f64], second: &[f64], against: &str) -> Lead {
+/// The comparison of two sets by the log densities of the same blocks; `against` names the second.
+pub fn lead(first: &[f64], second: &[f64], against: &str) -> Lead {
     let differences: Vec<f64> = first.iter().zip(second).map(|(a, b)| a - b).collect();
     let n = differences.len();
     let sum: f64 = differences.iter().sum();
@@ -78,8 +78,14 @@ pub(super) fn lead(first: &[f64], second: &[f64], against: &str) -> Lead {
 
 /// True if one set beats another; `least` is the sum that it must lead by.
 pub(super) fn beats(first: &Hypothesis, second: &Hypothesis, least: f64) -> bool {
-    let lead = lead(&first.blocks, &second.blocks, "");
-    lead.difference > least && lead.quantile > 0.0
+    lead(&first.blocks, &second.blocks, "").is_more_than(least)
+}
+
+impl Lead {
+    /// True if the first set beats the second: by this sum at least, and whichever blocks are drawn again.
+    pub fn is_more_than(&self, least: f64) -> bool {
+        self.difference > least && self.quantile > 0.0
+    }
 }
 
 /// True if every effect of one set is in another, as it is or in a richer kind, and the other has more.
@@ -230,19 +236,23 @@ impl Data {
 
     /// The scale of Student's law that errors are most likely under; `taken` values were fitted to them.
     fn scale(&self, errors: &[f64], taken: usize) -> f64 {
-        let n = errors.len().max(1) as f64;
-        let mut square = dot(errors, errors) / n;
-        for _ in 0..SCALE_ROUNDS {
-            square = errors.iter().map(|e| (STUDENT + 1.0) * e * e / (STUDENT + e * e / square)).sum::<f64>() / n;
-        }
-        let floor = 1e-6 * self.loudest();
-        (square * n / (n - taken as f64).max(1.0)).sqrt().max(floor).max(f64::MIN_POSITIVE)
+        student_scale(errors, taken).max(1e-6 * self.loudest())
     }
+}
+
+/// The scale of Student's law that errors are most likely under; `taken` values were fitted to them.
+pub fn student_scale(errors: &[f64], taken: usize) -> f64 {
+    let n = errors.len().max(1) as f64;
+    let mut square = dot(errors, errors) / n;
+    for _ in 0..SCALE_ROUNDS {
+        square = errors.iter().map(|e| (STUDENT + 1.0) * e * e / (STUDENT + e * e / square)).sum::<f64>() / n;
+    }
+    (square * n / (n - taken as f64).max(1.0)).sqrt().max(f64::MIN_POSITIVE)
 }
 
 /// Log density of a block's errors under Student's law of a scale, without its constant. A block that is far worse than the
 /// fitted ones is scored by its own errors' size: a set that errs less must not lose for having been surer.
-fn density(errors: &[f64], scale: f64) -> f64 {
+pub fn density(errors: &[f64], scale: f64) -> f64 {
     let half = 0.5 * (STUDENT + 1.0);
     let scale = scale.max(rms(errors) / SURPRISED);
     errors.iter().map(|e| -half * (e / scale).powi(2).min(1e12).mul_add(STUDENT.recip(), 1.0).ln() - scale.ln()).sum()

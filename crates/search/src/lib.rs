@@ -64,6 +64,7 @@ pub use error::GapError;
 pub use evidence::LEVEL;
 pub use found::Found;
 pub use guide::{Entry, EntryForm, EntryParameter, guide};
+pub use judge::{density, lead, student_scale};
 pub use outcome::{
     Added, Beginnings, Blind, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Gap, HeldFit, Lead, Map,
     MissingForce, Parameter, Place, Profile, Remaining, Round, SensorTrace, Stage, Standing, Test, Trace, Verdict,
@@ -71,6 +72,7 @@ pub use outcome::{
 pub use progress::Progress;
 pub use records::{FreeRun, RecordScore, StretchScore};
 pub use restore::Restored;
+pub use rule::{BLOCK, LEAD, LEAST_BLOCKS};
 pub use search::{Ask, Listener, Search};
 pub use site::Site;
 pub use walk::Step;

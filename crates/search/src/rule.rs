@@ -6,7 +6,7 @@
 pub(super) const BORNE: f64 = 3.0;
 /// Log density by which a set beats another at least. In the simulation study that chose it, values from 0 to 8 differ by two
 /// verdicts of 174.
-pub(super) const LEAD: f64 = 5.0;
+pub const LEAD: f64 = 5.0;
 /// Quantile of the resampled lead that must be positive: two standard deviations of a normal law.
 pub(super) const QUANTILE: f64 = 0.023;
 /// Resampled sums of the blocks that the quantile is taken from.
@@ -19,9 +19,9 @@ pub(super) const SURPRISED: f64 = 1.5;
 /// Where nothing explains the data, times that a set must err less on unseen samples than another to beat it.
 pub(super) const FAR: f64 = 1.5;
 /// Length of a block that a set predicts, main periods.
-pub(super) const BLOCK: usize = 4;
+pub const BLOCK: usize = 4;
 /// Blocks that unseen data are cut into at least: of one, nothing is resampled.
-pub(super) const LEAST_BLOCKS: f64 = 4.0;
+pub const LEAST_BLOCKS: f64 = 4.0;
 /// Noises (RMS of the fitted records' residual over the sensor's) from which what is left matters.
 pub(super) const MATTERS_NOISES: f64 = 1.2;
 /// Share of what was found (RMS, noise taken off) from which what is left matters.

@@ -90,7 +90,7 @@ fn step(step: &Step<'_>) -> Value {
 }
 
 /// Why the name stands: log predictive density on data never fitted, against the nearest rival.
-fn evidence(lead: &Lead) -> Value {
+pub fn evidence(lead: &Lead) -> Value {
     json!({
         "blocks": lead.blocks,
         "won": lead.won,

@@ -198,7 +198,7 @@ fn integral_form(model: &Model) -> Vec<Value> {
 }
 
 /// Angles in radians.
-fn mode(mode: &Mode) -> Value {
+pub fn mode(mode: &Mode) -> Value {
     json!({
         "frequency": mode.frequency,
         "std_error": mode.frequency_error,

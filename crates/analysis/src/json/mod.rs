@@ -6,9 +6,9 @@ mod identified;
 
 use serde_json::Value;
 
-pub use diagnosed::diagnosed;
+pub use diagnosed::{diagnosed, evidence};
 pub use effects::effects;
-pub use identified::identified;
+pub use identified::{identified, mode};
 
 /// The version of the fields.
 pub const VERSION: u32 = 1;

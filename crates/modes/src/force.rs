@@ -1,0 +1,168 @@
+//! Forces that a linear structure may lack, at a place or between two.
+
+use std::fmt;
+
+/// A kind of force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Effect {
+    /// k x³.
+    CubicStiffness,
+    /// F sgn v.
+    CoulombFriction,
+    /// A spring that begins where the displacement leaves a gap.
+    Clearance,
+    /// c |v| v.
+    QuadraticDamping,
+    /// k x².
+    QuadraticStiffness,
+}
+
+impl Effect {
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::CubicStiffness,
+        Self::CoulombFriction,
+        Self::Clearance,
+        Self::QuadraticDamping,
+        Self::QuadraticStiffness,
+    ];
+
+    /// The name that the catalogue has for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::CubicStiffness => "cubic_stiffness",
+            Self::CoulombFriction => "coulomb_friction",
+            Self::Clearance => "clearance",
+            Self::QuadraticDamping => "quadratic_damping",
+            Self::QuadraticStiffness => "quadratic_stiffness",
+        }
+    }
+
+    /// What it is called in sentences.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::CubicStiffness => "Cubic stiffness",
+            Self::CoulombFriction => "Coulomb (dry) friction",
+            Self::Clearance => "Clearance (freeplay or stops)",
+            Self::QuadraticDamping => "Quadratic damping",
+            Self::QuadraticStiffness => "Quadratic stiffness",
+        }
+    }
+
+    /// True if it depends on the velocity, else on the displacement.
+    pub(crate) fn is_of_velocity(self) -> bool {
+        matches!(self, Self::CoulombFriction | Self::QuadraticDamping)
+    }
+
+    /// True if it may act either way; friction, dampers and stops take energy or push back.
+    pub(crate) fn has_either_sign(self) -> bool {
+        matches!(self, Self::CubicStiffness | Self::QuadraticStiffness | Self::QuadraticDamping)
+    }
+
+    /// The force at a motion `x` (displacement or velocity, as it depends on); `inner` is the gap, or the velocity within which
+    /// friction changes its sign.
+    pub(crate) fn at(self, x: f64, inner: f64) -> f64 {
+        match self {
+            Self::CubicStiffness => x * x * x,
+            Self::CoulombFriction => x / x.hypot(inner),
+            Self::Clearance => x - x.clamp(-inner, inner),
+            Self::QuadraticDamping => x * x.abs(),
+            Self::QuadraticStiffness => x * x,
+        }
+    }
+
+    /// Its derivative by the motion, and by `inner`.
+    pub(crate) fn slope(self, x: f64, inner: f64) -> (f64, f64) {
+        match self {
+            Self::CubicStiffness => (3.0 * x * x, 0.0),
+            Self::CoulombFriction => (inner * inner / x.hypot(inner).powi(3), 0.0),
+            Self::Clearance if x.abs() > inner => (1.0, -x.signum()),
+            Self::Clearance => (0.0, 0.0),
+            Self::QuadraticDamping => (2.0 * x.abs(), 0.0),
+            Self::QuadraticStiffness => (2.0 * x, 0.0),
+        }
+    }
+
+    /// The force's mean over a step along which the motion goes straight from `a` to `b`, and the mean's derivatives by
+    /// `a`, `b` and `inner`: switching within the step counts at the instant when it happens.
+    pub(crate) fn mean(self, a: f64, b: f64, inner: f64) -> (f64, [f64; 3]) {
+        match self {
+            Self::CubicStiffness => {
+                let mean = 0.25 * (a * a * a + a * a * b + a * b * b + b * b * b);
+                let by = |a: f64, b: f64| 0.25 * (3.0 * a * a + 2.0 * a * b + b * b);
+                (mean, [by(a, b), by(b, a), 0.0])
+            }
+            Self::QuadraticStiffness => {
+                ((a * a + a * b + b * b) / 3.0, [(2.0 * a + b) / 3.0, (2.0 * b + a) / 3.0, 0.0])
+            }
+            Self::CoulombFriction => {
+                let (p, q) = (a.hypot(inner), b.hypot(inner));
+                let (sum, mean) = (p + q, (a + b) / (p + q));
+                (mean, [(1.0 - mean * a / p) / sum, (1.0 - mean * b / q) / sum, 0.0])
+            }
+            Self::QuadraticDamping if a * b >= 0.0 => {
+                let sign = if a + b < 0.0 { -1.0 } else { 1.0 };
+                let mean = sign * (a * a + a * b + b * b) / 3.0;
+                (mean, [sign * (2.0 * a + b) / 3.0, sign * (2.0 * b + a) / 3.0, 0.0])
+            }
+            Self::QuadraticDamping => {
+                let mean = (b.abs().powi(3) - a.abs().powi(3)) / (3.0 * (b - a));
+                (mean, [(mean - a * a.abs()) / (b - a), (b * b.abs() - mean) / (b - a), 0.0])
+            }
+            Self::Clearance => {
+                let beyond = |x: f64| (x.abs() - inner).max(0.0);
+                let step = b - a;
+                if step.abs() < 1e-9 * inner.max(1e-12) {
+                    let (force, (by, by_inner)) = (self.at(0.5 * (a + b), inner), self.slope(0.5 * (a + b), inner));
+                    return (force, [0.5 * by, 0.5 * by, by_inner]);
+                }
+                let mean = 0.5 * (beyond(b).powi(2) - beyond(a).powi(2)) / step;
+                let by_inner = -(beyond(b) - beyond(a)) / step;
+                (mean, [(mean - self.at(a, inner)) / step, (self.at(b, inner) - mean) / step, by_inner])
+            }
+        }
+    }
+}
+
+/// Where a force acts; places count from zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Site {
+    /// Between a place and the ground.
+    Ground(usize),
+    /// Between two places, the lower number first.
+    Between(usize, usize),
+}
+
+impl fmt::Display for Site {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Ground(i) => write!(f, "ground-{}", i + 1),
+            Self::Between(i, j) => write!(f, "{}-{}", i + 1, j + 1),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Means and their derivatives against a fine sum and differences.
+    #[test]
+    fn means_are_those_of_the_straight_path() {
+        for effect in Effect::ALL {
+            for (a, b) in [(0.3, 0.9), (-0.7, 0.4), (1.2, -1.5), (-0.1, 0.05), (0.8, 0.81)] {
+                let inner = 0.25;
+                let (mean, slopes) = effect.mean(a, b, inner);
+                let n = 20_000;
+                let at = |k: usize| a + (b - a) * (k as f64 + 0.5) / n as f64;
+                // Smoothed friction is the derivative of √(v² + ε²), which `at` has too.
+                let sum: f64 = (0..n).map(|k| effect.at(at(k), inner)).sum::<f64>() / n as f64;
+                assert!((mean - sum).abs() < 1e-5, "{effect:?} {a} {b}: {mean} {sum}");
+                let h = 1e-6;
+                let by = |da: f64, db: f64| (effect.mean(a + da, b + db, inner).0 - mean) / h;
+                assert!((slopes[0] - by(h, 0.0)).abs() < 1e-4, "{effect:?} {a} {b}");
+                assert!((slopes[1] - by(0.0, h)).abs() < 1e-4, "{effect:?} {a} {b}");
+            }
+        }
+    }
+}

@@ -1,0 +1,471 @@
+//! The response of a set of modes as a linear model, and the refinement of its poles.
+//!
+//! A sensor shows `y = Σᵢ rᵢ qᵢ⁽ᵖ⁾`, p = 0, 1, 2 for displacement, velocity, acceleration, with real amplitudes `r` for each input
+//! and force, free oscillations that each record has of its own, and an offset. All amplitudes enter linearly and are
+//! eliminated; poles are refined by variable projection with Kaufman's Jacobian, so output error is what is minimised.
+//!
+//! Source: G. Golub, V. Pereyra, Inverse Problems 19 (2003) R1.
+
+use nalgebra::{Cholesky, Complex, DMatrix, Dyn};
+
+use super::measurement::{Quantity, Sensor, Series};
+use super::pole::{self, Pole};
+use sindyscope_core::study::Cancel;
+
+/// Relative steps of frequency and damping for their derivatives.
+const STEPS: [f64; 2] = [1e-5, 1e-3];
+/// Largest change of a pole's logarithms in one step.
+const MAX_CHANGE: f64 = 0.3;
+/// Added to the diagonal of the scaled Gram matrix: close poles stay solvable.
+const RIDGE: f64 = 1e-10;
+/// Share of the sum of squares by which a step must gain for another to follow.
+const GAIN: f64 = 1e-5;
+
+/// A force beside the inputs, known at `parts` instants a sampling interval: `values[record][instant]`.
+#[derive(Clone, Debug)]
+pub(crate) struct ForceSeries {
+    pub(crate) parts: usize,
+    pub(crate) values: Vec<Vec<f64>>,
+}
+
+/// Sensors that show the same quantity.
+#[derive(Clone, Debug)]
+struct Group {
+    quantity: Quantity,
+    sensors: Vec<usize>,
+}
+
+/// Records with what drives them, ready for any poles.
+pub(crate) struct Task<'a> {
+    series: &'a [Series],
+    groups: Vec<Group>,
+    /// `padded[record][input]`
+    padded: Vec<Vec<Vec<f64>>>,
+    force: Option<&'a ForceSeries>,
+    /// Every how many-th sample is looked at.
+    stride: usize,
+    pub(crate) sensors: usize,
+}
+
+/// What the poles make of one group of sensors.
+struct GroupFit {
+    /// Columns of each record: those of the modes for each input and force, then free oscillations, then the offset.
+    columns: Vec<DMatrix<f64>>,
+    /// Amplitudes: shared columns, then each record's own; one column a sensor.
+    amplitudes: DMatrix<f64>,
+    factor: Cholesky<f64, Dyn>,
+    /// What the columns were divided by in the factorised Gram matrix.
+    norms: Vec<f64>,
+    /// `residuals[record]`, samples by sensors.
+    residuals: Vec<DMatrix<f64>>,
+}
+
+/// Poles with all amplitudes.
+pub(crate) struct LinearFit {
+    pub(crate) poles: Vec<Pole>,
+    groups: Vec<GroupFit>,
+    /// Sum of the squared residuals of all sensors.
+    pub(crate) squares: f64,
+    pub(crate) samples: usize,
+}
+
+/// First and second derivatives of half the sum of squares by the poles' logarithms (frequency, then damping of each).
+struct Slopes {
+    normal: DMatrix<f64>,
+    gradient: DMatrix<f64>,
+}
+
+impl<'a> Task<'a> {
+    pub(crate) fn new(series: &'a [Series], sensors: &[Sensor], force: Option<&'a ForceSeries>, stride: usize) -> Self {
+        let mut groups: Vec<Group> = Vec::new();
+        for (k, sensor) in sensors.iter().enumerate() {
+            match groups.iter_mut().find(|g| g.quantity == sensor.quantity) {
+                Some(group) => group.sensors.push(k),
+                None => groups.push(Group { quantity: sensor.quantity, sensors: vec![k] }),
+            }
+        }
+        let padded = series.iter().map(|s| s.inputs.iter().map(|u| pole::padded(u)).collect()).collect();
+        Self { series, groups, padded, force, stride: stride.max(1), sensors: sensors.len() }
+    }
+
+    /// Inputs and forces.
+    fn drives(&self) -> usize {
+        self.series.first().map_or(0, |s| s.inputs.len()) + usize::from(self.force.is_some())
+    }
+
+    fn rows(&self, record: usize) -> usize {
+        self.series[record].len().div_ceil(self.stride)
+    }
+
+    fn local(&self, modes: usize) -> usize {
+        2 * modes + 1
+    }
+
+    /// Writes a mode's columns of one record: `shared` first ones for inputs and forces, two of its free oscillation.
+    fn fill(
+        &self,
+        pole: Pole,
+        (record, quantity): (usize, Quantity),
+        matrix: &mut DMatrix<f64>,
+        (shared, free): (usize, usize),
+        states: &mut Vec<Complex<f64>>,
+    ) {
+        let series = &self.series[record];
+        let (n, lambda) = (series.len(), pole.eigenvalue());
+        let derivatives = quantity.derivatives();
+        let factor = lambda.powi(derivatives) * (pole.omega.powi(2 - derivatives) / lambda.im);
+        states.clear();
+        states.resize(n, Complex::new(0.0, 0.0));
+        for drive in 0..self.drives() {
+            let through: (&[f64], usize) = match (self.padded[record].get(drive), self.force) {
+                (Some(padded), _) => {
+                    pole::response(lambda, series.interval, padded, states);
+                    (&series.inputs[drive], 1)
+                }
+                (None, Some(force)) => {
+                    pole::response_fine(lambda, series.interval, &force.values[record], force.parts, states);
+                    (&force.values[record], force.parts)
+                }
+                (None, None) => continue,
+            };
+            let mut column = matrix.column_mut(shared + drive);
+            for (row, out) in column.iter_mut().enumerate() {
+                let at = row * self.stride;
+                let own = if derivatives == 2 { through.0[at * through.1] } else { 0.0 };
+                *out = (factor * states[at]).im + own;
+            }
+        }
+        let decay = (lambda * (series.interval * self.stride as f64)).exp();
+        let mut state = Complex::new(1.0, 0.0);
+        for row in 0..self.rows(record) {
+            matrix[(row, free)] = state.re;
+            matrix[(row, free + 1)] = state.im;
+            state *= decay;
+        }
+    }
+
+    /// Columns of all poles for each record.
+    fn columns(&self, poles: &[Pole], quantity: Quantity) -> Vec<DMatrix<f64>> {
+        let (m, drives) = (poles.len(), self.drives());
+        let mut states = Vec::new();
+        let of = |record: usize| {
+            let mut matrix = DMatrix::zeros(self.rows(record), m * drives + self.local(m));
+            for (i, pole) in poles.iter().enumerate() {
+                self.fill(*pole, (record, quantity), &mut matrix, (i * drives, m * drives + 2 * i), &mut states);
+            }
+            matrix.column_mut(m * drives + 2 * m).fill(1.0);
+            matrix
+        };
+        (0..self.series.len()).map(of).collect()
+    }
+
+    /// Where a column of a record stands among all amplitudes.
+    fn place(&self, column: usize, record: usize, modes: usize) -> usize {
+        let shared = modes * self.drives();
+        if column < shared { column } else { column + record * self.local(modes) }
+    }
+
+    fn targets(&self, group: &Group, record: usize) -> DMatrix<f64> {
+        let outputs = &self.series[record].outputs;
+        DMatrix::from_fn(self.rows(record), group.sensors.len(), |row, k| outputs[group.sensors[k]][row * self.stride])
+    }
+
+    /// The least-squares amplitudes of poles.
+    pub(crate) fn fit(&self, poles: &[Pole]) -> Option<LinearFit> {
+        let groups: Option<Vec<GroupFit>> = self.groups.iter().map(|g| self.fit_group(g, poles)).collect();
+        let groups = groups?;
+        let squares = groups.iter().flat_map(|g| &g.residuals).map(DMatrix::norm_squared).sum::<f64>();
+        let samples = groups.iter().flat_map(|g| &g.residuals).map(DMatrix::len).sum();
+        squares.is_finite().then(|| LinearFit { poles: poles.to_vec(), groups, squares, samples })
+    }
+
+    fn fit_group(&self, group: &Group, poles: &[Pole]) -> Option<GroupFit> {
+        let m = poles.len();
+        let columns = self.columns(poles, group.quantity);
+        let count = m * self.drives() + self.series.len() * self.local(m);
+        let mut gram = DMatrix::<f64>::zeros(count, count);
+        let mut right = DMatrix::<f64>::zeros(count, group.sensors.len());
+        let mut targets = Vec::with_capacity(columns.len());
+        for (record, matrix) in columns.iter().enumerate() {
+            let target = self.targets(group, record);
+            let (own, own_right) = (matrix.tr_mul(matrix), matrix.tr_mul(&target));
+            for i in 0..own.nrows() {
+                let row = self.place(i, record, m);
+                for j in 0..own.ncols() {
+                    gram[(row, self.place(j, record, m))] += own[(i, j)];
+                }
+                for s in 0..own_right.ncols() {
+                    right[(row, s)] += own_right[(i, s)];
+                }
+            }
+            targets.push(target);
+        }
+        let norms: Vec<f64> = (0..count).map(|k| gram[(k, k)].sqrt().max(1e-150)).collect();
+        for i in 0..count {
+            for j in 0..count {
+                gram[(i, j)] /= norms[i] * norms[j];
+            }
+            gram[(i, i)] += RIDGE;
+            for s in 0..right.ncols() {
+                right[(i, s)] /= norms[i];
+            }
+        }
+        let factor = Cholesky::new(gram)?;
+        let mut amplitudes = factor.solve(&right);
+        for (i, norm) in norms.iter().enumerate() {
+            amplitudes.row_mut(i).iter_mut().for_each(|a| *a /= norm);
+        }
+        let residuals = columns
+            .iter()
+            .zip(targets)
+            .enumerate()
+            .map(|(record, (matrix, target))| target - matrix * self.own(&amplitudes, record, m))
+            .collect();
+        Some(GroupFit { columns, amplitudes, factor, norms, residuals })
+    }
+
+    /// The amplitudes of one record's columns.
+    fn own(&self, amplitudes: &DMatrix<f64>, record: usize, modes: usize) -> DMatrix<f64> {
+        let columns = modes * self.drives() + self.local(modes);
+        DMatrix::from_fn(columns, amplitudes.ncols(), |i, s| amplitudes[(self.place(i, record, modes), s)])
+    }
+
+    /// How much each further pole would take off the sum of squares.
+    pub(crate) fn gains(&self, fit: &LinearFit, pool: &[Pole]) -> Vec<f64> {
+        pool.iter().map(|pole| self.gain(fit, *pole).unwrap_or(0.0)).collect()
+    }
+
+    fn gain(&self, fit: &LinearFit, pole: Pole) -> Option<f64> {
+        let (m, drives, records) = (fit.poles.len(), self.drives(), self.series.len());
+        let mut states = Vec::new();
+        let mut total = 0.0;
+        for (group, known) in self.groups.iter().zip(&fit.groups) {
+            let count = drives + 2 * records;
+            let sensors = group.sensors.len();
+            let mut own = DMatrix::<f64>::zeros(count, count);
+            let mut cross = DMatrix::<f64>::zeros(known.norms.len(), count);
+            let mut right = DMatrix::<f64>::zeros(count, sensors);
+            for record in 0..records {
+                let mut matrix = DMatrix::zeros(self.rows(record), drives + 2);
+                self.fill(pole, (record, group.quantity), &mut matrix, (0, drives), &mut states);
+                let place = |k: usize| if k < drives { k } else { k + 2 * record };
+                let (gram, part) = (matrix.tr_mul(&matrix), known.columns[record].tr_mul(&matrix));
+                let towards = matrix.tr_mul(&known.residuals[record]);
+                for k in 0..drives + 2 {
+                    for l in 0..drives + 2 {
+                        own[(place(k), place(l))] += gram[(k, l)];
+                    }
+                    for i in 0..part.nrows() {
+                        cross[(self.place(i, record, m), place(k))] += part[(i, k)];
+                    }
+                    for s in 0..sensors {
+                        right[(place(k), s)] += towards[(k, s)];
+                    }
+                }
+            }
+            for (i, norm) in known.norms.iter().enumerate() {
+                cross.row_mut(i).iter_mut().for_each(|c| *c /= norm);
+            }
+            let scale: Vec<f64> = (0..count).map(|k| own[(k, k)].sqrt().max(1e-150)).collect();
+            let mut left = &own - cross.tr_mul(&known.factor.solve(&cross));
+            for k in 0..count {
+                for l in 0..count {
+                    left[(k, l)] /= scale[k] * scale[l];
+                }
+                left[(k, k)] += 1e-7;
+                right.row_mut(k).iter_mut().for_each(|r| *r /= scale[k]);
+            }
+            total += right.dot(&Cholesky::new(left)?.solve(&right));
+        }
+        Some(total)
+    }
+
+    fn slopes(&self, fit: &LinearFit) -> Option<Slopes> {
+        let (m, drives, records) = (fit.poles.len(), self.drives(), self.series.len());
+        let mut states = Vec::new();
+        let mut normal = DMatrix::zeros(2 * m, 2 * m);
+        let mut gradient = DMatrix::zeros(2 * m, 1);
+        for (group, known) in self.groups.iter().zip(&fit.groups) {
+            let sensors = group.sensors.len();
+            let mut cross = vec![DMatrix::<f64>::zeros(known.norms.len(), 2 * m); sensors];
+            for record in 0..records {
+                let rows = self.rows(record);
+                let mut changes = vec![DMatrix::zeros(rows, 2 * m); sensors];
+                let mut matrix = DMatrix::zeros(rows, drives + 2);
+                for (i, pole) in fit.poles.iter().enumerate() {
+                    for (which, step) in STEPS.into_iter().enumerate() {
+                        let moved =
+                            if which == 0 { pole.scaled(1.0 + step, 1.0) } else { pole.scaled(1.0, 1.0 + step) };
+                        self.fill(moved, (record, group.quantity), &mut matrix, (0, drives), &mut states);
+                        for k in 0..drives + 2 {
+                            let column = if k < drives { i * drives + k } else { m * drives + 2 * i + k - drives };
+                            let before = known.columns[record].column(column);
+                            let place = self.place(column, record, m);
+                            for (s, change) in changes.iter_mut().enumerate() {
+                                let amplitude = known.amplitudes[(place, s)] / step;
+                                let mut out = change.column_mut(2 * i + which);
+                                for ((o, new), old) in out.iter_mut().zip(matrix.column(k).iter()).zip(before.iter()) {
+                                    *o += amplitude * (new - old);
+                                }
+                            }
+                        }
+                    }
+                }
+                for (s, change) in changes.iter().enumerate() {
+                    normal += change.tr_mul(change);
+                    gradient += change.tr_mul(&known.residuals[record].column(s));
+                    let part = known.columns[record].tr_mul(change);
+                    for k in 0..2 * m {
+                        for i in 0..part.nrows() {
+                            cross[s][(self.place(i, record, m), k)] += part[(i, k)];
+                        }
+                    }
+                }
+            }
+            for mut cross in cross {
+                for (i, norm) in known.norms.iter().enumerate() {
+                    cross.row_mut(i).iter_mut().for_each(|c| *c /= norm);
+                }
+                normal -= cross.tr_mul(&known.factor.solve(&cross));
+            }
+        }
+        Some(Slopes { normal, gradient })
+    }
+
+    /// Poles refined from these, at most so many steps of Levenberg and Marquardt.
+    pub(crate) fn refine(&self, poles: &[Pole], steps: usize, cancel: &Cancel) -> Option<LinearFit> {
+        let mut fit = self.fit(poles)?;
+        let mut damping = 1e-3;
+        for _ in 0..steps {
+            if cancel.is_cancelled() {
+                return None;
+            }
+            let Slopes { normal, gradient } = self.slopes(&fit)?;
+            let mut better = None;
+            for _ in 0..6 {
+                let mut damped = normal.clone();
+                let ridge = 1e-13 * normal.trace() + f64::MIN_POSITIVE;
+                for k in 0..damped.nrows() {
+                    damped[(k, k)] += damping * normal[(k, k)].abs() + ridge;
+                }
+                let moved: Option<Vec<Pole>> = Cholesky::new(damped).map(|factor| {
+                    let change = factor.solve(&gradient);
+                    let step = |k: usize| change[(k, 0)].clamp(-MAX_CHANGE, MAX_CHANGE).exp();
+                    fit.poles.iter().enumerate().map(|(i, p)| p.scaled(step(2 * i), step(2 * i + 1))).collect()
+                });
+                let found = moved.and_then(|poles| self.fit(&poles)).filter(|f| f.squares < fit.squares);
+                if found.is_some() {
+                    better = found;
+                    damping = f64::max(damping / 10.0, 1e-9);
+                    break;
+                }
+                damping = f64::max(damping * 8.0, 1e-6);
+            }
+            let Some(better) = better else { break };
+            let gain = fit.squares - better.squares;
+            let enough = gain > GAIN * fit.squares;
+            fit = better;
+            if !enough {
+                break;
+            }
+        }
+        Some(fit)
+    }
+
+    /// What shared amplitudes of another fit leave on these records, whose free oscillations and offsets alone are fitted:
+    /// `residuals[record][sensor][sample]`.
+    pub(crate) fn unseen(&self, fit: &LinearFit) -> Option<Vec<Vec<Vec<f64>>>> {
+        let (m, drives) = (fit.poles.len(), self.drives());
+        let mut all: Vec<Vec<Vec<f64>>> = self.series.iter().map(|_| vec![Vec::new(); self.sensors]).collect();
+        for (group, known) in self.groups.iter().zip(&fit.groups) {
+            let columns = self.columns(&fit.poles, group.quantity);
+            for (record, matrix) in columns.iter().enumerate() {
+                let shared = matrix.columns(0, m * drives);
+                let left = self.targets(group, record) - shared * known.amplitudes.rows(0, m * drives);
+                let own = matrix.columns(m * drives, self.local(m));
+                let mut gram = own.tr_mul(&own);
+                let scale: Vec<f64> = (0..gram.nrows()).map(|k| gram[(k, k)].sqrt().max(1e-150)).collect();
+                let mut right = own.tr_mul(&left);
+                for k in 0..scale.len() {
+                    for l in 0..scale.len() {
+                        gram[(k, l)] /= scale[k] * scale[l];
+                    }
+                    gram[(k, k)] += RIDGE;
+                    right.row_mut(k).iter_mut().for_each(|r| *r /= scale[k]);
+                }
+                let mut free = Cholesky::new(gram)?.solve(&right);
+                for (k, scale) in scale.iter().enumerate() {
+                    free.row_mut(k).iter_mut().for_each(|f| *f /= scale);
+                }
+                let residual = left - own * free;
+                for (k, sensor) in group.sensors.iter().enumerate() {
+                    all[record][*sensor] = residual.column(k).iter().copied().collect();
+                }
+            }
+        }
+        Some(all)
+    }
+
+    /// Amplitude of a mode in a sensor for an input or the force, in units of the displacement that a static force
+    /// would make: `q` times ω².
+    pub(crate) fn amplitude(&self, fit: &LinearFit, sensor: usize, mode: usize, drive: usize) -> f64 {
+        self.with(fit, sensor, |known, column| known.amplitudes[(mode * self.drives() + drive, column)])
+    }
+
+    /// Its variance for a residual of unit variance.
+    pub(crate) fn amplitude_variance(&self, fit: &LinearFit, sensor: usize, mode: usize, drive: usize) -> f64 {
+        let at = mode * self.drives() + drive;
+        self.with(fit, sensor, |known, _| {
+            let mut unit = DMatrix::zeros(known.norms.len(), 1);
+            unit[(at, 0)] = 1.0;
+            known.factor.solve(&unit)[(at, 0)] / known.norms[at].powi(2)
+        })
+    }
+
+    /// The free oscillation of a mode in a sensor on one record: amplitudes of the real and the imaginary part of `e^{λt}`.
+    pub(crate) fn free(&self, fit: &LinearFit, sensor: usize, mode: usize, record: usize) -> [f64; 2] {
+        let m = fit.poles.len();
+        let at = self.place(m * self.drives() + 2 * mode, record, m);
+        self.with(fit, sensor, |known, column| [known.amplitudes[(at, column)], known.amplitudes[(at + 1, column)]])
+    }
+
+    /// Least standard error over the records of a free oscillation's amplitudes, for a residual of this variance.
+    pub(crate) fn free_deviation(&self, fit: &LinearFit, sensor: usize, mode: usize, variance: f64) -> f64 {
+        let m = fit.poles.len();
+        let of = |record: usize| {
+            let at = self.place(m * self.drives() + 2 * mode, record, m);
+            self.with(fit, sensor, |known, _| {
+                let mut unit = DMatrix::zeros(known.norms.len(), 1);
+                unit[(at, 0)] = 1.0;
+                (known.factor.solve(&unit)[(at, 0)] * variance).sqrt() / known.norms[at]
+            })
+        };
+        (0..self.series.len()).map(of).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The offset of a sensor on one record.
+    pub(crate) fn offset(&self, fit: &LinearFit, sensor: usize, record: usize) -> f64 {
+        let m = fit.poles.len();
+        let at = self.place(m * self.drives() + 2 * m, record, m);
+        self.with(fit, sensor, |known, column| known.amplitudes[(at, column)])
+    }
+
+    /// What is left of one sensor on one record.
+    pub(crate) fn residual(&self, fit: &LinearFit, sensor: usize, record: usize) -> Vec<f64> {
+        self.with(fit, sensor, |known, column| known.residuals[record].column(column).iter().copied().collect())
+    }
+
+    fn with<T>(&self, fit: &LinearFit, sensor: usize, of: impl FnOnce(&GroupFit, usize) -> T) -> T {
+        let found =
+            self.groups.iter().zip(&fit.groups).find_map(|(group, known)| {
+                group.sensors.iter().position(|s| *s == sensor).map(|column| (known, column))
+            });
+        let (known, column) = found.unwrap_or((&fit.groups[0], 0));
+        of(known, column)
+    }
+
+    /// The covariance of the poles' logarithms for a residual of unit variance.
+    pub(crate) fn pole_covariance(&self, fit: &LinearFit) -> Option<DMatrix<f64>> {
+        self.slopes(fit).and_then(|s| s.normal.try_inverse())
+    }
+}

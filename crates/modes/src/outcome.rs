@@ -1,0 +1,81 @@
+//! What was identified, as plain values.
+
+use sindyscope_core::study::Score;
+use sindyscope_values::model::Mode;
+use sindyscope_values::record::Usage;
+
+use super::measurement::{Input, Sensor};
+
+/// A structure as a sum of modes: `qᵢ″ + 2ζᵢωᵢ qᵢ′ + ωᵢ² qᵢ = Σⱼ bᵢⱼ uⱼ`; a sensor shows `Σᵢ φᵢ qᵢ`, or its first or second derivative.
+#[derive(Clone, Debug)]
+pub struct Structure {
+    /// The sensors, place by place.
+    pub sensors: Vec<Sensor>,
+    /// The inputs.
+    pub inputs: Vec<Input>,
+    /// Frequency, damping and shape of each mode, the slowest first; the largest entry of a shape is one, and entries are
+    /// displacements in the units of the sensors times the square of a second where they show accelerations.
+    pub modes: Vec<Mode>,
+    /// `participation[mode][input]`: b, in the unit of the shape's largest entry over s² and the input's unit.
+    pub participation: Vec<Vec<f64>>,
+    /// Standard deviation of the noise of the first sensor, in its unit; none where it cannot be told.
+    pub noise_floor: Option<f64>,
+    /// What the model leaves on each record.
+    pub records: Vec<RecordFit>,
+}
+
+/// What a model leaves on one record.
+#[derive(Clone, Debug)]
+pub struct RecordFit {
+    /// The record's name.
+    pub name: String,
+    /// Fitted or held out: on a record held out the state at the start alone is fitted.
+    pub usage: Usage,
+    /// Number of samples.
+    pub samples: usize,
+    /// Sampling interval, s.
+    pub interval: f64,
+    /// One score a sensor, in its unit.
+    pub scores: Vec<Score>,
+}
+
+impl Structure {
+    /// Number of states: two for each mode.
+    pub fn order(&self) -> usize {
+        2 * self.modes.len()
+    }
+
+    /// The scores of one sensor over all records of a usage together; none where there is none.
+    pub fn score(&self, sensor: usize, usage: Usage) -> Option<Score> {
+        let scores = self.records.iter().filter(|r| r.usage == usage).map(|r| &r.scores[sensor]);
+        pooled(scores)
+    }
+}
+
+fn pooled<'a>(scores: impl Iterator<Item = &'a Score>) -> Option<Score> {
+    let (mut samples, mut squares, mut spread, mut largest) = (0, 0.0, 0.0, 0.0_f64);
+    for s in scores {
+        let n = s.samples as f64;
+        samples += s.samples;
+        squares += n * s.rmse.powi(2);
+        spread += n * (s.rmse / s.nrmse).powi(2);
+        largest = largest.max(s.max_error);
+    }
+    (samples > 0).then(|| scored(squares, spread, largest, samples))
+}
+
+fn scored(squares: f64, spread: f64, max_error: f64, samples: usize) -> Score {
+    let rmse = (squares / samples as f64).sqrt();
+    let nrmse = (squares / spread).sqrt();
+    Score { rmse, nrmse, max_error, best_fit: 100.0 * (1.0 - nrmse), samples }
+}
+
+/// The score of a residual against what was measured, both in units of `scale`.
+pub(crate) fn score(measured: &[f64], residual: &[f64], scale: f64) -> Score {
+    let n = measured.len().max(1) as f64;
+    let mean = measured.iter().sum::<f64>() / n;
+    let squares = residual.iter().map(|e| e * e).sum::<f64>() * scale * scale;
+    let spread = measured.iter().map(|y| (y - mean).powi(2)).sum::<f64>() * scale * scale;
+    let largest = residual.iter().fold(0.0_f64, |a, e| a.max(e.abs())) * scale;
+    scored(squares, spread, largest, residual.len())
+}

@@ -1,0 +1,60 @@
+//! Records in, structure out.
+
+use super::error::ModesError;
+use super::identify::{Linear, PathRequest, Split, linear, path};
+use super::judge::Residuals;
+use super::measurement::{Measurement, Series};
+use super::outcome::{RecordFit, Structure, score};
+use sindyscope_core::signal::standard_deviation;
+use sindyscope_core::study::Cancel;
+use sindyscope_values::record::{RecordSet, Usage};
+
+/// Identifies the modes of a structure.
+///
+/// `modes` is their number; without it data never fitted choose it: the records held out or, where there are none, the last
+/// record or the end of the only one, which are fitted once it is chosen.
+///
+/// # Errors
+/// Records that do not go together or show no oscillation; cancelled.
+pub fn identify(records: &RecordSet, modes: Option<usize>, cancel: &Cancel) -> Result<Structure, ModesError> {
+    let measurement = Measurement::new(records, cancel)?;
+    let split = Split::new(&measurement);
+    let path = path(&measurement, &split, &PathRequest { modes, ..PathRequest::default() }, cancel)?;
+    let found = linear(&measurement, &path.steps[path.chosen].poles, cancel)?;
+    Ok(structure(&measurement, &found))
+}
+
+pub(crate) fn structure(measurement: &Measurement, linear: &Linear) -> Structure {
+    Structure {
+        sensors: measurement.sensors.clone(),
+        inputs: measurement.inputs.clone(),
+        modes: linear.modes.clone(),
+        participation: linear.participation.clone(),
+        noise_floor: noise_floor(measurement),
+        records: record_fits(measurement, &Split::whole(measurement), &linear.residuals),
+    }
+}
+
+/// Standard deviation of the first sensor's noise, in its unit.
+pub(crate) fn noise_floor(measurement: &Measurement) -> Option<f64> {
+    let of = |s: &Series| standard_deviation(&s.outputs[0]);
+    let mut all: Vec<f64> = measurement.fitted.iter().filter_map(of).collect();
+    all.sort_by(f64::total_cmp);
+    all.get(all.len() / 2).map(|noise| noise * measurement.sensors[0].scale)
+}
+
+/// Scores of every record that a model was fitted to or that was held out of it; `split` are the records that the residuals are of.
+pub(crate) fn record_fits(measurement: &Measurement, split: &Split, residuals: &Residuals) -> Vec<RecordFit> {
+    let of = |usage: Usage, series: &Series, left: &Vec<Vec<f64>>| RecordFit {
+        name: series.name.clone(),
+        usage,
+        samples: series.len(),
+        interval: series.interval,
+        scores: (0..measurement.sensors.len())
+            .map(|s| score(&series.outputs[s], &left[s], measurement.sensors[s].scale))
+            .collect(),
+    };
+    let fitted = split.fitted.iter().zip(&residuals.fitted).map(|(s, left)| of(Usage::Fit, s, left));
+    let unseen = split.unseen.iter().zip(&residuals.unseen).map(|(s, left)| of(Usage::HeldOut, s, left));
+    fitted.chain(unseen).collect()
+}

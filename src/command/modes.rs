@@ -1,0 +1,377 @@
+//! Structures by their modes: the base that `identify` and `diagnose` take with `--base modes`.
+
+use std::path::Path;
+
+use clap::{ArgMatches, Args, Command, FromArgMatches};
+use serde_json::{Map, Value, json};
+
+use super::failure::Failure;
+use super::progress::ProgressLine;
+use super::{CommandResult, json, table};
+use sindyscope_analysis::RecordSource;
+use sindyscope_analysis::json::{VERSION, evidence, mode};
+use sindyscope_core::clock::Stopwatch;
+use sindyscope_core::study::{Cancel, Score};
+use sindyscope_modes::{
+    BASE, Base, BaseModel, Effect, FoundForce, Quantity, Sensor, Site, Structure, StructureDiagnosis,
+};
+use sindyscope_values::format::number::{format_measured, significant};
+use sindyscope_values::format::units::format_si;
+use sindyscope_values::record::{RecordSet, Usage};
+
+/// Which base model is asked for.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct BaseOptions(pub(super) Base);
+
+impl BaseOptions {
+    /// True if the base are modes.
+    pub(super) fn is_modes(self) -> bool {
+        self.0.model == BaseModel::Modes
+    }
+}
+
+impl Args for BaseOptions {
+    fn augment_args(command: Command) -> Command {
+        table::with_options(command, BASE)
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for BaseOptions {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let mut base = Base::default();
+        table::given(matches, BASE).apply(&mut base).map_err(table::unfit)?;
+        if base.modes.is_some() && base.model != BaseModel::Modes {
+            return Err(table::unfit("--modes needs --base modes".into()));
+        }
+        Ok(Self(base))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        Self::from_arg_matches(matches).map(|new| *self = new)
+    }
+}
+
+/// Identifies a structure and prints it.
+pub(super) fn identify(
+    source: &RecordSource,
+    base: BaseOptions,
+    json: Option<&Path>,
+    progress: &ProgressLine,
+) -> CommandResult {
+    progress.stage("reading");
+    let records = source.read()?;
+    progress.stage("looking for modes");
+    let watch = Stopwatch::start();
+    let found = sindyscope_modes::identify(&records, base.0.modes, &Cancel::default()).map_err(Failure::from)?;
+    let fit = watch.milliseconds();
+    if let Some(json) = json::write(json, &identified(&found, &records, fit))? {
+        return Ok(json);
+    }
+    Ok(text(&found).into_bytes())
+}
+
+/// The result of `identify --base modes`.
+fn identified(found: &Structure, records: &RecordSet, fit: f64) -> Value {
+    json!({
+        "version": VERSION,
+        "status": "ok",
+        "settings": { "base": "modes" },
+        "equations": equations(found, &[]),
+        "outputs": outputs(found),
+        "train": score(found.score(0, Usage::Fit), found, Usage::Fit),
+        "test": score(found.score(0, Usage::HeldOut), found, Usage::HeldOut),
+        "noise_floor": found.noise_floor,
+        "elapsed_ms": { "fit": fit, "simulate": 0.0 },
+        "order": found.order(),
+        "modes": found.modes.iter().map(mode).collect::<Vec<_>>(),
+        "records": record_values(found),
+        "warnings": [],
+        "notices": sindyscope_values::record::notices(records.entries.iter().map(|(r, _)| &**r)),
+    })
+}
+
+/// The modal equations: `q1`, its rate `p1` and so on; `forces[mode]` are terms besides, of effects.
+pub(super) fn equations(found: &Structure, forces: &[Vec<(String, f64)>]) -> Vec<Value> {
+    let term = |term: String, coefficient: f64, std_error: Value| json!({ "term": term, "coefficient": coefficient, "std_error": std_error, "at_bound": false });
+    let mut all = Vec::new();
+    for (i, mode) in found.modes.iter().enumerate() {
+        let (q, p) = (format!("q{}", i + 1), format!("p{}", i + 1));
+        let omega = std::f64::consts::TAU * mode.frequency;
+        all.push(json!({ "state": q, "terms": [term(p.clone(), 1.0, json!(0.0))] }));
+        let relative = mode.frequency_error.map(|e| e / mode.frequency);
+        let mut terms = vec![
+            term(q, -omega * omega, json!(relative.map(|r| 2.0 * r * omega * omega))),
+            term(p.clone(), -2.0 * mode.damping * omega, json!(mode.damping_error.map(|e| 2.0 * e * omega))),
+        ];
+        for (input, b) in found.inputs.iter().zip(&found.participation[i]) {
+            terms.push(term(input.name.clone(), *b, Value::Null));
+        }
+        for (text, coefficient) in forces.get(i).into_iter().flatten() {
+            terms.push(term(text.clone(), *coefficient, Value::Null));
+        }
+        all.push(json!({ "state": p, "terms": terms }));
+    }
+    all
+}
+
+/// What each sensor shows of the modes.
+pub(super) fn outputs(found: &Structure) -> Vec<Value> {
+    let of = |(s, sensor): (usize, &Sensor)| {
+        let symbol = match sensor.quantity {
+            Quantity::Displacement => "q",
+            Quantity::Velocity => "dq",
+            Quantity::Acceleration => "ddq",
+        };
+        let terms = found.modes.iter().enumerate().map(|(i, mode)| {
+            json!({
+                "term": format!("{symbol}{}", i + 1),
+                "coefficient": mode.shape[s] * if mode.phase[s] == 0.0 { 1.0 } else { mode.phase[s].cos() },
+                "std_error": mode.shape_error[s],
+            })
+        });
+        json!({ "channel": sensor.name, "unit": sensor.unit, "terms": terms.collect::<Vec<_>>() })
+    };
+    found.sensors.iter().enumerate().map(of).collect()
+}
+
+/// A score, with how long a free run predicts: a linear model at rest or swinging lasts the whole record.
+fn score(score: Option<Score>, found: &Structure, usage: Usage) -> Value {
+    let Some(s) = score else { return Value::Null };
+    let longest = found.records.iter().filter(|r| r.usage == usage).map(|r| r.samples as f64 * r.interval);
+    let mut fields = figures(s);
+    fields.insert("horizon".into(), json!(longest.fold(0.0, f64::max)));
+    fields.insert("rmse_at_horizon".into(), json!(s.rmse));
+    Value::Object(fields)
+}
+
+fn figures(s: Score) -> Map<String, Value> {
+    let fields = [
+        ("rmse", json!(s.rmse)),
+        ("nrmse", json!(s.nrmse)),
+        ("max_error", json!(s.max_error)),
+        ("samples", json!(s.samples)),
+        ("best_fit", json!(s.best_fit)),
+    ];
+    fields.into_iter().map(|(k, v)| (k.to_owned(), v)).collect()
+}
+
+pub(super) fn record_values(found: &Structure) -> Vec<Value> {
+    let of = |r: &sindyscope_modes::RecordFit| {
+        let channels = found.sensors.iter().zip(&r.scores).map(|(sensor, s)| {
+            let mut fields = figures(*s);
+            fields.insert("name".into(), json!(sensor.name));
+            fields.insert("unit".into(), json!(sensor.unit));
+            Value::Object(fields)
+        });
+        json!({
+            "name": r.name,
+            "usage": if r.usage == Usage::Fit { "fit" } else { "held-out" },
+            "fitted": r.usage == Usage::Fit,
+            "samples": r.samples,
+            "rate": r.interval.recip(),
+            "rmse": r.scores.first().map(|s| s.rmse),
+            "nrmse": r.scores.first().map(|s| s.nrmse),
+            "channels": channels.collect::<Vec<_>>(),
+        })
+    };
+    found.records.iter().map(of).collect()
+}
+
+/// The modes as a table, then the errors.
+pub(super) fn text(found: &Structure) -> String {
+    let mut out = String::from("Mode  Frequency [Hz]        Damping ratio [%]     Shape");
+    let names: Vec<&str> = found.sensors.iter().map(|s| s.name.as_str()).collect();
+    out.push_str(&format!(" ({})\n", names.join(", ")));
+    for (i, mode) in found.modes.iter().enumerate() {
+        let frequency = format_measured(mode.frequency, mode.frequency_error);
+        let damping = format_measured(100.0 * mode.damping, mode.damping_error.map(|e| 100.0 * e));
+        let entry = |s: usize| {
+            let turned = mode.phase[s].to_degrees();
+            let phase = if turned.abs() < 1.0 { String::new() } else { format!(" ∠{turned:.0}°") };
+            format!("{}{phase}", significant(mode.shape[s], 3))
+        };
+        let shape: Vec<String> = (0..mode.shape.len()).map(entry).collect();
+        out.push_str(&format!("{:>4}  {frequency:<20}  {damping:<20}  {}\n", i + 1, shape.join(", ")));
+    }
+    out.push_str(&format!("Order: {} states.\n", found.order()));
+    for (usage, what) in [(Usage::Fit, "Fitted"), (Usage::HeldOut, "Held out")] {
+        for (s, sensor) in found.sensors.iter().enumerate() {
+            if let Some(score) = found.score(s, usage) {
+                out.push_str(&format!(
+                    "{what}: {} RMSE {}, NRMSE {} %.\n",
+                    sensor.name,
+                    format_si(score.rmse, &sensor.unit, 3),
+                    significant(100.0 * score.nrmse, 3)
+                ));
+            }
+        }
+    }
+    out
+}
+
+/// Searches for the force that a structure lacks and prints what was found.
+pub(super) fn diagnose(
+    source: &RecordSource,
+    base: BaseOptions,
+    json: Option<&Path>,
+    progress: &ProgressLine,
+) -> CommandResult {
+    progress.stage("reading");
+    let records = source.read()?;
+    let watch = Stopwatch::start();
+    let tell = |what: &'static str, share: f64| progress.share(what, share);
+    let found = sindyscope_modes::diagnose(&records, base.0.modes, &tell, &Cancel::default()).map_err(Failure::from)?;
+    let elapsed = watch.milliseconds();
+    if let Some(json) = json::write(json, &diagnosed(&found, &records, elapsed))? {
+        return Ok(json);
+    }
+    Ok(told(&found).into_bytes())
+}
+
+/// The result of `diagnose --base modes`.
+fn diagnosed(found: &StructureDiagnosis, records: &RecordSet, elapsed: f64) -> Value {
+    let forces = found.found.as_ref().map_or_else(Vec::new, |f| {
+        let text = term(f.effect, f.site, found);
+        f.drives.iter().map(|d| vec![(text.clone(), *d)]).collect()
+    });
+    json!({
+        "version": VERSION,
+        "verdict": found.verdict(),
+        "explained": found.explained,
+        "noise_floor": found.last.noise_floor,
+        "base": { "equations": equations(&found.base, &[]), "outputs": outputs(&found.base), "gap": gap(&found.base) },
+        "steps": found.found.iter().map(|f| step(f, found)).collect::<Vec<_>>(),
+        "remaining": {
+            "significant": !found.explained,
+            "p_value": null,
+            "note": remaining(found),
+        },
+        "final": { "equations": equations(&found.last, &forces), "outputs": outputs(&found.last), "gap": gap(&found.last) },
+        "order": found.last.order(),
+        "modes": found.last.modes.iter().map(mode).collect::<Vec<_>>(),
+        "records": record_values(&found.last),
+        "elapsed_ms": elapsed,
+        "description": null,
+        "notices": sindyscope_values::record::notices(records.entries.iter().map(|(r, _)| &**r)),
+    })
+}
+
+/// A force as a term of the equations, by the names of its sensors.
+fn term(effect: Effect, site: Site, found: &StructureDiagnosis) -> String {
+    let sensors = &found.last.sensors;
+    let several = sensors.iter().any(|s| s.place() > 0);
+    let symbol =
+        |letter: &str, place: usize| if several { format!("{letter}{}", place + 1) } else { letter.to_owned() };
+    let across = |letter: &str| match site {
+        Site::Ground(i) => symbol(letter, i),
+        Site::Between(i, j) => format!("({}-{})", symbol(letter, i), symbol(letter, j)),
+    };
+    match effect {
+        Effect::CubicStiffness => format!("{}^3", across("x")),
+        Effect::CoulombFriction => format!("sgn({})", across("v").trim_matches(['(', ')'])),
+        Effect::Clearance => format!("clearance({})", across("x").trim_matches(['(', ')'])),
+        Effect::QuadraticDamping => format!("{v}*abs({v})", v = across("v")),
+        Effect::QuadraticStiffness => format!("{}^2", across("x")),
+    }
+}
+
+fn gap(found: &Structure) -> Value {
+    let [train, test] = [Usage::Fit, Usage::HeldOut].map(|usage| found.score(0, usage));
+    let longest = found.records.iter().map(|r| r.samples as f64 * r.interval).fold(0.0, f64::max);
+    json!({
+        "train_rmse": train.map(|s| s.rmse),
+        "test_rmse": test.map(|s| s.rmse),
+        "train_nrmse": train.map(|s| s.nrmse),
+        "test_nrmse": test.map(|s| s.nrmse),
+        "horizon": longest,
+        "rmse_at_horizon": train.map(|s| s.rmse),
+    })
+}
+
+fn step(force: &FoundForce, found: &StructureDiagnosis) -> Value {
+    let text = term(force.effect, force.site, found);
+    let at = |site: Site| site.to_string();
+    let mut indistinguishable: Vec<&str> = force.rivals.iter().map(|(e, _)| e.name()).collect();
+    indistinguishable.sort_unstable();
+    indistinguishable.dedup();
+    json!({
+        "effect": force.effect.name(),
+        "form": "",
+        "place": at(force.site),
+        "title": force.effect.title(),
+        "terms": [text],
+        "equations": (0..force.drives.len()).map(|i| (format!("p{}", i + 1), json!([text]))).collect::<Map<_, _>>(),
+        "where": format!("at {}, in every mode that moves it", at(force.site)),
+        "parameters": force.parameters.iter().map(|p| json!({
+            "name": p.name, "value": p.value, "std_error": p.std_error, "at_bound": false, "unit": p.unit,
+        })).collect::<Vec<_>>(),
+        "gap": gap(&found.last),
+        "evidence": evidence(&force.lead),
+        "alternatives": force.tried.iter().filter(|(e, s, _)| (*e, *s) != (force.effect, force.site)).map(|(e, s, error)| json!({
+            "effect": e.name(), "place": at(*s), "title": e.title(), "test_nrmse": error,
+        })).collect::<Vec<_>>(),
+        "indistinguishable": indistinguishable,
+        "indistinguishable_places": force.rivals.iter().map(|(e, s)| json!({
+            "effect": e.name(), "place": at(*s), "title": e.title(),
+        })).collect::<Vec<_>>(),
+        "next_experiment": null,
+    })
+}
+
+fn remaining(found: &StructureDiagnosis) -> String {
+    let noises = significant(found.noises, 3);
+    if found.explained {
+        format!("what is left on data never fitted is {noises} times the noise")
+    } else {
+        format!(
+            "what is left on data never fitted is {noises} times the noise: something else may act, or the noise grows with the motion"
+        )
+    }
+}
+
+/// The search as text.
+fn told(found: &StructureDiagnosis) -> String {
+    let mut out = String::new();
+    let error = |s: &Structure| s.score(0, Usage::HeldOut).or_else(|| s.score(0, Usage::Fit));
+    if let Some(score) = error(&found.base) {
+        out.push_str(&format!(
+            "Linear modes alone: NRMSE {} % of {}.\n",
+            significant(100.0 * score.nrmse, 3),
+            found.base.sensors[0].name
+        ));
+    }
+    match &found.found {
+        None if found.verdict() == "nothing_missing" => {
+            out.push_str("Nothing is missing: the linear model explains the data.\n")
+        }
+        None => out.push_str("Something is missing, and no force of those tried explains it.\n"),
+        Some(f) => {
+            let site = f.site.to_string();
+            out.push_str(&format!("{} at {site}: {}", f.effect.title(), term(f.effect, f.site, found)));
+            if let Some(score) = error(&found.last) {
+                out.push_str(&format!(", NRMSE {} % with it", significant(100.0 * score.nrmse, 3)));
+            }
+            out.push_str(".\n");
+            for p in &f.parameters {
+                out.push_str(&format!("  {} = {} {}\n", p.name, format_measured(p.value, p.std_error), p.unit));
+            }
+            out.push_str(&format!(
+                "  It leads {} by {} in log predictive density on {} of {} blocks never fitted.\n",
+                f.lead.against,
+                significant(f.lead.difference, 3),
+                f.lead.won,
+                f.lead.blocks
+            ));
+            for (effect, site) in &f.rivals {
+                out.push_str(&format!("  These data do not tell it from: {} at {site}.\n", effect.title()));
+            }
+        }
+    }
+    out.push_str(&format!("Remaining: {}.\n\nModes of the linear part:\n", remaining(found)));
+    out.push_str(&text(&found.last));
+    out
+}
