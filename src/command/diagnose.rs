@@ -2,6 +2,7 @@ use std::path::PathBuf;
 
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 
+use super::failure::Failure;
 use super::modes::BaseOptions;
 use super::progress::ProgressLine;
 use super::source::SourceOptions;
@@ -91,6 +92,11 @@ pub(super) fn run(options: &DiagnoseOptions, progress: &ProgressLine) -> Command
         return Err(AnalysisError::FirstOrder.into());
     }
     if options.base.is_modes() {
+        if options.terms.is_some() || !options.lock.is_empty() {
+            return Err(Failure::new("--terms and --lock list terms of a chain of masses: modes have none")
+                .try_this("leave them out, or leave out --base modes")
+                .into());
+        }
         return modes::diagnose(source, options.base, options.json.as_deref(), progress);
     }
     progress.stage("reading");

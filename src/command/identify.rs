@@ -51,6 +51,11 @@ pub(super) fn run(options: &IdentifyOptions, progress: &ProgressLine) -> Command
         export::ExportFormat::of(path).map_err(Failure::from)?;
     }
     if options.base.is_modes() {
+        if let Some(name) = SETTINGS.iter().map(|s| s.name).find(|name| options.study.request.given.has(name)) {
+            return Err(Failure::new(format!("--{name} says how a chain of masses is identified, not modes"))
+                .try_this("leave it out, or leave out --base modes")
+                .into());
+        }
         let source = &options.study.request.source;
         return modes::identify(source, options.base, options.study.json.as_deref(), progress);
     }

@@ -60,7 +60,7 @@ pub static BASE: &[Setting<Base>] = &[
         label: "Modes",
         title: "number of modes",
         group: "Base model",
-        help: "The number of modes, with --base modes",
+        help: "The number of modes of the base model",
         default: "chosen by data never fitted",
         form: SettingForm::One("N"),
         read: |text| match text.parse() {
