@@ -16,6 +16,7 @@ fn word(remedy: &Remedy) -> String {
         Remedy::LinearBase => "take the linear base model".into(),
         Remedy::OtherBase => "choose another base model above".into(),
         Remedy::FewerEffects => "undo the last effect".into(),
+        Remedy::Modes => "identify it by its modes, as the command does".into(),
         Remedy::Identify { .. } | Remedy::Do(_) | Remedy::Settings { .. } | Remedy::Use { .. } => remedy.to_string(),
     }
 }

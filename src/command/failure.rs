@@ -91,6 +91,7 @@ fn word(remedy: &Remedy) -> String {
         Remedy::LinearBase => "leave --terms out for a linear spring and damper".into(),
         Remedy::OtherBase => "give other --terms".into(),
         Remedy::FewerEffects => "stop before that effect with --max-effects".into(),
+        Remedy::Modes => "identify it by its modes: `--base modes`".into(),
         Remedy::Identify { what } => format!("see `sindyscope identify`, which {what}"),
         Remedy::Do(_) | Remedy::Settings { .. } | Remedy::Use { .. } => remedy.to_string(),
     }

@@ -42,6 +42,8 @@ pub enum Remedy {
         /// What that gives: `shows which terms suit the records`.
         what: &'static str,
     },
+    /// Identify a structure by its modes, not by the masses under its sensors.
+    Modes,
     /// Take these settings over.
     Settings {
         /// What is changed, as a button says it.
@@ -106,6 +108,7 @@ impl std::fmt::Display for Remedy {
             Self::LinearBase => f.write_str("start from a linear spring and damper"),
             Self::OtherBase => f.write_str("start from another base model"),
             Self::FewerEffects => f.write_str("stop before that effect"),
+            Self::Modes => f.write_str("identify it by its modes"),
             Self::Identify { what } => write!(f, "identify the equation, which {what}"),
             Self::Settings { label, .. } | Self::Use { label, .. } => f.write_str(label),
         }

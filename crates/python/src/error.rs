@@ -60,6 +60,7 @@ fn word(remedy: &Remedy) -> String {
         Remedy::LinearBase => "leave `terms` out for a linear spring and damper".into(),
         Remedy::OtherBase => "give other `terms`".into(),
         Remedy::FewerEffects => "stop before that effect with `max_effects`".into(),
+        Remedy::Modes => "identify it by its modes with the command `sindyscope identify`".into(),
         Remedy::Identify { what } => format!("see `sindyscope.identify`, which {what}"),
         Remedy::Do(_) | Remedy::Settings { .. } | Remedy::Use { .. } | Remedy::OpenProject { .. } => remedy.to_string(),
     }

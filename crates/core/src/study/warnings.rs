@@ -35,6 +35,15 @@ fn warning(severity: Severity, text: String) -> Warning {
     Warning { severity, text, remedy: None }
 }
 
+/// Sensors from which on records are likelier those of a structure than of masses that a spring ties each to the next.
+const SEVERAL_SENSORS: usize = 3;
+
+/// What may help where the equations of several masses explain too little.
+fn by_modes(outcome: &Outcome) -> Option<Remedy> {
+    let layout = &outcome.model.layout;
+    (layout.kind == Kind::SecondOrder && layout.freedoms >= SEVERAL_SENSORS).then_some(Remedy::Modes)
+}
+
 fn nothing_kept(outcome: &Outcome) -> Option<Warning> {
     let empty = outcome.model.equations.iter().any(|e: &Equation| e.terms.is_empty());
     empty.then(|| {
@@ -52,13 +61,11 @@ fn nothing_kept(outcome: &Outcome) -> Option<Warning> {
 fn diverged(outcome: &Outcome) -> Option<Warning> {
     let first = outcome.records.iter().find(|r| r.diverged_at.is_some())?;
     let at = first.diverged_at?;
-    Some(warning(
-        Severity::Wrong,
-        format!(
-            "On record {} the simulated response diverges at {at:.3} s: a term is missing, or one is wrong",
-            first.record.name
-        ),
-    ))
+    let text = format!(
+        "On record {} the simulated response diverges at {at:.3} s: a term is missing, or one is wrong",
+        first.record.name
+    );
+    Some(Warning { severity: Severity::Wrong, text, remedy: by_modes(outcome) })
 }
 
 /// A wrong library fits the training data and fails the held-out ones.
@@ -321,7 +328,11 @@ fn unmodelled(outcome: &Outcome) -> Option<Warning> {
                     settings: Box::new(Settings { refine: true, ..outcome.settings.clone() }),
                 }),
             },
-            None => warning(Severity::Caution, format!("{parts}: the equation lacks something")),
+            None => Warning {
+                severity: Severity::Caution,
+                text: format!("{parts}: the equation lacks something"),
+                remedy: by_modes(outcome),
+            },
         }
     })
 }
