@@ -346,7 +346,7 @@ fn told(found: &StructureDiagnosis) -> String {
     }
     match &found.found {
         None if found.verdict() == "nothing_missing" => {
-            out.push_str("Nothing is missing: the linear model explains the data.\n")
+            out.push_str("Nothing is missing: the linear model explains the data.\n");
         }
         None => out.push_str("Something is missing, and no force of those tried explains it.\n"),
         Some(f) => {

@@ -123,7 +123,7 @@ impl NativeModel {
             let mut follow = |prepared: &Prepared| -> Vec<f64> {
                 let drive = prepared.drive();
                 let tolerance = Limits::default().tolerance;
-                let response = drive.respond(&simulator, tolerance, &mut workspace, &|| cancel.is_cancelled());
+                let response = drive.respond(&simulator, tolerance, None, &mut workspace, &|| cancel.is_cancelled());
                 let zero = drive.zeros.first().copied().unwrap_or(0.0);
                 let shown = drive.outputs.first().map(|output| output.series(&response, layout.freedoms));
                 shown.unwrap_or_default().iter().map(|v| v + zero).collect()
