@@ -176,7 +176,6 @@ pub(crate) const PLANTS: &[Plant] = &[
         starts: [[3.0, 4.0], [1.0, 0.0]],
         interval: 0.025,
         samples: 6000,
-        ..PLANT
     },
     Plant {
         name: "pendulum that turns over",
