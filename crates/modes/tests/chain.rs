@@ -21,7 +21,7 @@ const BETA: f64 = 8e-4;
 const NOISE: f64 = 0.01;
 
 fn term(text: &str) -> Term {
-    Term::parse(text).unwrap()
+    Term::parse(text).expect("a term")
 }
 
 /// A chain that slips on the ground at its second mass where a friction is given.
@@ -61,7 +61,7 @@ fn tested(friction: f64, roles: &[Role]) -> RecordSet {
     let sensors = Sensors::new(roles.iter().map(|r| channel(*r)).chain([channel(Role::Input(0))]));
     let setup = Setup { plant: plant(friction), drives: drives.collect(), sensors, seed: 3 };
     let mut records = RecordSet::default();
-    let [first, second, third] = <[Record; 3]>::try_from(setup.run().unwrap().records).unwrap();
+    let [first, second, third] = <[Record; 3]>::try_from(setup.run().expect("a run").records).expect("three records");
     records.add([first, second], Usage::Fit);
     records.add([third], Usage::HeldOut);
     records
