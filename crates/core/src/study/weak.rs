@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::StudyError;
 use super::noise::{Kernels, Sensitivity, Whitening, place, rate_place, slopes, symbols};
-use super::regression::sliding::RowRaster;
+use super::regression::sliding::{RowRaster, stretch_of_sliding};
 use crate::signal::{MeasuredSeries, Signals, TestFunction};
 use crate::sparse::Reduced;
 use sindyscope_values::term::{Expression, Kind, Layout, Program, Symbol, Term, derivative};
@@ -54,6 +54,14 @@ pub fn suggested_half_width<'a>(records: impl Iterator<Item = &'a Signals>) -> u
     (half_width as usize).min(shortest / 10).max(TestFunction::NARROWEST)
 }
 
+/// The half width that records suggest, or as much less as lets test functions lie between the standstills of a body that
+/// sticks, where dry friction is whatever holds it: a quarter of a stretch of sliding leaves half of it to their centres.
+fn half_width_for(terms: &[Term], layout: &Layout, records: &[Arc<Signals>]) -> usize {
+    let suggested = suggested_half_width(records.iter().map(|s| &**s));
+    let sliding = stretch_of_sliding(terms, layout, records);
+    sliding.map_or(suggested, |samples| suggested.min(samples / 4).max(TestFunction::NARROWEST))
+}
+
 fn length(signals: &Signals) -> usize {
     signals.states.first().map_or(0, Vec::len)
 }
@@ -68,7 +76,7 @@ impl WeakForm {
         fitted: &[usize],
         most_rows: usize,
     ) -> Result<Self, StudyError> {
-        let half_width = half_width.unwrap_or_else(|| suggested_half_width(records.iter().map(|s| &**s))).max(2);
+        let half_width = half_width.unwrap_or_else(|| half_width_for(terms, layout, records)).max(2);
         if let Some(short) = records.iter().map(|s| length(s)).filter(|n| *n < 4 * half_width).min() {
             return Err(StudyError::Setting(format!(
                 "a record of {short} samples is too short for test functions of half width {half_width}: it needs {}",

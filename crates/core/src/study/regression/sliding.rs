@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::signal::{Signals, standstills};
+use crate::signal::{Signals, median, standstills};
 use sindyscope_values::record::Role;
 use sindyscope_values::term::{Expression, Function, Layout, Symbol, Term, derivative};
 
@@ -52,6 +52,18 @@ pub(in crate::study) fn sliding<'a>(terms: impl IntoIterator<Item = &'a Term>) -
         });
     }
     found
+}
+
+/// Samples from one standstill to the next, the median of all records; none where nothing stands twice. `terms` tell which
+/// velocities' signs are taken.
+pub(in crate::study) fn stretch_of_sliding(terms: &[Term], layout: &Layout, records: &[Arc<Signals>]) -> Option<usize> {
+    let velocities = sliding(terms);
+    let mut stretches: Vec<f64> = Vec::new();
+    for signals in records {
+        let standstills = standing(&velocities, layout, signals);
+        stretches.extend(standstills.windows(2).map(|pair| (pair[1].start - pair[0].end) as f64));
+    }
+    median(stretches).map(|samples| samples as usize)
 }
 
 /// Share of a row's own span that must be clear of a standstill, tried in this order: what lies further out weighs little.
