@@ -119,6 +119,20 @@ pub fn choose(
     let Some(sparse) = parsimonious(&tried) else {
         return Err(StudyError::Setting("no setting gave a response that could be compared".into()));
     };
+    if free.form
+        && free.threshold
+        && let Some(growth) = &growth
+        && let Some(exact) = plan.exact_in_averages(start, growth, sparse, &tried, cancel)?
+    {
+        let reason = format!(
+            "{}: the equation holds in averages over what was not fitted, while the one whose response errs least there does \
+             not; {} settings tried; {}",
+            described(&exact, start),
+            tried.len(),
+            growth.tried,
+        );
+        return Ok(ChosenSettings { settings: exact, reason, error: sparse.mean().sqrt() });
+    }
     let settled = plan.settle(records, start, free, &tried, sparse, cancel)?;
     let (chosen, mut settings) = match &settled {
         Some(Settled { candidate, settings }) => (*candidate, settings.clone()),
@@ -545,6 +559,32 @@ impl ValidationPlan {
             candidates.push(SettingsTrial { form: settings.form, smoothing: *smoothing, threshold, terms, errors });
         }
         Ok(candidates)
+    }
+
+    /// Settings that lead to the equation which holds in averages over blocks not fitted, where the one that was chosen by its
+    /// response does not.
+    fn exact_in_averages(
+        &self,
+        start: &Settings,
+        growth: &super::grow::Growth,
+        chosen: &SettingsTrial,
+        tried: &[SettingsTrial],
+        cancel: &Cancel,
+    ) -> Result<Option<Settings>, StudyError> {
+        let settings = Settings { smoothing: chosen.smoothing, form: chosen.form, ..start.clone() };
+        let Some(pieces) = self.regressions(&settings, cancel)? else { return Ok(None) };
+        let model = Regression::joined(&pieces.iter().collect::<Vec<_>>())
+            .model(&Settings { threshold: chosen.threshold, ..settings });
+        let Some(terms) = growth.exact_instead_of(&model) else { return Ok(None) };
+        let weak = |trial: &&SettingsTrial| matches!(trial.form, Formulation::Weak { .. });
+        let smoothing = tried.iter().filter(weak).min_by(|a, b| a.mean().total_cmp(&b.mean())).map(|t| t.smoothing);
+        Ok(smoothing.map(|smoothing| Settings {
+            smoothing,
+            form: Formulation::Weak { half_width: None },
+            terms: terms.to_vec(),
+            threshold: 0.0,
+            ..start.clone()
+        }))
     }
 
     /// The threshold in the middle of those that leave the chosen terms, fitted on everything.

@@ -15,6 +15,7 @@ use super::{Cancel, Formulation, Kinematics, Settings, StudyError, base_excited}
 use crate::signal::{SignalFacts, Signals, dot};
 use crate::sparse::{Constraint, Sign};
 use sindyscope_values::format::number::significant_trimmed;
+use sindyscope_values::model::{Equation, Model, WeightedTerm};
 use sindyscope_values::record::{Record, RecordSet, Usage};
 use sindyscope_values::term::{Expression, Function, Kind, Layout, Symbol, Term, TermFamily, polynomials};
 
@@ -69,12 +70,15 @@ fn stages(layout: &Layout, base: bool, angle: bool) -> Vec<Stage> {
 }
 
 /// The regression on everything that any stage offers, reduced block by block.
+#[derive(Clone, Debug)]
 struct Blocks {
     terms: Vec<Term>,
     /// `[Θ y]ᵀ[Θ y]` of each block, columns scaled to norm 1 over all blocks, the rate last.
     grams: Vec<DMatrix<f64>>,
     rows: Vec<usize>,
     total: DMatrix<f64>,
+    /// What each column, and the rate at the end, was multiplied with.
+    scale: Vec<f64>,
     constraints: Vec<Constraint>,
     signs: Vec<Option<Sign>>,
 }
@@ -128,7 +132,7 @@ impl Blocks {
         let grams: Vec<DMatrix<f64>> = ranges.iter().cloned().map(gram).collect();
         let total = grams.iter().fold(DMatrix::zeros(all.len(), all.len()), |sum, gram| sum + gram);
         let rows = ranges.iter().map(Range::len).collect();
-        Some(Self { terms: terms.to_vec(), grams, rows, total, constraints, signs })
+        Some(Self { terms: terms.to_vec(), grams, rows, total, scale, constraints, signs })
     }
 
     /// Coefficients of scaled columns that fit a Gram matrix best; none where they depend on each other, or have signs that
@@ -170,6 +174,22 @@ impl Blocks {
         };
         let errors = self.grams.iter().zip(&self.rows).map(error).collect::<Option<Vec<f64>>>()?;
         Some(Subset { terms, errors })
+    }
+
+    /// What an equation that was fitted elsewhere leaves of all rows, as a share of the rate's mean square; none where it has
+    /// terms that are not offered here.
+    fn left_by(&self, equation: &Equation) -> Option<f64> {
+        let rate = self.terms.len();
+        let (mut places, mut coefficients) = (Vec::new(), Vec::new());
+        for WeightedTerm { term, coefficient, .. } in &equation.terms {
+            let k = self.terms.iter().position(|t| t == term)?;
+            if !matches!(self.constraints[k], Constraint::Fixed(_)) {
+                places.push(k);
+                coefficients.push(coefficient * self.scale[rate] / self.scale[k]);
+            }
+        }
+        let left = Self::left(&self.total, &places, &DVector::from_vec(coefficients)) / self.total[(rate, rate)];
+        left.is_finite().then_some(left)
     }
 
     /// The columns of a pool that can be chosen, and those that are in every subset.
@@ -259,12 +279,34 @@ fn parsimonious(subsets: Vec<Subset>) -> Option<Subset> {
 }
 
 /// What growing a library came to.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(super) struct Growth {
     /// The terms that the data bear out, if they leave at most half of what the library at the start does.
     pub(super) terms: Option<Vec<Term>>,
     /// What was tried, each with the share of the acceleration that it leaves, in words.
     pub(super) tried: String,
+    /// The best equation: its terms, and the mean square that it leaves of blocks not fitted as a share of the rate's.
+    best: (Vec<Term>, f64),
+    blocks: Blocks,
+}
+
+/// What the averaged equation leaves of the acceleration's mean square, at most, for it to count as exact: a thousandth of
+/// the acceleration.
+const EXACT: f64 = 1e-6;
+/// An equation that leaves this many times the mean square of the exact one, or more, is another one.
+const INEXACT_RATIO: f64 = 100.0;
+
+impl Growth {
+    /// The terms of an equation that holds to a thousandth of the acceleration in averages over blocks not fitted, where
+    /// `model` leaves ten times as much of the same averages or more. What its response errs by is then no reason to prefer
+    /// another: something acts beside the equation that no term of it can stand for, such as static friction above the
+    /// sliding level.
+    pub(super) fn exact_instead_of(&self, model: &Model) -> Option<&[Term]> {
+        let (terms, least) = &self.best;
+        let equation = model.equations.last()?;
+        let worse = || self.blocks.left_by(equation).is_none_or(|left| left >= INEXACT_RATIO * least);
+        (*least <= EXACT && worse()).then_some(terms)
+    }
 }
 
 /// Seeks the terms of the only acceleration in stages: linear, then products of displacement, velocity and input to degree
@@ -335,8 +377,9 @@ pub(super) fn grown(
         significant_trimmed(100.0 * start.mean().sqrt(), 2),
         tried.join(", ")
     );
-    let terms = found.map(|f| f.terms.iter().map(|k| terms[*k].clone()).collect());
-    Ok(Some(Growth { terms, tried }))
+    let named = |subset: &Subset| subset.terms.iter().map(|k| terms[*k].clone()).collect::<Vec<Term>>();
+    let best = found.as_ref().unwrap_or(&start);
+    Ok(Some(Growth { best: (named(best), best.mean()), terms: found.as_ref().map(named), tried, blocks }))
 }
 
 #[cfg(test)]

@@ -1,0 +1,381 @@
+//! What a component can have beside a spring and a damper: one entry an effect.
+
+use sindyscope_values::model::Equation;
+use sindyscope_values::term::{Expression, Function, Symbol, Term};
+
+use super::specimen::Specimen;
+
+/// What an effect adds to the force at given inner values; its internal states count from zero.
+#[derive(Clone, Debug)]
+pub(crate) struct Addition {
+    pub(crate) terms: Vec<Term>,
+    /// The rates of its internal states.
+    pub(crate) internals: Vec<Equation>,
+}
+
+/// A coefficient that an effect adds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Coefficient {
+    pub(crate) name: &'static str,
+    /// It takes energy out: its sign is that of the velocity.
+    pub(crate) dissipates: bool,
+}
+
+/// What a number inside a term is measured in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum InnerUnit {
+    Length,
+    Speed,
+    Time,
+    Plain,
+}
+
+/// A quantity inside a term: a gap, a velocity, a time constant.
+#[derive(Clone, Debug)]
+pub(crate) struct Inner {
+    pub(crate) name: &'static str,
+    pub(crate) unit: InnerUnit,
+    /// Values that are tried first.
+    pub(crate) grid: Vec<f64>,
+    /// Values beyond these are not this effect.
+    pub(crate) bounds: (f64, f64),
+}
+
+type Build = Box<dyn Fn(&[f64]) -> Addition + Send + Sync>;
+
+/// An effect in one of its forms.
+pub(crate) struct Form {
+    /// The effect's name in the interface.
+    pub(crate) effect: &'static str,
+    /// Its name for people.
+    pub(crate) title: &'static str,
+    /// Which form; empty for the plain one.
+    pub(crate) form: &'static str,
+    pub(crate) coefficients: Vec<Coefficient>,
+    pub(crate) inner: Vec<Inner>,
+    /// Effects that are special cases of it, which it stands for where it is in the model.
+    pub(crate) contains: &'static [&'static str],
+    build: Build,
+}
+
+impl Form {
+    pub(crate) fn at(&self, inner: &[f64]) -> Addition {
+        (self.build)(inner)
+    }
+
+    /// Number of values that are fitted.
+    pub(crate) fn unknowns(&self) -> usize {
+        self.coefficients.len() + self.inner.len()
+    }
+
+    /// What a person calls it.
+    pub(crate) fn label(&self) -> String {
+        if self.form.is_empty() { self.title.to_owned() } else { format!("{} ({})", self.title, self.form) }
+    }
+}
+
+fn x() -> Expression {
+    Symbol::State(0).into()
+}
+
+fn v() -> Expression {
+    Symbol::Rate(0).into()
+}
+
+fn z(index: usize) -> Expression {
+    Symbol::Internal(index).into()
+}
+
+fn tanh(e: Expression) -> Expression {
+    Expression::call(Function::Tanh, e)
+}
+
+const fn against(name: &'static str) -> Coefficient {
+    Coefficient { name, dissipates: true }
+}
+
+const fn either(name: &'static str) -> Coefficient {
+    Coefficient { name, dissipates: false }
+}
+
+fn logarithmic(low: f64, high: f64, count: usize) -> Vec<f64> {
+    let step = |k: usize| low * (high / low).powf(k as f64 / (count.max(2) - 1) as f64);
+    (0..count).map(step).collect()
+}
+
+/// Scales of the motion that inner quantities are sought within.
+#[derive(Clone, Copy)]
+struct Scales {
+    reach: f64,
+    speed: f64,
+    /// Displacement from one sample to the next at the greatest speed.
+    step: f64,
+    interval: f64,
+    period: f64,
+}
+
+/// What the force of a slider follows: its sign, that rounded, or a state that lags it.
+#[derive(Clone, Copy)]
+enum Slider {
+    Sharp,
+    Rounded,
+    Elastic,
+}
+
+impl Slider {
+    fn inner(self, scales: Scales) -> Vec<Inner> {
+        let Scales { reach, speed, step, .. } = scales;
+        let least = (0.02 * reach).max(2.0 * step).min(0.3 * reach);
+        match self {
+            Self::Sharp => Vec::new(),
+            Self::Rounded => vec![Inner {
+                name: "v_s",
+                unit: InnerUnit::Speed,
+                grid: logarithmic(0.005 * speed, 0.3 * speed, 5),
+                bounds: (0.001 * speed, speed),
+            }],
+            Self::Elastic => vec![
+                Inner {
+                    name: "x_b",
+                    unit: InnerUnit::Length,
+                    grid: logarithmic(least, 2.0 * reach, 6),
+                    bounds: (0.5 * least, 10.0 * reach),
+                },
+                Inner { name: "gamma/beta", unit: InnerUnit::Plain, grid: vec![0.1, 1.0], bounds: (-4.0, 10.0) },
+            ],
+        }
+    }
+
+    /// The function of the motion, and the equation of the state `z` of this index where there is one.
+    fn made(self, inner: &[f64], state: usize) -> (Expression, Option<Equation>) {
+        match self {
+            Self::Sharp => (v().sgn(), None),
+            Self::Rounded => (tanh(v() * inner[0].recip()), None),
+            Self::Elastic => (z(state), Some(bouc_wen(inner[0], inner[1], 1, state))),
+        }
+    }
+}
+
+/// ż = v − (|v| z |z|ⁿ⁻¹ + (γ/β) v |z|ⁿ)/x_bⁿ.
+fn bouc_wen(length: f64, ratio: f64, power: i32, state: usize) -> Equation {
+    let (loops, slims) = match power {
+        1 => (v().abs() * z(state), v() * z(state).abs()),
+        _ => (v().abs() * z(state) * z(state).abs(), v() * z(state).power(2.0)),
+    };
+    let per = length.powi(power).recip();
+    Equation::known([(Term::new(v()), 1.0), (Term::new(loops), -per), (Term::new(slims), -ratio * per)])
+}
+
+/// Every effect that a component's records can show.
+pub(crate) fn catalogue(specimen: &Specimen) -> Vec<Form> {
+    let speed = specimen.reach(|p| &p.motion[1]);
+    let interval = specimen.paths.iter().map(|p| p.interval).fold(0.0, f64::max);
+    let scales = Scales {
+        reach: specimen.reach(|p| &p.motion[0]),
+        speed,
+        step: speed * interval,
+        interval,
+        period: specimen.period,
+    };
+    let mut forms = Vec::new();
+    springs(scales, &mut forms);
+    dampers(scales, &mut forms);
+    memory(scales, &mut forms);
+    for j in 0..specimen.layout.inputs {
+        inputs(scales, j, &mut forms);
+    }
+    forms
+}
+
+/// An effect of one term without inner quantities.
+fn plain(effect: &'static str, title: &'static str, coefficient: Coefficient, force: Expression) -> Form {
+    Form {
+        effect,
+        title,
+        form: "",
+        coefficients: vec![coefficient],
+        inner: Vec::new(),
+        contains: &[],
+        build: Box::new(move |_| Addition { terms: vec![Term::new(force.clone())], internals: Vec::new() }),
+    }
+}
+
+fn springs(scales: Scales, forms: &mut Vec<Form>) {
+    let reach = scales.reach;
+    forms.push(plain("quadratic_stiffness", "Quadratic stiffness", either("k_2"), x().power(2.0)));
+    forms.push(plain("cubic_stiffness", "Cubic stiffness", either("k_3"), x().power(3.0)));
+    forms.push(plain("quintic_stiffness", "Quintic stiffness", either("k_5"), x().power(5.0)));
+    forms.push(plain("bilinear_stiffness", "Bilinear stiffness", either("k_+"), x().max(0.0)));
+    let gap = |low: f64| Inner {
+        name: "d",
+        unit: InnerUnit::Length,
+        grid: (1..9).map(|k| reach * (low + (0.95 - low) * f64::from(k) / 9.0)).collect(),
+        bounds: (reach * low, 0.98 * reach),
+    };
+    forms.push(Form {
+        effect: "clearance",
+        title: "Clearance or side stops",
+        form: "",
+        coefficients: vec![either("k_c")],
+        inner: vec![gap(0.02)],
+        contains: &[],
+        build: Box::new(|d| Addition { terms: vec![Term::new(x().dead_zone(d[0]))], internals: Vec::new() }),
+    });
+    forms.push(Form {
+        effect: "one_sided_stop",
+        title: "One-sided stop",
+        form: "",
+        coefficients: vec![either("k_s")],
+        inner: vec![gap(-0.9)],
+        contains: &["bilinear_stiffness"],
+        build: Box::new(|d| Addition { terms: vec![Term::new((x() - d[0]).max(0.0))], internals: Vec::new() }),
+    });
+}
+
+fn dampers(scales: Scales, forms: &mut Vec<Form>) {
+    let speed = scales.speed;
+    forms.push(plain("coulomb_friction", "Coulomb (dry) friction", against("F_c"), v().sgn()));
+    forms.push(Form {
+        effect: "coulomb_friction",
+        title: "Coulomb (dry) friction",
+        form: "rounded",
+        coefficients: vec![against("F_c")],
+        inner: Slider::Rounded.inner(scales),
+        contains: &[],
+        build: Box::new(|inner| {
+            let (force, _) = Slider::Rounded.made(inner, 0);
+            Addition { terms: vec![Term::new(force)], internals: Vec::new() }
+        }),
+    });
+    forms.push(plain("quadratic_damping", "Quadratic damping", against("c_2"), v() * v().abs()));
+    forms.push(plain("cubic_damping", "Cubic damping", against("c_3"), v().power(3.0)));
+    forms.push(plain("bilinear_damping", "Bilinear damping", either("c_+"), v().max(0.0)));
+    let depends = x().power(2.0) * v();
+    forms.push(plain("displacement_dependent_damping", "Displacement-dependent damping", either("c_x"), depends));
+    let grows = x().abs() * v().sgn();
+    forms.push(plain("position_dependent_friction", "Position-dependent friction", either("h"), grows));
+    forms.push(Form {
+        effect: "power_law_damping",
+        title: "Power-law damping",
+        form: "",
+        coefficients: vec![against("c_p")],
+        inner: vec![Inner {
+            name: "p",
+            unit: InnerUnit::Plain,
+            grid: vec![0.2, 0.4, 0.6, 0.8, 1.3, 1.7, 2.5],
+            bounds: (0.05, 5.0),
+        }],
+        contains: &["coulomb_friction", "quadratic_damping", "cubic_damping"],
+        build: Box::new(|p| {
+            let force = v().abs().power(p[0]) * v().sgn();
+            Addition { terms: vec![Term::new(force)], internals: Vec::new() }
+        }),
+    });
+    forms.push(Form {
+        effect: "stribeck_friction",
+        title: "Stribeck friction",
+        form: "",
+        coefficients: vec![against("F_c"), either("F_s - F_c")],
+        inner: vec![Inner {
+            name: "v_s",
+            unit: InnerUnit::Speed,
+            grid: logarithmic(0.02 * speed, 0.5 * speed, 6),
+            bounds: (0.01 * speed, 0.9 * speed),
+        }],
+        contains: &["coulomb_friction"],
+        build: Box::new(|inner| {
+            let falling = (-(v() * inner[0].recip()).power(2.0)).exp();
+            Addition { terms: vec![Term::new(v().sgn()), Term::new(v().sgn() * falling)], internals: Vec::new() }
+        }),
+    });
+}
+
+fn memory(scales: Scales, forms: &mut Vec<Form>) {
+    for (form, power) in [("", 1), ("rounder", 2)] {
+        forms.push(Form {
+            effect: "bouc_wen_hysteresis",
+            title: "Bouc–Wen hysteresis",
+            form,
+            coefficients: vec![against("k_h")],
+            inner: Slider::Elastic.inner(scales),
+            contains: &["coulomb_friction"],
+            build: Box::new(move |inner| Addition {
+                terms: vec![Term::new(z(0))],
+                internals: vec![bouc_wen(inner[0], inner[1], power, 0)],
+            }),
+        });
+    }
+    let slowest = 3.0 * scales.period;
+    forms.push(Form {
+        effect: "viscoelastic_relaxation",
+        title: "Viscoelastic relaxation",
+        form: "",
+        coefficients: vec![against("k_v")],
+        inner: vec![Inner {
+            name: "tau",
+            unit: InnerUnit::Time,
+            grid: logarithmic((slowest / 200.0).max(2.0 * scales.interval), slowest, 8),
+            bounds: (scales.interval, 4.0 * slowest),
+        }],
+        contains: &[],
+        build: Box::new(|inner| Addition {
+            terms: vec![Term::new(z(0))],
+            internals: vec![Equation::known([(Term::new(v()), 1.0), (Term::new(z(0)), -inner[0].recip())])],
+        }),
+    });
+}
+
+/// Effects of an input beside the motion, such as the voltage of a controlled damper.
+fn inputs(scales: Scales, j: usize, forms: &mut Vec<Form>) {
+    let u = || Expression::from(Symbol::Input(j));
+    forms.push(plain("input_squared", "Square of the input", either("b_2"), u().power(2.0)));
+    forms.push(plain("state_dependent_input", "Stiffness that grows with the input", either("k_u"), x() * u()));
+    forms.push(plain("input_dependent_damping", "Damping that grows with the input", either("c_u"), v() * u()));
+    let slowest = scales.period;
+    let lag = || Inner {
+        name: "tau",
+        unit: InnerUnit::Time,
+        grid: logarithmic((slowest / 50.0).max(2.0 * scales.interval), slowest, 3),
+        bounds: (scales.interval, 10.0 * slowest),
+    };
+    for (form, slider, lagging) in [
+        ("", Slider::Sharp, false),
+        ("rounded", Slider::Rounded, false),
+        ("rounded, the input with a lag", Slider::Rounded, true),
+        ("elastic", Slider::Elastic, false),
+        ("elastic, the input with a lag", Slider::Elastic, true),
+    ] {
+        let mut inner = slider.inner(scales);
+        if lagging {
+            inner.push(lag());
+        }
+        forms.push(Form {
+            effect: "input_dependent_friction",
+            title: "Friction that grows with the input",
+            form,
+            coefficients: vec![either("F_0"), against("F_u")],
+            inner,
+            contains: match slider {
+                Slider::Elastic => &["coulomb_friction", "bouc_wen_hysteresis", "input_dependent_damping"],
+                _ => &["coulomb_friction", "input_dependent_damping"],
+            },
+            build: Box::new(move |inner| {
+                let (force, state) = slider.made(inner, 0);
+                let mut internals: Vec<Equation> = state.into_iter().collect();
+                let drive = if lagging {
+                    let w = internals.len();
+                    let rate = inner.last().map_or(0.0, |tau| tau.recip());
+                    internals.push(Equation::known([(Term::new(u_of(j)), rate), (Term::new(z(w)), -rate)]));
+                    z(w)
+                } else {
+                    u_of(j)
+                };
+                Addition { terms: vec![Term::new(force.clone()), Term::new(drive * force)], internals }
+            }),
+        });
+    }
+}
+
+fn u_of(j: usize) -> Expression {
+    Symbol::Input(j).into()
+}
