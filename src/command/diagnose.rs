@@ -6,7 +6,7 @@ use super::failure::Failure;
 use super::modes::BaseOptions;
 use super::progress::ProgressLine;
 use super::source::SourceOptions;
-use super::{CommandResult, json, modes, table};
+use super::{CommandResult, component, json, modes, table};
 use sindyscope_analysis::json::diagnosed;
 use sindyscope_analysis::missing::MAX_EFFECTS;
 use sindyscope_analysis::{AnalysisError, KindName, MissingRequest, Terms, search};
@@ -99,8 +99,6 @@ pub(super) fn run(options: &DiagnoseOptions, progress: &ProgressLine) -> Command
         }
         return modes::diagnose(source, options.base, options.json.as_deref(), progress);
     }
-    progress.stage("reading");
-    let records = source.read()?;
     let DiagnoseOptions { terms, lock, max_effects, settings, .. } = options;
     let request = MissingRequest {
         base: terms.clone(),
@@ -108,6 +106,11 @@ pub(super) fn run(options: &DiagnoseOptions, progress: &ProgressLine) -> Command
         max_effects: *max_effects,
         initial: settings.initial,
     };
+    if source.reading.kind == KindName::Component {
+        return component::diagnose(source, &request, options.json.as_deref(), progress);
+    }
+    progress.stage("reading");
+    let records = source.read()?;
     let diagnosis = search(&request, &records, &Cancel::default(), &|told| progress.show(told))?;
     if let Some(json) = json::write(options.json.as_deref(), &diagnosed(&diagnosis, &records))? {
         return Ok(json);

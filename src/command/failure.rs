@@ -113,6 +113,9 @@ impl From<AnalysisError> for Failure {
             AnalysisError::ForceNeeded => {
                 "give the column a unit, as `u [N]`, or fix the coefficient itself: --fix u=VALUE".to_owned()
             }
+            AnalysisError::NoMass => {
+                "use `sindyscope identify` or `sindyscope diagnose`, or leave out --kind component".to_owned()
+            }
             AnalysisError::FirstOrder => {
                 "leave out --kind first-order and give the displacement alone, with --columns x=NAME".to_owned()
             }

@@ -6,9 +6,9 @@ use super::failure::{Failure, worded};
 use super::modes::BaseOptions;
 use super::progress::ProgressLine;
 use super::request::StudyOptions;
-use super::{CommandResult, json, modes, table};
+use super::{CommandResult, component, json, modes, table};
 use sindyscope_analysis::json::identified;
-use sindyscope_analysis::{Analysis, AnalysisError, AnalysisRequest, analyse};
+use sindyscope_analysis::{Analysis, AnalysisError, AnalysisRequest, KindName, analyse};
 use sindyscope_core::remedy::Remedy;
 use sindyscope_core::study::{self, Calibrated, Calibration, Cancel, Horizon, Outcome, SETTINGS};
 use sindyscope_report::document::{Arrangement, Report};
@@ -58,6 +58,9 @@ pub(super) fn run(options: &IdentifyOptions, progress: &ProgressLine) -> Command
         }
         let source = &options.study.request.source;
         return modes::identify(source, options.base, options.study.json.as_deref(), progress);
+    }
+    if options.study.request.source.reading.kind == KindName::Component {
+        return component::identify(&options.study.request, options.study.json.as_deref(), progress);
     }
     let analysis = study(&options.study.request, progress)?;
     // A form that cannot hold the model takes nothing from the others, nor from the result.

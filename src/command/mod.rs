@@ -1,6 +1,7 @@
 //! The command line: what the library finds, for terminals and scripts. None of it but the window needs a display.
 
 mod batch;
+mod component;
 mod diagnose;
 mod effects;
 mod failure;

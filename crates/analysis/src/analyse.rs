@@ -2,6 +2,7 @@
 
 use crate::error::AnalysisError;
 use crate::request::AnalysisRequest;
+use crate::source::KindName;
 use sindyscope_core::prepare::{Preparation, prepare};
 use sindyscope_core::study::{Calibrated, Cancel, Horizon, Outcome, Settings, Study, calibrate, choose, suggest};
 use sindyscope_values::record::{RecordSet, Usage};
@@ -45,6 +46,9 @@ pub fn analyse(
     cancel: &Cancel,
     tell: Listener<'_>,
 ) -> Result<Analysis, AnalysisError> {
+    if request.source.reading.kind == KindName::Component {
+        return Err(AnalysisError::NoMass);
+    }
     let suggested = suggest(&records, request.source.reading.kind.into())?;
     let mut settings = request.settings(&suggested)?;
     request.fix_force(&mut settings, &records)?;

@@ -22,6 +22,14 @@ pub enum AnalysisError {
     /// The search for missing effects cannot be made.
     #[error(transparent)]
     Search(#[from] GapError),
+    /// The force of a component cannot be found.
+    #[error(transparent)]
+    Component(#[from] sindyscope_component::ComponentError),
+    /// Components are identified and diagnosed by functions of their own.
+    #[error(
+        "a component without a mass has no equation of motion: its force is identified, or what the force lacks is searched for"
+    )]
+    NoMass,
     /// No setting has the name.
     #[error("there is no setting `{name}`; there are {known}")]
     UnknownSetting {
@@ -62,6 +70,7 @@ impl AnalysisError {
             Self::Read(error) => error.remedies(),
             Self::Study(error) => error.remedies(),
             Self::Search(error) => error.remedies(),
+            Self::Component(error) => error.remedies(),
             Self::Prepare(_) => vec![Remedy::to_do("give other times, other steps of preparation, or another share")],
             Self::MassNeeded => vec![Remedy::to_do("give the mass in kilograms")],
             Self::ForceNeeded => {
@@ -69,6 +78,7 @@ impl AnalysisError {
             }
             Self::ListForEach => vec![Remedy::to_do("give one list for all equations, without `v1:`")],
             Self::FirstOrder => vec![Remedy::to_do("give the displacement alone, as of second order")],
+            Self::NoMass => vec![Remedy::to_do("use the functions or commands that identify and diagnose components")],
             Self::Calibrate(_) | Self::UnknownSetting { .. } | Self::Value { .. } | Self::Settings(_) => Vec::new(),
         }
     }
@@ -79,6 +89,7 @@ impl AnalysisError {
             Self::Read(error) => *error.problem == sindyscope_files::ReadProblem::Cancelled,
             Self::Study(error) => *error == StudyError::Cancelled,
             Self::Search(error) => *error == GapError::Cancelled,
+            Self::Component(error) => *error == sindyscope_component::ComponentError::Cancelled,
             _ => false,
         }
     }

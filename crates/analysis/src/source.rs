@@ -32,12 +32,14 @@ pub enum KindName {
     FirstOrder,
     /// As second order, each equation integrated once over time: short for that form of the equation.
     Integral,
+    /// The force of a component along a given motion, without a mass.
+    Component,
 }
 
 impl From<KindName> for Kind {
     fn from(name: KindName) -> Self {
         match name {
-            KindName::SecondOrder | KindName::Integral => Self::SecondOrder,
+            KindName::SecondOrder | KindName::Integral | KindName::Component => Self::SecondOrder,
             KindName::FirstOrder => Self::FirstOrder,
         }
     }
@@ -52,7 +54,7 @@ impl From<Kind> for KindName {
     }
 }
 
-const KINDS: [NamedValue<KindName>; 3] = [
+const KINDS: [NamedValue<KindName>; 4] = [
     NamedValue {
         value: KindName::SecondOrder,
         name: "second-order",
@@ -65,6 +67,12 @@ const KINDS: [NamedValue<KindName>; 3] = [
         name: "integral",
         label: "second order, integrated",
         help: "As second-order, every equation integrated once over time: velocities against integrals, `int(x)`",
+    },
+    NamedValue {
+        value: KindName::Component,
+        name: "component",
+        label: "component without a mass",
+        help: "The force of a damper, mount or joint along a given motion is measured and predicted: columns F, x, v, u",
     },
 ];
 

@@ -58,7 +58,7 @@ pub(crate) fn columns(specimen: &Specimen, addition: &Addition) -> Vec<Vec<f64>>
 
 /// Terms without internal states at every row.
 pub(crate) fn plain_columns(specimen: &Specimen, terms: &[Term]) -> Vec<Vec<f64>> {
-    columns(specimen, &Addition { terms: terms.to_vec(), internals: Vec::new() })
+    columns(specimen, &Addition::plain(terms.to_vec()))
 }
 
 /// The rates of internal states, compiled.
@@ -84,7 +84,8 @@ impl Rates {
         if count == 0 {
             return states;
         }
-        let given: Vec<&[f64]> = path.motion.iter().chain(&path.inputs).chain(&path.input_rates).map(Vec::as_slice).collect();
+        let given: Vec<&[f64]> =
+            path.motion.iter().chain(&path.inputs).chain(&path.input_rates).map(Vec::as_slice).collect();
         let inputs = self.layout.inputs;
         let address = |symbol| Program::address(&self.layout, symbol);
         let mut places: Vec<usize> = vec![address(Symbol::State(0)), address(Symbol::Rate(0))];

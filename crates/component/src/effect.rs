@@ -11,6 +11,15 @@ pub(crate) struct Addition {
     pub(crate) terms: Vec<Term>,
     /// The rates of its internal states.
     pub(crate) internals: Vec<Equation>,
+    /// The symbol that each internal state is measured like.
+    pub(crate) like: Vec<Symbol>,
+}
+
+impl Addition {
+    /// Terms without memory.
+    pub(crate) fn plain(terms: Vec<Term>) -> Self {
+        Self { terms, internals: Vec::new(), like: Vec::new() }
+    }
 }
 
 /// A coefficient that an effect adds.
@@ -196,7 +205,7 @@ fn plain(effect: &'static str, title: &'static str, coefficient: Coefficient, fo
         coefficients: vec![coefficient],
         inner: Vec::new(),
         contains: &[],
-        build: Box::new(move |_| Addition { terms: vec![Term::new(force.clone())], internals: Vec::new() }),
+        build: Box::new(move |_| Addition::plain(vec![Term::new(force.clone())])),
     }
 }
 
@@ -219,7 +228,7 @@ fn springs(scales: Scales, forms: &mut Vec<Form>) {
         coefficients: vec![either("k_c")],
         inner: vec![gap(0.02)],
         contains: &[],
-        build: Box::new(|d| Addition { terms: vec![Term::new(x().dead_zone(d[0]))], internals: Vec::new() }),
+        build: Box::new(|d| Addition::plain(vec![Term::new(x().dead_zone(d[0]))])),
     });
     forms.push(Form {
         effect: "one_sided_stop",
@@ -228,7 +237,7 @@ fn springs(scales: Scales, forms: &mut Vec<Form>) {
         coefficients: vec![either("k_s")],
         inner: vec![gap(-0.9)],
         contains: &["bilinear_stiffness"],
-        build: Box::new(|d| Addition { terms: vec![Term::new((x() - d[0]).max(0.0))], internals: Vec::new() }),
+        build: Box::new(|d| Addition::plain(vec![Term::new((x() - d[0]).max(0.0))])),
     });
 }
 
@@ -244,7 +253,7 @@ fn dampers(scales: Scales, forms: &mut Vec<Form>) {
         contains: &[],
         build: Box::new(|inner| {
             let (force, _) = Slider::Rounded.made(inner, 0);
-            Addition { terms: vec![Term::new(force)], internals: Vec::new() }
+            Addition::plain(vec![Term::new(force)])
         }),
     });
     forms.push(plain("quadratic_damping", "Quadratic damping", against("c_2"), v() * v().abs()));
@@ -268,7 +277,7 @@ fn dampers(scales: Scales, forms: &mut Vec<Form>) {
         contains: &["coulomb_friction", "quadratic_damping", "cubic_damping"],
         build: Box::new(|p| {
             let force = v().abs().power(p[0]) * v().sgn();
-            Addition { terms: vec![Term::new(force)], internals: Vec::new() }
+            Addition::plain(vec![Term::new(force)])
         }),
     });
     forms.push(Form {
@@ -285,7 +294,7 @@ fn dampers(scales: Scales, forms: &mut Vec<Form>) {
         contains: &["coulomb_friction"],
         build: Box::new(|inner| {
             let falling = (-(v() * inner[0].recip()).power(2.0)).exp();
-            Addition { terms: vec![Term::new(v().sgn()), Term::new(v().sgn() * falling)], internals: Vec::new() }
+            Addition::plain(vec![Term::new(v().sgn()), Term::new(v().sgn() * falling)])
         }),
     });
 }
@@ -302,6 +311,7 @@ fn memory(scales: Scales, forms: &mut Vec<Form>) {
             build: Box::new(move |inner| Addition {
                 terms: vec![Term::new(z(0))],
                 internals: vec![bouc_wen(inner[0], inner[1], power, 0)],
+                like: vec![Symbol::State(0)],
             }),
         });
     }
@@ -321,6 +331,7 @@ fn memory(scales: Scales, forms: &mut Vec<Form>) {
         build: Box::new(|inner| Addition {
             terms: vec![Term::new(z(0))],
             internals: vec![Equation::known([(Term::new(v()), 1.0), (Term::new(z(0)), -inner[0].recip())])],
+            like: vec![Symbol::State(0)],
         }),
     });
 }
@@ -362,15 +373,17 @@ fn inputs(scales: Scales, j: usize, forms: &mut Vec<Form>) {
             build: Box::new(move |inner| {
                 let (force, state) = slider.made(inner, 0);
                 let mut internals: Vec<Equation> = state.into_iter().collect();
+                let mut like = vec![Symbol::State(0); internals.len()];
                 let drive = if lagging {
                     let w = internals.len();
                     let rate = inner.last().map_or(0.0, |tau| tau.recip());
                     internals.push(Equation::known([(Term::new(u_of(j)), rate), (Term::new(z(w)), -rate)]));
+                    like.push(Symbol::Input(j));
                     z(w)
                 } else {
                     u_of(j)
                 };
-                Addition { terms: vec![Term::new(force.clone()), Term::new(drive * force)], internals }
+                Addition { terms: vec![Term::new(force.clone()), Term::new(drive * force)], internals, like }
             }),
         });
     }

@@ -82,8 +82,7 @@ impl Specimen {
         }
         let all = RecordSet { entries: used().cloned().collect() };
         // The motion alone is smoothed: the force is what is explained.
-        let smoothing =
-            suggest(&all, Kind::SecondOrder).map_err(|e| ComponentError::Motion(e.to_string()))?.smoothing;
+        let smoothing = suggest(&all, Kind::SecondOrder).map_err(|e| ComponentError::Motion(e.to_string()))?.smoothing;
         let whole = all.layout(Kind::SecondOrder).map_err(ComponentError::Motion)?;
         if whole.freedoms != 1 {
             return Err(ComponentError::SeveralMotions { record: first.name.clone() });
@@ -140,7 +139,14 @@ impl Specimen {
         let work: f64 =
             fitted().map(|p| p.force.iter().zip(&p.motion[1]).map(|(f, v)| (f - mean) * v).sum::<f64>()).sum();
         let without_force = Record {
-            channels: first.channels.iter().filter(|c| c.role != force).cloned().enumerate().map(renumbered()).collect(),
+            channels: first
+                .channels
+                .iter()
+                .filter(|c| c.role != force)
+                .cloned()
+                .enumerate()
+                .map(renumbered())
+                .collect(),
             ..Record::clone(first)
         };
         Ok(Self {
@@ -167,7 +173,8 @@ impl Specimen {
             return Ok(found.role);
         }
         let word = |c: &Channel| c.name.to_lowercase().split([' ', '_', '-', '.']).next().map(str::to_owned);
-        let by_name = |c: &&&Channel| word(c).is_some_and(|w| FORCE_WORDS.contains(&w.trim_end_matches(char::is_numeric)));
+        let by_name =
+            |c: &&&Channel| word(c).is_some_and(|w| FORCE_WORDS.contains(&w.trim_end_matches(char::is_numeric)));
         let by_unit = |c: &&&Channel| FORCE_UNITS.contains(&c.unit.trim().to_lowercase().as_str());
         let only = |found: Vec<&&Channel>| if let [only] = found.as_slice() { Some(only.role) } else { None };
         let all: Vec<&&Channel> = inputs.iter().collect();
@@ -192,11 +199,6 @@ impl Specimen {
     /// Names of the inputs beside the motion, in the order of `u`, `u2`, ….
     pub fn inputs(&self) -> &[String] {
         &self.input_names
-    }
-
-    /// Samples of all records that are fitted.
-    pub(crate) fn seen(&self) -> usize {
-        self.paths.iter().map(|p| p.unseen_from).sum()
     }
 
     /// Largest magnitude over all records.

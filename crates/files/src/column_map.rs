@@ -5,17 +5,19 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use super::heading::ColumnKey;
+use super::heading::{ColumnKey, ColumnQuantity};
 
 /// Which column is which, as the user says it: `t=Time,x=Laser 2,u1=3`.
 ///
-/// The left side of each pair is one of `t`, `x`, `v`, `a`, `u` (with a number where there are several) and `record`, or one
-/// of the header names that stand for them; the right side is a column's name, with or without its unit, or its number
+/// The left side of each pair is one of `t`, `x`, `v`, `a`, `u` (with a number where there are several), `F` (the force of a
+/// component) and `record`, or one of the header names that stand for them; the right side is a column's name, with or without its unit, or its number
 /// from 1. A name may hold commas.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct ColumnMap {
     pub(super) pairs: Vec<(ColumnKey, String)>,
+    /// The column that is the force of a component (`F=NAME`): an input after all others.
+    pub(super) force: Option<String>,
 }
 
 /// Why a text is no [`ColumnMap`].
@@ -41,12 +43,33 @@ pub enum ColumnMapError {
 impl ColumnMap {
     /// True if nothing is said.
     pub fn is_empty(&self) -> bool {
-        self.pairs.is_empty()
+        self.pairs.is_empty() && self.force.is_none()
     }
 
     /// True if every column is called by a name, none by its number.
     pub fn names_all(&self) -> bool {
-        self.pairs.iter().all(|(_, column)| column.parse::<usize>().is_err())
+        self.pairs.iter().map(|(_, column)| column).chain(&self.force).all(|column| column.parse::<usize>().is_err())
+    }
+
+    /// The column that is the force of a component, as it was named.
+    pub fn force(&self) -> Option<&str> {
+        self.force.as_deref()
+    }
+
+    /// What each named column is. Beside a force of a component, inputs count from 1 and the force is the one after them.
+    pub(super) fn assigned(&self) -> Vec<(ColumnKey, &str)> {
+        let numbered = |key: ColumnKey| match (key.quantity, key.number, &self.force) {
+            (ColumnQuantity::Input, None, Some(_)) => ColumnKey { number: Some(1), ..key },
+            _ => key,
+        };
+        let mut all: Vec<(ColumnKey, &str)> =
+            self.pairs.iter().map(|(key, column)| (numbered(*key), column.as_str())).collect();
+        if let Some(force) = &self.force {
+            let inputs = all.iter().filter(|(key, _)| key.quantity == ColumnQuantity::Input);
+            let number = inputs.filter_map(|(key, _)| key.number).max().map(|last| last + 1);
+            all.push((ColumnKey { quantity: ColumnQuantity::Input, number }, force));
+        }
+        all
     }
 
     /// Adds or replaces one pair, as in `x2` and the column's name.
@@ -93,6 +116,13 @@ impl FromStr for ColumnMap {
         for piece in pieces.iter().filter(|p| !p.trim().is_empty()) {
             let (key, column) =
                 piece.split_once('=').ok_or_else(|| ColumnMapError::NoEquals(piece.trim().to_owned()))?;
+            if key.trim() == "F" {
+                let (_, column) = pair("u", column).map_err(|_| ColumnMapError::NoName("F".into()))?;
+                if map.force.replace(column).is_some() {
+                    return Err(ColumnMapError::Twice("F".into()));
+                }
+                continue;
+            }
             let (key, column) = pair(key, column)?;
             if map.pairs.iter().any(|(k, _)| *k == key) {
                 return Err(ColumnMapError::Twice(key.to_string()));
@@ -107,6 +137,9 @@ impl fmt::Display for ColumnMap {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, (key, name)) in self.pairs.iter().enumerate() {
             write!(f, "{}{key}={name}", if i > 0 { "," } else { "" })?;
+        }
+        if let Some(name) = &self.force {
+            write!(f, "{}F={name}", if self.pairs.is_empty() { "" } else { "," })?;
         }
         Ok(())
     }
@@ -132,7 +165,7 @@ mod tests {
 
     #[test]
     fn maps_are_read_and_print_back() {
-        for text in ["", "t=Time", "x1=a,x2=b,u=c=d", "record=run no, left,t=1"] {
+        for text in ["", "F=load cell", "x=a,u=b,F=c", "t=Time", "x1=a,x2=b,u=c=d", "record=run no, left,t=1"] {
             assert_eq!(text.parse::<ColumnMap>().unwrap().to_string(), text);
         }
         let spoken: ColumnMap = "time=A, displacement=\"B\" ,force2=C,trial=D".parse().unwrap();

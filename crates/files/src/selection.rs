@@ -23,9 +23,9 @@ pub(super) struct Selection {
 pub(super) fn taken(headings: &[Heading], options: &ReadOptions) -> Vec<Option<ColumnKey>> {
     let mut assignment =
         Assignment { file: "", headings, options, taken: vec![None; headings.len()], notices: Vec::new() };
-    for (key, name) in &options.columns.pairs {
-        if let Ok(column) = assignment.find(*key, name) {
-            assignment.taken[column] = Some(*key);
+    for (key, name) in options.columns.assigned() {
+        if let Ok(column) = assignment.find(key, name) {
+            assignment.taken[column] = Some(key);
         }
     }
     let quantities = [
@@ -153,8 +153,8 @@ impl Assignment<'_> {
 
     /// Columns that the user has named.
     fn take_mapped(&mut self) -> Result<(), ReadError> {
-        for (key, name) in &self.options.columns.pairs {
-            let column = self.find(*key, name)?;
+        for (key, name) in self.options.columns.assigned() {
+            let column = self.find(key, name)?;
             if let Some(first) = self.taken[column] {
                 return Err(self.refused(ReadProblem::ColumnUsedTwice {
                     column: self.name(column),
@@ -162,7 +162,7 @@ impl Assignment<'_> {
                     second: key.to_string(),
                 }));
             }
-            self.taken[column] = Some(*key);
+            self.taken[column] = Some(key);
         }
         Ok(())
     }

@@ -114,6 +114,9 @@ fn diagnose(
         if request.source.reading.kind == KindName::FirstOrder {
             return Err(AnalysisError::FirstOrder);
         }
+        if request.source.reading.kind == KindName::Component {
+            return Err(AnalysisError::NoMass);
+        }
         let records = joined(fit, held_out, &request)?;
         let diagnosis = search(&missing, &records, cancel, tell)?;
         Ok(NativeDiagnosis::new(&diagnosis, &records))

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::number::{align_at_point, format_measured};
 use crate::model::{Equation, Model, Units, WeightedTerm, kinematic};
-use crate::term::{Expression, Kind, Symbol, Term, integral, latex_number};
+use crate::term::{Expression, Kind, Layout, Symbol, Term, integral, latex_number};
 
 /// True if this is the known `dx/dt = v` of a second-order model, and so says nothing that was identified.
 pub fn is_kinematic(model: &Model, state: Symbol, equation: &Equation) -> bool {
@@ -51,6 +51,11 @@ pub fn integrated_state(model: &Model, state: Symbol) -> String {
         (Kind::SecondOrder, Symbol::Rate(i)) => format!("d{}/dt", model.layout.name(Symbol::State(i))),
         _ => model.layout.name(state),
     }
+}
+
+/// A sum of terms that is no rate of a state, a line a term: `F = …`.
+pub fn sum(left: &str, equation: &Equation, layout: &Layout, unit: impl Fn(&Term) -> Option<String>) -> String {
+    lines(left, "", equation, |t| t.summary(layout), unit)
 }
 
 /// One equation, a line a term, after its left side and what the right side begins with.

@@ -10,6 +10,8 @@ pub struct Units {
     displacements: Vec<String>,
     velocities: Vec<String>,
     inputs: Vec<String>,
+    /// Unit of the force that terms add up to, where it is no acceleration.
+    force: Option<String>,
 }
 
 /// A product of units with their powers, as they are written: `mm` once, `s` to the −2.
@@ -144,7 +146,14 @@ impl Units {
             velocities: (0..layout.freedoms).map(velocity).collect(),
             inputs: (0..layout.inputs).map(|j| unit(Role::Input(j))).collect(),
             displacements,
+            force: None,
         }
+    }
+
+    /// The same where the terms of the velocities' equations add up to a force in this unit, as those of a component do.
+    #[must_use]
+    pub fn with_force(self, unit: &str) -> Self {
+        Self { force: Some(unit.to_owned()), ..self }
     }
 
     /// The unit of a term's coefficient in the equation of a state's rate: `1/s^2`, `1` for a plain number; none if a
@@ -154,7 +163,10 @@ impl Units {
     }
 
     fn measure(&self, state: Symbol, term: &Term) -> Option<Measure> {
-        let rate = self.symbol(state)?.per_second(1);
+        let rate = match (&self.force, state) {
+            (Some(force), Symbol::Rate(_)) => Measure::parse(force)?,
+            _ => self.symbol(state)?.per_second(1),
+        };
         let term = match self.expression(term.expression(), &mut |_| {}) {
             UnitFound::Any => Measure::default(),
             UnitFound::Known(measure) => measure,

@@ -1,0 +1,134 @@
+//! Components without a mass: `identify` and `diagnose` with `--kind component`.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use super::progress::ProgressLine;
+use super::{CommandResult, json};
+use sindyscope_analysis::component::{ComponentAnalysis, DiagnosedComponent, diagnose_component, identify_component};
+use sindyscope_analysis::{AnalysisRequest, MissingRequest, RecordSource};
+use sindyscope_component::{ComponentModel, Specimen};
+use sindyscope_core::study::{Cancel, Score};
+use sindyscope_values::format::equations;
+use sindyscope_values::format::number::{format_measured, significant};
+use sindyscope_values::format::units::format_si;
+use sindyscope_values::record::Usage;
+use sindyscope_values::term::Symbol;
+
+/// Identifies the force of a component and prints it.
+pub(super) fn identify(request: &AnalysisRequest, json: Option<&Path>, progress: &ProgressLine) -> CommandResult {
+    progress.stage("reading");
+    let records = request.source.read()?;
+    progress.stage("fitting the force");
+    let analysis = identify_component(request, &records, &Cancel::default())?;
+    if let Some(json) = json::write(json, &analysis.json())? {
+        return Ok(json);
+    }
+    Ok(identified(&analysis).into_bytes())
+}
+
+/// Searches for what the force of a component lacks and prints it.
+pub(super) fn diagnose(
+    source: &RecordSource,
+    request: &MissingRequest,
+    json: Option<&Path>,
+    progress: &ProgressLine,
+) -> CommandResult {
+    progress.stage("reading");
+    let records = source.read()?;
+    let tell = |what: &'static str, share: f64| progress.share(what, share);
+    let found = diagnose_component(source, request, &records, &tell, &Cancel::default())?;
+    if let Some(json) = json::write(json, &found.json())? {
+        return Ok(json);
+    }
+    Ok(diagnosed(&found).into_bytes())
+}
+
+fn identified(analysis: &ComponentAnalysis) -> String {
+    let mut out = equation(&analysis.found.model);
+    out.push('\n');
+    out.push_str(&errors(&analysis.found.model, &analysis.specimen));
+    let (_, unit) = analysis.specimen.force();
+    let _ = writeln!(
+        out,
+        "noise of the force {} (standard deviation, estimated)",
+        format_si(analysis.found.noise_floor, unit, 2)
+    );
+    let _ = writeln!(
+        out,
+        "threshold {} of columns and force divided by their RMS",
+        significant(analysis.found.threshold, 2)
+    );
+    out
+}
+
+/// The force, then the internal states.
+fn equation(model: &ComponentModel) -> String {
+    let mut out = equations::sum("F", &model.force, &model.layout, |term| model.unit(term));
+    for (k, equation) in model.internals.iter().enumerate() {
+        let state = format!("d{}/dt", model.layout.name(Symbol::Internal(k)));
+        out.push_str(&equations::sum(&state, equation, &model.layout, |_| None));
+    }
+    out
+}
+
+/// Errors of each record, energy beside them.
+fn errors(model: &ComponentModel, specimen: &Specimen) -> String {
+    let (name, unit) = specimen.force();
+    let line = |what: &str, s: Score| {
+        format!("{what}: RMSE of {name} {}, NRMSE {} %", format_si(s.rmse, unit, 3), significant(100.0 * s.nrmse, 3))
+    };
+    let mut out = String::new();
+    for record in &model.records {
+        let what = if record.usage == Usage::Fit { "fitted" } else { "held out" };
+        let [measured, identified] = record.energy;
+        let share = significant(100.0 * identified / measured, 4);
+        let _ = writeln!(
+            out,
+            "{}; energy taken {share} % of the measured",
+            line(&format!("{} {what}", record.name), record.score)
+        );
+    }
+    out
+}
+
+fn diagnosed(diagnosis: &DiagnosedComponent) -> String {
+    let found = &diagnosis.found;
+    let error =
+        |m: &ComponentModel| m.score(Usage::HeldOut).or_else(|| m.score(Usage::Fit)).map_or(f64::NAN, |s| s.nrmse);
+    let percent = |m: &ComponentModel| significant(100.0 * error(m), 3);
+    let mut out = format!("Spring and damper alone: NRMSE {} %.\n", percent(&found.base));
+    match found.verdict() {
+        "nothing_missing" => out.push_str("Nothing is missing: they explain the force.\n"),
+        "unexplained" if found.steps.is_empty() => {
+            out.push_str("Something is missing, and no effect of those tried explains it.\n");
+        }
+        "unexplained" => out.push_str("The best of those tried; what is left is more than the noise:\n"),
+        _ => {}
+    }
+    for step in &found.steps {
+        let form = if step.form.is_empty() { String::new() } else { format!(" ({})", step.form) };
+        let terms: Vec<String> = step.terms.iter().map(|t| t.summary(&step.model.layout)).collect();
+        let _ = writeln!(out, "{}{form}: {}; NRMSE {} % with it.", step.title, terms.join(", "), percent(&step.model));
+        for p in &step.parameters {
+            let _ = writeln!(out, "  {} = {} {}", p.name, format_measured(p.value, p.std_error), p.unit);
+        }
+        let lead = &step.lead;
+        let against = if lead.against == "nothing" { "the model without it".to_owned() } else { lead.against.clone() };
+        let _ = writeln!(
+            out,
+            "  It leads {against} by {} in log predictive density on {} of {} blocks never fitted.",
+            significant(lead.difference, 3),
+            lead.won,
+            lead.blocks
+        );
+        for rival in &step.rivals {
+            let _ = writeln!(out, "  These data do not tell it from: {}.", rival.title);
+        }
+    }
+    let _ = writeln!(out, "Remaining: {}.\n", diagnosis.remaining());
+    out.push_str(&equation(found.last()));
+    out.push('\n');
+    out.push_str(&errors(found.last(), &diagnosis.specimen));
+    out
+}
