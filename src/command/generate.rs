@@ -12,7 +12,8 @@ use super::{CommandResult, Stop, usage};
 use sindyscope_core::setting::{finite, not_negative, positive};
 use sindyscope_files::write_csv;
 use sindyscope_rig::{
-    Noise, PlantParameter, RigError, Scenario, ScenarioExcitation, ScenarioOptions, generate, scenarios,
+    COMPONENT_SCENARIO, ComponentOptions, Noise, PlantParameter, RigError, Scenario, ScenarioExcitation,
+    ScenarioOptions, component_effects, component_records, generate, scenarios,
 };
 use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::record::Record;
@@ -114,7 +115,7 @@ impl GenerateOptions {
 }
 
 fn names() -> PossibleValuesParser {
-    PossibleValuesParser::new(scenarios().iter().map(|s| s.name).chain([hidden::NAME, LIST]))
+    PossibleValuesParser::new(scenarios().iter().map(|s| s.name).chain([hidden::NAME, COMPONENT_SCENARIO, LIST]))
 }
 
 fn parameter(text: &str) -> Result<(String, f64), String> {
@@ -135,7 +136,11 @@ pub(super) fn run(options: &GenerateOptions, progress: &ProgressLine) -> Command
         ));
     };
     progress.stage("recording");
-    let (records, comments) = if options.scenario == hidden::NAME { hide(options)? } else { make(options)? };
+    let (records, comments) = match options.scenario.as_str() {
+        hidden::NAME => hide(options)?,
+        COMPONENT_SCENARIO => component(options)?,
+        _ => make(options)?,
+    };
     let mut csv = Vec::new();
     write_csv(&records, &mut csv, &comments)
         .map_err(|e| Failure::new(format!("cannot write the records as CSV: {e}")))?;
@@ -180,6 +185,27 @@ fn hide(options: &GenerateOptions) -> Result<(Vec<Record>, Vec<String>), Stop> {
     options.hidden.make(options.seed, options.noise, options.measure.as_deref())
 }
 
+/// The records of a component that hides something, which draws everything else by itself.
+fn component(options: &GenerateOptions) -> Result<(Vec<Record>, Vec<String>), Stop> {
+    let drawn = |(name, _): &(&str, String)| !["seed", "noise"].contains(name);
+    let of_hidden = options.hidden.beside_effect();
+    let other = options.wanted().given().into_iter().find(drawn).map(|(name, _)| name).or(of_hidden);
+    if let Some(option) = other {
+        let problem = format!("--{option}: the scenario component draws this by its seed; leave the option out");
+        return Err(usage("generate", ErrorKind::ArgumentConflict, problem));
+    }
+    let (effect, reveal) =
+        options.hidden.effect_alone().map_err(|problem| usage("generate", ErrorKind::ValueValidation, problem))?;
+    component_records(&ComponentOptions { seed: options.seed, effect, noise: options.noise, reveal }).map_err(|error| {
+        match error {
+            RigError::BadOption { option, problem } => {
+                usage("generate", ErrorKind::ValueValidation, format!("--{option}: {problem}"))
+            }
+            error => Failure::new(error.to_string()).into(),
+        }
+    })
+}
+
 /// Every scenario with what it does unless told otherwise.
 fn list() -> String {
     let mut text = String::new();
@@ -198,6 +224,12 @@ fn list() -> String {
         }
     }
     text += &hidden::describe(width);
+    let effects: Vec<&str> = component_effects().collect();
+    let _ = writeln!(
+        text,
+        "{COMPONENT_SCENARIO:<width$}  force of a component along a given motion, drawn by --seed; told with --reveal"
+    );
+    let _ = writeln!(text, "{:<width$}    --noise 1% --effect {}", "", effects.join("|"));
     text.push_str("\nParameters:\n");
     for PlantParameter { name, meaning, unit, .. } in meanings {
         let unit = if unit.is_empty() { String::new() } else { format!(" ({unit})") };

@@ -53,6 +53,27 @@ impl HiddenOptions {
             || *reveal
     }
 
+    /// An option that was given beside the effect and whether it is told.
+    pub(super) fn beside_effect(&self) -> Option<&'static str> {
+        let Self { effect: _, excitation, noise_kind, ratio, samples, reveal: _ } = self;
+        let given = [
+            ("excitation", excitation.is_some()),
+            ("noise-kind", noise_kind.is_some()),
+            ("ratio", ratio.is_some()),
+            ("samples", samples.is_some()),
+        ];
+        given.into_iter().find(|(_, given)| *given).map(|(name, _)| name)
+    }
+
+    /// The one effect that is asked for, if any, and whether it is told.
+    pub(super) fn effect_alone(&self) -> Result<(Option<String>, bool), String> {
+        match self.effect.as_slice() {
+            [] => Ok((None, self.reveal)),
+            [one] => Ok((Some(one.clone()), self.reveal)),
+            _ => Err("--effect: a component hides one effect".into()),
+        }
+    }
+
     /// The records, fitted ones first, and the comments to be written above them.
     pub(super) fn make(
         &self,

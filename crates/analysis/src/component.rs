@@ -146,7 +146,7 @@ impl DiagnosedComponent {
             "explained": found.explained(),
             "noise_floor": found.noise_floor,
             "base": { "equations": equations(&found.base), "gap": gap(&found.base) },
-            "steps": found.steps.iter().map(|s| step(s)).collect::<Vec<_>>(),
+            "steps": found.steps.iter().map(step).collect::<Vec<_>>(),
             "remaining": { "significant": !found.explained(), "p_value": null, "note": self.remaining() },
             "final": { "equations": equations(found.last()), "gap": gap(found.last()) },
             "records": records(found.last(), specimen),

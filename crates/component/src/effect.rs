@@ -165,7 +165,7 @@ impl Slider {
     }
 }
 
-/// ż = v − (|v| z |z|ⁿ⁻¹ + (γ/β) v |z|ⁿ)/x_bⁿ.
+/// `ż = v − (|v| z |z|ⁿ⁻¹ + (γ/β) v |z|ⁿ)/x_bⁿ`.
 fn bouc_wen(length: f64, ratio: f64, power: i32, state: usize) -> Equation {
     let (loops, slims) = match power {
         1 => (v().abs() * z(state), v() * z(state).abs()),

@@ -58,11 +58,11 @@ pub fn candidate_terms(specimen: &Specimen) -> Vec<Term> {
         terms.extend([u(), u() * x(), u() * v(), u() * v().sgn()].map(Term::new));
     }
     let mut known: Vec<Term> = Vec::new();
-    terms.into_iter().for_each(|t| {
-        if !known.contains(&t) {
-            known.push(t)
+    for term in terms {
+        if !known.contains(&term) {
+            known.push(term);
         }
-    });
+    }
     known
 }
 

@@ -27,6 +27,7 @@
 #![deny(missing_docs)]
 
 mod adjustable;
+mod component;
 mod error;
 mod excitation;
 pub mod hidden;
@@ -48,6 +49,7 @@ mod wave;
 mod words;
 
 pub use adjustable::{EffectValue, ExcitationChoice, PlantChoice, RigDrive, RigRun, RigSettings, record_rig};
+pub use component::{COMPONENT_SCENARIO, ComponentOptions, component_effects, component_records};
 pub use error::RigError;
 pub use excitation::Excitation;
 pub use motion::PlantMotion;
