@@ -1,14 +1,16 @@
 //! Components without a mass: `identify` and `diagnose` with `--kind component`.
 
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use super::failure::Failure;
 use super::progress::ProgressLine;
 use super::{CommandResult, json};
 use sindyscope_analysis::component::{ComponentAnalysis, DiagnosedComponent, diagnose_component, identify_component};
 use sindyscope_analysis::{AnalysisRequest, MissingRequest, RecordSource};
 use sindyscope_component::{ComponentModel, Specimen};
 use sindyscope_core::study::{Cancel, Score};
+use sindyscope_report::export::ExportFormat;
 use sindyscope_values::format::equations;
 use sindyscope_values::format::number::{format_measured, significant};
 use sindyscope_values::format::units::format_si;
@@ -16,11 +18,20 @@ use sindyscope_values::record::Usage;
 use sindyscope_values::term::Symbol;
 
 /// Identifies the force of a component and prints it.
-pub(super) fn identify(request: &AnalysisRequest, json: Option<&Path>, progress: &ProgressLine) -> CommandResult {
+pub(super) fn identify(
+    request: &AnalysisRequest,
+    exports: &[PathBuf],
+    json: Option<&Path>,
+    progress: &ProgressLine,
+) -> CommandResult {
+    let formats: Vec<ExportFormat> = exports.iter().map(|path| export_format(path)).collect::<Result<_, _>>()?;
     progress.stage("reading");
     let records = request.source.read()?;
     progress.stage("fitting the force");
     let analysis = identify_component(request, &records, &Cancel::default())?;
+    for (path, format) in exports.iter().zip(formats) {
+        std::fs::write(path, exported(&analysis, format)).map_err(|e| Failure::writing(path, &e))?;
+    }
     if let Some(json) = json::write(json, &analysis.json())? {
         return Ok(json);
     }
@@ -42,6 +53,37 @@ pub(super) fn diagnose(
         return Ok(json);
     }
     Ok(diagnosed(&found).into_bytes())
+}
+
+/// The form that a file's ending asks for, of those that hold a force along a given motion.
+fn export_format(path: &Path) -> Result<ExportFormat, Failure> {
+    match ExportFormat::of(path)? {
+        format @ (ExportFormat::Text | ExportFormat::Latex | ExportFormat::Python | ExportFormat::Json) => Ok(format),
+        other => Err(Failure::new(format!("the force of a component cannot be exported to .{}", other.ending()))
+            .try_this("give a name that ends in .txt, .tex, .py or .json")),
+    }
+}
+
+fn exported(analysis: &ComponentAnalysis, format: ExportFormat) -> String {
+    let model = &analysis.found.model;
+    match format {
+        ExportFormat::Json => format!("{:#}\n", analysis.json()),
+        ExportFormat::Latex => format!("\\[ F ={} \\]\n", equations::latex_sum(&model.force, &model.layout)),
+        ExportFormat::Python => {
+            let mut symbols: Vec<Symbol> = model.force.terms.iter().flat_map(|t| t.term.symbols()).collect();
+            symbols.sort_unstable();
+            symbols.dedup();
+            let names: Vec<String> = symbols.iter().map(|s| model.layout.name(*s)).collect();
+            let sum = equations::python_sum(&model.force, &model.layout);
+            let (name, unit) = analysis.specimen.force();
+            let arguments = names.join(", ");
+            format!(
+                "import numpy as np\n\n\ndef force({arguments}):\n    \"\"\"{name} in {unit}; numbers or arrays of samples, \
+                 in the units of the records.\"\"\"\n    return {sum}\n"
+            )
+        }
+        _ => equation(model),
+    }
 }
 
 fn identified(analysis: &ComponentAnalysis) -> String {

@@ -60,7 +60,7 @@ pub(super) fn run(options: &IdentifyOptions, progress: &ProgressLine) -> Command
         return modes::identify(source, options.base, options.study.json.as_deref(), progress);
     }
     if options.study.request.source.reading.kind == KindName::Component {
-        return component::identify(&options.study.request, options.study.json.as_deref(), progress);
+        return component::identify(&options.study.request, &options.export, options.study.json.as_deref(), progress);
     }
     let analysis = study(&options.study.request, progress)?;
     // A form that cannot hold the model takes nothing from the others, nor from the result.

@@ -273,3 +273,59 @@ fn step(step: &AddedEffect) -> Value {
         "next_experiment": null,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sindyscope_rig::{ComponentOptions, component_records};
+
+    fn records() -> RecordSet {
+        let options = ComponentOptions {
+            seed: 3,
+            effect: Some("input_dependent_friction".into()),
+            ..ComponentOptions::default()
+        };
+        let (made, _) = component_records(&options).unwrap();
+        let mut records = RecordSet::new(made[..1].iter().cloned(), Usage::Fit);
+        records.add(made[1..].iter().cloned(), Usage::HeldOut);
+        records
+    }
+
+    #[test]
+    fn a_components_force_is_told_as_scripts_rely_on() {
+        let request = AnalysisRequest::named([("terms", "1, x, v, sgn(v), u*sgn(v)"), ("threshold", "0.001")]).unwrap();
+        let found = identify_component(&request, &records(), &Cancel::default()).unwrap().json();
+        assert_eq!(found["equations"][0]["state"], "F");
+        assert_eq!(found["equations"][0]["terms"][1]["unit"], "N/m");
+        assert_eq!(found["records"][0]["channels"][0]["name"], "force");
+        for part in ["train", "test"] {
+            assert!(found[part]["nrmse"].as_f64().unwrap() < 0.05, "{part}");
+        }
+        let known = MissingRequest { known: Vec::new(), ..MissingRequest::default() };
+        let found = diagnose_component(&RecordSource::default(), &known, &records(), &|_, _| {}, &Cancel::default());
+        let found = found.unwrap().json();
+        assert_eq!(
+            (&found["verdict"], &found["steps"][0]["effect"]),
+            (&json!("named"), &json!("input_dependent_friction"))
+        );
+        assert_eq!(found["steps"][0]["parameters"][1]["unit"], "N/V");
+        assert!(found["steps"][0]["evidence"]["quantile"].as_f64().unwrap() > 0.0);
+        assert!(found["final"]["gap"]["test_rmse"].as_f64() < found["base"]["gap"]["test_rmse"].as_f64());
+    }
+
+    #[test]
+    fn what_is_no_component_is_refused() {
+        let refused = |settings: &[(&str, &str)], records: &RecordSet| {
+            let request = AnalysisRequest::named(settings.iter().copied()).unwrap();
+            identify_component(&request, records, &Cancel::default()).unwrap_err().to_string()
+        };
+        assert!(refused(&[("window", "31")], &records()).starts_with("window says nothing of a component's force"));
+        assert!(refused(&[("terms", "x, x2")], &records()).contains("x2"));
+        let mut still = records();
+        for (record, _) in &mut still.entries {
+            let record = std::sync::Arc::make_mut(record);
+            record.channels.retain(|c| !matches!(c.role, sindyscope_values::record::Role::Input(_)));
+        }
+        assert!(refused(&[], &still).ends_with("has no force"));
+    }
+}

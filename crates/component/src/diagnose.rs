@@ -22,6 +22,8 @@ use super::specimen::{Path, Specimen};
 const BORNE: f64 = 3.0;
 /// Noises from which what is left matters, as in the search for missing effects.
 const MATTERS_NOISES: f64 = 1.2;
+/// The scale of Student's law with five degrees of freedom that normal errors of unit deviation are most likely under.
+const SCALE_OF_NORMAL: f64 = 0.8566;
 /// Error on data not fitted, over that with an effect, from which the effect matters where the noise is not reached.
 const MATTERS_RATIO: f64 = 1.1;
 
@@ -87,7 +89,7 @@ pub struct ComponentDiagnosis {
     pub noise_floor: f64,
     /// RMS of what is left of data not fitted, over the standard deviation of the force.
     pub left: f64,
-    /// The same over the noise.
+    /// Standard deviation of what is left of data not fitted, but for a few samples that err most, over the noise.
     pub noises: f64,
 }
 
@@ -156,7 +158,7 @@ pub fn diagnose(
     let mut present = base;
     let mut steps = Vec::new();
     for step in 0..most {
-        if search.fitter.rms_unseen(&present.fitted)
+        if search.fitter.deviation_unseen(&present.fitted)
             <= MATTERS_NOISES * noise_of_base.min(search.noise(&present.fitted))
             && step > 0
         {
@@ -186,7 +188,7 @@ pub fn diagnose(
         present = taken;
     }
     let noise = search.noise(&present.fitted);
-    let noises = search.fitter.rms_unseen(&present.fitted) / noise.max(f64::MIN_POSITIVE);
+    let noises = search.fitter.deviation_unseen(&present.fitted) / noise.max(f64::MIN_POSITIVE);
     Ok(ComponentDiagnosis { base: base_model, steps, noise_floor: noise, left: present.unseen, noises })
 }
 
@@ -237,7 +239,8 @@ impl Search<'_> {
         let sum = |h: &Hypothesis| h.blocks.iter().sum::<f64>();
         let matters = |h: &Hypothesis| {
             let noise = self.noise(&h.fitted) / self.fitter.specimen.scale;
-            h.unseen <= MATTERS_NOISES * noise || MATTERS_RATIO * h.unseen <= present.unseen
+            self.fitter.deviation_unseen(&h.fitted) / self.fitter.specimen.scale <= MATTERS_NOISES * noise
+                || MATTERS_RATIO * h.unseen <= present.unseen
         };
         let stands = |h: &Hypothesis| self.bears(&h.fitted) && matters(h) && beats(h, present);
         let standing: Vec<usize> = (0..tried.len()).filter(|k| stands(&tried[*k].1)).collect();
@@ -412,6 +415,13 @@ impl Fitter<'_> {
     pub(crate) fn rms_unseen(&self, fitted: &Fitted) -> f64 {
         let all: Vec<f64> = self.rows.unseen.iter().flat_map(|r| fitted.residual[r.clone()].iter().copied()).collect();
         rms(&all)
+    }
+
+    /// Standard deviation of the same, but for a few samples that err most: where a velocity passes zero, its noise decides
+    /// which way dry friction points.
+    pub(crate) fn deviation_unseen(&self, fitted: &Fitted) -> f64 {
+        let all: Vec<f64> = self.rows.unseen.iter().flat_map(|r| fitted.residual[r.clone()].iter().copied()).collect();
+        student_scale(&all, 0) / SCALE_OF_NORMAL
     }
 
     /// Log predictive density of each block of the rows not fitted.

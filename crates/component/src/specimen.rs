@@ -1,7 +1,7 @@
 //! What was measured of a component: a motion, inputs beside it, and the force along the motion.
 
 use super::error::ComponentError;
-use sindyscope_core::signal::{SignalFacts, Signals, mean_and_variance, motion_period, standard_deviation};
+use sindyscope_core::signal::{SignalFacts, Signals, mean_and_variance, median, motion_period, standard_deviation};
 use sindyscope_core::study::{Cancel, suggest};
 use sindyscope_values::model::Units;
 use sindyscope_values::record::{Channel, Record, RecordSet, Role, Usage};
@@ -133,7 +133,7 @@ impl Specimen {
         let motions: Vec<&[f64]> = fitted().map(|p| p.motion[0].as_slice()).collect();
         let interval = first.interval;
         let period = motion_period(&motions, interval, 0.0).unwrap_or(0.1 * first.len() as f64 * interval);
-        let noises: Vec<f64> = fitted().filter_map(|p| standard_deviation(&p.force)).collect();
+        let noises: Vec<f64> = fitted().filter_map(|p| noise_between_jumps(&p.force)).collect();
         let noise = (noises.iter().map(|n| n * n).sum::<f64>() / noises.len().max(1) as f64).sqrt();
         let mean = mean_and_variance(&seen).0;
         let work: f64 =
@@ -205,6 +205,15 @@ impl Specimen {
     pub(crate) fn reach(&self, series: impl Fn(&Path) -> &[f64]) -> f64 {
         self.paths.iter().flat_map(|p| series(p).iter()).fold(0.0, |most: f64, v| most.max(v.abs()))
     }
+}
+
+/// Standard deviation of a force's noise, estimated: the smaller one of what its spectrum and what the median of its third
+/// differences say, for the jumps of dry friction are noise to the first, and a fast motion is noise to the second.
+fn noise_between_jumps(force: &[f64]) -> Option<f64> {
+    let thirds = force.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
+    // Third differences of white noise have twenty times its variance; the median of |N(0, 1)| is 0.6745.
+    let between = median(thirds).map(|m| m / (0.6745 * 20f64.sqrt()));
+    [standard_deviation(force), between].into_iter().flatten().reduce(f64::min)
 }
 
 /// Numbers the inputs that are left anew, from zero.

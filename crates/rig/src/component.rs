@@ -193,9 +193,9 @@ pub fn component_records(options: &ComponentOptions) -> Result<(Vec<Record>, Vec
         channels.push(channel("force", "N", Role::Input(usize::from(controlled)), noisy(force, noise)));
         Record { name: name.into(), source: None, start: 0.0, interval, channels, notices: Vec::new() }
     };
-    let fitted = record(&mut rng, "fitted", 1.0);
+    let fitted = record(&mut rng, "first", 1.0);
     let louder = rng.random_range(0.8..1.2);
-    let held_out = record(&mut rng, "held-out", louder);
+    let held_out = record(&mut rng, "second", louder);
     let mut comments = vec![
         "Sindyscope's virtual rig, scenario component: force of a spring and a damper, and what hides beside them, along a given motion".to_owned(),
         format!("spring {stiffness:.6} N/m, damper {damping:.6} N s/m, offset of the load cell {offset:.6} N"),

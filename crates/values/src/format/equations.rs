@@ -96,30 +96,30 @@ pub fn latex(model: &Model) -> String {
     let lines: Vec<String> = model
         .iter()
         .filter(|(state, equation)| !is_kinematic(model, *state, equation))
-        .map(|(state, equation)| {
-            let mut line = format!("{} &=", latex_rate(model, state));
-            for (k, term) in by_share(equation).into_iter().enumerate() {
-                let sign = match (term.coefficient < 0.0, k) {
-                    (true, _) => " -",
-                    (false, 0) => " ",
-                    (false, _) => " +",
-                };
-                let digits = digits(term.coefficient.abs(), term.std_error);
-                let number = latex_number(&short_number(term.coefficient.abs(), digits));
-                let text = term.term.latex(layout);
-                let text = if needs_brackets(term, &text) { format!("\\left({text}\\right)") } else { text };
-                let _ = match text.as_str() {
-                    "1" => write!(line, "{sign}{number}"),
-                    t => write!(line, "{sign}{number} \\, {t}"),
-                };
-            }
-            if equation.terms.is_empty() {
-                line.push_str(" 0");
-            }
-            line
-        })
+        .map(|(state, equation)| format!("{} &={}", latex_rate(model, state), latex_sum(equation, layout)))
         .collect();
     format!("\\begin{{aligned}}\n{}\n\\end{{aligned}}\n", lines.join(" \\\\\n"))
+}
+
+/// The right side of an equation in LaTeX, the largest part first, coefficients as long as their standard error allows.
+pub fn latex_sum(equation: &Equation, layout: &Layout) -> String {
+    let mut line = String::new();
+    for (k, term) in by_share(equation).into_iter().enumerate() {
+        let sign = match (term.coefficient < 0.0, k) {
+            (true, _) => " -",
+            (false, 0) => " ",
+            (false, _) => " +",
+        };
+        let digits = digits(term.coefficient.abs(), term.std_error);
+        let number = latex_number(&short_number(term.coefficient.abs(), digits));
+        let text = term.term.latex(layout);
+        let text = if needs_brackets(term, &text) { format!("\\left({text}\\right)") } else { text };
+        let _ = match text.as_str() {
+            "1" => write!(line, "{sign}{number}"),
+            t => write!(line, "{sign}{number} \\, {t}"),
+        };
+    }
+    if line.is_empty() { " 0".into() } else { line }
 }
 
 fn latex_rate(model: &Model, state: Symbol) -> String {
@@ -134,6 +134,28 @@ fn latex_rate(model: &Model, state: Symbol) -> String {
         (_, Symbol::Internal(_)) => "\\dot{z}".into(),
         _ => layout.name(state),
     }
+}
+
+/// The right side of an equation in Python, coefficients in full.
+pub fn python_sum(equation: &Equation, layout: &Layout) -> String {
+    let mut line = String::new();
+    for (k, term) in equation.terms.iter().enumerate() {
+        let sign = match (term.coefficient < 0.0, k) {
+            (true, 0) => "-",
+            (true, _) => " - ",
+            (false, 0) => "",
+            (false, _) => " + ",
+        };
+        let number = term.coefficient.abs();
+        let text = term.term.python(layout);
+        let text = if needs_brackets(term, &text) { format!("({text})") } else { text };
+        let _ = match text.as_str() {
+            "1" => write!(line, "{sign}{number:?}"),
+            text if number == 1.0 => write!(line, "{sign}{text}"),
+            text => write!(line, "{sign}{number:?}*{text}"),
+        };
+    }
+    if line.is_empty() { "0.0".into() } else { line }
 }
 
 /// A Python function of time, state and inputs, as `scipy.integrate.solve_ivp` takes it; coefficients in full.
@@ -169,24 +191,7 @@ pub fn python(model: &Model) -> String {
     }
     let _ = writeln!(out, "    return np.array([");
     for equation in &model.equations {
-        let mut line = String::new();
-        for (k, term) in equation.terms.iter().enumerate() {
-            let sign = match (term.coefficient < 0.0, k) {
-                (true, 0) => "-",
-                (true, _) => " - ",
-                (false, 0) => "",
-                (false, _) => " + ",
-            };
-            let number = term.coefficient.abs();
-            let text = term.term.python(layout);
-            let text = if needs_brackets(term, &text) { format!("({text})") } else { text };
-            let _ = match text.as_str() {
-                "1" => write!(line, "{sign}{number:?}"),
-                text if number == 1.0 => write!(line, "{sign}{text}"),
-                text => write!(line, "{sign}{number:?}*{text}"),
-            };
-        }
-        let _ = writeln!(out, "        {},", if line.is_empty() { "0.0" } else { &line });
+        let _ = writeln!(out, "        {},", python_sum(equation, layout));
     }
     out.push_str("    ])\n");
     out
