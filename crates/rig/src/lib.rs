@@ -27,6 +27,7 @@
 #![deny(missing_docs)]
 
 mod adjustable;
+mod classics;
 mod component;
 mod error;
 mod excitation;

@@ -28,11 +28,16 @@ pub(super) struct PlantKind {
     pub units: (&'static str, &'static str),
 }
 
-const fn parameter(name: &'static str, value: f64, unit: &'static str, meaning: &'static str) -> PlantParameter {
+pub(super) const fn parameter(
+    name: &'static str,
+    value: f64,
+    unit: &'static str,
+    meaning: &'static str,
+) -> PlantParameter {
     PlantParameter { name, value, least: f64::NEG_INFINITY, unit, meaning }
 }
 
-const fn at_least(least: f64, parameter: PlantParameter) -> PlantParameter {
+pub(super) const fn at_least(least: f64, parameter: PlantParameter) -> PlantParameter {
     PlantParameter { least, ..parameter }
 }
 

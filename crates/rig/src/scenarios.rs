@@ -1,5 +1,8 @@
 //! The scenarios: plants, excitations and sensors with values for everything.
 
+use std::sync::LazyLock;
+
+use super::classics::CLASSICS;
 use super::plant::Plant;
 use super::plants::{DUFFING, FRICTION, LORENZ, PlantKind, PlantParameter, THREE_MASSES, TWO_MASSES};
 use super::sensor::{Noise, Sensor};
@@ -50,7 +53,7 @@ pub struct Scenario {
     /// What measures the input.
     pub input_sensor: Sensor,
     pub(super) plant: &'static PlantKind,
-    changed: &'static [(&'static str, f64)],
+    pub(super) changed: &'static [(&'static str, f64)],
 }
 
 impl Scenario {
@@ -68,7 +71,7 @@ impl Scenario {
     }
 }
 
-const BASIS: Scenario = Scenario {
+pub(super) const BASIS: Scenario = Scenario {
     name: "",
     summary: "",
     excitation_kind: ScenarioExcitation::Tones,
@@ -118,7 +121,7 @@ const FRICTION_MULTISINE: Scenario = Scenario {
     ..FRICTION_TONES
 };
 
-static SCENARIOS: [Scenario; 18] = [
+static OWN: [Scenario; 18] = [
     DUFFING_TONE,
     Scenario {
         name: "duffing-noisy",
@@ -255,7 +258,9 @@ const TWO_MASSES_SHAKEN: Scenario = Scenario {
     ..BASIS
 };
 
+static SCENARIOS: LazyLock<Vec<&'static Scenario>> = LazyLock::new(|| OWN.iter().chain(&CLASSICS).collect());
+
 /// Every scenario of the rig.
-pub fn scenarios() -> &'static [Scenario] {
+pub fn scenarios() -> &'static [&'static Scenario] {
     &SCENARIOS
 }

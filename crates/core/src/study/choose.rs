@@ -122,16 +122,16 @@ pub fn choose(
     if free.form
         && free.threshold
         && let Some(growth) = &growth
-        && let Some(exact) = plan.exact_in_averages(start, growth, sparse, &tried, cancel)?
+        && let Some(settings) = plan.equation_in_averages(start, growth, sparse, &tried, cancel)?
     {
         let reason = format!(
             "{}: the equation holds in averages over what was not fitted, while the one whose response errs least there does \
              not; {} settings tried; {}",
-            described(&exact, start),
+            described(&settings, start),
             tried.len(),
             growth.tried,
         );
-        return Ok(ChosenSettings { settings: exact, reason, error: sparse.mean().sqrt() });
+        return Ok(ChosenSettings { settings, reason, error: sparse.mean().sqrt() });
     }
     let settled = plan.settle(records, start, free, &tried, sparse, cancel)?;
     let (chosen, mut settings) = match &settled {
@@ -563,7 +563,7 @@ impl ValidationPlan {
 
     /// Settings that lead to the equation which holds in averages over blocks not fitted, where the one that was chosen by its
     /// response does not.
-    fn exact_in_averages(
+    fn equation_in_averages(
         &self,
         start: &Settings,
         growth: &super::grow::Growth,
@@ -575,7 +575,7 @@ impl ValidationPlan {
         let Some(pieces) = self.regressions(&settings, cancel)? else { return Ok(None) };
         let model = Regression::joined(&pieces.iter().collect::<Vec<_>>())
             .model(&Settings { threshold: chosen.threshold, ..settings });
-        let Some(terms) = growth.exact_instead_of(&model) else { return Ok(None) };
+        let Some(terms) = growth.instead_of(&model) else { return Ok(None) };
         let weak = |trial: &&SettingsTrial| matches!(trial.form, Formulation::Weak { .. });
         let smoothing = tried.iter().filter(weak).min_by(|a, b| a.mean().total_cmp(&b.mean())).map(|t| t.smoothing);
         Ok(smoothing.map(|smoothing| Settings {

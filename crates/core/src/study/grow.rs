@@ -297,15 +297,20 @@ const EXACT: f64 = 1e-6;
 const INEXACT_RATIO: f64 = 100.0;
 
 impl Growth {
-    /// The terms of an equation that holds to a thousandth of the acceleration in averages over blocks not fitted, where
-    /// `model` leaves ten times as much of the same averages or more. What its response errs by is then no reason to prefer
-    /// another: something acts beside the equation that no term of it can stand for, such as static friction above the
+    /// The terms of the equation that holds in averages over blocks not fitted, where `model` does not: where that equation is
+    /// exact to a thousandth of the acceleration and the model leaves ten times as much, or where its terms are new and the
+    /// model leaves twice as much.
+    ///
+    /// What the response of such a model errs by is then no reason to prefer it: either the motion is chaotic and no response
+    /// follows it for long, or something acts beside the equation that no term can stand for, such as static friction above the
     /// sliding level.
-    pub(super) fn exact_instead_of(&self, model: &Model) -> Option<&[Term]> {
+    pub(super) fn instead_of(&self, model: &Model) -> Option<&[Term]> {
         let (terms, least) = &self.best;
         let equation = model.equations.last()?;
-        let worse = || self.blocks.left_by(equation).is_none_or(|left| left >= INEXACT_RATIO * least);
-        (*least <= EXACT && worse()).then_some(terms)
+        let left = self.blocks.left_by(equation).unwrap_or(f64::INFINITY);
+        let inexact = *least <= EXACT && left >= INEXACT_RATIO * least;
+        let outgrown = self.terms.is_some() && MAX_ERROR_RATIO * MAX_ERROR_RATIO * left >= *least;
+        (inexact || outgrown).then_some(terms)
     }
 }
 

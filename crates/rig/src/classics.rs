@@ -1,0 +1,304 @@
+//! The oscillators that courses begin with, with the figures of their sources.
+
+use sindyscope_values::model::{Equation, Model};
+use sindyscope_values::term::{Expression, Symbol, Term};
+
+use super::plant::{Contact, Plant};
+use super::plants::{PlantKind, TWO_MASSES, at_least, parameter};
+use super::scenarios::{BASIS, Scenario, ScenarioExcitation};
+
+fn x() -> Expression {
+    Symbol::State(0).into()
+}
+
+fn v() -> Expression {
+    Symbol::Rate(0).into()
+}
+
+fn u() -> Expression {
+    Symbol::Input(0).into()
+}
+
+/// A plant of one mass without dry friction, by the parts of its acceleration.
+fn smooth(parts: impl IntoIterator<Item = (Expression, f64)>) -> Plant {
+    let terms = parts.into_iter().filter(|(_, c)| *c != 0.0).map(|(e, c)| (Term::new(e), c));
+    Plant::smooth(Model::second_order(1, vec![Equation::known(terms)]))
+}
+
+const FORCED: (&str, &str) = ("m", "m/s^2");
+
+/// `ẍ + δẋ + αx + βx³ = u`.
+static TWO_WELLS: PlantKind = PlantKind {
+    parameters: &[
+        parameter("delta", 0.25, "1/s", "damping"),
+        parameter("alpha", -1.0, "1/s^2", "linear stiffness"),
+        parameter("beta", 1.0, "1/(m^2 s^2)", "cubic stiffness"),
+    ],
+    build: |p| smooth([(x(), -p[1]), (x().power(3.0), -p[2]), (v(), -p[0]), (u(), 1.0)]),
+    units: FORCED,
+};
+
+/// `ẍ − μ(1 − x²)ẋ + x = u`.
+static VAN_DER_POL: PlantKind = PlantKind {
+    parameters: &[parameter("mu", 1.0, "1/s", "negative damping about the middle")],
+    build: |p| smooth([(x(), -1.0), (v(), p[0]), (x().power(2.0) * v(), -p[0]), (u(), 1.0)]),
+    units: FORCED,
+};
+
+/// `ẍ − μ(1 − ẋ²/3)ẋ + x = u`.
+static RAYLEIGH: PlantKind = PlantKind {
+    parameters: &[parameter("mu", 1.0, "1/s", "negative damping at low speed")],
+    build: |p| smooth([(x(), -1.0), (v(), p[0]), (v().power(3.0), -p[0] / 3.0), (u(), 1.0)]),
+    units: FORCED,
+};
+
+/// `θ̈ + θ̇/q + sin θ = u`.
+static PENDULUM: PlantKind = PlantKind {
+    parameters: &[at_least(1e-6, parameter("q", 2.0, "", "quality"))],
+    build: |p| smooth([(x().sin(), -1.0), (v(), -p[0].recip()), (u(), 1.0)]),
+    units: ("rad", "rad/s^2"),
+};
+
+/// `ẍ + cẋ + (a + b cos ωt) x + βx³ = u`.
+static MATHIEU: PlantKind = PlantKind {
+    parameters: &[
+        parameter("a", 1.0, "1/s^2", "mean stiffness"),
+        parameter("b", 0.4, "1/s^2", "how much the stiffness pulsates"),
+        parameter("omega", 2.0, "rad/s", "angular frequency of the pulsation"),
+        parameter("c", 0.05, "1/s", "damping"),
+        parameter("beta", 0.1, "1/(m^2 s^2)", "cubic stiffness, which bounds the motion"),
+    ],
+    build: |p| {
+        let pulsating = (Expression::from(Symbol::Time) * p[2]).cos() * x();
+        smooth([(x(), -p[0]), (pulsating, -p[1]), (v(), -p[3]), (x().power(3.0), -p[4]), (u(), 1.0)])
+    },
+    units: FORCED,
+};
+
+/// A mass on a spring that a belt drags along, with friction that falls with the speed across the contact.
+static BELT: PlantKind = PlantKind {
+    parameters: &[
+        parameter("k", 1.0, "1/s^2", "stiffness over mass"),
+        parameter("c", 0.0, "1/s", "viscous damping over mass"),
+        parameter("v0", 0.2, "m/s", "speed of the belt"),
+        at_least(0.0, parameter("F", 1.0, "m/s^2", "friction force at rest over mass")),
+        at_least(0.0, parameter("delta", 3.0, "s/m", "how fast friction falls with the speed across the contact")),
+    ],
+    build: |p| {
+        let slip = || v() - p[2];
+        let falling = (slip().abs() * p[4] + 1.0).power(-1.0);
+        let parts = [(x(), -p[0]), (v(), -p[1]), (u(), 1.0)];
+        let terms = parts.into_iter().filter(|(_, c)| *c != 0.0).map(|(e, c)| (Term::new(e), c));
+        let contact =
+            Contact { sliding: vec![(Term::new(falling), p[3])], ..Contact::coulomb(Term::new(slip()), 1, p[3]) };
+        Plant { smooth: Model::second_order(1, vec![Equation::known(terms)]), contacts: vec![contact] }
+    },
+    units: FORCED,
+};
+
+/// A mass on a spring with a stiff stop on one side.
+static STOP: PlantKind = PlantKind {
+    parameters: &[
+        parameter("k", 40.0, "1/s^2", "stiffness over mass"),
+        parameter("c", 0.4, "1/s", "damping over mass"),
+        parameter("ks", 4000.0, "1/s^2", "stiffness of the stop over mass"),
+        parameter("d", 0.005, "m", "distance to the stop"),
+    ],
+    build: |p| smooth([(x(), -p[0]), (v(), -p[1]), ((x() - p[3]).max(0.0), -p[2]), (u(), 1.0)]),
+    units: FORCED,
+};
+
+/// A mass between two springs with a gap, and a weak spring that centres it.
+static FREEPLAY: PlantKind = PlantKind {
+    parameters: &[
+        parameter("k", 10.0, "1/s^2", "stiffness within the gap over mass"),
+        parameter("c", 0.6, "1/s", "damping over mass"),
+        parameter("kc", 400.0, "1/s^2", "stiffness beyond the gap over mass"),
+        at_least(0.0, parameter("d", 0.002, "m", "half of the gap")),
+    ],
+    build: |p| smooth([(x(), -p[0]), (v(), -p[1]), (x().dead_zone(p[3]), -p[2]), (u(), 1.0)]),
+    units: FORCED,
+};
+
+/// The tip of two oblique springs: `ẍ + cẋ + k x (1 − l/√(b² + x²)) = u`, which snaps through where `l > b`.
+static TRUSS: PlantKind = PlantKind {
+    parameters: &[
+        parameter("k", 40.0, "1/s^2", "stiffness of both springs over mass"),
+        parameter("c", 0.5, "1/s", "damping over mass"),
+        at_least(1e-6, parameter("b", 0.1, "m", "half of the span")),
+        parameter("l", 0.11, "m", "length of a spring without load"),
+    ],
+    build: |p| {
+        let length = (x().power(2.0) + p[2] * p[2]).power(-0.5);
+        smooth([(x(), -p[0]), (x() * length, p[0] * p[3]), (v(), -p[1]), (u(), 1.0)])
+    },
+    units: FORCED,
+};
+
+/// A damper that resists one way more than the other, as a shock absorber's.
+static UNEVEN_DAMPER: PlantKind = PlantKind {
+    parameters: &[
+        parameter("k", 60.0, "1/s^2", "stiffness over mass"),
+        parameter("c", 2.0, "1/s", "damping in compression over mass"),
+        parameter("c2", 4.0, "1/s", "what is added to it in extension"),
+    ],
+    build: |p| smooth([(x(), -p[0]), (v(), -p[1]), (v().max(0.0), -p[2]), (u(), 1.0)]),
+    units: FORCED,
+};
+
+/// A plate on a spring that a voltage attracts across a gap: `ẍ + cẋ + kx = a u²/(d − x)²`.
+static ACTUATOR: PlantKind = PlantKind {
+    parameters: &[
+        parameter("k", 100.0, "1/s^2", "stiffness over mass"),
+        parameter("c", 1.0, "1/s", "damping over mass"),
+        parameter("a", 1.0, "m^3/(V^2 s^2)", "permittivity times area over twice the mass"),
+        at_least(1e-6, parameter("d", 1.0, "m", "gap at rest")),
+    ],
+    build: |p| {
+        let gap = (Expression::Number(p[3]) - x()).power(-2.0);
+        smooth([(x(), -p[0]), (v(), -p[1]), (u().power(2.0) * gap, p[2])])
+    },
+    units: ("m", "V"),
+};
+
+const TONE: Scenario = Scenario { rate: 20.0, duration: 250.0, initial: &[0.1, 0.0], ..BASIS };
+
+/// Random-phase lines from slow to fast, which show more than one tone does.
+const LINES: Scenario =
+    Scenario { excitation_kind: ScenarioExcitation::Multisine, rate: 200.0, duration: 40.0, lines: 40, ..BASIS };
+
+/// Frequency of an angular frequency, Hz.
+const fn turns(omega: f64) -> f64 {
+    omega / std::f64::consts::TAU
+}
+
+/// The scenarios.
+pub(super) static CLASSICS: [Scenario; 14] = [
+    Scenario {
+        // P. Holmes, Phil. Trans. R. Soc. A 292 (1979) 419; F. C. Moon, P. J. Holmes, J. Sound Vib. 65 (1979) 275.
+        name: "double-well",
+        summary: "a beam between two magnets (Moon and Holmes 1979): two wells, chaotic",
+        amplitude: 0.4,
+        frequencies: &[turns(1.0)],
+        plant: &TWO_WELLS,
+        ..TONE
+    },
+    Scenario {
+        // Y. Ueda, J. Stat. Phys. 20 (1979) 181.
+        name: "ueda",
+        summary: "a cubic spring alone, strongly driven (Ueda 1979): chaotic",
+        rate: 40.0,
+        duration: 150.0,
+        amplitude: 7.5,
+        frequencies: &[turns(1.0)],
+        initial: &[3.0, 4.0],
+        plant: &TWO_WELLS,
+        changed: &[("delta", 0.05), ("alpha", 0.0)],
+        ..TONE
+    },
+    Scenario {
+        name: "van-der-pol",
+        summary: "an oscillator that keeps itself going (van der Pol 1926), let go near rest",
+        excitation_kind: ScenarioExcitation::Release,
+        duration: 150.0,
+        amplitude: 0.1,
+        plant: &VAN_DER_POL,
+        ..TONE
+    },
+    Scenario {
+        name: "van-der-pol-forced",
+        summary: "the same under a harmonic force",
+        amplitude: 1.2,
+        frequencies: &[turns(1.1)],
+        plant: &VAN_DER_POL,
+        ..TONE
+    },
+    Scenario {
+        name: "rayleigh",
+        summary: "an oscillator whose damping is negative at low speed (Rayleigh 1883), under a harmonic force",
+        amplitude: 0.8,
+        frequencies: &[turns(1.3)],
+        plant: &RAYLEIGH,
+        ..TONE
+    },
+    Scenario {
+        // G. L. Baker, J. P. Gollub, Chaotic Dynamics, Cambridge 1990: q = 2, drive 1.15 at 2/3 rad/s.
+        name: "pendulum",
+        summary: "a driven pendulum that turns over (Baker and Gollub 1990): chaotic",
+        amplitude: 1.15,
+        frequencies: &[turns(2.0 / 3.0)],
+        plant: &PENDULUM,
+        ..TONE
+    },
+    Scenario {
+        name: "mathieu",
+        summary: "a spring that pulsates at twice the natural frequency (parametric resonance), a cubic spring beside it",
+        excitation_kind: ScenarioExcitation::Release,
+        duration: 150.0,
+        amplitude: 0.1,
+        plant: &MATHIEU,
+        ..TONE
+    },
+    Scenario {
+        // R. I. Leine, D. H. van Campen, A. de Kraker, L. van den Steen, Nonlinear Dynamics 16 (1998) 41.
+        name: "belt",
+        summary: "a mass on a belt that sticks and slips, friction falls with the speed (Leine et al. 1998)",
+        excitation_kind: ScenarioExcitation::Release,
+        duration: 100.0,
+        amplitude: 1.0,
+        plant: &BELT,
+        ..TONE
+    },
+    Scenario {
+        name: "hard-stop",
+        summary: "a mass that hits a stiff stop on one side, random-phase multisine force",
+        amplitude: 0.1,
+        frequencies: &[0.2, 6.0],
+        plant: &STOP,
+        ..LINES
+    },
+    Scenario {
+        name: "freeplay",
+        summary: "a mass with a gap before the springs on either side, random-phase multisine force",
+        amplitude: 0.15,
+        frequencies: &[0.2, 8.0],
+        plant: &FREEPLAY,
+        ..LINES
+    },
+    Scenario {
+        name: "truss",
+        summary: "two oblique springs that snap through (von Mises), random-phase multisine force",
+        amplitude: 0.3,
+        frequencies: &[0.1, 3.0],
+        duration: 80.0,
+        rate: 100.0,
+        plant: &TRUSS,
+        ..LINES
+    },
+    Scenario {
+        name: "uneven-damper",
+        summary: "a damper that resists extension more than compression, random-phase multisine force",
+        amplitude: 1.0,
+        frequencies: &[0.3, 5.0],
+        plant: &UNEVEN_DAMPER,
+        ..LINES
+    },
+    Scenario {
+        name: "electrostatic",
+        summary: "a plate on a spring that a voltage attracts across a gap, random-phase multisine voltage",
+        amplitude: 1.0,
+        frequencies: &[0.2, 4.0],
+        plant: &ACTUATOR,
+        ..LINES
+    },
+    Scenario {
+        name: "energy-sink",
+        summary: "a small mass on a purely cubic spring takes the energy of a large one, random-phase multisine force",
+        amplitude: 4.0,
+        frequencies: &[0.5, 8.0],
+        initial: &[0.0; 4],
+        plant: &TWO_MASSES,
+        changed: &[("m2", 0.1), ("k12", 0.0), ("c12", 0.2), ("h12", 2e6)],
+        ..LINES
+    },
+];
