@@ -235,8 +235,16 @@ impl Search {
             last = self.look_into(&stage, Depth::Screened, Keep::Present, tell, cancel)?;
             explained = reached(&stage, &last)?;
         }
-        let ambiguous = !tried.ruling.rivals.is_empty();
-        let (mut rounds, stages) = self.steps(&base, (&tried, &looks), tell, cancel)?;
+        let mut ambiguous = !tried.ruling.rivals.is_empty();
+        let (mut rounds, stages) = match self.steps(&base, (&tried, &looks), tell, cancel) {
+            // Effects of which none can be fitted by itself cannot be told one after the other.
+            Err(GapError::Stage(_)) => {
+                last = self.look_into(&base, Depth::Screened, Keep::Present, tell, cancel)?;
+                (explained, ambiguous) = (false, false);
+                (Vec::new(), vec![Arc::clone(&base)])
+            }
+            told => told?,
+        };
         let verdict = match (stages.len() == 1, ambiguous, explained) {
             (true, _, true) => Verdict::NothingMissing,
             (false, true, _) => Verdict::Ambiguous,
@@ -271,7 +279,7 @@ impl Search {
     ) -> Result<(Vec<Round>, Vec<Arc<Stage>>), GapError> {
         let (mut rounds, mut stages) = (Vec::new(), vec![Arc::clone(base)]);
         let Some(winner) = tried.winner() else { return Ok((rounds, stages)) };
-        let order = self.order_of(tried, winner);
+        let order = self.passable(self.order_of(tried, winner), cancel)?;
         for k in 0..order.len() {
             let own = &order[..=k];
             let fitted = if own.len() == order.len() { Arc::clone(&winner.fitted) } else { self.fitted(own, cancel)? };
@@ -287,6 +295,22 @@ impl Search {
             stages.push(stage);
         }
         Ok((rounds, stages))
+    }
+
+    /// An order in which the first effects can be fitted without the others, as near to the one given as can be: one alone may
+    /// let the response run away that another one bounds.
+    fn passable(&self, mut order: Vec<Choice>, cancel: &Cancel) -> Result<Vec<Choice>, GapError> {
+        for k in 0..order.len().saturating_sub(1) {
+            let mut refused = None;
+            let fits = (k..order.len()).find(|next| {
+                let first: Vec<Choice> = order[..k].iter().chain([&order[*next]]).cloned().collect();
+                self.fitted(&first, cancel).map_err(|error| refused.get_or_insert(error).clone()).is_ok()
+            });
+            let Some(next) = fits else { return Err(refused.unwrap_or(GapError::Cancelled)) };
+            let moved = order.remove(next);
+            order.insert(k, moved);
+        }
+        Ok(order)
     }
 
     /// The effects of a set, the one that is missed least last: of those that rivals dispute if there are any.
