@@ -29,7 +29,16 @@ macro_rules! bundled {
 
 impl Sample {
     /// Every sample, the one shown first in front.
-    pub(crate) const ALL: [Self; 4] = [Self::Duffing, Self::Friction, Self::Lorenz, Self::Overfit];
+    pub(crate) const ALL: [Self; 8] = [
+        Self::Duffing,
+        Self::Friction,
+        Self::Lorenz,
+        Self::Overfit,
+        Self::VanDerPol,
+        Self::DoubleWell,
+        Self::Pendulum,
+        Self::Belt,
+    ];
 
     /// What it is, in two or three words.
     pub(crate) fn label(self) -> &'static str {
@@ -38,6 +47,10 @@ impl Sample {
             Self::Friction => "Dry friction",
             Self::Lorenz => "Lorenz system",
             Self::Overfit => "An overfit",
+            Self::VanDerPol => "Van der Pol",
+            Self::DoubleWell => "Double well",
+            Self::Pendulum => "Driven pendulum",
+            Self::Belt => "Mass on a belt",
         }
     }
 
@@ -51,6 +64,12 @@ impl Sample {
                 "A mass with dry friction on a shaken base, at four frequencies, and at a fifth that is held out"
             }
             Self::Lorenz => "Three states of a chaotic system, every one measured: equations of first order",
+            Self::VanDerPol => {
+                "Self-excitation: damping that is negative about the middle lets the motion grow to a limit cycle; no input"
+            }
+            Self::DoubleWell => "Chaos: a beam between two magnets under a harmonic force jumps from one to the other",
+            Self::Pendulum => "A pendulum that turns over under a harmonic torque: chaotic, its force a sine of the angle",
+            Self::Belt => "Stick and slip: a moving belt drags a mass on a spring along by friction that falls with the speed",
             Self::Overfit => {
                 "A lesson: with powers in the library that the motion is too small for, the fit is good and fails at four times the force"
             }
@@ -64,6 +83,10 @@ impl Sample {
             Self::Friction => (bundled!("friction_noisy.csv"), HeldOut::File(bundled!("friction_noisy_test.csv"))),
             Self::Lorenz => (bundled!("lorenz.csv"), HeldOut::From(7.0)),
             Self::Overfit => (bundled!("overfit.csv"), HeldOut::File(bundled!("overfit_test.csv"))),
+            Self::VanDerPol => (bundled!("van_der_pol.csv"), HeldOut::From(100.0)),
+            Self::DoubleWell => (bundled!("double_well.csv"), HeldOut::From(100.0)),
+            Self::Pendulum => (bundled!("pendulum.csv"), HeldOut::From(100.0)),
+            Self::Belt => (bundled!("belt.csv"), HeldOut::From(70.0)),
         }
     }
 

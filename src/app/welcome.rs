@@ -6,6 +6,9 @@ use super::commands::WindowCommand;
 use super::state::Sample;
 use super::theme;
 
+/// Samples that stand side by side.
+const SAMPLES_IN_A_ROW: usize = 4;
+
 const EXAMPLE: &str = "t [s], x [mm], u [N]
 0.000,  0.012, 1.00
 0.001,  0.015, 0.99
@@ -41,16 +44,18 @@ pub(crate) fn show(ui: &mut Ui, opening: bool) -> Option<WindowCommand> {
             }
             ui.add_space(14.0);
             ui.label(RichText::new("Or try a sample").strong());
-            ui.horizontal(|ui| {
-                let count = Sample::ALL.len() as f32;
-                let each = (width - (count - 1.0) * ui.spacing().item_spacing.x) / count;
-                for sample in Sample::ALL {
-                    let button = egui::Button::new(sample.label()).min_size(vec2(each, 34.0));
-                    if ui.add(button).on_hover_text(sample.tooltip()).clicked() {
-                        asked = Some(WindowCommand::Sample(sample));
+            for row in Sample::ALL.chunks(SAMPLES_IN_A_ROW) {
+                ui.horizontal(|ui| {
+                    let count = SAMPLES_IN_A_ROW as f32;
+                    let each = (width - (count - 1.0) * ui.spacing().item_spacing.x) / count;
+                    for sample in row {
+                        let button = egui::Button::new(sample.label()).min_size(vec2(each, 34.0));
+                        if ui.add(button).on_hover_text(sample.tooltip()).clicked() {
+                            asked = Some(WindowCommand::Sample(*sample));
+                        }
                     }
-                }
-            });
+                });
+            }
             let spec = WindowCommand::Demonstration.spec();
             let button = egui::Button::new(spec.label).min_size(vec2(width, 30.0));
             if ui.add(button).on_hover_text(spec.tooltip).clicked() {

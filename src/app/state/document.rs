@@ -27,6 +27,14 @@ pub enum Sample {
     Friction,
     /// The Lorenz system.
     Lorenz,
+    /// An oscillator that keeps itself going, let go near rest.
+    VanDerPol,
+    /// A beam between two magnets, chaotic.
+    DoubleWell,
+    /// A driven pendulum that turns over.
+    Pendulum,
+    /// A mass that a belt drags along.
+    Belt,
     /// A Duffing oscillator that moves too little for its library; four times the force held out.
     Overfit,
 }
@@ -35,8 +43,8 @@ impl Sample {
     /// Order of its equations.
     pub(crate) fn kind(self) -> Kind {
         match self {
-            Self::Duffing | Self::Friction | Self::Overfit => Kind::SecondOrder,
             Self::Lorenz => Kind::FirstOrder,
+            _ => Kind::SecondOrder,
         }
     }
 }
