@@ -68,8 +68,12 @@ impl Sample {
                 "Self-excitation: damping that is negative about the middle lets the motion grow to a limit cycle; no input"
             }
             Self::DoubleWell => "Chaos: a beam between two magnets under a harmonic force jumps from one to the other",
-            Self::Pendulum => "A pendulum that turns over under a harmonic torque: chaotic, its force a sine of the angle",
-            Self::Belt => "Stick and slip: a moving belt drags a mass on a spring along by friction that falls with the speed",
+            Self::Pendulum => {
+                "A pendulum that turns over under a harmonic torque: chaotic, its force a sine of the angle"
+            }
+            Self::Belt => {
+                "Stick and slip: a moving belt drags a mass on a spring along by friction that falls with the speed"
+            }
             Self::Overfit => {
                 "A lesson: with powers in the library that the motion is too small for, the fit is good and fails at four times the force"
             }
