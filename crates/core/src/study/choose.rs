@@ -110,8 +110,8 @@ pub fn choose(
     let layout = check(records, start)?;
     let whole = records.with(Usage::Fit).map(|r| r.len()).sum::<usize>();
     let records = &beginnings(records);
-    let growth = if free.terms { super::grow::grown(records, &layout, start, cancel)? } else { None };
-    let library = growth.as_ref().and_then(|g| g.terms.clone());
+    let growth = super::grow::grown(records, &layout, start, cancel)?;
+    let library = growth.as_ref().filter(|_| free.terms).and_then(|g| g.terms.clone());
     let start = &Settings { terms: library.unwrap_or_else(|| start.terms.clone()), ..start.clone() };
     let plan = ValidationPlan::new(records, layout);
     let tried = plan.trials(start, free, cancel, progress)?;
@@ -121,7 +121,7 @@ pub fn choose(
     };
     if free.form
         && free.threshold
-        && let Some(growth) = &growth
+        && let Some(growth) = growth.as_ref().filter(|g| free.terms || g.lacking.is_empty())
         && let Some(settings) = plan.equation_in_averages(start, growth, sparse, &tried, cancel)?
     {
         let reason = format!(
@@ -171,7 +171,10 @@ pub fn choose(
         significant_trimmed(100.0 * error.sqrt(), 2),
         tried.len(),
         dropped(&settings, start, &layout),
-        growth.map_or_else(String::new, |g| format!("; {}", g.tried)),
+        match growth {
+            Some(growth) if free.terms => format!("; {}", growth.tried),
+            growth => growth.and_then(|g| g.advice()).map_or_else(String::new, |advice| format!("; {advice}")),
+        },
     );
     Ok(ChosenSettings { settings, reason, error: error.sqrt() })
 }

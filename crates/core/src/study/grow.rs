@@ -285,6 +285,10 @@ pub(super) struct Growth {
     pub(super) terms: Option<Vec<Term>>,
     /// What was tried, each with the share of the acceleration that it leaves, in words.
     pub(super) tried: String,
+    /// The terms of it that the library at the start lacks.
+    pub(super) lacking: Vec<Term>,
+    /// Share of the acceleration that the library at the start leaves of blocks not fitted.
+    start: f64,
     /// The best equation: its terms, and the mean square that it leaves of blocks not fitted as a share of the rate's.
     best: (Vec<Term>, f64),
     blocks: Blocks,
@@ -297,6 +301,17 @@ const EXACT: f64 = 1e-6;
 const INEXACT_RATIO: f64 = 100.0;
 
 impl Growth {
+    /// What a library that a person gave lacks, as the end of a sentence; none where nothing leaves half as much.
+    pub(super) fn advice(&self) -> Option<String> {
+        let names: Vec<&str> = self.lacking.iter().map(Term::as_str).collect();
+        let percent = |share: f64| significant_trimmed(100.0 * share, 2);
+        let (it, with) = (if names.len() == 1 { "it" } else { "them" }, percent(self.best.1.sqrt()));
+        (!names.is_empty()).then(|| {
+            let (names, without) = (names.join(", "), percent(self.start));
+            format!("with {names} the equation would leave {with} % of the acceleration in blocks not fitted, without {without} %: add {it}")
+        })
+    }
+
     /// The terms of the equation that holds in averages over blocks not fitted, where `model` does not: where that equation is
     /// exact to a thousandth of the acceleration and the model leaves ten times as much, or where its terms are new and the
     /// model leaves twice as much.
@@ -384,7 +399,15 @@ pub(super) fn grown(
     );
     let named = |subset: &Subset| subset.terms.iter().map(|k| terms[*k].clone()).collect::<Vec<Term>>();
     let best = found.as_ref().unwrap_or(&start);
-    Ok(Some(Growth { best: (named(best), best.mean()), terms: found.as_ref().map(named), tried, blocks }))
+    let lacking = |f: &Subset| -> Vec<Term> { named(f).into_iter().filter(|t| !offered.contains(t)).collect() };
+    Ok(Some(Growth {
+        lacking: found.as_ref().map(lacking).unwrap_or_default(),
+        start: start.mean().sqrt(),
+        best: (named(best), best.mean()),
+        terms: found.as_ref().map(named),
+        tried,
+        blocks,
+    }))
 }
 
 #[cfg(test)]
