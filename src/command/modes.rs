@@ -87,11 +87,17 @@ fn identified(found: &Structure, records: &RecordSet, fit: f64) -> Value {
         "noise_floor": found.noise_floor,
         "elapsed_ms": { "fit": fit, "simulate": 0.0 },
         "order": found.order(),
-        "modes": found.modes.iter().map(mode).collect::<Vec<_>>(),
+        "modes": listed(found, true),
+        "modes_outside_band": listed(found, false),
         "records": record_values(found),
         "warnings": [],
         "notices": sindyscope_values::record::notices(records.entries.iter().map(|(r, _)| &**r)),
     })
+}
+
+/// The modes in the band that is driven, or those outside it.
+fn listed(found: &Structure, inside: bool) -> Vec<Value> {
+    found.modes.iter().zip(&found.in_band).filter(|(_, b)| **b == inside).map(|(m, _)| mode(m)).collect()
 }
 
 /// The modal equations: `q1`, its rate `p1` and so on; `forces[mode]` are terms besides, of effects.
@@ -186,7 +192,7 @@ pub(super) fn text(found: &Structure) -> String {
     let mut out = String::from("Mode  Frequency [Hz]        Damping ratio [%]     Shape");
     let names: Vec<&str> = found.sensors.iter().map(|s| s.name.as_str()).collect();
     out.push_str(&format!(" ({})\n", names.join(", ")));
-    for (i, mode) in found.modes.iter().enumerate() {
+    for (i, (mode, _)) in found.modes.iter().zip(&found.in_band).enumerate().filter(|(_, (_, inside))| **inside) {
         let frequency = format_measured(mode.frequency, mode.frequency_error);
         let damping = format_measured(100.0 * mode.damping, mode.damping_error.map(|e| 100.0 * e));
         let entry = |s: usize| {
@@ -196,6 +202,14 @@ pub(super) fn text(found: &Structure) -> String {
         };
         let shape: Vec<String> = (0..mode.shape.len()).map(entry).collect();
         out.push_str(&format!("{:>4}  {frequency:<20}  {damping:<20}  {}\n", i + 1, shape.join(", ")));
+    }
+    let outside = found.modes.iter().zip(&found.in_band).filter(|(_, inside)| !**inside);
+    let outside: Vec<String> = outside.map(|(m, _)| significant(m.frequency, 3)).collect();
+    if !outside.is_empty() {
+        out.push_str(&format!(
+            "Outside the band that is driven the model has poles at {} Hz: they stand for what lies beyond it and for drifts.\n",
+            outside.join(", ")
+        ));
     }
     out.push_str(&format!("Order: {} states.\n", found.order()));
     for (usage, what) in [(Usage::Fit, "Fitted"), (Usage::HeldOut, "Held out")] {
@@ -252,7 +266,8 @@ fn diagnosed(found: &StructureDiagnosis, records: &RecordSet, elapsed: f64) -> V
         },
         "final": { "equations": equations(&found.last, &forces), "outputs": outputs(&found.last), "gap": gap(&found.last) },
         "order": found.last.order(),
-        "modes": found.last.modes.iter().map(mode).collect::<Vec<_>>(),
+        "modes": listed(&found.last, true),
+        "modes_outside_band": listed(&found.last, false),
         "records": record_values(&found.last),
         "elapsed_ms": elapsed,
         "description": null,

@@ -8,21 +8,13 @@
 use nalgebra::{Cholesky, Complex, DMatrix, DVector};
 
 use super::force::Effect;
+use super::limits::{
+    CHUNK, DIFFERENCES, FORCE_ITERATIONS, FORCE_TOLERANCE, LOOP_RIDGE, MAX_CHANGE, RUNAWAY, STRAY_STRETCH,
+};
 use super::measurement::{Quantity, Sensor, Series};
 use super::pole::{self, Pole};
 use sindyscope_core::parallel::prelude::*;
 use sindyscope_core::study::Cancel;
-
-/// Relative steps of frequency and damping for the derivatives of responses to inputs.
-const STEPS: [f64; 2] = [1e-5, 1e-3];
-/// Largest change of the logarithms of frequency, damping and gap in one step.
-const MAX_CHANGE: [f64; 3] = [0.1, 0.4, 0.2];
-/// Iterations of the scalar equation.
-const ROUNDS: usize = 40;
-/// Rows of the Jacobian that are added to the normal equations at once.
-const CHUNK: usize = 256;
-/// Times its sensor's RMS from which a response has run away.
-const RUNAWAY: f64 = 1e3;
 
 /// The parameters.
 #[derive(Clone, Debug)]
@@ -41,7 +33,7 @@ pub(crate) struct ClosedModel {
     pub(crate) drive: Vec<Vec<f64>>,
     /// `shape[mode][sensor]`
     pub(crate) shape: Vec<Vec<f64>>,
-    /// `initial[record][mode]`; empty where the records start at rest.
+    /// `initial[segment][mode]`; empty where the records start at rest.
     pub(crate) initial: Vec<Vec<Complex<f64>>>,
 }
 
@@ -50,10 +42,29 @@ pub(crate) struct ClosedModel {
 pub(crate) enum Free {
     /// All that records share.
     Shared,
-    /// These and the records' initial states.
+    /// These and the segments' initial states.
     All,
     /// The initial states alone.
     Initial,
+}
+
+/// A stretch of a record that is simulated from a state of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Segment {
+    pub(crate) record: usize,
+    pub(crate) start: usize,
+    pub(crate) length: usize,
+}
+
+impl Segment {
+    /// Every record as one, or its first share.
+    pub(crate) fn whole(series: &[Series], share: f64) -> Vec<Self> {
+        let of = |(record, s): (usize, &Series)| {
+            let length = ((s.len() as f64 * share) as usize).clamp(2, s.len());
+            Self { record, start: 0, length }
+        };
+        series.iter().enumerate().map(of).collect()
+    }
 }
 
 /// How a model is simulated.
@@ -61,31 +72,211 @@ pub(crate) enum Free {
 pub(crate) struct Loop<'a> {
     pub(crate) sensors: &'a [Sensor],
     pub(crate) series: &'a [Series],
+    pub(crate) segments: &'a [Segment],
     /// `offsets[record][sensor]`
     pub(crate) offsets: &'a [Vec<f64>],
-    /// The measured motion that the force depends on, `parts` instants a sample; `closed` is the model's share in it.
-    pub(crate) measured: &'a [Vec<f64>],
-    pub(crate) closed: f64,
     /// Instants a sampling interval.
     pub(crate) parts: usize,
-    /// Share of each record that is looked at, from its beginning.
-    pub(crate) share: f64,
+    /// How stretches that follow each other are held together.
+    pub(crate) joint: Option<Joint<'a>>,
+}
+
+/// How records are run through: in which segments, and how these are held together.
+#[derive(Clone, Debug)]
+pub(crate) struct Course {
+    pub(crate) segments: Vec<Segment>,
+    /// What a jump of each mode's state counts for; empty where nothing is held.
+    pub(crate) weights: Vec<f64>,
+    pub(crate) rest: bool,
+    /// `offsets[record][sensor]`
+    pub(crate) offsets: Vec<Vec<f64>>,
+}
+
+impl Course {
+    pub(crate) fn along<'a>(&'a self, sensors: &'a [Sensor], series: &'a [Series], parts: usize) -> Loop<'a> {
+        let joint = (!self.weights.is_empty()).then_some(Joint { weights: &self.weights, rest: self.rest });
+        Loop { sensors, series, segments: &self.segments, offsets: &self.offsets, parts, joint }
+    }
+
+    /// Series of segments put together to series of records; of neighbours that share `overlap` values the second one's count.
+    pub(crate) fn records(&self, of: Loop<'_>, series: Vec<Vec<f64>>, overlap: usize) -> Vec<Vec<f64>> {
+        let mut all: Vec<Vec<f64>> = vec![Vec::new(); of.series.len()];
+        for (k, (segment, mut values)) in self.segments.iter().zip(series).enumerate() {
+            if of.is_joined(k) {
+                values.truncate(values.len().saturating_sub(overlap));
+            }
+            all[segment.record].append(&mut values);
+        }
+        all
+    }
+
+    /// What is left of every record: `residuals[record][sensor][sample]`.
+    pub(crate) fn residuals(&self, of: Loop<'_>, simulated: &Simulated) -> Vec<Vec<Vec<f64>>> {
+        let sensors = of.sensors.len();
+        let of_sensor = |s: usize| {
+            let own = simulated.residuals.iter().map(|r| r[s].clone()).collect();
+            self.records(of, own, 0)
+        };
+        let by_sensor: Vec<Vec<Vec<f64>>> = (0..sensors).map(of_sensor).collect();
+        (0..of.series.len()).map(|r| by_sensor.iter().map(|s| s[r].clone()).collect()).collect()
+    }
+}
+
+/// A segment whose last sample is the next one's first is followed by it: the jump of the states counts as an error.
+#[derive(Clone, Copy)]
+pub(crate) struct Joint<'a> {
+    /// What a jump of each mode's state is multiplied by.
+    pub(crate) weights: &'a [f64],
+    /// True if records begin at rest.
+    pub(crate) rest: bool,
+}
+
+impl Loop<'_> {
+    /// True if a segment is held to the next one.
+    fn is_joined(&self, which: usize) -> bool {
+        let next = self.segments.get(which + 1);
+        let own = self.segments[which];
+        self.joint.is_some() && next.is_some_and(|n| n.record == own.record && n.start + 1 == own.start + own.length)
+    }
 }
 
 /// A simulation.
 pub(crate) struct Simulated {
     pub(crate) squares: f64,
     pub(crate) samples: usize,
-    /// `residuals[record][sensor][sample]`
+    /// `residuals[segment][sensor][sample]`
     pub(crate) residuals: Vec<Vec<Vec<f64>>>,
-    /// The force (in its unit) at each instant, `forces[record][instant]`.
+    /// The force (in its unit) at each instant, `forces[segment][instant]`.
     pub(crate) forces: Vec<Vec<f64>>,
 }
 
-/// Sums of the normal equations.
+/// Sums of the normal equations: what segments share, and each one's initial state.
 struct Normal {
+    shared: Block,
+    locals: Vec<Local>,
+}
+
+struct Block {
     matrix: DMatrix<f64>,
     gradient: DVector<f64>,
+}
+
+struct Local {
+    own: Block,
+    /// Shared parameters by initial states.
+    cross: DMatrix<f64>,
+    /// Initial states by those of the next segment, where it is held to this one.
+    next: Option<DMatrix<f64>>,
+}
+
+/// A segment's simulation, its sums of the normal equations where they are asked for, and its end.
+type SegmentRun = (Simulated, Option<(Block, Local)>, End);
+
+/// The states at a segment's last sample, and what parameters change of them: shared ones, then the initial states.
+struct End {
+    states: Vec<Complex<f64>>,
+    by: Option<DMatrix<f64>>,
+}
+
+impl Block {
+    fn zeros(size: usize) -> Self {
+        Self { matrix: DMatrix::zeros(size, size), gradient: DVector::zeros(size) }
+    }
+
+    /// What the parameters are multiplied by to have sums of squares of one; one for those that do nothing.
+    fn scale(&self) -> DVector<f64> {
+        self.matrix.diagonal().map(|d| if d > 0.0 { d.sqrt() } else { 1.0 })
+    }
+
+    /// The scaled matrix with a damped diagonal.
+    fn damped(&self, scale: &DVector<f64>, damping: f64) -> DMatrix<f64> {
+        let at = |i: usize, j: usize| {
+            let value = self.matrix[(i, j)] / (scale[i] * scale[j]);
+            if i == j { value.max(f64::EPSILON) + damping + LOOP_RIDGE } else { value }
+        };
+        DMatrix::from_fn(scale.len(), scale.len(), at)
+    }
+}
+
+/// A change of all parameters.
+struct Change {
+    shared: DVector<f64>,
+    /// `local[segment]`
+    local: Vec<DVector<f64>>,
+}
+
+impl Normal {
+    /// Scaled and damped, with the initial states eliminated segment by segment; `size` shared parameters are free.
+    fn eliminated(&self, damping: f64, size: usize, scale: &DVector<f64>) -> Option<Eliminated> {
+        let mut matrix = self.shared.damped(scale, damping);
+        let mut right = self.shared.gradient.component_div(scale);
+        let scaled = |local: &Local| {
+            let own = local.own.scale();
+            let cross = DMatrix::from_fn(size, own.len(), |i, j| local.cross[(i, j)] / (scale[i] * own[j]));
+            (local.own.damped(&own, damping), cross, local.own.gradient.component_div(&own), own)
+        };
+        let mut blocks: Vec<_> = self.locals.iter().map(scaled).collect();
+        let mut done = Vec::new();
+        for k in 0..blocks.len() {
+            let (own, cross, gradient, scale) = blocks[k].clone();
+            let factor = Cholesky::new(own)?;
+            let (by_cross, by_gradient) = (factor.solve(&cross.transpose()), factor.solve(&gradient));
+            if size > 0 {
+                matrix -= &cross * &by_cross;
+                right -= &cross * &by_gradient;
+            }
+            let next = self.locals[k].next.as_ref().zip(blocks.get_mut(k + 1)).map(|(next, after)| {
+                let next = DMatrix::from_fn(scale.len(), scale.len(), |i, j| next[(i, j)] / (scale[i] * after.3[j]));
+                after.0 -= next.tr_mul(&factor.solve(&next));
+                if size > 0 {
+                    after.1 -= by_cross.tr_mul(&next);
+                }
+                after.2 -= next.tr_mul(&by_gradient);
+                next
+            });
+            done.push(EliminatedState { factor, gradient, cross, scale, next });
+        }
+        Some(Eliminated { matrix, right, states: done })
+    }
+
+    /// The damped step.
+    fn step(&self, damping: f64, free: Free) -> Option<Change> {
+        let scale = self.shared.scale();
+        let size = if free == Free::Initial { 0 } else { scale.len() };
+        let Eliminated { matrix, right, states } = self.eliminated(damping, size, &scale)?;
+        let shared = if size > 0 { Cholesky::new(matrix)?.solve(&right) } else { DVector::zeros(0) };
+        let mut after: Option<DVector<f64>> = None;
+        let mut local = Vec::new();
+        for EliminatedState { factor, mut gradient, cross, scale, next } in states.into_iter().rev() {
+            if size > 0 {
+                gradient -= cross.tr_mul(&shared);
+            }
+            if let (Some(next), Some(after)) = (next, &after) {
+                gradient -= next * after;
+            }
+            let own = factor.solve(&gradient);
+            local.push(own.component_div(&scale));
+            after = Some(own);
+        }
+        local.reverse();
+        let shared = if size > 0 { shared.component_div(&scale) } else { DVector::zeros(scale.len()) };
+        Some(Change { shared, local })
+    }
+}
+
+/// Normal equations of the shared parameters, and of each initial state for what they and the next one are.
+struct Eliminated {
+    matrix: DMatrix<f64>,
+    right: DVector<f64>,
+    states: Vec<EliminatedState>,
+}
+
+struct EliminatedState {
+    factor: Cholesky<f64, nalgebra::Dyn>,
+    gradient: DVector<f64>,
+    cross: DMatrix<f64>,
+    scale: DVector<f64>,
+    next: Option<DMatrix<f64>>,
 }
 
 /// Responses of the modes to the inputs of one record on the fine grid, and their derivatives by the poles' logarithms.
@@ -170,41 +361,36 @@ impl ClosedModel {
         self.effect == Effect::Clearance
     }
 
-    fn count(&self, records: usize) -> usize {
-        self.shared() + records * 2 * self.modes()
-    }
-
-    fn moved(&self, change: &DVector<f64>, free: Free) -> Self {
+    fn moved(&self, change: &Change, free: Free) -> Self {
         let mut new = self.clone();
         let (inputs, width) = (self.inputs(), self.of_mode());
+        let shared = &change.shared;
         if free != Free::Initial {
             for i in 0..self.modes() {
                 let at = i * width;
-                let limited = |k: usize| change[at + k].clamp(-MAX_CHANGE[k], MAX_CHANGE[k]).exp();
+                let limited = |k: usize| shared[at + k].clamp(-MAX_CHANGE[k], MAX_CHANGE[k]).exp();
                 new.poles[i] = self.poles[i].scaled(limited(0), limited(1));
                 for j in 0..inputs {
-                    new.drive[i][j] += change[at + 2 + j];
+                    new.drive[i][j] += shared[at + 2 + j];
                 }
                 for s in 0..self.sensors() {
-                    new.shape[i][s] += change[at + 2 + inputs + s];
+                    new.shape[i][s] += shared[at + 2 + inputs + s];
                 }
             }
             if self.has_gap() {
-                new.inner *= change[self.shared() - 1].clamp(-MAX_CHANGE[2], MAX_CHANGE[2]).exp();
+                new.inner *= shared[self.shared() - 1].clamp(-MAX_CHANGE[2], MAX_CHANGE[2]).exp();
             }
         }
-        let m = self.modes();
-        for (r, states) in new.initial.iter_mut().enumerate() {
+        for (states, local) in new.initial.iter_mut().zip(&change.local) {
             for (i, state) in states.iter_mut().enumerate() {
-                let at = self.shared() + (r * m + i) * 2;
-                *state += Complex::new(change[at], change[at + 1]);
+                *state += Complex::new(local[2 * i], local[2 * i + 1]);
             }
         }
         new
     }
 
-    fn driven(&self, series: &Series, parts: usize, share: f64, derivatives: bool) -> Driven {
-        let samples = ((series.len() as f64 * share) as usize).clamp(2, series.len());
+    fn driven(&self, series: &Series, segment: Segment, parts: usize, derivatives: bool) -> Driven {
+        let samples = segment.length;
         let instants = (samples - 1) * parts + 1;
         let padded: Vec<Vec<f64>> = series.inputs.iter().map(|u| pole::padded(u)).collect();
         let of = |pole: Pole| -> Vec<Vec<Complex<f64>>> {
@@ -220,7 +406,7 @@ impl ClosedModel {
                         if all.len() == instants {
                             break 'all;
                         }
-                        state = decay * state + pole::driven(weights, padded, n);
+                        state = decay * state + pole::driven(weights, padded, segment.start + n);
                         all.push(state);
                     }
                 }
@@ -233,7 +419,7 @@ impl ClosedModel {
             if !derivatives {
                 return Vec::new();
             }
-            let step = STEPS[which];
+            let step = DIFFERENCES[which];
             let moved = |(p, before): (&Pole, &Vec<Vec<Complex<f64>>>)| {
                 let p = if which == 0 { p.scaled(1.0 + step, 1.0) } else { p.scaled(1.0, 1.0 + step) };
                 let mut new = of(p);
@@ -247,38 +433,92 @@ impl ClosedModel {
         Driven { instants, moved: [by(0), by(1)], states }
     }
 
-    /// Simulates all records; with `free`, sums of the normal equations too. None where a response runs away.
+    /// Simulates all segments; with `free`, sums of the normal equations too. None where a response runs away.
     fn run(&self, of: Loop<'_>, free: Option<Free>) -> Option<(Simulated, Option<Normal>)> {
-        let records: Vec<usize> = (0..of.series.len()).collect();
-        let each: Vec<Option<(Simulated, Option<Normal>)>> =
-            records.par_iter().map(|r| self.run_record(of, *r, free)).collect();
+        let segments: Vec<usize> = (0..of.segments.len()).collect();
+        let each: Vec<Option<SegmentRun>> = segments.par_iter().map(|k| self.run_segment(of, *k, free)).collect();
         let mut all = Simulated { squares: 0.0, samples: 0, residuals: Vec::new(), forces: Vec::new() };
-        let mut normal = free.map(|_| Normal {
-            matrix: DMatrix::zeros(self.count(of.series.len()), self.count(of.series.len())),
-            gradient: DVector::zeros(self.count(of.series.len())),
-        });
+        let mut normal = free.map(|_| Normal { shared: Block::zeros(self.shared()), locals: Vec::new() });
+        let mut ends = Vec::new();
         for one in each {
-            let (simulated, own) = one?;
+            let (simulated, own, end) = one?;
+            ends.push(end);
             all.squares += simulated.squares;
             all.samples += simulated.samples;
             all.residuals.extend(simulated.residuals);
             all.forces.extend(simulated.forces);
-            if let (Some(sum), Some(own)) = (&mut normal, own) {
-                sum.matrix += own.matrix;
-                sum.gradient += own.gradient;
+            if let (Some(sum), Some((shared, local))) = (&mut normal, own) {
+                sum.shared.matrix += shared.matrix;
+                sum.shared.gradient += shared.gradient;
+                if !self.initial.is_empty() {
+                    sum.locals.push(local);
+                }
             }
         }
+        if let Some(joint) = of.joint {
+            self.join(of, joint, &ends, &mut all, normal.as_mut());
+        }
         all.squares.is_finite().then_some((all, normal))
+    }
+
+    /// Adds what jumps between segments count.
+    fn join(&self, of: Loop<'_>, joint: Joint<'_>, ends: &[End], all: &mut Simulated, mut normal: Option<&mut Normal>) {
+        let both = |states: &[Complex<f64>]| {
+            DVector::from_iterator(2 * states.len(), states.iter().flat_map(|z| [z.re, z.im]))
+        };
+        let weights = DVector::from_iterator(2 * joint.weights.len(), joint.weights.iter().flat_map(|w| [*w, *w]));
+        let square = DMatrix::from_diagonal(&weights.component_mul(&weights));
+        for (k, end) in ends.iter().enumerate() {
+            if of.segments[k].start == 0 && joint.rest {
+                let jump = both(&self.initial[k]).component_mul(&weights);
+                all.squares += jump.norm_squared();
+                if let Some(normal) = &mut normal {
+                    normal.locals[k].own.matrix += &square;
+                    normal.locals[k].own.gradient -= jump.component_mul(&weights);
+                }
+            }
+            if !of.is_joined(k) {
+                continue;
+            }
+            let jump = (both(&self.initial[k + 1]) - both(&end.states)).component_mul(&weights);
+            all.squares += jump.norm_squared();
+            let (Some(normal), Some(by)) = (&mut normal, &end.by) else { continue };
+            let mut rows = -by.clone();
+            for (mut row, weight) in rows.row_iter_mut().zip(weights.iter()) {
+                row *= *weight;
+            }
+            let shared = self.shared();
+            let (first, own) =
+                (rows.columns(0, shared).into_owned(), rows.columns(shared, rows.ncols() - shared).into_owned());
+            normal.shared.matrix += first.tr_mul(&first);
+            normal.shared.gradient -= first.tr_mul(&jump);
+            let mut weighed = first.transpose();
+            let mut held = own.transpose();
+            for (i, weight) in weights.iter().enumerate() {
+                weighed.column_mut(i).scale_mut(*weight);
+                held.column_mut(i).scale_mut(*weight);
+            }
+            let local = &mut normal.locals[k];
+            local.cross += first.tr_mul(&own);
+            local.own.matrix += own.tr_mul(&own);
+            local.own.gradient -= own.tr_mul(&jump);
+            local.next = Some(held);
+            let after = &mut normal.locals[k + 1];
+            after.own.matrix += &square;
+            after.own.gradient -= jump.component_mul(&weights);
+            after.cross += weighed;
+        }
     }
 
     pub(crate) fn simulate(&self, of: Loop<'_>) -> Option<Simulated> {
         self.run(of, None).map(|(s, _)| s)
     }
 
-    fn run_record(&self, of: Loop<'_>, record: usize, free: Option<Free>) -> Option<(Simulated, Option<Normal>)> {
-        let series = &of.series[record];
+    fn run_segment(&self, of: Loop<'_>, which: usize, free: Option<Free>) -> Option<SegmentRun> {
+        let segment = of.segments[which];
+        let (record, series) = (segment.record, &of.series[segment.record]);
         let (m, inputs, sensors) = (self.modes(), self.inputs(), self.sensors());
-        let driven = self.driven(series, of.parts, of.share, free.is_some_and(|f| f != Free::Initial));
+        let driven = self.driven(series, segment, of.parts, free.is_some_and(|f| f != Free::Initial));
         let step = series.interval / of.parts as f64;
         let steps: Vec<Step> = self.poles.iter().map(|p| Step::new(*p, step)).collect();
         let couplings: Vec<f64> = (0..m).map(|i| self.coupling(i)).collect();
@@ -286,7 +526,7 @@ impl ClosedModel {
         let kappa =
             self.sign * (0..m).map(|i| couplings[i].powi(2) * steps[i].shown(derivative, steps[i].weight)).sum::<f64>();
         let initial: Vec<Complex<f64>> =
-            self.initial.get(record).cloned().unwrap_or_else(|| vec![Complex::new(0.0, 0.0); m]);
+            self.initial.get(which).cloned().unwrap_or_else(|| vec![Complex::new(0.0, 0.0); m]);
         let shared_free = free.is_some_and(|f| f != Free::Initial);
         let initial_free = free.is_some_and(|f| f != Free::Shared) && !self.initial.is_empty();
 
@@ -295,8 +535,8 @@ impl ClosedModel {
         let gap_at = m * of_mode;
         let initial_at = gap_at + 1;
         let count = if free.is_none() { 0 } else { initial_at + if initial_free { 2 * m } else { 0 } };
-        let all = self.count(of.series.len());
-        let own_initial = self.shared() + record * 2 * m;
+        let own_initial = self.shared();
+        let all = own_initial + if initial_free { 2 * m } else { 0 };
         // Changes of the force's part of the states, [mode][parameter].
         let mut change_re = vec![0.0; m * count];
         let mut change_im = vec![0.0; m * count];
@@ -312,7 +552,7 @@ impl ClosedModel {
             residuals: vec![vec![Vec::with_capacity(samples); sensors]],
             forces: vec![Vec::with_capacity(driven.instants)],
         };
-        let mut normal = free.map(|_| Normal { matrix: DMatrix::zeros(all, all), gradient: DVector::zeros(all) });
+        let mut normal = free.map(|_| Block::zeros(all));
         let mut rows = DMatrix::<f64>::zeros(all, if free.is_some() { CHUNK } else { 0 });
         let mut errors = DVector::<f64>::zeros(CHUNK);
         let mut filled = 0;
@@ -322,13 +562,14 @@ impl ClosedModel {
         let mut states = vec![Complex::new(0.0, 0.0); m];
         let mut bases = vec![Complex::new(0.0, 0.0); m];
         let first = free_part.clone();
-        let mut motion;
-        let mut effective = 0.0;
+        let mut swings = vec![Complex::new(1.0, 0.0); m];
+        let mut motion = 0.0;
         let mut force = 0.0;
         for t in 0..driven.instants {
             let time = t as f64 * step;
             if t > 0 {
                 for i in 0..m {
+                    swings[i] *= steps[i].decay;
                     forced[i] *= steps[i].decay;
                     free_part[i] *= steps[i].decay;
                 }
@@ -344,16 +585,11 @@ impl ClosedModel {
                 states[i] = base - forced[i];
                 pred += couplings[i] * steps[i].shown(derivative, states[i]);
             }
-            let blended = |model: f64| match of.measured.get(record) {
-                Some(measured) if of.closed < 1.0 => of.closed * model + (1.0 - of.closed) * measured[t],
-                _ => model,
-            };
-            let share = if of.measured.is_empty() { 1.0 } else { of.closed };
-            let before = effective;
+            let before = motion;
             let mut slopes = [0.0; 3];
             if t > 0 {
-                let mean = |f: f64| self.effect.mean(before, blended(pred - kappa * f / self.unit), self.inner);
-                force = self.solved(force, &mean, share * kappa / self.unit)?;
+                let mean = |f: f64| self.effect.mean(before, pred - kappa * f / self.unit, self.inner);
+                force = self.solved(force, &mean, kappa / self.unit)?;
                 let (_, found) = mean(force);
                 slopes = found;
                 motion = pred - kappa * force / self.unit;
@@ -365,7 +601,6 @@ impl ClosedModel {
             } else {
                 motion = pred;
             }
-            effective = blended(motion);
             if !motion.is_finite() {
                 return None;
             }
@@ -401,7 +636,7 @@ impl ClosedModel {
                             im[at + 2 + inputs] += own.im;
                         }
                         for which in 0..2 {
-                            let mut base = first[i] * (s.by[which].0 * time) * (s.lambda * time).exp();
+                            let mut base = first[i] * (s.by[which].0 * time) * swings[i];
                             if first[i] == Complex::new(0.0, 0.0) {
                                 base = Complex::new(0.0, 0.0);
                             }
@@ -417,7 +652,7 @@ impl ClosedModel {
                         new_change[at + 2 + inputs] += s.shown(derivative, states[i]);
                     }
                     if initial_free {
-                        let swing = (s.lambda * time).exp();
+                        let swing = swings[i];
                         new_change[initial_at + 2 * i] += couplings[i] * s.shown(derivative, swing);
                         new_change[initial_at + 2 * i + 1] +=
                             couplings[i] * s.shown(derivative, swing * Complex::new(0.0, 1.0));
@@ -429,7 +664,7 @@ impl ClosedModel {
                     }
                 }
                 if t > 0 {
-                    let (by_before, by_after) = (share * slopes[0], share * slopes[1]);
+                    let (by_before, by_after) = (slopes[0], slopes[1]);
                     let whole = 1.0 + by_after * kappa / self.unit;
                     for p in 0..count {
                         let mut change = by_before * motion_change[p] + by_after * new_change[p];
@@ -453,13 +688,16 @@ impl ClosedModel {
                 }
                 std::mem::swap(&mut motion_change, &mut new_change);
             }
-            let instant = self.effect.at(effective, self.inner) / self.unit;
+            let instant = self.effect.at(motion, self.inner) / self.unit;
             out.forces[0].push(instant);
             if t % of.parts != 0 {
                 continue;
             }
             let n = t / of.parts;
-            let slope = self.effect.slope(effective, self.inner);
+            if n + 1 == segment.length && of.is_joined(which) {
+                continue;
+            }
+            let slope = self.effect.slope(motion, self.inner);
             for quantity in [Quantity::Displacement, Quantity::Velocity, Quantity::Acceleration] {
                 if of.sensors.iter().all(|s| s.quantity != quantity) {
                     continue;
@@ -469,7 +707,7 @@ impl ClosedModel {
                     if order < 2 {
                         return 0.0;
                     }
-                    let driven: f64 = (0..inputs).map(|j| self.drive[i][j] * series.inputs[j][n]).sum();
+                    let driven: f64 = (0..inputs).map(|j| self.drive[i][j] * series.inputs[j][segment.start + n]).sum();
                     driven - self.sign * couplings[i] * instant
                 };
                 let mut shown = [0.0; 64];
@@ -482,8 +720,7 @@ impl ClosedModel {
                         let changes = &mut shown_change[i * count..(i + 1) * count];
                         let factor = s.lambda.powi(order) * (-1.0 / s.beat);
                         let (re, im) = (&change_re[i * count..(i + 1) * count], &change_im[i * count..(i + 1) * count]);
-                        let push =
-                            if order == 2 { self.sign * couplings[i] / self.unit * slope.0 * share } else { 0.0 };
+                        let push = if order == 2 { self.sign * couplings[i] / self.unit * slope.0 } else { 0.0 };
                         for (c, ((re, im), dm)) in changes.iter_mut().zip(re.iter().zip(im).zip(&motion_change)) {
                             *c = factor.re * im + factor.im * re - push * dm;
                         }
@@ -493,7 +730,7 @@ impl ClosedModel {
                                 let mut base = if first[i] == Complex::new(0.0, 0.0) {
                                     first[i]
                                 } else {
-                                    first[i] * (s.by[which].0 * time) * (s.lambda * time).exp()
+                                    first[i] * (s.by[which].0 * time) * swings[i]
                                 };
                                 for j in 0..inputs {
                                     base += driven.moved[which][i][j][t] * self.drive[i][j];
@@ -501,7 +738,7 @@ impl ClosedModel {
                                 changes[at + which] += s.shown(order, base) + s.shown_change(order, states[i], which);
                             }
                             for j in 0..inputs {
-                                let direct = if order == 2 { series.inputs[j][n] } else { 0.0 };
+                                let direct = if order == 2 { series.inputs[j][segment.start + n] } else { 0.0 };
                                 changes[at + 2 + j] += s.shown(order, driven.states[i][j][t]) + direct;
                             }
                             if order == 2 {
@@ -510,7 +747,7 @@ impl ClosedModel {
                             }
                         }
                         if initial_free {
-                            let swing = (s.lambda * time).exp();
+                            let swing = swings[i];
                             changes[initial_at + 2 * i] += s.shown(order, swing);
                             changes[initial_at + 2 * i + 1] += s.shown(order, swing * Complex::new(0.0, 1.0));
                         }
@@ -522,7 +759,7 @@ impl ClosedModel {
                     }
                     let value: f64 = (0..m).map(|i| self.shape[i][k] * shown[i]).sum();
                     let offset = of.offsets.get(record).map_or(0.0, |o| o[k]);
-                    let error = series.outputs[k][n] - offset - value;
+                    let error = series.outputs[k][segment.start + n] - offset - value;
                     if error.is_nan() || error.abs() >= RUNAWAY {
                         return None;
                     }
@@ -580,20 +817,72 @@ impl ClosedModel {
             normal.matrix.gemm(1.0, &part, &part.transpose(), 1.0);
             normal.gradient.gemv(1.0, &part, &errors.rows(0, filled), 1.0);
         }
-        Some((out, normal))
+        let split = normal.map(|whole| {
+            let (k, l) = (own_initial, all - own_initial);
+            let block = |at: usize, size: usize| Block {
+                matrix: whole.matrix.view((at, at), (size, size)).into_owned(),
+                gradient: whole.gradient.rows(at, size).into_owned(),
+            };
+            let cross = whole.matrix.view((0, k), (k, l)).into_owned();
+            (block(0, k), Local { own: block(k, l), cross, next: None })
+        });
+        let by = (count > 0 && of.is_joined(which)).then(|| {
+            let mut by = DMatrix::zeros(2 * m, all);
+            let (last, time) = (driven.instants - 1, (driven.instants - 1) as f64 * step);
+            let width = self.of_mode();
+            for i in 0..m {
+                let mut add = |at: usize, change: Complex<f64>| {
+                    by[(2 * i, at)] += change.re;
+                    by[(2 * i + 1, at)] += change.im;
+                };
+                let of_force = |p: usize| -Complex::new(change_re[i * count + p], change_im[i * count + p]);
+                if shared_free {
+                    for l in 0..m {
+                        for p in 0..2 + inputs {
+                            add(l * width + p, of_force(l * of_mode + p));
+                        }
+                        for (s, e) in self.across.iter().enumerate() {
+                            add(l * width + 2 + inputs + s, of_force(l * of_mode + 2 + inputs) * *e);
+                        }
+                    }
+                    if self.has_gap() {
+                        add(own_initial - 1, of_force(gap_at));
+                    }
+                    for which in 0..2 {
+                        let mut own = first[i] * (steps[i].by[which].0 * time) * swings[i];
+                        for j in 0..inputs {
+                            own += driven.moved[which][i][j][last] * self.drive[i][j];
+                        }
+                        add(i * width + which, own);
+                    }
+                    for j in 0..inputs {
+                        add(i * width + 2 + j, driven.states[i][j][last]);
+                    }
+                }
+                if initial_free {
+                    for p in 0..2 * m {
+                        add(own_initial + p, of_force(initial_at + p));
+                    }
+                    add(own_initial + 2 * i, swings[i]);
+                    add(own_initial + 2 * i + 1, swings[i] * Complex::new(0.0, 1.0));
+                }
+            }
+            by
+        });
+        Some((out, split, End { states, by }))
     }
 
     /// The mean force of a step: the root of `f − mean(f)`, from a guess; `rate` is what a unit of it takes off the motion.
     fn solved(&self, guess: f64, mean: &impl Fn(f64) -> (f64, [f64; 3]), rate: f64) -> Option<f64> {
         let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
         let mut force = guess;
-        for _ in 0..ROUNDS {
+        for _ in 0..FORCE_ITERATIONS {
             let (value, slopes) = mean(force);
             let error = force - value;
             if !error.is_finite() {
                 return None;
             }
-            if error.abs() <= 1e-10 * (1.0 + force.abs()) {
+            if error.abs() <= FORCE_TOLERANCE * (self.unit + force.abs()) {
                 return Some(force);
             }
             if error > 0.0 {
@@ -630,26 +919,10 @@ impl ClosedModel {
             if cancel.is_cancelled() {
                 return None;
             }
-            let Normal { matrix, gradient } = normal.take()?;
-            let used: Vec<usize> = (0..matrix.nrows()).filter(|k| matrix[(*k, *k)] > 0.0).collect();
-            let scale: Vec<f64> = used.iter().map(|k| matrix[(*k, *k)].sqrt()).collect();
-            let scaled =
-                DMatrix::from_fn(used.len(), used.len(), |i, j| matrix[(used[i], used[j])] / (scale[i] * scale[j]));
-            let right = DVector::from_fn(used.len(), |i, _| gradient[used[i]] / scale[i]);
+            let sums = normal.take()?;
             let mut better = None;
             for _ in 0..7 {
-                let mut damped = scaled.clone();
-                for k in 0..used.len() {
-                    damped[(k, k)] += damping + 1e-12;
-                }
-                let candidate = Cholesky::new(damped).map(|factor| {
-                    let solved = factor.solve(&right);
-                    let mut change = DVector::zeros(matrix.nrows());
-                    for (i, k) in used.iter().enumerate() {
-                        change[*k] = solved[i] / scale[i];
-                    }
-                    model.moved(&change, free)
-                });
+                let candidate = sums.step(damping, free).map(|change| model.moved(&change, free));
                 if let Some(candidate) = candidate
                     && let Some(found) = candidate.simulate(of)
                     && found.squares < simulated.squares
@@ -672,18 +945,72 @@ impl ClosedModel {
         Some((model, simulated))
     }
 
-    /// The covariance of the shared parameters for a residual of unit variance, and the parameters' places as in `shared`.
+    /// The model with initial states fitted segment by segment, each at its own pace; where one stays far behind the others,
+    /// it is tried from the end of the one before.
+    pub(crate) fn eased(&self, of: Loop<'_>, steps: usize, gain: f64, cancel: &Cancel) -> Self {
+        let count = of.segments.len().min(self.initial.len());
+        let fitted = |k: usize, state: &[Complex<f64>]| -> Option<(Vec<Complex<f64>>, f64)> {
+            let own = Self { initial: vec![state.to_vec()], ..self.clone() };
+            let of = Loop { segments: &of.segments[k..=k], joint: None, ..of };
+            let (model, left) = own.fitted(of, Free::Initial, steps, gain, cancel)?;
+            Some((model.initial.into_iter().next()?, left.squares / left.samples as f64))
+        };
+        let numbers: Vec<usize> = (0..count).collect();
+        let first: Vec<_> = numbers.into_par_iter().map(|k| fitted(k, &self.initial[k])).collect();
+        let mut sizes: Vec<f64> = first.iter().flatten().map(|f| f.1).collect();
+        sizes.sort_by(f64::total_cmp);
+        let bad = sizes.get(sizes.len() / 2).map_or(0.0, |middle| STRAY_STRETCH * middle);
+        let mut new = self.clone();
+        for (k, found) in first.into_iter().enumerate() {
+            let mut best = found;
+            let follows = k > 0 && {
+                let (before, own) = (of.segments[k - 1], of.segments[k]);
+                before.record == own.record && own.start + 1 == before.start + before.length
+            };
+            if follows && best.as_ref().is_none_or(|b| b.1 > bad) {
+                let before = Self { initial: vec![new.initial[k - 1].clone()], ..self.clone() };
+                let of = Loop { segments: &of.segments[k - 1..k], joint: None, ..of };
+                let end = before.run_segment(of, 0, None).map(|r| r.2.states);
+                let other = end.and_then(|end| fitted(k, &end));
+                if let Some(other) = other
+                    && best.as_ref().is_none_or(|b| other.1 < b.1)
+                {
+                    best = Some(other);
+                }
+            }
+            if let Some((state, _)) = best {
+                new.initial[k] = state;
+            }
+        }
+        new
+    }
+
+    /// The model with the initial states of segments fitted one after the other, each from the end of the one before; the first
+    /// ones of records from what they are.
+    pub(crate) fn swept(&self, of: Loop<'_>, steps: usize, cancel: &Cancel) -> Self {
+        let mut new = self.clone();
+        for k in 0..of.segments.len() {
+            let alone = Loop { segments: &of.segments[k..=k], joint: None, ..of };
+            let own = Self { initial: vec![new.initial[k].clone()], ..self.clone() };
+            let found = own.fitted(alone, Free::Initial, steps, 1e-2, cancel).map_or(own, |f| f.0);
+            let next = of.segments.get(k + 1).is_some_and(|n| n.record == of.segments[k].record);
+            if next && let Some((_, _, end)) = found.run_segment(alone, 0, None) {
+                new.initial[k + 1] = end.states;
+            }
+            if let Some(state) = found.initial.into_iter().next() {
+                new.initial[k] = state;
+            }
+        }
+        new
+    }
+
+    /// The covariance of the shared parameters for a residual of unit variance, their places as in `shared`.
     pub(crate) fn covariance(&self, of: Loop<'_>) -> Option<DMatrix<f64>> {
         let free = if self.initial.is_empty() { Free::Shared } else { Free::All };
         let normal = self.run(of, Some(free))?.1?;
-        let size = if free == Free::Shared { self.shared() } else { normal.matrix.nrows() };
-        let matrix = normal.matrix.view((0, 0), (size, size)).into_owned();
-        let scale: Vec<f64> = (0..size).map(|k| matrix[(k, k)].sqrt().max(1e-150)).collect();
-        let scaled = DMatrix::from_fn(size, size, |i, j| {
-            matrix[(i, j)] / (scale[i] * scale[j]) + if i == j { 1e-12 } else { 0.0 }
-        });
-        let inverse = Cholesky::new(scaled)?.inverse();
-        Some(DMatrix::from_fn(size, size, |i, j| inverse[(i, j)] / (scale[i] * scale[j])))
+        let scale = normal.shared.scale();
+        let inverse = Cholesky::new(normal.eliminated(0.0, scale.len(), &scale)?.matrix)?.inverse();
+        Some(DMatrix::from_fn(scale.len(), scale.len(), |i, j| inverse[(i, j)] / (scale[i] * scale[j])))
     }
 
     /// Where a mode's frequency stands among the shared parameters; damping, drives and shape follow.
@@ -718,7 +1045,7 @@ mod tests {
             poles: vec![Pole { omega: 3.0, damping: 0.02 }, Pole { omega: 7.0, damping: 0.01 }],
             drive: vec![vec![1.0], vec![-0.7]],
             shape: vec![vec![0.8, 0.5], vec![-0.4, 0.9]],
-            initial: vec![vec![Complex::new(0.1, 0.2), Complex::new(-0.2, 0.1)]],
+            initial: [1.0, -0.6].map(|k| vec![Complex::new(0.1 * k, 0.2), Complex::new(-0.2, 0.1 * k)]).to_vec(),
         }
     }
 
@@ -734,16 +1061,23 @@ mod tests {
             outputs: vec![vec![0.0; n], vec![0.0; n]],
         }];
         let sensors = sensors();
-        let of =
-            Loop { sensors: &sensors, series: &series, offsets: &[], measured: &[], closed: 1.0, parts: 4, share: 1.0 };
+        let segments = [(0, 171), (170, 130)].map(|(start, length)| Segment { record: 0, start, length });
+        let joint = Some(Joint { weights: &[3.0, 5.0], rest: true });
+        let of = Loop { sensors: &sensors, series: &series, segments: &segments, offsets: &[], parts: 4, joint };
         for effect in Effect::ALL {
             let model = model(effect);
             let (_, normal) = model.run(of, Some(Free::All)).expect("bounded");
-            let gradient = normal.expect("asked for").gradient;
+            let normal = normal.expect("asked for");
+            let shared = model.shared();
+            let own: Vec<f64> = normal.locals.iter().flat_map(|l| l.own.gradient.iter().copied()).collect();
+            let each = own.len() / segments.len();
+            let gradient = DVector::from_vec(normal.shared.gradient.iter().copied().chain(own).collect());
             for k in 0..gradient.len() {
                 let half = |step: f64| {
-                    let mut change = DVector::zeros(gradient.len());
-                    change[k] = step;
+                    let unit =
+                        |at: usize, size: usize| DVector::from_fn(size, |i, _| if at + i == k { step } else { 0.0 });
+                    let local = (0..segments.len()).map(|s| unit(shared + s * each, each));
+                    let change = Change { shared: unit(0, shared), local: local.collect() };
                     0.5 * model.moved(&change, Free::All).simulate(of).expect("bounded").squares
                 };
                 // The gradient is that of the descent: the errors are measured less simulated.
@@ -751,6 +1085,26 @@ mod tests {
                 let size = gradient.amax();
                 assert!((gradient[k] - numeric).abs() < 2e-3 * size, "{effect:?} {k}: {} {numeric}", gradient[k]);
             }
+        }
+    }
+
+    /// The same structure in metres and in units of ten micrometres moves the same: the force's equation is solved to a
+    /// tolerance of its own size.
+    #[test]
+    fn forces_of_any_size_are_solved_for() {
+        let n = 200;
+        let input: Vec<f64> = (0..n).map(|k| (0.35 * k as f64).sin() + (0.8 * k as f64).cos()).collect();
+        let outputs = vec![vec![0.0; n], vec![0.0; n]];
+        let series = [Series { name: String::new(), interval: 0.1, inputs: vec![input], outputs }];
+        let (sensors, segments) = (sensors(), Segment::whole(&series, 1.0));
+        let of = Loop { sensors: &sensors, series: &series, segments: &segments, offsets: &[], parts: 2, joint: None };
+        let large = model(Effect::CubicStiffness);
+        let mut small = large.clone();
+        small.across.iter_mut().for_each(|e| *e *= 1e-5);
+        small.unit *= 1e-20; // of x³, and once more because the coupling is as small
+        let [large, small] = [large, small].map(|m| m.simulate(of).expect("bounded").residuals);
+        for (a, b) in large[0][0].iter().zip(&small[0][0]) {
+            assert!((a - b).abs() < 1e-6, "{a} {b}");
         }
     }
 }

@@ -2,47 +2,29 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::closed::{ClosedModel, Free, Loop};
+use super::closed::{ClosedModel, Course, Free, Segment};
 use super::error::ModesError;
 use super::force::{Effect, Site};
 use super::identify::{Linear, Path, PathRequest, Split, inflation, linear, main_period, modes, path};
 use super::judge::{Residuals, beats, compared, rms};
-use super::linear::{LinearFit, Task};
-use super::measurement::Measurement;
+use super::limits::{
+    AT_REST, BEGINNING, ENOUGH, EXPLAINS, FOLLOWED, FORCE_GAIN, HELD_GAIN, HELD_SAMPLES, HELD_STEPS, HOLDS, HOPELESS,
+    HOPELESS_NOISES, KEPT, LEAST_STRETCH, MATTERS, MODE_GAIN, MOST_CANDIDATES, NEAR, NEAR_OTHER_EFFECT,
+    NOTHING_MISSING, OTHER_START, ROUGH, ROUND_GAIN, ROUNDS, SCREENED_MODES, SHARPER, STATE_STEPS, STRETCH,
+    WHOLE_STEPS, WRONG_COUPLING,
+};
+use super::linear::{ForceSeries, LinearFit, Task};
+use super::measurement::{Measurement, Series};
 use super::motion::PARTS;
 use super::outcome::Structure;
-use super::pole::Pole;
-use super::screen::{Candidate, Screen, deviation};
-use super::study::{noise_floor, record_fits, structure};
+use super::pole::{self, Pole};
+use super::screen::{Candidate, Screen, SiteKind, deviation};
+use super::study::{in_band, noise_floor, record_fits, structure};
 use sindyscope_core::signal::standard_deviation;
 use sindyscope_core::study::Cancel;
 use sindyscope_search::Lead;
 use sindyscope_values::model::Mode;
 use sindyscope_values::record::RecordSet;
-
-/// Times the noise that a linear model leaves at most where nothing is missing: as the search for missing effects has it.
-const EXPLAINS: f64 = 1.06;
-/// Times the noise at which a closed loop needs no other start.
-const GOOD: f64 = 1.12;
-/// Share of the linear model's error on data never fitted that a named effect leaves at most.
-const BETTER: f64 = 0.97;
-/// Candidates are fitted in closed loop where they lie behind the best by this factor at most, so many.
-const CLOSE: f64 = 1.25;
-const MOST_CANDIDATES: usize = 5;
-/// The best place of a further effect counts if it lies behind the best by this factor at most.
-const REACH: f64 = 2.0;
-/// Modes beyond the linear model's chosen number that screening allows, and the number of the fits that follow.
-const SCREENED_MODES: (usize, usize) = (6, 8);
-/// The smallest number of modes within this factor of the best error counts.
-const SAME_ERROR: f64 = 1.015;
-/// Rounds of closed loop and further modes.
-const ROUNDS: usize = 3;
-/// Share of a record's deviation that its free oscillation has where it does not start at rest.
-const AT_REST: f64 = 0.05;
-/// Friction is smoothed less once the model follows the motion.
-const SHARPER: f64 = 0.4;
-/// How the model takes the place of the measured motion in the force: its share, the share of each record, steps.
-const SCHEDULE: [(f64, f64, usize); 5] = [(0.0, 0.4, 3), (0.5, 0.4, 4), (1.0, 0.15, 8), (1.0, 0.4, 6), (1.0, 1.0, 8)];
 
 /// The outcome of a search.
 #[derive(Clone, Debug)]
@@ -58,9 +40,6 @@ pub struct StructureDiagnosis {
     /// RMS of what the model leaves on data never fitted over that of the noise.
     pub noises: f64,
 }
-
-/// Times the noise from which what is left matters: as the search for missing effects has it.
-const MATTERS: f64 = 1.2;
 
 impl StructureDiagnosis {
     /// The verdict's word: as the search for missing effects has it. A force that leaves much is the best of those tried, and
@@ -111,10 +90,16 @@ pub struct ForceParameter {
 /// A candidate fitted to its end.
 struct Fitted {
     candidate: Candidate,
-    closed: Option<(ClosedModel, Residuals)>,
+    closed: Option<(ClosedModel, Course, Residuals)>,
     open: (LinearFit, Residuals),
     densities: Vec<f64>,
     error: f64,
+}
+
+impl Fitted {
+    fn residuals(&self) -> &Residuals {
+        self.closed.as_ref().map_or(&self.open.1, |c| &c.2)
+    }
 }
 
 /// Searches for the force that a linear structure lacks.
@@ -143,7 +128,7 @@ pub fn diagnose(
         explained,
         noises: linear_error / noise,
     };
-    if linear_error < EXPLAINS * noise {
+    if linear_error < NOTHING_MISSING * noise {
         return Ok(plain(&base, true));
     }
     let search = ForceSearch { measurement: &measurement, split: &split, path: &path, fixed: modes, noise };
@@ -152,20 +137,25 @@ pub fn diagnose(
     let period = main_period(&split.fitted);
     let chosen = search.chosen(fitted, period);
     let Some((best, lead, rivals, tried)) = chosen else { return Ok(plain(&base, false)) };
-    let error = best.error;
-    let (last, found) = search.told(best, lead, rivals, tried, cancel)?;
+    let (error, noise) = (best.error, search.noise_in(&best.residuals().unseen));
+    let (last, found) = search.told(best, lead, rivals, tried);
     Ok(StructureDiagnosis {
         base: structure(&measurement, &base),
         last,
         found: Some(found),
-        explained: error < GOOD * noise,
+        explained: error < EXPLAINS * noise,
         noises: error / noise,
     })
 }
 
 /// RMS of the noise over all sensors of the records never fitted, in units of the sensors' RMS.
 fn noise(split: &Split) -> f64 {
-    let all: Vec<f64> = split.unseen.iter().flat_map(|s| &s.outputs).filter_map(|y| standard_deviation(y)).collect();
+    noise_of(split.unseen.iter().flat_map(|s| &s.outputs))
+}
+
+/// RMS of the noise over several series.
+fn noise_of<'a>(series: impl Iterator<Item = &'a Vec<f64>>) -> f64 {
+    let all: Vec<f64> = series.filter_map(|y| standard_deviation(y)).collect();
     (all.iter().map(|n| n * n).sum::<f64>() / all.len().max(1) as f64).sqrt().max(1e-9)
 }
 
@@ -177,8 +167,42 @@ struct ForceSearch<'a> {
     noise: f64,
 }
 
+/// The modes' states `[record][mode][sample]`.
+type States = Vec<Vec<Vec<Complex<f64>>>>;
+
+/// How a closed loop starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum StartKind {
+    /// As the open-loop fit has it.
+    Plain,
+    /// With the force as large as the motion of its own states asks for.
+    Matched,
+}
+
+impl StartKind {
+    const ALL: [Self; 2] = [Self::Plain, Self::Matched];
+
+    /// What is left of a coupling by which the force would push a mode the wrong way.
+    fn wrong_coupling(self) -> f64 {
+        WRONG_COUPLING[self as usize]
+    }
+}
+
+/// A model fitted in closed loop.
+struct Followed {
+    model: ClosedModel,
+    course: Course,
+    residuals: Vec<Vec<Vec<f64>>>,
+    /// RMS that is left, jumps counted.
+    error: f64,
+}
+
 /// What is left of the records never fitted, and the force on the fine grid.
-type UnseenRun = (Vec<Vec<Vec<f64>>>, Vec<Vec<f64>>);
+struct Unseen {
+    residuals: Vec<Vec<Vec<f64>>>,
+    forces: Vec<Vec<f64>>,
+    error: f64,
+}
 
 type Chosen = (Fitted, Lead, Vec<(Effect, Site)>, Vec<(Effect, Site, f64)>);
 
@@ -197,32 +221,32 @@ impl ForceSearch<'_> {
             .map(|n| if n.is_finite() { n } else { 0.0 })
             .collect();
         let screen = Screen { measurement: self.measurement, split: self.split, poles, modes, noises };
-        let candidates =
-            screen.candidates(&|share| report("asking which force is missing", 0.05 + 0.3 * share), cancel);
-        if cancel.is_cancelled() {
-            return Err(ModesError::Cancelled);
-        }
-        let mut chosen: Vec<Candidate> = Vec::new();
-        let best = candidates.first().map_or(f64::INFINITY, |c| c.error);
-        for c in candidates {
-            let new = chosen.iter().all(|k| (k.effect, k.site) != (c.effect, c.site));
-            // Of each effect the best place, of the near ones every place.
-            let first = chosen.iter().all(|k| k.effect != c.effect);
-            let near = c.error < if first { REACH } else { CLOSE } * best;
-            if new && near && c.error < BETTER * self.linear_error() && chosen.len() < MOST_CANDIDATES {
-                chosen.push(c);
+        let explains = |f: &Fitted| f.error < EXPLAINS * self.noise_in(&f.residuals().unseen);
+        let mut all: Vec<Fitted> = Vec::new();
+        let mut best = f64::INFINITY;
+        // Where a force to the ground explains the data, none between sensors is asked for.
+        for (reach, from, to) in [(SiteKind::Ground, 0.05, 0.6), (SiteKind::Pairs, 0.6, 1.0)] {
+            if all.iter().any(explains) {
+                break;
             }
-        }
-        let count = chosen.len();
-        let mut all = Vec::new();
-        for (k, candidate) in chosen.into_iter().enumerate() {
-            report("fitting the force", 0.35 + 0.65 * k as f64 / count as f64);
-            // Where one explains the data, those that are far from it need no fit.
-            let explained = all.iter().any(|f: &Fitted| f.error < GOOD * self.noise);
-            if explained && candidate.error > CLOSE * best {
-                continue;
+            let screened = |share| report("asking which force is missing", from + 0.4 * (to - from) * share);
+            let candidates = screen.candidates(reach, &screened, cancel);
+            best = candidates.first().map_or(best, |c| best.min(c.error));
+            let chosen = self.promising(candidates, best);
+            let count = chosen.len();
+            for (k, candidate) in chosen.into_iter().enumerate() {
+                report("fitting the force", from + (to - from) * (0.4 + 0.6 * k as f64 / count as f64));
+                // Where one explains the data, those that are far from it need no fit.
+                let explained = all.iter().any(explains);
+                if explained && candidate.error > NEAR * best {
+                    continue;
+                }
+                let least = all.iter().map(|f| f.error).fold(f64::INFINITY, f64::min);
+                all.extend(self.closed(&screen, candidate, (explained, least), cancel));
+                if cancel.is_cancelled() {
+                    return Err(ModesError::Cancelled);
+                }
             }
-            all.extend(self.closed(&screen, candidate, cancel));
             if cancel.is_cancelled() {
                 return Err(ModesError::Cancelled);
             }
@@ -230,71 +254,93 @@ impl ForceSearch<'_> {
         Ok(all)
     }
 
-    /// A candidate fitted in open loop, then in closed loop from several starts.
-    fn closed(&self, screen: &Screen<'_>, mut candidate: Candidate, cancel: &Cancel) -> Option<Fitted> {
+    /// Of each effect the best place, of the near ones every place.
+    fn promising(&self, candidates: Vec<Candidate>, best: f64) -> Vec<Candidate> {
+        let mut chosen: Vec<Candidate> = Vec::new();
+        for c in candidates {
+            let new = chosen.iter().all(|k| (k.effect, k.site) != (c.effect, c.site));
+            let first = chosen.iter().all(|k| k.effect != c.effect);
+            let near = c.error < if first { NEAR_OTHER_EFFECT } else { NEAR } * best;
+            if new && near && c.error < FORCE_GAIN * self.linear_error() && chosen.len() < MOST_CANDIDATES {
+                chosen.push(c);
+            }
+        }
+        chosen
+    }
+
+    /// A candidate fitted in open loop, then in closed loop from several starts; a rival of one that explains the data gets
+    /// one start.
+    fn closed(
+        &self,
+        screen: &Screen<'_>,
+        mut candidate: Candidate,
+        (rival, best): (bool, f64),
+        cancel: &Cancel,
+    ) -> Option<Fitted> {
         let most = self.fixed.unwrap_or(SCREENED_MODES.1);
         let across = Screen::across(self.measurement, candidate.site)?;
         let parts = if candidate.effect.is_of_velocity() { PARTS } else { 2 };
-        let measured: Vec<Vec<f64>> =
-            candidate.motion.iter().map(|m| m.iter().copied().step_by(PARTS / parts).collect()).collect();
         let mut known = self.path.steps[self.path.chosen].poles.clone();
         known.splice(0..0, candidate.poles.iter().copied());
+        let bound = (HOPELESS_NOISES * self.noise).max(HOPELESS * best.min(self.linear_error()));
+        let mut done = false;
         let mut opened: Option<(LinearFit, Residuals)> = None;
-        let mut got: Option<(ClosedModel, f64, f64)> = None;
-        for _ in 0..ROUNDS {
+        let mut got: Option<(Followed, Unseen)> = None;
+        for round in 0..if rival { 1 } else { ROUNDS } {
             let steps = screen.open_path(&candidate.fitted, &candidate.unseen, &known, most, 5, cancel, false)?;
             let best = steps.iter().map(|s| s.1).fold(f64::INFINITY, f64::min);
             let at = match self.fixed {
                 Some(_) => steps.len() - 1,
-                None => steps.iter().position(|s| s.1 < SAME_ERROR * best)?,
+                None if round == 0 => steps.iter().position(|s| s.1 < ROUGH * best)?,
+                None => self.worth(screen, &candidate, &steps)?,
             };
+            // Along a force that explains the data, only a mode that it had hidden is worth another fit.
+            if done && got.as_ref().is_some_and(|g| steps[at].0.poles.len() <= g.0.model.modes()) {
+                break;
+            }
             let (fit, _) = steps.into_iter().nth(at)?;
             let task = Task::new(&self.split.fitted, &self.measurement.sensors, Some(&candidate.fitted), 1);
             let offsets: Vec<Vec<f64>> = (0..self.split.fitted.len())
                 .map(|r| (0..self.measurement.sensors.len()).map(|s| task.offset(&fit, s, r)).collect())
                 .collect();
-            let base = Loop {
-                sensors: &self.measurement.sensors,
-                series: &self.split.fitted,
-                offsets: &offsets,
-                measured: &measured,
-                closed: 1.0,
-                parts,
-                share: 1.0,
-            };
-            let mut best_start: Option<(ClosedModel, f64)> = None;
-            for clipped in [false, true] {
-                let start = self.start(&task, &fit, &candidate, &across, clipped);
-                let found = follow(start, base, cancel);
-                if let Some((model, error)) = found
-                    && best_start.as_ref().is_none_or(|b| error < b.1)
-                {
-                    best_start = Some((model, error));
-                }
-                if best_start.as_ref().is_some_and(|b| b.1 < GOOD * self.noise) {
-                    break;
+            let mut best_start: Option<Followed> = None;
+            for which in StartKind::ALL.into_iter().take(if rival { 1 } else { 2 }) {
+                let Some((start, states)) = self.start(&task, &fit, &candidate, &across, which) else { continue };
+                let found = self.follow(start, &states, &offsets, (parts, bound), cancel);
+                if let Some(found) = found {
+                    let good = found.error < EXPLAINS * self.noise_in(&found.residuals);
+                    if best_start.as_ref().is_none_or(|b| found.error < b.error) {
+                        best_start = Some(found);
+                    }
+                    if good {
+                        break;
+                    }
                 }
             }
             if opened.is_none() {
                 let left = screen.left(&candidate.fitted, &candidate.unseen, &fit)?;
                 opened = Some((fit, left));
             }
-            let Some((model, error)) = best_start else { break };
-            let unseen = self.unseen(&model, parts, cancel);
-            let unseen_error = unseen.as_ref().map_or(f64::INFINITY, |u| rms(u.0.iter().flatten()));
-            let before = got.as_ref().map(|g| g.2);
-            if before.is_none_or(|b| unseen_error < b) {
-                got = Some((model.clone(), error, unseen_error));
-            }
-            if unseen_error < 1.03 * self.noise || before.is_some_and(|b| unseen_error > 0.97 * b) {
-                break;
+            let Some(found) = best_start else { break };
+            let Some(unseen) = self.unseen(&found.model, parts, cancel) else { break };
+            let noise = self.noise_in(&unseen.residuals);
+            let before = got.as_ref().map(|g| g.1.error);
+            done = unseen.error < ENOUGH * noise;
+            let enough = (done && rival)
+                || unseen.error > self.linear_error().max(HOPELESS_NOISES * noise)
+                || before.is_some_and(|b| unseen.error > ROUND_GAIN * b);
+            let of = found.course.along(&self.measurement.sensors, &self.split.fitted, PARTS);
+            let forces =
+                if enough { None } else { found.model.simulate(of).map(|s| found.course.records(of, s.forces, 1)) };
+            let model = found.model.clone();
+            let unseen_forces = unseen.forces.clone();
+            if before.is_none_or(|b| unseen.error < b) {
+                got = Some((found, unseen));
             }
             // The model's own force lets further modes be seen.
-            let Some(unseen) = unseen else { break };
-            let fine = Loop { parts: PARTS, measured: &[], ..base };
-            let Some(simulated) = model.simulate(fine) else { break };
-            candidate.fitted.values = simulated.forces;
-            candidate.unseen.values = unseen.1;
+            let Some(forces) = forces else { break };
+            candidate.fitted.values = forces;
+            candidate.unseen.values = unseen_forces;
             let unit = candidate.fitted.values.iter().map(|f| deviation(f)).fold(0.0, f64::max);
             if unit.is_nan() || unit <= 0.0 {
                 break;
@@ -308,38 +354,41 @@ impl ForceSearch<'_> {
         }
         let (fit, left) = opened?;
         let period = main_period(&self.split.fitted);
-        let closed = got.and_then(|(model, _, error)| {
-            let unseen = self.unseen(&model, parts, cancel)?.0;
-            let offsets = vec![vec![0.0; self.measurement.sensors.len()]; self.split.fitted.len()];
-            let of = Loop {
-                sensors: &self.measurement.sensors,
-                series: &self.split.fitted,
-                offsets: &offsets,
-                measured: &[],
-                closed: 1.0,
-                parts,
-                share: 1.0,
-            };
-            let fitted = model.simulate(of)?.residuals;
-            let unknowns = model.shared();
-            Some((error, (model, Residuals { fitted, unseen, unknowns })))
-        });
         // What stays in range only along the measured motion is no model.
-        let (error, (_, residuals)) = closed.as_ref()?;
-        let (densities, error) = (residuals.densities(&self.split.intervals(), period), *error);
-        Some(Fitted { candidate, closed: closed.map(|c| c.1), open: (fit, left), densities, error })
+        let (found, unseen) = got?;
+        let unknowns = found.model.shared();
+        let residuals = Residuals { fitted: found.residuals, unseen: unseen.residuals, unknowns };
+        let densities = residuals.densities(&self.split.intervals(), period);
+        let closed = Some((found.model, found.course, residuals));
+        Some(Fitted { candidate, closed, open: (fit, left), densities, error: unseen.error })
     }
 
-    /// A closed-loop model from an open-loop fit: the residues of each mode for inputs and force are made one shape, as
-    /// reciprocity asks; `clipped` sets couplings of the wrong sign to nearly nothing, else their size is kept.
+    /// The number of modes (less one) that data never fitted ask for.
+    fn worth(&self, screen: &Screen<'_>, candidate: &Candidate, steps: &[(LinearFit, f64)]) -> Option<usize> {
+        let (intervals, period) = (self.split.intervals(), main_period(&self.split.fitted));
+        let mut best: Option<(usize, f64, Vec<f64>)> = None;
+        for (k, (fit, error)) in steps.iter().enumerate() {
+            if best.as_ref().is_some_and(|b| *error >= (1.0 - MODE_GAIN) * b.1) {
+                continue;
+            }
+            let densities = screen.left(&candidate.fitted, &candidate.unseen, fit)?.densities(&intervals, period);
+            if best.as_ref().is_none_or(|b| beats(&densities, &b.2)) {
+                best = Some((k, *error, densities));
+            }
+        }
+        best.map(|b| b.0)
+    }
+
+    /// A closed-loop model from an open-loop fit, and the states that the fit has. The responses of each mode to inputs and
+    /// force are made one shape, as reciprocity asks. None where a start would be the first one again.
     fn start(
         &self,
         task: &Task<'_>,
         fit: &LinearFit,
         candidate: &Candidate,
         across: &[f64],
-        clipped: bool,
-    ) -> ClosedModel {
+        which: StartKind,
+    ) -> Option<(ClosedModel, States)> {
         let (sensors, inputs) = (self.measurement.sensors.len(), self.measurement.inputs.len());
         let residue = |mode: usize| {
             let omega: f64 = fit.poles[mode].omega;
@@ -360,20 +409,18 @@ impl ForceSearch<'_> {
         let weight: f64 = parts.iter().map(|(u, v)| -v[inputs] * moved(u)).sum();
         let sign = if weight < 0.0 && candidate.effect.has_either_sign() { -1.0 } else { 1.0 };
         let mut drive = Vec::new();
-        let mut shape = Vec::new();
+        let (mut shape, mut forced) = (Vec::new(), Vec::new());
+        let mut restoring = true;
         for (u, v) in &parts {
             let reach = moved(u);
             let square = -v[inputs] * sign / reach;
-            let size = if square > 0.0 {
-                square.sqrt()
-            } else if clipped {
-                0.1 * square.abs().sqrt()
-            } else {
-                square.abs().sqrt() * 0.5
-            };
+            let share = if square > 0.0 { 1.0 } else { which.wrong_coupling() };
+            let size = share * square.abs().sqrt();
+            restoring &= square > 0.0;
             let size = if size.is_finite() && size > 0.0 { size } else { 1.0 };
             shape.push(u.iter().map(|u| u * size).collect());
             drive.push((0..inputs).map(|j| v[j] / size).collect());
+            forced.push(v[inputs] / size);
         }
         let inner =
             if candidate.effect == Effect::CoulombFriction { SHARPER * candidate.inner } else { candidate.inner };
@@ -388,15 +435,49 @@ impl ForceSearch<'_> {
             shape,
             initial: Vec::new(),
         };
-        model.initial = self.initial(task, fit, &model);
-        model
+        let mut free = self.initial(task, fit, &model);
+        let states = (0..self.split.fitted.len()).map(|r| {
+            let series = &self.split.fitted[r];
+            let along = |i: usize| {
+                let lambda = fit.poles[i].eigenvalue();
+                let mut sum = vec![Complex::new(0.0, 0.0); series.len()];
+                let mut one = sum.clone();
+                let mut add = |one: &[Complex<f64>], size: f64| {
+                    sum.iter_mut().zip(one).for_each(|(s, z)| *s += z * size);
+                };
+                for (j, input) in series.inputs.iter().enumerate() {
+                    pole::response(lambda, series.interval, &pole::padded(input), &mut one);
+                    add(&one, model.drive[i][j]);
+                }
+                let force = &candidate.fitted;
+                pole::response_fine(lambda, series.interval, &force.values[r], force.parts, &mut one);
+                add(&one, forced[i]);
+                let mut own = free[r][i];
+                let decay = (lambda * series.interval).exp();
+                for z in &mut sum {
+                    *z += own;
+                    own *= decay;
+                }
+                sum
+            };
+            (0..fit.poles.len()).map(along).collect::<Vec<_>>()
+        });
+        let mut states: States = states.collect();
+        if which == StartKind::Matched && !matched(&mut model, &mut states, &candidate.fitted) && restoring {
+            return None;
+        }
+        for (own, all) in free.iter_mut().zip(&states) {
+            own.iter_mut().zip(all).for_each(|(own, all)| *own = all[0]);
+        }
+        if !self.at_rest(task, fit) {
+            model.initial = free;
+        }
+        Some((model, states))
     }
 
-    /// The initial states that the free oscillations of an open-loop fit tell; none where all records start at rest.
+    /// The initial states that the free oscillations of an open-loop fit tell.
     fn initial(&self, task: &Task<'_>, fit: &LinearFit, model: &ClosedModel) -> Vec<Vec<Complex<f64>>> {
         let sensors = &self.measurement.sensors;
-        let records = self.split.fitted.len();
-        let mut largest = 0.0_f64;
         let of = |record: usize, mode: usize| {
             let lambda = fit.poles[mode].eigenvalue();
             let (mut sum, mut power) = (Complex::new(0.0, 0.0), 0.0);
@@ -408,8 +489,15 @@ impl ForceSearch<'_> {
             }
             sum / power.max(1e-300)
         };
-        let states: Vec<Vec<Complex<f64>>> =
-            (0..records).map(|r| (0..fit.poles.len()).map(|i| of(r, i)).collect()).collect();
+        (0..self.split.fitted.len()).map(|r| (0..fit.poles.len()).map(|i| of(r, i)).collect()).collect()
+    }
+
+    /// True if all records start at rest: none has free oscillations worth the name.
+    fn at_rest(&self, task: &Task<'_>, fit: &LinearFit) -> bool {
+        if self.measurement.inputs.is_empty() {
+            return false;
+        }
+        let mut largest = 0.0_f64;
         for (r, series) in self.split.fitted.iter().enumerate() {
             for (s, output) in series.outputs.iter().enumerate() {
                 let size = deviation(output);
@@ -423,28 +511,150 @@ impl ForceSearch<'_> {
                 }
             }
         }
-        if largest > AT_REST || self.measurement.inputs.is_empty() { states } else { Vec::new() }
+        largest <= AT_REST
     }
 
-    /// What a model leaves on the records never fitted, from initial states fitted to them, and its force on the fine grid.
-    fn unseen(&self, model: &ClosedModel, parts: usize, cancel: &Cancel) -> Option<UnseenRun> {
-        let series = &self.split.unseen;
-        let offsets: Vec<Vec<f64>> = series.iter().map(|s| s.outputs.iter().map(|_| 0.0).collect()).collect();
-        let of = Loop {
-            sensors: &self.measurement.sensors,
-            series,
-            offsets: &offsets,
-            measured: &[],
-            closed: 1.0,
-            parts,
-            share: 1.0,
+    /// The noise that a residual shows, where it is less than that of the raw series: a force that switches looks like noise there.
+    fn noise_in(&self, residuals: &[Vec<Vec<f64>>]) -> f64 {
+        noise_of(residuals.iter().flatten()).min(self.noise)
+    }
+
+    /// Fits over short stretches that are held together ever more, then over whole records; where these cannot be followed,
+    /// because small differences grow, the stretches stay. None where the error over stretches exceeds the bound.
+    fn follow(
+        &self,
+        start: ClosedModel,
+        states: &States,
+        offsets: &[Vec<f64>],
+        (parts, bound): (usize, f64),
+        cancel: &Cancel,
+    ) -> Option<Followed> {
+        let (sensors, series) = (&self.measurement.sensors, &self.split.fitted);
+        let whole_initial = start.initial.clone();
+        let rest = whole_initial.is_empty();
+        let total: usize = series.iter().map(Series::len).sum();
+        let segments = stretches(series, self.stretch(&start), HELD_SAMPLES / total as f64);
+        let mut model = start;
+        model.initial = segments.iter().map(|s| states[s.record].iter().map(|m| m[s.start]).collect()).collect();
+        let mut course = Course { segments, weights: Vec::new(), rest, offsets: offsets.to_vec() };
+        model = model.eased(course.along(sensors, series, parts), STATE_STEPS, 1e-2, cancel);
+        let mut error = f64::INFINITY;
+        let whole =
+            Course { segments: Segment::whole(series, 1.0), weights: Vec::new(), rest, offsets: offsets.to_vec() };
+        for hold in HOLDS {
+            course.weights = held(&model, hold);
+            let of = course.along(sensors, series, parts);
+            let (found, left) = model.fitted(of, Free::All, HELD_STEPS, HELD_GAIN, cancel)?;
+            model = found;
+            error = (left.squares / left.samples as f64).sqrt();
+            if error > bound {
+                return None;
+            }
+            // Where whole records can be followed from here, nothing needs to be held.
+            if rest && hold > HOLDS[0] {
+                let run =
+                    ClosedModel { initial: Vec::new(), ..model.clone() }.simulate(whole.along(sensors, series, parts));
+                if run.is_some_and(|r| rms(r.residuals.iter().flatten()) < FOLLOWED * error) {
+                    break;
+                }
+            }
+        }
+        let mut free_run = model.clone();
+        free_run.initial = whole_initial;
+        for (r, initial) in free_run.initial.iter_mut().enumerate() {
+            if let Some(k) = course.segments.iter().position(|s| (s.record, s.start) == (r, 0)) {
+                initial.clone_from(&model.initial[k]);
+            }
+        }
+        let free = if rest { Free::Shared } else { Free::All };
+        let of = whole.along(sensors, series, parts);
+        if let Some((found, left)) = free_run.fitted(of, free, WHOLE_STEPS, 1e-3, cancel) {
+            let own = (left.squares / left.samples as f64).sqrt();
+            if own < KEPT * error {
+                return Some(Followed {
+                    residuals: whole.residuals(of, &left),
+                    error: own,
+                    model: found,
+                    course: whole,
+                });
+            }
+        }
+        let state = |r: usize| {
+            let first = course.segments.iter().position(|s| (s.record, s.start) == (r, 0));
+            first.map_or_else(|| states[r].iter().map(|m| m[0]).collect(), |k| model.initial[k].clone())
+        };
+        let starts = (0..series.len()).map(state).collect();
+        let (model, course) = self.shadowed(&model, starts, (series, offsets, rest), parts, cancel)?;
+        let of = course.along(sensors, series, parts);
+        let left = model.simulate(of)?;
+        let error = (left.squares / left.samples as f64).sqrt();
+        Some(Followed { residuals: course.residuals(of, &left), error, model, course })
+    }
+
+    /// The motion that a model allows, but for the smallest jumps between stretches, and that follows the data best; `starts`
+    /// are the states at the records' beginnings.
+    fn shadowed(
+        &self,
+        model: &ClosedModel,
+        starts: Vec<Vec<Complex<f64>>>,
+        (series, offsets, rest): (&[Series], &[Vec<f64>], bool),
+        parts: usize,
+        cancel: &Cancel,
+    ) -> Option<(ClosedModel, Course)> {
+        let sensors = &self.measurement.sensors;
+        let segments = stretches(series, self.stretch(model), 1.0);
+        let mut model = model.clone();
+        model.initial = segments.iter().map(|s| starts[s.record].clone()).collect();
+        let mut course = Course { segments, weights: Vec::new(), rest, offsets: offsets.to_vec() };
+        model = model.swept(course.along(sensors, series, parts), STATE_STEPS, cancel);
+        for hold in HOLDS {
+            course.weights = held(&model, hold);
+            let of = course.along(sensors, series, parts);
+            model = model.fitted(of, Free::Initial, HELD_STEPS, HELD_GAIN, cancel)?.0;
+        }
+        Some((model, course))
+    }
+
+    /// Samples of a stretch.
+    fn stretch(&self, model: &ClosedModel) -> f64 {
+        (STRETCH * 2.0 * model.modes() as f64 / self.measurement.sensors.len() as f64).max(LEAST_STRETCH)
+    }
+
+    /// What a model leaves on the records never fitted, from initial states fitted to them.
+    fn unseen(&self, model: &ClosedModel, parts: usize, cancel: &Cancel) -> Option<Unseen> {
+        let (sensors, series) = (&self.measurement.sensors, &self.split.unseen);
+        let offsets: Vec<Vec<f64>> = series.iter().map(|s| vec![0.0; s.outputs.len()]).collect();
+        let [begin, whole] = [BEGINNING, 1.0].map(|share| Course {
+            segments: Segment::whole(series, share),
+            weights: Vec::new(),
+            rest: false,
+            offsets: offsets.clone(),
+        });
+        let told = |model: &ClosedModel, course: &Course| -> Option<Unseen> {
+            let of = course.along(sensors, series, parts);
+            let left = model.simulate(of)?;
+            let fine = course.along(sensors, series, PARTS);
+            let forces = course.records(fine, model.simulate(fine)?.forces, 1);
+            let error = (left.squares / left.samples as f64).sqrt();
+            Some(Unseen { residuals: course.residuals(of, &left), forces, error })
         };
         let mut model = model.clone();
         model.initial = vec![vec![Complex::new(0.0, 0.0); model.modes()]; series.len()];
-        let fitted = model.fitted(Loop { share: 0.15, ..of }, Free::Initial, 6, 1e-4, cancel)?.0;
-        let (fitted, simulated) = fitted.fitted(of, Free::Initial, 3, 1e-4, cancel)?;
-        let forces = fitted.simulate(Loop { parts: PARTS, ..of })?.forces;
-        Some((simulated.residuals, forces))
+        let at_start = model.fitted(begin.along(sensors, series, parts), Free::Initial, 6, 1e-4, cancel)?.0;
+        let run = at_start.fitted(whole.along(sensors, series, parts), Free::Initial, 3, 1e-4, cancel);
+        let free = run.and_then(|(m, _)| told(&m, &whole));
+        if free.as_ref().is_some_and(|f| f.error < EXPLAINS * self.noise_in(&f.residuals)) {
+            return free;
+        }
+        // Where small differences grow, a motion that the model allows, but for the smallest jumps, may still follow the data.
+        let starts = at_start.initial.clone();
+        let found = self.shadowed(&at_start, starts, (series, &offsets, false), parts, cancel);
+        let Some((model, shadow)) = found else { return free };
+        let shadowed = told(&model, &shadow);
+        match (free, shadowed) {
+            (Some(free), Some(shadowed)) if free.error <= shadowed.error => Some(free),
+            (free, shadowed) => shadowed.or(free),
+        }
     }
 
     /// The effect that stands, with its lead over the nearest rival, those that it does not beat, and all that were tried.
@@ -458,7 +668,7 @@ impl ForceSearch<'_> {
         let tried: Vec<(Effect, Site, f64)> =
             fitted.iter().map(|f| (f.candidate.effect, f.candidate.site, f.error)).collect();
         let stands =
-            fitted.iter().position(|f| f.error < BETTER * self.linear_error() && beats(&f.densities, &plain))?;
+            fitted.iter().position(|f| f.error < FORCE_GAIN * self.linear_error() && beats(&f.densities, &plain))?;
         let best = fitted.remove(stands);
         let mut rivals = Vec::new();
         let mut lead = compared(&best.densities, &plain, "none");
@@ -481,14 +691,13 @@ impl ForceSearch<'_> {
         lead: Lead,
         rivals: Vec<(Effect, Site)>,
         tried: Vec<(Effect, Site, f64)>,
-        cancel: &Cancel,
-    ) -> Result<(Structure, FoundForce), ModesError> {
+    ) -> (Structure, FoundForce) {
         let Fitted { candidate, closed, open, error, .. } = best;
         let sensors = &self.measurement.sensors;
         let unit = force_unit(self.measurement, candidate.site);
         let (modes, participation, drives, parameters, residuals) = match closed {
-            Some((model, residuals)) if residuals.unseen_rms() <= 1.1 * error => {
-                let told = self.told_closed(&model, &residuals, &unit);
+            Some((model, course, residuals)) if residuals.unseen_rms() <= 1.1 * error => {
+                let told = self.told_closed(&model, &course, &residuals, &unit);
                 (told.0, told.1, told.2, told.3, residuals)
             }
             _ => {
@@ -498,10 +707,10 @@ impl ForceSearch<'_> {
                 (modes, participation, Vec::new(), Vec::new(), residuals)
             }
         };
-        let _ = cancel;
         let structure = Structure {
             sensors: sensors.clone(),
             inputs: self.measurement.inputs.clone(),
+            in_band: in_band(self.measurement, &modes),
             modes,
             participation,
             noise_floor: noise_floor(self.measurement),
@@ -509,27 +718,19 @@ impl ForceSearch<'_> {
         };
         let found =
             FoundForce { effect: candidate.effect, site: candidate.site, parameters, drives, lead, rivals, tried };
-        Ok((structure, found))
+        (structure, found)
     }
 
     fn told_closed(
         &self,
         model: &ClosedModel,
+        course: &Course,
         residuals: &Residuals,
         unit: &str,
     ) -> (Vec<Mode>, Vec<Vec<f64>>, Vec<f64>, Vec<ForceParameter>) {
         let (sensors, inputs) = (&self.measurement.sensors, &self.measurement.inputs);
-        let offsets = vec![vec![0.0; sensors.len()]; self.split.fitted.len()];
         let parts = if model.effect.is_of_velocity() { PARTS } else { 2 };
-        let of = Loop {
-            sensors,
-            series: &self.split.fitted,
-            offsets: &offsets,
-            measured: &[],
-            closed: 1.0,
-            parts,
-            share: 1.0,
-        };
+        let of = course.along(sensors, &self.split.fitted, parts);
         let count = residuals.fitted.iter().flatten().count().max(1);
         let inflated = residuals.fitted.iter().flatten().map(|r| inflation(r)).sum::<f64>() / count as f64;
         let variance = residuals.fitted_rms().powi(2) * inflated;
@@ -604,23 +805,65 @@ impl ForceSearch<'_> {
     }
 }
 
-/// Takes the model's own motion into the force by steps, then fits all of every record; with the RMS that is left.
-fn follow(start: ClosedModel, base: Loop<'_>, cancel: &Cancel) -> Option<(ClosedModel, f64)> {
-    let mut model = start;
-    let free = if model.initial.is_empty() { Free::Shared } else { Free::All };
-    let mut error = None;
-    for (closed, share, steps) in SCHEDULE {
-        let of = Loop { closed, share, ..base };
-        match model.fitted(of, free, steps, 1e-3, cancel) {
-            Some((found, left)) => {
-                model = found;
-                error = Some((left.squares / left.samples as f64).sqrt());
-            }
-            None if closed < 1.0 => {}
-            None => return None,
+/// What jumps of the states count for, each beside the size of its state.
+fn held(model: &ClosedModel, hold: f64) -> Vec<f64> {
+    let size = |i: usize| {
+        let sum: f64 = model.initial.iter().map(|s| s[i].norm_sqr()).sum();
+        (sum / model.initial.len() as f64).sqrt().max(1e-300)
+    };
+    (0..model.modes()).map(|i| hold / size(i)).collect()
+}
+
+/// Makes a model's force as large as an open-loop fit has it along the motion that its own states make: accelerations that
+/// were integrated show the motion too small or too large. False where it is as large already, or none would serve.
+fn matched(model: &mut ClosedModel, states: &mut States, force: &ForceSeries) -> bool {
+    let derivative = i32::from(model.effect.is_of_velocity());
+    let mut pairs: Vec<(f64, f64)> = Vec::new();
+    for (own, values) in states.iter().zip(&force.values) {
+        let samples = own.first().map_or(0, Vec::len);
+        let at = |t: usize| {
+            let shown = |i: usize| {
+                let lambda = model.poles[i].eigenvalue();
+                model.coupling(i) * (lambda.powi(derivative) * own[i][t]).im / lambda.im
+            };
+            (0..own.len()).map(shown).sum::<f64>()
+        };
+        pairs.extend((0..samples).map(|t| (at(t), values[t * force.parts])));
+    }
+    if model.has_gap() {
+        // The gap is left as often.
+        let beyond = pairs.iter().filter(|(_, f)| *f != 0.0).count();
+        let mut sizes: Vec<f64> = pairs.iter().map(|(x, _)| x.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        if let Some(gap) = sizes.get(sizes.len() - beyond.clamp(1, sizes.len().max(1))).filter(|g| **g > 0.0) {
+            model.inner = *gap;
         }
     }
-    error.map(|e| (model, e))
+    let (mut product, mut square) = (0.0, 0.0);
+    for (x, measured) in pairs {
+        let own = model.effect.at(x, model.inner) / model.unit;
+        product += own * measured;
+        square += own * own;
+    }
+    let size = (product / square).sqrt();
+    if !(size.is_finite() && size > 0.0 && size.ln().abs() > OTHER_START) {
+        return false;
+    }
+    model.shape.iter_mut().flatten().for_each(|s| *s *= size);
+    model.drive.iter_mut().flatten().for_each(|d| *d /= size);
+    states.iter_mut().flatten().flatten().for_each(|z| *z /= size);
+    true
+}
+
+/// The beginnings of all records, a share of each, in stretches of about so many samples; each one's last sample is the next one's first.
+fn stretches(series: &[Series], samples: f64, share: f64) -> Vec<Segment> {
+    let mut all = Vec::new();
+    for Segment { record, length, .. } in Segment::whole(series, share.min(1.0)) {
+        let count = ((length as f64 / samples).round() as usize).max(1);
+        let bound = |k: usize| k * (length - 1) / count;
+        all.extend((0..count).map(|k| Segment { record, start: bound(k), length: bound(k + 1) - bound(k) + 1 }));
+    }
+    all
 }
 
 /// The unit of the displacement at a site, as far as the sensor's own tells.

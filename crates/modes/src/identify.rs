@@ -6,33 +6,17 @@ use nalgebra::{Complex, DMatrix};
 
 use super::error::ModesError;
 use super::judge::{Residuals, beats};
-use super::linear::{ForceSeries, LinearFit, Task};
+use super::limits::{
+    CHOICE_ROWS, HELD_OUT, LAST_POLE_STEPS, MODE_GAIN, MOST_MODES, PATIENCE, POLE_RATES, POLE_STEPS, POOL_DISTANCE,
+    SAME_POLE,
+};
+use super::linear::{ForceSeries, LinearFit, Pool, Task};
 use super::measurement::{Measurement, Sensor, Series};
 use super::pole::Pole;
 use super::subspace::{self, Channels};
 use sindyscope_core::parallel::prelude::*;
 use sindyscope_core::study::Cancel;
 use sindyscope_values::model::Mode;
-
-/// Thinning and block rows at which poles are looked for: one rate alone loses the first mode of a beam seen by acceleration.
-const RATES: [(usize, usize); 3] = [(1, 60), (3, 40), (12, 30)];
-/// Modes at most where their number is left to the data.
-pub(crate) const MOST_MODES: usize = 14;
-/// Share of its frequency within which a further pole is the same.
-const SAME: f64 = 0.015;
-/// Poles of the pool nearer than this (logarithms of frequency and damping) count once.
-const POOL_DISTANCE: (f64, f64) = (0.006, 0.5);
-/// Refinement steps after each added pole, and at last.
-const STEPS: usize = 5;
-const LAST_STEPS: usize = 15;
-/// A further mode must lower the error on data never fitted by this share, beside the lead that every name needs.
-const WORTH: f64 = 0.01;
-/// Modes that are tried without a better one before the search for more ends.
-const PATIENCE: usize = 2;
-/// Rows that the choice of a further pole looks at, about.
-const GREEDY_ROWS: usize = 6000;
-/// Share of a single record that is held out for the choice where nothing else is.
-const HELD_OUT: f64 = 0.3;
 
 /// Records to fit and records to judge by.
 pub(crate) struct Split {
@@ -96,7 +80,7 @@ pub(crate) struct PathRequest<'a> {
 
 impl Default for PathRequest<'_> {
     fn default() -> Self {
-        Self { modes: None, most: MOST_MODES, steps: STEPS, known: &[], rates: &RATES }
+        Self { modes: None, most: MOST_MODES, steps: POLE_STEPS, known: &[], rates: &POLE_RATES }
     }
 }
 
@@ -131,7 +115,8 @@ pub(crate) fn path(
     let period = main_period(&split.fitted);
     let rows: usize = split.fitted.iter().map(Series::len).sum();
     let task = Task::new(&split.fitted, &measurement.sensors, None, 1);
-    let coarse = Task::new(&split.fitted, &measurement.sensors, None, rows / GREEDY_ROWS);
+    let coarse = Task::new(&split.fitted, &measurement.sensors, None, rows / CHOICE_ROWS);
+    let pool = coarse.pool(&pool);
     let unseen = Task::new(&split.unseen, &measurement.sensors, None, 1);
     let most = request.modes.unwrap_or(request.most);
     let mut steps: Vec<PathStep> = Vec::new();
@@ -154,7 +139,7 @@ pub(crate) fn path(
         let densities = residuals.densities(&split.intervals(), period);
         let step = PathStep { poles: poles.clone(), residuals, densities };
         let better = steps.get(chosen).is_none_or(|best: &PathStep| {
-            step.residuals.unseen_rms() < (1.0 - WORTH) * best.residuals.unseen_rms()
+            step.residuals.unseen_rms() < (1.0 - MODE_GAIN) * best.residuals.unseen_rms()
                 && beats(&step.densities, &best.densities)
         });
         steps.push(step);
@@ -172,8 +157,52 @@ pub(crate) fn path(
     }
     if request.modes.is_some() {
         chosen = steps.len() - 1;
+    } else if let Some(step) = pruned(measurement, split, (&task, &unseen), &steps[chosen], request.steps, cancel) {
+        steps.push(step);
+        chosen = steps.len() - 1;
     }
     Ok(Path { steps, chosen })
+}
+
+/// Without the modes that data never fitted do not ask for once all are there; none where they ask for all.
+fn pruned(
+    measurement: &Measurement,
+    split: &Split,
+    (task, unseen): (&Task<'_>, &Task<'_>),
+    whole: &PathStep,
+    steps: usize,
+    cancel: &Cancel,
+) -> Option<PathStep> {
+    let period = main_period(&split.fitted);
+    let judged = |fit: &LinearFit| -> Option<PathStep> {
+        let residuals = Residuals {
+            fitted: residuals(task, fit, &split.fitted),
+            unseen: unseen.unseen(fit)?,
+            unknowns: unknowns(measurement, &fit.poles),
+        };
+        let densities = residuals.densities(&split.intervals(), period);
+        Some(PathStep { poles: fit.poles.clone(), residuals, densities })
+    };
+    let mut best: Option<PathStep> = None;
+    loop {
+        let now = best.as_ref().unwrap_or(whole);
+        if now.poles.len() < 2 || cancel.is_cancelled() {
+            return best;
+        }
+        let fits = (0..now.poles.len()).filter_map(|k| {
+            let mut poles = now.poles.clone();
+            poles.remove(k);
+            task.fit(&poles)
+        });
+        let least = fits.min_by(|a, b| a.squares.total_cmp(&b.squares))?;
+        let step = judged(&task.refine(&least.poles, steps, cancel)?)?;
+        let worse = step.residuals.unseen_rms() * (1.0 - MODE_GAIN) > whole.residuals.unseen_rms()
+            && beats(&whole.densities, &step.densities);
+        if worse {
+            return best;
+        }
+        best = Some(step);
+    }
 }
 
 /// Values that are fitted with these poles: each one's frequency, damping and amplitudes.
@@ -186,13 +215,12 @@ pub(crate) fn residuals(task: &Task<'_>, fit: &LinearFit, series: &[Series]) -> 
 }
 
 /// The pole of a pool that takes most off what the present ones leave.
-pub(crate) fn further(task: &Task<'_>, poles: &[Pole], pool: &[Pole]) -> Option<Pole> {
+pub(crate) fn further(task: &Task<'_>, poles: &[Pole], pool: &Pool) -> Option<Pole> {
     let fit = task.fit(poles)?;
-    let is_new = |p: &&Pole| poles.iter().all(|q| (p.omega / q.omega).ln().abs() >= SAME);
-    let free: Vec<Pole> = pool.iter().filter(is_new).copied().collect();
-    let gains = task.gains(&fit, &free);
-    let best = gains.iter().enumerate().filter(|(_, g)| g.is_finite()).max_by(|a, b| a.1.total_cmp(b.1));
-    best.map(|(k, _)| free[k])
+    let is_new = |p: &Pole| poles.iter().all(|q| (p.omega / q.omega).ln().abs() >= SAME_POLE);
+    let gains = task.gains(&fit, pool);
+    let free = pool.poles.iter().zip(&gains).filter(|(p, g)| is_new(p) && g.is_finite());
+    free.max_by(|a, b| a.1.total_cmp(b.1)).map(|(p, _)| *p)
 }
 
 /// The period of the strongest line of the records' slowest moving sensor, s.
@@ -223,7 +251,7 @@ pub(crate) fn linear(measurement: &Measurement, poles: &[Pole], cancel: &Cancel)
     let failed = || if cancel.is_cancelled() { ModesError::Cancelled } else { ModesError::NoMode };
     let mut poles = poles.to_vec();
     poles.sort_by(|a, b| a.omega.total_cmp(&b.omega));
-    let fit = task.refine(&poles, LAST_STEPS, cancel).ok_or_else(failed)?;
+    let fit = task.refine(&poles, LAST_POLE_STEPS, cancel).ok_or_else(failed)?;
     let unseen = Task::new(&measurement.held_out, &measurement.sensors, None, 1);
     let residuals = Residuals {
         fitted: residuals(&task, &fit, &measurement.fitted),

@@ -32,6 +32,7 @@ mod error;
 mod force;
 mod identify;
 mod judge;
+mod limits;
 mod linear;
 mod measurement;
 mod motion;

@@ -8,18 +8,10 @@
 
 use nalgebra::{Cholesky, Complex, DMatrix, Dyn};
 
+use super::limits::{DIFFERENCES, MAX_POLE_CHANGE, POLE_GAIN, POOL_RIDGE, RIDGE};
 use super::measurement::{Quantity, Sensor, Series};
 use super::pole::{self, Pole};
 use sindyscope_core::study::Cancel;
-
-/// Relative steps of frequency and damping for their derivatives.
-const STEPS: [f64; 2] = [1e-5, 1e-3];
-/// Largest change of a pole's logarithms in one step.
-const MAX_CHANGE: f64 = 0.3;
-/// Added to the diagonal of the scaled Gram matrix: close poles stay solvable.
-const RIDGE: f64 = 1e-10;
-/// Share of the sum of squares by which a step must gain for another to follow.
-const GAIN: f64 = 1e-5;
 
 /// A force beside the inputs, known at `parts` instants a sampling interval: `values[record][instant]`.
 #[derive(Clone, Debug)]
@@ -73,6 +65,18 @@ pub(crate) struct LinearFit {
 struct Slopes {
     normal: DMatrix<f64>,
     gradient: DMatrix<f64>,
+}
+
+/// Poles that may join a fit, with their columns.
+pub(crate) struct Pool {
+    pub(crate) poles: Vec<Pole>,
+    /// `columns[group][record]`: those for inputs and forces, then the free oscillations.
+    columns: Vec<Vec<DMatrix<f64>>>,
+}
+
+/// `aᵀ b`, by blocks that fit the cache.
+fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    a.transpose() * b
 }
 
 impl<'a> Task<'a> {
@@ -136,12 +140,9 @@ impl<'a> Task<'a> {
             }
         }
         let decay = (lambda * (series.interval * self.stride as f64)).exp();
-        let mut state = Complex::new(1.0, 0.0);
-        for row in 0..self.rows(record) {
-            matrix[(row, free)] = state.re;
-            matrix[(row, free + 1)] = state.im;
-            state *= decay;
-        }
+        let rows = self.rows(record);
+        let (real, imaginary) = matrix.as_mut_slice()[free * rows..(free + 2) * rows].split_at_mut(rows);
+        pole::swing(decay, real, imaginary);
     }
 
     /// Columns of all poles for each record.
@@ -188,7 +189,7 @@ impl<'a> Task<'a> {
         let mut targets = Vec::with_capacity(columns.len());
         for (record, matrix) in columns.iter().enumerate() {
             let target = self.targets(group, record);
-            let (own, own_right) = (matrix.tr_mul(matrix), matrix.tr_mul(&target));
+            let (own, own_right) = (product(matrix, matrix), product(matrix, &target));
             for i in 0..own.nrows() {
                 let row = self.place(i, record, m);
                 for j in 0..own.ncols() {
@@ -230,54 +231,68 @@ impl<'a> Task<'a> {
         DMatrix::from_fn(columns, amplitudes.ncols(), |i, s| amplitudes[(self.place(i, record, modes), s)])
     }
 
-    /// How much each further pole would take off the sum of squares.
-    pub(crate) fn gains(&self, fit: &LinearFit, pool: &[Pole]) -> Vec<f64> {
-        pool.iter().map(|pole| self.gain(fit, *pole).unwrap_or(0.0)).collect()
+    /// The columns of poles that may join a fit, made once.
+    pub(crate) fn pool(&self, poles: &[Pole]) -> Pool {
+        let columns = |group: &Group| {
+            let mut all = self.columns(poles, group.quantity);
+            all.iter_mut().for_each(|m| *m = m.columns(0, m.ncols() - 1).into_owned());
+            all
+        };
+        Pool { poles: poles.to_vec(), columns: self.groups.iter().map(columns).collect() }
     }
 
-    fn gain(&self, fit: &LinearFit, pole: Pole) -> Option<f64> {
-        let (m, drives, records) = (fit.poles.len(), self.drives(), self.series.len());
-        let mut states = Vec::new();
-        let mut total = 0.0;
-        for (group, known) in self.groups.iter().zip(&fit.groups) {
-            let count = drives + 2 * records;
+    /// How much each pole of a pool would take off the sum of squares.
+    pub(crate) fn gains(&self, fit: &LinearFit, pool: &Pool) -> Vec<f64> {
+        let (m, drives, records, count) = (fit.poles.len(), self.drives(), self.series.len(), pool.poles.len());
+        let mut totals = vec![0.0; count];
+        for ((group, known), columns) in self.groups.iter().zip(&fit.groups).zip(&pool.columns) {
             let sensors = group.sensors.len();
-            let mut own = DMatrix::<f64>::zeros(count, count);
-            let mut cross = DMatrix::<f64>::zeros(known.norms.len(), count);
-            let mut right = DMatrix::<f64>::zeros(count, sensors);
-            for record in 0..records {
-                let mut matrix = DMatrix::zeros(self.rows(record), drives + 2);
-                self.fill(pole, (record, group.quantity), &mut matrix, (0, drives), &mut states);
-                let place = |k: usize| if k < drives { k } else { k + 2 * record };
-                let (gram, part) = (matrix.tr_mul(&matrix), known.columns[record].tr_mul(&matrix));
-                let towards = matrix.tr_mul(&known.residuals[record]);
-                for k in 0..drives + 2 {
-                    for l in 0..drives + 2 {
-                        own[(place(k), place(l))] += gram[(k, l)];
-                    }
-                    for i in 0..part.nrows() {
-                        cross[(self.place(i, record, m), place(k))] += part[(i, k)];
-                    }
-                    for s in 0..sensors {
-                        right[(place(k), s)] += towards[(k, s)];
+            // Of each pole its drives, then its free oscillations record by record.
+            let width = drives + 2 * records;
+            let mut cross = DMatrix::<f64>::zeros(known.norms.len(), count * width);
+            let mut right = DMatrix::<f64>::zeros(count * width, sensors);
+            let mut own = vec![DMatrix::<f64>::zeros(width, width); count];
+            for (record, matrix) in columns.iter().enumerate() {
+                let part = product(&known.columns[record], matrix);
+                let towards = product(matrix, &known.residuals[record]);
+                for (p, own) in own.iter_mut().enumerate() {
+                    let column =
+                        |k: usize| if k < drives { p * drives + k } else { count * drives + 2 * p + k - drives };
+                    let place = |k: usize| if k < drives { k } else { k + 2 * record };
+                    for k in 0..drives + 2 {
+                        let (from, to) = (column(k), p * width + place(k));
+                        for i in 0..part.nrows() {
+                            cross[(self.place(i, record, m), to)] +=
+                                part[(i, from)] / known.norms[self.place(i, record, m)];
+                        }
+                        for s in 0..sensors {
+                            right[(to, s)] += towards[(from, s)];
+                        }
+                        for l in 0..drives + 2 {
+                            own[(place(k), place(l))] += matrix.column(from).dot(&matrix.column(column(l)));
+                        }
                     }
                 }
             }
-            for (i, norm) in known.norms.iter().enumerate() {
-                cross.row_mut(i).iter_mut().for_each(|c| *c /= norm);
-            }
-            let scale: Vec<f64> = (0..count).map(|k| own[(k, k)].sqrt().max(1e-150)).collect();
-            let mut left = &own - cross.tr_mul(&known.factor.solve(&cross));
-            for k in 0..count {
-                for l in 0..count {
-                    left[(k, l)] /= scale[k] * scale[l];
+            let solved = known.factor.solve(&cross);
+            for (p, own) in own.into_iter().enumerate() {
+                let of = |all: &DMatrix<f64>| all.columns(p * width, width).into_owned();
+                let scale: Vec<f64> = (0..width).map(|k| own[(k, k)].sqrt().max(1e-150)).collect();
+                let mut left = &own - of(&cross).tr_mul(&of(&solved));
+                let mut towards = right.rows(p * width, width).into_owned();
+                for k in 0..width {
+                    for l in 0..width {
+                        left[(k, l)] /= scale[k] * scale[l];
+                    }
+                    left[(k, k)] += POOL_RIDGE;
+                    towards.row_mut(k).iter_mut().for_each(|r| *r /= scale[k]);
                 }
-                left[(k, k)] += 1e-7;
-                right.row_mut(k).iter_mut().for_each(|r| *r /= scale[k]);
+                if let Some(factor) = Cholesky::new(left) {
+                    totals[p] += towards.dot(&factor.solve(&towards));
+                }
             }
-            total += right.dot(&Cholesky::new(left)?.solve(&right));
         }
-        Some(total)
+        totals
     }
 
     fn slopes(&self, fit: &LinearFit) -> Option<Slopes> {
@@ -293,7 +308,7 @@ impl<'a> Task<'a> {
                 let mut changes = vec![DMatrix::zeros(rows, 2 * m); sensors];
                 let mut matrix = DMatrix::zeros(rows, drives + 2);
                 for (i, pole) in fit.poles.iter().enumerate() {
-                    for (which, step) in STEPS.into_iter().enumerate() {
+                    for (which, step) in DIFFERENCES.into_iter().enumerate() {
                         let moved =
                             if which == 0 { pole.scaled(1.0 + step, 1.0) } else { pole.scaled(1.0, 1.0 + step) };
                         self.fill(moved, (record, group.quantity), &mut matrix, (0, drives), &mut states);
@@ -312,9 +327,9 @@ impl<'a> Task<'a> {
                     }
                 }
                 for (s, change) in changes.iter().enumerate() {
-                    normal += change.tr_mul(change);
+                    normal += product(change, change);
                     gradient += change.tr_mul(&known.residuals[record].column(s));
-                    let part = known.columns[record].tr_mul(change);
+                    let part = product(&known.columns[record], change);
                     for k in 0..2 * m {
                         for i in 0..part.nrows() {
                             cross[s][(self.place(i, record, m), k)] += part[(i, k)];
@@ -350,7 +365,7 @@ impl<'a> Task<'a> {
                 }
                 let moved: Option<Vec<Pole>> = Cholesky::new(damped).map(|factor| {
                     let change = factor.solve(&gradient);
-                    let step = |k: usize| change[(k, 0)].clamp(-MAX_CHANGE, MAX_CHANGE).exp();
+                    let step = |k: usize| change[(k, 0)].clamp(-MAX_POLE_CHANGE, MAX_POLE_CHANGE).exp();
                     fit.poles.iter().enumerate().map(|(i, p)| p.scaled(step(2 * i), step(2 * i + 1))).collect()
                 });
                 let found = moved.and_then(|poles| self.fit(&poles)).filter(|f| f.squares < fit.squares);
@@ -363,7 +378,7 @@ impl<'a> Task<'a> {
             }
             let Some(better) = better else { break };
             let gain = fit.squares - better.squares;
-            let enough = gain > GAIN * fit.squares;
+            let enough = gain > POLE_GAIN * fit.squares;
             fit = better;
             if !enough {
                 break;
@@ -383,9 +398,10 @@ impl<'a> Task<'a> {
                 let shared = matrix.columns(0, m * drives);
                 let left = self.targets(group, record) - shared * known.amplitudes.rows(0, m * drives);
                 let own = matrix.columns(m * drives, self.local(m));
-                let mut gram = own.tr_mul(&own);
+                let own = own.into_owned();
+                let mut gram = product(&own, &own);
                 let scale: Vec<f64> = (0..gram.nrows()).map(|k| gram[(k, k)].sqrt().max(1e-150)).collect();
-                let mut right = own.tr_mul(&left);
+                let mut right = product(&own, &left);
                 for k in 0..scale.len() {
                     for l in 0..scale.len() {
                         gram[(k, l)] /= scale[k] * scale[l];
@@ -464,8 +480,23 @@ impl<'a> Task<'a> {
         of(known, column)
     }
 
-    /// The covariance of the poles' logarithms for a residual of unit variance.
+    /// The covariance of the poles' logarithms for a residual of unit variance; zero for a damping at its bound.
     pub(crate) fn pole_covariance(&self, fit: &LinearFit) -> Option<DMatrix<f64>> {
-        self.slopes(fit).and_then(|s| s.normal.try_inverse())
+        let normal = self.slopes(fit)?.normal;
+        let size = normal.nrows();
+        let bound = |k: usize| k % 2 == 1 && !fit.poles[k / 2].is_free();
+        let used: Vec<usize> = (0..size).filter(|k| !bound(*k) && normal[(*k, *k)] > 0.0).collect();
+        let scale = |k: usize| normal[(k, k)].sqrt();
+        let scaled = DMatrix::from_fn(used.len(), used.len(), |i, j| {
+            normal[(used[i], used[j])] / (scale(used[i]) * scale(used[j])) + if i == j { 1e-12 } else { 0.0 }
+        });
+        let inverse = Cholesky::new(scaled)?.inverse();
+        let mut covariance = DMatrix::zeros(size, size);
+        for (i, a) in used.iter().enumerate() {
+            for (j, b) in used.iter().enumerate() {
+                covariance[(*a, *b)] = inverse[(i, j)] / (scale(*a) * scale(*b));
+            }
+        }
+        Some(covariance)
     }
 }

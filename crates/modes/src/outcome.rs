@@ -16,6 +16,9 @@ pub struct Structure {
     /// Frequency, damping and shape of each mode, the slowest first; the largest entry of a shape is one, and entries are
     /// displacements in the units of the sensors times the square of a second where they show accelerations.
     pub modes: Vec<Mode>,
+    /// True for each mode whose frequency lies in the band that the inputs drive, and for all without inputs; the others stand for
+    /// what lies beyond the band, and for slow drifts.
+    pub in_band: Vec<bool>,
     /// `participation[mode][input]`: b, in the unit of the shape's largest entry over s² and the input's unit.
     pub participation: Vec<Vec<f64>>,
     /// Standard deviation of the noise of the first sensor, in its unit; none where it cannot be told.

@@ -42,6 +42,11 @@ impl Pole {
         Complex::new(-damping, (1.0 - damping * damping).sqrt()) * self.omega
     }
 
+    /// True if the damping lies within its bounds.
+    pub(crate) fn is_free(self) -> bool {
+        self.damping > DAMPING.0 && self.damping < DAMPING.1
+    }
+
     /// The pole of which frequency and damping ratio are these times as large.
     pub(crate) fn scaled(self, omega: f64, damping: f64) -> Self {
         Self { omega: self.omega * omega, damping: (self.damping * damping).clamp(DAMPING.0, DAMPING.1) }
@@ -106,11 +111,49 @@ pub(crate) fn driven(weights: &[Complex<f64>; POINTS], padded: &[f64], n: usize)
 /// The state `Z` of a mode at rest at first along an input sampled evenly (padded by [`padded`]), one value a sample.
 pub(crate) fn response(lambda: Complex<f64>, interval: f64, padded: &[f64], states: &mut [Complex<f64>]) {
     let weights = input_weights(lambda, interval, 1);
-    let decay = (lambda * interval).exp();
-    let mut state = Complex::new(0.0, 0.0);
-    for (n, out) in states.iter_mut().enumerate() {
-        *out = state;
-        state = decay * state + driven(&weights[0], padded, n);
+    for (out, values) in states.iter_mut().zip(padded.windows(POINTS)) {
+        let mut sum = Complex::new(0.0, 0.0);
+        for (weight, value) in weights[0].iter().zip(values) {
+            sum += weight * *value;
+        }
+        *out = sum;
+    }
+    accumulate((lambda * interval).exp(), states);
+}
+
+/// Stretches of a record whose recursions go side by side: one alone waits for its last sum.
+const LANES: usize = 8;
+
+/// From what drives a state between a sample and the next, the states: `Z(n+1) = d Z(n) + g(n)` from rest.
+fn accumulate(decay: Complex<f64>, states: &mut [Complex<f64>]) {
+    let length = states.len() / LANES;
+    let mut last = [Complex::new(0.0, 0.0); LANES];
+    for k in 0..length {
+        for (lane, state) in last.iter_mut().enumerate() {
+            let slot = &mut states[lane * length + k];
+            let next = decay * *state + *slot;
+            *slot = *state;
+            *state = next;
+        }
+    }
+    // What each stretch carries on from those before it.
+    let whole = (0..length).fold(Complex::new(1.0, 0.0), |power, _| power * decay);
+    let mut carried = [Complex::new(0.0, 0.0); LANES];
+    for lane in 1..LANES {
+        carried[lane] = carried[lane - 1] * whole + last[lane - 1];
+    }
+    let mut power = Complex::new(1.0, 0.0);
+    for k in 0..length {
+        for (lane, from) in carried.iter().enumerate().skip(1) {
+            states[lane * length + k] += power * from;
+        }
+        power *= decay;
+    }
+    let mut state = carried[LANES - 1] * whole + last[LANES - 1];
+    for slot in &mut states[LANES * length..] {
+        let next = decay * state + *slot;
+        *slot = state;
+        state = next;
     }
 }
 
@@ -140,16 +183,30 @@ pub(crate) fn response_fine(
             sum
         })
         .collect();
-    let decay = (lambda * interval).exp();
-    let mut state = Complex::new(0.0, 0.0);
     for (n, out) in states.iter_mut().enumerate() {
-        *out = state;
-        let Some(values) = force.get(n * parts..=(n + 1) * parts) else { break };
         let mut sum = Complex::new(0.0, 0.0);
-        for (weight, value) in weights.iter().zip(values) {
-            sum += weight * *value;
+        if let Some(values) = force.get(n * parts..=(n + 1) * parts) {
+            for (weight, value) in weights.iter().zip(values) {
+                sum += weight * *value;
+            }
         }
-        state = decay * state + sum;
+        *out = sum;
+    }
+    accumulate((lambda * interval).exp(), states);
+}
+
+/// A free oscillation of unit size, sample by sample: its real and imaginary part.
+pub(crate) fn swing(decay: Complex<f64>, real: &mut [f64], imaginary: &mut [f64]) {
+    let mut lanes = [Complex::new(1.0, 0.0); LANES];
+    for k in 1..LANES {
+        lanes[k] = lanes[k - 1] * decay;
+    }
+    let step = lanes[LANES - 1] * decay;
+    for (real, imaginary) in real.chunks_mut(LANES).zip(imaginary.chunks_mut(LANES)) {
+        for ((re, im), state) in real.iter_mut().zip(imaginary.iter_mut()).zip(&mut lanes) {
+            (*re, *im) = (state.re, state.im);
+            *state *= step;
+        }
     }
 }
 

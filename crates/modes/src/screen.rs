@@ -5,33 +5,27 @@
 use super::force::{Effect, Site};
 use super::identify::{Split, further, main_period, pool, residuals};
 use super::judge::Residuals;
+use super::limits::{
+    BAND_END, CORNERS, DRIVEN, FINER_GAPS, FORCE_POLE_RATES, GAPS, MOST_PAIRS, NEAR_PLACE, SCREEN_ROWS, SCREEN_STEPS,
+    SMOOTHING,
+};
 use super::linear::{ForceSeries, LinearFit, Task};
 use super::measurement::{Measurement, Quantity, Series};
 use super::motion::{Band, Motion, PARTS, reconstructed};
 use super::pole::Pole;
 use super::subspace::distinct;
 use sindyscope_core::parallel::prelude::*;
+use sindyscope_core::signal::Spectrum;
 use sindyscope_core::study::Cancel;
 
-/// Gaps that are tried, as shares of the largest displacement; the second list about the best places.
-const GAPS: [f64; 3] = [0.22, 0.35, 0.55];
-const FINER_GAPS: [f64; 5] = [0.15, 0.27, 0.31, 0.4, 0.46];
-/// Share of the velocity's deviation within which friction changes its sign while it is screened.
-const SMOOTHING: f64 = 0.05;
-/// Where accelerations are integrated, slower parts than this share of the lowest mode are cut off; both are tried.
-const CORNERS: [f64; 2] = [0.25, 0.8];
-/// Above this multiple of the band's end measured displacements are cut off.
-const ABOVE: f64 = 1.3;
-/// Rates and rows of the pool of poles.
-const RATES: [(usize, usize); 1] = [(3, 40)];
-/// Refinement steps of a screened candidate.
-const STEPS: usize = 2;
-/// Rows that a candidate's fit looks at, about.
-const ROWS: usize = 5000;
-/// Share by which a candidate may lie behind the best and still be looked at closer.
-const NEAR: f64 = 1.3;
-/// Sites at most between two sensors.
-const MOST_PAIRS: usize = 10;
+/// Which sites are looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SiteKind {
+    /// Between a sensor and the ground.
+    Ground,
+    /// Between two sensors.
+    Pairs,
+}
 
 /// A force where and how it was screened.
 #[derive(Clone)]
@@ -44,8 +38,6 @@ pub(crate) struct Candidate {
     pub(crate) fitted: ForceSeries,
     pub(crate) unseen: ForceSeries,
     pub(crate) unit: f64,
-    /// The motion that it depends on, of the fitted records.
-    pub(crate) motion: Vec<Vec<f64>>,
     pub(crate) poles: Vec<Pole>,
     /// RMS that is left on the records never fitted.
     pub(crate) error: f64,
@@ -88,26 +80,32 @@ impl Screen<'_> {
         Some(weights)
     }
 
-    fn sites(&self) -> Vec<Site> {
+    fn sites(&self, reach: SiteKind) -> Vec<Site> {
         let mut places: Vec<usize> = self.measurement.sensors.iter().map(|s| s.place()).collect();
         places.sort_unstable();
         places.dedup();
-        let mut sites: Vec<Site> = places.iter().map(|p| Site::Ground(*p)).collect();
+        if reach == SiteKind::Ground {
+            return places.iter().map(|p| Site::Ground(*p)).collect();
+        }
         let pairs =
             places.iter().enumerate().flat_map(|(k, i)| places[k + 1..].iter().map(move |j| Site::Between(*i, *j)));
-        sites.extend(pairs.take(MOST_PAIRS));
-        sites
+        pairs.take(MOST_PAIRS).collect()
     }
 
-    /// The lowest frequency of the motion and the end of its band, Hz.
+    /// The lowest frequency of the motion and the end of its band, Hz: by the inputs where there are any.
     pub(crate) fn band(&self) -> (f64, f64) {
-        let omega = self.poles.iter().map(|p| p.frequency());
-        let lowest = omega.clone().fold(f64::INFINITY, f64::min);
-        let strongest = main_period(&self.split.fitted).recip();
-        (lowest.max(0.3 * strongest).min(strongest), omega.fold(0.0, f64::max).max(strongest))
+        let frequencies = self.poles.iter().map(|p| p.frequency());
+        let (lowest, highest) = (frequencies.clone().fold(f64::INFINITY, f64::min), frequencies.fold(0.0, f64::max));
+        match driven_band(&self.split.fitted) {
+            Some((low, high)) => (lowest.clamp(low, 2.0 * low), highest.max(high)),
+            None => {
+                let strongest = main_period(&self.split.fitted).recip();
+                (lowest.max(0.3 * strongest).min(strongest), highest.max(strongest))
+            }
+        }
     }
 
-    fn motions(&self, corner: f64) -> Vec<SiteMotion> {
+    fn motions(&self, reach: SiteKind, corner: f64) -> Vec<SiteMotion> {
         let (slowest, fastest) = self.band();
         let of = |series: &Series, site: Site| -> Option<Motion> {
             let weights = Self::across(self.measurement, site)?;
@@ -115,7 +113,7 @@ impl Screen<'_> {
             for (k, weight) in weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
                 let quantity = self.measurement.sensors[k].quantity;
                 let low = if quantity == Quantity::Displacement { 0.0 } else { corner * slowest };
-                let band = Band { low, high: ABOVE * fastest };
+                let band = Band { low, high: BAND_END * fastest };
                 let own = reconstructed(&series.outputs[k], series.interval, quantity, band, (slowest, self.noises[k]));
                 let total = sum.get_or_insert_with(|| Motion {
                     displacement: vec![0.0; own.displacement.len()],
@@ -127,7 +125,7 @@ impl Screen<'_> {
             sum
         };
         let all = |series: &[Series], site: Site| series.iter().map(|s| of(s, site)).collect::<Option<Vec<_>>>();
-        let sites = self.sites();
+        let sites = self.sites(reach);
         let found = sites.into_par_iter().map(|site| {
             Some(SiteMotion { site, fitted: all(&self.split.fitted, site)?, unseen: all(&self.split.unseen, site)? })
         });
@@ -135,10 +133,10 @@ impl Screen<'_> {
     }
 
     /// All candidates, the best first; `report` hears the share that is done.
-    pub(crate) fn candidates(&self, report: &(dyn Fn(f64) + Sync), cancel: &Cancel) -> Vec<Candidate> {
+    pub(crate) fn candidates(&self, reach: SiteKind, report: &(dyn Fn(f64) + Sync), cancel: &Cancel) -> Vec<Candidate> {
         let measured = self.measurement.sensors.iter().all(|s| s.quantity == Quantity::Displacement);
         let corners = if measured { &CORNERS[..1] } else { &CORNERS[..] };
-        let motions: Vec<SiteMotion> = corners.iter().flat_map(|c| self.motions(*c)).collect();
+        let motions: Vec<SiteMotion> = corners.iter().flat_map(|c| self.motions(reach, *c)).collect();
         let rough = |m: &SiteMotion, effect: Effect| -> Vec<f64> {
             if effect == Effect::Clearance { GAPS.iter().map(|g| g * largest(m)).collect() } else { vec![inner(m)] }
         };
@@ -164,7 +162,7 @@ impl Screen<'_> {
         sort(&mut found);
         let Some(best) = found.first().map(|c| c.error) else { return found };
         let mut places: Vec<Site> = Vec::new();
-        for c in found.iter().filter(|c| c.error < NEAR * best) {
+        for c in found.iter().filter(|c| c.error < NEAR_PLACE * best) {
             if !places.contains(&c.site) {
                 places.push(c.site);
             }
@@ -195,7 +193,6 @@ impl Screen<'_> {
             values.iter_mut().for_each(|f| *f /= unit);
         }
         let motion_site = motion.site;
-        let motion = motion.fitted.iter().map(argument).collect();
         let mut candidate = Candidate {
             effect,
             site: motion_site,
@@ -203,11 +200,11 @@ impl Screen<'_> {
             fitted,
             unseen,
             unit,
-            motion,
             poles: Vec::new(),
             error: f64::INFINITY,
         };
-        let path = self.open_path(&candidate.fitted, &candidate.unseen, self.poles, self.modes, STEPS, cancel, true)?;
+        let path =
+            self.open_path(&candidate.fitted, &candidate.unseen, self.poles, self.modes, SCREEN_STEPS, cancel, true)?;
         let (fit, error) = path.into_iter().last()?;
         candidate.poles = fit.poles;
         candidate.error = error;
@@ -230,12 +227,12 @@ impl Screen<'_> {
     ) -> Option<Vec<(LinearFit, f64)>> {
         let sensors = &self.measurement.sensors;
         let rows: usize = self.split.fitted.iter().map(Series::len).sum();
-        let stride = if last { rows.div_ceil(ROWS) } else { 1 };
-        let coarse = Task::new(&self.split.fitted, sensors, Some(fitted), rows.div_ceil(ROWS));
+        let stride = if last { rows.div_ceil(SCREEN_ROWS) } else { 1 };
+        let coarse = Task::new(&self.split.fitted, sensors, Some(fitted), rows.div_ceil(SCREEN_ROWS));
         let task = Task::new(&self.split.fitted, sensors, Some(fitted), stride);
         let judge = Task::new(&self.split.unseen, sensors, Some(unseen), stride);
-        let found = pool(&self.split.fitted, Some(fitted), &RATES);
-        let pool = distinct(known.iter().copied().chain(found), 0.006, 0.5);
+        let found = pool(&self.split.fitted, Some(fitted), &FORCE_POLE_RATES);
+        let pool = coarse.pool(&distinct(known.iter().copied().chain(found), 0.006, 0.5));
         let mut poles: Vec<Pole> = Vec::new();
         let mut all = Vec::new();
         while poles.len() < most {
@@ -271,6 +268,30 @@ impl Screen<'_> {
             unknowns: own.poles.len() * (2 + drives * self.measurement.sensors.len()),
         })
     }
+}
+
+/// The band that holds the power of all inputs, Hz; none without inputs.
+pub(crate) fn driven_band(series: &[Series]) -> Option<(f64, f64)> {
+    let each = series.iter().flat_map(|s| s.inputs.iter().filter_map(|u| band_of(u, s.interval)));
+    each.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+}
+
+/// The band that holds an input's power, Hz.
+fn band_of(input: &[f64], interval: f64) -> Option<(f64, f64)> {
+    let spectrum = Spectrum::new(input, interval)?;
+    let total: f64 = spectrum.amplitudes.iter().map(|a| a * a).sum();
+    let mut sum = 0.0;
+    let mut low = None;
+    for (k, amplitude) in spectrum.amplitudes.iter().enumerate() {
+        sum += amplitude * amplitude;
+        if low.is_none() && sum > DRIVEN.0 * total {
+            low = Some(spectrum.frequency(k));
+        }
+        if sum > DRIVEN.1 * total {
+            return low.filter(|l| *l > 0.0).map(|low| (low, spectrum.frequency(k)));
+        }
+    }
+    None
 }
 
 fn sort(candidates: &mut [Candidate]) {

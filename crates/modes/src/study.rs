@@ -3,10 +3,13 @@
 use super::error::ModesError;
 use super::identify::{Linear, PathRequest, Split, linear, path};
 use super::judge::Residuals;
+use super::limits::BAND_MARGIN;
 use super::measurement::{Measurement, Series};
 use super::outcome::{RecordFit, Structure, score};
+use super::screen::driven_band;
 use sindyscope_core::signal::standard_deviation;
 use sindyscope_core::study::Cancel;
+use sindyscope_values::model::Mode;
 use sindyscope_values::record::{RecordSet, Usage};
 
 /// Identifies the modes of a structure.
@@ -28,11 +31,21 @@ pub(crate) fn structure(measurement: &Measurement, linear: &Linear) -> Structure
     Structure {
         sensors: measurement.sensors.clone(),
         inputs: measurement.inputs.clone(),
+        in_band: in_band(measurement, &linear.modes),
         modes: linear.modes.clone(),
         participation: linear.participation.clone(),
         noise_floor: noise_floor(measurement),
         records: record_fits(measurement, &Split::whole(measurement), &linear.residuals),
     }
+}
+
+/// True for each mode in the band that the inputs drive.
+pub(crate) fn in_band(measurement: &Measurement, modes: &[Mode]) -> Vec<bool> {
+    let inside = |frequency: f64| {
+        driven_band(&measurement.fitted)
+            .is_none_or(|(low, high)| frequency > (1.0 - BAND_MARGIN) * low && frequency < (1.0 + BAND_MARGIN) * high)
+    };
+    modes.iter().map(|m| inside(m.frequency)).collect()
 }
 
 /// Standard deviation of the first sensor's noise, in its unit.
@@ -51,7 +64,7 @@ pub(crate) fn record_fits(measurement: &Measurement, split: &Split, residuals: &
         samples: series.len(),
         interval: series.interval,
         scores: (0..measurement.sensors.len())
-            .map(|s| score(&series.outputs[s], &left[s], measurement.sensors[s].scale))
+            .map(|s| score(&series.outputs[s][..left[s].len()], &left[s], measurement.sensors[s].scale))
             .collect(),
     };
     let fitted = split.fitted.iter().zip(&residuals.fitted).map(|(s, left)| of(Usage::Fit, s, left));

@@ -10,22 +10,10 @@ use std::f64::consts::PI;
 
 use nalgebra::{Cholesky, DMatrix, Schur, SymmetricEigen};
 
+use super::limits::{
+    EIGENVALUE_ITERATIONS, HANKEL_RIDGE, HIGHEST, LEAST_DAMPING, MOST_HANKEL_ROWS, ORDERS, POOL_DAMPING,
+};
 use super::pole::Pole;
-
-/// Orders that are tried: states.
-const ORDERS: std::ops::RangeInclusive<usize> = 4..=24;
-/// Largest Gram matrix.
-const MAX_ROWS: usize = 600;
-/// Share of the mean diagonal that is added to it: directions that inputs hardly excite stay determined.
-const RIDGE: f64 = 1e-11;
-/// Iterations of the eigenvalues' search, at most.
-const ITERATIONS: usize = 10_000;
-/// Damping ratios beyond which a pole is none of a structure's; noise lets a weakly damped one look unstable.
-const DAMPING: (f64, f64) = (-0.05, 0.3);
-/// Damping ratio that a pole gets which looks less damped.
-const LEAST_DAMPING: f64 = 1e-3;
-/// Highest frequency of a pole, as a share of the Nyquist frequency.
-const HIGHEST: f64 = 0.85;
 
 /// One record's series for the identification.
 pub(crate) struct Channels {
@@ -70,7 +58,7 @@ fn thinned(series: &[f64], by: usize) -> Vec<f64> {
 pub(crate) fn poles(records: &[Channels], by: usize, block_rows: usize) -> Vec<Pole> {
     let Some(first) = records.first() else { return Vec::new() };
     let (drives, outputs) = (first.drives.len(), first.outputs.len());
-    let rows = block_rows.min(MAX_ROWS / (2 * (drives + outputs))).max(3);
+    let rows = block_rows.min(MOST_HANKEL_ROWS / (2 * (drives + outputs))).max(3);
     let records: Vec<Channels> = records.iter().map(|r| r.thinned(by)).collect();
     let enough = |r: &&Channels| r.outputs[0].len() > 5 * rows;
     let used: Vec<&Channels> = records.iter().filter(enough).collect();
@@ -87,12 +75,12 @@ pub(crate) fn poles(records: &[Channels], by: usize, block_rows: usize) -> Vec<P
         let (upper, lower) = (observability.rows(0, size - outputs), observability.rows(outputs, size - outputs));
         let Some(inverse) = Cholesky::new(upper.tr_mul(&upper)) else { continue };
         let transition = inverse.solve(&upper.tr_mul(&lower));
-        let Some(schur) = Schur::try_new(transition, f64::EPSILON, ITERATIONS) else { continue };
+        let Some(schur) = Schur::try_new(transition, f64::EPSILON, EIGENVALUE_ITERATIONS) else { continue };
         for eigenvalue in schur.complex_eigenvalues().iter() {
             let lambda = eigenvalue.ln() / interval;
             let omega = lambda.norm();
             let damping = -lambda.re / omega;
-            let allowed = damping > DAMPING.0 && damping < DAMPING.1;
+            let allowed = damping > POOL_DAMPING.0 && damping < POOL_DAMPING.1;
             if lambda.im > 0.0 && allowed && omega * interval < HIGHEST * PI && omega.is_finite() {
                 found.push(Pole { omega, damping: damping.max(LEAST_DAMPING) });
             }
@@ -148,7 +136,7 @@ fn gram(records: &[&Channels], rows: usize) -> DMatrix<f64> {
             }
         }
     }
-    let ridge = RIDGE * gram.trace() / gram.nrows() as f64;
+    let ridge = HANKEL_RIDGE * gram.trace() / gram.nrows() as f64;
     for k in 0..gram.nrows() {
         gram[(k, k)] += ridge.max(f64::MIN_POSITIVE);
     }

@@ -1,0 +1,156 @@
+//! Every constant that decides something about structures, with its unit and the reason for its value.
+//!
+//! *Levels* decide what is named, *budgets* bound the time, *tolerances* are numerical. Comparisons of models on data never
+//! fitted use the one rule of the search for missing effects (`sindyscope_search`), which has its own levels.
+
+use std::ops::RangeInclusive;
+
+// Levels.
+
+/// Least gain of a further mode: share of the error on data never fitted, beside the lead that every name needs. Below
+/// it a mode is lost in the scatter of the estimate of that error.
+pub(crate) const MODE_GAIN: f64 = 0.01;
+/// Error of the linear model, in noises, up to which nothing is missing: as the search for missing effects has it.
+pub(crate) const NOTHING_MISSING: f64 = 1.06;
+/// Error of a force, in noises, up to which it explains the data: no further start, and no rival far behind, is tried.
+pub(crate) const EXPLAINS: f64 = 1.12;
+/// Error, in noises, from which what is left matters, so that no name is given: as the search for missing effects has it.
+pub(crate) const MATTERS: f64 = 1.2;
+/// Error of a named force at most, as a share of the linear model's.
+pub(crate) const FORCE_GAIN: f64 = 0.97;
+/// RMS of the free oscillations, as a share of the sensor's, up to which a record starts at rest.
+pub(crate) const AT_REST: f64 = 0.05;
+/// Distance beyond the driven band, as a share of the frequency, within which a mode counts as inside: half a bandwidth
+/// of a mode damped by five per cent.
+pub(crate) const BAND_MARGIN: f64 = 0.05;
+/// Shares of an input's power below the lower and the upper end of the band that it drives.
+pub(crate) const DRIVEN: (f64, f64) = (0.003, 0.99);
+/// Share of a single record that is held out where nothing else is.
+pub(crate) const HELD_OUT: f64 = 0.3;
+
+// Poles.
+
+/// Thinning (samples) and block rows (samples) at which poles are looked for: slow and fast modes need different rates.
+pub(crate) const POLE_RATES: [(usize, usize); 3] = [(1, 60), (3, 40), (12, 30)];
+/// The same along a candidate force, where the linear model's poles are known.
+pub(crate) const FORCE_POLE_RATES: [(usize, usize); 1] = [(3, 40)];
+/// Orders of the state space, states.
+pub(crate) const ORDERS: RangeInclusive<usize> = 4..=24;
+/// Damping ratios between which a pole is a structure's: noise lets a weakly damped one look unstable.
+pub(crate) const POOL_DAMPING: (f64, f64) = (-0.05, 0.3);
+/// Damping ratio of a pole that looks less damped than this.
+pub(crate) const LEAST_DAMPING: f64 = 1e-3;
+/// Highest frequency of a pole, as a share of the Nyquist frequency: beyond, the low-pass of thinned series acts.
+pub(crate) const HIGHEST: f64 = 0.85;
+/// Logarithms of frequency and damping within which two poles of the pool are one.
+pub(crate) const POOL_DISTANCE: (f64, f64) = (0.006, 0.5);
+/// Logarithm of the frequency within which a further pole is one that is chosen already, at first.
+pub(crate) const SAME_POLE: f64 = 0.015;
+/// Largest number of modes that the data may choose.
+pub(crate) const MOST_MODES: usize = 14;
+/// Numbers of modes that are tried without a better one before the choice ends.
+pub(crate) const PATIENCE: usize = 2;
+/// Refinement steps after each further pole, and for the last set.
+pub(crate) const POLE_STEPS: usize = 5;
+pub(crate) const LAST_POLE_STEPS: usize = 15;
+
+// Screening of forces.
+
+/// Gaps, as shares of the largest displacement: first everywhere, then between these at the best places. A gap between two
+/// of them is reached by the closed loop.
+pub(crate) const GAPS: [f64; 6] = [0.15, 0.25, 0.35, 0.45, 0.55, 0.65];
+pub(crate) const FINER_GAPS: [f64; 5] = [0.2, 0.3, 0.4, 0.5, 0.6];
+/// Velocity within which friction changes its sign, as a share of the velocity's deviation, and what is left of it in the
+/// closed loop: a measured velocity crosses zero at the wrong instant.
+pub(crate) const SMOOTHING: f64 = 0.05;
+pub(crate) const SHARPER: f64 = 0.4;
+/// Corners of the high-pass behind an integration, as shares of the lowest frequency: the lower one keeps the motion, the
+/// higher one keeps the drift out. Both are tried.
+pub(crate) const CORNERS: [f64; 2] = [0.25, 0.8];
+/// End of the band of a motion, as a multiple of the highest frequency.
+pub(crate) const BAND_END: f64 = 1.3;
+/// Fewest modes of a screened force, and most modes of those that follow.
+pub(crate) const SCREENED_MODES: (usize, usize) = (6, 8);
+/// Refinement steps of a screened force.
+pub(crate) const SCREEN_STEPS: usize = 2;
+/// Places within this factor of the best error get the finer gaps.
+pub(crate) const NEAR_PLACE: f64 = 1.3;
+/// Most pairs of sensors between which a force is looked for.
+pub(crate) const MOST_PAIRS: usize = 10;
+/// Candidates within this factor of the best error go to the closed loop; of each effect the best place within the second.
+pub(crate) const NEAR: f64 = 1.25;
+pub(crate) const NEAR_OTHER_EFFECT: f64 = 2.0;
+/// Most candidates that go to the closed loop, of each kind of place.
+pub(crate) const MOST_CANDIDATES: usize = 5;
+/// Factor from the best error within which the smallest number of modes counts along a measured force: further modes stand
+/// for that force's error.
+pub(crate) const ROUGH: f64 = 1.2;
+
+// The closed loop.
+
+/// Measured values for each unknown of a stretch's initial state, and its fewest samples. Short stretches cannot run away:
+/// their sum of squares has one minimum where that of a whole record has many.
+pub(crate) const STRETCH: f64 = 4.0;
+pub(crate) const LEAST_STRETCH: f64 = 16.0;
+/// What a jump between stretches counts for, in turn: RMS of a sensor for a jump as large as the state. At the last one a
+/// jump of a thousandth counts as a quarter of the sensor's RMS.
+pub(crate) const HOLDS: [f64; 5] = [1.0, 4.0, 16.0, 64.0, 256.0];
+/// Steps with each hold, and the share of the sum of squares that a step must gain for another to follow.
+pub(crate) const HELD_STEPS: usize = 15;
+pub(crate) const HELD_GAIN: f64 = 3e-3;
+/// Samples of all records together that are fitted in stretches: enough for the parameters to be known to a thousandth.
+pub(crate) const HELD_SAMPLES: f64 = 12_000.0;
+/// Steps of the fit of single initial states, and of whole records.
+pub(crate) const STATE_STEPS: usize = 6;
+pub(crate) const WHOLE_STEPS: usize = 10;
+/// Share of a record from which its initial state is fitted first.
+pub(crate) const BEGINNING: f64 = 0.15;
+/// Error over whole records, as a multiple of that over stretches: below the first they are tried, below the second kept.
+pub(crate) const FOLLOWED: f64 = 2.0;
+pub(crate) const KEPT: f64 = 1.2;
+/// A start is given up where its error exceeds so many noises and so many times that of the best so far.
+pub(crate) const HOPELESS_NOISES: f64 = 3.0;
+pub(crate) const HOPELESS: f64 = 2.0;
+/// Mean square, as a multiple of the middle one, from which a stretch's state is sought from the end of the one before.
+pub(crate) const STRAY_STRETCH: f64 = 4.0;
+/// Difference of the logarithm of the force's size from which a second start is another one.
+pub(crate) const OTHER_START: f64 = 0.02;
+/// What is left of a coupling by which a force would push a mode the wrong way, at the first and the second start.
+pub(crate) const WRONG_COUPLING: [f64; 2] = [0.5, 0.1];
+/// Rounds of closed loop and further modes; error in noises at which only a further mode asks for another, and the share
+/// of the error before that a round must reach for another.
+pub(crate) const ROUNDS: usize = 3;
+pub(crate) const ENOUGH: f64 = 1.03;
+pub(crate) const ROUND_GAIN: f64 = 0.97;
+/// Size of an error, as a multiple of its sensor's RMS, from which a response has run away.
+pub(crate) const RUNAWAY: f64 = 1e3;
+
+// Numerics.
+
+/// Rows that the choice of a further pole looks at, and the fit of a screened force, about.
+pub(crate) const CHOICE_ROWS: usize = 6000;
+pub(crate) const SCREEN_ROWS: usize = 5000;
+/// Relative steps of frequency and damping for derivatives by differences.
+pub(crate) const DIFFERENCES: [f64; 2] = [1e-5, 1e-3];
+/// Largest change of a pole's logarithms in one step of the linear fit.
+pub(crate) const MAX_POLE_CHANGE: f64 = 0.3;
+/// The same of frequency, damping and gap in the closed loop.
+pub(crate) const MAX_CHANGE: [f64; 3] = [0.1, 0.4, 0.2];
+/// Share of the sum of squares that a step of the linear fit must gain for another to follow.
+pub(crate) const POLE_GAIN: f64 = 1e-5;
+/// Added to the diagonal of a scaled Gram matrix: of a fit's columns, and of those that a further pole adds to them.
+pub(crate) const RIDGE: f64 = 1e-10;
+pub(crate) const POOL_RIDGE: f64 = 1e-7;
+/// The same of the scaled normal equations of the closed loop.
+pub(crate) const LOOP_RIDGE: f64 = 1e-12;
+/// The same of the Hankel matrices' Gram matrix, as a share of its mean diagonal.
+pub(crate) const HANKEL_RIDGE: f64 = 1e-11;
+/// Most rows of that matrix.
+pub(crate) const MOST_HANKEL_ROWS: usize = 600;
+/// Most iterations of the search for eigenvalues, and for the force at a step's end.
+pub(crate) const EIGENVALUE_ITERATIONS: usize = 10_000;
+pub(crate) const FORCE_ITERATIONS: usize = 40;
+/// Error of the force at a step's end, as a share of the force and its unit.
+pub(crate) const FORCE_TOLERANCE: f64 = 1e-10;
+/// Rows of the Jacobian that are added to the normal equations at once.
+pub(crate) const CHUNK: usize = 256;
