@@ -80,6 +80,7 @@ impl Search {
             stages,
             scores,
             remaining,
+            description: None,
             elapsed_ms: started.milliseconds(),
         }
     }

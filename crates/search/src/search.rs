@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::audit::Audit;
 use super::columns::Path;
 use super::data::{Data, Series};
-use super::effects::{Form, Frame, Setting, catalogue};
+use super::effects::{Form, Frame, Setting, catalogue, described};
 use super::error::GapError;
 use super::evidence::Examined;
 use super::fit::Fitted;
@@ -241,7 +241,8 @@ impl Search {
         if cancel.is_cancelled() { Err(GapError::Cancelled) } else { Err(GapError::Base) }
     }
 
-    pub(super) fn forms(&self, fitted: &Fitted, motion: &Motion) -> Vec<Form> {
+    /// What the catalogue needs to know of these data and a model.
+    fn setting(&self, fitted: &Fitted, motion: &Motion) -> Setting {
         let data = &self.data;
         let over = |pick: &dyn Fn(usize, usize) -> f64| {
             let largest = |(r, s): (usize, &Series)| (0..s.len()).map(|k| pick(r, k).abs()).fold(0.0, f64::max);
@@ -274,7 +275,7 @@ impl Search {
             lines.retain(|f| !(dies_away && locked(f, times)));
             lines
         };
-        let setting = Setting {
+        Setting {
             base_excited: data.base_excited,
             passive: fitted.composition.passive,
             input_open: data.input_open,
@@ -296,7 +297,22 @@ impl Search {
             },
             interval: data.fit()[0].interval,
             measured: over(&|r, k| data.fit()[r].measured[0][k]),
-        };
+        }
+    }
+
+    /// The terms that a formula which describes what a model lacks is made of.
+    pub(super) fn words_of_formulas(&self, fitted: &Fitted, motion: &Motion) -> Vec<Form> {
+        let present = fitted.composition.choices();
+        let tied = fitted.composition.offset() || fitted.composition.datum;
+        let mut forms = described(&self.setting(fitted, motion));
+        // A steady force beside a zero that is free says nothing.
+        forms.retain(|f| !present.contains(&choice(f)) && !(tied && f.moves_the_zero(true)));
+        forms
+    }
+
+    pub(super) fn forms(&self, fitted: &Fitted, motion: &Motion) -> Vec<Form> {
+        let data = &self.data;
+        let setting = self.setting(fitted, motion);
         let present = fitted.composition.choices();
         let offset = fitted.composition.offset();
         catalogue(&setting)
@@ -312,6 +328,17 @@ impl Search {
                 !(tied && f.moves_the_zero(offset) || fitted.composition.zero && f.is_offset())
             })
             .collect()
+    }
+
+    /// Decides between all sets that were tried; each must contain those present.
+    pub(super) fn rule(&self, tried: &mut Tried, present: &[usize]) {
+        let data = &self.data;
+        // Where nothing explains the data every set is wrong in some way still, and densities say too much.
+        let explains = |s: &Hypothesis| s.unborne.is_none() && s.fitted.error() < MATTERS_NOISES * data.noise;
+        let least = least_lead(self.audit.single_tone);
+        let explained = tried.sets.iter().any(explains);
+        let far = if explained { least } else { least.max(FAR.ln() * data.unseen() as f64) };
+        tried.ruling = judge(&tried.sets, &tried.forms, present, (least, far));
     }
 
     /// Looks at a stage: is there a gap, where, and which effects might it be.
@@ -376,12 +403,7 @@ impl Search {
             return Err(GapError::Cancelled);
         }
         let present = if keeps_present { tried.indices(&before.composition) } else { Vec::new() };
-        // Where nothing explains the data every set is wrong in some way still, and densities say too much.
-        let explains = |s: &Hypothesis| s.unborne.is_none() && s.fitted.error() < MATTERS_NOISES * data.noise;
-        let least = least_lead(self.audit.single_tone);
-        let explained = tried.sets.iter().any(explains);
-        let far = if explained { least } else { least.max(FAR.ln() * data.unseen() as f64) };
-        tried.ruling = judge(&tried.sets, &tried.forms, &present, (least, far));
+        self.rule(tried, &present);
         let decision = self.ruled(&before, &motion, tried, &mut candidates, cancel);
         tell(Progress::Ranking(candidates.clone()));
         let round = round(candidates, evidence, decision);

@@ -4,6 +4,7 @@
 //! for them, and which signs are physical. Nothing else in the program knows one effect from another by name.
 
 mod damping;
+mod description;
 #[cfg(test)]
 pub(crate) mod example;
 mod forcing;
@@ -16,6 +17,9 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+
+pub use description::DESCRIPTION;
+pub(crate) use description::described;
 
 use super::site::{Placed, Site};
 use sindyscope_core::simulate::Delays;
@@ -417,13 +421,17 @@ pub(crate) fn catalogue(setting: &Setting) -> Vec<Form> {
     for (_, add) in FAMILIES {
         add(setting, &mut forms);
     }
-    // What acts between two masses acts on both, on each by its own mass.
-    for form in &mut forms {
+    joined(&mut forms);
+    forms
+}
+
+/// What acts between two masses acts on both, on each by its own mass.
+fn joined(forms: &mut [Form]) {
+    for form in forms {
         if let Some(Site::Joint(i, j)) = form.site {
             form.coefficients = form.coefficients.iter().flat_map(|c| [c.of(i, false), c.of(j, true)]).collect();
         }
     }
-    forms
 }
 
 /// The unit of a quantity of these powers of length and time.
