@@ -6,7 +6,7 @@ mod plants;
 
 use std::time::Instant;
 
-use plants::{Drive, Plant, multisine, records, tone};
+use plants::{Drive, Plant, integrate, multisine, records, tone};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 use sindyscope_core::study::Cancel;
@@ -16,7 +16,7 @@ use sindyscope_values::term::Term;
 
 /// A force per unit of mass over displacement, velocity and input, as it is written and as it is integrated.
 struct Unnamed {
-    text: &'static str,
+    terms: &'static [&'static str],
     force: fn(f64, f64, f64) -> f64,
     /// It needs an input.
     driven: bool,
@@ -28,25 +28,25 @@ fn sign(a: f64) -> f64 {
 }
 
 const FORCES: &[Unnamed] = &[
-    Unnamed { text: "x*v", force: |x, v, _| -0.15 * x * v, driven: false },
-    Unnamed { text: "v^2", force: |_, v, _| -0.12 * v * v, driven: false },
-    Unnamed { text: "x*v^2", force: |x, v, _| -0.15 * x * v * v, driven: false },
-    Unnamed { text: "x*|v|", force: |x, v, _| -0.15 * x * v.abs(), driven: false },
-    Unnamed { text: "v^2*sgn(x)", force: |x, v, _| -0.12 * v * v * sign(x), driven: false },
-    Unnamed { text: "x*v*|v|", force: |x, v, _| -0.08 * x * v * v.abs(), driven: false },
-    Unnamed { text: "x^2*sgn(v)", force: |x, v, _| -0.08 * x * x * sign(v), driven: false },
-    Unnamed { text: "sin(x)*v", force: |x, v, _| -0.15 * x.sin() * v, driven: false },
-    Unnamed { text: "x*v*u", force: |x, v, u| 0.4 * x * v * u, driven: true },
-    Unnamed { text: "x^2*u", force: |x, _, u| 0.5 * x * x * u, driven: true },
-    Unnamed { text: "v*u", force: |_, v, u| 0.5 * v * u, driven: true },
-    Unnamed { text: "u*|v|", force: |_, v, u| 0.5 * u * v.abs(), driven: true },
-    Unnamed { text: "v^2*u", force: |_, v, u| 0.3 * v * v * u, driven: true },
-    Unnamed { text: "u^3", force: |_, _, u| 4.0 * u * u * u, driven: true },
-    Unnamed { text: "x*u^2", force: |x, _, u| 1.5 * x * u * u, driven: true },
-    Unnamed { text: "x*v and v^2", force: |x, v, _| -0.15 * x * v - 0.12 * v * v, driven: false },
-    Unnamed { text: "x*v*u and x*|v|", force: |x, v, u| 0.6 * x * v * u - 0.12 * x * v.abs(), driven: true },
+    Unnamed { terms: &["x*v"], force: |x, v, _| -0.15 * x * v, driven: false },
+    Unnamed { terms: &["v^2"], force: |_, v, _| -0.12 * v * v, driven: false },
+    Unnamed { terms: &["x*v^2"], force: |x, v, _| -0.15 * x * v * v, driven: false },
+    Unnamed { terms: &["x*|v|"], force: |x, v, _| -0.15 * x * v.abs(), driven: false },
+    Unnamed { terms: &["v^2*sgn(x)"], force: |x, v, _| -0.12 * v * v * sign(x), driven: false },
+    Unnamed { terms: &["x*v*|v|"], force: |x, v, _| -0.08 * x * v * v.abs(), driven: false },
+    Unnamed { terms: &["x^2*sgn(v)"], force: |x, v, _| -0.08 * x * x * sign(v), driven: false },
+    Unnamed { terms: &["sin(x)*v"], force: |x, v, _| -0.15 * x.sin() * v, driven: false },
+    Unnamed { terms: &["x*v*u"], force: |x, v, u| 0.4 * x * v * u, driven: true },
+    Unnamed { terms: &["x^2*u"], force: |x, _, u| 0.5 * x * x * u, driven: true },
+    Unnamed { terms: &["v*u"], force: |_, v, u| 0.5 * v * u, driven: true },
+    Unnamed { terms: &["u*|v|"], force: |_, v, u| 0.5 * u * v.abs(), driven: true },
+    Unnamed { terms: &["v^2*u"], force: |_, v, u| 0.3 * v * v * u, driven: true },
+    Unnamed { terms: &["u^3"], force: |_, _, u| 4.0 * u * u * u, driven: true },
+    Unnamed { terms: &["x*u^2"], force: |x, _, u| 1.5 * x * u * u, driven: true },
+    Unnamed { terms: &["x*v", "v^2"], force: |x, v, _| -0.15 * x * v - 0.12 * v * v, driven: false },
+    Unnamed { terms: &["x*v*u", "x*|v|"], force: |x, v, u| 0.6 * x * v * u - 0.12 * x * v.abs(), driven: true },
     // Beyond what a formula is made of: what describes it is an approximation.
-    Unnamed { text: "x^2*v^3", force: |x, v, _| -0.1 * x * x * v * v * v, driven: false },
+    Unnamed { terms: &["x^2*v^3"], force: |x, v, _| -0.1 * x * x * v * v * v, driven: false },
 ];
 
 /// A plant of about one radian per second, its records driven by noise-like inputs, by tones, or vibrating freely.
@@ -72,9 +72,9 @@ fn plant(force: Option<&'static Unnamed>, draw: usize, seed: u64) -> Plant {
     };
     let free = draw % 3 == 2;
     let push = force.map(|f| f.force);
-    Plant {
+    let with = |strength: f64| Plant {
         name: "unnamed",
-        truth: &[],
+        truth: force.map_or(&[], |f| f.terms),
         base: if free { "x,v" } else { "x,v,u" },
         rates: Box::new(move |_, y, u, _| {
             let hidden = push.map_or(0.0, |f| strength * f(y[0], y[1], u));
@@ -85,8 +85,16 @@ fn plant(force: Option<&'static Unnamed>, draw: usize, seed: u64) -> Plant {
         interval: 0.12,
         samples: if free { 700 } else { 1500 },
         steps: 40,
+        seed,
         ..Plant::default()
-    }
+    };
+    // A force that feeds the motion runs away where it is strong.
+    let bounded = |plant: &Plant| {
+        let each = plant.drives.iter().zip(&plant.initial);
+        each.flat_map(|(drive, y)| integrate(plant, drive.as_ref(), y)).all(|y| y[0].abs() < 4.0)
+    };
+    let strengths = (0..8).map(|k| strength * 0.7_f64.powi(k));
+    strengths.map(with).find(bounded).unwrap_or_else(|| with(0.0))
 }
 
 fn diagnosed(plant: &Plant) -> Result<(Diagnosis, f64), Box<dyn std::error::Error>> {
@@ -99,15 +107,17 @@ fn diagnosed(plant: &Plant) -> Result<(Diagnosis, f64), Box<dyn std::error::Erro
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let still: usize = std::env::args().nth(1).map_or(Ok(200), |n| n.parse())?;
     let only = std::env::args().nth(2);
-    let (mut open, mut closed, mut lengths, mut named) = (0, 0, [0; 4], 0);
+    let (mut open, mut closed, mut lengths, mut exact, mut named) = (0, 0, [0; 4], 0, 0);
     let mut draws = 0;
     for (kind, force) in FORCES.iter().enumerate() {
-        if only.as_ref().is_some_and(|only| force.text != only) {
+        let text = force.terms.join(" and ");
+        if only.as_ref().is_some_and(|only| text != *only) {
             continue;
         }
         for draw in (0..3).filter(|draw| !(force.driven && draw % 3 == 2)) {
             let started = Instant::now();
-            let (found, noise) = diagnosed(&plant(Some(force), draw, 1000 + 100 * kind as u64 + 10 * draw as u64))?;
+            let plant = plant(Some(force), draw, 1000 + 100 * kind as u64 + 10 * draw as u64);
+            let (found, noise) = diagnosed(&plant)?;
             draws += 1;
             let names: Vec<&str> = found.steps().iter().map(|s| s.added.choice.effect.as_str()).collect();
             let error = |stage: &sindyscope_search::Stage| stage.gap.test_rmse.unwrap_or(f64::NAN) / noise;
@@ -130,11 +140,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 if let Some(d) = found.description.as_ref().filter(|d| d.closes) {
                     closed += 1;
                     lengths[d.terms.len().min(3)] += 1;
+                    let mut terms = d.terms.clone();
+                    terms.sort_by_key(|t| plant.truth.iter().position(|own| own == t));
+                    exact += usize::from(terms == plant.truth);
                 }
             }
             println!(
                 "{:16} {} {:15} {:24} {base:.2} → {of_steps:.2} noises {said} ({:.1} s)",
-                force.text,
+                text,
                 ["multisine", "tones    ", "free     "][draw],
                 found.verdict.word(),
                 names.join(", "),
@@ -155,7 +168,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     println!(
         "{draws} draws: a name closes the gap in {named}, a description in {closed} of the other {open} (with one term {}, \
-         two {}, three {}); something described in {wrong} of {still} draws with nothing hidden",
+         two {}, three {}; the hidden terms and no others in {exact}); something described in {wrong} of {still} draws with nothing hidden",
         lengths[1], lengths[2], lengths[3]
     );
     if only.is_none() {

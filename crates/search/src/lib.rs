@@ -60,11 +60,11 @@ mod tests;
 mod walk;
 mod words;
 
-pub use effects::{Axis, DESCRIPTION};
+pub use effects::{Axis, DESCRIPTION, OwnEffect, OwnError, OwnPart, OwnQuantity, OwnSign, OwnTerm};
 pub use error::GapError;
 pub use evidence::LEVEL;
 pub use found::Found;
-pub use guide::{Entry, EntryForm, EntryParameter, guide};
+pub use guide::{Entry, EntryForm, EntryParameter, guide, guide_of_own};
 pub use judge::{density, lead, student_scale};
 pub use outcome::{
     Added, Beginnings, Blind, Candidate, Choice, Curve, Description, Diagnosis, Evidence, Finding, Gap, HeldFit, Lead,

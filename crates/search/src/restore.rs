@@ -11,7 +11,7 @@ use super::effects::{Addition, Form};
 use super::error::GapError;
 use super::fit::{Fitted, Followed, WHOLE, followed, of_first};
 use super::found::{Found, FoundCandidate, FoundConclusion, FoundDescription, FoundResponse, FoundRound, FoundStage};
-use super::guide::guide;
+use super::guide::{guide, guide_of_own};
 use super::outcome::{Beginnings, Candidate, Choice, Curve, Description, Diagnosis, HeldFit, Round, Stage, Standing};
 use super::parameters::Parameters;
 use super::screen::Motion;
@@ -59,7 +59,8 @@ impl Search {
     }
 
     fn restored(&self, found: &Found, models: &[Revived]) -> Option<Restored> {
-        let explanations: HashMap<&str, &'static str> = guide().iter().map(|e| (e.effect, e.explanation)).collect();
+        let entries = guide().into_iter().chain(guide_of_own(&self.ask.effects));
+        let explanations: HashMap<&str, &'static str> = entries.map(|e| (e.effect, e.explanation)).collect();
         let mut restored = Restored::default();
         for fit in &found.fitted {
             restored.stages.insert(fit.effects.clone(), Arc::clone(&models.get(fit.model)?.stage));

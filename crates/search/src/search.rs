@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::audit::Audit;
 use super::columns::Path;
 use super::data::{Data, Series};
-use super::effects::{Form, Frame, Setting, catalogue, described};
+use super::effects::{Form, Frame, OwnEffect, Setting, catalogue, described, own};
 use super::error::GapError;
 use super::evidence::Examined;
 use super::fit::Fitted;
@@ -40,11 +40,14 @@ pub struct Ask {
     /// Samples of every held-out record that its initial state is estimated from, and that its score leaves out; none where
     /// the initial state is fitted to the whole record.
     pub initial: Option<usize>,
+    /// Effects of the user's own, looked for as those of the catalogue are.
+    pub effects: Vec<OwnEffect>,
 }
 
 impl Default for Ask {
     fn default() -> Self {
-        Self { base: None, own: BTreeMap::new(), known: Vec::new(), max_effects: 3, initial: None }
+        let effects = Vec::new();
+        Self { base: None, own: BTreeMap::new(), known: Vec::new(), max_effects: 3, initial: None, effects }
     }
 }
 
@@ -125,6 +128,18 @@ impl Search {
                 return Err(GapError::Acceleration(term.text(&data.layout)));
             }
         }
+        for effect in &ask.effects {
+            let wrong = |problem: String| GapError::Effect { effect: effect.name.clone(), problem };
+            effect.check().map_err(|e| wrong(e.problem))?;
+            if effect.mass >= masses {
+                return Err(wrong(format!("it acts on mass {}, which the records do not have", effect.mass + 1)));
+            }
+            for term in effect.sample() {
+                if let Some(symbol) = term.foreign_symbol(&data.layout) {
+                    return Err(wrong(format!("the records have no {}", data.layout.name(symbol))));
+                }
+            }
+        }
         let audit = data.audit();
         let mut base = Composition::new(data.layout, terms);
         base.passive = !data.self_sustained;
@@ -194,6 +209,14 @@ impl Search {
         let mut choices = fitted.composition.choices();
         choices.sort();
         self.known.lock().unwrap_or_else(PoisonError::into_inner).insert(choices, fitted);
+    }
+
+    /// Every model that was fitted, the smaller sets of effects first.
+    pub(super) fn every_fit(&self) -> Vec<Arc<Fitted>> {
+        let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut all: Vec<_> = known.iter().collect();
+        all.sort_by(|a, b| a.0.len().cmp(&b.0.len()).then_with(|| a.0.cmp(b.0)));
+        all.into_iter().map(|(_, fitted)| Arc::clone(fitted)).collect()
     }
 
     /// The fit that a stage shows; fitted anew where it was kept from an earlier search.
@@ -306,7 +329,7 @@ impl Search {
         let tied = fitted.composition.offset() || fitted.composition.datum;
         let mut forms = described(&self.setting(fitted, motion));
         // A steady force beside a zero that is free says nothing.
-        forms.retain(|f| !present.contains(&choice(f)) && !(tied && f.moves_the_zero(true)));
+        forms.retain(|f| !(present.contains(&choice(f)) || tied && f.moves_the_zero(true)));
         forms
     }
 
@@ -315,8 +338,14 @@ impl Search {
         let setting = self.setting(fitted, motion);
         let present = fitted.composition.choices();
         let offset = fitted.composition.offset();
+        let units: Vec<&str> = std::iter::once(&data.unit)
+            .chain(&data.input_units)
+            .map(String::as_str)
+            .filter(|u| !u.is_empty())
+            .collect();
         catalogue(&setting)
             .into_iter()
+            .chain(own(&self.ask.effects, &setting, &units))
             .filter(|f| !present.contains(&choice(f)))
             // A richer kind of what is there was tried in its place.
             .filter(|f| !fitted.composition.forms.iter().any(|there| f.includes(there) || there.includes(f)))

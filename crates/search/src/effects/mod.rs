@@ -10,6 +10,7 @@ pub(crate) mod example;
 mod forcing;
 mod friction;
 mod memory;
+mod own;
 mod sensing;
 mod stiffness;
 
@@ -20,6 +21,8 @@ use serde::{Deserialize, Serialize};
 
 pub use description::DESCRIPTION;
 pub(crate) use description::described;
+pub(crate) use own::own;
+pub use own::{OwnEffect, OwnError, OwnPart, OwnQuantity, OwnSign, OwnTerm};
 
 use super::site::{Placed, Site};
 use sindyscope_core::simulate::Delays;
@@ -91,6 +94,8 @@ pub(crate) struct Coefficient {
     pub(crate) name: String,
     /// Powers of length and of time in its unit.
     pub(crate) dimension: (i32, i32),
+    /// Its unit, where it is said in words.
+    pub(crate) unit: Option<&'static str>,
     /// Its physical sign.
     pub(crate) sign: Direction,
     /// Of either sign, it counts as a spring counts: positive where it restores.
@@ -133,6 +138,8 @@ pub(crate) struct Inner {
     pub(crate) name: &'static str,
     /// Powers of length and of time in its unit.
     pub(crate) dimension: (i32, i32),
+    /// Its unit, where it is said in words.
+    pub(crate) unit: Option<&'static str>,
     /// The input in whose unit it counts instead.
     pub(crate) of_input: Option<usize>,
     /// Values that the screen tries.
@@ -147,7 +154,7 @@ pub(crate) struct Inner {
 
 impl Inner {
     fn new(name: &'static str, dimension: (i32, i32), grid: Vec<f64>, bounds: (f64, f64)) -> Self {
-        Self { name, dimension, of_input: None, grid, bounds, jumps: false, simple: None }
+        Self { name, dimension, unit: None, of_input: None, grid, bounds, jumps: false, simple: None }
     }
 }
 
@@ -434,6 +441,20 @@ fn joined(forms: &mut [Form]) {
     }
 }
 
+impl Coefficient {
+    /// Its unit where displacements are in this one.
+    pub(crate) fn unit(&self, length: &str) -> String {
+        self.unit.map_or_else(|| unit(length, self.dimension), str::to_owned)
+    }
+}
+
+impl Inner {
+    /// Its unit where displacements are in this one; that of an input is the input's.
+    pub(crate) fn unit(&self, length: &str) -> String {
+        self.unit.map_or_else(|| unit(length, self.dimension), str::to_owned)
+    }
+}
+
 /// The unit of a quantity of these powers of length and time.
 pub(crate) fn unit(length: &str, (l, t): (i32, i32)) -> String {
     let mut out = String::new();
@@ -622,7 +643,14 @@ fn even(from: f64, to: f64, count: usize) -> Vec<f64> {
 }
 
 fn coefficient(name: &str, length: i32, time: i32, sign: Direction) -> Coefficient {
-    Coefficient { name: name.to_owned(), dimension: (length, time), sign, restoring: false, mirrored: false }
+    Coefficient {
+        name: name.to_owned(),
+        dimension: (length, time),
+        unit: None,
+        sign,
+        restoring: false,
+        mirrored: false,
+    }
 }
 
 /// A spring's coefficient, which may harden or soften.
