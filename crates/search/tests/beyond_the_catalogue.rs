@@ -124,7 +124,7 @@ fn nothing_is_described_where_nothing_is_missing_or_a_name_is_found() {
 
 #[test]
 fn a_force_that_only_the_users_entry_knows_is_named() {
-    let records = records(|x, _, _| 0.3 / (2.6 - x).powi(2));
+    let records = records(|x, _, _| 0.3 / (3.0 - x).powi(2));
     let found = diagnosed(&records, vec![magnet()]);
     assert_eq!((found.verdict, names(&found)), (Verdict::Named, vec!["magnetic_pull"]), "{}", found.sentence);
     let steps = found.steps();
@@ -133,7 +133,7 @@ fn a_force_that_only_the_users_entry_knows_is_named() {
     let of = |name: &str| added.parameters.iter().find(|p| p.name == name).expect("a parameter");
     // The entry's metres are the records' millimetres.
     assert_eq!(of("d").unit, "mm");
-    assert!((of("d").value - 2.6).abs() < 0.2 && (of("k_m").value - 0.3).abs() < 0.1, "{:?}", added.parameters);
+    assert!((of("d").value - 3.0).abs() < 0.2 && (of("k_m").value - 0.3).abs() < 0.1, "{:?}", added.parameters);
 }
 
 #[test]
