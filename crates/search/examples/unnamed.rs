@@ -89,10 +89,13 @@ fn plant(force: Option<&'static Unnamed>, draw: usize, seed: u64) -> Plant {
         ..Plant::default()
     };
     // A force that feeds the motion runs away where it is strong.
-    let bounded = |plant: &Plant| {
+    let peak = |plant: &Plant| {
         let each = plant.drives.iter().zip(&plant.initial);
-        each.flat_map(|(drive, y)| integrate(plant, drive.as_ref(), y)).all(|y| y[0].abs() < 4.0)
+        let motions = each.flat_map(|(drive, y)| integrate(plant, drive.as_ref(), y));
+        motions.map(|y| if y[0].is_finite() { y[0].abs() } else { f64::INFINITY }).fold(0.0, f64::max)
     };
+    let most = 1.5 * peak(&with(0.0));
+    let bounded = |plant: &Plant| peak(plant) < most;
     let strengths = (0..8).map(|k| strength * 0.7_f64.powi(k));
     strengths.map(with).find(bounded).unwrap_or_else(|| with(0.0))
 }

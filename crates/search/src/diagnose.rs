@@ -64,7 +64,7 @@ impl Search {
             _ => None,
         };
         let mut diagnosis = self.diagnosis((verdict, sentence), rounds, stages, remaining, (started, cancel));
-        diagnosis.take(description);
+        diagnosis.description = description;
         Ok(diagnosis)
     }
 

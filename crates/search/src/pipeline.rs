@@ -11,7 +11,7 @@ use super::outcome::Choice;
 use super::parameters::{InnerValues, Parameters};
 use super::progress::Progress;
 use super::propose::Proposal;
-use super::rule::{BORNE, CLOSE_GAIN, CLOSED, EXPLAINS, FAR_BEHIND, HOPELESS, LEAD, SETTLED, SHOWN};
+use super::rule::{BORNE, CLOSE_GAIN, CLOSED, CRUMB, EXPLAINS, FAR_BEHIND, HOPELESS, LEAD, SETTLED, SHOWN};
 use super::ruling::Tried;
 use super::search::{Listener, Search};
 use super::structure::{Composition, choice};
@@ -58,7 +58,7 @@ impl Search {
         let data = &self.data;
         let (composition, inner) = (&before.composition, &before.parameters.inner);
         let room = self.ask.max_effects.saturating_sub(composition.forms.len()).max(1);
-        let mut proposals = data.propose(composition, inner, forms, cancel);
+        let mut proposals = data.propose(composition, inner, forms, CRUMB, cancel);
         proposals.retain(|p| p.forms.len() <= room);
         // What has no force of its own to be regressed on is always tried.
         for form in forms.iter().filter(|form| form.is_outside()) {

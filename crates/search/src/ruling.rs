@@ -251,7 +251,7 @@ impl Search {
             if explained || !room { None } else { self.described(&base, &stage, &mut tried, tell, cancel)? };
         let mut diagnosis = self.diagnosis((verdict, sentence), rounds, stages, left, (started, cancel));
         diagnosis.explained = explained;
-        diagnosis.take(description);
+        diagnosis.description = description;
         Ok(diagnosis)
     }
 

@@ -92,7 +92,7 @@ fn a_force_without_a_name_is_described_by_the_shortest_formula() {
     let description = found.description.as_ref().expect("a description");
     assert_eq!(description.terms, ["v*u"]);
     assert!(description.closes && description.lead.is_more_than(5.0));
-    assert!(found.sentence.contains("A description, not a law"), "{}", found.sentence);
+    assert!(description.sentence.contains("A description, not a law"), "{}", description.sentence);
     let gap = |stage: &sindyscope_search::Stage| stage.gap.test_rmse.expect("held out");
     assert!(gap(&description.stage) < 0.5 * gap(found.stages.last().expect("a model")));
     assert_eq!(description.scores.len(), 3);

@@ -44,11 +44,10 @@ pub(super) fn blocks(part: WalkPart, diagnosis: &Diagnosis, records: &RecordSet,
     };
     match part {
         WalkPart::Verdict => {
-            let mut blocks = vec![
-                Block::Tiles(tiles(diagnosis, base, last, unit)),
-                Block::Paragraph(diagnosis.sentence.clone()),
-                Block::Paragraph("The base model:".into()),
-            ];
+            let mut blocks =
+                vec![Block::Tiles(tiles(diagnosis, base, last, unit)), Block::Paragraph(diagnosis.sentence.clone())];
+            blocks.extend(diagnosis.description.iter().map(|d| Block::Paragraph(d.sentence.clone())));
+            blocks.push(Block::Paragraph("The base model:".into()));
             blocks.extend(model(&base.model));
             blocks
         }
