@@ -149,7 +149,7 @@ impl OwnEffect {
             let pieces = self.pieces(text);
             let term = Term::parse(&written(&pieces, &middle, &across)).map_err(|error| OwnError {
                 part: OwnPart::Term(k, self.column(&pieces, (&middle, &across), error.column.saturating_sub(1))),
-                problem: error.problem,
+                problem: self.with_own_names(error.problem),
             })?;
             let foreign = |s: &Symbol| matches!(s, Symbol::Internal(_) | Symbol::Acceleration(_));
             if let Some(symbol) = term.symbols().into_iter().find(foreign) {
@@ -219,6 +219,17 @@ impl OwnEffect {
             pieces.push(across.or(inner).unwrap_or_else(|| Piece::Text(token.to_owned())));
         }
         pieces
+    }
+
+    /// What is wrong with a term, with the names that only an entry's terms have.
+    fn with_own_names(&self, problem: String) -> String {
+        if !problem.starts_with("there is no quantity") {
+            return problem;
+        }
+        let inner = self.inner.iter().map(|q| q.name.as_str());
+        let names: Vec<&str> = ACROSS.into_iter().chain(inner).collect();
+        let (last, first) = names.split_last().unwrap_or((&"", &[]));
+        format!("{problem}; here also {} and {last}", first.join(", "))
     }
 
     /// The column in an entry's text of one in the term that it was read as, both from 0.
