@@ -35,7 +35,7 @@ const FORCES: &[Unnamed] = &[
     Unnamed { terms: &["v^2*sgn(x)"], force: |x, v, _| -0.12 * v * v * sign(x), driven: false },
     Unnamed { terms: &["x*v*|v|"], force: |x, v, _| -0.08 * x * v * v.abs(), driven: false },
     Unnamed { terms: &["x^2*sgn(v)"], force: |x, v, _| -0.08 * x * x * sign(v), driven: false },
-    Unnamed { terms: &["sin(x)*v"], force: |x, v, _| -0.15 * x.sin() * v, driven: false },
+    Unnamed { terms: &["v*sin(x)"], force: |x, v, _| -0.15 * x.sin() * v, driven: false },
     Unnamed { terms: &["x*v*u"], force: |x, v, u| 0.4 * x * v * u, driven: true },
     Unnamed { terms: &["x^2*u"], force: |x, _, u| 0.5 * x * x * u, driven: true },
     Unnamed { terms: &["v*u"], force: |_, v, u| 0.5 * v * u, driven: true },
