@@ -82,9 +82,20 @@ fn help_names_every_command_and_option() {
         assert!(help.contains(&format!("--{option}")), "--{option}");
     }
     let help = done(here.path(), &["diagnose", "--help"]);
-    for option in
-        ["test", "columns", "terms", "lock", "window", "order", "threshold", "ridge", "kind", "json", "max-effects"]
-    {
+    for option in [
+        "test",
+        "columns",
+        "terms",
+        "lock",
+        "window",
+        "order",
+        "threshold",
+        "ridge",
+        "kind",
+        "json",
+        "max-effects",
+        "effects",
+    ] {
         assert!(help.contains(&format!("--{option}")), "--{option}");
     }
 }
@@ -103,6 +114,42 @@ fn the_catalogue_is_told_to_people_and_to_scripts() {
     assert_eq!(one["effects"][0]["parameters"][0]["unit"], "m/s^2");
     assert!(done(here.path(), &["effects", "clearance"]).contains("dz(x,0.5)"));
     refused(here.path(), &["effects", "no_such_effect"], 2);
+}
+
+/// The magnet of the virtual rig, which the catalogue does not have.
+const MAGNET: &str = r#"[[effect]]
+name = "magnetic_pull"
+words = "A magnet pulls the harder the nearer the mass comes."
+terms = ["1/(d-r)^2-1/d^2"]
+coefficients = ["k_m"]
+inner.d = { bounds = [0.5, 20.0], unit = "mm" }
+"#;
+
+#[test]
+fn an_effect_of_ones_own_is_listed_searched_and_reported() {
+    let here = folder();
+    let write = |name: &str, text: &str| std::fs::write(here.path().join(name), text).expect("a file");
+    write("own.toml", MAGNET);
+    write("wrong.toml", &MAGNET.replace("d-r", "q-r"));
+    let card = done(here.path(), &["effects", "magnetic_pull", "--effects", "own.toml"]);
+    for part in ["Magnetic pull (magnetic_pull)", "the nearer the mass comes", "k_m", "d in mm, not negative"] {
+        assert!(card.contains(part), "{part}: {card}");
+    }
+    assert!(done(here.path(), &["effects", "--effects", "own.toml"]).contains("Your own\n  magnetic_pull"));
+    for command in [&["effects"][..], &["diagnose", "run.csv"], &["report", "run.csv", "--out", "r.html", "--diagnose"]]
+    {
+        let said = refused(here.path(), &[command, &["--effects", "wrong.toml"]].concat(), 1);
+        assert!(said.contains("wrong.toml, line 4, column 14: ") && said.contains("no quantity \"q\""), "{said}");
+        assert!(refused(here.path(), &[command, &["--effects", "none.toml"]].concat(), 1).contains("no such file"));
+    }
+    let magnet = ["generate", "hidden", "--effect", "magnet", "--excitation", "multisine", "--noise", "1%"];
+    done(here.path(), &[&magnet[..], &["--seed", "1", "--out", "run.csv"]].concat());
+    let result = diagnosed(here.path(), &["run.csv", "--effects", "own.toml"]);
+    assert_walk(&result, false);
+    assert_eq!((&result["verdict"], effects(&result)), (&"named".into(), vec!["magnetic_pull"]));
+    let step = &result["steps"][0];
+    assert_eq!((&step["title"], &step["parameters"][1]["name"]), (&"Magnetic pull, to ground".into(), &"d".into()));
+    assert!(result["description"].is_null());
 }
 
 #[test]

@@ -9,7 +9,7 @@ use super::source::SourceOptions;
 use super::{CommandResult, component, json, modes, table};
 use sindyscope_analysis::json::diagnosed;
 use sindyscope_analysis::missing::MAX_EFFECTS;
-use sindyscope_analysis::{AnalysisError, KindName, MissingRequest, Terms, search};
+use sindyscope_analysis::{AnalysisError, KindName, MissingRequest, Terms, effects, search};
 use sindyscope_core::setting::Given;
 use sindyscope_core::study::{Cancel, Settings, setting};
 use sindyscope_report::document;
@@ -31,6 +31,9 @@ pub(super) struct DiagnoseOptions {
     /// Most effects that are added, one at a time
     #[arg(long, value_name = "N", default_value_t = MAX_EFFECTS, value_parser = clap::value_parser!(u8).range(..=20))]
     max_effects: u8,
+    /// Effects of one's own, looked for beside those of the catalogue: a TOML file with a table for each
+    #[arg(long, value_name = "FILE")]
+    effects: Option<PathBuf>,
 
     #[command(flatten)]
     settings: StudySettings,
@@ -97,16 +100,28 @@ pub(super) fn run(options: &DiagnoseOptions, progress: &ProgressLine) -> Command
                 .try_this("leave them out, or leave out --base modes")
                 .into());
         }
+        if options.effects.is_some() {
+            return Err(Failure::new("--effects lists effects of a chain of masses: modes have none of one's own")
+                .try_this("leave it out, or leave out --base modes")
+                .into());
+        }
         return modes::diagnose(source, options.base, options.json.as_deref(), progress);
     }
+    let effects = options.effects.as_deref().map(effects::of_file).transpose()?.unwrap_or_default();
     let DiagnoseOptions { terms, lock, max_effects, settings, .. } = options;
     let request = MissingRequest {
         base: terms.clone(),
         known: lock.clone(),
         max_effects: *max_effects,
         initial: settings.initial,
+        effects,
     };
     if source.reading.kind == KindName::Component {
+        if !request.effects.is_empty() {
+            return Err(Failure::new("--effects lists effects of a mass: components have none of one's own")
+                .try_this("leave it out, or leave out --kind component")
+                .into());
+        }
         return component::diagnose(source, &request, options.json.as_deref(), progress);
     }
     progress.stage("reading");

@@ -2,34 +2,41 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use clap::builder::PossibleValuesParser;
+use clap::error::ErrorKind;
 
-use super::CommandResult;
 use super::json;
+use super::{CommandResult, usage};
+use sindyscope_analysis::effects::of_file;
 use sindyscope_analysis::json::effects;
-use sindyscope_search::{Entry, guide};
+use sindyscope_search::{Entry, guide, guide_of_own};
 use sindyscope_values::format::number::significant_trimmed;
 
 /// Options of `effects`.
 #[derive(Debug, Args)]
 pub(super) struct EffectsOptions {
     /// An effect to describe; every effect with one line if none is given
-    #[arg(value_parser = names(), hide_possible_values = true, value_name = "EFFECT")]
+    #[arg(value_name = "EFFECT")]
     effect: Option<String>,
+    /// Effects of one's own besides: a TOML file with a table for each
+    #[arg(long, value_name = "FILE")]
+    effects: Option<PathBuf>,
     /// Tell it as JSON, on standard output or in a file
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
     json: Option<PathBuf>,
 }
 
-fn names() -> PossibleValuesParser {
-    PossibleValuesParser::new(guide().iter().map(|e| e.effect))
-}
-
 /// Describes the catalogue of effects that a model may lack.
 pub(super) fn run(options: &EffectsOptions) -> CommandResult {
+    let own = options.effects.as_deref().map(of_file).transpose()?.unwrap_or_default();
     let mut entries = guide();
+    entries.extend(guide_of_own(&own));
     if let Some(wanted) = &options.effect {
+        let names: Vec<&str> = entries.iter().map(|e| e.effect).collect();
         entries.retain(|e| e.effect == wanted);
+        if entries.is_empty() {
+            let problem = format!("there is no effect '{wanted}'; there are {}", names.join(", "));
+            return Err(usage("effects", ErrorKind::InvalidValue, problem));
+        }
     }
     if let Some(text) = json::write(options.json.as_deref(), &effects(&entries))? {
         return Ok(text);

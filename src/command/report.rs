@@ -12,7 +12,7 @@ use super::source::typed;
 use super::{CommandResult, json, table};
 use sindyscope_analysis::json::{diagnosed, identified};
 use sindyscope_analysis::missing::MAX_EFFECTS;
-use sindyscope_analysis::{AnalysisError, KindName, MissingRequest, Terms, search};
+use sindyscope_analysis::{AnalysisError, KindName, MissingRequest, Terms, effects, search};
 use sindyscope_core::study::Cancel;
 use sindyscope_report::document::{Arrangement, DocumentFormat, Paper, Report, Sections};
 
@@ -40,6 +40,9 @@ pub(super) struct DocumentOptions {
     /// Most effects that it adds
     #[arg(long, value_name = "N", default_value_t = MAX_EFFECTS, value_parser = clap::value_parser!(u8).range(..=20), requires = "diagnose", help_heading = "Missing effects")]
     pub(super) max_effects: u8,
+    /// Effects of one's own that it looks for besides: a TOML file with a table for each
+    #[arg(long, value_name = "FILE", requires = "diagnose", help_heading = "Missing effects")]
+    pub(super) effects: Option<PathBuf>,
     /// Its title [default: the names of the files]
     #[arg(long, value_name = "TEXT", help_heading = "Output")]
     pub(super) title: Option<String>,
@@ -85,12 +88,13 @@ pub(super) fn run(options: &ReportOptions, progress: &ProgressLine) -> CommandRe
     if document.diagnose && request.source.reading.kind == KindName::FirstOrder {
         return Err(AnalysisError::FirstOrder.into());
     }
+    let own = document.effects.as_deref().map(effects::of_file).transpose()?.unwrap_or_default();
     let analysis = identify::study(request, progress)?;
     let diagnosis = match document.diagnose {
         true => {
             let DocumentOptions { base, max_effects, .. } = document.clone();
             let initial = analysis.outcome.settings.initial;
-            let missing = MissingRequest { base, known: Vec::new(), max_effects, initial };
+            let missing = MissingRequest { base, known: Vec::new(), max_effects, initial, effects: own };
             Some(search(&missing, &analysis.records, &Cancel::default(), &|told| progress.show(told))?)
         }
         false => None,
@@ -128,7 +132,8 @@ impl DocumentOptions {
 
     /// Says all of it, as words of a shell's command.
     pub(super) fn say(&self, text: &mut String) {
-        text.push_str(&format!(" --out {}", typed(&std::env::current_dir().unwrap_or_default(), &self.out)));
+        let here = std::env::current_dir().unwrap_or_default();
+        text.push_str(&format!(" --out {}", typed(&here, &self.out)));
         if self.diagnose {
             text.push_str(" --diagnose");
             if let Some(terms) = &self.base {
@@ -136,6 +141,9 @@ impl DocumentOptions {
             }
             if self.max_effects != MAX_EFFECTS {
                 text.push_str(&format!(" --max-effects {}", self.max_effects));
+            }
+            if let Some(effects) = &self.effects {
+                text.push_str(&format!(" --effects {}", typed(&here, effects)));
             }
         }
         if let Some(title) = &self.title {

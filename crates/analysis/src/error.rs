@@ -58,6 +58,26 @@ pub enum AnalysisError {
     /// A list of terms for single equations where one for all is needed.
     #[error("a list for each equation is not possible here")]
     ListForEach,
+    /// A file of one's own effects cannot be read.
+    #[error("cannot read the effects in {file}: {problem}")]
+    EffectsUnread {
+        /// The file.
+        file: String,
+        /// Why.
+        problem: String,
+    },
+    /// An effect of one's own is wrong.
+    #[error("{file}, line {line}, column {column}: {problem}")]
+    Effects {
+        /// The file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// Column in characters, from 1.
+        column: usize,
+        /// What is wrong, and what would be right.
+        problem: String,
+    },
     /// Missing effects of first-order data.
     #[error("missing effects are searched in equations of second order: of a displacement, whose velocity is derived")]
     FirstOrder,
@@ -79,7 +99,14 @@ impl AnalysisError {
             Self::ListForEach => vec![Remedy::to_do("give one list for all equations, without `v1:`")],
             Self::FirstOrder => vec![Remedy::to_do("give the displacement alone, as of second order")],
             Self::NoMass => vec![Remedy::to_do("use the functions or commands that identify and diagnose components")],
-            Self::Calibrate(_) | Self::UnknownSetting { .. } | Self::Value { .. } | Self::Settings(_) => Vec::new(),
+            Self::EffectsUnread { .. } => {
+                vec![Remedy::to_do("give the path of a TOML file with a table for each effect")]
+            }
+            Self::Effects { .. }
+            | Self::Calibrate(_)
+            | Self::UnknownSetting { .. }
+            | Self::Value { .. }
+            | Self::Settings(_) => Vec::new(),
         }
     }
 

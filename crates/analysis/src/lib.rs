@@ -2,7 +2,8 @@
 //!
 //! - [`source`]: how records are read and prepared, as tables of settings.
 //! - [`request`]: a study as it is asked for, with what is left to be chosen from the data.
-//! - [`mod@analyse`]: chooses what was left open and runs the study; [`missing`]: the search for missing effects.
+//! - [`mod@analyse`]: chooses what was left open and runs the study; [`missing`]: the search for missing effects;
+//!   [`effects`]: those of one's own that it looks for besides.
 //! - [`component`]: the same of components without a mass.
 //! - [`batch`]: many records with the same settings, resumed wherever it ended.
 //! - [`json`]: the results as the JSON that scripts rely on, the same from a command and from Python.
@@ -29,6 +30,7 @@
 pub mod analyse;
 pub mod batch;
 pub mod component;
+pub mod effects;
 mod error;
 pub mod json;
 pub mod missing;

@@ -4,7 +4,7 @@ use crate::analyse::{Listener, Progress};
 use crate::error::AnalysisError;
 use crate::request::Terms;
 use sindyscope_core::study::Cancel;
-use sindyscope_search::{Ask, Diagnosis, Search};
+use sindyscope_search::{Ask, Diagnosis, OwnEffect, Search};
 use sindyscope_values::model::Units;
 use sindyscope_values::record::RecordSet;
 use sindyscope_values::term::{Kind, Term};
@@ -23,11 +23,13 @@ pub struct MissingRequest {
     pub max_effects: u8,
     /// Samples of every held-out record that its initial state is estimated from, and that its score leaves out.
     pub initial: Option<usize>,
+    /// Effects of one's own, looked for beside those of the catalogue.
+    pub effects: Vec<OwnEffect>,
 }
 
 impl Default for MissingRequest {
     fn default() -> Self {
-        Self { base: None, known: Vec::new(), max_effects: MAX_EFFECTS, initial: None }
+        Self { base: None, known: Vec::new(), max_effects: MAX_EFFECTS, initial: None, effects: Vec::new() }
     }
 }
 
@@ -46,6 +48,7 @@ pub fn search(
         known: lists.concat(),
         max_effects: usize::from(request.max_effects),
         initial: request.initial,
+        effects: request.effects.clone(),
         ..Ask::default()
     };
     for part in request.base.iter().flat_map(|terms| &terms.0) {

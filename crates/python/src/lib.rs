@@ -25,7 +25,9 @@ use model::NativeModel;
 use record::NativeRecord;
 use request::{joined, request};
 use result::{NativeDiagnosis, NativeIdentification};
-use sindyscope_analysis::{AnalysisError, AnalysisRequest, KindName, MissingRequest, Progress, analyse, json, search};
+use sindyscope_analysis::{
+    AnalysisError, AnalysisRequest, KindName, MissingRequest, Progress, analyse, effects::of_file, json, search,
+};
 use sindyscope_core::setting::SettingForm;
 use sindyscope_files::{MeasuredFile, NamedColumn, write_csv};
 use sindyscope_report::document::{Arrangement, DocumentFormat, Paper, Report, Sections};
@@ -83,11 +85,11 @@ fn identify(
     })
 }
 
-/// The base model's terms, known terms and the most effects of a search.
-type AskedSearch = (Option<String>, Vec<String>, u8);
+/// The base model's terms, known terms, the most effects of a search, and the file of effects of one's own.
+type AskedSearch = (Option<String>, Vec<String>, u8, Option<PathBuf>);
 
 /// What a search for missing effects is asked for.
-fn missing((base, known, max_effects): &AskedSearch, request: &AnalysisRequest) -> PyResult<MissingRequest> {
+fn missing((base, known, max_effects, effects): &AskedSearch, request: &AnalysisRequest) -> PyResult<MissingRequest> {
     let value = |name: &str| {
         let name = name.to_owned();
         move |problem: String| failed(&AnalysisError::Value { name, problem })
@@ -95,7 +97,8 @@ fn missing((base, known, max_effects): &AskedSearch, request: &AnalysisRequest) 
     let base = base.as_deref().map(|text| text.parse().map_err(value("terms"))).transpose()?;
     let known = known.iter().map(|text| text.parse().map_err(value("lock"))).collect::<PyResult<_>>()?;
     let initial = request.initial().map_err(|error| failed(&error))?;
-    Ok(MissingRequest { base, known, max_effects: *max_effects, initial })
+    let effects = effects.as_deref().map(of_file).transpose().map_err(|error| failed(&error))?.unwrap_or_default();
+    Ok(MissingRequest { base, known, max_effects: *max_effects, initial, effects })
 }
 
 /// Searches records for effects that a base model lacks.

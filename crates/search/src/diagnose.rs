@@ -7,6 +7,7 @@ use super::error::GapError;
 use super::evidence::Examined;
 use super::fit::{Fitted, WHOLE};
 use super::outcome::{Diagnosis, Finding, Remaining, Round, Stage, Verdict};
+use super::ruling::Tried;
 use super::search::Search;
 use super::words::{remaining, sentence, titles};
 use sindyscope_core::clock::Stopwatch;
@@ -55,7 +56,30 @@ impl Search {
             Verdict::Unexplained if open && !added => "Something is missing: the gap is more than noise.".to_owned(),
             verdict => sentence((verdict, remaining.significant), &stages, &rounds, &self.data.shown_unit),
         };
-        Ok(self.diagnosis((verdict, sentence), rounds, stages, remaining, (started, cancel)))
+        let unnamed = looked && finding == Some(&Finding::Unexplained) && remaining.significant;
+        let description = match (stages.first(), stages.last()) {
+            (Some(base), Some(last)) if unnamed => {
+                self.described(base, last, &mut self.all_tried(cancel)?, &|_| {}, cancel)?
+            }
+            _ => None,
+        };
+        let mut diagnosis = self.diagnosis((verdict, sentence), rounds, stages, remaining, (started, cancel));
+        diagnosis.description = description;
+        Ok(diagnosis)
+    }
+
+    /// Every model that was fitted, as a set of the comparison.
+    fn all_tried(&self, cancel: &Cancel) -> Result<Tried, GapError> {
+        let mut tried = Tried::default();
+        for fitted in self.every_fit() {
+            if cancel.is_cancelled() {
+                return Err(GapError::Cancelled);
+            }
+            tried.know(fitted.composition.forms.iter());
+            let set = tried.indices(&fitted.composition);
+            tried.sets.push(self.hypothesis(set, (*fitted).clone(), cancel));
+        }
+        Ok(tried)
     }
 
     pub(super) fn diagnosis(
@@ -80,6 +104,7 @@ impl Search {
             stages,
             scores,
             remaining,
+            description: None,
             elapsed_ms: started.milliseconds(),
         }
     }

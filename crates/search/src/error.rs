@@ -40,6 +40,14 @@ pub enum GapError {
         "the base model's term {0} holds an acceleration, which the search for missing effects cannot have; leave it out of the base model, or identify the whole equation"
     )]
     Acceleration(String),
+    /// An effect of the user's own that cannot be one, or uses what the records do not have.
+    #[error("the effect `{effect}`: {problem}")]
+    Effect {
+        /// Its name.
+        effect: String,
+        /// What is wrong with it.
+        problem: String,
+    },
     /// The base model cannot be fitted.
     #[error(
         "the base model's response cannot be fitted to the records: its simulation does not stay within ten times their range"
@@ -75,6 +83,7 @@ impl GapError {
                 Remedy::Identify { what: "shows which terms suit the records" },
             ],
             Self::Stage(_) => vec![Remedy::FewerEffects, Remedy::OtherBase],
+            Self::Effect { .. } => vec![Remedy::to_do("mend its entry, or leave it out")],
             Self::NothingToFit | Self::Cancelled => Vec::new(),
         }
     }

@@ -13,8 +13,8 @@ use serde::{Deserialize, Serialize};
 
 use super::effects::Axis;
 use super::outcome::{
-    Added, Beginnings, Candidate, Choice, Diagnosis, Evidence, Finding, Gap, Lead, Remaining, Round, Stage, Standing,
-    Verdict,
+    Added, Beginnings, Candidate, Choice, Description, Diagnosis, Evidence, Finding, Gap, Lead, Remaining, Round,
+    Stage, Standing, Verdict,
 };
 use super::records::RecordScore;
 use super::site::Site;
@@ -154,11 +154,29 @@ pub(super) struct FoundConclusion {
     pub(super) sentence: String,
     pub(super) notices: Vec<String>,
     pub(super) remaining: Remaining,
+    /// The formula for what the effects leave.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) description: Option<FoundDescription>,
     /// The base model, and the model after each effect.
     pub(super) models: Vec<usize>,
     /// How many looks it rests on: those at the first of these models.
     pub(super) looks: usize,
     pub(super) elapsed_ms: f64,
+}
+
+/// A formula for what effects leave.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct FoundDescription {
+    pub(super) terms: Vec<String>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) beside: Vec<String>,
+    pub(super) model: usize,
+    pub(super) records: Vec<RecordScore>,
+    pub(super) lead: Lead,
+    pub(super) closes: bool,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) alternatives: Vec<Vec<String>>,
+    pub(super) sentence: String,
 }
 
 /// Models without repeats.
@@ -205,6 +223,7 @@ impl Found {
                 explained: Some(diagnosis.explained),
                 sentence: diagnosis.sentence.clone(),
                 notices: diagnosis.notices.clone(),
+                description: diagnosis.description.as_ref().map(|d| FoundDescription::of(d, &mut pool)),
                 remaining: diagnosis.remaining.clone(),
                 records: diagnosis.records().to_vec(),
                 earlier: diagnosis.scores.split_last().map(|(_, before)| before.to_vec()).unwrap_or_default(),
@@ -261,6 +280,13 @@ impl FoundStage {
             gap: stage.gap,
             responses: responses.collect(),
         }
+    }
+}
+
+impl FoundDescription {
+    fn of(description: &Description, pool: &mut Pool) -> Self {
+        let Description { terms, beside, stage, scores, lead, closes, alternatives, sentence } = description.clone();
+        Self { terms, beside, model: pool.place(&stage), records: scores, lead, closes, alternatives, sentence }
     }
 }
 

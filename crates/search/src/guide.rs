@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::effects::{Addition, Axis, Direction, FAMILIES, Form, Frame, Setting, unit};
+use super::effects::{Addition, Axis, Direction, FAMILIES, Form, Frame, OwnEffect, Setting, own};
 use super::site::Placed;
 use sindyscope_values::term::{Layout, Term};
 
@@ -100,6 +100,21 @@ pub fn guide() -> Vec<Entry> {
     entries
 }
 
+/// What the user adds to the catalogue, as it would stand there.
+pub fn guide_of_own(effects: &[OwnEffect]) -> Vec<Entry> {
+    let mut entries: Vec<Entry> = Vec::new();
+    for form in own(effects, &example(true), &[]) {
+        match entries.iter_mut().find(|e| e.effect == form.effect) {
+            Some(known) => known.forms.push(placed(&form)),
+            None => entries.push(entry(&form, OWN)),
+        }
+    }
+    entries
+}
+
+/// The family of effects that the user adds.
+const OWN: &str = "Your own";
+
 /// One mass that moves about a metre at about a hertz, on a moving base or under a force: between the two every effect of the
 /// catalogue makes sense.
 fn example(base_excited: bool) -> Setting {
@@ -129,13 +144,13 @@ fn example(base_excited: bool) -> Setting {
 fn entry(form: &Form, family: &'static str) -> Entry {
     let coefficients = form.coefficients.iter().map(|c| EntryParameter {
         name: c.name.clone(),
-        unit: unit("m", c.dimension),
+        unit: c.unit("m"),
         positive: c.sign != Direction::Any,
         inner: false,
     });
     let inner = form.inner.iter().map(|i| EntryParameter {
         name: i.name.to_owned(),
-        unit: unit("m", i.dimension),
+        unit: i.unit("m"),
         positive: i.bounds.0 >= 0.0,
         inner: true,
     });

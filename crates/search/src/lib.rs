@@ -28,6 +28,7 @@ mod audit;
 mod between;
 mod columns;
 mod data;
+mod describe;
 mod diagnose;
 mod effects;
 mod error;
@@ -59,15 +60,15 @@ mod tests;
 mod walk;
 mod words;
 
-pub use effects::Axis;
+pub use effects::{Axis, DESCRIPTION, OwnEffect, OwnError, OwnPart, OwnQuantity, OwnSign, OwnTerm};
 pub use error::GapError;
 pub use evidence::LEVEL;
 pub use found::Found;
-pub use guide::{Entry, EntryForm, EntryParameter, guide};
+pub use guide::{Entry, EntryForm, EntryParameter, guide, guide_of_own};
 pub use judge::{density, lead, student_scale};
 pub use outcome::{
-    Added, Beginnings, Blind, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Gap, HeldFit, Lead, Map,
-    MissingForce, Parameter, Place, Profile, Remaining, Round, SensorTrace, Stage, Standing, Test, Trace, Verdict,
+    Added, Beginnings, Blind, Candidate, Choice, Curve, Description, Diagnosis, Evidence, Finding, Gap, HeldFit, Lead,
+    Map, MissingForce, Parameter, Place, Profile, Remaining, Round, SensorTrace, Stage, Standing, Test, Trace, Verdict,
 };
 pub use progress::Progress;
 pub use records::{FreeRun, RecordScore, StretchScore};

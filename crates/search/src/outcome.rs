@@ -429,8 +429,31 @@ pub struct Diagnosis {
     pub scores: Vec<Vec<RecordScore>>,
     /// Whether what remains is significant, and what these data could still hide.
     pub remaining: Remaining,
+    /// Where the effects that were found leave a gap, the formula that follows what they do not say.
+    pub description: Option<Description>,
     /// Time that it took, ms.
     pub elapsed_ms: f64,
+}
+
+/// A formula that follows what no effect of the catalogue says: a description, not a law.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Description {
+    /// The terms that it adds, as they are printed.
+    pub terms: Vec<String>,
+    /// The effects, by name, that stay beside it.
+    pub beside: Vec<String>,
+    /// The model with it.
+    pub stage: Arc<Stage>,
+    /// What that leaves on each record, fitted ones first.
+    pub scores: Vec<RecordScore>,
+    /// How far it leads the best model without it.
+    pub lead: Lead,
+    /// True if what it leaves is noise, or too little to matter.
+    pub closes: bool,
+    /// Formulas as short that these data cannot tell from it.
+    pub alternatives: Vec<Vec<String>>,
+    /// What it says, in a sentence.
+    pub sentence: String,
 }
 
 /// What is left after the last round.

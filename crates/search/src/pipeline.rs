@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::data::Data;
-use super::effects::{Direction, Form, logarithmic};
+use super::effects::{DESCRIPTION, Direction, Form, logarithmic};
 use super::error::GapError;
 use super::fit::{FEW_STEPS, Fitted, STEPS, WHOLE};
 use super::judge::{Hypothesis, beats, contains, least_lead, parts};
@@ -11,7 +11,7 @@ use super::outcome::Choice;
 use super::parameters::{InnerValues, Parameters};
 use super::progress::Progress;
 use super::propose::Proposal;
-use super::rule::{BORNE, CLOSE_GAIN, CLOSED, EXPLAINS, FAR_BEHIND, HOPELESS, LEAD, SETTLED, SHOWN};
+use super::rule::{BORNE, CLOSE_GAIN, CLOSED, CRUMB, EXPLAINS, FAR_BEHIND, HOPELESS, LEAD, SETTLED, SHOWN};
 use super::ruling::Tried;
 use super::search::{Listener, Search};
 use super::structure::{Composition, choice};
@@ -33,7 +33,10 @@ impl Search {
         let base = self.fitted(&[], cancel)?;
         let motion = self.data.motion(&base).ok_or_else(impossible)?;
         let all = self.forms(&base, &motion);
-        let forms: Vec<Form> = choices.iter().filter_map(|c| all.iter().find(|f| choice(f) == *c).cloned()).collect();
+        let described = choices.iter().any(|c| c.effect == DESCRIPTION);
+        let words = if described { self.words_of_formulas(&base, &motion) } else { Vec::new() };
+        let of_choice = |c: &Choice| all.iter().chain(&words).find(|f| choice(f) == *c).cloned();
+        let forms: Vec<Form> = choices.iter().filter_map(of_choice).collect();
         if forms.len() < choices.len() {
             return Err(impossible());
         }
@@ -55,7 +58,7 @@ impl Search {
         let data = &self.data;
         let (composition, inner) = (&before.composition, &before.parameters.inner);
         let room = self.ask.max_effects.saturating_sub(composition.forms.len()).max(1);
-        let mut proposals = data.propose(composition, inner, forms, cancel);
+        let mut proposals = data.propose(composition, inner, forms, CRUMB, cancel);
         proposals.retain(|p| p.forms.len() <= room);
         // What has no force of its own to be regressed on is always tried.
         for form in forms.iter().filter(|form| form.is_outside()) {
@@ -102,7 +105,7 @@ impl Search {
             }
         }
         tell(Progress::Step("Fitting what the best sets contain", 0.8));
-        self.close(tried, cancel);
+        self.close(tried, &[], cancel);
         tell(Progress::Step("Fitting rivals from where the best set landed", 0.9));
         self.settle(tried, cancel);
         tried.sets.iter().for_each(|set| self.keep(Arc::clone(&set.fitted)));
@@ -110,11 +113,16 @@ impl Search {
     }
 
     /// Fits what the best sets contain, whenever their effects were found: a set is named only against each part of it, fitted
-    /// as carefully.
-    fn close(&self, tried: &mut Tried, cancel: &Cancel) {
+    /// as carefully. What is `kept` is not asked for: a set that has it is held against those that have it too.
+    pub(super) fn close(&self, tried: &mut Tried, kept: &[usize], cancel: &Cancel) {
         let Some(base) = self.known(&[]) else { return };
+        let has = |set: &[usize]| kept.iter().all(|k| set.contains(k));
         for whole in tried.best().into_iter().take(CLOSED) {
+            let of_kept = has(&tried.sets[whole].forms);
             for part in tried.parts_of(&tried.sets[whole].forms) {
+                if of_kept && !has(&part) {
+                    continue;
+                }
                 if cancel.is_cancelled() || tried.place(&part).is_some() {
                     continue;
                 }
@@ -160,7 +168,7 @@ impl Search {
     /// Fits the best sets and their rivals once more: from where the best of them landed, all that they share with it as it has
     /// it, and where a set leaves more along whole records than along short stretches, by way of those. Along whole records one
     /// stop of a mass that rubs, missed, leads astray.
-    fn settle(&self, tried: &mut Tried, cancel: &Cancel) {
+    pub(super) fn settle(&self, tried: &mut Tried, cancel: &Cancel) {
         let order = tried.best();
         let left = |set: &Hypothesis| set.fitted.refined.rss;
         let whole = |k: &usize| tried.sets[*k].fitted.level == WHOLE;
@@ -223,7 +231,7 @@ impl Search {
     }
 
     /// Fits a proposal; a damper of the base may push where data never fitted say so.
-    fn fitted_set(
+    pub(super) fn fitted_set(
         &self,
         proposal: Proposal,
         forms: Vec<usize>,
@@ -318,7 +326,7 @@ impl Search {
         best
     }
 
-    fn hypothesis(&self, forms: Vec<usize>, fitted: Fitted, cancel: &Cancel) -> Hypothesis {
+    pub(super) fn hypothesis(&self, forms: Vec<usize>, fitted: Fitted, cancel: &Cancel) -> Hypothesis {
         let blocks = self.data.densities(&fitted, cancel);
         let unborne = self.unborne(&fitted);
         Hypothesis { forms, fitted: Arc::new(fitted), blocks, unborne }

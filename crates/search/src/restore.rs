@@ -10,9 +10,9 @@ use super::data::Series;
 use super::effects::{Addition, Form};
 use super::error::GapError;
 use super::fit::{Fitted, Followed, WHOLE, followed, of_first};
-use super::found::{Found, FoundCandidate, FoundConclusion, FoundResponse, FoundRound, FoundStage};
-use super::guide::guide;
-use super::outcome::{Beginnings, Candidate, Choice, Curve, Diagnosis, HeldFit, Round, Stage, Standing};
+use super::found::{Found, FoundCandidate, FoundConclusion, FoundDescription, FoundResponse, FoundRound, FoundStage};
+use super::guide::{guide, guide_of_own};
+use super::outcome::{Beginnings, Candidate, Choice, Curve, Description, Diagnosis, HeldFit, Round, Stage, Standing};
 use super::parameters::Parameters;
 use super::screen::Motion;
 use super::search::Search;
@@ -59,7 +59,8 @@ impl Search {
     }
 
     fn restored(&self, found: &Found, models: &[Revived]) -> Option<Restored> {
-        let explanations: HashMap<&str, &'static str> = guide().iter().map(|e| (e.effect, e.explanation)).collect();
+        let entries = guide().into_iter().chain(guide_of_own(&self.ask.effects));
+        let explanations: HashMap<&str, &'static str> = entries.map(|e| (e.effect, e.explanation)).collect();
         let mut restored = Restored::default();
         for fit in &found.fitted {
             restored.stages.insert(fit.effects.clone(), Arc::clone(&models.get(fit.model)?.stage));
@@ -87,6 +88,10 @@ impl Search {
                 stages: stages.collect::<Option<_>>()?,
                 remaining: kept.remaining.clone(),
                 scores,
+                description: match &kept.description {
+                    Some(kept) => Some(restored_description(kept, Arc::clone(&models.get(kept.model)?.stage))),
+                    None => None,
+                },
                 elapsed_ms: kept.elapsed_ms,
             };
             restored.conclusions.insert(effects.clone(), Arc::new(diagnosis));
@@ -234,6 +239,11 @@ impl Search {
         };
         Some(Revived { stage: Arc::new(stage), fitted, last })
     }
+}
+
+fn restored_description(kept: &FoundDescription, stage: Arc<Stage>) -> Description {
+    let FoundDescription { terms, beside, records, lead, closes, alternatives, sentence, .. } = kept.clone();
+    Description { terms, beside, stage, scores: records, lead, closes, alternatives, sentence }
 }
 
 /// The responses along records from what they begin with; none if that does not go with the records.

@@ -77,11 +77,11 @@ impl Tried {
         parts
     }
 
-    fn choices(&self, set: &Hypothesis) -> Vec<Choice> {
+    pub(super) fn choices(&self, set: &Hypothesis) -> Vec<Choice> {
         set.forms.iter().map(|k| choice(&self.forms[*k])).collect()
     }
 
-    fn winner(&self) -> Option<&Hypothesis> {
+    pub(super) fn winner(&self) -> Option<&Hypothesis> {
         self.ruling.winner.map(|k| &self.sets[k])
     }
 
@@ -254,13 +254,17 @@ impl Search {
         rounds.push(last);
         let left = rounds.last().map(|round| remaining(&round.evidence, &round.hidden_up_to)).unwrap_or_default();
         let sentence = sentence((verdict, left.significant), &stages, &rounds, &self.data.shown_unit);
+        let room = self.ask.max_effects > 0;
+        let description =
+            if explained || !room { None } else { self.described(&base, &stage, &mut tried, tell, cancel)? };
         let mut diagnosis = self.diagnosis((verdict, sentence), rounds, stages, left, (started, cancel));
         diagnosis.explained = explained;
+        diagnosis.description = description;
         Ok(diagnosis)
     }
 
     /// True if what a model leaves matters: more noises than may be, or a share of what was found.
-    fn matters(&self, base: &Stage, fitted: &Fitted, cancel: &Cancel) -> bool {
+    pub(super) fn matters(&self, base: &Stage, fitted: &Fitted, cancel: &Cancel) -> bool {
         let noise = self.data.noise.hypot(self.data.between_samples(fitted, cancel));
         let square = |e: f64| (e * e - noise * noise).max(0.0);
         let left = fitted.error();

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::audit::Audit;
 use super::columns::Path;
 use super::data::{Data, Series};
-use super::effects::{Form, Frame, Setting, catalogue};
+use super::effects::{Form, Frame, OwnEffect, Setting, catalogue, described, own};
 use super::error::GapError;
 use super::evidence::Examined;
 use super::fit::Fitted;
@@ -40,11 +40,14 @@ pub struct Ask {
     /// Samples of every held-out record that its initial state is estimated from, and that its score leaves out; none where
     /// the initial state is fitted to the whole record.
     pub initial: Option<usize>,
+    /// Effects of the user's own, looked for as those of the catalogue are.
+    pub effects: Vec<OwnEffect>,
 }
 
 impl Default for Ask {
     fn default() -> Self {
-        Self { base: None, own: BTreeMap::new(), known: Vec::new(), max_effects: 3, initial: None }
+        let effects = Vec::new();
+        Self { base: None, own: BTreeMap::new(), known: Vec::new(), max_effects: 3, initial: None, effects }
     }
 }
 
@@ -125,6 +128,18 @@ impl Search {
                 return Err(GapError::Acceleration(term.text(&data.layout)));
             }
         }
+        for effect in &ask.effects {
+            let wrong = |problem: String| GapError::Effect { effect: effect.name.clone(), problem };
+            effect.check().map_err(|e| wrong(e.problem))?;
+            if effect.mass >= masses {
+                return Err(wrong(format!("it acts on mass {}, which the records do not have", effect.mass + 1)));
+            }
+            for term in effect.sample() {
+                if let Some(symbol) = term.foreign_symbol(&data.layout) {
+                    return Err(wrong(format!("the records have no {}", data.layout.name(symbol))));
+                }
+            }
+        }
         let audit = data.audit();
         let mut base = Composition::new(data.layout, terms);
         base.passive = !data.self_sustained;
@@ -196,6 +211,14 @@ impl Search {
         self.known.lock().unwrap_or_else(PoisonError::into_inner).insert(choices, fitted);
     }
 
+    /// Every model that was fitted, the smaller sets of effects first.
+    pub(super) fn every_fit(&self) -> Vec<Arc<Fitted>> {
+        let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut all: Vec<_> = known.iter().collect();
+        all.sort_by(|a, b| a.0.len().cmp(&b.0.len()).then_with(|| a.0.cmp(b.0)));
+        all.into_iter().map(|(_, fitted)| Arc::clone(fitted)).collect()
+    }
+
     /// The fit that a stage shows; fitted anew where it was kept from an earlier search.
     pub(super) fn fit_of(&self, stage: &Stage, cancel: &Cancel) -> Result<Arc<Fitted>, GapError> {
         match &stage.fit.0 {
@@ -241,7 +264,8 @@ impl Search {
         if cancel.is_cancelled() { Err(GapError::Cancelled) } else { Err(GapError::Base) }
     }
 
-    pub(super) fn forms(&self, fitted: &Fitted, motion: &Motion) -> Vec<Form> {
+    /// What the catalogue needs to know of these data and a model.
+    fn setting(&self, fitted: &Fitted, motion: &Motion) -> Setting {
         let data = &self.data;
         let over = |pick: &dyn Fn(usize, usize) -> f64| {
             let largest = |(r, s): (usize, &Series)| (0..s.len()).map(|k| pick(r, k).abs()).fold(0.0, f64::max);
@@ -274,7 +298,7 @@ impl Search {
             lines.retain(|f| !(dies_away && locked(f, times)));
             lines
         };
-        let setting = Setting {
+        Setting {
             base_excited: data.base_excited,
             passive: fitted.composition.passive,
             input_open: data.input_open,
@@ -296,11 +320,32 @@ impl Search {
             },
             interval: data.fit()[0].interval,
             measured: over(&|r, k| data.fit()[r].measured[0][k]),
-        };
+        }
+    }
+
+    /// The terms that a formula which describes what a model lacks is made of.
+    pub(super) fn words_of_formulas(&self, fitted: &Fitted, motion: &Motion) -> Vec<Form> {
+        let present = fitted.composition.choices();
+        let tied = fitted.composition.offset() || fitted.composition.datum;
+        let mut forms = described(&self.setting(fitted, motion));
+        // A steady force beside a zero that is free says nothing.
+        forms.retain(|f| !(present.contains(&choice(f)) || tied && f.moves_the_zero(true)));
+        forms
+    }
+
+    pub(super) fn forms(&self, fitted: &Fitted, motion: &Motion) -> Vec<Form> {
+        let data = &self.data;
+        let setting = self.setting(fitted, motion);
         let present = fitted.composition.choices();
         let offset = fitted.composition.offset();
+        let units: Vec<&str> = std::iter::once(&data.unit)
+            .chain(&data.input_units)
+            .map(String::as_str)
+            .filter(|u| !u.is_empty())
+            .collect();
         catalogue(&setting)
             .into_iter()
+            .chain(own(&self.ask.effects, &setting, &units))
             .filter(|f| !present.contains(&choice(f)))
             // A richer kind of what is there was tried in its place.
             .filter(|f| !fitted.composition.forms.iter().any(|there| f.includes(there) || there.includes(f)))
@@ -312,6 +357,17 @@ impl Search {
                 !(tied && f.moves_the_zero(offset) || fitted.composition.zero && f.is_offset())
             })
             .collect()
+    }
+
+    /// Decides between all sets that were tried; each must contain those present.
+    pub(super) fn rule(&self, tried: &mut Tried, present: &[usize]) {
+        let data = &self.data;
+        // Where nothing explains the data every set is wrong in some way still, and densities say too much.
+        let explains = |s: &Hypothesis| s.unborne.is_none() && s.fitted.error() < MATTERS_NOISES * data.noise;
+        let least = least_lead(self.audit.single_tone);
+        let explained = tried.sets.iter().any(explains);
+        let far = if explained { least } else { least.max(FAR.ln() * data.unseen() as f64) };
+        tried.ruling = judge(&tried.sets, &tried.forms, present, (least, far));
     }
 
     /// Looks at a stage: is there a gap, where, and which effects might it be.
@@ -376,12 +432,7 @@ impl Search {
             return Err(GapError::Cancelled);
         }
         let present = if keeps_present { tried.indices(&before.composition) } else { Vec::new() };
-        // Where nothing explains the data every set is wrong in some way still, and densities say too much.
-        let explains = |s: &Hypothesis| s.unborne.is_none() && s.fitted.error() < MATTERS_NOISES * data.noise;
-        let least = least_lead(self.audit.single_tone);
-        let explained = tried.sets.iter().any(explains);
-        let far = if explained { least } else { least.max(FAR.ln() * data.unseen() as f64) };
-        tried.ruling = judge(&tried.sets, &tried.forms, &present, (least, far));
+        self.rule(tried, &present);
         let decision = self.ruled(&before, &motion, tried, &mut candidates, cancel);
         tell(Progress::Ranking(candidates.clone()));
         let round = round(candidates, evidence, decision);

@@ -161,7 +161,7 @@ impl Search {
                 };
                 let coefficient = |(c, k): (&Coefficient, usize)| {
                     let (value, position) = (c.shown(values.coefficients[k]), positions.coefficients[k]);
-                    parameter(&c.name, value, position, unit(&data.unit, c.dimension))
+                    parameter(&c.name, value, position, c.unit(&data.unit))
                 };
                 let mut parameters: Vec<Parameter> =
                     form.coefficients.iter().zip(place.clone()).map(coefficient).collect();
@@ -169,7 +169,7 @@ impl Search {
                 parameters.extend(form.inner.iter().zip(inner).map(|(q, (value, position))| {
                     let unit = match q.of_input {
                         Some(j) => data.input_units[j].clone(),
-                        None => unit(&data.unit, q.dimension),
+                        None => q.unit(&data.unit),
                     };
                     parameter(q.name, *value, *position, unit)
                 }));

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::effects::Form;
 use super::fit::Fitted;
-use super::outcome::{Choice, Evidence, Finding, Lead, Remaining, Round, Stage, Verdict};
+use super::outcome::{Choice, Evidence, Finding, Gap, Lead, Remaining, Round, Stage, Verdict};
 use sindyscope_values::format::number::significant;
 use sindyscope_values::format::units::format_si;
 
@@ -66,6 +66,28 @@ pub(super) fn why(form: &Form, before: &Fitted, after: &Fitted, refused: Option<
             significant(b / a, 2)
         ),
     }
+}
+
+/// What a formula does for the gap that effects leave, in sentences.
+pub(super) fn described(
+    (terms, closes): (&[String], bool),
+    (before, after): (&Gap, &Gap),
+    lead: &Lead,
+    length: &str,
+) -> String {
+    let rms = |gap: &Gap| format_si(gap.test_rmse.unwrap_or(gap.train_rmse), length, 3);
+    let left = match closes {
+        true => "closes the gap",
+        false => "follows part of what is left",
+    };
+    format!(
+        "A description, not a law, {left}: with {} the error on data never fitted falls from {} to {}, in {} of {} blocks.",
+        terms.join(" and "),
+        rms(before),
+        rms(after),
+        lead.won,
+        lead.blocks
+    )
 }
 
 /// How far a set leads the nearest one without an effect, in a sentence behind others.

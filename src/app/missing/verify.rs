@@ -1,6 +1,6 @@
 //! Verify: did the gap shrink on data never fitted, and what is left.
 
-use sindyscope_search::{Finding, Stage, Verdict, within};
+use sindyscope_search::{DESCRIPTION, Finding, Stage, Verdict, within};
 use sindyscope_values::format::units::raised;
 
 use egui::{RichText, ScrollArea, Ui, vec2};
@@ -105,6 +105,17 @@ fn left(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'_>, height:
         ui.label(RichText::new("What is left, over the quantity that orders it best").strong());
         let size = vec2(ui.available_width(), (height - 90.0).clamp(130.0, 260.0));
         figures::show(ui, canvas, context, (&WalkFigure::Left, None), Manner::new(size).compact(), acts);
+    }
+    if let Some(description) = context.conclusion().and_then(|d| d.description.as_ref()) {
+        card(ui, colors.caution, |ui| {
+            ui.add(egui::Label::new(raised(&description.sentence)).wrap());
+            // Beside other effects than those that were added it would be another formula.
+            let accepted: Vec<&str> = context.walk.accepted.iter().map(|c| c.effect.as_str()).collect();
+            if accepted == description.beside && ui.button("Add it to the model").clicked() {
+                let own = description.stage.effects.iter().filter(|e| e.choice.effect == DESCRIPTION);
+                acts.extend(own.map(|e| WalkAct::Accept(e.choice.clone())));
+            }
+        });
     }
     if let Some(d) = context.conclusion() {
         let (edge, head) = if d.remaining.significant {

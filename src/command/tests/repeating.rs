@@ -177,13 +177,15 @@ fn document() -> impl Strategy<Value = DocumentOptions> {
     let text = || select(&["run 3", "it's", "-x"][..]).prop_map(str::to_owned);
     let list = || select(&["x, v", "v1: x1; v2: x2-x1"][..]).prop_map(|t| t.parse().expect("terms"));
     let sections = || select(&["equation", "response, equation"][..]).prop_map(|t| t.parse().expect("sections"));
-    let search = (any::<bool>(), proptest::option::of(list()), 0_u8..=20);
+    let effects = || select(&["own.toml", "a b.toml", "./-odd.toml"][..]).prop_map(PathBuf::from);
+    let search = (any::<bool>(), proptest::option::of(list()), 0_u8..=20, proptest::option::of(effects()));
     let look = (proptest::option::of(text()), proptest::option::of(sections()), any::<bool>());
-    (search, look).prop_map(|((diagnose, base, max_effects), (title, sections, letter))| DocumentOptions {
+    (search, look).prop_map(|((diagnose, base, max_effects, effects), (title, sections, letter))| DocumentOptions {
         out: "it's a report.html".into(),
         diagnose,
         base: base.filter(|_| diagnose),
         max_effects: if diagnose { max_effects } else { MAX_EFFECTS },
+        effects: effects.filter(|_| diagnose),
         title,
         sections,
         paper: if letter { PaperName::Letter } else { PaperName::A4 },

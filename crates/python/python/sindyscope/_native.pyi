@@ -75,7 +75,7 @@ def diagnose(
     fit: list[list[NativeRecord]],
     held_out: list[list[NativeRecord]],
     settings: _Settings,
-    asked: tuple[str | None, list[str], int],
+    asked: tuple[str | None, list[str], int, str | None],
     progress: _Progress | None,
 ) -> NativeDiagnosis: ...
 def report(

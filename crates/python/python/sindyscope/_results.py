@@ -378,6 +378,12 @@ class Diagnosis:
         """Each effect with its terms, parameters, gap and evidence."""
         return list(self._dict["steps"])
 
+    @property
+    def description(self) -> dict[str, Any] | None:
+        """The shortest formula for what no effect closes, a description and not a law; None where there is none."""
+        found: dict[str, Any] | None = self._dict["description"]
+        return found
+
     def simulate(self, u: Any = None, *, dt: float, **how: Any) -> Response:
         """The response of the final equations; see :meth:`Model.simulate`."""
         if self.model is None:

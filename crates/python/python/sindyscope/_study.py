@@ -97,6 +97,7 @@ def diagnose(
     terms: Terms | None = None,
     lock: Terms | None = None,
     max_effects: int = 3,
+    effects: str | os.PathLike[str] | None = None,
     initial: int | None = None,
     progress: Progress | None = None,
     **settings: Unpack[Reading],
@@ -108,6 +109,7 @@ def diagnose(
         terms: The base model's terms; left out: linear springs and dampers.
         lock: Known physics: terms that are in the base model besides.
         max_effects: At most so many effects are added, 0 to 20.
+        effects: A TOML file of effects of one's own, looked for beside those of the catalogue.
         initial: The initial state of every held-out record is estimated from so many samples alone, which its score leaves out.
         settings: How records are read and prepared: ``columns``, ``crop``, ``prepare``, ``hold_out``, …
 
@@ -119,7 +121,8 @@ def diagnose(
         raise Error(f"max_effects is {max_effects}: it lies between 0 and 20", "")
     fit, held_out = _both(t, x, u, test, told, {"v": v, "a": a, "name": name, "units": units})
     known = [] if lock is None else [text for _, text in texts({"lock": lock})]
-    return Diagnosis(_native.diagnose(fit, held_out, told, (_listed(terms), known, max_effects), progress))
+    own = None if effects is None else os.fspath(effects)
+    return Diagnosis(_native.diagnose(fit, held_out, told, (_listed(terms), known, max_effects, own), progress))
 
 
 def report(
@@ -139,6 +142,7 @@ def report(
     diagnose: bool = False,
     base: Terms | None = None,
     max_effects: int = 3,
+    effects: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
     **settings: Unpack[Settings],
 ) -> Identification:
@@ -150,7 +154,7 @@ def report(
         sections: Its sections in their order, as ``"equation, response"``; left out: all.
         paper: ``"a4"`` or ``"letter"``, of a PDF.
         diagnose: Whether missing effects are searched too.
-        base, max_effects: The search's base model and most effects.
+        base, max_effects, effects: The search's base model, most effects, and file of effects of one's own.
 
     The rest is as for :func:`identify`.
     """
@@ -166,7 +170,7 @@ def report(
         "title": title if title is not None else usual,
         "sections": sections,
         "letter": paper == "letter",
-        "search": (_listed(base), [], max_effects) if diagnose else None,
+        "search": (_listed(base), [], max_effects, None if effects is None else os.fspath(effects)) if diagnose else None,
     }
     return Identification(_native.report(fit, held_out, told, document, progress))
 

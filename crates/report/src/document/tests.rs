@@ -292,8 +292,8 @@ fn the_ending_decides() {
 #[test]
 fn the_walk_is_told_in_every_document() {
     use sindyscope_search::{
-        Added, Beginnings, Candidate, Choice, Curve, Diagnosis, Evidence, Finding, Gap, HeldFit, Parameter, Place,
-        Remaining, Round, Stage, Standing, Trace, Verdict,
+        Added, Beginnings, Candidate, Choice, Curve, Description, Diagnosis, Evidence, Finding, Gap, HeldFit, Lead,
+        Parameter, Place, Remaining, Round, Stage, Standing, Trace, Verdict,
     };
     let outcome = outcome();
     let stage = |effects: Vec<Added>, rmse: f64| {
@@ -381,8 +381,19 @@ fn the_walk_is_told_in_every_document() {
         rounds: vec![round],
         stages: vec![base, after],
         remaining: Remaining { significant: false, p_value: 0.4, note: String::new() },
+        description: None,
         elapsed_ms: 1.0,
     };
+    diagnosis.description = diagnosis.stages.last().map(|stage| Description {
+        terms: vec!["x*u".into()],
+        beside: Vec::new(),
+        stage: Arc::clone(stage),
+        scores: Vec::new(),
+        lead: Lead { blocks: 8, won: 7, against: "none".into(), ..Lead::default() },
+        closes: true,
+        alternatives: vec![vec!["v*u".into()]],
+        sentence: String::new(),
+    });
     let records = RecordSet { entries: outcome.records.iter().map(|r| (r.record.clone(), r.usage)).collect() };
     let page = |diagnosis: &Diagnosis| {
         let report = Report {
@@ -405,6 +416,8 @@ fn the_walk_is_told_in_every_document() {
         "m/s²",
         "cannot tell it from: Stribeck",
         "Run it slowly",
+        "A description, not a law",
+        "tell it from v*u",
     ] {
         assert!(html.contains(part), "{part}");
     }
@@ -414,6 +427,8 @@ fn the_walk_is_told_in_every_document() {
         "F_c = 0.125 ± 0.001 m/s²",
         "or else     Stribeck",
         "next        Run it slowly.",
+        "A description, not a law",
+        "beside the base model: x*u.",
         "Verdict: ambiguous",
     ] {
         assert!(said.contains(part), "{part}: {said}");

@@ -7,7 +7,9 @@ use super::content::{Block, Cell, DocumentTable, Tile, coefficients, sentence};
 use super::drawings::{self, FigureLimits};
 use super::math;
 use sindyscope_core::study::Severity;
-use sindyscope_search::{Candidate, Diagnosis, Finding, Gap, LEVEL, Parameter, Round, Stage, Standing, Step};
+use sindyscope_search::{
+    Candidate, Description, Diagnosis, Finding, Gap, LEVEL, Parameter, Round, Stage, Standing, Step,
+};
 use sindyscope_values::format::equations;
 use sindyscope_values::format::number::{
     align_at_point, format_measured, significant, significant_trimmed, superscript,
@@ -42,11 +44,10 @@ pub(super) fn blocks(part: WalkPart, diagnosis: &Diagnosis, records: &RecordSet,
     };
     match part {
         WalkPart::Verdict => {
-            let mut blocks = vec![
-                Block::Tiles(tiles(diagnosis, base, last, unit)),
-                Block::Paragraph(diagnosis.sentence.clone()),
-                Block::Paragraph("The base model:".into()),
-            ];
+            let mut blocks =
+                vec![Block::Tiles(tiles(diagnosis, base, last, unit)), Block::Paragraph(diagnosis.sentence.clone())];
+            blocks.extend(diagnosis.description.iter().map(|d| Block::Paragraph(d.sentence.clone())));
+            blocks.push(Block::Paragraph("The base model:".into()));
             blocks.extend(model(&base.model));
             blocks
         }
@@ -63,11 +64,19 @@ pub(super) fn blocks(part: WalkPart, diagnosis: &Diagnosis, records: &RecordSet,
             }
             blocks
         }
-        WalkPart::Overlay if steps.is_empty() => Vec::new(),
         WalkPart::Overlay => {
-            let mut blocks = vec![Block::Subheading("The model with every effect that was added".into())];
-            blocks.extend(model(&last.model));
-            blocks.extend(drawings::overlay(base, last, unit, room).into_iter().map(Block::Figure));
+            let mut blocks = Vec::new();
+            if !steps.is_empty() {
+                blocks.push(Block::Subheading("The model with every effect that was added".into()));
+                blocks.extend(model(&last.model));
+                blocks.extend(drawings::overlay(base, last, unit, room).into_iter().map(Block::Figure));
+            }
+            if let Some(description) = &diagnosis.description {
+                blocks.push(Block::Subheading(DESCRIPTION.into()));
+                blocks.push(Block::Paragraph(description_words(description, unit, tested(diagnosis))));
+                blocks.extend(model(&description.stage.model));
+                blocks.extend(drawings::overlay(base, &description.stage, unit, room).into_iter().map(Block::Figure));
+            }
             blocks
         }
         WalkPart::Remaining => {
@@ -125,6 +134,13 @@ pub(super) fn text(diagnosis: &Diagnosis, unit: &str, units: &dyn Fn(&Model) -> 
         let _ = write!(out, "\nWith what was added\n{}", equations::text(&last.model, Some(&units(&last.model))));
         let _ = writeln!(out, "gap: {}", gap_words(&last.gap, unit, tested));
     }
+    if let Some(description) = &diagnosis.description {
+        let _ = writeln!(out, "\n{DESCRIPTION}");
+        let _ = writeln!(out, "{}", wrapped(&description_words(description, unit, tested), 0, 0));
+        let model = &description.stage.model;
+        let _ = write!(out, "{}", equations::text(model, Some(&units(model))));
+        let _ = writeln!(out, "gap: {}", gap_words(&description.stage.gap, unit, tested));
+    }
     let mut say = |text: &str| {
         let _ = writeln!(out, "{}", wrapped(text, 0, 0));
     };
@@ -167,6 +183,42 @@ fn wrapped(text: &str, used: usize, indent: usize) -> String {
         width += length;
     }
     out
+}
+
+/// What a formula for what is left is headed by.
+const DESCRIPTION: &str = "A description, not a law";
+
+/// What a formula adds, what it stays beside, and why it stands.
+fn description_words(description: &Description, unit: &str, tested: &str) -> String {
+    let beside = match description.beside.as_slice() {
+        [] => "the base model".to_owned(),
+        names => format!("the base model and {}", names.join(", ").replace('_', " ")),
+    };
+    let lead = &description.lead;
+    let against = match lead.against.as_str() {
+        "none" => "the base model alone".to_owned(),
+        names => names.replace('_', " "),
+    };
+    let closes = match description.closes {
+        true => "What it leaves is noise, or too little to matter.",
+        false => "More than noise is left.",
+    };
+    let alike: Vec<String> = description.alternatives.iter().map(|terms| terms.join(" and ")).collect();
+    let alike = match alike.is_empty() {
+        true => String::new(),
+        false => format!(" These data cannot tell it from {}.", alike.join("; ")),
+    };
+    format!(
+        "No effect of the catalogue closes the gap. The shortest formula that follows the missing force, beside {beside}: {}. \
+         The gap with it: {}. Of {} blocks that were never fitted {} are predicted better than by {against}; log density \
+         +{} ± {}. {closes}{alike}",
+        description.terms.join(" and "),
+        gap_words(&description.stage.gap, unit, tested),
+        lead.blocks,
+        lead.won,
+        significant(lead.difference, 2),
+        significant(lead.std_error, 2)
+    )
 }
 
 /// The last round, if it left a gap without a name.

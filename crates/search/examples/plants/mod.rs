@@ -33,6 +33,8 @@ pub(crate) struct Plant {
     /// Sensor noise as a share of the motion's standard deviation, unless it is given by `sensor`.
     pub(crate) noise: f64,
     pub(crate) sensor: Option<f64>,
+    /// What the noise is drawn from.
+    pub(crate) seed: u64,
     pub(crate) base_moves: bool,
 }
 
@@ -51,6 +53,7 @@ impl Default for Plant {
             steps: 200,
             noise: 0.01,
             sensor: None,
+            seed: 7,
             base_moves: false,
         }
     }
@@ -76,7 +79,7 @@ pub(crate) fn multisine(rms: f64, (low, high): (f64, f64), lines: usize, seed: u
 }
 
 /// States at the samples, by fourth-order Runge–Kutta.
-fn integrate(plant: &Plant, drive: Option<&Drive>, initial: &[f64]) -> Vec<Vec<f64>> {
+pub(crate) fn integrate(plant: &Plant, drive: Option<&Drive>, initial: &[f64]) -> Vec<Vec<f64>> {
     let h = plant.interval / plant.steps as f64;
     let input = |t: f64| drive.map_or((0.0, 0.0), |d| d(t));
     let rates = |t: f64, y: &[f64]| {
@@ -104,7 +107,7 @@ fn integrate(plant: &Plant, drive: Option<&Drive>, initial: &[f64]) -> Vec<Vec<f
 
 /// The records, and the standard deviation of the first sensor's noise.
 pub(crate) fn records(plant: &Plant) -> (RecordSet, f64) {
-    let mut random = Pcg64::seed_from_u64(7);
+    let mut random = Pcg64::seed_from_u64(plant.seed);
     let motions: Vec<Vec<Vec<f64>>> = plant
         .drives
         .iter()

@@ -4,11 +4,13 @@
 //! for them, and which signs are physical. Nothing else in the program knows one effect from another by name.
 
 mod damping;
+mod description;
 #[cfg(test)]
 pub(crate) mod example;
 mod forcing;
 mod friction;
 mod memory;
+mod own;
 mod sensing;
 mod stiffness;
 
@@ -16,6 +18,11 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+
+pub use description::DESCRIPTION;
+pub(crate) use description::described;
+pub(crate) use own::own;
+pub use own::{OwnEffect, OwnError, OwnPart, OwnQuantity, OwnSign, OwnTerm};
 
 use super::site::{Placed, Site};
 use sindyscope_core::simulate::Delays;
@@ -87,6 +94,8 @@ pub(crate) struct Coefficient {
     pub(crate) name: String,
     /// Powers of length and of time in its unit.
     pub(crate) dimension: (i32, i32),
+    /// Its unit, where it is said in words.
+    pub(crate) unit: Option<&'static str>,
     /// Its physical sign.
     pub(crate) sign: Direction,
     /// Of either sign, it counts as a spring counts: positive where it restores.
@@ -129,6 +138,8 @@ pub(crate) struct Inner {
     pub(crate) name: &'static str,
     /// Powers of length and of time in its unit.
     pub(crate) dimension: (i32, i32),
+    /// Its unit, where it is said in words.
+    pub(crate) unit: Option<&'static str>,
     /// The input in whose unit it counts instead.
     pub(crate) of_input: Option<usize>,
     /// Values that the screen tries.
@@ -143,7 +154,7 @@ pub(crate) struct Inner {
 
 impl Inner {
     fn new(name: &'static str, dimension: (i32, i32), grid: Vec<f64>, bounds: (f64, f64)) -> Self {
-        Self { name, dimension, of_input: None, grid, bounds, jumps: false, simple: None }
+        Self { name, dimension, unit: None, of_input: None, grid, bounds, jumps: false, simple: None }
     }
 }
 
@@ -417,13 +428,31 @@ pub(crate) fn catalogue(setting: &Setting) -> Vec<Form> {
     for (_, add) in FAMILIES {
         add(setting, &mut forms);
     }
-    // What acts between two masses acts on both, on each by its own mass.
-    for form in &mut forms {
+    joined(&mut forms);
+    forms
+}
+
+/// What acts between two masses acts on both, on each by its own mass.
+fn joined(forms: &mut [Form]) {
+    for form in forms {
         if let Some(Site::Joint(i, j)) = form.site {
             form.coefficients = form.coefficients.iter().flat_map(|c| [c.of(i, false), c.of(j, true)]).collect();
         }
     }
-    forms
+}
+
+impl Coefficient {
+    /// Its unit where displacements are in this one.
+    pub(crate) fn unit(&self, length: &str) -> String {
+        self.unit.map_or_else(|| unit(length, self.dimension), str::to_owned)
+    }
+}
+
+impl Inner {
+    /// Its unit where displacements are in this one; that of an input is the input's.
+    pub(crate) fn unit(&self, length: &str) -> String {
+        self.unit.map_or_else(|| unit(length, self.dimension), str::to_owned)
+    }
 }
 
 /// The unit of a quantity of these powers of length and time.
@@ -614,7 +643,14 @@ fn even(from: f64, to: f64, count: usize) -> Vec<f64> {
 }
 
 fn coefficient(name: &str, length: i32, time: i32, sign: Direction) -> Coefficient {
-    Coefficient { name: name.to_owned(), dimension: (length, time), sign, restoring: false, mirrored: false }
+    Coefficient {
+        name: name.to_owned(),
+        dimension: (length, time),
+        unit: None,
+        sign,
+        restoring: false,
+        mirrored: false,
+    }
 }
 
 /// A spring's coefficient, which may harden or soften.

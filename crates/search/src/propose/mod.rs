@@ -17,7 +17,7 @@ use super::columns::{Inputs, forces};
 use super::data::{Data, Series};
 use super::effects::{Direction, Form};
 use super::parameters::{InnerValues, Parameters};
-use super::rule::{BEAM, CRUMB, KEPT_POINTS, LEAD, LIKE, PUSHING, QUOTAS, ZOOMED, ZOOMS};
+use super::rule::{BEAM, KEPT_POINTS, LEAD, LIKE, PUSHING, QUOTAS, ZOOMED, ZOOMS};
 use super::site::Placed;
 use super::structure::{Composed, Composition, counted_from};
 use gram::{Gram, MOST};
@@ -91,12 +91,14 @@ struct Regression<'a> {
 type Found = HashMap<Vec<usize>, (f64, Vec<usize>)>;
 
 impl Data {
-    /// Sets of the forms beside a present model, best first; the set of none is not among them.
+    /// Sets of the forms beside a present model, best first; the set of none is not among them. A set must bring more than the
+    /// share `crumb` of what the best set that it contains gains.
     pub(super) fn propose(
         &self,
         present: &Composition,
         inner: &InnerValues,
         forms: &[Form],
+        crumb: f64,
         cancel: &Cancel,
     ) -> Vec<Proposal> {
         let mut regression = Regression::new(self, present, inner, forms, cancel);
@@ -108,7 +110,7 @@ impl Data {
         if cancel.is_cancelled() {
             return Vec::new();
         }
-        let mut sets = ranked(&found, forms);
+        let mut sets = ranked(&found, forms, crumb);
         sets.extend(regression.common(&points));
         let mut known: Vec<Vec<usize>> = Vec::new();
         sets.retain(|(_, set)| {
@@ -723,7 +725,7 @@ fn best_of(found: &Found, size: usize, count: usize) -> Vec<Vec<usize>> {
 
 /// The sets to be fitted, by score, so many of each size. What a set contains (one effect less, or a poorer kind of one) comes
 /// before it, unless the set brings more than a crumb of all that was gained.
-fn ranked(found: &Found, forms: &[Form]) -> Vec<(f64, Vec<usize>)> {
+fn ranked(found: &Found, forms: &[Form], crumb: f64) -> Vec<(f64, Vec<usize>)> {
     let none = found.get(&Vec::new()).map_or(f64::NEG_INFINITY, |f| f.0);
     let mut placed: Vec<(f64, bool, &Vec<usize>, &Vec<usize>)> = Vec::new();
     for (key, (score, set)) in found.iter().filter(|(key, _)| !key.is_empty()) {
@@ -739,7 +741,7 @@ fn ranked(found: &Found, forms: &[Form]) -> Vec<(f64, Vec<usize>)> {
             }
         }
         let best = held.iter().filter_map(|h| found.get(h)).map(|f| f.0).fold(f64::NEG_INFINITY, f64::max);
-        let enough = best + CRUMB * (best - none).max(0.0);
+        let enough = best + crumb * (best - none).max(0.0);
         let stands = *score > enough;
         let place = if stands { *score } else { score.min(best) - 1e-6 * best.abs() };
         placed.push((place, stands || key.len() == 1, key, set));

@@ -1,0 +1,132 @@
+//! Where the effects of the catalogue leave a gap: the shortest formula that follows what they do not say.
+//!
+//! Its terms are products of displacement, velocity and input, their signs, magnitudes and sines. What proposes, fits and
+//! decides is what does so for effects; only the list is another one.
+
+use std::sync::Arc;
+
+use super::effects::DESCRIPTION;
+use super::error::GapError;
+use super::fit::Fitted;
+use super::judge::{Hypothesis, lead};
+use super::outcome::{Description, Finding, Stage};
+use super::progress::Progress;
+use super::rule::EXPLAINS;
+use super::ruling::Tried;
+use super::search::{Depth, Keep, Listener, Search};
+use super::words::described;
+use sindyscope_core::refine::Bar;
+use sindyscope_core::study::Cancel;
+
+/// Terms of a formula at most.
+const MOST_TERMS: usize = 3;
+
+impl Search {
+    /// The formula that stands beside the base or beside the last model, held against all that was tried; none where no formula
+    /// beats that.
+    ///
+    /// # Errors
+    /// Cancelled, or a stage that cannot be simulated.
+    pub(super) fn described(
+        &self,
+        base: &Stage,
+        last: &Stage,
+        tried: &mut Tried,
+        tell: Listener<'_>,
+        cancel: &Cancel,
+    ) -> Result<Option<Description>, GapError> {
+        let mut kept = Vec::new();
+        // The fewest effects and terms that explain the data: longer formulas are not asked for.
+        let mut enough = usize::MAX;
+        // Beside effects that close no gap a formula has to make up for what they do wrong: alone it may be shorter.
+        for stage in std::iter::once(base).chain((!last.effects.is_empty()).then_some(last)) {
+            let before = self.fit_of(stage, cancel)?;
+            self.try_formulas(&before, 0, &mut enough, tried, tell, cancel)?;
+            kept = tried.indices(&before.composition);
+        }
+        // The regression passes over what is small beside the first term: the best formula is gone on from.
+        for terms in 1..MOST_TERMS {
+            let of_terms =
+                |k: &usize| words_of(tried, &tried.sets[*k]).len() == terms && tried.sets[*k].unborne.is_none();
+            let Some(best) = tried.best().into_iter().find(of_terms).filter(|_| enough == usize::MAX) else { break };
+            let before = Arc::clone(&tried.sets[best].fitted);
+            self.try_formulas(&before, terms, &mut enough, tried, tell, cancel)?;
+        }
+        self.close(tried, &kept, cancel);
+        self.settle(tried, cancel);
+        self.rule(tried, &[]);
+        if cancel.is_cancelled() {
+            return Err(GapError::Cancelled);
+        }
+        let terms_of = |set: &Hypothesis| words_of(tried, set);
+        let Some(winner) = tried.winner().filter(|w| !terms_of(w).is_empty()) else { return Ok(None) };
+        let without = tried.sets.iter().filter(|s| s.unborne.is_none() && terms_of(s).is_empty());
+        let Some(nearest) = without.max_by(|a, b| a.sum().total_cmp(&b.sum())) else { return Ok(None) };
+        let names: Vec<String> = tried.choices(nearest).into_iter().map(|c| c.effect).collect();
+        let against = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+        let alike = tried.ruling.rivals.iter().map(|k| terms_of(&tried.sets[*k])).filter(|terms| !terms.is_empty());
+        let (lead, alternatives) = (lead(&winner.blocks, &nearest.blocks, &against), alike.collect());
+        let fitted = Arc::clone(&winner.fitted);
+        let stage = Arc::new(self.show(&fitted));
+        let closes = !self.matters(base, &fitted, cancel)
+            || self.look_into(&stage, Depth::Screened, Keep::Present, tell, cancel)?.finding == Finding::Nothing;
+        let (own, beside): (Vec<_>, Vec<_>) = stage.effects.iter().partition(|e| e.choice.effect == DESCRIPTION);
+        let mut terms: Vec<String> = Vec::new();
+        for term in own.iter().flat_map(|e| &e.terms) {
+            if !terms.contains(term) {
+                terms.push(term.clone());
+            }
+        }
+        let sentence = described((&terms, closes), (&last.gap, &stage.gap), &lead, &self.data.shown_unit);
+        let beside = beside.into_iter().map(|e| e.choice.effect.clone()).collect();
+        let scores = self.record_scores(&fitted, cancel);
+        Ok(Some(Description { terms, beside, stage, scores, lead, closes, alternatives, sentence }))
+    }
+
+    /// Fits formulas beside a model that has so many terms of one already, and adds them to what was tried.
+    fn try_formulas(
+        &self,
+        before: &Arc<Fitted>,
+        terms: usize,
+        enough: &mut usize,
+        tried: &mut Tried,
+        tell: Listener<'_>,
+        cancel: &Cancel,
+    ) -> Result<(), GapError> {
+        let data = &self.data;
+        tell(Progress::Step("Seeking a formula for what is left", 0.9));
+        let Some(motion) = data.motion(before) else { return Ok(()) };
+        let forms = self.words_of_formulas(before, &motion);
+        let (composition, inner) = (&before.composition, &before.parameters.inner);
+        // No term stands for a part of another, as effects do: the shortest is found by the comparison alone.
+        let proposals = data.propose(composition, inner, &forms, 0.0, cancel);
+        tried.know(composition.forms.iter().chain(&forms));
+        let present = tried.indices(composition);
+        if tried.place(&present).is_none() {
+            tried.sets.push(self.hypothesis(present, (**before).clone(), cancel));
+        }
+        let bar = Bar::default();
+        for proposal in proposals {
+            if cancel.is_cancelled() {
+                return Err(GapError::Cancelled);
+            }
+            let set = tried.indices(&proposal.composition);
+            let long = terms + proposal.forms.len() > MOST_TERMS || set.len() > *enough;
+            if long || tried.place(&set).is_some() {
+                continue;
+            }
+            if let Some(set) = self.fitted_set(proposal, set, Some(&bar), cancel) {
+                if set.unborne.is_none() && data.is_within(&set.fitted, data.noise, EXPLAINS, cancel) {
+                    *enough = (*enough).min(set.forms.len());
+                }
+                tried.sets.push(set);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The terms of a set that are a formula's.
+fn words_of(tried: &Tried, set: &Hypothesis) -> Vec<String> {
+    tried.choices(set).into_iter().filter(|c| c.effect == DESCRIPTION).map(|c| c.form).collect()
+}
