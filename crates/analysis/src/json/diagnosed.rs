@@ -34,13 +34,12 @@ pub fn diagnosed(diagnosis: &Diagnosis, records: &RecordSet) -> Value {
             "note": diagnosis.remaining.note,
         },
         "final": stage(diagnosis.stages.len().checked_sub(1)),
-        "description": diagnosis.description.as_ref().map(|d| json!({
+        "description": diagnosis.description.as_ref().filter(|d| d.closes).map(|d| json!({
             "terms": d.terms,
             "beside": d.beside,
             "equations": equations(&d.stage.model, &units(&d.stage.model)),
             "gap": gap(&d.stage.gap, &d.scores),
             "evidence": evidence(&d.lead),
-            "closes": d.closes,
             "indistinguishable": d.alternatives,
             "records": d.scores.iter().map(record).collect::<Vec<_>>(),
             "sentence": d.sentence,
