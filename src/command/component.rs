@@ -8,8 +8,9 @@ use super::progress::ProgressLine;
 use super::{CommandResult, json};
 use sindyscope_analysis::component::{ComponentAnalysis, DiagnosedComponent, diagnose_component, identify_component};
 use sindyscope_analysis::{AnalysisRequest, MissingRequest, RecordSource};
-use sindyscope_component::{ComponentModel, Specimen};
+use sindyscope_component::{AddedEffect, ComponentDiagnosis, ComponentModel, Specimen};
 use sindyscope_core::study::{Cancel, Score};
+use sindyscope_report::document::{ComponentReport, Paper};
 use sindyscope_report::export::ExportFormat;
 use sindyscope_values::format::equations;
 use sindyscope_values::format::number::{format_measured, significant};
@@ -136,41 +137,92 @@ fn errors(model: &ComponentModel, specimen: &Specimen) -> String {
 
 fn diagnosed(diagnosis: &DiagnosedComponent) -> String {
     let found = &diagnosis.found;
-    let error =
-        |m: &ComponentModel| m.score(Usage::HeldOut).or_else(|| m.score(Usage::Fit)).map_or(f64::NAN, |s| s.nrmse);
-    let percent = |m: &ComponentModel| significant(100.0 * error(m), 3);
-    let mut out = format!("Spring and damper alone: NRMSE {} %.\n", percent(&found.base));
-    match found.verdict() {
-        "nothing_missing" => out.push_str("Nothing is missing: they explain the force.\n"),
-        "unexplained" if found.steps.is_empty() => {
-            out.push_str("Something is missing, and no effect of those tried explains it.\n");
-        }
-        "unexplained" => out.push_str("The best of those tried; what is left is more than the noise:\n"),
-        _ => {}
-    }
+    let mut out = format!("Spring and damper alone: NRMSE {} %.\n{}\n", percent(&found.base), verdict(found));
     for step in &found.steps {
-        let form = if step.form.is_empty() { String::new() } else { format!(" ({})", step.form) };
-        let terms: Vec<String> = step.terms.iter().map(|t| t.summary(&step.model.layout)).collect();
-        let _ = writeln!(out, "{}{form}: {}; NRMSE {} % with it.", step.title, terms.join(", "), percent(&step.model));
-        for p in &step.parameters {
-            let _ = writeln!(out, "  {} = {} {}", p.name, format_measured(p.value, p.std_error), p.unit);
-        }
-        let lead = &step.lead;
-        let against = if lead.against == "nothing" { "the model without it".to_owned() } else { lead.against.clone() };
-        let _ = writeln!(
-            out,
-            "  It leads {against} by {} in log predictive density on {} of {} blocks never fitted.",
-            significant(lead.difference, 3),
-            lead.won,
-            lead.blocks
-        );
-        for rival in &step.rivals {
-            let _ = writeln!(out, "  These data do not tell it from: {}.", rival.title);
-        }
+        out.push_str(&told(step).join("\n  "));
+        out.push('\n');
     }
     let _ = writeln!(out, "Remaining: {}.\n", diagnosis.remaining());
     out.push_str(&equation(found.last()));
     out.push('\n');
     out.push_str(&errors(found.last(), &diagnosis.specimen));
     out
+}
+
+/// An effect that was added, in lines: what it is, its values, why it stands, what it cannot be told from.
+fn told(step: &AddedEffect) -> Vec<String> {
+    let form = if step.form.is_empty() { String::new() } else { format!(" ({})", step.form) };
+    let terms: Vec<String> = step.terms.iter().map(|t| t.summary(&step.model.layout)).collect();
+    let mut lines =
+        vec![format!("{}{form}: {}; NRMSE {} % with it.", step.title, terms.join(", "), percent(&step.model))];
+    for p in &step.parameters {
+        let unit = if p.unit == "1" { "" } else { &p.unit };
+        lines.push(format!("{} = {} {unit}", p.name, format_measured(p.value, p.std_error)).trim_end().to_owned());
+    }
+    let lead = &step.lead;
+    let against = if lead.against == "nothing" { "the model without it" } else { &lead.against };
+    lines.push(format!(
+        "It leads {against} by {} in log predictive density on {} of {} blocks never fitted.",
+        significant(lead.difference, 3),
+        lead.won,
+        lead.blocks
+    ));
+    lines.extend(step.rivals.iter().map(|rival| format!("These data do not tell it from: {}.", rival.title)));
+    lines
+}
+
+/// Error on what was held out, else on what was fitted, in percent of the force.
+fn percent(model: &ComponentModel) -> String {
+    let score = model.score(Usage::HeldOut).or_else(|| model.score(Usage::Fit));
+    significant(100.0 * score.map_or(f64::NAN, |s| s.nrmse), 3)
+}
+
+/// The verdict in a sentence.
+fn verdict(found: &ComponentDiagnosis) -> &'static str {
+    match found.verdict() {
+        "nothing_missing" => "Nothing is missing: spring, damper and inputs explain the force.",
+        "unexplained" if found.steps.is_empty() => "Something is missing, and no effect of those tried explains it.",
+        "unexplained" => "The best of those tried; what is left is more than the noise:",
+        "ambiguous" => "Missing, and not told from others:",
+        _ => "Missing:",
+    }
+}
+
+/// Writes a document about a component's force, with what it lacks if that is asked for.
+pub(super) fn report(
+    request: &AnalysisRequest,
+    missing: Option<&MissingRequest>,
+    (title, paper, out): (&str, Paper, &Path),
+    json: Option<&Path>,
+    progress: &ProgressLine,
+) -> CommandResult {
+    progress.stage("reading");
+    let records = request.source.read()?;
+    progress.stage("fitting the force");
+    let analysis = identify_component(request, &records, &Cancel::default())?;
+    let mut result = analysis.json();
+    let tell = |what: &'static str, share: f64| progress.share(what, share);
+    let search = |missing| diagnose_component(&request.source, missing, &records, &tell, &Cancel::default());
+    let diagnosis = missing.map(search).transpose()?;
+    let (model, lacking) = match &diagnosis {
+        None => (&analysis.found.model, Vec::new()),
+        Some(diagnosis) => {
+            result["diagnosis"] = diagnosis.json();
+            let found = &diagnosis.found;
+            let mut lines = vec![verdict(found).to_owned()];
+            for step in &found.steps {
+                let (values, sentences): (Vec<String>, Vec<String>) =
+                    told(step).into_iter().skip(1).partition(|line| !line.ends_with('.'));
+                lines.push(told(step).swap_remove(0));
+                lines.push(format!("{}. {}", values.join(", "), sentences.join(" ")));
+            }
+            lines.push(format!("Remaining: {}.", diagnosis.remaining()));
+            (found.last(), lines)
+        }
+    };
+    progress.stage("drawing");
+    let report = ComponentReport { title, specimen: &analysis.specimen, model, lacking: &lacking, paper };
+    report.write(out).map_err(Failure::from)?;
+    let json = json::write(json, &result)?;
+    Ok(json.unwrap_or_else(|| format!("wrote {}\n", out.display()).into_bytes()))
 }

@@ -9,7 +9,7 @@ use super::identify;
 use super::progress::ProgressLine;
 use super::request::{StudyOptions, StudyRequest};
 use super::source::typed;
-use super::{CommandResult, json, table};
+use super::{CommandResult, component, json, table};
 use sindyscope_analysis::json::{diagnosed, identified};
 use sindyscope_analysis::missing::MAX_EFFECTS;
 use sindyscope_analysis::{AnalysisError, KindName, MissingRequest, Terms, effects, search};
@@ -84,6 +84,21 @@ pub(super) fn run(options: &ReportOptions, progress: &ProgressLine) -> CommandRe
         && crate::app::is_project(project)
     {
         return of_project(options, project, progress);
+    }
+    if request.source.reading.kind == KindName::Component {
+        if document.sections.is_some() || document.effects.is_some() {
+            return Err(Failure::new(
+                "the report about a component has sections of its own, and knows no effects of one's own",
+            )
+            .try_this("leave out --sections and --effects")
+            .into());
+        }
+        let DocumentOptions { base, max_effects, .. } = document.clone();
+        let missing = MissingRequest { base, max_effects, ..MissingRequest::default() };
+        let title = document.title.clone().unwrap_or_else(|| title(&request.source.data));
+        let shape = (title.as_str(), document.paper.into(), document.out.as_path());
+        let missing = document.diagnose.then_some(&missing);
+        return component::report(request, missing, shape, json.as_deref(), progress);
     }
     if document.diagnose && request.source.reading.kind == KindName::FirstOrder {
         return Err(AnalysisError::FirstOrder.into());

@@ -39,16 +39,17 @@ impl Rows {
     }
 }
 
-/// The values of terms at every row: `[term][row]`; internal states begin at rest.
-pub(crate) fn columns(specimen: &Specimen, addition: &Addition) -> Vec<Vec<f64>> {
+/// The values of terms at every row: `[term][row]`; the first internal state begins each record as `starts` says, or at zero,
+/// others at zero.
+pub(crate) fn columns(specimen: &Specimen, addition: &Addition, starts: &[f64]) -> Vec<Vec<f64>> {
     let layout = Layout { internals: addition.internals.len(), ..specimen.layout };
     let expressions: Vec<Expression> = addition.terms.iter().map(|t| t.expression().clone()).collect();
     let program = Program::new(&expressions, &layout);
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); expressions.len()];
     let rates = Rates::new(&addition.internals, &layout);
-    for path in &specimen.paths {
+    for (k, path) in specimen.paths.iter().enumerate() {
         let mut states: Vec<Vec<f64>> = path.motion.to_vec();
-        states.extend(rates.states(path));
+        states.extend(rates.states(path, starts.get(k).copied().unwrap_or(0.0)));
         let series = [states.as_slice(), &path.inputs, &path.input_rates, &[]];
         let stretch = SampleStretch::new((path.start, path.interval), series);
         program.columns(&stretch.block(), &mut columns);
@@ -58,7 +59,7 @@ pub(crate) fn columns(specimen: &Specimen, addition: &Addition) -> Vec<Vec<f64>>
 
 /// Terms without internal states at every row.
 pub(crate) fn plain_columns(specimen: &Specimen, terms: &[Term]) -> Vec<Vec<f64>> {
-    columns(specimen, &Addition::plain(terms.to_vec()))
+    columns(specimen, &Addition::plain(terms.to_vec()), &[])
 }
 
 /// The rates of internal states, compiled.
@@ -78,7 +79,7 @@ impl Rates {
 
     /// The internal states along a record, by Runge and Kutta's method over each sampling interval, the motion between
     /// samples by the cubic through the four nearest.
-    fn states(&self, path: &Path) -> Vec<Vec<f64>> {
+    fn states(&self, path: &Path, start: f64) -> Vec<Vec<f64>> {
         let count = self.layout.internals;
         let mut states = vec![Vec::with_capacity(path.len()); count];
         if count == 0 {
@@ -95,6 +96,7 @@ impl Rates {
         let mut slots = self.program.slots();
         let h = path.interval;
         let mut z = vec![0.0; count];
+        z[0] = start;
         let (mut sum, mut rate, mut trial) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
         for k in 0..path.len() {
             for (series, value) in states.iter_mut().zip(&z) {

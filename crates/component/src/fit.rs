@@ -12,7 +12,7 @@ use super::effect::Form;
 use super::specimen::Specimen;
 use sindyscope_core::signal::dot;
 use sindyscope_core::study::Cancel;
-use sindyscope_values::term::Term;
+use sindyscope_values::term::{Expression, Symbol, Term};
 
 /// Steps of a fit, at most.
 const MAX_STEPS: usize = 20;
@@ -24,6 +24,8 @@ const DIFFERENCE: f64 = 1e-4;
 const STARTS: usize = 2;
 /// Correlation of the residual from one lag on which counts as none.
 const UNCORRELATED: f64 = 0.05;
+/// First samples of a record that tell where a state begins.
+const HEAD: usize = 4;
 /// Ridge on columns of length one: keeps columns that depend on each other solvable.
 const RIDGE: f64 = 1e-12;
 
@@ -126,7 +128,7 @@ impl<'a> Fitter<'a> {
     }
 
     fn made(&self, effect: usize, inner: &[f64]) -> Vec<Vec<f64>> {
-        columns(self.specimen, &self.forms[effect].at(inner))
+        columns(self.specimen, &self.forms[effect].at(inner), &[])
     }
 
     fn all<'c>(&'c self, effects: &'c [Vec<Vec<f64>>]) -> Vec<&'c [f64]> {
@@ -285,7 +287,10 @@ impl<'a> Fitter<'a> {
 
     /// The fit at inner quantities, with the standard errors of all values together.
     fn finished(&self, set: &[usize], inner: Vec<Vec<f64>>) -> Option<Fitted> {
-        let made: Vec<Vec<Vec<f64>>> = set.iter().zip(&inner).map(|(k, v)| self.made(*k, v)).collect();
+        let mut made: Vec<Vec<Vec<f64>>> = set.iter().zip(&inner).map(|(k, v)| self.made(*k, v)).collect();
+        for place in 0..set.len() {
+            self.begin(set, &inner, place, &mut made);
+        }
         let all = self.all(&made);
         let linear = self.linear(&all);
         if !linear.squares.is_finite() {
@@ -335,6 +340,44 @@ impl<'a> Fitter<'a> {
             inner,
             residual,
         })
+    }
+
+    /// Lets an effect's own state begin each record at the value that the force's first samples ask for, where the opening then
+    /// errs less: a loop may be under way when a record begins. Of a record held out this is all that is fitted.
+    fn begin(&self, set: &[usize], inner: &[Vec<f64>], place: usize, made: &mut [Vec<Vec<f64>>]) {
+        let addition = self.forms[set[place]].at(&inner[place]);
+        let state = Expression::Symbol(Symbol::Internal(0));
+        let Some(term) = addition.terms.iter().position(|t| *t.expression() == state) else { return };
+        let all = self.all(made);
+        let linear = self.linear(&all);
+        let before: usize = self.base.len() + made[..place].iter().map(Vec::len).sum::<usize>();
+        let stiffness = linear.coefficients[before + term];
+        let residual = self.residual(&all, &linear.coefficients);
+        if stiffness == 0.0 || !linear.squares.is_finite() {
+            return;
+        }
+        let mut openings = Vec::new();
+        let mut starts = Vec::new();
+        let mut next = 0;
+        for path in &self.specimen.paths {
+            let quarter = ((0.25 * self.specimen.period / path.interval) as usize).clamp(HEAD, path.len());
+            let head = residual[next..next + HEAD].iter().sum::<f64>() / HEAD as f64 / stiffness;
+            let reach = made[place][term][next..next + path.len()].iter().fold(0.0, |most: f64, z| most.max(z.abs()));
+            starts.push(head.clamp(-reach, reach));
+            openings.push(next..next + quarter);
+            next += path.len();
+        }
+        let mut trial = made.to_vec();
+        trial[place] = columns(self.specimen, &addition, &starts);
+        let there = self.residual(&self.all(&trial), &linear.coefficients);
+        for (start, opening) in starts.iter_mut().zip(openings) {
+            if dot(&there[opening.clone()], &there[opening.clone()])
+                >= dot(&residual[opening.clone()], &residual[opening])
+            {
+                *start = 0.0;
+            }
+        }
+        made[place] = columns(self.specimen, &addition, &starts);
     }
 
     /// How much the variance of an estimate grows because neighbouring residuals are alike: 1 + 2 Σ ρ.

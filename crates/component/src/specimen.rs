@@ -5,7 +5,7 @@ use sindyscope_core::signal::{SignalFacts, Signals, mean_and_variance, median, m
 use sindyscope_core::study::{Cancel, suggest};
 use sindyscope_values::model::Units;
 use sindyscope_values::record::{Channel, Record, RecordSet, Role, Usage};
-use sindyscope_values::term::{Kind, Layout};
+use sindyscope_values::term::{Kind, Layout, Symbol};
 
 /// Fewest samples of a record.
 pub(crate) const LEAST_SAMPLES: usize = 100;
@@ -34,6 +34,17 @@ impl Path {
     pub(crate) fn len(&self) -> usize {
         self.force.len()
     }
+}
+
+/// What moved a component in one record, and its force.
+#[derive(Clone, Copy, Debug)]
+pub struct GivenMotion<'a> {
+    /// The displacement at every sample.
+    pub displacement: &'a [f64],
+    /// The velocity at every sample.
+    pub velocity: &'a [f64],
+    /// The measured force.
+    pub force: &'a [f64],
 }
 
 /// A component with its records.
@@ -194,6 +205,20 @@ impl Specimen {
     /// Name and unit of the force.
     pub fn force(&self) -> (&str, &str) {
         (&self.force_name, &self.force_unit)
+    }
+
+    /// The motion and the force of each record that is used.
+    pub fn motions(&self) -> impl Iterator<Item = GivenMotion<'_>> {
+        self.paths.iter().map(|path| GivenMotion {
+            displacement: &path.motion[0],
+            velocity: &path.motion[1],
+            force: &path.force,
+        })
+    }
+
+    /// The unit of a symbol; empty where the records do not give it.
+    pub fn unit(&self, symbol: Symbol) -> String {
+        self.units.of_symbol(symbol).unwrap_or_default()
     }
 
     /// Names of the inputs beside the motion, in the order of `u`, `u2`, ….

@@ -32,7 +32,7 @@ const CHANNELS_SHOWN: usize = 3;
 /// Oscillations beyond which single ones cannot be told apart over the width of a figure.
 const OSCILLATIONS: usize = 25;
 
-fn drawn(figure: &Figure, extent: &Extent) -> Drawing {
+pub(super) fn drawn(figure: &Figure, extent: &Extent) -> Drawing {
     svg::draw(figure, extent, &ShownUnits::default())
 }
 

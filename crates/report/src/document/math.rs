@@ -4,7 +4,7 @@ use super::font::{Face, Fonts};
 use crate::canvas::{Svg, digit_of_superscript, escape};
 use sindyscope_values::format::equations::{by_share, digits, is_kinematic};
 use sindyscope_values::format::number::{significant, significant_trimmed};
-use sindyscope_values::model::Model;
+use sindyscope_values::model::{Equation, Model};
 use sindyscope_values::term::{Function, Kind, Layout, Notation, Symbol, Term, written, written_factor};
 
 /// A formula's tree.
@@ -46,43 +46,46 @@ pub(super) fn equations(model: &Model) -> Vec<EquationRows> {
     model
         .iter()
         .filter(|(state, equation)| !is_kinematic(model, *state, equation))
-        .map(|(state, equation)| {
-            let terms = by_share(equation);
-            let mut right: Vec<Math> = terms
-                .chunks(TERMS_A_LINE)
-                .enumerate()
-                .map(|(line, terms)| {
-                    let mut parts = Vec::new();
-                    for (k, term) in terms.iter().enumerate() {
-                        match (term.coefficient < 0.0, line + k) {
-                            (true, 0) => parts.push(Math::Operator("−")),
-                            (true, _) => parts.push(Math::Operator(" − ")),
-                            (false, 0) => {}
-                            (false, _) => parts.push(Math::Operator(" + ")),
-                        }
-                        let size = term.coefficient.abs();
-                        let number = number(&match term.std_error {
-                            Some(_) => significant(size, digits(size, term.std_error)),
-                            None => significant_trimmed(size, digits(size, None)),
-                        });
-                        match written_factor(term.term.expression(), &Formula(&model.layout)) {
-                            Math::Upright(one) if one == "1" => parts.push(number),
-                            factor => parts.extend([number, Math::Operator("\u{2009}"), factor]),
-                        }
-                    }
-                    Math::Row(parts)
-                })
-                .collect();
-            if right.is_empty() {
-                right.push(Math::Upright("0".into()));
-            }
-            EquationRows { left: Math::Row(vec![rate(&model.layout, state), Math::Operator(" = ")]), right }
-        })
+        .map(|(state, equation)| sum(rate(&model.layout, state), equation, &model.layout))
         .collect()
 }
 
+/// A sum of terms beside what it is equal to.
+pub(super) fn sum(left: Math, equation: &Equation, layout: &Layout) -> EquationRows {
+    let terms = by_share(equation);
+    let mut right: Vec<Math> = terms
+        .chunks(TERMS_A_LINE)
+        .enumerate()
+        .map(|(line, terms)| {
+            let mut parts = Vec::new();
+            for (k, term) in terms.iter().enumerate() {
+                match (term.coefficient < 0.0, line + k) {
+                    (true, 0) => parts.push(Math::Operator("−")),
+                    (true, _) => parts.push(Math::Operator(" − ")),
+                    (false, 0) => {}
+                    (false, _) => parts.push(Math::Operator(" + ")),
+                }
+                let size = term.coefficient.abs();
+                let number = number(&match term.std_error {
+                    Some(_) => significant(size, digits(size, term.std_error)),
+                    None => significant_trimmed(size, digits(size, None)),
+                });
+                match written_factor(term.term.expression(), &Formula(layout)) {
+                    Math::Upright(one) if one == "1" => parts.push(number),
+                    factor => parts.extend([number, Math::Operator("\u{2009}"), factor]),
+                }
+            }
+            Math::Row(parts)
+        })
+        .collect();
+    if right.is_empty() {
+        right.push(Math::Upright("0".into()));
+    }
+    EquationRows { left: Math::Row(vec![left, Math::Operator(" = ")]), right }
+}
+
 /// The time derivative of a state.
-fn rate(layout: &Layout, state: Symbol) -> Math {
+pub(super) fn rate(layout: &Layout, state: Symbol) -> Math {
     match (layout.kind, state) {
         (Kind::SecondOrder, Symbol::Rate(i)) => {
             indexed(Math::Dotted(Math::Variable("x").into(), 2), i, layout.freedoms)

@@ -4,6 +4,7 @@
 //! `html` writes a web page, `page` draws sheets as SVG, `pdf` turns those into a PDF.
 
 mod arrangement;
+mod component;
 mod content;
 mod drawings;
 mod font;
@@ -29,6 +30,7 @@ use sindyscope_search::Diagnosis;
 use sindyscope_values::record::RecordSet;
 
 pub use arrangement::{Arrangement, Item, Paper, Section, Sections};
+pub use component::ComponentReport;
 pub use report::{Report, ReportError};
 pub use single::{FigureFormat, FigureSize};
 

@@ -1,0 +1,169 @@
+//! The document about a component without a mass: its force along the given motion.
+
+use std::path::Path;
+
+use super::content::{Block, Cell, DocumentTable, Tile};
+use super::drawings::drawn;
+use super::font::Fonts;
+use super::math::{self, EquationRows, Math};
+use super::{DocumentFormat, Paper, ReportError, html, page, pdf};
+use crate::figure::svg::Extent;
+use crate::figure::{Axis, Figure, Layer, Panel, PanelRow, Points, Shape, lead};
+use crate::palette::Ink;
+use sindyscope_component::{ComponentModel, ForceFit, GivenMotion, Specimen};
+use sindyscope_core::study::Score;
+use sindyscope_values::format::equations::by_share;
+use sindyscope_values::format::number::{format_measured, significant};
+use sindyscope_values::format::units::format_si;
+use sindyscope_values::record::Usage;
+use sindyscope_values::term::Symbol;
+
+/// Records whose loops are drawn, at most.
+const RECORDS_DRAWN: usize = 4;
+
+/// What a report about a component is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct ComponentReport<'a> {
+    /// The document's title.
+    pub title: &'a str,
+    /// The component as it was measured.
+    pub specimen: &'a Specimen,
+    /// The force that was found.
+    pub model: &'a ComponentModel,
+    /// What the force was found to lack, a sentence each; empty where that was not asked for.
+    pub lacking: &'a [String],
+    /// The paper of a PDF.
+    pub paper: Paper,
+}
+
+impl ComponentReport<'_> {
+    /// Writes the document that the file's ending asks for.
+    ///
+    /// # Errors
+    /// An ending that stands for none; a file that cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), ReportError> {
+        let blocks = self.blocks();
+        let bytes = match DocumentFormat::of(path)? {
+            DocumentFormat::Html => html::document(self.title, &blocks).into_bytes(),
+            DocumentFormat::Pdf => {
+                let fonts = Fonts::new();
+                pdf::document(&page::pages(&blocks, &fonts, self.paper, self.title), self.title, &fonts)?
+            }
+            DocumentFormat::Png => {
+                let fonts = Fonts::new();
+                fonts.png(&page::sheet(&blocks, &fonts), page::SCALE)?
+            }
+        };
+        std::fs::write(path, bytes).map_err(|source| ReportError::Write { path: path.display().to_string(), source })
+    }
+
+    fn blocks(&self) -> Vec<Block> {
+        let fitted = self.model.records.iter().filter(|r| r.usage == Usage::Fit).count();
+        let held_out = self.model.records.len() - fitted;
+        let subtitle = format!(
+            "The force of a component along a given motion, from {fitted} fitted and {held_out} held-out records"
+        );
+        let mut blocks = vec![Block::Title { title: self.title.to_owned(), subtitle }, Block::Tiles(self.tiles())];
+        if !self.lacking.is_empty() {
+            blocks.push(Block::Heading("What was missing".into()));
+            blocks.extend(self.lacking.iter().cloned().map(Block::Paragraph));
+        }
+        blocks.push(Block::Heading("Force".into()));
+        blocks.push(Block::Equations(self.equations()));
+        blocks.push(Block::Table(self.coefficients()));
+        blocks.push(Block::Heading("Force over displacement and velocity".into()));
+        let pairs = self.model.records.iter().zip(self.specimen.motions());
+        blocks.extend(
+            pairs
+                .take(RECORDS_DRAWN)
+                .map(|(fit, motion)| Block::Figure(drawn(&self.loops(fit, &motion), &Extent::PAGE))),
+        );
+        blocks.push(Block::Heading("Errors and energy".into()));
+        blocks.push(Block::Table(self.errors()));
+        blocks
+    }
+
+    fn tiles(&self) -> Vec<Tile> {
+        let (_, unit) = self.specimen.force();
+        let tile = |label: &'static str, score: Score| Tile {
+            label,
+            value: format_si(score.rmse, unit, 3),
+            note: format!("RMSE; {} % of the force", significant(100.0 * score.nrmse, 3)),
+        };
+        let of = |(label, usage)| self.model.score(usage).map(|score| tile(label, score));
+        [("Held-out error", Usage::HeldOut), ("Error on the fitted data", Usage::Fit)]
+            .into_iter()
+            .filter_map(of)
+            .collect()
+    }
+
+    fn equations(&self) -> Vec<EquationRows> {
+        let layout = &self.model.layout;
+        let force = math::sum(Math::Variable("F"), &self.model.force, layout);
+        let internals = self.model.internals.iter().enumerate();
+        let rate = |(k, equation)| math::sum(math::rate(layout, Symbol::Internal(k)), equation, layout);
+        std::iter::once(force).chain(internals.map(rate)).collect()
+    }
+
+    fn coefficients(&self) -> DocumentTable {
+        let row = |term: &sindyscope_values::model::WeightedTerm| {
+            vec![
+                Cell::Text(term.term.pretty(&self.model.layout)),
+                Cell::Number(format_measured(term.coefficient, term.std_error)),
+                Cell::Text(self.model.unit(&term.term).unwrap_or_default()),
+                Cell::Share(term.share),
+            ]
+        };
+        DocumentTable {
+            head: vec!["term", "coefficient ± std. error", "unit", "share of the force"],
+            rows: by_share(&self.model.force).into_iter().map(row).collect(),
+        }
+    }
+
+    fn errors(&self) -> DocumentTable {
+        let (_, unit) = self.specimen.force();
+        let row = |fit: &ForceFit| {
+            let [measured, identified] = fit.energy;
+            vec![
+                Cell::Text(fit.name.clone()),
+                Cell::Text(if fit.usage == Usage::Fit { "fitted" } else { "held out" }.into()),
+                Cell::Number(format_si(fit.score.rmse, unit, 3)),
+                Cell::Number(format!("{} %", significant(100.0 * fit.score.nrmse, 3))),
+                Cell::Number(format!("{} %", significant(100.0 * identified / measured, 4))),
+            ]
+        };
+        DocumentTable {
+            head: vec!["record", "", "RMSE", "of the force", "energy taken, of the measured"],
+            rows: self.model.records.iter().map(row).collect(),
+        }
+    }
+
+    /// The force over displacement, and over velocity.
+    fn loops(&self, fit: &ForceFit, motion: &GivenMotion<'_>) -> Figure {
+        let (name, unit) = self.specimen.force();
+        let identified: Vec<f64> = motion.force.iter().zip(&fit.residual).map(|(f, e)| f - e).collect();
+        let panel = |id: &'static str, symbol: &str, over: &[f64], over_unit: String| {
+            let range = lead(over.iter().copied(), std::iter::empty());
+            let force = lead(motion.force.iter().copied(), identified.iter().copied());
+            let mut panel = Panel::new(id, Axis::linear(symbol, over_unit, range), Axis::linear(name, unit, force));
+            for (ink, name, values) in
+                [(Ink::Measured, "measured", motion.force), (Ink::Identified, "identified", &identified)]
+            {
+                panel.layers.push(Layer::new(ink, name, Shape::Line(Points::of(over, values))));
+            }
+            panel
+        };
+        let of_symbol = |symbol| self.specimen.unit(symbol);
+        let panels = vec![
+            panel("over-displacement", "x", motion.displacement, of_symbol(Symbol::State(0))),
+            panel("over-velocity", "v", motion.velocity, of_symbol(Symbol::Rate(0))),
+        ];
+        let held_out = if fit.usage == Usage::HeldOut { " (held out)" } else { "" };
+        Figure {
+            rows: vec![PanelRow::new(panels, 1.0)],
+            legend: Vec::new(),
+            caption: format!("Force of record {}{held_out} over displacement and over velocity.", fit.name),
+            height: 260.0,
+        }
+    }
+}
