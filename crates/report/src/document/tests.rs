@@ -428,11 +428,13 @@ fn the_walk_is_told_in_every_document() {
         "or else     Stribeck",
         "next        Run it slowly.",
         "A description, not a law",
-        "beside the base model: x*u.",
         "Verdict: ambiguous",
     ] {
         assert!(said.contains(part), "{part}: {said}");
     }
+    // Wherever its lines are broken.
+    let words = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words.contains("beside the base model: x*u."), "{said}");
     diagnosis.stages.truncate(1);
     diagnosis.rounds.clear();
     assert_balanced(&page(&diagnosis));
