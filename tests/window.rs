@@ -767,8 +767,29 @@ fn settings_are_chosen_on_request() {
 }
 
 #[test]
+fn all_that_was_chosen_is_taken_over() {
+    let mut window = Window::open(start(Source::Sample(Sample::VanDerPol)));
+    let lacking = Term::parse("x^2*v").unwrap();
+    assert!(!window.app().settings().terms.contains(&lacking));
+    window.click("Choose for me");
+    assert!(window.app().settings().terms.contains(&lacking), "{:?}", window.app().settings());
+    let outcome = window.app().outcome().expect("fitted");
+    let damping = outcome.model.leading().and_then(|e| e.coefficient(&lacking)).expect("the term stays");
+    assert!((damping + 1.0).abs() < 0.02, "{damping}");
+}
+
+#[test]
 fn every_sample_opens() {
-    for (sample, records) in [(Sample::Duffing, 2), (Sample::Friction, 5), (Sample::Lorenz, 2)] {
+    for (sample, records) in [
+        (Sample::Duffing, 2),
+        (Sample::Friction, 5),
+        (Sample::Lorenz, 2),
+        (Sample::Overfit, 2),
+        (Sample::VanDerPol, 2),
+        (Sample::DoubleWell, 2),
+        (Sample::Pendulum, 2),
+        (Sample::Belt, 2),
+    ] {
         let window = Window::open(start(Source::Sample(sample)));
         assert_eq!(window.app().outcome().expect("fitted").records.len(), records, "{sample:?}");
     }

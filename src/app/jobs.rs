@@ -167,7 +167,12 @@ pub(crate) enum Done {
     /// Records were read, or not.
     Opened(Result<Box<Opened>, Box<Refused>>),
     /// Settings were chosen.
-    Chosen(Box<ChosenSettings>),
+    Chosen {
+        /// What they were chosen from.
+        asked: Box<Settings>,
+        /// What was chosen.
+        choice: Box<ChosenSettings>,
+    },
     /// What is still to be taken out of a channel by a step of the preparation.
     Calibrated { step: usize, found: Calibrated },
     /// The outcome of a study.
@@ -236,7 +241,8 @@ impl Work for Job {
             Self::Choose { records, settings } => {
                 let free =
                     FreeSettings { window: true, order: true, threshold: true, form: true, refine: true, terms: true };
-                Done::Chosen(Box::new(choose(&records, &settings, free, cancel, &stage).map_err(sentence)?))
+                let choice = choose(&records, &settings, free, cancel, &stage).map_err(sentence)?;
+                Done::Chosen { asked: Box::new(settings), choice: Box::new(choice) }
             }
             Self::Calibrate { records, settings, step, sought } => {
                 let found = calibrate(&records, &settings, &[sought], cancel).map_err(sentence)?;

@@ -40,14 +40,12 @@ impl Update<'_> {
         match done {
             Done::Opened(Ok(opened)) => self.opened(*opened),
             Done::Opened(Err(refused)) => self.not_opened(*refused),
-            Done::Chosen(choice) => {
-                // What was changed meanwhile stays; only what was chosen is taken over.
+            Done::Chosen { asked, choice } => {
                 let document = &mut self.state.document;
-                for settings in [Some(&mut document.edit.settings), document.suggestion.as_mut()].into_iter().flatten()
-                {
-                    settings.smoothing = choice.settings.smoothing;
-                    settings.threshold = choice.settings.threshold;
-                    settings.scaling = choice.settings.scaling;
+                choice.take_over(&asked, &mut document.edit.settings);
+                if let Some(suggestion) = &mut document.suggestion {
+                    let before = suggestion.clone();
+                    choice.take_over(&before, suggestion);
                 }
                 derived.notices.done(format!("Chosen: {}", choice.reason));
             }

@@ -47,6 +47,27 @@ pub struct ChosenSettings {
     pub error: f64,
 }
 
+impl ChosenSettings {
+    /// Takes over what was chosen, where `asked` is what it was chosen from: a setting that is no longer as it was then stays,
+    /// for a person changed it meanwhile.
+    pub fn take_over(&self, asked: &Settings, settings: &mut Settings) {
+        fn take<T: Clone + PartialEq>(chosen: &T, asked: &T, present: &mut T) {
+            if present == asked {
+                present.clone_from(chosen);
+            }
+        }
+        let chosen = &self.settings;
+        take(&chosen.smoothing, &asked.smoothing, &mut settings.smoothing);
+        take(&chosen.form, &asked.form, &mut settings.form);
+        take(&chosen.threshold, &asked.threshold, &mut settings.threshold);
+        take(&chosen.scaling, &asked.scaling, &mut settings.scaling);
+        take(&chosen.refine, &asked.refine, &mut settings.refine);
+        take(&chosen.terms, &asked.terms, &mut settings.terms);
+        take(&chosen.locks, &asked.locks, &mut settings.locks);
+        take(&chosen.own, &asked.own, &mut settings.own);
+    }
+}
+
 /// Samples of all fitted records together that settings are chosen by, at most.
 const MAX_CHOOSING_SAMPLES: usize = 200_000;
 /// Samples of each of them that stay, however many records there are.
