@@ -9,7 +9,7 @@ use super::failure::Failure;
 use super::progress::ProgressLine;
 use super::{CommandResult, json, table};
 use sindyscope_analysis::RecordSource;
-use sindyscope_analysis::json::{VERSION, evidence, mode};
+use sindyscope_analysis::json::{VERSION, evidence, lasting, lasting_gap, mode, of_channel};
 use sindyscope_core::clock::Stopwatch;
 use sindyscope_core::study::{Cancel, Score};
 use sindyscope_modes::{
@@ -146,33 +146,14 @@ pub(super) fn outputs(found: &Structure) -> Vec<Value> {
 
 /// A score, with how long a free run predicts: a linear model at rest or swinging lasts the whole record.
 fn score(score: Option<Score>, found: &Structure, usage: Usage) -> Value {
-    let Some(s) = score else { return Value::Null };
     let longest = found.records.iter().filter(|r| r.usage == usage).map(|r| r.samples as f64 * r.interval);
-    let mut fields = figures(s);
-    fields.insert("horizon".into(), json!(longest.fold(0.0, f64::max)));
-    fields.insert("rmse_at_horizon".into(), json!(s.rmse));
-    Value::Object(fields)
-}
-
-fn figures(s: Score) -> Map<String, Value> {
-    let fields = [
-        ("rmse", json!(s.rmse)),
-        ("nrmse", json!(s.nrmse)),
-        ("max_error", json!(s.max_error)),
-        ("samples", json!(s.samples)),
-        ("best_fit", json!(s.best_fit)),
-    ];
-    fields.into_iter().map(|(k, v)| (k.to_owned(), v)).collect()
+    lasting(score, longest.fold(0.0, f64::max))
 }
 
 pub(super) fn record_values(found: &Structure) -> Vec<Value> {
     let of = |r: &sindyscope_modes::RecordFit| {
-        let channels = found.sensors.iter().zip(&r.scores).map(|(sensor, s)| {
-            let mut fields = figures(*s);
-            fields.insert("name".into(), json!(sensor.name));
-            fields.insert("unit".into(), json!(sensor.unit));
-            Value::Object(fields)
-        });
+        let channels =
+            found.sensors.iter().zip(&r.scores).map(|(sensor, s)| of_channel(&sensor.name, &sensor.unit, *s));
         json!({
             "name": r.name,
             "usage": if r.usage == Usage::Fit { "fit" } else { "held-out" },
@@ -295,16 +276,8 @@ fn term(effect: Effect, site: Site, found: &StructureDiagnosis) -> String {
 }
 
 fn gap(found: &Structure) -> Value {
-    let [train, test] = [Usage::Fit, Usage::HeldOut].map(|usage| found.score(0, usage));
     let longest = found.records.iter().map(|r| r.samples as f64 * r.interval).fold(0.0, f64::max);
-    json!({
-        "train_rmse": train.map(|s| s.rmse),
-        "test_rmse": test.map(|s| s.rmse),
-        "train_nrmse": train.map(|s| s.nrmse),
-        "test_nrmse": test.map(|s| s.nrmse),
-        "horizon": longest,
-        "rmse_at_horizon": train.map(|s| s.rmse),
-    })
+    lasting_gap([Usage::Fit, Usage::HeldOut].map(|usage| found.score(0, usage)), longest)
 }
 
 fn step(force: &FoundForce, found: &StructureDiagnosis) -> Value {

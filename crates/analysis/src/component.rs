@@ -1,9 +1,9 @@
 //! Components without a mass, as commands and scripts ask for them.
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use crate::error::AnalysisError;
-use crate::json::{VERSION, evidence};
+use crate::json::{VERSION, evidence, lasting, lasting_gap, of_channel};
 use crate::missing::MissingRequest;
 use crate::request::{AnalysisRequest, Terms};
 use crate::source::RecordSource;
@@ -11,7 +11,7 @@ use sindyscope_component::{
     AddedEffect, ComponentDiagnosis, ComponentModel, ForceSettings, IdentifiedForce, Specimen, TriedEffect,
 };
 use sindyscope_core::clock::Stopwatch;
-use sindyscope_core::study::{Cancel, Lock, Score};
+use sindyscope_core::study::{Cancel, Lock};
 use sindyscope_values::model::Equation;
 use sindyscope_values::record::{RecordSet, Usage};
 use sindyscope_values::term::{Layout, Symbol, Term};
@@ -190,17 +190,6 @@ fn equations(model: &ComponentModel) -> Vec<Value> {
     all
 }
 
-fn figures(s: Score) -> Map<String, Value> {
-    let fields = [
-        ("rmse", json!(s.rmse)),
-        ("nrmse", json!(s.nrmse)),
-        ("max_error", json!(s.max_error)),
-        ("samples", json!(s.samples)),
-        ("best_fit", json!(s.best_fit)),
-    ];
-    fields.into_iter().map(|(k, v)| (k.to_owned(), v)).collect()
-}
-
 /// The longest record of a usage, s: along a given motion a prediction lasts.
 fn longest(model: &ComponentModel, usage: Usage) -> f64 {
     let records = model.records.iter().filter(|r| r.usage == usage);
@@ -208,32 +197,16 @@ fn longest(model: &ComponentModel, usage: Usage) -> f64 {
 }
 
 fn score(model: &ComponentModel, usage: Usage) -> Value {
-    let Some(s) = model.score(usage) else { return Value::Null };
-    let mut fields = figures(s);
-    fields.insert("horizon".into(), json!(longest(model, usage)));
-    fields.insert("rmse_at_horizon".into(), json!(s.rmse));
-    Value::Object(fields)
+    lasting(model.score(usage), longest(model, usage))
 }
 
 fn gap(model: &ComponentModel) -> Value {
-    let [train, test] = [Usage::Fit, Usage::HeldOut].map(|usage| model.score(usage));
-    json!({
-        "train_rmse": train.map(|s| s.rmse),
-        "test_rmse": test.map(|s| s.rmse),
-        "train_nrmse": train.map(|s| s.nrmse),
-        "test_nrmse": test.map(|s| s.nrmse),
-        "horizon": longest(model, Usage::Fit),
-        "rmse_at_horizon": train.map(|s| s.rmse),
-        "test_rmse_at_horizon": test.map(|s| s.rmse),
-    })
+    lasting_gap([Usage::Fit, Usage::HeldOut].map(|usage| model.score(usage)), longest(model, Usage::Fit))
 }
 
 fn records(model: &ComponentModel, specimen: &Specimen) -> Vec<Value> {
     let (name, unit) = specimen.force();
     let of = |r: &sindyscope_component::ForceFit| {
-        let mut channel = figures(r.score);
-        channel.insert("name".into(), json!(name));
-        channel.insert("unit".into(), json!(unit));
         json!({
             "name": r.name,
             "usage": if r.usage == Usage::Fit { "fit" } else { "held-out" },
@@ -243,7 +216,7 @@ fn records(model: &ComponentModel, specimen: &Specimen) -> Vec<Value> {
             "rmse": r.score.rmse,
             "nrmse": r.score.nrmse,
             "energy": { "measured": r.energy[0], "identified": r.energy[1] },
-            "channels": [channel],
+            "channels": [of_channel(name, unit, r.score)],
         })
     };
     model.records.iter().map(of).collect()

@@ -11,7 +11,7 @@ use sindyscope_values::record::Usage;
 use sindyscope_values::term::{Expression, Layout, Symbol, Term, TermFamily};
 
 use super::columns::Rows;
-use super::effect::{Addition, Form, InnerUnit, catalogue};
+use super::effect::{Addition, Form, InnerUnit, Titles, catalogue};
 use super::error::ComponentError;
 use super::fit::{Fitted, Fitter};
 use super::identify::check;
@@ -151,7 +151,7 @@ pub fn diagnose(
     let held_out = specimen.paths.iter().any(|p| p.usage == Usage::HeldOut);
     let all = Rows::split(specimen, Path::len);
     let whole = (!held_out).then(|| Fitter::new(specimen, &terms, &forms, all, cancel));
-    let search = Search { fitter, whole, terms: &terms, forms: &forms };
+    let search = Search { fitter, whole, terms: &terms, forms: &forms, titles: Titles::new() };
     let base = search.hypothesis(&[], None).ok_or(ComponentError::Cancelled)?;
     let base_model = search.model(&search.shown(&base.fitted));
     let noise_of_base = search.noise(&base.fitted);
@@ -206,6 +206,7 @@ struct Search<'a> {
     whole: Option<Fitter<'a>>,
     terms: &'a [Term],
     forms: &'a [Form],
+    titles: Titles,
 }
 
 impl Search<'_> {
@@ -256,7 +257,7 @@ impl Search<'_> {
             let (form, hypothesis) = &tried[k];
             let form = &self.forms[*form];
             let behind = sum(&tried[taken].1) - sum(hypothesis);
-            TriedEffect { effect: form.effect, title: form.label(), unseen: hypothesis.unseen, behind }
+            TriedEffect { effect: form.effect, title: self.titles.of_form(form), unseen: hypothesis.unseen, behind }
         };
         // Forms of one effect are one; a richer effect that does no better is no rival.
         let richer = |k: usize| self.forms[tried[k].0].contains.contains(&effect);
@@ -331,7 +332,7 @@ impl Search<'_> {
         }
         AddedEffect {
             effect: form.effect,
-            title: form.title,
+            title: self.titles.of(form.effect),
             form: form.form,
             terms,
             parameters,

@@ -4,6 +4,7 @@ use sindyscope_values::model::Equation;
 use sindyscope_values::term::{Expression, Function, Symbol, Term};
 
 use super::specimen::Specimen;
+use sindyscope_search::{Entry, guide};
 
 /// What an effect adds to the force at given inner values; its internal states count from zero.
 #[derive(Clone, Debug)]
@@ -50,14 +51,36 @@ pub(crate) struct Inner {
     pub(crate) bounds: (f64, f64),
 }
 
+/// Names for people: those of the search's catalogue, and of what an input does to a component.
+pub(crate) struct Titles(Vec<Entry>);
+
+impl Titles {
+    pub(crate) fn new() -> Self {
+        Self(guide())
+    }
+
+    /// An effect's name for people.
+    pub(crate) fn of(&self, effect: &'static str) -> &'static str {
+        match effect {
+            "input_dependent_damping" => "Damping that grows with the input",
+            "input_dependent_friction" => "Friction that grows with the input",
+            _ => self.0.iter().find(|e| e.effect == effect).map_or(effect, |e| e.title),
+        }
+    }
+
+    /// The same with the form.
+    pub(crate) fn of_form(&self, form: &Form) -> String {
+        let title = self.of(form.effect);
+        if form.form.is_empty() { title.to_owned() } else { format!("{title} ({})", form.form) }
+    }
+}
+
 type Build = Box<dyn Fn(&[f64]) -> Addition + Send + Sync>;
 
 /// An effect in one of its forms.
 pub(crate) struct Form {
     /// The effect's name in the interface.
     pub(crate) effect: &'static str,
-    /// Its name for people.
-    pub(crate) title: &'static str,
     /// Which form; empty for the plain one.
     pub(crate) form: &'static str,
     pub(crate) coefficients: Vec<Coefficient>,
@@ -75,11 +98,6 @@ impl Form {
     /// Number of values that are fitted.
     pub(crate) fn unknowns(&self) -> usize {
         self.coefficients.len() + self.inner.len()
-    }
-
-    /// What a person calls it.
-    pub(crate) fn label(&self) -> String {
-        if self.form.is_empty() { self.title.to_owned() } else { format!("{} ({})", self.title, self.form) }
     }
 }
 
@@ -197,10 +215,9 @@ pub(crate) fn catalogue(specimen: &Specimen) -> Vec<Form> {
 }
 
 /// An effect of one term without inner quantities.
-fn plain(effect: &'static str, title: &'static str, coefficient: Coefficient, force: Expression) -> Form {
+fn plain(effect: &'static str, coefficient: Coefficient, force: Expression) -> Form {
     Form {
         effect,
-        title,
         form: "",
         coefficients: vec![coefficient],
         inner: Vec::new(),
@@ -211,10 +228,10 @@ fn plain(effect: &'static str, title: &'static str, coefficient: Coefficient, fo
 
 fn springs(scales: Scales, forms: &mut Vec<Form>) {
     let reach = scales.reach;
-    forms.push(plain("quadratic_stiffness", "Quadratic stiffness", either("k_2"), x().power(2.0)));
-    forms.push(plain("cubic_stiffness", "Cubic stiffness", either("k_3"), x().power(3.0)));
-    forms.push(plain("quintic_stiffness", "Quintic stiffness", either("k_5"), x().power(5.0)));
-    forms.push(plain("bilinear_stiffness", "Bilinear stiffness", either("k_+"), x().max(0.0)));
+    forms.push(plain("quadratic_stiffness", either("k_2"), x().power(2.0)));
+    forms.push(plain("cubic_stiffness", either("k_3"), x().power(3.0)));
+    forms.push(plain("quintic_stiffness", either("k_5"), x().power(5.0)));
+    forms.push(plain("bilinear_stiffness", either("k_+"), x().max(0.0)));
     let gap = |low: f64| Inner {
         name: "d",
         unit: InnerUnit::Length,
@@ -223,7 +240,6 @@ fn springs(scales: Scales, forms: &mut Vec<Form>) {
     };
     forms.push(Form {
         effect: "clearance",
-        title: "Clearance or side stops",
         form: "",
         coefficients: vec![either("k_c")],
         inner: vec![gap(0.02)],
@@ -232,7 +248,6 @@ fn springs(scales: Scales, forms: &mut Vec<Form>) {
     });
     forms.push(Form {
         effect: "one_sided_stop",
-        title: "One-sided stop",
         form: "",
         coefficients: vec![either("k_s")],
         inner: vec![gap(-0.9)],
@@ -243,10 +258,9 @@ fn springs(scales: Scales, forms: &mut Vec<Form>) {
 
 fn dampers(scales: Scales, forms: &mut Vec<Form>) {
     let speed = scales.speed;
-    forms.push(plain("coulomb_friction", "Coulomb (dry) friction", against("F_c"), v().sgn()));
+    forms.push(plain("coulomb_friction", against("F_c"), v().sgn()));
     forms.push(Form {
         effect: "coulomb_friction",
-        title: "Coulomb (dry) friction",
         form: "rounded",
         coefficients: vec![against("F_c")],
         inner: Slider::Rounded.inner(scales),
@@ -256,16 +270,15 @@ fn dampers(scales: Scales, forms: &mut Vec<Form>) {
             Addition::plain(vec![Term::new(force)])
         }),
     });
-    forms.push(plain("quadratic_damping", "Quadratic damping", against("c_2"), v() * v().abs()));
-    forms.push(plain("cubic_damping", "Cubic damping", against("c_3"), v().power(3.0)));
-    forms.push(plain("bilinear_damping", "Bilinear damping", either("c_+"), v().max(0.0)));
+    forms.push(plain("quadratic_damping", against("c_2"), v() * v().abs()));
+    forms.push(plain("cubic_damping", against("c_3"), v().power(3.0)));
+    forms.push(plain("bilinear_damping", either("c_+"), v().max(0.0)));
     let depends = x().power(2.0) * v();
-    forms.push(plain("displacement_dependent_damping", "Displacement-dependent damping", either("c_x"), depends));
+    forms.push(plain("displacement_dependent_damping", either("c_x"), depends));
     let grows = x().abs() * v().sgn();
-    forms.push(plain("position_dependent_friction", "Position-dependent friction", either("h"), grows));
+    forms.push(plain("position_dependent_friction", either("h"), grows));
     forms.push(Form {
         effect: "power_law_damping",
-        title: "Power-law damping",
         form: "",
         coefficients: vec![against("c_p")],
         inner: vec![Inner {
@@ -282,7 +295,6 @@ fn dampers(scales: Scales, forms: &mut Vec<Form>) {
     });
     forms.push(Form {
         effect: "stribeck_friction",
-        title: "Stribeck friction",
         form: "",
         coefficients: vec![against("F_c"), either("F_s - F_c")],
         inner: vec![Inner {
@@ -303,7 +315,6 @@ fn memory(scales: Scales, forms: &mut Vec<Form>) {
     for (form, power) in [("", 1), ("rounder", 2)] {
         forms.push(Form {
             effect: "bouc_wen_hysteresis",
-            title: "Bouc–Wen hysteresis",
             form,
             coefficients: vec![against("k_h")],
             inner: Slider::Elastic.inner(scales),
@@ -318,7 +329,6 @@ fn memory(scales: Scales, forms: &mut Vec<Form>) {
     let slowest = 3.0 * scales.period;
     forms.push(Form {
         effect: "viscoelastic_relaxation",
-        title: "Viscoelastic relaxation",
         form: "",
         coefficients: vec![against("k_v")],
         inner: vec![Inner {
@@ -339,9 +349,9 @@ fn memory(scales: Scales, forms: &mut Vec<Form>) {
 /// Effects of an input beside the motion, such as the voltage of a controlled damper.
 fn inputs(scales: Scales, j: usize, forms: &mut Vec<Form>) {
     let u = || Expression::from(Symbol::Input(j));
-    forms.push(plain("input_squared", "Square of the input", either("b_2"), u().power(2.0)));
-    forms.push(plain("state_dependent_input", "Stiffness that grows with the input", either("k_u"), x() * u()));
-    forms.push(plain("input_dependent_damping", "Damping that grows with the input", either("c_u"), v() * u()));
+    forms.push(plain("input_squared", either("b_2"), u().power(2.0)));
+    forms.push(plain("state_dependent_input", either("k_u"), x() * u()));
+    forms.push(plain("input_dependent_damping", either("c_u"), v() * u()));
     let slowest = scales.period;
     let lag = || Inner {
         name: "tau",
@@ -362,7 +372,6 @@ fn inputs(scales: Scales, j: usize, forms: &mut Vec<Form>) {
         }
         forms.push(Form {
             effect: "input_dependent_friction",
-            title: "Friction that grows with the input",
             form,
             coefficients: vec![either("F_0"), against("F_u")],
             inner,

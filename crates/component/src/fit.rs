@@ -197,7 +197,7 @@ impl<'a> Fitter<'a> {
             let slopes = self.slopes(set, &inner, &made, &places);
             let n = places.len();
             // The slopes of what the linear part leaves: projected off its columns.
-            let (normal, gradient) = self.projected(&made, &slopes, &residual);
+            let (normal, gradient) = self.projected(&made, &slopes, (&best.coefficients, &residual));
             let mut bettered = false;
             for _ in 0..6 {
                 let mut damped = normal.clone();
@@ -253,32 +253,39 @@ impl<'a> Fitter<'a> {
         places.iter().map(of).collect()
     }
 
+    /// How the force changes with each inner quantity, at given coefficients: `[place][row]`.
+    fn tangents(
+        &self,
+        made: &[Vec<Vec<f64>>],
+        slopes: &[(usize, Vec<Vec<f64>>)],
+        coefficients: &[f64],
+    ) -> Vec<Vec<f64>> {
+        let first = |effect: usize| self.base.len() + made[..effect].iter().map(Vec::len).sum::<usize>();
+        let tangent = |(effect, columns): &(usize, Vec<Vec<f64>>)| {
+            let mut sum = vec![0.0; self.rows.count];
+            for (column, c) in columns.iter().zip(&coefficients[first(*effect)..]) {
+                sum.iter_mut().zip(column).for_each(|(s, v)| *s += c * v);
+            }
+            sum
+        };
+        slopes.iter().map(tangent).collect()
+    }
+
     /// Normal matrix and gradient of the inner quantities' step.
     fn projected(
         &self,
         made: &[Vec<Vec<f64>>],
         slopes: &[(usize, Vec<Vec<f64>>)],
-        residual: &[f64],
+        (coefficients, residual): (&[f64], &[f64]),
     ) -> (DMatrix<f64>, DVector<f64>) {
         let all = self.all(made);
-        let linear = self.linear(&all);
-        let mut first = vec![self.base.len(); made.len()];
-        for i in 1..made.len() {
-            first[i] = first[i - 1] + made[i - 1].len();
-        }
-        let directions: Vec<Vec<f64>> = slopes
-            .iter()
-            .map(|(i, columns)| {
-                let mut sum = vec![0.0; self.rows.count];
-                for (column, c) in columns.iter().zip(&linear.coefficients[first[*i]..]) {
-                    sum.iter_mut().zip(column).for_each(|(s, v)| *s += c * v);
-                }
-                // What the linear part cannot follow of it.
-                let follower = Fitter { force: sum.clone(), base: Vec::new(), rows: self.rows.clone(), ..*self };
-                let fit = follower.linear(&all);
-                follower.residual(&all, &fit.coefficients)
-            })
-            .collect();
+        // What the linear part cannot follow of each tangent.
+        let follow = |tangent: Vec<f64>| {
+            let follower = Fitter { force: tangent, base: Vec::new(), rows: self.rows.clone(), ..*self };
+            let fit = follower.linear(&all);
+            follower.residual(&all, &fit.coefficients)
+        };
+        let directions: Vec<Vec<f64>> = self.tangents(made, slopes, coefficients).into_iter().map(follow).collect();
         let n = directions.len();
         let normal = DMatrix::from_fn(n, n, |i, j| self.over_seen(&directions[i], &directions[j]));
         let gradient = DVector::from_fn(n, |i, _| self.over_seen(&directions[i], residual));
@@ -300,20 +307,7 @@ impl<'a> Fitter<'a> {
         let places: Vec<(usize, usize)> =
             inner.iter().enumerate().flat_map(|(i, v)| (0..v.len()).map(move |j| (i, j))).collect();
         let slopes = self.slopes(set, &inner, &made, &places);
-        let mut first = vec![self.base.len(); made.len().max(1)];
-        for i in 1..made.len() {
-            first[i] = first[i - 1] + made[i - 1].len();
-        }
-        let tangents: Vec<Vec<f64>> = slopes
-            .iter()
-            .map(|(i, columns)| {
-                let mut sum = vec![0.0; self.rows.count];
-                for (column, c) in columns.iter().zip(&linear.coefficients[first[*i]..]) {
-                    sum.iter_mut().zip(column).for_each(|(s, v)| *s += c * v);
-                }
-                sum
-            })
-            .collect();
+        let tangents = self.tangents(&made, &slopes, &linear.coefficients);
         let directions: Vec<&[f64]> = all.iter().copied().chain(tangents.iter().map(Vec::as_slice)).collect();
         let n = directions.len();
         let lengths: Vec<f64> =

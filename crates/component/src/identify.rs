@@ -1,6 +1,6 @@
 //! The force as a sparse sum of candidate terms.
 
-use sindyscope_core::sparse::{Constraint, Reduced, Regressor, Solution, SparseOptions};
+use sindyscope_core::sparse::{Constraint, Reduced, Regressor, Solution, SparseOptions, between};
 use sindyscope_core::study::Cancel;
 use sindyscope_values::model::{Equation, WeightedTerm};
 use sindyscope_values::term::{Expression, Symbol, Term, TermFamily, polynomials};
@@ -111,7 +111,8 @@ pub fn identify(
             let judged: Vec<(f64, usize, f64)> = path.iter().map(|(t, s)| (*t, s.support.len(), error(s))).collect();
             let least = judged.iter().map(|j| j.2).fold(f64::INFINITY, f64::min);
             let close = judged.iter().filter(|j| j.2 <= MAX_ERROR_RATIO * least).min_by_key(|j| j.1);
-            close.map_or(0.0, |j| rounded_up(j.0, &judged))
+            let above = |t: f64| judged.iter().map(|j| j.0).filter(|mark| *mark > t).fold(f64::INFINITY, f64::min);
+            close.map_or(0.0, |j| between(j.0, above(j.0)))
         }
     };
     if cancel.is_cancelled() {
@@ -133,12 +134,6 @@ pub fn identify(
     let records = fits(specimen, &fitted.residual);
     let model = ComponentModel { layout, force, internals: Vec::new(), units, like: Vec::new(), records };
     Ok(IdentifiedForce { terms, threshold, ridge: settings.ridge, model, noise_floor: specimen.noise })
-}
-
-/// A threshold in the middle of those that lead to the same terms as this one on the way.
-fn rounded_up(threshold: f64, judged: &[(f64, usize, f64)]) -> f64 {
-    let next = judged.iter().map(|j| j.0).filter(|t| *t > threshold).fold(f64::INFINITY, f64::min);
-    if next.is_finite() { 0.5 * (threshold + next) } else { threshold }
 }
 
 /// Refuses terms of quantities that the records do not give.

@@ -55,22 +55,8 @@ impl ComponentModel {
 
     /// The score over all records of a usage together; none where there is none.
     pub fn score(&self, usage: Usage) -> Option<Score> {
-        let (mut samples, mut squares, mut spread, mut largest) = (0, 0.0, 0.0, 0.0_f64);
-        for s in self.records.iter().filter(|r| r.usage == usage).map(|r| &r.score) {
-            let n = s.samples as f64;
-            samples += s.samples;
-            squares += n * s.rmse.powi(2);
-            spread += n * (s.rmse / s.nrmse).powi(2);
-            largest = largest.max(s.max_error);
-        }
-        (samples > 0).then(|| scored(squares, spread, largest, samples))
+        Score::pooled(self.records.iter().filter(|r| r.usage == usage).map(|r| &r.score))
     }
-}
-
-fn scored(squares: f64, spread: f64, max_error: f64, samples: usize) -> Score {
-    let rmse = (squares / samples as f64).sqrt();
-    let nrmse = (squares / spread.max(f64::MIN_POSITIVE)).sqrt();
-    Score { rmse, nrmse, max_error, best_fit: 100.0 * (1.0 - nrmse), samples }
 }
 
 /// What a residual over the rows of all records leaves of each.
@@ -79,23 +65,19 @@ pub(crate) fn fits(specimen: &Specimen, residual: &[f64]) -> Vec<ForceFit> {
     let of = |path: &Path| {
         let residual = residual[next..next + path.len()].to_vec();
         next += path.len();
-        let n = path.len() as f64;
-        let mean = path.force.iter().sum::<f64>() / n;
-        let spread = path.force.iter().map(|f| (f - mean).powi(2)).sum::<f64>();
-        let squares = residual.iter().map(|e| e * e).sum::<f64>();
-        let largest = residual.iter().fold(0.0_f64, |a, e| a.max(e.abs()));
         let work = |force: &dyn Fn(usize) -> f64| {
             path.interval * path.motion[1].iter().enumerate().map(|(k, v)| force(k) * v).sum::<f64>()
         };
-        ForceFit {
+        let score = Score::of_residual(&path.force, &residual)?;
+        Some(ForceFit {
             name: path.name.clone(),
             usage: path.usage,
             samples: path.len(),
             interval: path.interval,
             energy: [work(&|k| path.force[k]), work(&|k| path.force[k] - residual[k])],
             residual,
-            score: scored(squares, spread, largest, path.len()),
-        }
+            score,
+        })
     };
-    specimen.paths.iter().map(of).collect()
+    specimen.paths.iter().filter_map(of).collect()
 }

@@ -5,7 +5,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::closed::{ClosedModel, Course, Free, Segment};
 use super::error::ModesError;
 use super::force::{Effect, Site};
-use super::identify::{Linear, Path, PathRequest, Split, inflation, linear, main_period, modes, path};
+use super::identify::{Linear, Path, PathRequest, Split, inflation, linear, main_period, path};
 use super::judge::{Residuals, beats, compared, rms};
 use super::limits::{
     AT_REST, BEGINNING, ENOUGH, EXPLAINS, FOLLOWED, FORCE_GAIN, HELD_GAIN, HELD_SAMPLES, HELD_STEPS, HOLDS, HOPELESS,
@@ -90,16 +90,11 @@ pub struct ForceParameter {
 /// A candidate fitted to its end.
 struct Fitted {
     candidate: Candidate,
-    closed: Option<(ClosedModel, Course, Residuals)>,
-    open: (LinearFit, Residuals),
+    model: ClosedModel,
+    course: Course,
+    residuals: Residuals,
     densities: Vec<f64>,
     error: f64,
-}
-
-impl Fitted {
-    fn residuals(&self) -> &Residuals {
-        self.closed.as_ref().map_or(&self.open.1, |c| &c.2)
-    }
 }
 
 /// Searches for the force that a linear structure lacks.
@@ -137,7 +132,7 @@ pub fn diagnose(
     let period = main_period(&split.fitted);
     let chosen = search.chosen(fitted, period);
     let Some((best, lead, rivals, tried)) = chosen else { return Ok(plain(&base, false)) };
-    let (error, noise) = (best.error, search.noise_in(&best.residuals().unseen));
+    let (error, noise) = (best.error, search.noise_in(&best.residuals.unseen));
     let (last, found) = search.told(best, lead, rivals, tried);
     Ok(StructureDiagnosis {
         base: structure(&measurement, &base),
@@ -221,7 +216,7 @@ impl ForceSearch<'_> {
             .map(|n| if n.is_finite() { n } else { 0.0 })
             .collect();
         let screen = Screen { measurement: self.measurement, split: self.split, poles, modes, noises };
-        let explains = |f: &Fitted| f.error < EXPLAINS * self.noise_in(&f.residuals().unseen);
+        let explains = |f: &Fitted| f.error < EXPLAINS * self.noise_in(&f.residuals.unseen);
         let mut all: Vec<Fitted> = Vec::new();
         let mut best = f64::INFINITY;
         // Where a force to the ground explains the data, none between sensors is asked for.
@@ -284,7 +279,6 @@ impl ForceSearch<'_> {
         known.splice(0..0, candidate.poles.iter().copied());
         let bound = (HOPELESS_NOISES * self.noise).max(HOPELESS * best.min(self.linear_error()));
         let mut done = false;
-        let mut opened: Option<(LinearFit, Residuals)> = None;
         let mut got: Option<(Followed, Unseen)> = None;
         for round in 0..if rival { 1 } else { ROUNDS } {
             let steps = screen.open_path(&candidate.fitted, &candidate.unseen, &known, most, 5, cancel, false)?;
@@ -317,10 +311,6 @@ impl ForceSearch<'_> {
                     }
                 }
             }
-            if opened.is_none() {
-                let left = screen.left(&candidate.fitted, &candidate.unseen, &fit)?;
-                opened = Some((fit, left));
-            }
             let Some(found) = best_start else { break };
             let Some(unseen) = self.unseen(&found.model, parts, cancel) else { break };
             let noise = self.noise_in(&unseen.residuals);
@@ -352,15 +342,14 @@ impl ForceSearch<'_> {
             }
             known = model.poles.clone();
         }
-        let (fit, left) = opened?;
         let period = main_period(&self.split.fitted);
         // What stays in range only along the measured motion is no model.
         let (found, unseen) = got?;
         let unknowns = found.model.shared();
         let residuals = Residuals { fitted: found.residuals, unseen: unseen.residuals, unknowns };
         let densities = residuals.densities(&self.split.intervals(), period);
-        let closed = Some((found.model, found.course, residuals));
-        Some(Fitted { candidate, closed, open: (fit, left), densities, error: unseen.error })
+        let Followed { model, course, .. } = found;
+        Some(Fitted { candidate, model, course, residuals, densities, error: unseen.error })
     }
 
     /// The number of modes (less one) that data never fitted ask for.
@@ -692,21 +681,10 @@ impl ForceSearch<'_> {
         rivals: Vec<(Effect, Site)>,
         tried: Vec<(Effect, Site, f64)>,
     ) -> (Structure, FoundForce) {
-        let Fitted { candidate, closed, open, error, .. } = best;
+        let Fitted { candidate, model, course, residuals, .. } = best;
         let sensors = &self.measurement.sensors;
         let unit = force_unit(self.measurement, candidate.site);
-        let (modes, participation, drives, parameters, residuals) = match closed {
-            Some((model, course, residuals)) if residuals.unseen_rms() <= 1.1 * error => {
-                let told = self.told_closed(&model, &course, &residuals, &unit);
-                (told.0, told.1, told.2, told.3, residuals)
-            }
-            _ => {
-                let task = Task::new(&self.split.fitted, sensors, Some(&candidate.fitted), 1);
-                let (fit, residuals) = open;
-                let (modes, participation) = modes(self.measurement, &task, &fit, &residuals);
-                (modes, participation, Vec::new(), Vec::new(), residuals)
-            }
-        };
+        let (modes, participation, drives, parameters) = self.told_closed(&model, &course, &residuals, &unit);
         let structure = Structure {
             sensors: sensors.clone(),
             inputs: self.measurement.inputs.clone(),

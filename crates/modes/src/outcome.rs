@@ -51,34 +51,6 @@ impl Structure {
     /// The scores of one sensor over all records of a usage together; none where there is none.
     pub fn score(&self, sensor: usize, usage: Usage) -> Option<Score> {
         let scores = self.records.iter().filter(|r| r.usage == usage).map(|r| &r.scores[sensor]);
-        pooled(scores)
+        Score::pooled(scores)
     }
-}
-
-fn pooled<'a>(scores: impl Iterator<Item = &'a Score>) -> Option<Score> {
-    let (mut samples, mut squares, mut spread, mut largest) = (0, 0.0, 0.0, 0.0_f64);
-    for s in scores {
-        let n = s.samples as f64;
-        samples += s.samples;
-        squares += n * s.rmse.powi(2);
-        spread += n * (s.rmse / s.nrmse).powi(2);
-        largest = largest.max(s.max_error);
-    }
-    (samples > 0).then(|| scored(squares, spread, largest, samples))
-}
-
-fn scored(squares: f64, spread: f64, max_error: f64, samples: usize) -> Score {
-    let rmse = (squares / samples as f64).sqrt();
-    let nrmse = (squares / spread).sqrt();
-    Score { rmse, nrmse, max_error, best_fit: 100.0 * (1.0 - nrmse), samples }
-}
-
-/// The score of a residual against what was measured, both in units of `scale`.
-pub(crate) fn score(measured: &[f64], residual: &[f64], scale: f64) -> Score {
-    let n = measured.len().max(1) as f64;
-    let mean = measured.iter().sum::<f64>() / n;
-    let squares = residual.iter().map(|e| e * e).sum::<f64>() * scale * scale;
-    let spread = measured.iter().map(|y| (y - mean).powi(2)).sum::<f64>() * scale * scale;
-    let largest = residual.iter().fold(0.0_f64, |a, e| a.max(e.abs())) * scale;
-    scored(squares, spread, largest, residual.len())
 }

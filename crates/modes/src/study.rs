@@ -5,10 +5,10 @@ use super::identify::{Linear, PathRequest, Split, linear, path};
 use super::judge::Residuals;
 use super::limits::BAND_MARGIN;
 use super::measurement::{Measurement, Series};
-use super::outcome::{RecordFit, Structure, score};
+use super::outcome::{RecordFit, Structure};
 use super::screen::driven_band;
 use sindyscope_core::signal::standard_deviation;
-use sindyscope_core::study::Cancel;
+use sindyscope_core::study::{Cancel, Score};
 use sindyscope_values::model::Mode;
 use sindyscope_values::record::{RecordSet, Usage};
 
@@ -64,7 +64,10 @@ pub(crate) fn record_fits(measurement: &Measurement, split: &Split, residuals: &
         samples: series.len(),
         interval: series.interval,
         scores: (0..measurement.sensors.len())
-            .map(|s| score(&series.outputs[s][..left[s].len()], &left[s], measurement.sensors[s].scale))
+            .filter_map(|s| {
+                let score = Score::of_residual(&series.outputs[s][..left[s].len()], &left[s])?;
+                Some(score.scaled(measurement.sensors[s].scale))
+            })
             .collect(),
     };
     let fitted = split.fitted.iter().zip(&residuals.fitted).map(|(s, left)| of(Usage::Fit, s, left));

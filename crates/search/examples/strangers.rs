@@ -7,7 +7,7 @@ mod plants;
 
 use std::time::Instant;
 
-use plants::{Drive, Plant, multisine, records, tone};
+use plants::{Plant, drawn_drive, records};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 use sindyscope_core::study::Cancel;
@@ -229,21 +229,7 @@ fn plant(stranger: &Stranger, draw: usize, seed: u64) -> Plant {
     let damping = random.random_range(0.02..0.08);
     let strength = random.random_range(0.6..1.4);
     let (force, states) = (stranger.force, stranger.states);
-    let drive = |k: u64| -> Option<Drive> {
-        match draw % 3 {
-            0 => multisine(0.22, (0.3, 2.5), 16, seed + k),
-            1 => {
-                let tones = [(0.12, 0.6), (0.12, 0.85), (0.1, 1.3)].map(|(a, w)| tone(a, w + 0.07 * k as f64));
-                Some(Box::new(move |t| {
-                    tones.iter().flatten().fold((0.0, 0.0), |sum, d| {
-                        let (u, du) = d(t);
-                        (sum.0 + u, sum.1 + du)
-                    })
-                }))
-            }
-            _ => None,
-        }
-    };
+    let drive = |k: u64| drawn_drive(draw, seed, k);
     let free = draw % 3 == 2;
     let initial = |x: f64| [x, 0.0].into_iter().chain(std::iter::repeat_n(0.0, states)).collect();
     Plant {

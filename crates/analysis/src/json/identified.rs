@@ -210,6 +210,7 @@ pub fn mode(mode: &Mode) -> Value {
     })
 }
 
+/// A score's figures; `null` where there is none.
 fn score(score: Option<Score>) -> Value {
     score.map_or(Value::Null, |s| {
         json!({
@@ -220,6 +221,39 @@ fn score(score: Option<Score>) -> Value {
             "best_fit": s.best_fit,
         })
     })
+}
+
+/// A score of what predicts to the end of a record of so many seconds; `null` where there is none.
+pub fn lasting(of_run: Option<Score>, seconds: f64) -> Value {
+    let mut value = score(of_run);
+    if let (Value::Object(fields), Some(s)) = (&mut value, of_run) {
+        fields.insert("horizon".into(), json!(seconds));
+        fields.insert("rmse_at_horizon".into(), json!(s.rmse));
+    }
+    value
+}
+
+/// The errors of what predicts to the end of every record, fitted ones and held out, the longest of so many seconds.
+pub fn lasting_gap([train, test]: [Option<Score>; 2], seconds: f64) -> Value {
+    json!({
+        "train_rmse": train.map(|s| s.rmse),
+        "test_rmse": test.map(|s| s.rmse),
+        "train_nrmse": train.map(|s| s.nrmse),
+        "test_nrmse": test.map(|s| s.nrmse),
+        "horizon": seconds,
+        "rmse_at_horizon": train.map(|s| s.rmse),
+        "test_rmse_at_horizon": test.map(|s| s.rmse),
+    })
+}
+
+/// A sensor's figures on a record, with its name and unit.
+pub fn of_channel(name: &str, unit: &str, of_record: Score) -> Value {
+    let mut value = score(Some(of_record));
+    if let Value::Object(fields) = &mut value {
+        fields.insert("name".into(), json!(name));
+        fields.insert("unit".into(), json!(unit));
+    }
+    value
 }
 
 /// The errors of a free run, and how far it predicts.

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 pub use diagnosed::{diagnosed, evidence};
 pub use effects::effects;
-pub use identified::{identified, mode};
+pub use identified::{identified, lasting, lasting_gap, mode, of_channel};
 
 /// The version of the fields.
 pub const VERSION: u32 = 1;

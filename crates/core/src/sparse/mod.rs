@@ -21,6 +21,7 @@ pub use bounded::{BoundedSolution, Bounds, bounded_least_squares};
 pub use reduce::{Reduced, Sign};
 pub(crate) use redundancy::Redundancy;
 pub use regressor::Regressor;
-pub(crate) use regressor::{between, drop_path};
+pub use regressor::between;
+pub(crate) use regressor::drop_path;
 pub use stlsq::{Constraint, Solution, SparseOptions, stlsq};
 pub(crate) use uncertainty::Scores;

@@ -206,7 +206,7 @@ pub(crate) fn drop_path(path: &[(f64, Solution)]) -> Vec<(f64, usize)> {
 }
 
 /// A threshold well inside an interval between two marks.
-pub(crate) fn between(below: f64, above: f64) -> f64 {
+pub fn between(below: f64, above: f64) -> f64 {
     match (below > 0.0, above.is_finite()) {
         (true, true) => (below * above).sqrt(),
         (true, false) => 2.0 * below,

@@ -17,6 +17,30 @@ pub struct Score {
     pub samples: usize,
 }
 
+impl Score {
+    /// The score of what a model leaves of a measurement; none of nothing.
+    pub fn of_residual(measured: &[f64], residual: &[f64]) -> Option<Self> {
+        let response: Vec<f64> = measured.iter().zip(residual).map(|(y, e)| y - e).collect();
+        ErrorSums::compare(measured, &response, 0, &mut Vec::new()).score()
+    }
+
+    /// The score of several records of one sensor together; none of nothing.
+    pub fn pooled<'a>(scores: impl IntoIterator<Item = &'a Self>) -> Option<Self> {
+        let sums = |s: &Self| {
+            let n = s.samples as f64;
+            let spread = if s.nrmse > 0.0 { n * (s.rmse / s.nrmse).powi(2) } else { 0.0 };
+            ErrorSums { squares: n * s.rmse.powi(2), spread, largest: s.max_error, samples: s.samples }
+        };
+        scores.into_iter().map(sums).fold(ErrorSums::default(), ErrorSums::plus).score()
+    }
+
+    /// The same of a sensor whose series were divided by `scale`.
+    #[must_use]
+    pub fn scaled(self, scale: f64) -> Self {
+        Self { rmse: scale * self.rmse, max_error: scale * self.max_error, ..self }
+    }
+}
+
 /// Sums that scores are made of; sums of several records add up.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ErrorSums {
@@ -82,6 +106,12 @@ mod tests {
         assert!((score.best_fit - 100.0 * (1.0 - score.nrmse)).abs() < 1e-12);
         assert_eq!((score.max_error, score.samples), (1.0, 3));
         assert!(ErrorSums::default().score().is_none());
+        let measured = [3.0, 1.0, 2.0, 8.0];
+        let whole = Score::of_residual(&measured, &[0.5, -1.0, 0.25, 2.0]).unwrap();
+        let pooled = Score::pooled([&whole, &whole]).unwrap();
+        assert!((pooled.rmse - whole.rmse).abs() < 1e-12 && (pooled.nrmse - whole.nrmse).abs() < 1e-12);
+        assert_eq!((pooled.samples, pooled.max_error, whole.scaled(3.0).max_error), (8, 2.0, 6.0));
+        assert!(Score::pooled([]).is_none());
         let later = ErrorSums::compare(&[5.0, -1.0, 1.0, -1.0], &[9.0, -1.0, 0.0], 1, &mut error).score().unwrap();
         assert_eq!((later.max_error, later.samples, error[3]), (1.0, 2, 4.0), "the first sample is not scored");
     }

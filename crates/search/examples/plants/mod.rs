@@ -64,6 +64,24 @@ pub(crate) fn tone(amplitude: f64, omega: f64) -> Option<Drive> {
     Some(Box::new(move |t| (amplitude * (omega * t).cos(), -amplitude * omega * (omega * t).sin())))
 }
 
+/// The input of record `k` of a draw: lines, three tones or nothing, in turn.
+#[allow(dead_code, reason = "not every example draws its inputs")]
+pub(crate) fn drawn_drive(draw: usize, seed: u64, k: u64) -> Option<Drive> {
+    match draw % 3 {
+        0 => multisine(0.22, (0.3, 2.5), 16, seed + k),
+        1 => {
+            let tones = [(0.12, 0.6), (0.12, 0.85), (0.1, 1.3)].map(|(a, w)| tone(a, w + 0.07 * k as f64));
+            Some(Box::new(move |t| {
+                tones.iter().flatten().fold((0.0, 0.0), |sum, d| {
+                    let (u, du) = d(t);
+                    (sum.0 + u, sum.1 + du)
+                })
+            }))
+        }
+        _ => None,
+    }
+}
+
 /// Lines between two angular frequencies with phases of a seed, of this RMS.
 pub(crate) fn multisine(rms: f64, (low, high): (f64, f64), lines: usize, seed: u64) -> Option<Drive> {
     let mut random = Pcg64::seed_from_u64(seed);
