@@ -63,6 +63,7 @@ mod words;
 pub use effects::{Axis, DESCRIPTION, OwnEffect, OwnError, OwnPart, OwnQuantity, OwnSign, OwnTerm};
 pub use error::GapError;
 pub use evidence::LEVEL;
+pub use experiment::{NextExperiment, ProposedDrive, ProposedTest};
 pub use found::Found;
 pub use guide::{Entry, EntryForm, EntryParameter, guide, guide_of_own};
 pub use judge::{density, lead, student_scale};
