@@ -5,6 +5,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use sindyscope_analysis::effects;
 use sindyscope_core::prepare::{Preparation, prepare_leniently};
 use sindyscope_core::study::{
     Calibrated, Calibration, Cancel, ChosenSettings, Ensemble, FreeSettings, Outcome, Settings, SettingsGrid, Study,
@@ -71,6 +72,8 @@ pub(crate) enum Key {
     Columns,
     /// What would be read with the columns chosen.
     Preview,
+    /// A file of effects of a person's own.
+    Effects,
     /// The figure of a view.
     Figure(View),
     /// Bringing back what the session's file holds.
@@ -116,6 +119,8 @@ pub(crate) enum Job {
     Columns { path: PathBuf, reading: ReadOptions },
     /// Read a file with the columns chosen.
     Preview { path: PathBuf, reading: ReadOptions },
+    /// Read a file of effects of a person's own.
+    Effects(PathBuf),
     /// Make the figure of a view that takes longer than a frame.
     Figure(Box<FigureRequest>),
     /// Read the session's file, and open files in it if there are any.
@@ -199,6 +204,8 @@ pub(crate) enum Done {
     Columns(Result<Overview, OpeningProblem>),
     /// What would be read.
     Preview(Result<Preview, OpeningProblem>),
+    /// The text of a file of effects.
+    Effects(String),
     /// The state that the session left, and what is to be told of it.
     Restored(Box<State>, Option<String>),
     /// A figure was made, or a file written that nobody waits for.
@@ -289,6 +296,7 @@ impl Work for Job {
             }
             Self::Columns { path, reading } => Done::Columns(columns::overview(&path, &reading)),
             Self::Preview { path, reading } => Done::Preview(columns::preview(&path, &reading, cancel)),
+            Self::Effects(path) => Done::Effects(effects::text_of_file(&path).map_err(sentence)?),
             Self::Figure(request) => {
                 request.make();
                 Done::Nothing

@@ -2,7 +2,7 @@
 
 use egui::{Align, Layout, RichText, Sense, Stroke, StrokeKind, Ui, vec2};
 
-use super::commands::WindowCommand;
+use super::commands::{CLASSICS_HINT, WindowCommand};
 use super::state::Sample;
 use super::theme;
 
@@ -44,7 +44,7 @@ pub(crate) fn show(ui: &mut Ui, opening: bool) -> Option<WindowCommand> {
             }
             ui.add_space(14.0);
             ui.label(RichText::new("Or try a sample").strong());
-            for row in Sample::ALL.chunks(SAMPLES_IN_A_ROW) {
+            for row in [&Sample::OWN, &Sample::CLASSICS[..SAMPLES_IN_A_ROW]] {
                 ui.horizontal(|ui| {
                     let count = SAMPLES_IN_A_ROW as f32;
                     let each = (width - (count - 1.0) * ui.spacing().item_spacing.x) / count;
@@ -56,6 +56,10 @@ pub(crate) fn show(ui: &mut Ui, opening: bool) -> Option<WindowCommand> {
                     }
                 });
             }
+            let button = egui::Button::new("All classics ⏷").min_size(vec2(width, 30.0));
+            let (response, chosen) = egui::containers::menu::MenuButton::from_button(button).ui(ui, WindowCommand::classics);
+            response.on_hover_text(CLASSICS_HINT);
+            asked = chosen.and_then(|menu| menu.inner).or(asked);
             let spec = WindowCommand::Demonstration.spec();
             let button = egui::Button::new(spec.label).min_size(vec2(width, 30.0));
             if ui.add(button).on_hover_text(spec.tooltip).clicked() {

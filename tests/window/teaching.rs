@@ -71,6 +71,12 @@ impl Window {
         assert!(self.shows("✔ done"), "the list shows it");
     }
 
+    /// Types a term into the library and sends it off.
+    fn add_term(&mut self, term: &str) {
+        self.type_into("Add terms", term);
+        self.press(Modifiers::NONE, Key::Enter);
+    }
+
     /// A box of the library.
     fn tick(&mut self, term: &str) {
         self.0.get_by_role_and_label(Role::CheckBox, term).click_accesskit();
@@ -309,6 +315,73 @@ fn the_lesson_on_chaos() {
     window.look("Motion", "Phase");
     window.noticed(2);
     window.finish("chaos");
+}
+
+#[test]
+fn the_lesson_on_self_excitation() {
+    let mut window = Window::begin_lesson("Self-excitation");
+    window.add_term("x^2*v");
+    window.noticed(0);
+    window.look("Motion", "Phase");
+    window.noticed(1);
+    window.tick("x²·v");
+    window.noticed(2);
+    window.finish("self-excitation");
+}
+
+#[test]
+fn the_lesson_on_parametric_resonance() {
+    let mut window = Window::begin_lesson("Parametric resonance");
+    window.add_term("x*cos(2*t)");
+    window.noticed(0);
+    window.tick("x³");
+    window.noticed(1);
+    window.add_term("x^3");
+    window.tick("x·cos(2·t)");
+    window.add_term("x*cos(1.5*t)");
+    window.noticed(2);
+    window.finish("parametric");
+}
+
+#[test]
+fn the_lesson_on_hysteresis() {
+    let mut window = Window::begin_lesson("Hysteresis");
+    let level = window.rig_settings().level;
+    window.slide("Level", 0.1 * level);
+    window.noticed(0);
+    window.slide("Level", level);
+    window.click_hidden("Study in Identify");
+    window.noticed(1);
+    window.click("What's missing");
+    window.click("Find what's missing");
+    window.noticed(2);
+    window.click("Next");
+    assert!(window.shows("hysteresis"), "a card of it");
+    window.click("Next");
+    window.click("Accept");
+    window.noticed(3);
+    window.finish("hysteresis");
+}
+
+#[test]
+fn a_classic_is_opened_by_its_name_from_the_welcome_page_the_menu_and_the_rig() {
+    let opened = |window: &Window| window.app().state().document.source.clone();
+    let mut window = Window::open(start(Source::Nothing));
+    window.click("All classics ⏷");
+    window.click("Hidden absorber");
+    assert_eq!(opened(&window), Source::Sample(Sample::Absorber));
+    assert_eq!(window.app().records().entries.len(), 2);
+    assert!(window.app().outcome().is_some(), "studied at once");
+    window.click("absorber ⏷");
+    window.click("Classics");
+    window.click("Bouc–Wen hysteresis");
+    assert_eq!(opened(&window), Source::Sample(Sample::BoucWen));
+    window.click("Virtual rig");
+    window.click("Open one in Identify ⏷");
+    window.click("Mathieu's oscillator");
+    assert_eq!(opened(&window), Source::Sample(Sample::Mathieu));
+    assert_eq!(window.app().state().document.source, Source::Sample(Sample::Mathieu));
+    assert!(window.shows("held-out error"), "the room is Identify");
 }
 
 #[test]

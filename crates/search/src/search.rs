@@ -23,7 +23,7 @@ use sindyscope_core::refine::{Structure as _, inflation};
 use sindyscope_core::study::Cancel;
 use sindyscope_values::model::has_acceleration;
 use sindyscope_values::record::RecordSet;
-use sindyscope_values::term::{Expression, Symbol, Term, derivative};
+use sindyscope_values::term::{Expression, Layout, Symbol, Term, derivative};
 
 /// What is asked of a search.
 #[derive(Clone, Debug, PartialEq)]
@@ -134,8 +134,9 @@ impl Search {
             if effect.mass >= masses {
                 return Err(wrong(format!("it acts on mass {}, which the records do not have", effect.mass + 1)));
             }
+            let layout = Layout { internals: effect.states.len(), ..data.layout };
             for term in effect.sample() {
-                if let Some(symbol) = term.foreign_symbol(&data.layout) {
+                if let Some(symbol) = term.foreign_symbol(&layout) {
                     return Err(wrong(format!("the records have no {}", data.layout.name(symbol))));
                 }
             }

@@ -3,6 +3,7 @@
 mod class;
 mod document;
 mod lessons;
+mod own;
 mod rig;
 mod room;
 mod stored;
@@ -20,6 +21,7 @@ pub use class::{ClassCase, ClassRound, ClassState, Guess};
 pub(crate) use document::absolute;
 pub use document::{Document, Edit, Pin, Sample, Source};
 pub use lessons::{LessonPosition, LessonProgress};
+pub use own::OwnEffects;
 pub(crate) use rig::Page;
 pub use rig::RigState;
 pub(crate) use room::Room;

@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 pub use description::DESCRIPTION;
 pub(crate) use description::described;
 pub(crate) use own::own;
-pub use own::{OwnEffect, OwnError, OwnPart, OwnQuantity, OwnSign, OwnTerm};
+pub use own::{OwnEffect, OwnError, OwnPart, OwnQuantity, OwnSign, OwnState, OwnTerm};
 
 use super::site::{Placed, Site};
 use sindyscope_core::simulate::Delays;
