@@ -51,7 +51,15 @@ fn an_effect_of_ones_own_is_written_mended_found_and_kept() {
     snapshot(&mut window, "own_effects");
     window.write_effects(&MAGNET.replace("(d-r)", "(d-q)"));
     assert!(window.shows("line 4, column 16: there is no quantity"), "where it is wrong stands beside the field");
+    look_at(&mut window, "own-effects-wrong");
     assert!(window.0.get_by_label("Take over").accesskit_node().is_disabled());
+    // A click on what is wrong leads there: what is typed next mends it.
+    window.0.get_by_label_contains("line 4, column 16").click();
+    window.settle();
+    window.press(Modifiers::NONE, Key::Delete);
+    window.0.get_by_label(FIELD).type_text("r");
+    window.settle();
+    assert!(window.shows("Magnetic pull: not taken over yet"));
     window.write_effects(MAGNET);
     window.click("Take over");
     assert_eq!(window.own_text(), MAGNET);
@@ -66,6 +74,7 @@ fn an_effect_of_ones_own_is_written_mended_found_and_kept() {
     window.click("Find what's missing");
     window.click("Next");
     assert!(window.shows("Magnetic pull"), "a card");
+    look_at(&mut window, "own-effects-card");
     window.click("Next");
     window.click("Accept");
     let accepted = window.app().walk().accepted.clone();

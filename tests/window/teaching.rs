@@ -10,7 +10,7 @@ use sindyscope_files::{ReadOptions, read_set};
 use sindyscope_rig::{ExcitationChoice, PlantChoice, RigDrive};
 use sindyscope_values::term::Term;
 
-use super::{CTRL, Window, start};
+use super::{CTRL, Window, look_at, start};
 
 impl Window {
     /// The room, its drawing held.
@@ -367,7 +367,9 @@ fn the_lesson_on_hysteresis() {
 fn a_classic_is_opened_by_its_name_from_the_welcome_page_the_menu_and_the_rig() {
     let opened = |window: &Window| window.app().state().document.source.clone();
     let mut window = Window::open(start(Source::Nothing));
+    look_at(&mut window, "welcome");
     window.click("All classics ⏷");
+    look_at(&mut window, "welcome-classics");
     window.click("Hidden absorber");
     assert_eq!(opened(&window), Source::Sample(Sample::Absorber));
     assert_eq!(window.app().records().entries.len(), 2);

@@ -65,7 +65,7 @@ pub(super) const PARAMETRIC: Lesson = Lesson {
             "This pulsation explains nothing: energy is given near twice the natural frequency, and far less near a whole fraction of \
              that.",
             |c| {
-                let other = !c.now.tries("x*cos(2*t)") && c.now.settings.terms.iter().any(|t| in_time(t));
+                let other = !c.now.tries("x*cos(2*t)") && c.now.settings.terms.iter().any(in_time);
                 other && c.now.tries("x^3") && c.now.error() > PLAIN * c.best
             },
         ),

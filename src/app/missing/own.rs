@@ -1,6 +1,8 @@
 //! Effects of a person's own: a window in which they are written down, or opened from a file, and taken into the search.
 
-use egui::{Align2, Key, Label, Modifiers, RichText, TextEdit, TextStyle, Ui, Window, vec2};
+use egui::text::{CCursor, CCursorRange};
+use egui::text_edit::TextEditState;
+use egui::{Align2, Id, Key, Label, Modifiers, RichText, Sense, TextEdit, TextStyle, Ui, Window, vec2};
 
 use super::act::WalkAct;
 use crate::app::state::{Edit, OwnEffects};
@@ -95,6 +97,7 @@ fn window(ui: &Ui, draft: &mut OwnDraft, edit: &mut Edit, acts: &mut Vec<WalkAct
 fn field(ui: &mut Ui, draft: &mut OwnDraft) {
     egui::ScrollArea::vertical().max_height(330.0).show(ui, |ui| {
         let field = TextEdit::multiline(&mut draft.text)
+            .id(field_id())
             .font(TextStyle::Monospace)
             .code_editor()
             .desired_rows(LINES)
@@ -105,7 +108,21 @@ fn field(ui: &mut Ui, draft: &mut OwnDraft) {
     });
 }
 
-/// What the text says, or where it is wrong.
+fn field_id() -> Id {
+    Id::unique("own effects as TOML")
+}
+
+/// Puts the cursor of the field to a line and column, both from 1.
+fn go_to(ui: &Ui, text: &str, line: usize, column: usize) {
+    let before: usize = text.split_inclusive('\n').take(line.saturating_sub(1)).map(|l| l.chars().count()).sum();
+    let cursor = CCursor::new(before + column.saturating_sub(1));
+    let mut state = TextEditState::load(ui.ctx(), field_id()).unwrap_or_default();
+    state.cursor.set_char_range(Some(CCursorRange::one(cursor)));
+    state.store(ui.ctx(), field_id());
+    ui.memory_mut(|memory| memory.request_focus(field_id()));
+}
+
+/// What the text says, or where it is wrong; a click on that leads there.
 fn told(ui: &mut Ui, draft: &OwnDraft, taken: &OwnEffects) {
     let colors = theme::accents(ui.visuals().dark_mode);
     let text = match &draft.read {
@@ -116,7 +133,12 @@ fn told(ui: &mut Ui, draft: &OwnDraft, taken: &OwnEffects) {
             RichText::new(format!("{}: {state}", titles.join(", "))).weak()
         }
         Err(AnalysisError::Effects { line, column, problem, .. }) => {
-            RichText::new(format!("line {line}, column {column}: {problem}")).color(colors.wrong)
+            let text = RichText::new(format!("line {line}, column {column}: {problem}")).color(colors.wrong);
+            let told = ui.add(Label::new(text).wrap().sense(Sense::click()));
+            if told.on_hover_text("Put the cursor there").clicked() {
+                go_to(ui, &draft.text, *line, *column);
+            }
+            return;
         }
         Err(other) => RichText::new(other.to_string()).color(colors.wrong),
     };
