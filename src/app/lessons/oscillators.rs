@@ -10,7 +10,7 @@ use sindyscope_values::term::{Symbol, Term};
 /// Of an error that grew or fell by this factor the response shows it.
 const PLAIN: f64 = 3.0;
 /// An error below this many times the sensor's noise is next to nothing but noise.
-const AT_THE_NOISE: f64 = 2.0;
+const AT_THE_NOISE: f64 = 3.0;
 
 pub(super) const SELF_EXCITATION: Lesson = Lesson {
     id: "self-excitation",
