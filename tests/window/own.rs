@@ -80,6 +80,13 @@ fn an_effect_of_ones_own_is_written_mended_found_and_kept() {
     let accepted = window.app().walk().accepted.clone();
     assert_eq!(accepted.iter().map(|c| c.effect.as_str()).collect::<Vec<_>>(), ["magnetic_pull"]);
     let found = window.app().diagnosis().expect("concluded").clone();
+    let stage = window.app().stage().expect("fitted").gap.train_rmse;
+    window.click("Use in Identify");
+    assert!(window.terms().iter().any(|term| term.starts_with("1/(-x+0.00")), "{:?}", window.terms());
+    let rmse = window.app().outcome().unwrap().train.unwrap().rmse;
+    assert!((rmse / stage - 1.0).abs() < 0.2, "the same model, to be exported: {rmse} of {stage}");
+    window.press(CTRL, Key::Z);
+    window.click("What's missing");
     // No farewell: neither a save nor an exit is called.
     drop(window);
     let mut again = Window::revived(&session, Vec::new());

@@ -321,11 +321,18 @@ fn the_lesson_on_chaos() {
 fn the_lesson_on_self_excitation() {
     let mut window = Window::begin_lesson("Self-excitation");
     window.add_term("x^2*v");
+    look_at(&mut window, "lesson-self-excitation");
     window.noticed(0);
-    window.look("Motion", "Phase");
+    window.tick("sgn v");
+    window.tick("v·|v|");
+    let train = window.app().outcome().unwrap().train.unwrap();
+    assert!(train.nrmse < 0.15, "the response grows as the motion does: {}", train.nrmse);
     window.noticed(1);
-    window.tick("x²·v");
+    window.look("Motion", "Phase");
+    look_at(&mut window, "lesson-limit-cycle");
     window.noticed(2);
+    window.tick("x²·v");
+    window.noticed(3);
     window.finish("self-excitation");
 }
 
@@ -333,6 +340,7 @@ fn the_lesson_on_self_excitation() {
 fn the_lesson_on_parametric_resonance() {
     let mut window = Window::begin_lesson("Parametric resonance");
     window.add_term("x*cos(2*t)");
+    look_at(&mut window, "lesson-parametric");
     window.noticed(0);
     window.tick("x³");
     window.noticed(1);
@@ -347,16 +355,19 @@ fn the_lesson_on_parametric_resonance() {
 fn the_lesson_on_hysteresis() {
     let mut window = Window::begin_lesson("Hysteresis");
     let level = window.rig_settings().level;
-    window.slide("Level", 0.1 * level);
+    window.slide("Level", 0.01 * level);
+    look_at(&mut window, "lesson-hysteresis-small");
     window.noticed(0);
     window.slide("Level", level);
     window.click_hidden("Study in Identify");
+    look_at(&mut window, "lesson-hysteresis-identify");
     window.noticed(1);
     window.click("What's missing");
     window.click("Find what's missing");
     window.noticed(2);
     window.click("Next");
     assert!(window.shows("hysteresis"), "a card of it");
+    look_at(&mut window, "lesson-hysteresis");
     window.click("Next");
     window.click("Accept");
     window.noticed(3);

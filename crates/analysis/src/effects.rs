@@ -293,4 +293,15 @@ unit = "mm"
         let twice = format!("{MAGNET}{MAGNET}");
         assert!(of_text("m", &twice).unwrap_err().to_string().contains("two effects `magnet`"));
     }
+    #[test]
+    fn the_entries_of_the_book_are_effects() {
+        let page = include_str!("../../../docs/howto/own-effect.md");
+        let blocks: Vec<&str> = page.split("```toml\n").skip(1).filter_map(|part| part.split("```").next()).collect();
+        let names: Vec<String> = blocks
+            .iter()
+            .flat_map(|block| of_text("own-effect.md", block).unwrap_or_else(|e| panic!("{e}")))
+            .map(|effect| effect.name)
+            .collect();
+        assert_eq!(names, ["magnetic_pull", "maxwell_branch"]);
+    }
 }

@@ -9,6 +9,8 @@ use sindyscope_values::term::{Symbol, Term};
 
 /// Of an error that grew or fell by this factor the response shows it.
 const PLAIN: f64 = 3.0;
+/// An error below this many times the sensor's noise is next to nothing but noise.
+const AT_THE_NOISE: f64 = 3.0;
 
 pub(super) const SELF_EXCITATION: Lesson = Lesson {
     id: "self-excitation",
@@ -19,12 +21,18 @@ pub(super) const SELF_EXCITATION: Lesson = Lesson {
         step(
             "The motion grows from next to nothing, and no force acts. Let the damping depend on the displacement: type x^2*v into the \
              field under LIBRARY (left) and press Enter.",
-            "The factor of v is positive: near the middle the damper gives energy instead of taking it. −x²·v takes it back farther \
-             out, so that the motion settles where both balance, at an amplitude of 2.",
+            "The factor of v is positive: near the middle the damper gives energy instead of taking it (the window warns, for most \
+             structures that would be wrong). −x²·v takes it back farther out, and the motion settles where both balance.",
             |c| {
                 let factor = |text: &str| c.now.identify.as_ref().and_then(|f| f.term(text)).map(|t| t.coefficient);
                 factor("v").is_some_and(|c| c > 0.0) && factor("x^2*v").is_some_and(|c| c < 0.0)
             },
+        ),
+        step(
+            "The response of the fitted record stays at rest: sgn v, which is not there, holds it. Take sgn v and v·|v| out of the \
+             library.",
+            "Three terms are left, x, v and x²·v: van der Pol's equation. Its response grows as the motion does, to an amplitude of 2.",
+            |c| !c.now.tries("sgn(v)") && c.now.tries("x^2*v") && c.now.count() == 3,
         ),
         step(
             "Look at the Phase view (Motion, Phase).",
@@ -80,16 +88,19 @@ pub(super) const HYSTERESIS: Lesson = Lesson {
     start: Start::Rig(|| {
         rig(
             "bouc_wen_hysteresis",
-            &[("k_h", 120.0, "1/s^2"), ("x_y", 0.002, "m"), ("n", 1.0, ""), ("beta_share", 0.8, "")],
+            &[("k_h", 120.0, "1/s^2"), ("x_y", 0.004, "m"), ("n", 2.0, ""), ("beta_share", 0.8, "")],
         )
     }),
     steps: &[
         step(
-            "The mass hangs on a spring and on one that yields beyond x_y (left, PLANT). Lower Level (left, EXCITATION) to a tenth, \
-             so that it hardly yields.",
+            "The mass hangs on a spring and on one that yields beyond x_y (left, PLANT). Lower Level (left, EXCITATION) to a \
+             hundredth, so that it hardly yields.",
             "In small motion the yielding spring is a spring: the two act as one that is stiffer, and the equation of a spring and a \
              damper suits.",
-            |c| c.now.rig.level <= 0.101 * c.first.rig.level && c.now.rig_found.is_some(),
+            |c| {
+                let small = c.now.rig.level <= 0.0101 * c.first.rig.level;
+                small && c.now.rig_found.as_ref().is_some_and(|f| c.now.rig_error() < AT_THE_NOISE * f.noise)
+            },
         ),
         step(
             "Bring Level back to what it was, or beyond, and press Study in Identify (right, below).",
