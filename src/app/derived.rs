@@ -8,6 +8,7 @@ use super::history::History;
 use super::jobs::Key;
 use super::lessons::Teacher;
 use super::missing::Missing;
+use super::modal::ModalRoom;
 use super::notices::Notices;
 use super::open::Refused;
 use super::questions::Questions;
@@ -29,6 +30,7 @@ pub(crate) struct Derived {
     /// What undo takes back.
     pub(crate) history: History<Edit>,
     pub(crate) missing: Missing,
+    pub(crate) modal: ModalRoom,
     pub(crate) report: ReportRoom,
     pub(crate) rig: RigRoom,
     pub(crate) teacher: Teacher,
@@ -58,6 +60,7 @@ impl Derived {
             refused: None,
             history: History::new(edit.clone()),
             missing: Missing::default(),
+            modal: ModalRoom::default(),
             report: ReportRoom::default(),
             rig: RigRoom::default(),
             teacher: Teacher::default(),

@@ -11,19 +11,23 @@ use sindyscope_core::study::{
     StudyError, calibrate, choose, settings_grid,
 };
 use sindyscope_files::{Overview, ReadOptions};
+use sindyscope_modes::{Base, ModalAnalysis, ModesError, analyse};
 use sindyscope_report::document::{Pixels, Section};
+use sindyscope_report::modal::ModalView;
 use sindyscope_rig::RigSettings;
 use sindyscope_values::record::{RecordSet, Usage};
 
 use super::columns::{self, Preview};
 use super::disk;
 use super::missing::work::{self as search, CachedSearch};
+use super::modal::ModalFigureRequest;
 use super::open::{self, Opened, Opening, Refused};
 use super::problem::OpeningProblem;
 use super::purpose::Purpose;
 use super::questions::{self, Bought, Reply};
 pub(crate) use super::queue::JobUpdate;
 use super::queue::{JobReport, Queue, Work};
+use super::remedy;
 use super::report::{self, Content};
 use super::rig::class;
 use super::rig::work::{self as rig, Recorded, RecordedRig};
@@ -49,6 +53,8 @@ pub(crate) enum Key {
     Calibrate,
     /// The study of the settings as they stand.
     Fit,
+    /// The modes of a structure.
+    Modes,
     /// The study on resampled data.
     Resample,
     /// The studies that were pinned.
@@ -73,6 +79,8 @@ pub(crate) enum Key {
     Preview,
     /// The figure of a view.
     Figure(View),
+    /// A figure of a structure's modes.
+    ModalFigure(ModalView),
     /// Bringing back what the session's file holds.
     Restore,
     /// The session's file.
@@ -94,6 +102,8 @@ pub(crate) enum Job {
     Calibrate { records: RecordSet, settings: Settings, step: usize, sought: Calibration },
     /// Study records.
     Fit { records: RecordSet, settings: Settings },
+    /// Identify the modes of a structure.
+    Modes { records: RecordSet, base: Base },
     /// Repeat the regression on resampled data.
     Resample { records: RecordSet, settings: Settings },
     /// Make pinned outcomes again, by their places among the pins.
@@ -118,6 +128,8 @@ pub(crate) enum Job {
     Preview { path: PathBuf, reading: ReadOptions },
     /// Make the figure of a view that takes longer than a frame.
     Figure(Box<FigureRequest>),
+    /// Make a figure of a structure's modes.
+    ModalFigure(Box<ModalFigureRequest>),
     /// Read the session's file, and open files in it if there are any.
     Restore { session: PathBuf, files: Vec<PathBuf> },
     /// Write the session's file.
@@ -177,6 +189,8 @@ pub(crate) enum Done {
     Calibrated { step: usize, found: Calibrated },
     /// The outcome of a study.
     Fitted(Arc<Outcome>),
+    /// The modes of a structure.
+    Modes(Arc<ModalAnalysis>),
     /// How sure the terms are.
     Resampled(Ensemble),
     /// Each pin's outcome, if it could be made.
@@ -251,6 +265,9 @@ impl Work for Job {
             Self::Fit { records, settings } => {
                 Done::Fitted(Arc::new(memory.study.run(&records, &settings, cancel).map_err(sentence)?))
             }
+            Self::Modes { records, base } => {
+                Done::Modes(Arc::new(analyse(&records, &base, &stage, cancel).map_err(modal_sentence)?))
+            }
             Self::Resample { records, settings } => {
                 Done::Resampled(memory.study.ensemble(&records, &settings, cancel).map_err(sentence)?)
             }
@@ -289,6 +306,10 @@ impl Work for Job {
             }
             Self::Columns { path, reading } => Done::Columns(columns::overview(&path, &reading)),
             Self::Preview { path, reading } => Done::Preview(columns::preview(&path, &reading, cancel)),
+            Self::ModalFigure(request) => {
+                request.make();
+                Done::Nothing
+            }
             Self::Figure(request) => {
                 request.make();
                 Done::Nothing
@@ -304,6 +325,12 @@ impl Work for Job {
             Self::Save(saving) => Done::Saved(saving.run()?),
         })
     }
+}
+
+/// Why there are no modes, with what to try.
+fn modal_sentence(error: ModesError) -> String {
+    let remedies = error.remedies();
+    if remedies.is_empty() { error.to_string() } else { format!("{error}: {}", remedy::worded(&remedies)) }
 }
 
 fn sentence(error: impl std::fmt::Display) -> String {

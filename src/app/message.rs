@@ -13,7 +13,7 @@ use super::figure_panel::FigureLook;
 use super::lessons;
 use super::missing;
 use super::rig;
-use super::state::{Edit, RigState, Source, ViewState, WalkView};
+use super::state::{Edit, ModalShown, RigState, Source, ViewState, WalkView};
 use sindyscope_core::prepare::Preparation;
 use sindyscope_values::record::Role;
 use sindyscope_values::term::Kind;
@@ -65,6 +65,8 @@ pub(crate) enum Message {
     Return(usize),
     /// Show what was found like this.
     Views(Box<ViewState>),
+    /// Show a structure's modes like this.
+    Modal(Box<ModalShown>),
     /// Do something in "What's missing".
     Walk(missing::WalkAct),
     /// Show something else in "What's missing".
@@ -105,6 +107,7 @@ impl Message {
             (self, before),
             (Self::Edit(_), Self::Edit(_))
                 | (Self::Views(_), Self::Views(_))
+                | (Self::Modal(_), Self::Modal(_))
                 | (Self::WalkView(_), Self::WalkView(_))
                 | (Self::Rig(_), Self::Rig(_))
                 | (Self::Figure(_), Self::Figure(_))

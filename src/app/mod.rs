@@ -17,6 +17,7 @@ mod lessons;
 mod log;
 mod message;
 pub(crate) mod missing;
+mod modal;
 mod moved;
 mod notices;
 mod open;

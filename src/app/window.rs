@@ -31,6 +31,7 @@ use super::state::{Room, Source, State, Walk};
 use super::update::FrameTime;
 use super::{help, overlay, report, theme};
 use sindyscope_core::study::{Outcome, Settings};
+use sindyscope_modes::{BaseModel, ModalAnalysis};
 use sindyscope_search::{Diagnosis, Stage};
 use sindyscope_values::record::RecordSet;
 
@@ -65,6 +66,7 @@ struct Canvas {
     typing: Typing,
     cutter: Cutter,
     views: Plots,
+    modal: Plots,
     walk: missing::WalkCanvas,
     report: report::ReportCanvas,
     rig: Figures,
@@ -142,7 +144,8 @@ impl App {
 
     /// True while something is read, computed or drawn in the background.
     pub fn busy(&self) -> bool {
-        self.program.busy() || self.program.derived.figures.busy()
+        let derived = &self.program.derived;
+        self.program.busy() || derived.figures.busy() || derived.modal.figures.busy()
     }
 
     /// What survives a restart.
@@ -173,6 +176,22 @@ impl App {
     /// What the last study found.
     pub fn outcome(&self) -> Option<&Arc<Outcome>> {
         self.program.derived.records.outcome.as_ref()
+    }
+
+    /// The modes that were found, where these are the base.
+    pub fn modes(&self) -> Option<&Arc<ModalAnalysis>> {
+        let modal = &self.program.derived.modal;
+        modal.analysis().filter(|_| self.by_modes() && !modal.is_stale())
+    }
+
+    /// True if the base are modes.
+    fn by_modes(&self) -> bool {
+        self.program.state.document.edit.base.model == BaseModel::Modes
+    }
+
+    /// True if there is something that a picture can show.
+    fn has_figure(&self) -> bool {
+        if self.by_modes() { self.program.derived.modal.analysis().is_some() } else { self.outcome().is_some() }
     }
 
     /// What was added in "What's missing".

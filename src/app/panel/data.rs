@@ -3,10 +3,12 @@
 use egui::{Align, ComboBox, Layout, RichText, Sense, Ui, WidgetInfo, vec2};
 
 use super::context::{PanelAct, PanelContext};
+use super::setting_row::switch_of;
 use super::{masses, refusal};
 use crate::app::commands::WindowCommand;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{row, section, switch};
+use sindyscope_modes::{BASE, BASES};
 use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::record::{Record, Usage};
 use sindyscope_values::term::Kind;
@@ -82,6 +84,18 @@ pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
             context.asks.push(PanelAct::Kind(kind));
         }
     });
+    if kind == Kind::SecondOrder {
+        base(ui, context);
+    }
+}
+
+/// What the equations are made of.
+fn base(ui: &mut Ui, context: &mut PanelContext<'_>) {
+    let Some(setting) = BASE.first() else { return };
+    let edit = &mut *context.edit;
+    let before = edit.base.model;
+    switch_of(ui, setting, &BASES, &mut edit.base.model);
+    edit.base_settled |= edit.base.model != before;
 }
 
 /// One record; tells whether it was clicked.

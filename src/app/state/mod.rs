@@ -3,6 +3,7 @@
 mod class;
 mod document;
 mod lessons;
+mod modal;
 mod rig;
 mod room;
 mod stored;
@@ -19,6 +20,7 @@ pub(crate) use class::Answered;
 pub use class::{ClassCase, ClassRound, ClassState, Guess};
 pub(crate) use document::absolute;
 pub use document::{Document, Edit, Pin, Sample, Source};
+pub(crate) use modal::ModalShown;
 pub use lessons::{LessonPosition, LessonProgress};
 pub(crate) use rig::Page;
 pub use rig::RigState;
@@ -57,6 +59,8 @@ pub struct Shown {
     pub(crate) cutting: bool,
     pub(crate) view: View,
     pub(crate) views: ViewState,
+    /// How a structure's modes are shown.
+    pub(crate) modal: ModalShown,
     /// The walk in "What's missing".
     pub(crate) walk: WalkView,
 }

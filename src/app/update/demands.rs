@@ -9,19 +9,24 @@ use crate::app::questions::replies;
 use crate::app::report::ReportSubject;
 use crate::app::settings_map::SettingsMap;
 use crate::app::state::{Edit, Room, State};
+use sindyscope_modes::BaseModel;
 
 /// Asks for everything that is in view and not there; `held` tells whether something is being dragged.
 pub(crate) fn demand(state: &mut State, derived: &mut Derived, held: bool) -> Vec<Want> {
     run(state, derived, |update| {
         update.room();
-        update.fit();
-        update.settings_map();
         update.columns();
-        update.figures();
-        if !held {
-            update.resample();
+        if update.state.document.edit.base.model == BaseModel::Modes {
+            update.modes(held);
+        } else {
+            update.fit();
+            update.settings_map();
+            update.figures();
+            if !held {
+                update.resample();
+            }
+            update.answers(held);
         }
-        update.answers(held);
         update.teach();
     })
 }
@@ -71,6 +76,23 @@ impl Update<'_> {
         self.cancel(Key::Resample);
         let (records, settings) = self.study();
         self.want(Key::Fit, Job::Fit { records, settings });
+    }
+
+    /// Asks for the modes of a structure if what was asked last is no longer what is wanted, and for the figure in view.
+    fn modes(&mut self, held: bool) {
+        let (records, edit) = (&self.derived.records, &self.state.document.edit);
+        let wanted = (records.generation, edit.base.clone(), edit.usage.clone());
+        if !held && !records.records.is_empty() && self.derived.modal.wants(wanted) {
+            let base = edit.base.clone();
+            let (records, _) = self.study();
+            self.want_instead(Key::Modes, Job::Modes { records, base });
+        }
+        let shown = &self.state.shown;
+        if shown.room == Room::Identify
+            && let Some(request) = self.derived.modal.attend(&shown.modal, &self.derived.records, shown.record)
+        {
+            self.want(Key::ModalFigure(request.view), Job::ModalFigure(Box::new(request)));
+        }
     }
 
     /// Asks for the map of settings while a view shows it.

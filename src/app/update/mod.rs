@@ -71,6 +71,7 @@ impl Update<'_> {
                 }
             }
             Message::Views(views) => self.state.shown.views = *views,
+            Message::Modal(shown) => self.state.shown.modal = *shown,
             Message::Walk(act) => self.walk(act),
             Message::WalkView(view) => self.state.shown.walk = *view,
             Message::Rig(rig) => self.state.rig = *rig,

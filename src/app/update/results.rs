@@ -51,6 +51,7 @@ impl Update<'_> {
             }
             Done::Calibrated { step, found } => self.take_out(step, &found),
             Done::Fitted(outcome) => derived.records.take(outcome, clock.held, clock.now),
+            Done::Modes(analysis) => derived.modal.take(analysis),
             Done::Resampled(ensemble) => derived.records.ensemble = Some(Arc::new(ensemble)),
             Done::Pinned(made) => self.brought_back(made),
             Done::Bought(bought) => derived.questions.take(bought),
@@ -83,6 +84,8 @@ impl Update<'_> {
             Key::Choose => derived.notices.error(format!("Nothing was chosen: {reason}")),
             Key::Calibrate => derived.notices.error(format!("Nothing was found: {reason}")),
             Key::Fit => derived.records.failure = Some(reason),
+            Key::Modes => derived.modal.fail(reason),
+            Key::ModalFigure(view) => derived.modal.figures.fail(*view, reason),
             Key::Map => derived.map.fail(reason),
             Key::Search => derived.missing.fail(reason),
             Key::Pages => derived.report.fail(reason),

@@ -19,7 +19,7 @@ use super::plot::painter::{self, Look, Plots, Wish};
 use super::plot::palette::Ink;
 use super::plot::{display, legend, palette};
 use super::state::ViewState;
-use kept::Ready;
+use super::plot::beside::Ready;
 pub(crate) use kept::{FigureRequest, ViewFigures};
 pub(crate) use picture::{MapProgress, Picture, ViewAct};
 use sindyscope_report::figure::{Figure, PanelRow};

@@ -12,6 +12,7 @@ use crate::app::dialogs::Chosen;
 use crate::app::jobs::{Job, Key};
 use crate::app::message::Message;
 use crate::app::missing::{self, WalkAct};
+use crate::app::modal;
 use crate::app::project::Project;
 use crate::app::purpose::{Purpose, ReportForm};
 use crate::app::report::ReportSubject;
@@ -30,7 +31,8 @@ impl App {
     pub(super) fn run(&mut self, command: WindowCommand, ctx: &Context, frame: &eframe::Frame) {
         let records = &self.program.derived.records;
         let (stem, room) = (records.stem("sindyscope"), self.program.state.shown.room);
-        let (empty, outcome) = (records.records.is_empty(), records.outcome.is_some());
+        let (empty, outcome) = (records.records.is_empty(), records.outcome.is_some() && !self.by_modes());
+        let drawn = self.has_figure();
         match command {
             WindowCommand::Open => self.dialogs.ask(Purpose::Open, "", frame),
             WindowCommand::OpenPath => self.dialogs.type_path(Purpose::Open, "", ""),
@@ -56,7 +58,8 @@ impl App {
             WindowCommand::PlotPicture if room == Room::Rig => {
                 self.dialogs.ask(Purpose::Window, "virtual-rig.png", frame);
             }
-            WindowCommand::PlotPicture | WindowCommand::ExportModel | WindowCommand::SaveReport if !outcome => {}
+            WindowCommand::PlotPicture if !drawn => {}
+            WindowCommand::ExportModel | WindowCommand::SaveReport if !outcome => {}
             WindowCommand::PlotPicture if room == Room::Report => {
                 self.dialogs.ask(Purpose::Window, &format!("{stem}-report.png"), frame);
             }
@@ -180,6 +183,10 @@ impl App {
                 let svg = missing::svg(ctx, &derived.missing, &self.canvas.walk, &self.figure, of, state.figure)?;
                 SavedContent::Figure { svg, title: self.figure.name() }
             }
+            Purpose::Plot if self.by_modes() => SavedContent::Figure {
+                svg: modal::svg(ctx, &derived.modal, &state.shown.modal, state.figure)?,
+                title: state.shown.modal.view.label(),
+            },
             Purpose::Plot => SavedContent::View(Box::new(self.view_picture(ctx)?)),
             Purpose::Table => SavedContent::Text(self.table.clone()),
             Purpose::Report(_) => {

@@ -10,20 +10,23 @@ use crate::app::figure_panel::FigurePanelOutcome;
 use crate::app::jobs::Key;
 use crate::app::message::{Message, Sought};
 use crate::app::missing::WalkAct;
+use crate::app::modal::ModalAct;
 use crate::app::panel::{self, PanelAct, PanelContext};
 use crate::app::plot::palette;
 use crate::app::program::WindowProgram;
 use crate::app::purpose::{Purpose, ReportForm};
 use crate::app::report::{self, ReportAct};
 use crate::app::rig::RigAct;
-use crate::app::state::{Edit, Room, Source, ViewState};
+use crate::app::state::{Edit, ModalShown, Room, Source, ViewState};
 use crate::app::views::{self, ViewAct};
-use crate::app::{figure_panel, lessons, missing, rig, status, toolbar, welcome};
+use crate::app::{figure_panel, lessons, missing, modal, rig, status, toolbar, welcome};
 use sindyscope_core::remedy::Remedy;
 use sindyscope_core::study::Calibration;
+use sindyscope_modes::BaseModel;
 
 /// Jobs that the line at the bottom tells of beside the fit, the first that runs.
-const OTHERS: [Key; 7] = [Key::Open, Key::Choose, Key::Calibrate, Key::Search, Key::Pages, Key::Rig, Key::SearchRound];
+const OTHERS: [Key; 8] =
+    [Key::Open, Key::Choose, Key::Calibrate, Key::Modes, Key::Search, Key::Pages, Key::Rig, Key::SearchRound];
 
 /// What a person did in a frame, to be done once it is drawn.
 #[derive(Default)]
@@ -111,17 +114,21 @@ impl App {
         // What is drawn changes drafts: a difference is a message.
         let mut draft = self.program.state.document.edit.clone();
         let mut views = self.program.state.shown.views.clone();
+        let mut modal = self.program.state.shown.modal.clone();
         self.canvas.walk.view.clone_from(&self.program.state.shown.walk);
         let opened = !self.program.derived.records.records.is_empty();
         if opened || self.program.derived.refused.is_some() {
-            self.columns(ui, &mut draft, &mut done);
+            self.columns(ui, (&mut draft, &mut modal), &mut done);
         }
-        centre(ui, |ui| self.centre(ui, (&mut draft, &mut views), &mut done));
+        centre(ui, |ui| self.centre(ui, (&mut draft, &mut views, &mut modal), &mut done));
         if draft != self.program.state.document.edit {
             self.program.send(Message::Edit(Box::new(draft)));
         }
         if self.canvas.walk.view != self.program.state.shown.walk {
             self.program.send(Message::WalkView(Box::new(self.canvas.walk.view.clone())));
+        }
+        if modal != self.program.state.shown.modal {
+            self.program.send(Message::Modal(Box::new(modal)));
         }
         // Units are chosen in menus that know no draft.
         views.units.clone_from(&self.program.state.shown.views.units);
@@ -151,7 +158,7 @@ impl App {
     }
 
     /// The columns beside the plots.
-    fn columns(&mut self, ui: &mut Ui, draft: &mut Edit, done: &mut FrameActs) {
+    fn columns(&mut self, ui: &mut Ui, (draft, modal): (&mut Edit, &mut ModalShown), done: &mut FrameActs) {
         let now = ui.input(|i| i.time);
         let WindowProgram { state, derived, .. } = &self.program;
         let Canvas { typing, walk, report, .. } = &mut self.canvas;
@@ -177,6 +184,7 @@ impl App {
             Room::Report => {
                 report::controls(ui, &derived.report, report, &mut context.edit.report, &context.data.title);
             }
+            Room::Identify => modal::controls(ui, context.edit),
             _ => done.walk = missing::controls(ui, &derived.missing, walk, context.data, context.edit),
         });
         if context.data.records.is_empty() {
@@ -185,6 +193,9 @@ impl App {
         match room {
             Room::Missing => {
                 panel::findings(ui, |ui| missing::findings(ui, &derived.missing, walk, context.data, context.edit));
+            }
+            _ if context.edit.base.model == BaseModel::Modes => {
+                panel::findings(ui, |ui| modal::findings(ui, &derived.modal, modal));
             }
             _ => panel::right(ui, &mut context, now),
         }
@@ -225,7 +236,12 @@ impl App {
         self.program.send(message);
     }
 
-    fn centre(&mut self, ui: &mut Ui, (draft, views): (&mut Edit, &mut ViewState), done: &mut FrameActs) {
+    fn centre(
+        &mut self,
+        ui: &mut Ui,
+        (draft, views, modal): (&mut Edit, &mut ViewState, &mut ModalShown),
+        done: &mut FrameActs,
+    ) {
         let WindowProgram { state, derived, .. } = &self.program;
         let (shown, canvas) = (&state.shown, &mut self.canvas);
         match (&derived.records.outcome, shown.room) {
@@ -240,6 +256,7 @@ impl App {
                 Some(ReportAct::Width(width)) => done.messages.push(Message::PageWidth(width)),
                 None => {}
             },
+            (_, Room::Identify) if draft.base.model == BaseModel::Modes => self.modal(ui, (draft, modal), done),
             (outcome, _) => {
                 if shown.cutting
                     && let Some(steps) = canvas.cutter.show(ui, &derived.records, &draft.steps, shown.record)
@@ -254,6 +271,25 @@ impl App {
                     }
                 }
             }
+        }
+    }
+
+    /// The views of a structure's modes.
+    fn modal(&mut self, ui: &mut Ui, (draft, modal): (&mut Edit, &mut ModalShown), done: &mut FrameActs) {
+        let WindowProgram { state, derived, .. } = &self.program;
+        let (shown, canvas) = (&state.shown, &mut self.canvas);
+        if shown.cutting
+            && let Some(steps) = canvas.cutter.show(ui, &derived.records, &draft.steps, shown.record)
+        {
+            done.messages.push(Message::Prepare(steps));
+        }
+        let of = (&derived.records, shown.record, derived.fitted);
+        match modal::show(ui, &derived.modal, modal, of, &mut canvas.modal) {
+            Some(ModalAct::ShowRecord(index)) => done.messages.push(Message::ShowRecord(index)),
+            Some(ModalAct::SavePicture) => done.commands.push(WindowCommand::PlotPicture),
+            Some(ModalAct::SaveTable(text)) => done.table = Some((modal.view.label(), text)),
+            Some(ModalAct::Poles(poles)) => draft.base.poles = poles,
+            None => {}
         }
     }
 
@@ -298,7 +334,8 @@ impl App {
     pub(super) fn figure_panel(&mut self, ctx: &Context, frame: &eframe::Frame) {
         let state = &self.program.state;
         let name = match state.shown.room {
-            _ if !self.figure_open || self.program.derived.records.outcome.is_none() => return,
+            _ if !self.figure_open || !self.has_figure() => return,
+            Room::Identify if state.document.edit.base.model == BaseModel::Modes => state.shown.modal.view.label(),
             Room::Identify => state.shown.view.label(),
             Room::Missing => self.figure.name(),
             Room::Rig | Room::Report => return,

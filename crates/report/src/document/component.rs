@@ -4,9 +4,8 @@ use std::path::Path;
 
 use super::content::{Block, Cell, DocumentTable, Tile};
 use super::drawings::drawn;
-use super::font::Fonts;
 use super::math::{self, EquationRows, Math};
-use super::{DocumentFormat, Paper, ReportError, html, page, pdf};
+use super::{Paper, ReportError, write_blocks};
 use crate::figure::svg::Extent;
 use crate::figure::{Axis, Figure, Layer, Panel, PanelRow, Points, Shape, lead};
 use crate::palette::Ink;
@@ -42,19 +41,7 @@ impl ComponentReport<'_> {
     /// # Errors
     /// An ending that stands for none; a file that cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), ReportError> {
-        let blocks = self.blocks();
-        let bytes = match DocumentFormat::of(path)? {
-            DocumentFormat::Html => html::document(self.title, &blocks).into_bytes(),
-            DocumentFormat::Pdf => {
-                let fonts = Fonts::new();
-                pdf::document(&page::pages(&blocks, &fonts, self.paper, self.title), self.title, &fonts)?
-            }
-            DocumentFormat::Png => {
-                let fonts = Fonts::new();
-                fonts.png(&page::sheet(&blocks, &fonts), page::SCALE)?
-            }
-        };
-        std::fs::write(path, bytes).map_err(|source| ReportError::Write { path: path.display().to_string(), source })
+        write_blocks(path, self.title, self.paper, &self.blocks())
     }
 
     fn blocks(&self) -> Vec<Block> {

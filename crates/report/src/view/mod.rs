@@ -32,6 +32,8 @@ pub use front::dot as front_point;
 pub use map::{MapQuantity, PARSIMONIOUS_SIGN, remark as setting_remark};
 pub use scene::Scene;
 pub(crate) use scene::time_range;
+pub(crate) use spectrum::value_range;
+pub(crate) use transfer::{quotient, runs};
 pub use transfer::{AVERAGES, USUAL_AVERAGES};
 
 /// What a view shows, and how.
